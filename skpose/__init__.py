@@ -1,0 +1,29 @@
+"""Distances between human poses that respect how a body is built, for scikit-learn.
+
+The metrics of S. Hauberg and K. S. Pedersen, "Spatial measures between human poses for classification and
+understanding", AMDO 2012, :doi:`10.1007/978-3-642-31567-1_3`. In the order in which data flows: files (`skpose.io`)
+and datasets (`skpose.datasets`), `Skeleton` and `Motion`, kinematics, metrics, matrices of distances, estimators.
+"""
+
+from importlib.metadata import version
+
+from skpose.kinematics import forward_kinematics, metric_tensor, position_jacobian
+from skpose.metrics import pose_metric
+from skpose.motion import Motion
+from skpose.pairwise import pose_distances
+from skpose.skeleton import Bone, Skeleton
+from skpose.transformer import PoseDistanceTransformer
+
+__all__ = [
+    "Bone",
+    "Motion",
+    "PoseDistanceTransformer",
+    "Skeleton",
+    "forward_kinematics",
+    "metric_tensor",
+    "pose_distances",
+    "pose_metric",
+    "position_jacobian",
+]
+
+__version__ = version("skpose")

@@ -1,0 +1,118 @@
+"""From a `Skeleton` to the `Tree` of flat arrays that the kernels see."""
+
+import functools
+
+import numpy as np
+
+from skpose._kernels import Tree
+from skpose.skeleton import Skeleton
+
+FLOAT64 = np.dtype(np.float64)
+
+# Constant rotations that differ from the identity by rounding alone are the identity: a matrix product less per joint.
+ROUNDING = 8 * np.finfo(np.float64).eps
+
+
+def _axes_to_zyx(axes: list[int]) -> tuple[np.ndarray, list[int]]:
+    """A rotation Q that takes the last axis to x, the one before to y, the one before that to ± z; and that sign.
+
+    The rotation about an axis a by θ is Qᵀ·R·Q, with R the rotation by θ about Qa, so a product of rotations about
+    any axes is one about z, y and x between Qᵀ and Q.
+    """
+    Q = np.zeros((3, 3))
+    targets = [0, 1, 2]
+    for axis, target in zip([*reversed(axes), *(set(range(3)) - set(axes))], targets, strict=True):
+        Q[target, axis] = 1.0
+    signs = [1] * len(axes)
+    if (
+        np.linalg.det(Q) < 0
+    ):  # the order is left-handed; turn the axis that goes to z about, where there is a dof or not
+        Q[2] *= -1.0
+        if len(axes) == 3:
+            signs[0] = -1
+    return Q, signs
+
+
+@functools.lru_cache(maxsize=64)
+def tree_of(skeleton: Skeleton, dtype: np.dtype = FLOAT64) -> Tree:
+    """The skeleton as flat arrays, reals of the given dtype, all read-only.
+
+    Every joint's world orientation is that of a frame times a constant: H_j = K_f · A_j. A rigid joint shares the
+    frame of its parent; a joint with dofs has a frame K_f = K_parent · rest · Rz · Ry · Rx of its own.
+    """
+    own = skeleton.offset_frame == "own"
+    frame_parent, first_dof, rest, pivot, column, sign = [0], [0, 0], [np.eye(3)], [0], [], []
+    frame_of, constant = [0], [np.eye(3)]  # f and A_j, for the root and then for every joint
+    offset, joint_frame = [np.zeros(3)], [0]
+    first_column = np.cumsum([0] + [len(bone.dofs) for bone in skeleton.bones])
+    for j, bone in enumerate(skeleton.bones):
+        parent = skeleton.parents[j] + 1
+        before = constant[parent] @ skeleton.rest_rotations[j]
+        if not bone.dofs:
+            frame_of.append(frame_of[parent])
+            constant.append(before)
+        else:
+            columns = list(range(first_column[j], first_column[j + 1]))
+            axes = ["xyz".index(axis) for axis in bone.dofs.lower()]
+            if bone.dofs.islower():  # extrinsic: the last one listed is the first factor of the product
+                columns, axes = columns[::-1], axes[::-1]
+            Q, signs = _axes_to_zyx(axes)
+            frame_of.append(len(rest))
+            constant.append(Q)
+            frame_parent.append(frame_of[parent])
+            first_dof.append(first_dof[-1] + len(axes))
+            rest.append(before @ Q.T)
+            pivot.append(parent if own else j + 1)
+            column.extend(columns)
+            sign.extend(signs)
+        holder = j + 1 if own else parent
+        joint_frame.append(frame_of[holder])
+        offset.append(constant[holder] @ skeleton.offsets[j])
+    rest = np.array(rest)
+    at_rest = np.abs(rest - np.eye(3)).max(axis=(1, 2)) < ROUNDING
+    rest[at_rest] = np.eye(3)
+    weight = np.bincount(joint_frame, np.square(offset).sum(axis=1), minlength=len(rest))
+    tree = Tree(
+        frame_parent=np.array(frame_parent),
+        first_dof=np.array(first_dof),
+        at_rest=at_rest,
+        rest=rest,
+        weight=weight,
+        pivot=np.array(pivot),
+        column=np.array(column),
+        sign=np.array(sign, dtype=float),
+        joint_parent=np.array([-1, *(skeleton.parents + 1)]),
+        joint_frame=np.array(joint_frame),
+        offset=np.array(offset),
+    )
+    return _read_only(tree, dtype)
+
+
+def _read_only(tree: Tree, dtype: np.dtype) -> Tree:
+    arrays = [np.ascontiguousarray(a, dtype if a.dtype == float else np.int64) for a in tree]
+    for array in arrays:
+        array.flags.writeable = False
+    return Tree(*arrays)
+
+
+@functools.lru_cache
+def no_tree(dtype: np.dtype = FLOAT64) -> Tree:
+    """What stands in a Tree's place for the metrics that look at no skeleton: the root alone."""
+    none = np.zeros(0, dtype=int)
+    root, lone = np.zeros(1, dtype=int), np.eye(3)[None]
+    return _read_only(
+        Tree(
+            root,
+            np.zeros(2, dtype=int),
+            root + 1,
+            lone,
+            np.zeros(1),
+            root,
+            none,
+            np.zeros(0),
+            root - 1,
+            root,
+            np.zeros((1, 3)),
+        ),
+        dtype,
+    )

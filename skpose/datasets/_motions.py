@@ -1,0 +1,96 @@
+"""A collection of motions, with who moves and what they do."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from skpose.motion import Motion
+from skpose.skeleton import Skeleton
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class MotionDataset:
+    """Motions of one or more subjects, with their labels.
+
+    Parameters
+    ----------
+    motions : sequence of Motion
+        One for each sequence.
+    subjects, trials, actions : array-like of shape (n_motions,)
+        Who moves, which recording of theirs it is, and what they do; strings.
+
+    Examples
+    --------
+    >>> from skpose.datasets import make_gait
+    >>> gait = make_gait(n_subjects=2, n_sequences=1, random_state=0)
+    >>> gait
+    MotionDataset(4 motions of 2 subjects: 2 run, 2 walk)
+    >>> X, sequence = gait.poses(frame_rate=12)
+    >>> y, groups = gait.actions[sequence], gait.subjects[sequence]
+    """
+
+    motions: tuple[Motion, ...]
+    subjects: np.ndarray
+    trials: np.ndarray
+    actions: np.ndarray
+
+    def __post_init__(self):
+        object.__setattr__(self, "motions", tuple(self.motions))
+        for name in ("subjects", "trials", "actions"):
+            labels = np.asarray(getattr(self, name), dtype=str)
+            if labels.shape != (len(self.motions),):
+                raise ValueError(
+                    f"{name} must have one label for each of the {len(self.motions)} motions, got shape {labels.shape}"
+                )
+            object.__setattr__(self, name, labels)
+
+    def __len__(self) -> int:
+        return len(self.motions)
+
+    def __iter__(self) -> Iterator[Motion]:
+        return iter(self.motions)
+
+    def __repr__(self):
+        names, counts = np.unique(self.actions, return_counts=True)
+        actions = ", ".join(f"{count} {name or 'unnamed'}" for name, count in zip(names[:5], counts[:5], strict=True))
+        more = f" and {len(names) - 5} more actions" if len(names) > 5 else ""
+        return f"MotionDataset({len(self)} motions of {len(set(self.subjects))} subjects: {actions}{more})"
+
+    @cached_property
+    def skeleton(self) -> Skeleton:
+        """The bone-wise mean of the subjects' skeletons, each counted once: the body on which to compare them."""
+        return Skeleton.mean(dict.fromkeys(motion.skeleton for motion in self.motions))
+
+    def select(self, chosen: ArrayLike) -> "MotionDataset":
+        """The motions that a boolean mask or an array of indices chooses."""
+        chosen = np.arange(len(self))[np.asarray(chosen)]
+        motions = [self.motions[i] for i in chosen]
+        return MotionDataset(motions, self.subjects[chosen], self.trials[chosen], self.actions[chosen])
+
+    def poses(self, frame_rate: float | None = None, skeleton: Skeleton | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """All poses as one array, on one skeleton.
+
+        Parameters
+        ----------
+        frame_rate : float, default=None
+            The rate to resample to, Hz, see `Motion.resample`; None takes every frame.
+        skeleton : Skeleton, default=None
+            Whose dofs the columns are, in its order; None is the mean skeleton of the subjects.
+
+        Returns
+        -------
+        X : ndarray of shape (n_poses, n_dofs)
+            Joint angles, rad.
+        sequence : ndarray of shape (n_poses,)
+            Index of the motion that each pose is from; ``dataset.actions[sequence]`` are its labels.
+        """
+        skeleton = self.skeleton if skeleton is None else skeleton
+        motions = [motion.retarget(skeleton) for motion in self.motions]
+        if frame_rate is not None:
+            motions = [motion.resample(frame_rate) for motion in motions]
+        return np.concatenate([m.angles for m in motions]), np.repeat(
+            np.arange(len(motions)), [len(m) for m in motions]
+        )

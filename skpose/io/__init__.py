@@ -1,0 +1,11 @@
+"""Readers of motion-capture files: Acclaim ASF/AMC and Biovision BVH.
+
+Angles come in radians, lengths in metres. What a file gets wrong is said in a `MocapFormatError`, with the line.
+"""
+
+from skpose.io._amc import load_amc
+from skpose.io._asf import load_asf
+from skpose.io._bvh import load_bvh
+from skpose.io._text import MocapFormatError
+
+__all__ = ["MocapFormatError", "load_amc", "load_asf", "load_bvh"]

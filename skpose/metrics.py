@@ -1,0 +1,161 @@
+"""The metrics by name, and each as one compiled function of two poses."""
+
+import functools
+from collections.abc import Callable
+from numbers import Integral
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from sklearn.utils._param_validation import Interval, StrOptions, validate_params
+
+from skpose import _kernels
+from skpose._kernels import Steps, Tree
+from skpose._tree import no_tree, tree_of
+from skpose.skeleton import Skeleton
+
+
+class Metric(NamedTuple):
+    """One way to measure poses: two kernels, and what they need."""
+
+    encode: Callable  # what to know of one pose
+    measure: Callable  # from one encoded pose to others
+    n_codes: Callable[[Tree], int]  # length of an encoded pose
+    needs_skeleton: bool
+    wraps: bool  # what wrap="auto" means
+
+
+def _n_angles(tree: Tree) -> int:
+    return len(tree.column)
+
+
+def _n_coordinates(tree: Tree) -> int:
+    return 3 * (len(tree.offset) - 1)
+
+
+METRICS = {
+    "angle": Metric(_kernels.encode_angles, _kernels.measure_euclidean, _n_angles, False, False),
+    "position": Metric(_kernels.encode_positions, _kernels.measure_euclidean, _n_coordinates, True, False),
+    "rotation": Metric(
+        _kernels.encode_rotations, _kernels.measure_rotations, lambda tree: 4 * (len(tree.rest) - 1), True, False
+    ),
+    "spatial": Metric(
+        _kernels.encode_curve_end,
+        _kernels.measure_line,
+        lambda tree: 5 * _n_angles(tree) + _n_coordinates(tree),
+        True,
+        True,
+    ),
+}
+
+# Constraints of the parameters that every function and estimator of distances has, for scikit-learn's validation.
+METRIC_CONSTRAINTS = {
+    "skeleton": [Skeleton, None],
+    "metric": [StrOptions({"auto", *METRICS})],
+    "n_steps": [Interval(Integral, 1, None, closed="left")],
+    "wrap": ["boolean", StrOptions({"auto"})],
+}
+
+
+def resolve(metric: str, skeleton: Skeleton | None, n_steps: int, wrap: bool | str) -> tuple[Metric, Steps]:
+    """The metric meant by a name, and its steps; "auto" is "spatial" with a skeleton and "angle" without one."""
+    if metric == "auto":
+        metric = "angle" if skeleton is None else "spatial"
+    chosen = METRICS[metric]
+    if chosen.needs_skeleton and skeleton is None:
+        raise ValueError(
+            f'metric="{metric}" needs a skeleton to place the joints, got skeleton=None: pass the Skeleton that the '
+            'poses belong to, or use metric="angle"'
+        )
+    return chosen, Steps.of(n_steps, chosen.wraps if wrap == "auto" else bool(wrap))
+
+
+@validate_params(METRIC_CONSTRAINTS, prefer_skip_nested_validation=True)
+def pose_metric(
+    metric: str = "auto", skeleton: Skeleton | None = None, *, n_steps: int = 10, wrap: bool | str = "auto"
+) -> Callable[[np.ndarray, np.ndarray], float]:
+    """A metric as one function of two poses, compiled by numba, for whatever takes a callable as its metric.
+
+    For a matrix of distances `skpose.pose_distances` is many times faster, since it does the work of a pose once and
+    not once per pair. The function is for estimators that take a callable: ``KNeighborsClassifier(metric=f)``,
+    ``pairwise_distances(metric=f)``, UMAP, pynndescent, and for one's own numba code, which can call it.
+
+    Parameters
+    ----------
+    metric : {"auto", "angle", "position", "rotation", "spatial"}, default="auto"
+        See `skpose.pose_distances`.
+    skeleton : Skeleton, default=None
+        Needed by all but "angle".
+    n_steps : int, default=10
+        Chords along the curve of "spatial".
+    wrap : bool or "auto", default="auto"
+        Whether differences of angles are taken the short way round.
+
+    Returns
+    -------
+    callable
+        ``f(x, y) -> float`` on arrays of shape (n_dofs,), rad; a numba dispatcher that releases the GIL. The distance
+        is in m, or in rad for "angle". It can be pickled and cloned; equal arguments give the same function.
+
+    Raises
+    ------
+    ValueError
+        For a metric that needs a skeleton and got none; and, when called, for poses of the wrong width.
+
+    Warnings
+    --------
+    "spatial" need not obey the triangle inequality, on which ball trees rely, and scikit-learn's ``algorithm="auto"``
+    picks a ball tree for a callable metric on 15 columns or fewer. Always pass ``algorithm="brute"``.
+
+    Notes
+    -----
+    The first call compiles for a second or so in every process; what does not depend on the skeleton comes from
+    numba's disk cache. About 10 µs a pair of poses of 56 dofs under "spatial" with ten steps.
+
+    References
+    ----------
+    S. Hauberg, K. S. Pedersen, "Spatial measures between human poses for classification and understanding", AMDO
+    2012, :doi:`10.1007/978-3-642-31567-1_3`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from sklearn.neighbors import KNeighborsClassifier
+    >>> from skpose import Skeleton, pose_metric
+    >>> arm = Skeleton.chain(2)
+    >>> f = pose_metric("position", arm)
+    >>> round(f(np.array([0.0, 0.0]), np.array([np.pi, 0.0])), 3)
+    4.472
+    >>> knn = KNeighborsClassifier(1, metric=pose_metric("spatial", arm), algorithm="brute")
+    >>> knn.fit([[0.0, 0.0], [1.5, 0.0]], ["out", "up"]).predict([[1.2, 0.1]])
+    array(['up'], dtype='<U3')
+    """
+    chosen, steps = resolve(metric, skeleton, n_steps, wrap)
+    return _compiled(chosen, skeleton if chosen.needs_skeleton else None, steps)
+
+
+@functools.lru_cache(maxsize=64)
+def _compiled(metric: Metric, skeleton: Skeleton | None, steps: Steps) -> Callable[[np.ndarray, np.ndarray], float]:
+    encode, measure = metric.encode, metric.measure
+    tree = no_tree() if skeleton is None else tree_of(skeleton)
+    n_dofs = -1 if skeleton is None else skeleton.n_dofs
+    wrong_width = (
+        "the two poses differ in length"
+        if skeleton is None
+        else f"a pose has the wrong length: the skeleton has {n_dofs} degrees of freedom, one number for each"
+    )
+    n_codes = metric.n_codes(tree)
+    pair = _kernels.pair_distance_function()
+
+    @njit(nogil=True)
+    def distance(x, y):
+        width = x.shape[0] if n_dofs < 0 else n_dofs
+        if x.shape[0] != width or y.shape[0] != width:
+            raise ValueError(wrong_width)
+        # Copies, since rows may be of any dtype and stride.
+        a, b = np.empty(width), np.empty(width)
+        for i in range(width):
+            a[i], b[i] = x[i], y[i]
+        return pair(a, b, width if n_dofs < 0 else n_codes, encode, measure, tree, steps)
+
+    return distance

@@ -1,0 +1,179 @@
+"""Matrices of distances between poses."""
+
+from collections.abc import Iterator
+from numbers import Integral
+
+import numpy as np
+from joblib import effective_n_jobs
+from numpy.typing import ArrayLike
+from sklearn.utils._param_validation import validate_params
+from sklearn.utils.parallel import Parallel, delayed
+
+from skpose import _kernels
+from skpose._tree import no_tree, tree_of
+from skpose._validation import check_poses
+from skpose.metrics import METRIC_CONSTRAINTS, resolve
+from skpose.skeleton import Skeleton
+
+TASKS_PER_JOB = 8  # enough that no thread waits long for the last
+PAIRS_PER_TASK = 2_000_000  # few enough that Ctrl-C is heard within a few seconds
+MIRROR_BLOCK = 512
+
+
+@validate_params(
+    METRIC_CONSTRAINTS | {"n_jobs": [None, Integral], "out": [np.ndarray, None]}, prefer_skip_nested_validation=True
+)
+def pose_distances(
+    X: ArrayLike,
+    Y: ArrayLike | None = None,
+    *,
+    skeleton: Skeleton | None = None,
+    metric: str = "auto",
+    n_steps: int = 10,
+    wrap: bool | str = "auto",
+    n_jobs: int | None = None,
+    out: np.ndarray | None = None,
+) -> np.ndarray:
+    r"""Distances between all poses of X and all poses of Y.
+
+    ============== ===================================================================================== =========
+    ``metric``     distance between poses a and b                                                        unit
+    ============== ===================================================================================== =========
+    ``"angle"``    :math:`\|a - b\|_2` (eq. 1); needs no skeleton                                        rad
+    ``"position"`` :math:`\|F(a) - F(b)\|_2`, with F(θ) the joint positions (sec. 2)                     m
+    ``"rotation"`` :math:`\sqrt{\sum_b \ell_b^2 \varphi_b^2}`, with φ the angle between the world        m
+                   orientations of bone b in the two poses and ℓ its length (sec. 1.1)
+    ``"spatial"``  length of the curve that the joints trace as the angles go from a to b in a straight  m
+                   line, :math:`\sum_n \|F(c_n) - F(c_{n-1})\|` (sec. 2.2)
+    ============== ===================================================================================== =========
+
+    Parameters
+    ----------
+    X : array-like of shape (n_x, n_dofs)
+        Poses: joint angles, rad. With a skeleton, one column per name in ``skeleton.dof_names``; a data frame's
+        columns are held to these names.
+    Y : array-like of shape (n_y, n_dofs), default=None
+        Other poses; None is X, of which one triangle is then computed.
+    skeleton : Skeleton, default=None
+        The body that all the poses are put on; `Skeleton.mean` makes one of several. Needed by all but "angle".
+    metric : {"auto", "angle", "position", "rotation", "spatial"}, default="auto"
+        "auto" is "spatial" with a skeleton and "angle" without one.
+    n_steps : int, default=10
+        Chords along the curve of "spatial"; the paper's ten. With one, it is "position".
+    wrap : bool or "auto", default="auto"
+        Whether each difference of angles goes the short way round, in [−π, π], so that a file's jump by 360° is no
+        movement. "auto" does so for "spatial" and takes "angle" literally; "position" and "rotation" cannot tell.
+    n_jobs : int, default=None
+        Threads; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors. The result does not
+        depend on it.
+    out : ndarray of shape (n_x, n_y), default=None
+        Where to put the result, such as a ``numpy.memmap``; of the result's dtype.
+
+    Returns
+    -------
+    ndarray of shape (n_x, n_y)
+        The distances; float32 where all poses are, computed in float32, else float64. Without Y exactly symmetric,
+        with an exactly zero diagonal. Equal poses are at distance zero also between X and Y.
+
+    Raises
+    ------
+    ValueError
+        For poses of the wrong width, out of order by column name, or not finite; for a metric that needs a skeleton
+        and got none; for an `out` that does not fit.
+
+    See Also
+    --------
+    pose_metric : The same as a function of two poses.
+    PoseDistanceTransformer : The same as a step of a scikit-learn pipeline.
+
+    Notes
+    -----
+    "position" ≤ "spatial": a chord is no longer than a curve. "spatial" need not obey the triangle inequality. F does
+    not see a twist about a bone that ends the chain, so all but "angle" are pseudo-metrics.
+
+    Time O(n_x · n_y · n_dofs), for "spatial" times n_steps; no sine or cosine is computed per pair. Memory beyond the
+    result O((n_x + n_y) · n_dofs).
+
+    References
+    ----------
+    .. [1] S. Hauberg, K. S. Pedersen, "Spatial measures between human poses for classification and understanding",
+       AMDO 2012, :doi:`10.1007/978-3-642-31567-1_3`.
+    .. [2] M. Tournier, X. Wu, N. Courty, E. Arnaud, L. Revéret, "Motion compression using principal geodesics
+       analysis", Computer Graphics Forum 28(2), 2009, :doi:`10.1111/j.1467-8659.2009.01375.x`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from skpose import Skeleton, pose_distances
+    >>> X = np.array([[0.0, 0.0], [np.pi / 2, 0.0], [0.0, np.pi / 2]])
+    >>> pose_distances(X, metric="angle").round(3)
+    array([[0.   , 1.571, 1.571],
+           [1.571, 0.   , 2.221],
+           [1.571, 2.221, 0.   ]])
+
+    The first joint of an arm of two bones moves both, the second only the outer one:
+
+    >>> pose_distances(X, skeleton=Skeleton.chain(2)).round(3)
+    array([[0.   , 3.509, 1.569],
+           [3.509, 0.   , 2.741],
+           [1.569, 2.741, 0.   ]])
+    """
+    chosen, steps = resolve(metric, skeleton, n_steps, wrap)
+    X = check_poses(X, skeleton, "X")
+    triangle = Y is None
+    Y = X if triangle else check_poses(Y, skeleton, "Y")
+    if X.shape[1] != Y.shape[1]:
+        raise ValueError(f"X has {X.shape[1]} columns and Y has {Y.shape[1]}; poses of one body have equally many")
+    dtype = np.result_type(X, Y)
+    distances = _result(out, (len(X), len(Y)), dtype)
+
+    encoding_tree = tree_of(skeleton) if chosen.needs_skeleton else no_tree()
+    n_codes = chosen.n_codes(encoding_tree) if chosen.needs_skeleton else X.shape[1]
+
+    def encoded(poses: np.ndarray) -> np.ndarray:
+        codes = np.empty((len(poses), n_codes))
+        poses = np.ascontiguousarray(poses, dtype=np.float64)
+        _kernels.encode_poses_loop()(poses, chosen.encode, encoding_tree, steps, codes)
+        return codes.astype(dtype, copy=False)
+
+    rows = encoded(X)
+    blocks = _kernels.in_lanes(rows if triangle else encoded(Y))
+    tree = tree_of(skeleton, dtype) if chosen.needs_skeleton else no_tree(dtype)
+    loop = _kernels.pair_distances_loop(dtype)
+    # Threads, not processes: the kernels release the GIL, and every task writes its rows of one result.
+    Parallel(n_jobs=n_jobs, require="sharedmem")(
+        delayed(loop)(rows, blocks, first, last, triangle, chosen.measure, tree, steps, distances)
+        for first, last in _tasks(len(X), len(Y), triangle, effective_n_jobs(n_jobs))
+    )
+    if triangle:
+        _mirror(distances)
+    return distances if out is None else out
+
+
+def _result(out: np.ndarray | None, shape: tuple[int, int], dtype: np.dtype) -> np.ndarray:
+    """The array to write into: a new one, or the user's as a plain ndarray."""
+    if out is None:
+        return np.empty(shape, dtype)
+    if out.shape != shape or out.dtype != dtype or not out.flags.writeable or not out.flags.aligned:
+        state = "" if out.flags.writeable else ", read-only"
+        raise ValueError(f"out must be a writeable {dtype} array of shape {shape}, got {out.dtype} {out.shape}{state}")
+    return np.asarray(out)
+
+
+def _tasks(n_x: int, n_y: int, triangle: bool, n_jobs: int) -> Iterator[tuple[int, int]]:
+    """Ranges of rows with about equally many pairs each."""
+    pairs = np.arange(n_x, 0, -1) if triangle else np.full(n_x, n_y)
+    done = np.concatenate([[0], np.cumsum(pairs)])
+    n_tasks = max(TASKS_PER_JOB * n_jobs if n_jobs > 1 else 1, int(done[-1] // PAIRS_PER_TASK))
+    bounds = np.unique(np.searchsorted(done, np.linspace(0, done[-1], n_tasks + 1)))
+    return zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True)
+
+
+def _mirror(distances: np.ndarray) -> None:
+    """Copy the upper triangle into the lower one, by blocks for the cache's sake, and clear the diagonal."""
+    n = len(distances)
+    for start in range(0, n, MIRROR_BLOCK):
+        stop = min(start + MIRROR_BLOCK, n)
+        distances[stop:, start:stop] = distances[start:stop, stop:].T
+        block = distances[start:stop, start:stop]
+        block[...] = np.triu(block, 1) + np.triu(block, 1).T
