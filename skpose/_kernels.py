@@ -357,7 +357,7 @@ def _shared_types(dtype):
     """numba's types of a Tree and of Steps."""
     whole, real = types.int64, from_dtype(dtype)
     kinds = {"rest": (real, 3), "weight": (real, 1), "sign": (real, 1), "offset": (real, 2)}
-    fields = [_array(*kinds.get(name, (whole, 1)), readonly=True) for name in Tree._fields]
+    fields = [_array(*kinds.get(name, (whole, 1)), readonly=False) for name in Tree._fields]
     steps = [whole, types.float64, types.float64, types.float64]
     return types.NamedTuple(fields, Tree), types.NamedTuple(steps, Steps)
 

@@ -60,6 +60,7 @@ def _define_operator(symbol, instruction):
             for this, other in ((a, b), (b, a)):
                 if isinstance(this, Lanes) and (this == other or isinstance(other, types.Number)):
                     return this
+            return None
 
         return typer
 

@@ -35,7 +35,7 @@ def _axes_to_zyx(axes: list[int]) -> tuple[np.ndarray, list[int]]:
 
 @functools.lru_cache(maxsize=64)
 def tree_of(skeleton: Skeleton, dtype: np.dtype = FLOAT64) -> Tree:
-    """The skeleton as flat arrays, reals of the given dtype, all read-only.
+    """The skeleton as flat arrays, reals of the given dtype.
 
     Every joint's world orientation is that of a frame times a constant: H_j = K_f · A_j. A rigid joint shares the
     frame of its parent; a joint with dofs has a frame K_f = K_parent · rest · Rz · Ry · Rx of its own.
@@ -85,14 +85,12 @@ def tree_of(skeleton: Skeleton, dtype: np.dtype = FLOAT64) -> Tree:
         joint_frame=np.array(joint_frame),
         offset=np.array(offset),
     )
-    return _read_only(tree, dtype)
+    return _of_dtype(tree, dtype)
 
 
-def _read_only(tree: Tree, dtype: np.dtype) -> Tree:
-    arrays = [np.ascontiguousarray(a, dtype if a.dtype == float else np.int64) for a in tree]
-    for array in arrays:
-        array.flags.writeable = False
-    return Tree(*arrays)
+def _of_dtype(tree: Tree, dtype: np.dtype) -> Tree:
+    # Left writeable: read-only arrays are another type to numba, and pickling would make them this one.
+    return Tree(*(np.ascontiguousarray(a, dtype if a.dtype == float else np.int64) for a in tree))
 
 
 @functools.lru_cache
@@ -100,7 +98,7 @@ def no_tree(dtype: np.dtype = FLOAT64) -> Tree:
     """What stands in a Tree's place for the metrics that look at no skeleton: the root alone."""
     none = np.zeros(0, dtype=int)
     root, lone = np.zeros(1, dtype=int), np.eye(3)[None]
-    return _read_only(
+    return _of_dtype(
         Tree(
             root,
             np.zeros(2, dtype=int),

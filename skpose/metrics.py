@@ -22,7 +22,7 @@ class Metric(NamedTuple):
     measure: Callable  # from one encoded pose to others
     n_codes: Callable[[Tree], int]  # length of an encoded pose
     needs_skeleton: bool
-    wraps: bool  # what wrap="auto" means
+    wraps: bool | None  # what wrap="auto" means; None for a metric that cannot tell
 
 
 def _n_angles(tree: Tree) -> int:
@@ -35,9 +35,9 @@ def _n_coordinates(tree: Tree) -> int:
 
 METRICS = {
     "angle": Metric(_kernels.encode_angles, _kernels.measure_euclidean, _n_angles, False, False),
-    "position": Metric(_kernels.encode_positions, _kernels.measure_euclidean, _n_coordinates, True, False),
+    "position": Metric(_kernels.encode_positions, _kernels.measure_euclidean, _n_coordinates, True, None),
     "rotation": Metric(
-        _kernels.encode_rotations, _kernels.measure_rotations, lambda tree: 4 * (len(tree.rest) - 1), True, False
+        _kernels.encode_rotations, _kernels.measure_rotations, lambda tree: 4 * (len(tree.rest) - 1), True, None
     ),
     "spatial": Metric(
         _kernels.encode_curve_end,
@@ -67,7 +67,8 @@ def resolve(metric: str, skeleton: Skeleton | None, n_steps: int, wrap: bool | s
             f'metric="{metric}" needs a skeleton to place the joints, got skeleton=None: pass the Skeleton that the '
             'poses belong to, or use metric="angle"'
         )
-    return chosen, Steps.of(n_steps, chosen.wraps if wrap == "auto" else bool(wrap))
+    wraps = chosen.wraps if wrap == "auto" or chosen.wraps is None else wrap
+    return chosen, Steps.of(n_steps, bool(wraps))
 
 
 @validate_params(METRIC_CONSTRAINTS, prefer_skip_nested_validation=True)

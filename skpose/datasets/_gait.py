@@ -19,7 +19,6 @@ Artificial Limbs 8, 1964, as fractions of the height.
 
 from collections.abc import Mapping, Sequence
 from numbers import Integral, Real
-from types import MappingProxyType
 
 import numpy as np
 from sklearn.utils import check_random_state
@@ -87,22 +86,32 @@ _LIMB_DOFS = {
     "elbow_flexion": ("forearm_rx", -1, False),
 }
 
-# Spreads of what makes one person's movement theirs, and one recording unlike the next.
-_STYLE = MappingProxyType(
-    {
-        "height": (1.72, 0.09),  # m
-        "proportion": 0.04,  # of each segment's length, relative
-        "posture": 4.0,  # of every dof's mean, degrees
-        "hand_posture": 15.0,  # of the hands', which the gait does not determine
-        "amplitude": 0.12,  # of every curve, relative
-        "phase": 0.015,  # of every curve, cycles
-        "tempo": 0.03,  # of a recording's cadence, relative
-        "day": 1.5,  # of every dof's mean from recording to recording, degrees
-        "hand_day": 8.0,
-        "sway": 1.0,  # slow wandering of every dof within a recording, degrees
-        "noise": 0.3,  # of the measurement, degrees a frame
-    }
-)
+# Spreads (standard deviations) of what makes one person's movement theirs, and one recording unlike the next.
+_HEIGHT = (1.72, 0.09)  # m: mean and spread
+_PROPORTION = 0.04  # of each segment's length, relative
+_AMPLITUDE = 0.15  # of every curve, relative
+_PHASE = 0.015  # of every curve, cycles
+_TEMPO = 0.03  # of a recording's cadence, relative
+_DAY = 0.3  # of posture from recording to recording, as a share of its spread over people
+_SWAY = 1.0  # slow wandering of every dof within a recording, degrees
+_NOISE = 0.3  # of the measurement, degrees a frame
+# Of the mean of a dof over people, degrees: little where the trunk must balance, more towards the ends of the limbs,
+# most in the hands, which gait leaves free. Rotations about a limb's own axis (ry) also carry the placing of markers.
+_POSTURE = {
+    "abdomen": 3.0,
+    "chest": 3.0,
+    "neck": 6.0,
+    "head": 6.0,
+    "thigh": 4.0,
+    "shank": 4.0,
+    "foot": 5.0,
+    "toes": 8.0,
+    "clavicle": 4.0,
+    "upper_arm": 8.0,
+    "forearm": 10.0,
+    "hand": 20.0,
+}
+_LIMB_TWISTS = {"thigh": 8.0, "upper_arm": 15.0}
 
 
 def humanoid(height: float = 1.72, *, proportions: Mapping[str, float] | None = None) -> Skeleton:
@@ -120,7 +129,7 @@ def humanoid(height: float = 1.72, *, proportions: Mapping[str, float] | None = 
     Returns
     -------
     Skeleton
-        Of 22 joints and 44 dofs.
+        Of 22 joints and 42 dofs.
 
     References
     ----------
@@ -236,23 +245,23 @@ def make_gait(
     motions, subjects, trials, actions = [], [], [], []
     for subject in range(1, n_subjects + 1):
         skeleton = humanoid(
-            rng.normal(*_STYLE["height"]),
-            proportions={name: 1.0 + _STYLE["proportion"] * rng.standard_normal() for name, *_ in (*_TRUNK, *_SIDE)},
+            rng.normal(*_HEIGHT),
+            proportions={name: 1.0 + _PROPORTION * rng.standard_normal() for name, *_ in (*_TRUNK, *_SIDE)},
         )
-        posture = _spread(rng, skeleton, "posture", "hand_posture")
+        spread = _posture_spread(skeleton)
+        posture = spread * rng.standard_normal(skeleton.n_dofs)
         trial = 0
         for activity in activities:
-            mean, spread = _CADENCE[activity]
-            cadence = rng.normal(mean, spread)
+            cadence = rng.normal(*_CADENCE[activity])
             style = {
-                curve: (1.0 + _STYLE["amplitude"] * rng.standard_normal(), _STYLE["phase"] * rng.standard_normal())
+                curve: (1.0 + _AMPLITUDE * rng.standard_normal(), _PHASE * rng.standard_normal())
                 for curve in _CURVES[activity]
             }
             for _ in range(n_sequences):
                 trial += 1
-                tempo = cadence * (1.0 + _STYLE["tempo"] * rng.standard_normal())
+                tempo = cadence * (1.0 + _TEMPO * rng.standard_normal())
                 angles = _angles(rng, skeleton, activity, style, tempo, duration, frame_rate)
-                angles += posture + _spread(rng, skeleton, "day", "hand_day")
+                angles += posture + _DAY * spread * rng.standard_normal(skeleton.n_dofs)
                 motions.append(Motion(skeleton, np.radians(angles), frame_rate))
                 subjects.append(f"{subject:02}")
                 trials.append(f"{trial:02}")
@@ -260,10 +269,14 @@ def make_gait(
     return MotionDataset(motions, subjects, trials, actions)
 
 
-def _spread(rng: np.random.RandomState, skeleton: Skeleton, body: str, hands: str) -> np.ndarray:
-    """One random constant for every dof, degrees."""
-    sizes = [_STYLE[hands if "_hand_" in name else body] for name in skeleton.dof_names]
-    return rng.standard_normal(len(sizes)) * sizes
+def _posture_spread(skeleton: Skeleton) -> np.ndarray:
+    """How much the mean of every dof varies over people, degrees."""
+    spread = []
+    for bone in skeleton.bones:
+        segment = bone.name.removeprefix("left_").removeprefix("right_")
+        twist = _LIMB_TWISTS.get(segment, _POSTURE.get(segment))
+        spread += [twist if axis == "y" else _POSTURE[segment] for axis in bone.dofs]
+    return np.array(spread)
 
 
 def _angles(
@@ -299,6 +312,6 @@ def _angles(
         angles[:, column[f"{side}_thigh_ry"]] += sign * 5.0
     angles[:, column["neck_rx"]] -= angles[:, column["chest_rx"]] + angles[:, column["abdomen_rx"]]
     slow = np.stack([np.sin(2 * np.pi * k * times / (2 * duration)) for k in (1, 2, 3)], axis=1)
-    angles += _STYLE["sway"] * slow @ rng.standard_normal((3, skeleton.n_dofs))
-    angles += _STYLE["noise"] * rng.standard_normal(angles.shape)
+    angles += _SWAY * slow @ rng.standard_normal((3, skeleton.n_dofs))
+    angles += _NOISE * rng.standard_normal(angles.shape)
     return angles

@@ -1,0 +1,67 @@
+"""Skeletons of all kinds, and the real files where there are any."""
+
+import os
+
+os.environ.setdefault("SCIPY_ARRAY_API", "1")  # before scipy: without it scikit-learn skips one of its checks
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from skpose import Bone, Skeleton
+from skpose.datasets import humanoid, load_cmu
+from skpose.io import load_asf, load_bvh
+
+DATA = Path(__file__).parent / "data"
+
+
+@pytest.fixture(scope="session")
+def cmu_folder():
+    """The folder of CMU files that SKPOSE_CMU names; a wrong one is a failure, none skips."""
+    folder = os.environ.get("SKPOSE_CMU")
+    if folder is None:
+        pytest.skip("SKPOSE_CMU does not name a folder of CMU files")
+    assert Path(folder, "index.csv").is_file(), f"SKPOSE_CMU={folder} has no index.csv"
+    return Path(folder)
+
+
+@pytest.fixture(scope="session")
+def cmu(cmu_folder):
+    return load_cmu(cmu_folder)
+
+
+def random_tree(seed, n=12, offset_frame="own"):
+    """A branching skeleton with every number and order of axes, rest rotations, and rigid joints."""
+    rng = np.random.default_rng(seed)
+    kinds = ["xyz", "ZXY", "", "y", "xz", "ZY", "yxz", "X", "YZX", "zy", "XZY", "zyx"]
+    bones = []
+    for i in range(n):
+        parent = None if i < 2 else f"b{rng.integers(i)}"
+        rest = Rotation.from_rotvec(rng.normal(size=3)).as_matrix() if i % 3 else None
+        bones.append(Bone(f"b{i}", parent, rng.normal(size=3), kinds[i % len(kinds)], rest))
+    return Skeleton(bones, offset_frame)
+
+
+SKELETONS = {
+    "chain": Skeleton.chain(4),
+    "asf": load_asf(DATA / "arm.asf"),
+    "bvh": load_bvh(DATA / "biped.bvh", scale=0.01).skeleton,
+    "humanoid": humanoid(),
+    "tree": random_tree(0),
+    "tree, offsets in the parent's frame": random_tree(1, offset_frame="parent"),
+}
+
+
+@pytest.fixture(params=SKELETONS, scope="session")
+def skeleton(request):
+    return SKELETONS[request.param]
+
+
+@pytest.fixture
+def poses(skeleton):
+    """Ten poses of the skeleton, two of them alike."""
+    X = np.random.default_rng(0).uniform(-3, 3, size=(10, skeleton.n_dofs))
+    X[7] = X[2]
+    return X

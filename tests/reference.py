@@ -1,0 +1,109 @@
+"""Slow, obvious numpy: what the library computes, written down a second time from the definitions.
+
+Nothing here is shared with `skpose` but the `Bone` and `Skeleton` records; rotations are scipy's, files are taken apart
+with regular expressions.
+"""
+
+import re
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+INCH = 0.0254
+
+
+def orientations_and_positions(angles, skeleton):
+    """World orientation of every joint's own axes (list of Rotation) and its position (n_poses, 3), by definition."""
+    angles = np.atleast_2d(angles)
+    identity = Rotation.identity(len(angles))
+    turned, placed = {None: identity}, {None: np.zeros((len(angles), 3))}
+    column = 0
+    for bone in skeleton.bones:
+        k = len(bone.dofs)
+        local = Rotation.from_matrix(np.eye(3) if bone.rest_rotation is None else np.array(bone.rest_rotation))
+        if k:
+            local = local * Rotation.from_euler(bone.dofs, angles[:, column : column + k])
+        column += k
+        turned[bone.name] = turned[bone.parent] * local
+        holder = bone.name if skeleton.offset_frame == "own" else bone.parent
+        placed[bone.name] = placed[bone.parent] + turned[holder].apply(bone.offset)
+    names = skeleton.joint_names
+    return [turned[name] for name in names], np.stack([placed[name] for name in names], axis=1)
+
+
+def forward_kinematics(angles, skeleton):
+    return orientations_and_positions(angles, skeleton)[1]
+
+
+def differences(a, b, wrap):
+    gap = np.asarray(b, dtype=float) - np.asarray(a, dtype=float)
+    return (gap + np.pi) % (2 * np.pi) - np.pi if wrap else gap
+
+
+def distance(a, b, skeleton, metric, n_steps=10, wrap=False):
+    """One distance by its definition in the paper."""
+    gap = differences(a, b, wrap)
+    if metric == "angle":
+        return np.linalg.norm(gap)
+    if metric == "position":
+        return np.linalg.norm(forward_kinematics(a, skeleton) - forward_kinematics(b, skeleton))
+    if metric == "rotation":
+        (ra, _), (rb, _) = orientations_and_positions(a, skeleton), orientations_and_positions(b, skeleton)
+        index = {name: i for i, name in enumerate(skeleton.joint_names)}
+        total = 0.0
+        for i, bone in enumerate(skeleton.bones):
+            holder = i if skeleton.offset_frame == "own" else index.get(bone.parent)
+            if holder is not None:  # a bone fixed to the root does not turn
+                angle = (ra[holder].inv() * rb[holder]).magnitude()[0]
+                total += np.dot(bone.offset, bone.offset) * angle**2
+        return np.sqrt(total)
+    line = a + np.linspace(0, 1, n_steps + 1)[:, None] * gap
+    positions = forward_kinematics(line, skeleton).reshape(n_steps + 1, -1)
+    return np.linalg.norm(np.diff(positions, axis=0), axis=1).sum()
+
+
+def distances(X, Y, skeleton, metric, **parameters):
+    return np.array([[distance(x, y, skeleton, metric, **parameters) for y in Y] for x in X])
+
+
+def asf_amc_positions(asf, amc):
+    """Joint positions (n_frames, n_bones, 3) in m and the bones' names, from R_b = R_parent · C · M · C⁻¹."""
+    text = Path(asf).read_text()
+    scale = INCH / float(re.search(r"length\s+([\d.]+)\s*\n\s*angle", text)[1])
+    bones = {}
+    for block in re.findall(r"begin\s+id(.*?)\bend\b", text, flags=re.S):
+        name = re.search(r"name\s+(\w+)", block)[1]
+        direction = np.array(re.search(r"direction\s+(.*)", block)[1].split(), dtype=float)
+        length = float(re.search(r"length\s+(\S+)", block)[1])
+        *axis, order = re.search(r"axis\s+(.*)", block)[1].split()
+        assert order == "XYZ"
+        C = Rotation.from_euler("xyz", np.array(axis, dtype=float), degrees=True)
+        dofs = re.search(r"dof\s+(.*)", block)
+        bones[name] = (direction / np.linalg.norm(direction) * length * scale, C, dofs[1].split() if dofs else [])
+    parents = {}
+    for line in re.search(r":hierarchy(.*)", text, flags=re.S)[1].splitlines():
+        first, *rest = line.split() or ["end"]
+        parents |= dict.fromkeys(rest, None if first == "root" else first)
+    frames = [
+        dict(line.split(maxsplit=1) for line in frame.strip().splitlines())
+        for frame in re.split(r"^\d+\s*$", Path(amc).read_text(), flags=re.M)[1:]
+    ]
+    n = len(frames)
+    turned, placed = {None: Rotation.identity(n)}, {None: np.zeros((n, 3))}
+
+    def place(name):
+        if name in placed:
+            return
+        place(parents[name])
+        offset, C, dofs = bones[name]
+        euler = np.zeros((n, 3))
+        for i, dof in enumerate(dofs):
+            euler[:, "xyz".index(dof[1])] = [float(frame[name].split()[i]) for frame in frames]
+        M = Rotation.from_euler("xyz", euler, degrees=True)
+        turned[name] = turned[parents[name]] * C * M * C.inv()
+        placed[name] = placed[parents[name]] + turned[name].apply(offset)
+
+    for name in bones:
+        place(name)
+    return np.stack([placed[name] for name in bones], axis=1), list(bones)

@@ -1,0 +1,100 @@
+import numpy as np
+import pytest
+from conftest import DATA
+from scipy.spatial.transform import Rotation
+
+from skpose import forward_kinematics
+from skpose.io import MocapFormatError, load_bvh
+
+BVH = (DATA / "biped.bvh").read_text()
+
+
+@pytest.fixture
+def load(tmp_path):
+    def load(text=BVH, **parameters):
+        path = tmp_path / "a.bvh"
+        path.write_text(text)
+        return load_bvh(path, **parameters)
+
+    return load
+
+
+def test_skeleton_and_motion():
+    motion = load_bvh(DATA / "biped.bvh", scale=0.01)
+    skeleton = motion.skeleton
+    assert skeleton.joint_names == (
+        "Left Leg", "LeftFoot", "LeftFoot_end", "Chest", "Head", "Head_end", "Arm", "Arm_end",
+    )  # fmt: skip
+    assert skeleton.dof_names[:4] == ("Left Leg_rz", "Left Leg_rx", "Left Leg_ry", "LeftFoot_rx")
+    np.testing.assert_allclose(skeleton.offsets[2], [0, -0.05, 0.12])
+    np.testing.assert_allclose(motion.frame_rate, 120, rtol=1e-4)
+    np.testing.assert_allclose(np.degrees(motion.angles[0]), [11, 12, 13, 14, 5, 6, 7, 8, 9, 21, 22, 23])
+    np.testing.assert_allclose(np.degrees(motion.angles[1, 0]), -10)
+    assert motion.root_axes == "ZYX"
+    np.testing.assert_allclose(np.degrees(motion.root_angles[0]), [10, 20, 30])
+    np.testing.assert_allclose(motion.root_positions, [[0.02, 0.92, 0.03], [0.01, 0.9, 0]])
+
+
+def test_positions_by_hand():
+    """Intrinsic rotations in the order of each joint's channels, which turn what hangs on the joint."""
+    motion = load_bvh(DATA / "biped.bvh")
+    P = dict(zip(motion.skeleton.joint_names, forward_kinematics(motion.angles, motion.skeleton)[0], strict=True))
+    leg, chest = (Rotation.from_euler(*a, degrees=True) for a in (("ZXY", [11, 12, 13]), ("XYZ", [5, 6, 7])))
+    foot, arm = Rotation.from_euler("X", 14, degrees=True), Rotation.from_euler("YZX", [21, 22, 23], degrees=True)
+    np.testing.assert_allclose(P["Left Leg"], [9, 0, 0])
+    np.testing.assert_allclose(P["LeftFoot"], P["Left Leg"] + leg.apply([0, -45, 1]), atol=1e-12)
+    np.testing.assert_allclose(P["LeftFoot_end"], P["LeftFoot"] + (leg * foot).apply([0, -5, 12]), atol=1e-12)
+    np.testing.assert_allclose(P["Arm"], P["Chest"] + chest.apply([18, 20, 0]), atol=1e-12)
+    np.testing.assert_allclose(P["Arm_end"], P["Arm"] + (chest * arm).apply([55, 0, 0]), atol=1e-12)
+
+
+def test_layout_does_not_matter(load):
+    untidy = BVH.replace("\n", "\r\n").replace("Hierarchy", "HIERARCHY").replace("    OFFSET", "\tOFFSET")
+    untidy = untidy.replace("End Site\r\n      {", "End Site {").rstrip()
+    np.testing.assert_array_equal(load(untidy).angles, load().angles)
+    flowing = BVH.replace("11 12 13", "11\n12 13")
+    np.testing.assert_array_equal(load(flowing).angles, load().angles)
+
+
+def test_a_file_without_frames_is_a_skeleton(load):
+    head = BVH[: BVH.index("Frames:")]
+    motion = load(head + "Frames: 0\nFrame Time: 0.1\n")
+    assert len(motion) == 0
+    assert motion.skeleton == load().skeleton
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("HIERARCHY", "hello", "line 1: expected HIERARCHY, found 'hello'; not a BVH file?"),
+        ("MOTION", "", "the file ends without MOTION|expected OFFSET"),
+        ("OFFSET 9.0 0.0 0.0", "OFFSET 9.0 0.0", "line 8: OFFSET of 'Left Leg': expected 3 numbers, found 2"),
+        ("OFFSET 9.0 0.0 0.0", "OFFSET 9.0 x 0.0", "line 8: OFFSET of 'Left Leg': expected a number, found 'x'"),
+        ("    OFFSET 9.0 0.0 0.0\n", "", "joint 'Left Leg', begun in line 6, has no OFFSET"),
+        ("CHANNELS 1 Xrotation", "CHANNELS 2 Xrotation", "CHANNELS of 'LeftFoot': expected a number and as many names"),
+        ("CHANNELS 1 Xrotation", "CHANNELS 1 Wrotation", "CHANNELS of 'LeftFoot': expected Xposition … Zrotation"),
+        ("CHANNELS 1 Xrotation", "CHANNELS 1 Xposition", "joint 'LeftFoot' has position channels"),
+        ("JOINT Head", "JOINT Arm", "bone 'Arm' is given twice"),
+        ("JOINT Chest {", "JOINT Chest", "line 21: expected { after 'Chest', found 'OFFSET'"),
+        ("    }\n  }\n}\nMOTION", "    }\n  }\nMOTION", "found MOTION, but joint 'Hips' is still open"),
+        ("}\nMOTION", "}\nROOT B\n{\nOFFSET 0 0 0\n}\nMOTION", "found a second ROOT"),
+        ("Frames: 2", "Frames: two", "Frames: expected a whole number, found 'two'"),
+        ("Frames: 2", "Frames: 3", "expected 3 frames of 18 numbers, 54 in all, found 36; is the file cut short"),
+        ("Frames: 2", "Frames: 9999999999", "expected 9999999999 frames of 18 numbers"),
+        ("Frame Time: 0.0083333", "Frame Time: 0", "Frame Time: expected a positive number of seconds"),
+        ("Frame Time: 0.0083333\n", "", "expected Frame Time: after MOTION"),
+        (" 45.5", " 45,5", "line 47: a frame: expected a number, found '45,5'"),
+        (" 45.5", " nan", "line 47: a frame: expected a number, found 'nan'"),
+        (" 45.5", "", "expected 2 frames of 18 numbers, 36 in all, found 35; is the file cut short"),
+    ],
+)
+def test_faults_are_named_with_their_line(old, new, message, load):
+    assert old in BVH
+    with pytest.raises(MocapFormatError, match=message):
+        load(BVH.replace(old, new, 1))
+
+
+@pytest.mark.parametrize("kept", np.linspace(0.05, 0.99, 12))
+def test_a_file_cut_short(kept, load):
+    with pytest.raises(MocapFormatError, match=r"a\.bvh"):
+        load(BVH[: int(kept * len(BVH))].rsplit(maxsplit=1)[0])

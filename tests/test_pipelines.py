@@ -1,0 +1,76 @@
+"""The library inside scikit-learn's own tools, on generated gait."""
+
+import numpy as np
+import pytest
+from sklearn.cluster import DBSCAN, HDBSCAN, AgglomerativeClustering
+from sklearn.metrics import homogeneity_score
+from sklearn.model_selection import GridSearchCV, GroupKFold, cross_val_score
+from sklearn.neighbors import KNeighborsClassifier
+from sklearn.pipeline import make_pipeline
+from sklearn.svm import SVC
+
+from skpose import PoseDistanceTransformer, pose_distances
+from skpose.datasets import make_gait
+from skpose.metrics import METRICS
+
+
+@pytest.fixture(scope="module")
+def gait():
+    return make_gait(n_subjects=3, n_sequences=2, duration=2.0, random_state=0)
+
+
+@pytest.fixture(scope="module")
+def data(gait):
+    X, sequence = gait.poses(frame_rate=12)
+    return X, gait.actions[sequence], sequence
+
+
+@pytest.mark.parametrize(
+    ("parameters", "classifier"),
+    [
+        ({}, KNeighborsClassifier(1, metric="precomputed")),
+        ({}, KNeighborsClassifier(5, metric="precomputed", weights="distance")),
+        ({"kernel": "rbf"}, SVC(kernel="precomputed")),
+        ({"kernel": "laplacian", "metric": "position"}, SVC(kernel="precomputed")),
+    ],
+)
+def test_classifiers_on_precomputed_matrices(parameters, classifier, gait, data):
+    X, y, sequence = data
+    pipeline = make_pipeline(PoseDistanceTransformer(gait.skeleton, **parameters), classifier)
+    scores = cross_val_score(pipeline, X, y, groups=sequence, cv=GroupKFold(3))
+    assert scores.mean() > 0.9
+
+
+def test_nearest_neighbour_in_a_pipeline_is_that_of_the_distances(gait, data):
+    X, y, _ = data
+    train, test = np.arange(0, len(X), 2), np.arange(1, len(X), 2)
+    knn = make_pipeline(PoseDistanceTransformer(gait.skeleton), KNeighborsClassifier(1, metric="precomputed"))
+    nearest = pose_distances(X[test], X[train], skeleton=gait.skeleton).argmin(axis=1)
+    np.testing.assert_array_equal(knn.fit(X[train], y[train]).predict(X[test]), y[train][nearest])
+
+
+def test_grid_search_over_metrics_by_sequence(gait, data):
+    X, y, sequence = data
+    knn = make_pipeline(PoseDistanceTransformer(gait.skeleton), KNeighborsClassifier(1, metric="precomputed"))
+    grid = {"posedistancetransformer__metric": list(METRICS), "kneighborsclassifier__n_neighbors": [1, 5]}
+    searches = [
+        GridSearchCV(knn, grid, cv=GroupKFold(3), n_jobs=n_jobs).fit(X, y, groups=sequence) for n_jobs in (1, 2)
+    ]
+    one, two = (search.cv_results_["mean_test_score"] for search in searches)
+    np.testing.assert_array_equal(one, two)
+    assert one.min() > 0.8
+
+
+@pytest.mark.parametrize(
+    "clusterer",
+    [
+        DBSCAN(eps=0.5, metric="precomputed"),
+        HDBSCAN(metric="precomputed", copy=True),
+        AgglomerativeClustering(2, metric="precomputed", linkage="average"),
+    ],
+    ids=lambda clusterer: type(clusterer).__name__,
+)
+def test_clustering_of_distances(clusterer, gait, data):
+    X, y, _ = data
+    labels = clusterer.fit_predict(pose_distances(X, skeleton=gait.skeleton))
+    assert homogeneity_score(y, labels) > 0.5

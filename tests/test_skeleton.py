@@ -1,0 +1,125 @@
+import copy
+import pickle
+
+import numpy as np
+import pytest
+
+from skpose import Bone, Skeleton
+
+
+def test_attributes_describe_the_bones():
+    skeleton = Skeleton(
+        [
+            Bone("wrist", "elbow", (0.25, 0, 0), "YX", limits=((0, 1), (-2, 2))),
+            Bone("elbow", None, (0.3, 0, 0), "xyz"),
+            Bone("tip", "wrist", (0.1, 0, 0), rest_rotation=np.diag([-1.0, -1.0, 1.0])),
+        ]
+    )
+    assert skeleton.joint_names == ("elbow", "wrist", "tip")  # a parent before its children
+    assert skeleton.dof_names == ("elbow_rx", "elbow_ry", "elbow_rz", "wrist_ry", "wrist_rx")
+    assert (skeleton.n_joints, skeleton.n_dofs) == (3, 5)
+    np.testing.assert_array_equal(skeleton.parents, [-1, 0, 1])
+    np.testing.assert_array_equal(skeleton.offsets[1], [0.25, 0, 0])
+    np.testing.assert_array_equal(skeleton.rest_rotations[2], np.diag([-1, -1, 1]))
+    np.testing.assert_array_equal(skeleton.limits[:3], [[-np.inf, np.inf]] * 3)
+    np.testing.assert_array_equal(skeleton.limits[3:], [[0, 1], [-2, 2]])
+    assert Skeleton.chain(2).limits is None
+
+
+def test_is_immutable_hashable_and_equal_by_value(skeleton):
+    again = Skeleton(skeleton.bones, skeleton.offset_frame)
+    assert again == skeleton
+    assert hash(again) == hash(skeleton)
+    assert again != Skeleton.chain(7)
+    with pytest.raises(AttributeError):
+        skeleton.bones = ()
+    with pytest.raises(ValueError, match="read-only"):
+        skeleton.offsets[0] = 1.0
+    assert copy.deepcopy(skeleton) == skeleton
+    restored = pickle.loads(pickle.dumps(skeleton))
+    assert restored == skeleton
+    assert not restored.offsets.flags.writeable
+
+
+def test_a_chain_of_ten_thousand_bones_in_reverse_order():
+    bones = [Bone(f"b{i}", f"b{i - 1}" if i else None, (1, 0, 0), "z") for i in range(10_000)]
+    assert Skeleton(bones[::-1]).joint_names == tuple(f"b{i}" for i in range(10_000))
+
+
+@pytest.mark.parametrize(
+    ("bones", "message"),
+    [
+        ([("a", "b", (1, 0, 0), "x"), ("b", "a", (1, 0, 0))], "bone 'a' hangs on itself, by way of a -> b -> a"),
+        ([("a", "a", (1, 0, 0), "x")], "bone 'a' hangs on itself"),
+        ([("a", "hip", (1, 0, 0), "x")], "bone 'a' hangs on 'hip', which is not among the bones"),
+        ([("a", None, (1, 0, 0), "x"), ("a", None, (1, 0, 0))], "bone 'a' is given twice"),
+        ([("a", None, (1, np.nan, 0), "x")], "bone 'a': offset must be three finite numbers"),
+        ([("a", None, (1, np.inf, 0), "x")], "bone 'a': offset must be three finite numbers"),
+        ([("a", None, (1, 0), "x")], "bone 'a': offset must be three finite numbers"),
+        ([("a", None, "abc", "x")], "bone 'a': offset must be three finite numbers"),
+        ([("a", None, (1, 0, 0), "xw")], "bone 'a': dofs must be letters x, y, z in one case"),
+        ([("a", None, (1, 0, 0), "xY")], "bone 'a': dofs must be letters x, y, z in one case"),
+        ([("a", None, (1, 0, 0), "zxz")], "bone 'a': dofs must be at most one each"),
+        ([("a", None, (1, 0, 0), 3)], "bone 'a': dofs must be a string"),
+        ([("a", None, (1, 0, 0), "x", np.ones((3, 3)))], "bone 'a': rest_rotation must be a .* rotation matrix"),
+        ([("a", None, (1, 0, 0), "x", np.diag([1, 1, -1]))], "bone 'a': rest_rotation must be a .* rotation matrix"),
+        ([("a", None, (1, 0, 0), "x", None, [(1, 0)])], "bone 'a': limits must be one .lower, upper. pair"),
+        ([("a", None, (1, 0, 0), "x", None, [(0, 1), (0, 1)])], "bone 'a': limits must be one .lower, upper. pair"),
+        ([("a", None, (1, 0, 0), "x", None, [(0, np.nan)])], "bone 'a': limits must be one .lower, upper. pair"),
+        ([("", None, (1, 0, 0), "x")], "name must be a non-empty string"),
+        ([("a", None, (1, 0, 0))], "needs at least one degree of freedom"),
+        ([], "needs at least one degree of freedom"),
+    ],
+)
+def test_refuses_by_name(bones, message):
+    with pytest.raises(ValueError, match=message):
+        Skeleton(bones)
+
+
+def test_refuses_an_unknown_offset_frame():
+    with pytest.raises(ValueError, match="offset_frame must be"):
+        Skeleton([("a", None, (1, 0, 0), "x")], offset_frame="world")
+
+
+def test_mean_has_mean_lengths_and_mean_directions():
+    a = Skeleton([Bone("a", None, (1, 0, 0), "xyz", limits=[(-1, 1)] * 3), Bone("b", "a", (0, 2, 0))])
+    b = Skeleton([Bone("b", "a", (0, 4, 0)), Bone("a", None, (0, 3, 0), "xyz", limits=[(-2, 0.5)] * 3)])
+    mean = Skeleton.mean([a, b])
+    assert mean.joint_names == a.joint_names
+    np.testing.assert_allclose(np.linalg.norm(mean.offsets, axis=1), [2, 3])
+    np.testing.assert_allclose(mean.offsets[0], [np.sqrt(2), np.sqrt(2), 0])
+    np.testing.assert_array_equal(mean.limits, [[-2, 1]] * 3)
+    assert Skeleton.mean([a]) == a
+    assert Skeleton.mean([a, a, a]) == a
+
+
+def test_mean_of_rest_rotations_is_half_way():
+    def turned(angle):
+        c, s = np.cos(angle), np.sin(angle)
+        return Skeleton([Bone("a", None, (1, 0, 0), "x", [[c, -s, 0], [s, c, 0], [0, 0, 1]])])
+
+    mean = Skeleton.mean([turned(0.2), turned(0.6)])
+    np.testing.assert_allclose(mean.rest_rotations, turned(0.4).rest_rotations, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("other", "message"),
+    [
+        (Skeleton([Bone("a", None, (1, 0, 0), "y")]), "joint 'a' has dofs 'x' in one and 'y' in the other"),
+        (Skeleton([Bone("a", None, (1, 0, 0), "x"), Bone("b", "a", (1, 0, 0))]), "only one of them has a joint 'b'"),
+        (Skeleton([Bone("a", None, (1, 0, 0), "x")], "parent"), "offset frames"),
+        (Skeleton([Bone("a", None, (-1, 0, 0), "x")]), "opposite directions"),
+    ],
+)
+def test_mean_refuses_what_has_none(other, message):
+    with pytest.raises(ValueError, match=message):
+        Skeleton.mean([Skeleton([Bone("a", None, (1, 0, 0), "x")]), other])
+
+
+def test_mean_of_nothing():
+    with pytest.raises(ValueError, match="got none"):
+        Skeleton.mean([])
+
+
+def test_repr_is_short():
+    assert repr(Skeleton.chain(3)) == "Skeleton(n_joints=3, n_dofs=3)"
