@@ -115,8 +115,8 @@ def pose_distances(
 
     >>> pose_distances(X, skeleton=Skeleton.chain(2)).round(3)
     array([[0.   , 3.509, 1.569],
-           [3.509, 0.   , 2.741],
-           [1.569, 2.741, 0.   ]])
+           [3.509, 0.   , 2.219],
+           [1.569, 2.219, 0.   ]])
     """
     chosen, steps = resolve(metric, skeleton, n_steps, wrap)
     X = check_poses(X, skeleton, "X")

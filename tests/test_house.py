@@ -1,0 +1,88 @@
+"""The order of the house: which file may import which, what a newcomer can run, what importing costs."""
+
+import ast
+import doctest
+import importlib
+import pkgutil
+import runpy
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import skpose
+
+PACKAGE = Path(skpose.__file__).parent
+ROOT = Path(__file__).parent.parent
+EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+
+# The direction of the data: a file imports only from lines above its own.
+LAYERS = [
+    ["_lanes", "skeleton"],
+    ["_kernels", "motion", "_validation"],
+    ["_tree", "io._text"],
+    ["io._asf", "io._bvh"],
+    ["io._amc"],
+    ["io"],
+    ["datasets._cmu_digests", "datasets._motions"],
+    ["datasets._cmu", "datasets._gait"],
+    ["datasets"],
+    ["kinematics", "metrics"],
+    ["pairwise"],
+    ["transformer"],
+    ["__init__"],
+    ["compare"],
+    ["__main__"],
+]
+LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}
+
+
+def module_name(path):
+    name = ".".join(path.relative_to(PACKAGE).with_suffix("").parts)
+    return name.removesuffix(".__init__")
+
+
+def imported(path):
+    """Modules of the package that a file imports, anywhere in it."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names if alias.name.split(".")[0] == "skpose")
+        elif isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[0] == "skpose":
+            folder = PACKAGE.parent.joinpath(*node.module.split("."))
+            for alias in node.names:
+                is_module = (folder / f"{alias.name}.py").is_file() or (folder / alias.name).is_dir()
+                yield f"{node.module}.{alias.name}" if is_module else node.module
+
+
+@pytest.mark.parametrize("path", sorted(PACKAGE.rglob("*.py")), ids=module_name)
+def test_imports_point_up_the_flow_of_data(path):
+    here = module_name(path)
+    assert here in LEVEL, f"{here} has no place in LAYERS: say where in the flow of data it stands"
+    for name in imported(path):
+        there = name.removeprefix("skpose").lstrip(".") or "__init__"
+        assert LEVEL[there] < LEVEL[here], f"{here} imports {there}, which comes after it"
+
+
+def test_importing_leaves_the_slow_parts_alone():
+    slow = ["skpose.datasets", "sklearn.neighbors", "sklearn.model_selection", "matplotlib"]
+    code = f"import sys, skpose; print([name for name in {slow} if name in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("name", [m.name for m in pkgutil.walk_packages(skpose.__path__, "skpose.")])
+def test_docstring_examples(name):
+    failures, _ = doctest.testmod(importlib.import_module(name))
+    assert failures == 0
+
+
+def test_every_public_name_has_an_example():
+    for name in skpose.__all__:
+        assert ">>>" in getattr(skpose, name).__doc__ or name == "Bone", name
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_examples_run(path, capsys):
+    runpy.run_path(str(path))
+    assert capsys.readouterr().out
