@@ -66,7 +66,7 @@ def test_grid_search_over_metrics_by_sequence(gait, data):
     [
         DBSCAN(eps=0.5, metric="precomputed"),
         HDBSCAN(metric="precomputed", copy=True),
-        AgglomerativeClustering(2, metric="precomputed", linkage="average"),
+        AgglomerativeClustering(12, metric="precomputed", linkage="average"),
     ],
     ids=lambda clusterer: type(clusterer).__name__,
 )
