@@ -362,19 +362,25 @@ def _shared_types(dtype):
     return types.NamedTuple(fields, Tree), types.NamedTuple(steps, Steps)
 
 
-@functools.cache
-def encode_poses_loop():
-    """``loop(poses, encode, tree, steps, codes)``: encode every row of poses into a row of codes, in float64.
+# A function passed to a compiled function keeps it from numba's disk cache unless its type is spelled out, and what is
+# spelled out is compiled at once; hence the three below are compiled when they are first asked for.
 
-    A function passed to a compiled function keeps it from numba's disk cache unless its type is spelled out, and what
-    is spelled out is compiled at once; hence not before the first call.
-    """
+
+@functools.cache
+def _encode_poses_loop():
     real = types.float64
     tree, steps = _shared_types(np.dtype(np.float64))
     row = _array(real, 1, readonly=False)
     encode = types.FunctionType(types.void(_array(real, 1, readonly=True), tree, steps, row, row))
     poses, codes = _array(real, 2, readonly=True), _array(real, 2, readonly=False)
     return _jit([types.void(poses, encode, tree, steps, codes)])(_encode_poses)
+
+
+def encode_poses(poses, encode, n_codes, tree, steps):
+    """Codes (n_poses, n_codes) of poses (n_poses, n_dofs), in float64."""
+    codes = np.empty((len(poses), n_codes))
+    _encode_poses_loop()(np.ascontiguousarray(poses, dtype=np.float64), encode, tree, steps, codes)
+    return codes
 
 
 @functools.cache

@@ -34,19 +34,21 @@ def _axes_to_zyx(axes: list[int]) -> tuple[np.ndarray, list[int]]:
 
 
 @functools.lru_cache(maxsize=64)
-def tree_of(skeleton: Skeleton, dtype: np.dtype = FLOAT64) -> Tree:
-    """The skeleton as flat arrays, reals of the given dtype.
+def tree_of(skeleton: Skeleton | None, dtype: np.dtype = FLOAT64) -> Tree:
+    """The skeleton as flat arrays, reals of the given dtype; None is the root alone, for metrics that need none.
 
     Every joint's world orientation is that of a frame times a constant: H_j = K_f · A_j. A rigid joint shares the
     frame of its parent; a joint with dofs has a frame K_f = K_parent · rest · Rz · Ry · Rx of its own.
     """
-    own = skeleton.offset_frame == "own"
+    bones = () if skeleton is None else skeleton.bones
+    own = skeleton is not None and skeleton.offset_frame == "own"
+    parents = np.zeros(0, dtype=int) if skeleton is None else skeleton.parents
     frame_parent, first_dof, rest, pivot, column, sign = [0], [0, 0], [np.eye(3)], [0], [], []
     frame_of, constant = [0], [np.eye(3)]  # f and A_j, for the root and then for every joint
     offset, joint_frame = [np.zeros(3)], [0]
-    first_column = np.cumsum([0] + [len(bone.dofs) for bone in skeleton.bones])
-    for j, bone in enumerate(skeleton.bones):
-        parent = skeleton.parents[j] + 1
+    first_column = np.cumsum([0] + [len(bone.dofs) for bone in bones])
+    for j, bone in enumerate(bones):
+        parent = parents[j] + 1
         before = constant[parent] @ skeleton.rest_rotations[j]
         if not bone.dofs:
             frame_of.append(frame_of[parent])
@@ -79,38 +81,11 @@ def tree_of(skeleton: Skeleton, dtype: np.dtype = FLOAT64) -> Tree:
         rest=rest,
         weight=weight,
         pivot=np.array(pivot),
-        column=np.array(column),
+        column=np.array(column, dtype=int),
         sign=np.array(sign, dtype=float),
-        joint_parent=np.array([-1, *(skeleton.parents + 1)]),
+        joint_parent=np.array([-1, *(parents + 1)]),
         joint_frame=np.array(joint_frame),
         offset=np.array(offset),
     )
-    return _of_dtype(tree, dtype)
-
-
-def _of_dtype(tree: Tree, dtype: np.dtype) -> Tree:
     # Left writeable: read-only arrays are another type to numba, and pickling would make them this one.
     return Tree(*(np.ascontiguousarray(a, dtype if a.dtype == float else np.int64) for a in tree))
-
-
-@functools.lru_cache
-def no_tree(dtype: np.dtype = FLOAT64) -> Tree:
-    """What stands in a Tree's place for the metrics that look at no skeleton: the root alone."""
-    none = np.zeros(0, dtype=int)
-    root, lone = np.zeros(1, dtype=int), np.eye(3)[None]
-    return _of_dtype(
-        Tree(
-            root,
-            np.zeros(2, dtype=int),
-            root + 1,
-            lone,
-            np.zeros(1),
-            root,
-            none,
-            np.zeros(0),
-            root - 1,
-            root,
-            np.zeros((1, 3)),
-        ),
-        dtype,
-    )

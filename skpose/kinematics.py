@@ -51,9 +51,9 @@ def forward_kinematics(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
             [1., 1., 0.]]])
     """
     angles = check_poses(angles, skeleton, "angles")
-    positions = np.empty((len(angles), 3 * skeleton.n_joints))
-    poses, steps = np.ascontiguousarray(angles, dtype=np.float64), _kernels.Steps.of(1, wrap=False)
-    _kernels.encode_poses_loop()(poses, _kernels.encode_positions, tree_of(skeleton), steps, positions)
+    chord = _kernels.Steps.of(1, wrap=False)
+    encode, n_codes = _kernels.encode_positions, 3 * skeleton.n_joints
+    positions = _kernels.encode_poses(angles, encode, n_codes, tree_of(skeleton), chord)
     return positions.astype(angles.dtype, copy=False).reshape(len(angles), -1, 3)
 
 

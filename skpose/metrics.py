@@ -11,7 +11,7 @@ from sklearn.utils._param_validation import Interval, StrOptions, validate_param
 
 from skpose import _kernels
 from skpose._kernels import Steps, Tree
-from skpose._tree import no_tree, tree_of
+from skpose._tree import tree_of
 from skpose.skeleton import Skeleton
 
 
@@ -20,29 +20,27 @@ class Metric(NamedTuple):
 
     encode: Callable  # what to know of one pose
     measure: Callable  # from one encoded pose to others
-    n_codes: Callable[[Tree], int]  # length of an encoded pose
+    n_codes: Callable[[Tree, int], int]  # length of an encoded pose, given its length before
     needs_skeleton: bool
-    wraps: bool | None  # what wrap="auto" means; None for a metric that cannot tell
+    wraps: bool | None  # what wrap="auto" means; None for a metric that whole turns do not change
 
 
-def _n_angles(tree: Tree) -> int:
-    return len(tree.column)
-
-
-def _n_coordinates(tree: Tree) -> int:
+def _n_coordinates(tree: Tree, n_dofs: int) -> int:
     return 3 * (len(tree.offset) - 1)
 
 
+def _n_quaternions(tree: Tree, n_dofs: int) -> int:
+    return 4 * (len(tree.rest) - 1)
+
+
 METRICS = {
-    "angle": Metric(_kernels.encode_angles, _kernels.measure_euclidean, _n_angles, False, False),
+    "angle": Metric(_kernels.encode_angles, _kernels.measure_euclidean, lambda tree, n_dofs: n_dofs, False, False),
     "position": Metric(_kernels.encode_positions, _kernels.measure_euclidean, _n_coordinates, True, None),
-    "rotation": Metric(
-        _kernels.encode_rotations, _kernels.measure_rotations, lambda tree: 4 * (len(tree.rest) - 1), True, None
-    ),
+    "rotation": Metric(_kernels.encode_rotations, _kernels.measure_rotations, _n_quaternions, True, None),
     "spatial": Metric(
         _kernels.encode_curve_end,
         _kernels.measure_line,
-        lambda tree: 5 * _n_angles(tree) + _n_coordinates(tree),
+        lambda tree, n_dofs: 5 * n_dofs + _n_coordinates(tree, n_dofs),
         True,
         True,
     ),
@@ -132,31 +130,29 @@ def pose_metric(
     array(['up'], dtype='<U3')
     """
     chosen, steps = resolve(metric, skeleton, n_steps, wrap)
-    return _compiled(chosen, skeleton if chosen.needs_skeleton else None, steps)
+    return _compiled(chosen, skeleton, steps)
 
 
 @functools.lru_cache(maxsize=64)
 def _compiled(metric: Metric, skeleton: Skeleton | None, steps: Steps) -> Callable[[np.ndarray, np.ndarray], float]:
-    encode, measure = metric.encode, metric.measure
-    tree = no_tree() if skeleton is None else tree_of(skeleton)
-    n_dofs = -1 if skeleton is None else skeleton.n_dofs
-    wrong_width = (
-        "the two poses differ in length"
-        if skeleton is None
-        else f"a pose has the wrong length: the skeleton has {n_dofs} degrees of freedom, one number for each"
-    )
-    n_codes = metric.n_codes(tree)
-    pair = _kernels.pair_distance_function()
+    encode, measure, pair = metric.encode, metric.measure, _kernels.pair_distance_function()
+    tree = tree_of(skeleton if metric.needs_skeleton else None)
+    if skeleton is None:  # "angle" on poses of any length, which are their own code
+        n_dofs, n_codes, refusal = -1, -1, "the two poses differ in length"
+    else:
+        n_dofs = skeleton.n_dofs
+        n_codes = metric.n_codes(tree, n_dofs)
+        refusal = f"a pose has the wrong length: the skeleton has {n_dofs} degrees of freedom, one number for each"
 
     @njit(nogil=True)
     def distance(x, y):
         width = x.shape[0] if n_dofs < 0 else n_dofs
         if x.shape[0] != width or y.shape[0] != width:
-            raise ValueError(wrong_width)
+            raise ValueError(refusal)
         # Copies, since rows may be of any dtype and stride.
         a, b = np.empty(width), np.empty(width)
         for i in range(width):
             a[i], b[i] = x[i], y[i]
-        return pair(a, b, width if n_dofs < 0 else n_codes, encode, measure, tree, steps)
+        return pair(a, b, width if n_codes < 0 else n_codes, encode, measure, tree, steps)
 
     return distance

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from skpose.skeleton import Skeleton
+from skpose.skeleton import Skeleton, mismatch
 
 TWO_PI = 2.0 * np.pi
 
@@ -148,7 +148,7 @@ class Motion:
         ValueError
             If the same angles would mean another pose; the message names the joint.
         """
-        difference = self.skeleton.difference(skeleton)
+        difference = mismatch(self.skeleton, skeleton)
         if difference:
             raise ValueError(f"the motion's angles do not carry over to this skeleton: {difference}")
         column = {name: i for i, name in enumerate(self.skeleton.dof_names)}

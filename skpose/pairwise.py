@@ -10,7 +10,7 @@ from sklearn.utils._param_validation import validate_params
 from sklearn.utils.parallel import Parallel, delayed
 
 from skpose import _kernels
-from skpose._tree import no_tree, tree_of
+from skpose._tree import tree_of
 from skpose._validation import check_poses
 from skpose.metrics import METRIC_CONSTRAINTS, resolve
 from skpose.skeleton import Skeleton
@@ -119,26 +119,23 @@ def pose_distances(
            [1.569, 2.219, 0.   ]])
     """
     chosen, steps = resolve(metric, skeleton, n_steps, wrap)
+    triangle = Y is None or Y is X
     X = check_poses(X, skeleton, "X")
-    triangle = Y is None
     Y = X if triangle else check_poses(Y, skeleton, "Y")
     if X.shape[1] != Y.shape[1]:
         raise ValueError(f"X has {X.shape[1]} columns and Y has {Y.shape[1]}; poses of one body have equally many")
     dtype = np.result_type(X, Y)
     distances = _result(out, (len(X), len(Y)), dtype)
 
-    encoding_tree = tree_of(skeleton) if chosen.needs_skeleton else no_tree()
-    n_codes = chosen.n_codes(encoding_tree) if chosen.needs_skeleton else X.shape[1]
+    body = skeleton if chosen.needs_skeleton else None
+    n_codes = chosen.n_codes(tree_of(body), X.shape[1])
 
     def encoded(poses: np.ndarray) -> np.ndarray:
-        codes = np.empty((len(poses), n_codes))
-        poses = np.ascontiguousarray(poses, dtype=np.float64)
-        _kernels.encode_poses_loop()(poses, chosen.encode, encoding_tree, steps, codes)
-        return codes.astype(dtype, copy=False)
+        return _kernels.encode_poses(poses, chosen.encode, n_codes, tree_of(body), steps).astype(dtype, copy=False)
 
     rows = encoded(X)
     blocks = _kernels.in_lanes(rows if triangle else encoded(Y))
-    tree = tree_of(skeleton, dtype) if chosen.needs_skeleton else no_tree(dtype)
+    tree = tree_of(body, dtype)
     loop = _kernels.pair_distances_loop(dtype)
     # Threads, not processes: the kernels release the GIL, and every task writes its rows of one result.
     Parallel(n_jobs=n_jobs, require="sharedmem")(

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, NoReturn
 
 import numpy as np
 
@@ -142,25 +142,11 @@ class Skeleton:
             raise ValueError("the mean skeleton needs at least one skeleton, got none")
         first = skeletons[0]
         for i, other in enumerate(skeletons[1:], start=1):
-            difference = first.difference(other)
+            difference = mismatch(first, other)
             if difference:
                 raise ValueError(f"skeletons[{i}] has no bone-wise mean with skeletons[0]: {difference}")
         namesakes = [{bone.name: bone for bone in skeleton.bones} for skeleton in skeletons]
         return cls((_mean_bone([by[name] for by in namesakes]) for name in first.joint_names), first.offset_frame)
-
-    def difference(self, other: "Skeleton") -> str:
-        """Why the same angles do not mean the same pose on both skeletons, in words; empty where they do."""
-        if self.offset_frame != other.offset_frame:
-            return f"their offset frames are {self.offset_frame!r} and {other.offset_frame!r}"
-        mine, theirs = ({bone.name: bone for bone in skeleton.bones} for skeleton in (self, other))
-        for name in [*mine, *theirs]:
-            if name not in mine or name not in theirs:
-                return f"only one of them has a joint {name!r}"
-            for what in ("parent", "dofs"):
-                a, b = getattr(mine[name], what), getattr(theirs[name], what)
-                if a != b:
-                    return f"joint {name!r} has {what} {a!r} in one and {b!r} in the other"
-        return ""
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:
@@ -215,6 +201,21 @@ class Skeleton:
         return self  # immutable; scikit-learn's clone copies every parameter
 
 
+def mismatch(a: Skeleton, b: Skeleton) -> str:
+    """Why the same angles do not mean the same pose on two skeletons, in words; empty where they do."""
+    if a.offset_frame != b.offset_frame:
+        return f"their offset frames are {a.offset_frame!r} and {b.offset_frame!r}"
+    bones_a, bones_b = ({bone.name: bone for bone in skeleton.bones} for skeleton in (a, b))
+    for name in [*bones_a, *bones_b]:
+        if name not in bones_a or name not in bones_b:
+            return f"only one of them has a joint {name!r}"
+        for what in ("parent", "dofs"):
+            in_a, in_b = getattr(bones_a[name], what), getattr(bones_b[name], what)
+            if in_a != in_b:
+                return f"joint {name!r} has {what} {in_a!r} in one and {in_b!r} in the other"
+    return ""
+
+
 def _frozen(values, dtype=np.float64) -> np.ndarray:
     array = np.array(values, dtype=dtype)
     array.flags.writeable = False
@@ -225,42 +226,43 @@ def _checked(bone: Bone) -> Bone:
     """The bone with plain tuples of floats in it, or a ValueError that names it."""
     if not isinstance(bone.name, str) or not bone.name:
         raise ValueError(f"a bone's name must be a non-empty string, got {bone.name!r}")
+    dofs = bone.dofs
+    if not isinstance(dofs, str) or dofs not in (dofs.lower(), dofs.upper()) or not set(dofs.lower()) <= set("xyz"):
+        _refuse(bone, "dofs", 'letters x, y, z in one case, such as "xyz" or "ZXY"')
+    if len(set(dofs)) < len(dofs):
+        _refuse(bone, "dofs", "at most one each of x, y and z")
 
-    def refuse(what: str, expected: str, got: object):
-        raise ValueError(f"bone {bone.name!r}: {what} must be {expected}, got {got!r}")
-
-    def array_of(what: str, values: object, shape: tuple[int, ...], expected: str) -> np.ndarray:
-        try:
-            array = np.array(values, dtype=np.float64)
-        except (TypeError, ValueError):
-            refuse(what, expected, values)
-        if array.shape != shape or np.isnan(array).any():
-            refuse(what, expected, values)
-        return array
-
-    offset = array_of("offset", bone.offset, (3,), "three finite numbers (m)")
+    offset = _numbers(bone, "offset", (3,), "three finite numbers (m)")
     if not np.isfinite(offset).all():
-        refuse("offset", "three finite numbers (m)", bone.offset)
-    axes = "dofs" if isinstance(bone.dofs, str) else refuse("dofs", 'a string such as "xyz" or "ZXY"', bone.dofs)
-    if bone.dofs not in (bone.dofs.lower(), bone.dofs.upper()) or not set(bone.dofs.lower()) <= set("xyz"):
-        refuse(axes, 'letters x, y, z in one case, such as "xyz" or "ZXY"', bone.dofs)
-    if len(set(bone.dofs)) < len(bone.dofs):
-        refuse(axes, "at most one each of x, y and z", bone.dofs)
-    rest = None
+        _refuse(bone, "offset", "three finite numbers (m)")
+    rest = limits = None
     if bone.rest_rotation is not None:
-        expected = "a (3, 3) rotation matrix"
-        matrix = array_of("rest_rotation", bone.rest_rotation, (3, 3), expected)
-        if not np.allclose(matrix @ matrix.T, np.eye(3), atol=ROTATION_TOLERANCE) or np.linalg.det(matrix) < 0:
-            refuse("rest_rotation", expected, bone.rest_rotation)
-        rest = tuple(map(tuple, matrix.tolist()))
-    limits = None
+        rest = _numbers(bone, "rest_rotation", (3, 3), "a (3, 3) rotation matrix")
+        if not np.allclose(rest @ rest.T, np.eye(3), atol=ROTATION_TOLERANCE) or np.linalg.det(rest) < 0:
+            _refuse(bone, "rest_rotation", "a (3, 3) rotation matrix")
+        rest = tuple(map(tuple, rest.tolist()))
     if bone.limits is not None:
-        expected = f"one (lower, upper) pair in rad for each of its {len(bone.dofs)} dofs"
-        pairs = array_of("limits", bone.limits, (len(bone.dofs), 2), expected)
-        if (pairs[:, 0] > pairs[:, 1]).any():
-            refuse("limits", expected, bone.limits)
-        limits = tuple(map(tuple, pairs.tolist()))
-    return Bone(bone.name, bone.parent, tuple(offset.tolist()), bone.dofs, rest, limits)
+        expected = f"one (lower, upper) pair in rad for each of its {len(dofs)} dofs"
+        limits = _numbers(bone, "limits", (len(dofs), 2), expected)
+        if (limits[:, 0] > limits[:, 1]).any():
+            _refuse(bone, "limits", expected)
+        limits = tuple(map(tuple, limits.tolist()))
+    return Bone(bone.name, bone.parent, tuple(offset.tolist()), dofs, rest, limits)
+
+
+def _numbers(bone: Bone, field: str, shape: tuple[int, ...], expected: str) -> np.ndarray:
+    """A field of the bone as an array of this shape, without NaN."""
+    try:
+        array = np.array(getattr(bone, field), dtype=np.float64)
+    except (TypeError, ValueError):
+        _refuse(bone, field, expected)
+    if array.shape != shape or np.isnan(array).any():
+        _refuse(bone, field, expected)
+    return array
+
+
+def _refuse(bone: Bone, field: str, expected: str) -> NoReturn:
+    raise ValueError(f"bone {bone.name!r}: {field} must be {expected}, got {getattr(bone, field)!r}")
 
 
 def _in_tree_order(bones: Sequence[Bone]) -> tuple[Bone, ...]:

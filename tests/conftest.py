@@ -54,8 +54,10 @@ SKELETONS = {
 }
 
 
-@pytest.fixture(params=SKELETONS, scope="session")
+@pytest.fixture(params=[*SKELETONS, "CMU"], scope="session")
 def skeleton(request):
+    if request.param == "CMU":
+        return request.getfixturevalue("cmu").skeleton
     return SKELETONS[request.param]
 
 

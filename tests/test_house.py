@@ -4,7 +4,9 @@ import ast
 import doctest
 import importlib
 import pkgutil
+import re
 import runpy
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -80,6 +82,16 @@ def test_docstring_examples(name):
 def test_every_public_name_has_an_example():
     for name in skpose.__all__:
         assert ">>>" in getattr(skpose, name).__doc__ or name == "Bone", name
+
+
+def test_the_readmes_program_runs(tmp_path, monkeypatch, capsys):
+    (program,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), flags=re.S)
+    (tmp_path / "bvh").mkdir()
+    for name in ("anna_walk_1", "anna_run_2", "ben_walk_1", "ben_run_2"):
+        shutil.copy(ROOT / "tests" / "data" / "biped.bvh", tmp_path / "bvh" / f"{name}.bvh")
+    monkeypatch.chdir(tmp_path)
+    exec(compile(program, "README.md", "exec"), {})
+    assert len(capsys.readouterr().out.strip("[]\n").split()) == 2  # the scores of two folds
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)

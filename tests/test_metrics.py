@@ -77,20 +77,13 @@ def test_a_half_turn_is_as_far_from_either_end():
 
 
 def test_fact_3_spatial_breaks_the_triangle_inequality():
-    """Folding an arm, turning it, and stretching it again sweeps less than swinging it stretched."""
-    skeleton = Skeleton.chain(3)
-    stretched, folded, turned_folded, turned = (
-        np.array([pose]) for pose in ([0, 0, 0], [0, 3, 0], [2, 3, 0], [2.0, 0, 0])
+    """To swing a stretched arm far, it pays to bend it half way: the detour is shorter than the straight line."""
+    start, bent, end = np.array([[0.0, 0, 0]]), np.array([[1.5, 1, 0]]), np.array([[3.0, 0, 0]])
+    direct, there, back = (
+        pose_distances(a, b, skeleton=Skeleton.chain(3), n_steps=100)[0, 0]
+        for a, b in ((start, end), (start, bent), (bent, end))
     )
-    direct = pose_distances(stretched, turned, skeleton=skeleton, n_steps=100)
-    legs = [
-        pose_distances(p, q, skeleton=skeleton, n_steps=100)
-        for p, q in ((stretched, folded), (folded, turned_folded), (turned_folded, turned))
-    ]
-    X = np.random.default_rng(0).uniform(-3, 3, size=(60, 3))
-    D = pose_distances(X, skeleton=skeleton, n_steps=100)
-    detour = (D[:, :, None] + D[None, :, :]).min(axis=1)
-    assert (detour < D * 0.95).any() or sum(legs) < direct
+    assert there + back < 0.99 * direct
 
 
 def test_fact_4_a_twist_of_the_last_bone_moves_nothing():

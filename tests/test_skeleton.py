@@ -60,7 +60,7 @@ def test_a_chain_of_ten_thousand_bones_in_reverse_order():
         ([("a", None, (1, 0, 0), "xw")], "bone 'a': dofs must be letters x, y, z in one case"),
         ([("a", None, (1, 0, 0), "xY")], "bone 'a': dofs must be letters x, y, z in one case"),
         ([("a", None, (1, 0, 0), "zxz")], "bone 'a': dofs must be at most one each"),
-        ([("a", None, (1, 0, 0), 3)], "bone 'a': dofs must be a string"),
+        ([("a", None, (1, 0, 0), 3)], "bone 'a': dofs must be letters x, y, z in one case"),
         ([("a", None, (1, 0, 0), "x", np.ones((3, 3)))], "bone 'a': rest_rotation must be a .* rotation matrix"),
         ([("a", None, (1, 0, 0), "x", np.diag([1, 1, -1]))], "bone 'a': rest_rotation must be a .* rotation matrix"),
         ([("a", None, (1, 0, 0), "x", None, [(1, 0)])], "bone 'a': limits must be one .lower, upper. pair"),
