@@ -1,13 +1,15 @@
-"""Walking and running made up from published joint-angle curves.
+"""Walking and running made up after published joint-angle curves.
 
-The curves are means of healthy adults over one gait cycle, read off the figures of the sources below to whole degrees
-and kept as Fourier series. They are good enough to try a method on, and no substitute for measurements.
+The curves have the shape, the timing and the peaks that the sources below report as means of healthy adults. They are
+drawn by hand, to whole degrees at every twentieth of the gait cycle, and kept as Fourier series: good enough to try a
+method on, and no substitute for measurements. How far the trunk turns and leans, and how far arms swing in running, are
+round figures of our own, as are the spreads over people.
 
 Sources
 -------
 Walking, legs: M. P. Kadaba, H. K. Ramakrishnan, M. E. Wootten, "Measurement of lower extremity kinematics during level
 walking", J. Orthop. Res. 8, 1990, doi:10.1002/jor.1100080310.
-Running, legs and trunk: T. F. Novacheck, "The biomechanics of running", Gait & Posture 7, 1998,
+Running, legs: T. F. Novacheck, "The biomechanics of running", Gait & Posture 7, 1998,
 doi:10.1016/S0966-6362(97)00038-6.
 Walking, arms: M. P. Murray, S. B. Sepic, E. J. Barnard, "Patterns of sagittal rotation of the upper limbs in walking",
 Physical Therapy 47, 1967, doi:10.1093/ptj/47.4.272.
@@ -49,7 +51,8 @@ _SIDE = (  # of the left; the right mirrors it
     ("hand", "forearm", (0.0, -0.108, 0.0), "xz"),
 )
 
-# Degrees at every twentieth of the cycle, which begins as the left foot strikes the ground; left side.
+# Degrees at every twentieth of the cycle, which begins as the left foot strikes the ground; left side. The trunk's
+# rotation is positive with the left shoulder back.
 _N_POINTS = 20
 _CURVES = {
     "walk": {
@@ -59,7 +62,7 @@ _CURVES = {
         "ankle_dorsiflexion": (0, -5, -3, 2, 5, 7, 8, 9, 10, 10, 6, -4, -15, -18, -11, -4, 0, 1, 1, 1),
         "shoulder_flexion": (-24, -23, -20, -16, -11, -6, -1, 3, 6, 8, 8, 7, 4, 1, -4, -9, -14, -18, -21, -23),
         "elbow_flexion": (20, 20, 21, 22, 24, 27, 30, 33, 36, 38, 38, 37, 35, 32, 29, 26, 24, 22, 21, 20),
-        "trunk_rotation": (-5, -5, -4, -3, -2, 0, 2, 3, 4, 5, 5, 5, 4, 3, 2, 0, -2, -3, -4, -5),
+        "trunk_rotation": (5, 5, 4, 3, 2, 0, -2, -3, -4, -5, -5, -5, -4, -3, -2, 0, 2, 3, 4, 5),
         "trunk_lean": (3,) * _N_POINTS,
     },
     "run": {
@@ -69,7 +72,7 @@ _CURVES = {
         "ankle_dorsiflexion": (5, 12, 20, 25, 25, 19, 7, -9, -21, -21, -14, -7, -2, 1, 2, 3, 4, 5, 5, 5),
         "shoulder_flexion": (-45, -44, -40, -33, -25, -16, -7, 2, 9, 13, 15, 14, 10, 4, -5, -14, -23, -32, -39, -44),
         "elbow_flexion": (88, 88, 86, 84, 82, 81, 82, 85, 89, 93, 96, 97, 97, 96, 94, 93, 92, 91, 90, 89),
-        "trunk_rotation": (-13, -13, -11, -8, -4, 0, 4, 8, 11, 13, 13, 13, 11, 8, 4, 0, -4, -8, -11, -13),
+        "trunk_rotation": (13, 13, 11, 8, 4, 0, -4, -8, -11, -13, -13, -13, -11, -8, -4, 0, 4, 8, 11, 13),
         "trunk_lean": (9,) * _N_POINTS,
     },
 }
@@ -218,8 +221,9 @@ def make_gait(
 
     Notes
     -----
-    The joint-angle curves are Fourier series of six harmonics after the normative data of the references. Arms and
-    legs of the right side are half a cycle behind those of the left.
+    The joint-angle curves are Fourier series of six harmonics, drawn by hand after the shape, the timing and the peaks
+    of the references' normative curves. Arms and legs of the right side are half a cycle behind those of the left. The
+    spreads over people and recordings are independent from dof to dof and round figures of our own.
 
     References
     ----------
