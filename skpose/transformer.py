@@ -1,6 +1,7 @@
 """Distances to the training poses as a step of a scikit-learn pipeline."""
 
 from numbers import Integral, Real
+from typing import ClassVar
 
 import numpy as np
 from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, TransformerMixin
@@ -83,7 +84,7 @@ class PoseDistanceTransformer(ClassNamePrefixFeaturesOutMixin, TransformerMixin,
     array(['up'], dtype='<U3')
     """
 
-    _parameter_constraints: dict = {  # noqa: RUF012, scikit-learn reads it under this name
+    _parameter_constraints: ClassVar[dict] = {
         **METRIC_CONSTRAINTS,
         "kernel": [StrOptions({"rbf", "laplacian"}), None],
         "gamma": [StrOptions({"scale"}), Interval(Real, 0, None, closed="left")],
