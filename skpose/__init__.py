@@ -7,7 +7,9 @@ and datasets (`skpose.datasets`), `Skeleton` and `Motion`, kinematics, metrics, 
 
 from importlib.metadata import version
 
+from skpose.cluster import MedoidShift
 from skpose.kinematics import forward_kinematics, metric_tensor, position_jacobian
+from skpose.manifold import SpatialMDS
 from skpose.metrics import pose_metric
 from skpose.motion import Motion
 from skpose.pairwise import pose_distances
@@ -16,9 +18,11 @@ from skpose.transformer import PoseDistanceTransformer
 
 __all__ = [
     "Bone",
+    "MedoidShift",
     "Motion",
     "PoseDistanceTransformer",
     "Skeleton",
+    "SpatialMDS",
     "forward_kinematics",
     "metric_tensor",
     "pose_distances",

@@ -1,0 +1,50 @@
+"""scikit-learn's callback protocol where the installed version has it (1.9), and nothing in its place before."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+try:
+    from sklearn.callback import CallbackSupportMixin, with_callbacks
+except ImportError:
+
+    class CallbackSupportMixin:
+        """Stands in for scikit-learn's where there are no callbacks."""
+
+    def with_callbacks(method):
+        """Leave the method as it is."""
+        return method
+
+
+class Progress:
+    """What a fit tells the callbacks of an estimator: that it begins, each of its steps, that it ends.
+
+    Parameters
+    ----------
+    estimator : CallbackSupportMixin
+        Which fits.
+    n_steps : int or None
+        How many steps there will be at most; None where that is not known.
+    X : array-like
+        The training data.
+    """
+
+    def __init__(self, estimator, n_steps: int | None, X):
+        self._estimator, self._X, self._context = estimator, X, None
+        if hasattr(estimator, "_init_callback_context"):
+            self._context = estimator._init_callback_context(max_subtasks=n_steps)
+            self._context.call_on_fit_task_begin(estimator=estimator, X=X)
+
+    @contextmanager
+    def step(self, name: str) -> Iterator[None]:
+        """One step of the fit."""
+        context = self._context.subcontext(task_name=name) if self._context is not None else None
+        if context is not None:
+            context.call_on_fit_task_begin(estimator=self._estimator, X=self._X)
+        yield
+        if context is not None:
+            context.call_on_fit_task_end(estimator=self._estimator, X=self._X)
+
+    def end(self) -> None:
+        """The fit is done."""
+        if self._context is not None:
+            self._context.call_on_fit_task_end(estimator=self._estimator, X=self._X)
