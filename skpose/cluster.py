@@ -21,6 +21,7 @@ from skpose.pairwise import pose_distances
 
 QUANTILE = 0.3  # of the other samples, within the estimated bandwidth of a sample
 BLOCK = 1 << 23  # weights held at once
+TIE = 1e-12  # relative difference of weighted sums that may be rounding
 HALVINGS = 24  # of an interval of bandwidths in the search for one that gives n_clusters
 GRID = 32  # bandwidths tried where halving found none
 
@@ -209,14 +210,14 @@ class MedoidShift(CallbackSupportMixin, ClusterMixin, BaseEstimator):
         )
 
     def _all_distances(self, X):
-        """Distances of our own, dense or sparse, among the samples."""
+        """Distances of our own among the samples, dense or sparse, in float64: close samples differ by little."""
         if self.metric != "precomputed":
-            return self._distances(X, None)
+            return self._distances(X, None).astype(np.float64, copy=False)
         if X.shape[0] != X.shape[1]:
             raise ValueError(f"precomputed distances must be a square matrix to fit, got shape {X.shape}")
         if issparse(X):
-            return csr_array(X, copy=True)
-        return np.array(check_symmetric(X, raise_exception=True))
+            return csr_array(X, dtype=np.float64, copy=True)
+        return np.array(check_symmetric(X, raise_exception=True), dtype=np.float64)
 
     def __sklearn_tags__(self):
         tags = super().__sklearn_tags__()
@@ -280,23 +281,26 @@ def _weights(closeness, cutoff, bandwidth):
 
 
 def _next(closeness, cutoff, bandwidth):
-    """Where each sample moves to: the j with the least Σ_k w_ik d_jk²; it stays rather than move to an equal."""
+    """Where each sample moves to, the j with the least Σ_k w_ik d_jk², and what staying would be worth to it.
+
+    Of several that are equal but for rounding, the first: equal samples move as one.
+    """
     n = closeness.shape[0]
     target = np.empty(n, dtype=np.intp)
-    gain = np.empty(n)  # of staying, for the choice within a cycle
-    per_row = max(1, (closeness.nnz if issparse(closeness) else closeness.size) // max(n, 1))
+    staying = np.empty(n)
+    per_row = max(1, (closeness.nnz if issparse(closeness) else closeness.size) // n)
     for batch in gen_batches(n, max(1, BLOCK // per_row)):
-        rows = np.arange(n)[batch]
         gains = _weights(closeness[batch], cutoff, bandwidth) @ closeness
-        best = np.asarray(gains.argmax(axis=1)).ravel()
-        here = np.arange(len(rows))
-        stay, go = np.asarray(gains[here, rows]).ravel(), np.asarray(gains[here, best]).ravel()
-        target[batch] = np.where(stay >= go, rows, best)
-        gain[batch] = stay
-    return target, gain
+        if issparse(gains):
+            target[batch] = np.asarray(gains.argmax(axis=1)).ravel()
+        else:
+            best = gains.max(axis=1, keepdims=True)
+            target[batch] = (gains >= best - TIE * np.abs(best)).argmax(axis=1)
+        staying[batch] = gains.diagonal(batch.start)
+    return target, staying
 
 
-def _settled(target, gain):
+def _settled(target, staying):
     """Where samples come to rest that move from i to target[i]: at a fixed point or, of a cycle, at its best member."""
     n = len(target)
     resting = target.copy()
@@ -306,7 +310,7 @@ def _settled(target, gain):
     _, component = connected_components(
         csr_array((np.ones(n), (np.arange(n), target)), shape=(n, n)), directed=True, connection="weak"
     )
-    order = on_cycle[np.lexsort((on_cycle, -gain[on_cycle]))][::-1]
+    order = on_cycle[np.lexsort((on_cycle, -staying[on_cycle]))][::-1]
     mode = np.empty(component.max() + 1, dtype=np.intp)
     mode[component[order]] = order  # the last one written, the best, stays
     return mode[component]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from skpose import Bone, Skeleton
+from skpose import Bone, Skeleton, SpatialMDS
 from skpose.datasets import humanoid, load_cmu
 from skpose.io import load_asf, load_bvh
 
@@ -67,3 +67,35 @@ def poses(skeleton):
     X = np.random.default_rng(0).uniform(-3, 3, size=(10, skeleton.n_dofs))
     X[7] = X[2]
     return X
+
+
+class ChainMixin:
+    """An estimator of poses with the spatial metric on a planar chain as wide as X, for scikit-learn's checks."""
+
+    def _distances(self, X, Y):
+        base = next(c for c in type(self).__mro__ if c.__module__.startswith("skpose."))
+        body = base(**(self.get_params() | {"skeleton": Skeleton.chain(X.shape[1])}))
+        return body._distances(X, Y)
+
+
+CLASSES_WITH_CALLBACKS = hasattr(SpatialMDS, "set_callbacks")
+
+
+class Recorder:
+    """A callback in the sense of scikit-learn's protocol that remembers what it was told."""
+
+    def __init__(self):
+        self.tasks, self.open, self.torn_down = [], 0, False
+
+    def setup(self, estimator, context):
+        pass
+
+    def on_fit_task_begin(self, estimator, context):
+        self.tasks.append(context.task_name)
+        self.open += 1
+
+    def on_fit_task_end(self, estimator, context):
+        self.open -= 1
+
+    def teardown(self, estimator, context):
+        self.torn_down = True

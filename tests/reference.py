@@ -107,3 +107,25 @@ def asf_amc_positions(asf, amc):
     for name in bones:
         place(name)
     return np.stack([placed[name] for name in bones], axis=1), list(bones)
+
+
+def medoid_shift(D, bandwidth):
+    """Mode of every sample, by the definition: one sample at a time, then the modes among themselves."""
+    modes = np.arange(len(D))
+    while True:
+        alive = sorted(set(modes))
+        target = {}
+        for i in alive:
+            costs = []
+            for j in alive:
+                costs.append(sum(np.exp(-(D[i, k] ** 2) / (2 * bandwidth**2)) * D[j, k] ** 2 for k in alive))
+            target[i] = alive[int(np.argmin(np.round(costs, 12)))]
+        rest = {}
+        for i in alive:
+            path = [i]
+            while target[path[-1]] not in path:
+                path.append(target[path[-1]])
+            rest[i] = path[-1]
+        if all(rest[i] == i for i in alive):
+            return modes
+        modes = np.array([rest[i] for i in modes])

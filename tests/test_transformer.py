@@ -1,7 +1,7 @@
 import numpy as np
 import pandas as pd
 import pytest
-from conftest import SKELETONS
+from conftest import SKELETONS, ChainMixin
 from sklearn.utils.estimator_checks import (
     check_param_validation,
     check_set_output_transform,
@@ -10,7 +10,7 @@ from sklearn.utils.estimator_checks import (
 )
 from sklearn.utils.validation import check_is_fitted
 
-from skpose import PoseDistanceTransformer, Skeleton, pose_distances
+from skpose import PoseDistanceTransformer, pose_distances
 
 BODY = SKELETONS["humanoid"]
 MISSING_FROM_THE_STANDARD_LIST = [
@@ -20,12 +20,8 @@ MISSING_FROM_THE_STANDARD_LIST = [
 ]
 
 
-class ChainDistances(PoseDistanceTransformer):
-    """The spatial metric on data of any width, for scikit-learn's checks: a planar chain as wide as X."""
-
-    def _distances(self, X, Y):
-        body = PoseDistanceTransformer(**(self.get_params() | {"skeleton": Skeleton.chain(X.shape[1])}))
-        return body._distances(X, Y)
+class ChainDistances(ChainMixin, PoseDistanceTransformer):
+    """The spatial metric on data of any width, for scikit-learn's checks."""
 
 
 @parametrize_with_checks(

@@ -1,0 +1,163 @@
+import numpy as np
+import pandas as pd
+import pytest
+import reference
+from conftest import CLASSES_WITH_CALLBACKS, SKELETONS, ChainMixin, Recorder
+from scipy.sparse import csr_array
+from sklearn.datasets import make_blobs
+from sklearn.exceptions import ConvergenceWarning
+from sklearn.metrics import adjusted_rand_score
+from sklearn.neighbors import KNeighborsTransformer, RadiusNeighborsTransformer
+from sklearn.utils import get_tags
+from sklearn.utils.estimator_checks import check_param_validation, parametrize_with_checks
+
+from skpose import MedoidShift, pose_distances
+from skpose.datasets import make_gait
+
+BODY = SKELETONS["humanoid"]
+
+
+class ChainShift(ChainMixin, MedoidShift):
+    """The spatial metric on data of any width, for scikit-learn's checks."""
+
+
+@pytest.mark.filterwarnings("ignore:no bandwidth was found:sklearn.exceptions.ConvergenceWarning")
+@parametrize_with_checks([MedoidShift(), ChainShift()])
+def test_every_check_of_scikit_learn(estimator, check):
+    check(estimator)
+
+
+@pytest.mark.parametrize("estimator", [MedoidShift(), ChainShift()], ids=lambda e: type(e).__name__)
+def test_checks_that_the_standard_list_leaves_out(estimator):
+    check_param_validation(type(estimator).__name__, estimator)
+
+
+@pytest.fixture(scope="module")
+def blobs():
+    return make_blobs(300, centers=4, cluster_std=0.7, random_state=1)
+
+
+@pytest.mark.parametrize("bandwidth", [0.1, 0.4, 0.8, 1.5, 4.0])
+def test_agrees_with_the_definition(bandwidth):
+    rng = np.random.default_rng(0)
+    for X in (rng.normal(size=(40, 2)), rng.uniform(-2, 2, size=(30, 3)), rng.normal(size=(25, BODY.n_dofs))):
+        skeleton = BODY if X.shape[1] == BODY.n_dofs else None
+        modes = reference.medoid_shift(pose_distances(X, skeleton=skeleton), bandwidth)
+        shift = MedoidShift(bandwidth, skeleton=skeleton).fit(X)
+        np.testing.assert_array_equal(shift.cluster_centers_indices_[shift.labels_], modes)
+        np.testing.assert_array_equal(shift.cluster_centers_, X[np.unique(modes)])
+
+
+def test_extreme_bandwidths(blobs):
+    X = blobs[0][:60]
+    D = pose_distances(X)
+    np.testing.assert_array_equal(MedoidShift(1e-3).fit(X).labels_, np.arange(60))
+    one = MedoidShift(1e3).fit(X)
+    np.testing.assert_array_equal(one.cluster_centers_indices_, [np.square(D).sum(axis=0).argmin()])
+    np.testing.assert_array_equal(one.labels_, 0)
+
+
+def test_finds_blobs_by_bandwidth_and_by_number(blobs):
+    X, y = blobs
+    assert adjusted_rand_score(y, MedoidShift(1.4).fit_predict(X)) > 0.95
+    shift = MedoidShift(n_clusters=4).fit(X)
+    assert len(shift.cluster_centers_) == 4
+    assert adjusted_rand_score(y, shift.labels_) > 0.95
+    np.testing.assert_array_equal(MedoidShift(shift.bandwidth_).fit(X).labels_, shift.labels_)
+
+
+def test_estimated_bandwidth_is_the_mean_reach_of_three_tenths_of_the_others(blobs):
+    X, _ = blobs
+    D = np.sort(pose_distances(X), axis=1)
+    np.testing.assert_allclose(MedoidShift().fit(X).bandwidth_, D[:, int(0.3 * (len(X) - 1))].mean())
+
+
+def test_a_number_of_clusters_that_no_bandwidth_gives():
+    """The corners of a triangle of equal sides are three modes or one."""
+    D = 1.0 - np.eye(3)
+    with pytest.warns(ConvergenceWarning, match="no bandwidth was found that gives 2 clusters, among"):
+        shift = MedoidShift(n_clusters=2, metric="precomputed").fit(D)
+    assert len(shift.cluster_centers_indices_) == 1
+    with pytest.raises(ValueError, match="n_clusters=4 is more than the 3 samples"):
+        MedoidShift(n_clusters=4, metric="precomputed").fit(D)
+    with pytest.raises(ValueError, match="bandwidth and n_clusters are both given"):
+        MedoidShift(1.0, n_clusters=2, metric="precomputed").fit(D)
+
+
+def test_equal_samples_are_one_and_ties_end():
+    np.testing.assert_array_equal(MedoidShift().fit(np.ones((7, 2))).labels_, 0)
+    X = np.repeat(np.random.default_rng(0).normal(size=(20, 3)), 4, axis=0)
+    for bandwidth in (0.01, 0.5, 1.0, 3.0):
+        labels = MedoidShift(bandwidth).fit_predict(X).reshape(20, 4)
+        assert (labels == labels[:, :1]).all()
+    angle = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+    polygon = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    for bandwidth in (0.05, 0.3, 0.5, 1.0, 10.0):
+        MedoidShift(bandwidth).fit(polygon)
+
+
+def test_a_full_graph_gives_what_the_matrix_gives(blobs):
+    X = blobs[0][:150]
+    D = pose_distances(X)
+    rows, columns = np.divmod(np.arange(D.size), len(D))
+    graph = csr_array((D.ravel(), (rows, columns)))  # with explicit zeros on the diagonal
+    for bandwidth in (0.3, 0.8, 1.5):
+        dense, sparse = (MedoidShift(bandwidth, metric="precomputed").fit(A) for A in (D, graph))
+        np.testing.assert_array_equal(sparse.labels_, dense.labels_)
+        np.testing.assert_array_equal(sparse.cluster_centers_indices_, dense.cluster_centers_indices_)
+    assert graph.nnz == D.size
+
+
+@pytest.mark.parametrize(
+    "neighbours",
+    [KNeighborsTransformer(n_neighbors=80), RadiusNeighborsTransformer(radius=3.0)],
+    ids=lambda n: type(n).__name__,
+)
+def test_graphs_of_scikit_learns_transformers(neighbours, blobs):
+    X, y = blobs
+    labels = MedoidShift(0.7, metric="precomputed").fit_predict(neighbours.fit_transform(X))
+    assert adjusted_rand_score(y, labels) > 0.8
+
+
+def test_predict_takes_the_nearest_mode(blobs):
+    X, _ = blobs
+    shift = MedoidShift(1.4).fit(X[:200])
+    expected = pose_distances(X[200:], shift.cluster_centers_).argmin(axis=1)
+    np.testing.assert_array_equal(shift.predict(X[200:]), expected)
+    D = pose_distances(X, X[:200].copy())
+    given = MedoidShift(1.4, metric="precomputed").fit(D[:200])
+    np.testing.assert_array_equal(given.predict(D[200:]), expected)
+    assert get_tags(given).input_tags.pairwise
+    with pytest.raises(ValueError, match="predict needs the distances to all modes, got a sparse graph"):
+        given.predict(csr_array(D[200:]))
+    with pytest.raises(ValueError, match="must be a square matrix to fit"):
+        given.fit(D)
+
+
+def test_the_given_matrix_stays_as_it_was(blobs):
+    D = pose_distances(blobs[0][:50])
+    graph = csr_array(D)
+    before, data = D.copy(), graph.data.copy()
+    MedoidShift(1.0, metric="precomputed").fit(D)
+    MedoidShift(1.0, metric="precomputed").fit(graph)
+    np.testing.assert_array_equal(D, before)
+    np.testing.assert_array_equal(graph.data, data)
+
+
+def test_poses_of_a_body():
+    gait = make_gait(2, 1, duration=1.0, random_state=0)
+    X, _ = gait.poses(frame_rate=12)
+    frame = pd.DataFrame(X, columns=gait.skeleton.dof_names)
+    shift = MedoidShift(n_clusters=4, skeleton=gait.skeleton).fit(frame)
+    assert shift.cluster_centers_.shape == (4, X.shape[1])
+    with pytest.raises(ValueError, match="columns of X are named after degrees of freedom"):
+        MedoidShift(skeleton=gait.skeleton).fit(frame[frame.columns[::-1]])
+
+
+@pytest.mark.skipif(not CLASSES_WITH_CALLBACKS, reason="this scikit-learn has no callbacks")
+def test_callbacks_see_every_step(blobs):
+    recorder = Recorder()
+    shift = MedoidShift(1.4).set_callbacks(recorder).fit(blobs[0])
+    assert recorder.tasks == ["fit", "distances", *["shift"] * shift.n_iter_]
+    assert recorder.open == 0
+    np.testing.assert_array_equal(shift.labels_, MedoidShift(1.4).fit(blobs[0]).labels_)

@@ -1,0 +1,224 @@
+import tracemalloc
+
+import numpy as np
+import pandas as pd
+import pytest
+from conftest import CLASSES_WITH_CALLBACKS, SKELETONS, ChainMixin, Recorder
+from scipy.stats import mannwhitneyu
+from sklearn.decomposition import PCA
+from sklearn.manifold import Isomap
+from sklearn.metrics import silhouette_score
+from sklearn.utils import get_tags
+from sklearn.utils.estimator_checks import (
+    check_param_validation,
+    check_set_output_transform,
+    check_transformer_get_feature_names_out,
+    parametrize_with_checks,
+)
+
+from skpose import SpatialMDS, pose_distances
+
+BODY = SKELETONS["humanoid"]
+FEW_COMPONENTS = "ignore:the distances have only:UserWarning"  # some checks give data of one dimension
+
+
+class ChainMDS(ChainMixin, SpatialMDS):
+    """The spatial metric on data of any width, for scikit-learn's checks."""
+
+
+@pytest.mark.filterwarnings(FEW_COMPONENTS)
+@parametrize_with_checks([SpatialMDS(), ChainMDS(), SpatialMDS(landmarks=4)])
+def test_every_check_of_scikit_learn(estimator, check):
+    check(estimator)
+
+
+@pytest.mark.parametrize(
+    "check",
+    [check_param_validation, check_set_output_transform, check_transformer_get_feature_names_out],
+    ids=lambda check: check.__name__,
+)
+@pytest.mark.parametrize("estimator", [SpatialMDS(), ChainMDS()], ids=lambda e: type(e).__name__)
+def test_checks_that_the_standard_list_leaves_out(check, estimator):
+    check(type(estimator).__name__, estimator)
+
+
+@pytest.fixture
+def X():
+    return np.random.default_rng(0).normal(size=(30, BODY.n_dofs)) * 0.3
+
+
+def torgerson(D):
+    """Spectrum and vectors of −½ J D² J, by the definition."""
+    J = np.eye(len(D)) - 1 / len(D)
+    values, vectors = np.linalg.eigh(-0.5 * J @ np.square(D) @ J)
+    return values[::-1], vectors[:, ::-1]
+
+
+def assert_equal_but_for_signs(A, B, **tolerance):
+    np.testing.assert_allclose(np.abs(A), np.abs(B), **tolerance)
+    np.testing.assert_allclose(A @ A.T, B @ B.T, **tolerance)
+
+
+@pytest.mark.parametrize("n", [30, 300, 2100], ids=["dense", "Lanczos", "leading eigenvalues only"])
+def test_angle_metric_is_pca(n):
+    X = np.random.default_rng(0).normal(size=(n, 6)) * [6, 5, 4, 3, 2, 1]
+    mds, pca = SpatialMDS(3).fit(X), PCA(3).fit(X)
+    assert_equal_but_for_signs(mds.embedding_[:50], pca.transform(X)[:50], atol=1e-8)
+    np.testing.assert_allclose(mds.explained_variance_ratio_, pca.explained_variance_ratio_, rtol=1e-8)
+    new = np.random.default_rng(1).normal(size=(9, 6))
+    assert_equal_but_for_signs(mds.transform(new), pca.transform(new), atol=1e-8)
+    assert np.isnan(mds.negative_share_) if n > 2000 else mds.negative_share_ < 1e-10
+
+
+@pytest.mark.parametrize("metric", ["position", "rotation", "spatial"])
+def test_agrees_with_the_definition(metric, X):
+    mds = SpatialMDS(4, skeleton=BODY, metric=metric).fit(X)
+    values, vectors = torgerson(pose_distances(X, skeleton=BODY, metric=metric))
+    np.testing.assert_allclose(mds.eigenvalues_, values[:4], rtol=1e-9)
+    assert_equal_but_for_signs(mds.embedding_, vectors[:, :4] * np.sqrt(values[:4]), atol=1e-9)
+    np.testing.assert_allclose(mds.explained_variance_ratio_, values[:4] / values[values > 0].sum(), rtol=1e-9)
+    np.testing.assert_allclose(mds.negative_share_, -values[values < 0].sum() / np.abs(values).sum(), atol=1e-9)
+    columns = np.arange(4)
+    assert (mds.embedding_[np.abs(mds.embedding_).argmax(axis=0), columns] > 0).all()
+
+
+def test_lanczos_agrees_with_the_dense_decomposition():
+    D = pose_distances(np.random.default_rng(0).normal(size=(400, BODY.n_dofs)), skeleton=BODY)
+    values, vectors = torgerson(D)
+    mds = SpatialMDS(3, metric="precomputed").fit(D)
+    np.testing.assert_allclose(mds.eigenvalues_, values[:3], rtol=1e-10)
+    assert_equal_but_for_signs(mds.embedding_, vectors[:, :3] * np.sqrt(values[:3]), atol=1e-7)
+
+
+@pytest.mark.parametrize("parameters", [{}, {"metric": "position"}, {"landmarks": 12}])
+def test_transform_puts_training_poses_where_they_are(parameters, X):
+    mds = SpatialMDS(3, skeleton=BODY, random_state=0, **parameters)
+    embedding = mds.fit_transform(X)
+    assert embedding is mds.embedding_
+    np.testing.assert_allclose(mds.transform(X), embedding, atol=1e-9)
+
+
+def test_precomputed_distances(X):
+    D = pose_distances(X, skeleton=BODY)
+    given, own = SpatialMDS(3, metric="precomputed"), SpatialMDS(3, skeleton=BODY)
+    before = D.copy()
+    np.testing.assert_allclose(given.fit_transform(D[:20, :20]), own.fit_transform(X[:20]), atol=1e-10)
+    np.testing.assert_allclose(given.transform(D[20:, :20]), own.transform(X[20:]), atol=1e-10)
+    np.testing.assert_array_equal(D, before)
+    assert get_tags(given).input_tags.pairwise
+    assert not get_tags(own).input_tags.pairwise
+    with pytest.raises(ValueError, match=r"must be a square matrix to fit, got shape \(20, 19\)"):
+        given.fit(D[:20, :19])
+    with pytest.raises(ValueError, match="symmetric"):
+        given.fit(np.triu(D))
+
+
+def test_distances_of_a_star_have_negative_eigenvalues_and_no_nan():
+    """Four leaves at distance 1 from a hub and 2 from each other have no place in any Euclidean space."""
+    D = np.full((5, 5), 2.0)
+    D[0] = D[:, 0] = 1.0
+    np.fill_diagonal(D, 0)
+    with pytest.warns(UserWarning, match="only 3 positive eigenvalues among the leading 5; the components beyond"):
+        mds = SpatialMDS(5, metric="precomputed").fit(D)
+    values, _ = torgerson(D)
+    np.testing.assert_allclose(mds.negative_share_, -values[values < 0].sum() / np.abs(values).sum())
+    assert mds.negative_share_ > 0.05
+    assert np.isfinite(mds.embedding_).all()
+    np.testing.assert_array_equal(mds.embedding_[:, 3:], 0)
+    np.testing.assert_array_equal(mds.transform(D)[:, 3:], 0)
+    np.testing.assert_allclose(mds.explained_variance_ratio_.sum(), 1)
+
+
+@pytest.mark.filterwarnings(FEW_COMPONENTS)
+def test_poses_all_alike():
+    mds = SpatialMDS(2).fit(np.ones((5, 3)))
+    np.testing.assert_array_equal(mds.embedding_, 0)
+    np.testing.assert_array_equal(mds.explained_variance_ratio_, 0)
+    assert mds.negative_share_ == 0
+    with pytest.raises(ValueError, match="minimum of 2 is required"):
+        SpatialMDS().fit(np.ones((1, 3)))
+
+
+@pytest.mark.parametrize("selection", ["farthest", "random"])
+def test_a_few_landmarks_place_euclidean_data_exactly(selection):
+    """One landmark more than dimensions fixes every place."""
+    X = np.random.default_rng(0).normal(size=(200, 3))
+    mds = SpatialMDS(3, landmarks=4, landmark_selection=selection, random_state=0).fit(X)
+    assert mds.landmark_indices_.shape == (4,)
+    np.testing.assert_array_equal(mds.X_fit_, X[mds.landmark_indices_])
+    np.testing.assert_allclose(pose_distances(mds.embedding_), pose_distances(X), atol=1e-8)
+    same = SpatialMDS(3, landmarks=4, landmark_selection=selection, random_state=0).fit(X)
+    np.testing.assert_array_equal(same.embedding_, mds.embedding_)
+
+
+@pytest.mark.parametrize("metric", ["auto", "precomputed"])
+def test_farthest_landmarks_spread_out(metric):
+    """Two tight clusters and an outlier: three landmarks take one of each."""
+    X = np.concatenate([np.full((20, 2), 0.0), np.full((20, 2), 5.0), [[20.0, -20.0]]])
+    X += np.random.default_rng(0).normal(size=X.shape) * 0.01
+    data = pose_distances(X) if metric == "precomputed" else X
+    mds = SpatialMDS(2, metric=metric, landmarks=3, random_state=0).fit(data)
+    assert {0 if i < 20 else 1 if i < 40 else 2 for i in mds.landmark_indices_} == {0, 1, 2}
+    assert mds.embedding_.shape == (41, 2)
+
+
+def test_landmarks_never_hold_all_distances():
+    X = np.random.default_rng(0).normal(size=(5000, 4))
+    SpatialMDS(2, landmarks=20, random_state=0).fit(X[:50])  # compiled before memory is watched
+    tracemalloc.start()
+    SpatialMDS(2, landmarks=20, random_state=0).fit(X)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 10 * 5000 * 20 * 8
+    assert peak < 5000 * 5000 * 8 / 10
+
+
+def test_column_names_are_held_to_the_skeleton(X):
+    frame = pd.DataFrame(X, columns=BODY.dof_names)
+    mds = SpatialMDS(skeleton=BODY).set_output(transform="pandas")
+    out = mds.fit_transform(frame)
+    assert list(out.columns) == ["spatialmds0", "spatialmds1"]
+    with pytest.raises(ValueError, match="columns of X are named after degrees of freedom"):
+        SpatialMDS(skeleton=BODY).fit(frame[frame.columns[::-1]])
+    with pytest.raises(ValueError, match="X has 3 columns, but the skeleton has"):
+        SpatialMDS(skeleton=BODY).fit(X[:, :3])
+
+
+@pytest.mark.skipif(not CLASSES_WITH_CALLBACKS, reason="this scikit-learn has no callbacks")
+def test_callbacks_see_every_step(X):
+    recorder = Recorder()
+    watched = SpatialMDS(2, skeleton=BODY, landmarks=10, random_state=0).set_callbacks(recorder).fit(X)
+    assert recorder.tasks == ["fit", "distances", "eigenvectors", "placing"]
+    assert recorder.open == 0
+    assert recorder.torn_down
+    alone = SpatialMDS(2, skeleton=BODY, landmarks=10, random_state=0).fit(X)
+    np.testing.assert_array_equal(watched.embedding_, alone.embedding_)
+
+
+def test_isomap_takes_the_distances(X):
+    D = pose_distances(X, skeleton=BODY)
+    assert Isomap(n_neighbors=8, metric="precomputed").fit_transform(D).shape == (30, 2)
+
+
+def test_figures_of_the_paper_on_cmu_sequences(cmu):
+    """Section 3.2: modes at 0.40 and 0.80 in the paper, p below 1e-6."""
+    shares = {
+        metric: [
+            SpatialMDS(1, skeleton=m.skeleton, metric=metric).fit(m.resample(12).angles).explained_variance_ratio_[0]
+            for m in cmu
+        ]
+        for metric in ("angle", "spatial")
+    }
+    assert abs(np.median(shares["angle"]) - 0.40) < 0.03
+    assert abs(np.median(shares["spatial"]) - 0.81) < 0.03
+    assert mannwhitneyu(shares["spatial"], shares["angle"]).pvalue < 1e-6
+
+
+@pytest.mark.parametrize(("other", "angle", "spatial"), [(("35", "01"), 0.29, 0.04), (("07", "05"), 0.60, 0.13)])
+def test_figure_4_two_peoples_walks_mix_under_the_spatial_metric(other, angle, spatial, cmu):
+    names = list(zip(cmu.subjects, cmu.trials, strict=True))
+    both = cmu.select([names.index(("02", "01")), names.index(other)])
+    X, sequence = both.poses(frame_rate=12)
+    for metric, expected in (("angle", angle), ("spatial", spatial)):
+        places = SpatialMDS(2, skeleton=both.skeleton, metric=metric).fit_transform(X)
+        assert abs(silhouette_score(places, sequence) - expected) < 0.03
