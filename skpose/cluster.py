@@ -12,12 +12,11 @@ from sklearn.base import BaseEstimator, ClusterMixin, _fit_context
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.utils import check_symmetric, gen_batches
 from sklearn.utils._param_validation import Interval, StrOptions
-from sklearn.utils.validation import check_is_fitted, validate_data
+from sklearn.utils.validation import check_is_fitted
 
 from skpose._callbacks import CallbackSupportMixin, Progress, with_callbacks
-from skpose._validation import check_column_names, check_width
+from skpose._estimator import PoseEstimatorMixin
 from skpose.metrics import METRIC_CONSTRAINTS
-from skpose.pairwise import pose_distances
 
 QUANTILE = 0.3  # of the other samples, within the estimated bandwidth of a sample
 BLOCK = 1 << 23  # weights held at once
@@ -26,7 +25,7 @@ HALVINGS = 24  # of an interval of bandwidths in the search for one that gives n
 GRID = 32  # bandwidths tried where halving found none
 
 
-class MedoidShift(CallbackSupportMixin, ClusterMixin, BaseEstimator):
+class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEstimator):
     r"""Medoid shift clustering: mode seeking with distances alone.
 
     Every sample i moves to the sample that minimises the weighted sum of squared distances
@@ -39,7 +38,8 @@ class MedoidShift(CallbackSupportMixin, ClusterMixin, BaseEstimator):
     ----------
     bandwidth : float, default=None
         The h of the weights, in the unit of the distance. None estimates it: the mean, over the samples, of the
-        distance within which 30 % of the other samples lie (the rule of `sklearn.cluster.estimate_bandwidth`).
+        distance within which 30 % of the other samples lie (the rule of `sklearn.cluster.estimate_bandwidth`); in a
+        sparse graph, 30 % of its neighbours.
     n_clusters : int, default=None
         Look for a bandwidth that gives this number of clusters instead, by halving an interval, then on a grid of 32
         and in the gaps of this. There need not be one; then a `ConvergenceWarning` says so, and the largest number of
@@ -148,7 +148,7 @@ class MedoidShift(CallbackSupportMixin, ClusterMixin, BaseEstimator):
         """
         if self.bandwidth is not None and self.n_clusters is not None:
             raise ValueError("bandwidth and n_clusters are both given; n_clusters looks for a bandwidth of its own")
-        X = self._checked(X, reset=True)
+        X = self._checked(X, reset=True, accept_sparse="csr" if self.metric == "precomputed" else False)
         if self.n_clusters is not None and self.n_clusters > X.shape[0]:
             raise ValueError(f"n_clusters={self.n_clusters} is more than the {X.shape[0]} samples")
         progress = Progress(self, None, X)
@@ -172,7 +172,7 @@ class MedoidShift(CallbackSupportMixin, ClusterMixin, BaseEstimator):
 
         Parameters
         ----------
-        X : {array-like, sparse matrix} of shape (n_samples, n_dofs) or (n_samples, n_samples_fit)
+        X : array-like of shape (n_samples, n_dofs) or (n_samples, n_samples_fit)
             Poses: joint angles, rad; or their distances to the samples of `fit` if precomputed, all of them.
 
         Returns
@@ -182,46 +182,20 @@ class MedoidShift(CallbackSupportMixin, ClusterMixin, BaseEstimator):
         """
         check_is_fitted(self)
         X = self._checked(X, reset=False)
-        if issparse(X):
-            raise ValueError("predict needs the distances to all modes, got a sparse graph: pass a dense array")
         if self.metric == "precomputed":
             return X[:, self.cluster_centers_indices_].argmin(axis=1)
         return self._distances(X, self.cluster_centers_).argmin(axis=1)
-
-    def _checked(self, X, *, reset):
-        given = self.metric == "precomputed"
-        skeleton = None if given else self.skeleton
-        if skeleton is not None:
-            check_column_names(X, skeleton, "X")
-        X = validate_data(self, X, dtype=[np.float64, np.float32], accept_sparse="csr" if given else False, reset=reset)
-        if skeleton is not None:
-            check_width(X, skeleton, "X")
-        return X
-
-    def _distances(self, X, Y):
-        return pose_distances(
-            X,
-            Y,
-            skeleton=self.skeleton,
-            metric=self.metric,
-            n_steps=self.n_steps,
-            wrap=self.wrap,
-            n_jobs=self.n_jobs,
-        )
 
     def _all_distances(self, X):
         """Distances of our own among the samples, dense or sparse, in float64: close samples differ by little."""
         if self.metric != "precomputed":
             return self._distances(X, None).astype(np.float64, copy=False)
-        if X.shape[0] != X.shape[1]:
-            raise ValueError(f"precomputed distances must be a square matrix to fit, got shape {X.shape}")
         if issparse(X):
             return csr_array(X, dtype=np.float64, copy=True)
         return np.array(check_symmetric(X, raise_exception=True), dtype=np.float64)
 
     def __sklearn_tags__(self):
         tags = super().__sklearn_tags__()
-        tags.input_tags.pairwise = self.metric == "precomputed"
         tags.input_tags.sparse = self.metric == "precomputed"
         return tags
 

@@ -9,20 +9,21 @@ from scipy.linalg import eigh, eigvalsh
 from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, TransformerMixin, _fit_context
 from sklearn.utils import check_random_state, check_symmetric, gen_batches
 from sklearn.utils._param_validation import Interval, StrOptions
-from sklearn.utils.validation import check_is_fitted, validate_data
+from sklearn.utils.validation import check_is_fitted
 
 from skpose._callbacks import CallbackSupportMixin, Progress, with_callbacks
-from skpose._validation import check_column_names, check_width
+from skpose._estimator import PoseEstimatorMixin
 from skpose.kinematics import forward_kinematics
 from skpose.metrics import METRIC_CONSTRAINTS
-from skpose.pairwise import pose_distances
 
 WHOLE_SPECTRUM = 2000  # up to this many poses all eigenvalues are computed, beyond it only the leading ones
 LANCZOS = 200  # up to this many poses one dense decomposition is the fastest way to a few eigenvectors
 BLOCK = 1 << 22  # distances held at once while poses are placed
 
 
-class SpatialMDS(CallbackSupportMixin, ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator):
+class SpatialMDS(
+    PoseEstimatorMixin, CallbackSupportMixin, ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator
+):
     r"""Classical (Torgerson) multidimensional scaling of pose distances.
 
     Finds the points whose Euclidean distances are nearest, in the sense of their inner products, to the distances of
@@ -182,10 +183,8 @@ class SpatialMDS(CallbackSupportMixin, ClassNamePrefixFeaturesOutMixin, Transfor
         ndarray of shape (n_samples, n_components)
             `embedding_`.
         """
-        X = self._checked(X, reset=True)
+        X = self._checked(X, reset=True, ensure_min_samples=2)
         if self.metric == "precomputed":
-            if X.shape[0] != X.shape[1]:
-                raise ValueError(f"precomputed distances must be a square matrix to fit, got shape {X.shape}")
             X = check_symmetric(X, raise_exception=True)
         n, n_scaled = len(X), min(len(X), self.landmarks or len(X))
         batches = list(gen_batches(n, max(1, BLOCK // n_scaled)))
@@ -231,26 +230,6 @@ class SpatialMDS(CallbackSupportMixin, ClassNamePrefixFeaturesOutMixin, Transfor
             places[batch] = self._place(X[batch])
         return places
 
-    def _checked(self, X, *, reset):
-        skeleton = None if self.metric == "precomputed" else self.skeleton
-        if skeleton is not None:
-            check_column_names(X, skeleton, "X")
-        X = validate_data(self, X, dtype=[np.float64, np.float32], reset=reset, ensure_min_samples=2 if reset else 1)
-        if skeleton is not None:
-            check_width(X, skeleton, "X")
-        return X
-
-    def _distances(self, X, Y):
-        return pose_distances(
-            X,
-            Y,
-            skeleton=self.skeleton,
-            metric=self.metric,
-            n_steps=self.n_steps,
-            wrap=self.wrap,
-            n_jobs=self.n_jobs,
-        )
-
     def _choose_landmarks(self, X, n_scaled):
         rng = check_random_state(self.random_state)
         if self.landmark_selection == "random":
@@ -295,11 +274,6 @@ class SpatialMDS(CallbackSupportMixin, ClassNamePrefixFeaturesOutMixin, Transfor
     @property
     def _n_features_out(self):
         return self.n_components
-
-    def __sklearn_tags__(self):
-        tags = super().__sklearn_tags__()
-        tags.input_tags.pairwise = self.metric == "precomputed"
-        return tags
 
 
 def _leading(B, n_components):

@@ -6,16 +6,15 @@ from typing import ClassVar
 import numpy as np
 from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, TransformerMixin
 from sklearn.utils._param_validation import Interval, StrOptions
-from sklearn.utils.validation import check_is_fitted, validate_data
+from sklearn.utils.validation import check_is_fitted
 
-from skpose._validation import check_column_names, check_width
+from skpose._estimator import PoseEstimatorMixin
 from skpose.metrics import METRIC_CONSTRAINTS
-from skpose.pairwise import pose_distances
 
 SCALE_SAMPLES = 500  # poses from which gamma="scale" takes the mean squared distance
 
 
-class PoseDistanceTransformer(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator):
+class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator):
     r"""Transform poses to their distances from the training poses, or to a kernel of these.
 
     What comes out is what scikit-learn calls precomputed, so that every estimator which takes a precomputed matrix
@@ -157,25 +156,6 @@ class PoseDistanceTransformer(ClassNamePrefixFeaturesOutMixin, TransformerMixin,
         """
         check_is_fitted(self)
         return self._similarity(self._distances(self._checked(X, reset=False), self.X_fit_))
-
-    def _checked(self, X, *, reset):
-        if self.skeleton is not None:
-            check_column_names(X, self.skeleton, "X")
-        X = validate_data(self, X, dtype=[np.float64, np.float32], reset=reset)
-        if self.skeleton is not None:
-            check_width(X, self.skeleton, "X")
-        return X
-
-    def _distances(self, X, Y):
-        return pose_distances(
-            X,
-            Y,
-            skeleton=self.skeleton,
-            metric=self.metric,
-            n_steps=self.n_steps,
-            wrap=self.wrap,
-            n_jobs=self.n_jobs,
-        )
 
     def _scale(self):
         chosen = np.unique(np.linspace(0, self.n_samples_fit_ - 1, SCALE_SAMPLES).astype(int))

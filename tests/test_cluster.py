@@ -128,7 +128,7 @@ def test_predict_takes_the_nearest_mode(blobs):
     given = MedoidShift(1.4, metric="precomputed").fit(D[:200])
     np.testing.assert_array_equal(given.predict(D[200:]), expected)
     assert get_tags(given).input_tags.pairwise
-    with pytest.raises(ValueError, match="predict needs the distances to all modes, got a sparse graph"):
+    with pytest.raises(TypeError, match="Sparse data was passed for X, but dense data is required"):
         given.predict(csr_array(D[200:]))
     with pytest.raises(ValueError, match="must be a square matrix to fit"):
         given.fit(D)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import skpose
-from skpose import pose_distances
+from skpose import SpatialMDS, pose_distances
 from skpose.__main__ import main
 from skpose.compare import FRAME_RATE, compare, walks_and_runs
 from skpose.datasets import MotionDataset, make_gait
@@ -30,6 +30,11 @@ def test_accuracies_are_those_of_the_nearest_neighbour_elsewhere(gait):
         ):
             elsewhere = np.where(groups[:, None] == groups, np.inf, D)
             assert accuracy == np.mean(y[elsewhere.argmin(axis=1)] == y)
+        shares = []
+        for i in range(len(gait)):
+            mds = SpatialMDS(1, skeleton=gait.skeleton, metric=row.metric).fit(X[sequence == i])
+            shares.append(mds.explained_variance_ratio_[0])
+        np.testing.assert_allclose(row.first_component, np.median(shares))
 
 
 def test_one_subject_cannot_be_left_out(gait):
@@ -62,6 +67,7 @@ def test_command_line_on_real_files(cmu_folder, capsys):
     rows = {line.split()[0]: line.split() for line in out.splitlines() if line.startswith(("angle", "spatial"))}
     assert rows["angle"][3] == "90%"
     assert rows["spatial"][1:4] == ["100.0%", "100.0%", "100%"]
+    assert abs(float(rows["spatial"][4].rstrip("%")) - 80) < 5
 
 
 def test_mistakes_are_one_line_on_stderr(tmp_path, capsys):
