@@ -1,7 +1,7 @@
 """What the estimators of poses share: what they ask of X, and the distances that their parameters mean."""
 
 import numpy as np
-from sklearn.utils.validation import validate_data
+from sklearn.utils.validation import check_non_negative, validate_data
 
 from skpose._validation import check_column_names, check_width
 from skpose.pairwise import pose_distances
@@ -18,8 +18,10 @@ class PoseEstimatorMixin:
         X = validate_data(self, X, dtype=[np.float64, np.float32], reset=reset, **options)
         if skeleton is not None:
             check_width(X, skeleton, "X")
-        if reset and self.metric == "precomputed" and X.shape[0] != X.shape[1]:
-            raise ValueError(f"precomputed distances must be a square matrix to fit, got shape {X.shape}")
+        if self.metric == "precomputed":
+            check_non_negative(X, f"{type(self).__name__} as precomputed distances")
+            if reset and X.shape[0] != X.shape[1]:
+                raise ValueError(f"precomputed distances must be a square matrix to fit, got shape {X.shape}")
         return X
 
     def _distances(self, X, Y):

@@ -6,7 +6,7 @@ from numbers import Integral, Real
 from typing import ClassVar, NamedTuple
 
 import numpy as np
-from scipy.sparse import csr_array, eye_array, issparse
+from scipy.sparse import csr_array, issparse
 from scipy.sparse.csgraph import connected_components
 from sklearn.base import BaseEstimator, ClusterMixin, _fit_context
 from sklearn.exceptions import ConvergenceWarning
@@ -14,12 +14,13 @@ from sklearn.utils import check_symmetric, gen_batches
 from sklearn.utils._param_validation import Interval, StrOptions
 from sklearn.utils.validation import check_is_fitted
 
+from skpose import _kernels
 from skpose._callbacks import CallbackSupportMixin, Progress, with_callbacks
 from skpose._estimator import PoseEstimatorMixin
 from skpose.metrics import METRIC_CONSTRAINTS
 
 QUANTILE = 0.3  # of the other samples, within the estimated bandwidth of a sample
-BLOCK = 1 << 23  # weights held at once
+BLOCK = 1 << 21  # weights held at once
 TIE = 1e-12  # relative difference of weighted sums that may be rounding
 HALVINGS = 24  # of an interval of bandwidths in the search for one that gives n_clusters
 GRID = 32  # bandwidths tried where halving found none
@@ -49,8 +50,8 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
     metric : {"auto", "angle", "position", "rotation", "spatial", "precomputed"}, default="auto"
         The distance, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton and "angle" without one. With
         "precomputed", X is a square matrix of distances, or a sparse graph of those between neighbours as
-        `sklearn.neighbors.KNeighborsTransformer` gives it: samples that are no neighbours have no weight for each
-        other, and count as the largest distance in the graph apart.
+        `sklearn.neighbors.KNeighborsTransformer` gives it: a sample then moves among its neighbours, and two of them
+        whose distance is not in the graph count as if they lay at right angles, seen from the sample.
     n_steps : int, default=10
         Chords along the curve of "spatial".
     wrap : bool or "auto", default="auto"
@@ -155,11 +156,11 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
         with progress.step("distances"):
             distances = self._all_distances(X)
             scale = _estimated_bandwidth(distances) if self.bandwidth is None else self.bandwidth
-            closeness, cutoff = _closeness(distances)
+            squared = _squared(distances)
         if self.n_clusters is None:
-            result = _shifted(closeness, cutoff, scale, progress)
+            result = _shifted(squared, scale, progress)
         else:
-            result = _search(closeness, cutoff, scale, self.n_clusters, progress)
+            result = _search(squared, scale, self.n_clusters, progress)
         self.bandwidth_, self.n_iter_ = result.bandwidth, result.n_iter
         self.cluster_centers_indices_, self.labels_ = np.unique(result.modes, return_inverse=True)
         if self.metric != "precomputed":
@@ -212,23 +213,21 @@ class _Modes(NamedTuple):
         return len(np.unique(self.modes))
 
 
-def _closeness(distances):
-    """c − d², overwriting the distances, and c, the largest squared distance; c itself on the diagonal.
+def _squared(distances):
+    """Squared distances, overwriting them; of a graph as its symmetric CSR form with noughts on the diagonal.
 
-    Then Σ w d² is least where Σ w (c − d²) is most, and a missing entry of a sparse matrix, nought, is the distance √c.
+    A graph of nearest neighbours need not be symmetric; what either of two samples knows, both know.
     """
     if not issparse(distances):
-        np.square(distances, out=distances)
-        cutoff = float(distances.max())
-        np.subtract(cutoff, distances, out=distances)
-        return distances, cutoff
-    distances.sum_duplicates()
-    cutoff = float(np.square(distances.data.max(initial=0.0)))
-    closeness = distances
-    closeness.data = cutoff - np.square(closeness.data)
-    # A graph of nearest neighbours need not be symmetric; what either side knows, both know.
-    closeness = closeness.maximum(closeness.T)
-    return csr_array(closeness.maximum(eye_array(closeness.shape[0], format="csr") * cutoff)), cutoff
+        return np.square(distances, out=distances)
+    n = distances.shape[0]
+    rows, columns = np.repeat(np.arange(n), np.diff(distances.indptr)), distances.indices.astype(np.intp)
+    squared, diagonal = np.square(distances.data), np.arange(n)
+    entries = np.concatenate([diagonal * n + diagonal, rows * n + columns, columns * n + rows])
+    entries, first = np.unique(entries, return_index=True)
+    values = np.concatenate([np.zeros(n), squared, squared])[first]
+    starts = np.searchsorted(entries, np.arange(n + 1) * n)
+    return csr_array((values, entries % n, starts), shape=(n, n))
 
 
 def _estimated_bandwidth(distances):
@@ -242,35 +241,22 @@ def _estimated_bandwidth(distances):
     return float(np.mean(reach)) or 1.0  # samples all alike: any bandwidth will do
 
 
-def _weights(closeness, cutoff, bandwidth):
-    """exp(−d²/2h²) of a block of rows, nought where a graph has no entry."""
-    factor = 1.0 / (2.0 * bandwidth * bandwidth)
-    if not issparse(closeness):
-        weights = closeness - cutoff
-        weights *= factor
-        return np.exp(weights, out=weights)
-    weights = closeness.copy()
-    weights.data = np.exp((weights.data - cutoff) * factor)
-    return weights
-
-
-def _next(closeness, cutoff, bandwidth):
-    """Where each sample moves to, the j with the least Σ_k w_ik d_jk², and what staying would be worth to it.
+def _next(squared, bandwidth):
+    """Where each sample moves to, the j with the least Σ_k w_ik d_jk², and what staying costs it.
 
     Of several that are equal but for rounding, the first: equal samples move as one.
     """
-    n = closeness.shape[0]
-    target = np.empty(n, dtype=np.intp)
-    staying = np.empty(n)
-    per_row = max(1, (closeness.nnz if issparse(closeness) else closeness.size) // n)
-    for batch in gen_batches(n, max(1, BLOCK // per_row)):
-        gains = _weights(closeness[batch], cutoff, bandwidth) @ closeness
-        if issparse(gains):
-            target[batch] = np.asarray(gains.argmax(axis=1)).ravel()
-        else:
-            best = gains.max(axis=1, keepdims=True)
-            target[batch] = (gains >= best - TIE * np.abs(best)).argmax(axis=1)
-        staying[batch] = gains.diagonal(batch.start)
+    n = squared.shape[0]
+    target, staying = np.empty(n, dtype=np.intp), np.empty(n)
+    factor = -1.0 / (2.0 * bandwidth * bandwidth)
+    if issparse(squared):
+        _kernels.shift_in_graph(squared.indptr, squared.indices, squared.data, factor, TIE, target, staying)
+        return target, staying
+    for batch in gen_batches(n, max(1, BLOCK // n)):
+        weights = squared[batch] * factor
+        costs = np.exp(weights, out=weights) @ squared
+        target[batch] = (costs <= costs.min(axis=1, keepdims=True) * (1.0 + TIE)).argmax(axis=1)
+        staying[batch] = costs.diagonal(batch.start)
     return target, staying
 
 
@@ -284,34 +270,34 @@ def _settled(target, staying):
     _, component = connected_components(
         csr_array((np.ones(n), (np.arange(n), target)), shape=(n, n)), directed=True, connection="weak"
     )
-    order = on_cycle[np.lexsort((on_cycle, -staying[on_cycle]))][::-1]
+    order = on_cycle[np.lexsort((on_cycle, staying[on_cycle]))][::-1]
     mode = np.empty(component.max() + 1, dtype=np.intp)
     mode[component[order]] = order  # the last one written, the best, stays
     return mode[component]
 
 
-def _shifted(closeness, cutoff, bandwidth, progress):
+def _shifted(squared, bandwidth, progress):
     """Shift the samples, then their modes among themselves, until nothing changes."""
-    modes = np.arange(closeness.shape[0])
+    modes = np.arange(squared.shape[0])
     n_iter = 0
     while True:
         alive = np.unique(modes)
         with progress.step("shift"):
-            among = closeness if len(alive) == closeness.shape[0] else closeness[alive][:, alive]
-            rest = alive[_settled(*_next(among, cutoff, bandwidth))]
+            among = squared if len(alive) == squared.shape[0] else squared[alive][:, alive]
+            rest = alive[_settled(*_next(among, bandwidth))]
         n_iter += 1
         if np.array_equal(rest, alive):
             return _Modes(float(bandwidth), modes, n_iter)
         modes = rest[np.searchsorted(alive, modes)]
 
 
-def _search(closeness, cutoff, scale, n_clusters, progress):
+def _search(squared, scale, n_clusters, progress):
     """A bandwidth that gives n_clusters; failing that the largest number below, with a warning."""
     tried = {}
 
     def count(bandwidth):
         if bandwidth not in tried:
-            tried[bandwidth] = _shifted(closeness, cutoff, bandwidth, progress)
+            tried[bandwidth] = _shifted(squared, bandwidth, progress)
         return tried[bandwidth].count
 
     def halve(low, high):

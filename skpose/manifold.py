@@ -200,9 +200,9 @@ class SpatialMDS(
                 squared = np.square(self._distances(self.X_fit_, None), dtype=np.float64)
         with progress.step("eigenvectors"):
             self._mean_squared = squared.mean(axis=0)
-            self._scale(squared)
+            points = self._scale(squared)
         if n_scaled == n:
-            self.embedding_ = self._points
+            self.embedding_ = points
         else:
             self.embedding_ = np.empty((n, self.n_components))
             for batch in batches:
@@ -240,7 +240,7 @@ class SpatialMDS(
         return _farthest_points(lambda i: np.linalg.norm(points - points[i], axis=1), len(X), n_scaled, rng)
 
     def _scale(self, squared):
-        """Eigenvalues and points from squared distances, which are overwritten."""
+        """Set the eigenvalues and return the points of squared distances, which are overwritten."""
         squared -= self._mean_squared
         squared -= squared.mean(axis=1, keepdims=True)
         squared *= -0.5
@@ -255,7 +255,6 @@ class SpatialMDS(
             )
         vectors *= np.sign(vectors[np.abs(vectors).argmax(axis=0), np.arange(vectors.shape[1])])
         roots = np.sqrt(np.where(positive, values, 0.0))
-        self._points = vectors * roots
         # Gower's formula needs Λ⁻¹ Zᵀ = Λ^-½ Uᵀ; a component of zeros takes nothing from any pose.
         self._placement = 0.5 * vectors * np.divide(1.0, roots, out=np.zeros_like(roots), where=positive)
         self.eigenvalues_ = values
@@ -265,6 +264,7 @@ class SpatialMDS(
             total, size = spectrum[spectrum > 0].sum(), np.abs(spectrum).sum()
             self.negative_share_ = float((size - total) / size) if size > 0 else 0.0
         self.explained_variance_ratio_ = np.maximum(values, 0.0) / total if total > 0 else np.zeros(self.n_components)
+        return vectors * roots
 
     def _place(self, X):
         given = self.metric == "precomputed"

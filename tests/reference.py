@@ -110,16 +110,25 @@ def asf_amc_positions(asf, amc):
 
 
 def medoid_shift(D, bandwidth):
-    """Mode of every sample, by the definition: one sample at a time, then the modes among themselves."""
+    """Mode of every sample, by the definition: one sample at a time, then the modes among themselves.
+
+    NaN stands where a graph of neighbours has no distance: such samples have no weight and are no place to move to, and
+    between two neighbours of a sample the distance is as if they lay at right angles.
+    """
     modes = np.arange(len(D))
     while True:
         alive = sorted(set(modes))
         target = {}
         for i in alive:
+            near = [j for j in alive if not np.isnan(D[i, j])]
             costs = []
-            for j in alive:
-                costs.append(sum(np.exp(-(D[i, k] ** 2) / (2 * bandwidth**2)) * D[j, k] ** 2 for k in alive))
-            target[i] = alive[int(np.argmin(np.round(costs, 12)))]
+            for j in near:
+                cost = 0.0
+                for k in near:
+                    squared = D[i, j] ** 2 + D[i, k] ** 2 if np.isnan(D[j, k]) else D[j, k] ** 2
+                    cost += np.exp(-(D[i, k] ** 2) / (2 * bandwidth**2)) * squared
+                costs.append(cost)
+            target[i] = near[int(np.argmin(np.round(costs, 12)))]
         rest = {}
         for i in alive:
             path = [i]

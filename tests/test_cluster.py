@@ -108,6 +108,19 @@ def test_a_full_graph_gives_what_the_matrix_gives(blobs):
     assert graph.nnz == D.size
 
 
+@pytest.mark.parametrize("bandwidth", [0.3, 0.8, 1.5])
+@pytest.mark.parametrize("n_neighbors", [3, 10, 25])
+def test_a_graph_agrees_with_the_definition(bandwidth, n_neighbors):
+    X = np.random.default_rng(0).normal(size=(40, 2))
+    graph = KNeighborsTransformer(n_neighbors=n_neighbors).fit_transform(X)
+    D = np.full((40, 40), np.nan)
+    rows, columns = graph.nonzero()
+    D[rows, columns] = D[columns, rows] = np.linalg.norm(X[rows] - X[columns], axis=1)
+    np.fill_diagonal(D, 0)
+    shift = MedoidShift(bandwidth, metric="precomputed").fit(graph)
+    np.testing.assert_array_equal(shift.cluster_centers_indices_[shift.labels_], reference.medoid_shift(D, bandwidth))
+
+
 @pytest.mark.parametrize(
     "neighbours",
     [KNeighborsTransformer(n_neighbors=80), RadiusNeighborsTransformer(radius=3.0)],

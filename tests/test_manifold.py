@@ -111,6 +111,8 @@ def test_precomputed_distances(X):
         given.fit(D[:20, :19])
     with pytest.raises(ValueError, match="symmetric"):
         given.fit(np.triu(D))
+    with pytest.raises(ValueError, match="Negative values in data passed to SpatialMDS as precomputed distances"):
+        given.fit(-D)
 
 
 def test_distances_of_a_star_have_negative_eigenvalues_and_no_nan():
@@ -135,6 +137,7 @@ def test_poses_all_alike():
     np.testing.assert_array_equal(mds.embedding_, 0)
     np.testing.assert_array_equal(mds.explained_variance_ratio_, 0)
     assert mds.negative_share_ == 0
+    np.testing.assert_array_equal(SpatialMDS(2).fit(np.ones((300, 3))).embedding_, 0)  # no start for Lanczos
     with pytest.raises(ValueError, match="minimum of 2 is required"):
         SpatialMDS().fit(np.ones((1, 3)))
 
