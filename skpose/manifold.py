@@ -19,6 +19,7 @@ from skpose.metrics import METRIC_CONSTRAINTS
 WHOLE_SPECTRUM = 2000  # up to this many poses all eigenvalues are computed, beyond it only the leading ones
 LANCZOS = 200  # up to this many poses one dense decomposition is the fastest way to a few eigenvectors
 BLOCK = 1 << 22  # distances held at once while poses are placed
+ROUNDING = 1e-12  # an eigenvalue is nought that is smaller than this share of the largest
 
 
 class SpatialMDS(
@@ -246,7 +247,7 @@ class SpatialMDS(
         squared *= -0.5
         values, vectors, spectrum = _leading(squared, self.n_components)
         magnitude = np.abs(values).max(initial=0.0) if spectrum is None else np.abs(spectrum).max(initial=0.0)
-        positive = values > len(squared) * np.finfo(np.float64).eps * magnitude
+        positive = values > ROUNDING * magnitude
         if not positive.all():
             warnings.warn(
                 f"the distances have only {positive.sum()} positive eigenvalues among the leading {self.n_components}; "
