@@ -1,10 +1,21 @@
 """What the estimators of poses share: what they ask of X, and the distances that their parameters mean."""
 
+from numbers import Integral
+
 import numpy as np
+from sklearn.utils._param_validation import StrOptions
 from sklearn.utils.validation import check_non_negative, validate_data
 
 from skpose._validation import check_column_names, check_width
+from skpose.metrics import METRIC_CONSTRAINTS, METRICS
 from skpose.pairwise import pose_distances
+
+# Constraints of the parameters of an estimator that also takes distances.
+ESTIMATOR_CONSTRAINTS = {
+    **METRIC_CONSTRAINTS,
+    "metric": [StrOptions({"auto", "precomputed", *METRICS})],
+    "n_jobs": [None, Integral],
+}
 
 
 class PoseEstimatorMixin:

@@ -30,6 +30,7 @@ encoded pose to others. `encode_poses` and `pair_distances` are the only loops o
 
 import functools
 import math
+import warnings
 from typing import NamedTuple
 
 import numpy as np
@@ -70,8 +71,22 @@ class Steps(NamedTuple):
         return cls(n_steps, math.pi if wrap else math.inf, math.cos(turn), math.sin(turn))
 
 
+def _can_cache() -> bool:
+    """Whether numba finds a folder for its compiled functions; it refuses to define a cached one where it does not."""
+    try:
+        njit(cache=True)(_can_cache)
+    except RuntimeError:
+        warnings.warn(
+            "numba finds no folder that it may write compiled functions to, so every process compiles skpose's afresh; "
+            "set the environment variable NUMBA_CACHE_DIR to one",
+            stacklevel=2,
+        )
+        return False
+    return True
+
+
 # Contraction to fused multiply-add is the one liberty taken: it moves no NaN and is the same in every lane.
-_jit = functools.partial(njit, cache=True, nogil=True, fastmath={"contract"})
+_jit = functools.partial(njit, cache=_can_cache(), nogil=True, fastmath={"contract"})
 
 
 # --- forward kinematics ----------------------------------------------------------------------------------------------

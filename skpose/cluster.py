@@ -11,13 +11,12 @@ from scipy.sparse.csgraph import connected_components
 from sklearn.base import BaseEstimator, ClusterMixin, _fit_context
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.utils import check_symmetric, gen_batches
-from sklearn.utils._param_validation import Interval, StrOptions
+from sklearn.utils._param_validation import Interval
 from sklearn.utils.validation import check_is_fitted
 
 from skpose import _kernels
 from skpose._callbacks import CallbackSupportMixin, Progress, with_callbacks
-from skpose._estimator import PoseEstimatorMixin
-from skpose.metrics import METRIC_CONSTRAINTS
+from skpose._estimator import ESTIMATOR_CONSTRAINTS, PoseEstimatorMixin
 
 QUANTILE = 0.3  # of the other samples, within the estimated bandwidth of a sample
 BLOCK = 1 << 21  # weights held at once
@@ -104,11 +103,9 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
     """
 
     _parameter_constraints: ClassVar[dict] = {
-        **METRIC_CONSTRAINTS,
-        "metric": [*METRIC_CONSTRAINTS["metric"], StrOptions({"precomputed"})],
+        **ESTIMATOR_CONSTRAINTS,
         "bandwidth": [Interval(Real, 0, None, closed="neither"), None],
         "n_clusters": [Interval(Integral, 1, None, closed="left"), None],
-        "n_jobs": [None, Integral],
     }
 
     def __init__(

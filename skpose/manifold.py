@@ -12,9 +12,8 @@ from sklearn.utils._param_validation import Interval, StrOptions
 from sklearn.utils.validation import check_is_fitted
 
 from skpose._callbacks import CallbackSupportMixin, Progress, with_callbacks
-from skpose._estimator import PoseEstimatorMixin
+from skpose._estimator import ESTIMATOR_CONSTRAINTS, PoseEstimatorMixin
 from skpose.kinematics import forward_kinematics
-from skpose.metrics import METRIC_CONSTRAINTS
 
 WHOLE_SPECTRUM = 2000  # up to this many poses all eigenvalues are computed, beyond it only the leading ones
 LANCZOS = 200  # up to this many poses one dense decomposition is the fastest way to a few eigenvectors
@@ -117,13 +116,11 @@ class SpatialMDS(
     """
 
     _parameter_constraints: ClassVar[dict] = {
-        **METRIC_CONSTRAINTS,
-        "metric": [*METRIC_CONSTRAINTS["metric"], StrOptions({"precomputed"})],
+        **ESTIMATOR_CONSTRAINTS,
         "n_components": [Interval(Integral, 1, None, closed="left")],
         "landmarks": [Interval(Integral, 2, None, closed="left"), None],
         "landmark_selection": [StrOptions({"farthest", "random"})],
         "random_state": ["random_state"],
-        "n_jobs": [None, Integral],
     }
 
     def __init__(

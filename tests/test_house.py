@@ -74,6 +74,20 @@ def test_importing_leaves_the_slow_parts_alone():
     assert done.stdout.strip() == "[]"
 
 
+def test_works_where_nothing_can_be_cached():
+    code = """
+import warnings, numba.core.caching
+numba.core.caching.CacheImpl._locator_classes = []  # as where neither the package nor the home can be written to
+with warnings.catch_warnings(record=True) as caught:
+    warnings.simplefilter("always")
+    import skpose
+assert [str(w.message)[:21] for w in caught] == ["numba finds no folder"], caught
+print(skpose.pose_distances([[0.0], [1.0]])[0, 1])
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.stdout.strip(), done.returncode) == ("1.0", 0), done.stderr
+
+
 @pytest.mark.parametrize("name", [m.name for m in pkgutil.walk_packages(skpose.__path__, "skpose.")])
 def test_docstring_examples(name):
     failures, _ = doctest.testmod(importlib.import_module(name))
