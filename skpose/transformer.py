@@ -4,7 +4,7 @@ from numbers import Integral, Real
 from typing import ClassVar
 
 import numpy as np
-from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, TransformerMixin
+from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, TransformerMixin, _fit_context
 from sklearn.utils._param_validation import Interval, StrOptions
 from sklearn.utils.validation import check_is_fitted
 
@@ -101,6 +101,7 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
         self.wrap = wrap
         self.n_jobs = n_jobs
 
+    @_fit_context(prefer_skip_nested_validation=True)
     def fit(self, X, y=None):
         """Keep the training poses.
 
@@ -116,7 +117,6 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
         self : PoseDistanceTransformer
             The fitted transformer.
         """
-        self._validate_params()
         self.X_fit_ = self._checked(X, reset=True)
         self.n_samples_fit_ = len(self.X_fit_)
         if self.kernel is not None:

@@ -78,7 +78,7 @@ class ChainMixin:
         return body._distances(X, Y)
 
 
-CLASSES_WITH_CALLBACKS = hasattr(SpatialMDS, "set_callbacks")
+HAS_CALLBACKS = hasattr(SpatialMDS, "set_callbacks")
 
 
 class Recorder:

@@ -145,6 +145,7 @@ def test_a_motion_file_cut_short(kept, load):
         ("0 30 20 XYZ", "0 30 20 XYX", "axis: expected an order such as XYZ at the end"),
         ("0 30 20 XYZ", "30 20 XYZ", "axis of bone 'upperarm': expected 4 values, found 3"),
         ("order TX TY TZ", "order TX TX TZ", "order: expected some of TX TY TZ RX RY RZ"),
+        ("name lowerarm", "name root", "line 26: a bone is named 'root', which is the name of the root"),
         ("name lowerarm", "name upperarm", "bone 'upperarm' is defined twice"),
     ],
 )

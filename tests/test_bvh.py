@@ -56,6 +56,10 @@ def test_layout_does_not_matter(load):
     np.testing.assert_array_equal(load(flowing).angles, load().angles)
 
 
+def test_a_joint_may_have_the_name_of_the_root(load):
+    np.testing.assert_array_equal(load(BVH.replace("JOINT Chest", "JOINT Hips")).angles, load().angles)
+
+
 def test_a_file_without_frames_is_a_skeleton(load):
     head = BVH[: BVH.index("Frames:")]
     motion = load(head + "Frames: 0\nFrame Time: 0.1\n")

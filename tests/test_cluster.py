@@ -2,7 +2,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import reference
-from conftest import CLASSES_WITH_CALLBACKS, SKELETONS, ChainMixin, Recorder
+from conftest import HAS_CALLBACKS, SKELETONS, ChainMixin, Recorder
 from scipy.sparse import csr_array
 from sklearn.datasets import make_blobs
 from sklearn.exceptions import ConvergenceWarning
@@ -167,7 +167,7 @@ def test_poses_of_a_body():
         MedoidShift(skeleton=gait.skeleton).fit(frame[frame.columns[::-1]])
 
 
-@pytest.mark.skipif(not CLASSES_WITH_CALLBACKS, reason="this scikit-learn has no callbacks")
+@pytest.mark.skipif(not HAS_CALLBACKS, reason="this scikit-learn has no callbacks")
 def test_callbacks_see_every_step(blobs):
     recorder = Recorder()
     shift = MedoidShift(1.4).set_callbacks(recorder).fit(blobs[0])

@@ -50,7 +50,15 @@ def test_load_cmu_says_what_is_missing(folder, tmp_path):
     with pytest.raises(FileNotFoundError, match=r"01_09\.amc is missing, but .*index\.csv asks for it"):
         load_cmu(folder)
     write_index(folder, "01,01,walk,often,subjects/01/01_01.amc")
-    with pytest.raises(MocapFormatError, match=r"index\.csv, line 2: expected frames per second, found 'often'"):
+    with pytest.raises(
+        MocapFormatError, match=r"index\.csv, line 2: frames_per_second: expected a number, found 'often'"
+    ):
+        load_cmu(folder)
+    write_index(folder, "01,01,walk,0,subjects/01/01_01.amc")
+    with pytest.raises(MocapFormatError, match="line 2: frames_per_second: expected a positive number"):
+        load_cmu(folder)
+    write_index(folder, "01,01,walk,120,subjects/01/01_01.amc", "01,02,walk")
+    with pytest.raises(MocapFormatError, match="line 3: expected a value for each of subject, trial, action"):
         load_cmu(folder)
     write_index(folder)
     with pytest.raises(MocapFormatError, match="the index names no motions"):

@@ -3,7 +3,7 @@ import tracemalloc
 import numpy as np
 import pandas as pd
 import pytest
-from conftest import CLASSES_WITH_CALLBACKS, SKELETONS, ChainMixin, Recorder
+from conftest import HAS_CALLBACKS, SKELETONS, ChainMixin, Recorder
 from scipy.stats import mannwhitneyu
 from sklearn.decomposition import PCA
 from sklearn.manifold import Isomap
@@ -187,7 +187,7 @@ def test_column_names_are_held_to_the_skeleton(X):
         SpatialMDS(skeleton=BODY).fit(X[:, :3])
 
 
-@pytest.mark.skipif(not CLASSES_WITH_CALLBACKS, reason="this scikit-learn has no callbacks")
+@pytest.mark.skipif(not HAS_CALLBACKS, reason="this scikit-learn has no callbacks")
 def test_callbacks_see_every_step(X):
     recorder = Recorder()
     watched = SpatialMDS(2, skeleton=BODY, landmarks=10, random_state=0).set_callbacks(recorder).fit(X)

@@ -62,7 +62,7 @@ def test_fact_2_a_jump_by_a_full_turn_is_no_movement(skeleton, poses):
     jumped = poses.copy()
     jumped[:, 0] += 2 * np.pi
     for metric in WITH_SKELETON:
-        assert np.diag(pose_distances(poses, jumped, skeleton=skeleton, metric=metric)).max() < 1e-7
+        assert np.diag(pose_distances(poses, jumped, skeleton=skeleton, metric=metric)).max() < 1e-12
     assert np.diag(pose_distances(poses, jumped, metric="angle", wrap=True)).max() < 1e-12
     np.testing.assert_allclose(np.diag(pose_distances(poses, jumped, metric="angle")), 2 * np.pi)
     assert np.diag(pose_distances(poses, jumped, skeleton=skeleton, wrap=False)).max() > 0.1

@@ -14,7 +14,7 @@ from skpose.datasets._cmu_digests import DIGESTS
 from skpose.datasets._motions import MotionDataset
 from skpose.io._amc import read_amc
 from skpose.io._asf import read_asf
-from skpose.io._text import MocapFormatError, PathLike
+from skpose.io._text import MocapFormatError, PathLike, finite_number
 
 SERVER = "http://mocap.cs.cmu.edu"
 COLUMNS = ("subject", "trial", "action", "frames_per_second", "file")
@@ -74,11 +74,13 @@ def _read_index(path: Path) -> list[dict]:
             raise MocapFormatError(path, 1, f"expected the columns {', '.join(COLUMNS)}; missing: {', '.join(missing)}")
         rows = []
         for row in reader:
-            try:
-                row["frames_per_second"] = float(row["frames_per_second"])
-            except (TypeError, ValueError):
-                found = row["frames_per_second"]
-                raise MocapFormatError(path, reader.line_num, f"expected frames per second, found {found!r}") from None
+            if any(row[name] is None for name in COLUMNS) or not row["file"]:
+                raise MocapFormatError(path, reader.line_num, f"expected a value for each of {', '.join(COLUMNS)}")
+            row["frames_per_second"] = finite_number(
+                row["frames_per_second"], path, reader.line_num, "frames_per_second"
+            )
+            if row["frames_per_second"] <= 0:
+                raise MocapFormatError(path, reader.line_num, "frames_per_second: expected a positive number")
             rows.append(row)
     if not rows:
         raise MocapFormatError(path, None, "the index names no motions")

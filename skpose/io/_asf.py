@@ -243,6 +243,8 @@ def _check_bone(bone: _AsfBone, path: PathLike, line: int) -> None:
         value = getattr(bone, key)
         if value is None or (key == "name" and not value):
             raise MocapFormatError(path, line, f"bone {bone.name!r}, begun in line {bone.line}, has no {key}")
+    if bone.name == "root":
+        raise MocapFormatError(path, line, "a bone is named 'root', which is the name of the root; call it otherwise")
     norm = np.linalg.norm(bone.direction)
     if norm == 0 and bone.length != 0:
         raise MocapFormatError(path, line, f"bone {bone.name!r} has a length but no direction")

@@ -77,19 +77,20 @@ def load_bvh(path: PathLike, *, scale: float = 1.0) -> Motion:
     except ValueError as error:
         raise MocapFormatError(path, None, str(error)) from None
 
-    numbers, frame_rate = _read_frames(lines, motion_line, sum(len(joint.channels) for joint in joints), path)
-    column = {}
-    for joint in joints:
-        for channel in joint.channels:
-            column[joint.name, channel] = len(column)
-    dofs = [(bone.name, f"{axis.lower()}rotation") for bone in skeleton.bones for axis in bone.dofs]
+    # By the joint's place in the file, as a joint may have the name of the root.
+    first = np.cumsum([0] + [len(joint.channels) for joint in joints])
+    numbers, frame_rate = _read_frames(lines, motion_line, first[-1], path)
+
+    def rotations(i: int) -> np.ndarray:
+        columns = [first[i] + k for k, channel in enumerate(joints[i].channels) if channel.endswith("rotation")]
+        return np.radians(numbers[:, columns])
+
     positions = np.tile(np.array(root.offset), (len(numbers), 1))
-    for i, axis in enumerate("xyz"):
-        if (root.name, f"{axis}position") in column:
-            positions[:, i] += numbers[:, column[root.name, f"{axis}position"]]
-    root_angles = numbers[:, [column[root.name, f"{axis.lower()}rotation"] for axis in root.axes]]
-    angles = np.radians(numbers[:, [column[dof] for dof in dofs]])
-    return Motion(skeleton, angles, frame_rate, scale * positions, np.radians(root_angles), root.axes)
+    for k, channel in enumerate(root.channels):
+        if channel.endswith("position"):
+            positions[:, "xyz".index(channel[0])] += numbers[:, k]
+    angles = np.concatenate([rotations(i) for i in range(1, len(joints))], axis=1)
+    return Motion(skeleton, angles, frame_rate, scale * positions, rotations(0), root.axes)
 
 
 def _read_hierarchy(lines: list[str], path: PathLike) -> tuple[list[_Joint], int]:
