@@ -50,11 +50,14 @@ class Tree(NamedTuple):
     rest: np.ndarray  # (n_frames, 3, 3) constant rotation before the frame's dofs
     weight: np.ndarray  # (n_frames,) summed squared lengths of the bones fixed to the frame, m²
     pivot: np.ndarray  # (n_frames,) joint about which the frame turns
+    branch: np.ndarray  # (n_branches + 1,) dofs of branch b, all that hangs on one frame at the root, lie between
     column: np.ndarray  # (n_dofs,) where a pose holds each dof
     sign: np.ndarray  # (n_dofs,) -1 where the frame's axis points against the skeleton's, else 1
     joint_parent: np.ndarray  # (n_joints + 1,) joint before each joint
     joint_frame: np.ndarray  # (n_joints + 1,) frame in which the joint's offset is given
     offset: np.ndarray  # (n_joints + 1, 3) from the joint before, m
+    first_run: np.ndarray  # (n_frames + 1,) runs of frame f are runs[first_run[f]:first_run[f + 1]]
+    runs: np.ndarray  # (n_runs, 2) the dofs of a frame and of those before it, as ranges
 
 
 class Steps(NamedTuple):
@@ -371,7 +374,7 @@ def _array(dtype, ndim, *, readonly, layout="C"):
 def _shared_types(dtype):
     """numba's types of a Tree and of Steps."""
     whole, real = types.int64, from_dtype(dtype)
-    kinds = {"rest": (real, 3), "weight": (real, 1), "sign": (real, 1), "offset": (real, 2)}
+    kinds = {"rest": (real, 3), "weight": (real, 1), "sign": (real, 1), "offset": (real, 2), "runs": (whole, 2)}
     fields = [_array(*kinds.get(name, (whole, 1)), readonly=False) for name in Tree._fields]
     steps = [whole, types.float64, types.float64, types.float64]
     return types.NamedTuple(fields, Tree), types.NamedTuple(steps, Steps)
@@ -438,42 +441,57 @@ def in_lanes(codes):
 
 
 @_jit
-def position_jacobians(poses, tree, jacobians):
-    """∂F/∂θ of every pose into jacobians (n_poses, 3 n_joints, n_dofs), which holds noughts.
+def turn_axes(tree, C, S, H, axes):
+    """The axis of every dof in the world, (n_dofs, 3)."""
+    for f in range(1, tree.rest.shape[0]):
+        end = tree.first_dof[f + 1]
+        n_dofs = end - tree.first_dof[f]
+        for i in range(3):
+            # The columns of H are the axes after all the dofs; undo these from the last on.
+            x, y, z = H[9 * f + 3 * i], H[9 * f + 3 * i + 1], H[9 * f + 3 * i + 2]
+            axes[end - 1, i] = x
+            y, z = _rotated(y, z, C[end - 1], -S[end - 1])
+            if n_dofs > 1:
+                axes[end - 2, i] = y
+                z, x = _rotated(z, x, C[end - 2], -S[end - 2])
+            if n_dofs > 2:
+                axes[end - 3, i] = z
+
+
+@_jit
+def fill_jacobian(tree, P, axes, jacobian):
+    """Change of the joint positions with the tree's dofs, (3 n_joints, n_dofs); noughts are left as they are.
 
     A rotation about the unit axis a through the point o moves a point p at the rate a × (p − o).
     """
-    n_joints = tree.offset.shape[0] - 1
-    scratch = np.empty(workspace_rows(tree))
-    axes = np.empty((tree.column.shape[0], 3))
+    for j in range(1, tree.offset.shape[0]):
+        row, f = 3 * j - 3, tree.joint_frame[j]
+        while f > 0:
+            o = 3 * tree.pivot[f]
+            x, y, z = P[3 * j] - P[o], P[3 * j + 1] - P[o + 1], P[3 * j + 2] - P[o + 2]
+            for d in range(tree.first_dof[f], tree.first_dof[f + 1]):
+                a, b, c = axes[d, 0], axes[d, 1], axes[d, 2]
+                jacobian[row, d], jacobian[row + 1, d], jacobian[row + 2, d] = (
+                    b * z - c * y,
+                    c * x - a * z,
+                    a * y - b * x,
+                )
+            f = tree.frame_parent[f]
+
+
+@_jit
+def position_jacobians(poses, tree, jacobians):
+    """∂F/∂θ of every pose into jacobians (n_poses, 3 n_joints, n_dofs)."""
+    n_dofs = tree.column.shape[0]
+    scratch, axes = np.empty(workspace_rows(tree)), np.empty((n_dofs, 3))
+    jacobian = np.zeros((jacobians.shape[1], n_dofs))
     for n in range(poses.shape[0]):
         C, S, H, P = _orient(tree, poses[n], scratch)
         _place_joints(tree, H, P)
-        for f in range(1, tree.rest.shape[0]):
-            end = tree.first_dof[f + 1]
-            n_dofs = end - tree.first_dof[f]
-            for i in range(3):
-                # The columns of H are the axes after all the dofs; undo these from the last on.
-                x, y, z = H[9 * f + 3 * i], H[9 * f + 3 * i + 1], H[9 * f + 3 * i + 2]
-                axes[end - 1, i] = x
-                y, z = _rotated(y, z, C[end - 1], -S[end - 1])
-                if n_dofs > 1:
-                    axes[end - 2, i] = y
-                    z, x = _rotated(z, x, C[end - 2], -S[end - 2])
-                if n_dofs > 2:
-                    axes[end - 3, i] = z
-        for j in range(1, n_joints + 1):
-            f = tree.joint_frame[j]
-            while f > 0:
-                o = 3 * tree.pivot[f]
-                x, y, z = P[3 * j] - P[o], P[3 * j + 1] - P[o + 1], P[3 * j + 2] - P[o + 2]
-                for d in range(tree.first_dof[f], tree.first_dof[f + 1]):
-                    a, b, c = tree.sign[d] * axes[d, 0], tree.sign[d] * axes[d, 1], tree.sign[d] * axes[d, 2]
-                    row, column = 3 * j - 3, tree.column[d]
-                    jacobians[n, row, column] = b * z - c * y
-                    jacobians[n, row + 1, column] = c * x - a * z
-                    jacobians[n, row + 2, column] = a * y - b * x
-                f = tree.frame_parent[f]
+        turn_axes(tree, C, S, H, axes)
+        fill_jacobian(tree, P, axes, jacobian)
+        for d in range(n_dofs):
+            jacobians[n, :, tree.column[d]] = tree.sign[d] * jacobian[:, d]
 
 
 # --- medoid shift ---------------------------------------------------------------------------------------------------

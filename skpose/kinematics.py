@@ -101,7 +101,7 @@ def position_jacobian(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
            [0., 0.]])
     """
     angles = check_poses(angles, skeleton, "angles")
-    jacobians = np.zeros((len(angles), 3 * skeleton.n_joints, skeleton.n_dofs))
+    jacobians = np.empty((len(angles), 3 * skeleton.n_joints, skeleton.n_dofs))
     _kernels.position_jacobians(np.ascontiguousarray(angles, dtype=np.float64), tree_of(skeleton), jacobians)
     return jacobians.astype(angles.dtype, copy=False)
 
