@@ -8,6 +8,7 @@ and datasets (`skpose.datasets`), `Skeleton` and `Motion`, kinematics, metrics, 
 from importlib.metadata import version
 
 from skpose.cluster import MedoidShift
+from skpose.geodesic import Geodesic, geodesic
 from skpose.kinematics import forward_kinematics, metric_tensor, position_jacobian
 from skpose.manifold import SpatialMDS
 from skpose.metrics import pose_metric
@@ -18,12 +19,14 @@ from skpose.transformer import PoseDistanceTransformer
 
 __all__ = [
     "Bone",
+    "Geodesic",
     "MedoidShift",
     "Motion",
     "PoseDistanceTransformer",
     "Skeleton",
     "SpatialMDS",
     "forward_kinematics",
+    "geodesic",
     "metric_tensor",
     "pose_distances",
     "pose_metric",

@@ -345,20 +345,28 @@ def _encode_poses(poses, encode, tree, steps, codes):
         encode(poses[i], tree, steps, scratch, codes[i])
 
 
-def _pair_distances(X, Y, first, last, triangle, measure, tree, steps, distances):
+def _pair_distances(X, Y, first, last, first_block, last_block, triangle, measure, tree, steps, distances):
     width = Y.shape[2]
     scratch = np.empty((workspace_rows(tree), width), X.dtype)
-    out = np.empty((1, width), X.dtype)
+    out = np.zeros((2, width), X.dtype)
+    n_doubtful, worst = 0, 0.0
     for i in range(first, last):
-        for block in range(i // width if triangle else 0, Y.shape[0]):
-            measure(X[i], Y[block], tree, steps, scratch, out)
+        for block in range(max(first_block, i // width) if triangle else first_block, last_block):
             start = block * width
+            for w in range(width):
+                wanted = start + w < distances.shape[1] and not (triangle and start + w <= i)
+                out[1, w] = 0.0 if wanted else -1.0
+            measure(X[i], Y[block], tree, steps, scratch, out)
             for w in range(min(width, distances.shape[1] - start)):
                 distances[i, start + w] = out[0, w]
+                if out[1, w] > 0.0:
+                    n_doubtful += 1
+                    worst = max(worst, out[1, w])
+    return n_doubtful, worst
 
 
 def _pair_distance(x, y, n_codes, encode, measure, tree, steps):
-    scratch, out = np.empty(workspace_rows(tree)), np.empty(1)
+    scratch, out = np.empty(workspace_rows(tree)), np.zeros(2)
     codes = np.empty((2, n_codes))
     encode(x, tree, steps, scratch, codes[0])
     encode(y, tree, steps, scratch, codes[1])
@@ -414,10 +422,11 @@ def pair_distance_function():
 
 @functools.cache
 def pair_distances_loop(dtype):
-    """``loop(X, Y, first, last, triangle, measure, tree, steps, distances)``: rows first:last of X against all of Y.
+    """``loop(X, Y, first, last, first_block, last_block, triangle, measure, tree, steps, distances)``: one tile.
 
     X holds codes as rows, Y as blocks of shape (n_codes, lanes). With ``triangle`` X and Y are the same poses and only
-    the columns from the diagonal's block on are written.
+    the columns from the diagonal's block on are written. Returns how many distances are in doubt, and by how much at
+    most: a measure says so in the second row of what it puts out, which holds -1 on entry where nobody wants one.
     """
     real = from_dtype(dtype)
     tree, steps = _shared_types(dtype)
@@ -426,7 +435,8 @@ def pair_distances_loop(dtype):
     measure = types.FunctionType(types.void(x, Y, tree, steps, scratch, scratch))
     X, blocks = _array(real, 2, readonly=True), _array(real, 3, readonly=True)
     distances = _array(real, 2, readonly=False, layout="A")
-    signature = types.void(X, blocks, types.intp, types.intp, types.boolean, measure, tree, steps, distances)
+    found, at = types.Tuple((types.int64, types.float64)), types.intp
+    signature = found(X, blocks, at, at, at, at, types.boolean, measure, tree, steps, distances)
     return _jit([signature])(_pair_distances)
 
 

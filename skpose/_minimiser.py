@@ -29,10 +29,13 @@ import math
 import numpy as np
 
 from skpose._kernels import (
+    TWO_PI,
     _jit,
     _place_joints,
     _turn_frames,
+    _turns,
     _workspace,
+    measure_line,
     turn_axes,
     workspace_rows,
 )
@@ -44,9 +47,14 @@ SUBSTEPS = 4
 REFINEMENTS = ((1, 1), (1, SUBSTEPS), (2, SUBSTEPS), (4, SUBSTEPS))  # free steps over n_steps, chords in each
 DAMPING = 1e-6, 1e-8  # λ at first and at least, over the mean diagonal of the normal equations
 LEAST_RATIO = 1e-4  # of actual to predicted decrease, for a step to be taken
+NEAR = 1e-3  # a relative decrease of the energy below which the exact Hessian is tried
 ROUNDING = 1e-14  # a predicted decrease that float64 cannot show, relative to the energy
-STALL, STALL_STEPS = 1e-5, 10  # a refined path is done when the energy falls by no more, relatively, in so many steps
+PATIENCE, LOST = 10, 4.0  # every so many iterations a path is given up whose gap is so many times too wide
 
+FLAT = 1e-4  # curvature below which the energy counts as flat, over the mean diagonal of the normal equations
+KICK, MAX_KICKS = 1e-2, 2  # how far a path is bent that has stopped on a saddle, rad, and how often
+MAX_ITER, TOL = 500, 1e-7  # iterations in each refinement; norm of the gradient, m²/rad
+AGREE = 1e-6  # chord and line that differ by no more, relatively, are the geodesic's length
 LANES = 8  # float64 numbers in one register
 
 # Sums of products may also be reordered, so that they can be vectorised.
@@ -92,8 +100,8 @@ def divided(path, parts):
 
 
 @_jit
-def chords(tree, path, lengths):
-    """Length of every chord of the path, (n_steps,); returns their sum."""
+def chords(tree, path):
+    """Sum of the path's chords."""
     scratch = np.empty(workspace_rows(tree))
     C, S, _, _, H, P = _workspace(tree, scratch)
     P[:] = 0.0
@@ -104,7 +112,6 @@ def chords(tree, path, lengths):
         _turn_frames(tree, C, S, H)
         moved = math.sqrt(_place_joints(tree, H, P))
         if i > 0:
-            lengths[i - 1] = moved
             total += moved
     return total
 
@@ -112,7 +119,14 @@ def chords(tree, path, lengths):
 @_jit
 def curve_length(tree, path):
     """Length of the path measured on a grid `FINE` times finer."""
-    return chords(tree, divided(path, FINE), np.empty((path.shape[0] - 1) * FINE))
+    return chords(tree, divided(path, FINE))
+
+
+@_jit
+def _gap(tree, path):
+    """How much longer the path is on the fine grid than by its chords, relatively."""
+    along = curve_length(tree, path)
+    return (along - chords(tree, path)) / along if along > 0.0 else 0.0
 
 
 @_jit
@@ -132,21 +146,58 @@ def _evaluate(tree, path, substeps, scratch, P, screws):
 
 
 @_jit
-def _add_moments(tree, P, force, moments):
-    """Force on what hangs on each frame and its moment about the root, (n_frames, 6), from the forces on the joints."""
+def _sum_moments(tree, P, force, moments):
+    """Sums of p wᵀ and of w over the joints p that hang on each frame and the forces w on them, (n_frames, 12)."""
     moments[:] = 0.0
     for j in range(1, tree.offset.shape[0]):
-        m = moments[tree.joint_frame[j]]
-        x, y, z = P[3 * j], P[3 * j + 1], P[3 * j + 2]
-        u, v, w = force[3 * j], force[3 * j + 1], force[3 * j + 2]
-        m[0] += y * w - z * v
-        m[1] += z * u - x * w
-        m[2] += x * v - y * u
-        m[3] += u
-        m[4] += v
-        m[5] += w
+        total = moments[tree.joint_frame[j]]
+        for k in range(3):
+            w = force[3 * j + k]
+            for i in range(3):
+                total[3 * i + k] += P[3 * j + i] * w
+            total[9 + k] += w
     for f in range(tree.rest.shape[0] - 1, 0, -1):
         moments[tree.frame_parent[f]] += moments[f]
+
+
+@_jit
+def _add_gradient(tree, screws, moments, t, gradient):
+    """Add what a sample's forces do to the two free poses about it: the moment along each axis."""
+    for f in range(1, tree.rest.shape[0]):
+        _, xy, xz, yx, _, yz, zx, zy, _, u, v, w = moments[f]
+        for d in range(tree.first_dof[f], tree.first_dof[f + 1]):
+            slope = (yz - zy) * screws[0, d] + (zx - xz) * screws[1, d] + (xy - yx) * screws[2, d]
+            slope += u * screws[3, d] + v * screws[4, d] + w * screws[5, d]
+            gradient[0, d] += (1.0 - t) * slope
+            gradient[1, d] += t * slope
+
+
+@_jit
+def _add_curvature(tree, P, screws, moments, t, diagonal, beside):
+    """Add what Gauss-Newton leaves out: forces times second derivatives of the joint positions.
+
+    For axes a and c, c at or before a from the root on, ∂²p = c × (a × (p − o)), so that Σ w·∂²p = c·(M − tr M)a with
+    M = Σ (p − o) wᵀ over the joints that hang on a.
+    """
+    for f in range(1, tree.rest.shape[0]):
+        xx, xy, xz, yx, yy, yz, zx, zy, zz, u, v, w = moments[f]
+        o = 3 * tree.pivot[f]
+        ox, oy, oz = P[o], P[o + 1], P[o + 2]
+        trace = xx + yy + zz - ox * u - oy * v - oz * w
+        for d in range(tree.first_dof[f], tree.first_dof[f + 1]):
+            a, b, c = screws[0, d], screws[1, d], screws[2, d]
+            along = u * a + v * b + w * c
+            x = xx * a + xy * b + xz * c - along * ox - trace * a
+            y = yx * a + yy * b + yz * c - along * oy - trace * b
+            z = zx * a + zy * b + zz * c - along * oz - trace * c
+            for s in range(tree.first_run[f], tree.first_run[f + 1]):
+                for e in range(tree.runs[s, 0], min(tree.runs[s, 1], d + 1)):
+                    bend = x * screws[0, e] + y * screws[1, e] + z * screws[2, e]
+                    diagonal[0, d, e] += (1.0 - t) * (1.0 - t) * bend
+                    diagonal[1, d, e] += t * t * bend
+                    beside[d, e] += t * (1.0 - t) * bend
+                    if e < d:
+                        beside[e, d] += t * (1.0 - t) * bend
 
 
 @_jit
@@ -202,36 +253,31 @@ def _add_products(tree, P, screws, Q, other, weights, sums, diagonal, beside):
 
 
 @_jit
-def _normal_equations(tree, substeps, P, screws, diagonal, beside, gradient):
-    """Blocks of the normal equations, and the gradient of half the energy.
+def _normal_equations(tree, substeps, P, screws, exact, diagonal, beside, gradient):
+    """Blocks of the normal equations, or of the exact Hessian, and the gradient of half the energy.
 
     Sample k lies at the fraction t of the way between two free poses, so that it moves with 1 - t of the one and t of
     the other. Of the diagonal blocks only the lower triangle is filled. The ends have blocks too, which nobody reads.
     """
     diagonal[:], beside[:], gradient[:] = 0.0, 0.0, 0.0
     n_frames, n_samples = tree.rest.shape[0], P.shape[0]
-    sums, moments, force = np.empty((n_frames, 16)), np.empty((n_frames, 6)), np.empty(P.shape[1])
+    sums, moments, force = np.empty((n_frames, 16)), np.empty((n_frames, 12)), np.empty(P.shape[1])
     for k in range(n_samples - 1):
         node = k // substeps
         t = (k - node * substeps) / substeps
+        blocks = diagonal[node : node + 2]
         if k > 0:
             for i in range(force.shape[0]):
                 force[i] = 2.0 * P[k, i] - P[k - 1, i] - P[k + 1, i]
-            _add_moments(tree, P[k], force, moments)
-            for f in range(1, n_frames):
-                for d in range(tree.first_dof[f], tree.first_dof[f + 1]):
-                    slope = 0.0
-                    for i in range(6):
-                        slope += moments[f, i] * screws[k, i, d]
-                    gradient[node, d] += (1.0 - t) * slope
-                    gradient[node + 1, d] += t * slope
+            _sum_moments(tree, P[k], force, moments)
+            _add_gradient(tree, screws[k], moments, t, gradient[node : node + 2])
+            if exact:
+                _add_curvature(tree, P[k], screws[k], moments, t, blocks, beside[node])
             weights = ((1.0 - t) * (1.0 - t), t * t, t * (1.0 - t), t * (1.0 - t))
-            blocks = diagonal[node : node + 2]
             _add_products(tree, P[k], screws[k], P[k], screws[k], weights, sums, blocks, beside[node])
         if substeps > 1 or 0 < k < n_samples - 2:
             u = t + 1.0 / substeps
             weights = ((t - 1.0) * (1.0 - u), -t * u, (t - 1.0) * u, t * (u - 1.0))
-            blocks = diagonal[node : node + 2]
             _add_products(tree, P[k], screws[k], P[k + 1], screws[k + 1], weights, sums, blocks, beside[node])
 
 
@@ -256,22 +302,22 @@ def _fill_band(diagonal, beside, damping, held, lo, hi, band):
     """
     n = -(-(hi - lo) // LANES)
     m = n * LANES
-    for i in range(1, diagonal.shape[0] - 1):
+    last = diagonal.shape[0] - 2
+    for i in range(1, last + 1):
         rows = band[(i - 1) * m * 2 * n : i * m * 2 * n].reshape(m, 2 * m)
         rows[:] = 0.0
-        for p in range(m):
-            d = lo + p
-            if d >= hi or held[i, d]:
-                rows[p, p] = 1.0
-                continue
-            rows[p, p] = diagonal[i, d, d] + damping
-            for q in range(p + 1, hi - lo):
-                if not held[i, lo + q]:
-                    rows[p, q] = diagonal[i, lo + q, d]
-            if i < diagonal.shape[0] - 2:
+        for p in range(hi - lo):
+            rows[p, p] = diagonal[i, lo + p, lo + p] + damping
+            for q in range(p):
+                rows[q, p] = diagonal[i, lo + p, lo + q]
+            if i < last:
                 for q in range(hi - lo):
-                    if not held[i + 1, lo + q]:
-                        rows[p, m + q] = beside[i, d, lo + q]
+                    rows[p, m + q] = beside[i, lo + p, lo + q]
+        for p in range(m):
+            if p >= hi - lo or held[i, lo + p]:
+                rows[p], rows[:, p], rows[p, p] = 0.0, 0.0, 1.0
+            if i < last and p < hi - lo and held[i + 1, lo + p]:
+                rows[:, m + p] = 0.0
 
 
 @_jit
@@ -409,6 +455,16 @@ def _move(path, direction, size, lower, upper, trial):
 
 
 @_jit
+def _kick(path, lower, upper):
+    """Bend the free poses a little, in no direction that a symmetry would have."""
+    last = path.shape[0] - 1
+    for i in range(1, last):
+        for d in range(path.shape[1]):
+            bend = KICK * math.sin(math.pi * i / last) * math.cos(1.0 + d * d)
+            path[i, d] = min(max(path[i, d] + bend, lower[d]), upper[d])
+
+
+@_jit
 def minimise(tree, path, substeps, lower, upper, max_iter, tol):
     """Lower the energy of the path in place, its ends fixed, the poses between within bounds.
 
@@ -431,21 +487,32 @@ def minimise(tree, path, substeps, lower, upper, max_iter, tol):
     trial, second = path.copy(), path.copy()
     scale, damping = 0.0, 0.0
     last_slope = 0.0  # along the step before; nought where the conjugate directions begin anew
-    half_before, steps_taken = half, 0
+    exact, n_kicks = False, 0
     norm = math.inf
     for iteration in range(max_iter):
-        _normal_equations(tree, substeps, P[now], screws[now], diagonal, beside, gradient)
+        _normal_equations(tree, substeps, P[now], screws[now], exact, diagonal, beside, gradient)
         if _hold(path, lower, upper, gradient, held):
             last_slope = 0.0
         norm = 2.0 * math.sqrt(_dot(gradient, gradient))
-        if norm <= tol:
-            return 2.0 * half, norm, iteration, True
         if iteration == 0:
             for i in range(1, n_nodes - 1):
                 scale += np.trace(diagonal[i]) / ((n_nodes - 2) * n_dofs)
             damping = DAMPING[0] * scale
+        if norm <= tol:
+            _normal_equations(tree, substeps, P[now], screws[now], True, diagonal, beside, step)
+            if n_kicks == MAX_KICKS or _solve(tree, diagonal, beside, step, FLAT * scale, held, band, direction):
+                return 2.0 * half, norm, iteration, True
+            # A saddle, such as the swing of an arm stretched in a plane: leave it, as it is no shortest way.
+            n_kicks += 1
+            _kick(path, lower, upper)
+            half = _evaluate(tree, path, substeps, scratch, P[now], screws[now])
+            last_slope, damping = 0.0, DAMPING[0] * scale
+            continue
         if not _solve(tree, diagonal, beside, gradient, damping, held, band, step):
-            damping *= 4.0
+            if exact:
+                exact = False
+            else:
+                damping *= 4.0
             continue
         slope = -_dot(gradient, step)
         predicted = 0.5 * (damping * _dot(step, step) + slope)
@@ -472,22 +539,20 @@ def minimise(tree, path, substeps, lower, upper, max_iter, tol):
                 other, spare = spare, other
         ratio = (half - lowest) / predicted
         if ratio > LEAST_RATIO:
+            exact = substeps > 1 and half - lowest < NEAR * half
             path[:] = trial
             now, other = other, now
             half = lowest
-            steps_taken += 1
             last_step[:] = step
-            last_slope = slope if ratio > 0.25 else 0.0
+            last_slope = slope if ratio > 0.25 and not exact else 0.0
         else:
             last_slope = 0.0
         if ratio > 0.75:
             damping = max(0.1 * damping, DAMPING[1] * scale)
         elif ratio < 0.25:
             damping *= 4.0
-        if steps_taken == STALL_STEPS:
-            if substeps > 1 and half_before - half <= STALL * half:
-                return 2.0 * half, norm, iteration + 1, True
-            half_before, steps_taken = half, 0
+        if substeps == 1 and iteration % PATIENCE == PATIENCE - 1 and _gap(tree, path) > LOST * GAP:
+            return 2.0 * half, norm, iteration + 1, False
     return 2.0 * half, norm, max_iter, False
 
 
@@ -498,25 +563,62 @@ def minimise(tree, path, substeps, lower, upper, max_iter, tol):
 def find_geodesic(start, end, lower, upper, tree, n_steps, max_iter, tol):
     """A path of least energy from start to end, angles in the tree's order, that is as long as it says.
 
-    Returns the path, its free steps' chords, its energy, length and length on the fine grid, the norm of the gradient,
-    the number of iterations and whether it converged. The path is the straight line, unconverged, where nothing honest
-    and shorter was found.
+    Returns the path with all its samples, its energy, length and length on the fine grid, the norm of the energy's
+    gradient in the free poses, the number of iterations and whether it converged. Where nothing honest was found that
+    is no longer than the straight line, the path is that line, unconverged.
     """
     line = np.empty((2, start.shape[0]))
     line[0], line[1] = start, end
-    line_length = curve_length(tree, divided(line, 4 * n_steps))
     path = divided(line, n_steps)
-    total = 0
+    n_iter = 0
     for factor, substeps in REFINEMENTS:
         if substeps > 1:
             path = divided(line, n_steps) if factor == 1 else divided(path, 2)
-        energy, norm, n_iter, converged = minimise(tree, path, substeps, lower, upper, max_iter, tol)
-        total += n_iter
-        fine = divided(path, substeps)
-        length = chords(tree, fine, np.empty(fine.shape[0] - 1))
-        along = curve_length(tree, fine)
-        if along - length <= GAP * along and along <= line_length * (1.0 + 1e-9):
-            return fine, energy, length, along, norm, total, converged
+        energy, norm, iterations, converged = minimise(tree, path, substeps, lower, upper, max_iter, tol)
+        n_iter += iterations
+        samples = divided(path, substeps)
+        length, along = chords(tree, samples), curve_length(tree, samples)
+        straight = curve_length(tree, divided(line, samples.shape[0] - 1))
+        if along - length <= GAP * along and along <= straight * (1.0 + ROUNDING):
+            return samples, energy, length, along, norm, n_iter, converged
     path = divided(line, n_steps)
-    length = chords(tree, path, np.empty(n_steps))
-    return path, math.nan, length, line_length, math.nan, total, False
+    energy, norm, _, _ = minimise(tree, path, 1, lower, upper, 0, tol)
+    return path, energy, chords(tree, path), curve_length(tree, path), norm, n_iter, False
+
+
+@_jit
+def measure_geodesic(x, Y, tree, steps, scratch, out):
+    """Length of the geodesic, eq. 3; where chord and straight line agree already, that of the line.
+
+    Leaves lanes alone whose out[1] is not nought, and puts there the gap of those that did not converge.
+    """
+    measure_line(x, Y, tree, steps, scratch, out)
+    n = tree.column.shape[0]
+    codes, results = (
+        Y.reshape((Y.shape[0], Y.size // Y.shape[0])),
+        out.reshape((out.shape[0], out.size // out.shape[0])),
+    )
+    free = np.full(n, math.inf)
+    for w in range(codes.shape[1]):
+        line = results[0, w]
+        square = 0.0
+        for i in range(5 * n, x.shape[0]):
+            square += (codes[i, w] - x[i]) ** 2
+        chord = math.sqrt(square)
+        if results[1, w] != 0.0 or line - chord <= AGREE * line:
+            continue
+        start, end = np.empty(n), np.empty(n)
+        ahead = 0  # 1 or -1 as the first angle that differs does; both directions are to give the same number
+        for d in range(n):
+            gap = codes[d, w] - x[d]
+            if ahead == 0 and gap != 0.0:
+                ahead = 1 if gap > 0.0 else -1
+            gap -= _turns(gap, steps) * TWO_PI
+            start[d] = x[d] if ahead >= 0 else codes[d, w]
+            end[d] = start[d] + gap * ahead
+        _, _, length, along, _, _, converged = find_geodesic(
+            start, end, -free, free, tree, steps.n_steps, MAX_ITER, TOL
+        )
+        results[0, w] = max(chord, min(length, line))
+        if not converged:
+            results[1, w] = max((along - length) / along, ROUNDING)

@@ -19,6 +19,17 @@ def check_poses(X: ArrayLike, skeleton: Skeleton | None, name: str) -> np.ndarra
     return X
 
 
+def check_pose(pose: ArrayLike, skeleton: Skeleton, name: str) -> np.ndarray:
+    """One pose as an (n_dofs,) array of float64; a row of a data frame is held to its column names."""
+    if hasattr(pose, "to_frame"):
+        pose = pose.to_frame().T
+    elif np.ndim(pose) != 1:
+        raise ValueError(f"{name} must be one pose of shape ({skeleton.n_dofs},), got shape {np.shape(pose)}")
+    else:
+        pose = np.asarray(pose)[np.newaxis]
+    return check_poses(pose, skeleton, name)[0].astype(np.float64)
+
+
 def check_width(X: np.ndarray, skeleton: Skeleton, name: str) -> None:
     """Refuse an array that has not one column for each dof."""
     if X.shape[1] != skeleton.n_dofs:

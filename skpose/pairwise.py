@@ -1,11 +1,13 @@
 """Matrices of distances between poses."""
 
+import warnings
 from collections.abc import Iterator
 from numbers import Integral
 
 import numpy as np
 from joblib import effective_n_jobs
 from numpy.typing import ArrayLike
+from sklearn.exceptions import ConvergenceWarning
 from sklearn.utils._param_validation import validate_params
 from sklearn.utils.parallel import Parallel, delayed
 
@@ -16,7 +18,6 @@ from skpose.metrics import METRIC_CONSTRAINTS, resolve
 from skpose.skeleton import Skeleton
 
 TASKS_PER_JOB = 8  # enough that no thread waits long for the last
-PAIRS_PER_TASK = 2_000_000  # few enough that Ctrl-C is heard within a few seconds
 MIRROR_BLOCK = 512
 
 
@@ -137,11 +138,20 @@ def pose_distances(
     blocks = _kernels.in_lanes(rows if triangle else encoded(Y))
     tree = tree_of(body, dtype)
     loop = _kernels.pair_distances_loop(dtype)
-    # Threads, not processes: the kernels release the GIL, and every task writes its rows of one result.
-    Parallel(n_jobs=n_jobs, require="sharedmem")(
-        delayed(loop)(rows, blocks, first, last, triangle, chosen.measure, tree, steps, distances)
-        for first, last in _tasks(len(X), len(Y), triangle, effective_n_jobs(n_jobs))
+    # Threads, not processes: the kernels release the GIL, and every task writes its tile of one result.
+    doubts = Parallel(n_jobs=n_jobs, require="sharedmem")(
+        delayed(loop)(rows, blocks, *tile, triangle, chosen.measure, tree, steps, distances)
+        for tile in _tiles(len(X), blocks, triangle, chosen.pairs_per_task, effective_n_jobs(n_jobs))
     )
+    n_doubtful = sum(n for n, _ in doubts)
+    if n_doubtful:
+        warnings.warn(
+            f"{n_doubtful} of {distances.size} geodesics did not converge; their distances are lengths of curves no "
+            "longer than the straight line in angle space, which may not be the shortest. The largest relative gap "
+            f"between such a curve's length and the sum of its chords is {max(gap for _, gap in doubts):.2g}",
+            ConvergenceWarning,
+            stacklevel=2,
+        )
     if triangle:
         _mirror(distances)
     return distances if out is None else out
@@ -157,13 +167,20 @@ def _result(out: np.ndarray | None, shape: tuple[int, int], dtype: np.dtype) -> 
     return np.asarray(out)
 
 
-def _tasks(n_x: int, n_y: int, triangle: bool, n_jobs: int) -> Iterator[tuple[int, int]]:
-    """Ranges of rows with about equally many pairs each."""
-    pairs = np.arange(n_x, 0, -1) if triangle else np.full(n_x, n_y)
-    done = np.concatenate([[0], np.cumsum(pairs)])
-    n_tasks = max(TASKS_PER_JOB * n_jobs if n_jobs > 1 else 1, int(done[-1] // PAIRS_PER_TASK))
-    bounds = np.unique(np.searchsorted(done, np.linspace(0, done[-1], n_tasks + 1)))
-    return zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True)
+def _tiles(
+    n_x: int, blocks: np.ndarray, triangle: bool, pairs_per_task: int, n_jobs: int
+) -> Iterator[tuple[int, int, int, int]]:
+    """First and last row, first and last block of tiles of no more than so many pairs each, enough for all jobs."""
+    n_blocks, width = len(blocks), blocks.shape[2]
+    n_pairs = n_x * n_blocks * width
+    if n_jobs > 1:
+        pairs_per_task = min(pairs_per_task, max(width, n_pairs // (TASKS_PER_JOB * n_jobs)))
+    block_step = min(n_blocks, max(1, pairs_per_task // width))
+    row_step = max(1, pairs_per_task // (block_step * width))
+    for first in range(0, n_x, row_step):
+        last = min(first + row_step, n_x)
+        for block in range(first // width if triangle else 0, n_blocks, block_step):
+            yield first, last, block, min(block + block_step, n_blocks)
 
 
 def _mirror(distances: np.ndarray) -> None:

@@ -23,7 +23,7 @@ EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 LAYERS = [
     ["_lanes", "skeleton"],
     ["_kernels", "motion", "_validation"],
-    ["_tree", "io._text"],
+    ["_tree", "_minimiser", "io._text"],
     ["io._asf", "io._bvh"],
     ["io._amc"],
     ["io"],
@@ -31,6 +31,7 @@ LAYERS = [
     ["datasets._cmu", "datasets._gait"],
     ["datasets"],
     ["kinematics", "metrics"],
+    ["geodesic"],
     ["pairwise"],
     ["_callbacks", "_estimator"],
     ["transformer", "cluster", "manifold"],
