@@ -76,7 +76,8 @@ def _place(tree, angles, scratch, P, screws):
         C[d], S[d] = math.cos(angles[d]), math.sin(angles[d])
     _turn_frames(tree, C, S, H)
     _place_joints(tree, H, positions)
-    P[:] = positions
+    for i in range(P.shape[0]):
+        P[i] = positions[i]
     turn_axes(tree, C, S, H, screws[:3].T)
     for f in range(1, tree.rest.shape[0]):
         o = 3 * tree.pivot[f]
@@ -92,41 +93,43 @@ def divided(path, parts):
     """The path with every step divided into equal parts."""
     n_steps, n_dofs = path.shape[0] - 1, path.shape[1]
     out = np.empty((n_steps * parts + 1, n_dofs))
-    for i in range(n_steps):
-        for k in range(parts):
-            out[i * parts + k] = path[i] + (k / parts) * (path[i + 1] - path[i])
-    out[-1] = path[-1]
+    for i in range(out.shape[0]):
+        step = min(i // parts, n_steps - 1)
+        t = (i - step * parts) / parts
+        for d in range(n_dofs):
+            out[i, d] = (1.0 - t) * path[step, d] + t * path[step + 1, d]
     return out
 
 
 @_jit
 def chords(tree, path):
-    """Sum of the path's chords."""
+    """Sum of the path's chords, and of their squares."""
     scratch = np.empty(workspace_rows(tree))
     C, S, _, _, H, P = _workspace(tree, scratch)
     P[:] = 0.0
-    total = 0.0
+    length, energy = 0.0, 0.0
     for i in range(path.shape[0]):
         for d in range(path.shape[1]):
             C[d], S[d] = math.cos(path[i, d]), math.sin(path[i, d])
         _turn_frames(tree, C, S, H)
-        moved = math.sqrt(_place_joints(tree, H, P))
+        square = _place_joints(tree, H, P)
         if i > 0:
-            total += moved
-    return total
+            length += math.sqrt(square)
+            energy += square
+    return length, energy
 
 
 @_jit
 def curve_length(tree, path):
     """Length of the path measured on a grid `FINE` times finer."""
-    return chords(tree, divided(path, FINE))
+    return chords(tree, divided(path, FINE))[0]
 
 
 @_jit
 def _gap(tree, path):
     """How much longer the path is on the fine grid than by its chords, relatively."""
     along = curve_length(tree, path)
-    return (along - chords(tree, path)) / along if along > 0.0 else 0.0
+    return (along - chords(tree, path)[0]) / along if along > 0.0 else 0.0
 
 
 @_jit
@@ -157,7 +160,8 @@ def _sum_moments(tree, P, force, moments):
                 total[3 * i + k] += P[3 * j + i] * w
             total[9 + k] += w
     for f in range(tree.rest.shape[0] - 1, 0, -1):
-        moments[tree.frame_parent[f]] += moments[f]
+        for i in range(moments.shape[1]):
+            moments[tree.frame_parent[f], i] += moments[f, i]
 
 
 @_jit
@@ -219,7 +223,8 @@ def _add_products(tree, P, screws, Q, other, weights, sums, diagonal, beside):
             total[12 + i] += Q[3 * j + i]
         total[15] += 1.0
     for f in range(tree.rest.shape[0] - 1, 0, -1):
-        sums[tree.frame_parent[f]] += sums[f]
+        for i in range(sums.shape[1]):
+            sums[tree.frame_parent[f], i] += sums[f, i]
     before, after, across, back = weights
     for f in range(1, tree.rest.shape[0]):
         xx, xy, xz, yx, yy, yz, zx, zy, zz, px, py, pz, qx, qy, qz, n = sums[f]
@@ -253,7 +258,7 @@ def _add_products(tree, P, screws, Q, other, weights, sums, diagonal, beside):
 
 
 @_jit
-def _normal_equations(tree, substeps, P, screws, exact, diagonal, beside, gradient):
+def _normal_equations(tree, substeps, P, screws, curvature, diagonal, beside, gradient):
     """Blocks of the normal equations, or of the exact Hessian, and the gradient of half the energy.
 
     Sample k lies at the fraction t of the way between two free poses, so that it moves with 1 - t of the one and t of
@@ -271,7 +276,7 @@ def _normal_equations(tree, substeps, P, screws, exact, diagonal, beside, gradie
                 force[i] = 2.0 * P[k, i] - P[k - 1, i] - P[k + 1, i]
             _sum_moments(tree, P[k], force, moments)
             _add_gradient(tree, screws[k], moments, t, gradient[node : node + 2])
-            if exact:
+            if curvature != 0.0:
                 _add_curvature(tree, P[k], screws[k], moments, t, blocks, beside[node])
             weights = ((1.0 - t) * (1.0 - t), t * t, t * (1.0 - t), t * (1.0 - t))
             _add_products(tree, P[k], screws[k], P[k], screws[k], weights, sums, blocks, beside[node])
@@ -315,9 +320,12 @@ def _fill_band(diagonal, beside, damping, held, lo, hi, band):
                     rows[p, m + q] = beside[i, lo + p, lo + q]
         for p in range(m):
             if p >= hi - lo or held[i, lo + p]:
-                rows[p], rows[:, p], rows[p, p] = 0.0, 0.0, 1.0
+                for q in range(m):
+                    rows[p, q] = rows[q, p] = rows[p, m + q] = 0.0
+                rows[p, p] = 1.0
             if i < last and p < hi - lo and held[i + 1, lo + p]:
-                rows[:, m + p] = 0.0
+                for q in range(m):
+                    rows[q, m + p] = 0.0
 
 
 @_jit
@@ -411,7 +419,9 @@ def _solve(tree, diagonal, beside, gradient, damping, held, band, step):
             for d in range(lo, hi):
                 flat[i, d - lo] = -gradient[i + 1, d]
         _substitute(band, n_blocks, n, x)
-        step[1:-1, lo:hi] = flat[:, : hi - lo]
+        for i in range(n_blocks):
+            for d in range(lo, hi):
+                step[i + 1, d] = flat[i, d - lo]
     return True
 
 
@@ -425,6 +435,14 @@ def _dot(a, b):
         for d in range(a.shape[1]):
             total += a[i, d] * b[i, d]
     return total
+
+
+@_jit
+def _combine(step, turn, direction):
+    """direction = step + turn · direction."""
+    for i in range(step.shape[0]):
+        for d in range(step.shape[1]):
+            direction[i, d] = step[i, d] + turn * direction[i, d]
 
 
 @_jit
@@ -468,8 +486,8 @@ def _kick(path, lower, upper):
 def minimise(tree, path, substeps, lower, upper, max_iter, tol):
     """Lower the energy of the path in place, its ends fixed, the poses between within bounds.
 
-    Returns the energy over `substeps` chords a step, the norm of its gradient (of what the bounds leave of it), the
-    number of iterations, and whether it converged.
+    The energy is that over `substeps` chords a step. Returns the norm of its gradient (of what the bounds leave of it),
+    the number of iterations, and whether it converged.
     """
     n_nodes, n_dofs = path.shape
     n_samples = (n_nodes - 1) * substeps + 1
@@ -479,7 +497,7 @@ def minimise(tree, path, substeps, lower, upper, max_iter, tol):
     now, other, spare = 0, 1, 2
     half = _evaluate(tree, path, substeps, scratch, P[now], screws[now])
     if n_nodes < 3:
-        return 2.0 * half, 0.0, 0, True
+        return 0.0, 0, True
     diagonal, beside = np.empty((n_nodes, n_dofs, n_dofs)), np.empty((n_nodes - 1, n_dofs, n_dofs))
     band = np.empty(_band_shape(tree, n_nodes))
     gradient, held = np.empty(path.shape), np.zeros(path.shape, np.bool_)
@@ -487,10 +505,10 @@ def minimise(tree, path, substeps, lower, upper, max_iter, tol):
     trial, second = path.copy(), path.copy()
     scale, damping = 0.0, 0.0
     last_slope = 0.0  # along the step before; nought where the conjugate directions begin anew
-    exact, n_kicks = False, 0
+    curvature, n_kicks = 0.0, 0  # 1 where the Hessian is exact
     norm = math.inf
     for iteration in range(max_iter):
-        _normal_equations(tree, substeps, P[now], screws[now], exact, diagonal, beside, gradient)
+        _normal_equations(tree, substeps, P[now], screws[now], curvature, diagonal, beside, gradient)
         if _hold(path, lower, upper, gradient, held):
             last_slope = 0.0
         norm = 2.0 * math.sqrt(_dot(gradient, gradient))
@@ -499,9 +517,9 @@ def minimise(tree, path, substeps, lower, upper, max_iter, tol):
                 scale += np.trace(diagonal[i]) / ((n_nodes - 2) * n_dofs)
             damping = DAMPING[0] * scale
         if norm <= tol:
-            _normal_equations(tree, substeps, P[now], screws[now], True, diagonal, beside, step)
+            _normal_equations(tree, substeps, P[now], screws[now], 1.0, diagonal, beside, step)
             if n_kicks == MAX_KICKS or _solve(tree, diagonal, beside, step, FLAT * scale, held, band, direction):
-                return 2.0 * half, norm, iteration, True
+                return norm, iteration, True
             # A saddle, such as the swing of an arm stretched in a plane: leave it, as it is no shortest way.
             n_kicks += 1
             _kick(path, lower, upper)
@@ -509,21 +527,21 @@ def minimise(tree, path, substeps, lower, upper, max_iter, tol):
             last_slope, damping = 0.0, DAMPING[0] * scale
             continue
         if not _solve(tree, diagonal, beside, gradient, damping, held, band, step):
-            if exact:
-                exact = False
+            if curvature > 0.0:
+                curvature = 0.0
             else:
                 damping *= 4.0
             continue
         slope = -_dot(gradient, step)
         predicted = 0.5 * (damping * _dot(step, step) + slope)
         if predicted <= ROUNDING * half:
-            return 2.0 * half, norm, iteration, True
+            return norm, iteration, True
         turn = 0.0
         if last_slope > 0.0:
             turn = min(max((slope + _dot(gradient, last_step)) / last_slope, 0.0), 2.0)
-        direction = step + turn * direction if turn > 0.0 else step.copy()
+        _combine(step, turn, direction)
         if _dot(gradient, direction) >= 0.0:
-            direction = step.copy()
+            _combine(step, 0.0, direction)
         _move(path, direction, 1.0, lower, upper, trial)
         lowest = _evaluate(tree, trial, substeps, scratch, P[other], screws[other])
         # The parabola through energy, slope and trial is least at this multiple of the direction.
@@ -539,12 +557,12 @@ def minimise(tree, path, substeps, lower, upper, max_iter, tol):
                 other, spare = spare, other
         ratio = (half - lowest) / predicted
         if ratio > LEAST_RATIO:
-            exact = substeps > 1 and half - lowest < NEAR * half
-            path[:] = trial
+            curvature = 1.0 if substeps > 1 and half - lowest < NEAR * half else 0.0
+            _move(trial, step, 0.0, lower, upper, path)
             now, other = other, now
             half = lowest
-            last_step[:] = step
-            last_slope = slope if ratio > 0.25 and not exact else 0.0
+            step, last_step = last_step, step
+            last_slope = slope if ratio > 0.25 and curvature == 0.0 else 0.0
         else:
             last_slope = 0.0
         if ratio > 0.75:
@@ -552,8 +570,8 @@ def minimise(tree, path, substeps, lower, upper, max_iter, tol):
         elif ratio < 0.25:
             damping *= 4.0
         if substeps == 1 and iteration % PATIENCE == PATIENCE - 1 and _gap(tree, path) > LOST * GAP:
-            return 2.0 * half, norm, iteration + 1, False
-    return 2.0 * half, norm, max_iter, False
+            return norm, iteration + 1, False
+    return norm, max_iter, False
 
 
 # --- from pose to pose -----------------------------------------------------------------------------------------------
@@ -574,16 +592,17 @@ def find_geodesic(start, end, lower, upper, tree, n_steps, max_iter, tol):
     for factor, substeps in REFINEMENTS:
         if substeps > 1:
             path = divided(line, n_steps) if factor == 1 else divided(path, 2)
-        energy, norm, iterations, converged = minimise(tree, path, substeps, lower, upper, max_iter, tol)
+        norm, iterations, converged = minimise(tree, path, substeps, lower, upper, max_iter, tol)
         n_iter += iterations
         samples = divided(path, substeps)
-        length, along = chords(tree, samples), curve_length(tree, samples)
+        length, energy = chords(tree, samples)
+        along = curve_length(tree, samples)
         straight = curve_length(tree, divided(line, samples.shape[0] - 1))
         if along - length <= GAP * along and along <= straight * (1.0 + ROUNDING):
             return samples, energy, length, along, norm, n_iter, converged
     path = divided(line, n_steps)
-    energy, norm, _, _ = minimise(tree, path, 1, lower, upper, 0, tol)
-    return path, energy, chords(tree, path), curve_length(tree, path), norm, n_iter, False
+    length, energy = chords(tree, path)
+    return path, energy, length, curve_length(tree, path), math.nan, n_iter, False
 
 
 @_jit

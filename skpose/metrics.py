@@ -24,6 +24,7 @@ class Metric(NamedTuple):
     needs_skeleton: bool
     wraps: bool | None  # what wrap="auto" means; None for a metric that whole turns do not change
     pairs_per_task: int = 2_000_000  # few enough that Ctrl-C is heard within a few seconds
+    always_float64: bool = False
 
 
 def _n_coordinates(tree: Tree, n_dofs: int) -> int:
@@ -56,6 +57,7 @@ METRICS = {
         True,
         True,
         pairs_per_task=200,
+        always_float64=True,
     ),
 }
 

@@ -126,7 +126,10 @@ def pose_distances(
     if X.shape[1] != Y.shape[1]:
         raise ValueError(f"X has {X.shape[1]} columns and Y has {Y.shape[1]}; poses of one body have equally many")
     dtype = np.result_type(X, Y)
-    distances = _result(out, (len(X), len(Y)), dtype)
+    result = _result(out, (len(X), len(Y)), dtype)
+    if chosen.always_float64:
+        dtype = np.dtype(np.float64)
+    distances = result if result.dtype == dtype else np.empty(result.shape, dtype)
 
     body = skeleton if chosen.needs_skeleton else None
     n_codes = chosen.n_codes(tree_of(body), X.shape[1])
@@ -154,7 +157,9 @@ def pose_distances(
         )
     if triangle:
         _mirror(distances)
-    return distances if out is None else out
+    if distances is not result:
+        result[...] = distances
+    return result if out is None else out
 
 
 def _result(out: np.ndarray | None, shape: tuple[int, int], dtype: np.dtype) -> np.ndarray:
