@@ -16,8 +16,8 @@ import scalar
 from sklearn.metrics import pairwise_distances
 
 from skpose import forward_kinematics, pose_distances, pose_metric
+from skpose.compare import COMPARED
 from skpose.datasets import load_cmu, make_gait
-from skpose.metrics import METRICS
 
 REPEATS = 5
 N_POSES = 2000  # X and Y; the slow contestants get fewer rows of X
@@ -62,7 +62,7 @@ def main():
 
     header = ("metric", "pairs/s", "x scalar", "float32", "Y=None", "sklearn", "scalar, pairs/s")
     print(("{:<10}" + "{:>14}" + "{:>10}" * 4 + "{:>18}").format(*header))
-    for metric in METRICS:
+    for metric in COMPARED:
         naive, f = getattr(scalar, metric), pose_metric(metric, skeleton, wrap=False)
         single = X.astype(np.float32), Y.astype(np.float32)
 

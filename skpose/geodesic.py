@@ -11,6 +11,7 @@ from sklearn.utils._param_validation import Interval, StrOptions, validate_param
 
 from skpose import _minimiser
 from skpose._kernels import TWO_PI, Tree
+from skpose._path_energy import divided
 from skpose._tree import tree_of
 from skpose._validation import check_pose
 from skpose.kinematics import forward_kinematics
@@ -72,7 +73,7 @@ class Geodesic:
         """
         if not isinstance(n, Integral) or n < 2:
             raise ValueError(f"n must be a whole number of at least 2 poses, got {n!r}")
-        fine = _minimiser.divided(self.path, SPEED_GRID)
+        fine = divided(self.path, SPEED_GRID)
         positions = forward_kinematics(fine, self._skeleton).reshape(len(fine), -1)
         gone = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(positions, axis=0), axis=1))])
         if gone[-1] == 0.0:  # nothing moves; the angles may all the same
@@ -195,10 +196,8 @@ def geodesic(
     """
     tree = tree_of(skeleton)
     first, last = check_pose(start, skeleton, "start"), check_pose(end, skeleton, "end")
-    gap = last - first
     if wrap:
-        gap -= TWO_PI * np.rint(gap / TWO_PI)
-    last = first + gap
+        last = last - TWO_PI * np.rint((last - first) / TWO_PI)
     lower, upper = _bounds(first, last, skeleton, joint_limits)
     first, last, lower, upper = (_in_tree(tree, values) for values in (first, last, lower, upper))
     lower, upper = np.minimum(lower, upper), np.maximum(lower, upper)  # turned about with their axis

@@ -3,6 +3,7 @@
 import os
 
 os.environ.setdefault("SCIPY_ARRAY_API", "1")  # before scipy: without it scikit-learn skips one of its checks
+os.environ["MPLBACKEND"] = "template"  # matplotlib's backend that draws nothing, and shows it without complaint
 
 from pathlib import Path
 

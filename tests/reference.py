@@ -8,6 +8,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
 INCH = 0.0254
@@ -61,6 +62,50 @@ def distance(a, b, skeleton, metric, n_steps=10, wrap=False):
     line = a + np.linspace(0, 1, n_steps + 1)[:, None] * gap
     positions = forward_kinematics(line, skeleton).reshape(n_steps + 1, -1)
     return np.linalg.norm(np.diff(positions, axis=0), axis=1).sum()
+
+
+def path_energy(path, skeleton):
+    """Eq. 6."""
+    F = forward_kinematics(path, skeleton).reshape(len(path), -1)
+    return np.square(np.diff(F, axis=0)).sum()
+
+
+def path_length(path, skeleton, parts=1):
+    """Sum of chords, every step of the path divided into equal parts."""
+    path = np.asarray(path)
+    at = np.linspace(0, len(path) - 1, (len(path) - 1) * parts + 1)
+    fine = np.stack([np.interp(at, np.arange(len(path)), column) for column in path.T], axis=1)
+    F = forward_kinematics(fine, skeleton).reshape(len(fine), -1)
+    return np.linalg.norm(np.diff(F, axis=0), axis=1).sum()
+
+
+def line(a, b, n_steps, wrap=True):
+    return a + np.linspace(0, 1, n_steps + 1)[:, None] * differences(a, b, wrap)
+
+
+def energy_gradient(F, J):
+    """The derivative of eq. 6 in the inner points, in closed form, from positions (n, 3L) and Jacobians (n, 3L, D)."""
+    return 2 * np.einsum("nr,nrd->nd", 2 * F[1:-1] - F[:-2] - F[2:], J[1:-1])
+
+
+def least_energy_path(a, b, kinematics, n_steps=10, bounds=None):
+    """The minimiser of eq. 6 from the straight line, by scipy; naive: nobody looks between the points.
+
+    ``kinematics(path)`` gives positions (n, 3L) and Jacobians (n, 3L, D).
+    """
+    start = line(a, b, n_steps)
+
+    def with_inner(x):
+        return np.concatenate([start[:1], x.reshape(n_steps - 1, -1), start[-1:]])
+
+    def energy(x):
+        F, J = kinematics(with_inner(x))
+        return np.square(np.diff(F, axis=0)).sum(), energy_gradient(F, J).ravel()
+
+    bounds = None if bounds is None else [pair for _ in range(n_steps - 1) for pair in bounds]
+    options = {"gtol": 1e-5, "ftol": 0, "maxiter": 20_000, "maxfun": 50_000}
+    found = minimize(energy, start[1:-1].ravel(), jac=True, method="L-BFGS-B", bounds=bounds, options=options)
+    return with_inner(found.x)
 
 
 def distances(X, Y, skeleton, metric, **parameters):

@@ -7,9 +7,8 @@ import pytest
 import skpose
 from skpose import SpatialMDS, pose_distances
 from skpose.__main__ import main
-from skpose.compare import FRAME_RATE, compare, walks_and_runs
+from skpose.compare import COMPARED, FRAME_RATE, compare, walks_and_runs
 from skpose.datasets import MotionDataset, make_gait
-from skpose.metrics import METRICS
 
 
 @pytest.fixture(scope="module")
@@ -21,7 +20,7 @@ def test_accuracies_are_those_of_the_nearest_neighbour_elsewhere(gait):
     X, sequence = gait.poses(FRAME_RATE)
     y = gait.actions[sequence]
     rows = list(compare(gait))
-    assert [row.metric for row in rows] == list(METRICS)
+    assert [row.metric for row in rows] == list(COMPARED)
     for row in rows:
         D = pose_distances(X, skeleton=gait.skeleton, metric=row.metric)
         for accuracy, groups in (
@@ -52,7 +51,7 @@ def test_walks_and_runs_are_chosen_by_their_first_word(gait):
 def test_command_line_prints_a_row_for_each_metric(capsys):
     assert main(["compare", "--jobs", "1"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    for metric in METRICS:
+    for metric in COMPARED:
         (row,) = (line.split() for line in lines if line.startswith(metric))
         assert row[1].endswith("%")
         assert row[2].endswith("%")

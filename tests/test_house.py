@@ -23,7 +23,8 @@ EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 LAYERS = [
     ["_lanes", "skeleton"],
     ["_kernels", "motion", "_validation"],
-    ["_tree", "_minimiser", "io._text"],
+    ["_tree", "_blocks", "_path_energy", "io._text"],
+    ["_minimiser"],
     ["io._asf", "io._bvh"],
     ["io._amc"],
     ["io"],

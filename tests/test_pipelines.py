@@ -10,8 +10,8 @@ from sklearn.pipeline import make_pipeline
 from sklearn.svm import SVC
 
 from skpose import PoseDistanceTransformer, pose_distances
+from skpose.compare import COMPARED
 from skpose.datasets import make_gait
-from skpose.metrics import METRICS
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +52,7 @@ def test_nearest_neighbour_in_a_pipeline_is_that_of_the_distances(gait, data):
 def test_grid_search_over_metrics_by_sequence(gait, data):
     X, y, sequence = data
     knn = make_pipeline(PoseDistanceTransformer(gait.skeleton), KNeighborsClassifier(1, metric="precomputed"))
-    grid = {"posedistancetransformer__metric": list(METRICS), "kneighborsclassifier__n_neighbors": [1, 5]}
+    grid = {"posedistancetransformer__metric": list(COMPARED), "kneighborsclassifier__n_neighbors": [1, 5]}
     searches = [
         GridSearchCV(knn, grid, cv=GroupKFold(3), n_jobs=n_jobs).fit(X, y, groups=sequence) for n_jobs in (1, 2)
     ]

@@ -18,7 +18,7 @@ BODY = SKELETONS["humanoid"]
 
 @pytest.fixture
 def X():
-    return np.random.default_rng(0).normal(size=(12, BODY.n_dofs))
+    return 0.2 * np.random.default_rng(0).normal(size=(12, BODY.n_dofs))
 
 
 @pytest.mark.parametrize("metric", METRICS)
