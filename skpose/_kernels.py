@@ -1,4 +1,4 @@
-"""Every compiled loop of the library: turn frames, place joints, measure; over poses and over pairs.
+"""The compiled loops: turn frames, place joints, measure; over poses and over pairs.
 
 The skeleton as the kernels see it
 ----------------------------------

@@ -142,7 +142,20 @@ def minimise(tree, path, substeps, lower, upper, max_iter, tol):
             for i in range(1, n_nodes - 1):
                 scale += np.trace(diagonal[i]) / ((n_nodes - 2) * n_dofs)
             damping = DAMPING[0] * scale
-        if norm <= tol:
+        done, predicted, slope = norm <= tol, 0.0, 0.0
+        if not done:
+            if not solve(tree, diagonal, beside, gradient, damping, held, band, step):
+                if curvature > 0.0:
+                    curvature = 0.0
+                else:
+                    damping *= 4.0
+                continue
+            slope = -_dot(gradient, step)
+            predicted = 0.5 * (damping * _dot(step, step) + slope)
+            done = predicted <= ROUNDING * half
+            if done and damping > scale:  # it is the damping that leaves no step
+                return norm, iteration, False
+        if done:
             normal_equations(tree, substeps, P[now], screws[now], 1.0, diagonal, beside, step)
             if n_kicks == MAX_KICKS or solve(tree, diagonal, beside, step, FLAT * scale, held, band, direction):
                 return norm, iteration, True
@@ -152,16 +165,6 @@ def minimise(tree, path, substeps, lower, upper, max_iter, tol):
             half = evaluate(tree, path, substeps, scratch, P[now], screws[now])
             last_slope, damping = 0.0, DAMPING[0] * scale
             continue
-        if not solve(tree, diagonal, beside, gradient, damping, held, band, step):
-            if curvature > 0.0:
-                curvature = 0.0
-            else:
-                damping *= 4.0
-            continue
-        slope = -_dot(gradient, step)
-        predicted = 0.5 * (damping * _dot(step, step) + slope)
-        if predicted <= ROUNDING * half:
-            return norm, iteration, damping < scale  # else it is the damping that leaves no step
         turn = 0.0
         if last_slope > 0.0:
             turn = min(max((slope + _dot(gradient, last_step)) / last_slope, 0.0), 2.0)

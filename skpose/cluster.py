@@ -52,7 +52,7 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
         `sklearn.neighbors.KNeighborsTransformer` gives it: a sample then moves among its neighbours, and two of them
         whose distance is not in the graph count as if they lay at right angles, seen from the sample.
     n_steps : int, default=10
-        Chords along the curve of "spatial".
+        Chords along the curve of "spatial" and "geodesic".
     wrap : bool or "auto", default="auto"
         Whether differences of angles are taken the short way round, see `skpose.pose_distances`.
     n_jobs : int, default=None

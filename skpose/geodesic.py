@@ -42,7 +42,7 @@ class Geodesic:
     n_iter : int
         Iterations, of all refinements.
     converged : bool
-        Whether `gradient_norm` came down to `tol` on an honest path.
+        Whether `gradient_norm` came down to `tol`, or to what float64 can show, on an honest path that is no saddle.
     """
 
     path: np.ndarray
@@ -166,7 +166,7 @@ def geodesic(
 
     *Method.* Damped Gauss-Newton with the damping of a trust region: the normal equations are block tridiagonal in the
     poses and fall apart into the branches of the skeleton at the root. Steps are combined by conjugate gradients; on
-    refined paths the exact Hessian takes over near the end. JᵀJ is singular (fact: a twist of a last bone moves
+    refined paths the exact Hessian takes over near the end. JᵀJ is singular (a twist of a last bone moves
     nothing), so the path is not unique where its length is.
 
     Time O(n_iter · n_steps · n_dofs³), some milliseconds for ten steps of 56 dofs and a hundred where the path has to
@@ -181,18 +181,18 @@ def geodesic(
 
     Examples
     --------
-    A stretched arm of three bones of 1 m goes to its mirror image by way of a bent one:
+    An arm of three bones of 1 m that swings from one side to the other folds on the way:
 
     >>> import numpy as np
     >>> from skpose import Skeleton, geodesic, pose_distances
     >>> arm = Skeleton.chain(3)
-    >>> way = geodesic([0.2, 0.0, 0.0], [2.9, 0.0, 0.0], arm)
-    >>> way
-    Geodesic(length=8.01, n_points=11, converged in 8 iterations)
-    >>> pose_distances([[0.2, 0, 0]], [[2.9, 0, 0]], skeleton=arm).round(2)  # the straight line in angle space
-    array([[10.07]])
-    >>> np.rad2deg(way.resample(3)[1]).round()
-    array([ 89.,   0.,   0.])
+    >>> way = geodesic([0.2, 0.3, 0.0], [2.4, 0.2, 0.1], arm)
+    >>> round(way.length, 2), way.converged
+    (7.17, True)
+    >>> way.resample(3)[1].round(1)  # half way, rad
+    array([ 0.7,  2.1, -1.7])
+    >>> pose_distances([[0.2, 0.3, 0.0]], [[2.4, 0.2, 0.1]], skeleton=arm).round(2)  # straight in angle space
+    array([[8.02]])
     """
     tree = tree_of(skeleton)
     first, last = check_pose(start, skeleton, "start"), check_pose(end, skeleton, "end")

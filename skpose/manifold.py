@@ -49,7 +49,7 @@ class SpatialMDS(
     random_state : int, RandomState instance or None, default=None
         Determines the choice of landmarks. Pass an int for the same result at every call.
     n_steps : int, default=10
-        Chords along the curve of "spatial".
+        Chords along the curve of "spatial" and "geodesic".
     wrap : bool or "auto", default="auto"
         Whether differences of angles are taken the short way round, see `skpose.pose_distances`.
     n_jobs : int, default=None

@@ -56,7 +56,7 @@ METRICS = {
         _n_curve_end,
         True,
         True,
-        pairs_per_task=200,
+        pairs_per_task=50,
         always_float64=True,
     ),
 }

@@ -27,7 +27,7 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
     ----------
     skeleton : Skeleton, default=None
         The body that all the poses are put on. Needed by all metrics but "angle".
-    metric : {"auto", "angle", "position", "rotation", "spatial"}, default="auto"
+    metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
         The distance, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton and "angle" without one.
     kernel : {"rbf", "laplacian"} or None, default=None
         None gives distances d, "rbf" gives :math:`\exp(-\gamma d^2)` and "laplacian" :math:`\exp(-\gamma d)`. Both are
@@ -38,7 +38,7 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
         with m the mean squared distance between training poses (of at most 500, evenly spread over them): for
         Euclidean distances of standardised features that of SVC's "scale".
     n_steps : int, default=10
-        Chords along the curve of "spatial".
+        Chords along the curve of "spatial" and "geodesic".
     wrap : bool or "auto", default="auto"
         Whether differences of angles are taken the short way round, see `skpose.pose_distances`.
     n_jobs : int, default=None
