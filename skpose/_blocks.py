@@ -38,14 +38,14 @@ def _fill_band(diagonal, beside, damping, held, lo, hi, band):
     last = diagonal.shape[0] - 2
     for i in range(1, last + 1):
         rows = band[(i - 1) * m * 2 * n : i * m * 2 * n].reshape(m, 2 * m)
-        rows[:] = 0.0
         for p in range(hi - lo):
-            rows[p, p] = diagonal[i, lo + p, lo + p] + damping
             for q in range(p):
                 rows[q, p] = diagonal[i, lo + p, lo + q]
-            if i < last:
-                for q in range(hi - lo):
-                    rows[p, m + q] = beside[i, lo + p, lo + q]
+            rows[p, p] = diagonal[i, lo + p, lo + p] + damping
+            for q in range(hi - lo, m):
+                rows[p, q] = rows[p, m + q] = 0.0
+            for q in range(hi - lo):
+                rows[p, m + q] = beside[i, lo + p, lo + q]
         for p in range(m):
             if p >= hi - lo or held[i, lo + p]:
                 for q in range(m):
@@ -78,16 +78,16 @@ def _factorise(band, n_blocks, n):
     """Cholesky factor UᵀU in place, X beside U; whether there is one. n: lanes in a block's width."""
     m, width = n * LANES, 2 * n
     for i in range(n_blocks):
-        top = i * m
+        top, end = i * m, n if i == n_blocks - 1 else width  # nothing is beside the last block
         for p in range(0, m, 4):
             row, first = top + p, p // LANES
             if i > 0:
                 _subtract(band, width, row, first, n, top - m, m, n, m + p)
-            _subtract(band, width, row, first, width, top, p, 0, p)
+            _subtract(band, width, row, first, end, top, p, 0, p)
             for q in range(p, p + 4):
                 for k in range(p, q):
                     w = band[(top + k) * width + q // LANES, q % LANES]
-                    for c in range(first, width):
+                    for c in range(first, end):
                         at = (top + q) * width + c
                         store(band, at, load(band, at) - w * load(band, (top + k) * width + c))
                 pivot = band[(top + q) * width + q // LANES, q % LANES]
@@ -96,7 +96,7 @@ def _factorise(band, n_blocks, n):
                 for j in range(q % LANES):
                     band[(top + q) * width + q // LANES, j] = 0.0
                 scale = 1.0 / math.sqrt(pivot)
-                for c in range(first, width):
+                for c in range(first, end):
                     store(band, (top + q) * width + c, scale * load(band, (top + q) * width + c))
     return True
 

@@ -217,7 +217,7 @@ def find_geodesic(start, end, lower, upper, tree, n_steps, max_iter, tol):
     line = np.empty((2, start.shape[0]))
     line[0], line[1] = start, end
     path = divided(line, n_steps)
-    noise = _noise(tree)
+    noise, straight = _noise(tree), chords(tree, path)[0]
     n_iter = 0
     for factor, substeps in REFINEMENTS:
         if substeps > 1:
@@ -227,8 +227,9 @@ def find_geodesic(start, end, lower, upper, tree, n_steps, max_iter, tol):
         samples = divided(path, substeps)
         length, energy = chords(tree, samples)
         along = curve_length(tree, samples)
-        straight = curve_length(tree, divided(line, samples.shape[0] - 1))
-        if along - length <= GAP * along + noise and along <= straight + noise:
+        if along - length <= GAP * along + noise and (
+            along <= straight or along <= curve_length(tree, divided(line, samples.shape[0] - 1)) + noise
+        ):
             return samples, energy, length, along, norm, n_iter, converged
     path = divided(line, n_steps)
     length, energy = chords(tree, path)

@@ -43,6 +43,17 @@ class Geodesic:
         Iterations, of all refinements.
     converged : bool
         Whether `gradient_norm` came down to `tol`, or to what float64 can show, on an honest path that is no saddle.
+
+    Examples
+    --------
+    >>> from skpose import Skeleton, geodesic
+    >>> way = geodesic([0.0], [1.0], Skeleton.chain(1))
+    >>> len(way.path), round(way.length, 4), round(way.curve_length, 4)
+    (11, 0.9996, 1.0)
+    >>> way.resample(3).round(2)
+    array([[0. ],
+           [0.5],
+           [1. ]])
     """
 
     path: np.ndarray
