@@ -142,6 +142,8 @@ def minimise(tree, path, substeps, lower, upper, max_iter, tol):
             for i in range(1, n_nodes - 1):
                 scale += np.trace(diagonal[i]) / ((n_nodes - 2) * n_dofs)
             damping = DAMPING[0] * scale
+            if scale == 0.0:  # nothing moves
+                return norm, iteration, True
         done, predicted, slope = norm <= tol, 0.0, 0.0
         if not done:
             if not solve(tree, diagonal, beside, gradient, damping, held, band, step):

@@ -98,7 +98,7 @@ class Geodesic:
 @validate_params(
     {
         "skeleton": [Skeleton],
-        "n_steps": [Interval(Integral, 1, None, closed="left")],
+        "n_steps": [Interval(Integral, 2, None, closed="left")],
         "wrap": ["boolean"],
         "joint_limits": [StrOptions({"ignore", "enforce"})],
         "max_iter": [Interval(Integral, 1, None, closed="left")],
@@ -135,7 +135,7 @@ def geodesic(
     skeleton : Skeleton
         The body.
     n_steps : int, default=10
-        N, the paper's ten.
+        N, the paper's ten; at least two.
     wrap : bool, default=True
         Whether the straight line goes the short way round in every angle, see `skpose.pose_distances`. The path then
         ends at `end` up to whole turns.
@@ -171,8 +171,8 @@ def geodesic(
     Notes
     -----
     *Trust.* Ten poses can sit where their chords are short while the motion between them is long: between very
-    different poses the least energy may be half the straight line's length by its chords, and twice that length on a
-    finer grid. So every path is measured again, on a grid eight times finer. Where the lengths differ by more than
+    different poses those of least energy may be half the straight line apart by their chords, and more than the whole
+    line as a curve. So every path is measured again, on a grid eight times finer. Where the lengths differ by more than
     0.5 %, the energy is taken over four chords a step, with the poses between on straight pieces, then over more steps.
 
     *Method.* Damped Gauss-Newton with the damping of a trust region: the normal equations are block tridiagonal in the
