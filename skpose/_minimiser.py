@@ -28,8 +28,9 @@ GAP = 5e-3  # how far, relatively, the two lengths of an honest path may differ
 SUBSTEPS = 4
 REFINEMENTS = ((1, 1), (1, SUBSTEPS), (2, SUBSTEPS), (4, SUBSTEPS))  # free steps over n_steps, chords in each
 DAMPING = 1e-6, 1e-8  # λ at first and at least, over the mean diagonal of the normal equations
+HOPELESS = 1e6  # λ at which to give up, likewise
 LEAST_RATIO = 1e-4  # of actual to predicted decrease, for a step to be taken
-NEAR = 1e-3  # a relative decrease of the energy below which the exact Hessian is tried
+NEAR = 1e-3  # a relative decrease of the energy below which the exact Hessian takes over
 ROUNDING = 1e-14  # relative to the energy or to the sum of the bones, what float64 cannot show
 PATIENCE, LOST = 10, 4.0  # every so many iterations a path is given up whose gap is so many times too wide
 FLAT = 1e-4  # curvature below which the energy counts as flat, over the mean diagonal of the normal equations
@@ -146,16 +147,15 @@ def minimise(tree, path, substeps, lower, upper, max_iter, tol):
                 return norm, iteration, True
         done, predicted, slope = norm <= tol, 0.0, 0.0
         if not done:
-            if not solve(tree, diagonal, beside, gradient, damping, held, band, step):
-                if curvature > 0.0:
-                    curvature = 0.0
-                else:
-                    damping *= 4.0
-                continue
+            shift = damping  # or what more it takes to make the exact Hessian positive definite
+            while shift < HOPELESS * scale and not solve(tree, diagonal, beside, gradient, shift, held, band, step):
+                shift = max(10.0 * shift, DAMPING[0] * scale)
+            if not shift < HOPELESS * scale:
+                return norm, iteration, False
             slope = -_dot(gradient, step)
-            predicted = 0.5 * (damping * _dot(step, step) + slope)
+            predicted = 0.5 * (shift * _dot(step, step) + slope)
             done = predicted <= ROUNDING * half
-            if done and damping > scale:  # it is the damping that leaves no step
+            if done and shift > scale:  # it is the damping that leaves no step
                 return norm, iteration, False
         if done:
             normal_equations(tree, substeps, P[now], screws[now], 1.0, diagonal, beside, step)
