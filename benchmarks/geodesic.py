@@ -35,8 +35,7 @@ def energy_and_gradient(tree, path, P, screws, scratch, moments, gradient):
     half = _path_energy.evaluate(tree, path, 1, scratch, P, screws)
     gradient[:] = 0.0
     for i in range(1, len(path) - 1):
-        force = 2.0 * P[i] - P[i - 1] - P[i + 1]
-        _path_energy._sum_moments(tree, P[i], force, moments)
+        _path_energy._sum_moments(tree, P[i - 1], P[i], P[i + 1], moments)
         _path_energy._add_gradient(tree, screws[i], moments, 0.0, gradient[i : i + 2])
     return 2.0 * half
 

@@ -22,7 +22,7 @@ import numpy as np
 
 from skpose._blocks import band_shape, solve
 from skpose._kernels import TWO_PI, _jit, _turns, measure_line, workspace_rows
-from skpose._path_energy import chords, curve_length, divided, evaluate, normal_equations
+from skpose._path_energy import add_curvature, chords, curve_length, divided, evaluate, normal_equations
 
 GAP = 5e-3  # how far, relatively, the two lengths of an honest path may differ
 SUBSTEPS = 4
@@ -132,10 +132,12 @@ def minimise(tree, path, substeps, lower, upper, max_iter, tol):
     trial, second = path.copy(), path.copy()
     scale, damping = 0.0, 0.0
     last_slope = 0.0  # along the step before; nought where the conjugate directions begin anew
-    curvature, n_kicks = 0.0, 0  # 1 where the Hessian is exact
+    exact, n_kicks = False, 0
     norm = math.inf
     for iteration in range(max_iter):
-        normal_equations(tree, substeps, P[now], screws[now], curvature, diagonal, beside, gradient)
+        normal_equations(tree, substeps, P[now], screws[now], diagonal, beside, gradient)
+        if exact:
+            add_curvature(tree, substeps, P[now], screws[now], diagonal, beside)
         if _hold(path, lower, upper, gradient, held):
             last_slope = 0.0
         norm = 2.0 * math.sqrt(_dot(gradient, gradient))
@@ -158,8 +160,9 @@ def minimise(tree, path, substeps, lower, upper, max_iter, tol):
             if done and shift > scale:  # it is the damping that leaves no step
                 return norm, iteration, False
         if done:
-            normal_equations(tree, substeps, P[now], screws[now], 1.0, diagonal, beside, step)
-            if n_kicks == MAX_KICKS or solve(tree, diagonal, beside, step, FLAT * scale, held, band, direction):
+            if not exact:
+                add_curvature(tree, substeps, P[now], screws[now], diagonal, beside)
+            if n_kicks == MAX_KICKS or solve(tree, diagonal, beside, gradient, FLAT * scale, held, band, direction):
                 return norm, iteration, True
             # A saddle, such as the swing of an arm stretched in a plane: leave it, as it is no shortest way.
             n_kicks += 1
@@ -188,12 +191,12 @@ def minimise(tree, path, substeps, lower, upper, max_iter, tol):
                 other, spare = spare, other
         ratio = (half - lowest) / predicted
         if ratio > LEAST_RATIO:
-            curvature = 1.0 if substeps > 1 and half - lowest < NEAR * half else 0.0
+            exact = substeps > 1 and half - lowest < NEAR * half
             _move(trial, step, 0.0, lower, upper, path)
             now, other = other, now
             half = lowest
             step, last_step = last_step, step
-            last_slope = slope if ratio > 0.25 and curvature == 0.0 else 0.0
+            last_slope = slope if ratio > 0.25 and not exact else 0.0
         else:
             last_slope = 0.0
         if ratio > 0.75:

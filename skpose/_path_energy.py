@@ -95,13 +95,13 @@ def evaluate(tree, path, substeps, scratch, P, screws):
 
 
 @_jit
-def _sum_moments(tree, P, force, moments):
-    """Sums of p wᵀ and of w over the joints p that hang on each frame and the forces w on them, (n_frames, 12)."""
+def _sum_moments(tree, before, P, after, moments):
+    """Sums of p wᵀ and of w over the joints p that hang on each frame, (n_frames, 12); w is the force 2p − p₋ − p₊."""
     moments[:] = 0.0
     for j in range(1, tree.offset.shape[0]):
         total = moments[tree.joint_frame[j]]
         for k in range(3):
-            w = force[3 * j + k]
+            w = 2.0 * P[3 * j + k] - before[3 * j + k] - after[3 * j + k]
             for i in range(3):
                 total[3 * i + k] += P[3 * j + i] * w
             total[9 + k] += w
@@ -123,7 +123,7 @@ def _add_gradient(tree, screws, moments, t, gradient):
 
 
 @_jit
-def _add_curvature(tree, P, screws, moments, t, diagonal, beside):
+def _add_bends(tree, P, screws, moments, t, diagonal, beside):
     """Add what Gauss-Newton leaves out: forces times second derivatives of the joint positions.
 
     For axes a and c, c at or before a from the root on, ∂²p = c × (a × (p − o)), so that Σ w·∂²p = c·(M − tr M)a with
@@ -151,13 +151,13 @@ def _add_curvature(tree, P, screws, moments, t, diagonal, beside):
 
 
 @_jit
-def _add_products(tree, P, screws, Q, other, weights, sums, diagonal, beside):
+def _add_products(tree, P, screws, Q, other, same, weights, sums, diagonal, beside):
     """Add multiples of JᵀK, J and K the Jacobians of two samples, to the blocks of the two free poses about them.
 
     As in the composite-rigid-body algorithm: Σ (a × p + b)·(c × q + e) over the joints p, q that hang on the deeper of
     two dofs with screws (a, b) and (c, e) is linear in the other's screw, with coefficients made of the sums of p qᵀ, p
     and q. With weights (s, t, u, v) the lower triangles of the diagonal blocks get s and t times JᵀK + KᵀJ, the block
-    beside them u JᵀK + v KᵀJ.
+    beside them u JᵀK + v KᵀJ. Where the two samples are the `same`, half the work will do.
     """
     sums[:] = 0.0
     for j in range(1, tree.offset.shape[0]):
@@ -183,6 +183,17 @@ def _add_products(tree, P, screws, Q, other, weights, sums, diagonal, beside):
             j3 = b * pz - c * py + n * u
             j4 = c * px - a * pz + n * v
             j5 = a * py - b * px + n * w
+            if same:
+                for s in range(tree.first_run[f], tree.first_run[f + 1]):
+                    for e in range(tree.runs[s, 0], min(tree.runs[s, 1], d + 1)):
+                        jj = j0 * screws[0, e] + j1 * screws[1, e] + j2 * screws[2, e]
+                        jj += j3 * screws[3, e] + j4 * screws[4, e] + j5 * screws[5, e]
+                        diagonal[0, d, e] += 2.0 * before * jj
+                        diagonal[1, d, e] += 2.0 * after * jj
+                        beside[d, e] += (across + back) * jj
+                        if e < d:
+                            beside[e, d] += (across + back) * jj
+                continue
             a, b, c, u, v, w = other[:, d]
             k0 = (trace - xx) * a - yx * b - zx * c + py * w - pz * v
             k1 = (trace - yy) * b - xy * a - zy * c + pz * u - px * w
@@ -204,29 +215,36 @@ def _add_products(tree, P, screws, Q, other, weights, sums, diagonal, beside):
 
 
 @_jit
-def normal_equations(tree, substeps, P, screws, curvature, diagonal, beside, gradient):
-    """Blocks of the normal equations, or of the exact Hessian, and the gradient of half the energy.
+def normal_equations(tree, substeps, P, screws, diagonal, beside, gradient):
+    """Blocks of the normal equations, and the gradient of half the energy.
 
     Sample k lies at the fraction t of the way between two free poses, so that it moves with 1 - t of the one and t of
     the other. Of the diagonal blocks only the lower triangle is filled. The ends have blocks too, which nobody reads.
     """
     diagonal[:], beside[:], gradient[:] = 0.0, 0.0, 0.0
     n_frames, n_samples = tree.rest.shape[0], P.shape[0]
-    sums, moments, force = np.empty((n_frames, 16)), np.empty((n_frames, 12)), np.empty(P.shape[1])
+    sums, moments = np.empty((n_frames, 16)), np.empty((n_frames, 12))
     for k in range(n_samples - 1):
         node = k // substeps
         t = (k - node * substeps) / substeps
         blocks = diagonal[node : node + 2]
         if k > 0:
-            for i in range(force.shape[0]):
-                force[i] = 2.0 * P[k, i] - P[k - 1, i] - P[k + 1, i]
-            _sum_moments(tree, P[k], force, moments)
+            _sum_moments(tree, P[k - 1], P[k], P[k + 1], moments)
             _add_gradient(tree, screws[k], moments, t, gradient[node : node + 2])
-            if curvature != 0.0:
-                _add_curvature(tree, P[k], screws[k], moments, t, blocks, beside[node])
             weights = ((1.0 - t) * (1.0 - t), t * t, t * (1.0 - t), t * (1.0 - t))
-            _add_products(tree, P[k], screws[k], P[k], screws[k], weights, sums, blocks, beside[node])
+            _add_products(tree, P[k], screws[k], P[k], screws[k], True, weights, sums, blocks, beside[node])
         if substeps > 1 or 0 < k < n_samples - 2:
             u = t + 1.0 / substeps
             weights = ((t - 1.0) * (1.0 - u), -t * u, (t - 1.0) * u, t * (u - 1.0))
-            _add_products(tree, P[k], screws[k], P[k + 1], screws[k + 1], weights, sums, blocks, beside[node])
+            _add_products(tree, P[k], screws[k], P[k + 1], screws[k + 1], False, weights, sums, blocks, beside[node])
+
+
+@_jit
+def add_curvature(tree, substeps, P, screws, diagonal, beside):
+    """Make the normal equations the exact Hessian."""
+    moments = np.empty((tree.rest.shape[0], 12))
+    for k in range(1, P.shape[0] - 1):
+        node = k // substeps
+        t = (k - node * substeps) / substeps
+        _sum_moments(tree, P[k - 1], P[k], P[k + 1], moments)
+        _add_bends(tree, P[k], screws[k], moments, t, diagonal[node : node + 2], beside[node])
