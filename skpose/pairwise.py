@@ -158,8 +158,9 @@ def pose_distances(
     )
     n_doubtful = sum(n for n, _ in doubts)
     if n_doubtful:
+        n_pairs = len(X) * (len(X) - 1) // 2 if triangle else distances.size
         warnings.warn(
-            f"{n_doubtful} of {distances.size} geodesics did not converge; their distances are lengths of curves no "
+            f"{n_doubtful} of {n_pairs} geodesics did not converge; their distances are lengths of curves no "
             "longer than the straight line in angle space, which may not be the shortest. The largest relative gap "
             f"between such a curve's length and the sum of its chords is {max(gap for _, gap in doubts):.2g}",
             ConvergenceWarning,

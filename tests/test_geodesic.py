@@ -296,7 +296,7 @@ def test_a_matrix_counts_those_that_did_not_converge(monkeypatch):
 
     monkeypatch.setitem(METRICS, "position", METRICS["position"]._replace(measure=measure))
     X = np.array([[0.0], [0.1], [np.pi]])
-    with pytest.warns(ConvergenceWarning, match=r"2 of 9 geodesics did not converge.* is 0\.25"):
+    with pytest.warns(ConvergenceWarning, match=r"2 of 3 geodesics did not converge.* is 0\.25"):
         pose_distances(X, skeleton=Skeleton.chain(1), metric="position")
 
 
