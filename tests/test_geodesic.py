@@ -285,7 +285,7 @@ def test_a_line_that_so_few_steps_cannot_measure():
 
 
 def test_a_matrix_counts_those_that_did_not_converge(monkeypatch):
-    """The one pair of a matrix that is beyond the solver is counted once, with its gap."""
+    """Pairs that are beyond the solver are counted once each, with the largest gap."""
 
     @njit
     def measure(x, Y, tree, steps, scratch, out):
