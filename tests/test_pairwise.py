@@ -13,10 +13,15 @@ ALL_METRICS = pytest.mark.parametrize("metric", METRICS)
 BODY = SKELETONS["humanoid"]
 
 
+def spread(metric):
+    return 0.1 if metric == "geodesic" else 1.0
+
+
 @pytest.fixture
-def X():
-    """Poses in three blocks of lanes, two of them alike; near enough to each other for a quick geodesic."""
-    X = 0.1 * np.random.default_rng(0).normal(size=(19, BODY.n_dofs))
+def X(request):
+    """Poses in three blocks of lanes, two of them alike; near each other only where geodesics are to be quick."""
+    parameters = request.node.callspec.params if hasattr(request.node, "callspec") else {}
+    X = spread(parameters.get("metric")) * np.random.default_rng(0).normal(size=(19, BODY.n_dofs))
     X[17] = X[5]
     return X
 
@@ -44,7 +49,7 @@ def test_shapes_and_blocks(metric, n_x, n_y):
     if metric == "geodesic":
         n_x = min(n_x, 30)
     rng = np.random.default_rng(1)
-    X, Y = 0.1 * rng.normal(size=(n_x, BODY.n_dofs)), 0.1 * rng.normal(size=(n_y, BODY.n_dofs))
+    X, Y = (spread(metric) * rng.normal(size=(n, BODY.n_dofs)) for n in (n_x, n_y))
     D = pose_distances(X, Y, skeleton=BODY, metric=metric)
     assert D.shape == (n_x, n_y)
     for i, j in [(0, 0), (n_x - 1, n_y - 1), (n_x // 2, n_y // 2)]:

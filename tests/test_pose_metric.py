@@ -18,12 +18,14 @@ BODY = SKELETONS["humanoid"]
 
 @pytest.fixture
 def X():
-    return 0.2 * np.random.default_rng(0).normal(size=(12, BODY.n_dofs))
+    return np.random.default_rng(0).normal(size=(12, BODY.n_dofs))
 
 
 @pytest.mark.parametrize("metric", METRICS)
 @pytest.mark.parametrize("wrap", [True, False])
 def test_equals_pose_distances(metric, wrap, X):
+    if metric == "geodesic":  # near each other, to be quick
+        X *= 0.2
     X[:, 3] += 6.0
     f = pose_metric(metric, BODY, n_steps=7, wrap=wrap)
     expected = pose_distances(X, skeleton=BODY, metric=metric, n_steps=7, wrap=wrap)
