@@ -50,7 +50,7 @@ class Energy:
         self.path = line[:, self.tree.column] * self.tree.sign
         n, d = self.path.shape
         self.P, self.screws = np.empty((n, 3 * len(self.tree.offset))), np.empty((n, 6, d))
-        self.scratch, self.moments = np.empty(workspace_rows(self.tree)), np.empty((len(self.tree.rest), 12))
+        self.scratch, self.moments = np.empty(workspace_rows(self.tree)), np.empty((len(self.tree.frame_parent), 12))
         self.gradient = np.empty((n, d))
         self.start = self.path[1:-1].ravel().copy()
 

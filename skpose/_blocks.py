@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from skpose._kernels import _jit
-from skpose._lanes import load, store, zero
+from skpose._lanes import every, rows
 
 LANES = 8  # float64 numbers in one register
 
@@ -59,24 +59,24 @@ def _fill_band(diagonal, beside, damping, held, lo, hi, band):
 @_jit
 def _subtract(band, n, row, first, last, source, n_rows, shift, column):
     """Four rows of the band from chunk first on −= Σ W_k [row k of the source], W_k its column and the next three."""
+    chunks = rows(band, 0)
     for c in range(first, last):
-        a, b = load(band, row * n + c), load(band, (row + 1) * n + c)
-        d, e = load(band, (row + 2) * n + c), load(band, (row + 3) * n + c)
+        a, b = chunks[row * n + c], chunks[(row + 1) * n + c]
+        d, e = chunks[(row + 2) * n + c], chunks[(row + 3) * n + c]
         for k in range(source, source + n_rows):
-            r = load(band, k * n + c + shift)
+            r = chunks[k * n + c + shift]
             w = band[k * n + column // LANES]
             i = column % LANES
             a, b, d, e = a - w[i] * r, b - w[i + 1] * r, d - w[i + 2] * r, e - w[i + 3] * r
-        store(band, row * n + c, a)
-        store(band, (row + 1) * n + c, b)
-        store(band, (row + 2) * n + c, d)
-        store(band, (row + 3) * n + c, e)
+        chunks[row * n + c], chunks[(row + 1) * n + c] = a, b
+        chunks[(row + 2) * n + c], chunks[(row + 3) * n + c] = d, e
 
 
 @_jit
 def _factorise(band, n_blocks, n):
     """Cholesky factor UᵀU in place, X beside U; whether there is one. n: lanes in a block's width."""
     m, width = n * LANES, 2 * n
+    chunks = rows(band, 0)
     for i in range(n_blocks):
         top, end = i * m, n if i == n_blocks - 1 else width  # nothing is beside the last block
         for p in range(0, m, 4):
@@ -89,7 +89,7 @@ def _factorise(band, n_blocks, n):
                     w = band[(top + k) * width + q // LANES, q % LANES]
                     for c in range(first, end):
                         at = (top + q) * width + c
-                        store(band, at, load(band, at) - w * load(band, (top + k) * width + c))
+                        chunks[at] = chunks[at] - w * chunks[(top + k) * width + c]
                 pivot = band[(top + q) * width + q // LANES, q % LANES]
                 if not pivot > 0.0:
                     return False
@@ -97,7 +97,7 @@ def _factorise(band, n_blocks, n):
                     band[(top + q) * width + q // LANES, j] = 0.0
                 scale = 1.0 / math.sqrt(pivot)
                 for c in range(first, end):
-                    store(band, (top + q) * width + c, scale * load(band, (top + q) * width + c))
+                    chunks[(top + q) * width + c] = scale * chunks[(top + q) * width + c]
     return True
 
 
@@ -106,6 +106,7 @@ def _substitute(band, n_blocks, n, x):
     """Solve UᵀU x = b in place, x of shape (n_blocks · n, LANES)."""
     m, width = n * LANES, 2 * n
     flat = x.reshape(n_blocks * m)
+    chunks, solution = rows(band, 0), rows(x, 0)
     for i in range(n_blocks):
         for p in range(m):
             row = (i * m + p) * width
@@ -113,19 +114,19 @@ def _substitute(band, n_blocks, n, x):
             value = flat[i * m + p]
             for c in range(p // LANES, n if i == n_blocks - 1 else width):
                 # What lies left of the diagonal is noughts, and the pivot's own place is put right again.
-                store(x, i * n + c, load(x, i * n + c) - value * load(band, row + c))
+                solution[i * n + c] = solution[i * n + c] - value * chunks[row + c]
             flat[i * m + p] = value
     partial = np.empty((1, LANES))
     for i in range(n_blocks - 1, -1, -1):
         for p in range(m - 1, -1, -1):
             row = (i * m + p) * width
-            total = zero(x)
+            total = every(solution, 0.0)
             pivot = band[row + p // LANES, p % LANES]
             value = flat[i * m + p]
             flat[i * m + p] = 0.0
             for c in range(p // LANES, n if i == n_blocks - 1 else width):
-                total = total + load(x, i * n + c) * load(band, row + c)
-            store(partial, 0, total)
+                total = total + solution[i * n + c] * chunks[row + c]
+            rows(partial, 0)[0] = total
             for j in range(LANES):
                 value -= partial[0, j]
             flat[i * m + p] = value / pivot

@@ -4,15 +4,17 @@ The skeleton as the kernels see it
 ----------------------------------
 A `Tree` holds *frames* and *joints*. A frame is a coordinate system with one to three degrees of freedom (dofs); a
 joint is a point at a fixed offset from the joint before it, measured in one of the frames. Rigid bones need no frame
-of their own, and bones that start at one joint may share one. `skpose.skeleton` turns every frame so that its dofs are
+of their own, and bones that start at one joint may share one. `skpose._tree` turns every frame so that its dofs are
 rotations about z, y and x in that order, the last one or two of these where it has fewer than three: a frame is
-``H = H_parent · rest · Rz · Ry · Rx`` whatever the order of axes was in the file, and nothing below branches on axes.
+``H = H_parent · Rz · Ry · Rx`` whatever the order of axes was in the file, and nothing below branches on axes. What
+constant rotation lies between two frames goes into the zeros of their angles (`shift`); the rest of it, if any, is a
+frame without dofs between the two, a constant turn about one axis.
 
 Lanes
 -----
-A kernel is written once, with the `load` and `store` of `skpose._lanes`. On arrays of shape (n, lanes) it works on as
-many poses at once as fill a vector register, on arrays of shape (n,) on one. Lanes never mix: a distance does not
-depend on its neighbours in the block, nor on the number of threads.
+A kernel is written once, with the `rows` of `skpose._lanes`. On arrays of shape (n, lanes) it works on as many poses at
+once as fill a vector register, on arrays of shape (n,) on one. Lanes never mix: a distance does not depend on its
+neighbours in the block, nor on the number of threads.
 
 The curve without trigonometry
 ------------------------------
@@ -22,9 +24,16 @@ sample from the last by the addition formulas: no trigonometry per pair, error 1
 taken the short way round, b − a ∓ 2π, turns δ by ∓ 2π/N. The two end poses are placed once per pose and not once per
 pair, so a pair costs N − 1 forward kinematics.
 
+What a step leaves out
+----------------------
+A *tip* is a frame that ends the tree and holds one joint: there the joint's offset is turned, a vector, and not the
+frame. Of a frame's rotation only two rows are kept, since the third is their cross product. Joints fixed to the root
+are not placed again. Frames with equally many dofs stand together in *batches*, so that the processor meets the same
+instructions again and again.
+
 Two stages
 ----------
-A metric is a pair of functions. Its *encode* writes down what it needs to know of one pose; its *measure* takes one
+A metric is a pair of functions. Its *encode* writes down what it needs to know of a pose; its *measure* takes one
 encoded pose to others. `encode_poses` and `pair_distances` are the only loops over poses and over pairs.
 """
 
@@ -36,28 +45,58 @@ from typing import NamedTuple
 import numpy as np
 from numba import from_dtype, njit, types
 
-from skpose._lanes import exceeds, lanes, load, root, smaller, store, zero
+from skpose._lanes import anywhere, every, exceeds, lanes, nearest, numbers, root, rows, smaller
 
 TWO_PI = 2.0 * math.pi
+CACHE_LINE = 64  # bytes
+FLOAT64_LANES = lanes(np.dtype(np.float64))
 
 
 class Tree(NamedTuple):
-    """A skeleton as flat arrays; frame 0 and joint 0 are the root, unrotated and at the origin."""
+    """A skeleton as flat arrays; frame 0 and joint 0 are the root, unrotated and at the origin.
+
+    Frames stand in batches, tips last; joints in the order of their frames; dofs depth first.
+    """
 
     frame_parent: np.ndarray  # (n_frames,) frame that each frame turns with
-    first_dof: np.ndarray  # (n_frames + 1,) dofs of frame f are first_dof[f]:first_dof[f + 1]; frame 0 has none
-    at_rest: np.ndarray  # (n_frames,) 1 where the rotation `rest` is the identity
-    rest: np.ndarray  # (n_frames, 3, 3) constant rotation before the frame's dofs
+    first_dof: np.ndarray  # (n_frames,) dofs of frame f are first_dof[f]:end_dof[f]; the root's frame has none
+    end_dof: np.ndarray  # (n_frames,)
+    fixed_axis: np.ndarray  # (n_frames,) axis about which a frame without dofs is turned: 0, 1 or 2
+    fixed_turn: np.ndarray  # (n_frames, 4) cosine and sine of that turn, and of half of it
     weight: np.ndarray  # (n_frames,) summed squared lengths of the bones fixed to the frame, m²
     pivot: np.ndarray  # (n_frames,) joint about which the frame turns
+    batch_dofs: np.ndarray  # (n_batches,) how many dofs the frames of a batch have
+    first_frame: np.ndarray  # (n_batches + 1,) frames of batch b are first_frame[b]:first_frame[b + 1]; then the tips
     branch: np.ndarray  # (n_branches + 1,) dofs of branch b, all that hangs on one frame at the root, lie between
     column: np.ndarray  # (n_dofs,) where a pose holds each dof
     sign: np.ndarray  # (n_dofs,) -1 where the frame's axis points against the skeleton's, else 1
+    shift: np.ndarray  # (n_dofs,) what to add to the angle, rad
     joint_parent: np.ndarray  # (n_joints + 1,) joint before each joint
     joint_frame: np.ndarray  # (n_joints + 1,) frame in which the joint's offset is given
-    offset: np.ndarray  # (n_joints + 1, 3) from the joint before, m
+    offset: np.ndarray  # (n_joints + 1, 3) from the joint before, m; of a tip's joint the last is nought
+    place: np.ndarray  # (n_joints + 1,) the skeleton's number of each joint, counted from one
     first_run: np.ndarray  # (n_frames + 1,) runs of frame f are runs[first_run[f]:first_run[f + 1]]
     runs: np.ndarray  # (n_runs, 2) the dofs of a frame and of those before it, as ranges
+
+
+class Plan(NamedTuple):
+    """What a step reads of a Tree, without references to count."""
+
+    n_dofs: int
+    n_batches: int
+    first_moving: int  # joint; those before are fixed to the root
+    first_tip: int  # joint
+    n_joints: int  # the root's included
+    frame_parent: np.ndarray
+    first_dof: np.ndarray
+    end_dof: np.ndarray
+    fixed_axis: np.ndarray
+    fixed_turn: np.ndarray
+    batch_dofs: np.ndarray
+    first_frame: np.ndarray
+    joint_parent: np.ndarray
+    joint_frame: np.ndarray
+    offset: np.ndarray
 
 
 class Steps(NamedTuple):
@@ -90,169 +129,333 @@ def _can_cache() -> bool:
 
 # Contraction to fused multiply-add is the one liberty taken: it moves no NaN and is the same in every lane.
 _jit = functools.partial(njit, cache=_can_cache(), nogil=True, fastmath={"contract"})
+_inlined = functools.partial(_jit, forceinline=True)
 
 
-# --- forward kinematics ----------------------------------------------------------------------------------------------
+# --- forward kinematics of one pose, every frame whole ---------------------------------------------------------------
 
 
 @_jit
 def workspace_rows(tree):
     """Rows of the one scratch array that all kernels share."""
-    return 4 * tree.column.shape[0] + 9 * tree.rest.shape[0] + 3 * tree.offset.shape[0]
+    return 4 * tree.column.shape[0] + 9 * tree.frame_parent.shape[0] + 3 * tree.offset.shape[0]
 
 
 @_jit
-def _workspace(tree, scratch):
-    """The scratch array's parts, the root's frame and position set.
+def workspace(tree, scratch):
+    """A (workspace_rows,) array's parts: cosines C and sines S of the angles, orientations H, positions P, all nought.
 
-    Cosines C and sines S of the angles, those of one step dC and dS, (n_dofs,) each; orientations H, (9 n_frames,);
-    positions P, (3 n_joints + 3,).
+    (n_dofs,) each, (9 n_frames,) and (3 n_joints + 3,); the root's orientation is the identity.
     """
-    n, h = tree.column.shape[0], 9 * tree.rest.shape[0]
-    H, P = scratch[4 * n : 4 * n + h], scratch[4 * n + h : 4 * n + h + 3 * tree.offset.shape[0]]
+    n, h = tree.column.shape[0], 9 * tree.frame_parent.shape[0]
+    H, P = scratch[2 * n : 2 * n + h], scratch[2 * n + h : 2 * n + h + 3 * tree.offset.shape[0]]
     for i in range(9):
-        store(H, i, 1.0 if i % 4 == 0 else 0.0)
-    for i in range(3):
-        store(P, i, 0.0)
-    return scratch[:n], scratch[n : 2 * n], scratch[2 * n : 3 * n], scratch[3 * n : 4 * n], H, P
+        H[i] = 1.0 if i % 4 == 0 else 0.0
+    P[:] = 0.0
+    return scratch[:n], scratch[n : 2 * n], H, P
 
 
-@_jit
+@_inlined
 def _rotated(u, v, c, s):
     """The two columns that a rotation about the third axis mixes."""
     return c * u + s * v, c * v - s * u
 
 
 @_jit
-def _turn_frames(tree, C, S, H):
-    """World orientation H of every frame, row by row: H_f = H_parent · rest · Rz · Ry · Rx."""
-    for f in range(1, tree.rest.shape[0]):
-        p, r, at_rest = tree.frame_parent[f], tree.rest[f], tree.at_rest[f]
-        end = tree.first_dof[f + 1]
+def orient(tree, angles, C, S, H):
+    """World orientation H of every frame, row by row, the angles in the tree's order."""
+    for d in range(angles.shape[0]):
+        C[d], S[d] = math.cos(angles[d] + tree.shift[d]), math.sin(angles[d] + tree.shift[d])
+    for f in range(1, tree.frame_parent.shape[0]):
+        p, a, end = tree.frame_parent[f], tree.fixed_axis[f], tree.end_dof[f]
+        b, c = (a + 1) % 3, (a + 2) % 3
         n_dofs = end - tree.first_dof[f]
         for i in range(0, 9, 3):
-            x, y, z = load(H, 9 * p + i), load(H, 9 * p + i + 1), load(H, 9 * p + i + 2)
-            if not at_rest:
-                x, y, z = (
-                    x * r[0, 0] + y * r[1, 0] + z * r[2, 0],
-                    x * r[0, 1] + y * r[1, 1] + z * r[2, 1],
-                    x * r[0, 2] + y * r[1, 2] + z * r[2, 2],
+            row, before = 9 * f + i, 9 * p + i
+            if n_dofs == 0:
+                H[row + a] = H[before + a]
+                H[row + b], H[row + c] = _rotated(
+                    H[before + b], H[before + c], tree.fixed_turn[f, 0], tree.fixed_turn[f, 1]
                 )
+                continue
+            x, y, z = H[before], H[before + 1], H[before + 2]
             if n_dofs > 2:
-                x, y = _rotated(x, y, load(C, end - 3), load(S, end - 3))
+                x, y = _rotated(x, y, C[end - 3], S[end - 3])
             if n_dofs > 1:
-                z, x = _rotated(z, x, load(C, end - 2), load(S, end - 2))
-            y, z = _rotated(y, z, load(C, end - 1), load(S, end - 1))
-            store(H, 9 * f + i, x)
-            store(H, 9 * f + i + 1, y)
-            store(H, 9 * f + i + 2, z)
+                z, x = _rotated(z, x, C[end - 2], S[end - 2])
+            y, z = _rotated(y, z, C[end - 1], S[end - 1])
+            H[row], H[row + 1], H[row + 2] = x, y, z
 
 
 @_jit
-def _place_joints(tree, H, P):
+def place_joints(tree, H, P):
     """Overwrite the joint positions P with those of the frames H; return the squared distance that they moved."""
-    square = zero(P)
+    square = 0.0
     for j in range(1, tree.offset.shape[0]):
         p, f = 3 * tree.joint_parent[j], 9 * tree.joint_frame[j]
         x, y, z = tree.offset[j, 0], tree.offset[j, 1], tree.offset[j, 2]
         for i in range(3):
             h = f + 3 * i
-            new = load(P, p + i) + (load(H, h) * x + load(H, h + 1) * y + load(H, h + 2) * z)
-            move = new - load(P, 3 * j + i)
-            square = square + move * move
-            store(P, 3 * j + i, new)
+            new = P[p + i] + (H[h] * x + H[h + 1] * y + H[h + 2] * z)
+            square += (new - P[3 * j + i]) ** 2
+            P[3 * j + i] = new
     return square
 
 
-@_jit
-def _angle(tree, pose, d):
-    """Angle of dof d about its frame's axis, rad."""
-    return tree.sign[d] * pose[tree.column[d]]
+# --- one step of the angles, in lanes --------------------------------------------------------------------------------
 
 
-@_jit
-def _orient(tree, pose, scratch):
-    """Turn the frames of one pose; return the parts of the workspace that say how."""
-    C, S, _, _, H, P = _workspace(tree, scratch)
-    for d in range(tree.column.shape[0]):
-        angle = _angle(tree, pose, d)
-        C[d], S[d] = math.cos(angle), math.sin(angle)
-    _turn_frames(tree, C, S, H)
-    return C, S, H, P
+@_inlined
+def _plan(tree):
+    first_moving = 1
+    while first_moving < tree.joint_frame.shape[0] and tree.joint_frame[first_moving] == 0:
+        first_moving += 1
+    n_tips = tree.frame_parent.shape[0] - tree.first_frame[-1]
+    return Plan(
+        tree.column.shape[0],
+        tree.batch_dofs.shape[0],
+        first_moving,
+        tree.offset.shape[0] - n_tips,
+        tree.offset.shape[0],
+        numbers(tree.frame_parent),
+        numbers(tree.first_dof),
+        numbers(tree.end_dof),
+        numbers(tree.fixed_axis),
+        numbers(tree.fixed_turn),
+        numbers(tree.batch_dofs),
+        numbers(tree.first_frame),
+        numbers(tree.joint_parent),
+        numbers(tree.joint_frame),
+        numbers(tree.offset),
+    )
 
 
-# --- encode: what a metric needs to know of one pose -----------------------------------------------------------------
+@_inlined
+def _parts(tree, scratch):
+    """The parts of a scratch array that a step works in, the root's frame and position set.
+
+    Cosines C and sines S of the angles and those of the step, dC and dS, (n_dofs,) each; two rows of every
+    orientation, H, (6 n_frames,); positions P, (3 n_joints + 3,).
+    """
+    n, h = tree.column.shape[0], 6 * tree.frame_parent.shape[0]
+    H, P = rows(scratch, 4 * n), rows(scratch, 4 * n + h)
+    for i in range(6):
+        H[i] = 1.0 if i % 4 == 0 else 0.0
+    for i in range(3):
+        P[i] = 0.0
+    return rows(scratch, 0), rows(scratch, n), rows(scratch, 2 * n), rows(scratch, 3 * n), H, P
 
 
-@_jit
+@_inlined
+def _turn_batch(n_dofs, first, last, plan, C, S, H):
+    """Orientations of frames that have equally many dofs."""
+    for f in range(first, last):
+        before, row, d = 6 * plan.frame_parent[f], 6 * f, plan.end_dof[f] - 1
+        cx, sx = C[d], S[d]
+        cy, sy, cz, sz = cx, sx, cx, sx
+        if n_dofs > 1:
+            cy, sy = C[d - 1], S[d - 1]
+        if n_dofs > 2:
+            cz, sz = C[d - 2], S[d - 2]
+        for i in range(0, 6, 3):
+            x, y, z = H[before + i], H[before + i + 1], H[before + i + 2]
+            if n_dofs > 2:
+                x, y = _rotated(x, y, cz, sz)
+            if n_dofs > 1:
+                z, x = _rotated(z, x, cy, sy)
+            y, z = _rotated(y, z, cx, sx)
+            H[row + i], H[row + i + 1], H[row + i + 2] = x, y, z
+
+
+@_inlined
+def _turn_fixed(first, last, plan, H):
+    """Orientations of frames without dofs."""
+    for f in range(first, last):
+        before, row, a = 6 * plan.frame_parent[f], 6 * f, plan.fixed_axis[f]
+        b, c = (a + 1) % 3, (a + 2) % 3
+        cos, sin = plan.fixed_turn[4 * f], plan.fixed_turn[4 * f + 1]
+        for i in range(0, 6, 3):
+            u, v = _rotated(H[before + i + b], H[before + i + c], cos, sin)
+            H[row + i + a], H[row + i + b], H[row + i + c] = H[before + i + a], u, v
+
+
+@_inlined
+def _move(P, j, p, value, square):
+    """Put one coordinate of a joint, its parent's plus a value; add its squared move."""
+    new = P[p] + value
+    move = new - P[j]
+    P[j] = new
+    return square + move * move
+
+
+@_inlined
+def _reach(H, h, P, j, p, x, y, z, squares):
+    """Put joint j at (x, y, z), in the frame at row h, from joint p; add its squared move."""
+    a, b, c, d, e, f = H[h], H[h + 1], H[h + 2], H[h + 3], H[h + 4], H[h + 5]
+    first = _move(P, 3 * j, 3 * p, a * x + b * y + c * z, squares[0])
+    second = _move(P, 3 * j + 1, 3 * p + 1, d * x + e * y + f * z, squares[1])
+    third = (b * f - c * e) * x + (c * d - a * f) * y + (a * e - b * d) * z
+    return first, second, _move(P, 3 * j + 2, 3 * p + 2, third, squares[2])
+
+
+@_inlined
+def _step(plan, C, S, dC, dS, H, P):
+    """Turn all angles by one step and place the joints; return the squared distance that these moved."""
+    for d in range(plan.n_dofs):
+        c, s, dc, ds = C[d], S[d], dC[d], dS[d]
+        C[d], S[d] = c * dc - s * ds, s * dc + c * ds
+    for b in range(plan.n_batches):
+        n_dofs, first, last = plan.batch_dofs[b], plan.first_frame[b], plan.first_frame[b + 1]
+        # A number that is written out folds the branches on it away.
+        if n_dofs == 3:
+            _turn_batch(3, first, last, plan, C, S, H)
+        elif n_dofs == 2:
+            _turn_batch(2, first, last, plan, C, S, H)
+        elif n_dofs == 1:
+            _turn_batch(1, first, last, plan, C, S, H)
+        else:
+            _turn_fixed(first, last, plan, H)
+    nought = every(P, 0.0)
+    squares = nought, nought, nought  # by coordinate: three sums, so that an addition need not await the last one
+    for j in range(plan.first_moving, plan.first_tip):
+        x, y, z = plan.offset[3 * j], plan.offset[3 * j + 1], plan.offset[3 * j + 2]
+        squares = _reach(H, 6 * plan.joint_frame[j], P, j, plan.joint_parent[j], x, y, z, squares)
+    for j in range(plan.first_tip, plan.n_joints):
+        f = plan.joint_frame[j]
+        d, n_dofs = plan.end_dof[f] - 1, plan.end_dof[f] - plan.first_dof[f]
+        x, y, z = every(P, plan.offset[3 * j]), C[d] * plan.offset[3 * j + 1], S[d] * plan.offset[3 * j + 1]
+        if n_dofs > 1:
+            x, z = _rotated(x, z, C[d - 1], S[d - 1])
+        if n_dofs > 2:
+            y, x = _rotated(y, x, C[d - 2], S[d - 2])
+        squares = _reach(H, 6 * plan.frame_parent[f], P, j, plan.joint_parent[j], x, y, z, squares)
+    return squares[0] + squares[1] + squares[2]
+
+
+# --- encode: what a metric needs to know of a pose -------------------------------------------------------------------
+
+# π in three parts, the first two of so few bits that their multiples by less than 2²² are exact.
+_PI_PARTS = 3.1415926534682512, 1.2154201018028943e-10, -5.016557612668332e-20
+_SINE = tuple((-1.0) ** k / math.factorial(2 * k + 1) for k in range(11))
+_COSINE = tuple((-1.0) ** k / math.factorial(2 * k) for k in range(12))
+
+
+@_inlined
+def _series(coefficients, t, value):
+    for k in range(len(coefficients) - 1, -1, -1):
+        value = value * t + coefficients[k]
+    return value
+
+
+@_inlined
+def cosine_sine(angle):
+    """Cosine and sine of an angle, to 2e-16 up to some million turns: the angle less its half turns, by Taylor's series.
+
+    numba has neither in lanes; one by one, by the C library, they take twenty times as long.
+    """
+    half_turns = nearest(angle * (1.0 / math.pi))
+    rest = ((angle - half_turns * _PI_PARTS[0]) - half_turns * _PI_PARTS[1]) - half_turns * _PI_PARTS[2]
+    odd = half_turns - 2.0 * nearest(half_turns * 0.5)
+    sign = 1.0 - 2.0 * (odd * odd)
+    t = rest * rest
+    return sign * _series(_COSINE, t, 0.0 * t), sign * (rest * _series(_SINE, t, 0.0 * t))
+
+
+@_inlined
 def _principal(angle, steps):
     """The angle less its whole turns, in [-π, π], where differences are to go the short way round.
 
     Rounding half to even makes this an odd function, so that a half turn is the same way round from either end and
     the distances stay symmetric.
     """
-    return angle - TWO_PI * np.rint(angle / TWO_PI) if steps.half_turn < math.inf else angle
+    if steps.half_turn == math.inf:
+        return angle
+    return angle - TWO_PI * nearest(angle * (1.0 / TWO_PI))
+
+
+@_inlined
+def _place_pose(pose, tree, plan, C, S, dC, dS, H, P):
+    """Joint positions of a pose, as one step of the whole angles from nought."""
+    sign, column, shift = numbers(tree.sign), numbers(tree.column), numbers(tree.shift)
+    for d in range(plan.n_dofs):
+        C[d], S[d] = 1.0, 0.0
+        dC[d], dS[d] = cosine_sine(pose[column[d]] * sign[d] + shift[d])
+    for j in range(1, plan.first_moving):
+        for i in range(3):
+            P[3 * j + i] = P[3 * plan.joint_parent[j] + i] + plan.offset[3 * j + i]
+    for i in range(3 * plan.first_moving, 3 * plan.n_joints):
+        P[i] = 0.0
+    _step(plan, C, S, dC, dS, H, P)
 
 
 @_jit
 def encode_angles(pose, tree, steps, scratch, code):
     """The angles themselves; the one code that needs no skeleton."""
+    angles, put = rows(pose, 0), rows(code, 0)
     for d in range(pose.shape[0]):
-        code[d] = _principal(pose[d], steps)
+        put[d] = _principal(angles[d], steps)
 
 
 @_jit
 def encode_positions(pose, tree, steps, scratch, code):
-    """F(θ): the joint positions, the root's left out."""
-    _, _, H, P = _orient(tree, pose, scratch)
-    _place_joints(tree, H, P)
-    code[:] = P[3:]
+    """F(θ): the joint positions in the skeleton's order, the root's left out."""
+    plan, put, place = _plan(tree), rows(code, 0), numbers(tree.place)
+    C, S, dC, dS, H, P = _parts(tree, scratch)
+    _place_pose(rows(pose, 0), tree, plan, C, S, dC, dS, H, P)
+    for j in range(1, plan.n_joints):
+        for i in range(3):
+            put[3 * place[j] - 3 + i] = P[3 * j + i]
+
+
+@_inlined
+def _spin(Q, q, axis, cos, sin):
+    """Multiply the quaternion (w, x, y, z) at row q by a turn about an axis, by the cosine and sine of half its angle."""
+    a, b, c = q + 1 + axis, q + 1 + (axis + 1) % 3, q + 1 + (axis + 2) % 3
+    Q[a], Q[q] = _rotated(Q[a], Q[q], cos, sin)
+    Q[b], Q[c] = _rotated(Q[b], Q[c], cos, sin)
 
 
 @_jit
 def encode_rotations(pose, tree, steps, scratch, code):
-    """World orientation of every frame but the root's, as unit quaternions (w, x, y, z) of either sign.
-
-    By Shepperd's method: the largest of the four components is found first and divides the others.
-    """
-    _, _, H, _ = _orient(tree, pose, scratch)
-    for f in range(1, tree.rest.shape[0]):
-        h, q = H[9 * f : 9 * f + 9], code[4 * f - 4 : 4 * f]
-        trace = h[0] + h[4] + h[8]
-        largest = max(trace, h[0], h[4], h[8])
-        if largest == trace:
-            q[0], q[1], q[2], q[3] = 1.0 + trace, h[7] - h[5], h[2] - h[6], h[3] - h[1]
-        else:
-            i = 0 if largest == h[0] else (1 if largest == h[4] else 2)
-            j, k = (i + 1) % 3, (i + 2) % 3
-            q[0] = h[3 * k + j] - h[3 * j + k]
-            q[1 + i] = 1.0 + 2.0 * h[4 * i] - trace
-            q[1 + j] = h[3 * j + i] + h[3 * i + j]
-            q[1 + k] = h[3 * k + i] + h[3 * i + k]
-        norm = math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+    """World orientation of every frame but the root's, as unit quaternions (w, x, y, z) of either sign."""
+    plan, angles, put, Q = _plan(tree), rows(pose, 0), rows(code, 0), rows(scratch, 0)
+    sign, column, shift = numbers(tree.sign), numbers(tree.column), numbers(tree.shift)
+    for i in range(4):
+        Q[i] = 1.0 if i == 0 else 0.0
+    for f in range(1, tree.frame_parent.shape[0]):
+        q, end = 4 * f, plan.end_dof[f]
         for i in range(4):
-            q[i] /= norm
+            Q[q + i] = Q[4 * plan.frame_parent[f] + i]
+        if end == plan.first_dof[f]:
+            _spin(Q, q, plan.fixed_axis[f], plan.fixed_turn[4 * f + 2], plan.fixed_turn[4 * f + 3])
+        for d in range(plan.first_dof[f], end):
+            cos, sin = cosine_sine((angles[column[d]] * sign[d] + shift[d]) * 0.5)
+            _spin(Q, q, end - 1 - d, cos, sin)
+        for i in range(4):
+            put[q - 4 + i] = Q[q + i]
 
 
 @_jit
 def encode_curve_end(pose, tree, steps, scratch, code):
-    """θ, cos θ/N, sin θ/N, cos θ, sin θ (n_dofs each) and F(θ) (3 n_joints)."""
-    n = tree.column.shape[0]
-    C, S, H, P = _orient(tree, pose, scratch)
-    _place_joints(tree, H, P)
+    """θ, cos θ/N, sin θ/N, cos θ, sin θ (n_dofs each, the last two of the shifted angles) and F(θ) (3 n_joints)."""
+    plan, angles, put = _plan(tree), rows(pose, 0), rows(code, 0)
+    sign, column, n = numbers(tree.sign), numbers(tree.column), plan.n_dofs
+    C, S, dC, dS, H, P = _parts(tree, scratch)
+    _place_pose(angles, tree, plan, C, S, dC, dS, H, P)
     for d in range(n):
-        angle = _principal(_angle(tree, pose, d), steps)
-        code[d] = angle
-        code[n + d], code[2 * n + d] = math.cos(angle / steps.n_steps), math.sin(angle / steps.n_steps)
-        code[3 * n + d], code[4 * n + d] = C[d], S[d]
-    code[5 * n :] = P[3:]
+        angle = _principal(angles[column[d]] * sign[d], steps)
+        put[d] = angle
+        put[n + d], put[2 * n + d] = cosine_sine(angle * (1.0 / steps.n_steps))
+        put[3 * n + d], put[4 * n + d] = C[d], S[d]
+    for i in range(3, 3 * plan.n_joints):
+        put[5 * n + i - 3] = P[i]
 
 
 # --- measure: from one encoded pose x to others Y --------------------------------------------------------------------
 
 
-@_jit
-def _turns(gap, steps):
+@_inlined
+def turns_off(gap, steps):
     """Whole turns (-1, 0 or 1) to take off a difference of angles so that it goes the short way round."""
     return exceeds(gap, steps.half_turn) - exceeds(0.0 - gap, steps.half_turn)
 
@@ -260,12 +463,18 @@ def _turns(gap, steps):
 @_jit
 def measure_euclidean(x, Y, tree, steps, scratch, out):
     """‖y − x‖₂, every difference the short way round where the metric wraps."""
-    square = zero(Y)
-    for d in range(x.shape[0]):
-        gap = load(Y, d) - x[d]
-        gap = gap - _turns(gap, steps) * TWO_PI
-        square = square + gap * gap
-    store(out, 0, root(square))
+    a, b, n = numbers(x), rows(Y, 0), x.shape[0]
+    nought = every(b, 0.0)
+    first, second, third, fourth = nought, nought, nought, nought  # four sums, as an addition takes four cycles
+    if steps.half_turn == math.inf:
+        for d in range(0, n - 3, 4):
+            p, q, r, s = b[d] - a[d], b[d + 1] - a[d + 1], b[d + 2] - a[d + 2], b[d + 3] - a[d + 3]
+            first, second, third, fourth = first + p * p, second + q * q, third + r * r, fourth + s * s
+    for d in range(n - n % 4 if steps.half_turn == math.inf else 0, n):
+        gap = b[d] - a[d]
+        gap = gap - turns_off(gap, steps) * TWO_PI
+        first = first + gap * gap
+    rows(out, 0)[0] = root((first + second) + (third + fourth))
 
 
 def _squared_angle_series(degree=24):
@@ -275,7 +484,7 @@ def _squared_angle_series(degree=24):
     gains a factor 3 + √8 per degree and is exact to rounding at degree 24.
     """
     series = np.polynomial.Chebyshev.interpolate(lambda m: (2.0 * np.arcsin(np.sqrt(m) / 2.0)) ** 2 / m, degree, (0, 2))
-    return np.polynomial.chebyshev.cheb2poly(series.coef)
+    return tuple(np.polynomial.chebyshev.cheb2poly(series.coef))
 
 
 _SQUARED_ANGLE = _squared_angle_series()
@@ -284,75 +493,89 @@ _SQUARED_ANGLE = _squared_angle_series()
 @_jit
 def measure_rotations(x, Y, tree, steps, scratch, out):
     """√Σ ℓ² φ² over the bones, φ the angle between the orientations of the bone's frame."""
-    total = zero(Y)
-    for f in range(1, tree.rest.shape[0]):
-        minus, plus = zero(Y), zero(Y)
+    a, b, weight = numbers(x), rows(Y, 0), numbers(tree.weight)
+    total = every(b, 0.0)
+    for f in range(1, tree.weight.shape[0]):
+        if weight[f] == 0.0:
+            continue
+        minus, plus = every(b, 0.0), every(b, 0.0)
         for i in range(4 * f - 4, 4 * f):
-            q = load(Y, i)
-            minus, plus = minus + (q - x[i]) * (q - x[i]), plus + (q + x[i]) * (q + x[i])
+            q = b[i]
+            minus, plus = minus + (q - a[i]) * (q - a[i]), plus + (q + a[i]) * (q + a[i])
         m = smaller(minus, plus)  # q and −q are one rotation
-        t = m - 1.0
-        series = zero(Y) + _SQUARED_ANGLE[-1]
-        for i in range(_SQUARED_ANGLE.shape[0] - 2, -1, -1):
-            series = series * t + _SQUARED_ANGLE[i]
-        total = total + tree.weight[f] * 4.0 * m * series
-    store(out, 0, root(total))
+        total = total + weight[f] * 4.0 * m * _series(_SQUARED_ANGLE, m - 1.0, every(b, 0.0))
+    rows(out, 0)[0] = root(total)
 
 
 @_jit
 def measure_line(x, Y, tree, steps, scratch, out):
     """Length of the straight line in angle space as a sum of chords ‖F(c_n) − F(c_{n−1})‖, sec. 2.2 of the paper."""
-    n = tree.column.shape[0]
-    C, S, dC, dS, H, P = _workspace(tree, scratch)
-    apart = zero(Y)
+    plan, a, b = _plan(tree), numbers(x), rows(Y, 0)
+    n, suspect = plan.n_dofs, 0.99 * steps.half_turn * steps.half_turn
+    C, S, dC, dS, H, P = _parts(tree, scratch)
+    apart = every(b, 0.0)
     for d in range(n):
-        gap = load(Y, d) - x[d]
-        turns = _turns(gap, steps)
-        gap = gap - turns * TWO_PI
+        gap = b[d] - a[d]
+        c, s = b[n + d], b[2 * n + d]
+        c, s = c * a[n + d] + s * a[2 * n + d], s * a[n + d] - c * a[2 * n + d]
+        if anywhere(gap * gap, suspect):  # seldom
+            turns = turns_off(gap, steps)
+            gap = gap - turns * TWO_PI
+            # cos and sin of the turns taken off, for turns in {-1, 0, 1}
+            cos_off, sin_off = turns * turns * (steps.cos_turn - 1.0) + 1.0, turns * steps.sin_turn
+            c, s = c * cos_off + s * sin_off, s * cos_off - c * sin_off
         apart = apart + gap * gap
-        c, s = load(Y, n + d), load(Y, 2 * n + d)
-        c, s = c * x[n + d] + s * x[2 * n + d], s * x[n + d] - c * x[2 * n + d]
-        # cos and sin of the turns taken off, for turns in {-1, 0, 1}
-        cos_off, sin_off = turns * turns * (steps.cos_turn - 1.0) + 1.0, turns * steps.sin_turn
-        store(dC, d, c * cos_off + s * sin_off)
-        store(dS, d, s * cos_off - c * sin_off)
-        store(C, d, x[3 * n + d])
-        store(S, d, x[4 * n + d])
-    for i in range(3, P.shape[0]):
-        store(P, i, x[5 * n + i - 3])
-    length = zero(Y)
+        dC[d], dS[d] = c, s
+        C[d], S[d] = a[3 * n + d], a[4 * n + d]
+    for i in range(3, 3 * plan.n_joints):
+        P[i] = a[5 * n + i - 3]
+    length = every(b, 0.0)
     for _ in range(steps.n_steps - 1):
-        for d in range(n):
-            c, s, dc, ds = load(C, d), load(S, d), load(dC, d), load(dS, d)
-            store(C, d, c * dc - s * ds)
-            store(S, d, s * dc + c * ds)
-        _turn_frames(tree, C, S, H)
-        length = length + root(_place_joints(tree, H, P))
-    square = zero(Y)
-    for i in range(3, P.shape[0]):
-        move = load(Y, 5 * n + i - 3) - load(P, i)
-        square = square + move * move
+        length = length + root(_step(plan, C, S, dC, dS, H, P))
+    first, second, third = every(b, 0.0), every(b, 0.0), every(b, 0.0)
+    for i in range(3, 3 * plan.n_joints, 3):
+        k = 5 * n + i - 3
+        p, q, r = b[k] - P[i], b[k + 1] - P[i + 1], b[k + 2] - P[i + 2]
+        first, second, third = first + p * p, second + q * q, third + r * r
     # From a pose to itself the samples differ by rounding; the distance is nought.
-    store(out, 0, (length + root(square)) * exceeds(apart, 0.0))
+    rows(out, 0)[0] = (length + root(first + second + third)) * exceeds(apart, 0.0)
 
 
 # --- the loops ------------------------------------------------------------------------------------------------------
 
 
+@_jit
+def _aligned(n_rows, width, dtype):
+    """An empty array (n_rows, width) that begins at a cache line, as a row that straddles two takes twice the time."""
+    raw = np.empty(n_rows * width + CACHE_LINE, dtype)
+    skip = (-raw.ctypes.data % CACHE_LINE) // raw.itemsize
+    return raw[skip : skip + n_rows * width].reshape((n_rows, width))
+
+
 def _encode_poses(poses, encode, tree, steps, codes):
-    scratch = np.empty(workspace_rows(tree))
-    for i in range(poses.shape[0]):
-        encode(poses[i], tree, steps, scratch, codes[i])
+    n_poses, n_dofs = poses.shape
+    scratch = _aligned(workspace_rows(tree), FLOAT64_LANES, poses.dtype)
+    pose = _aligned(n_dofs, FLOAT64_LANES, poses.dtype)
+    code = _aligned(codes.shape[1], FLOAT64_LANES, poses.dtype)
+    for start in range(0, n_poses, FLOAT64_LANES):
+        for w in range(FLOAT64_LANES):
+            i = min(start + w, n_poses - 1)
+            for d in range(n_dofs):
+                pose[d, w] = poses[i, d]
+        encode(pose, tree, steps, scratch, code)
+        for w in range(min(FLOAT64_LANES, n_poses - start)):
+            for k in range(codes.shape[1]):
+                codes[start + w, k] = code[k, w]
 
 
 def _pair_distances(X, Y, first, last, first_block, last_block, triangle, measure, tree, steps, distances):
     width = Y.shape[2]
-    scratch = np.empty((workspace_rows(tree), width), X.dtype)
+    scratch = _aligned(workspace_rows(tree), width, X.dtype)
     out = np.zeros((2, width), X.dtype)
     n_doubtful, worst = 0, 0.0
-    for i in range(first, last):
-        for block in range(max(first_block, i // width) if triangle else first_block, last_block):
-            start = block * width
+    for block in range(first_block, last_block):  # outermost, as a block is larger than a row of X
+        start = block * width
+        for i in range(first, min(last, start + width) if triangle else last):
             for w in range(width):
                 wanted = start + w < distances.shape[1] and not (triangle and start + w <= i)
                 out[1, w] = 0.0 if wanted else -1.0
@@ -382,7 +605,8 @@ def _array(dtype, ndim, *, readonly, layout="C"):
 def _shared_types(dtype):
     """numba's types of a Tree and of Steps."""
     whole, real = types.int64, from_dtype(dtype)
-    kinds = {"rest": (real, 3), "weight": (real, 1), "sign": (real, 1), "offset": (real, 2), "runs": (whole, 2)}
+    kinds = {name: (real, 1) for name in ("weight", "sign", "shift")}
+    kinds |= {"fixed_turn": (real, 2), "offset": (real, 2), "runs": (whole, 2)}
     fields = [_array(*kinds.get(name, (whole, 1)), readonly=False) for name in Tree._fields]
     steps = [whole, types.float64, types.float64, types.float64]
     return types.NamedTuple(fields, Tree), types.NamedTuple(steps, Steps)
@@ -396,8 +620,8 @@ def _shared_types(dtype):
 def _encode_poses_loop():
     real = types.float64
     tree, steps = _shared_types(np.dtype(np.float64))
-    row = _array(real, 1, readonly=False)
-    encode = types.FunctionType(types.void(_array(real, 1, readonly=True), tree, steps, row, row))
+    row = _array(real, 2, readonly=False)
+    encode = types.FunctionType(types.void(row, tree, steps, row, row))
     poses, codes = _array(real, 2, readonly=True), _array(real, 2, readonly=False)
     return _jit([types.void(poses, encode, tree, steps, codes)])(_encode_poses)
 
@@ -443,8 +667,13 @@ def pair_distances_loop(dtype):
 def in_lanes(codes):
     """Codes (n, n_codes) as blocks of lanes (n_blocks, n_codes, lanes), the last block filled up with copies."""
     width = lanes(codes.dtype)
-    padded = codes[np.minimum(np.arange(-(-len(codes) // width) * width), len(codes) - 1)]
-    return np.ascontiguousarray(padded.reshape(-1, width, codes.shape[1]).transpose(0, 2, 1))
+    n_blocks, n_codes = -(-len(codes) // width), codes.shape[1]
+    blocks = _aligned(n_blocks * n_codes, width, codes.dtype).reshape(n_blocks, n_codes, width)
+    n_full = len(codes) // width
+    blocks[:n_full] = codes[: n_full * width].reshape(n_full, width, n_codes).transpose(0, 2, 1)
+    if n_full < n_blocks:
+        blocks[-1] = codes[np.minimum(np.arange(n_full * width, n_blocks * width), len(codes) - 1)].T
+    return blocks
 
 
 # --- Jacobian -------------------------------------------------------------------------------------------------------
@@ -453,10 +682,10 @@ def in_lanes(codes):
 @_jit
 def turn_axes(tree, C, S, H, axes):
     """The axis of every dof in the world, (n_dofs, 3)."""
-    for f in range(1, tree.rest.shape[0]):
-        end = tree.first_dof[f + 1]
+    for f in range(1, tree.frame_parent.shape[0]):
+        end = tree.end_dof[f]
         n_dofs = end - tree.first_dof[f]
-        for i in range(3):
+        for i in range(3 if n_dofs > 0 else 0):
             # The columns of H are the axes after all the dofs; undo these from the last on.
             x, y, z = H[9 * f + 3 * i], H[9 * f + 3 * i + 1], H[9 * f + 3 * i + 2]
             axes[end - 1, i] = x
@@ -475,11 +704,11 @@ def fill_jacobian(tree, P, axes, jacobian):
     A rotation about the unit axis a through the point o moves a point p at the rate a × (p − o).
     """
     for j in range(1, tree.offset.shape[0]):
-        row, f = 3 * j - 3, tree.joint_frame[j]
+        row, f = 3 * tree.place[j] - 3, tree.joint_frame[j]
         while f > 0:
             o = 3 * tree.pivot[f]
             x, y, z = P[3 * j] - P[o], P[3 * j + 1] - P[o + 1], P[3 * j + 2] - P[o + 2]
-            for d in range(tree.first_dof[f], tree.first_dof[f + 1]):
+            for d in range(tree.first_dof[f], tree.end_dof[f]):
                 a, b, c = axes[d, 0], axes[d, 1], axes[d, 2]
                 jacobian[row, d], jacobian[row + 1, d], jacobian[row + 2, d] = (
                     b * z - c * y,
@@ -493,11 +722,14 @@ def fill_jacobian(tree, P, axes, jacobian):
 def position_jacobians(poses, tree, jacobians):
     """∂F/∂θ of every pose into jacobians (n_poses, 3 n_joints, n_dofs)."""
     n_dofs = tree.column.shape[0]
-    scratch, axes = np.empty(workspace_rows(tree)), np.empty((n_dofs, 3))
+    scratch, axes, angles = np.empty(workspace_rows(tree)), np.empty((n_dofs, 3)), np.empty(n_dofs)
+    C, S, H, P = workspace(tree, scratch)
     jacobian = np.zeros((jacobians.shape[1], n_dofs))
     for n in range(poses.shape[0]):
-        C, S, H, P = _orient(tree, poses[n], scratch)
-        _place_joints(tree, H, P)
+        for d in range(n_dofs):
+            angles[d] = tree.sign[d] * poses[n, tree.column[d]]
+        orient(tree, angles, C, S, H)
+        place_joints(tree, H, P)
         turn_axes(tree, C, S, H, axes)
         fill_jacobian(tree, P, axes, jacobian)
         for d in range(n_dofs):

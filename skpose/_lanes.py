@@ -1,10 +1,11 @@
 """Several numbers in one vector register, as a numba type.
 
 LLVM vectorises a loop over lanes only where it can prove that no store touches a later load, which it cannot do for
-slices of one scratch buffer. Here the lanes are a value instead: ``load(A, i)`` takes row i of a two-dimensional array
-as one LLVM vector, ``+ - *`` and `root` work on all its lanes, ``store(A, i, v)`` puts it back. On a one-dimensional
-array the same calls take and put one number, so a kernel written with them compiles to either: many poses at once, or
-one.
+parts of one scratch buffer. Here the lanes are a value instead. ``rows(A, first)`` is where the rows of an array begin:
+of a two-dimensional one, `rows(A, 0)[i]` is row i as one LLVM vector; ``+ - *`` and `root` work on all its lanes, and
+``rows(A, 0)[i] = v`` puts it back. Of a one-dimensional array the same reads and writes one number, so a kernel written
+with `rows` compiles to either: many poses at once, or one. Rows check no bounds and count no references: the array must
+outlive them, as a function's argument does. (Counting them in an inner loop halves its speed.)
 
 numba's disk cache watches the file of the function that it compiled, `_kernels.py`, and does not see edits here: after
 one, touch that file.
@@ -13,6 +14,7 @@ one, touch that file.
 import math
 import operator
 
+import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
@@ -36,16 +38,35 @@ class Lanes(types.Type):
         super().__init__(name=f"Lanes({dtype}, {self.width})")
 
 
+class Rows(types.Type):
+    """Where in memory rows of one type begin, each a number or Lanes."""
+
+    def __init__(self, row):
+        self.row = row
+        super().__init__(name=f"Rows({row})")
+
+
 @register_model(Lanes)
 class _LanesModel(models.PrimitiveModel):
     def __init__(self, dmm, fe_type):
         super().__init__(dmm, fe_type, ir.VectorType(dmm.lookup(fe_type.dtype).get_value_type(), fe_type.width))
 
 
+@register_model(Rows)
+class _RowsModel(models.PrimitiveModel):
+    def __init__(self, dmm, fe_type):
+        super().__init__(dmm, fe_type, dmm.lookup(fe_type.row).get_value_type().as_pointer())
+
+
+# --- arithmetic -----------------------------------------------------------------------------------------------------
+
+
 def _splat(context, builder, value, source, target):
-    """One number in every lane."""
+    """One number in every lane, where the target has lanes."""
     if isinstance(source, Lanes):
         return value
+    if not isinstance(target, Lanes):
+        return context.cast(builder, value, source, target)
     scalar = context.cast(builder, value, source, target.dtype)
     vector_type = context.get_value_type(target)
     one = builder.insert_element(ir.Constant(vector_type, ir.Undefined), scalar, ir.Constant(ir.IntType(32), 0))
@@ -80,106 +101,110 @@ _define_operator(operator.sub, "fsub")
 _define_operator(operator.mul, "fmul")
 
 
-def _row_pointer(context, builder, array_type, array, index, vector_type):
-    struct = context.make_array(array_type)(context, builder, array)
-    width = ir.Constant(ir.IntType(64), vector_type.count)
-    start = builder.gep(struct.data, [builder.mul(index, width)])
-    return builder.bitcast(start, vector_type.as_pointer())
+# --- memory ---------------------------------------------------------------------------------------------------------
 
 
 @intrinsic
-def _load_row(typingctx, array, index):
-    result = Lanes(array.dtype)
+def rows(typingctx, array, first):
+    """The rows of an array from this one on; of a one-dimensional array, its numbers."""
+    row = Lanes(array.dtype) if array.ndim == 2 else array.dtype
 
     def codegen(context, builder, sig, args):
-        i = context.cast(builder, args[1], sig.args[1], types.intp)
-        pointer = _row_pointer(context, builder, sig.args[0], args[0], i, context.get_value_type(result))
-        return builder.load(pointer, align=array.dtype.bitwidth // 8)
+        data = context.make_array(sig.args[0])(context, builder, args[0]).data
+        start = builder.bitcast(data, context.get_value_type(sig.return_type))
+        return builder.gep(start, [context.cast(builder, args[1], sig.args[1], types.intp)])
 
-    return result(array, index), codegen
+    return Rows(row)(array, first), codegen
 
 
 @intrinsic
-def _store_row(typingctx, array, index, value):
+def numbers(typingctx, array):
+    """The numbers of an array of any shape, one after another."""
+
     def codegen(context, builder, sig, args):
-        target = Lanes(array.dtype)
-        vector = _splat(context, builder, args[2], sig.args[2], target)
-        i = context.cast(builder, args[1], sig.args[1], types.intp)
-        pointer = _row_pointer(context, builder, sig.args[0], args[0], i, vector.type)
-        builder.store(vector, pointer, align=array.dtype.bitwidth // 8)
-        return context.get_dummy_value()
+        return context.make_array(sig.args[0])(context, builder, args[0]).data
 
-    return types.void(array, index, value), codegen
+    return Rows(array.dtype)(array), codegen
 
 
-def load(array, index):
-    """Row `index` of a (n, lanes) array as Lanes; of a (n,) array, one number."""
+def _row_pointer(context, builder, sig, args):
+    """Address of a row, and its alignment: that of one number, as arrays begin anywhere."""
+    row = sig.args[0].row
+    pointer = builder.gep(args[0], [context.cast(builder, args[1], sig.args[1], types.intp)])
+    return pointer, (row.dtype if isinstance(row, Lanes) else row).bitwidth // 8
 
 
-@overload(load, jit_options=_INLINED)
-def _load(array, index):
-    if array.ndim == 2:
-        return lambda array, index: _load_row(array, index)
-    return lambda array, index: array[index]
+@type_callable(operator.getitem)
+def _type_of_row(context):
+    def typer(rows, i):
+        return rows.row if isinstance(rows, Rows) and isinstance(i, types.Integer) else None
+
+    return typer
 
 
-def store(array, index, value):
-    """Put Lanes, or one number for every lane, into row `index`."""
+@lower_builtin(operator.getitem, Rows, types.Integer)
+def _get_row(context, builder, sig, args):
+    pointer, alignment = _row_pointer(context, builder, sig, args)
+    return builder.load(pointer, align=alignment)
 
 
-@overload(store, jit_options=_INLINED)
-def _store(array, index, value):
-    if array.ndim == 2:
-        return lambda array, index, value: _store_row(array, index, value)
+@type_callable(operator.setitem)
+def _type_of_setting(context):
+    def typer(rows, i, value):
+        return types.none if isinstance(rows, Rows) and isinstance(i, types.Integer) else None
 
-    def store_one(array, index, value):
-        array[index] = value
-
-    return store_one
+    return typer
 
 
-def zero(array):
-    """Nought in every lane of a row of this array."""
-
-
-@overload(zero, jit_options=_INLINED)
-def _zero(array):
-    nought = array.dtype(0.0)
-    if array.ndim == 2:
-        return lambda array: _splat_like(array, nought)
-    return lambda array: nought
+@lower_builtin(operator.setitem, Rows, types.Integer, types.Any)
+def _set_row(context, builder, sig, args):
+    pointer, alignment = _row_pointer(context, builder, sig, args)
+    builder.store(_splat(context, builder, args[2], sig.args[2], sig.args[0].row), pointer, align=alignment)
+    return context.get_dummy_value()
 
 
 @intrinsic
-def _splat_like(typingctx, array, value):
-    target = Lanes(array.dtype)
+def every(typingctx, rows, value):
+    """A number as what these rows hold: the same in every lane."""
 
     def codegen(context, builder, sig, args):
-        return _splat(context, builder, args[1], sig.args[1], target)
+        return _splat(context, builder, args[1], sig.args[1], sig.return_type)
 
-    return target(array, value), codegen
+    return rows.row(rows, value), codegen
+
+
+# --- functions ------------------------------------------------------------------------------------------------------
+
+
+def _define_unary(name, in_one):
+    """An LLVM intrinsic of one argument on all lanes, and its equal for one number."""
+
+    @intrinsic
+    def on_lanes(typingctx, value):
+        def codegen(context, builder, sig, args):
+            vector_type = args[0].type
+            symbol = f"llvm.{name}.v{value.width}f{value.dtype.bitwidth}"
+            signature = ir.FunctionType(vector_type, [vector_type])
+            return builder.call(cgutils.get_or_insert_function(builder.module, signature, symbol), args)
+
+        return value(value), codegen
+
+    def either(value):
+        return (lambda value: on_lanes(value)) if isinstance(value, Lanes) else in_one
+
+    return either
 
 
 def root(value):
     """Square root of every lane."""
 
 
-@intrinsic
-def _root_lanes(typingctx, value):
-    def codegen(context, builder, sig, args):
-        vector_type = args[0].type
-        name = f"llvm.sqrt.v{value.width}f{value.dtype.bitwidth}"
-        function = cgutils.get_or_insert_function(builder.module, ir.FunctionType(vector_type, [vector_type]), name)
-        return builder.call(function, args)
-
-    return value(value), codegen
+def nearest(value):
+    """The nearest whole number, of two the even one."""
 
 
-@overload(root, jit_options=_INLINED)
-def _root(value):
-    if isinstance(value, Lanes):
-        return lambda value: _root_lanes(value)
-    return lambda value: math.sqrt(value)
+overload(root, jit_options=_INLINED)(_define_unary("sqrt", lambda value: math.sqrt(value)))
+overload(nearest, jit_options=_INLINED)(_define_unary("rint", lambda value: np.rint(value)))
 
 
 def smaller(a, b):
@@ -222,3 +247,25 @@ def _exceeds(value, bound):
     if isinstance(value, Lanes):
         return lambda value, bound: _exceeds_lanes(value, bound)
     return lambda value, bound: 1.0 if value > bound else 0.0
+
+
+def anywhere(value, bound):
+    """Whether the value is more than the bound in any lane."""
+
+
+@intrinsic
+def _anywhere_in_lanes(typingctx, value, bound):
+    def codegen(context, builder, sig, args):
+        limit = _splat(context, builder, args[1], sig.args[1], value)
+        flags = ir.IntType(value.width)
+        found = builder.bitcast(builder.fcmp_ordered(">", args[0], limit), flags)
+        return builder.icmp_unsigned("!=", found, ir.Constant(flags, 0))
+
+    return types.boolean(value, bound), codegen
+
+
+@overload(anywhere, jit_options=_INLINED)
+def _anywhere(value, bound):
+    if isinstance(value, Lanes):
+        return lambda value, bound: _anywhere_in_lanes(value, bound)
+    return lambda value, bound: value > bound

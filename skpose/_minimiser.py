@@ -21,7 +21,7 @@ import math
 import numpy as np
 
 from skpose._blocks import band_shape, solve
-from skpose._kernels import TWO_PI, _jit, _turns, measure_line, workspace_rows
+from skpose._kernels import TWO_PI, _jit, measure_line, turns_off, workspace_rows
 from skpose._path_energy import add_curvature, chords, curve_length, divided, evaluate, normal_equations
 
 GAP = 5e-3  # how far, relatively, the two lengths of an honest path may differ
@@ -268,7 +268,7 @@ def measure_geodesic(x, Y, tree, steps, scratch, out):
             gap = codes[d, w] - x[d]
             if ahead == 0 and gap != 0.0:
                 ahead = 1 if gap > 0.0 else -1
-            gap -= _turns(gap, steps) * TWO_PI
+            gap -= turns_off(gap, steps) * TWO_PI
             start[d] = x[d] if ahead >= 0 else codes[d, w]
             end[d] = start[d] + gap * ahead
         _, _, length, along, _, _, converged = find_geodesic(

@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from skpose._kernels import _jit, _place_joints, _turn_frames, _workspace, turn_axes, workspace_rows
+from skpose._kernels import _jit, orient, place_joints, turn_axes, workspace, workspace_rows
 
 FINE = 8  # chords into which each chord of a path is divided to measure it again
 
@@ -25,17 +25,15 @@ def _place(tree, angles, scratch, P, screws):
     The screw is the axis a and the velocity b = o × a of what passes the root, o on the axis: the dof moves a point p
     that hangs on it at the rate a × p + b.
     """
-    C, S, _, _, H, positions = _workspace(tree, scratch)
-    for d in range(angles.shape[0]):
-        C[d], S[d] = math.cos(angles[d]), math.sin(angles[d])
-    _turn_frames(tree, C, S, H)
-    _place_joints(tree, H, positions)
+    C, S, H, positions = workspace(tree, scratch)
+    orient(tree, angles, C, S, H)
+    place_joints(tree, H, positions)
     for i in range(P.shape[0]):
         P[i] = positions[i]
     turn_axes(tree, C, S, H, screws[:3].T)
-    for f in range(1, tree.rest.shape[0]):
+    for f in range(1, tree.frame_parent.shape[0]):
         o = 3 * tree.pivot[f]
-        for d in range(tree.first_dof[f], tree.first_dof[f + 1]):
+        for d in range(tree.first_dof[f], tree.end_dof[f]):
             x, y, z = screws[0, d], screws[1, d], screws[2, d]
             screws[3, d] = P[o + 1] * z - P[o + 2] * y
             screws[4, d] = P[o + 2] * x - P[o] * z
@@ -60,15 +58,11 @@ def divided(path, parts):
 @_jit
 def chords(tree, path):
     """Sum of the path's chords, and of their squares."""
-    scratch = np.empty(workspace_rows(tree))
-    C, S, _, _, H, P = _workspace(tree, scratch)
-    P[:] = 0.0
+    C, S, H, P = workspace(tree, np.empty(workspace_rows(tree)))
     length, energy = 0.0, 0.0
     for i in range(path.shape[0]):
-        for d in range(path.shape[1]):
-            C[d], S[d] = math.cos(path[i, d]), math.sin(path[i, d])
-        _turn_frames(tree, C, S, H)
-        square = _place_joints(tree, H, P)
+        orient(tree, path[i], C, S, H)
+        square = place_joints(tree, H, P)
         if i > 0:
             length += math.sqrt(square)
             energy += square
@@ -105,7 +99,7 @@ def _sum_moments(tree, before, P, after, moments):
             for i in range(3):
                 total[3 * i + k] += P[3 * j + i] * w
             total[9 + k] += w
-    for f in range(tree.rest.shape[0] - 1, 0, -1):
+    for f in range(tree.frame_parent.shape[0] - 1, 0, -1):
         for i in range(moments.shape[1]):
             moments[tree.frame_parent[f], i] += moments[f, i]
 
@@ -113,9 +107,9 @@ def _sum_moments(tree, before, P, after, moments):
 @_jit
 def _add_gradient(tree, screws, moments, t, gradient):
     """Add what a sample's forces do to the two free poses about it: the moment along each axis."""
-    for f in range(1, tree.rest.shape[0]):
+    for f in range(1, tree.frame_parent.shape[0]):
         _, xy, xz, yx, _, yz, zx, zy, _, u, v, w = moments[f]
-        for d in range(tree.first_dof[f], tree.first_dof[f + 1]):
+        for d in range(tree.first_dof[f], tree.end_dof[f]):
             slope = (yz - zy) * screws[0, d] + (zx - xz) * screws[1, d] + (xy - yx) * screws[2, d]
             slope += u * screws[3, d] + v * screws[4, d] + w * screws[5, d]
             gradient[0, d] += (1.0 - t) * slope
@@ -129,12 +123,12 @@ def _add_bends(tree, P, screws, moments, t, diagonal, beside):
     For axes a and c, c at or before a from the root on, ∂²p = c × (a × (p − o)), so that Σ w·∂²p = c·(M − tr M)a with
     M = Σ (p − o) wᵀ over the joints that hang on a.
     """
-    for f in range(1, tree.rest.shape[0]):
+    for f in range(1, tree.frame_parent.shape[0]):
         xx, xy, xz, yx, yy, yz, zx, zy, zz, u, v, w = moments[f]
         o = 3 * tree.pivot[f]
         ox, oy, oz = P[o], P[o + 1], P[o + 2]
         trace = xx + yy + zz - ox * u - oy * v - oz * w
-        for d in range(tree.first_dof[f], tree.first_dof[f + 1]):
+        for d in range(tree.first_dof[f], tree.end_dof[f]):
             a, b, c = screws[0, d], screws[1, d], screws[2, d]
             along = u * a + v * b + w * c
             x = xx * a + xy * b + xz * c - along * ox - trace * a
@@ -168,14 +162,14 @@ def _add_products(tree, P, screws, Q, other, same, weights, sums, diagonal, besi
             total[9 + i] += P[3 * j + i]
             total[12 + i] += Q[3 * j + i]
         total[15] += 1.0
-    for f in range(tree.rest.shape[0] - 1, 0, -1):
+    for f in range(tree.frame_parent.shape[0] - 1, 0, -1):
         for i in range(sums.shape[1]):
             sums[tree.frame_parent[f], i] += sums[f, i]
     before, after, across, back = weights
-    for f in range(1, tree.rest.shape[0]):
+    for f in range(1, tree.frame_parent.shape[0]):
         xx, xy, xz, yx, yy, yz, zx, zy, zz, px, py, pz, qx, qy, qz, n = sums[f]
         trace = xx + yy + zz
-        for d in range(tree.first_dof[f], tree.first_dof[f + 1]):
+        for d in range(tree.first_dof[f], tree.end_dof[f]):
             a, b, c, u, v, w = screws[:, d]
             j0 = (trace - xx) * a - xy * b - xz * c + qy * w - qz * v
             j1 = (trace - yy) * b - yx * a - yz * c + qz * u - qx * w
@@ -222,7 +216,7 @@ def normal_equations(tree, substeps, P, screws, diagonal, beside, gradient):
     the other. Of the diagonal blocks only the lower triangle is filled. The ends have blocks too, which nobody reads.
     """
     diagonal[:], beside[:], gradient[:] = 0.0, 0.0, 0.0
-    n_frames, n_samples = tree.rest.shape[0], P.shape[0]
+    n_frames, n_samples = tree.frame_parent.shape[0], P.shape[0]
     sums, moments = np.empty((n_frames, 16)), np.empty((n_frames, 12))
     for k in range(n_samples - 1):
         node = k // substeps
@@ -242,7 +236,7 @@ def normal_equations(tree, substeps, P, screws, diagonal, beside, gradient):
 @_jit
 def add_curvature(tree, substeps, P, screws, diagonal, beside):
     """Make the normal equations the exact Hessian."""
-    moments = np.empty((tree.rest.shape[0], 12))
+    moments = np.empty((tree.frame_parent.shape[0], 12))
     for k in range(1, P.shape[0] - 1):
         node = k // substeps
         t = (k - node * substeps) / substeps

@@ -32,7 +32,7 @@ def _n_coordinates(tree: Tree, n_dofs: int) -> int:
 
 
 def _n_quaternions(tree: Tree, n_dofs: int) -> int:
-    return 4 * (len(tree.rest) - 1)
+    return 4 * (len(tree.frame_parent) - 1)
 
 
 def _n_curve_end(tree: Tree, n_dofs: int) -> int:
