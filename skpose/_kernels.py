@@ -49,6 +49,7 @@ from skpose._lanes import anywhere, every, exceeds, lanes, nearest, numbers, roo
 
 TWO_PI = 2.0 * math.pi
 CACHE_LINE = 64  # bytes
+BLOCKS_IN_CACHE = 4  # blocks of lanes that are used on one row after the other
 FLOAT64_LANES = lanes(np.dtype(np.float64))
 
 
@@ -349,7 +350,7 @@ def _series(coefficients, t, value):
 
 @_inlined
 def cosine_sine(angle):
-    """Cosine and sine of an angle, to 2e-16 up to some million turns: the angle less its half turns, by Taylor's series.
+    """Cosine and sine of an angle, to 2e-16 up to some million turns: less its half turns, by Taylor's series.
 
     numba has neither in lanes; one by one, by the C library, they take twenty times as long.
     """
@@ -409,7 +410,7 @@ def encode_positions(pose, tree, steps, scratch, code):
 
 @_inlined
 def _spin(Q, q, axis, cos, sin):
-    """Multiply the quaternion (w, x, y, z) at row q by a turn about an axis, by the cosine and sine of half its angle."""
+    """Turn the quaternion (w, x, y, z) at row q about an axis, given the cosine and sine of half the angle."""
     a, b, c = q + 1 + axis, q + 1 + (axis + 1) % 3, q + 1 + (axis + 2) % 3
     Q[a], Q[q] = _rotated(Q[a], Q[q], cos, sin)
     Q[b], Q[c] = _rotated(Q[b], Q[c], cos, sin)
@@ -451,7 +452,7 @@ def encode_curve_end(pose, tree, steps, scratch, code):
         put[5 * n + i - 3] = P[i]
 
 
-# --- measure: from one encoded pose x to others Y --------------------------------------------------------------------
+# --- measure: from one encoded pose x to blocks first:last of others Y -----------------------------------------------
 
 
 @_inlined
@@ -461,20 +462,22 @@ def turns_off(gap, steps):
 
 
 @_jit
-def measure_euclidean(x, Y, tree, steps, scratch, out):
+def measure_euclidean(x, Y, first, last, tree, steps, scratch, out):
     """‖y − x‖₂, every difference the short way round where the metric wraps."""
-    a, b, n = numbers(x), rows(Y, 0), x.shape[0]
-    nought = every(b, 0.0)
-    first, second, third, fourth = nought, nought, nought, nought  # four sums, as an addition takes four cycles
-    if steps.half_turn == math.inf:
-        for d in range(0, n - 3, 4):
-            p, q, r, s = b[d] - a[d], b[d + 1] - a[d + 1], b[d + 2] - a[d + 2], b[d + 3] - a[d + 3]
-            first, second, third, fourth = first + p * p, second + q * q, third + r * r, fourth + s * s
-    for d in range(n - n % 4 if steps.half_turn == math.inf else 0, n):
-        gap = b[d] - a[d]
-        gap = gap - turns_off(gap, steps) * TWO_PI
-        first = first + gap * gap
-    rows(out, 0)[0] = root((first + second) + (third + fourth))
+    a, n = numbers(x), x.shape[0]
+    for k in range(first, last):
+        b = rows(Y, k * n)
+        nought = every(b, 0.0)
+        one, two, three = nought, nought, nought  # several sums, so that an addition need not await the last one
+        if steps.half_turn == math.inf:
+            for d in range(0, n - 2, 3):
+                p, q, r = b[d] - a[d], b[d + 1] - a[d + 1], b[d + 2] - a[d + 2]
+                one, two, three = one + p * p, two + q * q, three + r * r
+        for d in range(n - n % 3 if steps.half_turn == math.inf else 0, n):
+            gap = b[d] - a[d]
+            gap = gap - turns_off(gap, steps) * TWO_PI
+            one = one + gap * gap
+        rows(out, 2 * (k - first))[0] = root(one + two + three)
 
 
 def _squared_angle_series(degree=24):
@@ -491,28 +494,28 @@ _SQUARED_ANGLE = _squared_angle_series()
 
 
 @_jit
-def measure_rotations(x, Y, tree, steps, scratch, out):
+def measure_rotations(x, Y, first, last, tree, steps, scratch, out):
     """√Σ ℓ² φ² over the bones, φ the angle between the orientations of the bone's frame."""
-    a, b, weight = numbers(x), rows(Y, 0), numbers(tree.weight)
-    total = every(b, 0.0)
-    for f in range(1, tree.weight.shape[0]):
-        if weight[f] == 0.0:
-            continue
-        minus, plus = every(b, 0.0), every(b, 0.0)
-        for i in range(4 * f - 4, 4 * f):
-            q = b[i]
-            minus, plus = minus + (q - a[i]) * (q - a[i]), plus + (q + a[i]) * (q + a[i])
-        m = smaller(minus, plus)  # q and −q are one rotation
-        total = total + weight[f] * 4.0 * m * _series(_SQUARED_ANGLE, m - 1.0, every(b, 0.0))
-    rows(out, 0)[0] = root(total)
+    a, weight, n_frames = numbers(x), numbers(tree.weight), tree.weight.shape[0]
+    for k in range(first, last):
+        b = rows(Y, k * x.shape[0])
+        total = every(b, 0.0)
+        for f in range(1, n_frames):
+            if weight[f] == 0.0:
+                continue
+            minus, plus = every(b, 0.0), every(b, 0.0)
+            for i in range(4 * f - 4, 4 * f):
+                q = b[i]
+                minus, plus = minus + (q - a[i]) * (q - a[i]), plus + (q + a[i]) * (q + a[i])
+            m = smaller(minus, plus)  # q and −q are one rotation
+            total = total + weight[f] * 4.0 * m * _series(_SQUARED_ANGLE, m - 1.0, every(b, 0.0))
+        rows(out, 2 * (k - first))[0] = root(total)
 
 
-@_jit
-def measure_line(x, Y, tree, steps, scratch, out):
-    """Length of the straight line in angle space as a sum of chords ‖F(c_n) − F(c_{n−1})‖, sec. 2.2 of the paper."""
-    plan, a, b = _plan(tree), numbers(x), rows(Y, 0)
+@_inlined
+def _line(plan, a, b, steps, C, S, dC, dS, H, P):
+    """Length of the straight line from an encoded pose a to others b."""
     n, suspect = plan.n_dofs, 0.99 * steps.half_turn * steps.half_turn
-    C, S, dC, dS, H, P = _parts(tree, scratch)
     apart = every(b, 0.0)
     for d in range(n):
         gap = b[d] - a[d]
@@ -532,13 +535,22 @@ def measure_line(x, Y, tree, steps, scratch, out):
     length = every(b, 0.0)
     for _ in range(steps.n_steps - 1):
         length = length + root(_step(plan, C, S, dC, dS, H, P))
-    first, second, third = every(b, 0.0), every(b, 0.0), every(b, 0.0)
+    one, two, three = every(b, 0.0), every(b, 0.0), every(b, 0.0)
     for i in range(3, 3 * plan.n_joints, 3):
         k = 5 * n + i - 3
         p, q, r = b[k] - P[i], b[k + 1] - P[i + 1], b[k + 2] - P[i + 2]
-        first, second, third = first + p * p, second + q * q, third + r * r
+        one, two, three = one + p * p, two + q * q, three + r * r
     # From a pose to itself the samples differ by rounding; the distance is nought.
-    rows(out, 0)[0] = (length + root(first + second + third)) * exceeds(apart, 0.0)
+    return (length + root(one + two + three)) * exceeds(apart, 0.0)
+
+
+@_jit
+def measure_line(x, Y, first, last, tree, steps, scratch, out):
+    """Length of the straight line in angle space as a sum of chords ‖F(c_n) − F(c_{n−1})‖, sec. 2.2 of the paper."""
+    plan, a = _plan(tree), numbers(x)
+    C, S, dC, dS, H, P = _parts(tree, scratch)
+    for k in range(first, last):
+        rows(out, 2 * (k - first))[0] = _line(plan, a, rows(Y, k * x.shape[0]), steps, C, S, dC, dS, H, P)
 
 
 # --- the loops ------------------------------------------------------------------------------------------------------
@@ -569,22 +581,32 @@ def _encode_poses(poses, encode, tree, steps, codes):
 
 
 def _pair_distances(X, Y, first, last, first_block, last_block, triangle, measure, tree, steps, distances):
-    width = Y.shape[2]
+    width = Y.shape[1]
     scratch = _aligned(workspace_rows(tree), width, X.dtype)
-    out = np.zeros((2, width), X.dtype)
+    out = _aligned(2 * BLOCKS_IN_CACHE, width, X.dtype)
+    doubts = rows(out, 0)
     n_doubtful, worst = 0, 0.0
-    for block in range(first_block, last_block):  # outermost, as a block is larger than a row of X
-        start = block * width
-        for i in range(first, min(last, start + width) if triangle else last):
-            for w in range(width):
-                wanted = start + w < distances.shape[1] and not (triangle and start + w <= i)
-                out[1, w] = 0.0 if wanted else -1.0
-            measure(X[i], Y[block], tree, steps, scratch, out)
-            for w in range(min(width, distances.shape[1] - start)):
-                distances[i, start + w] = out[0, w]
-                if out[1, w] > 0.0:
-                    n_doubtful += 1
-                    worst = max(worst, out[1, w])
+    for group in range(first_block, last_block, BLOCKS_IN_CACHE):
+        end = min(group + BLOCKS_IN_CACHE, last_block)
+        for i in range(first, min(last, end * width) if triangle else last):
+            start = max(group, i // width) if triangle else group
+            first_wanted = i + 1 - start * width if triangle else 0
+            n_columns = min(end * width, distances.shape[1]) - start * width
+            for k in range(end - start):
+                doubts[2 * k + 1] = 0.0
+                if k * width < first_wanted or n_columns < (k + 1) * width:
+                    for w in range(width):
+                        if not first_wanted <= k * width + w < n_columns:
+                            out[2 * k + 1, w] = -1.0
+            measure(X[i], Y, start, end, tree, steps, scratch, out)
+            for k in range(end - start):
+                for w in range(min(width, n_columns - k * width)):
+                    distances[i, (start + k) * width + w] = out[2 * k, w]
+                if anywhere(doubts[2 * k + 1], 0.0):
+                    for w in range(width):
+                        if out[2 * k + 1, w] > 0.0:
+                            n_doubtful += 1
+                            worst = max(worst, out[2 * k + 1, w])
     return n_doubtful, worst
 
 
@@ -593,7 +615,7 @@ def _pair_distance(x, y, n_codes, encode, measure, tree, steps):
     codes = np.empty((2, n_codes))
     encode(x, tree, steps, scratch, codes[0])
     encode(y, tree, steps, scratch, codes[1])
-    measure(codes[0], codes[1], tree, steps, scratch, out)
+    measure(codes[0], codes[1], 0, 1, tree, steps, scratch, out)
     return out[0]
 
 
@@ -605,7 +627,7 @@ def _array(dtype, ndim, *, readonly, layout="C"):
 def _shared_types(dtype):
     """numba's types of a Tree and of Steps."""
     whole, real = types.int64, from_dtype(dtype)
-    kinds = {name: (real, 1) for name in ("weight", "sign", "shift")}
+    kinds = dict.fromkeys(("weight", "sign", "shift"), (real, 1))
     kinds |= {"fixed_turn": (real, 2), "offset": (real, 2), "runs": (whole, 2)}
     fields = [_array(*kinds.get(name, (whole, 1)), readonly=False) for name in Tree._fields]
     steps = [whole, types.float64, types.float64, types.float64]
@@ -626,11 +648,9 @@ def _encode_poses_loop():
     return _jit([types.void(poses, encode, tree, steps, codes)])(_encode_poses)
 
 
-def encode_poses(poses, encode, n_codes, tree, steps):
-    """Codes (n_poses, n_codes) of poses (n_poses, n_dofs), in float64."""
-    codes = np.empty((len(poses), n_codes))
+def encode_poses(poses, encode, tree, steps, codes):
+    """Write the codes (n_poses, n_codes) of poses (n_poses, n_dofs), in float64."""
     _encode_poses_loop()(np.ascontiguousarray(poses, dtype=np.float64), encode, tree, steps, codes)
-    return codes
 
 
 @functools.cache
@@ -640,7 +660,7 @@ def pair_distance_function():
     tree, steps = _shared_types(np.dtype(np.float64))
     pose, row = _array(real, 1, readonly=True), _array(real, 1, readonly=False)
     encode = types.FunctionType(types.void(pose, tree, steps, row, row))
-    measure = types.FunctionType(types.void(row, row, tree, steps, row, row))
+    measure = types.FunctionType(types.void(row, row, types.intp, types.intp, tree, steps, row, row))
     return _jit([real(pose, pose, types.intp, encode, measure, tree, steps)])(_pair_distance)
 
 
@@ -648,32 +668,33 @@ def pair_distance_function():
 def pair_distances_loop(dtype):
     """``loop(X, Y, first, last, first_block, last_block, triangle, measure, tree, steps, distances)``: one tile.
 
-    X holds codes as rows, Y as blocks of shape (n_codes, lanes). With ``triangle`` X and Y are the same poses and only
-    the columns from the diagonal's block on are written. Returns how many distances are in doubt, and by how much at
-    most: a measure says so in the second row of what it puts out, which holds -1 on entry where nobody wants one.
+    X holds codes as rows, Y blocks of n_codes rows of lanes, one after another. With ``triangle`` X and Y are the same
+    poses and only the columns from the diagonal's block on are written. Returns how many distances are in doubt, and by
+    how much at most: a measure says so in every second row of what it puts out, which holds -1 on entry where nobody
+    wants a distance.
     """
-    real = from_dtype(dtype)
+    real, at = from_dtype(dtype), types.intp
     tree, steps = _shared_types(dtype)
     x, Y = _array(real, 1, readonly=True), _array(real, 2, readonly=True)
     scratch = _array(real, 2, readonly=False)
-    measure = types.FunctionType(types.void(x, Y, tree, steps, scratch, scratch))
-    X, blocks = _array(real, 2, readonly=True), _array(real, 3, readonly=True)
-    distances = _array(real, 2, readonly=False, layout="A")
-    found, at = types.Tuple((types.int64, types.float64)), types.intp
-    signature = found(X, blocks, at, at, at, at, types.boolean, measure, tree, steps, distances)
+    measure = types.FunctionType(types.void(x, Y, at, at, tree, steps, scratch, scratch))
+    X, distances = _array(real, 2, readonly=True), _array(real, 2, readonly=False, layout="A")
+    found = types.Tuple((types.int64, types.float64))
+    signature = found(X, Y, at, at, at, at, types.boolean, measure, tree, steps, distances)
     return _jit([signature])(_pair_distances)
 
 
 def in_lanes(codes):
-    """Codes (n, n_codes) as blocks of lanes (n_blocks, n_codes, lanes), the last block filled up with copies."""
+    """Codes (n, n_codes) as blocks of n_codes rows of lanes, one after another, the last one filled up with copies."""
     width = lanes(codes.dtype)
     n_blocks, n_codes = -(-len(codes) // width), codes.shape[1]
-    blocks = _aligned(n_blocks * n_codes, width, codes.dtype).reshape(n_blocks, n_codes, width)
+    rows_of_lanes = _aligned(n_blocks * n_codes, width, codes.dtype)
+    blocks = rows_of_lanes.reshape(n_blocks, n_codes, width)
     n_full = len(codes) // width
     blocks[:n_full] = codes[: n_full * width].reshape(n_full, width, n_codes).transpose(0, 2, 1)
     if n_full < n_blocks:
         blocks[-1] = codes[np.minimum(np.arange(n_full * width, n_blocks * width), len(codes) - 1)].T
-    return blocks
+    return rows_of_lanes
 
 
 # --- Jacobian -------------------------------------------------------------------------------------------------------

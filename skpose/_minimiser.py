@@ -242,38 +242,38 @@ def find_geodesic(start, end, lower, upper, tree, n_steps, max_iter, tol):
 
 
 @_jit
-def measure_geodesic(x, Y, tree, steps, scratch, out):
+def measure_geodesic(x, Y, first, last, tree, steps, scratch, out):
     """Length of the geodesic, eq. 3; where chord and straight line agree already, that of the line.
 
-    Leaves lanes alone whose out[1] is not nought, and puts there the gap of those that did not converge.
+    Leaves lanes alone where the second row put out is not nought, and puts there the gap of what did not converge.
     """
-    measure_line(x, Y, tree, steps, scratch, out)
-    n = tree.column.shape[0]
-    codes, results = (
-        Y.reshape((Y.shape[0], Y.size // Y.shape[0])),
-        out.reshape((out.shape[0], out.size // out.shape[0])),
-    )
+    measure_line(x, Y, first, last, tree, steps, scratch, out)
+    n, n_codes = tree.column.shape[0], x.shape[0]
+    width = Y.size // Y.shape[0]
+    codes, results = Y.reshape((Y.shape[0], width)), out.reshape((out.shape[0], width))
     free, noise = np.full(n, math.inf), _noise(tree)
-    for w in range(codes.shape[1]):
-        line = results[0, w]
-        square = 0.0
-        for i in range(5 * n, x.shape[0]):
-            square += (codes[i, w] - x[i]) ** 2
-        chord = math.sqrt(square)
-        if results[1, w] != 0.0 or line - chord <= AGREE * line + noise:
-            continue
-        start, end = np.empty(n), np.empty(n)
-        ahead = 0  # 1 or -1 as the first angle that differs does; both directions are to give the same number
-        for d in range(n):
-            gap = codes[d, w] - x[d]
-            if ahead == 0 and gap != 0.0:
-                ahead = 1 if gap > 0.0 else -1
-            gap -= turns_off(gap, steps) * TWO_PI
-            start[d] = x[d] if ahead >= 0 else codes[d, w]
-            end[d] = start[d] + gap * ahead
-        _, _, length, along, _, _, converged = find_geodesic(
-            start, end, -free, free, tree, steps.n_steps, MAX_ITER, TOL
-        )
-        results[0, w] = max(chord, min(length, line))
-        if not converged:
-            results[1, w] = max((along - length) / along, ROUNDING)
+    start, end = np.empty(n), np.empty(n)
+    for k in range(first, last):
+        code, result = codes[k * n_codes : (k + 1) * n_codes], results[2 * (k - first) : 2 * (k - first) + 2]
+        for w in range(width):
+            line = result[0, w]
+            square = 0.0
+            for i in range(5 * n, n_codes):
+                square += (code[i, w] - x[i]) ** 2
+            chord = math.sqrt(square)
+            if result[1, w] != 0.0 or line - chord <= AGREE * line + noise:
+                continue
+            ahead = 0  # 1 or -1 as the first angle that differs does; both directions are to give the same number
+            for d in range(n):
+                gap = code[d, w] - x[d]
+                if ahead == 0 and gap != 0.0:
+                    ahead = 1 if gap > 0.0 else -1
+                gap -= turns_off(gap, steps) * TWO_PI
+                start[d] = x[d] if ahead >= 0 else code[d, w]
+                end[d] = start[d] + gap * ahead
+            _, _, length, along, _, _, converged = find_geodesic(
+                start, end, -free, free, tree, steps.n_steps, MAX_ITER, TOL
+            )
+            result[0, w] = max(chord, min(length, line))
+            if not converged:
+                result[1, w] = max((along - length) / along, ROUNDING)

@@ -101,7 +101,10 @@ class _Frame:
 
 
 def _settle(frame: _Frame, offset: np.ndarray, shift: np.ndarray) -> None:
-    """Put the constant rotations behind this frame into the zeros of the angles, or into frames of their own."""
+    """Put the constant rotations behind this frame into the zeros of the angles, or into frames of their own.
+
+    Parents come first, since what they give to their angles turns what hangs on them.
+    """
     if frame.n_dofs > 0 and (frame.children or frame.is_tip):
         if frame.children:
             alpha = _split(frame.children[0].rest, frame.children[0].n_dofs)[0]
@@ -123,7 +126,6 @@ def _settle(frame: _Frame, offset: np.ndarray, shift: np.ndarray) -> None:
                 fixed = _Frame(None, child.first_dof, child.first_dof, None, 0)
                 fixed.axis, fixed.turn, fixed.children = axis, turn, [frame.children[i]]
                 frame.children[i].parent, fixed.parent, frame.children[i] = fixed, frame, fixed
-        _settle(child, offset, shift)
 
 
 def _in_batches(root: _Frame) -> tuple[list[_Frame], list[int], list[int]]:
@@ -171,6 +173,7 @@ def tree_of(skeleton: Skeleton | None, dtype: np.dtype = FLOAT64) -> Tree:
     own = skeleton is not None and skeleton.offset_frame == "own"
     parents = np.zeros(0, dtype=int) if skeleton is None else skeleton.parents
     root = _Frame(None, 0, 0, None, 0)
+    turning = [root]
     frame_of, constant = [root] * (len(bones) + 1), [np.eye(3)] * (len(bones) + 1)  # f and A_j of the root, all joints
     column, sign, branch = [], [], [0]
     first_column = np.cumsum([0] + [len(bone.dofs) for bone in bones])
@@ -190,6 +193,7 @@ def tree_of(skeleton: Skeleton | None, dtype: np.dtype = FLOAT64) -> Tree:
         first, end = len(column), len(column) + len(axes)
         constant[j + 1] = Q
         frame_of[j + 1] = _Frame(frame_of[parent], first, end, before @ Q.T, parent if own else j + 1)
+        turning.append(frame_of[j + 1])
         column.extend(columns)
         sign.extend(signs)
     holders = [0, *(np.arange(1, len(bones) + 1) if own else parents + 1)]  # in whose axes each offset is given
@@ -198,7 +202,8 @@ def tree_of(skeleton: Skeleton | None, dtype: np.dtype = FLOAT64) -> Tree:
         offset[j] = constant[holder] @ skeleton.offsets[j - 1]
         frame_of[holder].joints.append(j)
     shift = np.zeros(len(column))
-    _settle(root, offset, shift)
+    for frame in turning:
+        _settle(frame, offset, shift)
     frames, batch_dofs, first_frame = _in_batches(root)
     number = {frame: f for f, frame in enumerate(frames)}
     order = [0, *(j for frame in frames for j in frame.joints)]  # the skeleton's number of each joint in the tree

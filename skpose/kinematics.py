@@ -1,15 +1,20 @@
 """Forward kinematics F(θ), its Jacobian, and the metric tensor that they induce on angle space."""
 
+from functools import partial
+
 import numpy as np
+from joblib import effective_n_jobs
 from numpy.typing import ArrayLike
+from sklearn.utils import gen_even_slices
 
 from skpose import _kernels
+from skpose._threads import in_threads
 from skpose._tree import tree_of
 from skpose._validation import check_poses
 from skpose.skeleton import Skeleton
 
 
-def forward_kinematics(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
+def forward_kinematics(angles: ArrayLike, skeleton: Skeleton, *, n_jobs: int | None = None) -> np.ndarray:
     """Joint positions F(θ) of every pose, the root at the origin and unrotated.
 
     Parameters
@@ -18,6 +23,9 @@ def forward_kinematics(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
         Joint angles, rad, one column per name in ``skeleton.dof_names``.
     skeleton : Skeleton
         The skeleton to pose.
+    n_jobs : int, default=None
+        Threads; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors. The result does not
+        depend on it.
 
     Returns
     -------
@@ -35,7 +43,7 @@ def forward_kinematics(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
 
     Notes
     -----
-    Computed in float64; about 1 µs a pose of 30 joints and 56 dofs, nearly all of it sines and cosines.
+    Computed in float64; some 0.4 µs a pose of 30 joints and 56 dofs on one core.
 
     References
     ----------
@@ -51,9 +59,14 @@ def forward_kinematics(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
             [1., 1., 0.]]])
     """
     angles = check_poses(angles, skeleton, "angles")
-    chord = _kernels.Steps.of(1, wrap=False)
-    encode, n_codes = _kernels.encode_positions, 3 * skeleton.n_joints
-    positions = _kernels.encode_poses(angles, encode, n_codes, tree_of(skeleton), chord)
+    positions = np.empty((len(angles), 3 * skeleton.n_joints))
+    chord, tree = _kernels.Steps.of(1, wrap=False), tree_of(skeleton)
+
+    def place(part: slice) -> None:
+        _kernels.encode_poses(angles[part], _kernels.encode_positions, tree, chord, positions[part])
+
+    n_jobs = min(effective_n_jobs(n_jobs), len(angles))
+    in_threads((partial(place, part) for part in gen_even_slices(len(angles), n_jobs)), n_jobs)
     return positions.astype(angles.dtype, copy=False).reshape(len(angles), -1, 3)
 
 

@@ -21,7 +21,7 @@ EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 
 # The direction of the data: a file imports only from lines above its own.
 LAYERS = [
-    ["_lanes", "skeleton"],
+    ["_lanes", "_threads", "skeleton"],
     ["_kernels", "motion", "_validation"],
     ["_tree", "_blocks", "_path_energy", "io._text"],
     ["_minimiser"],
