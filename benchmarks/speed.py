@@ -7,35 +7,60 @@ all cores but scikit-learn's `pairwise_distances`, which calls a compiled functi
 """
 
 import os
-import statistics
 import sys
-import time
 
 import numpy as np
 import scalar
+from numba import njit
 from sklearn.metrics import pairwise_distances
+from timing import medians
 
 from skpose import forward_kinematics, pose_distances, pose_metric
+from skpose._lanes import lanes, rows
+from skpose._tree import tree_of
 from skpose.compare import COMPARED
 from skpose.datasets import load_cmu, make_gait
 
-REPEATS = 5
 N_POSES = 2000  # X and Y; the slow contestants get fewer rows of X
 N_SLOW_ROWS = {"scalar": 100, "sklearn": 20}
 RNG = np.random.default_rng(0)
 
 
-def medians(contestants):
-    """Median seconds of each function, all of them taking turns."""
-    for function in contestants.values():
-        function()
-    seconds = {name: [] for name in contestants}
-    for _ in range(REPEATS):
-        for name, function in contestants.items():
-            start = time.perf_counter()
-            function()
-            seconds[name].append(time.perf_counter() - start)
-    return {name: statistics.median(values) for name, values in seconds.items()}
+@njit(nogil=True, fastmath={"contract"})
+def multiply_add(array, factor, n):
+    """Seven chains of multiply-adds on lanes: enough to hide its latency, few enough to stay in registers."""
+    r = rows(array, 0)
+    a, b, c, d, e, f, g = r[0], r[1], r[2], r[3], r[4], r[5], r[6]
+    for _ in range(n):
+        a, b, c, d = a * factor + a, b * factor + b, c * factor + c, d * factor + d
+        e, f, g = e * factor + e, f * factor + f, g * factor + g
+    r[0] = a + b + c + d + e + f + g
+
+
+def operations(tree, n_steps):
+    """Additions and multiplications that a pair costs under "spatial", counted in `skpose._kernels`."""
+    n_dofs = tree.end_dof - tree.first_dof
+    n_inner = tree.first_frame[-1]
+    turns = n_dofs[:n_inner].sum() + (n_dofs[1:n_inner] == 0).sum()  # of two rows each
+    tips = n_dofs[n_inner:]
+    n_placed = (tree.joint_frame[1:] > 0).sum()
+    step = 6 * n_dofs.sum() + 2 * 6 * turns + (2 + 6 * (tips - 1)).sum() + n_placed * (9 + 3 * 5 + 3 * 4)
+    ends = 3 * n_dofs.sum() + 6 * n_dofs.sum() + 9 * (len(tree.offset) - 1)
+    return (n_steps - 1) * step + ends
+
+
+def share_of_peak(X, Y, skeleton):
+    """Operations per second of the spatial kernel on one core, and of nothing but multiply-adds."""
+    width, n = lanes(X.dtype), 1_000_000
+    array, factor = np.ones((7, width), X.dtype), X.dtype.type(1e-9)
+    seconds = medians(
+        {
+            "kernel": lambda: pose_distances(X[:500], Y, skeleton=skeleton, wrap=False),
+            "peak": lambda: multiply_add(array, factor, n),
+        }
+    )
+    done = operations(tree_of(skeleton), 10) * 500 * len(Y) / seconds["kernel"]
+    return done, 2 * 7 * width * n / seconds["peak"]
 
 
 def main():
@@ -51,13 +76,27 @@ def main():
     np.testing.assert_allclose(forward_kinematics(X, skeleton), scalar.forward_kinematics(X, tree), atol=1e-12)
     seconds = medians(
         {
-            "skpose": lambda: forward_kinematics(many, skeleton),
-            "scalar": lambda: scalar.forward_kinematics(many, tree),
+            "skpose, one core": lambda: forward_kinematics(many, skeleton),
+            "skpose, all cores": lambda: forward_kinematics(many, skeleton, n_jobs=-1),
+            "scalar kernel, all cores": lambda: scalar.forward_kinematics(many, tree),
         }
     )
-    rate = {name: len(many) / value for name, value in seconds.items()}
+    print("forward kinematics, poses/s")
+    for name, value in seconds.items():
+        print(f"  {name:<26}{len(many) / value:>14,.0f}")
+    for kind in (np.float64, np.float32):
+        done, peak = share_of_peak(X.astype(kind), Y.astype(kind), skeleton)
+        print(f"spatial, one core, {np.dtype(kind)}: {done / 1e9:.1f} of {peak / 1e9:.1f} GFlop/s, {done / peak:.0%}")
+    F, G = (forward_kinematics(P, skeleton).reshape(len(P), -1) for P in (X, Y))
+    seconds = medians(
+        {
+            "position": lambda: pose_distances(X, Y, skeleton=skeleton, metric="position", n_jobs=-1),
+            "sklearn": lambda: pairwise_distances(F, G),
+        }
+    )
     print(
-        f"forward kinematics: {rate['skpose']:,.0f} poses/s on one core, scalar kernel {rate['scalar']:,.0f} on all\n"
+        f"position: {1e3 * seconds['position']:.0f} ms from angles on; scikit-learn's pairwise_distances of the joint "
+        f"positions {1e3 * seconds['sklearn']:.0f} ms, ratio {seconds['position'] / seconds['sklearn']:.2f}\n"
     )
 
     header = ("metric", "pairs/s", "x scalar", "float32", "Y=None", "sklearn", "scalar, pairs/s")

@@ -11,13 +11,13 @@ import math
 
 import numpy as np
 
-from skpose._kernels import _jit
+from skpose._kernels import jit
 from skpose._lanes import every, rows
 
 LANES = 8  # float64 numbers in one register
 
 
-@_jit
+@jit
 def band_shape(tree, n_nodes):
     """Rows and columns of the band that holds one branch: block rows [U X], padded to whole lanes."""
     widest = 0
@@ -27,7 +27,7 @@ def band_shape(tree, n_nodes):
     return n_nodes * padded * 2 * (padded // LANES), LANES
 
 
-@_jit
+@jit
 def _fill_band(diagonal, beside, damping, held, lo, hi, band):
     """The free poses' blocks, dofs lo:hi, as block rows [D B] of the band; what is padded or held is left alone.
 
@@ -56,7 +56,7 @@ def _fill_band(diagonal, beside, damping, held, lo, hi, band):
                     rows[q, m + p] = 0.0
 
 
-@_jit
+@jit
 def _subtract(band, n, row, first, last, source, n_rows, shift, column):
     """Four rows of the band from chunk first on −= Σ W_k [row k of the source], W_k its column and the next three."""
     chunks = rows(band, 0)
@@ -72,7 +72,7 @@ def _subtract(band, n, row, first, last, source, n_rows, shift, column):
         chunks[(row + 2) * n + c], chunks[(row + 3) * n + c] = d, e
 
 
-@_jit
+@jit
 def _factorise(band, n_blocks, n):
     """Cholesky factor UᵀU in place, X beside U; whether there is one. n: lanes in a block's width."""
     m, width = n * LANES, 2 * n
@@ -101,7 +101,7 @@ def _factorise(band, n_blocks, n):
     return True
 
 
-@_jit
+@jit
 def _substitute(band, n_blocks, n, x):
     """Solve UᵀU x = b in place, x of shape (n_blocks · n, LANES)."""
     m, width = n * LANES, 2 * n
@@ -132,7 +132,7 @@ def _substitute(band, n_blocks, n, x):
             flat[i * m + p] = value / pivot
 
 
-@_jit
+@jit
 def solve(tree, diagonal, beside, gradient, damping, held, band, step):
     """step = −(H + λ)⁻¹ gradient for the dofs that are not held, branch by branch; whether it could be done."""
     n_blocks = diagonal.shape[0] - 2

@@ -1,4 +1,4 @@
-"""The compiled loops: turn frames, place joints, measure; over poses and over pairs.
+"""The compiled kernels: turn frames, place joints, encode a pose, measure from one to others.
 
 The skeleton as the kernels see it
 ----------------------------------
@@ -34,7 +34,7 @@ instructions again and again.
 Two stages
 ----------
 A metric is a pair of functions. Its *encode* writes down what it needs to know of a pose; its *measure* takes one
-encoded pose to others. `encode_poses` and `pair_distances` are the only loops over poses and over pairs.
+encoded pose to others. The loops over poses and over pairs are in `skpose._loops`.
 """
 
 import functools
@@ -43,14 +43,11 @@ import warnings
 from typing import NamedTuple
 
 import numpy as np
-from numba import from_dtype, njit, types
+from numba import njit
 
-from skpose._lanes import anywhere, every, exceeds, lanes, nearest, numbers, root, rows, smaller
+from skpose._lanes import anywhere, every, exceeds, nearest, numbers, root, rows, smaller
 
 TWO_PI = 2.0 * math.pi
-CACHE_LINE = 64  # bytes
-BLOCKS_IN_CACHE = 4  # blocks of lanes that are used on one row after the other
-FLOAT64_LANES = lanes(np.dtype(np.float64))
 
 
 class Tree(NamedTuple):
@@ -129,20 +126,20 @@ def _can_cache() -> bool:
 
 
 # Contraction to fused multiply-add is the one liberty taken: it moves no NaN and is the same in every lane.
-_jit = functools.partial(njit, cache=_can_cache(), nogil=True, fastmath={"contract"})
-_inlined = functools.partial(_jit, forceinline=True)
+jit = functools.partial(njit, cache=_can_cache(), nogil=True, fastmath={"contract"})
+_inlined = functools.partial(jit, forceinline=True)
 
 
 # --- forward kinematics of one pose, every frame whole ---------------------------------------------------------------
 
 
-@_jit
+@jit
 def workspace_rows(tree):
     """Rows of the one scratch array that all kernels share."""
     return 4 * tree.column.shape[0] + 9 * tree.frame_parent.shape[0] + 3 * tree.offset.shape[0]
 
 
-@_jit
+@jit
 def workspace(tree, scratch):
     """A (workspace_rows,) array's parts: cosines C and sines S of the angles, orientations H, positions P, all nought.
 
@@ -157,12 +154,12 @@ def workspace(tree, scratch):
 
 
 @_inlined
-def _rotated(u, v, c, s):
+def rotated(u, v, c, s):
     """The two columns that a rotation about the third axis mixes."""
     return c * u + s * v, c * v - s * u
 
 
-@_jit
+@jit
 def orient(tree, angles, C, S, H):
     """World orientation H of every frame, row by row, the angles in the tree's order."""
     for d in range(angles.shape[0]):
@@ -175,20 +172,20 @@ def orient(tree, angles, C, S, H):
             row, before = 9 * f + i, 9 * p + i
             if n_dofs == 0:
                 H[row + a] = H[before + a]
-                H[row + b], H[row + c] = _rotated(
+                H[row + b], H[row + c] = rotated(
                     H[before + b], H[before + c], tree.fixed_turn[f, 0], tree.fixed_turn[f, 1]
                 )
                 continue
             x, y, z = H[before], H[before + 1], H[before + 2]
             if n_dofs > 2:
-                x, y = _rotated(x, y, C[end - 3], S[end - 3])
+                x, y = rotated(x, y, C[end - 3], S[end - 3])
             if n_dofs > 1:
-                z, x = _rotated(z, x, C[end - 2], S[end - 2])
-            y, z = _rotated(y, z, C[end - 1], S[end - 1])
+                z, x = rotated(z, x, C[end - 2], S[end - 2])
+            y, z = rotated(y, z, C[end - 1], S[end - 1])
             H[row], H[row + 1], H[row + 2] = x, y, z
 
 
-@_jit
+@jit
 def place_joints(tree, H, P):
     """Overwrite the joint positions P with those of the frames H; return the squared distance that they moved."""
     square = 0.0
@@ -261,10 +258,10 @@ def _turn_batch(n_dofs, first, last, plan, C, S, H):
         for i in range(0, 6, 3):
             x, y, z = H[before + i], H[before + i + 1], H[before + i + 2]
             if n_dofs > 2:
-                x, y = _rotated(x, y, cz, sz)
+                x, y = rotated(x, y, cz, sz)
             if n_dofs > 1:
-                z, x = _rotated(z, x, cy, sy)
-            y, z = _rotated(y, z, cx, sx)
+                z, x = rotated(z, x, cy, sy)
+            y, z = rotated(y, z, cx, sx)
             H[row + i], H[row + i + 1], H[row + i + 2] = x, y, z
 
 
@@ -276,7 +273,7 @@ def _turn_fixed(first, last, plan, H):
         b, c = (a + 1) % 3, (a + 2) % 3
         cos, sin = plan.fixed_turn[4 * f], plan.fixed_turn[4 * f + 1]
         for i in range(0, 6, 3):
-            u, v = _rotated(H[before + i + b], H[before + i + c], cos, sin)
+            u, v = rotated(H[before + i + b], H[before + i + c], cos, sin)
             H[row + i + a], H[row + i + b], H[row + i + c] = H[before + i + a], u, v
 
 
@@ -326,9 +323,9 @@ def _step(plan, C, S, dC, dS, H, P):
         d, n_dofs = plan.end_dof[f] - 1, plan.end_dof[f] - plan.first_dof[f]
         x, y, z = every(P, plan.offset[3 * j]), C[d] * plan.offset[3 * j + 1], S[d] * plan.offset[3 * j + 1]
         if n_dofs > 1:
-            x, z = _rotated(x, z, C[d - 1], S[d - 1])
+            x, z = rotated(x, z, C[d - 1], S[d - 1])
         if n_dofs > 2:
-            y, x = _rotated(y, x, C[d - 2], S[d - 2])
+            y, x = rotated(y, x, C[d - 2], S[d - 2])
         squares = _reach(H, 6 * plan.frame_parent[f], P, j, plan.joint_parent[j], x, y, z, squares)
     return squares[0] + squares[1] + squares[2]
 
@@ -389,7 +386,7 @@ def _place_pose(pose, tree, plan, C, S, dC, dS, H, P):
     _step(plan, C, S, dC, dS, H, P)
 
 
-@_jit
+@jit
 def encode_angles(pose, tree, steps, scratch, code):
     """The angles themselves; the one code that needs no skeleton."""
     angles, put = rows(pose, 0), rows(code, 0)
@@ -397,7 +394,7 @@ def encode_angles(pose, tree, steps, scratch, code):
         put[d] = _principal(angles[d], steps)
 
 
-@_jit
+@jit
 def encode_positions(pose, tree, steps, scratch, code):
     """F(θ): the joint positions in the skeleton's order, the root's left out."""
     plan, put, place = _plan(tree), rows(code, 0), numbers(tree.place)
@@ -412,11 +409,11 @@ def encode_positions(pose, tree, steps, scratch, code):
 def _spin(Q, q, axis, cos, sin):
     """Turn the quaternion (w, x, y, z) at row q about an axis, given the cosine and sine of half the angle."""
     a, b, c = q + 1 + axis, q + 1 + (axis + 1) % 3, q + 1 + (axis + 2) % 3
-    Q[a], Q[q] = _rotated(Q[a], Q[q], cos, sin)
-    Q[b], Q[c] = _rotated(Q[b], Q[c], cos, sin)
+    Q[a], Q[q] = rotated(Q[a], Q[q], cos, sin)
+    Q[b], Q[c] = rotated(Q[b], Q[c], cos, sin)
 
 
-@_jit
+@jit
 def encode_rotations(pose, tree, steps, scratch, code):
     """World orientation of every frame but the root's, as unit quaternions (w, x, y, z) of either sign."""
     plan, angles, put, Q = _plan(tree), rows(pose, 0), rows(code, 0), rows(scratch, 0)
@@ -436,7 +433,7 @@ def encode_rotations(pose, tree, steps, scratch, code):
             put[q - 4 + i] = Q[q + i]
 
 
-@_jit
+@jit
 def encode_curve_end(pose, tree, steps, scratch, code):
     """θ, cos θ/N, sin θ/N, cos θ, sin θ (n_dofs each, the last two of the shifted angles) and F(θ) (3 n_joints)."""
     plan, angles, put = _plan(tree), rows(pose, 0), rows(code, 0)
@@ -461,7 +458,7 @@ def turns_off(gap, steps):
     return exceeds(gap, steps.half_turn) - exceeds(0.0 - gap, steps.half_turn)
 
 
-@_jit
+@jit
 def measure_euclidean(x, Y, first, last, tree, steps, scratch, out):
     """‖y − x‖₂, every difference the short way round where the metric wraps."""
     a, n = numbers(x), x.shape[0]
@@ -493,7 +490,7 @@ def _squared_angle_series(degree=24):
 _SQUARED_ANGLE = _squared_angle_series()
 
 
-@_jit
+@jit
 def measure_rotations(x, Y, first, last, tree, steps, scratch, out):
     """√Σ ℓ² φ² over the bones, φ the angle between the orientations of the bone's frame."""
     a, weight, n_frames = numbers(x), numbers(tree.weight), tree.weight.shape[0]
@@ -544,251 +541,10 @@ def _line(plan, a, b, steps, C, S, dC, dS, H, P):
     return (length + root(one + two + three)) * exceeds(apart, 0.0)
 
 
-@_jit
+@jit
 def measure_line(x, Y, first, last, tree, steps, scratch, out):
     """Length of the straight line in angle space as a sum of chords ‖F(c_n) − F(c_{n−1})‖, sec. 2.2 of the paper."""
     plan, a = _plan(tree), numbers(x)
     C, S, dC, dS, H, P = _parts(tree, scratch)
     for k in range(first, last):
         rows(out, 2 * (k - first))[0] = _line(plan, a, rows(Y, k * x.shape[0]), steps, C, S, dC, dS, H, P)
-
-
-# --- the loops ------------------------------------------------------------------------------------------------------
-
-
-@_jit
-def _aligned(n_rows, width, dtype):
-    """An empty array (n_rows, width) that begins at a cache line, as a row that straddles two takes twice the time."""
-    raw = np.empty(n_rows * width + CACHE_LINE, dtype)
-    skip = (-raw.ctypes.data % CACHE_LINE) // raw.itemsize
-    return raw[skip : skip + n_rows * width].reshape((n_rows, width))
-
-
-def _encode_poses(poses, encode, tree, steps, codes):
-    n_poses, n_dofs = poses.shape
-    scratch = _aligned(workspace_rows(tree), FLOAT64_LANES, poses.dtype)
-    pose = _aligned(n_dofs, FLOAT64_LANES, poses.dtype)
-    code = _aligned(codes.shape[1], FLOAT64_LANES, poses.dtype)
-    for start in range(0, n_poses, FLOAT64_LANES):
-        for w in range(FLOAT64_LANES):
-            i = min(start + w, n_poses - 1)
-            for d in range(n_dofs):
-                pose[d, w] = poses[i, d]
-        encode(pose, tree, steps, scratch, code)
-        for w in range(min(FLOAT64_LANES, n_poses - start)):
-            for k in range(codes.shape[1]):
-                codes[start + w, k] = code[k, w]
-
-
-def _pair_distances(X, Y, first, last, first_block, last_block, triangle, measure, tree, steps, distances):
-    width = Y.shape[1]
-    scratch = _aligned(workspace_rows(tree), width, X.dtype)
-    out = _aligned(2 * BLOCKS_IN_CACHE, width, X.dtype)
-    doubts = rows(out, 0)
-    n_doubtful, worst = 0, 0.0
-    for group in range(first_block, last_block, BLOCKS_IN_CACHE):
-        end = min(group + BLOCKS_IN_CACHE, last_block)
-        for i in range(first, min(last, end * width) if triangle else last):
-            start = max(group, i // width) if triangle else group
-            first_wanted = i + 1 - start * width if triangle else 0
-            n_columns = min(end * width, distances.shape[1]) - start * width
-            for k in range(end - start):
-                doubts[2 * k + 1] = 0.0
-                if k * width < first_wanted or n_columns < (k + 1) * width:
-                    for w in range(width):
-                        if not first_wanted <= k * width + w < n_columns:
-                            out[2 * k + 1, w] = -1.0
-            measure(X[i], Y, start, end, tree, steps, scratch, out)
-            for k in range(end - start):
-                for w in range(min(width, n_columns - k * width)):
-                    distances[i, (start + k) * width + w] = out[2 * k, w]
-                if anywhere(doubts[2 * k + 1], 0.0):
-                    for w in range(width):
-                        if out[2 * k + 1, w] > 0.0:
-                            n_doubtful += 1
-                            worst = max(worst, out[2 * k + 1, w])
-    return n_doubtful, worst
-
-
-def _pair_distance(x, y, n_codes, encode, measure, tree, steps):
-    scratch, out = np.empty(workspace_rows(tree)), np.zeros(2)
-    codes = np.empty((2, n_codes))
-    encode(x, tree, steps, scratch, codes[0])
-    encode(y, tree, steps, scratch, codes[1])
-    measure(codes[0], codes[1], 0, 1, tree, steps, scratch, out)
-    return out[0]
-
-
-def _array(dtype, ndim, *, readonly, layout="C"):
-    return types.Array(dtype, ndim, layout, readonly=readonly)
-
-
-@functools.cache
-def _shared_types(dtype):
-    """numba's types of a Tree and of Steps."""
-    whole, real = types.int64, from_dtype(dtype)
-    kinds = dict.fromkeys(("weight", "sign", "shift"), (real, 1))
-    kinds |= {"fixed_turn": (real, 2), "offset": (real, 2), "runs": (whole, 2)}
-    fields = [_array(*kinds.get(name, (whole, 1)), readonly=False) for name in Tree._fields]
-    steps = [whole, types.float64, types.float64, types.float64]
-    return types.NamedTuple(fields, Tree), types.NamedTuple(steps, Steps)
-
-
-# A function passed to a compiled function keeps it from numba's disk cache unless its type is spelled out, and what is
-# spelled out is compiled at once; hence the three below are compiled when they are first asked for.
-
-
-@functools.cache
-def _encode_poses_loop():
-    real = types.float64
-    tree, steps = _shared_types(np.dtype(np.float64))
-    row = _array(real, 2, readonly=False)
-    encode = types.FunctionType(types.void(row, tree, steps, row, row))
-    poses, codes = _array(real, 2, readonly=True), _array(real, 2, readonly=False)
-    return _jit([types.void(poses, encode, tree, steps, codes)])(_encode_poses)
-
-
-def encode_poses(poses, encode, tree, steps, codes):
-    """Write the codes (n_poses, n_codes) of poses (n_poses, n_dofs), in float64."""
-    _encode_poses_loop()(np.ascontiguousarray(poses, dtype=np.float64), encode, tree, steps, codes)
-
-
-@functools.cache
-def pair_distance_function():
-    """``pair(x, y, n_codes, encode, measure, tree, steps)``: the distance of two poses, in float64."""
-    real = types.float64
-    tree, steps = _shared_types(np.dtype(np.float64))
-    pose, row = _array(real, 1, readonly=True), _array(real, 1, readonly=False)
-    encode = types.FunctionType(types.void(pose, tree, steps, row, row))
-    measure = types.FunctionType(types.void(row, row, types.intp, types.intp, tree, steps, row, row))
-    return _jit([real(pose, pose, types.intp, encode, measure, tree, steps)])(_pair_distance)
-
-
-@functools.cache
-def pair_distances_loop(dtype):
-    """``loop(X, Y, first, last, first_block, last_block, triangle, measure, tree, steps, distances)``: one tile.
-
-    X holds codes as rows, Y blocks of n_codes rows of lanes, one after another. With ``triangle`` X and Y are the same
-    poses and only the columns from the diagonal's block on are written. Returns how many distances are in doubt, and by
-    how much at most: a measure says so in every second row of what it puts out, which holds -1 on entry where nobody
-    wants a distance.
-    """
-    real, at = from_dtype(dtype), types.intp
-    tree, steps = _shared_types(dtype)
-    x, Y = _array(real, 1, readonly=True), _array(real, 2, readonly=True)
-    scratch = _array(real, 2, readonly=False)
-    measure = types.FunctionType(types.void(x, Y, at, at, tree, steps, scratch, scratch))
-    X, distances = _array(real, 2, readonly=True), _array(real, 2, readonly=False, layout="A")
-    found = types.Tuple((types.int64, types.float64))
-    signature = found(X, Y, at, at, at, at, types.boolean, measure, tree, steps, distances)
-    return _jit([signature])(_pair_distances)
-
-
-def in_lanes(codes):
-    """Codes (n, n_codes) as blocks of n_codes rows of lanes, one after another, the last one filled up with copies."""
-    width = lanes(codes.dtype)
-    n_blocks, n_codes = -(-len(codes) // width), codes.shape[1]
-    rows_of_lanes = _aligned(n_blocks * n_codes, width, codes.dtype)
-    blocks = rows_of_lanes.reshape(n_blocks, n_codes, width)
-    n_full = len(codes) // width
-    blocks[:n_full] = codes[: n_full * width].reshape(n_full, width, n_codes).transpose(0, 2, 1)
-    if n_full < n_blocks:
-        blocks[-1] = codes[np.minimum(np.arange(n_full * width, n_blocks * width), len(codes) - 1)].T
-    return rows_of_lanes
-
-
-# --- Jacobian -------------------------------------------------------------------------------------------------------
-
-
-@_jit
-def turn_axes(tree, C, S, H, axes):
-    """The axis of every dof in the world, (n_dofs, 3)."""
-    for f in range(1, tree.frame_parent.shape[0]):
-        end = tree.end_dof[f]
-        n_dofs = end - tree.first_dof[f]
-        for i in range(3 if n_dofs > 0 else 0):
-            # The columns of H are the axes after all the dofs; undo these from the last on.
-            x, y, z = H[9 * f + 3 * i], H[9 * f + 3 * i + 1], H[9 * f + 3 * i + 2]
-            axes[end - 1, i] = x
-            y, z = _rotated(y, z, C[end - 1], -S[end - 1])
-            if n_dofs > 1:
-                axes[end - 2, i] = y
-                z, x = _rotated(z, x, C[end - 2], -S[end - 2])
-            if n_dofs > 2:
-                axes[end - 3, i] = z
-
-
-@_jit
-def fill_jacobian(tree, P, axes, jacobian):
-    """Change of the joint positions with the tree's dofs, (3 n_joints, n_dofs); noughts are left as they are.
-
-    A rotation about the unit axis a through the point o moves a point p at the rate a × (p − o).
-    """
-    for j in range(1, tree.offset.shape[0]):
-        row, f = 3 * tree.place[j] - 3, tree.joint_frame[j]
-        while f > 0:
-            o = 3 * tree.pivot[f]
-            x, y, z = P[3 * j] - P[o], P[3 * j + 1] - P[o + 1], P[3 * j + 2] - P[o + 2]
-            for d in range(tree.first_dof[f], tree.end_dof[f]):
-                a, b, c = axes[d, 0], axes[d, 1], axes[d, 2]
-                jacobian[row, d], jacobian[row + 1, d], jacobian[row + 2, d] = (
-                    b * z - c * y,
-                    c * x - a * z,
-                    a * y - b * x,
-                )
-            f = tree.frame_parent[f]
-
-
-@_jit
-def position_jacobians(poses, tree, jacobians):
-    """∂F/∂θ of every pose into jacobians (n_poses, 3 n_joints, n_dofs)."""
-    n_dofs = tree.column.shape[0]
-    scratch, axes, angles = np.empty(workspace_rows(tree)), np.empty((n_dofs, 3)), np.empty(n_dofs)
-    C, S, H, P = workspace(tree, scratch)
-    jacobian = np.zeros((jacobians.shape[1], n_dofs))
-    for n in range(poses.shape[0]):
-        for d in range(n_dofs):
-            angles[d] = tree.sign[d] * poses[n, tree.column[d]]
-        orient(tree, angles, C, S, H)
-        place_joints(tree, H, P)
-        turn_axes(tree, C, S, H, axes)
-        fill_jacobian(tree, P, axes, jacobian)
-        for d in range(n_dofs):
-            jacobians[n, :, tree.column[d]] = tree.sign[d] * jacobian[:, d]
-
-
-# --- medoid shift ---------------------------------------------------------------------------------------------------
-
-
-@_jit
-def shift_in_graph(indptr, indices, squared, factor, tie, target, staying):
-    """Where each sample of a graph moves to: the neighbour j with the least Σ_k w_ik d_jk², w = exp(factor · d²).
-
-    The graph is symmetric, with sorted rows that hold the diagonal. Where it lacks d_jk², d_ij² + d_ik² stands in: what
-    that is on average if j and k lie in independent directions from i.
-    """
-    n = target.shape[0]
-    weight, from_i = np.zeros(n), np.zeros(n)  # w_ik and d_ik² of the present i, nought but for its neighbours
-    for i in range(n):
-        total, moment = 0.0, 0.0  # Σ w_ik and Σ w_ik d_ik²
-        for e in range(indptr[i], indptr[i + 1]):
-            k = indices[e]
-            weight[k], from_i[k] = math.exp(factor * squared[e]), squared[e]
-            total += weight[k]
-            moment += weight[k] * from_i[k]
-        best = math.inf
-        for e in range(indptr[i], indptr[i + 1]):
-            j = indices[e]
-            cost, seen, seen_moment = 0.0, 0.0, 0.0
-            for f in range(indptr[j], indptr[j + 1]):
-                k = indices[f]
-                cost += weight[k] * squared[f]
-                seen += weight[k]
-                seen_moment += weight[k] * from_i[k]
-            cost += from_i[j] * (total - seen) + (moment - seen_moment)
-            if cost < best * (1.0 - tie):
-                best, target[i] = cost, j
-            if j == i:
-                staying[i] = cost
-        for e in range(indptr[i], indptr[i + 1]):
-            weight[indices[e]] = 0.0

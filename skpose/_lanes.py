@@ -7,8 +7,8 @@ of a two-dimensional one, `rows(A, 0)[i]` is row i as one LLVM vector; ``+ - *``
 with `rows` compiles to either: many poses at once, or one. Rows check no bounds and count no references: the array must
 outlive them, as a function's argument does. (Counting them in an inner loop halves its speed.)
 
-numba's disk cache watches the file of the function that it compiled, `_kernels.py`, and does not see edits here: after
-one, touch that file.
+numba's disk cache watches the file of the function that it compiled and does not see edits here: after one, touch the
+files that import this one.
 """
 
 import math

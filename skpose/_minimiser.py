@@ -21,7 +21,7 @@ import math
 import numpy as np
 
 from skpose._blocks import band_shape, solve
-from skpose._kernels import TWO_PI, _jit, measure_line, turns_off, workspace_rows
+from skpose._kernels import TWO_PI, jit, measure_line, turns_off, workspace_rows
 from skpose._path_energy import add_curvature, chords, curve_length, divided, evaluate, normal_equations
 
 GAP = 5e-3  # how far, relatively, the two lengths of an honest path may differ
@@ -39,7 +39,7 @@ MAX_ITER, TOL = 500, 1e-7  # iterations in each refinement; norm of the gradient
 AGREE = 1e-6  # chord and line that differ by no more, relatively, are the geodesic's length
 
 
-@_jit
+@jit
 def _noise(tree):
     """A length that is nought but for rounding."""
     reach = 0.0
@@ -48,14 +48,14 @@ def _noise(tree):
     return ROUNDING * reach
 
 
-@_jit
+@jit
 def _gap(tree, path):
     """How much longer the path is on the fine grid than by its chords, relatively."""
     along = curve_length(tree, path)
     return (along - chords(tree, path)[0]) / along if along > 0.0 else 0.0
 
 
-@_jit
+@jit
 def _dot(a, b):
     total = 0.0
     for i in range(a.shape[0]):
@@ -64,7 +64,7 @@ def _dot(a, b):
     return total
 
 
-@_jit
+@jit
 def _combine(step, turn, direction):
     """direction = step + turn · direction."""
     for i in range(step.shape[0]):
@@ -72,7 +72,7 @@ def _combine(step, turn, direction):
             direction[i, d] = step[i, d] + turn * direction[i, d]
 
 
-@_jit
+@jit
 def _hold(path, lower, upper, gradient, held):
     """Hold the dofs of the free poses that are at a bound which the gradient pushes against; whether these are others.
 
@@ -91,7 +91,7 @@ def _hold(path, lower, upper, gradient, held):
     return changed
 
 
-@_jit
+@jit
 def _move(path, direction, size, lower, upper, trial):
     """trial = path + size · direction, the free poses kept within their bounds."""
     for i in range(1, path.shape[0] - 1):
@@ -99,7 +99,7 @@ def _move(path, direction, size, lower, upper, trial):
             trial[i, d] = min(max(path[i, d] + size * direction[i, d], lower[d]), upper[d])
 
 
-@_jit
+@jit
 def _kick(path, lower, upper):
     """Bend the free poses a little, in no direction that a symmetry would have."""
     last = path.shape[0] - 1
@@ -109,7 +109,7 @@ def _kick(path, lower, upper):
             path[i, d] = min(max(path[i, d] + bend, lower[d]), upper[d])
 
 
-@_jit
+@jit
 def minimise(tree, path, substeps, lower, upper, max_iter, tol):
     """Lower the energy of the path in place, its ends fixed, the poses between within bounds.
 
@@ -145,7 +145,7 @@ def minimise(tree, path, substeps, lower, upper, max_iter, tol):
             for i in range(1, n_nodes - 1):
                 scale += np.trace(diagonal[i]) / ((n_nodes - 2) * n_dofs)
             damping = DAMPING[0] * scale
-            if scale == 0.0:  # nothing moves
+            if scale <= _noise(tree) ** 2:  # nothing moves
                 return norm, iteration, True
         done, predicted, slope = norm <= tol, 0.0, 0.0
         if not done:
@@ -211,7 +211,7 @@ def minimise(tree, path, substeps, lower, upper, max_iter, tol):
 # --- from pose to pose -----------------------------------------------------------------------------------------------
 
 
-@_jit
+@jit
 def find_geodesic(start, end, lower, upper, tree, n_steps, max_iter, tol):
     """A path of least energy from start to end, angles in the tree's order, that is as long as it says.
 
@@ -241,7 +241,7 @@ def find_geodesic(start, end, lower, upper, tree, n_steps, max_iter, tol):
     return path, energy, length, curve_length(tree, path), math.nan, n_iter, False
 
 
-@_jit
+@jit
 def measure_geodesic(x, Y, first, last, tree, steps, scratch, out):
     """Length of the geodesic, eq. 3; where chord and straight line agree already, that of the line.
 

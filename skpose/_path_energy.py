@@ -13,12 +13,13 @@ import math
 
 import numpy as np
 
-from skpose._kernels import _jit, orient, place_joints, turn_axes, workspace, workspace_rows
+from skpose._jacobian import turn_axes
+from skpose._kernels import jit, orient, place_joints, workspace, workspace_rows
 
 FINE = 8  # chords into which each chord of a path is divided to measure it again
 
 
-@_jit
+@jit
 def _place(tree, angles, scratch, P, screws):
     """Joint positions of one pose, angles in the tree's order, and the screw of every dof, (6, n_dofs).
 
@@ -40,7 +41,7 @@ def _place(tree, angles, scratch, P, screws):
             screws[5, d] = P[o] * y - P[o + 1] * x
 
 
-@_jit
+@jit
 def divided(path, parts):
     """The path with every step divided into equal parts."""
     n_steps, n_dofs = path.shape[0] - 1, path.shape[1]
@@ -55,7 +56,7 @@ def divided(path, parts):
     return out
 
 
-@_jit
+@jit
 def chords(tree, path):
     """Sum of the path's chords, and of their squares."""
     C, S, H, P = workspace(tree, np.empty(workspace_rows(tree)))
@@ -69,13 +70,13 @@ def chords(tree, path):
     return length, energy
 
 
-@_jit
+@jit
 def curve_length(tree, path):
     """Length of the path measured on a grid `FINE` times finer."""
     return chords(tree, divided(path, FINE))[0]
 
 
-@_jit
+@jit
 def evaluate(tree, path, substeps, scratch, P, screws):
     """Place all samples of the path; half its energy."""
     samples = divided(path, substeps)
@@ -88,7 +89,7 @@ def evaluate(tree, path, substeps, scratch, P, screws):
     return half
 
 
-@_jit
+@jit
 def _sum_moments(tree, before, P, after, moments):
     """Sums of p wᵀ and of w over the joints p that hang on each frame, (n_frames, 12); w is the force 2p − p₋ − p₊."""
     moments[:] = 0.0
@@ -104,7 +105,7 @@ def _sum_moments(tree, before, P, after, moments):
             moments[tree.frame_parent[f], i] += moments[f, i]
 
 
-@_jit
+@jit
 def _add_gradient(tree, screws, moments, t, gradient):
     """Add what a sample's forces do to the two free poses about it: the moment along each axis."""
     for f in range(1, tree.frame_parent.shape[0]):
@@ -116,7 +117,7 @@ def _add_gradient(tree, screws, moments, t, gradient):
             gradient[1, d] += t * slope
 
 
-@_jit
+@jit
 def _add_bends(tree, P, screws, moments, t, diagonal, beside):
     """Add what Gauss-Newton leaves out: forces times second derivatives of the joint positions.
 
@@ -144,7 +145,7 @@ def _add_bends(tree, P, screws, moments, t, diagonal, beside):
                         beside[e, d] += t * (1.0 - t) * bend
 
 
-@_jit
+@jit
 def _add_products(tree, P, screws, Q, other, same, weights, sums, diagonal, beside):
     """Add multiples of JᵀK, J and K the Jacobians of two samples, to the blocks of the two free poses about them.
 
@@ -208,7 +209,7 @@ def _add_products(tree, P, screws, Q, other, same, weights, sums, diagonal, besi
                         beside[e, d] += across * kj + back * jk
 
 
-@_jit
+@jit
 def normal_equations(tree, substeps, P, screws, diagonal, beside, gradient):
     """Blocks of the normal equations, and the gradient of half the energy.
 
@@ -233,7 +234,7 @@ def normal_equations(tree, substeps, P, screws, diagonal, beside, gradient):
             _add_products(tree, P[k], screws[k], P[k + 1], screws[k + 1], False, weights, sums, blocks, beside[node])
 
 
-@_jit
+@jit
 def add_curvature(tree, substeps, P, screws, diagonal, beside):
     """Make the normal equations the exact Hessian."""
     moments = np.empty((tree.frame_parent.shape[0], 12))

@@ -210,13 +210,15 @@ def tree_of(skeleton: Skeleton | None, dtype: np.dtype = FLOAT64) -> Tree:
     place = np.argsort(order)
     joint_frame = np.array([0, *(f for f, frame in enumerate(frames) for _ in frame.joints)])
     runs = [_runs(frame) for frame in frames]
-    turns = np.array([frame.turn for frame in frames])
+    turns = np.array([[frame.turn, frame.turn / 2] for frame in frames])
+    fixed_turn = np.stack([np.cos(turns), np.sin(turns)], axis=2).reshape(-1, 4)
+    fixed_turn[np.abs(fixed_turn) < ROUNDING] = 0.0  # of quarter turns
     tree = Tree(
         frame_parent=np.array([number.get(frame.parent, 0) for frame in frames]),
         first_dof=np.array([frame.first_dof for frame in frames]),
         end_dof=np.array([frame.end_dof for frame in frames]),
         fixed_axis=np.array([frame.axis for frame in frames]),
-        fixed_turn=np.stack([np.cos(turns), np.sin(turns), np.cos(turns / 2), np.sin(turns / 2)], axis=1),
+        fixed_turn=fixed_turn,
         weight=np.bincount(joint_frame, np.square(offset[order]).sum(axis=1), minlength=len(frames)),
         pivot=place[[frame.pivot for frame in frames]],
         batch_dofs=np.array(batch_dofs, dtype=int),

@@ -14,7 +14,7 @@ from sklearn.utils import check_symmetric, gen_batches
 from sklearn.utils._param_validation import Interval
 from sklearn.utils.validation import check_is_fitted
 
-from skpose import _kernels
+from skpose import _graph_shift
 from skpose._callbacks import CallbackSupportMixin, Progress, with_callbacks
 from skpose._estimator import ESTIMATOR_CONSTRAINTS, PoseEstimatorMixin
 
@@ -247,7 +247,7 @@ def _next(squared, bandwidth):
     target, staying = np.empty(n, dtype=np.intp), np.empty(n)
     factor = -1.0 / (2.0 * bandwidth * bandwidth)
     if issparse(squared):
-        _kernels.shift_in_graph(squared.indptr, squared.indices, squared.data, factor, TIE, target, staying)
+        _graph_shift.shift_in_graph(squared.indptr, squared.indices, squared.data, factor, TIE, target, staying)
         return target, staying
     for batch in gen_batches(n, max(1, BLOCK // n)):
         weights = squared[batch] * factor

@@ -7,7 +7,8 @@ from joblib import effective_n_jobs
 from numpy.typing import ArrayLike
 from sklearn.utils import gen_even_slices
 
-from skpose import _kernels
+from skpose import _jacobian, _loops
+from skpose._kernels import Steps, encode_positions
 from skpose._threads import in_threads
 from skpose._tree import tree_of
 from skpose._validation import check_poses
@@ -60,10 +61,10 @@ def forward_kinematics(angles: ArrayLike, skeleton: Skeleton, *, n_jobs: int | N
     """
     angles = check_poses(angles, skeleton, "angles")
     positions = np.empty((len(angles), 3 * skeleton.n_joints))
-    chord, tree = _kernels.Steps.of(1, wrap=False), tree_of(skeleton)
+    chord, tree = Steps.of(1, wrap=False), tree_of(skeleton)
 
     def place(part: slice) -> None:
-        _kernels.encode_poses(angles[part], _kernels.encode_positions, tree, chord, positions[part])
+        _loops.encode_poses(angles[part], encode_positions, tree, chord, positions[part])
 
     n_jobs = min(effective_n_jobs(n_jobs), len(angles))
     in_threads((partial(place, part) for part in gen_even_slices(len(angles), n_jobs)), n_jobs)
@@ -105,7 +106,7 @@ def position_jacobian(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
     Examples
     --------
     >>> from skpose import Skeleton, position_jacobian
-    >>> position_jacobian([[0.0, 0.0]], Skeleton.chain(2))[0]
+    >>> position_jacobian([[0.0, 0.0]], Skeleton.chain(2))[0].round(3) + 0.0
     array([[0., 0.],
            [1., 0.],
            [0., 0.],
@@ -115,7 +116,7 @@ def position_jacobian(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
     """
     angles = check_poses(angles, skeleton, "angles")
     jacobians = np.empty((len(angles), 3 * skeleton.n_joints, skeleton.n_dofs))
-    _kernels.position_jacobians(np.ascontiguousarray(angles, dtype=np.float64), tree_of(skeleton), jacobians)
+    _jacobian.position_jacobians(np.ascontiguousarray(angles, dtype=np.float64), tree_of(skeleton), jacobians)
     return jacobians.astype(angles.dtype, copy=False)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 from sklearn.utils._param_validation import Interval, StrOptions, validate_params
 
-from skpose import _kernels, _minimiser
+from skpose import _kernels, _loops, _minimiser
 from skpose._kernels import Steps, Tree
 from skpose._tree import tree_of
 from skpose.skeleton import Skeleton
@@ -153,7 +153,7 @@ def pose_metric(
 
 @functools.lru_cache(maxsize=64)
 def _compiled(metric: Metric, skeleton: Skeleton | None, steps: Steps) -> Callable[[np.ndarray, np.ndarray], float]:
-    encode, measure, pair = metric.encode, metric.measure, _kernels.pair_distance_function()
+    encode, measure, pair = metric.encode, metric.measure, _loops.pair_distance_function()
     tree = tree_of(skeleton if metric.needs_skeleton else None)
     if skeleton is None:  # "angle" on poses of any length, which are their own code
         n_dofs, n_codes, refusal = -1, -1, "the two poses differ in length"

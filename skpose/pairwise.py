@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.utils._param_validation import validate_params
 
-from skpose import _kernels
+from skpose import _loops
 from skpose._kernels import Steps
 from skpose._threads import in_threads
 from skpose._tree import tree_of
@@ -190,11 +190,11 @@ def _tasks(
     """
     dtype = distances.dtype
     n_codes = metric.n_codes(tree_of(skeleton), X.shape[1])
-    tree, loop = tree_of(skeleton, dtype), _kernels.pair_distances_loop(dtype)
+    tree, loop = tree_of(skeleton, dtype), _loops.pair_distances_loop(dtype)
 
     def encoded(poses: np.ndarray) -> np.ndarray:
         codes = np.empty((len(poses), n_codes))
-        _kernels.encode_poses(poses, metric.encode, tree_of(skeleton), steps, codes)
+        _loops.encode_poses(poses, metric.encode, tree_of(skeleton), steps, codes)
         return codes.astype(dtype, copy=False)
 
     pairs_per_task = metric.pairs_per_task
@@ -205,7 +205,7 @@ def _tasks(
         for y in range(x if Y is None else 0, distances.shape[1], PANEL):
             diagonal = Y is None and x == y
             columns = rows if diagonal else encoded((X if Y is None else Y)[y : y + PANEL])
-            blocks, panel = _kernels.in_lanes(columns), distances[x : x + PANEL, y : y + PANEL]
+            blocks, panel = _loops.in_lanes(columns), distances[x : x + PANEL, y : y + PANEL]
             for tile in _tiles(len(rows), len(blocks) // n_codes, blocks.shape[1], diagonal, pairs_per_task):
                 yield functools.partial(loop, rows, blocks, *tile, diagonal, metric.measure, tree, steps, panel)
 

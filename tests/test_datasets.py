@@ -179,7 +179,7 @@ def test_humanoid_is_as_tall_as_asked():
         body = humanoid(height)
         P = dict(zip(body.joint_names, forward_kinematics(np.zeros((1, body.n_dofs)), body)[0], strict=True))
         np.testing.assert_allclose(P["head"][1] - P["left_foot"][1], height, rtol=0.01)
-        np.testing.assert_allclose(P["left_hand"] * [-1, 1, 1], P["right_hand"])
+        np.testing.assert_allclose(P["left_hand"] * [-1, 1, 1], P["right_hand"], atol=1e-12)
     longer = humanoid(proportions={"thigh": 2.0})
     ratio = np.linalg.norm(longer.offsets, axis=1) / np.linalg.norm(humanoid().offsets, axis=1)
     assert {name for name, r in zip(longer.joint_names, ratio, strict=True) if r > 1.5} == {"left_thigh", "right_thigh"}

@@ -23,7 +23,8 @@ EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 LAYERS = [
     ["_lanes", "_threads", "skeleton"],
     ["_kernels", "motion", "_validation"],
-    ["_tree", "_blocks", "_path_energy", "io._text"],
+    ["_tree", "_loops", "_jacobian", "_graph_shift", "_blocks", "io._text"],
+    ["_path_energy"],
     ["_minimiser"],
     ["io._asf", "io._bvh"],
     ["io._amc"],

@@ -1,13 +1,20 @@
 """The contract of `pose_distances`, whatever the metric."""
 
+import os
+import subprocess
+import sys
+import tracemalloc
+
 import numpy as np
 import pandas as pd
 import pytest
+import reference
 from conftest import SKELETONS, random_tree
 from joblib import parallel_config
 
 from skpose import Skeleton, pose_distances
 from skpose.metrics import METRICS
+from skpose.pairwise import PANEL
 
 ALL_METRICS = pytest.mark.parametrize("metric", METRICS)
 BODY = SKELETONS["humanoid"]
@@ -174,11 +181,59 @@ def test_columns_are_matched_by_name():
     )
 
 
+@pytest.mark.parametrize("turns", [0, 1000])
+@pytest.mark.parametrize("n_steps", [10, 100])
 @pytest.mark.parametrize("n_dofs", [1, 200, 1000])
-def test_long_chains_and_large_trees(n_dofs):
+def test_long_chains_and_large_trees(n_dofs, n_steps, turns):
+    rng = np.random.default_rng(0)
     for skeleton in (Skeleton.chain(n_dofs), random_tree(2, n=n_dofs + 3)):
-        X = np.random.default_rng(0).normal(size=(3, skeleton.n_dofs))
-        for metric in set(METRICS) - {"geodesic"}:  # whose time goes with the cube of the dofs
-            D = pose_distances(X, skeleton=skeleton, metric=metric)
-            assert np.isfinite(D).all()
-            assert (D[np.triu_indices(3, 1)] > 0).all()
+        X = 0.3 * rng.normal(size=(2, skeleton.n_dofs))
+        X += 2 * np.pi * rng.integers(-turns, turns + 1, X.shape)
+        for metric in ("angle", "position", "rotation", "spatial"):  # the time of "geodesic" goes with the dofs' cube
+            for wrap in (True, False) if turns == 0 else (True,):
+                parameters = {"skeleton": skeleton, "metric": metric, "n_steps": n_steps, "wrap": wrap}
+                expected = reference.distance(*X, **parameters)
+                np.testing.assert_allclose(pose_distances(X, **parameters)[0, 1], expected, rtol=1e-10)
+                if turns == 0:
+                    single = X.astype(np.float32)
+                    expected = reference.distance(*single.astype(float), **parameters)
+                    np.testing.assert_allclose(pose_distances(single, **parameters)[0, 1], expected, rtol=2e-5)
+
+
+@ALL_METRICS
+def test_panels_and_tiles_change_nothing(metric, X, monkeypatch):
+    pairs = [(X, None), (X, X[::2] + 0.1)]
+    whole = [pose_distances(A, B, skeleton=BODY, metric=metric) for A, B in pairs]
+    monkeypatch.setattr("skpose.pairwise.PANEL", 8)
+    monkeypatch.setitem(METRICS, metric, METRICS[metric]._replace(pairs_per_task=16))
+    for (A, B), expected in zip(pairs, whole, strict=True):
+        np.testing.assert_array_equal(pose_distances(A, B, skeleton=BODY, metric=metric), expected)
+
+
+def test_memory_beyond_the_result_is_that_of_some_panels():
+    X = np.random.default_rng(0).normal(size=(40_000, BODY.n_dofs))
+    out = np.empty((len(X), 1))
+    pose_distances(X[:1], X[:1], skeleton=BODY)  # compiles
+    tracemalloc.start()
+    try:
+        pose_distances(X, X[:1].copy(), skeleton=BODY, out=out)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    n_codes = 5 * BODY.n_dofs + 3 * BODY.n_joints
+    assert peak < 4 * PANEL * n_codes * 8 < len(X) * n_codes * 8 / 2
+
+
+def test_two_processes_may_fill_one_cache(tmp_path):
+    code = "import skpose; print(skpose.pose_distances([[0.0], [1.0]])[0, 1])"
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+
+    def start():
+        return subprocess.Popen([sys.executable, "-c", code], env=environment, stdout=subprocess.PIPE, text=True)
+
+    both = [start(), start()]
+    assert [process.communicate()[0].strip() for process in both] == ["1.0", "1.0"]
+    kept = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.nb*")}
+    assert kept
+    assert start().communicate()[0].strip() == "1.0"
+    assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.nb*")} == kept
