@@ -44,7 +44,7 @@ def operations(tree, n_steps):
     turns = n_dofs[:n_inner].sum() + (n_dofs[1:n_inner] == 0).sum()  # of two rows each
     tips = n_dofs[n_inner:]
     n_placed = (tree.joint_frame[1:] > 0).sum()
-    step = 6 * n_dofs.sum() + 2 * 6 * turns + (2 + 6 * (tips - 1)).sum() + n_placed * (9 + 3 * 5 + 3 * 4)
+    step = 8 * n_dofs.sum() + 2 * 6 * turns + (2 + 6 * (tips - 1)).sum() + n_placed * (9 + 3 * 5 + 3 * 4)
     ends = 3 * n_dofs.sum() + 6 * n_dofs.sum() + 9 * (len(tree.offset) - 1)
     return (n_steps - 1) * step + ends
 
@@ -77,7 +77,6 @@ def main():
     seconds = medians(
         {
             "skpose, one core": lambda: forward_kinematics(many, skeleton),
-            "skpose, all cores": lambda: forward_kinematics(many, skeleton, n_jobs=-1),
             "scalar kernel, all cores": lambda: scalar.forward_kinematics(many, tree),
         }
     )

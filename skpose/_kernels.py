@@ -19,10 +19,11 @@ neighbours in the block, nor on the number of threads.
 The curve without trigonometry
 ------------------------------
 The straight line in angle space, sampled at n = 0 … N, adds δ = (b − a)/N to the angles at each step. With the cosines
-and sines of θ/N kept for every pose, those of δ follow for a pair by the subtraction formulas, and those of each
-sample from the last by the addition formulas: no trigonometry per pair, error 1e-14 after ten steps. A difference
-taken the short way round, b − a ∓ 2π, turns δ by ∓ 2π/N. The two end poses are placed once per pose and not once per
-pair, so a pair costs N − 1 forward kinematics.
+and sines of θ/2N kept for every pose, those of δ/2 follow for a pair by the subtraction formulas, and those of each
+sample from the last by the addition formulas: no trigonometry per pair, error 1e-14 after ten steps. These take
+1 − cos δ = 2 sin² δ/2 instead of cos δ, whose rounding would make the frames grow or shrink from step to step. A
+difference taken the short way round, b − a ∓ 2π, turns δ by ∓ 2π/N. The two end poses are placed once per pose and not
+once per pair, so a pair costs N − 1 forward kinematics.
 
 What a step leaves out
 ----------------------
@@ -102,12 +103,12 @@ class Steps(NamedTuple):
 
     n_steps: int  # chords along the curve
     half_turn: float  # a larger difference of angles is taken the other way round; inf takes all as they are
-    cos_turn: float  # of 2π / n_steps
+    cos_turn: float  # of π / n_steps
     sin_turn: float
 
     @classmethod
     def of(cls, n_steps: int, wrap: bool) -> "Steps":
-        turn = TWO_PI / n_steps
+        turn = math.pi / n_steps
         return cls(n_steps, math.pi if wrap else math.inf, math.cos(turn), math.sin(turn))
 
 
@@ -232,7 +233,7 @@ def _plan(tree):
 def _parts(tree, scratch):
     """The parts of a scratch array that a step works in, the root's frame and position set.
 
-    Cosines C and sines S of the angles and those of the step, dC and dS, (n_dofs,) each; two rows of every
+    Cosines C and sines S of the angles, A = 1 - cos δ and B = sin δ of the step, (n_dofs,) each; two rows of every
     orientation, H, (6 n_frames,); positions P, (3 n_joints + 3,).
     """
     n, h = tree.column.shape[0], 6 * tree.frame_parent.shape[0]
@@ -297,11 +298,11 @@ def _reach(H, h, P, j, p, x, y, z, squares):
 
 
 @_inlined
-def _step(plan, C, S, dC, dS, H, P):
+def _step(plan, C, S, A, B, H, P):
     """Turn all angles by one step and place the joints; return the squared distance that these moved."""
     for d in range(plan.n_dofs):
-        c, s, dc, ds = C[d], S[d], dC[d], dS[d]
-        C[d], S[d] = c * dc - s * ds, s * dc + c * ds
+        c, s, a, b = C[d], S[d], A[d], B[d]
+        C[d], S[d] = c - a * c - b * s, s - a * s + b * c
     for b in range(plan.n_batches):
         n_dofs, first, last = plan.batch_dofs[b], plan.first_frame[b], plan.first_frame[b + 1]
         # A number that is written out folds the branches on it away.
@@ -372,18 +373,19 @@ def _principal(angle, steps):
 
 
 @_inlined
-def _place_pose(pose, tree, plan, C, S, dC, dS, H, P):
+def _place_pose(pose, tree, plan, C, S, A, B, H, P):
     """Joint positions of a pose, as one step of the whole angles from nought."""
     sign, column, shift = numbers(tree.sign), numbers(tree.column), numbers(tree.shift)
     for d in range(plan.n_dofs):
         C[d], S[d] = 1.0, 0.0
-        dC[d], dS[d] = cosine_sine(pose[column[d]] * sign[d] + shift[d])
+        c, s = cosine_sine(pose[column[d]] * sign[d] + shift[d])
+        A[d], B[d] = 1.0 - c, s
     for j in range(1, plan.first_moving):
         for i in range(3):
             P[3 * j + i] = P[3 * plan.joint_parent[j] + i] + plan.offset[3 * j + i]
     for i in range(3 * plan.first_moving, 3 * plan.n_joints):
         P[i] = 0.0
-    _step(plan, C, S, dC, dS, H, P)
+    _step(plan, C, S, A, B, H, P)
 
 
 @jit
@@ -398,8 +400,8 @@ def encode_angles(pose, tree, steps, scratch, code):
 def encode_positions(pose, tree, steps, scratch, code):
     """F(θ): the joint positions in the skeleton's order, the root's left out."""
     plan, put, place = _plan(tree), rows(code, 0), numbers(tree.place)
-    C, S, dC, dS, H, P = _parts(tree, scratch)
-    _place_pose(rows(pose, 0), tree, plan, C, S, dC, dS, H, P)
+    C, S, A, B, H, P = _parts(tree, scratch)
+    _place_pose(rows(pose, 0), tree, plan, C, S, A, B, H, P)
     for j in range(1, plan.n_joints):
         for i in range(3):
             put[3 * place[j] - 3 + i] = P[3 * j + i]
@@ -435,15 +437,15 @@ def encode_rotations(pose, tree, steps, scratch, code):
 
 @jit
 def encode_curve_end(pose, tree, steps, scratch, code):
-    """θ, cos θ/N, sin θ/N, cos θ, sin θ (n_dofs each, the last two of the shifted angles) and F(θ) (3 n_joints)."""
+    """θ, cos θ/2N, sin θ/2N, cos θ, sin θ (n_dofs each, the last two of the shifted angles) and F(θ) (3 n_joints)."""
     plan, angles, put = _plan(tree), rows(pose, 0), rows(code, 0)
     sign, column, n = numbers(tree.sign), numbers(tree.column), plan.n_dofs
-    C, S, dC, dS, H, P = _parts(tree, scratch)
-    _place_pose(angles, tree, plan, C, S, dC, dS, H, P)
+    C, S, A, B, H, P = _parts(tree, scratch)
+    _place_pose(angles, tree, plan, C, S, A, B, H, P)
     for d in range(n):
         angle = _principal(angles[column[d]] * sign[d], steps)
         put[d] = angle
-        put[n + d], put[2 * n + d] = cosine_sine(angle * (1.0 / steps.n_steps))
+        put[n + d], put[2 * n + d] = cosine_sine(angle * (0.5 / steps.n_steps))
         put[3 * n + d], put[4 * n + d] = C[d], S[d]
     for i in range(3, 3 * plan.n_joints):
         put[5 * n + i - 3] = P[i]
@@ -510,7 +512,7 @@ def measure_rotations(x, Y, first, last, tree, steps, scratch, out):
 
 
 @_inlined
-def _line(plan, a, b, steps, C, S, dC, dS, H, P):
+def _line(plan, a, b, steps, C, S, A, B, H, P):
     """Length of the straight line from an encoded pose a to others b."""
     n, suspect = plan.n_dofs, 0.99 * steps.half_turn * steps.half_turn
     apart = every(b, 0.0)
@@ -521,17 +523,17 @@ def _line(plan, a, b, steps, C, S, dC, dS, H, P):
         if anywhere(gap * gap, suspect):  # seldom
             turns = turns_off(gap, steps)
             gap = gap - turns * TWO_PI
-            # cos and sin of the turns taken off, for turns in {-1, 0, 1}
+            # cos and sin of half of what is taken off a step, for turns in {-1, 0, 1}
             cos_off, sin_off = turns * turns * (steps.cos_turn - 1.0) + 1.0, turns * steps.sin_turn
             c, s = c * cos_off + s * sin_off, s * cos_off - c * sin_off
         apart = apart + gap * gap
-        dC[d], dS[d] = c, s
+        A[d], B[d] = 2.0 * s * s, 2.0 * s * c
         C[d], S[d] = a[3 * n + d], a[4 * n + d]
     for i in range(3, 3 * plan.n_joints):
         P[i] = a[5 * n + i - 3]
     length = every(b, 0.0)
     for _ in range(steps.n_steps - 1):
-        length = length + root(_step(plan, C, S, dC, dS, H, P))
+        length = length + root(_step(plan, C, S, A, B, H, P))
     one, two, three = every(b, 0.0), every(b, 0.0), every(b, 0.0)
     for i in range(3, 3 * plan.n_joints, 3):
         k = 5 * n + i - 3
@@ -545,6 +547,6 @@ def _line(plan, a, b, steps, C, S, dC, dS, H, P):
 def measure_line(x, Y, first, last, tree, steps, scratch, out):
     """Length of the straight line in angle space as a sum of chords ‖F(c_n) − F(c_{n−1})‖, sec. 2.2 of the paper."""
     plan, a = _plan(tree), numbers(x)
-    C, S, dC, dS, H, P = _parts(tree, scratch)
+    C, S, A, B, H, P = _parts(tree, scratch)
     for k in range(first, last):
-        rows(out, 2 * (k - first))[0] = _line(plan, a, rows(Y, k * x.shape[0]), steps, C, S, dC, dS, H, P)
+        rows(out, 2 * (k - first))[0] = _line(plan, a, rows(Y, k * x.shape[0]), steps, C, S, A, B, H, P)

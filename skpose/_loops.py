@@ -9,7 +9,7 @@ from skpose._kernels import Steps, Tree, jit, workspace_rows
 from skpose._lanes import anywhere, lanes, rows
 
 CACHE_LINE = 64  # bytes
-BLOCKS_IN_CACHE = 4  # blocks of lanes that are used on one row after the other
+BLOCKS_IN_CACHE = 16  # blocks of lanes that are used on one row after the other
 FLOAT64_LANES = lanes(np.dtype(np.float64))
 
 
