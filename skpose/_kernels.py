@@ -206,6 +206,7 @@ def place_joints(tree, H, P):
 
 @_inlined
 def _plan(tree):
+    """What a step reads of a tree."""
     first_moving = 1
     while first_moving < tree.joint_frame.shape[0] and tree.joint_frame[first_moving] == 0:
         first_moving += 1
