@@ -355,6 +355,8 @@ def cosine_sine(angle):
     """
     half_turns = nearest(angle * (1.0 / math.pi))
     rest = ((angle - half_turns * _PI_PARTS[0]) - half_turns * _PI_PARTS[1]) - half_turns * _PI_PARTS[2]
+    bound = 0.0 * rest + 1.6  # more than π/2: where an angle is so large that nothing of it is left, it is some angle
+    rest = 0.0 - smaller(0.0 - smaller(rest, bound), bound)
     odd = half_turns - 2.0 * nearest(half_turns * 0.5)
     sign = 1.0 - 2.0 * (odd * odd)
     t = rest * rest

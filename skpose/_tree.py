@@ -66,9 +66,9 @@ def _split(R: np.ndarray, n_dofs: int) -> tuple[float, int, float, float]:
     that β is all that a constant rotation costs between two frames.
     """
     k, m = n_dofs - 1, 2 if n_dofs == 2 else 1
-    l = 3 - m  # of y and z the other one  # noqa: E741
+    other = 3 - m  # of y and z
     sign = 1.0 if m == 2 else -1.0
-    alpha = _angle_of(sign * R[m, k], R[l, k])
+    alpha = _angle_of(sign * R[m, k], R[other, k])
     turned = _about(0, -alpha) @ R
     a, b = (2, 0) if m == 1 else (0, 1)  # the axes that a turn about m mixes
     along, across = (a, b) if k == a else (b, a)

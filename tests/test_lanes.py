@@ -70,3 +70,11 @@ def test_cosine_and_sine(reach):
     one_by_one = np.empty((2, angles.size))
     trigonometry(angles.ravel(), *one_by_one)
     np.testing.assert_array_equal(one_by_one, [cosines.ravel(), sines.ravel()])
+
+
+def test_of_any_angle_however_large_there_are_a_cosine_and_a_sine():
+    angles = np.geomspace(1e7, 1e300, 64).reshape(-1, lanes(np.dtype(np.float64)))
+    cosines, sines = np.empty_like(angles), np.empty_like(angles)
+    for sign in (-1, 1):
+        trigonometry(sign * angles, cosines, sines)
+        np.testing.assert_allclose(cosines**2 + sines**2, 1, atol=1e-15)
