@@ -13,6 +13,7 @@ from skpose.kinematics import forward_kinematics, metric_tensor, position_jacobi
 from skpose.manifold import SpatialMDS
 from skpose.metrics import pose_metric
 from skpose.motion import Motion
+from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
 from skpose.pairwise import pose_distances
 from skpose.skeleton import Bone, Skeleton
 from skpose.transformer import PoseDistanceTransformer
@@ -23,6 +24,8 @@ __all__ = [
     "MedoidShift",
     "Motion",
     "PoseDistanceTransformer",
+    "PoseKNeighborsTransformer",
+    "PoseRadiusNeighborsTransformer",
     "Skeleton",
     "SpatialMDS",
     "forward_kinematics",

@@ -128,7 +128,7 @@ def _can_cache() -> bool:
 
 # Contraction to fused multiply-add is the one liberty taken: it moves no NaN and is the same in every lane.
 jit = functools.partial(njit, cache=_can_cache(), nogil=True, fastmath={"contract"})
-_inlined = functools.partial(jit, forceinline=True)
+inlined = functools.partial(jit, forceinline=True)
 
 
 # --- forward kinematics of one pose, every frame whole ---------------------------------------------------------------
@@ -154,7 +154,7 @@ def workspace(tree, scratch):
     return scratch[:n], scratch[n : 2 * n], H, P
 
 
-@_inlined
+@inlined
 def rotated(u, v, c, s):
     """The two columns that a rotation about the third axis mixes."""
     return c * u + s * v, c * v - s * u
@@ -204,7 +204,7 @@ def place_joints(tree, H, P):
 # --- one step of the angles, in lanes --------------------------------------------------------------------------------
 
 
-@_inlined
+@inlined
 def _plan(tree):
     """What a step reads of a tree."""
     first_moving = 1
@@ -230,7 +230,7 @@ def _plan(tree):
     )
 
 
-@_inlined
+@inlined
 def _parts(tree, scratch):
     """The parts of a scratch array that a step works in, the root's frame and position set.
 
@@ -246,7 +246,7 @@ def _parts(tree, scratch):
     return rows(scratch, 0), rows(scratch, n), rows(scratch, 2 * n), rows(scratch, 3 * n), H, P
 
 
-@_inlined
+@inlined
 def _turn_batch(n_dofs, first, last, plan, C, S, H):
     """Orientations of frames that have equally many dofs."""
     for f in range(first, last):
@@ -267,7 +267,7 @@ def _turn_batch(n_dofs, first, last, plan, C, S, H):
             H[row + i], H[row + i + 1], H[row + i + 2] = x, y, z
 
 
-@_inlined
+@inlined
 def _turn_fixed(first, last, plan, H):
     """Orientations of frames without dofs."""
     for f in range(first, last):
@@ -279,7 +279,7 @@ def _turn_fixed(first, last, plan, H):
             H[row + i + a], H[row + i + b], H[row + i + c] = H[before + i + a], u, v
 
 
-@_inlined
+@inlined
 def _move(P, j, p, value, square):
     """Put one coordinate of a joint, its parent's plus a value; add its squared move."""
     new = P[p] + value
@@ -288,7 +288,7 @@ def _move(P, j, p, value, square):
     return square + move * move
 
 
-@_inlined
+@inlined
 def _reach(H, h, P, j, p, x, y, z, squares):
     """Put joint j at (x, y, z), in the frame at row h, from joint p; add its squared move."""
     a, b, c, d, e, f = H[h], H[h + 1], H[h + 2], H[h + 3], H[h + 4], H[h + 5]
@@ -298,7 +298,7 @@ def _reach(H, h, P, j, p, x, y, z, squares):
     return first, second, _move(P, 3 * j + 2, 3 * p + 2, third, squares[2])
 
 
-@_inlined
+@inlined
 def _step(plan, C, S, A, B, H, P):
     """Turn all angles by one step and place the joints; return the squared distance that these moved."""
     for d in range(plan.n_dofs):
@@ -340,14 +340,14 @@ _SINE = tuple((-1.0) ** k / math.factorial(2 * k + 1) for k in range(11))
 _COSINE = tuple((-1.0) ** k / math.factorial(2 * k) for k in range(12))
 
 
-@_inlined
+@inlined
 def _series(coefficients, t, value):
     for k in range(len(coefficients) - 1, -1, -1):
         value = value * t + coefficients[k]
     return value
 
 
-@_inlined
+@inlined
 def cosine_sine(angle):
     """Cosine and sine of an angle, to 2e-16 up to some million turns: less its half turns, by Taylor's series.
 
@@ -363,7 +363,7 @@ def cosine_sine(angle):
     return sign * _series(_COSINE, t, 0.0 * t), sign * (rest * _series(_SINE, t, 0.0 * t))
 
 
-@_inlined
+@inlined
 def _principal(angle, steps):
     """The angle less its whole turns, in [-π, π], where differences are to go the short way round.
 
@@ -375,7 +375,7 @@ def _principal(angle, steps):
     return angle - TWO_PI * nearest(angle * (1.0 / TWO_PI))
 
 
-@_inlined
+@inlined
 def _place_pose(pose, tree, plan, C, S, A, B, H, P):
     """Joint positions of a pose, as one step of the whole angles from nought."""
     sign, column, shift = numbers(tree.sign), numbers(tree.column), numbers(tree.shift)
@@ -410,7 +410,7 @@ def encode_positions(pose, tree, steps, scratch, code):
             put[3 * place[j] - 3 + i] = P[3 * j + i]
 
 
-@_inlined
+@inlined
 def _spin(Q, q, axis, cos, sin):
     """Turn the quaternion (w, x, y, z) at row q about an axis, given the cosine and sine of half the angle."""
     a, b, c = q + 1 + axis, q + 1 + (axis + 1) % 3, q + 1 + (axis + 2) % 3
@@ -457,7 +457,7 @@ def encode_curve_end(pose, tree, steps, scratch, code):
 # --- measure: from one encoded pose x to blocks first:last of others Y -----------------------------------------------
 
 
-@_inlined
+@inlined
 def turns_off(gap, steps):
     """Whole turns (-1, 0 or 1) to take off a difference of angles so that it goes the short way round."""
     return exceeds(gap, steps.half_turn) - exceeds(0.0 - gap, steps.half_turn)
@@ -514,7 +514,7 @@ def measure_rotations(x, Y, first, last, tree, steps, scratch, out):
         rows(out, 2 * (k - first))[0] = root(total)
 
 
-@_inlined
+@inlined
 def _line(plan, a, b, steps, C, S, A, B, H, P):
     """Length of the straight line from an encoded pose a to others b."""
     n, suspect = plan.n_dofs, 0.99 * steps.half_turn * steps.half_turn

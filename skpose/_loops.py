@@ -14,7 +14,7 @@ FLOAT64_LANES = lanes(np.dtype(np.float64))
 
 
 @jit
-def _aligned(n_rows, width, dtype):
+def aligned(n_rows, width, dtype):
     """An empty array (n_rows, width) that begins at a cache line, as a row that straddles two takes twice the time."""
     raw = np.empty(n_rows * width + CACHE_LINE, dtype)
     skip = (-raw.ctypes.data % CACHE_LINE) // raw.itemsize
@@ -23,9 +23,9 @@ def _aligned(n_rows, width, dtype):
 
 def _encode_poses(poses, encode, tree, steps, codes):
     n_poses, n_dofs = poses.shape
-    scratch = _aligned(workspace_rows(tree), FLOAT64_LANES, poses.dtype)
-    pose = _aligned(n_dofs, FLOAT64_LANES, poses.dtype)
-    code = _aligned(codes.shape[1], FLOAT64_LANES, poses.dtype)
+    scratch = aligned(workspace_rows(tree), FLOAT64_LANES, poses.dtype)
+    pose = aligned(n_dofs, FLOAT64_LANES, poses.dtype)
+    code = aligned(codes.shape[1], FLOAT64_LANES, poses.dtype)
     for start in range(0, n_poses, FLOAT64_LANES):
         for w in range(FLOAT64_LANES):
             i = min(start + w, n_poses - 1)
@@ -39,8 +39,8 @@ def _encode_poses(poses, encode, tree, steps, codes):
 
 def _pair_distances(X, Y, first, last, first_block, last_block, triangle, measure, tree, steps, distances):
     width = Y.shape[1]
-    scratch = _aligned(workspace_rows(tree), width, X.dtype)
-    out = _aligned(2 * BLOCKS_IN_CACHE, width, X.dtype)
+    scratch = aligned(workspace_rows(tree), width, X.dtype)
+    out = aligned(2 * BLOCKS_IN_CACHE, width, X.dtype)
     doubts = rows(out, 0)
     n_doubtful, worst = 0, 0.0
     for group in range(first_block, last_block, BLOCKS_IN_CACHE):
@@ -76,17 +76,17 @@ def _pair_distance(x, y, n_codes, encode, measure, tree, steps):
     return out[0]
 
 
-def _array(dtype, ndim, *, readonly, layout="C"):
+def array_type(dtype, ndim, *, readonly, layout="C"):
     return types.Array(dtype, ndim, layout, readonly=readonly)
 
 
 @functools.cache
-def _shared_types(dtype):
+def shared_types(dtype):
     """numba's types of a Tree and of Steps."""
     whole, real = types.int64, from_dtype(dtype)
     kinds = dict.fromkeys(("weight", "sign", "shift"), (real, 1))
     kinds |= {"fixed_turn": (real, 2), "offset": (real, 2), "runs": (whole, 2)}
-    fields = [_array(*kinds.get(name, (whole, 1)), readonly=False) for name in Tree._fields]
+    fields = [array_type(*kinds.get(name, (whole, 1)), readonly=False) for name in Tree._fields]
     steps = [whole, types.float64, types.float64, types.float64]
     return types.NamedTuple(fields, Tree), types.NamedTuple(steps, Steps)
 
@@ -98,10 +98,10 @@ def _shared_types(dtype):
 @functools.cache
 def _encode_poses_loop():
     real = types.float64
-    tree, steps = _shared_types(np.dtype(np.float64))
-    row = _array(real, 2, readonly=False)
+    tree, steps = shared_types(np.dtype(np.float64))
+    row = array_type(real, 2, readonly=False)
     encode = types.FunctionType(types.void(row, tree, steps, row, row))
-    poses, codes = _array(real, 2, readonly=True), _array(real, 2, readonly=False)
+    poses, codes = array_type(real, 2, readonly=True), array_type(real, 2, readonly=False)
     return jit([types.void(poses, encode, tree, steps, codes)])(_encode_poses)
 
 
@@ -114,8 +114,8 @@ def encode_poses(poses, encode, tree, steps, codes):
 def pair_distance_function():
     """``pair(x, y, n_codes, encode, measure, tree, steps)``: the distance of two poses, in float64."""
     real = types.float64
-    tree, steps = _shared_types(np.dtype(np.float64))
-    pose, row = _array(real, 1, readonly=True), _array(real, 1, readonly=False)
+    tree, steps = shared_types(np.dtype(np.float64))
+    pose, row = array_type(real, 1, readonly=True), array_type(real, 1, readonly=False)
     encode = types.FunctionType(types.void(pose, tree, steps, row, row))
     measure = types.FunctionType(types.void(row, row, types.intp, types.intp, tree, steps, row, row))
     return jit([real(pose, pose, types.intp, encode, measure, tree, steps)])(_pair_distance)
@@ -131,11 +131,11 @@ def pair_distances_loop(dtype):
     wants a distance.
     """
     real, at = from_dtype(dtype), types.intp
-    tree, steps = _shared_types(dtype)
-    x, Y = _array(real, 1, readonly=True), _array(real, 2, readonly=True)
-    scratch = _array(real, 2, readonly=False)
+    tree, steps = shared_types(dtype)
+    x, Y = array_type(real, 1, readonly=True), array_type(real, 2, readonly=True)
+    scratch = array_type(real, 2, readonly=False)
     measure = types.FunctionType(types.void(x, Y, at, at, tree, steps, scratch, scratch))
-    X, distances = _array(real, 2, readonly=True), _array(real, 2, readonly=False, layout="A")
+    X, distances = array_type(real, 2, readonly=True), array_type(real, 2, readonly=False, layout="A")
     found = types.Tuple((types.int64, types.float64))
     signature = found(X, Y, at, at, at, at, types.boolean, measure, tree, steps, distances)
     return jit([signature])(_pair_distances)
@@ -145,7 +145,7 @@ def in_lanes(codes):
     """Codes (n, n_codes) as blocks of n_codes rows of lanes, one after another, the last one filled up with copies."""
     width = lanes(codes.dtype)
     n_blocks, n_codes = -(-len(codes) // width), codes.shape[1]
-    rows_of_lanes = _aligned(n_blocks * n_codes, width, codes.dtype)
+    rows_of_lanes = aligned(n_blocks * n_codes, width, codes.dtype)
     blocks = rows_of_lanes.reshape(n_blocks, n_codes, width)
     n_full = len(codes) // width
     blocks[:n_full] = codes[: n_full * width].reshape(n_full, width, n_codes).transpose(0, 2, 1)

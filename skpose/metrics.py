@@ -23,8 +23,19 @@ class Metric(NamedTuple):
     n_codes: Callable[[Tree, int], int]  # length of an encoded pose, given its length before
     needs_skeleton: bool
     wraps: bool | None  # what wrap="auto" means; None for a metric that whole turns do not change
+    bound: (
+        str | None
+    )  # a Euclidean metric that is never more than this one, if differences are taken as wrap="auto" says
+    encode_cost: float  # roughly, of one pose, in measured pairs
     pairs_per_task: int = 2_000_000  # few enough that Ctrl-C is heard within a few seconds
     always_float64: bool = False
+
+    def encoded(self, poses: np.ndarray, skeleton: Skeleton | None, steps: Steps) -> np.ndarray:
+        """The codes of poses, in float64."""
+        tree = tree_of(skeleton if self.needs_skeleton else None)
+        codes = np.empty((len(poses), self.n_codes(tree, poses.shape[1])))
+        _loops.encode_poses(poses, self.encode, tree, steps, codes)
+        return codes
 
 
 def _n_coordinates(tree: Tree, n_dofs: int) -> int:
@@ -40,22 +51,50 @@ def _n_curve_end(tree: Tree, n_dofs: int) -> int:
 
 
 METRICS = {
-    "angle": Metric(_kernels.encode_angles, _kernels.measure_euclidean, lambda tree, n_dofs: n_dofs, False, False),
-    "position": Metric(_kernels.encode_positions, _kernels.measure_euclidean, _n_coordinates, True, None),
-    "rotation": Metric(_kernels.encode_rotations, _kernels.measure_rotations, _n_quaternions, True, None),
+    "angle": Metric(
+        _kernels.encode_angles,
+        _kernels.measure_euclidean,
+        lambda tree, n_dofs: n_dofs,
+        needs_skeleton=False,
+        wraps=False,
+        bound="angle",
+        encode_cost=1.0,
+    ),
+    "position": Metric(
+        _kernels.encode_positions,
+        _kernels.measure_euclidean,
+        _n_coordinates,
+        needs_skeleton=True,
+        wraps=None,
+        bound="position",
+        encode_cost=30.0,
+    ),
+    "rotation": Metric(
+        _kernels.encode_rotations,
+        _kernels.measure_rotations,
+        _n_quaternions,
+        needs_skeleton=True,
+        wraps=None,
+        bound=None,
+        encode_cost=3.0,
+    ),
     "spatial": Metric(
         _kernels.encode_curve_end,
         _kernels.measure_line,
         _n_curve_end,
-        True,
-        True,
+        needs_skeleton=True,
+        wraps=True,
+        bound="position",
+        encode_cost=1.0,
     ),
     "geodesic": Metric(
         _kernels.encode_curve_end,
         _minimiser.measure_geodesic,
         _n_curve_end,
-        True,
-        True,
+        needs_skeleton=True,
+        wraps=True,
+        bound="position",
+        encode_cost=0.001,
         pairs_per_task=50,
         always_float64=True,
     ),
@@ -70,10 +109,16 @@ METRIC_CONSTRAINTS = {
 }
 
 
+def effective_name(metric: str, skeleton: Skeleton | None) -> str:
+    """The metric's own name; "auto" is "spatial" with a skeleton and "angle" without one."""
+    if metric != "auto":
+        return metric
+    return "angle" if skeleton is None else "spatial"
+
+
 def resolve(metric: str, skeleton: Skeleton | None, n_steps: int, wrap: bool | str) -> tuple[Metric, Steps]:
-    """The metric meant by a name, and its steps; "auto" is "spatial" with a skeleton and "angle" without one."""
-    if metric == "auto":
-        metric = "angle" if skeleton is None else "spatial"
+    """The metric meant by a name, and its steps."""
+    metric = effective_name(metric, skeleton)
     chosen = METRICS[metric]
     if chosen.needs_skeleton and skeleton is None:
         raise ValueError(

@@ -2,7 +2,7 @@
 
 import functools
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from numbers import Integral
 
 import numpy as np
@@ -144,24 +144,27 @@ def pose_distances(
     if chosen.always_float64:
         dtype = np.dtype(np.float64)
     distances = result if result.dtype == dtype else np.empty(result.shape, dtype)
-    body = skeleton if chosen.needs_skeleton else None
-    tasks = _tasks(X, None if triangle else Y, chosen, body, steps, distances, effective_n_jobs(n_jobs))
+    tasks = _tasks(X, None if triangle else Y, chosen, skeleton, steps, distances, effective_n_jobs(n_jobs))
     doubts = in_threads(tasks, effective_n_jobs(n_jobs))
-    n_doubtful = sum(n for n, _ in doubts)
-    if n_doubtful:
-        n_pairs = len(X) * (len(X) - 1) // 2 if triangle else distances.size
-        warnings.warn(
-            f"{n_doubtful} of {n_pairs} geodesics did not converge; their distances are lengths of curves no "
-            "longer than the straight line in angle space, which may not be the shortest. The largest relative gap "
-            f"between such a curve's length and the sum of its chords is {max(gap for _, gap in doubts):.2g}",
-            ConvergenceWarning,
-            stacklevel=2,
-        )
+    warn_of_doubts(doubts, len(X) * (len(X) - 1) // 2 if triangle else distances.size, stacklevel=3)
     if triangle:
         _mirror(distances)
     if distances is not result:
         result[...] = distances
     return result if out is None else out
+
+
+def warn_of_doubts(doubts: Sequence[tuple[int, float]], n_pairs: int, stacklevel: int) -> None:
+    """Warn where geodesics did not converge; how many in each task, and the largest gap in it."""
+    n_doubtful = sum(n for n, _ in doubts)
+    if n_doubtful:
+        warnings.warn(
+            f"{n_doubtful} of {n_pairs} geodesics did not converge; their distances are lengths of curves no "
+            "longer than the straight line in angle space, which may not be the shortest. The largest relative gap "
+            f"between such a curve's length and the sum of its chords is {max(gap for _, gap in doubts):.2g}",
+            ConvergenceWarning,
+            stacklevel=stacklevel,
+        )
 
 
 def _result(out: np.ndarray | None, shape: tuple[int, int], dtype: np.dtype) -> np.ndarray:
@@ -189,13 +192,10 @@ def _tasks(
     ever held.
     """
     dtype = distances.dtype
-    n_codes = metric.n_codes(tree_of(skeleton), X.shape[1])
-    tree, loop = tree_of(skeleton, dtype), _loops.pair_distances_loop(dtype)
+    tree, loop = tree_of(skeleton if metric.needs_skeleton else None, dtype), _loops.pair_distances_loop(dtype)
 
     def encoded(poses: np.ndarray) -> np.ndarray:
-        codes = np.empty((len(poses), n_codes))
-        _loops.encode_poses(poses, metric.encode, tree_of(skeleton), steps, codes)
-        return codes.astype(dtype, copy=False)
+        return metric.encoded(poses, skeleton, steps).astype(dtype, copy=False)
 
     pairs_per_task = metric.pairs_per_task
     if n_jobs > 1:
@@ -206,7 +206,7 @@ def _tasks(
             diagonal = Y is None and x == y
             columns = rows if diagonal else encoded((X if Y is None else Y)[y : y + PANEL])
             blocks, panel = _loops.in_lanes(columns), distances[x : x + PANEL, y : y + PANEL]
-            for tile in _tiles(len(rows), len(blocks) // n_codes, blocks.shape[1], diagonal, pairs_per_task):
+            for tile in _tiles(len(rows), len(blocks) // rows.shape[1], blocks.shape[1], diagonal, pairs_per_task):
                 yield functools.partial(loop, rows, blocks, *tile, diagonal, metric.measure, tree, steps, panel)
 
 

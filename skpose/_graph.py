@@ -1,0 +1,106 @@
+"""What the transformers into graphs of neighbours share: the index, and graphs of what a search of it finds."""
+
+from numbers import Integral
+from typing import ClassVar
+
+import numpy as np
+from joblib import effective_n_jobs
+from scipy.sparse import csr_array, csr_matrix
+from sklearn import get_config
+from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, TransformerMixin, _fit_context
+from sklearn.utils._param_validation import StrOptions
+
+from skpose._estimator import PoseEstimatorMixin
+from skpose._search import Neighbors, PoseIndex
+from skpose.metrics import METRIC_CONSTRAINTS, effective_name, resolve
+from skpose.pairwise import warn_of_doubts
+
+
+class GraphTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator):
+    """A transformer of poses into the sparse graph of their neighbours among the training poses."""
+
+    _parameter_constraints: ClassVar[dict] = {
+        **METRIC_CONSTRAINTS,
+        "mode": [StrOptions({"distance", "connectivity"})],
+        "algorithm": [StrOptions({"auto", "brute"})],
+        "n_jobs": [None, Integral],
+    }
+
+    @_fit_context(prefer_skip_nested_validation=True)
+    def fit(self, X, y=None):
+        """Index the training poses.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_samples_fit, n_dofs)
+            Poses: joint angles, rad.
+        y : Ignored
+            Not used, present for API consistency by convention.
+
+        Returns
+        -------
+        self : object
+            The fitted transformer.
+        """
+        X = self._checked(X, reset=True)
+        self._index = self._index_of(X)
+        self.n_samples_fit_ = len(X)
+        return self
+
+    def fit_transform(self, X, y=None):
+        """Index the training poses and compute the graph of neighbours among them.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_samples_fit, n_dofs)
+            Poses: joint angles, rad.
+        y : Ignored
+            Not used, present for API consistency by convention.
+
+        Returns
+        -------
+        sparse matrix of shape (n_samples_fit, n_samples_fit)
+            As from `transform`: every pose is among its own neighbours.
+        """
+        return self.fit(X).transform(X)
+
+    @property
+    def n_evaluations_(self):
+        """What the last search cost, `lengths` and `geodesics`."""
+        return self._index.evaluations
+
+    def _index_of(self, X):
+        chosen, steps = resolve(self.metric, self.skeleton, self.n_steps, self.wrap)
+        self.effective_metric_ = effective_name(self.metric, self.skeleton)
+        self.effective_metric_params_ = {}
+        if chosen.wraps is not None:
+            self.effective_metric_params_["wrap"] = steps.half_turn < np.inf
+        if chosen.wraps:
+            self.effective_metric_params_["n_steps"] = self.n_steps
+        return PoseIndex(X, self.skeleton, chosen, steps, brute=self.algorithm == "brute")
+
+    def _search(self, X, find):
+        """What ``find(search, poses, own)`` finds, and the number of queries; X as in `kneighbors`."""
+        if X is None:
+            X, own = self._index.poses, np.arange(self.n_samples_fit_)
+        else:
+            X = self._checked(X, reset=False)
+            own = np.full(len(X), -1)
+        search = self._index.search(effective_n_jobs(self.n_jobs))
+        found = find(search, X, own)
+        self._index.evaluations = search.evaluations
+        warn_of_doubts(search.doubts, search.evaluations.geodesics, stacklevel=5)
+        return found, len(X)
+
+    def _graph(self, found: Neighbors, n_queries, mode):
+        if mode not in ("connectivity", "distance"):
+            raise ValueError(f'mode must be "connectivity" or "distance", got {mode!r}')
+        data = found.distances if mode == "distance" else np.ones(len(found.indices))
+        indptr = np.searchsorted(found.queries, np.arange(n_queries + 1))
+        shape = n_queries, self.n_samples_fit_
+        wanted = csr_array if get_config().get("sparse_interface") == "sparray" else csr_matrix
+        return wanted((data, found.indices, indptr), shape=shape)
+
+    @property
+    def _n_features_out(self):
+        return self.n_samples_fit_

@@ -1,0 +1,395 @@
+"""Exact nearest neighbours of poses, as sparse graphs for scikit-learn."""
+
+from numbers import Integral, Real
+from typing import ClassVar
+
+import numpy as np
+from sklearn.utils._param_validation import Interval
+from sklearn.utils.validation import check_is_fitted
+
+from skpose._graph import GraphTransformer
+
+
+class PoseKNeighborsTransformer(GraphTransformer):
+    """Transform poses into the sparse graph of their exact k nearest training poses.
+
+    What scikit-learn's ``KNeighborsTransformer`` is for Euclidean distances, under the distances of poses; for every
+    estimator that takes a sparse precomputed graph::
+
+        make_pipeline(PoseKNeighborsTransformer(skeleton), KNeighborsClassifier(metric="precomputed"))
+        make_pipeline(PoseKNeighborsTransformer(skeleton, n_neighbors=90), TSNE(metric="precomputed", init="random"))
+
+    Parameters
+    ----------
+    skeleton : Skeleton, default=None
+        The body that all the poses are put on. Needed by all metrics but "angle".
+    mode : {"distance", "connectivity"}, default="distance"
+        Whether the graph holds distances or ones.
+    n_neighbors : int, default=5
+        Neighbours of each pose in the graph. As each training pose counts as its own neighbour, there is one more with
+        ``mode="distance"``, as in scikit-learn.
+    algorithm : {"auto", "brute"}, default="auto"
+        "auto" measures only what a lower bound does not rule out, "brute" every pair. The result is the same.
+    metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
+        The distance, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton and "angle" without one.
+        "rotation", and "angle" with `wrap`, have no bound and are searched by brute force.
+    n_steps : int, default=10
+        Chords along the curve of "spatial" and "geodesic".
+    wrap : bool or "auto", default="auto"
+        Whether differences of angles are taken the short way round, see `skpose.pose_distances`.
+    n_jobs : int, default=None
+        Threads; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors. The result does not
+        depend on it.
+
+    Attributes
+    ----------
+    effective_metric_ : str
+        The metric in use.
+    effective_metric_params_ : dict
+        Its parameters: `n_steps` and `wrap` where it has them.
+    n_evaluations_ : tuple
+        What the last search cost: ``lengths``, pairs whose distance was measured (for "geodesic" of straight lines),
+        and ``geodesics``, pairs whose geodesic was sought.
+    n_samples_fit_ : int
+        Number of training poses.
+    n_features_in_ : int
+        Number of features seen during :term:`fit`.
+    feature_names_in_ : ndarray of shape (`n_features_in_`,)
+        Names of features seen during :term:`fit`. Defined only when `X` has feature names that are all strings.
+
+    Warns
+    -----
+    ConvergenceWarning
+        When searched, if geodesics did not converge.
+
+    See Also
+    --------
+    PoseRadiusNeighborsTransformer : The same within a radius.
+    pose_distances : All distances, as a matrix.
+
+    Notes
+    -----
+    A chord is never longer than a curve, ‖F(a) − F(b)‖ ≤ "geodesic" ≤ "spatial". So no pose whose chord exceeds the
+    k-th shortest length found so far can be among the k nearest, although "spatial" obeys no triangle inequality and
+    no ball tree may hold it. The chords themselves are bounded by what shows of them along the principal axes of the
+    joint positions, in float32 and with an allowance for its rounding. A geodesic is solved only if its interval, from
+    the chord to the length of the straight line, can change the answer.
+
+    All that is measured is measured in float64, also for float32 poses: indices and distances are equal to those from
+    ``pose_distances(X, X_fit)`` in float64, sorted by distance and then by index. Where many poses are within the bound
+    whole panels are measured at once; a search never costs much more than brute force.
+
+    Time O(n_samples · n_samples_fit) for the bounds, about a nanosecond each, and O(n_samples · n_neighbors · n_dofs ·
+    n_steps) for the lengths if the poses are dense. Memory O(n_samples_fit) for the index, 72 bytes a pose besides the
+    poses, and some 100 MB for a search, beyond its result. Of the parameters of scikit-learn's transformer `leaf_size`,
+    `p` and `metric_params` are missing: there are no leaves, no Minkowski distance, and `n_steps` and `wrap` stand for
+    themselves.
+
+    References
+    ----------
+    S. Hauberg, K. S. Pedersen, "Spatial measures between human poses for classification and understanding", AMDO
+    2012, :doi:`10.1007/978-3-642-31567-1_3`.
+
+    Examples
+    --------
+    >>> from sklearn.neighbors import KNeighborsClassifier
+    >>> from sklearn.pipeline import make_pipeline
+    >>> from skpose import PoseKNeighborsTransformer, Skeleton
+    >>> X = [[0.0, 0.0], [0.1, 0.0], [1.5, 0.0], [1.6, 0.2]]
+    >>> neighbors = PoseKNeighborsTransformer(Skeleton.chain(2), n_neighbors=1).fit(X)
+    >>> distances, indices = neighbors.kneighbors([[1.2, 0.1]])
+    >>> indices
+    array([[2]])
+    >>> neighbors.transform(X).toarray().round(2)
+    array([[0.  , 0.22, 0.  , 0.  ],
+           [0.22, 0.  , 0.  , 0.  ],
+           [0.  , 0.  , 0.  , 0.41],
+           [0.  , 0.  , 0.41, 0.  ]])
+    >>> knn = make_pipeline(neighbors, KNeighborsClassifier(1, metric="precomputed"))
+    >>> knn.fit(X, ["out", "out", "up", "up"]).predict([[1.2, 0.1]])
+    array(['up'], dtype='<U3')
+    """
+
+    _parameter_constraints: ClassVar[dict] = {
+        **GraphTransformer._parameter_constraints,
+        "n_neighbors": [Interval(Integral, 1, None, closed="left")],
+    }
+
+    def __init__(
+        self,
+        skeleton=None,
+        *,
+        mode="distance",
+        n_neighbors=5,
+        algorithm="auto",
+        metric="auto",
+        n_steps=10,
+        wrap="auto",
+        n_jobs=None,
+    ):
+        self.skeleton = skeleton
+        self.mode = mode
+        self.n_neighbors = n_neighbors
+        self.algorithm = algorithm
+        self.metric = metric
+        self.n_steps = n_steps
+        self.wrap = wrap
+        self.n_jobs = n_jobs
+
+    def transform(self, X):
+        """Compute the graph of the nearest training poses.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_samples, n_dofs)
+            Poses: joint angles, rad.
+
+        Returns
+        -------
+        sparse matrix of shape (n_samples, n_samples_fit)
+            In CSR format, each row by distance, a distance of nought explicit.
+        """
+        check_is_fitted(self)
+        return self.kneighbors_graph(X, self.n_neighbors + (self.mode == "distance"), self.mode)
+
+    def kneighbors(self, X=None, n_neighbors=None, return_distance=True):
+        """Find the k nearest training poses.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_queries, n_dofs), default=None
+            Poses: joint angles, rad. None is the training poses, none of which is then its own neighbour.
+        n_neighbors : int, default=None
+            How many; None takes the constructor's.
+        return_distance : bool, default=True
+            Whether to return the distances too.
+
+        Returns
+        -------
+        distances : ndarray of shape (n_queries, n_neighbors)
+            In m, or rad for "angle"; only if wanted.
+        indices : ndarray of shape (n_queries, n_neighbors)
+            By distance, those equally far away by index.
+
+        Raises
+        ------
+        ValueError
+            For more neighbours than there are training poses.
+        """
+        check_is_fitted(self)
+        found, n_queries = self._kneighbors(X, n_neighbors)
+        distances, indices = (part.reshape(n_queries, -1) for part in (found.distances, found.indices))
+        return (distances, indices) if return_distance else indices
+
+    def kneighbors_graph(self, X=None, n_neighbors=None, mode="connectivity"):
+        """Compute the graph of the k nearest training poses.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_queries, n_dofs), default=None
+            Poses, as for `kneighbors`.
+        n_neighbors : int, default=None
+            How many; None takes the constructor's.
+        mode : {"connectivity", "distance"}, default="connectivity"
+            Whether the graph holds ones or distances.
+
+        Returns
+        -------
+        sparse matrix of shape (n_queries, n_samples_fit)
+            In CSR format, each row by distance.
+        """
+        check_is_fitted(self)
+        return self._graph(*self._kneighbors(X, n_neighbors), mode)
+
+    def _kneighbors(self, X, n_neighbors):
+        k = self.n_neighbors if n_neighbors is None else n_neighbors
+        if not isinstance(k, Integral):
+            raise TypeError(f"n_neighbors must be a whole number, got {k!r}")
+        if k < 1:
+            raise ValueError(f"n_neighbors must be 1 or more, got {k}")
+
+        def nearest(search, poses, own):
+            most = self.n_samples_fit_ - (X is None)
+            if k > most:
+                raise ValueError(
+                    f"Expected n_neighbors {'<' if X is None else '<='} n_samples_fit, but n_neighbors = {k}, "
+                    f"n_samples_fit = {self.n_samples_fit_}, n_samples = {len(poses)}"
+                )
+            return search.nearest(poses, own, int(k))
+
+        return self._search(X, nearest)
+
+
+class PoseRadiusNeighborsTransformer(GraphTransformer):
+    """Transform poses into the sparse graph of all training poses within a radius.
+
+    What scikit-learn's ``RadiusNeighborsTransformer`` is for Euclidean distances, under the distances of poses::
+
+        make_pipeline(PoseRadiusNeighborsTransformer(skeleton, radius=0.5), DBSCAN(eps=0.3, metric="precomputed"))
+
+    Parameters
+    ----------
+    skeleton : Skeleton, default=None
+        The body that all the poses are put on. Needed by all metrics but "angle".
+    mode : {"distance", "connectivity"}, default="distance"
+        Whether the graph holds distances or ones.
+    radius : float, default=1.0
+        Neighbours are no further away than this; m, or rad for "angle".
+    algorithm, metric, n_steps, wrap, n_jobs
+        As in `PoseKNeighborsTransformer`.
+
+    Attributes
+    ----------
+    effective_metric_, effective_metric_params_, n_evaluations_, n_samples_fit_, n_features_in_, feature_names_in_
+        As in `PoseKNeighborsTransformer`.
+
+    See Also
+    --------
+    PoseKNeighborsTransformer : The k nearest; how the search works.
+
+    Notes
+    -----
+    Poses whose bound exceeds the radius are not measured. Where distances are not asked for, no geodesic is solved
+    whose straight line is within the radius already.
+
+    Time and memory as of `PoseKNeighborsTransformer`, the poses whose bound is within the radius in place of the
+    neighbours.
+
+    References
+    ----------
+    S. Hauberg, K. S. Pedersen, "Spatial measures between human poses for classification and understanding", AMDO
+    2012, :doi:`10.1007/978-3-642-31567-1_3`.
+
+    Examples
+    --------
+    >>> from sklearn.cluster import DBSCAN
+    >>> from sklearn.pipeline import make_pipeline
+    >>> from skpose import PoseRadiusNeighborsTransformer, Skeleton
+    >>> X = [[0.0, 0.0], [0.1, 0.0], [1.5, 0.0], [1.6, 0.2]]
+    >>> neighbors = PoseRadiusNeighborsTransformer(Skeleton.chain(2), radius=0.5)
+    >>> neighbors.fit_transform(X).toarray().round(2)
+    array([[0.  , 0.22, 0.  , 0.  ],
+           [0.22, 0.  , 0.  , 0.  ],
+           [0.  , 0.  , 0.  , 0.41],
+           [0.  , 0.  , 0.41, 0.  ]])
+    >>> make_pipeline(neighbors, DBSCAN(eps=0.45, min_samples=2, metric="precomputed")).fit_predict(X)
+    array([0, 0, 1, 1])
+    """
+
+    _parameter_constraints: ClassVar[dict] = {
+        **GraphTransformer._parameter_constraints,
+        "radius": [Interval(Real, 0, None, closed="both")],
+    }
+
+    def __init__(
+        self,
+        skeleton=None,
+        *,
+        mode="distance",
+        radius=1.0,
+        algorithm="auto",
+        metric="auto",
+        n_steps=10,
+        wrap="auto",
+        n_jobs=None,
+    ):
+        self.skeleton = skeleton
+        self.mode = mode
+        self.radius = radius
+        self.algorithm = algorithm
+        self.metric = metric
+        self.n_steps = n_steps
+        self.wrap = wrap
+        self.n_jobs = n_jobs
+
+    def transform(self, X):
+        """Compute the graph of the training poses within the radius.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_samples, n_dofs)
+            Poses: joint angles, rad.
+
+        Returns
+        -------
+        sparse matrix of shape (n_samples, n_samples_fit)
+            In CSR format, each row by distance, a distance of nought explicit.
+        """
+        check_is_fitted(self)
+        return self.radius_neighbors_graph(X, mode=self.mode)
+
+    def radius_neighbors(self, X=None, radius=None, return_distance=True, sort_results=False):
+        """Find all training poses within a radius.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_queries, n_dofs), default=None
+            Poses: joint angles, rad. None is the training poses, none of which is then its own neighbour.
+        radius : float, default=None
+            Neighbours are no further away than this; m, or rad for "angle". None takes the constructor's.
+        return_distance : bool, default=True
+            Whether to return the distances too.
+        sort_results : bool, default=False
+            For scikit-learn's sake: with distances the neighbours are always sorted by them and then by index, without
+            they cannot be.
+
+        Returns
+        -------
+        distances : ndarray of shape (n_queries,) of ndarrays
+            In m, or rad for "angle"; only if wanted.
+        indices : ndarray of shape (n_queries,) of ndarrays
+            The neighbours; without distances in the order of their indices.
+
+        Raises
+        ------
+        ValueError
+            For a negative radius; if results are to be sorted by distances that are not wanted.
+        """
+        check_is_fitted(self)
+        if sort_results and not return_distance:
+            raise ValueError("return_distance must be True if sort_results is True.")
+        found, n_queries = self._radius_neighbors(X, radius, measured=return_distance)
+        starts = np.searchsorted(found.queries, np.arange(1, n_queries))
+        order = slice(None) if return_distance else np.lexsort((found.indices, found.queries))
+        indices = _ragged(np.split(found.indices[order], starts))
+        return (_ragged(np.split(found.distances, starts)), indices) if return_distance else indices
+
+    def radius_neighbors_graph(self, X=None, radius=None, mode="connectivity", sort_results=False):
+        """Compute the graph of all training poses within a radius.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_queries, n_dofs), default=None
+            Poses, as for `radius_neighbors`.
+        radius : float, default=None
+            As for `radius_neighbors`.
+        mode : {"connectivity", "distance"}, default="connectivity"
+            Whether the graph holds ones or distances.
+        sort_results : bool, default=False
+            For scikit-learn's sake: rows of distances are always sorted.
+
+        Returns
+        -------
+        sparse matrix of shape (n_queries, n_samples_fit)
+            In CSR format.
+        """
+        check_is_fitted(self)
+        return self._graph(*self._radius_neighbors(X, radius, measured=mode == "distance"), mode)
+
+    def _radius_neighbors(self, X, radius, measured):
+        radius = self.radius if radius is None else radius
+        if not radius >= 0:
+            raise ValueError(f"radius must be nought or more, got {radius}")
+
+        def within(search, poses, own):
+            return search.within(poses, own, np.full(len(poses), float(radius)), measured=measured)
+
+        return self._search(X, within)
+
+
+def _ragged(parts):
+    """Arrays as an array of arrays, also where all are of one length."""
+    together = np.empty(len(parts), dtype=object)
+    for i, part in enumerate(parts):
+        together[i] = part
+    return together
