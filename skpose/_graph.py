@@ -11,7 +11,7 @@ from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, Transfo
 from sklearn.utils._param_validation import StrOptions
 
 from skpose._estimator import PoseEstimatorMixin
-from skpose._search import Neighbors, PoseIndex
+from skpose._search import PoseIndex
 from skpose.metrics import METRIC_CONSTRAINTS, effective_name, resolve
 from skpose.pairwise import warn_of_doubts
 
@@ -77,7 +77,7 @@ class GraphTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Tran
             self.effective_metric_params_["wrap"] = steps.half_turn < np.inf
         if chosen.wraps:
             self.effective_metric_params_["n_steps"] = self.n_steps
-        return PoseIndex(X, self.skeleton, chosen, steps, brute=self.algorithm == "brute")
+        return PoseIndex(X, self.skeleton, self.effective_metric_, steps, brute=self.algorithm == "brute")
 
     def _search(self, X, find):
         """What ``find(search, poses, own)`` finds, and the number of queries; X as in `kneighbors`."""
@@ -92,9 +92,11 @@ class GraphTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Tran
         warn_of_doubts(search.doubts, search.evaluations.geodesics, stacklevel=5)
         return found, len(X)
 
-    def _graph(self, found: Neighbors, n_queries, mode):
+    def _graph(self, mode, search):
+        """What a search finds, as a graph."""
         if mode not in ("connectivity", "distance"):
             raise ValueError(f'mode must be "connectivity" or "distance", got {mode!r}')
+        found, n_queries = search()
         data = found.distances if mode == "distance" else np.ones(len(found.indices))
         indptr = np.searchsorted(found.queries, np.arange(n_queries + 1))
         shape = n_queries, self.n_samples_fit_

@@ -50,9 +50,9 @@ class Screen:
     """
 
     def __init__(self, poses: np.ndarray, bound: str, skeleton: Skeleton | None, steps: Steps):
-        self.metric, self.skeleton, self.steps = METRICS[bound], skeleton, steps
+        self.bound, self.skeleton, self.steps = bound, skeleton, steps
         sample = np.linspace(0, len(poses) - 1, min(SAMPLE, len(poses))).astype(int)
-        codes = self.metric.encoded(poses[sample], skeleton, steps)
+        codes = METRICS[self.bound].encoded(poses[sample], skeleton, steps)
         self.scale = np.abs(codes).max() or 1.0
         codes /= self.scale
         self.mean = codes.mean(axis=0)
@@ -80,7 +80,7 @@ class Screen:
     def _coordinates(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Coordinates and their norms; nought and infinity where they are out of range."""
         with np.errstate(over="ignore"):
-            codes = self.metric.encoded(poses, self.skeleton, self.steps) / self.scale - self.mean
+            codes = METRICS[self.bound].encoded(poses, self.skeleton, self.steps) / self.scale - self.mean
         out = np.abs(codes).max(axis=1) > IN_RANGE
         codes[out] = 0.0
         # Not by BLAS, whose threads would linger and take the processors from the search's.

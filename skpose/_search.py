@@ -90,19 +90,20 @@ class PoseIndex:
         What the last search cost.
     """
 
-    def __init__(self, poses: np.ndarray, skeleton: Skeleton | None, metric: Metric, steps: Steps, *, brute: bool):
+    def __init__(self, poses: np.ndarray, skeleton: Skeleton | None, metric: str, steps: Steps, *, brute: bool):
         self.poses, self.skeleton, self.metric, self.steps = np.ascontiguousarray(poses), skeleton, metric, steps
         self.screen, self.evaluations = None, Evaluations(0, 0)
-        turned = metric.wraps is False and steps.half_turn < np.inf  # while the bound takes differences as they are
-        if not (brute or turned or metric.bound is None):
-            screen = Screen(self.poses, metric.bound, skeleton, steps)
+        chosen = METRICS[metric]
+        turned = chosen.wraps is False and steps.half_turn < np.inf  # while the bound takes differences as they are
+        if not (brute or turned or chosen.bound is None):
+            screen = Screen(self.poses, chosen.bound, skeleton, steps)
             self.screen = screen if np.isfinite(screen.norm) else None
 
     def search(self, n_jobs: int) -> "Search | GeodesicSearch":
         """A new search of the index."""
-        if self.metric is METRICS["geodesic"]:
+        if self.metric == "geodesic":
             return GeodesicSearch(self, n_jobs)
-        return Search(self, self.metric, n_jobs)
+        return Search(self, METRICS[self.metric], n_jobs)
 
 
 class Search:
@@ -220,7 +221,8 @@ class Search:
     def _look(self, queries: Queries, limits: np.ndarray, start: int, stop: int, room: int) -> Kept:
         """Those of the poses start:stop whose bound is within a limit; the least if there is no room for all."""
         screen, angle = self.index.screen, METRICS["angle"]
-        limits = np.minimum(limits / screen.scale + queries.slack, np.finfo(FLOAT32).max)
+        with np.errstate(over="ignore"):
+            limits = np.minimum(limits / screen.scale + queries.slack, np.finfo(FLOAT32).max)
         near = Kept(limits, room, FLOAT32)
         loop, tree = keep_nearest_loop(FLOAT32), tree_of(None, FLOAT32)
         tail = start, stop, queries.own, angle.measure, tree, Steps.of(1, wrap=False), *near.arrays

@@ -199,7 +199,7 @@ class PoseKNeighborsTransformer(GraphTransformer):
             In CSR format, each row by distance.
         """
         check_is_fitted(self)
-        return self._graph(*self._kneighbors(X, n_neighbors), mode)
+        return self._graph(mode, lambda: self._kneighbors(X, n_neighbors))
 
     def _kneighbors(self, X, n_neighbors):
         k = self.n_neighbors if n_neighbors is None else n_neighbors
@@ -374,7 +374,7 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
             In CSR format.
         """
         check_is_fitted(self)
-        return self._graph(*self._radius_neighbors(X, radius, measured=mode == "distance"), mode)
+        return self._graph(mode, lambda: self._radius_neighbors(X, radius, measured=mode == "distance"))
 
     def _radius_neighbors(self, X, radius, measured):
         radius = self.radius if radius is None else radius

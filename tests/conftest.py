@@ -73,10 +73,15 @@ def poses(skeleton):
 class ChainMixin:
     """An estimator of poses with the spatial metric on a planar chain as wide as X, for scikit-learn's checks."""
 
-    def _distances(self, X, Y):
+    def _on_chain(self, X):
         base = next(c for c in type(self).__mro__ if c.__module__.startswith("skpose."))
-        body = base(**(self.get_params() | {"skeleton": Skeleton.chain(X.shape[1])}))
-        return body._distances(X, Y)
+        return base(**(self.get_params() | {"skeleton": Skeleton.chain(X.shape[1])}))
+
+    def _distances(self, X, Y):
+        return self._on_chain(X)._distances(X, Y)
+
+    def _index_of(self, X):
+        return self._on_chain(X)._index_of(X)
 
 
 HAS_CALLBACKS = hasattr(SpatialMDS, "set_callbacks")

@@ -3,13 +3,20 @@
 import numpy as np
 import pytest
 from sklearn.cluster import DBSCAN, HDBSCAN, AgglomerativeClustering
+from sklearn.manifold import TSNE, Isomap, trustworthiness
 from sklearn.metrics import homogeneity_score
 from sklearn.model_selection import GridSearchCV, GroupKFold, cross_val_score
 from sklearn.neighbors import KNeighborsClassifier
 from sklearn.pipeline import make_pipeline
 from sklearn.svm import SVC
 
-from skpose import PoseDistanceTransformer, pose_distances
+from skpose import (
+    MedoidShift,
+    PoseDistanceTransformer,
+    PoseKNeighborsTransformer,
+    PoseRadiusNeighborsTransformer,
+    pose_distances,
+)
 from skpose.compare import COMPARED
 from skpose.datasets import make_gait
 
@@ -74,3 +81,50 @@ def test_clustering_of_distances(clusterer, gait, data):
     X, y, _ = data
     labels = clusterer.fit_predict(pose_distances(X, skeleton=gait.skeleton))
     assert homogeneity_score(y, labels) > 0.5
+
+
+def test_k_nearest_neighbours_from_a_graph_are_those_from_a_matrix(gait, data):
+    X, y, sequence = data
+    graphs = make_pipeline(
+        PoseKNeighborsTransformer(gait.skeleton, n_neighbors=5), KNeighborsClassifier(5, metric="precomputed")
+    )
+    matrices = make_pipeline(PoseDistanceTransformer(gait.skeleton), KNeighborsClassifier(5, metric="precomputed"))
+    one, two = (cross_val_score(each, X, y, groups=sequence, cv=GroupKFold(3)) for each in (graphs, matrices))
+    np.testing.assert_array_equal(one, two)
+    grid = {"posekneighborstransformer__metric": ["angle", "spatial"]}
+    search = GridSearchCV(graphs, grid, cv=GroupKFold(3), n_jobs=2).fit(X, y, groups=sequence)
+    assert search.cv_results_["mean_test_score"].min() > 0.8
+
+
+@pytest.mark.parametrize(
+    "clusterer",
+    [
+        DBSCAN(eps=0.5, metric="precomputed"),
+        HDBSCAN(metric="precomputed", copy=True),
+        MedoidShift(bandwidth=0.3, metric="precomputed"),
+    ],
+    ids=lambda clusterer: type(clusterer).__name__,
+)
+def test_clustering_of_graphs(clusterer, gait, data):
+    X, y, _ = data
+    graph = make_pipeline(PoseRadiusNeighborsTransformer(gait.skeleton, radius=3.0), clusterer)
+    labels = graph.fit_predict(X)
+    assert homogeneity_score(y, labels) > 0.5
+    if isinstance(clusterer, DBSCAN):
+        matrix = clusterer.fit_predict(pose_distances(X, skeleton=gait.skeleton))
+        np.testing.assert_array_equal(labels, matrix)
+
+
+@pytest.mark.parametrize(
+    "embedding",
+    [
+        TSNE(metric="precomputed", init="random", perplexity=10, random_state=0),
+        Isomap(n_neighbors=10, metric="precomputed"),
+    ],
+    ids=lambda embedding: type(embedding).__name__,
+)
+def test_embeddings_of_graphs(embedding, gait, data):
+    X = data[0][:200]
+    flat = make_pipeline(PoseKNeighborsTransformer(gait.skeleton, n_neighbors=35), embedding).fit_transform(X)
+    D = pose_distances(X, skeleton=gait.skeleton)
+    assert trustworthiness(D, flat, metric="precomputed") > 0.9
