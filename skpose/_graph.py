@@ -11,6 +11,7 @@ from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, Transfo
 from sklearn.utils._param_validation import StrOptions
 
 from skpose._estimator import PoseEstimatorMixin
+from skpose._geodesic_search import search_of
 from skpose._search import PoseIndex
 from skpose.metrics import METRIC_CONSTRAINTS, effective_name, resolve
 from skpose.pairwise import warn_of_doubts
@@ -86,7 +87,7 @@ class GraphTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Tran
         else:
             X = self._checked(X, reset=False)
             own = np.full(len(X), -1)
-        search = self._index.search(effective_n_jobs(self.n_jobs))
+        search = search_of(self._index, effective_n_jobs(self.n_jobs))
         found = find(search, X, own)
         self._index.evaluations = search.evaluations
         warn_of_doubts(search.doubts, search.evaluations.geodesics, stacklevel=5)

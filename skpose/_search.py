@@ -5,17 +5,15 @@ that order, until none that is left can be among the k nearest. Where the last p
 that is all. The other queries sweep over the index, a panel of poses after the other: look at who may be nearer than
 the k-th so far, and measure those. A search within a radius sweeps from the start.
 
-Where looking leaves most of a panel, the panel is measured whole, which costs less per pair, and so are the next ones
-without a look. So no search costs much more than brute force, and no more is held at once than a panel's bounds.
-
-A geodesic is solved only where its interval, from the chord to the length of the straight line, can change the answer:
-no k-th nearest is further away than the k-th shortest line, so what is to be solved are the poses within that chord, in
-order of chord, until the next chord is longer than the k-th shortest geodesic so far.
+Where looking leaves most of a panel, the panel is measured whole, which costs less per pair; and a few queries go ahead
+of the others to tell whether looking pays at all. So no search costs much more than brute force, and no more is held at
+once than a panel's bounds.
 """
 
 import functools
 import itertools
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -35,10 +33,12 @@ FLOAT64 = np.dtype(np.float64)
 AT_ONCE = _loops.FLOAT64_LANES
 QUERIES = 1024  # searched for at once
 FIRST_LOOK = 16  # promising poses, besides 1.5 k
-WHOLE_PANELS = 7  # measured without a look after one where looking did not pay
-LOOKS_PER_TASK = 50_000_000  # so that Ctrl-C is heard
-MAX_CHORDS = 2**24  # held at once
-ABOUT = 1.0 + 1e-12  # two ways to compute one chord differ by less
+PROBE = 32  # of so many queries, one tells whether looking pays
+# Work, in the unit of `Metric.measure_work`, a fifth of a nanosecond or so on one core:
+LOOK = 14  # of a look at a pair
+NOT_WORTH_A_LOOK = 200_000_000
+LITTLE = 10_000_000  # of which a new thread would take a part
+WORK_PER_TASK = 5e9  # little enough that Ctrl-C is heard
 
 
 class Evaluations(NamedTuple):
@@ -70,13 +70,24 @@ class Neighbors(NamedTuple):
         return cls(queries[order], indices[order], distances[order])
 
 
-class Queries(NamedTuple):
+@dataclass(frozen=True)
+class Queries:
     """Poses whose neighbours are searched."""
 
     codes: np.ndarray  # (n_queries, n_codes)
     own: np.ndarray  # (n_queries,) index of a pose that does not count, or -1
-    coordinates: np.ndarray  # on the screen, if there is one, and the slack of their bounds
-    slack: np.ndarray
+    coordinates: np.ndarray  # (n_queries, n_coordinates) on the screen, if at all
+    slack: np.ndarray  # (n_queries,) of their bounds
+
+    def __len__(self) -> int:
+        return len(self.own)
+
+    @property
+    def on_screen(self) -> bool:
+        return self.coordinates.shape[1] > 0
+
+    def take(self, rows: np.ndarray) -> "Queries":
+        return Queries(self.codes[rows], self.own[rows], self.coordinates[rows], self.slack[rows])
 
 
 class PoseIndex:
@@ -99,12 +110,6 @@ class PoseIndex:
             screen = Screen(self.poses, chosen.bound, skeleton, steps)
             self.screen = screen if np.isfinite(screen.norm) else None
 
-    def search(self, n_jobs: int) -> "Search | GeodesicSearch":
-        """A new search of the index."""
-        if self.metric == "geodesic":
-            return GeodesicSearch(self, n_jobs)
-        return Search(self, METRICS[self.metric], n_jobs)
-
 
 class Search:
     """A search of an index, under a metric that is measured at once.
@@ -119,6 +124,7 @@ class Search:
 
     def __init__(self, index: PoseIndex, metric: Metric, n_jobs: int):
         self.index, self.metric, self.n_jobs = index, metric, n_jobs
+        self.n_codes = metric.n_codes(self._tree(FLOAT64), index.poses.shape[1])
         self.n_measured = 0
         self.doubts: list[tuple[int, float]] = []
 
@@ -128,16 +134,21 @@ class Search:
 
     def nearest(self, poses: np.ndarray, own: np.ndarray, k: int) -> Neighbors:
         """The k nearest of each query."""
-        parts = []
+        parts, n_first = [], FIRST_LOOK + 3 * k // 2
         for rows in gen_batches(len(poses), QUERIES):
-            queries = self.queries(poses[rows], own[rows])
-            best, left = Kept(np.full(len(queries.own), np.inf), k), np.arange(len(queries.own))
-            n_first = FIRST_LOOK + 3 * k // 2
-            if self.index.screen is not None and 4 * n_first <= len(self.index.poses):
+            queries = self._queries(poses[rows], own[rows])
+            best, left = Kept(np.full(len(queries), np.inf), k), np.arange(len(queries))
+            looking = queries.on_screen and 4 * n_first <= len(self.index.poses)
+            if looking:
+                some = queries.take(np.arange(0, len(queries), PROBE))
+                probe = Kept(best.limits[: len(some)], k)
+                far = self._first_look(some, n_first, probe)
+                looking = self._pays(queries, some.take(far), probe.reach[far], n_first * len(some))
+            if looking:
                 left = self._first_look(queries, n_first, best)
             if len(left):
                 rest = Kept(best.reach[left], k)
-                for _ in self._sweep(Queries(*(field[left] for field in queries)), lambda _, rest=rest: rest):
+                for _ in self._sweep(queries.take(left), looking, lambda _, rest=rest: rest):
                     pass
                 best.put(left, rest)
             parts.append(best.entries(rows.start))
@@ -147,15 +158,18 @@ class Search:
         """All poses that are no further away from a query than its limit; their distances come along."""
         parts = []
         for rows in gen_batches(len(poses), QUERIES):
-            queries = self.queries(poses[rows], own[rows])
-            sweep = self._sweep(queries, lambda n_poses, rows=rows: Kept(limits[rows], n_poses))
+            queries, some = self._queries(poses[rows], own[rows]), np.arange(rows.start, rows.stop, PROBE)
+            looking = queries.on_screen and self._pays(queries, queries.take(some - rows.start), limits[some])
+            sweep = self._sweep(queries, looking, lambda n_poses, rows=rows: Kept(limits[rows], n_poses))
             parts += [near.entries(rows.start) for near in sweep]
         return Neighbors.of(parts)
 
-    def queries(self, poses: np.ndarray, own: np.ndarray) -> Queries:
+    def _queries(self, poses: np.ndarray, own: np.ndarray) -> Queries:
+        """The queries, on the screen if there is one and work enough to look at it."""
         codes = self.metric.encoded(poses, self.index.skeleton, self.index.steps)
-        no_screen = np.empty((len(poses), 0)), np.empty(len(poses))
-        return Queries(codes, own, *(no_screen if self.index.screen is None else self.index.screen.of(poses)))
+        if self.index.screen is None or self._whole(len(poses), len(self.index.poses)) < NOT_WORTH_A_LOOK:
+            return Queries(codes, own, np.empty((len(poses), 0)), np.empty(len(poses)))
+        return Queries(codes, own, *self.index.screen.of(poses))
 
     def refine(
         self,
@@ -171,19 +185,16 @@ class Search:
         loop, tree = keep_nearest_of_loop(index.poses.dtype), self._tree(FLOAT64)
         before = codes, index.poses, candidates, bounds, n_candidates
         after = at_once, self.metric.encode, self.metric.measure, tree, index.steps, *best.arrays
-        pairs_per_row = max(1, min(best.values.shape[1], n_candidates.max(initial=1)))
+        n_pairs = max(1, min(best.values.shape[1], n_candidates.max(initial=1)))
         for n_measured, n_doubtful, worst in self._over_rows(
-            lambda first, last: loop(*before, first, last, *after),
-            len(codes),
-            pairs_per_row,
-            self.metric.pairs_per_task,
+            lambda first, last: loop(*before, first, last, *after), len(codes), self._one_by_one(n_pairs)
         ):
             self.n_measured += n_measured
             self.doubts.append((n_doubtful, worst))
 
     def _first_look(self, queries: Queries, n_first: int, best: Kept) -> np.ndarray:
         """Measure the most promising poses of the whole index; return the queries for which that may not be all."""
-        promising = self._look(queries, np.full(len(queries.own), np.inf), 0, len(self.index.poses), n_first)
+        promising = self._look(queries, np.full(len(queries), np.inf), 0, len(self.index.poses), n_first)
         order = promising.values.argsort(axis=1)
         promising.values, promising.found = (
             np.take_along_axis(part, order, axis=1) for part in (promising.values, promising.found)
@@ -192,31 +203,43 @@ class Search:
         self.refine(queries.codes, promising.found, bounds, promising.kept, best)
         return np.flatnonzero(bounds[:, -1] <= best.reach)
 
-    def _sweep(self, queries: Queries, keeper: Callable[[int], Kept]) -> Iterator[Kept]:
+    def _sweep(self, queries: Queries, looking: bool, keeper: Callable[[int], Kept]) -> Iterator[Kept]:
         """Go over the index in panels; yield what was found, in what the keeper gave for so many poses."""
-        n_poses, n_whole = len(self.index.poses), 0
-        step = PANEL * (QUERIES // len(queries.own))
-        for start in range(0, n_poses, step):
-            stop = min(start + step, n_poses)
-            best = keeper(stop - start)
-            near = None
-            if n_whole:
-                n_whole -= 1
-            elif self.index.screen is not None and np.isfinite(best.reach).any():
+        for start, stop in self._panels(len(queries)):
+            best, near = keeper(stop - start), None
+            if looking:
                 near = self._look(queries, best.reach, start, stop, stop - start)
-                if not self._pays(near):
-                    near, n_whole = None, WHOLE_PANELS
+                if self._one_by_one(_in_lanes(near)) > self._whole(len(queries), stop - start):
+                    near = None
             if near is None:
                 self._measure_whole(queries, start, stop, best)
             else:
                 self.refine(queries.codes, near.found, self._bounds(queries, near), near.kept, best)
             yield best
 
-    def _pays(self, near: Kept) -> bool:
-        """Whether to measure these one by one costs less than to measure their panel whole."""
-        n_queries, n_poses = near.values.shape
-        n_one_by_one = (-(-near.kept // AT_ONCE) * AT_ONCE).sum()
-        return n_one_by_one * (self.metric.encode_cost + 1) < n_poses * (self.metric.encode_cost + n_queries)
+    def _panels(self, n_queries: int) -> Iterator[tuple[int, int]]:
+        """Parts of the index, the larger the fewer queries there are."""
+        n_poses = len(self.index.poses)
+        return itertools.pairwise([*range(0, n_poses, PANEL * max(1, QUERIES // max(1, n_queries))), n_poses])
+
+    def _pays(self, queries: Queries, some: Queries, limits: np.ndarray, n_measured: int = 0) -> bool:
+        """Whether looking takes less than measuring all, as told by some queries that find nobody above their limits.
+
+        So many pairs were measured for the sample already.
+        """
+        for start, stop in self._panels(len(some)) if len(some) else ():
+            n_measured += _in_lanes(self._look(some, limits, start, stop, stop - start))
+        n_poses, share = len(self.index.poses), -(-len(queries) // PROBE) / len(queries)
+        looking = self._one_by_one(n_measured) / share + 2 * LOOK * len(queries) * n_poses
+        return looking < self._whole(len(queries), n_poses)
+
+    def _one_by_one(self, n_pairs: int) -> float:
+        """The work of measuring so many pairs of poses, each by itself."""
+        return n_pairs * self.n_codes * (self.metric.encode_work + self.metric.measure_work)
+
+    def _whole(self, n_queries: int, n_poses: int) -> float:
+        """The work of measuring so many poses for all queries."""
+        return n_poses * self.n_codes * (self.metric.encode_work + n_queries * self.metric.measure_work)
 
     def _look(self, queries: Queries, limits: np.ndarray, start: int, stop: int, room: int) -> Kept:
         """Those of the poses start:stop whose bound is within a limit; the least if there is no room for all."""
@@ -230,8 +253,7 @@ class Search:
         self._over_rows(
             lambda first, last: loop(queries.coordinates, blocks, first, last, *tail),
             len(limits),
-            stop - start,
-            LOOKS_PER_TASK,
+            LOOK * (stop - start),
         )
         return near
 
@@ -249,85 +271,23 @@ class Search:
             blocks = _loops.in_lanes(self.metric.encoded(index.poses[first:last], index.skeleton, index.steps))
             head = queries.codes, blocks
             tail = first, last, queries.own, self.metric.measure, tree, index.steps, *best.arrays
-            self._over_rows(
-                lambda *rows, head=head, tail=tail: loop(*head, *rows, *tail),
-                len(queries.own),
-                last - first,
-                self.metric.pairs_per_task,
-            )
-        self.n_measured += len(queries.own) * (stop - start)
+            work = (last - first) * self.n_codes * self.metric.measure_work
+            self._over_rows(lambda *rows, head=head, tail=tail: loop(*head, *rows, *tail), len(queries), work)
+        self.n_measured += len(queries) * (stop - start)
 
     def _tree(self, dtype):
         return tree_of(self.index.skeleton if self.metric.needs_skeleton else None, dtype)
 
-    def _over_rows(self, task, n_rows: int, pairs_per_row: int, pairs_per_task: int) -> list:
-        """Call the task for all rows, some at a time, in threads."""
-        step = max(1, pairs_per_task // pairs_per_row)
-        if self.n_jobs > 1:
-            step = min(step, -(-n_rows // (TASKS_PER_JOB * self.n_jobs)))
-        return in_threads(
-            (functools.partial(task, rows.start, rows.stop) for rows in gen_batches(n_rows, step)), self.n_jobs
-        )
+    def _over_rows(self, task: Callable, n_rows: int, work_per_row: float) -> list:
+        """Call the task for all rows, some at a time; in threads if that is worth their while."""
+        n_jobs = self.n_jobs if n_rows * work_per_row > LITTLE else 1
+        step = max(1, int(WORK_PER_TASK / work_per_row))
+        if n_jobs > 1:
+            step = min(step, -(-n_rows // (TASKS_PER_JOB * n_jobs)))
+        tasks = (functools.partial(task, rows.start, rows.stop) for rows in gen_batches(n_rows, step))
+        return in_threads(tasks, n_jobs)
 
 
-class GeodesicSearch:
-    """A search under "geodesic", for which a chord and a straight line leave as little to solve as they can."""
-
-    def __init__(self, index: PoseIndex, n_jobs: int):
-        self.index = index
-        self.chords, self.lines, self.geodesics = (
-            Search(index, METRICS[metric], n_jobs) for metric in ("position", "spatial", "geodesic")
-        )
-
-    @property
-    def evaluations(self) -> Evaluations:
-        return Evaluations(self.lines.n_measured, self.geodesics.n_measured)
-
-    @property
-    def doubts(self) -> list[tuple[int, float]]:
-        return self.geodesics.doubts
-
-    def nearest(self, poses: np.ndarray, own: np.ndarray, k: int) -> Neighbors:
-        """The k nearest of each query."""
-        parts = []
-        for rows in self._batches(len(poses)):
-            limits = np.full(len(own[rows]), np.inf)
-            if self.index.screen is not None:
-                limits = ABOUT * self.lines.nearest(poses[rows], own[rows], k).distances.reshape(-1, k)[:, -1]
-            chords = self.chords.within(poses[rows], own[rows], limits)
-            parts.append(self._solve(poses[rows], chords, Kept(limits, k)).entries(rows.start))
-        return Neighbors.of(parts)
-
-    def within(self, poses: np.ndarray, own: np.ndarray, limits: np.ndarray, *, measured: bool = True) -> Neighbors:
-        """All poses that are no further away from a query than its limit.
-
-        If they need not be measured, the distance of those whose straight line is short enough is the line's.
-        """
-        parts = []
-        for rows in self._batches(len(poses)):
-            near = self.chords.within(poses[rows], own[rows], ABOUT * limits[rows])
-            if not measured:
-                lines = self.lines.within(poses[rows], own[rows], limits[rows])
-                parts.append((lines.queries + rows.start, lines.indices, lines.distances))
-                size = len(self.index.poses)
-                open_ = ~np.isin(near.queries * size + near.indices, lines.queries * size + lines.indices)
-                near = Neighbors(*(field[open_] for field in near))
-            room = np.bincount(near.queries, minlength=1).max()
-            parts.append(self._solve(poses[rows], near, Kept(limits[rows], max(1, room))).entries(rows.start))
-        return Neighbors.of(parts)
-
-    def _batches(self, n_queries: int) -> Iterator[slice]:
-        return gen_batches(n_queries, max(1, min(QUERIES, MAX_CHORDS // len(self.index.poses))))
-
-    def _solve(self, poses: np.ndarray, chords: Neighbors, best: Kept) -> Kept:
-        """Solve what the chords leave open, the shortest first."""
-        counts = np.bincount(chords.queries, minlength=len(poses))
-        shape = len(poses), max(1, counts.max())
-        candidates, bounds = np.zeros(shape, np.int64), np.zeros(shape)
-        place = chords.queries, np.arange(len(chords.queries)) - np.repeat(np.cumsum(counts) - counts, counts)
-        candidates[place] = chords.indices
-        if self.index.screen is not None:
-            bounds[place] = chords.distances / ABOUT
-        codes = METRICS["geodesic"].encoded(poses, self.index.skeleton, self.index.steps)
-        self.geodesics.refine(codes, candidates, bounds, counts, best, at_once=1)
-        return best
+def _in_lanes(near: Kept) -> int:
+    """Pairs to measure if as many as there are lanes take as long as one."""
+    return int((-(-near.kept // AT_ONCE) * AT_ONCE).sum())

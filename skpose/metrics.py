@@ -26,7 +26,8 @@ class Metric(NamedTuple):
     bound: (
         str | None
     )  # a Euclidean metric that is never more than this one, if differences are taken as wrap="auto" says
-    encode_cost: float  # roughly, of one pose, in measured pairs
+    encode_work: float  # roughly, for each code of a pose, where adding a square to a sum is 1
+    measure_work: float  # and for each code of a pair
     pairs_per_task: int = 2_000_000  # few enough that Ctrl-C is heard within a few seconds
     always_float64: bool = False
 
@@ -58,7 +59,8 @@ METRICS = {
         needs_skeleton=False,
         wraps=False,
         bound="angle",
-        encode_cost=1.0,
+        encode_work=3,
+        measure_work=1,
     ),
     "position": Metric(
         _kernels.encode_positions,
@@ -67,7 +69,8 @@ METRICS = {
         needs_skeleton=True,
         wraps=None,
         bound="position",
-        encode_cost=30.0,
+        encode_work=60,
+        measure_work=1,
     ),
     "rotation": Metric(
         _kernels.encode_rotations,
@@ -76,7 +79,8 @@ METRICS = {
         needs_skeleton=True,
         wraps=None,
         bound=None,
-        encode_cost=3.0,
+        encode_work=40,
+        measure_work=8,
     ),
     "spatial": Metric(
         _kernels.encode_curve_end,
@@ -85,7 +89,8 @@ METRICS = {
         needs_skeleton=True,
         wraps=True,
         bound="position",
-        encode_cost=1.0,
+        encode_work=20,
+        measure_work=16,
     ),
     "geodesic": Metric(
         _kernels.encode_curve_end,
@@ -94,7 +99,8 @@ METRICS = {
         needs_skeleton=True,
         wraps=True,
         bound="position",
-        encode_cost=0.001,
+        encode_work=20,
+        measure_work=100_000,
         pairs_per_task=50,
         always_float64=True,
     ),

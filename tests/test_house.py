@@ -37,6 +37,7 @@ LAYERS = [
     ["pairwise"],
     ["_screen"],
     ["_search"],
+    ["_geodesic_search"],
     ["_callbacks", "_estimator"],
     ["_graph"],
     ["transformer", "cluster", "manifold", "neighbors"],

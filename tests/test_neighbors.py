@@ -26,6 +26,7 @@ from skpose import (
     forward_kinematics,
     pose_distances,
 )
+from skpose import _search as searching
 from skpose._minimiser import measure_geodesic
 from skpose.datasets import make_gait
 from skpose.metrics import METRICS
@@ -64,6 +65,11 @@ def test_every_check_of_scikit_learn(estimator, check):
 @pytest.mark.parametrize("estimator", [each() for each in BOTH], ids=lambda e: type(e).__name__)
 def test_checks_that_the_standard_list_leaves_out(estimator, check):
     check(type(estimator).__name__, estimator)
+
+
+@pytest.fixture(autouse=True)
+def look_even_for_a_little(monkeypatch):
+    monkeypatch.setattr(searching, "NOT_WORTH_A_LOOK", 0)
 
 
 @pytest.fixture(scope="module")

@@ -8,6 +8,7 @@ from conftest import SKELETONS, random_tree
 
 from skpose import Skeleton, pose_distances
 from skpose import _search as searching
+from skpose._geodesic_search import search_of as start
 from skpose._kernels import Steps
 from skpose._screen import Screen
 from skpose._search import PoseIndex
@@ -18,9 +19,21 @@ BODY = SKELETONS["humanoid"]
 METRICS_SEARCHED = ["angle", "position", "rotation", "spatial"]
 
 
+@pytest.fixture(autouse=True)
+def look_even_for_a_little(monkeypatch):
+    monkeypatch.setattr(searching, "NOT_WORTH_A_LOOK", 0)
+
+
+@pytest.fixture(params=[True, False], ids=["look", "as pays"])
+def always_look(request, monkeypatch):
+    """Both where looking is said to pay always, and where it is found out."""
+    if request.param:
+        monkeypatch.setattr(searching.Search, "_pays", lambda *_: True)
+
+
 def search_of(poses, skeleton, metric, *, brute=False, n_steps=10, wrap="auto", n_jobs=1):
     _, steps = resolve(metric, skeleton, n_steps, wrap)
-    return PoseIndex(poses, skeleton, metric, steps, brute=brute).search(n_jobs)
+    return start(PoseIndex(poses, skeleton, metric, steps, brute=brute), n_jobs)
 
 
 def nearest(search, queries, k, own=None):
@@ -91,6 +104,7 @@ def test_bounds_are_tight_where_poses_lie_along_few_axes():
 
 @pytest.mark.parametrize("metric", METRICS_SEARCHED)
 @pytest.mark.parametrize("kind", ["clustered", "random", "all alike", "one"])
+@pytest.mark.usefixtures("always_look")
 def test_neighbours_are_those_of_brute_force(metric, kind):
     rng = np.random.default_rng(1)
     X = {
@@ -110,6 +124,7 @@ def test_neighbours_are_those_of_brute_force(metric, kind):
 
 
 @pytest.mark.parametrize("name", [*SKELETONS, "CMU"])
+@pytest.mark.usefixtures("always_look")
 def test_every_skeleton(name, request):
     skeleton = request.getfixturevalue("cmu").skeleton if name == "CMU" else SKELETONS[name]
     X = clustered(skeleton, 300)
@@ -136,6 +151,7 @@ def test_parameters_of_the_metric(metric, parameters):
 
 
 @pytest.mark.parametrize("metric", METRICS_SEARCHED)
+@pytest.mark.usefixtures("always_look")
 def test_the_split_of_the_work_changes_nothing(metric, monkeypatch):
     X = clustered(BODY, 300)
     queries = X[:50]
@@ -144,9 +160,9 @@ def test_the_split_of_the_work_changes_nothing(metric, monkeypatch):
     near = within(search_of(X, BODY, metric), queries, radius)
     monkeypatch.setattr(searching, "PANEL", 64)
     monkeypatch.setattr(searching, "QUERIES", 33)
-    monkeypatch.setattr(searching, "LOOKS_PER_TASK", 1000)
-    for whole_panels, n_jobs, brute in ((0, 1, False), (2, 3, False), (2, 3, True)):
-        monkeypatch.setattr(searching, "WHOLE_PANELS", whole_panels)
+    monkeypatch.setattr(searching, "LITTLE", 0)
+    monkeypatch.setattr(searching, "WORK_PER_TASK", 1e5)
+    for n_jobs, brute in ((1, False), (3, False), (3, True)):
         search = search_of(X, BODY, metric, n_jobs=n_jobs, brute=brute)
         for k in expected:
             np.testing.assert_array_equal(nearest(search, queries, k), expected[k])
