@@ -16,7 +16,7 @@ from skpose._search import QUERIES, Evaluations, Neighbors, PoseIndex, Search
 from skpose.metrics import METRICS
 
 MAX_CHORDS = 2**24  # held at once
-ABOUT = 1.0 + 1e-12  # two ways to compute one chord differ by less
+ROUNDING = 1e-9  # of a body: so much longer may a chord be than a curve, as from a pose to itself after a whole turn
 
 
 def search_of(index: PoseIndex, n_jobs: int) -> "Search | GeodesicSearch":
@@ -32,6 +32,7 @@ class GeodesicSearch:
         self.chords, self.lines, self.geodesics = (
             Search(index, METRICS[metric], n_jobs) for metric in ("position", "spatial", "geodesic")
         )
+        self.rounding = ROUNDING * np.abs(index.skeleton.offsets).sum()
 
     @property
     def evaluations(self) -> Evaluations:
@@ -47,10 +48,11 @@ class GeodesicSearch:
         for rows in self._batches(len(poses)):
             limits = np.full(len(own[rows]), np.inf)
             if self.index.screen is not None:
-                limits = ABOUT * self.lines.nearest(poses[rows], own[rows], k).distances.reshape(-1, k)[:, -1]
+                lines = self.lines.nearest(poses[rows], own[rows], k).distances
+                limits = lines.reshape(-1, k)[:, -1] + self.rounding
             chords = self.chords.within(poses[rows], own[rows], limits)
-            parts.append(self._solve(poses[rows], chords, Kept(limits, k)).entries(rows.start))
-        return Neighbors.of(parts)
+            parts.append(self._solve(poses[rows], chords, Kept(limits, k)).sorted(rows.start))
+        return Neighbors.joined(parts)
 
     def within(self, poses: np.ndarray, own: np.ndarray, limits: np.ndarray, *, measured: bool = True) -> Neighbors:
         """All poses that are no further away from a query than its limit.
@@ -59,7 +61,7 @@ class GeodesicSearch:
         """
         parts = []
         for rows in self._batches(len(poses)):
-            near = self.chords.within(poses[rows], own[rows], ABOUT * limits[rows])
+            near = self.chords.within(poses[rows], own[rows], limits[rows] + self.rounding)
             if not measured:
                 lines = self.lines.within(poses[rows], own[rows], limits[rows])
                 parts.append((lines.queries + rows.start, lines.indices, lines.distances))
@@ -68,7 +70,7 @@ class GeodesicSearch:
                 near = Neighbors(*(field[open_] for field in near))
             room = np.bincount(near.queries, minlength=1).max()
             parts.append(self._solve(poses[rows], near, Kept(limits[rows], max(1, room))).entries(rows.start))
-        return Neighbors.of(parts)
+        return Neighbors.sorted(parts)
 
     def _batches(self, n_queries: int) -> Iterator[slice]:
         return gen_batches(n_queries, max(1, min(QUERIES, MAX_CHORDS // len(self.index.poses))))
@@ -81,7 +83,7 @@ class GeodesicSearch:
         place = chords.queries, np.arange(len(chords.queries)) - np.repeat(np.cumsum(counts) - counts, counts)
         candidates[place] = chords.indices
         if self.index.screen is not None:
-            bounds[place] = chords.distances / ABOUT
+            bounds[place] = chords.distances - self.rounding
         codes = METRICS["geodesic"].encoded(poses, self.index.skeleton, self.index.steps)
         self.geodesics.refine(codes, candidates, bounds, counts, best, at_once=1)
         return best

@@ -33,10 +33,10 @@ FLOAT64 = np.dtype(np.float64)
 AT_ONCE = _loops.FLOAT64_LANES
 QUERIES = 1024  # searched for at once
 FIRST_LOOK = 16  # promising poses, besides 1.5 k
-PROBE = 32  # of so many queries, one tells whether looking pays
+PROBE = 64  # of so many queries, one tells whether looking pays
 # Work, in the unit of `Metric.measure_work`, a fifth of a nanosecond or so on one core:
 LOOK = 14  # of a look at a pair
-NOT_WORTH_A_LOOK = 200_000_000
+NOT_WORTH_A_LOOK = 400_000_000
 LITTLE = 10_000_000  # of which a new thread would take a part
 WORK_PER_TASK = 5e9  # little enough that Ctrl-C is heard
 
@@ -64,9 +64,17 @@ class Neighbors(NamedTuple):
     distances: np.ndarray
 
     @classmethod
-    def of(cls, parts: list[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> "Neighbors":
-        queries, indices, distances = (np.concatenate(part) for part in zip(*parts, strict=True))
-        order = np.lexsort((indices, distances, queries))
+    def joined(cls, parts: list[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> "Neighbors":
+        """Parts that are sorted already."""
+        return cls(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+
+    @classmethod
+    def sorted(cls, parts: list[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> "Neighbors":
+        """Parts in any order."""
+        queries, indices, distances = cls.joined(parts)
+        order = queries.argsort(kind="stable")
+        for row in np.split(order, np.flatnonzero(np.diff(queries[order])) + 1):
+            row[:] = row[np.lexsort((indices[row], distances[row]))]
         return cls(queries[order], indices[order], distances[order])
 
 
@@ -151,8 +159,8 @@ class Search:
                 for _ in self._sweep(queries.take(left), looking, lambda _, rest=rest: rest):
                     pass
                 best.put(left, rest)
-            parts.append(best.entries(rows.start))
-        return Neighbors.of(parts)
+            parts.append(best.sorted(rows.start))
+        return Neighbors.joined(parts)
 
     def within(self, poses: np.ndarray, own: np.ndarray, limits: np.ndarray, *, measured: bool = True) -> Neighbors:
         """All poses that are no further away from a query than its limit; their distances come along."""
@@ -162,7 +170,7 @@ class Search:
             looking = queries.on_screen and self._pays(queries, queries.take(some - rows.start), limits[some])
             sweep = self._sweep(queries, looking, lambda n_poses, rows=rows: Kept(limits[rows], n_poses))
             parts += [near.entries(rows.start) for near in sweep]
-        return Neighbors.of(parts)
+        return Neighbors.sorted(parts)
 
     def _queries(self, poses: np.ndarray, own: np.ndarray) -> Queries:
         """The queries, on the screen if there is one and work enough to look at it."""

@@ -251,6 +251,18 @@ def test_geodesic_neighbours_are_those_of_brute_force(brute, walk):
     np.testing.assert_array_equal(within(search, queries, radius), np.where(radius >= D, D, np.nan))
 
 
+@pytest.mark.parametrize("brute", [False, True])
+def test_whole_turns_are_no_distance_under_the_geodesic(brute, walk):
+    turns = 2 * np.pi * np.random.default_rng(0).integers(-1, 2, size=(20, BODY.n_dofs))
+    X = np.concatenate([walk, walk[:20] + turns])
+    D = pose_distances(walk[:5], X, skeleton=BODY, metric="geodesic")
+    assert (D[range(5), range(len(walk), len(walk) + 5)] < 1e-12).all()
+    search = search_of(X, BODY, "geodesic", brute=brute, n_jobs=2)
+    for got, expected in zip(nearest(search, walk[:5], 2), brute_nearest(D, 2), strict=True):
+        np.testing.assert_array_equal(got, expected)
+    np.testing.assert_array_equal(within(search, walk[:5], 0.0), np.where(D == 0, 0.0, np.nan))
+
+
 def test_geodesics_that_nobody_asks_for_are_not_solved(walk):
     search = search_of(walk, BODY, "geodesic", n_jobs=2)
     radius = 0.3

@@ -1,0 +1,228 @@
+"""How exact and how fast is the search of nearest neighbours? Against brute force and scikit-learn, in one run.
+
+    python benchmarks/neighbors.py [FOLDER OF CMU FILES]
+
+Equality first: indices and distances, by ``==``, against a stable sort of `pose_distances`. Then contestants take
+turns, a table holds medians. scikit-learn's brute force gets the joint positions ready made, and all cores.
+"""
+
+import os
+import sys
+import time
+
+import numpy as np
+from sklearn.neighbors import NearestNeighbors
+from timing import medians
+
+from skpose import (
+    PoseKNeighborsTransformer,
+    PoseRadiusNeighborsTransformer,
+    forward_kinematics,
+    pose_distances,
+)
+from skpose import _search as searching
+from skpose.datasets import load_cmu, make_gait
+
+KS = (1, 5, 15, 50)
+QUANTILES = (0.001, 0.01, 0.1)  # of all distances, as radii
+METRICS = ("angle", "position", "rotation", "spatial")
+N_INDEX, N_QUERIES, N_BRUTE = 100_000, 1000, 50
+RNG = np.random.default_rng(0)
+
+
+def positions(X, skeleton):
+    return forward_kinematics(X, skeleton).reshape(len(X), -1)
+
+
+# --- equality --------------------------------------------------------------------------------------------------------
+
+
+def check(X, queries, skeleton, metric, ks):
+    """Compare every k and every radius with brute force; return what a query measured, for every k."""
+    D = pose_distances(queries, X, skeleton=skeleton, metric=metric, n_jobs=-1)
+    order = np.argsort(D, axis=1, kind="stable")
+    knn = PoseKNeighborsTransformer(skeleton, metric=metric, n_jobs=-1).fit(X)
+    measured = []
+    for k in ks:
+        distances, indices = knn.kneighbors(queries, k)
+        np.testing.assert_array_equal(indices, order[:, :k])
+        np.testing.assert_array_equal(distances, np.take_along_axis(D, order[:, :k], axis=1))
+        measured.append(sum(knn.n_evaluations_) / len(queries))
+    near = PoseRadiusNeighborsTransformer(skeleton, metric=metric, n_jobs=-1).fit(X)
+    for radius in [0.0, *np.quantile(D, QUANTILES)]:
+        for row, distances, indices in zip(D, *near.radius_neighbors(queries, radius), strict=True):
+            inside = np.flatnonzero(row <= radius)
+            inside = inside[np.argsort(row[inside], kind="stable")]
+            np.testing.assert_array_equal(indices, inside)
+            np.testing.assert_array_equal(distances, row[inside])
+    return measured
+
+
+def equality(dataset):
+    skeleton = dataset.skeleton
+    subjects = sorted(set(dataset.subjects))
+    poses = {name: dataset.select(dataset.subjects == name).poses(skeleton=skeleton)[0] for name in subjects}
+    some = {
+        name: dataset.select(dataset.subjects == name).poses(frame_rate=12, skeleton=skeleton)[0] for name in subjects
+    }
+    print(f"equal to brute force, {len(subjects)}² pairs of subjects, queries at 12 Hz among all frames")
+    print("distances measured per query for k = " + ", ".join(map(str, KS)))
+    for metric in METRICS:
+        within, across = [], []
+        for a in subjects:
+            for b in subjects:
+                ks = [k for k in KS if k <= len(poses[b])]
+                (within if a == b else across).append(check(poses[b], some[a], skeleton, metric, ks))
+        for name, rows in (("same subject", within), ("another subject", across)):
+            if rows:
+                print(f"  {metric:<9}{name:<16}" + "".join(f"{x:>10.1f}" for x in np.mean(rows, axis=0)))
+
+    n = 2000
+    X = RNG.uniform(-np.pi, np.pi, size=(n, skeleton.n_dofs))
+    doubled = np.concatenate([X[: n // 2], X[: n // 2]])
+    for metric in METRICS:
+        check(X, X[:100] + 0.01, skeleton, metric, KS)
+        check(doubled, doubled[::40], skeleton, metric, (*KS, n))
+        check(X[:1], X[:10], skeleton, metric, (1,))
+    print("also random poses, duplicates, one pose, k = n")
+    solved = []
+    for a in subjects:
+        for b in subjects:
+            few, queries = RNG.choice(poses[b], 60, replace=False), RNG.choice(poses[a], 2, replace=False)
+            solved.append(check(few, queries, skeleton, "geodesic", (1, 5, 15)))
+    print(
+        f"also geodesic, 2 queries among 60 poses for each pair of subjects; lengths and geodesics {np.mean(solved, 0)}"
+    )
+
+
+# --- speed -----------------------------------------------------------------------------------------------------------
+
+
+def dense(dataset, n):
+    """Frames, and interpolations between them until there are n poses."""
+    n_frames, rate = sum(len(motion) for motion in dataset), max(motion.frame_rate for motion in dataset)
+    poses, sequence = dataset.poses(frame_rate=rate * int(np.ceil((n + N_QUERIES) / n_frames)))
+    return poses, dataset.subjects[sequence]
+
+
+def brute_force(queries, X, skeleton, k):
+    D = pose_distances(queries, X, skeleton=skeleton, n_jobs=-1)
+    nearest = np.argpartition(D, k - 1, axis=1)[:, :k]
+    return np.sort(np.take_along_axis(D, nearest, axis=1), axis=1)
+
+
+def spatial(name, X, queries, skeleton, k=10):
+    start = time.perf_counter()
+    knn = PoseKNeighborsTransformer(skeleton, n_jobs=-1).fit(X)
+    seconds_to_fit = time.perf_counter() - start
+    whole = PoseKNeighborsTransformer(skeleton, n_jobs=-1, algorithm="brute").fit(X)
+    F, G = positions(X, skeleton), positions(queries, skeleton)
+    euclidean = NearestNeighbors(algorithm="brute", n_neighbors=k).fit(F)
+    few = queries[:N_BRUTE]
+    distances, _ = knn.kneighbors(queries, k)
+    np.testing.assert_array_equal(distances[:N_BRUTE], brute_force(few, X, skeleton, k))
+    assert (euclidean.kneighbors(G)[0] <= distances + 1e-6).all()
+    seconds = medians(
+        {
+            "skpose": lambda: knn.kneighbors(queries, k),
+            "sklearn": lambda: euclidean.kneighbors(G),
+            "brute": lambda: whole.kneighbors(few, k),
+            "matrix": lambda: brute_force(few, X, skeleton, k),
+        }
+    )
+    knn.kneighbors(queries, k)
+    factor = len(queries) / N_BRUTE
+    print(
+        f"{name}: {len(queries)} queries, {len(X)} poses; fit {seconds_to_fit:.2f} s\n"
+        f"  skpose {seconds['skpose']:.3f} s, {knn.n_evaluations_.lengths / len(queries):.1f} lengths per query\n"
+        f"  scikit-learn's brute force on joint positions {seconds['sklearn']:.3f} s: "
+        f"ratio {seconds['skpose'] / seconds['sklearn']:.2f}\n"
+        f"  algorithm='brute' {factor * seconds['brute']:.1f} s: "
+        f"ratio {factor * seconds['brute'] / seconds['skpose']:.0f} (of {N_BRUTE} queries, scaled)\n"
+        f"  pose_distances and argpartition {factor * seconds['matrix']:.1f} s: "
+        f"ratio {factor * seconds['matrix'] / seconds['skpose']:.0f} (likewise)"
+    )
+
+
+def growth(dataset):
+    print("\nspatial, k = 10, 1,000 queries, as the index grows")
+    for n in (10_000, 100_000, 1_000_000):
+        poses, _ = dense(dataset, n)
+        chosen = RNG.permutation(len(poses))
+        knn = PoseKNeighborsTransformer(dataset.skeleton, n_jobs=-1).fit(poses[chosen[N_QUERIES : N_QUERIES + n]])
+        queries = poses[chosen[:N_QUERIES]]
+        seconds = medians({"skpose": lambda knn=knn, queries=queries: knn.kneighbors(queries, 10)})
+        print(f"  {n:>9,} poses {seconds['skpose']:.3f} s")
+
+
+def worst_cases(skeleton):
+    """Time over that of brute force, where a bound says little or nothing."""
+    print("\nworst cases, k = 1, 10, 100: time of the search over that of brute force")
+    kinds = {
+        "all alike": lambda n: np.repeat(RNG.uniform(-1, 1, size=(1, skeleton.n_dofs)), n, axis=0),
+        "random": lambda n: RNG.uniform(-np.pi, np.pi, size=(n, skeleton.n_dofs)),
+        "all within 1e-7 rad": lambda n: 1e-7 * RNG.normal(size=(n, skeleton.n_dofs)),
+    }
+    for metric, n_queries in (("angle", 1000), ("position", 1000), ("spatial", 200)):
+        for n in (3000, 30_000):
+            for kind, make in kinds.items():
+                X, ratios = make(n), []
+                pair = {
+                    algorithm: PoseKNeighborsTransformer(skeleton, metric=metric, algorithm=algorithm, n_jobs=-1).fit(X)
+                    for algorithm in ("auto", "brute")
+                }
+                for k in (1, 10, 100):
+                    seconds = medians(
+                        {
+                            name: lambda knn=knn, k=k, queries=X[:n_queries]: knn.kneighbors(queries, k)
+                            for name, knn in pair.items()
+                        }
+                    )
+                    ratios.append(seconds["auto"] / seconds["brute"])
+                print(f"  {metric:<10}{n:>7,} {kind:<20}" + "".join(f"{ratio:>7.2f}" for ratio in ratios))
+
+
+def geodesic(poses, skeleton, k=5, n_queries=200, n=10_000):
+    chosen = RNG.permutation(len(poses))[: n + n_queries]
+    knn = PoseKNeighborsTransformer(skeleton, metric="geodesic", n_jobs=-1).fit(poses[chosen[n_queries:]])
+    knn.kneighbors(poses[chosen[:1]], k)  # compiles
+    start = time.perf_counter()
+    knn.kneighbors(poses[chosen[:n_queries]], k)
+    seconds, (lengths, geodesics) = time.perf_counter() - start, knn.n_evaluations_
+    print(
+        f"\ngeodesic, k = {k}, {n_queries} queries, {n} poses: {seconds:.1f} s, {lengths / n_queries:.1f} lengths and "
+        f"{geodesics / n_queries:.2f} geodesics per query"
+    )
+
+
+def main():
+    dataset = load_cmu(sys.argv[1]) if len(sys.argv) > 1 else make_gait(5, 5, random_state=0)
+    skeleton = dataset.skeleton
+    print(f"{dataset}\n{skeleton}, {os.cpu_count()} cores\n")
+    looks, searching.NOT_WORTH_A_LOOK = searching.NOT_WORTH_A_LOOK, 0  # so that small indices are searched too
+    equality(dataset)
+    searching.NOT_WORTH_A_LOOK = looks
+
+    poses, subjects = dense(dataset, N_INDEX)
+    chosen = RNG.permutation(len(poses))
+    print("\nspatial, k = 10")
+    spatial(
+        "of the same motions",
+        poses[np.sort(chosen[N_QUERIES : N_QUERIES + N_INDEX])],
+        poses[chosen[:N_QUERIES]],
+        skeleton,
+    )
+    first = subjects == subjects[0]
+    spatial(
+        f"subject {subjects[0]} among the others",
+        poses[~first],
+        RNG.choice(poses[first], N_QUERIES, replace=False),
+        skeleton,
+    )
+    growth(dataset)
+    geodesic(poses, skeleton)
+    worst_cases(skeleton)
+
+
+if __name__ == "__main__":
+    main()
