@@ -163,7 +163,7 @@ def worst_cases(skeleton):
         "random": lambda n: RNG.uniform(-np.pi, np.pi, size=(n, skeleton.n_dofs)),
         "all within 1e-7 rad": lambda n: 1e-7 * RNG.normal(size=(n, skeleton.n_dofs)),
     }
-    for metric, n_queries in (("angle", 1000), ("position", 1000), ("spatial", 200)):
+    for metric, n_queries in (("angle", 1000), ("position", 1000), ("spatial", 100)):
         for n in (3000, 30_000):
             for kind, make in kinds.items():
                 X, ratios = make(n), []

@@ -1,4 +1,4 @@
-"""The compiled kernels: turn frames, place joints, encode a pose, measure from one to others.
+"""The compiled kernels: turn frames, place joints, encode a pose.
 
 The skeleton as the kernels see it
 ----------------------------------
@@ -34,8 +34,8 @@ instructions again and again.
 
 Two stages
 ----------
-A metric is a pair of functions. Its *encode* writes down what it needs to know of a pose; its *measure* takes one
-encoded pose to others. The loops over poses and over pairs are in `skpose._loops`.
+A metric is a pair of functions. Its *encode* writes down what it needs to know of a pose; its *measure*, in
+`skpose._measures`, takes one encoded pose to others. The loops over poses and over pairs are in `skpose._loops`.
 """
 
 import functools
@@ -46,7 +46,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from skpose._lanes import anywhere, every, exceeds, nearest, numbers, root, rows, smaller
+from skpose._lanes import every, nearest, numbers, rows, smaller
 
 TWO_PI = 2.0 * math.pi
 
@@ -205,7 +205,7 @@ def place_joints(tree, H, P):
 
 
 @inlined
-def _plan(tree):
+def plan_of(tree):
     """What a step reads of a tree."""
     first_moving = 1
     while first_moving < tree.joint_frame.shape[0] and tree.joint_frame[first_moving] == 0:
@@ -231,7 +231,7 @@ def _plan(tree):
 
 
 @inlined
-def _parts(tree, scratch):
+def parts_of(tree, scratch):
     """The parts of a scratch array that a step works in, the root's frame and position set.
 
     Cosines C and sines S of the angles, A = 1 - cos δ and B = sin δ of the step, (n_dofs,) each; two rows of every
@@ -299,7 +299,7 @@ def _reach(H, h, P, j, p, x, y, z, squares):
 
 
 @inlined
-def _step(plan, C, S, A, B, H, P):
+def take_step(plan, C, S, A, B, H, P):
     """Turn all angles by one step and place the joints; return the squared distance that these moved."""
     for d in range(plan.n_dofs):
         c, s, a, b = C[d], S[d], A[d], B[d]
@@ -341,7 +341,7 @@ _COSINE = tuple((-1.0) ** k / math.factorial(2 * k) for k in range(12))
 
 
 @inlined
-def _series(coefficients, t, value):
+def series(coefficients, t, value):
     for k in range(len(coefficients) - 1, -1, -1):
         value = value * t + coefficients[k]
     return value
@@ -360,7 +360,7 @@ def cosine_sine(angle):
     odd = half_turns - 2.0 * nearest(half_turns * 0.5)
     sign = 1.0 - 2.0 * (odd * odd)
     t = rest * rest
-    return sign * _series(_COSINE, t, 0.0 * t), sign * (rest * _series(_SINE, t, 0.0 * t))
+    return sign * series(_COSINE, t, 0.0 * t), sign * (rest * series(_SINE, t, 0.0 * t))
 
 
 @inlined
@@ -388,7 +388,7 @@ def _place_pose(pose, tree, plan, C, S, A, B, H, P):
             P[3 * j + i] = P[3 * plan.joint_parent[j] + i] + plan.offset[3 * j + i]
     for i in range(3 * plan.first_moving, 3 * plan.n_joints):
         P[i] = 0.0
-    _step(plan, C, S, A, B, H, P)
+    take_step(plan, C, S, A, B, H, P)
 
 
 @jit
@@ -402,8 +402,8 @@ def encode_angles(pose, tree, steps, scratch, code):
 @jit
 def encode_positions(pose, tree, steps, scratch, code):
     """F(θ): the joint positions in the skeleton's order, the root's left out."""
-    plan, put, place = _plan(tree), rows(code, 0), numbers(tree.place)
-    C, S, A, B, H, P = _parts(tree, scratch)
+    plan, put, place = plan_of(tree), rows(code, 0), numbers(tree.place)
+    C, S, A, B, H, P = parts_of(tree, scratch)
     _place_pose(rows(pose, 0), tree, plan, C, S, A, B, H, P)
     for j in range(1, plan.n_joints):
         for i in range(3):
@@ -421,7 +421,7 @@ def _spin(Q, q, axis, cos, sin):
 @jit
 def encode_rotations(pose, tree, steps, scratch, code):
     """World orientation of every frame but the root's, as unit quaternions (w, x, y, z) of either sign."""
-    plan, angles, put, Q = _plan(tree), rows(pose, 0), rows(code, 0), rows(scratch, 0)
+    plan, angles, put, Q = plan_of(tree), rows(pose, 0), rows(code, 0), rows(scratch, 0)
     sign, column, shift = numbers(tree.sign), numbers(tree.column), numbers(tree.shift)
     for i in range(4):
         Q[i] = 1.0 if i == 0 else 0.0
@@ -441,9 +441,9 @@ def encode_rotations(pose, tree, steps, scratch, code):
 @jit
 def encode_curve_end(pose, tree, steps, scratch, code):
     """θ, cos θ/2N, sin θ/2N, cos θ, sin θ (n_dofs each, the last two of the shifted angles) and F(θ) (3 n_joints)."""
-    plan, angles, put = _plan(tree), rows(pose, 0), rows(code, 0)
+    plan, angles, put = plan_of(tree), rows(pose, 0), rows(code, 0)
     sign, column, n = numbers(tree.sign), numbers(tree.column), plan.n_dofs
-    C, S, A, B, H, P = _parts(tree, scratch)
+    C, S, A, B, H, P = parts_of(tree, scratch)
     _place_pose(angles, tree, plan, C, S, A, B, H, P)
     for d in range(n):
         angle = _principal(angles[column[d]] * sign[d], steps)
@@ -452,104 +452,3 @@ def encode_curve_end(pose, tree, steps, scratch, code):
         put[3 * n + d], put[4 * n + d] = C[d], S[d]
     for i in range(3, 3 * plan.n_joints):
         put[5 * n + i - 3] = P[i]
-
-
-# --- measure: from one encoded pose x to blocks first:last of others Y -----------------------------------------------
-
-
-@inlined
-def turns_off(gap, steps):
-    """Whole turns (-1, 0 or 1) to take off a difference of angles so that it goes the short way round."""
-    return exceeds(gap, steps.half_turn) - exceeds(0.0 - gap, steps.half_turn)
-
-
-@jit
-def measure_euclidean(x, Y, first, last, tree, steps, scratch, out):
-    """‖y − x‖₂, every difference the short way round where the metric wraps."""
-    a, n = numbers(x), x.shape[0]
-    for k in range(first, last):
-        b = rows(Y, k * n)
-        nought = every(b, 0.0)
-        one, two, three = nought, nought, nought  # several sums, so that an addition need not await the last one
-        if steps.half_turn == math.inf:
-            for d in range(0, n - 2, 3):
-                p, q, r = b[d] - a[d], b[d + 1] - a[d + 1], b[d + 2] - a[d + 2]
-                one, two, three = one + p * p, two + q * q, three + r * r
-        for d in range(n - n % 3 if steps.half_turn == math.inf else 0, n):
-            gap = b[d] - a[d]
-            gap = gap - turns_off(gap, steps) * TWO_PI
-            one = one + gap * gap
-        rows(out, 2 * (k - first))[0] = root(one + two + three)
-
-
-def _squared_angle_series(degree=24):
-    """Coefficients in t of φ² / 4m for two unit quaternions at squared distance m = 1 + t, 0 ≤ m ≤ 2.
-
-    φ = 4 arcsin(√m / 2), whose square is analytic in m up to m = 4: interpolation in Chebyshev's points on [0, 2]
-    gains a factor 3 + √8 per degree and is exact to rounding at degree 24.
-    """
-    series = np.polynomial.Chebyshev.interpolate(lambda m: (2.0 * np.arcsin(np.sqrt(m) / 2.0)) ** 2 / m, degree, (0, 2))
-    return tuple(np.polynomial.chebyshev.cheb2poly(series.coef))
-
-
-_SQUARED_ANGLE = _squared_angle_series()
-
-
-@jit
-def measure_rotations(x, Y, first, last, tree, steps, scratch, out):
-    """√Σ ℓ² φ² over the bones, φ the angle between the orientations of the bone's frame."""
-    a, weight, n_frames = numbers(x), numbers(tree.weight), tree.weight.shape[0]
-    for k in range(first, last):
-        b = rows(Y, k * x.shape[0])
-        total = every(b, 0.0)
-        for f in range(1, n_frames):
-            if weight[f] == 0.0:
-                continue
-            minus, plus = every(b, 0.0), every(b, 0.0)
-            for i in range(4 * f - 4, 4 * f):
-                q = b[i]
-                minus, plus = minus + (q - a[i]) * (q - a[i]), plus + (q + a[i]) * (q + a[i])
-            m = smaller(minus, plus)  # q and −q are one rotation
-            total = total + weight[f] * 4.0 * m * _series(_SQUARED_ANGLE, m - 1.0, every(b, 0.0))
-        rows(out, 2 * (k - first))[0] = root(total)
-
-
-@inlined
-def _line(plan, a, b, steps, C, S, A, B, H, P):
-    """Length of the straight line from an encoded pose a to others b."""
-    n, suspect = plan.n_dofs, 0.99 * steps.half_turn * steps.half_turn
-    apart = every(b, 0.0)
-    for d in range(n):
-        gap = b[d] - a[d]
-        c, s = b[n + d], b[2 * n + d]
-        c, s = c * a[n + d] + s * a[2 * n + d], s * a[n + d] - c * a[2 * n + d]
-        if anywhere(gap * gap, suspect):  # seldom
-            turns = turns_off(gap, steps)
-            gap = gap - turns * TWO_PI
-            # cos and sin of half of what is taken off a step, for turns in {-1, 0, 1}
-            cos_off, sin_off = turns * turns * (steps.cos_turn - 1.0) + 1.0, turns * steps.sin_turn
-            c, s = c * cos_off + s * sin_off, s * cos_off - c * sin_off
-        apart = apart + gap * gap
-        A[d], B[d] = 2.0 * s * s, 2.0 * s * c
-        C[d], S[d] = a[3 * n + d], a[4 * n + d]
-    for i in range(3, 3 * plan.n_joints):
-        P[i] = a[5 * n + i - 3]
-    length = every(b, 0.0)
-    for _ in range(steps.n_steps - 1):
-        length = length + root(_step(plan, C, S, A, B, H, P))
-    one, two, three = every(b, 0.0), every(b, 0.0), every(b, 0.0)
-    for i in range(3, 3 * plan.n_joints, 3):
-        k = 5 * n + i - 3
-        p, q, r = b[k] - P[i], b[k + 1] - P[i + 1], b[k + 2] - P[i + 2]
-        one, two, three = one + p * p, two + q * q, three + r * r
-    # From a pose to itself the samples differ by rounding; the distance is nought.
-    return (length + root(one + two + three)) * exceeds(apart, 0.0)
-
-
-@jit
-def measure_line(x, Y, first, last, tree, steps, scratch, out):
-    """Length of the straight line in angle space as a sum of chords ‖F(c_n) − F(c_{n−1})‖, sec. 2.2 of the paper."""
-    plan, a = _plan(tree), numbers(x)
-    C, S, A, B, H, P = _parts(tree, scratch)
-    for k in range(first, last):
-        rows(out, 2 * (k - first))[0] = _line(plan, a, rows(Y, k * x.shape[0]), steps, C, S, A, B, H, P)

@@ -21,7 +21,8 @@ import math
 import numpy as np
 
 from skpose._blocks import band_shape, solve
-from skpose._kernels import TWO_PI, jit, measure_line, turns_off, workspace_rows
+from skpose._kernels import TWO_PI, jit, workspace_rows
+from skpose._measures import measure_line, turns_off
 from skpose._path_energy import add_curvature, chords, curve_length, divided, evaluate, normal_equations
 
 GAP = 5e-3  # how far, relatively, the two lengths of an honest path may differ

@@ -3,6 +3,10 @@
 What is kept for row i stands in ``values[i]``, ``found[i]`` and ``kept[i]``, the number of them: every value up to
 ``limits[i]`` while there is room; from then on those that come first by value and then by index, as a heap with the
 last of them on top.
+
+The loops tell a measure how near a pose must be to count: behind the rows that it puts out, two for a block, stands one
+with the limit and, in its second lane, nought, to which a measure that takes note of it adds the blocks that it did not
+measure, as their poses are all further away. What it puts out for these is above the limit.
 """
 
 import functools
@@ -97,18 +101,31 @@ def _keep(value, j, limits, values, found, kept, i):
                 _sink(values, found, i, at, values[i, at], found[i, at])
 
 
+@inlined
+def _rounding(tree):
+    """How much more than a length a bound of it may come out, m; generously."""
+    total = 0.0
+    for j in range(tree.offset.shape[0]):
+        for i in range(3):
+            total += abs(tree.offset[j, i])
+    return 1e-9 * total
+
+
 def _keep_nearest(X, Y, first, last, start, stop, own, measure, tree, steps, limits, values, found, kept):
     n_codes, width = X.shape[1], Y.shape[1]
     n_blocks = (stop - start + width - 1) // width
     n_together = max(BLOCKS_IN_CACHE, ROWS_IN_CACHE // n_codes)
     scratch = aligned(workspace_rows(tree), width, X.dtype)
-    out = aligned(2 * n_together, width, X.dtype)
-    results = rows(out, 0)
+    out = aligned(2 * n_together + 1, width, X.dtype)
+    results, rounding, n_measured = rows(out, 0), _rounding(tree), 0
     for group in range(0, n_blocks, n_together):
         end = min(group + n_together, n_blocks)
+        behind, n_poses = 2 * (end - group), min(end * width, stop - start) - group * width
         for i in range(first, last):
-            measure(X[i], Y, group, end, tree, steps, scratch, out)
             limit = _limit(limits, values, kept, i)
+            out[behind, 0], out[behind, 1] = 1.000001 * limit + rounding, 0.0
+            measure(X[i], Y, group, end, tree, steps, scratch, out)
+            n_measured += max(0, n_poses - int(out[behind, 1]) * width)
             for k in range(end - group):
                 # A little more than the limit, as what is equal to it may count.
                 if limit < np.inf and not anywhere(0.0 - results[2 * k], -1.000001 * limit - 1e-37):
@@ -118,6 +135,7 @@ def _keep_nearest(X, Y, first, last, start, stop, own, measure, tree, steps, lim
                     if j < stop and j != own[i]:
                         _keep(out[2 * k, w], j, limits, values, found, kept, i)
                 limit = _limit(limits, values, kept, i)
+    return n_measured
 
 
 def _keep_nearest_of(
@@ -142,9 +160,9 @@ def _keep_nearest_of(
     scratch = aligned(workspace_rows(tree), FLOAT64_LANES, X.dtype)
     pose = aligned(n_dofs, FLOAT64_LANES, X.dtype)
     code = aligned(X.shape[1], FLOAT64_LANES, X.dtype)
-    out = aligned(2, FLOAT64_LANES, X.dtype)
+    out = aligned(3, FLOAT64_LANES, X.dtype)
     taken = np.empty(FLOAT64_LANES, np.int64)
-    n_measured, n_doubtful, worst = 0, 0, 0.0
+    rounding, n_measured, n_doubtful, worst = _rounding(tree), 0, 0, 0.0
     for i in range(first, last):
         at = 0
         while at < n_candidates[i]:
@@ -156,13 +174,14 @@ def _keep_nearest_of(
                 at += 1
             if n == 0:
                 break
-            n_measured += n
+            out[2, 0], out[2, 1] = 1.000001 * limit + rounding, 0.0
             for w in range(FLOAT64_LANES):
                 out[1, w] = 0.0 if w < n else -1.0
                 for d in range(n_dofs):
                     pose[d, w] = poses[taken[min(w, n - 1)], d]
             encode(pose, tree, steps, scratch, code)
             measure(X[i], code, 0, 1, tree, steps, scratch, out)
+            n_measured += n * (1 - int(out[2, 1]))
             for w in range(n):
                 _keep(out[0, w], taken[w], limits, values, found, kept, i)
                 if out[1, w] > 0.0:
@@ -186,7 +205,7 @@ def keep_nearest_loop(dtype):
     """``loop(X, Y, first, last, start, stop, own, measure, tree, steps, limits, values, found, kept)``.
 
     Keeps, for the rows first:last of X, encoded poses, what is nearest of Y, the poses start:stop of an index in blocks
-    of lanes, but for the pose own[i].
+    of lanes, but for the pose own[i]. Returns how many pairs were measured.
     """
     real, at = from_dtype(dtype), types.intp
     tree, steps = shared_types(dtype)
@@ -194,7 +213,7 @@ def keep_nearest_loop(dtype):
     scratch = array_type(real, 2, readonly=False)
     measure = types.FunctionType(types.void(x, Y, at, at, tree, steps, scratch, scratch))
     X, own = array_type(real, 2, readonly=True), array_type(types.int64, 1, readonly=True)
-    signature = types.void(X, Y, at, at, at, at, own, measure, tree, steps, *_heap_types(real))
+    signature = types.int64(X, Y, at, at, at, at, own, measure, tree, steps, *_heap_types(real))
     return jit([signature])(_keep_nearest)
 
 

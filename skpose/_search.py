@@ -26,7 +26,7 @@ from skpose._screen import FLOAT32, Screen
 from skpose._threads import in_threads
 from skpose._tree import tree_of
 from skpose.metrics import METRICS, Metric
-from skpose.pairwise import PANEL, TASKS_PER_JOB
+from skpose.pairwise import PANEL
 from skpose.skeleton import Skeleton
 
 FLOAT64 = np.dtype(np.float64)
@@ -37,7 +37,8 @@ PROBE = 64  # of so many queries, one tells whether looking pays
 # Work, in the unit of `Metric.measure_work`, a fifth of a nanosecond or so on one core:
 LOOK = 14  # of a look at a pair
 NOT_WORTH_A_LOOK = 400_000_000
-LITTLE = 10_000_000  # of which a new thread would take a part
+LITTLE = 10_000_000  # for a thread
+TASKS_PER_JOB = 16  # as some queries have many more candidates than others
 WORK_PER_TASK = 5e9  # little enough that Ctrl-C is heard
 
 
@@ -132,6 +133,9 @@ class Search:
 
     def __init__(self, index: PoseIndex, metric: Metric, n_jobs: int):
         self.index, self.metric, self.n_jobs = index, metric, n_jobs
+        self.measure = metric.measure
+        if index.screen is not None and metric.measure_within is not None:
+            self.measure = metric.measure_within
         self.n_codes = metric.n_codes(self._tree(FLOAT64), index.poses.shape[1])
         self.n_measured = 0
         self.doubts: list[tuple[int, float]] = []
@@ -192,10 +196,9 @@ class Search:
         index = self.index
         loop, tree = keep_nearest_of_loop(index.poses.dtype), self._tree(FLOAT64)
         before = codes, index.poses, candidates, bounds, n_candidates
-        after = at_once, self.metric.encode, self.metric.measure, tree, index.steps, *best.arrays
-        n_pairs = max(1, min(best.values.shape[1], n_candidates.max(initial=1)))
+        after = at_once, self.metric.encode, self.measure, tree, index.steps, *best.arrays
         for n_measured, n_doubtful, worst in self._over_rows(
-            lambda first, last: loop(*before, first, last, *after), len(codes), self._one_by_one(n_pairs)
+            lambda first, last: loop(*before, first, last, *after), len(codes), self._one_by_one(n_candidates.sum())
         ):
             self.n_measured += n_measured
             self.doubts.append((n_doubtful, worst))
@@ -261,7 +264,7 @@ class Search:
         self._over_rows(
             lambda first, last: loop(queries.coordinates, blocks, first, last, *tail),
             len(limits),
-            LOOK * (stop - start),
+            LOOK * len(limits) * (stop - start),
         )
         return near
 
@@ -278,20 +281,20 @@ class Search:
         for first, last in itertools.pairwise([*range(start, stop, PANEL), stop]):
             blocks = _loops.in_lanes(self.metric.encoded(index.poses[first:last], index.skeleton, index.steps))
             head = queries.codes, blocks
-            tail = first, last, queries.own, self.metric.measure, tree, index.steps, *best.arrays
-            work = (last - first) * self.n_codes * self.metric.measure_work
-            self._over_rows(lambda *rows, head=head, tail=tail: loop(*head, *rows, *tail), len(queries), work)
-        self.n_measured += len(queries) * (stop - start)
+            tail = first, last, queries.own, self.measure, tree, index.steps, *best.arrays
+            work = self._whole(len(queries), last - first)
+            self.n_measured += sum(
+                self._over_rows(lambda *rows, head=head, tail=tail: loop(*head, *rows, *tail), len(queries), work)
+            )
 
     def _tree(self, dtype):
         return tree_of(self.index.skeleton if self.metric.needs_skeleton else None, dtype)
 
-    def _over_rows(self, task: Callable, n_rows: int, work_per_row: float) -> list:
-        """Call the task for all rows, some at a time; in threads if that is worth their while."""
-        n_jobs = self.n_jobs if n_rows * work_per_row > LITTLE else 1
-        step = max(1, int(WORK_PER_TASK / work_per_row))
-        if n_jobs > 1:
-            step = min(step, -(-n_rows // (TASKS_PER_JOB * n_jobs)))
+    def _over_rows(self, task: Callable, n_rows: int, work: float) -> list:
+        """Call the task, of so much work, for some rows at a time; in threads if that is worth their while."""
+        n_jobs = self.n_jobs if work > LITTLE else 1
+        n_tasks = max(work / WORK_PER_TASK, min(work / LITTLE, TASKS_PER_JOB * n_jobs) if n_jobs > 1 else 1)
+        step = max(1, int(n_rows / n_tasks))
         tasks = (functools.partial(task, rows.start, rows.stop) for rows in gen_batches(n_rows, step))
         return in_threads(tasks, n_jobs)
 

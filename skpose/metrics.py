@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 from sklearn.utils._param_validation import Interval, StrOptions, validate_params
 
-from skpose import _kernels, _loops, _minimiser
+from skpose import _kernels, _loops, _measures, _minimiser
 from skpose._kernels import Steps, Tree
 from skpose._tree import tree_of
 from skpose.skeleton import Skeleton
@@ -30,6 +30,7 @@ class Metric(NamedTuple):
     measure_work: float  # and for each code of a pair
     pairs_per_task: int = 2_000_000  # few enough that Ctrl-C is heard within a few seconds
     always_float64: bool = False
+    measure_within: Callable | None = None  # the same up to a limit, see `skpose._nearest`
 
     def encoded(self, poses: np.ndarray, skeleton: Skeleton | None, steps: Steps) -> np.ndarray:
         """The codes of poses, in float64."""
@@ -54,7 +55,7 @@ def _n_curve_end(tree: Tree, n_dofs: int) -> int:
 METRICS = {
     "angle": Metric(
         _kernels.encode_angles,
-        _kernels.measure_euclidean,
+        _measures.measure_euclidean,
         lambda tree, n_dofs: n_dofs,
         needs_skeleton=False,
         wraps=False,
@@ -64,7 +65,7 @@ METRICS = {
     ),
     "position": Metric(
         _kernels.encode_positions,
-        _kernels.measure_euclidean,
+        _measures.measure_euclidean,
         _n_coordinates,
         needs_skeleton=True,
         wraps=None,
@@ -74,7 +75,7 @@ METRICS = {
     ),
     "rotation": Metric(
         _kernels.encode_rotations,
-        _kernels.measure_rotations,
+        _measures.measure_rotations,
         _n_quaternions,
         needs_skeleton=True,
         wraps=None,
@@ -84,13 +85,14 @@ METRICS = {
     ),
     "spatial": Metric(
         _kernels.encode_curve_end,
-        _kernels.measure_line,
+        _measures.measure_line,
         _n_curve_end,
         needs_skeleton=True,
         wraps=True,
         bound="position",
         encode_work=20,
         measure_work=16,
+        measure_within=_measures.measure_line_within,
     ),
     "geodesic": Metric(
         _kernels.encode_curve_end,

@@ -72,8 +72,10 @@ class PoseKNeighborsTransformer(GraphTransformer):
     A chord is never longer than a curve, ‖F(a) − F(b)‖ ≤ "geodesic" ≤ "spatial". So no pose whose chord exceeds the
     k-th shortest length found so far can be among the k nearest, although "spatial" obeys no triangle inequality and
     no ball tree may hold it. The chords themselves are bounded by what shows of them along the principal axes of the
-    joint positions, in float32 and with an allowance for its rounding. A geodesic is solved only if its interval, from
-    the chord to the length of the straight line, can change the answer.
+    joint positions, in float32 and with an allowance for its rounding. The length of a straight line is no less than
+    that of the two chords by way of its middle, by the triangle inequality between its samples; where these are too
+    long already, it is not measured. A geodesic is solved only if its interval, from the chord to the length of the
+    straight line, can change the answer.
 
     All that is measured is measured in float64, also for float32 poses: indices and distances are equal to those from
     ``pose_distances(X, X_fit)`` in float64, sorted by distance and then by index. Where many poses are within the bound

@@ -20,7 +20,7 @@ from skpose import (
     pose_metric,
     position_jacobian,
 )
-from skpose._kernels import measure_euclidean
+from skpose._measures import measure_euclidean
 from skpose.metrics import METRICS
 
 BODY = SKELETONS["humanoid"]

@@ -23,7 +23,7 @@ EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 LAYERS = [
     ["_lanes", "_threads", "skeleton"],
     ["_kernels", "motion", "_validation"],
-    ["_tree", "_loops", "_jacobian", "_graph_shift", "_blocks", "io._text"],
+    ["_measures", "_tree", "_loops", "_jacobian", "_graph_shift", "_blocks", "io._text"],
     ["_path_energy", "_nearest"],
     ["_minimiser"],
     ["io._asf", "io._bvh"],

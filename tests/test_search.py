@@ -138,16 +138,32 @@ def test_every_skeleton(name, request):
 
 @pytest.mark.parametrize(
     ("metric", "parameters"),
-    [("angle", {"wrap": True}), ("spatial", {"wrap": False}), ("spatial", {"n_steps": 1}), ("spatial", {"n_steps": 3})],
+    [
+        ("angle", {"wrap": True}),
+        ("spatial", {"wrap": False}),
+        *(("spatial", {"n_steps": n_steps}) for n_steps in (1, 2, 3, 4, 5, 11, 100)),
+    ],
 )
+@pytest.mark.usefixtures("always_look")
 def test_parameters_of_the_metric(metric, parameters):
+    """Where differences are past half a turn; and with a middle sample, without one, and with one off the middle."""
     rng = np.random.default_rng(0)
     X = clustered(BODY, 400) + 2 * np.pi * rng.integers(-1, 2, size=(400, BODY.n_dofs))
     D = pose_distances(X[:50], X, skeleton=BODY, metric=metric, **parameters)
-    for got, expected in zip(
-        nearest(search_of(X, BODY, metric, **parameters), X[:50], 6), brute_nearest(D, 6), strict=True
-    ):
+    search = search_of(X, BODY, metric, **parameters)
+    for got, expected in zip(nearest(search, X[:50], 6), brute_nearest(D, 6), strict=True):
         np.testing.assert_array_equal(got, expected)
+    for radius in np.quantile(D, [0.1, 0.9]):
+        np.testing.assert_array_equal(within(search, X[:50], radius), np.where(radius >= D, D, np.nan))
+
+
+def test_the_middle_of_a_line_rules_out_what_its_chord_does_not(monkeypatch):
+    """For poses that have little in common."""
+    monkeypatch.setattr(searching.Search, "_pays", lambda *_: False)  # as chords alone would say
+    X = np.random.default_rng(0).uniform(-1.5, 1.5, size=(1000, BODY.n_dofs))
+    search = search_of(X, BODY, "spatial")
+    nearest(search, X[:50] + 0.1, 3)
+    assert search.evaluations.lengths < 0.5 * 50 * len(X)
 
 
 @pytest.mark.parametrize("metric", METRICS_SEARCHED)
@@ -160,7 +176,7 @@ def test_the_split_of_the_work_changes_nothing(metric, monkeypatch):
     near = within(search_of(X, BODY, metric), queries, radius)
     monkeypatch.setattr(searching, "PANEL", 64)
     monkeypatch.setattr(searching, "QUERIES", 33)
-    monkeypatch.setattr(searching, "LITTLE", 0)
+    monkeypatch.setattr(searching, "LITTLE", 1)
     monkeypatch.setattr(searching, "WORK_PER_TASK", 1e5)
     for n_jobs, brute in ((1, False), (3, False), (3, True)):
         search = search_of(X, BODY, metric, n_jobs=n_jobs, brute=brute)
