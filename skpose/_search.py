@@ -26,7 +26,7 @@ from skpose._screen import FLOAT32, Screen
 from skpose._threads import in_threads
 from skpose._tree import tree_of
 from skpose.metrics import METRICS, Metric
-from skpose.pairwise import PANEL
+from skpose.pairwise import PANEL, TASKS_PER_JOB
 from skpose.skeleton import Skeleton
 
 FLOAT64 = np.dtype(np.float64)
@@ -38,7 +38,7 @@ PROBE = 64  # of so many queries, one tells whether looking pays
 LOOK = 14  # of a look at a pair
 NOT_WORTH_A_LOOK = 400_000_000
 LITTLE = 10_000_000  # for a thread
-TASKS_PER_JOB = 16  # as some queries have many more candidates than others
+UNEVEN = 16  # tasks per job where some queries have many more candidates than others
 WORK_PER_TASK = 5e9  # little enough that Ctrl-C is heard
 
 
@@ -48,7 +48,7 @@ class Evaluations(NamedTuple):
     Attributes
     ----------
     lengths : int
-        Pairs whose distance was measured; for "geodesic", along the straight line.
+        Pairs whose distance was measured and not only bounded; for "geodesic", along the straight line.
     geodesics : int
         Pairs whose geodesic was sought.
     """
@@ -198,7 +198,10 @@ class Search:
         before = codes, index.poses, candidates, bounds, n_candidates
         after = at_once, self.metric.encode, self.measure, tree, index.steps, *best.arrays
         for n_measured, n_doubtful, worst in self._over_rows(
-            lambda first, last: loop(*before, first, last, *after), len(codes), self._one_by_one(n_candidates.sum())
+            lambda first, last: loop(*before, first, last, *after),
+            len(codes),
+            self._one_by_one(n_candidates.sum()),
+            UNEVEN,
         ):
             self.n_measured += n_measured
             self.doubts.append((n_doubtful, worst))
@@ -234,9 +237,9 @@ class Search:
         return itertools.pairwise([*range(0, n_poses, PANEL * max(1, QUERIES // max(1, n_queries))), n_poses])
 
     def _pays(self, queries: Queries, some: Queries, limits: np.ndarray, n_measured: int = 0) -> bool:
-        """Whether looking takes less than measuring all, as told by some queries that find nobody above their limits.
+        """Whether to look takes less than to measure all, as told by some of the queries, whose limits are known.
 
-        So many pairs were measured for the sample already.
+        For these so many pairs were measured before.
         """
         for start, stop in self._panels(len(some)) if len(some) else ():
             n_measured += _in_lanes(self._look(some, limits, start, stop, stop - start))
@@ -290,10 +293,10 @@ class Search:
     def _tree(self, dtype):
         return tree_of(self.index.skeleton if self.metric.needs_skeleton else None, dtype)
 
-    def _over_rows(self, task: Callable, n_rows: int, work: float) -> list:
+    def _over_rows(self, task: Callable, n_rows: int, work: float, tasks_per_job: int = TASKS_PER_JOB) -> list:
         """Call the task, of so much work, for some rows at a time; in threads if that is worth their while."""
         n_jobs = self.n_jobs if work > LITTLE else 1
-        n_tasks = max(work / WORK_PER_TASK, min(work / LITTLE, TASKS_PER_JOB * n_jobs) if n_jobs > 1 else 1)
+        n_tasks = max(work / WORK_PER_TASK, min(work / LITTLE, tasks_per_job * n_jobs) if n_jobs > 1 else 1)
         step = max(1, int(n_rows / n_tasks))
         tasks = (functools.partial(task, rows.start, rows.stop) for rows in gen_batches(n_rows, step))
         return in_threads(tasks, n_jobs)

@@ -48,8 +48,8 @@ class PoseKNeighborsTransformer(GraphTransformer):
     effective_metric_params_ : dict
         Its parameters: `n_steps` and `wrap` where it has them.
     n_evaluations_ : tuple
-        What the last search cost: ``lengths``, pairs whose distance was measured (for "geodesic" of straight lines),
-        and ``geodesics``, pairs whose geodesic was sought.
+        What the last search cost: ``lengths``, pairs whose distance was measured and not only bounded (for "geodesic"
+        of straight lines; eight at once take as long as one), and ``geodesics``, pairs whose geodesic was sought.
     n_samples_fit_ : int
         Number of training poses.
     n_features_in_ : int
@@ -83,7 +83,7 @@ class PoseKNeighborsTransformer(GraphTransformer):
 
     Time O(n_samples · n_samples_fit) for the bounds, about a nanosecond each, and O(n_samples · n_neighbors · n_dofs ·
     n_steps) for the lengths if the poses are dense. Memory O(n_samples_fit) for the index, 72 bytes a pose besides the
-    poses, and some 100 MB for a search, beyond its result. Of the parameters of scikit-learn's transformer `leaf_size`,
+    poses, and some 150 MB for a search, beyond its result. Of the parameters of scikit-learn's transformer `leaf_size`,
     `p` and `metric_params` are missing: there are no leaves, no Minkowski distance, and `n_steps` and `wrap` stand for
     themselves.
 
