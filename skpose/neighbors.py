@@ -17,7 +17,7 @@ class PoseKNeighborsTransformer(GraphTransformer):
     estimator that takes a sparse precomputed graph::
 
         make_pipeline(PoseKNeighborsTransformer(skeleton), KNeighborsClassifier(metric="precomputed"))
-        make_pipeline(PoseKNeighborsTransformer(skeleton, n_neighbors=90), TSNE(metric="precomputed", init="random"))
+        make_pipeline(PoseKNeighborsTransformer(skeleton, n_neighbors=91), TSNE(metric="precomputed", init="random"))
 
     Parameters
     ----------
