@@ -23,9 +23,7 @@ class Metric(NamedTuple):
     n_codes: Callable[[Tree, int], int]  # length of an encoded pose, given its length before
     needs_skeleton: bool
     wraps: bool | None  # what wrap="auto" means; None for a metric that whole turns do not change
-    bound: (
-        str | None
-    )  # a Euclidean metric that is never more than this one, if differences are taken as wrap="auto" says
+    bound: str | None  # a Euclidean metric that is never more than this one with wrap="auto"
     encode_work: float  # roughly, for each code of a pose, where adding a square to a sum is 1
     measure_work: float  # and for each code of a pair
     pairs_per_task: int = 2_000_000  # few enough that Ctrl-C is heard within a few seconds
