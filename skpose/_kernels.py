@@ -35,7 +35,8 @@ instructions again and again.
 Two stages
 ----------
 A metric is a pair of functions. Its *encode* writes down what it needs to know of a pose; its *measure*, in
-`skpose._measures`, takes one encoded pose to others. The loops over poses and over pairs are in `skpose._loops`.
+`skpose._measures`, takes one encoded pose to others. The loops over poses and over pairs are in `skpose._loops` and
+`skpose._nearest`.
 """
 
 import functools

@@ -205,7 +205,8 @@ def keep_nearest_loop(dtype):
     """``loop(X, Y, first, last, start, stop, own, measure, tree, steps, limits, values, found, kept)``.
 
     Keeps, for the rows first:last of X, encoded poses, what is nearest of Y, the poses start:stop of an index in blocks
-    of lanes, but for the pose own[i]. Returns how many pairs were measured.
+    of lanes, but for the pose own[i]. Returns how many pairs were measured. For measures that
+    are never in doubt.
     """
     real, at = from_dtype(dtype), types.intp
     tree, steps = shared_types(dtype)

@@ -255,7 +255,7 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
     whose straight line is within the radius already.
 
     Time and memory as of `PoseKNeighborsTransformer`, the poses whose bound is within the radius in place of the
-    neighbours.
+    neighbours; to put the result in order takes about five times its size.
 
     References
     ----------
