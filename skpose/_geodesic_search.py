@@ -6,16 +6,14 @@ chord, in order of chord, until the next chord is longer than the k-th shortest 
 ends are found by searches of their own.
 """
 
-from collections.abc import Iterator
-
 import numpy as np
-from sklearn.utils import gen_batches
+from numpy.typing import ArrayLike
 
 from skpose._nearest import Kept
-from skpose._search import QUERIES, Evaluations, Neighbors, PoseIndex, Search
+from skpose._search import Evaluations, Neighbors, PoseIndex, Search
 from skpose.metrics import METRICS
 
-MAX_CHORDS = 2**24  # held at once
+SOLVED_AT_ONCE = 16  # for a query: few enough that Ctrl-C is heard
 ROUNDING = 1e-9  # of a body: so much longer may a chord be than a curve, as from a pose to itself after a whole turn
 
 
@@ -25,7 +23,10 @@ def search_of(index: PoseIndex, n_jobs: int) -> "Search | GeodesicSearch":
 
 
 class GeodesicSearch:
-    """A search under "geodesic", for which a chord and a straight line leave as little to solve as they can."""
+    """A search under "geodesic", for which a chord and a straight line leave as little to solve as they can.
+
+    It may hold all chords between queries and poses at once.
+    """
 
     def __init__(self, index: PoseIndex, n_jobs: int):
         self.index = index
@@ -44,36 +45,26 @@ class GeodesicSearch:
 
     def nearest(self, poses: np.ndarray, own: np.ndarray, k: int) -> Neighbors:
         """The k nearest of each query."""
-        parts = []
-        for rows in self._batches(len(poses)):
-            limits = np.full(len(own[rows]), np.inf)
-            if self.index.screen is not None:
-                lines = self.lines.nearest(poses[rows], own[rows], k).distances
-                limits = lines.reshape(-1, k)[:, -1] + self.rounding
-            chords = self.chords.within(poses[rows], own[rows], limits)
-            parts.append(self._solve(poses[rows], chords, Kept(limits, k)).sorted(rows.start))
-        return Neighbors.joined(parts)
+        limits = np.full(len(own), np.inf)
+        if self.index.screen is not None:
+            limits = self.lines.nearest(poses, own, k).distances.reshape(-1, k)[:, -1] + self.rounding
+        return Neighbors(*self._solve(poses, self.chords.within(poses, own, limits), Kept(limits, k)).sorted())
 
-    def within(self, poses: np.ndarray, own: np.ndarray, limits: np.ndarray, *, measured: bool = True) -> Neighbors:
+    def within(self, poses: np.ndarray, own: np.ndarray, limits: ArrayLike, *, measured: bool = True) -> Neighbors:
         """All poses that are no further away from a query than its limit.
 
         If they need not be measured, the distance of those whose straight line is short enough is the line's.
         """
-        parts = []
-        for rows in self._batches(len(poses)):
-            near = self.chords.within(poses[rows], own[rows], limits[rows] + self.rounding)
-            if not measured:
-                lines = self.lines.within(poses[rows], own[rows], limits[rows])
-                parts.append((lines.queries + rows.start, lines.indices, lines.distances))
-                size = len(self.index.poses)
-                open_ = ~np.isin(near.queries * size + near.indices, lines.queries * size + lines.indices)
-                near = Neighbors(*(field[open_] for field in near))
-            room = np.bincount(near.queries, minlength=1).max()
-            parts.append(self._solve(poses[rows], near, Kept(limits[rows], max(1, room))).entries(rows.start))
+        limits, parts = np.array(np.broadcast_to(limits, len(poses))), []
+        near = self.chords.within(poses, own, limits + self.rounding)
+        if not measured:
+            lines, size = self.lines.within(poses, own, limits), len(self.index.poses)
+            parts.append(lines)
+            open_ = ~np.isin(near.queries * size + near.indices, lines.queries * size + lines.indices)
+            near = Neighbors(*(field[open_] for field in near))
+        room = np.bincount(near.queries, minlength=1).max()
+        parts.append(self._solve(poses, near, Kept(limits, max(1, room))).entries())
         return Neighbors.sorted(parts)
-
-    def _batches(self, n_queries: int) -> Iterator[slice]:
-        return gen_batches(n_queries, max(1, min(QUERIES, MAX_CHORDS // len(self.index.poses))))
 
     def _solve(self, poses: np.ndarray, chords: Neighbors, best: Kept) -> Kept:
         """Solve what the chords leave open, the shortest first."""
@@ -85,5 +76,8 @@ class GeodesicSearch:
         if self.index.screen is not None:
             bounds[place] = chords.distances - self.rounding
         codes = METRICS["geodesic"].encoded(poses, self.index.skeleton, self.index.steps)
-        self.geodesics.refine(codes, candidates, bounds, counts, best, at_once=1)
+        for start in range(0, candidates.shape[1], SOLVED_AT_ONCE):
+            some = slice(start, start + SOLVED_AT_ONCE)
+            n_some = np.clip(counts - start, 0, SOLVED_AT_ONCE)
+            self.geodesics.refine(codes, candidates[:, some], bounds[:, some], n_some, best, at_once=1)
         return best

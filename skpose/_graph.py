@@ -4,14 +4,13 @@ from numbers import Integral
 from typing import ClassVar
 
 import numpy as np
-from joblib import effective_n_jobs
 from scipy.sparse import csr_array, csr_matrix
 from sklearn import get_config
 from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, TransformerMixin, _fit_context
 from sklearn.utils._param_validation import StrOptions
 
 from skpose._estimator import PoseEstimatorMixin
-from skpose._geodesic_search import search_of
+from skpose._queries import Request, find
 from skpose._search import PoseIndex
 from skpose.metrics import METRIC_CONSTRAINTS, effective_name, resolve
 from skpose.pairwise import warn_of_doubts
@@ -25,6 +24,7 @@ class GraphTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Tran
         "mode": [StrOptions({"distance", "connectivity"})],
         "algorithm": [StrOptions({"auto", "brute"})],
         "n_jobs": [None, Integral],
+        "verbose": ["verbose"],
     }
 
     @_fit_context(prefer_skip_nested_validation=True)
@@ -80,18 +80,17 @@ class GraphTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Tran
             self.effective_metric_params_["n_steps"] = self.n_steps
         return PoseIndex(X, self.skeleton, self.effective_metric_, steps, brute=self.algorithm == "brute")
 
-    def _search(self, X, find):
-        """What ``find(search, poses, own)`` finds, and the number of queries; X as in `kneighbors`."""
+    def _search(self, X, method, **arguments):
+        """What a search's method finds, and the number of queries; X as in `kneighbors`."""
         if X is None:
             X, own = self._index.poses, np.arange(self.n_samples_fit_)
         else:
             X = self._checked(X, reset=False)
             own = np.full(len(X), -1)
-        search = search_of(self._index, effective_n_jobs(self.n_jobs))
-        found = find(search, X, own)
-        self._index.evaluations = search.evaluations
-        warn_of_doubts(search.doubts, search.evaluations.geodesics, stacklevel=5)
-        return found, len(X)
+        found = find(Request(self._index, method, X, own, arguments), self.n_jobs, self.verbose)
+        self._index.evaluations = found.evaluations
+        warn_of_doubts(found.doubts, found.evaluations.geodesics, stacklevel=5)
+        return found.neighbors, len(X)
 
     def _graph(self, mode, search):
         """What a search finds, as a graph."""

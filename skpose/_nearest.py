@@ -49,16 +49,16 @@ class Kept:
         """Replace what is kept in some rows by what another of as much room keeps."""
         self.values[rows], self.found[rows], self.kept[rows] = other.values, other.found, other.kept
 
-    def sorted(self, first: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Row, counted from `first`, index and value of all, by row, value and index; no row has any room."""
+    def sorted(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Row, index and value of all, by row, value and index; no row has any room."""
         order = np.lexsort((self.found, self.values), axis=1)
         found, values = (np.take_along_axis(part, order, axis=1).ravel() for part in (self.found, self.values))
-        return np.repeat(np.arange(first, first + len(self.kept)), self.kept), found, values
+        return np.repeat(np.arange(len(self.kept)), self.kept), found, values
 
-    def entries(self, first: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Row, counted from `first`, index and value of all that is kept."""
+    def entries(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Row, index and value of all that is kept."""
         held = np.arange(self.values.shape[1]) < self.kept[:, np.newaxis]
-        return np.repeat(np.arange(first, first + len(self.kept)), self.kept), self.found[held], self.values[held]
+        return np.repeat(np.arange(len(self.kept)), self.kept), self.found[held], self.values[held]
 
 
 @inlined

@@ -12,11 +12,12 @@ once than a panel's bounds.
 
 import functools
 import itertools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 from sklearn.utils import gen_batches
 
 from skpose import _loops
@@ -25,21 +26,19 @@ from skpose._nearest import Kept, keep_nearest_loop, keep_nearest_of_loop
 from skpose._screen import FLOAT32, Screen
 from skpose._threads import in_threads
 from skpose._tree import tree_of
-from skpose.metrics import METRICS, Metric
-from skpose.pairwise import PANEL, TASKS_PER_JOB
+from skpose._matrix import PANEL, TASKS_PER_JOB
+from skpose.metrics import LITTLE_WORK, METRICS, WORK_PER_TASK, Metric
 from skpose.skeleton import Skeleton
 
 FLOAT64 = np.dtype(np.float64)
 AT_ONCE = _loops.FLOAT64_LANES
-QUERIES = 1024  # searched for at once
+QUERIES = 1024  # searched for at once; memory goes with it
 FIRST_LOOK = 16  # promising poses, besides 1.5 k
 PROBE = 64  # of so many queries, one tells whether looking pays
-# Work, in the unit of `Metric.measure_work`, a fifth of a nanosecond or so on one core:
+# Work, in the unit of `Metric.measure_work`:
 LOOK = 14  # of a look at a pair
 NOT_WORTH_A_LOOK = 400_000_000
-LITTLE = 10_000_000  # for a thread
 UNEVEN = 16  # tasks per job where some queries have many more candidates than others
-WORK_PER_TASK = 5e9  # little enough that Ctrl-C is heard
 
 
 class Evaluations(NamedTuple):
@@ -65,7 +64,7 @@ class Neighbors(NamedTuple):
     distances: np.ndarray
 
     @classmethod
-    def joined(cls, parts: list[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> "Neighbors":
+    def joined(cls, parts: Iterable[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> "Neighbors":
         """Parts that are sorted already."""
         return cls(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
@@ -121,7 +120,7 @@ class PoseIndex:
 
 
 class Search:
-    """A search of an index, under a metric that is measured at once.
+    """A search of an index for no more than QUERIES poses at once, under a metric that is measured at once.
 
     Attributes
     ----------
@@ -146,35 +145,29 @@ class Search:
 
     def nearest(self, poses: np.ndarray, own: np.ndarray, k: int) -> Neighbors:
         """The k nearest of each query."""
-        parts, n_first = [], FIRST_LOOK + 3 * k // 2
-        for rows in gen_batches(len(poses), QUERIES):
-            queries = self._queries(poses[rows], own[rows])
-            best, left = Kept(np.full(len(queries), np.inf), k), np.arange(len(queries))
-            looking = queries.on_screen and 4 * n_first <= len(self.index.poses)
-            if looking:
-                some = queries.take(np.arange(0, len(queries), PROBE))
-                probe = Kept(best.limits[: len(some)], k)
-                far = self._first_look(some, n_first, probe)
-                looking = self._pays(queries, some.take(far), probe.reach[far], n_first * len(some))
-            if looking:
-                left = self._first_look(queries, n_first, best)
-            if len(left):
-                rest = Kept(best.reach[left], k)
-                for _ in self._sweep(queries.take(left), looking, lambda _, rest=rest: rest):
-                    pass
-                best.put(left, rest)
-            parts.append(best.sorted(rows.start))
-        return Neighbors.joined(parts)
+        queries, n_first = self._queries(poses, own), FIRST_LOOK + 3 * k // 2
+        best, left = Kept(np.full(len(queries), np.inf), k), np.arange(len(queries))
+        looking = queries.on_screen and 4 * n_first <= len(self.index.poses)
+        if looking:
+            some = queries.take(np.arange(0, len(queries), PROBE))
+            probe = Kept(best.limits[: len(some)], k)
+            far = self._first_look(some, n_first, probe)
+            looking = self._pays(queries, some.take(far), probe.reach[far], n_first * len(some))
+        if looking:
+            left = self._first_look(queries, n_first, best)
+        if len(left):
+            rest = Kept(best.reach[left], k)
+            for _ in self._sweep(queries.take(left), looking, lambda _: rest):
+                pass
+            best.put(left, rest)
+        return Neighbors(*best.sorted())
 
-    def within(self, poses: np.ndarray, own: np.ndarray, limits: np.ndarray, *, measured: bool = True) -> Neighbors:
+    def within(self, poses: np.ndarray, own: np.ndarray, limits: ArrayLike, *, measured: bool = True) -> Neighbors:
         """All poses that are no further away from a query than its limit; their distances come along."""
-        parts = []
-        for rows in gen_batches(len(poses), QUERIES):
-            queries, some = self._queries(poses[rows], own[rows]), np.arange(rows.start, rows.stop, PROBE)
-            looking = queries.on_screen and self._pays(queries, queries.take(some - rows.start), limits[some])
-            sweep = self._sweep(queries, looking, lambda n_poses, rows=rows: Kept(limits[rows], n_poses))
-            parts += [near.entries(rows.start) for near in sweep]
-        return Neighbors.sorted(parts)
+        limits = np.array(np.broadcast_to(limits, len(poses)))
+        queries, some = self._queries(poses, own), np.arange(0, len(poses), PROBE)
+        looking = queries.on_screen and self._pays(queries, queries.take(some), limits[some])
+        return Neighbors.sorted([near.entries() for near in self._sweep(queries, looking, lambda n: Kept(limits, n))])
 
     def _queries(self, poses: np.ndarray, own: np.ndarray) -> Queries:
         """The queries, on the screen if there is one and work enough to look at it."""
@@ -295,8 +288,8 @@ class Search:
 
     def _over_rows(self, task: Callable, n_rows: int, work: float, tasks_per_job: int = TASKS_PER_JOB) -> list:
         """Call the task, of so much work, for some rows at a time; in threads if that is worth their while."""
-        n_jobs = self.n_jobs if work > LITTLE else 1
-        n_tasks = max(work / WORK_PER_TASK, min(work / LITTLE, tasks_per_job * n_jobs) if n_jobs > 1 else 1)
+        n_jobs = self.n_jobs if work > LITTLE_WORK else 1
+        n_tasks = max(work / WORK_PER_TASK, min(work / LITTLE_WORK, tasks_per_job * n_jobs) if n_jobs > 1 else 1)
         step = max(1, int(n_rows / n_tasks))
         tasks = (functools.partial(task, rows.start, rows.stop) for rows in gen_batches(n_rows, step))
         return in_threads(tasks, n_jobs)

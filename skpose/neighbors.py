@@ -38,8 +38,10 @@ class PoseKNeighborsTransformer(GraphTransformer):
     wrap : bool or "auto", default="auto"
         Whether differences of angles are taken the short way round, see `skpose.pose_distances`.
     n_jobs : int, default=None
-        Threads; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors. The result does not
-        depend on it.
+        Threads; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors. Where that context names
+        a backend of processes or a cluster, the queries are searched for there. The result does not depend on it.
+    verbose : int, default=0
+        Whether to show how far a search is.
 
     Attributes
     ----------
@@ -128,6 +130,7 @@ class PoseKNeighborsTransformer(GraphTransformer):
         n_steps=10,
         wrap="auto",
         n_jobs=None,
+        verbose=0,
     ):
         self.skeleton = skeleton
         self.mode = mode
@@ -137,6 +140,7 @@ class PoseKNeighborsTransformer(GraphTransformer):
         self.n_steps = n_steps
         self.wrap = wrap
         self.n_jobs = n_jobs
+        self.verbose = verbose
 
     def transform(self, X):
         """Compute the graph of the nearest training poses.
@@ -210,16 +214,13 @@ class PoseKNeighborsTransformer(GraphTransformer):
         if k < 1:
             raise ValueError(f"n_neighbors must be 1 or more, got {k}")
 
-        def nearest(search, poses, own):
-            most = self.n_samples_fit_ - (X is None)
-            if k > most:
-                raise ValueError(
-                    f"Expected n_neighbors {'<' if X is None else '<='} n_samples_fit, but n_neighbors = {k}, "
-                    f"n_samples_fit = {self.n_samples_fit_}, n_samples = {len(poses)}"
-                )
-            return search.nearest(poses, own, int(k))
-
-        return self._search(X, nearest)
+        most = self.n_samples_fit_ - (X is None)
+        if k > most:
+            raise ValueError(
+                f"Expected n_neighbors {'<' if X is None else '<='} n_samples_fit, but n_neighbors = {k}, "
+                f"n_samples_fit = {self.n_samples_fit_}"
+            )
+        return self._search(X, "nearest", k=int(k))
 
 
 class PoseRadiusNeighborsTransformer(GraphTransformer):
@@ -237,7 +238,7 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
         Whether the graph holds distances or ones.
     radius : float, default=1.0
         Neighbours are no further away than this; m, or rad for "angle".
-    algorithm, metric, n_steps, wrap, n_jobs
+    algorithm, metric, n_steps, wrap, n_jobs, verbose
         As in `PoseKNeighborsTransformer`.
 
     Attributes
@@ -294,6 +295,7 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
         n_steps=10,
         wrap="auto",
         n_jobs=None,
+        verbose=0,
     ):
         self.skeleton = skeleton
         self.mode = mode
@@ -303,6 +305,7 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
         self.n_steps = n_steps
         self.wrap = wrap
         self.n_jobs = n_jobs
+        self.verbose = verbose
 
     def transform(self, X):
         """Compute the graph of the training poses within the radius.
@@ -383,10 +386,7 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
         if not radius >= 0:
             raise ValueError(f"radius must be nought or more, got {radius}")
 
-        def within(search, poses, own):
-            return search.within(poses, own, np.full(len(poses), float(radius)), measured=measured)
-
-        return self._search(X, within)
+        return self._search(X, "within", limits=float(radius), measured=measured)
 
 
 def _ragged(parts):

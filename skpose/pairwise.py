@@ -1,31 +1,34 @@
 """Matrices of distances between poses."""
 
-import functools
 import warnings
-from collections.abc import Callable, Iterator, Sequence
-from numbers import Integral
+from collections.abc import Callable, Iterator
+from functools import partial
+from numbers import Integral, Real
+from typing import Any
 
 import numpy as np
 from joblib import effective_n_jobs
 from numpy.typing import ArrayLike
+from sklearn import get_config
 from sklearn.exceptions import ConvergenceWarning
-from sklearn.utils._param_validation import validate_params
+from sklearn.utils import gen_batches
+from sklearn.utils._param_validation import HasMethods, Interval, validate_params
 
-from skpose import _loops
-from skpose._kernels import Steps
-from skpose._threads import in_threads
-from skpose._tree import tree_of
+from skpose._destination import Destination
+from skpose._engine import from_workers, in_processes
+from skpose._lazy import is_lazy, lazy_distances
+from skpose._matrix import DistanceMatrix, Doubts
+from skpose._progress import progress
 from skpose._validation import check_poses
-from skpose.metrics import METRIC_CONSTRAINTS, Metric, resolve
+from skpose.metrics import LITTLE_WORK, METRIC_CONSTRAINTS, METRICS, effective_name, resolve
 from skpose.skeleton import Skeleton
 
-PANEL = 4096  # poses that are encoded at once
-TASKS_PER_JOB = 4  # enough that no thread waits long for the last; each costs 0.25 ms
-MIRROR_BLOCK = 512
+WORTH_SHIPPING = 100 * LITTLE_WORK
+CONSTRAINTS = METRIC_CONSTRAINTS | {"n_jobs": [None, Integral], "verbose": ["verbose"]}
 
 
 @validate_params(
-    METRIC_CONSTRAINTS | {"n_jobs": [None, Integral], "out": [np.ndarray, None]}, prefer_skip_nested_validation=True
+    CONSTRAINTS | {"out": [HasMethods(["__getitem__", "__setitem__"]), None]}, prefer_skip_nested_validation=True
 )
 def pose_distances(
     X: ArrayLike,
@@ -36,7 +39,8 @@ def pose_distances(
     n_steps: int = 10,
     wrap: bool | str = "auto",
     n_jobs: int | None = None,
-    out: np.ndarray | None = None,
+    out: Any = None,
+    verbose: int = 0,
 ) -> np.ndarray:
     r"""Distances between all poses of X and all poses of Y.
 
@@ -70,15 +74,19 @@ def pose_distances(
         Whether each difference of angles goes the short way round, in [−π, π], so that a file's jump by 360° is no
         movement. "auto" does so for "spatial" and "geodesic" and takes "angle" literally; the others cannot tell.
     n_jobs : int, default=None
-        Threads; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors. The result does not
+        Threads; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors. Where that context names
+        a backend of processes or a cluster ("loky", "dask", "ray"), blocks are computed there. The result does not
         depend on it.
-    out : ndarray of shape (n_x, n_y), default=None
-        Where to put the result, such as a ``numpy.memmap``; of the result's dtype.
+    out : array of shape (n_x, n_y), default=None
+        Where to put the result, of its dtype: an ndarray, a ``numpy.memmap``, a zarr array. If writing into a whole
+        memmap or a zarr array is interrupted, the same call goes on where it stopped, see Notes.
+    verbose : int, default=0
+        Whether to show how far it is: a bar where rich is installed, else some lines on stderr.
 
     Returns
     -------
     ndarray of shape (n_x, n_y)
-        The distances; float32 where all poses are, computed in float32 (but for "geodesic"), else float64. Without Y
+        The distances, or `out`; float32 where all poses are, computed in float32 (but for "geodesic"), else float64. Without Y
         exactly symmetric, with an exactly zero diagonal. Equal poses are at distance zero also between X and Y.
 
     Warns
@@ -90,11 +98,12 @@ def pose_distances(
     ------
     ValueError
         For poses of the wrong width, out of order by column name, or not finite; for a metric that needs a skeleton
-        and got none; for an `out` that does not fit.
+        and got none; for an `out` that does not fit, or holds the beginning of other distances.
 
     See Also
     --------
     geodesic : One geodesic, with its path.
+    pose_distances_chunked : The same chunk by chunk.
     pose_metric : The same as a function of two poses.
     PoseDistanceTransformer : The same as a step of a scikit-learn pipeline.
 
@@ -106,8 +115,17 @@ def pose_distances(
 
     Time O(n_x · n_y · n_dofs), for "spatial" times n_steps; no sine or cosine is computed per pair. "geodesic" takes
     some milliseconds a pair, and a hundred for poses very far apart; pairs whose chord and straight line agree to 1e-6
-    are not solved. Memory beyond the result: the codes of some panels of 4096 poses, 12 MB each for "spatial" and 56
-    dofs.
+    are not solved. Memory beyond the poses and the result: one block, 128 MB, and the codes of some panels of 4096
+    poses, 12 MB each for "spatial" and 56 dofs; what is written into a file does not stay resident. On workers the
+    poses and a block or two of 32 MB each, and here no more than four such blocks per worker.
+
+    A matrix in a file is written block by block, and a block is noted, with the checksum of its bytes, when it is
+    complete: beside a memmap in a file named after it with ".progress" at the end, in a zarr array among its
+    attributes. The same call on the array, opened anew with mode "r+", computes only the blocks that are not there as
+    they were noted. The notes go when all is done.
+
+    Poses in a ``dask.array`` give a lazy ``dask.array`` of distances, computed where dask computes. It takes no `out`
+    and no notice of `n_jobs` and `verbose`, and its warnings appear where it is computed.
 
     References
     ----------
@@ -133,100 +151,179 @@ def pose_distances(
            [3.509, 0.   , 2.219],
            [1.569, 2.219, 0.   ]])
     """
-    chosen, steps = resolve(metric, skeleton, n_steps, wrap)
+    if is_lazy(X) or is_lazy(Y):
+        resolve(metric, skeleton, n_steps, wrap)
+        if out is not None:
+            raise ValueError(
+                "out is for distances that are computed at once; store those of a dask array with da.store"
+            )
+        return lazy_distances(pose_distances, X, Y, skeleton, metric=metric, n_steps=n_steps, wrap=wrap)
+    matrix, dtype = _matrix(X, Y, skeleton, metric, n_steps, wrap)
+    destination = Destination(out, matrix.shape, dtype)
+    doubts = _fill(destination, matrix, n_jobs, verbose)
+    warn_of_doubts(doubts, matrix.n_pairs, stacklevel=3)
+    return destination.array
+
+
+@validate_params(
+    CONSTRAINTS
+    | {"reduce_func": [callable, None], "working_memory": [Interval(Real, 0, None, closed="neither"), None]},
+    prefer_skip_nested_validation=True,
+)
+def pose_distances_chunked(
+    X: ArrayLike,
+    Y: ArrayLike | None = None,
+    *,
+    reduce_func: Callable[[np.ndarray, int], Any] | None = None,
+    skeleton: Skeleton | None = None,
+    metric: str = "auto",
+    n_steps: int = 10,
+    wrap: bool | str = "auto",
+    n_jobs: int | None = None,
+    working_memory: float | None = None,
+    verbose: int = 0,
+) -> Iterator[Any]:
+    """Distances chunk by chunk, each chunk of rows as large as memory allows, with an optional reduction.
+
+    What scikit-learn's ``pairwise_distances_chunked`` is for its distances.
+
+    Parameters
+    ----------
+    X : array-like of shape (n_x, n_dofs)
+        Poses: joint angles, rad, as for `pose_distances`.
+    Y : array-like of shape (n_y, n_dofs), default=None
+        Other poses; None is X.
+    reduce_func : callable, default=None
+        Called as ``reduce_func(D_chunk, start)`` with a chunk of shape (n_chunk, n_y), which it may change, and the
+        index of its first row in X. It returns an array, a list or a sparse matrix of length n_chunk, a tuple of
+        these, or None to change the chunk in place. None gives the chunks themselves.
+    skeleton, metric, n_steps, wrap, n_jobs
+        As for `pose_distances`.
+    working_memory : float, default=None
+        Memory for a chunk, MiB; at least one row. None takes scikit-learn's ``working_memory``, 1 GiB unless set.
+    verbose : int, default=0
+        Whether to show how far it is.
+
+    Yields
+    ------
+    D_chunk : ndarray, sparse matrix, list or tuple
+        A chunk of distances, or what `reduce_func` made of it.
+
+    Raises
+    ------
+    ValueError
+        As `pose_distances`; and if `reduce_func` returns something of another length.
+    TypeError
+        If `reduce_func` returns something without a length.
+
+    See Also
+    --------
+    pose_distances : All at once, also into a file.
+    PoseKNeighborsTransformer : Nearest neighbours without most of the distances.
+
+    Notes
+    -----
+    Each chunk has whole rows, so that without Y each pair is computed twice, once from either end; under "spatial" the
+    two may differ in the last bits. Time as of `pose_distances`, memory `working_memory` and the codes of some panels
+    of 4096 poses.
+
+    Examples
+    --------
+    The medoid of a motion, without its matrix:
+
+    >>> import numpy as np
+    >>> from skpose import Skeleton, pose_distances_chunked
+    >>> swing = np.linspace([0.0, 0.0], [1.0, 0.0], 101)
+    >>> sums = pose_distances_chunked(
+    ...     swing, skeleton=Skeleton.chain(2), reduce_func=lambda chunk, start: chunk.sum(axis=1), working_memory=0.01
+    ... )
+    >>> int(np.concatenate(list(sums)).argmin())
+    50
+    """
+    matrix, dtype = _matrix(X, X if Y is None else Y, skeleton, metric, n_steps, wrap)
+    n_rows, n_columns = matrix.shape
+    memory = get_config()["working_memory"] if working_memory is None else working_memory
+    batches = list(gen_batches(n_rows, min(n_rows, max(1, int(memory * 2**20 / (dtype.itemsize * n_columns))))))
+    part = partial(DistanceMatrix, metric=matrix.metric, skeleton=matrix.skeleton, steps=matrix.steps, dtype=dtype)
+    doubts = []
+    with progress(_named(matrix), len(batches), verbose) as advance:
+        for batch in batches:
+            chunk = part(matrix.X[batch], matrix.Y)
+            destination = Destination(None, chunk.shape, dtype)
+            doubts += _fill(destination, chunk, n_jobs, verbose=0)
+            yield destination.array if reduce_func is None else _reduced(reduce_func, destination.array, batch.start)
+            advance()
+    warn_of_doubts(doubts, matrix.n_pairs, stacklevel=3)
+
+
+def _matrix(
+    X: ArrayLike, Y: ArrayLike | None, skeleton: Skeleton | None, metric: str, n_steps: int, wrap: bool | str
+) -> tuple[DistanceMatrix, np.dtype]:
+    """What is to be computed, and the dtype of the result."""
+    _, steps = resolve(metric, skeleton, n_steps, wrap)
     triangle = Y is None or Y is X
     X = check_poses(X, skeleton, "X")
     Y = X if triangle else check_poses(Y, skeleton, "Y")
     if X.shape[1] != Y.shape[1]:
         raise ValueError(f"X has {X.shape[1]} columns and Y has {Y.shape[1]}; poses of one body have equally many")
     dtype = np.result_type(X, Y)
-    result = _result(out, (len(X), len(Y)), dtype)
-    if chosen.always_float64:
-        dtype = np.dtype(np.float64)
-    distances = result if result.dtype == dtype else np.empty(result.shape, dtype)
-    tasks = _tasks(X, None if triangle else Y, chosen, skeleton, steps, distances, effective_n_jobs(n_jobs))
-    doubts = in_threads(tasks, effective_n_jobs(n_jobs))
-    warn_of_doubts(doubts, len(X) * (len(X) - 1) // 2 if triangle else distances.size, stacklevel=3)
-    if triangle:
-        _mirror(distances)
-    if distances is not result:
-        result[...] = distances
-    return result if out is None else out
+    return DistanceMatrix(X, None if triangle else Y, effective_name(metric, skeleton), skeleton, steps, dtype), dtype
 
 
-def warn_of_doubts(doubts: Sequence[tuple[int, float]], n_pairs: int, stacklevel: int) -> None:
-    """Warn where geodesics did not converge; how many in each task, and the largest gap in it."""
-    n_doubtful = sum(n for n, _ in doubts)
+def _fill(destination: Destination, matrix: DistanceMatrix, n_jobs: int | None, verbose: int) -> list[Doubts]:
+    """Compute all blocks of a matrix that are not there yet; return the doubts about each."""
+    n_workers = effective_n_jobs(n_jobs)
+    remote = matrix.n_pairs * matrix.work_per_pair > WORTH_SHIPPING and in_processes(n_jobs)
+    edge = matrix.edge(1, n_workers) if remote else matrix.edge(n_workers)
+    with (
+        destination.resumed(matrix, edge) as (blocks, doubts, note),
+        progress(_named(matrix), len(blocks), verbose) as advance,
+    ):
+        if remote:
+            results = from_workers(DistanceMatrix.distances, matrix, blocks, n_jobs)
+        else:
+            results = ((b, matrix.distances(b, n_workers, destination.part(b, matrix.dtype))) for b in blocks)
+        for block, (distances, doubt) in results:
+            destination.write(block, distances, matrix.symmetric)
+            note(block, doubt)
+            doubts.append(doubt)
+            advance()
+    return doubts
+
+
+def _named(matrix: DistanceMatrix) -> str:
+    return f"{matrix.shape[0]:,} × {matrix.shape[1]:,} distances"
+
+
+def _reduced(reduce_func: Callable[[np.ndarray, int], Any], chunk: np.ndarray, start: int) -> Any:
+    """What the user's function makes of a chunk, held to the chunk's length."""
+    n_rows = len(chunk)
+    result = reduce_func(chunk, start)
+    if result is None:
+        return chunk
+    for part in result if isinstance(result, tuple) else (result,):
+        if not hasattr(part, "__len__") and not hasattr(part, "shape"):
+            raise TypeError(
+                "reduce_func must return a sequence, an array or a sparse matrix with one entry for each row of the "
+                f"chunk, or a tuple of these, got {part!r}"
+            )
+        length = part.shape[0] if hasattr(part, "shape") else len(part)
+        if length != n_rows:
+            raise ValueError(
+                f"reduce_func returned {length} entries for a chunk of {n_rows} rows that begins at row {start}; it "
+                "must return one for each row"
+            )
+    return result
+
+
+def warn_of_doubts(doubts: list[Doubts], n_pairs: int, stacklevel: int) -> None:
+    """Warn where geodesics did not converge."""
+    n_doubtful, gap = Doubts.joined(doubts)
     if n_doubtful:
         warnings.warn(
             f"{n_doubtful} of {n_pairs} geodesics did not converge; their distances are lengths of curves no "
             "longer than the straight line in angle space, which may not be the shortest. The largest relative gap "
-            f"between such a curve's length and the sum of its chords is {max(gap for _, gap in doubts):.2g}",
+            f"between such a curve's length and the sum of its chords is {gap:.2g}",
             ConvergenceWarning,
             stacklevel=stacklevel,
         )
-
-
-def _result(out: np.ndarray | None, shape: tuple[int, int], dtype: np.dtype) -> np.ndarray:
-    """The array to write into: a new one, or the user's as a plain ndarray."""
-    if out is None:
-        return np.empty(shape, dtype)
-    if out.shape != shape or out.dtype != dtype or not out.flags.writeable or not out.flags.aligned:
-        state = "" if out.flags.writeable else ", read-only"
-        raise ValueError(f"out must be a writeable {dtype} array of shape {shape}, got {out.dtype} {out.shape}{state}")
-    return np.asarray(out)
-
-
-def _tasks(
-    X: np.ndarray,
-    Y: np.ndarray | None,
-    metric: Metric,
-    skeleton: Skeleton | None,
-    steps: Steps,
-    distances: np.ndarray,
-    n_jobs: int,
-) -> Iterator[Callable[[], tuple[int, float]]]:
-    """Tiles of the matrix, or of its upper triangle, as functions to call.
-
-    Poses are encoded a panel at a time, when its first tile is asked for, so that no more codes than a few panels' are
-    ever held.
-    """
-    dtype = distances.dtype
-    tree, loop = tree_of(skeleton if metric.needs_skeleton else None, dtype), _loops.pair_distances_loop(dtype)
-
-    def encoded(poses: np.ndarray) -> np.ndarray:
-        return metric.encoded(poses, skeleton, steps).astype(dtype, copy=False)
-
-    pairs_per_task = metric.pairs_per_task
-    if n_jobs > 1:
-        pairs_per_task = min(pairs_per_task, max(1, distances.size // (TASKS_PER_JOB * n_jobs)))
-    for x in range(0, len(X), PANEL):
-        rows = encoded(X[x : x + PANEL])
-        for y in range(x if Y is None else 0, distances.shape[1], PANEL):
-            diagonal = Y is None and x == y
-            columns = rows if diagonal else encoded((X if Y is None else Y)[y : y + PANEL])
-            blocks, panel = _loops.in_lanes(columns), distances[x : x + PANEL, y : y + PANEL]
-            for tile in _tiles(len(rows), len(blocks) // rows.shape[1], blocks.shape[1], diagonal, pairs_per_task):
-                yield functools.partial(loop, rows, blocks, *tile, diagonal, metric.measure, tree, steps, panel)
-
-
-def _tiles(
-    n_rows: int, n_blocks: int, width: int, triangle: bool, pairs_per_task: int
-) -> Iterator[tuple[int, int, int, int]]:
-    """First and last row, first and last block of tiles of no more than so many pairs each."""
-    block_step = min(n_blocks, max(1, pairs_per_task // width))
-    row_step = max(1, pairs_per_task // (block_step * width))
-    for first in range(0, n_rows, row_step):
-        last = min(first + row_step, n_rows)
-        for block in range(first // width if triangle else 0, n_blocks, block_step):
-            yield first, last, block, min(block + block_step, n_blocks)
-
-
-def _mirror(distances: np.ndarray) -> None:
-    """Copy the upper triangle into the lower one, by blocks for the cache's sake, and clear the diagonal."""
-    n = len(distances)
-    for start in range(0, n, MIRROR_BLOCK):
-        stop = min(start + MIRROR_BLOCK, n)
-        distances[stop:, start:stop] = distances[start:stop, stop:].T
-        block = distances[start:stop, start:stop]
-        block[...] = np.triu(block, 1) + np.triu(block, 1).T

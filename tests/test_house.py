@@ -21,7 +21,7 @@ EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 
 # The direction of the data: a file imports only from lines above its own.
 LAYERS = [
-    ["_lanes", "_threads", "skeleton"],
+    ["_lanes", "_threads", "_progress", "_engine", "_journal", "skeleton"],
     ["_kernels", "motion", "_validation"],
     ["_measures", "_tree", "_loops", "_jacobian", "_graph_shift", "_blocks", "io._text"],
     ["_path_energy", "_nearest"],
@@ -34,10 +34,12 @@ LAYERS = [
     ["datasets"],
     ["kinematics", "metrics"],
     ["geodesic"],
+    ["_matrix", "_lazy"],
+    ["_destination", "_screen"],
     ["pairwise"],
-    ["_screen"],
     ["_search"],
     ["_geodesic_search"],
+    ["_queries"],
     ["_callbacks", "_estimator"],
     ["_graph"],
     ["transformer", "cluster", "manifold", "neighbors"],

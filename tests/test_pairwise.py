@@ -14,7 +14,7 @@ from joblib import parallel_config
 
 from skpose import Skeleton, pose_distances
 from skpose.metrics import METRICS
-from skpose.pairwise import PANEL
+from skpose._matrix import PANEL
 
 ALL_METRICS = pytest.mark.parametrize("metric", METRICS)
 BODY = SKELETONS["humanoid"]
@@ -159,7 +159,8 @@ def test_auto_is_spatial_with_a_skeleton_and_angle_without(X):
         ({"n_steps": 0}, ValueError, "The 'n_steps' parameter of pose_distances must be an int in the range"),
         ({"wrap": "yes"}, ValueError, "The 'wrap' parameter of pose_distances must be"),
         ({"n_jobs": 1.5}, ValueError, "The 'n_jobs' parameter of pose_distances must be"),
-        ({"out": [[0.0]]}, ValueError, "The 'out' parameter of pose_distances must be"),
+        ({"out": [[0.0]]}, ValueError, r"out must be a writeable float64 array of shape \(3, 2\), got list"),
+        ({"out": 1.0}, ValueError, "The 'out' parameter of pose_distances must be"),
     ],
 )
 def test_bad_input_is_refused_in_the_users_words(arguments, error, message):
@@ -204,8 +205,8 @@ def test_long_chains_and_large_trees(n_dofs, n_steps, turns):
 def test_panels_and_tiles_change_nothing(metric, X, monkeypatch):
     pairs = [(X, None), (X, X[::2] + 0.1)]
     whole = [pose_distances(A, B, skeleton=BODY, metric=metric) for A, B in pairs]
-    monkeypatch.setattr("skpose.pairwise.PANEL", 8)
-    monkeypatch.setitem(METRICS, metric, METRICS[metric]._replace(pairs_per_task=16))
+    monkeypatch.setattr("skpose._matrix.PANEL", 8)
+    monkeypatch.setattr("skpose._matrix.WORK_PER_TASK", 1.0)
     for (A, B), expected in zip(pairs, whole, strict=True):
         np.testing.assert_array_equal(pose_distances(A, B, skeleton=BODY, metric=metric), expected)
 

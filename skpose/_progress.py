@@ -1,0 +1,88 @@
+"""How far long work has come: a bar where rich is installed and there is a terminal, plain lines elsewhere."""
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from contextvars import ContextVar
+
+SECONDS = 10.0  # between plain lines
+
+Advance = Callable[[], None]
+_listener: ContextVar[Callable[[str, int], Advance] | None] = ContextVar("listener", default=None)
+
+
+@contextmanager
+def heard_by(listener: Callable[[str, int], Advance]) -> Iterator[None]:
+    """Tell the listener of all progress in this context: what and how many steps; what it returns is called at each."""
+    token = _listener.set(listener)
+    try:
+        yield
+    finally:
+        _listener.reset(token)
+
+
+@contextmanager
+def progress(what: str, n_steps: int, verbose: int) -> Iterator[Advance]:
+    """Show work of so many steps, if that is wanted; gives the function to call after each step."""
+    listener = _listener.get()
+    with ExitStack() as stack:
+        told = [] if listener is None else [listener(what, n_steps)]
+        if verbose:
+            told.append(stack.enter_context(_bar(what, n_steps)))
+
+        def advance() -> None:
+            for tell in told:
+                tell()
+
+        yield advance
+
+
+def _bar(what: str, n_steps: int):
+    try:
+        from rich.console import Console
+    except ImportError:
+        return _lines(what, n_steps)
+    console = Console(stderr=True)
+    return _rich(what, n_steps, console) if console.is_terminal or console.is_jupyter else _lines(what, n_steps)
+
+
+@contextmanager
+def _rich(what: str, n_steps: int, console) -> Iterator[Advance]:
+    from rich.progress import (
+        BarColumn,
+        Progress,
+        TaskProgressColumn,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    columns = TextColumn("{task.description}"), BarColumn(), TaskProgressColumn()
+    with Progress(*columns, TimeElapsedColumn(), TimeRemainingColumn(), console=console) as bar:
+        task = bar.add_task(what, total=n_steps)
+        yield lambda: bar.advance(task)
+
+
+@contextmanager
+def _lines(what: str, n_steps: int) -> Iterator[Advance]:
+    start = told = time.monotonic()
+    n_done = 0
+
+    def advance() -> None:
+        nonlocal n_done, told
+        n_done += 1
+        now = time.monotonic()
+        if now - told >= SECONDS and n_done < n_steps:
+            told, left = now, (now - start) * (n_steps - n_done) / n_done
+            print(f"{what}: {n_done / n_steps:.0%}, {_clock(left)} to go", file=sys.stderr, flush=True)
+
+    yield advance
+    print(f"{what}: done in {_clock(time.monotonic() - start)}", file=sys.stderr, flush=True)
+
+
+def _clock(seconds: float) -> str:
+    if seconds < 60:
+        return f"{seconds:.1f} s"
+    minutes, seconds = divmod(round(seconds), 60)
+    return f"{minutes // 60} h {minutes % 60:02} min" if minutes >= 60 else f"{minutes} min {seconds:02} s"
