@@ -14,7 +14,7 @@ from skpose.manifold import SpatialMDS
 from skpose.metrics import pose_metric
 from skpose.motion import Motion
 from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
-from skpose.pairwise import pose_distances
+from skpose.pairwise import pose_distances, pose_distances_chunked
 from skpose.skeleton import Bone, Skeleton
 from skpose.transformer import PoseDistanceTransformer
 
@@ -32,6 +32,7 @@ __all__ = [
     "geodesic",
     "metric_tensor",
     "pose_distances",
+    "pose_distances_chunked",
     "pose_metric",
     "position_jacobian",
 ]

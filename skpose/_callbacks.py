@@ -1,7 +1,10 @@
 """scikit-learn's callback protocol where the installed version has it (1.9), and nothing in its place before."""
 
-from collections.abc import Iterator
+import functools
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+
+from skpose._progress import heard_by
 
 try:
     from sklearn.callback import CallbackSupportMixin, with_callbacks
@@ -36,13 +39,29 @@ class Progress:
 
     @contextmanager
     def step(self, name: str) -> Iterator[None]:
-        """One step of the fit."""
-        context = self._context.subcontext(task_name=name) if self._context is not None else None
-        if context is not None:
-            context.call_on_fit_task_begin(estimator=self._estimator, X=self._X)
-        yield
-        if context is not None:
-            context.call_on_fit_task_end(estimator=self._estimator, X=self._X)
+        """One step of the fit; what shows its progress in it is a step of this one, and has steps of its own."""
+        if self._context is None:
+            yield
+            return
+        with self._task(self._context, name, None) as context, heard_by(functools.partial(self._heard, context)):
+            yield
+
+    @contextmanager
+    def _task(self, parent, name: str, n_steps: int | None) -> Iterator:
+        context = parent.subcontext(task_name=name, max_subtasks=n_steps)
+        context.call_on_fit_task_begin(estimator=self._estimator, X=self._X)
+        yield context
+        context.call_on_fit_task_end(estimator=self._estimator, X=self._X)
+
+    @contextmanager
+    def _heard(self, parent, what: str, n_steps: int) -> Iterator[Callable[[], None]]:
+        with self._task(parent, what, n_steps) as context:
+
+            def advance() -> None:
+                with self._task(context, "block", 0):
+                    pass
+
+            yield advance
 
     def end(self) -> None:
         """The fit is done."""

@@ -24,6 +24,7 @@ Block = TypeVar("Block", bound=Hashable)
 ATTEMPTS = 3  # in a row from which nothing comes back
 UNDER_WAY = 4  # blocks per worker that are computed or wait to be taken, at most
 OPENED_AT_ONCE = 2
+SMALL = 2**26  # bytes, to be copied by a worker of joblib's, which waits for a second for mapped ones to be let go
 
 
 class EngineError(RuntimeError):
@@ -77,7 +78,7 @@ def _from_joblib(
     limit = UNDER_WAY * joblib.effective_n_jobs(n_jobs)
     waiting, n_sent, n_taken = collections.deque(blocks), 0, 0
 
-    def tasks():  # asked for in another thread, where waiting would stop the engine, so there may be an end before the end
+    def tasks():  # asked for in another thread, where waiting would stop the engine; hence it ends, and begins anew
         nonlocal n_sent
         while waiting and n_sent - n_taken < limit:
             n_sent += 1
@@ -176,5 +177,7 @@ def _opened(token: str, parts: tuple) -> Any:
                 parts = [ray.get(part) for part in parts]
             while len(_open) >= OPENED_AT_ONCE:
                 del _open[next(iter(_open))]
+            if sum(part.nbytes for part in parts) < SMALL:
+                parts = [part.copy() for part in parts]
             _open[token] = pickle.loads(parts[0], buffers=parts[1:])
         return _open[token]

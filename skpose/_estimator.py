@@ -15,6 +15,7 @@ ESTIMATOR_CONSTRAINTS = {
     **METRIC_CONSTRAINTS,
     "metric": [StrOptions({"auto", "precomputed", *METRICS})],
     "n_jobs": [None, Integral],
+    "verbose": ["verbose"],
 }
 
 
@@ -44,6 +45,7 @@ class PoseEstimatorMixin:
             n_steps=self.n_steps,
             wrap=self.wrap,
             n_jobs=self.n_jobs,
+            verbose=self.verbose,
         )
 
     def __sklearn_tags__(self):

@@ -77,7 +77,6 @@ class GeodesicSearch:
             bounds[place] = chords.distances - self.rounding
         codes = METRICS["geodesic"].encoded(poses, self.index.skeleton, self.index.steps)
         for start in range(0, candidates.shape[1], SOLVED_AT_ONCE):
-            some = slice(start, start + SOLVED_AT_ONCE)
-            n_some = np.clip(counts - start, 0, SOLVED_AT_ONCE)
-            self.geodesics.refine(codes, candidates[:, some], bounds[:, some], n_some, best, at_once=1)
+            some = (np.ascontiguousarray(part[:, start : start + SOLVED_AT_ONCE]) for part in (candidates, bounds))
+            self.geodesics.refine(codes, *some, np.clip(counts - start, 0, SOLVED_AT_ONCE), best, at_once=1)
         return best

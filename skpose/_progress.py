@@ -3,18 +3,19 @@
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from contextvars import ContextVar
 
 SECONDS = 10.0  # between plain lines
 
 Advance = Callable[[], None]
-_listener: ContextVar[Callable[[str, int], Advance] | None] = ContextVar("listener", default=None)
+Listener = Callable[[str, int], AbstractContextManager[Advance]]
+_listener: ContextVar[Listener | None] = ContextVar("listener", default=None)
 
 
 @contextmanager
-def heard_by(listener: Callable[[str, int], Advance]) -> Iterator[None]:
-    """Tell the listener of all progress in this context: what and how many steps; what it returns is called at each."""
+def heard_by(listener: Listener) -> Iterator[None]:
+    """Tell the listener of all progress that is made in this context, as `progress` below tells whoever looks on."""
     token = _listener.set(listener)
     try:
         yield
@@ -25,11 +26,9 @@ def heard_by(listener: Callable[[str, int], Advance]) -> Iterator[None]:
 @contextmanager
 def progress(what: str, n_steps: int, verbose: int) -> Iterator[Advance]:
     """Show work of so many steps, if that is wanted; gives the function to call after each step."""
-    listener = _listener.get()
     with ExitStack() as stack:
-        told = [] if listener is None else [listener(what, n_steps)]
-        if verbose:
-            told.append(stack.enter_context(_bar(what, n_steps)))
+        tellers = [_listener.get() if n_steps > 1 else None, _bar if verbose else None]
+        told = [stack.enter_context(teller(what, n_steps)) for teller in tellers if teller is not None]
 
         def advance() -> None:
             for tell in told:
@@ -38,7 +37,7 @@ def progress(what: str, n_steps: int, verbose: int) -> Iterator[Advance]:
         yield advance
 
 
-def _bar(what: str, n_steps: int):
+def _bar(what: str, n_steps: int) -> AbstractContextManager[Advance]:
     try:
         from rich.console import Console
     except ImportError:
@@ -49,17 +48,10 @@ def _bar(what: str, n_steps: int):
 
 @contextmanager
 def _rich(what: str, n_steps: int, console) -> Iterator[Advance]:
-    from rich.progress import (
-        BarColumn,
-        Progress,
-        TaskProgressColumn,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
+    from rich import progress as rich
 
-    columns = TextColumn("{task.description}"), BarColumn(), TaskProgressColumn()
-    with Progress(*columns, TimeElapsedColumn(), TimeRemainingColumn(), console=console) as bar:
+    columns = rich.TextColumn("{task.description}"), rich.BarColumn(), rich.TaskProgressColumn()
+    with rich.Progress(*columns, rich.TimeElapsedColumn(), rich.TimeRemainingColumn(), console=console) as bar:
         task = bar.add_task(what, total=n_steps)
         yield lambda: bar.advance(task)
 

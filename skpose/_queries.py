@@ -11,7 +11,6 @@ from skpose._geodesic_search import search_of
 from skpose._matrix import BLOCKS_PER_WORKER
 from skpose._progress import progress
 from skpose._search import QUERIES, Evaluations, Neighbors, PoseIndex
-from skpose.metrics import METRICS
 
 FEWEST_QUERIES = 32
 SLOW_QUERIES = 256  # where each takes milliseconds
@@ -38,17 +37,16 @@ class Found(NamedTuple):
 
 
 def find(request: Request, n_jobs: int | None, verbose: int) -> Found:
-    """The neighbours of all request."""
+    """The neighbours of all queries."""
     n_queries, n_workers = len(request.poses), effective_n_jobs(n_jobs)
-    slow = METRICS[request.index.metric].always_float64
+    slow = request.index.metric == "geodesic"
     remote = (slow or n_queries * len(request.index.poses) > WORTH_SHIPPING) and in_processes(n_jobs)
     size = min(SLOW_QUERIES, MAX_CHORDS // len(request.index.poses)) if slow else QUERIES
     if remote:
         size = min(size, max(FEWEST_QUERIES, n_queries // (BLOCKS_PER_WORKER * n_workers)))
     blocks = [(rows.start, rows.stop) for rows in gen_batches(n_queries, max(1, size))]
-    with progress(
-        f"neighbours of {n_queries:,} poses among {len(request.index.poses):,}", len(blocks), verbose
-    ) as told:
+    what = f"neighbours of {n_queries:,} poses among {len(request.index.poses):,}"
+    with progress(what, len(blocks), verbose) as advance:
         if remote:
             results = from_workers(find_block, request, blocks, n_jobs)
         else:
@@ -56,7 +54,7 @@ def find(request: Request, n_jobs: int | None, verbose: int) -> Found:
         found = {}
         for block, result in results:
             found[block] = result
-            told()
+            advance()
     parts = [found[block] for block in blocks]
     return Found(
         Neighbors.joined(part.neighbors for part in parts),

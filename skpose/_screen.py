@@ -17,8 +17,8 @@ import numpy as np
 from skpose import _loops
 from skpose._kernels import Steps
 from skpose._lanes import lanes
-from skpose.metrics import METRICS
 from skpose._matrix import PANEL
+from skpose.metrics import METRICS
 from skpose.skeleton import Skeleton
 
 N_AXES = 17  # and the rest: a multiple of three, as `measure_euclidean` takes three at a time

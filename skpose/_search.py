@@ -22,11 +22,11 @@ from sklearn.utils import gen_batches
 
 from skpose import _loops
 from skpose._kernels import Steps
+from skpose._matrix import PANEL, TASKS_PER_JOB
 from skpose._nearest import Kept, keep_nearest_loop, keep_nearest_of_loop
 from skpose._screen import FLOAT32, Screen
 from skpose._threads import in_threads
 from skpose._tree import tree_of
-from skpose._matrix import PANEL, TASKS_PER_JOB
 from skpose.metrics import LITTLE_WORK, METRICS, WORK_PER_TASK, Metric
 from skpose.skeleton import Skeleton
 

@@ -56,7 +56,9 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
     wrap : bool or "auto", default="auto"
         Whether differences of angles are taken the short way round, see `skpose.pose_distances`.
     n_jobs : int, default=None
-        Threads for the distances; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors.
+        Threads for the distances, or workers of a ``joblib.parallel_config`` context, see `skpose.pose_distances`.
+    verbose : int, default=0
+        Whether to show how far the distances are.
 
     Attributes
     ----------
@@ -118,6 +120,7 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
         n_steps=10,
         wrap="auto",
         n_jobs=None,
+        verbose=0,
     ):
         self.bandwidth = bandwidth
         self.n_clusters = n_clusters
@@ -126,6 +129,7 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
         self.n_steps = n_steps
         self.wrap = wrap
         self.n_jobs = n_jobs
+        self.verbose = verbose
 
     @with_callbacks
     @_fit_context(prefer_skip_nested_validation=True)

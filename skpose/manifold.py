@@ -5,6 +5,7 @@ from numbers import Integral
 from typing import ClassVar
 
 import numpy as np
+from joblib import effective_n_jobs
 from scipy.linalg import eigh, eigvalsh
 from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, TransformerMixin, _fit_context
 from sklearn.utils import check_random_state, check_symmetric, gen_batches
@@ -17,7 +18,7 @@ from skpose.kinematics import forward_kinematics
 
 WHOLE_SPECTRUM = 2000  # up to this many poses all eigenvalues are computed, beyond it only the leading ones
 LANCZOS = 200  # up to this many poses one dense decomposition is the fastest way to a few eigenvectors
-BLOCK = 1 << 22  # distances held at once while poses are placed
+BLOCK = 1 << 22  # distances held at once, for each worker, while poses are placed
 ROUNDING = 1e-12  # an eigenvalue is nought that is smaller than this share of the largest
 
 
@@ -53,7 +54,9 @@ class SpatialMDS(
     wrap : bool or "auto", default="auto"
         Whether differences of angles are taken the short way round, see `skpose.pose_distances`.
     n_jobs : int, default=None
-        Threads for the distances; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors.
+        Threads for the distances, or workers of a ``joblib.parallel_config`` context, see `skpose.pose_distances`.
+    verbose : int, default=0
+        Whether to show how far the distances are.
 
     Attributes
     ----------
@@ -135,6 +138,7 @@ class SpatialMDS(
         n_steps=10,
         wrap="auto",
         n_jobs=None,
+        verbose=0,
     ):
         self.n_components = n_components
         self.skeleton = skeleton
@@ -145,6 +149,7 @@ class SpatialMDS(
         self.n_steps = n_steps
         self.wrap = wrap
         self.n_jobs = n_jobs
+        self.verbose = verbose
 
     def fit(self, X, y=None):
         """Find the space of the poses.
@@ -185,7 +190,7 @@ class SpatialMDS(
         if self.metric == "precomputed":
             X = check_symmetric(X, raise_exception=True)
         n, n_scaled = len(X), min(len(X), self.landmarks or len(X))
-        batches = list(gen_batches(n, max(1, BLOCK // n_scaled)))
+        batches = list(self._batches(n, n_scaled))
         progress = Progress(self, 2 + (len(batches) if n_scaled < n else 0), X)
 
         with progress.step("distances"):
@@ -224,9 +229,13 @@ class SpatialMDS(
         check_is_fitted(self)
         X = self._checked(X, reset=False)
         places = np.empty((len(X), self.n_components))
-        for batch in gen_batches(len(X), max(1, BLOCK // len(self.landmark_indices_))):
+        for batch in self._batches(len(X), len(self.landmark_indices_)):
             places[batch] = self._place(X[batch])
         return places
+
+    def _batches(self, n, n_scaled):
+        """Poses to place at once, a block of distances for each worker."""
+        return gen_batches(n, max(1, BLOCK * effective_n_jobs(self.n_jobs) // n_scaled))
 
     def _choose_landmarks(self, X, n_scaled):
         rng = check_random_state(self.random_state)

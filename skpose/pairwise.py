@@ -20,7 +20,7 @@ from skpose._lazy import is_lazy, lazy_distances
 from skpose._matrix import DistanceMatrix, Doubts
 from skpose._progress import progress
 from skpose._validation import check_poses
-from skpose.metrics import LITTLE_WORK, METRIC_CONSTRAINTS, METRICS, effective_name, resolve
+from skpose.metrics import LITTLE_WORK, METRIC_CONSTRAINTS, effective_name, resolve
 from skpose.skeleton import Skeleton
 
 WORTH_SHIPPING = 100 * LITTLE_WORK
@@ -86,8 +86,9 @@ def pose_distances(
     Returns
     -------
     ndarray of shape (n_x, n_y)
-        The distances, or `out`; float32 where all poses are, computed in float32 (but for "geodesic"), else float64. Without Y
-        exactly symmetric, with an exactly zero diagonal. Equal poses are at distance zero also between X and Y.
+        The distances, or `out`; float32 where all poses are, computed in float32 (but for "geodesic"), else float64.
+        Without Y exactly symmetric, with an exactly zero diagonal. Equal poses are at distance zero also between X and
+        Y.
 
     Warns
     -----
@@ -240,20 +241,20 @@ def pose_distances_chunked(
     >>> int(np.concatenate(list(sums)).argmin())
     50
     """
-    matrix, dtype = _matrix(X, X if Y is None else Y, skeleton, metric, n_steps, wrap)
-    n_rows, n_columns = matrix.shape
+    matrix, dtype = _matrix(X, Y, skeleton, metric, n_steps, wrap)
+    (n_rows, n_columns), others = matrix.shape, matrix.X if matrix.symmetric else matrix.Y
     memory = get_config()["working_memory"] if working_memory is None else working_memory
     batches = list(gen_batches(n_rows, min(n_rows, max(1, int(memory * 2**20 / (dtype.itemsize * n_columns))))))
     part = partial(DistanceMatrix, metric=matrix.metric, skeleton=matrix.skeleton, steps=matrix.steps, dtype=dtype)
     doubts = []
     with progress(_named(matrix), len(batches), verbose) as advance:
         for batch in batches:
-            chunk = part(matrix.X[batch], matrix.Y)
+            chunk = part(matrix.X[batch], others)
             destination = Destination(None, chunk.shape, dtype)
             doubts += _fill(destination, chunk, n_jobs, verbose=0)
             yield destination.array if reduce_func is None else _reduced(reduce_func, destination.array, batch.start)
             advance()
-    warn_of_doubts(doubts, matrix.n_pairs, stacklevel=3)
+    warn_of_doubts(doubts, n_rows * n_columns, stacklevel=3)
 
 
 def _matrix(

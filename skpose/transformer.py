@@ -42,7 +42,9 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
     wrap : bool or "auto", default="auto"
         Whether differences of angles are taken the short way round, see `skpose.pose_distances`.
     n_jobs : int, default=None
-        Threads; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors.
+        Threads, or workers of a ``joblib.parallel_config`` context, see `skpose.pose_distances`.
+    verbose : int, default=0
+        Whether to show how far the distances are.
 
     Attributes
     ----------
@@ -88,10 +90,20 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
         "kernel": [StrOptions({"rbf", "laplacian"}), None],
         "gamma": [StrOptions({"scale"}), Interval(Real, 0, None, closed="left")],
         "n_jobs": [None, Integral],
+        "verbose": ["verbose"],
     }
 
     def __init__(
-        self, skeleton=None, *, metric="auto", kernel=None, gamma="scale", n_steps=10, wrap="auto", n_jobs=None
+        self,
+        skeleton=None,
+        *,
+        metric="auto",
+        kernel=None,
+        gamma="scale",
+        n_steps=10,
+        wrap="auto",
+        n_jobs=None,
+        verbose=0,
     ):
         self.skeleton = skeleton
         self.metric = metric
@@ -100,6 +112,7 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
         self.n_steps = n_steps
         self.wrap = wrap
         self.n_jobs = n_jobs
+        self.verbose = verbose
 
     @_fit_context(prefer_skip_nested_validation=True)
     def fit(self, X, y=None):

@@ -45,6 +45,7 @@ LAYERS = [
     ["transformer", "cluster", "manifold", "neighbors"],
     ["__init__"],
     ["compare"],
+    ["commands"],
     ["__main__"],
 ]
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}

@@ -13,8 +13,8 @@ from conftest import SKELETONS, random_tree
 from joblib import parallel_config
 
 from skpose import Skeleton, pose_distances
-from skpose.metrics import METRICS
 from skpose._matrix import PANEL
+from skpose.metrics import METRICS
 
 ALL_METRICS = pytest.mark.parametrize("metric", METRICS)
 BODY = SKELETONS["humanoid"]

@@ -176,7 +176,7 @@ def test_the_split_of_the_work_changes_nothing(metric, monkeypatch):
     near = within(search_of(X, BODY, metric), queries, radius)
     monkeypatch.setattr(searching, "PANEL", 64)
     monkeypatch.setattr(searching, "QUERIES", 33)
-    monkeypatch.setattr(searching, "LITTLE", 1)
+    monkeypatch.setattr(searching, "LITTLE_WORK", 1)
     monkeypatch.setattr(searching, "WORK_PER_TASK", 1e5)
     for n_jobs, brute in ((1, False), (3, False), (3, True)):
         search = search_of(X, BODY, metric, n_jobs=n_jobs, brute=brute)
