@@ -29,15 +29,21 @@ BODY = random_tree(0)
 BLOCKS = [(i, i + 1) for i in range(30)]
 
 
-@pytest.fixture(scope="module")
-def client():
-    """A scheduler and two worker processes on this machine, as a dask cluster is on many."""
+@contextmanager
+def dask_cluster():
+    """A scheduler and two worker processes on this machine, as they are elsewhere on many."""
     from dask.distributed import Client, LocalCluster
 
     with (
-        LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster,
+        LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0") as cluster,
         Client(cluster) as client,
     ):
+        yield client
+
+
+@pytest.fixture(scope="module")
+def client():
+    with dask_cluster() as client:
         yield client
 
 
@@ -45,15 +51,20 @@ def client():
 def processes(request):
     """joblib's configuration for two workers."""
     if request.param == "dask":
-        request.getfixturevalue("client").wait_for_workers(2, timeout=60)  # should the last test have killed one
-        yield from _configured(backend="dask")
+        request.getfixturevalue("client")
+    with joblib.parallel_config(backend=request.param, n_jobs=None if request.param == "dask" else 2):
+        yield
+
+
+@pytest.fixture(params=["loky", "dask"])  # multiprocessing waits for the dead
+def mortal_processes(request):
+    """The same, with workers of one's own to kill: some never come back."""
+    if request.param == "loky":
+        with joblib.parallel_config(backend="loky", n_jobs=2):
+            yield
     else:
-        yield from _configured(backend=request.param, n_jobs=2)
-
-
-def _configured(**options):
-    with joblib.parallel_config(**options):
-        yield options["backend"]
+        with dask_cluster(), joblib.parallel_config(backend="dask"):
+            yield
 
 
 @pytest.fixture
@@ -129,15 +140,13 @@ def test_an_error_of_the_work_is_raised_as_it_is(processes):
         list(from_workers(fail, None, BLOCKS, None))
 
 
-@pytest.mark.parametrize("processes", ["loky", "dask"], indirect=True)  # multiprocessing waits for the dead
-def test_a_worker_that_dies_loses_nothing(processes, tmp_path):
+def test_a_worker_that_dies_loses_nothing(mortal_processes, tmp_path):
     returned = dict(from_workers(die_once, str(tmp_path), BLOCKS, None))
     assert (tmp_path / "dead").exists()
     assert returned == {block: block[0] for block in BLOCKS}
 
 
-@pytest.mark.parametrize("processes", ["loky", "dask"], indirect=True)
-def test_blocks_that_kill_every_worker_are_an_error_and_no_endless_wait(processes):
+def test_blocks_that_kill_every_worker_are_an_error_and_no_endless_wait(mortal_processes):
     with pytest.raises(EngineError, match="3 blocks did not come back from joblib's workers in 3 attempts"):
         list(from_workers(die, None, BLOCKS[:3], None))
 
@@ -220,28 +229,28 @@ def test_landmarks_place_poses_alike(processes, small_blocks, X):
 
 
 @pytest.mark.parametrize("what", ["matrix", "graph"])
-def test_a_dask_worker_killed_in_the_middle_changes_nothing(client, small_blocks, X, what):
+def test_a_dask_worker_killed_in_the_middle_changes_nothing(small_blocks, X, what):
     def work():
         if what == "matrix":
             return pose_distances(X, skeleton=BODY)
         return PoseKNeighborsTransformer(BODY, n_neighbors=3).fit(X).transform(X).toarray()
 
-    client.wait_for_workers(2, timeout=60)
-    n_done = 0
-
-    @contextmanager
-    def listener(_, n_steps):
-        def advance():
-            nonlocal n_done
-            n_done += 1
-            if n_done == 2:
-                os.kill(next(iter(client.run(os.getpid).values())), signal.SIGKILL)
-
-        assert n_steps >= 4
-        yield advance
-
     expected = work()
-    with joblib.parallel_config(backend="dask"), heard_by(listener):
-        found = work()
+    n_done = 0
+    with dask_cluster() as client:
+
+        @contextmanager
+        def listener(_, n_steps):
+            def advance():
+                nonlocal n_done
+                n_done += 1
+                if n_done == 2:
+                    os.kill(next(iter(client.run(os.getpid).values())), signal.SIGKILL)
+
+            assert n_steps >= 4
+            yield advance
+
+        with joblib.parallel_config(backend="dask"), heard_by(listener):
+            found = work()
     assert n_done >= 4
     np.testing.assert_array_equal(found, expected)

@@ -1,0 +1,109 @@
+"""`pose_distances_chunked` keeps the contract of scikit-learn's `pairwise_distances_chunked`."""
+
+import numpy as np
+import pytest
+from conftest import random_tree
+from scipy.sparse import csr_array
+from sklearn import config_context
+from sklearn.metrics import pairwise_distances_chunked
+
+from skpose import pose_distances, pose_distances_chunked
+
+BODY = random_tree(0)
+MEMORY = 10 * 100 * 8 / 2**20  # MiB for ten rows of a hundred
+
+
+@pytest.fixture(scope="module")
+def X():
+    return np.random.default_rng(0).normal(size=(100, BODY.n_dofs))
+
+
+def nearest(chunk, start):
+    return chunk.argmin(axis=1), chunk.min(axis=1)
+
+
+@pytest.mark.parametrize("Y", [None, slice(0, 100, 1)])
+@pytest.mark.parametrize(
+    "reduce_func",
+    [
+        None,
+        lambda chunk, start: chunk.sum(axis=1) + start,
+        nearest,
+        lambda chunk, start: csr_array(chunk < 7),
+        lambda chunk, start: [list(np.flatnonzero(row < 7)) for row in chunk],
+    ],
+    ids=["chunks", "array", "tuple", "sparse", "lists"],
+)
+def test_what_comes_out_is_what_scikit_learn_gives(X, Y, reduce_func):
+    """On plain Euclidean distances, chunk by chunk."""
+    Y = None if Y is None else X[Y] + 0.01
+    options = {"reduce_func": reduce_func, "working_memory": MEMORY}
+    ours = list(pose_distances_chunked(X, Y, metric="angle", **options))
+    theirs = list(pairwise_distances_chunked(X, Y, metric="euclidean", **options))
+    assert len(ours) == len(theirs) == 10
+    for our, their in zip(ours, theirs, strict=True):
+        assert type(our) is type(their)
+        for a, b in zip(*((part if isinstance(part, tuple) else (part,)) for part in (our, their)), strict=True):
+            if hasattr(a, "toarray"):
+                a, b = a.toarray(), b.toarray()
+            if isinstance(a, list):
+                assert a == b
+            else:
+                np.testing.assert_allclose(a, b, atol=1e-6)
+
+
+@pytest.mark.parametrize("metric", ["angle", "position", "rotation", "spatial"])
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_chunks_are_the_rows_of_the_matrix(X, metric, dtype):
+    X, Y = X.astype(dtype), X[:30].astype(dtype) + dtype(0.1)
+    expected = pose_distances(X, Y, skeleton=BODY, metric=metric)
+    chunks = list(pose_distances_chunked(X, Y, skeleton=BODY, metric=metric, working_memory=MEMORY))
+    assert [len(chunk) for chunk in chunks] == ([33, 33, 33, 1] if dtype == np.float64 else [66, 34])
+    assert {chunk.dtype for chunk in chunks} == {expected.dtype}
+    np.testing.assert_array_equal(np.concatenate(chunks), expected)
+    whole = np.concatenate(list(pose_distances_chunked(X, skeleton=BODY, metric=metric, working_memory=MEMORY)))
+    np.testing.assert_allclose(
+        whole, pose_distances(X, skeleton=BODY, metric=metric), rtol=1e-4 if dtype == np.float32 else 1e-9
+    )
+    assert (whole.diagonal() == 0).all()
+
+
+def test_working_memory_is_scikit_learns_unless_given(X):
+    assert len(list(pose_distances_chunked(X))) == 1
+    with config_context(working_memory=MEMORY):
+        assert len(list(pose_distances_chunked(X))) == 10
+    assert [len(chunk) for chunk in pose_distances_chunked(X, working_memory=1e-9)] == [1] * 100
+
+
+def test_a_chunk_is_computed_when_it_is_asked_for(X):
+    starts = []
+    chunks = pose_distances_chunked(X, reduce_func=lambda chunk, start: starts.append(start), working_memory=MEMORY)
+    assert starts == []
+    next(chunks)
+    assert starts == [0]
+
+
+def test_none_means_that_the_chunk_was_changed_in_place(X):
+    def clear(chunk, start):
+        chunk[chunk < 5] = 0.0
+
+    whole = np.concatenate(list(pose_distances_chunked(X, reduce_func=clear, working_memory=MEMORY)))
+    D = pose_distances(X)
+    np.testing.assert_allclose(whole, np.where(D < 5, 0, D), rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ({"reduce_func": lambda chunk, start: 1.0}, TypeError, "reduce_func must return a sequence, an array or"),
+        ({"reduce_func": lambda chunk, start: chunk[:-1]}, ValueError, "returned 99 entries for a chunk of 100 rows"),
+        ({"reduce_func": lambda chunk, start: (chunk, [])}, ValueError, "returned 0 entries for a chunk of 100 rows"),
+        ({"reduce_func": 3}, ValueError, "'reduce_func' parameter of pose_distances_chunked"),
+        ({"working_memory": 0}, ValueError, "'working_memory' parameter of pose_distances_chunked"),
+        ({"metric": "spatial"}, ValueError, 'metric="spatial" needs a skeleton'),
+        ({"Y": np.zeros((2, 3))}, ValueError, f"X has {BODY.n_dofs} columns and Y has 3"),
+    ],
+)
+def test_bad_input_is_refused_in_the_users_words(X, arguments, error, message):
+    with pytest.raises(error, match=message):
+        list(pose_distances_chunked(X, **arguments))

@@ -1,0 +1,87 @@
+"""Poses in dask arrays give lazy distances, the same as those that are computed at once."""
+
+import dask
+import dask.array as da
+import numpy as np
+import pytest
+from conftest import random_tree
+
+from skpose import Skeleton, pose_distances
+
+BODY = random_tree(0)
+CHUNKS = [(20, -1), (7, 10), (50, -1)]
+
+
+@pytest.fixture(scope="module")
+def X():
+    return np.random.default_rng(0).normal(size=(50, BODY.n_dofs))
+
+
+@pytest.mark.parametrize("chunks", CHUNKS)
+@pytest.mark.parametrize("metric", ["auto", "position", "rotation"])
+@pytest.mark.parametrize("dtype", [np.float32, np.float64, np.int64])
+def test_the_same_to_the_last_bit(X, chunks, metric, dtype):
+    X = X.astype(dtype)
+    Y = X[:30] + dtype(1)
+    parameters = {"skeleton": BODY, "metric": metric}
+    lazy = da.from_array(X, chunks=chunks)
+    for ours, expected in [
+        (pose_distances(lazy, **parameters), pose_distances(X, **parameters)),
+        (pose_distances(lazy, lazy, **parameters), pose_distances(X, **parameters)),
+        (pose_distances(lazy, da.from_array(Y, chunks=(11, -1)), **parameters), pose_distances(X, Y, **parameters)),
+        (pose_distances(lazy, Y, **parameters), pose_distances(X, Y, **parameters)),
+        (pose_distances(Y, lazy, **parameters), pose_distances(Y, X, **parameters)),
+    ]:
+        assert isinstance(ours, da.Array)
+        assert (ours.dtype, ours.shape) == (expected.dtype, expected.shape)
+        found = ours.compute(scheduler="synchronous")
+        assert (type(found), found.dtype) == (np.ndarray, expected.dtype)
+        np.testing.assert_array_equal(found, expected)
+
+
+def test_nothing_is_computed_before_it_is_asked_for(X):
+    rows = []
+
+    def read(block):
+        rows.append(len(block))
+        return block
+
+    lazy = da.from_array(X, chunks=(10, -1)).map_blocks(read, dtype=X.dtype, meta=np.empty((0, 0)))
+    D = pose_distances(lazy, skeleton=BODY)
+    assert rows == []
+    assert D.chunks == ((10,) * 5, (10,) * 5)
+    corner = D[:10, :10].compute(scheduler="synchronous")
+    assert rows == [10]
+    np.testing.assert_array_equal(corner, pose_distances(X[:10], skeleton=BODY))
+
+
+def test_the_skeleton_is_one_task_of_the_graph(X):
+    D = pose_distances(da.from_array(X, chunks=(5, -1)), skeleton=BODY)
+    (optimised,) = dask.optimize(D)
+    holders = [task for task in optimised.__dask_graph__().values() if "Skeleton(" in repr(task)]
+    assert len(holders) <= 1
+
+
+def test_geodesics(X):
+    arm, poses = Skeleton.chain(3), X[:12, :3]
+    lazy = pose_distances(da.from_array(poses, chunks=(5, -1)), skeleton=arm, metric="geodesic")
+    np.testing.assert_array_equal(
+        lazy.compute(scheduler="synchronous"), pose_distances(poses, skeleton=arm, metric="geodesic")
+    )
+
+
+def test_bad_input_is_refused_at_once_where_it_can_be(X):
+    lazy = da.from_array(X, chunks=(20, -1))
+    with pytest.raises(ValueError, match=f"X has 5 columns, but the skeleton has {BODY.n_dofs} degrees of freedom"):
+        pose_distances(lazy[:, :5], skeleton=BODY)
+    with pytest.raises(ValueError, match=f"X has {BODY.n_dofs} columns and Y has 5"):
+        pose_distances(lazy, lazy[:, :5])
+    with pytest.raises(ValueError, match='metric="spatial" needs a skeleton'):
+        pose_distances(lazy, metric="spatial")
+    with pytest.raises(ValueError, match=r"chunks of unknown length; call X\.compute_chunk_sizes"):
+        pose_distances(lazy[lazy[:, 0] > 0], skeleton=BODY)
+    with pytest.raises(ValueError, match="out is for distances that are computed at once"):
+        pose_distances(lazy, out=np.empty((50, 50)))
+    lazy = da.concatenate([lazy, np.full((1, BODY.n_dofs), np.nan)])
+    with pytest.raises(ValueError, match="X contains NaN"):
+        pose_distances(lazy, skeleton=BODY).compute(scheduler="synchronous")
