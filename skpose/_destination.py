@@ -17,6 +17,7 @@ from skpose._matrix import MIRROR_BLOCK, Block, DistanceMatrix, Doubts
 from skpose._tree import tree_of
 
 PAGES_NOT_NEEDED = getattr(mmap, "MADV_DONTNEED", None)  # not on Windows
+NOTED = 8  # of a block: its place, two checksums, two numbers of doubts
 
 
 class Destination:
@@ -76,9 +77,11 @@ class Destination:
                 target[here] = distances[here[1], here[0]].T
 
     def checksum(self, block: Block) -> int:
-        found = zlib.crc32(np.ascontiguousarray(self.array[block.place]))
-        self._release()
-        return found
+        part, known = self.array[block.place], 0
+        for start in range(0, len(part), MIRROR_BLOCK):
+            known = zlib.crc32(np.ascontiguousarray(part[start : start + MIRROR_BLOCK]), known)
+            self._release()  # to read makes more resident than is read
+        return known
 
     @contextmanager
     def resumed(
@@ -124,6 +127,8 @@ class Destination:
 
     def _holds(self, note: list, symmetric: bool) -> bool:
         """Whether a block that was noted is what it was."""
+        if len(note) != NOTED:
+            return False
         block = Block(*note[:4])
         return [self.checksum(block), self._mirror_checksum(block, symmetric)] == note[4:6]
 

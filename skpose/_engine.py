@@ -129,7 +129,8 @@ def _from_dask(
                 under_way.remove(future)
                 completed.update(send(1))
     finally:
-        client.cancel(list(under_way))
+        if under_way:
+            client.cancel(list(under_way))
 
 
 class _Failure:

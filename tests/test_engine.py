@@ -3,6 +3,8 @@
 import concurrent.futures
 import os
 import signal
+import subprocess
+import sys
 import time
 from contextlib import contextmanager
 from pathlib import Path
@@ -254,3 +256,32 @@ def test_a_dask_worker_killed_in_the_middle_changes_nothing(small_blocks, X, wha
             found = work()
     assert n_done >= 4
     np.testing.assert_array_equal(found, expected)
+
+
+WITH_RAY = """
+import joblib, numpy as np, ray
+from ray.util.joblib import register_ray
+from skpose import PoseKNeighborsTransformer, pose_distances
+from skpose.datasets import humanoid
+import skpose._engine, skpose._matrix, skpose._queries, skpose.pairwise
+skpose.pairwise.WORTH_SHIPPING = skpose._queries.WORTH_SHIPPING = 0
+skpose._matrix.WORK_PER_BLOCK = skpose._matrix.WORK_PER_TASK = 1e7
+body = humanoid()
+X = np.random.default_rng(0).normal(0, 0.3, size=(200, body.n_dofs))
+search = PoseKNeighborsTransformer(body).fit(X)
+expected = pose_distances(X, skeleton=body), search.kneighbors()
+ray.init(num_cpus=2, include_dashboard=False)
+register_ray()
+with joblib.parallel_config("ray", n_jobs=2):
+    assert skpose._engine.in_processes(None)
+    np.testing.assert_array_equal(pose_distances(X, skeleton=body), expected[0])
+    for found, wanted in zip(search.kneighbors(), expected[1]):
+        np.testing.assert_array_equal(found, wanted)
+print("the same")
+"""
+
+
+def test_ray_gives_the_same():
+    pytest.importorskip("ray")
+    done = subprocess.run([sys.executable, "-c", WITH_RAY], capture_output=True, text=True, check=False)
+    assert done.stdout.endswith("the same\n"), done.stderr

@@ -10,6 +10,7 @@ from urllib.error import URLError
 
 from sklearn.datasets import fetch_file, get_data_home
 
+from skpose._progress import progress
 from skpose.datasets._cmu_digests import DIGESTS
 from skpose.datasets._motions import MotionDataset
 from skpose.io._amc import read_amc
@@ -20,7 +21,7 @@ SERVER = "http://mocap.cs.cmu.edu"
 COLUMNS = ("subject", "trial", "action", "frames_per_second", "file")
 
 
-def load_cmu(folder: PathLike, *, frame_rate: float = 120.0) -> MotionDataset:
+def load_cmu(folder: PathLike, *, frame_rate: float = 120.0, verbose: int = 0) -> MotionDataset:
     """Read the motions of a folder of CMU's ASF and AMC files.
 
     Parameters
@@ -30,6 +31,8 @@ def load_cmu(folder: PathLike, *, frame_rate: float = 120.0) -> MotionDataset:
         the folder), or just laid out as CMU does, ``subjects/SS/SS_TT.amc`` beside ``subjects/SS/SS.asf``.
     frame_rate : float, default=120.0
         Frames per second, Hz, where there is no index; most of CMU's files are at 120 Hz.
+    verbose : int, default=0
+        Whether to show how many files are read.
 
     Returns
     -------
@@ -54,15 +57,18 @@ def load_cmu(folder: PathLike, *, frame_rate: float = 120.0) -> MotionDataset:
     rows = _read_index(index) if index.is_file() else _scan(folder, frame_rate)
     skeletons = {}
     motions = []
-    for row in rows:
-        path = folder / row["file"]
-        asf = path.with_name(f"{path.stem.rsplit('_', 1)[0]}.asf")
-        for needed in (asf, path):
-            if not needed.is_file():
-                raise FileNotFoundError(f"{needed} is missing, but {index if index.is_file() else path} asks for it")
-        if asf not in skeletons:
-            skeletons[asf] = read_asf(asf)
-        motions.append(read_amc(path, skeletons[asf], row["frames_per_second"]))
+    with progress(f"{len(rows)} motions", len(rows), verbose) as advance:
+        for row in rows:
+            path = folder / row["file"]
+            asf = path.with_name(f"{path.stem.rsplit('_', 1)[0]}.asf")
+            for needed in (asf, path):
+                if not needed.is_file():
+                    asker = index if index.is_file() else path
+                    raise FileNotFoundError(f"{needed} is missing, but {asker} asks for it")
+            if asf not in skeletons:
+                skeletons[asf] = read_asf(asf)
+            motions.append(read_amc(path, skeletons[asf], row["frames_per_second"]))
+            advance()
     return MotionDataset(motions, *([row[key] for row in rows] for key in ("subject", "trial", "action")))
 
 
@@ -101,7 +107,11 @@ def _scan(folder: Path, frame_rate: float) -> list[dict]:
 
 
 def fetch_cmu(
-    subjects: Iterable[int | str], data_home: PathLike | None = None, *, frame_rate: float = 120.0
+    subjects: Iterable[int | str],
+    data_home: PathLike | None = None,
+    *,
+    frame_rate: float = 120.0,
+    verbose: int = 0,
 ) -> MotionDataset:
     """Download subjects of the CMU motion-capture database, unless they are there already, and read them.
 
@@ -113,6 +123,8 @@ def fetch_cmu(
         Where to keep the files, in a folder "cmu_mocap"; None is scikit-learn's data home.
     frame_rate : float, default=120.0
         Frames per second, Hz. The database does not say it in a form that can be read; some subjects are at 60 Hz.
+    verbose : int, default=0
+        Whether to show how far it is.
 
     Returns
     -------
@@ -145,20 +157,22 @@ def fetch_cmu(
     if not names:
         raise ValueError("subjects must name at least one subject, got none")
     rows = []
-    for name in names:
-        folder = home / "subjects" / name
-        trials = _fetch_index(name, folder)
-        _fetch(f"{SERVER}/subjects/{name}/{name}.asf", folder, f"{name}.asf")
-        for trial, action in trials.items():
-            path = _fetch(f"{SERVER}/subjects/{name}/{name}_{trial}.amc", folder, f"{name}_{trial}.amc")
-            file = path.relative_to(home).as_posix()
-            rows.append(dict(zip(COLUMNS, (name, trial, action, frame_rate, file), strict=True)))
+    trials = {name: _fetch_index(name, home / "subjects" / name) for name in names}
+    with progress(SERVER, sum(map(len, trials.values())), verbose) as advance:
+        for name in names:
+            folder = home / "subjects" / name
+            _fetch(f"{SERVER}/subjects/{name}/{name}.asf", folder, f"{name}.asf")
+            for trial, action in trials[name].items():
+                path = _fetch(f"{SERVER}/subjects/{name}/{name}_{trial}.amc", folder, f"{name}_{trial}.amc")
+                file = path.relative_to(home).as_posix()
+                rows.append(dict(zip(COLUMNS, (name, trial, action, frame_rate, file), strict=True)))
+                advance()
     # The index of what was asked for, for load_cmu.
     with (home / "index.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, COLUMNS)
         writer.writeheader()
         writer.writerows(rows)
-    return load_cmu(home)
+    return load_cmu(home, verbose=verbose)
 
 
 def _fetch_index(subject: str, folder: Path) -> dict[str, str]:

@@ -1,0 +1,189 @@
+"""How do time and memory grow with the number of poses, and is a matrix that was killed half-way the same in the end?
+
+    python benchmarks/scaling.py [FOLDER OF CMU FILES] [--largest N] [--scratch FOLDER]
+
+"spatial" distances in float32, written to a file in the scratch folder, 10 GB for the largest N of 50,000; every size
+in a process of its own. Entries are checked against distances computed alone, and the matrix of a run that was killed
+(SIGKILL) at half its blocks and started again, byte by byte, against that of a run in one go. Then the graph of ten
+neighbours, joblib's engines, and from these figures what a million poses would take.
+"""
+
+import argparse
+import ctypes
+import filecmp
+import json
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import joblib
+import numpy as np
+from timing import medians
+
+from skpose import PoseKNeighborsTransformer, pose_distances
+from skpose.datasets import load_cmu, make_gait
+
+SIZES = (1000, 2000, 5000, 10_000, 20_000, 50_000)
+N_ENGINES = 5000
+MILLION, N_CORES = 1_000_000, 64
+RNG = np.random.default_rng(0)
+
+
+def poses_of(folder, n):
+    """So many poses, of frames and of those interpolated between them, in random order."""
+    dataset = load_cmu(folder) if folder else make_gait(10, 10, random_state=0)
+    rate = dataset.motions[0].frame_rate
+    while len(X := dataset.poses(rate)[0]) < n:
+        rate *= 2
+    return RNG.permutation(X)[:n].astype(np.float32), dataset.skeleton
+
+
+def resident(what):
+    """Memory of this process that is (VmRSS) or at most was (VmHWM) resident, MB."""
+    return int(re.search(rf"{what}:\s+(\d+) kB", Path("/proc/self/status").read_text())[1]) / 1e3
+
+
+def child(options):
+    """One size, in this process; what it took as a line of JSON."""
+    X, skeleton = poses_of(options.folder, options.largest)
+    X = X[: options.child].copy()
+    pose_distances(X[:50], skeleton=skeleton)  # compiles
+    PoseKNeighborsTransformer(skeleton, n_neighbors=10).fit(X[:500]).kneighbors()
+    ctypes.CDLL(None).malloc_trim(0)  # so that memory that is free does not count as resident
+    Path("/proc/self/clear_refs").write_text("5")  # VmHWM begins again
+    before, start = resident("VmRSS"), time.perf_counter()
+    if options.name == "graph":
+        search = PoseKNeighborsTransformer(skeleton, n_neighbors=10, n_jobs=-1).fit(X)
+        search.kneighbors()
+        taken = {"lengths": search.n_evaluations_.lengths / len(X)}
+    else:
+        path = Path(options.scratch, options.name)
+        mode, kind = ("r+", {}) if path.exists() else ("w+", {"dtype": X.dtype, "shape": (len(X), len(X))})
+        out = np.lib.format.open_memmap(path, mode=mode, **kind)
+        pose_distances(X, skeleton=skeleton, out=out, n_jobs=-1)
+        taken = {}
+    taken |= {"seconds": time.perf_counter() - start, "MB": resident("VmHWM") - before}
+    if options.name != "graph":
+        for i, j in np.sort(RNG.integers(len(X), size=(200, 2))):
+            alone = pose_distances(X[i : i + 1], X[j : j + 1], skeleton=skeleton)[0, 0]
+            np.testing.assert_array_equal([out[i, j], out[j, i]], alone)
+    print(json.dumps(taken))
+
+
+def begin(options, n, name):
+    folder = [options.folder] if options.folder else []
+    arguments = ["--largest", str(options.largest), "--scratch", options.scratch, "--child", str(n), "--name", name]
+    return subprocess.Popen([sys.executable, __file__, *folder, *arguments], stdout=subprocess.PIPE, text=True)
+
+
+def run(options, n, name):
+    process = begin(options, n, name)
+    out, _ = process.communicate()
+    if process.returncode != 0:
+        sys.exit(f"{n} poses: exit status {process.returncode}")
+    return json.loads(out.splitlines()[-1])
+
+
+def kill_half_way(options, n, n_blocks):
+    """Start a matrix and kill its process when half of the blocks are done."""
+    process = begin(options, n, "killed.npy")
+    notes = Path(options.scratch, "killed.npy.progress")
+    while not notes.exists() or notes.read_text().count("\n") - 1 < n_blocks // 2:
+        time.sleep(0.2)
+    process.send_signal(signal.SIGKILL)
+    process.communicate()
+    return notes.read_text().count("\n") - 1
+
+
+def engines(X, skeleton):
+    """Seconds in threads, in processes, and on a dask cluster of this machine."""
+    from dask.distributed import Client, LocalCluster
+
+    n_jobs = os.cpu_count()
+    expected = pose_distances(X, skeleton=skeleton, n_jobs=n_jobs)
+
+    def on(**options):
+        with joblib.parallel_config(**options):
+            np.testing.assert_array_equal(pose_distances(X, skeleton=skeleton), expected)
+
+    with LocalCluster(n_workers=n_jobs, threads_per_worker=1, dashboard_address=":0") as cluster, Client(cluster):
+        return medians(
+            {
+                "threads": lambda: on(backend="threading", n_jobs=n_jobs),
+                "loky": lambda: on(backend="loky", n_jobs=n_jobs),
+                "dask": lambda: on(backend="dask"),
+            }
+        )
+
+
+def predict(row, graph, n, seconds, n_jobs):
+    """What a million poses would take on a cluster, as a calculation."""
+    n_pairs, share = MILLION * (MILLION - 1) / 2, seconds["threads"] / seconds["dask"]
+    rate = n * (n - 1) / 2 / row["seconds"] / n_jobs
+    hours = n_pairs / (rate * N_CORES * share) / 3600
+    print(f"\nA million poses on {N_CORES} such cores, calculated:")
+    print(f"  matrix: {n_pairs:.3g} pairs / ({rate / 1e6:.2f} million pairs/s a core x {N_CORES} cores x {share:.2f}")
+    print(f"  for dask beside threads) = {hours:.1f} h; 4 TB in float32, {4e6 / (hours * 3600):.0f} MB/s to write")
+    least, most = (graph["seconds"] * n_jobs / N_CORES / 60 * (MILLION / n) ** power for power in (1, 2))
+    print(
+        f"  graph of ten neighbours: {graph['seconds']:.1f} s x {n_jobs} cores for {n:,}; {least:.1f} min if it grows"
+    )
+    print(f"  with the poses, as the lengths that are measured do, {most:.1f} min if with their square, as looks do")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", nargs="?")
+    parser.add_argument("--largest", type=int, default=SIZES[-1])
+    parser.add_argument("--scratch")
+    parser.add_argument("--child", type=int, help=argparse.SUPPRESS)
+    parser.add_argument("--name", default="D.npy", help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.child:
+        child(options)
+        return
+    n_jobs = os.cpu_count()
+    made = options.scratch is None
+    options.scratch = tempfile.mkdtemp() if made else options.scratch
+    try:
+        _, skeleton = poses_of(options.folder, options.largest)
+        print(f'{skeleton}, "spatial", float32, {n_jobs} cores; memory is what is resident beyond the poses\n')
+        print(f"{'poses':>8}{'matrix':>10}{'time':>10}{'pairs/s':>10}{'memory':>10}{'graph, k = 10':>16}{'memory':>10}")
+        for n in [n for n in SIZES if n <= options.largest]:
+            Path(options.scratch, "D.npy").unlink(missing_ok=True)
+            row, graph = run(options, n, "D.npy"), run(options, n, "graph")
+            rate = n * (n - 1) / 2 / row["seconds"] / 1e6
+            print(
+                f"{n:>8,}{4 * n * n / 1e6:>7,.0f} MB{row['seconds']:>8.2f} s{rate:>8.2f} M{row['MB']:>7.0f} MB"
+                f"{graph['seconds']:>14.2f} s{graph['MB']:>7.0f} MB   {graph['lengths']:.1f} lengths per pose",
+                flush=True,
+            )
+        n_edges = -(-n // 4096)
+        n_done = kill_half_way(options, n, n_edges * (n_edges + 1) // 2)
+        again = run(options, n, "killed.npy")
+        same = filecmp.cmp(Path(options.scratch, "D.npy"), Path(options.scratch, "killed.npy"), shallow=False)
+        print(f"\nkilled after {n_done} of {n_edges * (n_edges + 1) // 2} blocks and started again: ", end="")
+        print(
+            f"{again['seconds']:.0f} s more, {again['MB']:.0f} MB; the same bytes: {'yes' if same else 'NO'}",
+            flush=True,
+        )
+        X, skeleton = poses_of(options.folder, N_ENGINES)
+        seconds = engines(X, skeleton)
+        print(f"\n{N_ENGINES:,} poses on joblib's engines, {n_jobs} workers, in memory: ", end="")
+        print(", ".join(f"{name} {taken:.1f} s" for name, taken in seconds.items()))
+        predict(row, graph, n, seconds, n_jobs)
+        if not same:
+            sys.exit(1)
+    finally:
+        if made:
+            shutil.rmtree(options.scratch)
+
+
+if __name__ == "__main__":
+    main()
