@@ -30,7 +30,7 @@ from skpose import PoseKNeighborsTransformer, pose_distances
 from skpose.datasets import load_cmu, make_gait
 
 SIZES = (1000, 2000, 5000, 10_000, 20_000, 50_000)
-N_ENGINES = 5000
+N_ENGINES, N_WRITTEN = 5000, 20_000
 MILLION, N_CORES = 1_000_000, 64
 RNG = np.random.default_rng(0)
 
@@ -122,19 +122,27 @@ def engines(X, skeleton):
         )
 
 
-def predict(row, graph, n, seconds, n_jobs):
+def writing(X, skeleton, scratch):
+    """MB/s that this process can write, with distances that take next to no time to compute."""
+    out = np.lib.format.open_memmap(Path(scratch, "W.npy"), mode="w+", dtype=X.dtype, shape=(len(X), len(X)))
+    start = time.perf_counter()
+    pose_distances(X, out=out, metric="angle", n_jobs=-1)
+    return out.nbytes / 1e6 / (time.perf_counter() - start)
+
+
+def predict(row, graph, n, seconds, n_jobs, written):
     """What a million poses would take on a cluster, as a calculation."""
     n_pairs, share = MILLION * (MILLION - 1) / 2, seconds["threads"] / seconds["dask"]
     rate = n * (n - 1) / 2 / row["seconds"] / n_jobs
-    hours = n_pairs / (rate * N_CORES * share) / 3600
     print(f"\nA million poses on {N_CORES} such cores, calculated:")
-    print(f"  matrix: {n_pairs:.3g} pairs / ({rate / 1e6:.2f} million pairs/s a core x {N_CORES} cores x {share:.2f}")
-    print(f"  for dask beside threads) = {hours:.1f} h; 4 TB in float32, {4e6 / (hours * 3600):.0f} MB/s to write")
-    least, most = (graph["seconds"] * n_jobs / N_CORES / 60 * (MILLION / n) ** power for power in (1, 2))
     print(
-        f"  graph of ten neighbours: {graph['seconds']:.1f} s x {n_jobs} cores for {n:,}; {least:.1f} min if it grows"
+        f"  to compute: {n_pairs:.3g} pairs / ({rate / 1e6:.2f} million pairs/s a core x {N_CORES} cores x {share:.2f}"
     )
-    print(f"  with the poses, as the lengths that are measured do, {most:.1f} min if with their square, as looks do")
+    print(f"  for dask beside threads) = {n_pairs / (rate * N_CORES * share) / 3600:.1f} h")
+    print(f"  to write, in one process: 4 TB / {written:.0f} MB/s = {4e6 / written / 3600:.1f} h")
+    least, most = (graph["seconds"] * n_jobs / N_CORES / 60 * (MILLION / n) ** power for power in (1, 2))
+    print(f"  graph of ten neighbours: {graph['seconds']:.1f} s x {n_jobs} cores for {n:,}; {least:.1f} min if it")
+    print(f"  grows with the poses, as the lengths measured do, {most:.1f} min if with their square, as looks do")
 
 
 def main():
@@ -177,7 +185,8 @@ def main():
         seconds = engines(X, skeleton)
         print(f"\n{N_ENGINES:,} poses on joblib's engines, {n_jobs} workers, in memory: ", end="")
         print(", ".join(f"{name} {taken:.1f} s" for name, taken in seconds.items()))
-        predict(row, graph, n, seconds, n_jobs)
+        X, _ = poses_of(options.folder, N_WRITTEN)
+        predict(row, graph, n, seconds, n_jobs, writing(X, skeleton, options.scratch))
         if not same:
             sys.exit(1)
     finally:

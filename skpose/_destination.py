@@ -1,4 +1,4 @@
-"""Where a matrix of distances is written, block by block: in memory, in a file, or in an array like zarr's."""
+"""Where a matrix of distances is written, block by block: in memory, in a file, or in an array such as zarr's."""
 
 import hashlib
 import json
@@ -150,7 +150,7 @@ def _journal_of(array: Any, mapping: mmap.mmap | None) -> FileJournal | Attribut
     if isinstance(array, np.memmap):
         whole = array.base is mapping and mapping is not None and array.filename is not None
         return FileJournal(Path(f"{array.filename}.progress")) if whole else None
-    return AttributeJournal(array.attrs) if hasattr(array, "attrs") else None
+    return AttributeJournal(array.attrs) if type(array).__module__.split(".")[0] == "zarr" else None
 
 
 def _fingerprint(matrix: DistanceMatrix) -> str:

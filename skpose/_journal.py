@@ -49,7 +49,7 @@ class FileJournal:
 
     def end(self) -> None:
         """The matrix is finished."""
-        self.path.unlink()
+        self.path.unlink(missing_ok=True)  # of two that wrote the same, the other may have ended first
 
 
 def _parsed(line: str) -> Any:

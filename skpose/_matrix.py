@@ -15,6 +15,7 @@ from skpose.skeleton import Skeleton
 
 PANEL = 4096  # poses that are encoded at once, 12 MB for "spatial" and 56 dofs
 SMALLEST_EDGE = 16
+LARGEST_BLOCK, LARGEST_SHIPPED = 2**27, 2**25  # bytes; what workers send back waits here to be written
 WORK_PER_BLOCK = 50 * WORK_PER_TASK  # what is lost if it is interrupted
 BLOCKS_PER_WORKER = 4  # enough that no worker waits long for the last
 TASKS_PER_JOB = 8  # enough that no thread waits long for the last; each costs 0.25 ms
@@ -84,8 +85,10 @@ class DistanceMatrix:
 
     def edge(self, n_threads: int, n_workers: int = 1) -> int:
         """Of square blocks that take some seconds each, and of which there are some for each worker, a power of two."""
+        most_bytes = LARGEST_BLOCK if n_workers == 1 else LARGEST_SHIPPED
+        most_pairs = min(WORK_PER_BLOCK * n_threads / self.work_per_pair, most_bytes / self.dtype.itemsize)
         edge = PANEL
-        while edge > SMALLEST_EDGE and edge * edge * self.work_per_pair > WORK_PER_BLOCK * n_threads:
+        while edge > SMALLEST_EDGE and edge * edge > most_pairs:
             edge //= 2
         if n_workers > 1:
             enough = self.n_pairs / (BLOCKS_PER_WORKER * n_workers)
