@@ -120,8 +120,8 @@ def pose_distances(
     some milliseconds a pair, and a hundred for poses very far apart; pairs whose chord and straight line agree to 1e-6
     are not solved. Memory beyond the poses and the result: the codes of some panels of 4096 poses, 12 MB each for
     "spatial" and 56 dofs. What is written into a file does not stay resident, but for a block of 4096 by 4096 and its
-    mirror image: 0.4 GB at most in float32 and 0.8 GB in float64, whatever the size of the matrix. On workers the poses
-    and a block or two of 32 MB, and here no more than four such blocks per worker.
+    mirror image: less than 0.5 GB, whatever the size of the matrix. On workers the poses and a block or two of 32 MB,
+    and here no more than four such blocks per worker.
 
     A matrix in a file is written block by block, and a block is noted, with the checksum of its bytes, when it is
     complete: beside a memmap in a file named after it with ".progress" at the end, in a zarr array among its

@@ -78,7 +78,7 @@ def test_imports_point_up_the_flow_of_data(path):
 
 
 def test_importing_leaves_the_slow_parts_alone():
-    slow = ["skpose.datasets", "sklearn.neighbors", "sklearn.model_selection", "matplotlib", "rich", "dask", "zarr"]
+    slow = ["skpose.datasets", "sklearn.neighbors", "sklearn.model_selection", "matplotlib", "dask", "zarr", "ray"]
     code = f"import sys, skpose; print([name for name in {slow} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
