@@ -29,10 +29,16 @@ class Progress:
         How many steps there will be at most; None where that is not known.
     X : array-like
         The training data.
+
+    Attributes
+    ----------
+    verbose : int
+        The estimator's.
     """
 
     def __init__(self, estimator, n_steps: int | None, X):
         self._estimator, self._X, self._context = estimator, X, None
+        self.verbose = estimator.verbose
         if hasattr(estimator, "_init_callback_context"):
             self._context = estimator._init_callback_context(max_subtasks=n_steps)
             self._context.call_on_fit_task_begin(estimator=estimator, X=X)

@@ -36,7 +36,7 @@ class PoseEstimatorMixin:
                 raise ValueError(f"precomputed distances must be a square matrix to fit, got shape {X.shape}")
         return X
 
-    def _distances(self, X, Y):
+    def _distances(self, X, Y, verbose=None):
         return pose_distances(
             X,
             Y,
@@ -45,7 +45,7 @@ class PoseEstimatorMixin:
             n_steps=self.n_steps,
             wrap=self.wrap,
             n_jobs=self.n_jobs,
-            verbose=self.verbose,
+            verbose=self.verbose if verbose is None else verbose,
         )
 
     def __sklearn_tags__(self):

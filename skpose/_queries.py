@@ -15,7 +15,7 @@ from skpose._search import QUERIES, Evaluations, Neighbors, PoseIndex
 FEWEST_QUERIES = 32
 SLOW_QUERIES = 256  # where each takes milliseconds
 MAX_CHORDS = 2**24  # held at once by a search for geodesics
-WORTH_SHIPPING = 1e6  # pairs of a query and a pose, but geodesics always
+WORTH_SHIPPING = 1e8  # pairs of a query and a pose; geodesics always are
 
 
 class Request(NamedTuple):

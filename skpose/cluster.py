@@ -17,6 +17,7 @@ from sklearn.utils.validation import check_is_fitted
 from skpose import _graph_shift
 from skpose._callbacks import CallbackSupportMixin, Progress, with_callbacks
 from skpose._estimator import ESTIMATOR_CONSTRAINTS, PoseEstimatorMixin
+from skpose._progress import progress as shown
 
 QUANTILE = 0.3  # of the other samples, within the estimated bandwidth of a sample
 BLOCK = 1 << 21  # weights held at once
@@ -58,7 +59,7 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
     n_jobs : int, default=None
         Threads for the distances, or workers of a ``joblib.parallel_config`` context, see `skpose.pose_distances`.
     verbose : int, default=0
-        Whether to show how far the distances are.
+        Whether to show how far it is: the distances, and each shift of many samples.
 
     Attributes
     ----------
@@ -242,7 +243,7 @@ def _estimated_bandwidth(distances):
     return float(np.mean(reach)) or 1.0  # samples all alike: any bandwidth will do
 
 
-def _next(squared, bandwidth):
+def _next(squared, bandwidth, verbose):
     """Where each sample moves to, the j with the least Σ_k w_ik d_jk², and what staying costs it.
 
     Of several that are equal but for rounding, the first: equal samples move as one.
@@ -253,11 +254,14 @@ def _next(squared, bandwidth):
     if issparse(squared):
         _graph_shift.shift_in_graph(squared.indptr, squared.indices, squared.data, factor, TIE, target, staying)
         return target, staying
-    for batch in gen_batches(n, max(1, BLOCK // n)):
-        weights = squared[batch] * factor
-        costs = np.exp(weights, out=weights) @ squared
-        target[batch] = (costs <= costs.min(axis=1, keepdims=True) * (1.0 + TIE)).argmax(axis=1)
-        staying[batch] = costs.diagonal(batch.start)
+    batches = list(gen_batches(n, max(1, BLOCK // n)))
+    with shown(f"shift of {n:,} samples", len(batches), verbose and len(batches) > 1) as advance:
+        for batch in batches:
+            weights = squared[batch] * factor
+            costs = np.exp(weights, out=weights) @ squared
+            target[batch] = (costs <= costs.min(axis=1, keepdims=True) * (1.0 + TIE)).argmax(axis=1)
+            staying[batch] = costs.diagonal(batch.start)
+            advance()
     return target, staying
 
 
@@ -285,7 +289,7 @@ def _shifted(squared, bandwidth, progress):
         alive = np.unique(modes)
         with progress.step("shift"):
             among = squared if len(alive) == squared.shape[0] else squared[alive][:, alive]
-            rest = alive[_settled(*_next(among, bandwidth))]
+            rest = alive[_settled(*_next(among, bandwidth, progress.verbose))]
         n_iter += 1
         if np.array_equal(rest, alive):
             return _Modes(float(bandwidth), modes, n_iter)

@@ -1,6 +1,7 @@
 """Classical multidimensional scaling of pose distances."""
 
 import warnings
+from contextlib import nullcontext
 from numbers import Integral
 from typing import ClassVar
 
@@ -14,6 +15,7 @@ from sklearn.utils.validation import check_is_fitted
 
 from skpose._callbacks import CallbackSupportMixin, Progress, with_callbacks
 from skpose._estimator import ESTIMATOR_CONSTRAINTS, PoseEstimatorMixin
+from skpose._progress import progress as shown
 from skpose.kinematics import forward_kinematics
 
 WHOLE_SPECTRUM = 2000  # up to this many poses all eigenvalues are computed, beyond it only the leading ones
@@ -56,7 +58,7 @@ class SpatialMDS(
     n_jobs : int, default=None
         Threads for the distances, or workers of a ``joblib.parallel_config`` context, see `skpose.pose_distances`.
     verbose : int, default=0
-        Whether to show how far the distances are.
+        Whether to show how far it is.
 
     Attributes
     ----------
@@ -207,10 +209,7 @@ class SpatialMDS(
         if n_scaled == n:
             self.embedding_ = points
         else:
-            self.embedding_ = np.empty((n, self.n_components))
-            for batch in batches:
-                with progress.step("placing"):
-                    self.embedding_[batch] = self._place(X[batch])
+            self.embedding_ = self._placed(X, batches, progress.step)
         progress.end()
         return self.embedding_
 
@@ -228,10 +227,7 @@ class SpatialMDS(
         """
         check_is_fitted(self)
         X = self._checked(X, reset=False)
-        places = np.empty((len(X), self.n_components))
-        for batch in self._batches(len(X), len(self.landmark_indices_)):
-            places[batch] = self._place(X[batch])
-        return places
+        return self._placed(X, list(self._batches(len(X), len(self.landmark_indices_))), nullcontext)
 
     def _batches(self, n, n_scaled):
         """Poses to place at once, a block of distances for each worker."""
@@ -273,9 +269,19 @@ class SpatialMDS(
         self.explained_variance_ratio_ = np.maximum(values, 0.0) / total if total > 0 else np.zeros(self.n_components)
         return vectors * roots
 
+    def _placed(self, X, batches, step):
+        """Places of all poses, batch by batch, each in a context ``step(name)``."""
+        places = np.empty((len(X), self.n_components))
+        with shown(f"{len(X):,} poses in {self.n_components} dimensions", len(batches), self.verbose) as advance:
+            for batch in batches:
+                with step("placing"):
+                    places[batch] = self._place(X[batch])
+                advance()
+        return places
+
     def _place(self, X):
         given = self.metric == "precomputed"
-        distances = X[:, self.landmark_indices_] if given else self._distances(X, self.X_fit_)
+        distances = X[:, self.landmark_indices_] if given else self._distances(X, self.X_fit_, verbose=0)
         return (self._mean_squared - np.square(distances, dtype=np.float64)) @ self._placement
 
     @property

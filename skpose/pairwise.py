@@ -20,10 +20,10 @@ from skpose._lazy import is_lazy, lazy_distances
 from skpose._matrix import DistanceMatrix, Doubts
 from skpose._progress import progress
 from skpose._validation import check_poses
-from skpose.metrics import LITTLE_WORK, METRIC_CONSTRAINTS, effective_name, resolve
+from skpose.metrics import METRIC_CONSTRAINTS, WORK_PER_TASK, effective_name, resolve
 from skpose.skeleton import Skeleton
 
-WORTH_SHIPPING = 100 * LITTLE_WORK
+WORTH_SHIPPING = 5 * WORK_PER_TASK
 CONSTRAINTS = METRIC_CONSTRAINTS | {"n_jobs": [None, Integral], "verbose": ["verbose"]}
 
 

@@ -77,8 +77,8 @@ class ChainMixin:
         base = next(c for c in type(self).__mro__ if c.__module__.startswith("skpose."))
         return base(**(self.get_params() | {"skeleton": Skeleton.chain(X.shape[1])}))
 
-    def _distances(self, X, Y):
-        return self._on_chain(X)._distances(X, Y)
+    def _distances(self, X, Y, **options):
+        return self._on_chain(X)._distances(X, Y, **options)
 
     def _index_of(self, X):
         return self._on_chain(X)._index_of(X)
