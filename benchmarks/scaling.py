@@ -30,7 +30,7 @@ from skpose import PoseKNeighborsTransformer, pose_distances
 from skpose.datasets import load_cmu, make_gait
 
 SIZES = (1000, 2000, 5000, 10_000, 20_000, 50_000)
-N_ENGINES, N_WRITTEN = 5000, 20_000
+N_ENGINES, N_WRITTEN = 5000, 20_000  # poses
 MILLION, N_CORES = 1_000_000, 64
 RNG = np.random.default_rng(0)
 

@@ -3,7 +3,6 @@
 import json
 import os
 import re
-import shutil
 import signal
 import subprocess
 import sys
@@ -300,10 +299,9 @@ def test_killed_and_resumed_gives_the_same_bytes(tmp_path, how):
         time.sleep(0.01)
     process.send_signal(how)
     process.communicate()
-    assert process.returncode == (-how if how == signal.SIGKILL else -signal.SIGINT)
+    assert process.returncode == -how
     assert notes.exists()
     assert (killed / "D.npy").read_bytes() != (whole / "D.npy").read_bytes()
-    shutil.copy(killed / "D.npy", tmp_path / "half.npy")
     _, errors = start(killed, 3000, "r+").communicate()
     assert (killed / "D.npy").read_bytes() == (whole / "D.npy").read_bytes(), errors
     assert os.listdir(killed) == ["D.npy"]
