@@ -156,9 +156,8 @@ def _positive(kind: type) -> Callable[[str], float]:
             raise ValueError
         return number
 
-    positive.__name__ = (
-        f"positive {'whole number' if kind is int else 'number'}"  # in argparse's words: invalid ... value
-    )
+    # What argparse calls it: invalid positive number value.
+    positive.__name__ = "positive whole number" if kind is int else "positive number"
     return positive
 
 

@@ -7,7 +7,6 @@ import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib.metadata import version
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -149,7 +148,7 @@ def _journal_of(array: Any, mapping: mmap.mmap | None) -> FileJournal | Attribut
     """Where to take notes: beside the file that an array is the whole of, or with the array; else nowhere."""
     if isinstance(array, np.memmap):
         whole = array.base is mapping and mapping is not None and array.filename is not None
-        return FileJournal(Path(f"{array.filename}.progress")) if whole else None
+        return FileJournal(array.filename) if whole else None
     return AttributeJournal(array.attrs) if type(array).__module__.split(".")[0] == "zarr" else None
 
 

@@ -17,8 +17,8 @@ SECONDS = 5.0  # between notes in attributes, which are written as a whole
 class FileJournal:
     """Notes in a file beside the matrix, a line of JSON for each block."""
 
-    def __init__(self, path: Path):
-        self.path = path
+    def __init__(self, array_path: Path):
+        self.path = Path(f"{array_path}.progress")
 
     def __str__(self) -> str:
         return f"the file {self.path}"

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from skpose._validation import check_width
+from skpose._validation import check_same_width, check_width
 from skpose.skeleton import Skeleton
 
 
@@ -26,8 +26,8 @@ def lazy_distances(pose_distances: Callable, X: Any, Y: Any, skeleton: Skeleton 
 
     symmetric = Y is None or Y is X
     X, Y = _whole_rows(da, X, skeleton, "X"), None if symmetric else _whole_rows(da, Y, skeleton, "Y")
-    if not symmetric and X.shape[1] != Y.shape[1]:
-        raise ValueError(f"X has {X.shape[1]} columns and Y has {Y.shape[1]}; poses of one body have equally many")
+    if not symmetric:
+        check_same_width(X, Y)
     dtype = np.result_type(X.dtype, X.dtype if symmetric else Y.dtype)
     shared = dask.delayed((skeleton, parameters), pure=True)  # so that it is shipped once
     options = {"dtype": dtype, "meta": np.empty((0, 0), dtype), "concatenate": True}

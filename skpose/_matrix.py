@@ -1,7 +1,7 @@
 """A matrix of distances, block by block."""
 
 import functools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -50,7 +50,7 @@ class Doubts(NamedTuple):
     gap: float
 
     @classmethod
-    def joined(cls, parts) -> "Doubts":
+    def joined(cls, parts: Iterable[tuple[int, float]]) -> "Doubts":
         counts, gaps = zip((0, 0.0), *parts, strict=True)
         return cls(sum(counts), max(gaps))
 

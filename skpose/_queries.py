@@ -1,5 +1,6 @@
 """Searches for many poses, block by block of queries, in threads or wherever the user's joblib configuration says."""
 
+from contextlib import closing
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -52,9 +53,10 @@ def find(request: Request, n_jobs: int | None, verbose: int) -> Found:
         else:
             results = ((block, find_block(request, block, n_workers)) for block in blocks)
         found = {}
-        for block, result in results:
-            found[block] = result
-            advance()
+        with closing(results):  # whatever ends this ends what workers do for it
+            for block, result in results:
+                found[block] = result
+                advance()
     parts = [found[block] for block in blocks]
     return Found(
         Neighbors.joined(part.neighbors for part in parts),

@@ -39,6 +39,12 @@ def check_width(X: np.ndarray, skeleton: Skeleton, name: str) -> None:
         )
 
 
+def check_same_width(X: np.ndarray, Y: np.ndarray) -> None:
+    """Refuse poses of which some have more dofs than others."""
+    if X.shape[1] != Y.shape[1]:
+        raise ValueError(f"X has {X.shape[1]} columns and Y has {Y.shape[1]}; poses of one body have equally many")
+
+
 def check_column_names(X: ArrayLike, skeleton: Skeleton, name: str) -> None:
     """Refuse a data frame whose columns are named after dofs but are not the skeleton's, in its order.
 

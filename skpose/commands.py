@@ -9,8 +9,10 @@ import joblib
 import numpy as np
 from scipy.sparse import save_npz
 
+from skpose._journal import FileJournal
 from skpose.compare import FRAME_RATE, PAPER_ACCURACY, PAPER_FIRST_COMPONENT, compare, walks_and_runs
 from skpose.datasets import MotionDataset, load_cmu, make_gait
+from skpose.datasets._cmu import skeleton_beside
 from skpose.io import load_amc, load_asf, load_bvh
 from skpose.motion import Motion
 from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
@@ -30,7 +32,7 @@ def read_motion(path: Path, asf: Path | None, frame_rate: float, scale: float) -
 
 def _skeleton_file(amc: Path) -> Path:
     """The ASF file of a motion's subject where CMU has it, 02.asf beside 02_01.amc."""
-    asf = amc.with_name(f"{amc.stem.rsplit('_', 1)[0]}.asf")
+    asf = skeleton_beside(amc)
     if not asf.is_file():
         raise FileNotFoundError(f"{amc} needs its skeleton and there is no {asf}: name the file with --asf")
     return asf
@@ -79,7 +81,7 @@ def engine(backend: str, scheduler: str | None, n_jobs: int) -> Iterator[None]:
 def distances(X: np.ndarray, skeleton: Skeleton, metric: str, out: Path, dtype: str) -> None:
     """Write the matrix of distances to a file, or finish the one that is there."""
     X, shape = X.astype(dtype), (len(X), len(X))
-    if out.exists() and Path(f"{out}.progress").exists():
+    if out.exists() and FileJournal(out).path.exists():
         array = np.lib.format.open_memmap(out, mode="r+")
         print(f"{out} was begun before")
     else:
@@ -106,7 +108,10 @@ def neighbors(
     else:
         search = PoseRadiusNeighborsTransformer(skeleton, metric=metric, radius=radius, verbose=1).fit(X)
         graph = search.radius_neighbors_graph(mode="distance")
-    save_npz(out, graph)
+    new = out.with_name(f"{out.name}.new")
+    with new.open("wb") as file:  # as to a name save_npz would add what it misses
+        save_npz(file, graph)
+    new.replace(out)
     print(f"{out}: {graph.nnz:,} neighbours of {len(X):,} poses")
 
 

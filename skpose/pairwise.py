@@ -2,6 +2,7 @@
 
 import warnings
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from functools import partial
 from numbers import Integral, Real
 from typing import Any
@@ -19,7 +20,7 @@ from skpose._engine import from_workers, in_processes
 from skpose._lazy import is_lazy, lazy_distances
 from skpose._matrix import DistanceMatrix, Doubts
 from skpose._progress import progress
-from skpose._validation import check_poses
+from skpose._validation import check_poses, check_same_width
 from skpose.metrics import METRIC_CONSTRAINTS, WORK_PER_TASK, effective_name, resolve
 from skpose.skeleton import Skeleton
 
@@ -268,8 +269,7 @@ def _matrix(
     triangle = Y is None or Y is X
     X = check_poses(X, skeleton, "X")
     Y = X if triangle else check_poses(Y, skeleton, "Y")
-    if X.shape[1] != Y.shape[1]:
-        raise ValueError(f"X has {X.shape[1]} columns and Y has {Y.shape[1]}; poses of one body have equally many")
+    check_same_width(X, Y)
     dtype = np.result_type(X, Y)
     return DistanceMatrix(X, None if triangle else Y, effective_name(metric, skeleton), skeleton, steps, dtype), dtype
 
@@ -287,11 +287,12 @@ def _fill(destination: Destination, matrix: DistanceMatrix, n_jobs: int | None, 
             results = from_workers(DistanceMatrix.distances, matrix, blocks, n_jobs)
         else:
             results = ((b, matrix.distances(b, n_workers, destination.part(b, matrix.dtype))) for b in blocks)
-        for block, (distances, doubt) in results:
-            destination.write(block, distances, matrix.symmetric)
-            note(block, doubt)
-            doubts.append(doubt)
-            advance()
+        with closing(results):  # whatever ends this ends what workers do for it
+            for block, (distances, doubt) in results:
+                destination.write(block, distances, matrix.symmetric)
+                note(block, doubt)
+                doubts.append(doubt)
+                advance()
     return doubts
 
 

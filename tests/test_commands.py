@@ -15,6 +15,7 @@ from scipy.sparse import load_npz
 
 from skpose import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer, Skeleton, pose_distances
 from skpose.__main__ import main
+from skpose._engine import from_workers
 from skpose.io import load_amc, load_bvh
 
 BVH = str(DATA / "biped.bvh")
@@ -27,6 +28,20 @@ def files(tmp_path, monkeypatch):
     for name in ("a.bvh", "b.bvh"):
         shutil.copy(BVH, tmp_path / name)
     return ["a.bvh", "b.bvh"]
+
+
+@pytest.fixture
+def sent(monkeypatch):
+    """How many blocks went to workers, to which even little work goes."""
+    numbers = []
+
+    def counted(function, shared, blocks, n_jobs):
+        numbers.append(len(blocks))
+        return from_workers(function, shared, blocks, n_jobs)
+
+    monkeypatch.setattr("skpose.pairwise.WORTH_SHIPPING", 0)
+    monkeypatch.setattr("skpose.pairwise.from_workers", counted)
+    return numbers
 
 
 @pytest.fixture
@@ -51,7 +66,7 @@ def refused(arguments, capsys, status=1):
 @pytest.mark.parametrize(
     "options", [[], ["--metric", "position", "--dtype", "float32"], ["--backend", "loky", "--jobs", "2"]]
 )
-def test_distances(files, body_and_poses, capsys, options):
+def test_distances(files, body_and_poses, capsys, sent, options):
     skeleton, X = body_and_poses
     assert main(["distances", *files, "--scale", "0.01", "--out", "D.npy", *options]) == 0
     out = capsys.readouterr().out
@@ -62,6 +77,7 @@ def test_distances(files, body_and_poses, capsys, options):
     n = len(X) // 2
     assert out.splitlines()[:2] == [f"{0:>8} to {n - 1:<8} a.bvh", f"{n:>8} to {2 * n - 1:<8} b.bvh"]
     assert sorted(os.listdir()) == ["D.npy", "a.bvh", "b.bvh"]
+    assert bool(sent) == ("loky" in options)
 
 
 def test_distances_of_amc_files_at_another_rate(tmp_path):
@@ -84,11 +100,14 @@ def test_neighbors(files, body_and_poses):
     expected = PoseKNeighborsTransformer(skeleton, n_neighbors=2).fit(X).kneighbors_graph(mode="distance")
     np.testing.assert_array_equal(load_npz("G.npz").toarray(), expected.toarray())
     assert main(["neighbors", *files, "--scale", "0.01", "--radius", "0.5", "--out", "R.npz"]) == 0
+    assert main(["neighbors", *files, "--scale", "0.01", "--out", "G"]) == 1  # five of four poses
+    assert main(["neighbors", *files, "--scale", "0.01", "--neighbors", "2", "--out", "G"]) == 0
+    assert Path("G").read_bytes() == Path("G.npz").read_bytes()
     expected = PoseRadiusNeighborsTransformer(skeleton, radius=0.5).fit(X).radius_neighbors_graph(mode="distance")
     np.testing.assert_array_equal(load_npz("R.npz").toarray(), expected.toarray())
 
 
-def test_on_a_cluster(files, capsys):
+def test_on_a_cluster(files, sent):
     from dask.distributed import Client, LocalCluster
 
     arguments = ["distances", *files, "--scale", "0.01"]
@@ -97,6 +116,7 @@ def test_on_a_cluster(files, capsys):
         there = ["--backend", "dask", "--scheduler", cluster.scheduler_address]
         assert main([*arguments, *there, "--out", "E.npy"]) == 0
     assert Path("D.npy").read_bytes() == Path("E.npy").read_bytes()
+    assert sent == [1]
 
 
 @pytest.mark.parametrize("name", ["biped.bvh", "arm.amc", "arm.asf"])

@@ -71,11 +71,21 @@ def mortal_processes(request):
 
 @pytest.fixture
 def small_blocks(monkeypatch):
-    """Even little work goes to the workers, in many blocks."""
+    """Even little work goes to the workers, in many blocks; that some did is a part of the test."""
+    sent = []
+
+    def counted(function, shared, blocks, n_jobs):
+        sent.append(len(blocks))
+        return from_workers(function, shared, blocks, n_jobs)
+
+    monkeypatch.setattr("skpose.pairwise.from_workers", counted)
+    monkeypatch.setattr("skpose._queries.from_workers", counted)
     monkeypatch.setattr("skpose.pairwise.WORTH_SHIPPING", 0)
     monkeypatch.setattr("skpose._queries.WORTH_SHIPPING", 0)
     monkeypatch.setattr("skpose._matrix.WORK_PER_BLOCK", 1e7)
     monkeypatch.setattr("skpose._matrix.WORK_PER_TASK", 1e7)
+    yield
+    assert max(sent) > 1
 
 
 @pytest.fixture(scope="module")

@@ -60,7 +60,7 @@ def load_cmu(folder: PathLike, *, frame_rate: float = 120.0, verbose: int = 0) -
     with progress(f"{len(rows)} motions", len(rows), verbose) as advance:
         for row in rows:
             path = folder / row["file"]
-            asf = path.with_name(f"{path.stem.rsplit('_', 1)[0]}.asf")
+            asf = skeleton_beside(path)
             for needed in (asf, path):
                 if not needed.is_file():
                     asker = index if index.is_file() else path
@@ -70,6 +70,11 @@ def load_cmu(folder: PathLike, *, frame_rate: float = 120.0, verbose: int = 0) -
             motions.append(read_amc(path, skeletons[asf], row["frames_per_second"]))
             advance()
     return MotionDataset(motions, *([row[key] for row in rows] for key in ("subject", "trial", "action")))
+
+
+def skeleton_beside(amc: Path) -> Path:
+    """Where CMU has the skeleton of a motion: 02.asf beside 02_01.amc."""
+    return amc.with_name(f"{amc.stem.rsplit('_', 1)[0]}.asf")
 
 
 def _read_index(path: Path) -> list[dict]:
