@@ -82,8 +82,7 @@ def small_blocks(monkeypatch):
     monkeypatch.setattr("skpose._queries.from_workers", counted)
     monkeypatch.setattr("skpose.pairwise.WORTH_SHIPPING", 0)
     monkeypatch.setattr("skpose._queries.WORTH_SHIPPING", 0)
-    monkeypatch.setattr("skpose._matrix.WORK_PER_BLOCK", 1e7)
-    monkeypatch.setattr("skpose._matrix.WORK_PER_TASK", 1e7)
+    monkeypatch.setattr("skpose._matrix.PANEL", 64)
     yield
     assert max(sent) > 1
 
@@ -275,7 +274,7 @@ from skpose import PoseKNeighborsTransformer, pose_distances
 from skpose.datasets import humanoid
 import skpose._engine, skpose._matrix, skpose._queries, skpose.pairwise
 skpose.pairwise.WORTH_SHIPPING = skpose._queries.WORTH_SHIPPING = 0
-skpose._matrix.WORK_PER_BLOCK = skpose._matrix.WORK_PER_TASK = 1e7
+skpose._matrix.PANEL = 64
 body = humanoid()
 X = np.random.default_rng(0).normal(0, 0.3, size=(200, body.n_dofs))
 search = PoseKNeighborsTransformer(body).fit(X)
