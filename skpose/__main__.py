@@ -133,13 +133,19 @@ def _add_poses(parser: argparse.ArgumentParser, out: str, what: str) -> None:
 def _add_reading(parser: argparse.ArgumentParser) -> None:
     """How to read files."""
     parser.add_argument(
-        "--asf", type=Path, metavar="FILE", help="skeleton of the AMC files; default: CMU's, 02.asf beside 02_01.amc"
+        "--asf",
+        type=Path,
+        metavar="FILE",
+        help="skeleton of the AMC files; default: walk.asf beside walk.amc, or CMU's, 02.asf beside 02_01.amc",
     )
     parser.add_argument(
         "--frame-rate", type=_positive(float), default=120.0, metavar="HZ", help="of AMC files; default: 120"
     )
     parser.add_argument(
-        "--scale", type=_positive(float), default=1.0, metavar="M", help="metres per unit of BVH files; default: 1"
+        "--scale",
+        type=_positive(float),
+        metavar="M",
+        help="metres per unit of length; default: 1 for BVH, what the skeleton's file says for AMC",
     )
 
 

@@ -12,37 +12,19 @@ from scipy.sparse import save_npz
 from skpose._journal import FileJournal
 from skpose.compare import FRAME_RATE, PAPER_ACCURACY, PAPER_FIRST_COMPONENT, compare, walks_and_runs
 from skpose.datasets import MotionDataset, load_cmu, make_gait
-from skpose.datasets._cmu import skeleton_beside
-from skpose.io import load_amc, load_asf, load_bvh
-from skpose.motion import Motion
+from skpose.io import load_asf, load_motion
+from skpose.io._load import kind_of
+from skpose.io._source import Source
 from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
 from skpose.pairwise import pose_distances
 from skpose.skeleton import Skeleton
 
 
-def read_motion(path: Path, asf: Path | None, frame_rate: float, scale: float) -> Motion:
-    """A motion from a BVH file, or from an AMC file and its skeleton."""
-    kind = path.suffix.lower()
-    if kind == ".bvh":
-        return load_bvh(path, scale=scale)
-    if kind != ".amc":
-        raise ValueError(f"{path} is neither a .bvh nor an .amc file")
-    return load_amc(path, _skeleton_file(path) if asf is None else asf, frame_rate=frame_rate)
-
-
-def _skeleton_file(amc: Path) -> Path:
-    """The ASF file of a motion's subject where CMU has it, 02.asf beside 02_01.amc."""
-    asf = skeleton_beside(amc)
-    if not asf.is_file():
-        raise FileNotFoundError(f"{amc} needs its skeleton and there is no {asf}: name the file with --asf")
-    return asf
-
-
 def read_poses(
-    files: Sequence[Path], rate: float | None, asf: Path | None, frame_rate: float, scale: float
+    files: Sequence[Path], rate: float | None, asf: Path | None, frame_rate: float, scale: float | None
 ) -> tuple[np.ndarray, Skeleton]:
     """The poses of all files on the mean skeleton; says which rows are whose."""
-    motions = [read_motion(path, asf, frame_rate, scale) for path in files]
+    motions = [load_motion(path, asf=asf, frame_rate=frame_rate, scale=scale) for path in files]
     names = [str(path) for path in files]
     X, sequence = (dataset := MotionDataset(motions, names, names, names)).poses(rate)
     ends = np.searchsorted(sequence, np.arange(len(files)), side="right")
@@ -120,12 +102,14 @@ def _refuse_to_overwrite(out: Path) -> None:
         raise FileExistsError(f"{out} exists already: delete it or name another file")
 
 
-def info(path: Path, asf: Path | None, frame_rate: float, scale: float) -> None:
+def info(path: Path, asf: Path | None, frame_rate: float, scale: float | None) -> None:
     """Print what a file holds."""
-    if path.suffix.lower() == ".asf":
-        skeleton = load_asf(path)
+    with Source(path, "a BVH, AMC or ASF file") as source:
+        kind = kind_of(source)
+    if kind == "ASF":
+        skeleton = load_asf(path, scale=scale)
     else:
-        motion = read_motion(path, asf, frame_rate, scale)
+        motion = load_motion(path, asf=asf, frame_rate=frame_rate, scale=scale)
         skeleton = motion.skeleton
         print(f"{len(motion)} frames at {motion.frame_rate:g} Hz, {len(motion) / motion.frame_rate:.2f} s")
     print(f"{skeleton.n_joints} joints besides the root, {skeleton.n_dofs} degrees of freedom\n")

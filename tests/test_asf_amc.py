@@ -1,4 +1,5 @@
 import pickle
+import re
 from pathlib import Path
 
 import numpy as np
@@ -77,7 +78,9 @@ def test_radians(load):
     degrees, asf = load(), ASF.replace("angle deg", "angle rad")
     motion = load(asf=asf, amc=AMC.replace(":DEGREES", ":RADIANS"))
     np.testing.assert_allclose(motion.angles, np.degrees(degrees.angles))
-    with pytest.raises(MocapFormatError, match=r"line 3: angles in degrees, but a\.asf has the other unit"):
+    with pytest.raises(
+        MocapFormatError, match=r"a\.amc, line 3, column 1: angles in degrees, but a\.asf has the other"
+    ):
         load(asf=asf)
 
 
@@ -89,33 +92,34 @@ def test_comments_blank_lines_and_carriage_returns_are_passed_over(load):
 def test_frames_may_start_anywhere_but_not_skip(load):
     later = AMC.replace("\n1\n", "\n7\n").replace("\n2\n", "\n8\n").replace("\n3\n", "\n9\n")
     np.testing.assert_array_equal(load(amc=later).angles, load().angles)
-    with pytest.raises(MocapFormatError, match="line 9: expected frame 2, found frame 8"):
+    with pytest.raises(MocapFormatError, match="line 9, column 1: expected frame 2, found frame 8"):
         load(amc=AMC.replace("\n2\n", "\n8\n"))
 
 
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("tip 12\n", "", "line 8: frame 1 ends without tip; is the file cut short?"),
+        ("tip 12\n", "", "line 7: frame 1 ends without tip; is the file cut short?"),
         ("tip 12\n", "tip 12 13\n", "line 8: 'tip' has 2 numbers, but a.asf gives it 1 .ry.; is the line cut short"),
         ("tip 12\n", "toe 12\n", "line 8: a.asf has no bone 'toe' with degrees of freedom; is it the right skeleton?"),
         ("tip 12\n", "tail 12\n", "line 8: a.asf has no bone 'tail' with degrees of freedom"),
         ("tip 12\n", "tip 12\ntip 12\n", "line 9: 'tip' stands twice in frame 1"),
         ("tip 12\n", "tip twelve\n", "line 8: frame 1: expected a number, found 'twelve'"),
-        ("tip 12\n", "tip nan\n", "line 8: frame 1: expected a number, found 'nan'"),
+        ("tip 12\n", "tip nan\n", "line 8: frame 1: expected a finite number, found 'nan'"),
         ("tip 12\n", "tip 1,5\n", "line 8: frame 1: expected a number, found '1,5'"),
-        ("1\nroot", "root", "line 4: expected a frame number, found 'root'; not an AMC file?"),
+        ("1\nroot", "root", "line 4: expected a frame number, found 'root 10 20 30 1 2 3'; not an AMC file"),
     ],
 )
 def test_faults_of_a_motion_file_are_named_with_their_line(old, new, message, load):
     assert old in AMC
-    with pytest.raises(MocapFormatError, match=message):
+    with pytest.raises(MocapFormatError) as caught:
         load(amc=AMC.replace(old, new, 1))
+    assert re.search(message, f"line {caught.value.line}: {caught.value.message}")
 
 
 @pytest.mark.parametrize("kept", [0.2, 0.5, 0.8, 0.97])
 def test_a_motion_file_cut_short(kept, load):
-    with pytest.raises(MocapFormatError, match=r"a\.amc, line \d+: .*cut short"):
+    with pytest.raises(MocapFormatError, match=r"a\.amc, line \d+.*: .*cut short"):
         load(amc=AMC[: int(kept * len(AMC))].rsplit(maxsplit=1)[0])
 
 
@@ -136,23 +140,32 @@ def test_a_motion_file_cut_short(kept, load):
         ("upperarm lowerarm", "", "line 17: bone 'lowerarm' has no place under :hierarchy"),
         ("root upperarm tail", "lowerarm upperarm\nroot tail", "hangs on itself"),
         ("tail tip", "tail tip\ntip tip", "bone 'tip' hangs on 'tail' already"),
-        ("direction 0 1 0", "direction 0 1", "direction of bone 'upperarm': expected 3 values, found 2"),
+        ("direction 0 1 0", "direction 0 1", "direction of bone 'upperarm': expected 3 numbers, found 2"),
         ("direction 0 1 0", "direction 0 0 0", "bone 'upperarm' has a length but no direction"),
         ("     length 5.5\n", "", "bone 'upperarm', begun in line 27, has no length"),
-        ("length 5.5", "length nan", "length of bone 'upperarm': expected a number, found 'nan'"),
-        ("dof ry", "dof ry tx", "dof of bone 'tip': expected some of rx ry rz, found 'ry tx'"),
-        ("    limits (-30.0 30.0)", "    limits (-30.0 30.0)\n (0 1)", "bone 'tip' has 2 pairs of limits for 1 dofs"),
-        ("0 30 20 XYZ", "0 30 20 XYX", "axis: expected an order such as XYZ at the end"),
-        ("0 30 20 XYZ", "30 20 XYZ", "axis of bone 'upperarm': expected 4 values, found 3"),
-        ("order TX TY TZ", "order TX TX TZ", "order: expected some of TX TY TZ RX RY RZ"),
-        ("name lowerarm", "name root", "line 26: a bone is named 'root', which is the name of the root"),
+        ("length 5.5", "length nan", "length of bone 'upperarm': expected a finite number, found 'nan'"),
+        ("dof ry", "dof ry tx", "dof of bone 'tip': expected some of rx ry rz, each once, found 'tx'"),
+        (
+            "    limits (-30.0 30.0)",
+            "    limits (-30.0 30.0)\n (0 1)",
+            "bone 'tip': expected a pair of limits for each of its 1 dofs, found 4 numbers",
+        ),
+        ("0 30 20 XYZ", "0 30 20 XYX", "axis of bone 'upperarm': expected an order such as XYZ at the end"),
+        ("0 30 20 XYZ", "30 20 XYZ", "axis of bone 'upperarm': expected 3 numbers, found 2"),
+        (
+            "order TX TY TZ",
+            "order TX TX TZ",
+            "order of the root: expected some of tx ty tz rx ry rz, each once, found 'TX'",
+        ),
+        ("name lowerarm", "name root", "line 17: a bone is named 'root', which is the name of the root"),
         ("name lowerarm", "name upperarm", "bone 'upperarm' is defined twice"),
     ],
 )
 def test_faults_of_a_skeleton_file_are_named(old, new, message, load):
     assert old in ASF
-    with pytest.raises(MocapFormatError, match=rf"a\.asf.*{message}"):
+    with pytest.raises(MocapFormatError, match=r"a\.asf") as caught:
         load(asf=ASF.replace(old, new, 1))
+    assert re.search(message, f"line {caught.value.line}: {caught.value.message}")
 
 
 @pytest.mark.parametrize(
@@ -161,8 +174,16 @@ def test_faults_of_a_skeleton_file_are_named(old, new, message, load):
         (b"", "the file is empty, not an ASF file"),
         (b"\n \n", "the file is empty, not an ASF file"),
         (b"\0\1\2", "this is a binary file, not an ASF file"),
-        (b"HIERARCHY\nROOT Hips\n", "line 1: expected a keyword such as :version, found 'HIERARCHY'; not ASF?"),
-        (b"version https://git-lfs.github.com/spec/v1\n", "line 1: expected a keyword such as :version"),
+        (
+            b"HIERARCHY\nROOT Hips\n",
+            "line 1, column 1: expected a keyword such as :version, found 'HIERARCHY'; not an ASF file",
+        ),
+        (
+            b"version https://git-lfs.github.com/spec/v1\n",
+            "this is a pointer of Git LFS; .* git lfs pull. It is not an ASF",
+        ),
+        ("angle".encode("utf-16"), "this is UTF-16 text; save it as UTF-8"),
+        (b"\n<!DOCTYPE html>\n<html>", "this is a web page or XML, not an ASF file"),
     ],
 )
 def test_what_is_no_skeleton_file(content, message, tmp_path):
@@ -190,5 +211,5 @@ def test_nearly_every_cmu_frame_breaks_a_limit_of_its_own_file(cmu):
 
 
 def test_a_cmu_motion_against_the_wrong_skeleton(cmu_folder):
-    with pytest.raises(MocapFormatError, match=r"02_01\.amc, line 6: arm\.asf has no bone 'lowerback'"):
+    with pytest.raises(MocapFormatError, match=r"02_01\.amc, line 6, column 1: arm\.asf has no bone 'lowerback'"):
         load_amc(cmu_folder / "subjects" / "02" / "02_01.amc", Path(DATA / "arm.asf"))

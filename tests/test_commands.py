@@ -141,8 +141,8 @@ def test_help(command, capsys):
     ("arguments", "said"),
     [
         (["info", "none.bvh"], "none.bvh"),
-        (["info", "a.txt"], "a.txt is neither a .bvh nor an .amc file"),
-        (["distances", "alone_1.amc", "--out", "D.npy"], "there is no alone.asf: name the file with --asf"),
+        (["info", "a.txt"], "a.txt: expected HIERARCHY (BVH) or a keyword such as :DEGREES (AMC), found 'hello'"),
+        (["distances", "alone_1.amc", "--out", "D.npy"], "needs its skeleton and there is no alone.asf"),
         (["distances", "a.bvh", "--out", "b.bvh"], "b.bvh exists already: delete it or name another file"),
         (["distances", "a.bvh", "--out", "no/D.npy"], "no"),
         (["distances", "a.bvh", "--out", "D.npy", "--jobs", "0"], "n_jobs == 0"),
@@ -152,7 +152,8 @@ def test_help(command, capsys):
     ],
 )
 def test_mistakes_are_one_line(files, capsys, arguments, said):
-    Path("alone_1.amc").touch()
+    Path("alone_1.amc").write_text(":DEGREES\n1\n")
+    Path("a.txt").write_text("hello")
     Path("cut.bvh").write_text("HIERARCHY\nROOT hips\n{\n")
     assert said in refused(arguments, capsys)
     assert not Path("D.npy").exists() or "--jobs" in arguments

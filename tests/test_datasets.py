@@ -51,7 +51,7 @@ def test_load_cmu_says_what_is_missing(folder, tmp_path):
         load_cmu(folder)
     write_index(folder, "01,01,walk,often,subjects/01/01_01.amc")
     with pytest.raises(
-        MocapFormatError, match=r"index\.csv, line 2: frames_per_second: expected a number, found 'often'"
+        MocapFormatError, match=r"index\.csv, line 2: frames_per_second: expected a positive number, found 'often'"
     ):
         load_cmu(folder)
     write_index(folder, "01,01,walk,0,subjects/01/01_01.amc")

@@ -15,7 +15,8 @@ from skpose.datasets._cmu_digests import DIGESTS
 from skpose.datasets._motions import MotionDataset
 from skpose.io._amc import read_amc
 from skpose.io._asf import read_asf
-from skpose.io._text import MocapFormatError, PathLike, finite_number
+from skpose.io._load import skeleton_of
+from skpose.io._source import MocapFormatError, PathLike, Source, check_positive
 
 SERVER = "http://mocap.cs.cmu.edu"
 COLUMNS = ("subject", "trial", "action", "frames_per_second", "file")
@@ -60,21 +61,18 @@ def load_cmu(folder: PathLike, *, frame_rate: float = 120.0, verbose: int = 0) -
     with progress(f"{len(rows)} motions", len(rows), verbose) as advance:
         for row in rows:
             path = folder / row["file"]
-            asf = skeleton_beside(path)
+            asf = skeleton_of(path)
             for needed in (asf, path):
                 if not needed.is_file():
                     asker = index if index.is_file() else path
                     raise FileNotFoundError(f"{needed} is missing, but {asker} asks for it")
             if asf not in skeletons:
-                skeletons[asf] = read_asf(asf)
-            motions.append(read_amc(path, skeletons[asf], row["frames_per_second"]))
+                with Source(asf, "an ASF file") as source:
+                    skeletons[asf] = read_asf(source)
+            with Source(path, "an AMC file") as source:
+                motions.append(read_amc(source, skeletons[asf], frame_rate=row["frames_per_second"]))
             advance()
     return MotionDataset(motions, *([row[key] for row in rows] for key in ("subject", "trial", "action")))
-
-
-def skeleton_beside(amc: Path) -> Path:
-    """Where CMU has the skeleton of a motion: 02.asf beside 02_01.amc."""
-    return amc.with_name(f"{amc.stem.rsplit('_', 1)[0]}.asf")
 
 
 def _read_index(path: Path) -> list[dict]:
@@ -87,11 +85,13 @@ def _read_index(path: Path) -> list[dict]:
         for row in reader:
             if any(row[name] is None for name in COLUMNS) or not row["file"]:
                 raise MocapFormatError(path, reader.line_num, f"expected a value for each of {', '.join(COLUMNS)}")
-            row["frames_per_second"] = finite_number(
-                row["frames_per_second"], path, reader.line_num, "frames_per_second"
-            )
-            if row["frames_per_second"] <= 0:
-                raise MocapFormatError(path, reader.line_num, "frames_per_second: expected a positive number")
+            try:
+                rate = float(row["frames_per_second"])
+                check_positive("frames_per_second", rate)
+            except ValueError:
+                problem = f"frames_per_second: expected a positive number, found {row['frames_per_second']!r}"
+                raise MocapFormatError(path, reader.line_num, problem) from None
+            row["frames_per_second"] = rate
             rows.append(row)
     if not rows:
         raise MocapFormatError(path, None, "the index names no motions")

@@ -7,23 +7,27 @@ rest rotation is C_parentᵀ · C_b and the offset C_bᵀ · direction · length
 the bone's `axis` line names.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose.io._text import MocapFormatError, PathLike, finite_number, number, read_lines
+from skpose.io._source import NUMBER, Readable, Source, Token, check_positive
 from skpose.skeleton import Bone, Skeleton
 
 INCH = 0.0254  # m; the unit of length of the format, scaled by the file's `length`
+TURNS = ("rx", "ry", "rz")
+CHANNELS = ("tx", "ty", "tz", *TURNS)
+
+Statements = list[list[Token]]
 
 
 @dataclass
 class _AsfBone:
     """One begin … end block of :bonedata."""
 
-    line: int
+    begin: Token
     name: str = ""
     direction: np.ndarray | None = None
     length: float | None = None
@@ -34,28 +38,71 @@ class _AsfBone:
 
 
 @dataclass
+class _Root:
+    """The :root section."""
+
+    channels: list[str] = field(default_factory=lambda: list(CHANNELS))  # in the order of the AMC file's numbers
+    order: str = "xyz"
+    position: np.ndarray = field(default_factory=lambda: np.zeros(3))  # in the file's unit
+    orientation: np.ndarray = field(default_factory=lambda: np.zeros(3))  # about x, y, z, in the file's unit
+
+    @property
+    def axes(self) -> str:
+        return "".join(axis for axis in self.order if f"r{axis}" in self.channels)
+
+
+@dataclass
 class Asf:
     """What a motion needs of its ASF file."""
 
-    path: Path
-    skeleton: Skeleton
+    name: str
+    bones: dict[str, _AsfBone]
+    parents: dict[str, str | None]
     scale: float  # m per unit of length
-    radians: bool
-    root_channels: list[str]  # in the file's order, such as tx ty tz rx ry rz
-    root_axes: str
-    dofs: dict[str, list[str]]  # of each bone that has any, in the file's order
+    radians: bool | None  # None where the file does not say
+    root: _Root
+
+    @property
+    def dofs(self) -> dict[str, list[str]]:
+        """Of each bone that has any, in the file's order."""
+        return {name: bone.dofs for name, bone in self.bones.items() if bone.dofs}
+
+    def skeleton(self) -> Skeleton:
+        made = []
+        for name, bone in self.bones.items():
+            parent = self.parents[name]
+            before = Rotation.identity() if parent is None else self.bones[parent].axis
+            order = [axis for axis in bone.order if f"r{axis}" in bone.dofs]
+            limits = None
+            if bone.limits:
+                pairs = dict(zip(bone.dofs, np.reshape(bone.limits, (-1, 2)), strict=True))
+                limits = np.array([pairs[f"r{axis}"] for axis in order])
+                limits = limits if self.radians else np.radians(limits)
+            rest = (before.inv() * bone.axis).as_matrix()
+            offset = bone.axis.inv().apply(bone.direction * (bone.length * self.scale))
+            made.append(Bone(name, parent, tuple(offset), "".join(order), rest, limits))
+        return Skeleton(made)
+
+    def with_three_dofs(self) -> "Asf":
+        """Every bone that turns at all about all three axes: its own first, then the others, without limits."""
+        bones = {}
+        for name, bone in self.bones.items():
+            more = [dof for dof in TURNS if dof not in bone.dofs] if bone.dofs else []
+            limits = bone.limits + [-np.inf, np.inf] * len(more) if bone.limits else []
+            bones[name] = replace(bone, dofs=bone.dofs + more, limits=limits)
+        return replace(self, bones=bones)
 
 
-def load_asf(path: PathLike, *, scale: float | None = None) -> Skeleton:
+def load_asf(path: Readable, *, scale: float | None = None) -> Skeleton:
     """Read a skeleton from an Acclaim ASF file.
 
     Parameters
     ----------
-    path : str or path-like
-        The file.
+    path : str, path-like or file
+        The file, or an open one; compressed by gzip or not.
     scale : float, default=None
         Metres per unit of length. None follows the file's ``:units length``, as CMU's do: one unit is 1/length inch,
-        0.0564 m at 0.45.
+        0.0564 m at 0.45. 1.0 leaves the file's numbers as they are.
 
     Returns
     -------
@@ -66,7 +113,7 @@ def load_asf(path: PathLike, *, scale: float | None = None) -> Skeleton:
     Raises
     ------
     MocapFormatError
-        If the file is not a whole ASF file; with its name and the line.
+        If the file is not a whole ASF file; with its name, the line and the column.
     OSError
         If it cannot be read.
 
@@ -76,7 +123,8 @@ def load_asf(path: PathLike, *, scale: float | None = None) -> Skeleton:
 
     Notes
     -----
-    The root's own position and orientation are no part of a pose and are left out.
+    Euler angles are extrinsic in the order of each bone's `axis`, unlike those of BVH. The root's own position and
+    orientation are no part of a skeleton; `load_amc` adds them to the root's channels.
 
     Examples
     --------
@@ -84,195 +132,188 @@ def load_asf(path: PathLike, *, scale: float | None = None) -> Skeleton:
     >>> load_asf("02.asf")  # doctest: +SKIP
     Skeleton(n_joints=30, n_dofs=56)
     """
-    return read_asf(path, scale).skeleton
+    with Source(path, "an ASF file") as source, source.blamed():
+        return read_asf(source, scale).skeleton()
 
 
-def read_asf(path: PathLike, scale: float | None = None) -> Asf:
-    lines = read_lines(path, "an ASF file")
-    sections = _sections(lines, path)
-    units = {tokens[0].lower(): (number_, tokens[1:]) for number_, tokens in sections["units"]}
-    radians = _is_radians(units.get("angle"), path)
+def read_asf(source: Source, scale: float | None = None) -> Asf:
+    if scale is not None:
+        check_positive("scale", scale)
+    sections = _sections(source)
+    units = {tokens[0].lower(): tokens for tokens in sections["units"]}
+    radians = _is_radians(units.get("angle"), source)
     if scale is None:
         if "length" not in units:
-            raise MocapFormatError(path, None, "no length under :units; pass scale=, the metres per unit of length")
-        line, tokens = units["length"]
-        unit = finite_number(tokens[0] if tokens else "", path, line, "length")
-        if unit <= 0:
-            raise MocapFormatError(path, line, f"length: expected a positive number, found {tokens[0]!r}")
+            raise source.error("no length under :units; pass scale=, the metres per unit of length")
+        (unit,) = _numbers(1, units["length"], source, "length", positive=True)
         scale = INCH / unit
-    root_channels, root_axes = _read_root(sections["root"], path)
-    bones = _read_bones(sections["bonedata"], radians, path)
-    parents = _read_hierarchy(sections["hierarchy"], bones, path)
+    root = _read_root(sections["root"], source)
+    bones = _read_bones(sections["bonedata"], bool(radians), source)
+    parents = _read_hierarchy(sections["hierarchy"], bones, source)
     for name, bone in bones.items():
         if name not in parents:
-            raise MocapFormatError(path, bone.line, f"bone {name!r} has no place under :hierarchy")
-    made = []
-    for name, bone in bones.items():
-        parent = parents[name]
-        before = Rotation.identity() if parent is None else bones[parent].axis
-        order = [axis for axis in bone.order if f"r{axis}" in bone.dofs]
-        limits = None
-        if bone.limits:
-            pairs = dict(zip(bone.dofs, np.reshape(bone.limits, (-1, 2)), strict=True))
-            limits = [pairs[f"r{axis}"] for axis in order]
-            limits = limits if radians else np.radians(limits)
-        rest = (before.inv() * bone.axis).as_matrix()
-        offset = bone.axis.inv().apply(bone.direction * (bone.length * scale))
-        made.append(Bone(name, parent, tuple(offset), "".join(order), rest, limits))
-    try:
-        skeleton = Skeleton(made)
-    except ValueError as error:
-        raise MocapFormatError(path, None, str(error)) from None
-    dofs = {name: bone.dofs for name, bone in bones.items() if bone.dofs}
-    return Asf(Path(path), skeleton, scale, radians, root_channels, root_axes, dofs)
+            raise source.error(f"bone {name!r} has no place under :hierarchy", bone.begin)
+    asf = Asf(Path(source.name).name, bones, parents, scale, radians, root)
+    with source.blamed():
+        asf.skeleton()
+    return asf
 
 
-def _sections(lines: list[str], path: PathLike) -> dict[str, list[tuple[int, list[str]]]]:
-    """The file's lines as (number, tokens), under the keyword of their section; comments and brackets taken out."""
-    sections: dict[str, list[tuple[int, list[str]]]] = {}
-    section: list[tuple[int, list[str]]] | None = None
-    for line, text in enumerate(lines, start=1):
-        tokens = text.split("#")[0].replace("(", " ").replace(")", " ").split()
-        if not tokens:
-            continue
+def _sections(source: Source) -> dict[str, Statements]:
+    """The file's statements under the keyword of their section."""
+    sections: dict[str, Statements] = {}
+    section: Statements | None = None
+    for tokens in source.statements():
         if tokens[0].startswith(":"):
             section = sections.setdefault(tokens[0][1:].lower(), [])
         elif section is None:
-            raise MocapFormatError(path, line, f"expected a keyword such as :version, found {text.strip()!r}; not ASF?")
+            raise source.error(
+                f"expected a keyword such as :version, found {str(tokens[0][:40])!r}; not an ASF file?", tokens[0]
+            )
         else:
-            section.append((line, tokens))
+            section.append(tokens)
     for keyword in ("units", "root", "bonedata", "hierarchy"):
         if keyword not in sections:
-            raise MocapFormatError(
-                path, len(lines), f"the file ends without a :{keyword} section; not ASF, or cut short"
-            )
+            raise source.error(f"the file ends without a :{keyword} section; not ASF, or cut short", source.line)
     return sections
 
 
-def _is_radians(entry: tuple[int, list[str]] | None, path: PathLike) -> bool:
-    line, tokens = entry or (None, ["deg"])
-    unit = tokens[0].lower() if tokens else ""
+def _is_radians(tokens: list[Token] | None, source: Source) -> bool | None:
+    if tokens is None:
+        return None
+    unit = tokens[1].lower() if len(tokens) > 1 else ""
     if not unit.startswith(("deg", "rad")):
-        raise MocapFormatError(path, line, f"angle: expected deg or rad, found {unit!r}")
+        raise source.error(f"angle: expected deg or rad, found {unit[:40]!r}", tokens[-1])
     return unit.startswith("rad")
 
 
-def _read_root(section: list[tuple[int, list[str]]], path: PathLike) -> tuple[list[str], str]:
-    """The root's channels in the order of the AMC file's numbers, and the order of its rotation."""
-    channels, axes = ["tx", "ty", "tz", "rx", "ry", "rz"], "xyz"
-    for line, tokens in section:
-        key, values = tokens[0].lower(), [token.lower() for token in tokens[1:]]
+def _read_root(section: Statements, source: Source) -> _Root:
+    root = _Root()
+    for tokens in section:
+        key = tokens[0].lower()
         if key == "order":
-            channels = values
-            if not set(channels) <= {"tx", "ty", "tz", "rx", "ry", "rz"} or len(set(channels)) < len(channels):
-                raise MocapFormatError(
-                    path, line, f"order: expected some of TX TY TZ RX RY RZ, found {' '.join(values)}"
-                )
+            root.channels = _some_of(CHANNELS, tokens, source, "order of the root")
         elif key == "axis":
-            axes = _axis_order(values, path, line)
-    return channels, "".join(axis for axis in axes if f"r{axis}" in channels)
+            root.order = _axis_order(tokens, source, "axis of the root")
+        elif key in ("position", "orientation"):
+            setattr(root, key, np.array(_numbers(3, tokens, source, f"{key} of the root")))
+    return root
 
 
-def _axis_order(tokens: list[str], path: PathLike, line: int) -> str:
-    order = tokens[-1].lower() if tokens else ""
+def _read_bones(section: Statements, radians: bool, source: Source) -> dict[str, _AsfBone]:
+    bones: dict[str, _AsfBone] = {}
+    bone: _AsfBone | None = None
+    key: str | None = None
+    for tokens in section:
+        word = tokens[0].lower()
+        if word == "begin":
+            if bone is not None:
+                raise source.error(f"bone {bone.name!r}, begun in line {bone.begin.line}, has no end", tokens[0])
+            bone, key = _AsfBone(tokens[0]), None
+        elif bone is None:
+            raise source.error(f"expected begin, found {str(tokens[0][:40])!r}", tokens[0])
+        elif word == "end":
+            _check_bone(bone, tokens[0], source)
+            if bone.name in bones:
+                raise source.error(f"bone {bone.name!r} is defined twice", bone.begin)
+            bones[bone.name] = bone
+            bone = None
+        elif key == "limits" and (NUMBER.fullmatch(word) or not word[0].isalpha()):  # one pair a line, or all in one
+            _read_key("limits", bone, [key, *tokens], radians, source)
+        else:
+            key = tokens[0].lower()
+            _read_key(key, bone, tokens, radians, source)
+    if bone is not None:
+        raise source.error(f"bone {bone.name!r} begins here and has no end; is the file cut short?", bone.begin)
+    if not bones:
+        raise source.error("there are no bones under :bonedata")
+    return bones
+
+
+def _read_key(key: str, bone: _AsfBone, tokens: list[Token], radians: bool, source: Source) -> None:
+    """What one statement says of a bone; those that no pose needs, such as id and bodymass, are passed over."""
+    what = f"{key} of bone {bone.name!r}"
+    if key == "name":
+        if len(tokens) != 2:
+            raise source.error(f"name of a bone: expected one word, found {' '.join(tokens[1:])[:40]!r}", tokens[-1])
+        bone.name = str(tokens[1])
+    elif key == "direction":
+        bone.direction = np.array(_numbers(3, tokens, source, what))
+    elif key == "length":
+        (bone.length,) = _numbers(1, tokens, source, what)
+    elif key == "axis":
+        bone.order = _axis_order(tokens, source, what)
+        angles = dict(zip("xyz", _numbers(3, tokens[:-1], source, what), strict=True))
+        bone.axis = Rotation.from_euler(bone.order, [angles[axis] for axis in bone.order], degrees=not radians)
+    elif key == "dof":
+        bone.dofs = _some_of(TURNS, tokens, source, what)
+    elif key == "limits":
+        bone.limits += [source.number(token, what, finite=False) for token in tokens[1:]]
+
+
+def _numbers(n: int, tokens: list[Token], source: Source, what: str, positive: bool = False) -> list[float]:
+    """The n numbers after a keyword."""
+    if len(tokens) != n + 1:
+        raise source.error(f"{what}: expected {n} numbers, found {len(tokens) - 1}", tokens[-1])
+    return [(source.positive if positive else source.number)(token, what) for token in tokens[1:]]
+
+
+def _some_of(choices: tuple[str, ...], tokens: list[Token], source: Source, what: str) -> list[str]:
+    """The words after a keyword, each one of the choices and none twice."""
+    found: list[str] = []
+    for token in tokens[1:]:
+        if token.lower() not in choices or token.lower() in found:
+            raise source.error(
+                f"{what}: expected some of {' '.join(choices)}, each once, found {str(token[:40])!r}", token
+            )
+        found.append(token.lower())
+    return found
+
+
+def _axis_order(tokens: list[Token], source: Source, what: str) -> str:
+    order = tokens[-1].lower()
     if sorted(order) != ["x", "y", "z"]:
-        raise MocapFormatError(
-            path, line, f"axis: expected an order such as XYZ at the end, found {' '.join(tokens)!r}"
+        raise source.error(
+            f"{what}: expected an order such as XYZ at the end, found {str(tokens[-1][:40])!r}", tokens[-1]
         )
     return order
 
 
-def _read_bones(section: list[tuple[int, list[str]]], radians: bool, path: PathLike) -> dict[str, _AsfBone]:
-    bones: dict[str, _AsfBone] = {}
-    bone: _AsfBone | None = None
-    key = ""
-    for line, tokens in section:
-        word = tokens[0].lower()
-        if word == "begin":
-            bone, key = _AsfBone(line), ""
-            continue
-        if bone is None:
-            raise MocapFormatError(path, line, f"expected begin, found {' '.join(tokens)!r}")
-        if word == "end":
-            _check_bone(bone, path, line)
-            if bone.name in bones:
-                raise MocapFormatError(path, bone.line, f"bone {bone.name!r} is defined twice")
-            bones[bone.name] = bone
-            bone = None
-            continue
-        if word[0].isalpha() and word not in ("inf", "nan"):
-            key, tokens = word, tokens[1:]
-        what = f"{key} of bone {bone.name!r}"
-        if key == "name":
-            bone.name = " ".join(tokens)
-        elif key == "direction":
-            bone.direction = np.array(
-                [finite_number(t, path, line, what) for t in _exactly(3, tokens, path, line, what)]
-            )
-        elif key == "length":
-            bone.length = finite_number(_exactly(1, tokens, path, line, what)[0], path, line, what)
-        elif key == "axis":
-            bone.order = _axis_order(tokens, path, line)
-            angles = [finite_number(t, path, line, what) for t in _exactly(4, tokens, path, line, what)[:3]]
-            bone.axis = Rotation.from_euler(
-                bone.order, [angles["xyz".index(axis)] for axis in bone.order], degrees=not radians
-            )
-        elif key == "dof":
-            bone.dofs = [token.lower() for token in tokens]
-            if not set(bone.dofs) <= {"rx", "ry", "rz"} or len(set(bone.dofs)) < len(bone.dofs):
-                raise MocapFormatError(path, line, f"{what}: expected some of rx ry rz, found {' '.join(tokens)!r}")
-        elif key == "limits":  # one pair a line
-            bone.limits += [number(t, path, line, what) for t in _exactly(2, tokens, path, line, what)]
-    if bone is not None:
-        raise MocapFormatError(
-            path, bone.line, f"bone {bone.name!r} begins here and has no end; is the file cut short?"
-        )
-    if not bones:
-        raise MocapFormatError(path, None, "there are no bones under :bonedata")
-    return bones
-
-
-def _exactly(n: int, tokens: list[str], path: PathLike, line: int, what: str) -> list[str]:
-    if len(tokens) != n:
-        raise MocapFormatError(path, line, f"{what}: expected {n} values, found {len(tokens)}: {' '.join(tokens)!r}")
-    return tokens
-
-
-def _check_bone(bone: _AsfBone, path: PathLike, line: int) -> None:
+def _check_bone(bone: _AsfBone, end: Token, source: Source) -> None:
     for key in ("name", "direction", "length"):
         value = getattr(bone, key)
         if value is None or (key == "name" and not value):
-            raise MocapFormatError(path, line, f"bone {bone.name!r}, begun in line {bone.line}, has no {key}")
+            raise source.error(f"bone {bone.name!r}, begun in line {bone.begin.line}, has no {key}", end)
     if bone.name == "root":
-        raise MocapFormatError(path, line, "a bone is named 'root', which is the name of the root; call it otherwise")
-    norm = np.linalg.norm(bone.direction)
-    if norm == 0 and bone.length != 0:
-        raise MocapFormatError(path, line, f"bone {bone.name!r} has a length but no direction")
+        raise source.error("a bone is named 'root', which is the name of the root; call it otherwise", bone.begin)
+    with source.blamed():
+        norm = np.linalg.norm(bone.direction)
+    if not np.isfinite(norm) or (norm == 0 and bone.length != 0):
+        raise source.error(f"bone {bone.name!r} has a length but no direction", bone.begin)
     bone.direction = bone.direction / (norm or 1.0)  # printed to six digits; the length is what counts
     if bone.limits and len(bone.limits) != 2 * len(bone.dofs):
-        raise MocapFormatError(
-            path, line, f"bone {bone.name!r} has {len(bone.limits) // 2} pairs of limits for {len(bone.dofs)} dofs"
+        raise source.error(
+            f"bone {bone.name!r}: expected a pair of limits for each of its {len(bone.dofs)} dofs, found "
+            f"{len(bone.limits)} numbers",
+            end,
         )
 
 
-def _read_hierarchy(section: list[tuple[int, list[str]]], bones: dict[str, _AsfBone], path: PathLike) -> dict:
+def _read_hierarchy(section: Statements, bones: dict[str, _AsfBone], source: Source) -> dict[str, str | None]:
     """Parent of every bone, None for the root."""
     parents: dict[str, str | None] = {}
-    for line, (parent, *children) in section:
+    for parent, *children in section:
         if not children and parent.lower() in ("begin", "end"):
             continue
         if parent not in bones and parent != "root":
-            raise MocapFormatError(
-                path,
-                line,
-                f"bone {children[0] if children else ''!r} hangs on {parent!r}, which the file does not define",
-            )
+            child = str(children[0]) if children else ""
+            raise source.error(f"bone {child!r} hangs on {str(parent)!r}, which the file does not define", parent)
         for child in children:
             if child not in bones:
-                raise MocapFormatError(
-                    path, line, f"bone {child!r} hangs on {parent!r}, but the file does not define it"
+                raise source.error(
+                    f"bone {str(child)!r} hangs on {str(parent)!r}, but the file does not define it", child
                 )
             if child in parents:
-                raise MocapFormatError(path, line, f"bone {child!r} hangs on {parents[child] or 'root'!r} already")
-            parents[child] = None if parent == "root" else parent
+                raise source.error(f"bone {str(child)!r} hangs on {parents[child] or 'root'!r} already", child)
+            parents[str(child)] = None if parent == "root" else str(parent)
     return parents

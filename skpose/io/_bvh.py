@@ -5,53 +5,79 @@ angles are intrinsic in the order in which the joint lists its channels: R = R_1
 the body's global position and orientation and no part of a pose.
 """
 
-from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 
-from skpose.io._text import MocapFormatError, PathLike, finite_number, finite_numbers, read_lines
+from skpose.io._hierarchy import Joint, Lexer, read_hierarchy, read_motion_head
+from skpose.io._numbers import read_numbers
+from skpose.io._source import Readable, Source, Token, check_choice, check_positive
 from skpose.motion import Motion
 from skpose.skeleton import Bone, Skeleton
 
-
-@dataclass
-class _Joint:
-    """One block of the hierarchy."""
-
-    name: str
-    parent: "_Joint | None"
-    line: int
-    offset: list[float] | None = None
-    channels: list[str] = field(default_factory=list)  # such as "Xposition", "Zrotation", in lower case
-
-    @property
-    def axes(self) -> str:
-        return "".join(channel[0].upper() for channel in self.channels if channel.endswith("rotation"))
+# How much a position may vary, as a part of the longest bone, and still be one that printing has rounded.
+ROUNDING = 1e-4
 
 
-def load_bvh(path: PathLike, *, scale: float = 1.0) -> Motion:
+def load_bvh(
+    path: Readable,
+    *,
+    scale: float = 1.0,
+    on_nan: Literal["raise", "drop"] = "raise",
+    trust: Literal["header", "rows"] = "header",
+    stretch: Literal["raise", "mean"] = "raise",
+) -> Motion:
     """Read a skeleton and its motion from a BVH file.
 
     Parameters
     ----------
-    path : str or path-like
-        The file.
+    path : str, path-like or file
+        The file, or an open one; compressed by gzip or not.
     scale : float, default=1.0
         Metres per unit of length. The format has no unit: files in centimetres want 0.01, in inches 0.0254.
+    on_nan : {"raise", "drop"}, default="raise"
+        What to do with frames in which a number is NaN or infinite: refuse the file, or leave them out.
+    trust : {"header", "rows"}, default="header"
+        Which to believe about the number of frames: what the file says after ``Frames:``, and refuse it if it has
+        more or fewer; or what there is of whole frames.
+    stretch : {"raise", "mean"}, default="raise"
+        What to do with a file that moves joints besides the root by position channels, as bones of a skeleton have
+        fixed lengths: refuse it, or give those bones the mean of their positions.
 
     Returns
     -------
     Motion
         Its skeleton has a joint for every JOINT and every End Site (named after the joint that it ends, with "_end"),
-        the ROOT being the root. A root's OFFSET is added to its position channels.
+        the ROOT being the root. Angles are those of the file, in rad, also past 360°; see `Motion.unwrap`.
 
     Raises
     ------
     MocapFormatError
-        If the file is not a whole BVH file, or moves a joint other than the root by position channels; with its name
-        and the line.
+        If the file is not a whole BVH file; with its name, the line and the column.
     OSError
         If it cannot be read.
+
+    Warns
+    -----
+    UserWarning
+        If several joints have one name: all but the first get a number. If position channels put joints elsewhere
+        than their OFFSET does. If `trust="rows"` leaves out a last frame that is not whole.
+
+    See Also
+    --------
+    save_bvh : Write one.
+    load_motion : Read BVH and AMC alike.
+
+    Notes
+    -----
+    Rotations are intrinsic in the order in which each joint lists them. Keywords may be in either case, and lines may
+    end anywhere but in a name, which is the rest of its line.
+
+    A root's OFFSET is added to its position channels, as the format's first description has it. Position channels of
+    other joints stand for their OFFSET, as the programs that write them (MotionBuilder, Blender) mean them: where they
+    do not vary they are the bone's offset, unless all are zero, as where a file has them for nothing.
+
+    The numbers take the time: numpy's parser reads some 4 million a second. Memory is at most twice the array's.
 
     Examples
     --------
@@ -59,146 +85,129 @@ def load_bvh(path: PathLike, *, scale: float = 1.0) -> Motion:
     >>> load_bvh("dance.bvh", scale=0.01)  # doctest: +SKIP
     Motion(1200 frames at 60 Hz, 20.0 s, Skeleton(n_joints=52, n_dofs=114))
     """
-    lines = read_lines(path, "a BVH file")
-    joints, motion_line = _read_hierarchy(lines, path)
-    root = joints[0]
-    bones = []
-    for joint in joints[1:]:
-        if any(channel.endswith("position") for channel in joint.channels):
-            raise MocapFormatError(
-                path,
-                joint.line,
-                f"joint {joint.name!r} has position channels; bones have a fixed length here, and only the root moves",
+    with Source(path, "a BVH file") as source:
+        return read_bvh(source, scale=scale, on_nan=on_nan, trust=trust, stretch=stretch)
+
+
+def read_bvh(
+    source: Source, *, scale: float = 1.0, on_nan: str = "raise", trust: str = "header", stretch: str = "raise"
+) -> Motion:
+    """`load_bvh` of a source."""
+    check_positive("scale", scale)
+    check_choice("on_nan", on_nan, ("raise", "drop"))
+    check_choice("trust", trust, ("header", "rows"))
+    check_choice("stretch", stretch, ("raise", "mean"))
+    lexer = Lexer(source)
+    root, *joints = all_joints = read_hierarchy(lexer)
+    claimed, frame_time = read_motion_head(lexer)
+    width = sum(len(joint.channels) for joint in all_joints)
+    limit = int(claimed) * width if trust == "header" else None
+    numbers = read_numbers(source, lexer.rest(), limit, finite=on_nan == "raise")
+    numbers = _frames(numbers, width, claimed, source, trust)
+    if on_nan == "drop":
+        finite = np.isfinite(numbers).all(axis=1)
+        numbers = numbers if finite.all() else numbers[finite]
+
+    with source.blamed():
+        names = dict(zip(joints, _unique_names(joints, source), strict=True))
+        bones = [
+            Bone(
+                names[joint], names.get(joint.parent), tuple(scale * offset), "".join(joint.columns("rotation")).upper()
             )
-        parent = None if joint.parent is root else joint.parent.name
-        bones.append(Bone(joint.name, parent, tuple(scale * x for x in joint.offset), joint.axes))
-    try:
+            for joint, offset in zip(joints, _offsets(root, joints, numbers, source, stretch), strict=True)
+        ]
         skeleton = Skeleton(bones, offset_frame="parent")
-    except ValueError as error:
-        raise MocapFormatError(path, None, str(error)) from None
-
-    # By the joint's place in the file, as a joint may have the name of the root.
-    first = np.cumsum([0] + [len(joint.channels) for joint in joints])
-    numbers, frame_rate = _read_frames(lines, motion_line, first[-1], path)
-
-    def rotations(i: int) -> np.ndarray:
-        columns = [first[i] + k for k, channel in enumerate(joints[i].channels) if channel.endswith("rotation")]
-        return np.radians(numbers[:, columns])
-
-    positions = np.tile(np.array(root.offset), (len(numbers), 1))
-    for k, channel in enumerate(root.channels):
-        if channel.endswith("position"):
-            positions[:, "xyz".index(channel[0])] += numbers[:, k]
-    angles = np.concatenate([rotations(i) for i in range(1, len(joints))], axis=1)
-    return Motion(skeleton, angles, frame_rate, scale * positions, rotations(0), root.axes)
-
-
-def _read_hierarchy(lines: list[str], path: PathLike) -> tuple[list[_Joint], int]:
-    """The blocks in the order of the file, the root first, and the number of the line MOTION."""
-    joints: list[_Joint] = []
-    joint: _Joint | None = None  # the block that we are in
-    opened: _Joint | None = None  # the block that the next { opens
-    first = True
-    for line, text in enumerate(lines, start=1):
-        for tokens in _statements(text):
-            word = tokens[0].upper()
-            if first and word != "HIERARCHY":
-                raise MocapFormatError(path, line, f"expected HIERARCHY, found {text.strip()[:40]!r}; not a BVH file?")
-            if opened is not None and word != "{":
-                raise MocapFormatError(path, line, f"expected {{ after {opened.name!r}, found {tokens[0]!r}")
-            if first:
-                first = False
-            elif word == "{":
-                if opened is None:
-                    raise MocapFormatError(path, line, "found { where no joint begins")
-                joint, opened = opened, None
-                joints.append(joint)
-            elif word == "}":
-                if joint is None:
-                    raise MocapFormatError(path, line, "found } where no joint is open")
-                if joint.offset is None:
-                    raise MocapFormatError(
-                        path, line, f"joint {joint.name!r}, begun in line {joint.line}, has no OFFSET"
-                    )
-                joint = joint.parent
-            elif word in ("ROOT", "JOINT", "END"):
-                if (word == "ROOT") != (joint is None):
-                    raise MocapFormatError(
-                        path, line, f"found {word} {'outside' if joint is None else 'inside'} a joint"
-                    )
-                if word == "ROOT" and joints:
-                    raise MocapFormatError(path, line, "found a second ROOT; one skeleton a file, please")
-                name = f"{joint.name}_end" if word == "END" else " ".join(tokens[1:])
-                opened = _Joint(name, joint, line)
-            elif word == "MOTION":
-                if joint is not None or not joints:
-                    where = f"joint {joint.name!r} is still open" if joint else "there is no ROOT"
-                    raise MocapFormatError(path, line, f"found MOTION, but {where}")
-                return joints, line
-            elif joint is not None and word == "OFFSET":
-                if len(tokens) != 4:
-                    raise MocapFormatError(
-                        path, line, f"OFFSET of {joint.name!r}: expected 3 numbers, found {len(tokens) - 1}"
-                    )
-                joint.offset = [finite_number(t, path, line, f"OFFSET of {joint.name!r}") for t in tokens[1:]]
-            elif joint is not None and word == "CHANNELS":
-                joint.channels = _channels(tokens[1:], joint, path, line)
-            else:
-                raise MocapFormatError(
-                    path, line, f"expected OFFSET, CHANNELS, JOINT, End Site or }}, found {tokens[0]!r}"
-                )
-    raise MocapFormatError(path, len(lines), "the file ends without MOTION; not BVH, or cut short")
-
-
-def _statements(text: str) -> list[list[str]]:
-    """The tokens of one line of the hierarchy, a brace being a statement of its own."""
-    parts = text.replace("{", "\n{\n").replace("}", "\n}\n").split("\n")
-    return [part.split() for part in parts if part.strip()]
-
-
-def _channels(tokens: list[str], joint: _Joint, path: PathLike, line: int) -> list[str]:
-    channels = [token.lower() for token in tokens[1:]]
-    known = {f"{axis}{kind}" for axis in "xyz" for kind in ("position", "rotation")}
-    if not tokens or tokens[0] != str(len(channels)):
-        raise MocapFormatError(
-            path, line, f"CHANNELS of {joint.name!r}: expected a number and as many names, found {' '.join(tokens)!r}"
+        positions = np.tile(root.offset, (len(numbers), 1))
+        for axis, column in root.columns("position").items():
+            positions[:, "xyz".index(axis)] += numbers[:, column]
+        root_axes = root.columns("rotation")
+        return Motion(
+            skeleton,
+            _radians(numbers, [column for joint in joints for column in joint.columns("rotation").values()]),
+            1.0 / frame_time,
+            scale * positions,
+            _radians(numbers, [*root_axes.values()]),
+            "".join(root_axes).upper(),
         )
-    for channel in channels:
-        if channel not in known or channels.count(channel) > 1:
-            raise MocapFormatError(
-                path, line, f"CHANNELS of {joint.name!r}: expected Xposition … Zrotation, each once, found {channel!r}"
-            )
-    return channels
 
 
-def _read_frames(lines: list[str], motion_line: int, width: int, path: PathLike) -> tuple[np.ndarray, float]:
-    """The frames (n_frames, width) after MOTION, and their rate in Hz."""
-    head: dict[str, tuple[int, str]] = {}
-    tokens: list[str] = []
-    token_lines: list[int] = []
-    for line, text in enumerate(lines[motion_line:], start=motion_line + 1):
-        if ":" in text and len(head) < 2:
-            key, value = text.split(":", 1)
-            head[" ".join(key.lower().split())] = (line, value.strip())
-        elif text.strip():
-            tokens += (found := text.split())
-            token_lines += [line] * len(found)
-    for key in ("frames", "frame time"):
-        if key not in head:
-            raise MocapFormatError(path, motion_line, f"expected {key.title()}: after MOTION; is the file cut short?")
-    line, value = head["frames"]
-    if not value.isdecimal():
-        raise MocapFormatError(path, line, f"Frames: expected a whole number, found {value!r}")
-    n_frames = int(value)
-    line, value = head["frame time"]
-    frame_time = finite_number(value, path, line, "Frame Time")
-    if frame_time <= 0:
-        raise MocapFormatError(path, line, f"Frame Time: expected a positive number of seconds, found {value!r}")
-    if len(tokens) != n_frames * width:
-        raise MocapFormatError(
-            path,
-            len(lines),
-            f"expected {n_frames} frames of {width} numbers, {n_frames * width} in all, found {len(tokens)}; "
-            "is the file cut short, or its Frames: line wrong?",
+def _frames(numbers: np.ndarray, width: int, claimed: Token, source: Source, trust: str) -> np.ndarray:
+    """The numbers as (n_frames, width), if there are as many as there should be."""
+    if width == 0:
+        raise source.error("no joint has CHANNELS, so nothing moves; is the file cut short?")
+    whole, left = divmod(len(numbers), width)
+    if trust == "rows":
+        if left:
+            source.warn(f"the last frame has {left} of {width} numbers and is left out")
+        numbers = numbers[: whole * width]
+    elif len(numbers) != int(claimed) * width:
+        raise source.error(
+            f"expected {int(claimed) * width} numbers, {width} for each of {claimed} frames, found {len(numbers)}; is "
+            "the file cut short? trust='rows' takes the whole frames that there are",
+            claimed,
         )
-    return finite_numbers(tokens, token_lines, path, "a frame").reshape(n_frames, width), 1.0 / frame_time
+    return numbers.reshape(-1, width)
+
+
+def _radians(numbers: np.ndarray, columns: list[int]) -> np.ndarray:
+    angles = numbers[:, columns]
+    return np.radians(angles, out=angles)
+
+
+def _unique_names(joints: list[Joint], source: Source) -> list[str]:
+    """A name of its own for each joint: the first of a name keeps it; End Sites have none in the file."""
+    names: dict[str, Joint] = {}
+    for joint in joints:
+        if joint.name:
+            names.setdefault(joint.name, joint)
+    counts: dict[str, int] = {}
+    unique: dict[Joint, str] = {joint: name for name, joint in names.items()}
+    for joint in joints:
+        if joint not in unique:
+            wanted = name = joint.name or f"{unique.get(joint.parent, joint.parent.name)}_end"
+            while name in names:
+                counts[wanted] = counts.get(wanted, 1) + 1
+                name = f"{wanted}_{counts[wanted]}"
+            if joint.name:
+                lines = f"{names[wanted].opened.line} and {joint.opened.line}"
+                source.warn(f"joints in lines {lines} are both named {wanted!r}; the second is {name!r} here")
+            names[name], unique[joint] = joint, name
+    return [unique[joint] for joint in joints]
+
+
+def _offsets(root: Joint, joints: list[Joint], numbers: np.ndarray, source: Source, stretch: str) -> np.ndarray:
+    """The bones' offsets (n_joints, 3), in the file's unit: OFFSET, or where position channels put the joint."""
+    stated = np.array([joint.offset for joint in joints]).reshape(-1, 3)
+    offsets, vary, read = stated.copy(), np.zeros_like(stated), np.zeros_like(stated, dtype=bool)
+    for i, joint in enumerate(joints):
+        for axis, column in joint.columns("position").items():
+            if len(numbers):
+                at, values = (i, "xyz".index(axis)), numbers[:, column]
+                offsets[at], vary[at], read[at] = values.mean(), np.ptp(values), True
+    if not read.any():
+        return stated
+    rounding = ROUNDING * np.linalg.norm([*stated, *offsets], axis=1).max()
+    moved = np.flatnonzero((vary > rounding).any(axis=1))
+    if len(moved) and stretch == "raise":
+        joint = joints[moved[0]]
+        raise source.error(
+            f"position channels move {joint} by up to {vary[moved[0]].max():g} units against {joint.parent} (and "
+            f"{len(moved) - 1} joints more), but bones have fixed lengths here; stretch='mean' takes the mean",
+            joint.opened,
+        )
+    # Zeros throughout are channels that a program writes for every joint and leaves alone.
+    unused = ~((np.abs(offsets) > rounding) | (vary > rounding)).any(axis=1, where=read)
+    offsets[unused] = stated[unused]
+    elsewhere = (np.abs(offsets - stated) > rounding).any(axis=1) & stated.any(axis=1)
+    elsewhere = np.setdiff1d(np.flatnonzero(elsewhere), moved)
+    if len(elsewhere):
+        first = elsewhere[0]
+        source.warn(
+            f"{len(elsewhere)} joints stand where their position channels say, not at their OFFSET: {joints[first]}, "
+            f"line {joints[first].opened.line}, at {_shown(offsets[first])}, not {_shown(stated[first])}"
+        )
+    return offsets
+
+
+def _shown(vector: np.ndarray) -> str:
+    return " ".join(f"{x:.6g}" for x in vector)

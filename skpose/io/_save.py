@@ -1,0 +1,151 @@
+"""Motions written as BVH."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from skpose.io._source import PathLike, check_positive
+from skpose.motion import Motion
+from skpose.skeleton import Bone
+
+DIGITS = 9  # after the point: far below what a file's angles and lengths mean, and no exponents, which some cannot read
+PARALLEL = 1e-12  # axes that differ by less are the root's
+
+
+def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0) -> None:
+    """Write a motion as a BVH file, which Blender and most other programs open.
+
+    Parameters
+    ----------
+    path : str or path-like
+        The file; one that is there is written over.
+    motion : Motion
+        What to write. A path of `geodesic`, a mean or other poses become one as
+        ``Motion(skeleton, poses, frame_rate)``.
+    scale : float, default=1.0
+        Metres per unit of length in the file: 1 writes metres, 0.01 centimetres.
+
+    Raises
+    ------
+    ValueError
+        If a joint's name cannot stand in such a file.
+    OSError
+        If it cannot be written.
+
+    See Also
+    --------
+    load_bvh : Read it again.
+
+    Notes
+    -----
+    Joints, offsets and angles of a skeleton that came from a BVH file are written as they are, to nine digits after
+    the point; the root is called "root".
+
+    In an ASF skeleton, and any other whose offsets are in the joints' "own" axes, a joint turns the bone that *ends* at
+    it; in a BVH file it turns what *starts* at it. So there the joint of a bone's name stands at the bone's near end,
+    and its far end is where the joints begin that hang on it, or an End Site. Every joint then has three angles, about
+    the root's axes, in the order ZYX: positions are the same, numbers and degrees of freedom are not.
+
+    Examples
+    --------
+    >>> from skpose import Motion, Skeleton, geodesic
+    >>> from skpose.io import load_bvh, save_bvh
+    >>> arm = Skeleton.chain(3)
+    >>> path = geodesic([0, 0, 0], [0.5, 1, 1.5], arm).path
+    >>> save_bvh("reach.bvh", Motion(arm, path, frame_rate=10))  # doctest: +SKIP
+    """
+    check_positive("scale", scale)
+    skeleton = motion.skeleton
+    for name in skeleton.joint_names:
+        if name != name.strip() or set(name) & set("{}\r\n"):
+            raise ValueError(f"joint {name!r} cannot be written: BVH has names of one line, without braces")
+    columns = [motion.root_positions / scale]
+    lines = ["HIERARCHY"]
+    for depth, text, angles in _statements(motion, scale):
+        lines.append("\t" * depth + text)
+        if angles is not None:
+            columns.append(np.degrees(angles))
+    lines += ["MOTION", f"Frames: {len(motion)}"]
+    lines += [f"Frame Time: {np.format_float_positional(1.0 / motion.frame_rate, trim='-')}", ""]
+    with Path(path).open("w", encoding="utf-8", newline="\n") as file:
+        file.write("\n".join(lines))
+        np.savetxt(file, np.concatenate(columns, axis=1), fmt=f"%.{DIGITS}f")
+
+
+def _statements(motion: Motion, scale: float) -> Iterator[tuple[int, str, np.ndarray | None]]:
+    """The hierarchy, line by line with its indentation, and with each line of CHANNELS the angles, rad."""
+    skeleton, own = motion.skeleton, motion.skeleton.offset_frame == "own"
+    bones = dict(zip(skeleton.joint_names, skeleton.bones, strict=True))
+    children: dict[str | None, list[str]] = {name: [] for name in (None, *bones)}
+    first = dict(zip(bones, np.cumsum([0, *(len(bone.dofs) for bone in bones.values())]), strict=False))
+    # Axes of each joint at angle zero, in those of the root; BVH has all joints' axes parallel there.
+    rest: dict[str | None, np.ndarray] = {None: np.eye(3)}
+    for (name, bone), rotation in zip(bones.items(), skeleton.rest_rotations, strict=True):
+        children[bone.parent].append(name)
+        rest[name] = rest[bone.parent] @ rotation
+
+    def offset(bone: Bone | None) -> str:
+        """Of the far end of a bone, in axes that are parallel to the root's at angle zero."""
+        if bone is None:
+            return "OFFSET 0 0 0"
+        vector = rest[bone.name if own else bone.parent] @ bone.offset / scale
+        return "OFFSET " + " ".join(f"{x:.{DIGITS}f}" for x in vector)
+
+    root = "root"
+    while root in bones:
+        root += "_"
+    axes, angles = _intrinsic(motion.root_axes, motion.root_angles)
+    positions = ["Xposition", "Yposition", "Zposition"]
+    yield 0, f"ROOT {root}", None
+    yield 0, "{", None
+    yield 1, offset(None), None
+    yield 1, _channels(positions, axes), angles
+    ahead: list[tuple[int, str | None]] = [(0, None), *((1, name) for name in reversed(children[None]))]
+    while ahead:  # no recursion: a chain may be longer than Python's stack
+        depth, name = ahead.pop()
+        if name is None:
+            yield depth, "}", None
+            continue
+        bone = bones[name]
+        # What the reader makes of an End Site.
+        is_end = not own and not bone.dofs and not children[name] and name.startswith(f"{bone.parent}_end")
+        yield depth, "End Site" if is_end else f"JOINT {name}", None
+        yield depth, "{", None
+        yield depth + 1, offset(bones.get(bone.parent) if own else bone), None
+        if not is_end:
+            angles = motion.angles[:, first[name] : first[name] + len(bone.dofs)]
+            if not own and np.allclose(rest[name], np.eye(3), rtol=0, atol=PARALLEL):
+                axes, angles = _intrinsic(bone.dofs, angles)
+            else:
+                axes, angles = _about_root(bone.dofs, angles, rest[name])
+            yield depth + 1, _channels([], axes), angles
+        if own and not children[name]:
+            yield depth + 1, "End Site", None
+            yield depth + 1, "{", None
+            yield depth + 2, offset(bone), None
+            yield depth + 1, "}", None
+        ahead += [(depth, None), *((depth + 1, child) for child in reversed(children[name]))]
+
+
+def _channels(positions: list[str], axes: str) -> str:
+    names = [*positions, *(f"{axis}rotation" for axis in axes)]
+    return " ".join(["CHANNELS", str(len(names)), *names])
+
+
+def _intrinsic(dofs: str, angles: np.ndarray) -> tuple[str, np.ndarray]:
+    """The same rotations in the order of intrinsic dofs: extrinsic ones backwards."""
+    return (dofs[::-1].upper(), angles[:, ::-1]) if dofs.islower() else (dofs, angles)
+
+
+def _about_root(dofs: str, angles: np.ndarray, axes: np.ndarray) -> tuple[str, np.ndarray]:
+    """Rotations about a joint's own axes as three intrinsic ones about those of the root."""
+    if not angles.size:
+        return "ZYX", np.zeros((len(angles), 3))
+    R = axes @ Rotation.from_euler(dofs, angles).as_matrix() @ axes.T
+    z = np.arctan2(R[:, 1, 0], R[:, 0, 0])
+    y = np.arctan2(-R[:, 2, 0], np.hypot(R[:, 0, 0], R[:, 1, 0]))
+    # From what is left without z, whatever z is: where y is a right angle, only both together have a meaning.
+    x = np.arctan2(np.sin(z) * R[:, 0, 2] - np.cos(z) * R[:, 1, 2], np.cos(z) * R[:, 1, 1] - np.sin(z) * R[:, 0, 1])
+    return "ZYX", np.unwrap(np.stack([z, y, x], axis=1), axis=0)
