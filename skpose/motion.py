@@ -1,10 +1,14 @@
 """A motion: poses of one skeleton in time, the root's movement kept apart."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from skpose.skeleton import Skeleton, mismatch
+
+if TYPE_CHECKING:
+    import pandas
 
 TWO_PI = 2.0 * np.pi
 
@@ -127,6 +131,40 @@ class Motion:
             between(self.root_angles, TWO_PI),
             self.root_axes,
         )
+
+    def unwrap(self) -> "Motion":
+        """The motion with its angles continuous in time: a file's jump by 360° from frame to frame taken back.
+
+        Poses stay what they are, and so do distances between them, but for "angle", which takes angles literally.
+        Filters, derivatives and plots of the angles want them so.
+
+        Returns
+        -------
+        Motion
+            Of the same skeleton; angles may go past 180° either way.
+        """
+        angles, root_angles = (np.unwrap(values, axis=0) for values in (self.angles, self.root_angles))
+        return replace(self, angles=angles, root_angles=root_angles)
+
+    def to_frame(self) -> "pandas.DataFrame":
+        """The angles as a pandas DataFrame, one column for each dof and one row for each frame.
+
+        Estimators that hold a skeleton refuse such a frame when its columns are not the skeleton's, in its order.
+
+        Returns
+        -------
+        pandas.DataFrame of shape (n_frames, n_dofs)
+            Angles, rad; columns ``skeleton.dof_names``, index the time of each frame, s.
+
+        Raises
+        ------
+        ImportError
+            If pandas is not installed.
+        """
+        import pandas
+
+        index = pandas.Index(np.arange(len(self)) / self.frame_rate, name="time")
+        return pandas.DataFrame(self.angles, index, list(self.skeleton.dof_names))
 
     def retarget(self, skeleton: Skeleton) -> "Motion":
         """The same angles on another skeleton, columns matched by dof name.

@@ -102,10 +102,12 @@ def read_amc(
 
 def _lines(source: Source) -> Iterator[Line]:
     """The lines that say anything."""
-    while (text := source.readline()) is not None:
-        text = text.partition("#")[0] if "#" in text else text
-        if not text.isspace() and text:
-            yield source.line, text
+    for first, block in source.blocks():
+        for line, text in enumerate(b"".join(block).decode("utf-8", errors="replace").split("\n"), first):
+            if "#" in text:
+                text = text.partition("#")[0]
+            if text and not text.isspace():
+                yield line, text
 
 
 def _read_head(source: Source, asf: Asf, lines: Iterator[Line]) -> tuple[Asf, bool, Line | None]:
@@ -129,7 +131,7 @@ def _frames(source: Source, first: Line | None, lines: Iterator[Line]) -> Iterat
     """The frames, each with its number and its lines."""
     number, frame = None, []
     for line, text in chain([first] if first else [], lines):
-        if WHOLE.fullmatch(text.strip()):
+        if text.strip().isdecimal() and WHOLE.fullmatch(text.strip()):  # the first for speed, the second for ASCII
             if number is not None:
                 yield number, frame
             number, frame = Token(text.strip(), line, 1), []

@@ -100,7 +100,7 @@ class Source:
 
     def _refuse_other_kinds(self, head: bytes, kind: str) -> None:
         found = None
-        if not head.strip():
+        if not head.strip() and len(head) < 4096:  # more blanks than that are the start of something
             found = "the file is empty"
         elif head.startswith(b"version https://git-lfs"):
             found = "this is a pointer of Git LFS; get the file itself with git lfs pull. It is"
@@ -148,7 +148,7 @@ class Source:
 
     def blocks(self) -> Iterator[tuple[int, list[bytes]]]:
         """All further lines, many at a time, with the number of the first."""
-        lines = list(self._lines)
+        lines = list(self._lines) or self._block()
         while lines:
             yield self.line + 1, lines
             self.line += len(lines)

@@ -1,0 +1,308 @@
+"""What ASF and AMC files from many programs contain, one oddity a test: read right, or refused with a remedy."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from skpose import forward_kinematics
+from skpose.io import MocapFormatError, load_amc
+
+ASF = """:version 1.10
+:units
+  length 1
+  angle deg
+:root
+  order TX TY TZ RX RY RZ
+  axis XYZ
+  position 0 0 0
+  orientation 0 0 0
+:bonedata
+  begin
+    id 1
+    name hip
+    direction 1 0 0
+    length 2
+    axis 0 0 0 XYZ
+  end
+  begin
+    id 2
+    name knee
+    direction 0 0 1
+    length 3
+    axis 10 20 30 XYZ
+    dof rx rz
+    limits (-10 20)
+           (-30 40)
+  end
+  begin
+    id 3
+    name toe
+    direction 0 1 0
+    length 1
+    axis 0 0 90 XYZ
+    dof ry
+  end
+:hierarchy
+  begin
+    root hip
+    hip knee
+    knee toe
+  end
+"""
+AMC = """:FULLY-SPECIFIED
+:DEGREES
+1
+root 1 2 3 10 20 30
+knee 40 50
+toe 60
+2
+root 4 5 6 11 21 31
+knee 41 51
+toe 61
+"""
+
+
+def changed(text, *changes):
+    """The text with each (old, new) replaced once; all must be there."""
+    for old, new in changes:
+        assert old in text, old
+        text = text.replace(old, new, 1)
+    return text
+
+
+@pytest.fixture
+def load(tmp_path):
+    def load(asf=ASF, amc=AMC, **options):
+        (tmp_path / "a.asf").write_text(asf, newline="")
+        (tmp_path / "a.amc").write_text(amc, newline="")
+        return load_amc(tmp_path / "a.amc", tmp_path / "a.asf", **{"scale": 1} | options)
+
+    return load
+
+
+@pytest.fixture
+def refused(load):
+    def refused(asf=ASF, amc=AMC, **options):
+        """What is said of the files, as (file, line, column, message)."""
+        with pytest.raises(MocapFormatError) as caught:
+            load(asf, amc, **options)
+        error = caught.value
+        return error.filename.rsplit("/", 1)[-1], error.line, error.column, error.message
+
+    return refused
+
+
+def same(one, other):
+    assert one.skeleton == other.skeleton
+    for name in ("angles", "root_positions", "root_angles"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+
+
+def test_a_bone_without_dofs_is_rigid_and_numbers_go_by_name(load):
+    """Extrinsic XYZ about the bone's own axes: R = C · M · C⁻¹ with M = Rz · Ry · Rx."""
+    motion = load()
+    assert motion.skeleton.dof_names == ("knee_rx", "knee_rz", "toe_ry")
+    np.testing.assert_allclose(np.degrees(motion.angles), [[40, 50, 60], [41, 51, 61]])
+    hip, knee, toe = forward_kinematics(motion.angles, motion.skeleton)[0]
+    C = Rotation.from_euler("xyz", [10, 20, 30], degrees=True)
+    R = C * Rotation.from_euler("xyz", [40, 0, 50], degrees=True) * C.inv()
+    np.testing.assert_allclose(hip, [2, 0, 0])
+    np.testing.assert_allclose(knee, hip + R.apply([0, 0, 3]), atol=1e-12)
+    C = Rotation.from_euler("z", 90, degrees=True)
+    R = R * C * Rotation.from_euler("y", 60, degrees=True) * C.inv()
+    np.testing.assert_allclose(toe, knee + R.apply([0, 1, 0]), atol=1e-12)
+
+
+FORCED = changed(AMC, (":DEGREES", ":FORCE-ALL-JOINTS-BE-3DOF\n:DEGREES"), ("50\ntoe 60", "50 7\ntoe 60 8 9"),
+                 ("51\ntoe 61", "51 0\ntoe 61 0 0"))  # fmt: skip
+
+
+def test_three_dofs_for_every_joint(load, refused):
+    """A bone's own first, then the others in the order x, y, z, as the program that writes such files has it."""
+    motion = load(amc=FORCED)
+    assert [bone.dofs for bone in motion.skeleton.bones] == ["", "xyz", "xyz"]
+    np.testing.assert_allclose(np.degrees(motion.angles), [[40, 7, 50, 8, 60, 9], [41, 0, 51, 0, 61, 0]])
+    plain = load()
+    np.testing.assert_allclose(
+        forward_kinematics(motion.angles[1:], motion.skeleton), forward_kinematics(plain.angles[1:], plain.skeleton)
+    )
+    np.testing.assert_allclose(np.degrees(motion.skeleton.limits[:3]), [[-10, 20], [-np.inf, np.inf], [-30, 40]])
+    assert "'knee' has 2 numbers, but a.asf gives it 3" in refused(amc=FORCED.replace("50 7", "50"))[3]
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda text: "#!OML:ASF F:\\VICON\\USERDATA\\a.asf\n# a remark\n" + text,
+        lambda text: text.replace("\n", "\n# a remark\n"),
+        lambda text: text.replace("\n", "  # a remark\n"),
+        lambda text: text.replace("\n", "\r\n"),
+        lambda text: text.replace("\n", "\r"),
+        lambda text: text.replace("\n", "  \n\n"),
+        lambda text: text.replace("  ", "\t"),
+        lambda text: text.rstrip(),
+        lambda text: "\N{BYTE ORDER MARK}" + text,
+        lambda text: text.replace(":bonedata", ":BONEDATA ").replace(":DEGREES", ":degrees "),
+        lambda text: text.replace("dof rx rz", "DOF RX RZ").replace("order TX", "ORDER tx").replace("begin", "Begin"),
+    ],
+    ids=["VICON", "remarks", "remarks behind", "CRLF", "CR", "blanks", "tabs", "no newline", "byte order mark",
+         "keywords", "case"],
+)  # fmt: skip
+def test_layout_does_not_matter(change, load):
+    same(load(change(ASF), change(AMC)), load())
+
+
+def test_the_unit_of_angles(load, refused):
+    """Whichever file says it; both may, if they say the same."""
+    silent, no_head = changed(ASF, ("  angle deg\n", "")), changed(AMC, (":DEGREES\n", ""))
+    for files in ((silent, AMC), (ASF, no_head), (silent, no_head)):
+        same(load(*files), load())
+    in_radians = changed(AMC, (":DEGREES", ":RADIANS"))
+    motion = load(silent, in_radians)  # the ASF file's own axes and limits are in degrees, as nothing else is said
+    np.testing.assert_array_equal(motion.angles[0], [40, 50, 60])
+    assert motion.skeleton == load().skeleton
+    np.testing.assert_array_equal(load(changed(ASF, ("angle deg", "angle rad")), no_head).angles[0], [40, 50, 60])
+    assert refused(ASF, in_radians) == ("a.amc", 2, 1, "angles in radians, but a.asf has the other unit")
+
+
+def test_the_unit_of_length(load, refused):
+    """CMU's: one unit is 1/length inch."""
+    asf = changed(ASF, ("length 1", "length 0.45"))
+    np.testing.assert_allclose(load(asf, scale=None).skeleton.offsets[0], [2 / 0.45 * 0.0254, 0, 0])
+    np.testing.assert_allclose(load(asf, scale=None).root_positions[0], np.array([1, 2, 3]) / 0.45 * 0.0254)
+    np.testing.assert_allclose(load(asf, scale=2).skeleton.offsets[0], [4, 0, 0])
+    missing = changed(ASF, ("  length 1\n", ""))
+    assert load(missing).skeleton == load().skeleton
+    assert "pass scale=" in refused(missing, scale=None)[3]
+
+
+def test_orders_of_axes_and_channels(load):
+    turned = changed(ASF, ("order TX TY TZ RX RY RZ", "order RZ TX RY TY RX TZ"), ("axis XYZ", "axis ZYX"))
+    motion = load(turned, changed(AMC, ("1 2 3 10 20 30", "30 1 20 2 10 3"), ("4 5 6 11 21 31", "31 4 21 5 11 6")))
+    np.testing.assert_array_equal(motion.root_positions, load().root_positions)
+    assert motion.root_axes == "zyx"
+    np.testing.assert_array_equal(motion.root_angles, load().root_angles[:, ::-1])
+    bone = load(changed(ASF, ("axis 10 20 30 XYZ", "axis 10 20 30 ZXY"))).skeleton.bones[1]
+    assert bone.dofs == "zx"
+    np.testing.assert_allclose(bone.rest_rotation, Rotation.from_euler("zxy", [30, 10, 20], degrees=True).as_matrix())
+    np.testing.assert_allclose(np.degrees(bone.limits), [(-30, 40), (-10, 20)])
+
+
+def test_where_the_root_stands_is_added(load):
+    asf = changed(ASF, ("position 0 0 0", "position 10 0 -1"), ("orientation 0 0 0", "orientation 90 0 -5"))
+    motion = load(asf)
+    np.testing.assert_array_equal(motion.root_positions, [[11, 2, 2], [14, 5, 5]])
+    np.testing.assert_allclose(np.degrees(motion.root_angles), [[100, 20, 25], [101, 21, 26]])
+    assert motion.skeleton == load().skeleton
+
+
+@pytest.mark.parametrize(
+    "written",
+    [
+        "limits (-10 20)\n(-30 40)",
+        "limits (-10 20) (-30 40)",
+        "limits\n(-10 20)\n\n(-30 40)",
+        "limits ( -10 20 )\n -30 40",
+    ],
+)
+def test_ways_to_write_limits(written, load):
+    same(load(changed(ASF, ("limits (-10 20)\n           (-30 40)", written))), load())
+
+
+def test_limits_may_be_open_or_absent(load, refused):
+    both = "    limits (-10 20)\n           (-30 40)\n"
+    opened = load(changed(ASF, (both, "    limits (-inf 20)\n(inf inf)\n"), ("(inf inf)", "(-30 inf)"))).skeleton.limits
+    np.testing.assert_allclose(np.degrees(opened), [[-np.inf, 20], [-30, np.inf], [-np.inf, np.inf]])
+    assert load(changed(ASF, (both, ""))).skeleton.limits is None
+    file, line, column, message = refused(changed(ASF, ("           (-30 40)\n", "")))
+    assert (file, line, column) == ("a.asf", 26, 3)
+    assert message == "bone 'knee': expected a pair of limits for each of its 2 dofs, found 2 numbers"
+    _, line, column, message = refused(changed(ASF, ("(-10 20)", "(-10,5 20)")))
+    assert (line, column) == (25, 13)
+    assert message.startswith("limits of bone 'knee': expected a number, found '-10,5', which has a decimal comma")
+
+
+def test_keys_in_any_order_and_of_any_kind(load):
+    asf = changed(
+        ASF,
+        ("    id 1\n    name hip\n    direction 1 0 0\n", "    length 2\n    bodymass 0.9\n    cofmass 0.1 0 0\n"),
+        ("    length 2\n    axis 0 0 0 XYZ\n", "    axis 0 0 0 XYZ\n    direction 1 0 0\n    name hip\n    length 2\n"),
+    )
+    same(load(asf), load())
+
+
+def test_bones_and_hierarchy_in_any_order(load):
+    asf = changed(ASF, ("    root hip\n    hip knee\n    knee toe\n", "    knee toe\n    hip knee\n    root hip\n"))
+    same(load(asf), load())
+    first, rest = ASF.split("  begin\n    id 2", 1)
+    second, rest = rest.split("  begin\n    id 3", 1)
+    third, rest = rest.split(":hierarchy", 1)
+    motion = load(f"{first}  begin\n    id 3{third}  begin\n    id 2{second}:hierarchy{rest}")
+    assert motion.skeleton.joint_names == ("hip", "knee", "toe")
+    np.testing.assert_array_equal(motion.angles, load().angles)
+
+
+def test_bones_of_a_frame_in_any_order(load):
+    same(load(amc=changed(AMC, ("knee 40 50\ntoe 60\n", "toe 60\nknee 40 50\n"))), load())
+    same(load(amc=changed(AMC, ("knee 41 51\ntoe 61\n", "toe 61\nknee 41 51\n"))), load())
+
+
+def test_frames_from_another_number_but_without_gaps(load, refused):
+    later = changed(AMC, ("\n1\n", "\n100\n"), ("\n2\n", "\n101\n"))
+    same(load(amc=later), load())
+    assert refused(amc=changed(AMC, ("\n2\n", "\n3\n"))) == ("a.amc", 7, 1, "expected frame 2, found frame 3")
+
+
+def test_a_frame_without_a_bone(load, refused):
+    amc = changed(AMC, ("knee 41 51\n", ""))
+    file, line, _, message = refused(amc=amc)
+    assert (file, line) == ("a.amc", 9)  # where the frame ends
+    assert message.startswith("frame 2 ends without knee; is the file cut short? missing='rest'")
+    np.testing.assert_allclose(np.degrees(load(amc=amc, missing="rest").angles), [[40, 50, 60], [0, 0, 61]])
+    no_root = load(amc=changed(AMC, ("root 4 5 6 11 21 31\n", "")), missing="rest")
+    np.testing.assert_array_equal(no_root.root_positions, [[1, 2, 3], [0, 0, 0]])
+
+
+def test_frames_with_nan(load, refused):
+    amc = changed(AMC, ("knee 40 50", "knee nan 50"))
+    assert refused(amc=amc) == (
+        "a.amc", 5, 6, "frame 1: expected a finite number, found 'nan'; on_nan='drop' leaves such frames out",
+    )  # fmt: skip
+    np.testing.assert_array_equal(load(amc=amc, on_nan="drop").angles, load().angles[1:])
+    assert "found '4_0'" in refused(amc=changed(AMC, ("knee 40", "knee 4_0")), on_nan="drop")[3]
+    assert "found '４０'" in refused(amc=changed(AMC, ("knee 40", "knee ４０")), on_nan="drop")[3]
+
+
+def test_names_with_underscores(load):
+    same_names = ASF.replace("knee", "left_knee"), AMC.replace("knee", "left_knee")
+    np.testing.assert_array_equal(load(*same_names).angles, load().angles)
+
+
+def test_files_that_do_not_belong_together(refused):
+    other = changed(ASF, ("name toe", "name foot"), ("knee toe", "knee foot"))
+    assert refused(other) == (
+        "a.amc", 6, 1, "a.asf has no bone 'toe' with degrees of freedom; is it the right skeleton?",
+    )  # fmt: skip
+
+
+def test_the_frame_rate_is_the_callers(load):
+    assert (load().frame_rate, load(frame_rate=60).frame_rate) == (120, 60)
+    with pytest.raises(ValueError, match="frame_rate must be a positive number, got 0"):
+        load(frame_rate=0)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "message"),
+    [
+        ("name toe", "name big toe", 30, "name of a bone: expected one word, found 'big toe'"),
+        ("length 3", "length 3.0-1", 22, "length of bone 'knee': expected a number, found '3.0-1': numbers without"),
+        ("  end\n  begin\n    id 2", "  begin\n    id 2", 17, "bone 'hip', begun in line 11, has no end"),
+        ("direction 1 0 0", "direction 1e200 1e200 0", 11, "bone 'hip' has a length but no direction"),
+        ("position 0 0 0", "position 0 0", 8, "position of the root: expected 3 numbers, found 2"),
+        ("length 1\n", "length 1e-320\n", 3, "length: expected a positive number, found '1e-320'"),
+    ],
+)
+def test_more_faults(old, new, line, message, refused):
+    file, at, _, said = refused(changed(ASF, (old, new)), scale=None)
+    assert (file, at) == ("a.asf", line)
+    assert said.startswith(message)

@@ -1,0 +1,414 @@
+"""What BVH files from many programs contain, one oddity a test: read right, or refused with its place and a remedy."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from skpose import forward_kinematics
+from skpose.io import MocapFormatError, load_bvh
+
+BVH = """HIERARCHY
+ROOT Hips
+{
+  OFFSET 0 0 0
+  CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation
+  JOINT Chest
+  {
+    OFFSET 0 10 0
+    CHANNELS 3 Zrotation Yrotation Xrotation
+    End Site
+    {
+      OFFSET 0 5 0
+    }
+  }
+}
+MOTION
+Frames: 2
+Frame Time: 0.04
+1 2 3 10 20 30 40 50 60
+4 5 6 11 21 31 41 51 61
+"""
+
+
+def changed(*changes, text=BVH):
+    """The text with each (old, new) replaced once; all must be there."""
+    for old, new in changes:
+        assert old in text, old
+        text = text.replace(old, new, 1)
+    return text
+
+
+@pytest.fixture
+def load(tmp_path):
+    def load(text, **options):
+        path = tmp_path / "a.bvh"
+        path.write_bytes(text if isinstance(text, bytes) else text.encode())
+        return load_bvh(path, **options)
+
+    return load
+
+
+@pytest.fixture
+def refused(load):
+    def refused(text, **options):
+        """What is said of a file, as (line, column, message)."""
+        with pytest.raises(MocapFormatError) as caught:
+            load(text, **options)
+        return caught.value.line, caught.value.column, caught.value.message
+
+    return refused
+
+
+def same(one, other):
+    """Two motions that are the same in all."""
+    assert one.skeleton == other.skeleton
+    assert (one.frame_rate, one.root_axes) == (other.frame_rate, other.root_axes)
+    for name in ("angles", "root_positions", "root_angles"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+
+
+def test_the_file_itself(load):
+    motion = load(BVH)
+    assert motion.skeleton.joint_names == ("Chest", "Chest_end")
+    assert motion.skeleton.dof_names == ("Chest_rz", "Chest_ry", "Chest_rx")
+    np.testing.assert_allclose(np.degrees(motion.angles), [[40, 50, 60], [41, 51, 61]])
+    np.testing.assert_allclose(np.degrees(motion.root_angles), [[10, 20, 30], [11, 21, 31]])
+    np.testing.assert_array_equal(motion.root_positions, [[1, 2, 3], [4, 5, 6]])
+    assert (motion.root_axes, motion.frame_rate) == ("ZXY", 25)
+
+
+# Channels
+
+
+def test_orders_of_channels_differ_between_joints(load):
+    """ZXY here and ZYX there, as in the converted CMU files; intrinsic, in the order of the list."""
+    motion = load(BVH)
+    end = forward_kinematics(motion.angles, motion.skeleton)[0, 1] - [0, 10, 0]
+    np.testing.assert_allclose(end, Rotation.from_euler("ZYX", [40, 50, 60], degrees=True).apply([0, 5, 0]))
+    other = load(changed(("3 Zrotation Yrotation Xrotation", "3 Yrotation Zrotation Xrotation")))
+    end = forward_kinematics(other.angles, other.skeleton)[0, 1] - [0, 10, 0]
+    np.testing.assert_allclose(end, Rotation.from_euler("YZX", [40, 50, 60], degrees=True).apply([0, 5, 0]))
+
+
+def test_rotations_before_positions_in_the_root(load):
+    turned = changed(
+        ("Xposition Yposition Zposition Zrotation Xrotation Yrotation",
+         "Zrotation Xrotation Yrotation Xposition Yposition Zposition"),
+        ("1 2 3 10 20 30", "10 20 30 1 2 3"),
+        ("4 5 6 11 21 31", "11 21 31 4 5 6"),
+    )  # fmt: skip
+    same(load(turned), load(BVH))
+
+
+SIX = changed(
+    ("CHANNELS 3 Zrotation", "CHANNELS 6 Xposition Yposition Zposition Zrotation"),
+    ("40 50 60", "0 10 0 40 50 60"),
+    ("41 51 61", "0 10 0 41 51 61"),
+)
+
+
+def test_positions_of_every_joint(load):
+    """As Blender, MotionBuilder and Mixamo write them: they stand for the OFFSET."""
+    same(load(SIX), load(BVH))
+    absent = changed(("OFFSET 0 10 0", "OFFSET 0 0 0"), text=SIX)  # OFFSETs left at zero
+    same(load(absent), load(BVH))
+    unused = SIX.replace("0 10 0 4", "0 0 0 4")  # the channels left at zero
+    same(load(unused), load(BVH))
+    rounded = SIX.replace("0 10 0 41", "0 10.0001 0 41")
+    np.testing.assert_allclose(load(rounded).skeleton.offsets[0], [0, 10.00005, 0])
+
+
+def test_positions_that_are_not_the_offset(load):
+    with pytest.warns(UserWarning, match=r"a\.bvh: 1 joints stand where .* 'Chest', line 6, at 1 12 0, not 0 10 0"):
+        motion = load(SIX.replace("0 10 0 4", "1 12 0 4"))
+    np.testing.assert_array_equal(motion.skeleton.offsets[0], [1, 12, 0])
+
+
+def test_positions_that_vary(load, refused):
+    stretched = changed(("0 10 0 41", "0 13 0 41"), text=SIX)
+    line, column, message = refused(stretched)
+    assert (line, column) == (6, 3)
+    assert message.startswith("position channels move 'Chest' by up to 3 units against 'Hips' (and 0 joints more)")
+    assert "stretch='mean'" in message
+    np.testing.assert_array_equal(load(stretched, stretch="mean").skeleton.offsets[0], [0, 11.5, 0])
+
+
+def test_some_positions(load):
+    """Only the components that there are channels for."""
+    one = changed(
+        ("CHANNELS 3 Zrotation", "CHANNELS 4 Yposition Zrotation"), ("40 50", "12 40 50"), ("41 51", "12 41 51")
+    )
+    with pytest.warns(UserWarning, match="at 3 12 0, not 3 10 0"):
+        np.testing.assert_array_equal(
+            load(one.replace("OFFSET 0 10 0", "OFFSET 3 10 0")).skeleton.offsets[0], [3, 12, 0]
+        )
+
+
+@pytest.mark.parametrize(
+    ("channels", "names", "kept"),
+    [
+        ("1 Yrotation", ("Chest_ry",), 1),
+        ("2 Xrotation Zrotation", ("Chest_rx", "Chest_rz"), 2),
+        ("0", ("Chest_end_ry",), 1),
+    ],
+)
+def test_fewer_channels(channels, names, kept, load):
+    """Each channel is a degree of freedom; an End Site may even have one."""
+    text = BVH.replace("CHANNELS 3 Zrotation Yrotation Xrotation", f"CHANNELS {channels}")
+    text = text.replace(" 40 50 60", " 40 50 60"[: 3 * kept]).replace(" 41 51 61", " 41 51 61"[: 3 * kept])
+    if channels == "0":
+        text = changed(("OFFSET 0 5 0", "OFFSET 0 5 0\nCHANNELS 1 Yrotation"), text=text)
+    motion = load(text)
+    assert motion.skeleton.dof_names == names
+    np.testing.assert_allclose(np.degrees(motion.angles[0]), [40, 50][:kept])
+
+
+# Ends of chains
+
+
+def test_no_end_site(load):
+    text = changed(("End Site\n    {\n      OFFSET 0 5 0\n    }\n", ""))
+    assert load(text).skeleton.joint_names == ("Chest",)
+
+
+def test_an_end_site_of_no_length_moves_nothing(load):
+    """The last joint's rotation is invisible then, which no reader can mend."""
+    motion = load(changed(("OFFSET 0 5 0", "OFFSET 0 0 0")))
+    F = forward_kinematics(motion.angles, motion.skeleton)
+    np.testing.assert_allclose(F[0], F[1], atol=1e-14)
+
+
+def test_several_end_sites(load):
+    text = changed(("OFFSET 0 5 0\n    }", "OFFSET 0 5 0\n    }\n    End Site\n    {\n      OFFSET 1 5 0\n    }"))
+    motion = load(text)
+    assert motion.skeleton.joint_names == ("Chest", "Chest_end", "Chest_end_2")
+    np.testing.assert_array_equal(motion.skeleton.offsets[2], [1, 5, 0])
+
+
+def test_a_joint_that_is_called_end(load):
+    """It keeps its name, and the End Site beside it gets another."""
+    joint = "JOINT Chest_end {\n OFFSET 0 1 0\n CHANNELS 1 Xrotation\n }\n    End Site"
+    text = changed(("End Site", joint), ("40 50 60", "40 50 60 70"), ("41 51 61", "41 51 61 71"))
+    skeleton = load(text).skeleton
+    assert skeleton.joint_names == ("Chest", "Chest_end", "Chest_end_2")
+    assert skeleton.bones[1].dofs == "X"
+
+
+def test_an_offset_of_the_root_is_added_to_its_position(load):
+    motion = load(changed(("OFFSET 0 0 0", "OFFSET 100 0 -1")))
+    np.testing.assert_array_equal(motion.root_positions, [[101, 2, 2], [104, 5, 5]])
+    np.testing.assert_array_equal(forward_kinematics(motion.angles, motion.skeleton)[0, 0], [0, 10, 0])
+
+
+# The number of frames
+
+
+def test_fewer_frames_than_it_says(load, refused):
+    text = changed(("Frames: 2", "Frames: 3"))
+    line, column, message = refused(text)
+    assert (line, column) == (17, 9)
+    assert message.startswith("expected 27 numbers, 9 for each of 3 frames, found 18; is the file cut short?")
+    assert "trust='rows'" in message
+    same(load(text, trust="rows"), load(BVH))
+
+
+def test_more_frames_than_it_says(load, refused):
+    text = changed(("Frames: 2", "Frames: 1"))
+    assert refused(text) == (20, 1, "expected the end of the file after its last frame, found '4'")
+    same(load(text, trust="rows"), load(BVH))
+
+
+def test_half_a_frame(load):
+    text = changed((" 61\n", ""))
+    with pytest.warns(UserWarning, match=r"a\.bvh: the last frame has 8 of 9 numbers and is left out"):
+        assert len(load(text, trust="rows")) == 1
+
+
+@pytest.mark.parametrize("n_frames", [0, 1])
+def test_few_frames(n_frames, load):
+    text = changed(("Frames: 2", f"Frames: {n_frames}"))
+    motion = load("\n".join(text.split("\n")[: 18 + n_frames]))
+    assert (len(motion), motion.skeleton) == (n_frames, load(BVH).skeleton)
+
+
+@pytest.mark.parametrize("written", ["0.033333", ".0083333", "0.0417", "8.33333e-03"])
+def test_the_frame_time_is_taken_as_it_is_written(written, load):
+    assert load(changed(("0.04", written))).frame_rate == 1 / float(written)
+
+
+# Layout
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda text: text.replace("\n", "\r\n"),
+        lambda text: text.replace("\n", "\r"),
+        lambda text: text.replace("\n", " \t\n"),
+        lambda text: text.replace("\n", "\n\n"),
+        lambda text: text.replace("  ", "\t").replace(" ", "\t"),
+        lambda text: text.replace("Frames: ", "Frames:\t").replace("Frame Time: ", "Frame Time:\t"),
+        lambda text: text.replace("Frames: ", "Frames:").replace("Frame Time: ", "Frame Time :"),
+        lambda text: text.rstrip(),
+        lambda text: text.replace("\n  {", " {").replace("\n    {", " {").replace("\n{", " {"),
+        lambda text: text.replace("Site\n    {\n", "Site {").replace("5 0\n    }", "5 0}"),
+        lambda text: text.replace("\n", " "),
+        lambda text: text.replace("HIERARCHY", "Hierarchy").replace("End Site", "End site").replace("ROOT", "root"),
+        lambda text: text.replace("Xposition", "xposition").replace("Zrotation", "ZROTATION").replace("Frame", "frame"),
+        lambda text: text.replace("MOTION", "Motion").replace("OFFSET", "Offset").replace("CHANNELS", "Channels"),
+        lambda text: text.replace("30 40", "30\n40"),
+        lambda text: text.replace("60\n4", "60 4"),
+        lambda text: text.replace("OFFSET 0 10 0", "OFFSET\n 0\n 10 0"),
+        lambda text: "﻿" + text,
+        lambda text: "\n\n" + text,
+    ],
+    ids=[
+        "CRLF", "CR", "trailing blanks", "blank lines", "tabs", "tabs in the head", "no blanks in the head",
+        "no newline", "braces on the line", "braces closed on the line", "one line", "case of keywords",
+        "case of channels",
+        "more case", "a frame on several lines", "frames on one line", "an offset on several lines",
+        "byte order mark", "blank lines first",
+    ],
+)  # fmt: skip
+def test_layout_does_not_matter(change, load):
+    same(load(change(BVH)), load(BVH))
+
+
+@pytest.mark.parametrize("written", ["4.0e+001", "4E+1", "+40", "40.", "400e-1", "0040"])
+def test_ways_to_write_a_number(written, load):
+    same(load(changed((" 40 ", f" {written} "))), load(BVH))
+
+
+def test_numbers_too_small_to_matter(load):
+    np.testing.assert_array_equal(
+        load(changed((" 40 ", " 7.6e-016 "), (" 50 ", " 1e-40 "))).angles[0, 1], np.radians(1e-40)
+    )
+
+
+@pytest.mark.parametrize(
+    ("written", "message"),
+    [
+        ("0.0-7.509", "found '0.0-7.509': numbers without a blank between them"),
+        ("40,5", "found '40,5', which has a decimal comma: write it with a point"),
+        ("nan", "expected a finite number, found 'nan'; on_nan='drop' leaves such frames out"),
+        ("-inf", "expected a finite number, found '-inf'; on_nan='drop' leaves such frames out"),
+        ("1e999", "expected a finite number, found '1e999'"),
+        ("4_0", "expected a number, found '4_0'"),
+        ("0x28", "expected a number, found '0x28'"),
+        ("-1.#IND", "expected a number, found '-1.#IND'"),
+        ("４０", "expected a number, found '４０'"),
+        ("\0", r"expected a number, found '\x00'"),
+        ("}", "expected a number, found '}'"),
+    ],
+)
+@pytest.mark.parametrize("ragged", [False, True])
+def test_what_is_no_number(written, message, ragged, refused):
+    text = changed((" 40 ", f" {written} "))
+    if ragged:  # for the other of numpy's two parsers
+        text = changed((" 61\n", "\n61\n"), text=text)
+    line, column, said = refused(" " * 9000 + text)  # with what tells a binary file far from its start
+    assert (line, column) == (19, 16)
+    assert message in said
+
+
+def test_frames_with_nan_may_be_left_out(load):
+    kept = load(changed((" 50 ", " NaN ")), on_nan="drop")
+    np.testing.assert_array_equal(kept.angles, load(BVH).angles[1:])
+    same(load(BVH, on_nan="drop"), load(BVH))
+    assert len(load(changed((" 50 ", " NaN "), (" 51 ", " inf ")), on_nan="drop")) == 0
+
+
+# Names
+
+
+@pytest.mark.parametrize(
+    "name", ["Bip01 L Foot", "mixamorig:Hips", "arm.L", "left-arm", "Brücke", "a  b", "MOTION", "1"]
+)
+def test_names_are_the_rest_of_the_line(name, load):
+    assert load(changed(("JOINT Chest", f"JOINT {name} "))).skeleton.joint_names == (name, f"{name}_end")
+    assert load(changed(("JOINT Chest\n  {", f"JOINT {name} {{"))).skeleton.joint_names[0] == name
+
+
+def test_names_in_another_encoding(load):
+    assert (
+        load(BVH.encode().replace(b"Chest", b"Br\xfccke")).skeleton.joint_names[0] == "Br\N{REPLACEMENT CHARACTER}cke"
+    )
+
+
+def test_two_joints_of_one_name(load):
+    joint = "\n  {\n OFFSET 1 0 0\n CHANNELS 1 Xrotation\n }\n  JOINT "
+    text = changed(
+        ("JOINT Chest", f"JOINT Arm{joint}Arm{joint}Arm_2{joint}Chest"),
+        ("30 40", "30 7 8 9 40"),
+        ("31 41", "31 7 8 9 41"),
+    )
+    with pytest.warns(UserWarning, match=r"joints in lines 6 and 11 are both named 'Arm'; the second is 'Arm_3' here"):
+        motion = load(text)
+    assert motion.skeleton.joint_names == ("Arm", "Arm_3", "Arm_2", "Chest", "Chest_end")
+    np.testing.assert_allclose(np.degrees(motion.angles[0, :3]), [7, 8, 9])
+
+
+def test_a_joint_of_the_roots_name(load):
+    np.testing.assert_array_equal(load(changed(("JOINT Chest", "JOINT Hips"))).angles, load(BVH).angles)
+
+
+# What is no such file, or more than one
+
+
+def test_two_roots(refused):
+    text = changed(("MOTION", "ROOT Other\n{\n OFFSET 0 0 0\n}\nMOTION"))
+    assert refused(text) == (16, 1, "found a second ROOT; skeletons come one a file here: split it")
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("", "the file is empty, not a BVH file"),
+        (" \n", "the file is empty, not a BVH file"),
+        ("version https://git-lfs.github.com/spec/v1\noid 4d\n", "this is a pointer of Git LFS; get the file itself"),
+        ("<!DOCTYPE html>", "this is a web page or XML, not a BVH file"),
+        (b"Kaydara FBX Binary  \0\x1a", "this is a binary file, not a BVH file"),
+        (BVH.encode("utf-16"), "this is UTF-16 text; save it as UTF-8. It is not a BVH file"),
+        ("HIERARCHY\n", "the file ends and there is no MOTION; not BVH, or cut short"),
+        ("HIERARCHY\nMOTION\n", "expected ROOT, found 'MOTION'"),
+        (changed(("CHANNELS 3 Zrotation Yrotation Xrotation", "")), "expected the end of the file"),
+        (changed((" 40 50 60", ""), (" 41 51 61", ""), ("3 Zrotation Yrotation Xrotation", "0")), "degree of freedom"),
+    ],
+)  # fmt: skip
+def test_what_is_no_bvh_file(content, message, refused):
+    assert message in refused(content)[2]
+
+
+# Units
+
+
+def test_lengths_are_scaled_and_nothing_is_guessed(load):
+    motion = load(BVH, scale=0.01)
+    np.testing.assert_allclose(motion.skeleton.offsets, load(BVH).skeleton.offsets / 100)
+    np.testing.assert_allclose(motion.root_positions, load(BVH).root_positions / 100)
+    turns = load(changed((" 40 ", " 400 "), (" 41 ", " -319 ")))
+    np.testing.assert_allclose(np.degrees(turns.angles[:, 0]), [400, -319])
+    np.testing.assert_allclose(np.degrees(turns.unwrap().angles[:, 0]), [400, 401])
+
+
+@pytest.mark.parametrize(
+    ("option", "message"),
+    [
+        ({"scale": 0}, "scale must be a positive number, got 0"),
+        ({"scale": float("nan")}, "scale must be a positive number, got nan"),
+        ({"on_nan": "ignore"}, "on_nan must be 'raise' or 'drop', got 'ignore'"),
+        ({"trust": "me"}, "trust must be 'header' or 'rows', got 'me'"),
+        ({"stretch": "max"}, "stretch must be 'raise' or 'mean', got 'max'"),
+    ],
+)
+def test_options_that_there_are_not(option, message, load):
+    with pytest.raises(ValueError, match=message) as caught:
+        load(BVH, **option)
+    assert not isinstance(caught.value, MocapFormatError)
+
+
+def test_numbers_past_what_a_float_holds(refused):
+    assert "offset" in refused(changed(("OFFSET 0 5 0", "OFFSET 0 1e308 0")), scale=100)[2]
+    assert (
+        "root_positions holds inf" in refused(changed(("OFFSET 0 0 0", "OFFSET 1e308 0 0"), ("\n1 2", "\n1e308 2")))[2]
+    )
