@@ -41,7 +41,8 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0) -> None:
     Notes
     -----
     Joints, offsets and angles of a skeleton that came from a BVH file are written as they are, to nine digits after
-    the point; the root is called "root".
+    the point; the root is called "root". A joint that turns about one axis or two gets channels for all three, the
+    others zero: Blender opens no file in which there are fewer.
 
     In an ASF skeleton, and any other whose offsets are in the joints' "own" axes, a joint turns the bone that *ends* at
     it; in a BVH file it turns what *starts* at it. So there the joint of a bone's name stands at the bone's near end,
@@ -135,8 +136,10 @@ def _channels(positions: list[str], axes: str) -> str:
 
 
 def _intrinsic(dofs: str, angles: np.ndarray) -> tuple[str, np.ndarray]:
-    """The same rotations in the order of intrinsic dofs: extrinsic ones backwards."""
-    return (dofs[::-1].upper(), angles[:, ::-1]) if dofs.islower() else (dofs, angles)
+    """The same rotations as intrinsic ones about all three axes, those that there are not by zero; none stay none."""
+    axes, angles = (dofs[::-1].upper(), angles[:, ::-1]) if dofs.islower() else (dofs, angles)
+    more = [axis for axis in "ZXY" if axis not in axes] if axes else []
+    return "".join([axes, *more]), np.concatenate([angles, np.zeros((len(angles), len(more)))], axis=1)
 
 
 def _about_root(dofs: str, angles: np.ndarray, axes: np.ndarray) -> tuple[str, np.ndarray]:

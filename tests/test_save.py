@@ -1,0 +1,184 @@
+"""Motions written as BVH, and read again by us and by another reader."""
+
+import numpy as np
+import pytest
+from conftest import DATA, SKELETONS, random_tree
+from scipy.spatial.transform import Rotation
+
+from skpose import Bone, Motion, Skeleton, forward_kinematics, geodesic
+from skpose.io import load_amc, load_bvh, save_bvh
+
+MILLIONTH = {"rtol": 0, "atol": 1e-6}
+
+
+def moved(skeleton, n_frames=5, seed=0, **more):
+    """A motion of the skeleton in which everything moves."""
+    rng = np.random.default_rng(seed)
+    angles = rng.uniform(-np.pi, np.pi, (n_frames, skeleton.n_dofs))
+    root = {"root_positions": rng.normal(size=(n_frames, 3)), "root_angles": rng.normal(size=(n_frames, 3))}
+    return Motion(skeleton, angles, 120, **(root | more))
+
+
+def again(motion, tmp_path, **options):
+    save_bvh(tmp_path / "a.bvh", motion, **options)
+    return load_bvh(tmp_path / "a.bvh", **options)
+
+
+def in_space(motion):
+    """Joint positions (n_frames, n_joints, 3) with the root's movement, m."""
+    turn = Rotation.from_euler(motion.root_axes, motion.root_angles)
+    F = forward_kinematics(motion.angles, motion.skeleton)
+    return np.stack([turn.apply(F[:, i]) for i in range(F.shape[1])], axis=1) + motion.root_positions[:, None]
+
+
+@pytest.mark.parametrize("scale", [1.0, 0.01])
+@pytest.mark.parametrize("axes", ["ZXY", "xyz"])
+def test_what_bvh_can_say_comes_back_as_it_was(axes, scale, tmp_path):
+    motion = moved(load_bvh(DATA / "biped.bvh", scale=0.01).skeleton, root_axes=axes)
+    back = again(motion, tmp_path, scale=scale)
+    for bone, was in zip(back.skeleton.bones, motion.skeleton.bones, strict=True):
+        assert (bone.name, bone.parent) == (was.name, was.parent)
+        assert bone.dofs.startswith(was.dofs)
+        assert len(bone.dofs) == (3 if was.dofs else 0)  # as Blender wants it
+    angles = back.to_frame()
+    columns = list(motion.skeleton.dof_names)
+    np.testing.assert_allclose(np.degrees(angles[columns]), np.degrees(motion.angles), **MILLIONTH)
+    assert not angles.drop(columns=columns).to_numpy().any()
+    np.testing.assert_allclose(back.skeleton.offsets, motion.skeleton.offsets, **MILLIONTH)
+    np.testing.assert_allclose(back.root_positions, motion.root_positions, **MILLIONTH)
+    np.testing.assert_allclose(back.frame_rate, 120, rtol=1e-12)
+    np.testing.assert_allclose(in_space(back), in_space(motion), **MILLIONTH)
+
+
+def test_a_file_of_a_file_is_the_file(tmp_path):
+    motion = load_bvh(DATA / "biped.bvh")
+    once = again(motion, tmp_path)
+    twice = again(once, tmp_path)
+    assert once.skeleton == twice.skeleton
+    np.testing.assert_array_equal(once.angles, twice.angles)
+
+
+@pytest.mark.parametrize("name", [name for name in SKELETONS if SKELETONS[name].offset_frame == "parent"])
+def test_every_skeleton_with_the_parents_frame(name, tmp_path):
+    """Joints of the same names at the same places; tilted axes are written about the root's."""
+    motion = moved(SKELETONS[name])
+    back = again(motion, tmp_path)
+    order = [motion.skeleton.joint_names.index(joint) for joint in back.skeleton.joint_names]
+    np.testing.assert_allclose(in_space(back), in_space(motion)[:, order], **MILLIONTH)
+
+
+@pytest.mark.parametrize("name", [name for name in SKELETONS if SKELETONS[name].offset_frame == "own"])
+def test_every_skeleton_with_its_own_frame(name, tmp_path):
+    assert_far_ends_are_kept(moved(SKELETONS[name]), tmp_path)
+
+
+def assert_far_ends_are_kept(motion, tmp_path):
+    """The far end of a bone is where the next begin, or where its chain ends."""
+    back = again(motion, tmp_path)
+    expected = dict(zip(motion.skeleton.joint_names, np.moveaxis(in_space(motion), 1, 0), strict=True))
+    found = dict(zip(back.skeleton.joint_names, np.moveaxis(in_space(back), 1, 0), strict=True))
+    for bone in motion.skeleton.bones:
+        children = [child.name for child in motion.skeleton.bones if child.parent == bone.name]
+        for name in children or [f"{bone.name}_end"]:
+            np.testing.assert_allclose(found.pop(name), expected[bone.name], **MILLIONTH)
+        if bone.parent is None:
+            np.testing.assert_allclose(found.pop(bone.name), motion.root_positions, **MILLIONTH)
+    assert not found
+
+
+def test_acclaim_motions_keep_their_positions(tmp_path):
+    assert_far_ends_are_kept(load_amc(DATA / "arm.amc", DATA / "arm.asf"), tmp_path)
+
+
+def test_cmu_motions_keep_their_positions(cmu, tmp_path):
+    for motion in cmu.motions[::12]:
+        assert_far_ends_are_kept(motion.resample(12), tmp_path)
+
+
+def test_right_angles(tmp_path):
+    """Where two of three axes coincide, their sum is all that there is, and positions are kept all the same."""
+    C = Rotation.from_euler("z", 30, degrees=True).as_matrix()
+    skeleton = Skeleton([Bone("a", None, (1, 0, 0), "xyz", C), Bone("b", "a", (0.3, 0.4, 0.5), "xyz")])
+    angles = np.radians([[0, 90, 0, 0, 0, 0], [10, -90, 20, 90, 90, 90], [180, 90, 0, 0, 90 - 1e-9, 5]])
+    assert_far_ends_are_kept(Motion(skeleton, angles, 10), tmp_path)
+
+
+def test_a_geodesic_a_mean_and_a_resampled_motion(tmp_path):
+    arm = Skeleton.chain(3)
+    path = geodesic([0, 0, 0], [0.5, 1, 1.5], arm).path
+    for motion in (Motion(arm, path, 10), Motion(arm, path.mean(axis=0)[None], 1), Motion(arm, path, 10).resample(7)):
+        assert_far_ends_are_kept(motion, tmp_path)
+
+
+def test_no_frames(tmp_path):
+    for skeleton in (SKELETONS["bvh"], SKELETONS["tree"]):
+        assert len(again(moved(skeleton, n_frames=0), tmp_path)) == 0
+
+
+def test_names(tmp_path):
+    """Those with blanks stay; the root's is its own; those that cannot stand in a file are refused."""
+    bones = [Bone("left  arm", None, (1, 0, 0), "X"), Bone("root", "left  arm", (1, 0, 0), "Y")]
+    bones += [
+        Bone("root_end", "root", (1, 0, 0)),
+        Bone("root_end_2", "root", (2, 0, 0)),
+        Bone("tip", "root", (3, 0, 0)),
+    ]
+    back = again(moved(Skeleton(bones, "parent")), tmp_path)
+    assert back.skeleton.joint_names == tuple(bone[0] for bone in bones)
+    for name in ("a{", "a\nb", " a"):
+        with pytest.raises(ValueError, match="cannot be written: BVH has names of one line"):
+            save_bvh(tmp_path / "b.bvh", moved(Skeleton([Bone(name, None, (1, 0, 0), "X")])))
+    assert not (tmp_path / "b.bvh").exists()
+    with pytest.raises(ValueError, match="scale must be a positive number, got 0"):
+        save_bvh(tmp_path / "b.bvh", moved(Skeleton.chain(2)), scale=0)
+
+
+def test_a_chain_longer_than_pythons_stack(tmp_path):
+    motion = Motion(Skeleton.chain(3000), np.zeros((1, 3000)), 1)
+    assert again(motion, tmp_path).skeleton.n_joints == 3001
+
+
+# Another reader
+
+
+def pybvh_positions(path):
+    """Joint positions by name, (n_frames, 3) each, as pybvh 0.9 finds them; in the file's unit."""
+    pybvh = pytest.importorskip("pybvh")
+    bvh = pybvh.read_bvh_file(path, world_up="+y")
+    positions = bvh.node_positions(centered="world")
+    return {node.name: positions[:, i] for i, node in enumerate(bvh.nodes)}, bvh.frame_time
+
+
+REGULAR = {
+    "orders of axes": Skeleton(
+        [Bone("a", None, (0, 1, 0), "ZXY"), Bone("b", "a", (0.2, 0.7, 0.1), "XYZ"),
+         Bone("c", "b", (0, 0.5, -0.2), "YZX"), Bone("c_end", "c", (0, 0.2, 0)),
+         Bone("d", "a", (-0.3, 0.1, 0.4), "ZYX"), Bone("d_end", "d", (0.1, 0, 0))],
+        "parent",
+    ),
+    "Acclaim": SKELETONS["asf"],
+    "every kind of joint": random_tree(3),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", REGULAR)
+def test_another_reader_finds_the_same_positions(name, tmp_path):
+    motion = moved(REGULAR[name], root_axes="ZXY")
+    save_bvh(tmp_path / "a.bvh", motion)
+    assert_agree(load_bvh(tmp_path / "a.bvh"), tmp_path / "a.bvh")
+
+
+def assert_agree(motion, path):
+    positions, frame_time = pybvh_positions(path)
+    np.testing.assert_allclose(motion.frame_rate, 1 / frame_time, rtol=1e-4)
+    ours = dict(zip(motion.skeleton.joint_names, np.moveaxis(in_space(motion), 1, 0), strict=True))
+    theirs = {name.replace("End Site", "end"): xyz for name, xyz in positions.items() if name != "root"}
+    assert len(ours) == len(theirs)
+    for ours_at, (name, theirs_at) in zip(ours.values(), theirs.items(), strict=True):
+        np.testing.assert_allclose(ours_at, theirs_at, rtol=0, atol=1e-9, err_msg=name)
+
+
+def test_another_reader_finds_the_same_positions_of_cmu_motions(cmu, tmp_path):
+    motion = cmu.motions[0].resample(12)
+    save_bvh(tmp_path / "a.bvh", motion)
+    assert_agree(load_bvh(tmp_path / "a.bvh"), tmp_path / "a.bvh")
