@@ -1,7 +1,17 @@
 import numpy as np
 import pytest
+from sklearn.base import clone
 
-from skpose import Bone, Motion, Skeleton
+from skpose import (
+    Bone,
+    MedoidShift,
+    Motion,
+    PoseDistanceTransformer,
+    PoseKNeighborsTransformer,
+    PoseRadiusNeighborsTransformer,
+    Skeleton,
+    SpatialMDS,
+)
 
 ARM = Skeleton.chain(2)
 
@@ -77,3 +87,45 @@ def test_retargeting_matches_columns_by_name():
     np.testing.assert_array_equal(moved.retarget(body).angles, motion.angles)
     with pytest.raises(ValueError, match="do not carry over to this skeleton: only one of them has a joint 'a'"):
         motion.retarget(ARM)
+
+
+def test_unwrapping_takes_back_jumps_by_whole_turns():
+    angles = np.cumsum(np.random.default_rng(0).uniform(-1, 1, size=(50, 2)), axis=0)
+    jumped = (angles + np.pi) % (2 * np.pi) - np.pi
+    motion = Motion(ARM, jumped, 10, root_positions=np.ones((50, 3)), root_angles=jumped[:, :1], root_axes="z").unwrap()
+    np.testing.assert_allclose(motion.angles - motion.angles[0], angles - angles[0], atol=1e-12)
+    np.testing.assert_allclose(motion.root_angles - motion.root_angles[0], (angles - angles[0])[:, :1], atol=1e-12)
+    np.testing.assert_array_equal(motion.root_positions, np.ones((50, 3)))
+    assert (motion.frame_rate, motion.root_axes) == (10, "z")
+
+
+def test_a_data_frame_of_the_angles():
+    frame = Motion(ARM, [[0, 1], [2, 3]], 4).to_frame()
+    assert list(frame.columns) == ["joint_1_rz", "joint_2_rz"]
+    assert (list(frame.index), frame.index.name) == ([0, 0.25], "time")
+    np.testing.assert_array_equal(frame, [[0, 1], [2, 3]])
+
+
+ESTIMATORS = [
+    PoseDistanceTransformer, PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer, SpatialMDS, MedoidShift,
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_estimators_know_such_a_frame_by_its_columns(estimator):
+    """A wrong order is refused by name, in fit and after it; a strange body is too."""
+    motion = Motion(Skeleton.chain(3), np.random.default_rng(0).uniform(-1, 1, (20, 3)), 10)
+    frame = motion.to_frame()
+    options = {"n_clusters": 2} if estimator is MedoidShift else {}
+    fitted = estimator(skeleton=motion.skeleton, **options).fit(frame)
+    assert list(fitted.feature_names_in_) == list(motion.skeleton.dof_names)
+    turned = frame[frame.columns[::-1]]
+    wrong = r"column 0 is 'joint_3_rz' and should be 'joint_1_rz'\); select them with X\[list\(skeleton.dof_names\)\]"
+    with pytest.raises(ValueError, match=wrong):
+        clone(fitted).fit(turned)
+    use = getattr(fitted, "transform", None) or fitted.predict
+    use(frame)
+    with pytest.raises(ValueError, match=wrong):
+        use(turned)
+    with pytest.raises(ValueError, match="missing: 'joint_3_rz'"):
+        clone(fitted).fit(frame.rename(columns={"joint_3_rz": "tail_rz"}))

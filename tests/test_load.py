@@ -1,0 +1,168 @@
+"""Which reader a file gets, and where files may come from."""
+
+import bz2
+import gzip
+import io
+import shutil
+import warnings
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import DATA
+
+from skpose.io import MocapFormatError, _source, load_amc, load_asf, load_bvh, load_motion
+
+BVH, AMC, ASF = DATA / "biped.bvh", DATA / "arm.amc", DATA / "arm.asf"
+
+
+def same(one, other):
+    assert one.skeleton == other.skeleton
+    for name in ("angles", "root_positions", "root_angles", "frame_rate"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+
+
+def test_content_decides_and_not_the_name(tmp_path):
+    shutil.copy(BVH, tmp_path / "a.amc")
+    shutil.copy(AMC, tmp_path / "b.txt")
+    same(load_motion(tmp_path / "a.amc", scale=0.01), load_bvh(BVH, scale=0.01))
+    same(load_motion(tmp_path / "b.txt", asf=ASF, frame_rate=60), load_amc(AMC, ASF, frame_rate=60))
+
+
+def test_an_amc_file_finds_its_skeleton(tmp_path):
+    same(load_motion(AMC), load_amc(AMC, ASF))
+    shutil.copy(AMC, tmp_path / "07_12.amc")
+    with pytest.raises(FileNotFoundError, match=r"07_12\.amc needs its skeleton and there is no .*07\.asf: pass asf="):
+        load_motion(tmp_path / "07_12.amc")
+    shutil.copy(ASF, tmp_path / "07.asf")
+    same(load_motion(tmp_path / "07_12.amc"), load_motion(AMC))
+    (tmp_path / "07_13.amc.gz").write_bytes(gzip.compress(AMC.read_bytes()))
+    same(load_motion(tmp_path / "07_13.amc.gz"), load_motion(AMC))
+    (tmp_path / "07_12.asf").write_text("a skeleton of its own comes first")
+    with pytest.raises(MocapFormatError, match=r"07_12\.asf, line 1"):
+        load_motion(tmp_path / "07_12.amc")
+
+
+def test_options_go_to_the_reader(tmp_path):
+    (tmp_path / "a.bvh").write_text(BVH.read_text().replace("Frames: 2", "Frames: 3"))
+    assert len(load_motion(tmp_path / "a.bvh", trust="rows")) == 2
+    (tmp_path / "a.amc").write_text(AMC.read_text().replace("tip 12\n", ""))
+    assert len(load_motion(tmp_path / "a.amc", asf=ASF, missing="rest")) == 3
+    (tmp_path / "b.amc").write_text(AMC.read_text().replace("tip 12\n", "tip nan\n"))
+    assert len(load_motion(tmp_path / "b.amc", asf=ASF, on_nan="drop")) == 2
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "a.txt: the file is empty, not a BVH or AMC file"),
+        ("hello\n", r"a.txt: expected HIERARCHY \(BVH\) or a keyword such as :DEGREES \(AMC\), found 'hello'"),
+        (ASF.read_text(), r"a.txt: this is a skeleton \(ASF\), which has no motion: load_asf reads it"),
+        ("# nothing else\n", "the file ends without a frame"),
+        ("1\nroot 0 0 0 0 0 0\n", "frame 1 ends without .*upperarm"),
+    ],
+)
+def test_what_is_neither(text, message, tmp_path):
+    (tmp_path / "a.txt").write_text(text)
+    with pytest.raises(MocapFormatError, match=message):
+        load_motion(tmp_path / "a.txt", asf=ASF)
+
+
+class OnlyRead:
+    """As little of a file as there can be: a socket, an object in the cloud."""
+
+    def __init__(self, data, most):
+        self.data, self.most = io.BytesIO(data), most
+
+    def read(self, size):
+        return self.data.read(min(size, self.most))
+
+
+def test_from_anywhere(tmp_path):
+    path = tmp_path / "a.bvh.gz"
+    path.write_bytes(gzip.compress(BVH.read_bytes()))
+    with zipfile.ZipFile(tmp_path / "a.zip", "w") as archive:
+        archive.write(BVH, "a.bvh")
+    with (
+        BVH.open() as text,
+        BVH.open("rb") as data,
+        path.open("rb") as compressed,
+        gzip.open(path) as opened,
+        zipfile.ZipFile(tmp_path / "a.zip").open("a.bvh") as member,
+    ):
+        for file in (
+            BVH, str(BVH), path, str(path), text, data, compressed, opened, member, io.StringIO(BVH.read_text()),
+            io.BytesIO(BVH.read_bytes()), OnlyRead(BVH.read_bytes(), 7), OnlyRead(path.read_bytes(), 7),
+        ):  # fmt: skip
+            same(load_bvh(file), load_bvh(BVH))
+            if hasattr(file, "closed"):
+                assert not file.closed  # whoever opened it closes it
+    same(load_motion(io.StringIO(AMC.read_text()), asf=io.StringIO(ASF.read_text())), load_motion(AMC))
+    assert load_asf(io.BytesIO(gzip.compress(ASF.read_bytes()))) == load_asf(ASF)
+
+
+def test_an_open_file_is_read_from_where_it_stands():
+    file = io.BytesIO(b"something else\n" + BVH.read_bytes())
+    file.readline()
+    same(load_bvh(file), load_bvh(BVH))
+
+
+def test_errors_of_open_files():
+    with pytest.raises(ValueError, match="an AMC file needs its skeleton: pass asf="):
+        load_motion(io.StringIO(AMC.read_text()))
+    with pytest.raises(MocapFormatError, match="the open file, line 1, column 1: expected HIERARCHY") as caught:
+        load_bvh(io.StringIO("hello"))
+    assert caught.value.filename == "the open file"
+    with BVH.open() as file, pytest.raises(MocapFormatError, match=r"biped\.bvh, line 1"):
+        load_asf(file)
+    with pytest.raises(TypeError, match="expected a path or an open file to read, got int"):
+        load_bvh(3)
+
+
+@pytest.mark.parametrize("kept", [20, 100, 200, 300])
+def test_damaged_compression(kept, tmp_path):
+    whole = gzip.compress(BVH.read_bytes())
+    (tmp_path / "cut.gz").write_bytes(whole[:kept])
+    damaged = bytearray(whole)
+    damaged[kept] ^= 0xFF
+    (tmp_path / "damaged.gz").write_bytes(damaged)
+    with pytest.raises(MocapFormatError, match=r"cut\.gz: its gzip compression is damaged or cut short"):
+        load_bvh(tmp_path / "cut.gz")
+    with pytest.raises(MocapFormatError, match=r"damaged\.gz"):
+        load_bvh(tmp_path / "damaged.gz")
+    (tmp_path / "other.bz2").write_bytes(bz2.compress(BVH.read_bytes()))
+    with pytest.raises(MocapFormatError, match=r"other\.bz2"):
+        load_bvh(tmp_path / "other.bz2")
+
+
+def test_files_are_closed(tmp_path):
+    """Also after an error; an open one would be a ResourceWarning."""
+    (tmp_path / "bad.bvh").write_text("HIERARCHY x")
+    (tmp_path / "empty.bvh").touch()
+    (tmp_path / "bad.gz").write_bytes(gzip.compress(b"HIERARCHY x"))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        load_motion(BVH)
+        for name in ("bad.bvh", "empty.bvh", "bad.gz"):
+            with pytest.raises(MocapFormatError):
+                load_motion(tmp_path / name)
+
+
+@pytest.mark.parametrize("size", [1, 20, 150, 400])
+def test_blocks_may_end_anywhere(size, monkeypatch, tmp_path):
+    """In the middle of the hierarchy, right before the frames, between two frames."""
+    text = BVH.read_text()
+    expected, motion = load_bvh(BVH), load_motion(AMC)
+    monkeypatch.setattr(_source, "BLOCK", size)
+    same(load_bvh(BVH), expected)
+    same(load_motion(AMC), motion)
+    (tmp_path / "bad.bvh").write_text(text.replace("45.5", "x"))
+    with pytest.raises(MocapFormatError, match="line 47, column 38: a frame: expected a number, found 'x'"):
+        load_bvh(tmp_path / "bad.bvh")
+
+
+def test_a_directory_and_a_missing_file(tmp_path):
+    for path in (tmp_path, tmp_path / "none.bvh"):
+        with pytest.raises(OSError, match=Path(path).name):
+            load_motion(path)
