@@ -348,6 +348,14 @@ def test_two_joints_of_one_name(load):
     np.testing.assert_allclose(np.degrees(motion.angles[0, :3]), [7, 8, 9])
 
 
+def test_many_joints_of_one_name_are_one_warning(load):
+    joint = "JOINT Arm\n {\n OFFSET 1 0 0\n }\n"
+    with pytest.warns(UserWarning, match="the second is 'Arm_2' here, and 3 more likewise") as caught:
+        assert load(changed(("  JOINT Chest", 5 * joint + "  JOINT Chest"))).skeleton.joint_names[4] == "Arm_5"
+    assert len(caught) == 1
+    assert caught[0].filename == __file__  # the line of the caller's that wanted the file read
+
+
 def test_a_joint_of_the_roots_name(load):
     np.testing.assert_array_equal(load(changed(("JOINT Chest", "JOINT Hips"))).angles, load(BVH).angles)
 

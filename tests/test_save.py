@@ -168,13 +168,16 @@ def test_another_reader_finds_the_same_positions(name, tmp_path):
     assert_agree(load_bvh(tmp_path / "a.bvh"), tmp_path / "a.bvh")
 
 
+def test_another_reader_finds_the_same_positions_in_a_file_that_neither_wrote():
+    assert_agree(load_bvh(DATA / "regular.bvh"), DATA / "regular.bvh")
+
+
 def assert_agree(motion, path):
     positions, frame_time = pybvh_positions(path)
     np.testing.assert_allclose(motion.frame_rate, 1 / frame_time, rtol=1e-4)
     ours = dict(zip(motion.skeleton.joint_names, np.moveaxis(in_space(motion), 1, 0), strict=True))
-    theirs = {name.replace("End Site", "end"): xyz for name, xyz in positions.items() if name != "root"}
-    assert len(ours) == len(theirs)
-    for ours_at, (name, theirs_at) in zip(ours.values(), theirs.items(), strict=True):
+    _, *theirs = positions.items()  # the first is the root
+    for ours_at, (name, theirs_at) in zip(ours.values(), theirs, strict=True):
         np.testing.assert_allclose(ours_at, theirs_at, rtol=0, atol=1e-9, err_msg=name)
 
 

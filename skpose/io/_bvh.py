@@ -162,6 +162,7 @@ def _unique_names(joints: list[Joint], source: Source) -> list[str]:
             names.setdefault(joint.name, joint)
     counts: dict[str, int] = {}
     unique: dict[Joint, str] = {joint: name for name, joint in names.items()}
+    again: list[str] = []  # what is to be said of joints that have another's name
     for joint in joints:
         if joint not in unique:
             wanted = name = joint.name or f"{unique.get(joint.parent, joint.parent.name)}_end"
@@ -170,8 +171,10 @@ def _unique_names(joints: list[Joint], source: Source) -> list[str]:
                 name = f"{wanted}_{counts[wanted]}"
             if joint.name:
                 lines = f"{names[wanted].opened.line} and {joint.opened.line}"
-                source.warn(f"joints in lines {lines} are both named {wanted!r}; the second is {name!r} here")
+                again.append(f"joints in lines {lines} are both named {wanted!r}; the second is {name!r} here")
             names[name], unique[joint] = joint, name
+    if again:
+        source.warn(again[0] + (f", and {len(again) - 1} more likewise" if len(again) > 1 else ""))
     return [unique[joint] for joint in joints]
 
 

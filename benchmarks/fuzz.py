@@ -1,0 +1,73 @@
+"""Do readers survive whatever a file holds? 20,000 files with something wrong in them.
+
+    pip install "skpose[test]"
+    python benchmarks/fuzz.py [HOW MANY]
+
+The mutations are those of tests/mutations.py, drawn afresh by hypothesis from a fixed seed. A case fails if a reader
+raises anything but MocapFormatError, warns of anything that is not about the file, takes more than ten seconds, or
+wants more than 2 GB beyond what the process has: the operating system refuses it then, and that is an error.
+"""
+
+import collections
+import re
+import resource
+import signal
+import sys
+import time
+from pathlib import Path
+
+from hypothesis import HealthCheck, Phase, given, seed, settings
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+import mutations
+
+N_CASES = 20_000
+MOST_SECONDS, MOST_BYTES = 10, 2_000_000_000
+
+
+def give_up(*_):
+    raise TimeoutError(f"a reader took more than {MOST_SECONDS} s")
+
+
+def main():
+    n_cases = int(sys.argv[1]) if len(sys.argv) > 1 else N_CASES
+    outcomes, slowest = collections.Counter(), (0.0, "", 0)
+    usual = {"on_nan": "raise", "trust": "header", "stretch": "raise", "missing": "raise"}
+    mutations.outcome("BVH", mutations.BVH, usual)  # what is imported on the way
+    status = Path("/proc/self/status").read_text()
+    held = int(re.search(r"VmSize:\s+(\d+) kB", status)[1]) * 1024
+    resource.setrlimit(resource.RLIMIT_AS, (held + MOST_BYTES, held + MOST_BYTES))
+    signal.signal(signal.SIGALRM, give_up)
+
+    @seed(0)
+    @settings(
+        max_examples=n_cases,
+        deadline=None,
+        database=None,
+        phases=[Phase.generate],
+        suppress_health_check=list(HealthCheck),
+    )
+    @given(mutations.files(), mutations.options)
+    def every_case(file, options):
+        nonlocal slowest
+        kind, data = file
+        signal.setitimer(signal.ITIMER_REAL, MOST_SECONDS)
+        start = time.perf_counter()
+        outcomes[kind, mutations.outcome(kind, data, options)] += 1
+        taken = time.perf_counter() - start
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        slowest = max(slowest, (taken, kind, len(data)))
+
+    begun = time.perf_counter()
+    every_case()
+    print(f"{sum(outcomes.values()):,} files in {time.perf_counter() - begun:.0f} s, none with another outcome\n")
+    for (kind, outcome), count in sorted(outcomes.items()):
+        print(f"{kind}  {outcome:<8}{count:>8,}")
+    print(f"\nslowest: {slowest[0]:.2f} s, a {slowest[1]} file of {slowest[2]:,} bytes")
+    print(
+        f"memory at most: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3:.0f} MB, the interpreter's included"
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,76 @@
+"""Whatever a file holds: it becomes a motion or a skeleton, or is refused with MocapFormatError, in modest memory."""
+
+import io
+import tracemalloc
+
+import mutations
+import pytest
+from hypothesis import HealthCheck, given, settings
+
+from skpose.io import MocapFormatError, load_bvh, load_motion
+
+# What a file of so many bytes may take at most: words become Python objects, some hundred bytes each.
+MOST_BYTES, MOST_BYTES_PER_BYTE = 20_000_000, 200
+
+
+@pytest.fixture(scope="module", autouse=True)
+def traced():
+    tracemalloc.start()
+    yield
+    tracemalloc.stop()
+
+
+def assert_modest(data, before):
+    used = tracemalloc.get_traced_memory()[1] - before
+    assert used < MOST_BYTES + MOST_BYTES_PER_BYTE * len(data), f"{used:,} bytes for a file of {len(data):,}"
+
+
+@settings(
+    max_examples=250, deadline=None, derandomize=True, database=None, suppress_health_check=[HealthCheck.too_slow]
+)
+@given(mutations.files(), mutations.options)
+def test_mutated_files(file, options):
+    kind, data = file
+    tracemalloc.reset_peak()
+    before = tracemalloc.get_traced_memory()[0]
+    mutations.outcome(kind, data, options)
+    assert_modest(data, before)
+
+
+HEAD = b"HIERARCHY\nROOT a\n{\nOFFSET 0 0 0\nCHANNELS 1 Xrotation\n"
+FOOT = b"MOTION\nFrames: 1\nFrame Time: 1\n"
+
+
+@pytest.mark.filterwarnings("ignore:the open file. joints in lines:UserWarning")
+@pytest.mark.parametrize(
+    "data",
+    [
+        mutations.BVH.replace(b"Frames: 2", b"Frames: 1000000000"),
+        mutations.BVH.replace(b"Frames: 2", b"Frames: 999999999999999999"),
+        mutations.BVH.replace(b"CHANNELS 3", b"CHANNELS 999999999"),
+        HEAD + b"JOINT b\n{\n" * 10_000,
+        HEAD + b"JOINT b\n{\nOFFSET 0 0 0\n" * 10_000 + b"}" * 10_001 + FOOT + b"1",
+        b"{" * 100_000,
+        b"1 " * 100_000,
+        b"HIERARCHY " * 10_000,
+        mutations.AMC + b"4\n" * 100_000,
+        b":version\n" * 100_000,
+        mutations.BVH + b"1 " * 100_000,
+    ],
+    ids=["gigabytes", "more than memory", "channels", "opened", "nothing turns", "braces", "numbers", "words", "frames",
+         "keywords", "more than it says"],
+)  # fmt: skip
+def test_claims_and_depth_cost_nothing(data):
+    tracemalloc.reset_peak()
+    before = tracemalloc.get_traced_memory()[0]
+    with pytest.raises(MocapFormatError):
+        load_motion(io.BytesIO(data), asf=io.BytesIO(mutations.ASF))
+    assert_modest(data, before)
+
+
+@pytest.mark.filterwarnings("ignore:the open file. joints in lines:UserWarning")
+def test_a_chain_ten_thousand_joints_deep_is_read():
+    joint = b"JOINT b\n{\nOFFSET 0 1 0\nCHANNELS 1 Xrotation\n"
+    data = HEAD + joint * 10_000 + b"}" * 10_001 + FOOT + b"1 " * 10_001
+    motion = load_bvh(io.BytesIO(data))
+    assert (motion.skeleton.n_joints, motion.skeleton.n_dofs) == (10_000, 10_000)

@@ -1,0 +1,69 @@
+"""Numbers by the million: whichever way they are read, each is the double that its digits stand for, or none is."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from skpose.io._numbers import _parse, _parse_fixed
+from skpose.io._source import NUMBER
+
+decimals = st.builds(
+    lambda sign, whole, part: f"{sign}{whole}.{part}",
+    st.sampled_from(["", "-", "+"]),
+    st.integers(0, 10**12).map(str) | st.just(""),
+    st.integers(0, 10**6 - 1).map("{:06}".format) | st.integers(0, 99).map("{:02}".format),
+)
+ODD = ["1", "-", "+", ".", "1e3", "1.5e-7", "nan", "-inf", "1_0.000000", "1.2.345678", "0.1-7.000000", "x", "1.12345"]
+words = decimals | st.sampled_from(ODD) | st.text("0123456789.+-eE_ \tx", max_size=9)
+blanks = st.sampled_from([" ", "  ", "\n", "\t", " \r\n"])
+
+
+def expected(text):
+    """One number at a time."""
+    tokens = text.split()
+    return np.array([float(token) for token in tokens]) if all(map(NUMBER.fullmatch, tokens)) else None
+
+
+@settings(max_examples=500, deadline=None, derandomize=True, database=None)
+@given(st.lists(decimals | words, max_size=12), st.lists(blanks, min_size=12, max_size=12))
+def test_all_ways_of_reading_agree(tokens, between):
+    text = "".join(a + b for a, b in zip(tokens, between, strict=False))
+    found = _parse(text.encode().splitlines(keepends=True))
+    if expected(text) is None:
+        assert found is None
+    else:
+        np.testing.assert_array_equal(found, expected(text))
+
+
+@pytest.mark.parametrize("n_digits", [1, 4, 6, 9, 15])
+def test_equally_many_digits_are_read_the_fast_way_and_to_the_last_bit(n_digits):
+    rng = np.random.default_rng(n_digits)
+    values = rng.normal(scale=[1e-6, 1, 100, 1e5], size=(5000, 4)).ravel()
+    tokens = [f"{x:.{n_digits}f}".replace("-0.", "-.") for x in values]
+    found = _parse_fixed(" ".join(tokens).encode())
+    if n_digits == 15:  # some are past what a double holds exactly, and go the slow way
+        assert found is None
+        found = _parse([" ".join(tokens).encode()])
+    np.testing.assert_array_equal(found, [float(token) for token in tokens])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "9007199254740993.0",
+        "-9223372036854775808.",
+        "0." + "1" * 23,
+        "1.5 2",
+        "1.2 3 4.567",
+        "5.",
+        ".",
+        "-.",
+        ".-",
+        "x",
+    ],
+)
+def test_what_is_not_for_the_fast_way(text):
+    assert _parse_fixed(text.encode()) is None
+    found = _parse([text.encode()])
+    assert np.array_equal(found, expected(text)) if expected(text) is not None else found is None
