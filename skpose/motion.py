@@ -161,7 +161,10 @@ class Motion:
         ImportError
             If pandas is not installed.
         """
-        import pandas
+        try:
+            import pandas
+        except ImportError:
+            raise ImportError("to_frame needs pandas: pip install 'skpose[pandas]'") from None
 
         index = pandas.Index(np.arange(len(self)) / self.frame_rate, name="time")
         return pandas.DataFrame(self.angles, index, list(self.skeleton.dof_names))

@@ -99,7 +99,7 @@ def _parse_fixed(text: bytes) -> np.ndarray | None:
     # has one, if there are as many of both, and ends there.
     if len(points) != n_words or not (blank[ends] & ~blank[ends - 1]).all() or (points[1:] <= ends[:-1]).any():
         return None
-    if not blank[np.flatnonzero(kinds == ord("-")) - 1].all():
+    if ((kinds[1:] == ord("-")) & ~blank[:-1]).any():  # a sign that does not begin a word
         return None
     whole = np.fromstring(text.replace(b".", b""), np.int64, sep=" ")
     if whole.min() <= -(2**53) or whole.max() >= 2**53:

@@ -17,7 +17,7 @@ import numpy as np
 PathLike = str | os.PathLike
 Readable = PathLike | IO
 
-BLOCK = 1 << 20  # bytes of lines that are read at once: enough for numpy's parser, little beside any array
+BLOCK = 1 << 18  # bytes of lines that are read at once: enough for numpy's parser, and they stay in the cache
 WORD = re.compile(r"\S+")  # as str.split has them
 REAL = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 NUMBER = re.compile(rf"{REAL}|[+-]?(?:nan|inf(?:inity)?)", re.ASCII | re.IGNORECASE)
