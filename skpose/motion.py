@@ -39,8 +39,8 @@ class Motion:
 
     See Also
     --------
-    skpose.io.load_amc : Read a motion from an AMC file.
-    skpose.io.load_bvh : Read a motion from a BVH file.
+    skpose.io.load_motion : Read a motion from a BVH or AMC file.
+    skpose.io.save_bvh : Write a motion as a BVH file.
 
     Notes
     -----

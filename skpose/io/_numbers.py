@@ -62,11 +62,11 @@ def read_numbers(source: Source, pieces: Iterable[Piece], limit: int | None, *, 
 
 def _parse(lines: list[bytes]) -> np.ndarray | None:
     """The numbers of some lines; None if there is something else among them."""
-    text = b" ".join(lines)
-    if not text.strip():
+    text = b" ".join(lines).strip()
+    if not text:
         return np.empty(0)
-    numbers = _parse_fixed(text)
-    if numbers is not None:
+    some = text[:1000].rpartition(b" ")[0] or text  # what the rest will be like, most likely
+    if _parse_fixed(some) is not None and (numbers := _parse_fixed(text)) is not None:
         return numbers
     try:
         # Faster than what follows, but only for as many numbers on each line.
