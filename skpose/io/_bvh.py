@@ -77,7 +77,7 @@ def load_bvh(
     other joints stand for their OFFSET, as the programs that write them (MotionBuilder, Blender) mean them: where they
     do not vary they are the bone's offset, unless all are zero, as where a file has them for nothing.
 
-    The numbers take the time: some 8 million a second where all have as many digits after the point, half of it where
+    The numbers take the time: some 7 million a second where all have as many digits after the point, half of it where
     they do not. Memory is at most some 2.2 times that of the array.
 
     Examples
