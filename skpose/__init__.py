@@ -11,6 +11,7 @@ from skpose.cluster import MedoidShift
 from skpose.geodesic import Geodesic, geodesic
 from skpose.kinematics import forward_kinematics, metric_tensor, position_jacobian
 from skpose.manifold import SpatialMDS
+from skpose.mean import FrechetMean, frechet_mean
 from skpose.metrics import pose_metric
 from skpose.motion import Motion
 from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
@@ -20,6 +21,7 @@ from skpose.transformer import PoseDistanceTransformer
 
 __all__ = [
     "Bone",
+    "FrechetMean",
     "Geodesic",
     "MedoidShift",
     "Motion",
@@ -29,6 +31,7 @@ __all__ = [
     "Skeleton",
     "SpatialMDS",
     "forward_kinematics",
+    "frechet_mean",
     "geodesic",
     "metric_tensor",
     "pose_distances",

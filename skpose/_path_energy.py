@@ -20,7 +20,7 @@ FINE = 8  # chords into which each chord of a path is divided to measure it agai
 
 
 @jit
-def _place(tree, angles, scratch, P, screws):
+def place(tree, angles, scratch, P, screws):
     """Joint positions of one pose, angles in the tree's order, and the screw of every dof, (6, n_dofs).
 
     The screw is the axis a and the velocity b = o × a of what passes the root, o on the axis: the dof moves a point p
@@ -82,7 +82,7 @@ def evaluate(tree, path, substeps, scratch, P, screws):
     samples = divided(path, substeps)
     half = 0.0
     for i in range(samples.shape[0]):
-        _place(tree, samples[i], scratch, P[i], screws[i])
+        place(tree, samples[i], scratch, P[i], screws[i])
         if i > 0:
             for k in range(3, P.shape[1]):
                 half += 0.5 * (P[i, k] - P[i - 1, k]) ** 2
@@ -90,7 +90,7 @@ def evaluate(tree, path, substeps, scratch, P, screws):
 
 
 @jit
-def _sum_moments(tree, before, P, after, moments):
+def sum_moments(tree, before, P, after, moments):
     """Sums of p wᵀ and of w over the joints p that hang on each frame, (n_frames, 12); w is the force 2p − p₋ − p₊."""
     moments[:] = 0.0
     for j in range(1, tree.offset.shape[0]):
@@ -106,7 +106,7 @@ def _sum_moments(tree, before, P, after, moments):
 
 
 @jit
-def _add_gradient(tree, screws, moments, t, gradient):
+def add_gradient(tree, screws, moments, t, gradient):
     """Add what a sample's forces do to the two free poses about it: the moment along each axis."""
     for f in range(1, tree.frame_parent.shape[0]):
         _, xy, xz, yx, _, yz, zx, zy, _, u, v, w = moments[f]
@@ -224,8 +224,8 @@ def normal_equations(tree, substeps, P, screws, diagonal, beside, gradient):
         t = (k - node * substeps) / substeps
         blocks = diagonal[node : node + 2]
         if k > 0:
-            _sum_moments(tree, P[k - 1], P[k], P[k + 1], moments)
-            _add_gradient(tree, screws[k], moments, t, gradient[node : node + 2])
+            sum_moments(tree, P[k - 1], P[k], P[k + 1], moments)
+            add_gradient(tree, screws[k], moments, t, gradient[node : node + 2])
             weights = ((1.0 - t) * (1.0 - t), t * t, t * (1.0 - t), t * (1.0 - t))
             _add_products(tree, P[k], screws[k], P[k], screws[k], True, weights, sums, blocks, beside[node])
         if substeps > 1 or 0 < k < n_samples - 2:
@@ -241,5 +241,5 @@ def add_curvature(tree, substeps, P, screws, diagonal, beside):
     for k in range(1, P.shape[0] - 1):
         node = k // substeps
         t = (k - node * substeps) / substeps
-        _sum_moments(tree, P[k - 1], P[k], P[k + 1], moments)
+        sum_moments(tree, P[k - 1], P[k], P[k + 1], moments)
         _add_bends(tree, P[k], screws[k], moments, t, diagonal[node : node + 2], beside[node])

@@ -1,0 +1,193 @@
+import numpy as np
+import pandas as pd
+import pytest
+from conftest import SKELETONS
+from scipy.optimize import least_squares
+from sklearn.exceptions import ConvergenceWarning
+
+from skpose import Skeleton, forward_kinematics, frechet_mean, geodesic, pose_distances, position_jacobian
+from skpose.datasets import make_gait
+
+METRICS = ["position", "geodesic"]
+ONE_BONE = Skeleton.chain(1)
+
+
+def swing(n=21, seed=0):
+    """Poses of an arm that swings widely, with a shoulder, an elbow and a hand."""
+    wave = np.linspace(-1.2, 1.2, n)
+    noise = np.random.default_rng(seed).normal(scale=0.05, size=(n, 3))
+    return Skeleton.chain(3), np.stack([wave, 0.3 + 0.4 * wave, 0.2 * wave], axis=1) + noise
+
+
+def bone_lengths(positions, skeleton):
+    """(..., n_joints, 3) joint positions → lengths of the bones."""
+    near = np.concatenate([positions, np.zeros_like(positions[..., :1, :])], axis=-2)[..., skeleton.parents, :]
+    return np.linalg.norm(positions - near, axis=-1)
+
+
+def total(skeleton, metric, pose, X, weights):
+    return weights @ pose_distances(pose[None], X, skeleton=skeleton, metric=metric)[0] ** 2
+
+
+def test_one_bone_has_the_mean_direction():
+    """On a circle the extrinsic mean is the direction of the mean vector, the intrinsic one the mean of the angles."""
+    rng = np.random.default_rng(0)
+    angles, weights = rng.uniform(-1.3, 1.3, 30), rng.uniform(0, 2, 30)
+    extrinsic = frechet_mean(angles[:, None], ONE_BONE, sample_weight=weights)
+    direction = np.arctan2(weights @ np.sin(angles), weights @ np.cos(angles))
+    np.testing.assert_allclose(extrinsic.pose, [direction], atol=1e-9)
+    intrinsic = frechet_mean(angles[:, None], ONE_BONE, "geodesic", sample_weight=weights, n_steps=40, tol=1e-5)
+    np.testing.assert_allclose(intrinsic.pose, [np.average(angles, weights=weights)], atol=1e-3)
+    np.testing.assert_allclose(
+        intrinsic.variance, np.average((angles - intrinsic.pose) ** 2, weights=weights), rtol=1e-3
+    )
+
+
+@pytest.mark.parametrize("name", SKELETONS)
+def test_the_extrinsic_mean_is_what_an_optimiser_finds(name):
+    skeleton = SKELETONS[name]
+    X = np.random.default_rng(0).normal(scale=0.4, size=(12, skeleton.n_dofs))
+    F = forward_kinematics(X, skeleton).reshape(len(X), -1)
+    target = F.mean(axis=0)
+    mean = frechet_mean(X, skeleton)
+    assert mean.converged
+    start = X[((F - target) ** 2).sum(axis=1).argmin()]
+    other = least_squares(
+        lambda pose: forward_kinematics(pose[None], skeleton).ravel() - target,
+        start,
+        lambda pose: position_jacobian(pose[None], skeleton)[0],
+        xtol=1e-15, ftol=1e-15, gtol=1e-12,
+    )  # fmt: skip
+    found = ((forward_kinematics(mean.pose[None], skeleton).ravel() - target) ** 2).sum()
+    assert found < 2 * other.cost * (1 + 1e-6)  # there may be several minima, one of them lower
+    np.testing.assert_allclose(mean.variance, found + ((F - target) ** 2).sum(axis=1).mean(), rtol=1e-12)
+    np.testing.assert_allclose(mean.variance, total(skeleton, "position", mean.pose, X, np.full(12, 1 / 12)), rtol=1e-9)
+
+
+@pytest.mark.parametrize("metric", METRICS)
+def test_no_pose_beside_it_is_better(metric):
+    skeleton, X = swing()
+    weights = np.random.default_rng(1).dirichlet(np.ones(len(X)))
+    mean = frechet_mean(X, skeleton, metric, sample_weight=weights, tol=1e-5)
+    assert mean.converged
+    np.testing.assert_allclose(mean.variance, total(skeleton, metric, mean.pose, X, weights), rtol=1e-7)
+    for pose in [*X, *(mean.pose + np.random.default_rng(2).normal(scale=0.02, size=(20, 3)))]:
+        assert total(skeleton, metric, pose, X, weights) > mean.variance
+
+
+@pytest.mark.parametrize("metric", METRICS)
+def test_bones_keep_their_lengths_as_the_mean_of_positions_does_not(metric):
+    skeleton, X = swing()
+    F = forward_kinematics(X, skeleton)
+    shrunk = bone_lengths(F.mean(axis=0), skeleton)
+    assert (shrunk < 0.85).all()
+    mean = frechet_mean(X, skeleton, metric)
+    np.testing.assert_allclose(bone_lengths(forward_kinematics(mean.pose[None], skeleton)[0], skeleton), 1, atol=1e-12)
+
+
+def test_the_intrinsic_mean_of_two_poses_is_half_way():
+    skeleton, X = swing()
+    a, b = X[3], X[17]
+    mean = frechet_mean([a, b], skeleton, "geodesic", n_steps=40, tol=1e-5)
+    way = geodesic(a, b, skeleton, n_steps=40)
+    half = forward_kinematics(way.resample(3)[1:2], skeleton)
+    np.testing.assert_allclose(forward_kinematics(mean.pose[None], skeleton), half, atol=0.01)
+    np.testing.assert_allclose(mean.variance, way.length**2 / 4, rtol=5e-3)
+
+
+@pytest.mark.parametrize("metric", METRICS)
+def test_weights_count_poses(metric):
+    skeleton, X = swing(5)
+    counts = [3, 0, 1, 2, 1]
+    weighted = frechet_mean(X, skeleton, metric, sample_weight=counts, tol=1e-5)
+    repeated = frechet_mean(np.repeat(X, counts, axis=0), skeleton, metric, tol=1e-5)
+    np.testing.assert_allclose(weighted.pose, repeated.pose, atol=1e-4)
+    np.testing.assert_allclose(weighted.variance, repeated.variance, rtol=1e-6)
+
+
+@pytest.mark.parametrize("metric", METRICS)
+def test_one_pose_is_its_own_mean(metric):
+    skeleton, X = swing()
+    for poses in (X[:1], np.repeat(X[:1], 4, axis=0)):
+        mean = frechet_mean(poses, skeleton, metric)
+        np.testing.assert_allclose(mean.pose, X[0], atol=1e-9)
+        assert mean.variance < 1e-15
+
+
+@pytest.mark.parametrize("metric", METRICS)
+def test_whole_turns_do_not_matter(metric):
+    skeleton, X = swing()
+    turned = X + 2 * np.pi * np.random.default_rng(0).integers(-2, 3, X.shape)
+    one, other = (frechet_mean(poses, skeleton, metric, tol=1e-5) for poses in (X, turned))
+    F = [forward_kinematics(mean.pose[None], skeleton) for mean in (one, other)]
+    np.testing.assert_allclose(*F, atol=1e-4)
+    np.testing.assert_allclose(one.variance, other.variance, rtol=1e-6)
+
+
+def test_threads_change_nothing():
+    gait = make_gait(n_subjects=1, n_sequences=1, random_state=0)
+    X, _ = gait.poses(3)
+    one, two = (frechet_mean(X, gait.skeleton, "geodesic", n_jobs=n_jobs) for n_jobs in (1, 2))
+    np.testing.assert_array_equal(one.pose, two.pose)
+    assert (one.variance, one.n_iter) == (two.variance, two.n_iter)
+    assert one.converged
+
+
+def test_opposite_poses_have_a_mean_all_the_same():
+    """The mean of the positions is the root itself, as far from every pose as from any other."""
+    mean = frechet_mean([[0.0], [np.pi]], ONE_BONE)
+    np.testing.assert_allclose(mean.variance, 2)
+    skeleton = Skeleton.chain(2)
+    mean = frechet_mean([[0.0, 0.0], [np.pi, 0.0]], skeleton)
+    np.testing.assert_allclose(mean.variance, 1 + 5)  # folded; stretched, which is a saddle, it would be 5 + 5
+
+
+def test_cmu_poses(cmu):
+    motion = cmu.motions[0].resample(12)
+    for metric in METRICS:
+        mean = frechet_mean(motion.angles, motion.skeleton, metric, n_jobs=2)
+        D = pose_distances(motion.angles, skeleton=motion.skeleton, metric=metric, n_jobs=2)
+        assert mean.converged
+        assert mean.variance < (D**2).mean(axis=1).min()
+        lengths = bone_lengths(forward_kinematics(mean.pose[None], motion.skeleton)[0], motion.skeleton)
+        np.testing.assert_allclose(lengths, np.linalg.norm(motion.skeleton.offsets, axis=1), atol=1e-12)
+
+
+def test_says_when_it_stops_short():
+    skeleton, X = swing()
+    for metric in METRICS:
+        with pytest.warns(ConvergenceWarning, match="the mean did not converge in 1 iterations"):
+            mean = frechet_mean(X, skeleton, metric, max_iter=1)
+        assert not mean.converged
+        assert "not converged in 1 iterations" in repr(mean)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ({"X": np.zeros((2, 5))}, ValueError, "X has 5 columns, but the skeleton has 3 degrees of freedom"),
+        ({"X": np.zeros((0, 3))}, ValueError, "minimum of 1 is required"),
+        ({"X": [[np.nan, 0, 0]]}, ValueError, "Input X contains NaN"),
+        ({"metric": "spatial"}, ValueError, "'metric' parameter of frechet_mean must be a str among"),
+        (
+            {"sample_weight": [1, 2]},
+            ValueError,
+            r"sample_weight must have shape \(21,\), one for each pose, got \(2,\)",
+        ),
+        ({"sample_weight": np.zeros(21)}, ValueError, "finite, nowhere negative, and somewhere positive"),
+        ({"sample_weight": -np.ones(21)}, ValueError, "finite, nowhere negative, and somewhere positive"),
+        ({"skeleton": None}, ValueError, "'skeleton' parameter of frechet_mean must be an instance of"),
+    ],
+)
+def test_refuses(arguments, error, message):
+    skeleton, X = swing()
+    with pytest.raises(error, match=message):
+        frechet_mean(**({"X": X, "skeleton": skeleton} | arguments))
+
+
+def test_a_data_frame_is_held_to_its_columns():
+    skeleton, X = swing()
+    frame = pd.DataFrame(X, columns=skeleton.dof_names)
+    np.testing.assert_array_equal(frechet_mean(frame, skeleton).pose, frechet_mean(X, skeleton).pose)
+    with pytest.raises(ValueError, match="column 0 is 'joint_3_rz' and should be 'joint_1_rz'"):
+        frechet_mean(frame[frame.columns[::-1]], skeleton)
