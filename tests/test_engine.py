@@ -293,4 +293,4 @@ print("the same")
 def test_ray_gives_the_same():
     pytest.importorskip("ray")
     done = subprocess.run([sys.executable, "-c", WITH_RAY], capture_output=True, text=True, check=False)
-    assert done.stdout.endswith("the same\n"), done.stderr
+    assert "the same" in done.stdout.splitlines(), done.stderr  # ray may have something to say too
