@@ -1,0 +1,17 @@
+"""What the displays share: axes to draw into, colours that colour-blind people tell apart."""
+
+# M. Okabe, K. Ito, "Color universal design", 2008; the yellow left out, which is hard to see on white.
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000")
+MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+
+
+def axes(ax, caller):
+    """The given axes, or new ones; with their figure."""
+    try:
+        import matplotlib.pyplot as plt
+    except ImportError:
+        raise ImportError(f"{caller} needs matplotlib: pip install 'skpose[plot]'") from None
+
+    if ax is None:
+        _, ax = plt.subplots(layout="constrained")
+    return ax, ax.figure

@@ -1,0 +1,110 @@
+"""Matrices of distances."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from skpose.pairwise import pose_distances
+from skpose.plot._axes import axes
+from skpose.skeleton import Skeleton
+
+
+class DistanceMatrixDisplay:
+    """A matrix of distances between poses, with lines between the sequences that they are from.
+
+    Parameters
+    ----------
+    distances : ndarray of shape (n_poses, n_poses)
+        Distances.
+    sequence : ndarray of shape (n_poses,) or None
+        Which sequence each pose is from; poses of one stand together.
+    names : sequence of str or None
+        Of the sequences; None writes none.
+    unit : str
+        Of the distances.
+
+    Attributes
+    ----------
+    ax_ : matplotlib Axes
+    figure_ : matplotlib Figure
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from skpose import Skeleton
+    >>> from skpose.plot import DistanceMatrixDisplay
+    >>> arm, X = Skeleton.chain(2), np.random.default_rng(0).normal(size=(20, 2))
+    >>> display = DistanceMatrixDisplay.from_poses(arm, X, sequence=np.repeat([0, 1], 10), names=["up", "down"])
+    >>> [label.get_text() for label in display.ax_.get_xticklabels()]
+    ['up', 'down']
+    """
+
+    def __init__(self, distances: np.ndarray, sequence: np.ndarray | None = None, names=None, unit: str = "m"):
+        self.distances, self.sequence, self.names, self.unit = distances, sequence, names, unit
+
+    def plot(self, ax=None, **style) -> "DistanceMatrixDisplay":
+        """Draw it.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, default=None
+            Where; None makes new ones.
+        **style
+            Of the image, such as cmap, vmax; see `matplotlib.axes.Axes.imshow`.
+
+        Returns
+        -------
+        DistanceMatrixDisplay
+            Itself.
+        """
+        self.ax_, self.figure_ = axes(ax, "DistanceMatrixDisplay.plot")
+        image = self.ax_.imshow(self.distances, **{"cmap": "viridis", "interpolation": "nearest"} | style)
+        self.figure_.colorbar(image, ax=self.ax_, label=f"distance ({self.unit})")
+        if self.sequence is not None:
+            borders = np.flatnonzero(np.diff(self.sequence)) + 1
+            for border in borders:
+                self.ax_.axhline(border - 0.5, color="white", linewidth=0.8)
+                self.ax_.axvline(border - 0.5, color="white", linewidth=0.8)
+            ends = np.array([0, *borders, len(self.sequence)])
+            centres = (ends[:-1] + ends[1:] - 1) / 2
+            names = [""] * len(centres) if self.names is None else list(self.names)
+            self.ax_.set_xticks(centres, names, rotation=90)
+            self.ax_.set_yticks(centres, names)
+        else:
+            self.ax_.set(xlabel="pose", ylabel="pose")
+        return self
+
+    @classmethod
+    def from_poses(
+        cls,
+        skeleton: Skeleton | None,
+        X: ArrayLike,
+        *,
+        sequence: ArrayLike | None = None,
+        names=None,
+        metric: str = "auto",
+        n_jobs: int | None = None,
+        ax=None,
+        **style,
+    ) -> "DistanceMatrixDisplay":
+        """Measure poses, (n_poses, n_dofs) joint angles in rad, with `pose_distances`, and draw the matrix."""
+        distances = pose_distances(X, skeleton=skeleton, metric=metric, n_jobs=n_jobs)
+        unit = "rad" if metric == "angle" or (metric == "auto" and skeleton is None) else "m"
+        return cls.from_distances(distances, sequence=sequence, names=names, unit=unit, ax=ax, **style)
+
+    @classmethod
+    def from_distances(
+        cls, distances: ArrayLike, *, sequence: ArrayLike | None = None, names=None, unit: str = "m", ax=None, **style
+    ) -> "DistanceMatrixDisplay":
+        """Draw a matrix that is there already."""
+        distances = np.asarray(distances)
+        if distances.ndim != 2 or distances.shape[0] != distances.shape[1]:
+            raise ValueError(f"distances must be a square matrix, got shape {distances.shape}")
+        if sequence is not None:
+            sequence = np.asarray(sequence)
+            if sequence.shape != distances.shape[:1]:
+                raise ValueError(f"sequence must be one for each of the {len(distances)} poses, got {sequence.shape}")
+            sequence = np.unique(sequence, return_inverse=True)[1]
+            n_runs = 1 + np.count_nonzero(np.diff(sequence))
+            if names is not None and len(names) != n_runs:
+                raise ValueError(f"names must be one for each of the {n_runs} sequences, got {len(names)}")
+        return cls(distances, sequence, names, unit).plot(ax, **style)

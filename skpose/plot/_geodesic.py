@@ -1,0 +1,109 @@
+"""A geodesic beside the straight line, figure 3 (a) of the paper."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+from sklearn.decomposition import PCA
+
+from skpose.geodesic import Geodesic, geodesic
+from skpose.kinematics import metric_tensor
+from skpose.pairwise import pose_distances
+from skpose.plot._axes import COLOURS, axes
+from skpose.skeleton import Skeleton
+
+MARGIN = 0.2  # about the curves, as a part of their extent
+
+
+class GeodesicDisplay:
+    """A geodesic and the straight line in angle space, in the plane of most variance of the points of both.
+
+    The background is the trace of the metric tensor JᵀJ: how far the joints move as the angles do.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        The body.
+    geodesic : Geodesic
+        The path.
+
+    Attributes
+    ----------
+    ratio_ : float
+        Length of the geodesic over that of the line, eq. 8, both as sums of as many chords.
+    ax_ : matplotlib Axes
+    figure_ : matplotlib Figure
+
+    References
+    ----------
+    S. Hauberg, K. S. Pedersen, "Spatial measures between human poses for classification and understanding", AMDO
+    2012, figure 3 (a), :doi:`10.1007/978-3-642-31567-1_3`.
+
+    Examples
+    --------
+    >>> from skpose import Skeleton
+    >>> from skpose.plot import GeodesicDisplay
+    >>> display = GeodesicDisplay.from_poses(Skeleton.chain(3), [0.2, 0.3, 0.0], [2.4, 0.2, 0.1])
+    >>> round(display.ratio_, 2)
+    0.89
+    """
+
+    def __init__(self, skeleton: Skeleton, geodesic: Geodesic):
+        self.skeleton, self.geodesic = skeleton, geodesic
+
+    def plot(self, ax=None, *, resolution: int = 60) -> "GeodesicDisplay":
+        """Draw it.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, default=None
+            Where; None makes new ones.
+        resolution : int, default=60
+            Points of the background, across and up.
+
+        Returns
+        -------
+        GeodesicDisplay
+            Itself.
+        """
+        self.ax_, self.figure_ = axes(ax, "GeodesicDisplay.plot")
+        path = self.geodesic.path
+        line = np.linspace(path[0], path[-1], len(path))
+        length = pose_distances(
+            path[:1], path[-1:], skeleton=self.skeleton, metric="spatial", n_steps=len(path) - 1, wrap=False
+        )[0, 0]
+        self.ratio_ = float(self.geodesic.length / length)
+        plane = PCA(2).fit(np.concatenate([path, line]))
+        points = plane.transform(np.concatenate([path, line]))
+        margin = MARGIN * np.maximum(np.ptp(points, axis=0), 0.1 * np.ptp(points))
+        x, y = np.linspace(points.min(axis=0) - margin, points.max(axis=0) + margin, resolution).T
+        grid = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+        trace = np.trace(metric_tensor(plane.inverse_transform(grid), self.skeleton), axis1=1, axis2=2)
+        image = self.ax_.pcolormesh(x, y, trace.reshape(len(y), len(x)), cmap="Greys", shading="gouraud")
+        self.figure_.colorbar(image, ax=self.ax_, label="trace of the metric tensor (m²/rad²)")
+        self.ax_.plot(*plane.transform(line).T, "o--", color=COLOURS[0], label="straight line in angle space")
+        self.ax_.plot(*plane.transform(path).T, "s-", color=COLOURS[1], label="geodesic")
+        self.ax_.set(xlabel="first principal component (rad)", ylabel="second principal component (rad)")
+        self.ax_.legend()
+        return self
+
+    @classmethod
+    def from_poses(
+        cls,
+        skeleton: Skeleton,
+        start: ArrayLike,
+        end: ArrayLike,
+        *,
+        n_steps: int = 10,
+        wrap: bool = True,
+        ax=None,
+        resolution: int = 60,
+    ) -> "GeodesicDisplay":
+        """Find the geodesic between two poses, (n_dofs,) joint angles in rad, and draw it."""
+        way = geodesic(start, end, skeleton, n_steps, wrap=wrap)
+        return cls.from_geodesic(skeleton, way, ax=ax, resolution=resolution)
+
+    @classmethod
+    def from_geodesic(
+        cls, skeleton: Skeleton, geodesic: Geodesic, *, ax=None, resolution: int = 60
+    ) -> "GeodesicDisplay":
+        """Draw a geodesic that is there already."""
+        return cls(skeleton, geodesic).plot(ax, resolution=resolution)

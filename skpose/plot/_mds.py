@@ -1,0 +1,107 @@
+"""Poses embedded in the plane."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from skpose.manifold import SpatialMDS
+from skpose.plot._axes import COLOURS, MARKERS, axes
+
+
+class MDSDisplay:
+    """Embedded poses, coloured by who moves or by what is done.
+
+    Parameters
+    ----------
+    embedding : ndarray of shape (n_poses, n_components)
+        Of which the first two components are drawn.
+    labels : ndarray of shape (n_poses,) or None
+        Subject, action, cluster: one colour and marker each.
+    shares : ndarray of shape (n_components,) or None
+        Of the variance, in each component.
+    unit : str
+        Of the components.
+
+    Attributes
+    ----------
+    ax_ : matplotlib Axes
+    figure_ : matplotlib Figure
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from skpose import Skeleton, SpatialMDS
+    >>> from skpose.plot import MDSDisplay
+    >>> arm, X = Skeleton.chain(2), np.random.default_rng(0).normal(size=(20, 2))
+    >>> display = MDSDisplay.from_estimator(SpatialMDS(skeleton=arm).fit(X), X, labels=X[:, 0] > 0)
+    >>> display.ax_.get_legend() is not None
+    True
+    """
+
+    def __init__(
+        self,
+        embedding: np.ndarray,
+        labels: np.ndarray | None = None,
+        shares: np.ndarray | None = None,
+        unit: str = "m",
+    ):
+        self.embedding, self.labels, self.shares, self.unit = embedding, labels, shares, unit
+
+    def plot(self, ax=None, **style) -> "MDSDisplay":
+        """Draw it.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, default=None
+            Where; None makes new ones.
+        **style
+            Of the markers, see `matplotlib.axes.Axes.scatter`.
+
+        Returns
+        -------
+        MDSDisplay
+            Itself.
+        """
+        self.ax_, self.figure_ = axes(ax, "MDSDisplay.plot")
+        labels = np.zeros(len(self.embedding)) if self.labels is None else self.labels
+        for i, label in enumerate(np.unique(labels)):
+            mine = labels == label
+            usual = {"s": 16, "alpha": 0.8, "linewidths": 0, "color": COLOURS[i % len(COLOURS)]}
+            usual |= {"marker": MARKERS[i % len(MARKERS)], "label": str(label)}
+            self.ax_.scatter(*self.embedding[mine, :2].T, **usual | style)
+        if self.labels is not None:
+            self.ax_.legend()
+        for axis, set_label in enumerate((self.ax_.set_xlabel, self.ax_.set_ylabel)):
+            share = "" if self.shares is None else f", {self.shares[axis]:.0%} of the variance"
+            set_label(f"component {axis + 1} ({self.unit}){share}")
+        self.ax_.set_aspect("equal", adjustable="datalim")
+        return self
+
+    @classmethod
+    def from_estimator(
+        cls, mds: SpatialMDS, X: ArrayLike, labels: ArrayLike | None = None, *, ax=None, **style
+    ) -> "MDSDisplay":
+        """Draw where a fitted `SpatialMDS` puts poses, of two components at least."""
+        unit = "rad" if mds.metric == "angle" or (mds.metric == "auto" and mds.skeleton is None) else "m"
+        return cls.from_embedding(
+            mds.transform(X), labels, shares=mds.explained_variance_ratio_, unit=unit, ax=ax, **style
+        )
+
+    @classmethod
+    def from_embedding(
+        cls,
+        embedding: ArrayLike,
+        labels: ArrayLike | None = None,
+        *,
+        shares: ArrayLike | None = None,
+        unit: str = "m",
+        ax=None,
+        **style,
+    ) -> "MDSDisplay":
+        """Draw poses that are embedded already, by whatever."""
+        embedding = np.asarray(embedding)
+        if embedding.ndim != 2 or embedding.shape[1] < 2:
+            raise ValueError(f"embedding must have at least two components, got shape {embedding.shape}")
+        labels = None if labels is None else np.asarray(labels)
+        if labels is not None and labels.shape != embedding.shape[:1]:
+            raise ValueError(f"labels must be one for each of the {len(embedding)} poses, got shape {labels.shape}")
+        return cls(embedding, labels, shares, unit).plot(ax, **style)

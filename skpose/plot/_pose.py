@@ -1,0 +1,191 @@
+"""Stick figures."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from skpose._validation import check_pose, check_poses
+from skpose.geodesic import Geodesic
+from skpose.kinematics import forward_kinematics
+from skpose.motion import Motion
+from skpose.plot._axes import COLOURS, axes
+from skpose.skeleton import Skeleton
+
+GAP = 0.15  # between two bodies of a strip, as a part of the wider's width
+
+
+def _check_view(view: str) -> list[int]:
+    if len(view) != 2 or not set(view) <= set("xyz") or view[0] == view[1]:
+        raise ValueError(f'view must be two of the axes x, y and z, across and up, such as "xy", got {view!r}')
+    return ["xyz".index(axis) for axis in view]
+
+
+def _draw(ax, flat: np.ndarray, parents: np.ndarray, shift: float, style: dict) -> None:
+    """One body, (n_joints, 2) with the root at the origin, shifted to the right, as one line with gaps."""
+    near = np.concatenate([flat, np.zeros((1, 2))])[parents]  # -1, the root, is the last
+    across, up = np.stack([near, flat, np.full_like(flat, np.nan)], axis=1).reshape(-1, 2).T
+    usual = {"color": COLOURS[0], "linewidth": 2, "solid_capstyle": "round", "marker": "o", "markersize": 3}
+    ax.plot(across + shift, up, **usual | style)
+
+
+class PoseDisplay:
+    """One pose as a stick figure, seen along an axis.
+
+    Parameters
+    ----------
+    positions : ndarray of shape (n_joints, 3)
+        Where the joints are, m, the root at the origin.
+    parents : ndarray of shape (n_joints,)
+        Index of each joint's parent, -1 for the root.
+
+    Attributes
+    ----------
+    ax_ : matplotlib Axes
+    figure_ : matplotlib Figure
+
+    Examples
+    --------
+    >>> from skpose import Skeleton
+    >>> from skpose.plot import PoseDisplay
+    >>> display = PoseDisplay.from_pose(Skeleton.chain(3), [0.4, 0.5, 0.6], label="an arm")
+    >>> display.ax_.get_xlabel()
+    'x (m)'
+    """
+
+    def __init__(self, positions: np.ndarray, parents: np.ndarray):
+        self.positions, self.parents = positions, parents
+
+    def plot(self, ax=None, *, view: str = "xy", **style) -> "PoseDisplay":
+        """Draw it.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, default=None
+            Where; None makes new ones.
+        view : str, default="xy"
+            Which axes go across and up: in files whose y points up "xy" sees the body from the front or the back, "zy"
+            from the side.
+        **style
+            Of the lines, such as color, alpha, label; see `matplotlib.axes.Axes.plot`.
+
+        Returns
+        -------
+        PoseDisplay
+            Itself.
+        """
+        across, up = _check_view(view)
+        self.ax_, self.figure_ = axes(ax, "PoseDisplay.plot")
+        _draw(self.ax_, self.positions[:, [across, up]], self.parents, 0.0, style)
+        self.ax_.set(xlabel=f"{view[0]} (m)", ylabel=f"{view[1]} (m)")
+        self.ax_.set_aspect("equal", adjustable="datalim")
+        return self
+
+    @classmethod
+    def from_pose(cls, skeleton: Skeleton, angles: ArrayLike, *, ax=None, view: str = "xy", **style) -> "PoseDisplay":
+        """Draw a pose, (n_dofs,) joint angles in rad; the other parameters are those of `plot`."""
+        angles = check_pose(angles, skeleton, "angles")
+        return cls.from_positions(skeleton, forward_kinematics(angles[None], skeleton)[0], ax=ax, view=view, **style)
+
+    @classmethod
+    def from_positions(
+        cls, skeleton: Skeleton, positions: ArrayLike, *, ax=None, view: str = "xy", **style
+    ) -> "PoseDisplay":
+        """Draw joints where they are given, (n_joints, 3) in m, be it a pose or, as a mean of positions, none."""
+        positions = np.asarray(positions, dtype=np.float64)
+        if positions.shape != (skeleton.n_joints, 3):
+            raise ValueError(f"positions must have shape ({skeleton.n_joints}, 3), got {positions.shape}")
+        return cls(positions, skeleton.parents).plot(ax, view=view, **style)
+
+
+class PoseStripDisplay:
+    """Poses side by side: along a motion, a geodesic, or any others.
+
+    Parameters
+    ----------
+    positions : ndarray of shape (n_poses, n_joints, 3)
+        Where the joints are, m, the root at the origin.
+    parents : ndarray of shape (n_joints,)
+        Index of each joint's parent, -1 for the root.
+    labels : sequence of str
+        What stands below each pose.
+    title : str
+        What the labels are, with their unit.
+
+    Attributes
+    ----------
+    ax_ : matplotlib Axes
+    figure_ : matplotlib Figure
+
+    Examples
+    --------
+    >>> from skpose import Skeleton, geodesic
+    >>> from skpose.plot import PoseStripDisplay
+    >>> arm = Skeleton.chain(3)
+    >>> way = geodesic([0.2, 0.3, 0.0], [2.4, 0.2, 0.1], arm)
+    >>> display = PoseStripDisplay.from_geodesic(arm, way, n_poses=5)
+    >>> display.ax_.get_xlabel()
+    'way from the first pose (m)'
+    """
+
+    def __init__(self, positions: np.ndarray, parents: np.ndarray, labels: Sequence[str], title: str):
+        self.positions, self.parents, self.labels, self.title = positions, parents, labels, title
+
+    def plot(self, ax=None, *, view: str = "xy", **style) -> "PoseStripDisplay":
+        """Draw them; the parameters are those of `PoseDisplay.plot`."""
+        across, up = _check_view(view)
+        self.ax_, self.figure_ = axes(ax, "PoseStripDisplay.plot")
+        flat = self.positions[:, :, [across, up]]
+        low, high = (edge(flat[..., 0], axis=1, initial=0.0) for edge in (np.min, np.max))
+        step = (1.0 + GAP) * max((high - low).max(), 0.25 * np.ptp(flat[..., 1]))
+        centres = np.arange(len(flat)) * step
+        for body, centre, middle in zip(flat, centres, (low + high) / 2, strict=True):
+            _draw(self.ax_, body, self.parents, centre - middle, style)
+        self.ax_.set_xticks(centres, self.labels)
+        self.ax_.set(xlabel=self.title, ylabel=f"{view[1]} (m)")
+        self.ax_.set_aspect("equal", adjustable="datalim")
+        return self
+
+    @classmethod
+    def from_poses(
+        cls,
+        skeleton: Skeleton,
+        angles: ArrayLike,
+        *,
+        labels: Sequence[str] | None = None,
+        title: str = "pose",
+        ax=None,
+        view: str = "xy",
+        **style,
+    ) -> "PoseStripDisplay":
+        """Draw poses, (n_poses, n_dofs) joint angles in rad, with labels below; None numbers them."""
+        angles = check_poses(angles, skeleton, "angles")
+        labels = [str(i) for i in range(len(angles))] if labels is None else list(labels)
+        if len(labels) != len(angles):
+            raise ValueError(f"labels must be one for each of the {len(angles)} poses, got {len(labels)}")
+        return cls(forward_kinematics(angles, skeleton), skeleton.parents, labels, title).plot(ax, view=view, **style)
+
+    @classmethod
+    def from_motion(cls, motion: Motion, *, n_poses: int = 8, ax=None, view: str = "xy", **style) -> "PoseStripDisplay":
+        """Draw poses of a motion at equal intervals, the first and the last among them, with their times in s."""
+        frames = np.unique(np.rint(np.linspace(0, len(motion) - 1, n_poses)).astype(int))
+        labels = [f"{frame / motion.frame_rate:.2f}" for frame in frames]
+        return cls.from_poses(
+            motion.skeleton, motion.angles[frames], labels=labels, title="time (s)", ax=ax, view=view, **style
+        )
+
+    @classmethod
+    def from_geodesic(
+        cls, skeleton: Skeleton, geodesic: Geodesic, *, n_poses: int = 8, ax=None, view: str = "xy", **style
+    ) -> "PoseStripDisplay":
+        """Draw poses along a geodesic at equal lengths of way, the two ends among them."""
+        labels = [f"{way:.2f}" for way in np.linspace(0, geodesic.curve_length, n_poses)]
+        return cls.from_poses(
+            skeleton,
+            geodesic.resample(n_poses),
+            labels=labels,
+            title="way from the first pose (m)",
+            ax=ax,
+            view=view,
+            **style,
+        )
