@@ -1,4 +1,4 @@
-"""The command line: ``skpose compare``, ``distances``, ``neighbors``, ``info``."""
+"""The command line: ``skpose compare``, ``reproduce``, ``distances``, ``neighbors``, ``info``."""
 
 import argparse
 import os
@@ -41,6 +41,9 @@ def _run(options: argparse.Namespace) -> None:
     if options.command == "compare":
         commands.compare_metrics(options.folder, options.jobs)
         return
+    if options.command == "reproduce":
+        commands.reproduce(options.folder, options.out, options.seed, options.jobs)
+        return
     reading = options.asf, options.frame_rate, options.scale
     if options.command == "info":
         commands.info(options.file, *reading)
@@ -75,6 +78,23 @@ def _parser() -> argparse.ArgumentParser:
         help="CMU files with an index.csv, see skpose.datasets.load_cmu; without it, generated motions",
     )
     _add_jobs(compare)
+
+    reproduce = command(
+        "reproduce",
+        "repeat section 3 of the paper",
+        ": print every number beside the paper's, and write the table (README.md, table.txt) and figures 3 and 4 (PNG) "
+        "to a folder. Files of these names that are there are written over",
+    )
+    reproduce.add_argument(
+        "folder",
+        nargs="?",
+        type=Path,
+        metavar="FOLDER",
+        help="CMU files with an index.csv, see skpose.datasets.load_cmu; without it, generated motions",
+    )
+    reproduce.add_argument("--out", type=Path, required=True, metavar="DIR", help="where to; made if it is not there")
+    reproduce.add_argument("--seed", type=int, default=0, metavar="N", help="of all draws; default: 0")
+    _add_jobs(reproduce)
 
     distances = command(
         "distances",

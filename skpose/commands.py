@@ -120,6 +120,27 @@ def info(path: Path, asf: Path | None, frame_rate: float, scale: float | None) -
         print(f"{bone.name:<{width}}  {bone.parent or 'the root':<{width}}  {length:>8.3f}  {bone.dofs or '-'}")
 
 
+def reproduce(folder: Path | None, out: Path, seed: int, n_jobs: int) -> None:
+    """Print section 3 of the paper with our numbers, and write it with its figures to a folder."""
+    # Both take long to import: pictures and what they are made with.
+    from skpose import _report
+    from skpose import reproduce as studies
+
+    if folder is None:
+        dataset, source = make_gait(random_state=seed), f"generated gait, make_gait(random_state={seed})"
+    else:
+        dataset = load_cmu(folder)
+        source = f"{len(dataset)} motions of {len(set(dataset.subjects))} people of the CMU database"
+    findings = studies.reproduce(dataset, seed, n_jobs=n_jobs, verbose=1)
+    print(_report.text(findings))
+    out.mkdir(parents=True, exist_ok=True)
+    command = f"skpose reproduce {'' if folder is None else 'FOLDER '}--out DIR --seed {seed}"
+    (out / "README.md").write_text(_report.markdown(findings, source, command), encoding="utf-8")
+    (out / "table.txt").write_text(_report.text(findings) + "\n", encoding="utf-8")
+    _report.draw(findings, out)
+    print(f"\nWritten to {out}: README.md, table.txt, figure_3.png, figure_4.png")
+
+
 def compare_metrics(folder: Path | None, n_jobs: int) -> None:
     """Print how the metrics compare at telling walking from running."""
     if folder is None:

@@ -61,24 +61,21 @@ def compare(dataset: MotionDataset, *, n_jobs: int | None = None) -> Iterator[Re
         pose_distances(X[:1], skeleton=dataset.skeleton, metric=metric)  # compile before the clock starts
         start = time.perf_counter()
         distances = pose_distances(X, skeleton=dataset.skeleton, metric=metric, n_jobs=n_jobs)
-        accuracies = [_accuracy(distances, y, groups) for groups in (subject, sequence)]
-        yield Result(metric, *accuracies, _first_component(distances, sequence), time.perf_counter() - start)
+        accuracies = [float(np.mean(classified_right(distances, y, groups))) for groups in (subject, sequence)]
+        frames = [np.flatnonzero(sequence == i) for i in np.unique(sequence)]
+        shares = [first_component(distances[np.ix_(f, f)]) for f in frames if len(f) > 2]
+        component = float(np.median(shares)) if shares else np.nan
+        yield Result(metric, *accuracies, component, time.perf_counter() - start)
 
 
-def _accuracy(distances: np.ndarray, y: np.ndarray, groups: np.ndarray) -> float:
-    """Share of poses whose nearest neighbour outside their own group is of their class; NaN with one group alone."""
+def classified_right(distances: np.ndarray, y: np.ndarray, groups: np.ndarray) -> np.ndarray:
+    """Whether each pose's nearest neighbour outside its own group is of its class; NaN with one group alone."""
     if len(np.unique(groups)) < 2:
-        return np.nan
+        return np.full(len(y), np.nan)
     nearest = KNeighborsClassifier(n_neighbors=1, metric="precomputed")
-    return float(np.mean(cross_val_predict(nearest, distances, y, groups=groups, cv=LeaveOneGroupOut()) == y))
+    return cross_val_predict(nearest, distances, y, groups=groups, cv=LeaveOneGroupOut()) == y
 
 
-def _first_component(distances: np.ndarray, sequence: np.ndarray) -> float:
-    """Median over the sequences of the share of variance in the first MDS component; NaN where all are too short."""
-    frames = [np.flatnonzero(sequence == i) for i in np.unique(sequence)]
-    shares = [
-        SpatialMDS(1, metric="precomputed").fit(distances[np.ix_(f, f)]).explained_variance_ratio_[0]
-        for f in frames
-        if len(f) > 2
-    ]
-    return float(np.median(shares)) if shares else np.nan
+def first_component(distances: np.ndarray) -> float:
+    """Share of the variance of some poses in their first MDS component."""
+    return float(SpatialMDS(1, metric="precomputed").fit(distances).explained_variance_ratio_[0])

@@ -50,6 +50,8 @@ LAYERS = [
     ["plot"],
     ["__init__"],
     ["compare"],
+    ["reproduce"],
+    ["_report"],
     ["commands"],
     ["__main__"],
 ]

@@ -79,8 +79,9 @@ class GeodesicDisplay:
         trace = np.trace(metric_tensor(plane.inverse_transform(grid), self.skeleton), axis1=1, axis2=2)
         image = self.ax_.pcolormesh(x, y, trace.reshape(len(y), len(x)), cmap="Greys", shading="gouraud")
         self.figure_.colorbar(image, ax=self.ax_, label="trace of the metric tensor (m²/rad²)")
-        self.ax_.plot(*plane.transform(line).T, "o--", color=COLOURS[0], label="straight line in angle space")
-        self.ax_.plot(*plane.transform(path).T, "s-", color=COLOURS[1], label="geodesic")
+        size = 6 if len(path) < 20 else 3
+        self.ax_.plot(*plane.transform(line).T, "o--", color=COLOURS[0], ms=size, label="straight line in angle space")
+        self.ax_.plot(*plane.transform(path).T, "s-", color=COLOURS[1], ms=size, label="geodesic")
         self.ax_.set(xlabel="first principal component (rad)", ylabel="second principal component (rad)")
         self.ax_.legend()
         return self
