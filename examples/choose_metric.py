@@ -1,0 +1,58 @@
+"""
+Which metric? Let a grid search say
+===================================
+
+The metric is a parameter like any other. What is best depends on what new data is like: recordings of people who are
+known already, or of new people. With SKPOSE_CMU naming a folder of CMU files, on these.
+"""
+
+import os
+
+import matplotlib.pyplot as plt
+from sklearn.model_selection import GridSearchCV, GroupKFold, LeaveOneGroupOut
+from sklearn.neighbors import KNeighborsClassifier
+from sklearn.pipeline import Pipeline
+
+from skpose import PoseDistanceTransformer
+from skpose.compare import walks_and_runs
+from skpose.datasets import load_cmu, make_gait
+
+folder = os.environ.get("SKPOSE_CMU")
+dataset = walks_and_runs(load_cmu(folder) if folder else make_gait(random_state=0))
+X, sequence = dataset.poses(frame_rate=6)
+y, subject = dataset.actions[sequence], dataset.subjects[sequence]
+print(f"{dataset}: {len(X)} poses")
+
+# %%
+# Frames of one recording are nearly the same pose, so recordings stay whole: in the folds of the first search (new
+# recordings), and people in those of the second (new people).
+pipeline = Pipeline(
+    [
+        ("distances", PoseDistanceTransformer(dataset.skeleton)),
+        ("classifier", KNeighborsClassifier(metric="precomputed")),
+    ]
+)
+metrics, numbers = ["angle", "position", "rotation", "spatial"], [1, 5, 15]
+grid = {"distances__metric": metrics, "classifier__n_neighbors": numbers}
+searches = {
+    "new recordings": GridSearchCV(pipeline, grid, cv=GroupKFold(5)).fit(X, y, groups=sequence),
+    "new people": GridSearchCV(pipeline, grid, cv=LeaveOneGroupOut()).fit(X, y, groups=subject),
+}
+for name, search in searches.items():
+    print(
+        f"{name}: best {search.best_params_['distances__metric']}, k = "
+        f"{search.best_params_['classifier__n_neighbors']}, {search.best_score_:.1%} right"
+    )
+
+# %%
+# All of it.
+figure, axes = plt.subplots(1, 2, figsize=(10, 4), sharey=True, layout="constrained")
+for ax, (name, search) in zip(axes, searches.items(), strict=True):
+    results = search.cv_results_
+    for metric, marker in zip(metrics, "os^D", strict=True):
+        mine = results["param_distances__metric"] == metric
+        ax.plot(numbers, 100 * results["mean_test_score"][mine], marker=marker, label=metric)
+    ax.set(xlabel="neighbours", xticks=numbers, title=name)
+axes[0].set_ylabel("poses classified right (%)")
+axes[1].legend()
+plt.show()

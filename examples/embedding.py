@@ -1,0 +1,56 @@
+"""
+Poses in the plane
+==================
+
+Figure 4 of the paper: multidimensional scaling of two people's walks. Under the angle distance they lie apart, each
+person in a corner of their own (a); under the spatial distance they do the same round (b). (c) How much of the variance
+of each sequence one component holds. With SKPOSE_CMU naming a folder of CMU files, on these.
+"""
+
+import os
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from skpose import SpatialMDS
+from skpose.datasets import load_cmu, make_gait
+from skpose.plot import DistanceMatrixDisplay, MDSDisplay
+
+folder = os.environ.get("SKPOSE_CMU")
+dataset = load_cmu(folder) if folder else make_gait(random_state=0)
+walks = dataset.select(dataset.actions == "walk")
+people = np.unique(walks.subjects)[:2]
+both = walks.select([int(np.flatnonzero(walks.subjects == person)[0]) for person in people])
+X, sequence = both.poses(frame_rate=12)
+print(both)
+
+# %%
+# (a, b) The same poses under both distances.
+figure, axes = plt.subplots(1, 3, figsize=(15, 4.5), layout="constrained")
+for ax, letter, metric in zip(axes, "ab", ("angle", "spatial"), strict=False):
+    mds = SpatialMDS(n_components=2, skeleton=both.skeleton, metric=metric).fit(X)
+    MDSDisplay.from_estimator(mds, X, both.subjects[sequence], ax=ax)
+    ax.get_legend().set_title("person")
+    ax.set_title(f"({letter}) “{metric}”")
+
+# (c) Every sequence by itself.
+for metric, colour in (("angle", "#0072b2"), ("spatial", "#d55e00")):
+    shares = [
+        SpatialMDS(1, skeleton=motion.skeleton, metric=metric)
+        .fit(motion.resample(12).angles)
+        .explained_variance_ratio_[0]
+        for motion in dataset
+    ]
+    axes[2].hist(shares, bins=np.linspace(0, 1, 21), color=colour, alpha=0.6, label=f"“{metric}”")
+    print(f"{metric}: the first component holds {np.median(shares):.0%} of a sequence's variance, in the median")
+axes[2].set(xlabel="share of variance in the first component", ylabel="sequences", title="(c) all sequences")
+axes[2].legend()
+plt.show()
+
+# %%
+# Where it comes from: the distances themselves. Steps show as stripes, in the spatial distance between people too.
+figure, axes = plt.subplots(1, 2, figsize=(11, 4.5), layout="constrained")
+for ax, metric in zip(axes, ("angle", "spatial"), strict=True):
+    DistanceMatrixDisplay.from_poses(both.skeleton, X, sequence=sequence, names=both.subjects, metric=metric, ax=ax)
+    ax.set_title(f"“{metric}”")
+plt.show()
