@@ -4,8 +4,8 @@ A mean that is a pose
 
 Figure 1 (b) of the paper: the mean of the joint positions of jumping jacks is no pose, its limbs are too short. A mean
 that is looked for among poses keeps every bone's length: the *extrinsic* one, whose joints are nearest to the mean of
-the positions, and the *intrinsic* one, nearest by geodesics. With SKPOSE_CMU naming a folder of CMU files, on the motion
-in it whose joints move farthest.
+the positions, and the *intrinsic* one, nearest by geodesics. With SKPOSE_CMU naming a folder of CMU files, on the
+motion in it whose joints move farthest.
 """
 
 import os

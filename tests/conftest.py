@@ -1,6 +1,7 @@
 """Skeletons of all kinds, and the real files where there are any."""
 
 import os
+import sys
 
 os.environ.setdefault("SCIPY_ARRAY_API", "1")  # before scipy: without it scikit-learn skips one of its checks
 os.environ["MPLBACKEND"] = "template"  # matplotlib's backend that draws nothing, and shows it without complaint
@@ -16,6 +17,14 @@ from skpose.datasets import humanoid, load_cmu
 from skpose.io import load_asf, load_bvh
 
 DATA = Path(__file__).parent / "data"
+
+
+@pytest.fixture(autouse=True)
+def no_figures_left():
+    """Those of examples, which matplotlib complains of when they are many."""
+    yield
+    if "matplotlib.pyplot" in sys.modules:
+        sys.modules["matplotlib.pyplot"].close("all")
 
 
 @pytest.fixture(scope="session")

@@ -14,10 +14,14 @@ from pathlib import Path
 import pytest
 
 import skpose
+import skpose.datasets
+import skpose.io
+import skpose.plot
 
 PACKAGE = Path(skpose.__file__).parent
 ROOT = Path(__file__).parent.parent
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+PAGES = sorted((ROOT / "docs").glob("*.md"))
 
 # The direction of the data: a file imports only from lines above its own.
 LAYERS = [
@@ -112,8 +116,28 @@ def test_docstring_examples(name):
 
 
 def test_every_public_name_has_an_example():
-    for name in skpose.__all__:
-        assert ">>>" in getattr(skpose, name).__doc__ or name == "Bone", name
+    for module in (skpose, skpose.plot):
+        for name in module.__all__:
+            assert ">>>" in getattr(module, name).__doc__ or name == "Bone", name
+
+
+@pytest.mark.parametrize("path", PAGES, ids=lambda path: path.stem)
+def test_the_pages_examples_run(path):
+    failures, _ = doctest.testfile(str(path), module_relative=False)
+    assert failures == 0
+
+
+def test_every_public_name_is_in_the_reference():
+    listed = set((ROOT / "docs" / "api.md").read_text(encoding="utf-8").split())
+    for module in (skpose, skpose.io, skpose.datasets, skpose.plot):
+        assert set(module.__all__) <= listed
+
+
+@pytest.mark.parametrize("path", [*PAGES, ROOT / "README.md", ROOT / "CONTRIBUTING.md"], ids=lambda path: path.stem)
+def test_links_between_pages_lead_somewhere(path):
+    for target in re.findall(r"\]\((?!https?:)([^)#]+)", path.read_text(encoding="utf-8")):
+        built = target.startswith("examples/") and path.parent.name == "docs"  # by the gallery
+        assert built or (path.parent / target).exists(), target
 
 
 def test_the_readmes_program_runs(tmp_path, monkeypatch, capsys):

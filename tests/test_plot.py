@@ -19,11 +19,10 @@ X = np.random.default_rng(0).normal(size=(20, 3))
 
 @pytest.fixture(autouse=True)
 def agg(monkeypatch):
-    """A backend that draws, and no figure left behind."""
+    """A backend that draws."""
     before = matplotlib.get_backend()
     plt.switch_backend("agg")
     yield
-    plt.close("all")
     plt.switch_backend(before)
 
 

@@ -5,13 +5,13 @@ COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#0
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 
 
-def axes(ax, caller):
-    """The given axes, or new ones; with their figure."""
+def axes(ax, caller, figsize=None):
+    """The given axes, or new ones in a figure of a size in inches; with their figure."""
     try:
         import matplotlib.pyplot as plt
     except ImportError:
         raise ImportError(f"{caller} needs matplotlib: pip install 'skpose[plot]'") from None
 
     if ax is None:
-        _, ax = plt.subplots(layout="constrained")
+        _, ax = plt.subplots(figsize=figsize, layout="constrained")
     return ax, ax.figure

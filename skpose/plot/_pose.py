@@ -134,7 +134,7 @@ class PoseStripDisplay:
     def plot(self, ax=None, *, view: str = "xy", **style) -> "PoseStripDisplay":
         """Draw them; the parameters are those of `PoseDisplay.plot`."""
         across, up = _check_view(view)
-        self.ax_, self.figure_ = axes(ax, "PoseStripDisplay.plot")
+        self.ax_, self.figure_ = axes(ax, "PoseStripDisplay.plot", (max(4.0, 1.4 * len(self.positions)), 3.5))
         flat = self.positions[:, :, [across, up]]
         low, high = (edge(flat[..., 0], axis=1, initial=0.0) for edge in (np.min, np.max))
         step = (1.0 + GAP) * max((high - low).max(), 0.25 * np.ptp(flat[..., 1]))

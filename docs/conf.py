@@ -1,0 +1,49 @@
+"""How the site is built: sphinx-build -W docs docs/_build. No network is needed."""
+
+import warnings
+from importlib.metadata import version as installed
+
+project = "skpose"
+author = copyright = "The skpose developers"
+version = release = installed("skpose")
+
+extensions = [
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.extlinks",
+    "sphinx.ext.mathjax",
+    "numpydoc",
+    "myst_parser",
+    "sphinx_gallery.gen_gallery",
+]
+extlinks = {"doi": ("https://doi.org/%s", "doi:%s")}
+source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
+exclude_patterns = ["_build"]
+templates_path = ["_templates"]
+myst_enable_extensions = ["dollarmath"]
+myst_heading_anchors = 3
+default_role = "py:obj"
+autosummary_generate = True
+autodoc_typehints = "none"
+numpydoc_show_class_members = False
+numpydoc_class_members_toctree = False
+
+html_theme = "pydata_sphinx_theme"
+html_title = f"skpose {version}"
+html_show_sourcelink = False
+html_theme_options = {"show_toc_level": 2, "navigation_with_keys": False, "show_prev_next": False}
+html_sidebars = {"index": []}
+
+sphinx_gallery_conf = {
+    "examples_dirs": "../examples",
+    "gallery_dirs": "examples",
+    "filename_pattern": r"\.py$",
+    "download_all_examples": False,
+    "show_memory": False,
+    "min_reported_time": 1,
+    "within_subsection_order": "ExampleTitleSortKey",
+    "abort_on_example_error": True,
+}
+
+# Of packages, not of this site: what examples warn of is an error in the tests.
+warnings.filterwarnings("ignore", category=DeprecationWarning)
