@@ -31,8 +31,13 @@ numpydoc_class_members_toctree = False
 html_theme = "pydata_sphinx_theme"
 html_title = f"skpose {version}"
 html_show_sourcelink = False
-html_theme_options = {"show_toc_level": 2, "navigation_with_keys": False, "show_prev_next": False}
-html_sidebars = {"index": []}
+html_theme_options = {
+    "header_links_before_dropdown": 8,
+    "navigation_with_keys": False,
+    "show_prev_next": False,
+    "show_toc_level": 2,
+}
+html_sidebars = {page: [] for page in ("index", "guide", "theory", "metrics", "scaling", "formats", "changelog")}
 
 sphinx_gallery_conf = {
     "examples_dirs": "../examples",
