@@ -38,7 +38,7 @@ class FrechetMean:
     variance : float
         Mean of the squared distances to it, m².
     gradient_norm : float
-        How far it is from being stationary: norm of the gradient of half the variance, m²/rad, for "position"; length
+        How far it is from being stationary: norm of the gradient of the variance, m²/rad, for "position"; length
         of the mean of the ways to the poses, m, for "geodesic".
     n_iter : int
         Iterations.

@@ -112,8 +112,8 @@ def _ratios(findings: Findings, dataset: MotionDataset, gait: MotionDataset, rng
     """3.1: how good is the straight line?"""
     walks = _level_walks(dataset, gait)
     X, sequence = walks.poses(FRAME_RATE)
-    frames = [np.flatnonzero(sequence == i) for i in range(len(walks))]
-    pairs = [rng.choice(frames[i], 2, replace=False) for i in rng.integers(len(walks), size=N_DRAWS * N_PAIRS)]
+    frames = [those for i in range(len(walks)) if len(those := np.flatnonzero(sequence == i)) > 1]
+    pairs = [rng.choice(frames[i], 2, replace=False) for i in rng.integers(len(frames), size=N_DRAWS * N_PAIRS)]
     ratios, converged = np.empty(len(pairs)), np.empty(len(pairs), dtype=bool)
 
     def measure(k: int) -> None:
