@@ -3,6 +3,7 @@
 import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 
 import joblib
@@ -122,8 +123,9 @@ def info(path: Path, asf: Path | None, frame_rate: float, scale: float | None) -
 
 def reproduce(folder: Path | None, out: Path, seed: int, n_jobs: int) -> None:
     """Print section 3 of the paper with our numbers, and write it with its figures to a folder."""
-    # Both take long to import: pictures and what they are made with.
-    from skpose import _report
+    if find_spec("matplotlib") is None:
+        raise ValueError("the figures need matplotlib: pip install 'skpose[plot]'")
+    from skpose import _report  # these take long to import
     from skpose import reproduce as studies
 
     if folder is None:

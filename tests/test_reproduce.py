@@ -124,6 +124,13 @@ def test_the_command_writes_the_table_and_the_figures(tmp_path, monkeypatch, cap
     ].split()
 
 
+def test_without_matplotlib_the_command_says_so_at_once(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("skpose.commands.find_spec", lambda name: None)
+    assert main(["reproduce", "--out", str(tmp_path / "out")]) == 1
+    assert capsys.readouterr().err == "skpose: the figures need matplotlib: pip install 'skpose[plot]'\n"
+    assert not (tmp_path / "out").exists()
+
+
 def test_on_cmu_files_figure_4_c_is_the_papers(cmu):
     findings = reproduce.Findings()
     reproduce._components(findings, cmu, walks_and_runs(cmu), None, None)
