@@ -1,5 +1,6 @@
 """How the site is built: sphinx-build -W docs docs/_build. No network is needed."""
 
+import os
 import warnings
 from importlib.metadata import version as installed
 
@@ -49,6 +50,8 @@ sphinx_gallery_conf = {
     "within_subsection_order": "ExampleTitleSortKey",
     "abort_on_example_error": True,
 }
+
+os.environ.pop("SKPOSE_CMU", None)  # the same pictures for everyone, from generated motions
 
 # Of packages, not of this site: what examples warn of is an error in the tests.
 warnings.filterwarnings("ignore", category=DeprecationWarning)
