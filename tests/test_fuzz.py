@@ -26,7 +26,7 @@ def assert_modest(data, before):
 
 
 @settings(
-    max_examples=250, deadline=None, derandomize=True, database=None, suppress_health_check=[HealthCheck.too_slow]
+    max_examples=200, deadline=None, derandomize=True, database=None, suppress_health_check=[HealthCheck.too_slow]
 )
 @given(mutations.files(), mutations.options)
 def test_mutated_files(file, options):
