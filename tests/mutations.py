@@ -45,26 +45,22 @@ def _cut(draw, data, kind):
     return draw(st.sampled_from([data[:stop], data[start:], data[:start] + data[stop:]]))
 
 
-def _words(change):
-    """A mutation of the file's words, the blanks between them left as they are."""
+def _parts(separator: bytes):
+    """Mutations of the file's words or lines, what lies between them left as it is."""
 
-    def mutation(draw, data, kind):
-        words = data.split(b" ")
-        i, j = draw(st.tuples(*[st.integers(0, len(words) - 1)] * 2))
-        change(draw, words, i, j)
-        return b" ".join(words)
+    def of(change):
+        def mutation(draw, data, kind):
+            parts = data.split(separator)
+            i, j = draw(st.tuples(*[st.integers(0, len(parts) - 1)] * 2))
+            change(draw, parts, i, j)
+            return separator.join(parts)
 
-    return mutation
+        return mutation
+
+    return of
 
 
-def _lines(change):
-    def mutation(draw, data, kind):
-        lines = data.split(b"\n")
-        i, j = draw(st.tuples(*[st.integers(0, len(lines) - 1)] * 2))
-        change(draw, lines, i, j)
-        return b"\n".join(lines)
-
-    return mutation
+_words, _lines = _parts(b" "), _parts(b"\n")
 
 
 def _swap(draw, parts, i, j):
