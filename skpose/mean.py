@@ -22,7 +22,7 @@ from skpose.skeleton import Skeleton
 TASK = 8  # geodesics; some tens of milliseconds
 FLAT = 1e-6  # directions in angle space are left alone whose eigenvalue of the metric tensor is less of the largest
 HALVINGS = 6  # of a step that does not bring the poses nearer
-DAMPING = 1e-3  # of steps, over the largest eigenvalue of the metric tensor
+DAMPING = 1e-4  # of steps, over the largest eigenvalue of the metric tensor
 KINK = 0.02  # how long the mean of the ways may be where no step makes it shorter, over the root of the variance
 TOL_PROJECTION = 1e-9  # norm of the gradient at which the extrinsic mean has converged, m²/rad
 
