@@ -20,10 +20,11 @@ from numba import njit
 from scipy.optimize import minimize
 from sklearn.exceptions import ConvergenceWarning
 
-from skpose import _path_energy, geodesic, pose_distances
-from skpose._kernels import workspace_rows
-from skpose._tree import tree_of
+from skpose import geodesic, pose_distances
+from skpose._compiled import path_energy
+from skpose._compiled.forward import workspace_rows
 from skpose.datasets import load_cmu, make_gait
+from skpose.kinematics._tree import tree_of
 
 REPEATS = 3
 N_STEPS = 10
@@ -32,11 +33,11 @@ N_STEPS = 10
 @njit(nogil=True)
 def energy_and_gradient(tree, path, P, screws, scratch, moments, gradient):
     """Eq. 6 and its derivative in all poses."""
-    half = _path_energy.evaluate(tree, path, 1, scratch, P, screws)
+    half = path_energy.evaluate(tree, path, 1, scratch, P, screws)
     gradient[:] = 0.0
     for i in range(1, len(path) - 1):
-        _path_energy._sum_moments(tree, P[i - 1], P[i], P[i + 1], moments)
-        _path_energy._add_gradient(tree, screws[i], moments, 0.0, gradient[i : i + 2])
+        path_energy._sum_moments(tree, P[i - 1], P[i], P[i + 1], moments)
+        path_energy._add_gradient(tree, screws[i], moments, 0.0, gradient[i : i + 2])
     return 2.0 * half
 
 

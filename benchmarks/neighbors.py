@@ -20,8 +20,8 @@ from skpose import (
     forward_kinematics,
     pose_distances,
 )
-from skpose import _search as searching
 from skpose.datasets import load_cmu, make_gait
+from skpose.neighbors import _search as searching
 
 KS = (1, 5, 15, 50)
 QUANTILES = (0.001, 0.01, 0.1)  # of all distances, as radii

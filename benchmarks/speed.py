@@ -16,10 +16,10 @@ from sklearn.metrics import pairwise_distances
 from timing import medians
 
 from skpose import forward_kinematics, pose_distances, pose_metric
-from skpose._lanes import lanes, rows
-from skpose._tree import tree_of
-from skpose.compare import COMPARED
+from skpose._cli.compare import COMPARED
+from skpose._compiled.lanes import lanes, rows
 from skpose.datasets import load_cmu, make_gait
+from skpose.kinematics._tree import tree_of
 
 N_POSES = 2000  # X and Y; the slow contestants get fewer rows of X
 N_SLOW_ROWS = {"scalar": 100, "sklearn": 20}
@@ -38,7 +38,7 @@ def multiply_add(array, factor, n):
 
 
 def operations(tree, n_steps):
-    """Additions and multiplications that a pair costs under "spatial", counted in `skpose._kernels`."""
+    """Additions and multiplications that a pair costs under "spatial", counted in `skpose._compiled.kernels`."""
     n_dofs = tree.end_dof - tree.first_dof
     n_inner = tree.first_frame[-1]
     turns = n_dofs[:n_inner].sum() + (n_dofs[1:n_inner] == 0).sum()  # of two rows each

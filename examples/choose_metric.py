@@ -14,8 +14,7 @@ from sklearn.neighbors import KNeighborsClassifier
 from sklearn.pipeline import Pipeline
 
 from skpose import PoseDistanceTransformer
-from skpose.compare import walks_and_runs
-from skpose.datasets import load_cmu, make_gait
+from skpose.datasets import load_cmu, make_gait, walks_and_runs
 
 folder = os.environ.get("SKPOSE_CMU")
 dataset = walks_and_runs(load_cmu(folder) if folder else make_gait(random_state=0))

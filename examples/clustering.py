@@ -14,8 +14,7 @@ import numpy as np
 from sklearn.metrics import adjusted_rand_score
 
 from skpose import MedoidShift, SpatialMDS
-from skpose.compare import walks_and_runs
-from skpose.datasets import load_cmu, make_gait
+from skpose.datasets import load_cmu, make_gait, walks_and_runs
 from skpose.plot import MDSDisplay, PoseStripDisplay
 
 folder = os.environ.get("SKPOSE_CMU")

@@ -12,8 +12,7 @@ import matplotlib.pyplot as plt
 from sklearn.manifold import TSNE, Isomap
 
 from skpose import PoseKNeighborsTransformer
-from skpose.compare import walks_and_runs
-from skpose.datasets import load_cmu, make_gait
+from skpose.datasets import load_cmu, make_gait, walks_and_runs
 from skpose.plot import MDSDisplay
 
 folder = os.environ.get("SKPOSE_CMU")

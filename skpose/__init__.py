@@ -8,16 +8,13 @@ and datasets (`skpose.datasets`), `Skeleton` and `Motion`, kinematics, metrics, 
 from importlib.metadata import version
 
 from skpose.cluster import MedoidShift
-from skpose.geodesic import Geodesic, geodesic
+from skpose.geodesics import FrechetMean, Geodesic, frechet_mean, geodesic
 from skpose.kinematics import forward_kinematics, metric_tensor, position_jacobian
 from skpose.manifold import SpatialMDS
-from skpose.mean import FrechetMean, frechet_mean
-from skpose.metrics import pose_metric
-from skpose.motion import Motion
+from skpose.metrics import pose_distances, pose_distances_chunked, pose_metric
 from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
-from skpose.pairwise import pose_distances, pose_distances_chunked
-from skpose.skeleton import Bone, Skeleton
-from skpose.transformer import PoseDistanceTransformer
+from skpose.preprocessing import PoseDistanceTransformer
+from skpose.skeleton import Bone, Motion, Skeleton
 
 __all__ = [
     "Bone",

@@ -17,7 +17,7 @@ from skpose import (
     PoseRadiusNeighborsTransformer,
     pose_distances,
 )
-from skpose.compare import COMPARED
+from skpose._cli.compare import COMPARED
 from skpose.datasets import make_gait
 
 

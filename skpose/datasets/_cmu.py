@@ -10,7 +10,7 @@ from urllib.error import URLError
 
 from sklearn.datasets import fetch_file, get_data_home
 
-from skpose._progress import progress
+from skpose._parallel.progress import progress
 from skpose.datasets._cmu_digests import DIGESTS
 from skpose.datasets._motions import MotionDataset
 from skpose.io._amc import read_amc

@@ -24,11 +24,10 @@ from numbers import Integral, Real
 
 import numpy as np
 from sklearn.utils import check_random_state
-from sklearn.utils._param_validation import Interval, validate_params
 
+from skpose._compat.sklearn import Interval, validate_params
 from skpose.datasets._motions import MotionDataset
-from skpose.motion import Motion
-from skpose.skeleton import Bone, Skeleton
+from skpose.skeleton import Bone, Motion, Skeleton
 
 # Bones of the body with x to the left, y up and z forward; lengths as fractions of the height. A positive rotation
 # about x takes what hangs down backward and what points forward down, so flexion of hip, shoulder and elbow and

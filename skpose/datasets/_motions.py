@@ -1,5 +1,6 @@
 """A collection of motions, with who moves and what they do."""
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -7,8 +8,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skpose.motion import Motion
-from skpose.skeleton import Skeleton
+from skpose.skeleton import Motion, Skeleton
+
+WALKING_AND_RUNNING = ("walk", "run")
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -94,3 +96,43 @@ class MotionDataset:
         return np.concatenate([m.angles for m in motions]), np.repeat(
             np.arange(len(motions)), [len(m) for m in motions]
         )
+
+
+def walks_and_runs(dataset: MotionDataset) -> MotionDataset:
+    """Return the motions of walking and of running, labelled "walk" and "run".
+
+    A motion counts whose action begins with the word walk or run, in capitals or not: "walk", "Run/jog". CMU's
+    descriptions do.
+
+    Parameters
+    ----------
+    dataset : MotionDataset
+        Motions of any actions.
+
+    Returns
+    -------
+    MotionDataset
+        Those of the two, whose `actions` are "walk" or "run".
+
+    Raises
+    ------
+    ValueError
+        If one of the two is missing.
+
+    Examples
+    --------
+    >>> from skpose.datasets import make_gait, walks_and_runs
+    >>> walks_and_runs(make_gait(n_subjects=2, n_sequences=1, random_state=0))
+    MotionDataset(4 motions of 2 subjects: 2 run, 2 walk)
+    """
+    first = np.array([re.split(r"\W", action.strip().lower())[0] for action in dataset.actions])
+    chosen = np.isin(first, WALKING_AND_RUNNING)
+    missing = [action for action in WALKING_AND_RUNNING if action not in first]
+    if missing:
+        raise ValueError(
+            f"comparing metrics takes motions of walking and running, but none has an action that begins with "
+            f"{missing[0]!r}: write one line for each motion into an index.csv, see skpose.datasets.load_cmu"
+        )
+    return MotionDataset(
+        dataset.select(chosen).motions, dataset.subjects[chosen], dataset.trials[chosen], first[chosen]
+    )

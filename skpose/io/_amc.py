@@ -8,7 +8,7 @@ import numpy as np
 
 from skpose.io._asf import Asf, read_asf
 from skpose.io._source import NUMBER, WHOLE, Readable, Source, Token, check_choice, check_positive, complaint
-from skpose.motion import Motion
+from skpose.skeleton import Motion
 
 
 def load_amc(

@@ -12,8 +12,7 @@ import numpy as np
 from skpose.io._hierarchy import Joint, Lexer, read_hierarchy, read_motion_head
 from skpose.io._numbers import read_numbers
 from skpose.io._source import Readable, Source, Token, check_choice, check_positive
-from skpose.motion import Motion
-from skpose.skeleton import Bone, Skeleton
+from skpose.skeleton import Bone, Motion, Skeleton
 
 # How much a position may vary, as a part of the longest bone, and still be one that printing has rounded.
 ROUNDING = 1e-4

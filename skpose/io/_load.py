@@ -8,7 +8,7 @@ from skpose.io._amc import read_amc
 from skpose.io._asf import read_asf
 from skpose.io._bvh import read_bvh
 from skpose.io._source import WHOLE, PathLike, Readable, Source
-from skpose.motion import Motion
+from skpose.skeleton import Motion
 
 ASF_KEYWORDS = {":version", ":name", ":units", ":documentation", ":root", ":bonedata", ":hierarchy", ":skin"}
 

@@ -7,8 +7,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from skpose.io._source import PathLike, check_positive
-from skpose.motion import Motion
-from skpose.skeleton import Bone
+from skpose.skeleton import Bone, Motion
 
 DIGITS = 9  # after the point: far below what a file's angles and lengths mean, and no exponents, which some cannot read
 PARALLEL = 1e-12  # axes that differ by less are the root's

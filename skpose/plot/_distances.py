@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skpose.pairwise import pose_distances
+from skpose.metrics import pose_distances
 from skpose.plot._axes import axes
 from skpose.skeleton import Skeleton
 

@@ -4,9 +4,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from sklearn.decomposition import PCA
 
-from skpose.geodesic import Geodesic, geodesic
+from skpose.geodesics import Geodesic, geodesic
 from skpose.kinematics import metric_tensor
-from skpose.pairwise import pose_distances
+from skpose.metrics import pose_distances
 from skpose.plot._axes import COLOURS, axes
 from skpose.skeleton import Skeleton
 

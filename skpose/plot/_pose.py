@@ -5,12 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skpose._validation import check_pose, check_poses
-from skpose.geodesic import Geodesic
+from skpose.geodesics import Geodesic
 from skpose.kinematics import forward_kinematics
-from skpose.motion import Motion
 from skpose.plot._axes import COLOURS, axes
-from skpose.skeleton import Skeleton
+from skpose.skeleton import Motion, Skeleton
+from skpose.skeleton._validation import check_pose, check_poses
 
 GAP = 0.15  # between two bodies of a strip, as a part of the wider's width
 

@@ -1,0 +1,173 @@
+"""What the commands of the command line do."""
+
+import shutil
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from importlib.util import find_spec
+from pathlib import Path
+
+import joblib
+import numpy as np
+from scipy.sparse import save_npz
+
+from skpose._cli.compare import FRAME_RATE, PAPER_ACCURACY, PAPER_FIRST_COMPONENT, compare
+from skpose._parallel.journal import FileJournal
+from skpose.datasets import MotionDataset, load_cmu, make_gait, walks_and_runs
+from skpose.io import load_asf, load_motion
+from skpose.io._load import kind_of
+from skpose.io._source import Source
+from skpose.metrics import pose_distances
+from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
+from skpose.skeleton import Skeleton
+
+
+def read_poses(
+    files: Sequence[Path], rate: float | None, asf: Path | None, frame_rate: float, scale: float | None
+) -> tuple[np.ndarray, Skeleton]:
+    """The poses of all files on the mean skeleton; says which rows are whose."""
+    motions = [load_motion(path, asf=asf, frame_rate=frame_rate, scale=scale) for path in files]
+    names = [str(path) for path in files]
+    X, sequence = (dataset := MotionDataset(motions, names, names, names)).poses(rate)
+    ends = np.searchsorted(sequence, np.arange(len(files)), side="right")
+    for path, first, end in zip(files, [0, *ends], ends, strict=False):
+        print(f"{first:>8} to {end - 1:<8} {path}")
+    return X, dataset.skeleton
+
+
+@contextmanager
+def engine(backend: str, scheduler: str | None, n_jobs: int) -> Iterator[None]:
+    """Where work is done, as joblib's configuration."""
+    if backend == "dask":
+        try:
+            from dask.distributed import Client
+        except ImportError:
+            raise ValueError("--backend dask needs dask: pip install 'skpose[dask]'") from None
+        n_workers = joblib.effective_n_jobs(n_jobs)
+        cluster = {"n_workers": n_workers, "threads_per_worker": 1} if scheduler is None else {"address": scheduler}
+        with Client(**cluster), joblib.parallel_config("dask"):
+            yield
+    elif backend == "ray":
+        try:
+            import ray
+            from ray.util.joblib import register_ray
+        except ImportError:
+            raise ValueError("--backend ray needs ray: pip install 'skpose[ray]'") from None
+        ray.init(address=scheduler)
+        register_ray()
+        with joblib.parallel_config("ray", n_jobs=n_jobs):
+            yield
+    else:
+        with joblib.parallel_config("threading" if backend == "threads" else backend, n_jobs=n_jobs):
+            yield
+
+
+def distances(X: np.ndarray, skeleton: Skeleton, metric: str, out: Path, dtype: str) -> None:
+    """Write the matrix of distances to a file, or finish the one that is there."""
+    X, shape = X.astype(dtype), (len(X), len(X))
+    if out.exists() and FileJournal(out).path.exists():
+        array = np.lib.format.open_memmap(out, mode="r+")
+        print(f"{out} was begun before")
+    else:
+        _refuse_to_overwrite(out)
+        size, free = shape[0] * shape[1] * X.dtype.itemsize, shutil.disk_usage(out.absolute().parent).free
+        if size > free:
+            raise ValueError(
+                f"{out} would have {size / 1e9:.1f} GB, and there are {free / 1e9:.1f} GB left: lower --rate, or take "
+                "--dtype float32"
+            )
+        array = np.lib.format.open_memmap(out, mode="w+", dtype=X.dtype, shape=shape)
+    pose_distances(X, skeleton=skeleton, metric=metric, out=array, verbose=1)
+    print(f"{out}: {shape[0]:,} × {shape[1]:,} distances, {array.dtype}")
+
+
+def neighbors(
+    X: np.ndarray, skeleton: Skeleton, metric: str, out: Path, n_neighbors: int, radius: float | None
+) -> None:
+    """Write the graph of neighbours to a file, none of them its own."""
+    _refuse_to_overwrite(out)
+    if radius is None:
+        search = PoseKNeighborsTransformer(skeleton, metric=metric, n_neighbors=n_neighbors, verbose=1).fit(X)
+        graph = search.kneighbors_graph(mode="distance")
+    else:
+        search = PoseRadiusNeighborsTransformer(skeleton, metric=metric, radius=radius, verbose=1).fit(X)
+        graph = search.radius_neighbors_graph(mode="distance")
+    new = out.with_name(f"{out.name}.new")
+    with new.open("wb") as file:  # as to a name save_npz would add what it misses
+        save_npz(file, graph)
+    new.replace(out)
+    print(f"{out}: {graph.nnz:,} neighbours of {len(X):,} poses")
+
+
+def _refuse_to_overwrite(out: Path) -> None:
+    if out.exists():
+        raise FileExistsError(f"{out} exists already: delete it or name another file")
+
+
+def info(path: Path, asf: Path | None, frame_rate: float, scale: float | None) -> None:
+    """Print what a file holds."""
+    with Source(path, "a BVH, AMC or ASF file") as source:
+        kind = kind_of(source)
+    if kind == "ASF":
+        skeleton = load_asf(path, scale=scale)
+    else:
+        motion = load_motion(path, asf=asf, frame_rate=frame_rate, scale=scale)
+        skeleton = motion.skeleton
+        print(f"{len(motion)} frames at {motion.frame_rate:g} Hz, {len(motion) / motion.frame_rate:.2f} s")
+    print(f"{skeleton.n_joints} joints besides the root, {skeleton.n_dofs} degrees of freedom\n")
+    width = max(len(name) for name in ("joint", *skeleton.joint_names))
+    print(f"{'joint':<{width}}  {'hangs on':<{width}}  {'bone, m':>8}  turns about")
+    for bone in skeleton.bones:
+        length = np.linalg.norm(bone.offset)
+        print(f"{bone.name:<{width}}  {bone.parent or 'the root':<{width}}  {length:>8.3f}  {bone.dofs or '-'}")
+
+
+def reproduce(folder: Path | None, out: Path, seed: int, n_jobs: int) -> None:
+    """Print section 3 of the paper with our numbers, and write it with its figures to a folder."""
+    if find_spec("matplotlib") is None:
+        raise ValueError("the figures need matplotlib: pip install 'skpose[plot]'")
+    from skpose._cli import report  # these take long to import
+    from skpose._cli import reproduce as studies
+
+    if folder is None:
+        dataset, source = make_gait(random_state=seed), f"generated gait, make_gait(random_state={seed})"
+    else:
+        dataset = load_cmu(folder)
+        source = f"{len(dataset)} motions of {len(set(dataset.subjects))} people of the CMU database"
+    findings = studies.reproduce(dataset, seed, n_jobs=n_jobs, verbose=1)
+    print(report.text(findings))
+    out.mkdir(parents=True, exist_ok=True)
+    command = f"skpose reproduce {'' if folder is None else 'FOLDER '}--out DIR --seed {seed}"
+    (out / "README.md").write_text(report.markdown(findings, source, command), encoding="utf-8")
+    (out / "table.txt").write_text(report.text(findings) + "\n", encoding="utf-8")
+    report.draw(findings, out)
+    print(f"\nWritten to {out}: README.md, table.txt, figure_3.png, figure_4.png")
+
+
+def compare_metrics(folder: Path | None, n_jobs: int) -> None:
+    """Print how the metrics compare at telling walking from running."""
+    if folder is None:
+        dataset, source = make_gait(random_state=0), "generated gait, skpose.datasets.make_gait(random_state=0)"
+    else:
+        dataset, source = load_cmu(folder), str(folder)
+    dataset = walks_and_runs(dataset)
+    n_poses = len(dataset.poses(FRAME_RATE)[0])
+    print(f"Walking or running? {source}")
+    counts = ", ".join(f"{(dataset.actions == name).sum()} {name}s" for name in ("walk", "run"))
+    print(f"{counts}, {len(set(dataset.subjects))} subjects, {n_poses} poses at {FRAME_RATE:g} Hz")
+    print(f"\n{'':<10}{'nearest neighbour right':^36}{'variance in first':^22}")
+    print(f"{'':<10}{'leave one':>11}{'leave one':>11}{'paper,':>12}{'MDS component,':>17}")
+    print(f"{'metric':<10}{'subject out':>12}{'seq. out':>10}{'seq. out':>12}{'median':>11}{'paper':>8}{'time':>10}")
+    for row in compare(dataset, n_jobs=n_jobs):
+        paper, component = (
+            f"{values[row.metric]:.0%}" if row.metric in values else "-"
+            for values in (PAPER_ACCURACY, PAPER_FIRST_COMPONENT)
+        )
+        print(
+            f"{row.metric:<10}{row.leave_subject_out:>12.1%}{row.leave_sequence_out:>10.1%}{paper:>12}"
+            f"{row.first_component:>11.1%}{component:>8}{row.seconds:>8.2f} s",
+            flush=True,
+        )
+    print("\nPaper: Hauberg & Pedersen 2012, other sequences of the CMU data. Sec. 3.3: ten walks and ten runs, 1,096")
+    print(
+        "poses; fig. 4 (c): modes over 673 sequences. Times are for distances, validations and scaling, not compiling."
+    )

@@ -1,0 +1,36 @@
+"""Private parts of scikit-learn: validation of parameters, the context of `fit`, the callback protocol."""
+
+from typing import Any
+
+from sklearn.base import _fit_context as fit_context
+from sklearn.utils._param_validation import HasMethods, Interval, StrOptions, validate_params
+
+try:
+    from sklearn.callback import CallbackSupportMixin, with_callbacks
+except ImportError:  # before scikit-learn 1.9
+
+    class CallbackSupportMixin:
+        """Replacement where scikit-learn has no callbacks."""
+
+    def with_callbacks(method):
+        """Return the method unchanged."""
+        return method
+
+
+__all__ = [
+    "CallbackSupportMixin",
+    "HasMethods",
+    "Interval",
+    "StrOptions",
+    "callback_context",
+    "fit_context",
+    "validate_params",
+    "with_callbacks",
+]
+
+
+def callback_context(estimator: Any, n_steps: int | None) -> Any:
+    """Return the context in which an estimator reports to its callbacks; None where it has none."""
+    if not hasattr(estimator, "_init_callback_context"):
+        return None
+    return estimator._init_callback_context(max_subtasks=n_steps)

@@ -1,0 +1,128 @@
+"""What a metric needs to know of one pose, written down: its code."""
+
+import math
+
+from skpose._compiled.forward import rotated
+from skpose._compiled.jit import inlined, jit
+from skpose._compiled.lanes import nearest, numbers, rows, smaller
+from skpose._compiled.step import parts_of, plan_of, take_step
+from skpose._compiled.tree import TWO_PI
+
+# π in three parts, the first two of so few bits that their multiples by less than 2²² are exact.
+_PI_PARTS = 3.1415926534682512, 1.2154201018028943e-10, -5.016557612668332e-20
+_SINE = tuple((-1.0) ** k / math.factorial(2 * k + 1) for k in range(11))
+_COSINE = tuple((-1.0) ** k / math.factorial(2 * k) for k in range(12))
+
+
+@inlined
+def series(coefficients, t, value):
+    for k in range(len(coefficients) - 1, -1, -1):
+        value = value * t + coefficients[k]
+    return value
+
+
+@inlined
+def cosine_sine(angle):
+    """Cosine and sine of an angle, to 2e-16 up to some million turns: less its half turns, by Taylor's series.
+
+    numba has neither in lanes; one by one, by the C library, they take twenty times as long.
+    """
+    half_turns = nearest(angle * (1.0 / math.pi))
+    rest = ((angle - half_turns * _PI_PARTS[0]) - half_turns * _PI_PARTS[1]) - half_turns * _PI_PARTS[2]
+    bound = 0.0 * rest + 1.6  # more than π/2: where an angle is so large that nothing of it is left, it is some angle
+    rest = 0.0 - smaller(0.0 - smaller(rest, bound), bound)
+    odd = half_turns - 2.0 * nearest(half_turns * 0.5)
+    sign = 1.0 - 2.0 * (odd * odd)
+    t = rest * rest
+    return sign * series(_COSINE, t, 0.0 * t), sign * (rest * series(_SINE, t, 0.0 * t))
+
+
+@inlined
+def _principal(angle, steps):
+    """The angle less its whole turns, in [-π, π], where differences are to go the short way round.
+
+    Rounding half to even makes this an odd function, so that a half turn is the same way round from either end and
+    the distances stay symmetric.
+    """
+    if steps.half_turn == math.inf:
+        return angle
+    return angle - TWO_PI * nearest(angle * (1.0 / TWO_PI))
+
+
+@inlined
+def _place_pose(pose, tree, plan, C, S, A, B, H, P):
+    """Joint positions of a pose, as one step of the whole angles from nought."""
+    sign, column, shift = numbers(tree.sign), numbers(tree.column), numbers(tree.shift)
+    for d in range(plan.n_dofs):
+        C[d], S[d] = 1.0, 0.0
+        c, s = cosine_sine(pose[column[d]] * sign[d] + shift[d])
+        A[d], B[d] = 1.0 - c, s
+    for j in range(1, plan.first_moving):
+        for i in range(3):
+            P[3 * j + i] = P[3 * plan.joint_parent[j] + i] + plan.offset[3 * j + i]
+    for i in range(3 * plan.first_moving, 3 * plan.n_joints):
+        P[i] = 0.0
+    take_step(plan, C, S, A, B, H, P)
+
+
+@jit
+def encode_angles(pose, tree, steps, scratch, code):
+    """The angles themselves; the one code that needs no skeleton."""
+    angles, put = rows(pose, 0), rows(code, 0)
+    for d in range(pose.shape[0]):
+        put[d] = _principal(angles[d], steps)
+
+
+@jit
+def encode_positions(pose, tree, steps, scratch, code):
+    """F(θ): the joint positions in the skeleton's order, the root's left out."""
+    plan, put, place = plan_of(tree), rows(code, 0), numbers(tree.place)
+    C, S, A, B, H, P = parts_of(tree, scratch)
+    _place_pose(rows(pose, 0), tree, plan, C, S, A, B, H, P)
+    for j in range(1, plan.n_joints):
+        for i in range(3):
+            put[3 * place[j] - 3 + i] = P[3 * j + i]
+
+
+@inlined
+def _spin(Q, q, axis, cos, sin):
+    """Turn the quaternion (w, x, y, z) at row q about an axis, given the cosine and sine of half the angle."""
+    a, b, c = q + 1 + axis, q + 1 + (axis + 1) % 3, q + 1 + (axis + 2) % 3
+    Q[a], Q[q] = rotated(Q[a], Q[q], cos, sin)
+    Q[b], Q[c] = rotated(Q[b], Q[c], cos, sin)
+
+
+@jit
+def encode_rotations(pose, tree, steps, scratch, code):
+    """World orientation of every frame but the root's, as unit quaternions (w, x, y, z) of either sign."""
+    plan, angles, put, Q = plan_of(tree), rows(pose, 0), rows(code, 0), rows(scratch, 0)
+    sign, column, shift = numbers(tree.sign), numbers(tree.column), numbers(tree.shift)
+    for i in range(4):
+        Q[i] = 1.0 if i == 0 else 0.0
+    for f in range(1, tree.frame_parent.shape[0]):
+        q, end = 4 * f, plan.end_dof[f]
+        for i in range(4):
+            Q[q + i] = Q[4 * plan.frame_parent[f] + i]
+        if end == plan.first_dof[f]:
+            _spin(Q, q, plan.fixed_axis[f], plan.fixed_turn[4 * f + 2], plan.fixed_turn[4 * f + 3])
+        for d in range(plan.first_dof[f], end):
+            cos, sin = cosine_sine((angles[column[d]] * sign[d] + shift[d]) * 0.5)
+            _spin(Q, q, end - 1 - d, cos, sin)
+        for i in range(4):
+            put[q - 4 + i] = Q[q + i]
+
+
+@jit
+def encode_curve_end(pose, tree, steps, scratch, code):
+    """θ, cos θ/2N, sin θ/2N, cos θ, sin θ (n_dofs each, the last two of the shifted angles) and F(θ) (3 n_joints)."""
+    plan, angles, put = plan_of(tree), rows(pose, 0), rows(code, 0)
+    sign, column, n = numbers(tree.sign), numbers(tree.column), plan.n_dofs
+    C, S, A, B, H, P = parts_of(tree, scratch)
+    _place_pose(angles, tree, plan, C, S, A, B, H, P)
+    for d in range(n):
+        angle = _principal(angles[column[d]] * sign[d], steps)
+        put[d] = angle
+        put[n + d], put[2 * n + d] = cosine_sine(angle * (0.5 / steps.n_steps))
+        put[3 * n + d], put[4 * n + d] = C[d], S[d]
+    for i in range(3, 3 * plan.n_joints):
+        put[5 * n + i - 3] = P[i]

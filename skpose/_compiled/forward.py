@@ -1,0 +1,72 @@
+"""Forward kinematics of one pose, every frame whole."""
+
+import math
+
+from skpose._compiled.jit import inlined, jit
+
+
+@jit
+def workspace_rows(tree):
+    """Rows of the one scratch array that all kernels share."""
+    return 4 * tree.column.shape[0] + 9 * tree.frame_parent.shape[0] + 3 * tree.offset.shape[0]
+
+
+@jit
+def workspace(tree, scratch):
+    """A (workspace_rows,) array's parts: cosines C and sines S of the angles, orientations H, positions P, all nought.
+
+    (n_dofs,) each, (9 n_frames,) and (3 n_joints + 3,); the root's orientation is the identity.
+    """
+    n, h = tree.column.shape[0], 9 * tree.frame_parent.shape[0]
+    H, P = scratch[2 * n : 2 * n + h], scratch[2 * n + h : 2 * n + h + 3 * tree.offset.shape[0]]
+    for i in range(9):
+        H[i] = 1.0 if i % 4 == 0 else 0.0
+    P[:] = 0.0
+    return scratch[:n], scratch[n : 2 * n], H, P
+
+
+@inlined
+def rotated(u, v, c, s):
+    """The two columns that a rotation about the third axis mixes."""
+    return c * u + s * v, c * v - s * u
+
+
+@jit
+def orient(tree, angles, C, S, H):
+    """World orientation H of every frame, row by row, the angles in the tree's order."""
+    for d in range(angles.shape[0]):
+        C[d], S[d] = math.cos(angles[d] + tree.shift[d]), math.sin(angles[d] + tree.shift[d])
+    for f in range(1, tree.frame_parent.shape[0]):
+        p, a, end = tree.frame_parent[f], tree.fixed_axis[f], tree.end_dof[f]
+        b, c = (a + 1) % 3, (a + 2) % 3
+        n_dofs = end - tree.first_dof[f]
+        for i in range(0, 9, 3):
+            row, before = 9 * f + i, 9 * p + i
+            if n_dofs == 0:
+                H[row + a] = H[before + a]
+                H[row + b], H[row + c] = rotated(
+                    H[before + b], H[before + c], tree.fixed_turn[f, 0], tree.fixed_turn[f, 1]
+                )
+                continue
+            x, y, z = H[before], H[before + 1], H[before + 2]
+            if n_dofs > 2:
+                x, y = rotated(x, y, C[end - 3], S[end - 3])
+            if n_dofs > 1:
+                z, x = rotated(z, x, C[end - 2], S[end - 2])
+            y, z = rotated(y, z, C[end - 1], S[end - 1])
+            H[row], H[row + 1], H[row + 2] = x, y, z
+
+
+@jit
+def place_joints(tree, H, P):
+    """Overwrite the joint positions P with those of the frames H; return the squared distance that they moved."""
+    square = 0.0
+    for j in range(1, tree.offset.shape[0]):
+        p, f = 3 * tree.joint_parent[j], 9 * tree.joint_frame[j]
+        x, y, z = tree.offset[j, 0], tree.offset[j, 1], tree.offset[j, 2]
+        for i in range(3):
+            h = f + 3 * i
+            new = P[p + i] + (H[h] * x + H[h + 1] * y + H[h + 2] * z)
+            square += (new - P[3 * j + i]) ** 2
+            P[3 * j + i] = new
+    return square

@@ -1,0 +1,63 @@
+"""The Jacobian of the joint positions, in closed form: compiled."""
+
+import numpy as np
+
+from skpose._compiled.forward import orient, place_joints, rotated, workspace, workspace_rows
+from skpose._compiled.jit import jit
+
+
+@jit
+def turn_axes(tree, C, S, H, axes):
+    """The axis of every dof in the world, (n_dofs, 3)."""
+    for f in range(1, tree.frame_parent.shape[0]):
+        end = tree.end_dof[f]
+        n_dofs = end - tree.first_dof[f]
+        for i in range(3 if n_dofs > 0 else 0):
+            # The columns of H are the axes after all the dofs; undo these from the last on.
+            x, y, z = H[9 * f + 3 * i], H[9 * f + 3 * i + 1], H[9 * f + 3 * i + 2]
+            axes[end - 1, i] = x
+            y, z = rotated(y, z, C[end - 1], -S[end - 1])
+            if n_dofs > 1:
+                axes[end - 2, i] = y
+                z, x = rotated(z, x, C[end - 2], -S[end - 2])
+            if n_dofs > 2:
+                axes[end - 3, i] = z
+
+
+@jit
+def fill_jacobian(tree, P, axes, jacobian):
+    """Change of the joint positions with the tree's dofs, (3 n_joints, n_dofs); noughts are left as they are.
+
+    A rotation about the unit axis a through the point o moves a point p at the rate a × (p − o).
+    """
+    for j in range(1, tree.offset.shape[0]):
+        row, f = 3 * tree.place[j] - 3, tree.joint_frame[j]
+        while f > 0:
+            o = 3 * tree.pivot[f]
+            x, y, z = P[3 * j] - P[o], P[3 * j + 1] - P[o + 1], P[3 * j + 2] - P[o + 2]
+            for d in range(tree.first_dof[f], tree.end_dof[f]):
+                a, b, c = axes[d, 0], axes[d, 1], axes[d, 2]
+                jacobian[row, d], jacobian[row + 1, d], jacobian[row + 2, d] = (
+                    b * z - c * y,
+                    c * x - a * z,
+                    a * y - b * x,
+                )
+            f = tree.frame_parent[f]
+
+
+@jit
+def position_jacobians(poses, tree, jacobians):
+    """∂F/∂θ of every pose into jacobians (n_poses, 3 n_joints, n_dofs)."""
+    n_dofs = tree.column.shape[0]
+    scratch, axes, angles = np.empty(workspace_rows(tree)), np.empty((n_dofs, 3)), np.empty(n_dofs)
+    C, S, H, P = workspace(tree, scratch)
+    jacobian = np.zeros((jacobians.shape[1], n_dofs))
+    for n in range(poses.shape[0]):
+        for d in range(n_dofs):
+            angles[d] = tree.sign[d] * poses[n, tree.column[d]]
+        orient(tree, angles, C, S, H)
+        place_joints(tree, H, P)
+        turn_axes(tree, C, S, H, axes)
+        fill_jacobian(tree, P, axes, jacobian)
+        for d in range(n_dofs):
+            jacobians[n, :, tree.column[d]] = tree.sign[d] * jacobian[:, d]

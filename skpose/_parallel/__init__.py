@@ -1,0 +1,1 @@
+"""Where work runs and how far it is: threads, processes and clusters, progress, checkpoints."""

@@ -1,0 +1,67 @@
+"""scikit-learn's callback protocol where the installed version has it (1.9), and nothing in its place before."""
+
+import functools
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from skpose._compat.sklearn import CallbackSupportMixin, callback_context, with_callbacks
+from skpose._parallel.progress import heard_by
+
+__all__ = ["CallbackSupportMixin", "Progress", "with_callbacks"]
+
+
+class Progress:
+    """What a fit tells the callbacks of an estimator: that it begins, each of its steps, that it ends.
+
+    Parameters
+    ----------
+    estimator : CallbackSupportMixin
+        Which fits.
+    n_steps : int or None
+        How many steps there will be at most; None where that is not known.
+    X : array-like
+        The training data.
+
+    Attributes
+    ----------
+    verbose : int
+        The estimator's.
+    """
+
+    def __init__(self, estimator, n_steps: int | None, X):
+        self._estimator, self._X = estimator, X
+        self.verbose = estimator.verbose
+        self._context = callback_context(estimator, n_steps)
+        if self._context is not None:
+            self._context.call_on_fit_task_begin(estimator=estimator, X=X)
+
+    @contextmanager
+    def step(self, name: str) -> Iterator[None]:
+        """One step of the fit; what shows its progress in it is a step of this one, and has steps of its own."""
+        if self._context is None:
+            yield
+            return
+        with self._task(self._context, name, None) as context, heard_by(functools.partial(self._heard, context)):
+            yield
+
+    @contextmanager
+    def _task(self, parent, name: str, n_steps: int | None) -> Iterator:
+        context = parent.subcontext(task_name=name, max_subtasks=n_steps)
+        context.call_on_fit_task_begin(estimator=self._estimator, X=self._X)
+        yield context
+        context.call_on_fit_task_end(estimator=self._estimator, X=self._X)
+
+    @contextmanager
+    def _heard(self, parent, what: str, n_steps: int) -> Iterator[Callable[[], None]]:
+        with self._task(parent, what, n_steps) as context:
+
+            def advance() -> None:
+                with self._task(context, "block", 0):
+                    pass
+
+            yield advance
+
+    def end(self) -> None:
+        """The fit is done."""
+        if self._context is not None:
+            self._context.call_on_fit_task_end(estimator=self._estimator, X=self._X)

@@ -1,0 +1,5 @@
+"""Clusters of poses."""
+
+from skpose.cluster._medoid_shift import MedoidShift
+
+__all__ = ["MedoidShift"]

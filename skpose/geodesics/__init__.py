@@ -1,0 +1,6 @@
+"""Shortest paths between poses, and the means of poses that they define."""
+
+from skpose.geodesics._geodesic import Geodesic, geodesic
+from skpose.geodesics._mean import FrechetMean, frechet_mean
+
+__all__ = ["FrechetMean", "Geodesic", "frechet_mean", "geodesic"]

@@ -1,0 +1,148 @@
+"""Forward kinematics F(θ), its Jacobian, and the metric tensor that they induce on angle space."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from skpose._compiled import jacobian, loops
+from skpose._compiled.encode import encode_positions
+from skpose._compiled.tree import Steps
+from skpose.kinematics._tree import tree_of
+from skpose.skeleton import Skeleton
+from skpose.skeleton._validation import check_poses
+
+
+def forward_kinematics(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
+    """Joint positions F(θ) of every pose, the root at the origin and unrotated.
+
+    Parameters
+    ----------
+    angles : array-like of shape (n_poses, n_dofs)
+        Joint angles, rad, one column per name in ``skeleton.dof_names``.
+    skeleton : Skeleton
+        The skeleton to pose.
+
+    Returns
+    -------
+    ndarray of shape (n_poses, n_joints, 3)
+        Positions of the joints, m; float32 for float32 angles, else float64.
+
+    Raises
+    ------
+    ValueError
+        For angles of the wrong width, out of order by name, or not finite.
+
+    See Also
+    --------
+    position_jacobian : How the positions move with the angles.
+
+    Notes
+    -----
+    Computed in float64, eight poses at once; some 0.5 µs a pose of 30 joints and 56 dofs.
+
+    References
+    ----------
+    S. Hauberg, K. S. Pedersen, "Spatial measures between human poses for classification and understanding", AMDO
+    2012, sec. 2 and eq. 2, :doi:`10.1007/978-3-642-31567-1_3`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from skpose import Skeleton, forward_kinematics
+    >>> forward_kinematics([[0, np.pi / 2]], Skeleton.chain(2)).round(3)
+    array([[[1., 0., 0.],
+            [1., 1., 0.]]])
+    """
+    angles = check_poses(angles, skeleton, "angles")
+    positions = np.empty((len(angles), 3 * skeleton.n_joints))
+    loops.encode_poses(angles, encode_positions, tree_of(skeleton), Steps.of(1, wrap=False), positions)
+    return positions.astype(angles.dtype, copy=False).reshape(len(angles), -1, 3)
+
+
+def position_jacobian(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
+    """Jacobian J = ∂F/∂θ of the joint positions, in closed form.
+
+    A rotation about the unit axis a through the point o moves a point p at the rate a × (p − o).
+
+    Parameters
+    ----------
+    angles : array-like of shape (n_poses, n_dofs)
+        Joint angles, rad.
+    skeleton : Skeleton
+        The skeleton to pose.
+
+    Returns
+    -------
+    ndarray of shape (n_poses, 3 * n_joints, n_dofs)
+        m/rad. Row 3j + i is component i of joint j, as in ``forward_kinematics(angles, skeleton)`` with its last two
+        axes made one.
+
+    Raises
+    ------
+    ValueError
+        For angles of the wrong width, out of order by name, or not finite.
+
+    Notes
+    -----
+    Time and memory O(n_poses · n_joints · n_dofs): 40 kB a pose of 30 joints and 56 dofs.
+
+    References
+    ----------
+    J. Zhao, N. I. Badler, "Inverse kinematics positioning using nonlinear programming for highly articulated
+    figures", ACM Transactions on Graphics 13(4), 1994, :doi:`10.1145/195826.195827`.
+
+    Examples
+    --------
+    >>> from skpose import Skeleton, position_jacobian
+    >>> position_jacobian([[0.0, 0.0]], Skeleton.chain(2))[0].round(3) + 0.0
+    array([[0., 0.],
+           [1., 0.],
+           [0., 0.],
+           [0., 0.],
+           [2., 1.],
+           [0., 0.]])
+    """
+    angles = check_poses(angles, skeleton, "angles")
+    jacobians = np.empty((len(angles), 3 * skeleton.n_joints, skeleton.n_dofs))
+    jacobian.position_jacobians(np.ascontiguousarray(angles, dtype=np.float64), tree_of(skeleton), jacobians)
+    return jacobians.astype(angles.dtype, copy=False)
+
+
+def metric_tensor(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
+    """Metric tensor JᵀJ of the kinematic manifold in angle space, appendix B of the paper.
+
+    Parameters
+    ----------
+    angles : array-like of shape (n_poses, n_dofs)
+        Joint angles, rad.
+    skeleton : Skeleton
+        The skeleton to pose.
+
+    Returns
+    -------
+    ndarray of shape (n_poses, n_dofs, n_dofs)
+        m²/rad²; symmetric and positive semi-definite. It is singular where a dof moves nothing: a twist about a bone
+        that ends the chain, or that is followed only by bones along its own axis.
+
+    Raises
+    ------
+    ValueError
+        For angles of the wrong width, out of order by name, or not finite.
+
+    See Also
+    --------
+    position_jacobian : The J of JᵀJ.
+
+    References
+    ----------
+    S. Hauberg, K. S. Pedersen, "Spatial measures between human poses for classification and understanding", AMDO
+    2012, appendix B, eq. 15, :doi:`10.1007/978-3-642-31567-1_3`.
+
+    Examples
+    --------
+    >>> from skpose import Skeleton, metric_tensor
+    >>> metric_tensor([[0.0, 0.0]], Skeleton.chain(2))[0]
+    array([[5., 2.],
+           [2., 1.]])
+    """
+    jacobians = position_jacobian(angles, skeleton)
+    return jacobians.transpose(0, 2, 1) @ jacobians

@@ -1,0 +1,5 @@
+"""Embeddings of poses in a few dimensions."""
+
+from skpose.manifold._classical_mds import SpatialMDS
+
+__all__ = ["SpatialMDS"]

@@ -1,0 +1,335 @@
+"""Matrices of distances between poses."""
+
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from functools import partial
+from numbers import Integral, Real
+from typing import Any
+
+import numpy as np
+from joblib import effective_n_jobs
+from numpy.typing import ArrayLike
+from sklearn import get_config
+from sklearn.exceptions import ConvergenceWarning
+from sklearn.utils import gen_batches
+
+from skpose._compat.sklearn import HasMethods, Interval, validate_params
+from skpose._parallel.backends import from_workers, in_processes
+from skpose._parallel.progress import progress
+from skpose._parallel.tasks import WORK_PER_TASK
+from skpose.metrics._dask import is_lazy, lazy_distances
+from skpose.metrics._matrix import DistanceMatrix, Doubts
+from skpose.metrics._output import Destination
+from skpose.metrics._registry import METRIC_CONSTRAINTS, effective_name, resolve
+from skpose.skeleton import Skeleton
+from skpose.skeleton._validation import check_poses, check_same_width
+
+WORTH_SHIPPING = 5 * WORK_PER_TASK
+CONSTRAINTS = METRIC_CONSTRAINTS | {"n_jobs": [None, Integral], "verbose": ["verbose"]}
+
+
+@validate_params(
+    CONSTRAINTS | {"out": [HasMethods(["__getitem__", "__setitem__"]), None]}, prefer_skip_nested_validation=True
+)
+def pose_distances(
+    X: ArrayLike,
+    Y: ArrayLike | None = None,
+    *,
+    skeleton: Skeleton | None = None,
+    metric: str = "auto",
+    n_steps: int = 10,
+    wrap: bool | str = "auto",
+    n_jobs: int | None = None,
+    out: Any = None,
+    verbose: int = 0,
+) -> np.ndarray:
+    r"""Distances between all poses of X and all poses of Y.
+
+    ============== ===================================================================================== =========
+    ``metric``     distance between poses a and b                                                        unit
+    ============== ===================================================================================== =========
+    ``"angle"``    :math:`\|a - b\|_2` (eq. 1); needs no skeleton                                        rad
+    ``"position"`` :math:`\|F(a) - F(b)\|_2`, with F(θ) the joint positions (sec. 2)                     m
+    ``"rotation"`` :math:`\sqrt{\sum_b \ell_b^2 \varphi_b^2}`, with φ the angle between the world        m
+                   orientations of bone b in the two poses and ℓ its length (sec. 1.1)
+    ``"spatial"``  length of the curve that the joints trace as the angles go from a to b in a straight  m
+                   line, :math:`\sum_n \|F(c_n) - F(c_{n-1})\|` (sec. 2.2)
+    ``"geodesic"`` length of the shortest curve that the joints can trace from a to b (eq. 3), see            m
+                   `skpose.geodesic`
+    ============== ===================================================================================== =========
+
+    Parameters
+    ----------
+    X : array-like of shape (n_x, n_dofs)
+        Poses: joint angles, rad. With a skeleton, one column per name in ``skeleton.dof_names``; a data frame's
+        columns are held to these names.
+    Y : array-like of shape (n_y, n_dofs), default=None
+        Other poses; None is X, of which one triangle is then computed.
+    skeleton : Skeleton, default=None
+        The body that all the poses are put on; `Skeleton.mean` makes one of several. Needed by all but "angle".
+    metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
+        "auto" is "spatial" with a skeleton and "angle" without one.
+    n_steps : int, default=10
+        Chords along the curve of "spatial" and "geodesic"; the paper's ten. With one, both are "position".
+    wrap : bool or "auto", default="auto"
+        Whether each difference of angles goes the short way round, in [−π, π], so that a file's jump by 360° is no
+        movement. "auto" does so for "spatial" and "geodesic" and takes "angle" literally; the others cannot tell.
+    n_jobs : int, default=None
+        Threads; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors. Where that context names
+        a backend of processes or a cluster ("loky", "dask", "ray"), blocks are computed there. The result does not
+        depend on it.
+    out : array of shape (n_x, n_y), default=None
+        Where to put the result, of its dtype: an ndarray, a ``numpy.memmap``, a zarr array. If writing into a whole
+        memmap or a zarr array is interrupted, the same call goes on where it stopped, see Notes.
+    verbose : int, default=0
+        Whether to show how far it is: a bar where rich is installed, else some lines on stderr.
+
+    Returns
+    -------
+    ndarray of shape (n_x, n_y)
+        The distances, or `out`; float32 where all poses are, computed in float32 (but for "geodesic"), else float64.
+        Without Y exactly symmetric, with an exactly zero diagonal. Equal poses are at distance zero also between X and
+        Y.
+
+    Warns
+    -----
+    ConvergenceWarning
+        If geodesics did not converge; it says how many.
+
+    Raises
+    ------
+    ValueError
+        For poses of the wrong width, out of order by column name, or not finite; for a metric that needs a skeleton
+        and got none; for an `out` that does not fit, or holds the beginning of other distances.
+    RuntimeError
+        If joblib's workers die, or cannot do their work, again and again.
+
+    See Also
+    --------
+    geodesic : One geodesic, with its path.
+    pose_distances_chunked : The same chunk by chunk.
+    pose_metric : The same as a function of two poses.
+    PoseDistanceTransformer : The same as a step of a scikit-learn pipeline.
+
+    Notes
+    -----
+    "position" ≤ "geodesic" ≤ "spatial": a chord is no longer than a curve, and the geodesic is the shortest one.
+    Neither "spatial" nor, as it is a local minimum and measured by chords, "geodesic" need obey the triangle
+    inequality. F does not see a twist about a bone that ends the chain, so all but "angle" are pseudo-metrics.
+
+    Time O(n_x · n_y · n_dofs), for "spatial" times n_steps; no sine or cosine is computed per pair. "geodesic" takes
+    some milliseconds a pair, and a hundred for poses very far apart; pairs whose chord and straight line agree to 1e-6
+    are not solved. Memory beyond the poses and the result: the codes of some panels of 4096 poses, 12 MB each for
+    "spatial" and 56 dofs. What is written into a file does not stay resident, but for a block of 4096 by 4096 and its
+    mirror image: less than 0.5 GB, whatever the size of the matrix. On workers the poses and a block or two of 32 MB,
+    and here no more than four such blocks per worker.
+
+    A matrix in a file is written block by block, and a block is noted, with the checksum of its bytes, when it is
+    complete: beside a memmap in a file named after it with ".progress" at the end, in a zarr array among its
+    attributes. The same call on the array, opened anew with mode "r+", computes only the blocks that are not there as
+    they were noted. The notes go when all is done.
+
+    Poses in a ``dask.array`` give a lazy ``dask.array`` of distances, computed where dask computes. It takes no `out`
+    and no notice of `n_jobs` and `verbose`, and its warnings appear where it is computed.
+
+    References
+    ----------
+    .. [1] S. Hauberg, K. S. Pedersen, "Spatial measures between human poses for classification and understanding",
+       AMDO 2012, :doi:`10.1007/978-3-642-31567-1_3`.
+    .. [2] M. Tournier, X. Wu, N. Courty, E. Arnaud, L. Revéret, "Motion compression using principal geodesics
+       analysis", Computer Graphics Forum 28(2), 2009, :doi:`10.1111/j.1467-8659.2009.01375.x`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from skpose import Skeleton, pose_distances
+    >>> X = np.array([[0.0, 0.0], [np.pi / 2, 0.0], [0.0, np.pi / 2]])
+    >>> pose_distances(X, metric="angle").round(3)
+    array([[0.   , 1.571, 1.571],
+           [1.571, 0.   , 2.221],
+           [1.571, 2.221, 0.   ]])
+
+    The first joint of an arm of two bones moves both, the second only the outer one:
+
+    >>> pose_distances(X, skeleton=Skeleton.chain(2)).round(3)
+    array([[0.   , 3.509, 1.569],
+           [3.509, 0.   , 2.219],
+           [1.569, 2.219, 0.   ]])
+    """
+    if is_lazy(X) or is_lazy(Y):
+        resolve(metric, skeleton, n_steps, wrap)
+        if out is not None:
+            raise ValueError(
+                "out is for distances that are computed at once; store those of a dask array with da.store"
+            )
+        return lazy_distances(pose_distances, X, Y, skeleton, metric=metric, n_steps=n_steps, wrap=wrap)
+    matrix, dtype = _matrix(X, Y, skeleton, metric, n_steps, wrap)
+    destination = Destination(out, matrix.shape, dtype)
+    doubts = _fill(destination, matrix, n_jobs, verbose)
+    warn_of_doubts(doubts, matrix.n_pairs, stacklevel=3)
+    return destination.array
+
+
+@validate_params(
+    CONSTRAINTS
+    | {"reduce_func": [callable, None], "working_memory": [Interval(Real, 0, None, closed="neither"), None]},
+    prefer_skip_nested_validation=True,
+)
+def pose_distances_chunked(
+    X: ArrayLike,
+    Y: ArrayLike | None = None,
+    *,
+    reduce_func: Callable[[np.ndarray, int], Any] | None = None,
+    skeleton: Skeleton | None = None,
+    metric: str = "auto",
+    n_steps: int = 10,
+    wrap: bool | str = "auto",
+    n_jobs: int | None = None,
+    working_memory: float | None = None,
+    verbose: int = 0,
+) -> Iterator[Any]:
+    """Distances chunk by chunk, each chunk of rows as large as memory allows, with an optional reduction.
+
+    What scikit-learn's ``pairwise_distances_chunked`` is for its distances.
+
+    Parameters
+    ----------
+    X : array-like of shape (n_x, n_dofs)
+        Poses: joint angles, rad, as for `pose_distances`.
+    Y : array-like of shape (n_y, n_dofs), default=None
+        Other poses; None is X.
+    reduce_func : callable, default=None
+        Called as ``reduce_func(D_chunk, start)`` with a chunk of shape (n_chunk, n_y), which it may change, and the
+        index of its first row in X. It returns an array, a list or a sparse matrix of length n_chunk, a tuple of
+        these, or None to change the chunk in place. None gives the chunks themselves.
+    skeleton, metric, n_steps, wrap, n_jobs
+        As for `pose_distances`.
+    working_memory : float, default=None
+        Memory for a chunk, MiB; at least one row. None takes scikit-learn's ``working_memory``, 1 GiB unless set.
+    verbose : int, default=0
+        Whether to show how far it is.
+
+    Yields
+    ------
+    D_chunk : ndarray, sparse matrix, list or tuple
+        A chunk of distances, or what `reduce_func` made of it.
+
+    Raises
+    ------
+    ValueError
+        As `pose_distances`; and if `reduce_func` returns something of another length.
+    TypeError
+        If `reduce_func` returns something without a length.
+
+    See Also
+    --------
+    pose_distances : All at once, also into a file.
+    PoseKNeighborsTransformer : Nearest neighbours without most of the distances.
+
+    Notes
+    -----
+    Each chunk has whole rows, so that without Y each pair is computed twice, once from either end; under "spatial" the
+    two may differ in the last bits. Time as of `pose_distances`, memory `working_memory` and the codes of some panels
+    of 4096 poses.
+
+    Examples
+    --------
+    The medoid of a motion, without its matrix:
+
+    >>> import numpy as np
+    >>> from skpose import Skeleton, pose_distances_chunked
+    >>> swing = np.linspace([0.0, 0.0], [1.0, 0.0], 101)
+    >>> sums = pose_distances_chunked(
+    ...     swing, skeleton=Skeleton.chain(2), reduce_func=lambda chunk, start: chunk.sum(axis=1), working_memory=0.01
+    ... )
+    >>> int(np.concatenate(list(sums)).argmin())
+    50
+    """
+    matrix, dtype = _matrix(X, Y, skeleton, metric, n_steps, wrap)
+    (n_rows, n_columns), others = matrix.shape, matrix.X if matrix.symmetric else matrix.Y
+    memory = get_config()["working_memory"] if working_memory is None else working_memory
+    batches = list(gen_batches(n_rows, min(n_rows, max(1, int(memory * 2**20 / (dtype.itemsize * n_columns))))))
+    part = partial(DistanceMatrix, metric=matrix.metric, skeleton=matrix.skeleton, steps=matrix.steps, dtype=dtype)
+    doubts = []
+    with progress(_named(matrix), len(batches), verbose) as advance:
+        for batch in batches:
+            chunk = part(matrix.X[batch], others)
+            destination = Destination(None, chunk.shape, dtype)
+            doubts += _fill(destination, chunk, n_jobs, verbose=0)
+            yield destination.array if reduce_func is None else _reduced(reduce_func, destination.array, batch.start)
+            advance()
+    warn_of_doubts(doubts, n_rows * n_columns, stacklevel=3)
+
+
+def _matrix(
+    X: ArrayLike, Y: ArrayLike | None, skeleton: Skeleton | None, metric: str, n_steps: int, wrap: bool | str
+) -> tuple[DistanceMatrix, np.dtype]:
+    """What is to be computed, and the dtype of the result."""
+    _, steps = resolve(metric, skeleton, n_steps, wrap)
+    triangle = Y is None or Y is X
+    X = check_poses(X, skeleton, "X")
+    Y = X if triangle else check_poses(Y, skeleton, "Y")
+    check_same_width(X, Y)
+    dtype = np.result_type(X, Y)
+    return DistanceMatrix(X, None if triangle else Y, effective_name(metric, skeleton), skeleton, steps, dtype), dtype
+
+
+def _fill(destination: Destination, matrix: DistanceMatrix, n_jobs: int | None, verbose: int) -> list[Doubts]:
+    """Compute all blocks of a matrix that are not there yet; return the doubts about each."""
+    n_workers = effective_n_jobs(n_jobs)
+    remote = matrix.n_pairs * matrix.work_per_pair > WORTH_SHIPPING and in_processes(n_jobs)
+    edge = matrix.edge(1, n_workers) if remote else matrix.edge(n_workers)
+    with (
+        destination.resumed(matrix, edge) as (blocks, doubts, note),
+        progress(_named(matrix), len(blocks), verbose) as advance,
+    ):
+        if remote:
+            results = from_workers(DistanceMatrix.distances, matrix, blocks, n_jobs)
+        else:
+            results = ((b, matrix.distances(b, n_workers, destination.part(b, matrix.dtype))) for b in blocks)
+        with closing(results):  # whatever ends this ends what workers do for it
+            for block, (distances, doubt) in results:
+                destination.write(block, distances, matrix.symmetric)
+                note(block, doubt)
+                doubts.append(doubt)
+                advance()
+    return doubts
+
+
+def _named(matrix: DistanceMatrix) -> str:
+    return f"{matrix.shape[0]:,} × {matrix.shape[1]:,} distances"
+
+
+def _reduced(reduce_func: Callable[[np.ndarray, int], Any], chunk: np.ndarray, start: int) -> Any:
+    """What the user's function makes of a chunk, held to the chunk's length."""
+    n_rows = len(chunk)
+    result = reduce_func(chunk, start)
+    if result is None:
+        return chunk
+    for part in result if isinstance(result, tuple) else (result,):
+        if not hasattr(part, "__len__") and not hasattr(part, "shape"):
+            raise TypeError(
+                "reduce_func must return a sequence, an array or a sparse matrix with one entry for each row of the "
+                f"chunk, or a tuple of these, got {part!r}"
+            )
+        length = part.shape[0] if hasattr(part, "shape") else len(part)
+        if length != n_rows:
+            raise ValueError(
+                f"reduce_func returned {length} entries for a chunk of {n_rows} rows that begins at row {start}; it "
+                "must return one for each row"
+            )
+    return result
+
+
+def warn_of_doubts(doubts: list[Doubts], n_pairs: int, stacklevel: int) -> None:
+    """Warn where geodesics did not converge."""
+    n_doubtful, gap = Doubts.joined(doubts)
+    if n_doubtful:
+        warnings.warn(
+            f"{n_doubtful} of {n_pairs} geodesics did not converge; their distances are lengths of curves no "
+            "longer than the straight line in angle space, which may not be the shortest. The largest relative gap "
+            f"between such a curve's length and the sum of its chords is {gap:.2g}",
+            ConvergenceWarning,
+            stacklevel=stacklevel,
+        )

@@ -1,0 +1,106 @@
+"""A metric as one compiled function of two poses."""
+
+import functools
+from collections.abc import Callable
+
+import numpy as np
+from numba import njit
+
+from skpose._compat.sklearn import validate_params
+from skpose._compiled import loops
+from skpose._compiled.tree import Steps
+from skpose.kinematics._tree import tree_of
+from skpose.metrics._registry import METRIC_CONSTRAINTS, Metric, resolve
+from skpose.skeleton import Skeleton
+
+
+@validate_params(METRIC_CONSTRAINTS, prefer_skip_nested_validation=True)
+def pose_metric(
+    metric: str = "auto", skeleton: Skeleton | None = None, *, n_steps: int = 10, wrap: bool | str = "auto"
+) -> Callable[[np.ndarray, np.ndarray], float]:
+    """A metric as one function of two poses, compiled by numba, for whatever takes a callable as its metric.
+
+    For a matrix of distances `skpose.pose_distances` is many times faster, since it does the work of a pose once and
+    not once per pair. The function is for estimators that take a callable: ``KNeighborsClassifier(metric=f)``,
+    ``pairwise_distances(metric=f)``, UMAP, pynndescent, and for one's own numba code, which can call it.
+
+    Parameters
+    ----------
+    metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
+        See `skpose.pose_distances`. A "geodesic" that does not converge is the length of the best curve found, without
+        a warning, which compiled code cannot give.
+    skeleton : Skeleton, default=None
+        Needed by all but "angle".
+    n_steps : int, default=10
+        Chords along the curve of "spatial" and "geodesic".
+    wrap : bool or "auto", default="auto"
+        Whether differences of angles are taken the short way round.
+
+    Returns
+    -------
+    callable
+        ``f(x, y) -> float`` on arrays of shape (n_dofs,), rad; a numba dispatcher that releases the GIL. The distance
+        is in m, or in rad for "angle". It can be pickled and cloned; equal arguments give the same function.
+
+    Raises
+    ------
+    ValueError
+        For a metric that needs a skeleton and got none; and, when called, for poses of the wrong width.
+
+    Warnings
+    --------
+    "spatial" and "geodesic" need not obey the triangle inequality, on which ball trees rely, and scikit-learn's
+    ``algorithm="auto"`` picks a ball tree for a callable metric on 15 columns or fewer. Always pass
+    ``algorithm="brute"``.
+
+    Notes
+    -----
+    The first call compiles for a second or so in every process; what does not depend on the skeleton comes from
+    numba's disk cache. About 10 µs a pair of poses of 56 dofs under "spatial" with ten steps, some
+    milliseconds under "geodesic".
+
+    References
+    ----------
+    S. Hauberg, K. S. Pedersen, "Spatial measures between human poses for classification and understanding", AMDO
+    2012, :doi:`10.1007/978-3-642-31567-1_3`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from sklearn.neighbors import KNeighborsClassifier
+    >>> from skpose import Skeleton, pose_metric
+    >>> arm = Skeleton.chain(2)
+    >>> f = pose_metric("position", arm)
+    >>> round(f(np.array([0.0, 0.0]), np.array([np.pi, 0.0])), 3)
+    4.472
+    >>> knn = KNeighborsClassifier(1, metric=pose_metric("spatial", arm), algorithm="brute")
+    >>> knn.fit([[0.0, 0.0], [1.5, 0.0]], ["out", "up"]).predict([[1.2, 0.1]])
+    array(['up'], dtype='<U3')
+    """
+    chosen, steps = resolve(metric, skeleton, n_steps, wrap)
+    return _compiled(chosen, skeleton, steps)
+
+
+@functools.lru_cache(maxsize=64)
+def _compiled(metric: Metric, skeleton: Skeleton | None, steps: Steps) -> Callable[[np.ndarray, np.ndarray], float]:
+    encode, measure, pair = metric.encode, metric.measure, loops.pair_distance_function()
+    tree = tree_of(skeleton if metric.needs_skeleton else None)
+    if skeleton is None:  # "angle" on poses of any length, which are their own code
+        n_dofs, n_codes, refusal = -1, -1, "the two poses differ in length"
+    else:
+        n_dofs = skeleton.n_dofs
+        n_codes = metric.n_codes(tree, n_dofs)
+        refusal = f"a pose has the wrong length: the skeleton has {n_dofs} degrees of freedom, one number for each"
+
+    @njit(nogil=True)
+    def distance(x, y):
+        width = x.shape[0] if n_dofs < 0 else n_dofs
+        if x.shape[0] != width or y.shape[0] != width:
+            raise ValueError(refusal)
+        # Copies, since rows may be of any dtype and stride.
+        a, b = np.empty(width), np.empty(width)
+        for i in range(width):
+            a[i], b[i] = x[i], y[i]
+        return pair(a, b, width if n_codes < 0 else n_codes, encode, measure, tree, steps)
+
+    return distance

@@ -1,0 +1,131 @@
+"""The metrics by name, and each as one compiled function of two poses."""
+
+from collections.abc import Callable
+from numbers import Integral
+from typing import NamedTuple
+
+import numpy as np
+
+from skpose._compat.sklearn import Interval, StrOptions
+from skpose._compiled import encode, loops, measure, minimiser
+from skpose._compiled.tree import Steps, Tree
+from skpose.kinematics._tree import tree_of
+from skpose.skeleton import Skeleton
+
+
+class Metric(NamedTuple):
+    """One way to measure poses: two kernels, and what they need."""
+
+    encode: Callable  # what to know of one pose
+    measure: Callable  # from one encoded pose to others
+    n_codes: Callable[[Tree, int], int]  # length of an encoded pose, given its length before
+    needs_skeleton: bool
+    wraps: bool | None  # what wrap="auto" means; None for a metric that whole turns do not change
+    bound: str | None  # a Euclidean metric that is never more than this one with wrap="auto"
+    encode_work: float  # roughly, for each code of a pose, where adding a square to a sum is 1: 0.2 ns or so
+    measure_work: float  # and for each code of a pair
+    always_float64: bool = False
+    measure_within: Callable | None = None  # the same up to a limit, see `skpose._compiled.nearest`
+
+    def encoded(self, poses: np.ndarray, skeleton: Skeleton | None, steps: Steps) -> np.ndarray:
+        """The codes of poses, in float64."""
+        tree = tree_of(skeleton if self.needs_skeleton else None)
+        codes = np.empty((len(poses), self.n_codes(tree, poses.shape[1])))
+        loops.encode_poses(poses, self.encode, tree, steps, codes)
+        return codes
+
+
+def _n_coordinates(tree: Tree, n_dofs: int) -> int:
+    return 3 * (len(tree.offset) - 1)
+
+
+def _n_quaternions(tree: Tree, n_dofs: int) -> int:
+    return 4 * (len(tree.frame_parent) - 1)
+
+
+def _n_curve_end(tree: Tree, n_dofs: int) -> int:
+    return 5 * n_dofs + _n_coordinates(tree, n_dofs)
+
+
+METRICS = {
+    "angle": Metric(
+        encode.encode_angles,
+        measure.measure_euclidean,
+        lambda tree, n_dofs: n_dofs,
+        needs_skeleton=False,
+        wraps=False,
+        bound="angle",
+        encode_work=3,
+        measure_work=1,
+    ),
+    "position": Metric(
+        encode.encode_positions,
+        measure.measure_euclidean,
+        _n_coordinates,
+        needs_skeleton=True,
+        wraps=None,
+        bound="position",
+        encode_work=60,
+        measure_work=1,
+    ),
+    "rotation": Metric(
+        encode.encode_rotations,
+        measure.measure_rotations,
+        _n_quaternions,
+        needs_skeleton=True,
+        wraps=None,
+        bound=None,
+        encode_work=40,
+        measure_work=8,
+    ),
+    "spatial": Metric(
+        encode.encode_curve_end,
+        measure.measure_line,
+        _n_curve_end,
+        needs_skeleton=True,
+        wraps=True,
+        bound="position",
+        encode_work=20,
+        measure_work=16,
+        measure_within=measure.measure_line_within,
+    ),
+    "geodesic": Metric(
+        encode.encode_curve_end,
+        minimiser.measure_geodesic,
+        _n_curve_end,
+        needs_skeleton=True,
+        wraps=True,
+        bound="position",
+        encode_work=20,
+        measure_work=100_000,
+        always_float64=True,
+    ),
+}
+
+# Constraints of the parameters that every function and estimator of distances has, for scikit-learn's validation.
+METRIC_CONSTRAINTS = {
+    "skeleton": [Skeleton, None],
+    "metric": [StrOptions({"auto", *METRICS})],
+    "n_steps": [Interval(Integral, 1, None, closed="left")],
+    "wrap": ["boolean", StrOptions({"auto"})],
+}
+
+
+def effective_name(metric: str, skeleton: Skeleton | None) -> str:
+    """The metric's own name; "auto" is "spatial" with a skeleton and "angle" without one."""
+    if metric != "auto":
+        return metric
+    return "angle" if skeleton is None else "spatial"
+
+
+def resolve(metric: str, skeleton: Skeleton | None, n_steps: int, wrap: bool | str) -> tuple[Metric, Steps]:
+    """The metric meant by a name, and its steps."""
+    metric = effective_name(metric, skeleton)
+    chosen = METRICS[metric]
+    if chosen.needs_skeleton and skeleton is None:
+        raise ValueError(
+            f'metric="{metric}" needs a skeleton to place the joints, got skeleton=None: pass the Skeleton that the '
+            'poses belong to, or use metric="angle"'
+        )
+    wraps = chosen.wraps if wrap == "auto" or chosen.wraps is None else wrap
+    return chosen, Steps.of(n_steps, bool(wraps))

@@ -1,0 +1,222 @@
+"""The graph of the k nearest neighbours."""
+
+from numbers import Integral
+from typing import ClassVar
+
+from sklearn.utils.validation import check_is_fitted
+
+from skpose._compat.sklearn import Interval
+from skpose.neighbors._graph import GraphTransformer
+
+
+class PoseKNeighborsTransformer(GraphTransformer):
+    """Transform poses into the sparse graph of their exact k nearest training poses.
+
+    What scikit-learn's ``KNeighborsTransformer`` is for Euclidean distances, under the distances of poses; for every
+    estimator that takes a sparse precomputed graph::
+
+        make_pipeline(PoseKNeighborsTransformer(skeleton), KNeighborsClassifier(metric="precomputed"))
+        make_pipeline(PoseKNeighborsTransformer(skeleton, n_neighbors=91), TSNE(metric="precomputed", init="random"))
+
+    Parameters
+    ----------
+    skeleton : Skeleton, default=None
+        The body that all the poses are put on. Needed by all metrics but "angle".
+    mode : {"distance", "connectivity"}, default="distance"
+        Whether the graph holds distances or ones.
+    n_neighbors : int, default=5
+        Neighbours of each pose in the graph. As each training pose counts as its own neighbour, there is one more with
+        ``mode="distance"``, as in scikit-learn.
+    algorithm : {"auto", "brute"}, default="auto"
+        "auto" measures only what a lower bound does not rule out, "brute" every pair. The result is the same.
+    metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
+        The distance, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton and "angle" without one.
+        "rotation", and "angle" with `wrap`, have no bound and are searched by brute force.
+    n_steps : int, default=10
+        Chords along the curve of "spatial" and "geodesic".
+    wrap : bool or "auto", default="auto"
+        Whether differences of angles are taken the short way round, see `skpose.pose_distances`.
+    n_jobs : int, default=None
+        Threads; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors. Where that context names
+        a backend of processes or a cluster, the queries are searched for there. The result does not depend on it.
+    verbose : int, default=0
+        Whether to show how far a search is.
+
+    Attributes
+    ----------
+    effective_metric_ : str
+        The metric in use.
+    effective_metric_params_ : dict
+        Its parameters: `n_steps` and `wrap` where it has them.
+    n_evaluations_ : tuple
+        What the last search cost: ``lengths``, pairs whose distance was measured and not only bounded (for "geodesic"
+        of straight lines; eight at once take as long as one), and ``geodesics``, pairs whose geodesic was sought.
+    n_samples_fit_ : int
+        Number of training poses.
+    n_features_in_ : int
+        Number of features seen during `fit`.
+    feature_names_in_ : ndarray of shape (`n_features_in_`,)
+        Names of features seen during `fit`. Defined only when `X` has feature names that are all strings.
+
+    Warns
+    -----
+    ConvergenceWarning
+        When searched, if geodesics did not converge.
+
+    See Also
+    --------
+    PoseRadiusNeighborsTransformer : The same within a radius.
+    pose_distances : All distances, as a matrix.
+
+    Notes
+    -----
+    A chord is never longer than a curve, ‖F(a) − F(b)‖ ≤ "geodesic" ≤ "spatial". So no pose whose chord exceeds the
+    k-th shortest length found so far can be among the k nearest, although "spatial" obeys no triangle inequality and
+    no ball tree may hold it. The chords themselves are bounded by what shows of them along the principal axes of the
+    joint positions, in float32 and with an allowance for its rounding. The length of a straight line is no less than
+    that of the two chords by way of its middle, by the triangle inequality between its samples; where these are too
+    long already, it is not measured. A geodesic is solved only if its interval, from the chord to the length of the
+    straight line, can change the answer.
+
+    All that is measured is measured in float64, also for float32 poses: indices and distances are equal to those from
+    ``pose_distances(X, X_fit)`` in float64, sorted by distance and then by index. Where many poses are within the bound
+    whole panels are measured at once; a search never costs much more than brute force.
+
+    Time O(n_samples · n_samples_fit) for the bounds, about a nanosecond each, and O(n_samples · n_neighbors · n_dofs ·
+    n_steps) for the lengths if the poses are dense. Memory O(n_samples_fit) for the index, 72 bytes a pose besides the
+    poses, and some 150 MB for a search, beyond its result. Of the parameters of scikit-learn's transformer `leaf_size`,
+    `p` and `metric_params` are missing: there are no leaves, no Minkowski distance, and `n_steps` and `wrap` stand for
+    themselves.
+
+    References
+    ----------
+    S. Hauberg, K. S. Pedersen, "Spatial measures between human poses for classification and understanding", AMDO
+    2012, :doi:`10.1007/978-3-642-31567-1_3`.
+
+    Examples
+    --------
+    >>> from sklearn.neighbors import KNeighborsClassifier
+    >>> from sklearn.pipeline import make_pipeline
+    >>> from skpose import PoseKNeighborsTransformer, Skeleton
+    >>> X = [[0.0, 0.0], [0.1, 0.0], [1.5, 0.0], [1.6, 0.2]]
+    >>> neighbors = PoseKNeighborsTransformer(Skeleton.chain(2), n_neighbors=1).fit(X)
+    >>> distances, indices = neighbors.kneighbors([[1.2, 0.1]])
+    >>> indices
+    array([[2]])
+    >>> neighbors.transform(X).toarray().round(2)
+    array([[0.  , 0.22, 0.  , 0.  ],
+           [0.22, 0.  , 0.  , 0.  ],
+           [0.  , 0.  , 0.  , 0.41],
+           [0.  , 0.  , 0.41, 0.  ]])
+    >>> knn = make_pipeline(neighbors, KNeighborsClassifier(1, metric="precomputed"))
+    >>> knn.fit(X, ["out", "out", "up", "up"]).predict([[1.2, 0.1]])
+    array(['up'], dtype='<U3')
+    """
+
+    _parameter_constraints: ClassVar[dict] = {
+        **GraphTransformer._parameter_constraints,
+        "n_neighbors": [Interval(Integral, 1, None, closed="left")],
+    }
+
+    def __init__(
+        self,
+        skeleton=None,
+        *,
+        mode="distance",
+        n_neighbors=5,
+        algorithm="auto",
+        metric="auto",
+        n_steps=10,
+        wrap="auto",
+        n_jobs=None,
+        verbose=0,
+    ):
+        self.skeleton = skeleton
+        self.mode = mode
+        self.n_neighbors = n_neighbors
+        self.algorithm = algorithm
+        self.metric = metric
+        self.n_steps = n_steps
+        self.wrap = wrap
+        self.n_jobs = n_jobs
+        self.verbose = verbose
+
+    def transform(self, X):
+        """Compute the graph of the nearest training poses.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_samples, n_dofs)
+            Poses: joint angles, rad.
+
+        Returns
+        -------
+        sparse matrix of shape (n_samples, n_samples_fit)
+            In CSR format, each row by distance, a distance of nought explicit.
+        """
+        check_is_fitted(self)
+        return self.kneighbors_graph(X, self.n_neighbors + (self.mode == "distance"), self.mode)
+
+    def kneighbors(self, X=None, n_neighbors=None, return_distance=True):
+        """Find the k nearest training poses.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_queries, n_dofs), default=None
+            Poses: joint angles, rad. None is the training poses, none of which is then its own neighbour.
+        n_neighbors : int, default=None
+            How many; None takes the constructor's.
+        return_distance : bool, default=True
+            Whether to return the distances too.
+
+        Returns
+        -------
+        distances : ndarray of shape (n_queries, n_neighbors)
+            In m, or rad for "angle"; only if wanted.
+        indices : ndarray of shape (n_queries, n_neighbors)
+            By distance, those equally far away by index.
+
+        Raises
+        ------
+        ValueError
+            For more neighbours than there are training poses.
+        """
+        check_is_fitted(self)
+        found, n_queries = self._kneighbors(X, n_neighbors)
+        distances, indices = (part.reshape(n_queries, -1) for part in (found.distances, found.indices))
+        return (distances, indices) if return_distance else indices
+
+    def kneighbors_graph(self, X=None, n_neighbors=None, mode="connectivity"):
+        """Compute the graph of the k nearest training poses.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_queries, n_dofs), default=None
+            Poses, as for `kneighbors`.
+        n_neighbors : int, default=None
+            How many; None takes the constructor's.
+        mode : {"connectivity", "distance"}, default="connectivity"
+            Whether the graph holds ones or distances.
+
+        Returns
+        -------
+        sparse matrix of shape (n_queries, n_samples_fit)
+            In CSR format, each row by distance.
+        """
+        check_is_fitted(self)
+        return self._graph(mode, lambda: self._kneighbors(X, n_neighbors))
+
+    def _kneighbors(self, X, n_neighbors):
+        k = self.n_neighbors if n_neighbors is None else n_neighbors
+        if not isinstance(k, Integral):
+            raise TypeError(f"n_neighbors must be a whole number, got {k!r}")
+        if k < 1:
+            raise ValueError(f"n_neighbors must be 1 or more, got {k}")
+
+        most = self.n_samples_fit_ - (X is None)
+        if k > most:
+            raise ValueError(
+                f"Expected n_neighbors {'<' if X is None else '<='} n_samples_fit, but n_neighbors = {k}, "
+                f"n_samples_fit = {self.n_samples_fit_}"
+            )
+        return self._search(X, "nearest", k=int(k))

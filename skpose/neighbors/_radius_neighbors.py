@@ -1,0 +1,184 @@
+"""The graph of all neighbours within a radius."""
+
+from numbers import Real
+from typing import ClassVar
+
+import numpy as np
+from sklearn.utils.validation import check_is_fitted
+
+from skpose._compat.sklearn import Interval
+from skpose.neighbors._graph import GraphTransformer
+
+
+class PoseRadiusNeighborsTransformer(GraphTransformer):
+    """Transform poses into the sparse graph of all training poses within a radius.
+
+    What scikit-learn's ``RadiusNeighborsTransformer`` is for Euclidean distances, under the distances of poses::
+
+        make_pipeline(PoseRadiusNeighborsTransformer(skeleton, radius=0.5), DBSCAN(eps=0.3, metric="precomputed"))
+
+    Parameters
+    ----------
+    skeleton : Skeleton, default=None
+        The body that all the poses are put on. Needed by all metrics but "angle".
+    mode : {"distance", "connectivity"}, default="distance"
+        Whether the graph holds distances or ones.
+    radius : float, default=1.0
+        Neighbours are no further away than this; m, or rad for "angle".
+    algorithm, metric, n_steps, wrap, n_jobs, verbose
+        As in `PoseKNeighborsTransformer`.
+
+    Attributes
+    ----------
+    effective_metric_, effective_metric_params_, n_evaluations_, n_samples_fit_, n_features_in_, feature_names_in_
+        As in `PoseKNeighborsTransformer`.
+
+    See Also
+    --------
+    PoseKNeighborsTransformer : The k nearest; how the search works.
+
+    Notes
+    -----
+    Poses whose bound exceeds the radius are not measured. Where distances are not asked for, no geodesic is solved
+    whose straight line is within the radius already.
+
+    Time and memory as of `PoseKNeighborsTransformer`, the poses whose bound is within the radius in place of the
+    neighbours; to put the result in order takes about five times its size.
+
+    References
+    ----------
+    S. Hauberg, K. S. Pedersen, "Spatial measures between human poses for classification and understanding", AMDO
+    2012, :doi:`10.1007/978-3-642-31567-1_3`.
+
+    Examples
+    --------
+    >>> from sklearn.cluster import DBSCAN
+    >>> from sklearn.pipeline import make_pipeline
+    >>> from skpose import PoseRadiusNeighborsTransformer, Skeleton
+    >>> X = [[0.0, 0.0], [0.1, 0.0], [1.5, 0.0], [1.6, 0.2]]
+    >>> neighbors = PoseRadiusNeighborsTransformer(Skeleton.chain(2), radius=0.5)
+    >>> neighbors.fit_transform(X).toarray().round(2)
+    array([[0.  , 0.22, 0.  , 0.  ],
+           [0.22, 0.  , 0.  , 0.  ],
+           [0.  , 0.  , 0.  , 0.41],
+           [0.  , 0.  , 0.41, 0.  ]])
+    >>> make_pipeline(neighbors, DBSCAN(eps=0.45, min_samples=2, metric="precomputed")).fit_predict(X)
+    array([0, 0, 1, 1])
+    """
+
+    _parameter_constraints: ClassVar[dict] = {
+        **GraphTransformer._parameter_constraints,
+        "radius": [Interval(Real, 0, None, closed="both")],
+    }
+
+    def __init__(
+        self,
+        skeleton=None,
+        *,
+        mode="distance",
+        radius=1.0,
+        algorithm="auto",
+        metric="auto",
+        n_steps=10,
+        wrap="auto",
+        n_jobs=None,
+        verbose=0,
+    ):
+        self.skeleton = skeleton
+        self.mode = mode
+        self.radius = radius
+        self.algorithm = algorithm
+        self.metric = metric
+        self.n_steps = n_steps
+        self.wrap = wrap
+        self.n_jobs = n_jobs
+        self.verbose = verbose
+
+    def transform(self, X):
+        """Compute the graph of the training poses within the radius.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_samples, n_dofs)
+            Poses: joint angles, rad.
+
+        Returns
+        -------
+        sparse matrix of shape (n_samples, n_samples_fit)
+            In CSR format, each row by distance, a distance of nought explicit.
+        """
+        check_is_fitted(self)
+        return self.radius_neighbors_graph(X, mode=self.mode)
+
+    def radius_neighbors(self, X=None, radius=None, return_distance=True, sort_results=False):
+        """Find all training poses within a radius.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_queries, n_dofs), default=None
+            Poses: joint angles, rad. None is the training poses, none of which is then its own neighbour.
+        radius : float, default=None
+            Neighbours are no further away than this; m, or rad for "angle". None takes the constructor's.
+        return_distance : bool, default=True
+            Whether to return the distances too.
+        sort_results : bool, default=False
+            For scikit-learn's sake: with distances the neighbours are always sorted by them and then by index, without
+            they cannot be.
+
+        Returns
+        -------
+        distances : ndarray of shape (n_queries,) of ndarrays
+            In m, or rad for "angle"; only if wanted.
+        indices : ndarray of shape (n_queries,) of ndarrays
+            The neighbours; without distances in the order of their indices.
+
+        Raises
+        ------
+        ValueError
+            For a negative radius; if results are to be sorted by distances that are not wanted.
+        """
+        check_is_fitted(self)
+        if sort_results and not return_distance:
+            raise ValueError("return_distance must be True if sort_results is True.")
+        found, n_queries = self._radius_neighbors(X, radius, measured=return_distance)
+        starts = np.searchsorted(found.queries, np.arange(1, n_queries))
+        order = slice(None) if return_distance else np.lexsort((found.indices, found.queries))
+        indices = _ragged(np.split(found.indices[order], starts))
+        return (_ragged(np.split(found.distances, starts)), indices) if return_distance else indices
+
+    def radius_neighbors_graph(self, X=None, radius=None, mode="connectivity", sort_results=False):
+        """Compute the graph of all training poses within a radius.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_queries, n_dofs), default=None
+            Poses, as for `radius_neighbors`.
+        radius : float, default=None
+            As for `radius_neighbors`.
+        mode : {"connectivity", "distance"}, default="connectivity"
+            Whether the graph holds ones or distances.
+        sort_results : bool, default=False
+            For scikit-learn's sake: rows of distances are always sorted.
+
+        Returns
+        -------
+        sparse matrix of shape (n_queries, n_samples_fit)
+            In CSR format.
+        """
+        check_is_fitted(self)
+        return self._graph(mode, lambda: self._radius_neighbors(X, radius, measured=mode == "distance"))
+
+    def _radius_neighbors(self, X, radius, measured):
+        radius = self.radius if radius is None else radius
+        if not radius >= 0:
+            raise ValueError(f"radius must be nought or more, got {radius}")
+
+        return self._search(X, "within", limits=float(radius), measured=measured)
+
+
+def _ragged(parts):
+    """Arrays as an array of arrays, also where all are of one length."""
+    together = np.empty(len(parts), dtype=object)
+    for i, part in enumerate(parts):
+        together[i] = part
+    return together

@@ -1,0 +1,5 @@
+"""Distances to the training poses as a step of a scikit-learn pipeline."""
+
+from skpose.preprocessing._distances import PoseDistanceTransformer
+
+__all__ = ["PoseDistanceTransformer"]

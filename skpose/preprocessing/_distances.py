@@ -1,0 +1,195 @@
+"""Distances to the training poses as a step of a scikit-learn pipeline."""
+
+from numbers import Integral, Real
+from typing import ClassVar
+
+import numpy as np
+from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, TransformerMixin
+from sklearn.utils.validation import check_is_fitted
+
+from skpose._base import PoseEstimatorMixin
+from skpose._compat.sklearn import Interval, StrOptions, fit_context
+from skpose.metrics._registry import METRIC_CONSTRAINTS
+
+SCALE_SAMPLES = 500  # poses from which gamma="scale" takes the mean squared distance
+
+
+class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator):
+    r"""Transform poses to their distances from the training poses, or to a kernel of these.
+
+    What comes out is what scikit-learn calls precomputed, so that every estimator which takes a precomputed matrix
+    works on poses::
+
+        make_pipeline(PoseDistanceTransformer(skeleton), KNeighborsClassifier(metric="precomputed"))
+        make_pipeline(PoseDistanceTransformer(skeleton, kernel="rbf"), SVC(kernel="precomputed"))
+
+    Parameters
+    ----------
+    skeleton : Skeleton, default=None
+        The body that all the poses are put on. Needed by all metrics but "angle".
+    metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
+        The distance, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton and "angle" without one.
+    kernel : {"rbf", "laplacian"} or None, default=None
+        None gives distances d, "rbf" gives :math:`\exp(-\gamma d^2)` and "laplacian" :math:`\exp(-\gamma d)`. Both are
+        positive definite for "angle" (without `wrap`) and "position", which are Euclidean distances; for the others
+        they need not be, and an SVM may then stop at a point that is no optimum.
+    gamma : "scale" or float, default="scale"
+        The γ of the kernel, in the inverse unit of d² ("rbf") or of d ("laplacian"). "scale" is 2 / m and √(2 / m)
+        with m the mean squared distance between training poses (of at most 500, evenly spread over them): for
+        Euclidean distances of standardised features that of SVC's "scale".
+    n_steps : int, default=10
+        Chords along the curve of "spatial" and "geodesic".
+    wrap : bool or "auto", default="auto"
+        Whether differences of angles are taken the short way round, see `skpose.pose_distances`.
+    n_jobs : int, default=None
+        Threads, or workers of a ``joblib.parallel_config`` context, see `skpose.pose_distances`.
+    verbose : int, default=0
+        Whether to show how far the distances are.
+
+    Attributes
+    ----------
+    X_fit_ : ndarray of shape (n_samples_fit, n_dofs)
+        The training poses.
+    gamma_ : float
+        The γ in use. Only with a kernel.
+    n_samples_fit_ : int
+        Number of training poses.
+    n_features_in_ : int
+        Number of features seen during `fit`.
+    feature_names_in_ : ndarray of shape (`n_features_in_`,)
+        Names of features seen during `fit`. Defined only when `X` has feature names that are all strings.
+
+    See Also
+    --------
+    pose_distances : The distances as a function.
+    pose_metric : One distance as a compiled function of two poses.
+
+    Notes
+    -----
+    Time O(n_samples · n_samples_fit · n_dofs), memory O(n_samples · n_samples_fit). Keep ``algorithm="brute"`` or
+    ``metric="precomputed"`` in what follows: "spatial" need not obey the triangle inequality.
+
+    References
+    ----------
+    S. Hauberg, K. S. Pedersen, "Spatial measures between human poses for classification and understanding", AMDO
+    2012, :doi:`10.1007/978-3-642-31567-1_3`.
+
+    Examples
+    --------
+    >>> from sklearn.neighbors import KNeighborsClassifier
+    >>> from sklearn.pipeline import make_pipeline
+    >>> from skpose import PoseDistanceTransformer, Skeleton
+    >>> X = [[0.0, 0.0], [0.1, 0.0], [1.5, 0.0], [1.6, 0.2]]
+    >>> knn = make_pipeline(PoseDistanceTransformer(Skeleton.chain(2)), KNeighborsClassifier(1, metric="precomputed"))
+    >>> knn.fit(X, ["out", "out", "up", "up"]).predict([[1.2, 0.1]])
+    array(['up'], dtype='<U3')
+    """
+
+    _parameter_constraints: ClassVar[dict] = {
+        **METRIC_CONSTRAINTS,
+        "kernel": [StrOptions({"rbf", "laplacian"}), None],
+        "gamma": [StrOptions({"scale"}), Interval(Real, 0, None, closed="left")],
+        "n_jobs": [None, Integral],
+        "verbose": ["verbose"],
+    }
+
+    def __init__(
+        self,
+        skeleton=None,
+        *,
+        metric="auto",
+        kernel=None,
+        gamma="scale",
+        n_steps=10,
+        wrap="auto",
+        n_jobs=None,
+        verbose=0,
+    ):
+        self.skeleton = skeleton
+        self.metric = metric
+        self.kernel = kernel
+        self.gamma = gamma
+        self.n_steps = n_steps
+        self.wrap = wrap
+        self.n_jobs = n_jobs
+        self.verbose = verbose
+
+    @fit_context(prefer_skip_nested_validation=True)
+    def fit(self, X, y=None):
+        """Keep the training poses.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_samples_fit, n_dofs)
+            Poses: joint angles, rad.
+        y : Ignored
+            Not used, present for API consistency by convention.
+
+        Returns
+        -------
+        self : PoseDistanceTransformer
+            The fitted transformer.
+        """
+        self.X_fit_ = self._checked(X, reset=True)
+        self.n_samples_fit_ = len(self.X_fit_)
+        if self.kernel is not None:
+            self.gamma_ = self._scale() if self.gamma == "scale" else float(self.gamma)
+        return self
+
+    def fit_transform(self, X, y=None):
+        """Distances among the training poses, or the kernel of these; each pair is computed once.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_samples_fit, n_dofs)
+            Poses: joint angles, rad.
+        y : Ignored
+            Not used, present for API consistency by convention.
+
+        Returns
+        -------
+        ndarray of shape (n_samples_fit, n_samples_fit)
+            Exactly symmetric; distances have an exactly zero diagonal.
+        """
+        self.fit(X)
+        return self._similarity(self._distances(self.X_fit_, None))
+
+    def transform(self, X):
+        """Distances from poses to the training poses, or the kernel of these.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_samples, n_dofs)
+            Poses: joint angles, rad.
+
+        Returns
+        -------
+        ndarray of shape (n_samples, n_samples_fit)
+            float32 where both X and the training poses are, else float64.
+        """
+        check_is_fitted(self)
+        return self._similarity(self._distances(self._checked(X, reset=False), self.X_fit_))
+
+    def _scale(self):
+        chosen = np.unique(np.linspace(0, self.n_samples_fit_ - 1, SCALE_SAMPLES).astype(int))
+        squared = np.square(self._distances(self.X_fit_[chosen], None), dtype=np.float64).mean()
+        if squared == 0:  # poses all alike: any scale will do
+            return 1.0
+        return float(2.0 / squared if self.kernel == "rbf" else np.sqrt(2.0 / squared))
+
+    def _similarity(self, distances):
+        if self.kernel is None:
+            return distances
+        if self.kernel == "rbf":
+            np.square(distances, out=distances)
+        distances *= -self.gamma_
+        return np.exp(distances, out=distances)
+
+    @property
+    def _n_features_out(self):
+        return self.n_samples_fit_
+
+    def __sklearn_tags__(self):
+        tags = super().__sklearn_tags__()
+        tags.transformer_tags.preserves_dtype = ["float64", "float32"]
+        return tags

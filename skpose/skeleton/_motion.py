@@ -1,0 +1,197 @@
+"""A motion: poses of one skeleton in time, the root's movement kept apart."""
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from skpose.skeleton._skeleton import Skeleton, mismatch
+
+if TYPE_CHECKING:
+    import pandas
+
+TWO_PI = 2.0 * np.pi
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Motion:
+    """Poses of a skeleton at a constant frame rate.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        Whose angles these are.
+    angles : array-like of shape (n_frames, n_dofs)
+        Joint angles, rad, one column per name in ``skeleton.dof_names``.
+    frame_rate : float
+        Frames per second, Hz.
+    root_positions : array-like of shape (n_frames, 3), default=None
+        Where the root is, m; None is the origin.
+    root_angles : array-like of shape (n_frames, k), default=None
+        How the root is turned, rad, one column per letter of `root_axes`; None is unturned.
+    root_axes : str, default="xyz"
+        The axes of `root_angles` in the notation of `Bone`: lower case extrinsic, upper case intrinsic.
+
+    Raises
+    ------
+    ValueError
+        For shapes that do not fit each other, numbers that are not finite, a frame rate that is not positive.
+
+    See Also
+    --------
+    skpose.io.load_motion : Read a motion from a BVH or AMC file.
+    skpose.io.save_bvh : Write a motion as a BVH file.
+
+    Notes
+    -----
+    The library's distances look at `angles` alone: global position and orientation are no part of a pose.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from skpose import Motion, Skeleton
+    >>> swing = Motion(Skeleton.chain(2), np.linspace([0, 0], [1, 2], 25), frame_rate=24)
+    >>> swing
+    Motion(25 frames at 24 Hz, 1.0 s, Skeleton(n_joints=2, n_dofs=2))
+    >>> len(swing.resample(12))
+    13
+    """
+
+    skeleton: Skeleton
+    angles: np.ndarray
+    frame_rate: float
+    root_positions: np.ndarray | None = None
+    root_angles: np.ndarray | None = None
+    root_axes: str = "xyz"
+
+    def __post_init__(self):
+        if not np.isfinite(self.frame_rate) or self.frame_rate <= 0:
+            raise ValueError(f"frame_rate must be a positive number of Hz, got {self.frame_rate!r}")
+        angles = np.asarray(self.angles, dtype=np.float64)
+        n_frames = len(angles) if angles.ndim else 0
+        root = {"root_positions": 3, "root_angles": len(self.root_axes)}
+        for name, width in {"angles": self.skeleton.n_dofs, **root}.items():
+            given = getattr(self, name)
+            array = np.zeros((n_frames, width)) if given is None else np.asarray(given, dtype=np.float64)
+            if array.shape != (n_frames, width):
+                raise ValueError(f"{name} must have shape ({n_frames}, {width}), got {array.shape}")
+            if not np.isfinite(array).all():
+                frame, column = np.argwhere(~np.isfinite(array))[0]
+                raise ValueError(f"{name} holds {array[frame, column]} at frame {frame}, column {column}")
+            object.__setattr__(self, name, array)
+
+    def __len__(self) -> int:
+        return len(self.angles)
+
+    def __repr__(self):
+        seconds = len(self) / self.frame_rate
+        return f"Motion({len(self)} frames at {self.frame_rate:g} Hz, {seconds:.1f} s, {self.skeleton!r})"
+
+    def resample(self, frame_rate: float) -> "Motion":
+        """The motion at another frame rate, from its first frame to the last time that falls within it.
+
+        Between two frames angles are interpolated linearly the short way round, so a file's jump by 360° is no spin;
+        where the new times fall on old frames, as from 120 to 12 Hz, these are taken as they are. There is no
+        low-pass filter: going down from a rate at which the body shivers aliases, as in the paper.
+
+        Parameters
+        ----------
+        frame_rate : float
+            The new rate, Hz.
+
+        Returns
+        -------
+        Motion
+            Of the same skeleton.
+        """
+        if not np.isfinite(frame_rate) or frame_rate <= 0:
+            raise ValueError(f"frame_rate must be a positive number of Hz, got {frame_rate!r}")
+        if not len(self):
+            return self._at(np.zeros(0), frame_rate)
+        # A hair more than the last frame's time, so that a rate which divides the old one exactly keeps its last frame.
+        n_frames = int(np.floor((len(self) - 1) * frame_rate / self.frame_rate + 1e-9)) + 1
+        return self._at(np.arange(n_frames) * (self.frame_rate / frame_rate), frame_rate)
+
+    def _at(self, times: np.ndarray, frame_rate: float) -> "Motion":
+        """The motion at times given in frames."""
+        near = np.rint(times)
+        times = np.where(np.abs(times - near) < 1e-9, near, times)
+        before = np.minimum(times.astype(np.intp), max(len(self) - 1, 0))
+        after, part = np.minimum(before + 1, len(self) - 1), (times - before)[:, None]
+
+        def between(values: np.ndarray, period: float) -> np.ndarray:
+            gap = values[after] - values[before]
+            return values[before] + part * (gap - period * np.rint(gap / period) if period else gap)
+
+        return Motion(
+            self.skeleton,
+            between(self.angles, TWO_PI),
+            frame_rate,
+            between(self.root_positions, 0.0),
+            between(self.root_angles, TWO_PI),
+            self.root_axes,
+        )
+
+    def unwrap(self) -> "Motion":
+        """The motion with its angles continuous in time: a file's jump by 360° from frame to frame taken back.
+
+        Poses stay what they are, and so do distances between them, but for "angle", which takes angles literally.
+        Filters, derivatives and plots of the angles want them so.
+
+        Returns
+        -------
+        Motion
+            Of the same skeleton; angles may go past 180° either way.
+        """
+        angles, root_angles = (np.unwrap(values, axis=0) for values in (self.angles, self.root_angles))
+        return replace(self, angles=angles, root_angles=root_angles)
+
+    def to_frame(self) -> "pandas.DataFrame":
+        """The angles as a pandas DataFrame, one column for each dof and one row for each frame.
+
+        Estimators that hold a skeleton refuse such a frame when its columns are not the skeleton's, in its order.
+
+        Returns
+        -------
+        pandas.DataFrame of shape (n_frames, n_dofs)
+            Angles, rad; columns ``skeleton.dof_names``, index the time of each frame, s.
+
+        Raises
+        ------
+        ImportError
+            If pandas is not installed.
+        """
+        try:
+            import pandas
+        except ImportError:
+            raise ImportError("to_frame needs pandas: pip install 'skpose[pandas]'") from None
+
+        index = pandas.Index(np.arange(len(self)) / self.frame_rate, name="time")
+        return pandas.DataFrame(self.angles, index, list(self.skeleton.dof_names))
+
+    def retarget(self, skeleton: Skeleton) -> "Motion":
+        """The same angles on another skeleton, columns matched by dof name.
+
+        Angles carry over where joints and dofs have the same names; bone lengths do not, so the poses of different
+        people are compared on one skeleton, such as `Skeleton.mean` of theirs. The root's movement stays as it is.
+
+        Parameters
+        ----------
+        skeleton : Skeleton
+            With the same joints, parents and dofs; lengths, directions and the order of bones may differ.
+
+        Returns
+        -------
+        Motion
+
+        Raises
+        ------
+        ValueError
+            If the same angles would mean another pose; the message names the joint.
+        """
+        difference = mismatch(self.skeleton, skeleton)
+        if difference:
+            raise ValueError(f"the motion's angles do not carry over to this skeleton: {difference}")
+        column = {name: i for i, name in enumerate(self.skeleton.dof_names)}
+        angles = self.angles[:, [column[name] for name in skeleton.dof_names]]
+        return Motion(skeleton, angles, self.frame_rate, self.root_positions, self.root_angles, self.root_axes)

@@ -1,0 +1,217 @@
+"""The command line: what it writes, what it prints, and that mistakes are one line on stderr."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import DATA
+from scipy.sparse import load_npz
+
+from skpose import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer, Skeleton, pose_distances
+from skpose._cli.main import main
+from skpose._parallel.backends import from_workers
+from skpose.io import load_amc, load_bvh
+
+BVH = str(DATA / "biped.bvh")
+
+
+@pytest.fixture
+def files(tmp_path, monkeypatch):
+    """Two copies of a BVH file, in the current folder."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("a.bvh", "b.bvh"):
+        shutil.copy(BVH, tmp_path / name)
+    return ["a.bvh", "b.bvh"]
+
+
+@pytest.fixture
+def sent(monkeypatch):
+    """How many blocks went to workers, to which even little work goes."""
+    numbers = []
+
+    def counted(function, shared, blocks, n_jobs):
+        numbers.append(len(blocks))
+        return from_workers(function, shared, blocks, n_jobs)
+
+    monkeypatch.setattr("skpose.metrics._pairwise.WORTH_SHIPPING", 0)
+    monkeypatch.setattr("skpose.metrics._pairwise.from_workers", counted)
+    return numbers
+
+
+@pytest.fixture
+def body_and_poses():
+    motion = load_bvh(BVH, scale=0.01)
+    return Skeleton.mean([motion.skeleton]), np.concatenate([motion.angles] * 2)
+
+
+def refused(arguments, capsys, status=1):
+    """The one line on stderr that says why."""
+    if status == 2:
+        with pytest.raises(SystemExit) as stop:
+            main(arguments)
+        assert stop.value.code == 2
+        return capsys.readouterr().err.splitlines()[-1]
+    assert main(arguments) == status
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("skpose: ")
+    return line
+
+
+@pytest.mark.parametrize(
+    "options", [[], ["--metric", "position", "--dtype", "float32"], ["--backend", "loky", "--jobs", "2"]]
+)
+def test_distances(files, body_and_poses, capsys, sent, options):
+    skeleton, X = body_and_poses
+    assert main(["distances", *files, "--scale", "0.01", "--out", "D.npy", *options]) == 0
+    out = capsys.readouterr().out
+    D = np.load("D.npy", mmap_mode="r")
+    dtype = np.float32 if "float32" in options else np.float64
+    metric = "position" if "position" in options else "spatial"
+    np.testing.assert_array_equal(D, pose_distances(X.astype(dtype), skeleton=skeleton, metric=metric))
+    n = len(X) // 2
+    assert out.splitlines()[:2] == [f"{0:>8} to {n - 1:<8} a.bvh", f"{n:>8} to {2 * n - 1:<8} b.bvh"]
+    assert sorted(os.listdir()) == ["D.npy", "a.bvh", "b.bvh"]
+    assert bool(sent) == ("loky" in options)
+
+
+def test_distances_of_amc_files_at_another_rate(tmp_path):
+    motion = load_amc(DATA / "arm.amc", DATA / "arm.asf", frame_rate=60)
+    X = motion.resample(20).angles
+    out, asf = str(tmp_path / "D.npy"), str(DATA / "arm.asf")
+    files = [str(DATA / "arm.amc")]
+    options = ["--frame-rate", "60", "--rate", "20", "--out", out]
+    assert main(["distances", *files, *options]) == 0  # the skeleton beside the file
+    np.testing.assert_array_equal(np.load(out), pose_distances(X, skeleton=Skeleton.mean([motion.skeleton])))
+    Path(out).unlink()
+    shutil.copy(files[0], tmp_path / "swing.amc")
+    assert main(["distances", str(tmp_path / "swing.amc"), *options, "--asf", asf]) == 0
+    np.testing.assert_array_equal(np.load(out), pose_distances(X, skeleton=Skeleton.mean([motion.skeleton])))
+
+
+def test_neighbors(files, body_and_poses):
+    skeleton, X = body_and_poses
+    assert main(["neighbors", *files, "--scale", "0.01", "--neighbors", "2", "--out", "G.npz"]) == 0
+    expected = PoseKNeighborsTransformer(skeleton, n_neighbors=2).fit(X).kneighbors_graph(mode="distance")
+    np.testing.assert_array_equal(load_npz("G.npz").toarray(), expected.toarray())
+    assert main(["neighbors", *files, "--scale", "0.01", "--radius", "0.5", "--out", "R.npz"]) == 0
+    assert main(["neighbors", *files, "--scale", "0.01", "--out", "G"]) == 1  # five of four poses
+    assert main(["neighbors", *files, "--scale", "0.01", "--neighbors", "2", "--out", "G"]) == 0
+    assert Path("G").read_bytes() == Path("G.npz").read_bytes()
+    expected = PoseRadiusNeighborsTransformer(skeleton, radius=0.5).fit(X).radius_neighbors_graph(mode="distance")
+    np.testing.assert_array_equal(load_npz("R.npz").toarray(), expected.toarray())
+
+
+def test_on_a_cluster(files, sent):
+    from dask.distributed import Client, LocalCluster
+
+    arguments = ["distances", *files, "--scale", "0.01"]
+    assert main([*arguments, "--out", "D.npy"]) == 0
+    with LocalCluster(n_workers=1, threads_per_worker=2, dashboard_address=":0") as cluster, Client(cluster):
+        there = ["--backend", "dask", "--scheduler", cluster.scheduler_address]
+        assert main([*arguments, *there, "--out", "E.npy"]) == 0
+    assert Path("D.npy").read_bytes() == Path("E.npy").read_bytes()
+    assert sent == [1]
+
+
+@pytest.mark.parametrize("name", ["biped.bvh", "arm.amc", "arm.asf"])
+def test_info(name, capsys):
+    assert main(["info", str(DATA / name)]) == 0
+    out = capsys.readouterr().out
+    skeleton = load_bvh(BVH).skeleton if name == "biped.bvh" else load_amc(DATA / "arm.amc", DATA / "arm.asf").skeleton
+    assert f"{skeleton.n_joints} joints besides the root, {skeleton.n_dofs} degrees of freedom" in out
+    assert (" Hz" in out) == (name != "arm.asf")
+    assert all(joint in out for joint in skeleton.joint_names)
+
+
+@pytest.mark.parametrize("command", [[], ["distances"], ["neighbors"], ["info"], ["compare"]])
+def test_help(command, capsys):
+    with pytest.raises(SystemExit) as stop:
+        main([*command, "--help"])
+    assert stop.value.code == 0
+    assert "Exit status: 0 if done" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["info", "none.bvh"], "none.bvh"),
+        (["info", "a.txt"], "a.txt: expected HIERARCHY (BVH) or a keyword such as :DEGREES (AMC), found 'hello'"),
+        (["distances", "alone_1.amc", "--out", "D.npy"], "needs its skeleton and there is no alone.asf"),
+        (["distances", "a.bvh", "--out", "b.bvh"], "b.bvh exists already: delete it or name another file"),
+        (["distances", "a.bvh", "--out", "no/D.npy"], "no"),
+        (["distances", "a.bvh", "--out", "D.npy", "--jobs", "0"], "n_jobs == 0"),
+        (["neighbors", "a.bvh", "--out", "b.bvh"], "b.bvh exists already"),
+        (["neighbors", "a.bvh", "--neighbors", "9999", "--out", "G.npz"], "Expected n_neighbors < n_samples_fit"),
+        (["distances", "cut.bvh", "--out", "D.npy"], "cut.bvh, line"),
+    ],
+)
+def test_mistakes_are_one_line(files, capsys, arguments, said):
+    Path("alone_1.amc").write_text(":DEGREES\n1\n")
+    Path("a.txt").write_text("hello")
+    Path("cut.bvh").write_text("HIERARCHY\nROOT hips\n{\n")
+    assert said in refused(arguments, capsys)
+    assert not Path("D.npy").exists() or "--jobs" in arguments
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["distances", "a.bvh"],
+        ["distances", "a.bvh", "--out", "D.npy", "--rate", "-1"],
+        ["distances", "a.bvh", "--out", "D.npy", "--metric", "cosine"],
+        ["distances", "a.bvh", "--out", "D.npy", "--scheduler", "tcp://127.0.0.1:1"],
+        ["neighbors", "a.bvh", "--out", "G.npz", "--neighbors", "2", "--radius", "1"],
+        ["neighbors", "a.bvh", "--out", "G.npz", "--neighbors", "2.5"],
+    ],
+)
+def test_wrong_options_are_the_parsers(files, capsys, arguments):
+    assert "error: " in refused(arguments, capsys, status=2)
+
+
+def test_a_disk_that_is_too_small_is_noticed_before(files, capsys, monkeypatch):
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: shutil._ntuple_diskusage(10**9, 10**9, 100))
+    assert "there are 0.0 GB left" in refused(["distances", *files, "--out", "D.npy"], capsys)
+    assert not Path("D.npy").exists()
+
+
+def test_what_is_not_installed_is_named(files, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "dask.distributed", None)
+    monkeypatch.setitem(sys.modules, "ray", None)
+    for backend in ("dask", "ray"):
+        line = refused(["distances", *files, "--out", "D.npy", "--backend", backend], capsys)
+        assert line == f"skpose: --backend {backend} needs {backend}: pip install 'skpose[{backend}]'"
+
+
+def test_ctrl_c_leaves_a_matrix_that_the_same_command_finishes(files):
+    command = [sys.executable, "-m", "skpose", "distances", *files, "--scale", "0.01", "--rate", "300000", "--out"]
+    subprocess.run([*command, "whole.npy"], check=True, capture_output=True)
+    assert len(np.load("whole.npy", mmap_mode="r")) == 5000
+    process = subprocess.Popen([*command, "D.npy"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    while not Path("D.npy.progress").exists():
+        assert process.poll() is None, process.communicate()
+        time.sleep(0.001)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate()
+    assert process.returncode == 130
+    assert err.splitlines()[-1] == "skpose: stopped; the same command goes on where it stopped"
+    assert Path("D.npy.progress").exists()
+    done = subprocess.run([*command, "D.npy"], check=True, capture_output=True, text=True)
+    assert "D.npy was begun before" in done.stdout
+    assert Path("D.npy").read_bytes() == Path("whole.npy").read_bytes()
+    assert not Path("D.npy.progress").exists()
+
+
+def test_a_reader_of_the_output_may_leave():
+    process = subprocess.Popen(
+        [sys.executable, "-m", "skpose", "info", BVH], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    process.stdout.close()
+    assert process.stderr.read() == ""
+    assert process.wait() in (0, 1)
+    process.stderr.close()

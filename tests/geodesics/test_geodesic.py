@@ -1,0 +1,381 @@
+"""The geodesic: closed forms, scipy's minima, and whether a path is as long as it says."""
+
+import warnings
+
+import numpy as np
+import pandas as pd
+import pytest
+import reference
+from conftest import SKELETONS, random_tree
+from numba import njit
+from sklearn.exceptions import ConvergenceWarning
+
+from skpose import (
+    Bone,
+    PoseDistanceTransformer,
+    Skeleton,
+    forward_kinematics,
+    geodesic,
+    pose_distances,
+    pose_metric,
+    position_jacobian,
+)
+from skpose._compiled.measure import measure_euclidean
+from skpose.metrics._registry import METRICS
+
+BODY = SKELETONS["humanoid"]
+
+
+def near_and_far(skeleton, far=0.3, seed=0):
+    """Two poses that differ in every angle."""
+    rng = np.random.default_rng(seed)
+    a = rng.uniform(-1, 1, skeleton.n_dofs)
+    return a, a + far * rng.normal(size=skeleton.n_dofs)
+
+
+def kinematics(skeleton):
+    """F and J of a path, which have tests of their own."""
+    return lambda path: (forward_kinematics(path, skeleton).reshape(len(path), -1), position_jacobian(path, skeleton))
+
+
+def gradient(path, skeleton, n_steps=None):
+    """The energy's gradient in the poses that are free: of a refined path those between which the others lie evenly."""
+    inner = reference.energy_gradient(*kinematics(skeleton)(path))
+    parts = 1 if n_steps is None else (len(path) - 1) // n_steps
+    free, samples = np.arange(1, (len(path) - 1) // parts), np.arange(1, len(path) - 1) / parts
+    return np.maximum(0, 1 - np.abs(samples - free[:, None])) @ inner
+
+
+def test_the_gradient_of_eq_6_keeps_the_term_that_eq_13_loses(skeleton):
+    a, b = near_and_far(skeleton)
+    path = reference.line(a, b, 4)
+    closed, by_differences = gradient(path, skeleton), np.zeros((3, skeleton.n_dofs))
+    for i in range(3):
+        for d in range(skeleton.n_dofs):
+            step = np.zeros_like(path)
+            step[i + 1, d] = 1e-5
+            rise = reference.path_energy(path + step, skeleton) - reference.path_energy(path - step, skeleton)
+            by_differences[i, d] = rise / 2e-5
+    np.testing.assert_allclose(closed, by_differences, atol=1e-8)
+    F = reference.forward_kinematics(path, skeleton).reshape(5, -1)
+    as_printed = 2 * np.einsum("nr,nrd->nd", F[:-2] - F[2:], position_jacobian(path, skeleton)[1:-1])
+    assert np.abs(as_printed - by_differences).max() > 1e-2
+
+
+@pytest.mark.parametrize("n_steps", [2, 10])
+def test_same_minimum_as_scipy(n_steps, skeleton):
+    a, b = near_and_far(skeleton, far=0.1)
+    way = geodesic(a, b, skeleton, n_steps)
+    naive = reference.least_energy_path(a, b, kinematics(skeleton), n_steps)
+    assert len(way.path) == n_steps + 1
+    assert way.energy <= reference.path_energy(naive, skeleton) * (1 + 1e-6)
+
+
+def test_what_it_says_of_its_path_is_true(skeleton):
+    a, b = near_and_far(skeleton)
+    way = geodesic(a, b, skeleton)
+    np.testing.assert_allclose(way.path[[0, -1]], [a, b], rtol=1e-14)
+    np.testing.assert_allclose(way.length, reference.path_length(way.path, skeleton), rtol=1e-12)
+    np.testing.assert_allclose(way.curve_length, reference.path_length(way.path, skeleton, 8), rtol=1e-12)
+    np.testing.assert_allclose(way.energy, reference.path_energy(way.path, skeleton), rtol=1e-12)
+    np.testing.assert_allclose(way.gradient_norm, np.linalg.norm(gradient(way.path, skeleton, 10)), atol=1e-9)
+    assert way.converged
+    assert way.gradient_norm <= 1e-7
+    assert way.length <= way.curve_length <= way.length * 1.005
+    assert "converged in" in repr(way)
+
+
+@pytest.mark.parametrize("scale", [0.01, 100.0])
+def test_other_units_of_length(scale):
+    """The damping knows no unit: with every bone longer the lengths are in proportion."""
+    small = Skeleton([bone._replace(offset=np.multiply(bone.offset, scale)) for bone in BODY.bones])
+    a, b = near_and_far(BODY)
+    np.testing.assert_allclose(geodesic(a, b, small, tol=1e-7 * scale**2).length, scale * geodesic(a, b, BODY).length)
+
+
+@pytest.mark.parametrize("ends", [((0.1, 0.2), (1.0, -0.7)), ((-1.2, 0.4), (1.2, 0.4)), ((0.3, 0.3), (0.3, -0.9))])
+def test_one_bone_with_two_dofs_goes_along_a_great_circle(ends):
+    skeleton = Skeleton([Bone("bone", None, (0, 0, 1.5), "xy")])
+    way = geodesic(*ends, skeleton)
+    F = reference.forward_kinematics(way.path, skeleton)[:, 0] / 1.5
+    angle = np.arccos(F[0] @ F[-1])
+    np.testing.assert_allclose(way.length, 1.5 * 10 * 2 * np.sin(angle / 20), rtol=1e-9)
+    np.testing.assert_allclose(way.curve_length, 1.5 * angle, rtol=1e-3)
+    normal = np.cross(F[0], F[-1])
+    np.testing.assert_allclose(F @ normal / np.linalg.norm(normal), 0, atol=1e-7)
+
+
+def test_one_joint_of_an_arm_goes_along_its_arc():
+    skeleton = Skeleton(
+        [("fixed", None, (1, 0, 0)), ("a", "fixed", (1, 0, 0), "z"), ("b", "a", (1, 0, 0)), ("c", "b", (0, 1, 0))]
+    )
+    way = geodesic([0.2], [2.2], skeleton)
+    radii = np.sqrt(1**2 + 2**2 + (2**2 + 1**2))
+    np.testing.assert_allclose(way.length, radii * 10 * 2 * np.sin(0.1), rtol=1e-10)
+    np.testing.assert_allclose(way.path[:, 0], np.linspace(0.2, 2.2, 11), atol=1e-7)
+
+
+def test_a_saddle_is_left():
+    """A stretched arm that swings in its plane: bending either way is shorter, and nothing says which."""
+    skeleton = Skeleton.chain(3)
+    a, b = np.array([0.2, 0, 0]), np.array([2.9, 0, 0])
+    line = reference.line(a, b, 10)
+    np.testing.assert_allclose(gradient(line, skeleton), 0, atol=1e-9)
+    way = geodesic(a, b, skeleton)
+    assert way.curve_length < 0.85 * reference.path_length(line, skeleton, 8)
+    assert way.converged
+
+
+@pytest.mark.parametrize("far", [0.1, 1.0, 3.0])
+def test_fact_1_between_the_chord_and_the_line(far, skeleton):
+    rng = np.random.default_rng(1)
+    X = rng.uniform(-1, 1, size=(3, skeleton.n_dofs))
+    Y = X[:2] + far * rng.normal(size=(2, skeleton.n_dofs))
+    for n_steps in (2, 10):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ConvergenceWarning)
+            shortest = pose_distances(X, Y, skeleton=skeleton, metric="geodesic", n_steps=n_steps)
+            curves = [[geodesic(x, y, skeleton, n_steps).curve_length for y in Y] for x in X]
+        chord = pose_distances(X, Y, skeleton=skeleton, metric="position")
+        line = pose_distances(X, Y, skeleton=skeleton, n_steps=n_steps)
+        assert (chord <= shortest * (1 + 1e-12)).all()
+        assert (shortest <= line).all()
+        fine = [[reference.path_length(reference.line(x, y, 1), skeleton, 400) for y in Y] for x in X]
+        assert (curves <= np.array(fine) * (1 + 1e-4)).all()
+
+
+def test_a_cheat_is_found_out():
+    """Where ten points jump over what is long, scipy's minimum is no curve of that length, and ours is one."""
+    skeleton = BODY
+    rng = np.random.default_rng(3)
+    a, b = rng.uniform(-2, 2, size=(2, skeleton.n_dofs))
+    naive = reference.least_energy_path(a, b, kinematics(skeleton))
+    line = reference.path_length(reference.line(a, b, 10), skeleton, 8)
+    assert reference.path_length(naive, skeleton) < 0.9 * reference.path_length(naive, skeleton, 8)
+    way = geodesic(a, b, skeleton, max_iter=2000)
+    assert way.converged
+    assert len(way.path) > 11
+    np.testing.assert_allclose(reference.path_length(way.path, skeleton, 20), way.length, rtol=5e-3)
+    assert way.curve_length < 0.95 * line
+
+
+def test_limits_make_it_longer():
+    """An elbow that must stay nearly straight makes the arm swing wide."""
+    arm = [("upper", None, (1, 0, 0), "z"), ("fore", "upper", (1, 0, 0), "z", None, ((-0.3, 0.3),))]
+    arm = Skeleton([Bone(*bone) for bone in arm])
+    a, b = [0.0, 0.1], [2.6, -0.1]
+    free, held = geodesic(a, b, arm), geodesic(a, b, arm, joint_limits="enforce")
+    assert np.abs(free.path[:, 1]).max() > 0.5
+    assert held.path[:, 1].min() >= -0.3
+    assert held.path[:, 1].max() <= 0.3
+    assert np.isclose(np.abs(held.path[:, 1]), 0.3).any()
+    assert held.converged
+    assert held.length > free.length * 1.01
+    bounds = [(None, None), (-0.3, 0.3)]
+    naive = reference.least_energy_path(np.array(a), np.array(b), kinematics(arm), bounds=bounds)
+    assert held.energy <= reference.path_energy(naive, arm) * (1 + 1e-6)
+
+
+def test_limits_are_widened_to_the_two_poses():
+    arm = Skeleton([Bone("upper", None, (1, 0, 0), "zy", None, ((-0.5, 0.5), (-0.1, 0.1)))])
+    way = geodesic([0.7, 0.6], [-0.2, 0.6], arm, joint_limits="enforce")
+    np.testing.assert_array_equal(way.path[[0, -1]], [[0.7, 0.6], [-0.2, 0.6]])
+    assert way.path[:, 0].max() <= 0.7
+    assert way.path[:, 1].max() <= 0.6
+    assert way.path[:, 1].min() >= -0.1
+
+
+def test_limits_of_axes_that_are_turned_about():
+    """In a left-handed order of axes the library turns one about; its limits must turn with it."""
+    for dofs in ("zyx", "xzy", "YXZ", "xyz"):
+        arm = Skeleton([Bone("a", None, (1, 0.2, 0.1), dofs, None, ((-0.2, 0.9),) * 3), Bone("b", "a", (0, 1, 0), "z")])
+        way = geodesic([0.8, 0.8, 0.8, 0], [-0.1, -0.1, 0.8, 2], arm, joint_limits="enforce")
+        assert (way.path[:, :3] <= 0.9).all()
+        assert (way.path[:, :3] >= -0.2).all()
+
+
+def test_whole_turns_are_no_way_to_go(skeleton):
+    a, b = near_and_far(skeleton)
+    turns = 2 * np.pi * np.random.default_rng(5).integers(-3, 4, skeleton.n_dofs)
+    plain, wound = geodesic(a, b, skeleton), geodesic(a, b + turns, skeleton)
+    np.testing.assert_allclose(wound.length, plain.length, rtol=1e-9)
+    np.testing.assert_allclose(wound.path[-1], b, atol=1e-9)
+    X = np.array([a, b])
+    D = pose_distances(X, X + turns, skeleton=skeleton, metric="geodesic")
+    np.testing.assert_allclose(D, [[0, plain.length], [plain.length, 0]], atol=1e-9)
+
+
+def test_resample_goes_at_constant_speed(skeleton):
+    a, b = near_and_far(skeleton)
+    way = geodesic(a, b, skeleton)
+    for n in (2, 7, 50):
+        poses = way.resample(n)
+        assert poses.shape == (n, skeleton.n_dofs)
+        np.testing.assert_allclose(poses[[0, -1]], [a, b], rtol=1e-12)
+        lengths = [reference.path_length(poses[i : i + 2], skeleton) for i in range(n - 1)]
+        np.testing.assert_allclose(lengths, np.mean(lengths), rtol=2e-3)
+    with pytest.raises(ValueError, match="n must be a whole number of at least 2 poses, got 1"):
+        way.resample(1)
+
+
+def test_where_nothing_moves_nothing_is_sought():
+    """A bone of no length, and a twist that no joint can see."""
+    skeleton = Skeleton([Bone("point", None, (0, 0, 0), "xyz"), Bone("bone", None, (0, 0, 1), "z")])
+    way = geodesic([0.1, 0.2, 0.3, 0.0], [1.1, -0.2, 0.5, 2.0], skeleton)
+    np.testing.assert_allclose(
+        way.path, reference.line(np.array([0.1, 0.2, 0.3, 0]), [1.1, -0.2, 0.5, 2], 10), atol=1e-12
+    )
+    assert way.length == 0
+    assert way.converged
+    np.testing.assert_allclose(way.resample(11), way.path, atol=1e-12)
+
+
+def test_equal_poses_stay_where_they_are(skeleton):
+    a, _ = near_and_far(skeleton)
+    way = geodesic(a, a, skeleton)
+    assert way.length == way.curve_length == way.energy == 0
+    assert way.converged
+    np.testing.assert_array_equal(way.path, np.tile(a, (11, 1)))
+    np.testing.assert_allclose(way.resample(4), np.tile(a, (4, 1)))
+
+
+def test_the_matrix_holds_the_lengths(skeleton):
+    rng = np.random.default_rng(2)
+    X = rng.uniform(-1, 1, size=(5, skeleton.n_dofs)) * 0.3
+    D = pose_distances(X, skeleton=skeleton, metric="geodesic")
+    expected = [[geodesic(x, y, skeleton).length for y in X] for x in X]
+    np.testing.assert_allclose(D, expected, rtol=2e-6, atol=1e-13)
+    np.testing.assert_array_equal(D, D.T)
+    np.testing.assert_allclose(pose_distances(X, X[::-1], skeleton=skeleton, metric="geodesic"), D[:, ::-1], rtol=1e-9)
+    f = pose_metric("geodesic", skeleton)
+    np.testing.assert_allclose(f(X[0], X[3]), D[0, 3], rtol=1e-9)
+    distances = PoseDistanceTransformer(skeleton, metric="geodesic").fit_transform(X)
+    np.testing.assert_array_equal(distances, D)
+
+
+def test_the_same_from_either_end():
+    X = np.random.default_rng(4).normal(size=(4, BODY.n_dofs)) * 0.5
+    there, back = (pose_distances(A, B, skeleton=BODY, metric="geodesic") for A, B in ((X[:2], X[2:]), (X[2:], X[:2])))
+    np.testing.assert_allclose(there, back.T, rtol=1e-12)
+
+
+def test_where_chord_and_line_agree_the_line_will_do():
+    X = np.random.default_rng(4).normal(size=(3, BODY.n_dofs)) * 1e-4
+    chord, shortest, line = (pose_distances(X, skeleton=BODY, metric=m) for m in ("position", "geodesic", "spatial"))
+    np.testing.assert_array_equal(shortest, line)
+    np.testing.assert_allclose(shortest, chord, rtol=1e-6)
+
+
+def test_says_when_it_does_not_converge():
+    a, b = near_and_far(BODY)
+    with pytest.warns(ConvergenceWarning, match=r"did not converge in max_iter=1 iterations.*raise max_iter"):
+        way = geodesic(a, b, BODY, max_iter=1)
+    assert not way.converged
+    assert way.gradient_norm > 1e-7
+    assert "not converged" in repr(way)
+    assert way.curve_length <= reference.path_length(reference.line(a, b, 10), BODY, 8)
+
+
+def test_a_line_that_so_few_steps_cannot_measure():
+    """Twenty turns in two steps: no refinement is fine enough, and the straight line comes back with a warning."""
+    with pytest.warns(ConvergenceWarning, match="raise max_iter, or n_steps"):
+        way = geodesic([0.0], [40 * np.pi + 1.0], Skeleton.chain(1), 2, wrap=False)
+    np.testing.assert_allclose(way.path[:, 0], np.linspace(0.0, 40 * np.pi + 1.0, 3))
+    assert not way.converged
+
+
+def test_a_matrix_counts_those_that_did_not_converge(monkeypatch):
+    """Pairs that are beyond the solver are counted once each, with the largest gap."""
+
+    @njit
+    def measure(x, Y, first, last, tree, steps, scratch, out):
+        measure_euclidean(x, Y, first, last, tree, steps, scratch, out)
+        for k in range(0, 2 * (last - first), 2):
+            for w in range(out.shape[1]):
+                if out[k + 1, w] == 0.0 and out[k, w] > 1.5:
+                    out[k + 1, w] = 0.25
+
+    monkeypatch.setitem(METRICS, "position", METRICS["position"]._replace(measure=measure))
+    X = np.array([[0.0], [0.1], [np.pi]])
+    with pytest.warns(ConvergenceWarning, match=r"2 of 3 geodesics did not converge.* is 0\.25"):
+        pose_distances(X, skeleton=Skeleton.chain(1), metric="position")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"start": np.zeros(3)}, "start has 3 columns, but the skeleton has 4 degrees of freedom"),
+        ({"end": np.zeros((1, 4))}, r"end must be one pose of shape \(4,\), got shape \(1, 4\)"),
+        ({"end": [0, 0, np.nan, 0]}, "end contains NaN"),
+        ({"n_steps": 1}, "The 'n_steps' parameter of geodesic must be"),
+        ({"max_iter": 0}, "The 'max_iter' parameter of geodesic must be"),
+        ({"tol": -1.0}, "The 'tol' parameter of geodesic must be"),
+        ({"joint_limits": "maybe"}, "The 'joint_limits' parameter of geodesic must be"),
+        ({"joint_limits": "enforce"}, 'joint_limits="enforce" needs a skeleton with limits, and none'),
+        ({"skeleton": None}, "The 'skeleton' parameter of geodesic must be"),
+        (
+            {"start": pd.Series(np.zeros(4), index=["joint_2_rz", "joint_1_rz", "joint_3_rz", "joint_4_rz"])},
+            "column 0 is 'joint_2_rz' and should be 'joint_1_rz'",
+        ),
+    ],
+)
+def test_bad_input_is_refused_in_the_users_words(arguments, message):
+    good = {"start": np.zeros(4), "end": np.ones(4), "skeleton": Skeleton.chain(4)}
+    with pytest.raises(ValueError, match=message):
+        geodesic(**(good | arguments))
+
+
+def test_rows_of_a_data_frame(skeleton):
+    a, b = near_and_far(skeleton)
+    frame = pd.DataFrame([a, b], columns=skeleton.dof_names)
+    assert geodesic(frame.iloc[0], frame.iloc[1], skeleton).length == geodesic(a, b, skeleton).length
+
+
+@pytest.mark.parametrize("n_dofs", [1, 40])
+def test_chains_and_trees_of_many_dofs(n_dofs):
+    for skeleton in (Skeleton.chain(n_dofs), random_tree(2, n=n_dofs + 3)):
+        a, b = near_and_far(skeleton, far=0.05)
+        way = geodesic(a, b, skeleton)
+        assert way.converged
+        assert np.linalg.norm(gradient(way.path, skeleton, 10)) < 1e-6 * way.energy
+
+
+# --- real poses -------------------------------------------------------------------------------------------------------
+
+
+def frames_of(cmu, subject, trial):
+    X, sequence = cmu.poses()
+    (i,) = np.flatnonzero((cmu.subjects == subject) & (cmu.trials == trial))
+    return X[sequence == i]
+
+
+def test_walking_poses_of_cmu(cmu):
+    """Section 3.1: pairs from one walk. The paper's lowest ratio of eq. 8 is 0.94."""
+    walks = [i for i, action in enumerate(cmu.actions) if action == "walk" and cmu.subjects[i] == "35"]
+    X, sequence = cmu.poses(frame_rate=12)
+    rng = np.random.default_rng(0)
+    for _ in range(25):
+        i, j = rng.choice(np.flatnonzero(sequence == rng.choice(walks)), 2, replace=False)
+        way = geodesic(X[i], X[j], cmu.skeleton)
+        assert way.gradient_norm <= 1e-7
+        assert np.linalg.norm(gradient(way.path, cmu.skeleton, 10)) <= 1.01e-7
+        assert way.length <= way.curve_length <= 1.005 * way.length
+        line = pose_distances(X[[i]], X[[j]], skeleton=cmu.skeleton)[0, 0]
+        assert 0.94 <= way.length / line <= 1
+
+
+@pytest.mark.parametrize("trial", ["10", "07"])
+def test_poses_far_apart_are_joined_by_real_curves(trial, cmu):
+    """Walking against washing and against sword play, where a naive minimiser's chords are no curve's."""
+    A, B = frames_of(cmu, "02", "01"), frames_of(cmu, "02", trial)
+    rng = np.random.default_rng(0)
+    shorter = 0
+    for _ in range(6):
+        a, b = A[rng.integers(len(A))], B[rng.integers(len(B))]
+        way = geodesic(a, b, cmu.skeleton)
+        line = reference.path_length(reference.line(a, b, 10), cmu.skeleton, 32)
+        fine = reference.path_length(way.path, cmu.skeleton, 32)
+        assert way.length <= fine <= 1.006 * way.length
+        assert fine <= line
+        shorter += fine < 0.9 * line
+    assert shorter >= 2

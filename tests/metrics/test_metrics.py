@@ -1,0 +1,143 @@
+"""Every metric against its definition, and the facts that the library rests on."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+import reference
+from conftest import SKELETONS
+
+from skpose import Skeleton, pose_distances
+from skpose.metrics._registry import METRICS
+
+DEFINED = [name for name in METRICS if name != "geodesic"]  # which has no formula, and tests of its own
+WITH_SKELETON = [name for name in DEFINED if METRICS[name].needs_skeleton]
+
+
+@pytest.mark.parametrize("wrap", [True, False])
+@pytest.mark.parametrize("metric", DEFINED)
+def test_agrees_with_its_definition(metric, wrap, skeleton, poses):
+    expected = reference.distances(poses[:4], poses, skeleton, metric, wrap=wrap)
+    distances = pose_distances(poses[:4], poses, skeleton=skeleton, metric=metric, wrap=wrap)
+    np.testing.assert_allclose(distances, expected, rtol=1e-10, atol=1e-12)
+
+
+@pytest.mark.parametrize("n_steps", [1, 2, 3, 100])
+@pytest.mark.parametrize("wrap", [True, False])
+def test_spatial_with_any_number_of_steps(n_steps, wrap, skeleton, poses):
+    expected = reference.distances(poses[:2], poses, skeleton, "spatial", n_steps=n_steps, wrap=wrap)
+    distances = pose_distances(poses[:2], poses, skeleton=skeleton, n_steps=n_steps, wrap=wrap)
+    np.testing.assert_allclose(distances, expected, rtol=1e-10, atol=1e-12)
+
+
+def test_spatial_with_one_step_is_position(skeleton, poses):
+    one_step, chord = (
+        pose_distances(poses, skeleton=skeleton, **parameters)
+        for parameters in ({"n_steps": 1}, {"metric": "position"})
+    )
+    np.testing.assert_allclose(one_step, chord, rtol=1e-12)
+
+
+def test_angles_of_many_turns(skeleton, poses):
+    turns = 2 * np.pi * np.random.default_rng(3).integers(-20, 20, size=poses.shape)
+    for metric in DEFINED:
+        wound, plain = (
+            pose_distances(X, poses, skeleton=skeleton, metric=metric, wrap=True) for X in (poses + turns, poses)
+        )
+        np.testing.assert_allclose(wound, plain, atol=1e-11)
+    literal = pose_distances(poses[:2] + turns[:2], poses, skeleton=skeleton, wrap=False, n_steps=50)
+    expected = reference.distances(poses[:2] + turns[:2], poses, skeleton, "spatial", n_steps=50)
+    np.testing.assert_allclose(literal, expected, rtol=1e-10)
+
+
+def test_fact_1_a_chord_is_no_longer_than_a_curve(skeleton, poses):
+    chord, *curves = (
+        pose_distances(poses, skeleton=skeleton, **parameters)
+        for parameters in ({"metric": "position"}, {"wrap": True}, {"wrap": False}, {"n_steps": 3})
+    )
+    for curve in curves:
+        assert (chord <= curve * (1 + 1e-12)).all()
+
+
+def test_fact_2_a_jump_by_a_full_turn_is_no_movement(skeleton, poses):
+    jumped = poses.copy()
+    jumped[:, 0] += 2 * np.pi
+    for metric in WITH_SKELETON:
+        assert np.diag(pose_distances(poses, jumped, skeleton=skeleton, metric=metric)).max() < 1e-12
+    assert np.diag(pose_distances(poses, jumped, metric="angle", wrap=True)).max() < 1e-12
+    np.testing.assert_allclose(np.diag(pose_distances(poses, jumped, metric="angle")), 2 * np.pi)
+    assert np.diag(pose_distances(poses, jumped, skeleton=skeleton, wrap=False)).max() > 0.1
+
+
+def test_a_half_turn_is_as_far_from_either_end():
+    skeleton = Skeleton.chain(3)
+    a, b = np.array([[0.0, 0.5, np.pi]]), np.array([[np.pi, 0.5 - np.pi, 0.0]])
+    for turns in (0.0, 2 * np.pi, -6 * np.pi):
+        there, back = pose_distances(a, b + turns, skeleton=skeleton), pose_distances(b + turns, a, skeleton=skeleton)
+        np.testing.assert_allclose(there, back, rtol=1e-12)
+
+
+def test_fact_3_spatial_breaks_the_triangle_inequality():
+    """To swing a stretched arm far, it pays to bend it half way: the detour is shorter than the straight line."""
+    start, bent, end = np.array([[0.0, 0, 0]]), np.array([[1.5, 1, 0]]), np.array([[3.0, 0, 0]])
+    direct, there, back = (
+        pose_distances(a, b, skeleton=Skeleton.chain(3), n_steps=100)[0, 0]
+        for a, b in ((start, end), (start, bent), (bent, end))
+    )
+    assert there + back < 0.99 * direct
+
+
+def test_fact_4_a_twist_of_the_last_bone_moves_nothing():
+    skeleton = SKELETONS["humanoid"]
+    X = np.zeros((2, skeleton.n_dofs))
+    X[1, skeleton.dof_names.index("head_ry")] = 1.0
+    for metric in ("position", "spatial"):
+        assert pose_distances(X, skeleton=skeleton, metric=metric)[0, 1] < 1e-12
+    assert pose_distances(X, skeleton=skeleton, metric="rotation")[0, 1] > 0.1
+
+
+@pytest.mark.parametrize("angle", [1e-9, 1e-4, 0.5, 3.0, np.pi - 1e-6, np.pi])
+def test_rotation_of_one_bone_is_its_length_times_the_angle(angle):
+    skeleton = Skeleton([("a", None, (0, 2, 0), "x"), ("b", "a", (0, 1, 0))])
+    distance = pose_distances([[0.3]], [[0.3 + angle]], skeleton=skeleton, metric="rotation")
+    np.testing.assert_allclose(distance, np.sqrt(5) * angle, rtol=1e-7 if angle < 1e-8 else 1e-12)
+
+
+def test_the_line_of_one_joint_is_its_arc():
+    """Fact for a planar arm: with one joint moving, the curve is an arc, whose chords have a closed form."""
+    skeleton = Skeleton.chain(4)
+    radii = np.sqrt(1**2 + 2**2 + 3**2 + 4**2)
+    for n_steps in (1, 10, 100):
+        distance = pose_distances([[0.0, 0, 0, 0]], [[2.0, 0, 0, 0]], skeleton=skeleton, n_steps=n_steps)
+        np.testing.assert_allclose(distance, radii * n_steps * 2 * np.sin(1.0 / n_steps), rtol=1e-12)
+
+
+def test_rigid_joints_and_shared_frames_weigh_what_their_bones_weigh():
+    """A rigid bone turns with the joint before it, and one fixed to the root not at all."""
+    skeleton = Skeleton(
+        [("fixed", None, (5, 0, 0)), ("a", "fixed", (0, 1, 0), "x"), ("b", "a", (0, 2, 0)), ("c", "a", (0, 0, 3))]
+    )
+    distance = pose_distances([[0.0]], [[0.7]], skeleton=skeleton, metric="rotation")
+    np.testing.assert_allclose(distance, 0.7 * np.sqrt(1 + 4 + 9), rtol=1e-12)
+
+
+def test_cmu_poses_against_the_naive_definition(cmu):
+    """Real poses of all files; of 35_19 and 35_26, whose rhand z jumps by 360°, those on either side of the jump."""
+    skeleton = cmu.skeleton
+    rng = np.random.default_rng(0)
+    X, sequence = cmu.poses()
+    chosen = np.concatenate([rng.choice(np.flatnonzero(sequence == i), 2) for i in range(len(cmu))])
+    for trial in ("19", "26"):
+        i = int(np.flatnonzero((cmu.subjects == "35") & (cmu.trials == trial))[0])
+        frames = np.flatnonzero(sequence == i)
+        by_angle = frames[np.argsort(X[frames, skeleton.dof_names.index("rhand_rz")])]
+        assert np.ptp(X[by_angle, skeleton.dof_names.index("rhand_rz")]) > 2 * np.pi
+        chosen = np.concatenate([chosen, by_angle[[0, -1, 1, -2]]])
+    X = X[chosen]
+    for metric in DEFINED:
+        for wrap in (True, False):
+            pairs = rng.integers(len(X), size=(60, 2))
+            pairs = np.concatenate([pairs, len(X) - np.array(list(combinations(range(1, 9), 2)))])
+            expected = [reference.distance(X[i], X[j], skeleton, metric, wrap=wrap) for i, j in pairs]
+            distances = pose_distances(X, skeleton=skeleton, metric=metric, wrap=wrap)[tuple(pairs.T)]
+            np.testing.assert_allclose(distances, expected, rtol=0, atol=1e-9)

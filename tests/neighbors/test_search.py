@@ -1,0 +1,290 @@
+"""The exact search: bounds that bound, and the same result whatever is looked at, measured one by one or whole."""
+
+import tracemalloc
+
+import numpy as np
+import pytest
+from conftest import SKELETONS, random_tree
+
+from skpose import Skeleton, pose_distances
+from skpose._compiled.tree import Steps
+from skpose.datasets import make_gait
+from skpose.metrics._registry import resolve
+from skpose.neighbors import _search as searching
+from skpose.neighbors._filter import Screen
+from skpose.neighbors._geodesic_search import search_of as start
+from skpose.neighbors._search import PoseIndex
+
+BODY = SKELETONS["humanoid"]
+METRICS_SEARCHED = ["angle", "position", "rotation", "spatial"]
+
+
+@pytest.fixture(autouse=True)
+def look_even_for_a_little(monkeypatch):
+    monkeypatch.setattr(searching, "NOT_WORTH_A_LOOK", 0)
+
+
+@pytest.fixture(params=[True, False], ids=["look", "as pays"])
+def always_look(request, monkeypatch):
+    """Both where looking is said to pay always, and where it is found out."""
+    if request.param:
+        monkeypatch.setattr(searching.Search, "_pays", lambda *_: True)
+
+
+def search_of(poses, skeleton, metric, *, brute=False, n_steps=10, wrap="auto", n_jobs=1):
+    _, steps = resolve(metric, skeleton, n_steps, wrap)
+    return start(PoseIndex(poses, skeleton, metric, steps, brute=brute), n_jobs)
+
+
+def nearest(search, queries, k, own=None):
+    """Distances and indices (n_queries, k)."""
+    found = search.nearest(queries, np.full(len(queries), -1) if own is None else own, k)
+    np.testing.assert_array_equal(found.queries, np.repeat(np.arange(len(queries)), k))
+    return found.distances.reshape(-1, k), found.indices.reshape(-1, k)
+
+
+def within(search, queries, radius, **options):
+    """A matrix of distances, NaN where there is no neighbour."""
+    found = search.within(queries, np.full(len(queries), -1), np.full(len(queries), radius), **options)
+    assert (np.diff(found.queries) >= 0).all()
+    D = np.full((len(queries), len(search.index.poses)), np.nan)
+    D[found.queries, found.indices] = found.distances
+    assert np.isfinite(D).sum() == len(found.queries)
+    return D
+
+
+def brute_nearest(D, k):
+    """By distance and then by index."""
+    order = np.argsort(D, axis=1, kind="stable")[:, :k]
+    return np.take_along_axis(D, order, axis=1), order
+
+
+def clustered(skeleton, n, seed=0, spread=0.03):
+    """Poses in clusters, so that bounds tell something; every fifth is there twice."""
+    rng = np.random.default_rng(seed)
+    centres = rng.uniform(-1, 1, size=(10, skeleton.n_dofs))
+    X = centres[rng.integers(10, size=n)] + spread * rng.normal(size=(n, skeleton.n_dofs))
+    X[::5] = X[rng.permutation(n)[: len(X[::5])]]
+    return X
+
+
+def scaled(skeleton, size):
+    return Skeleton([bone._replace(offset=tuple(size * x for x in bone.offset)) for bone in skeleton.bones])
+
+
+# --- the screen ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
+@pytest.mark.parametrize("distance", [0.0, 1e-12, 1e-8, 1e-4, 1e-2, 1.0])
+def test_no_bound_is_above_a_distance(size, distance):
+    skeleton, rng = scaled(BODY, size), np.random.default_rng(0)
+    X = rng.uniform(-3, 3, size=(300, skeleton.n_dofs))
+    Y = X[:50] + distance * rng.normal(size=(50, skeleton.n_dofs)) + 2 * np.pi * rng.integers(-2, 3, (50, 1))
+    screen = Screen(X, "position", skeleton, Steps.of(10, True))
+    (own, slack), (other, _) = screen.of(Y), screen.of(X)
+    apart = np.linalg.norm(own[:, None].astype(float) - other.astype(float), axis=2)
+    lengths = pose_distances(Y, X, skeleton=skeleton)
+    assert ((apart - slack[:, None]) * screen.scale <= lengths).all()
+    chords = pose_distances(Y, X, skeleton=skeleton, metric="position")
+    assert np.median(apart) * screen.scale > 0.8 * np.median(chords)  # of random poses, which have no principal axes
+    assert slack.max() < 1e-4
+
+
+def test_bounds_are_tight_where_poses_lie_along_few_axes():
+    X, _ = make_gait(2, 2, random_state=0).poses(frame_rate=30)
+    screen = Screen(X, "position", BODY, Steps.of(10, True))
+    coordinates, _ = screen.of(X)
+    apart = np.linalg.norm(coordinates[:100, None].astype(float) - coordinates.astype(float), axis=2) * screen.scale
+    assert apart.sum() > 0.98 * pose_distances(X[:100], X, skeleton=BODY, metric="position").sum()
+
+
+# --- searches --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("metric", METRICS_SEARCHED)
+@pytest.mark.parametrize("kind", ["clustered", "random", "all alike", "one"])
+@pytest.mark.usefixtures("always_look")
+def test_neighbours_are_those_of_brute_force(metric, kind):
+    rng = np.random.default_rng(1)
+    X = {
+        "clustered": lambda: clustered(BODY, 700),
+        "random": lambda: rng.uniform(-3, 3, size=(700, BODY.n_dofs)),
+        "all alike": lambda: np.repeat(rng.uniform(-3, 3, size=(1, BODY.n_dofs)), 700, axis=0),
+        "one": lambda: rng.uniform(-3, 3, size=(1, BODY.n_dofs)),
+    }[kind]()
+    queries = np.concatenate([X[:20], X[:20] + 0.01 * rng.normal(size=X[:20].shape), X[:1] + 1])
+    D = pose_distances(queries, X, skeleton=BODY, metric=metric)
+    search = search_of(X, BODY, metric)
+    for k in [k for k in (1, 5, 15, 50, 699) if k < len(X)] + [len(X)]:
+        for got, expected in zip(nearest(search, queries, k), brute_nearest(D, k), strict=True):
+            np.testing.assert_array_equal(got, expected)
+    for radius in (0.0, np.quantile(D, 0.01), np.quantile(D, 0.5), D.max(), np.inf):
+        np.testing.assert_array_equal(within(search, queries, radius), np.where(radius >= D, D, np.nan))
+
+
+@pytest.mark.parametrize("name", [*SKELETONS, "CMU"])
+@pytest.mark.usefixtures("always_look")
+def test_every_skeleton(name, request):
+    skeleton = request.getfixturevalue("cmu").skeleton if name == "CMU" else SKELETONS[name]
+    X = clustered(skeleton, 300)
+    for got, expected in zip(
+        nearest(search_of(X, skeleton, "spatial"), X, 4),
+        brute_nearest(pose_distances(X, X.copy(), skeleton=skeleton), 4),
+        strict=True,
+    ):
+        np.testing.assert_array_equal(got, expected)
+
+
+@pytest.mark.parametrize(
+    ("metric", "parameters"),
+    [
+        ("angle", {"wrap": True}),
+        ("spatial", {"wrap": False}),
+        *(("spatial", {"n_steps": n_steps}) for n_steps in (1, 2, 3, 4, 5, 11, 100)),
+    ],
+)
+@pytest.mark.usefixtures("always_look")
+def test_parameters_of_the_metric(metric, parameters):
+    """Where differences are past half a turn; and with a middle sample, without one, and with one off the middle."""
+    rng = np.random.default_rng(0)
+    X = clustered(BODY, 400) + 2 * np.pi * rng.integers(-1, 2, size=(400, BODY.n_dofs))
+    D = pose_distances(X[:50], X, skeleton=BODY, metric=metric, **parameters)
+    search = search_of(X, BODY, metric, **parameters)
+    for got, expected in zip(nearest(search, X[:50], 6), brute_nearest(D, 6), strict=True):
+        np.testing.assert_array_equal(got, expected)
+    for radius in np.quantile(D, [0.1, 0.9]):
+        np.testing.assert_array_equal(within(search, X[:50], radius), np.where(radius >= D, D, np.nan))
+
+
+def test_the_middle_of_a_line_rules_out_what_its_chord_does_not(monkeypatch):
+    """For poses that have little in common."""
+    monkeypatch.setattr(searching.Search, "_pays", lambda *_: False)  # as chords alone would say
+    X = np.random.default_rng(0).uniform(-1.5, 1.5, size=(1000, BODY.n_dofs))
+    search = search_of(X, BODY, "spatial")
+    nearest(search, X[:50] + 0.1, 3)
+    assert search.evaluations.lengths < 0.5 * 50 * len(X)
+
+
+@pytest.mark.parametrize("metric", METRICS_SEARCHED)
+@pytest.mark.usefixtures("always_look")
+def test_the_split_of_the_work_changes_nothing(metric, monkeypatch):
+    X = clustered(BODY, 300)
+    queries = X[:50]
+    expected = {k: nearest(search_of(X, BODY, metric), queries, k) for k in (3, 40)}
+    radius = np.median(expected[40][0])
+    near = within(search_of(X, BODY, metric), queries, radius)
+    monkeypatch.setattr(searching, "PANEL", 64)
+    monkeypatch.setattr(searching, "QUERIES", 33)
+    monkeypatch.setattr(searching, "LITTLE_WORK", 1)
+    monkeypatch.setattr(searching, "WORK_PER_TASK", 1e5)
+    for n_jobs, brute in ((1, False), (3, False), (3, True)):
+        search = search_of(X, BODY, metric, n_jobs=n_jobs, brute=brute)
+        for k in expected:
+            np.testing.assert_array_equal(nearest(search, queries, k), expected[k])
+        np.testing.assert_array_equal(within(search, queries, radius), near)
+
+
+def test_few_lengths_are_measured_where_poses_are_dense():
+    X, _ = make_gait(4, 3, random_state=0).poses(frame_rate=120)
+    queries = X[::50] + 1e-3
+    for k in (1, 15):
+        search = search_of(X, BODY, "spatial")
+        nearest(search, queries, k)
+        assert k <= search.evaluations.lengths / len(queries) < 2 * k + 8
+    assert search.evaluations.geodesics == 0
+
+
+@pytest.mark.parametrize("kind", ["far apart", "alike in position"])
+def test_never_measures_much_more_than_brute_force(kind):
+    """Where bounds say nothing: what is measured in a first look comes on top of everything."""
+    rng = np.random.default_rng(0)
+    if kind == "far apart":
+        skeleton = random_tree(3, n=30)
+        X = rng.uniform(-np.pi, np.pi, size=(1000, skeleton.n_dofs))
+    else:  # bones of no length that turn one of next to none
+        bones = [(f"b{i}", f"b{i - 1}" if i else None, (0.0, 0.0, 0.0), "xyz") for i in range(20)]
+        skeleton = Skeleton([*bones, ("end", "b19", (0.0, 0.0, 1e-9), "")])
+        X = rng.uniform(-np.pi, np.pi, size=(1000, skeleton.n_dofs))
+    D = pose_distances(X[:100], X, skeleton=skeleton)
+    search = search_of(X, skeleton, "spatial")
+    for got, expected in zip(nearest(search, X[:100], 10), brute_nearest(D, 10), strict=True):
+        np.testing.assert_array_equal(got, expected)
+    assert search.evaluations.lengths <= 1.1 * D.size
+
+
+@pytest.mark.usefixtures("always_look")  # as poses of four angles are measured sooner than looked at
+def test_poses_beyond_the_range_of_float32():
+    rng = np.random.default_rng(0)
+    X = rng.normal(size=(300, 4))
+    queries = np.concatenate([X[:3], [[1e20, 0, 0, 0], [1e150, -1e150, 0, 0]]])
+    for poses in (X, np.concatenate([X, 1e20 * X[:5]]), np.concatenate([X, 1e150 * X[:5]]), 1e-200 * X, 1e150 * X):
+        search, D = search_of(poses, None, "angle"), pose_distances(queries, poses)
+        for got, expected in zip(nearest(search, queries, 5), brute_nearest(D, 5), strict=True):
+            np.testing.assert_array_equal(got, expected)
+
+
+def test_float32_poses_are_measured_in_float64():
+    X = clustered(BODY, 400).astype(np.float32)
+    D = pose_distances(X[:40].astype(np.float64), X.astype(np.float64), skeleton=BODY)
+    for brute in (False, True):
+        for got, expected in zip(
+            nearest(search_of(X, BODY, "spatial", brute=brute), X[:40], 7), brute_nearest(D, 7), strict=True
+        ):
+            np.testing.assert_array_equal(got, expected)
+
+
+def test_memory_is_that_of_a_block():
+    X = np.zeros((20_000, 2))  # the worst case: the bounds tell nothing
+    for brute in (False, True):
+        search = search_of(X, Skeleton.chain(2), "position", brute=brute)
+        nearest(search, X[:10], 3)  # compiles
+        tracemalloc.start()
+        nearest(search, X[:1500], 3)
+        _, peak = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+        assert peak < 100e6 < 1500 * len(X) * 8  # bytes; a matrix of distances would be the last
+
+
+# --- geodesics -------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def walk():
+    X, _ = make_gait(2, 1, random_state=0).poses(frame_rate=30)
+    return X[:120]
+
+
+@pytest.mark.parametrize("brute", [False, True])
+def test_geodesic_neighbours_are_those_of_brute_force(brute, walk):
+    queries = np.concatenate([walk[:4], walk[4:8] + 0.05 * np.random.default_rng(0).normal(size=(4, BODY.n_dofs))])
+    D = pose_distances(queries, walk, skeleton=BODY, metric="geodesic", n_jobs=2)
+    search = search_of(walk, BODY, "geodesic", brute=brute, n_jobs=2)
+    for got, expected in zip(nearest(search, queries, 5), brute_nearest(D, 5), strict=True):
+        np.testing.assert_array_equal(got, expected)
+    n_solved = search.evaluations.geodesics
+    assert n_solved == D.size if brute else 5 * len(queries) <= n_solved < 0.2 * D.size
+    radius = np.quantile(D, 0.1)
+    np.testing.assert_array_equal(within(search, queries, radius), np.where(radius >= D, D, np.nan))
+
+
+@pytest.mark.parametrize("brute", [False, True])
+def test_whole_turns_are_no_distance_under_the_geodesic(brute, walk):
+    turns = 2 * np.pi * np.random.default_rng(0).integers(-1, 2, size=(20, BODY.n_dofs))
+    X = np.concatenate([walk, walk[:20] + turns])
+    D = pose_distances(walk[:5], X, skeleton=BODY, metric="geodesic")
+    assert (D[range(5), range(len(walk), len(walk) + 5)] < 1e-12).all()
+    search = search_of(X, BODY, "geodesic", brute=brute, n_jobs=2)
+    for got, expected in zip(nearest(search, walk[:5], 2), brute_nearest(D, 2), strict=True):
+        np.testing.assert_array_equal(got, expected)
+    np.testing.assert_array_equal(within(search, walk[:5], 0.0), np.where(D == 0, 0.0, np.nan))
+
+
+def test_geodesics_that_nobody_asks_for_are_not_solved(walk):
+    search = search_of(walk, BODY, "geodesic", n_jobs=2)
+    radius = 0.3
+    D = within(search, walk, radius)
+    with_distances = search.evaluations.geodesics
+    search = search_of(walk, BODY, "geodesic", n_jobs=2)
+    np.testing.assert_array_equal(np.isnan(within(search, walk, radius, measured=False)), np.isnan(D))
+    assert search.evaluations.geodesics < 0.1 * with_distances
