@@ -1,13 +1,29 @@
 """How functions are compiled: one set of options, cached on disk where that is possible."""
 
 import functools
+import hashlib
 import warnings
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
 
 from numba import njit
 
 
+def sources_digest() -> str:
+    """Return a digest of all sources of this package.
+
+    numba inlines functions of one file into those of another, but its cache watches only the file of the outer one.
+    With this digest in the place of that file's time stamp, an edit in any file is seen everywhere.
+    """
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
 def _can_cache() -> bool:
-    """Whether numba finds a folder for its compiled functions; it refuses to define a cached one where it does not."""
+    """Return whether numba finds a folder for its cache; without one it refuses to define cached functions."""
     try:
         njit(cache=True)(_can_cache)
     except RuntimeError:
@@ -20,6 +36,26 @@ def _can_cache() -> bool:
     return True
 
 
-# Contraction to fused multiply-add is the one liberty taken: it moves no NaN and is the same in every lane.
-jit = functools.partial(njit, cache=_can_cache(), nogil=True, fastmath={"contract"})
+CACHED = _can_cache()
+DIGEST = sources_digest()
+
+
+def jit(function: Callable | None = None, *, signatures: Sequence = (), **options: Any) -> Any:
+    """Compile a function by numba: at once where signatures are given, else at its first call.
+
+    Contraction to fused multiply-add is the one liberty taken: it moves no NaN and is the same in every lane.
+    """
+    if function is None:
+        return functools.partial(jit, signatures=signatures, **options)
+    compiled = njit(nogil=True, fastmath={"contract"}, **options)(function)
+    if CACHED and hasattr(compiled, "enable_caching"):
+        compiled.enable_caching()
+        compiled._cache._cache_file._source_stamp = DIGEST
+    for signature in signatures:
+        compiled.compile(signature)
+    if signatures:
+        compiled.disable_compile()
+    return compiled
+
+
 inlined = functools.partial(jit, forceinline=True)

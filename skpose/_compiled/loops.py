@@ -104,7 +104,7 @@ def _encode_poses_loop():
     row = array_type(real, 2, readonly=False)
     encode = types.FunctionType(types.void(row, tree, steps, row, row))
     poses, codes = array_type(real, 2, readonly=True), array_type(real, 2, readonly=False)
-    return jit([types.void(poses, encode, tree, steps, codes)])(_encode_poses)
+    return jit(_encode_poses, signatures=[types.void(poses, encode, tree, steps, codes)])
 
 
 def encode_poses(poses, encode, tree, steps, codes):
@@ -120,7 +120,7 @@ def pair_distance_function():
     pose, row = array_type(real, 1, readonly=True), array_type(real, 1, readonly=False)
     encode = types.FunctionType(types.void(pose, tree, steps, row, row))
     measure = types.FunctionType(types.void(row, row, types.intp, types.intp, tree, steps, row, row))
-    return jit([real(pose, pose, types.intp, encode, measure, tree, steps)])(_pair_distance)
+    return jit(_pair_distance, signatures=[real(pose, pose, types.intp, encode, measure, tree, steps)])
 
 
 @functools.cache
@@ -140,7 +140,7 @@ def pair_distances_loop(dtype):
     X, distances = array_type(real, 2, readonly=True), array_type(real, 2, readonly=False, layout="A")
     found = types.Tuple((types.int64, types.float64))
     signature = found(X, Y, at, at, at, at, types.boolean, measure, tree, steps, distances)
-    return jit([signature])(_pair_distances)
+    return jit(_pair_distances, signatures=[signature])
 
 
 def in_lanes(codes):

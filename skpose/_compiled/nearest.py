@@ -216,7 +216,7 @@ def keep_nearest_loop(dtype):
     measure = types.FunctionType(types.void(x, Y, at, at, tree, steps, scratch, scratch))
     X, own = array_type(real, 2, readonly=True), array_type(types.int64, 1, readonly=True)
     signature = types.int64(X, Y, at, at, at, at, own, measure, tree, steps, *_heap_types(real))
-    return jit([signature])(_keep_nearest)
+    return jit(_keep_nearest, signatures=[signature])
 
 
 @functools.cache
@@ -253,4 +253,4 @@ def keep_nearest_of_loop(dtype):
         steps,
         *_heap_types(real),
     )
-    return jit([signature])(_keep_nearest_of)
+    return jit(_keep_nearest_of, signatures=[signature])
