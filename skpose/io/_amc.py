@@ -1,4 +1,4 @@
-"""Acclaim motion files (AMC): the angles of an ASF skeleton, frame by frame and bone by bone."""
+"""Reader of Acclaim motion files (AMC): the angles of an ASF skeleton, frame by frame and bone by bone."""
 
 from collections.abc import Iterator
 from itertools import chain

@@ -20,6 +20,9 @@ class Token(str):
         token.line, token.column = line, column
         return token
 
+    def __getnewargs__(self):  # for pickle
+        return str(self), self.line, self.column
+
 
 def complaint(token: str) -> str:
     """Return why a word is not accepted as a number, with the likely cause."""

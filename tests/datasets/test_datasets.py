@@ -157,7 +157,7 @@ def test_gait_curves_peak_at_the_published_times(activity, curve, peak):
 
 @pytest.mark.parametrize("activity", ["walk", "run"])
 def test_six_harmonics_reproduce_the_curves(activity):
-    """The Fourier series passes the points that it is made from by no more than twice their rounding."""
+    """The Fourier series differs from the points that it is made from by at most twice their rounding."""
     for curve, points in _gait._CURVES[activity].items():
         fitted = _gait._evaluate(_gait._series(points), np.arange(len(points)) / len(points))
         assert np.abs(fitted - points).max() < 1.0, curve
