@@ -31,13 +31,13 @@ N_STEPS = 10
 
 
 @njit(nogil=True)
-def energy_and_gradient(tree, path, P, screws, scratch, moments, gradient):
+def energy_and_gradient(tree, path, scratch, moments, gradient):
     """Eq. 6 and its derivative in all poses."""
-    half = path_energy.evaluate(tree, path, 1, scratch, P, screws)
+    half = path_energy.evaluate(tree, path, scratch)
     gradient[:] = 0.0
-    for i in range(1, len(path) - 1):
-        path_energy._sum_moments(tree, P[i - 1], P[i], P[i + 1], moments)
-        path_energy._add_gradient(tree, screws[i], moments, 0.0, gradient[i : i + 2])
+    for i in range(1, len(path.P) - 1):
+        path_energy.sum_moments(tree, path.P[i - 1], path.P[i], path.P[i + 1], moments)
+        path_energy.add_gradient(tree, path.screws[i], moments, 0.0, gradient[i : i + 2])
     return 2.0 * half
 
 
@@ -48,17 +48,14 @@ class Energy:
         self.tree = tree_of(skeleton)
         gap = (end - start + np.pi) % (2 * np.pi) - np.pi
         line = start + np.linspace(0, 1, N_STEPS + 1)[:, None] * gap
-        self.path = line[:, self.tree.column] * self.tree.sign
-        n, d = self.path.shape
-        self.P, self.screws = np.empty((n, 3 * len(self.tree.offset))), np.empty((n, 6, d))
+        self.path = path_energy.path_of(self.tree, line[:, self.tree.column] * self.tree.sign, 1)
         self.scratch, self.moments = np.empty(workspace_rows(self.tree)), np.empty((len(self.tree.frame_parent), 12))
-        self.gradient = np.empty((n, d))
-        self.start = self.path[1:-1].ravel().copy()
+        self.gradient = np.empty(line.shape)
+        self.start = self.path.poses[1:-1].ravel().copy()
 
     def __call__(self, x):
-        self.path[1:-1] = x.reshape(N_STEPS - 1, -1)
-        arguments = (self.P, self.screws, self.scratch, self.moments, self.gradient)
-        value = energy_and_gradient(self.tree, self.path, *arguments)
+        self.path.poses[1:-1] = x.reshape(N_STEPS - 1, -1)
+        value = energy_and_gradient(self.tree, self.path, self.scratch, self.moments, self.gradient)
         return value, 2.0 * self.gradient[1:-1].ravel()
 
     def hessian_product(self, x, direction):
@@ -79,7 +76,7 @@ def by_scipy(method, **options):
 
 
 def ours(start, end, skeleton):
-    way = geodesic(start, end, skeleton, N_STEPS)
+    way = geodesic(start, end, skeleton, n_steps=N_STEPS)
     return way.energy, way.gradient_norm
 
 
@@ -120,7 +117,7 @@ def race(X, pairs, skeleton):
 def ratios(X, pairs, skeleton, title):
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", ConvergenceWarning)
-        ways = [geodesic(X[i], X[j], skeleton, N_STEPS) for i, j in pairs]
+        ways = [geodesic(X[i], X[j], skeleton, n_steps=N_STEPS) for i, j in pairs]
     chord, line = (
         np.array([pose_distances(X[[i]], X[[j]], skeleton=skeleton, metric=m)[0, 0] for i, j in pairs])
         for m in ("position", "spatial")

@@ -40,7 +40,7 @@ plt.show()
 # %%
 # Three means. Of the first, the joints are where they are on average.
 F = forward_kinematics(X, body)
-extrinsic, intrinsic = frechet_mean(X, body), frechet_mean(X, body, "geodesic", n_jobs=-1)
+extrinsic, intrinsic = frechet_mean(X, body), frechet_mean(X, body, metric="geodesic", n_jobs=-1)
 positions = {
     "mean of the positions": F.mean(axis=0),
     "extrinsic mean": forward_kinematics(extrinsic.pose[None], body)[0],

@@ -118,7 +118,7 @@ def _ratios(findings: Findings, dataset: MotionDataset, gait: MotionDataset, rng
 
     def measure(k: int) -> None:
         a, b = X[pairs[k]]
-        way = geodesic(a, b, walks.skeleton, N_STEPS)
+        way = geodesic(a, b, walks.skeleton, n_steps=N_STEPS)
         line = pose_distances(a[None], b[None], skeleton=walks.skeleton, n_steps=N_STEPS)[0, 0]
         ratios[k], converged[k] = min(way.length / line, 1.0), way.converged
 

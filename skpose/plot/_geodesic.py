@@ -99,7 +99,7 @@ class GeodesicDisplay:
         resolution: int = 60,
     ) -> "GeodesicDisplay":
         """Find the geodesic between two poses, (n_dofs,) joint angles in rad, and draw it."""
-        way = geodesic(start, end, skeleton, n_steps, wrap=wrap)
+        way = geodesic(start, end, skeleton, n_steps=n_steps, wrap=wrap)
         return cls.from_geodesic(skeleton, way, ax=ax, resolution=resolution)
 
     @classmethod

@@ -26,7 +26,7 @@ from skpose import (
     forward_kinematics,
     pose_distances,
 )
-from skpose._compiled.minimiser import measure_geodesic
+from skpose._compiled.geodesic import measure_geodesic
 from skpose.datasets import make_gait
 from skpose.metrics._registry import METRICS
 from skpose.neighbors import _search as searching
