@@ -18,7 +18,7 @@ import numpy as np
 
 from skpose._compiled.block_cholesky import band_shape, solve
 from skpose._compiled.forward import workspace_rows
-from skpose._compiled.jit import jit
+from skpose._compiled.jit import internal, unfolded
 from skpose._compiled.normal_equations import (
     NormalEquations,
     add_second_derivatives,
@@ -83,13 +83,13 @@ class System(NamedTuple):
     scratch: np.ndarray  # (workspace_rows,)
 
 
-@jit
+@internal
 def unbounded(n_dofs):
     """Return bounds that leave all angles free."""
     return Bounds(np.full(n_dofs, -math.inf), np.full(n_dofs, math.inf))
 
 
-@jit
+@internal
 def rounding_length(tree):
     """Return a length below which only rounding is left."""
     reach = 0.0
@@ -98,7 +98,7 @@ def rounding_length(tree):
     return ROUNDING * reach
 
 
-@jit
+@internal
 def _dot(a, b):
     total = 0.0
     for i in range(a.shape[0]):
@@ -107,14 +107,14 @@ def _dot(a, b):
     return total
 
 
-@jit
+@unfolded
 def _system_for(tree, path):
     """Return the system of a path, not yet filled, no dof fixed."""
     band, scratch = np.empty(band_shape(tree, path.poses.shape[0])), np.empty(workspace_rows(tree))
     return System(equations_for(path), np.zeros(path.poses.shape, np.bool_), band, scratch)
 
 
-@jit
+@unfolded
 def _fix_at_bounds(path, bounds, system):
     """Fix the dofs at a bound that the gradient pushes against; return whether these are others than before.
 
@@ -133,7 +133,7 @@ def _fix_at_bounds(path, bounds, system):
     return changed
 
 
-@jit
+@unfolded
 def _damped_step(tree, system, damping, scale, step):
     """Compute the step with this damping, or with the next larger one that makes the matrix positive definite.
 
@@ -146,7 +146,7 @@ def _damped_step(tree, system, damping, scale, step):
     return math.inf
 
 
-@jit
+@unfolded
 def _add_multiple(step, beta, direction):
     """Set the direction to step + β · direction."""
     for i in range(step.shape[0]):
@@ -154,7 +154,7 @@ def _add_multiple(step, beta, direction):
             direction[i, d] = step[i, d] + beta * direction[i, d]
 
 
-@jit
+@unfolded
 def _combine(step, last_slope, last_step, slope, gradient, direction):
     """Update the direction by conjugate gradients (Polak-Ribière): step + β · direction, downhill.
 
@@ -168,7 +168,7 @@ def _combine(step, last_slope, last_step, slope, gradient, direction):
         _add_multiple(step, 0.0, direction)
 
 
-@jit
+@unfolded
 def _try(tree, path, line, size, bounds, trial, scratch):
     """Move the free poses along the line, within the bounds, to another path; return half its energy."""
     for i in range(1, path.poses.shape[0] - 1):
@@ -178,7 +178,7 @@ def _try(tree, path, line, size, bounds, trial, scratch):
     return evaluate(tree, trial, scratch)
 
 
-@jit
+@unfolded
 def _line_search(tree, path, line, bounds, first, second, scratch):
     """Try the whole direction, then the minimum of the parabola through energy, slope and the first trial.
 
@@ -195,7 +195,7 @@ def _line_search(tree, path, line, bounds, first, second, scratch):
     return lowest
 
 
-@jit
+@unfolded
 def _is_minimum(tree, path, exact, scale, system, direction):
     """Return whether the curvature of the energy is positive, or flat, in all directions; overwrites the direction."""
     if not exact:
@@ -203,7 +203,7 @@ def _is_minimum(tree, path, exact, scale, system, direction):
     return solve(tree, system.equations, FLAT * scale, system.fixed, system.band, direction)
 
 
-@jit
+@unfolded
 def _perturb(path, bounds):
     """Move the free poses a little, in no direction that a symmetry would have."""
     last = path.poses.shape[0] - 1
@@ -213,7 +213,7 @@ def _perturb(path, bounds):
             path.poses[i, d] = min(max(path.poses[i, d] + change, bounds.lower[d]), bounds.upper[d])
 
 
-@jit
+@unfolded
 def _updated_damping(damping, raised, ratio, scale):
     """Return the next damping: less where the decrease is as predicted, the raised one where it is not."""
     if ratio > 0.75:
@@ -221,14 +221,14 @@ def _updated_damping(damping, raised, ratio, scale):
     return raised if ratio < 0.25 else damping
 
 
-@jit
+@internal
 def relative_gap(tree, poses):
     """Return how much longer the curve through poses is on the fine grid than by its chords, relatively."""
     along = curve_length(tree, poses)
     return (along - chords(tree, poses)[0]) / along if along > 0.0 else 0.0
 
 
-@jit
+@internal
 def minimise(tree, path, bounds, settings):
     """Minimise the energy of a path in place: its ends are fixed and placed already, its free poses within bounds."""
     shape = path.poses.shape
