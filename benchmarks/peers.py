@@ -134,7 +134,7 @@ def main():
     row = jax.jit(lambda x, Y, t: column_lengths(x, Y, t, skeleton, jnp))
     jax_Y, jax_t = jnp.asarray(Y.T[:, None]), jnp.asarray(times)
     torch_Y, torch_t = torch.from_numpy(np.ascontiguousarray(Y.T[:, None])), torch.from_numpy(times)
-    f = pose_metric("spatial", skeleton, wrap=False)
+    f = pose_metric(skeleton, metric="spatial", wrap=False)
     single = X.astype(np.float32), Y.astype(np.float32)
 
     def with_torch(x):

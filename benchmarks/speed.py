@@ -101,7 +101,7 @@ def main():
     header = ("metric", "pairs/s", "x scalar", "float32", "Y=None", "sklearn", "scalar, pairs/s")
     print(("{:<10}" + "{:>14}" + "{:>10}" * 4 + "{:>18}").format(*header))
     for metric in COMPARED:
-        naive, f = getattr(scalar, metric), pose_metric(metric, skeleton, wrap=False)
+        naive, f = getattr(scalar, metric), pose_metric(skeleton, metric=metric, wrap=False)
         single = X.astype(np.float32), Y.astype(np.float32)
 
         def distances(A, B=None, metric=metric):

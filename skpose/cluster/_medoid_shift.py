@@ -16,7 +16,7 @@ from sklearn.utils.validation import check_is_fitted
 from skpose._base import ESTIMATOR_CONSTRAINTS, PoseEstimatorMixin
 from skpose._compat.sklearn import Interval, fit_context
 from skpose._compiled import graph_shift
-from skpose._parallel.callbacks import CallbackSupportMixin, Progress, with_callbacks
+from skpose._parallel.callbacks import CallbackSupportMixin, FitReport, with_callbacks
 from skpose._parallel.progress import progress as shown
 
 QUANTILE = 0.3  # of the other samples, within the estimated bandwidth of a sample
@@ -154,7 +154,7 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
         X = self._checked(X, reset=True, accept_sparse="csr" if self.metric == "precomputed" else False)
         if self.n_clusters is not None and self.n_clusters > X.shape[0]:
             raise ValueError(f"n_clusters={self.n_clusters} is more than the {X.shape[0]} samples")
-        progress = Progress(self, None, X)
+        progress = FitReport(self, None, X)
         with progress.step("distances"):
             distances = self._all_distances(X)
             scale = _estimated_bandwidth(distances) if self.bandwidth is None else self.bandwidth

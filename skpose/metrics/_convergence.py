@@ -24,7 +24,7 @@ class Unconverged(NamedTuple):
 
 
 def warn_of_unconverged(parts: Iterable[tuple[int, float]], n_pairs: int, stacklevel: int) -> None:
-    """Warn where some of the geodesics of so many pairs did not converge."""
+    """Warn if some of the geodesics of so many pairs did not converge."""
     count, gap = Unconverged.joined(parts)
     if count:
         warnings.warn(

@@ -18,7 +18,7 @@ from skpose._compiled import loops
 from skpose._compiled.lanes import lanes
 from skpose._compiled.results import aligned
 from skpose._compiled.tree import Steps
-from skpose.metrics._matrix import PANEL
+from skpose.metrics._matrix import ENCODED_AT_ONCE
 from skpose.metrics._registry import METRICS
 from skpose.skeleton import Skeleton
 
@@ -63,8 +63,8 @@ class Screen:
         self.n_coordinates = len(self.axes) + 1
         self.blocks = aligned(-(-len(poses) // width) * self.n_coordinates, width, FLOAT32)
         self.norm = 0.0
-        for start in range(0, len(poses), PANEL):
-            coordinates, norms = self._coordinates(poses[start : start + PANEL])
+        for start in range(0, len(poses), ENCODED_AT_ONCE):
+            coordinates, norms = self._coordinates(poses[start : start + ENCODED_AT_ONCE])
             self.part(start, start + len(coordinates))[:] = loops.in_lanes(coordinates)
             self.norm = max(self.norm, norms.max())
 

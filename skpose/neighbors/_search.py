@@ -26,7 +26,7 @@ from skpose._compiled.tree import Steps
 from skpose._parallel.tasks import LITTLE_WORK, TASKS_PER_JOB, WORK_PER_TASK
 from skpose._parallel.threads import in_threads
 from skpose.kinematics._tree import tree_of
-from skpose.metrics._matrix import PANEL
+from skpose.metrics._matrix import ENCODED_AT_ONCE
 from skpose.metrics._registry import METRICS, Metric
 from skpose.neighbors._filter import FLOAT32, Screen
 from skpose.skeleton import Skeleton
@@ -228,7 +228,7 @@ class Search:
     def _panels(self, n_queries: int) -> Iterator[tuple[int, int]]:
         """Parts of the index, the larger the fewer queries there are."""
         n_poses = len(self.index.poses)
-        return itertools.pairwise([*range(0, n_poses, PANEL * max(1, QUERIES // max(1, n_queries))), n_poses])
+        return itertools.pairwise([*range(0, n_poses, ENCODED_AT_ONCE * max(1, QUERIES // max(1, n_queries))), n_poses])
 
     def _pays(self, queries: Queries, some: Queries, limits: np.ndarray, n_measured: int = 0) -> bool:
         """Whether to look takes less than to measure all, as told by some of the queries, whose limits are known.
@@ -275,7 +275,7 @@ class Search:
         """Measure the poses start:stop, all of them."""
         index = self.index
         loop, tree = keep_nearest_loop(FLOAT64), self._tree(FLOAT64)
-        for first, last in itertools.pairwise([*range(start, stop, PANEL), stop]):
+        for first, last in itertools.pairwise([*range(start, stop, ENCODED_AT_ONCE), stop]):
             blocks = loops.in_lanes(self.metric.encoded(index.poses[first:last], index.skeleton, index.steps))
             tail = queries.own, self.measure, tree, index.steps, best.heaps
 

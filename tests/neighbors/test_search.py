@@ -174,7 +174,7 @@ def test_the_split_of_the_work_changes_nothing(metric, monkeypatch):
     expected = {k: nearest(search_of(X, BODY, metric), queries, k) for k in (3, 40)}
     radius = np.median(expected[40][0])
     near = within(search_of(X, BODY, metric), queries, radius)
-    monkeypatch.setattr(searching, "PANEL", 64)
+    monkeypatch.setattr(searching, "ENCODED_AT_ONCE", 64)
     monkeypatch.setattr(searching, "QUERIES", 33)
     monkeypatch.setattr(searching, "LITTLE_WORK", 1)
     monkeypatch.setattr(searching, "WORK_PER_TASK", 1e5)
