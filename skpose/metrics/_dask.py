@@ -32,15 +32,13 @@ def lazy_distances(X: Any, Y: Any, skeleton: Skeleton | None, metric: str, steps
         check_same_width(X, Y)
     dtype = np.result_type(X.dtype, X.dtype if symmetric else Y.dtype)
     shared = dask.delayed((metric, skeleton, steps), pure=True)  # so that it is sent once
-    options = {"dtype": dtype, "meta": np.empty((0, 0), dtype), "concatenate": True}
+    options = {"dtype": dtype, "meta": np.empty((0, 0), dtype), "concatenate": True, "align_arrays": False}
     if not symmetric:
         return da.blockwise(_distances, "ij", X, "ik", Y, "jk", shared=shared, **options)
     number = da.arange(X.numblocks[0], chunks=1)
     numbers = number, "i", number, "j"
-    upper = da.blockwise(
-        _upper_distances, "ij", X, "ik", X, "jk", *numbers, shared=shared, align_arrays=False, **options
-    )
-    return da.blockwise(_mirrored, "ij", upper, "ij", upper, "ji", *numbers, align_arrays=False, **options)
+    upper = da.blockwise(_upper_distances, "ij", X, "ik", X, "jk", *numbers, shared=shared, **options)
+    return da.blockwise(_mirrored, "ij", upper, "ij", upper, "ji", *numbers, **options)
 
 
 def _whole_rows(da: Any, X: Any, skeleton: Skeleton | None, name: str) -> Any:
