@@ -36,7 +36,7 @@ except MocapFormatError as error:
 
 # %%
 # A motion is a table of angles, with names.
-print(motions[0].to_frame().iloc[:3, :4].round(3))
+print(motions[0].to_pandas().iloc[:3, :4].round(3))
 PoseStripDisplay.from_motion(motions[0], view="zy")
 plt.show()
 

@@ -146,7 +146,7 @@ class Motion:
         angles, root_angles = (np.unwrap(values, axis=0) for values in (self.angles, self.root_angles))
         return replace(self, angles=angles, root_angles=root_angles)
 
-    def to_frame(self) -> "pandas.DataFrame":
+    def to_pandas(self) -> "pandas.DataFrame":
         """The angles as a pandas DataFrame, one column for each dof and one row for each frame.
 
         Estimators that hold a skeleton refuse such a frame when its columns are not the skeleton's, in its order.
@@ -164,7 +164,7 @@ class Motion:
         try:
             import pandas
         except ImportError:
-            raise ImportError("to_frame needs pandas: pip install 'skpose[pandas]'") from None
+            raise ImportError("to_pandas needs pandas: pip install 'skpose[pandas]'") from None
 
         index = pandas.Index(np.arange(len(self)) / self.frame_rate, name="time")
         return pandas.DataFrame(self.angles, index, list(self.skeleton.dof_names))

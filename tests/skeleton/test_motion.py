@@ -100,7 +100,7 @@ def test_unwrapping_takes_back_jumps_by_whole_turns():
 
 
 def test_a_data_frame_of_the_angles():
-    frame = Motion(ARM, [[0, 1], [2, 3]], 4).to_frame()
+    frame = Motion(ARM, [[0, 1], [2, 3]], 4).to_pandas()
     assert list(frame.columns) == ["joint_1_rz", "joint_2_rz"]
     assert (list(frame.index), frame.index.name) == ([0, 0.25], "time")
     np.testing.assert_array_equal(frame, [[0, 1], [2, 3]])
@@ -115,7 +115,7 @@ ESTIMATORS = [
 def test_estimators_know_such_a_frame_by_its_columns(estimator):
     """A wrong order is refused by name, in fit and after it; a strange body is too."""
     motion = Motion(Skeleton.chain(3), np.random.default_rng(0).uniform(-1, 1, (20, 3)), 10)
-    frame = motion.to_frame()
+    frame = motion.to_pandas()
     options = {"n_clusters": 2} if estimator is MedoidShift else {}
     fitted = estimator(skeleton=motion.skeleton, **options).fit(frame)
     assert list(fitted.feature_names_in_) == list(motion.skeleton.dof_names)
