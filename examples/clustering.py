@@ -42,6 +42,6 @@ plt.show()
 # %%
 # The poses at their hearts, under the spatial distance.
 PoseStripDisplay.from_poses(
-    body, X[shift.cluster_centers_indices_], labels=["cluster 0", "cluster 1"], title="medoids", view="zy"
+    X[shift.cluster_centers_indices_], body, labels=["cluster 0", "cluster 1"], title="medoids", view="zy"
 )
 plt.show()

@@ -45,7 +45,7 @@ plt.show()
 body = Skeleton.mean(motion.skeleton for motion in motions)
 poses = [motion.retarget(body).resample(12).angles for motion in motions]
 X, sequence = np.concatenate(poses), np.repeat(np.arange(len(poses)), [len(p) for p in poses])
-DistanceMatrixDisplay.from_poses(body, X, sequence=sequence, names=[path.stem for path in paths])
+DistanceMatrixDisplay.from_poses(X, body, sequence=sequence, names=[path.stem for path in paths])
 plt.show()
 
 # %%
@@ -55,5 +55,5 @@ i, j = np.unravel_index(D.argmax(), D.shape)
 way = geodesic(X[i], X[j], body)
 save_bvh(folder / "way.bvh", Motion(body, way.resample(20), frame_rate=10), scale=0.01)
 print(f"{(folder / 'way.bvh').name}: {way.length:.2f} m, the straight line {D[i, j]:.2f} m")
-PoseStripDisplay.from_geodesic(body, way, view="zy")
+PoseStripDisplay.from_geodesic(way, body, view="zy")
 plt.show()

@@ -38,7 +38,7 @@ print(f"length of the geodesic over that of the line: lowest {ratios.min():.3f},
 # may leave the line widely and be little shorter.
 worst = int(ratios.argmin())
 figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.5), layout="constrained")
-GeodesicDisplay.from_geodesic(body, ways[worst], ax=left)
+GeodesicDisplay.from_geodesic(ways[worst], body, ax=left)
 left.set_title(f"(a) the least good line, ratio {ratios[worst]:.3f}")
 right.hist(ratios, bins=20, color="#0072b2")
 right.axvline(ratios.min(), color="#d55e00", linestyle="--", label=f"lowest, {ratios.min():.3f}")
@@ -49,5 +49,5 @@ plt.show()
 
 # %%
 # The way itself, at constant speed.
-PoseStripDisplay.from_geodesic(body, ways[worst], view="zy")
+PoseStripDisplay.from_geodesic(ways[worst], body, view="zy")
 plt.show()
