@@ -209,14 +209,14 @@ def _in_tree_order(bones: Sequence[Bone]) -> tuple[Bone, ...]:
         while bone.name not in placed:
             if bone.name in chain:
                 cycle = " -> ".join([*chain, bone.name])
-                raise ValueError(f"bone {bone.name!r} is attached to itself, through {cycle}")
+                raise ValueError(f"bone {bone.name!r} is a child of itself, through {cycle}")
             chain[bone.name] = bone
             if bone.parent is None:
                 break
             if bone.parent not in by_name:
                 raise ValueError(
-                    f"bone {bone.name!r} is attached to {bone.parent!r}, which is not among the bones; "
-                    "a bone attached to the root has parent None"
+                    f"bone {bone.name!r} is a child of {bone.parent!r}, which is not among the bones; "
+                    "a child of the root has parent None"
                 )
             bone = by_name[bone.parent]
         placed.update(reversed(chain.items()))

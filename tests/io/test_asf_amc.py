@@ -138,7 +138,7 @@ def test_a_motion_file_cut_short(kept, load):
         ),
         ("upperarm lowerarm", "upperarm hand", "bone 'hand' hangs on 'upperarm', but the file does not define it"),
         ("upperarm lowerarm", "", "line 17: bone 'lowerarm' has no place under :hierarchy"),
-        ("root upperarm tail", "lowerarm upperarm\nroot tail", "is attached to itself"),
+        ("root upperarm tail", "lowerarm upperarm\nroot tail", "hangs on itself"),
         ("tail tip", "tail tip\ntip tip", "bone 'tip' hangs on 'tail' already"),
         ("direction 0 1 0", "direction 0 1", "direction of bone 'upperarm': expected 3 numbers, found 2"),
         ("direction 0 1 0", "direction 0 0 0", "bone 'upperarm' has a length but no direction"),

@@ -49,9 +49,9 @@ def test_a_chain_of_ten_thousand_bones_in_reverse_order():
 @pytest.mark.parametrize(
     ("bones", "message"),
     [
-        ([("a", "b", (1, 0, 0), "x"), ("b", "a", (1, 0, 0))], "bone 'a' is attached to itself, through a -> b -> a"),
-        ([("a", "a", (1, 0, 0), "x")], "bone 'a' is attached to itself"),
-        ([("a", "hip", (1, 0, 0), "x")], "bone 'a' is attached to 'hip', which is not among the bones"),
+        ([("a", "b", (1, 0, 0), "x"), ("b", "a", (1, 0, 0))], "bone 'a' is a child of itself, through a -> b -> a"),
+        ([("a", "a", (1, 0, 0), "x")], "bone 'a' is a child of itself"),
+        ([("a", "hip", (1, 0, 0), "x")], "bone 'a' is a child of 'hip', which is not among the bones"),
         ([("a", None, (1, 0, 0), "x"), ("a", None, (1, 0, 0))], "bone 'a' is given twice"),
         ([("a", None, (1, np.nan, 0), "x")], "bone 'a': offset must be three finite numbers"),
         ([("a", None, (1, np.inf, 0), "x")], "bone 'a': offset must be three finite numbers"),
