@@ -16,9 +16,7 @@ GAP = 0.15  # between two figures of a strip, relative to the width of the wides
 
 def _check_view(view: str) -> list[int]:
     if len(view) != 2 or not set(view) <= set("xyz") or view[0] == view[1]:
-        raise ValueError(
-            f'view must be two of the axes x, y, z, horizontal and vertical, such as "xy", got {view!r}'
-        )
+        raise ValueError(f'view must be two of the axes x, y, z, horizontal and vertical, such as "xy", got {view!r}')
     return ["xyz".index(axis) for axis in view]
 
 
