@@ -23,8 +23,8 @@ y, subject = dataset.actions[sequence], dataset.subjects[sequence]
 print(f"{dataset}: {len(X)} poses")
 
 # %%
-# Frames of one recording are nearly the same pose, so the folds keep groups whole: recordings in the first search, people
-# in the second.
+# Frames of one recording are nearly the same pose, so the folds keep groups whole: recordings in the first search,
+# people in the second.
 pipeline = Pipeline(
     [
         ("distances", PoseDistanceTransformer(dataset.skeleton)),

@@ -2,9 +2,9 @@
 Exact neighbours for t-SNE and Isomap
 =====================================
 
-t-SNE and Isomap of scikit-learn accept a sparse graph of neighbours. `PoseKNeighborsTransformer` computes the exact graph
-under the spatial distance, from a small part of all distances. If SKPOSE_CMU names a folder of CMU files, the example
-runs on these.
+t-SNE and Isomap of scikit-learn accept a sparse graph of neighbours. `PoseKNeighborsTransformer` computes the exact
+graph under the spatial distance, from a small part of all distances. If SKPOSE_CMU names a folder of CMU files, the
+example runs on these.
 """
 
 import os

@@ -34,8 +34,8 @@ ratios = np.array([path.length for path in geodesics]) / lines
 print(f"length of the geodesic over that of the line: lowest {ratios.min():.3f}, median {np.median(ratios):.3f}")
 
 # %%
-# The pair of lowest ratio, and all ratios. Angles that move the joints very little cost very little: the geodesic may be
-# far from the line and only a little shorter.
+# The pair of lowest ratio, and all ratios. Angles that move the joints very little cost very little: the geodesic may
+# be far from the line and only a little shorter.
 worst = int(ratios.argmin())
 figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.5), layout="constrained")
 GeodesicDisplay.from_geodesic(skeleton, geodesics[worst], ax=left)

@@ -31,7 +31,7 @@ def command_line() -> argparse.ArgumentParser:
     reproduce = command(
         "reproduce",
         "repeat section 3 of the paper",
-        ": print every number beside the paper's, and write the table (README.md, table.txt) and figures 3 and 4 (PNG) "
+        ": print every number with the paper's, and write the table (README.md, table.txt) and figures 3 and 4 (PNG) "
         "to a folder. Existing files of these names are overwritten",
     )
     _add_folder(reproduce)
@@ -114,7 +114,7 @@ def _add_reading(parser: argparse.ArgumentParser) -> None:
         "--asf",
         type=Path,
         metavar="FILE",
-        help="skeleton of the AMC files; default: walk.asf beside walk.amc, or CMU's, 02.asf beside 02_01.amc",
+        help="skeleton of the AMC files; default: in the same folder, walk.asf for walk.amc, or 02.asf for 02_01.amc",
     )
     parser.add_argument(
         "--frame-rate", type=_positive(float), default=120.0, metavar="HZ", help="of AMC files; default: 120"

@@ -86,7 +86,7 @@ def test_distances_of_amc_files_at_another_rate(tmp_path):
     out, asf = str(tmp_path / "D.npy"), str(DATA / "arm.asf")
     files = [str(DATA / "arm.amc")]
     options = ["--frame-rate", "60", "--rate", "20", "--out", out]
-    assert main(["distances", *files, *options]) == 0  # finds the skeleton beside the file
+    assert main(["distances", *files, *options]) == 0  # finds the skeleton next to the file
     np.testing.assert_array_equal(np.load(out), pose_distances(X, skeleton=Skeleton.mean([motion.skeleton])))
     Path(out).unlink()
     shutil.copy(files[0], tmp_path / "swing.amc")
