@@ -69,14 +69,11 @@ EXPRESSIONS = [(compiled(words), replacement) for words, replacement in PLAIN.it
 def words_to_replace(text, name):
     """Return "file:line: word -> replacement" for each word of the table in a text."""
     found = sorted(
-        (match.start(), match.group(), replacement)
+        (text.count("\n", 0, match.start()) + 1, re.sub(r"[\s#]+", " ", match.group()), replacement)
         for expression, replacement in EXPRESSIONS
         for match in expression.finditer(text)
     )
-    return [
-        f"{name}:{text.count(chr(10), 0, start) + 1}: {re.sub(r'[\s#]+', ' ', word)} -> {replacement}"
-        for start, word, replacement in found
-    ]
+    return [f"{name}:{line}: {words} -> {replacement}" for line, words, replacement in found]
 
 
 def first_words_to_replace(source, name):
@@ -110,7 +107,7 @@ def test_docstrings_begin_with_a_verb_or_a_noun(path):
     ("text", "found"),
     [
         ("a distance of nought", "f:1: nought -> zero"),
-        ("\n# it goes the short\n# way round", "f:2: short way -> "),
+        ("\n# it goes the short\n# way round", "f:2: short way -> path"),
         ("self._parcel_size", "f:1: parcel -> payload"),
         ("WORTH = 1  # Whatever", "f:1: Whatever -> every, any"),
     ],
