@@ -11,7 +11,7 @@ PATTERNS = ["skpose/**/*.py", "tests/**/*.py", "benchmarks/*", "examples/*", "do
 FILES = sorted({path for pattern in PATTERNS for path in ROOT.glob(pattern) if path.is_file()} - {Path(__file__)})
 SOURCES = sorted((ROOT / "skpose").rglob("*.py"))
 
-# Regular expressions of whole words, in any case; a blank matches a line break too.
+# Regular expressions of whole words, in any case; a blank matches a line break or an underscore too.
 PLAIN = {
     "noughts?": "zero",
     "honest(y|ly)?": "that passes the discretisation check",
@@ -60,7 +60,7 @@ NOT_FIRST = {"What", "Where", "How", "Whether", "Of", "For", "As", "Those"}
 
 def compiled(words):
     """Compile an expression: no letter before or after it, so that parts of `snake_case` names match too."""
-    return re.compile(rf"(?<![^\W\d_])(?:{words})(?![^\W\d_])".replace(" ", r"[\s#]+"), re.IGNORECASE)
+    return re.compile(rf"(?<![^\W\d_])(?:{words})(?![^\W\d_])".replace(" ", r"[\s#_]+"), re.IGNORECASE)
 
 
 EXPRESSIONS = [(compiled(words), replacement) for words, replacement in PLAIN.items()]
@@ -69,7 +69,7 @@ EXPRESSIONS = [(compiled(words), replacement) for words, replacement in PLAIN.it
 def words_to_replace(text, name):
     """Return "file:line: word -> replacement" for each word of the table in a text."""
     found = sorted(
-        (text.count("\n", 0, match.start()) + 1, re.sub(r"[\s#]+", " ", match.group()), replacement)
+        (text.count("\n", 0, match.start()) + 1, re.sub(r"[\s#_]+", " ", match.group()), replacement)
         for expression, replacement in EXPRESSIONS
         for match in expression.finditer(text)
     )
