@@ -4,7 +4,7 @@ import math
 
 from skpose._compiled.forward import rotated
 from skpose._compiled.jit import inlined, jit
-from skpose._compiled.lanes import nearest, numbers, rows, smaller
+from skpose._compiled.lanes import flat, minimum, rint, rows
 from skpose._compiled.step import parts_of, plan_of, take_step
 from skpose._compiled.tree import TWO_PI
 
@@ -27,11 +27,11 @@ def cosine_sine(angle):
 
     numba has neither in lanes; one by one, by the C library, they take twenty times as long.
     """
-    half_turns = nearest(angle * (1.0 / math.pi))
+    half_turns = rint(angle * (1.0 / math.pi))
     rest = ((angle - half_turns * _PI_PARTS[0]) - half_turns * _PI_PARTS[1]) - half_turns * _PI_PARTS[2]
     bound = 0.0 * rest + 1.6  # more than π/2: where an angle is so large that nothing of it is left, it is some angle
-    rest = 0.0 - smaller(0.0 - smaller(rest, bound), bound)
-    odd = half_turns - 2.0 * nearest(half_turns * 0.5)
+    rest = 0.0 - minimum(0.0 - minimum(rest, bound), bound)
+    odd = half_turns - 2.0 * rint(half_turns * 0.5)
     sign = 1.0 - 2.0 * (odd * odd)
     t = rest * rest
     return sign * series(_COSINE, t, 0.0 * t), sign * (rest * series(_SINE, t, 0.0 * t))
@@ -46,13 +46,13 @@ def _principal(angle, steps):
     """
     if steps.half_turn == math.inf:
         return angle
-    return angle - TWO_PI * nearest(angle * (1.0 / TWO_PI))
+    return angle - TWO_PI * rint(angle * (1.0 / TWO_PI))
 
 
 @inlined
 def _place_pose(pose, tree, plan, C, S, A, B, H, P):
     """Joint positions of a pose, as one step of the whole angles from nought."""
-    sign, column, shift = numbers(tree.sign), numbers(tree.column), numbers(tree.shift)
+    sign, column, shift = flat(tree.sign), flat(tree.column), flat(tree.shift)
     for d in range(plan.n_dofs):
         C[d], S[d] = 1.0, 0.0
         c, s = cosine_sine(pose[column[d]] * sign[d] + shift[d])
@@ -76,7 +76,7 @@ def encode_angles(pose, tree, steps, scratch, code):
 @jit
 def encode_positions(pose, tree, steps, scratch, code):
     """F(θ): the joint positions in the skeleton's order, the root's left out."""
-    plan, put, place = plan_of(tree), rows(code, 0), numbers(tree.place)
+    plan, put, place = plan_of(tree), rows(code, 0), flat(tree.place)
     C, S, A, B, H, P = parts_of(tree, scratch)
     _place_pose(rows(pose, 0), tree, plan, C, S, A, B, H, P)
     for j in range(1, plan.n_joints):
@@ -96,7 +96,7 @@ def _spin(Q, q, axis, cos, sin):
 def encode_rotations(pose, tree, steps, scratch, code):
     """World orientation of every frame but the root's, as unit quaternions (w, x, y, z) of either sign."""
     plan, angles, put, Q = plan_of(tree), rows(pose, 0), rows(code, 0), rows(scratch, 0)
-    sign, column, shift = numbers(tree.sign), numbers(tree.column), numbers(tree.shift)
+    sign, column, shift = flat(tree.sign), flat(tree.column), flat(tree.shift)
     for i in range(4):
         Q[i] = 1.0 if i == 0 else 0.0
     for f in range(1, tree.frame_parent.shape[0]):
@@ -116,7 +116,7 @@ def encode_rotations(pose, tree, steps, scratch, code):
 def encode_curve_end(pose, tree, steps, scratch, code):
     """θ, cos θ/2N, sin θ/2N, cos θ, sin θ (n_dofs each, the last two of the shifted angles) and F(θ) (3 n_joints)."""
     plan, angles, put = plan_of(tree), rows(pose, 0), rows(code, 0)
-    sign, column, n = numbers(tree.sign), numbers(tree.column), plan.n_dofs
+    sign, column, n = flat(tree.sign), flat(tree.column), plan.n_dofs
     C, S, A, B, H, P = parts_of(tree, scratch)
     _place_pose(angles, tree, plan, C, S, A, B, H, P)
     for d in range(n):

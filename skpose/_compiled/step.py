@@ -2,7 +2,7 @@
 
 from skpose._compiled.forward import rotated
 from skpose._compiled.jit import inlined
-from skpose._compiled.lanes import every, numbers, rows
+from skpose._compiled.lanes import flat, full_like, rows
 from skpose._compiled.tree import Plan
 
 
@@ -19,16 +19,16 @@ def plan_of(tree):
         first_moving,
         tree.offset.shape[0] - n_tips,
         tree.offset.shape[0],
-        numbers(tree.frame_parent),
-        numbers(tree.first_dof),
-        numbers(tree.end_dof),
-        numbers(tree.fixed_axis),
-        numbers(tree.fixed_turn),
-        numbers(tree.batch_dofs),
-        numbers(tree.first_frame),
-        numbers(tree.joint_parent),
-        numbers(tree.joint_frame),
-        numbers(tree.offset),
+        flat(tree.frame_parent),
+        flat(tree.first_dof),
+        flat(tree.end_dof),
+        flat(tree.fixed_axis),
+        flat(tree.fixed_turn),
+        flat(tree.batch_dofs),
+        flat(tree.first_frame),
+        flat(tree.joint_parent),
+        flat(tree.joint_frame),
+        flat(tree.offset),
     )
 
 
@@ -117,7 +117,7 @@ def take_step(plan, C, S, A, B, H, P):
             _turn_batch(1, first, last, plan, C, S, H)
         else:
             _turn_fixed(first, last, plan, H)
-    nought = every(P, 0.0)
+    nought = full_like(P, 0.0)
     squares = nought, nought, nought  # by coordinate: three sums, so that an addition need not await the last one
     for j in range(plan.first_moving, plan.first_tip):
         x, y, z = plan.offset[3 * j], plan.offset[3 * j + 1], plan.offset[3 * j + 2]
@@ -125,7 +125,7 @@ def take_step(plan, C, S, A, B, H, P):
     for j in range(plan.first_tip, plan.n_joints):
         f = plan.joint_frame[j]
         d, n_dofs = plan.end_dof[f] - 1, plan.end_dof[f] - plan.first_dof[f]
-        x, y, z = every(P, plan.offset[3 * j]), C[d] * plan.offset[3 * j + 1], S[d] * plan.offset[3 * j + 1]
+        x, y, z = full_like(P, plan.offset[3 * j]), C[d] * plan.offset[3 * j + 1], S[d] * plan.offset[3 * j + 1]
         if n_dofs > 1:
             x, z = rotated(x, z, C[d - 1], S[d - 1])
         if n_dofs > 2:

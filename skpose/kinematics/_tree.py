@@ -236,3 +236,15 @@ def tree_of(skeleton: Skeleton | None, dtype: np.dtype = FLOAT64) -> Tree:
     )
     # Left writeable: read-only arrays are another type to numba, and pickling would make them this one.
     return Tree(*(np.ascontiguousarray(a, dtype if a.dtype == float else np.int64) for a in tree))
+
+
+def to_tree_order(tree: Tree, angles: np.ndarray) -> np.ndarray:
+    """Reorder angles (..., n_dofs) from the skeleton's columns to the tree's dofs, about the tree's axes."""
+    return np.ascontiguousarray(angles[..., tree.column] * tree.sign)
+
+
+def from_tree_order(tree: Tree, angles: np.ndarray) -> np.ndarray:
+    """Invert `to_tree_order`."""
+    columns = np.empty_like(angles)
+    columns[..., tree.column] = angles * tree.sign
+    return columns
