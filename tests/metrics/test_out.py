@@ -1,6 +1,5 @@
 """Distances written into arrays on disk: tile by tile, resumed after a crash, never a half-written tile as complete."""
 
-import functools
 import json
 import os
 import re
@@ -334,12 +333,13 @@ def test_a_file_that_is_written_does_not_stay_resident(tmp_path, monkeypatch, re
         if next(calls) % 7 == 0:
             sizes.append(resident(path))
 
-    def observed(destination, calls=count()):
-        one_in_seven(calls, before)
+    def observed(destination):
+        one_in_seven(releases, before)
         release(destination)
 
+    releases, steps = count(), count()
     monkeypatch.setattr(_output.Destination, "_release", observed)
-    with reported(functools.partial(one_in_seven, count(), after)):
+    with reported(lambda: one_in_seven(steps, after)):
         pose_distances(X, out=out)
     if released:
         assert max(before) < out.nbytes / 3
