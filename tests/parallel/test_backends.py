@@ -1,4 +1,4 @@
-"""Blocks on joblib's engines: all come back once, what they share is shipped once, a dead worker loses nothing."""
+"""Tasks on joblib's backends: all come back once, the payload is sent once, a dead worker changes nothing."""
 
 import concurrent.futures
 import os
@@ -22,18 +22,21 @@ from skpose import (
     pose_distances_chunked,
 )
 from skpose._compiled.tree import Steps
-from skpose._parallel import backends as engine
-from skpose._parallel.backends import EngineError, from_workers, in_processes
-from skpose._parallel.progress import heard_by
+from skpose._parallel import backends
+from skpose._parallel.backends import BackendError, from_workers, in_processes
+from skpose._parallel.progress import report_to
 from skpose.metrics._matrix import DistanceMatrix
+from skpose.metrics._registry import METRICS
 
-BODY = random_tree(0)
-BLOCKS = [(i, i + 1) for i in range(30)]
+TREE = random_tree(0)
+TASKS = [(i, i + 1) for i in range(30)]
+IN_SEARCHES = [name for name, metric in METRICS.items() if metric.bound is not None]
+slow = pytest.mark.slow
 
 
 @contextmanager
 def dask_cluster():
-    """A scheduler and two worker processes on this machine, as they are elsewhere on many."""
+    """Start a scheduler and two worker processes on this machine."""
     from dask.distributed import Client, LocalCluster
 
     with (
@@ -49,7 +52,7 @@ def client():
         yield client
 
 
-@pytest.fixture(params=["loky", "multiprocessing", "dask"])
+@pytest.fixture(params=["loky", pytest.param("multiprocessing", marks=slow), pytest.param("dask", marks=slow)])
 def processes(request):
     """joblib's configuration for two workers."""
     if request.param == "dask":
@@ -58,9 +61,9 @@ def processes(request):
         yield
 
 
-@pytest.fixture(params=["loky", "dask"])  # multiprocessing waits for the dead
+@pytest.fixture(params=["loky", "dask"])  # multiprocessing waits for dead workers
 def mortal_processes(request):
-    """The same, with workers of one's own to kill: some never come back."""
+    """The same, with workers that no other test uses, so that they can be killed."""
     if request.param == "loky":
         with joblib.parallel_config(backend="loky", n_jobs=2):
             yield
@@ -70,19 +73,18 @@ def mortal_processes(request):
 
 
 @pytest.fixture
-def small_blocks(monkeypatch):
-    """Even little work goes to the workers, in many blocks; that some did is a part of the test."""
+def small_tasks(monkeypatch):
+    """Even little work goes to the workers, in many tasks; that some did is a part of the test."""
     sent = []
 
-    def counted(function, shared, blocks, n_jobs):
-        sent.append(len(blocks))
-        return from_workers(function, shared, blocks, n_jobs)
+    def counted(function, shared, tasks, n_jobs):
+        sent.append(len(tasks))
+        return from_workers(function, shared, tasks, n_jobs)
 
-    monkeypatch.setattr("skpose.metrics._pairwise.from_workers", counted)
-    monkeypatch.setattr("skpose.neighbors._queries.from_workers", counted)
-    monkeypatch.setattr("skpose.metrics._pairwise.WORTH_SHIPPING", 0)
-    monkeypatch.setattr("skpose.neighbors._queries.WORTH_SHIPPING", 0)
-    monkeypatch.setattr("skpose.metrics._matrix.PANEL", 64)
+    for module in ("skpose.metrics._matrix", "skpose.neighbors._queries"):
+        monkeypatch.setattr(f"{module}.from_workers", counted)
+        monkeypatch.setattr(f"{module}.WORTH_SENDING", 0)
+    monkeypatch.setattr("skpose.metrics._matrix.ENCODED_AT_ONCE", 64)
     yield
     assert max(sent) > 1
 
@@ -90,41 +92,42 @@ def small_blocks(monkeypatch):
 @pytest.fixture(scope="module")
 def X():
     rng = np.random.default_rng(0)
-    return np.cumsum(rng.normal(0, 0.1, size=(200, BODY.n_dofs)), axis=0)
+    return np.cumsum(rng.normal(0, 0.1, size=(200, TREE.n_dofs)), axis=0)
 
 
 class Shared:
-    """Tells in which process, and there as which object, it arrived."""
+    """A payload with an array."""
 
     def __init__(self, size):
         self.numbers = np.arange(float(size))
 
 
-def use(shared, block):
-    return os.getpid(), id(shared), float(shared.numbers[block[0]])
+def use(shared, task):
+    """Return in which process the payload arrived, as which object there, and one of its numbers."""
+    return os.getpid(), id(shared), float(shared.numbers[task[0]])
 
 
-def fail(shared, block):
-    if block[0] == 7:
+def fail(shared, task):
+    if task[0] == 7:
         raise ArithmeticError("seven")
-    return block
+    return task
 
 
-def die_once(folder, block):
-    """Kills its process, with whatever else that is doing, unless somebody has died before."""
+def die_once(folder, task):
+    """Kill the process that runs this, unless one was killed before."""
     try:
         Path(folder, "dead").touch(exist_ok=False)
     except FileExistsError:
         time.sleep(0.05)
-        return block[0]
+        return task[0]
     return os.kill(os.getpid(), signal.SIGKILL)
 
 
-def die(shared, block):
+def die(shared, task):
     os.kill(os.getpid(), signal.SIGKILL)
 
 
-def test_only_processes_are_asked_for(processes):
+def test_only_processes_count_as_processes(processes):
     assert in_processes(None)
     with joblib.parallel_config(backend="threading", n_jobs=2):
         assert not in_processes(None)
@@ -137,90 +140,89 @@ def test_without_a_configuration_there_are_only_threads():
         assert in_processes(2)
 
 
-def test_each_block_comes_back_once_and_what_is_shared_arrives_once(processes):
-    returned = list(from_workers(use, Shared(100_000), BLOCKS, None))
-    assert sorted(block for block, _ in returned) == BLOCKS
-    assert all(number == block[0] for block, (_, _, number) in returned)
-    arrived = {(pid, place) for _, (pid, place, _) in returned}
+def test_each_task_comes_back_once_and_the_payload_arrives_once(processes):
+    returned = list(from_workers(use, Shared(100_000), TASKS, None))
+    assert sorted(task for task, _ in returned) == TASKS
+    assert all(number == task[0] for task, (_, _, number) in returned)
+    arrived = {(pid, address) for _, (pid, address, _) in returned}
     assert len(arrived) == len({pid for pid, _ in arrived}) <= 2
     assert os.getpid() not in {pid for pid, _ in arrived}
 
 
-def test_an_error_of_the_work_is_raised_as_it_is(processes):
+def test_an_error_of_a_task_is_raised_unchanged(processes):
     with pytest.raises(ArithmeticError, match="seven"):
-        list(from_workers(fail, None, BLOCKS, None))
+        list(from_workers(fail, None, TASKS, None))
 
 
-def test_a_worker_that_dies_loses_nothing(mortal_processes, tmp_path):
-    returned = dict(from_workers(die_once, str(tmp_path), BLOCKS, None))
+@slow
+def test_tasks_of_a_worker_that_dies_are_run_again(mortal_processes, tmp_path):
+    returned = dict(from_workers(die_once, str(tmp_path), TASKS, None))
     assert (tmp_path / "dead").exists()
-    assert returned == {block: block[0] for block in BLOCKS}
+    assert returned == {task: task[0] for task in TASKS}
 
 
-def test_blocks_that_kill_every_worker_are_an_error_and_no_endless_wait(mortal_processes):
-    with pytest.raises(EngineError, match="3 blocks did not come back from joblib's workers in 3 attempts"):
-        list(from_workers(die, None, BLOCKS[:3], None))
+@slow
+def test_tasks_that_kill_every_worker_are_an_error_and_no_endless_wait(mortal_processes):
+    with pytest.raises(BackendError, match="3 tasks did not come back from joblib's workers in 3 attempts"):
+        list(from_workers(die, None, TASKS[:3], None))
 
 
-def test_no_more_blocks_are_begun_than_are_taken(processes, tmp_path, monkeypatch):
-    monkeypatch.setattr(engine, "UNDER_WAY", 2)
-    blocks = iter(from_workers(note, str(tmp_path), [(i, i) for i in range(40)], None))
-    next(blocks)
+def test_no_more_tasks_start_than_are_taken(processes, tmp_path, monkeypatch):
+    monkeypatch.setattr(backends, "UNFINISHED", 2)
+    results = iter(from_workers(note, str(tmp_path), [(i, i) for i in range(40)], None))
+    next(results)
     time.sleep(1.0)
     assert len(list(tmp_path.iterdir())) <= 2 * 2 + 1
-    assert len(list(blocks)) == 39
+    assert len(list(results)) == 39
 
 
-def note(folder, block):
-    Path(folder, str(block[0])).touch()
+def note(folder, task):
+    Path(folder, str(task[0])).touch()
 
 
-def work_without_threads(matrix, block):
+def work_without_threads(matrix, tile):
     def refuse(*_):
-        raise RuntimeError("a worker began threads of its own")
+        raise RuntimeError("a worker started threads of its own")
 
     before, concurrent.futures.ThreadPoolExecutor.submit = concurrent.futures.ThreadPoolExecutor.submit, refuse
     try:
-        return matrix.distances(block)[0].sum()
+        return matrix.distances(tile)[0].sum()
     finally:
         concurrent.futures.ThreadPoolExecutor.submit = before
 
 
 @pytest.mark.parametrize("processes", ["loky"], indirect=True)
-def test_workers_begin_no_threads(processes, X):
-    matrix = DistanceMatrix(X, None, "spatial", BODY, Steps.of(10, wrap=True), X.dtype)
-    (total,) = dict(from_workers(work_without_threads, matrix, matrix.blocks(4096), None)).values()
-    assert total == pose_distances(X, skeleton=BODY).sum()
+def test_workers_start_no_threads(processes, X):
+    matrix = DistanceMatrix(X, None, "spatial", TREE, Steps.of(10, wrap=True))
+    (total,) = dict(from_workers(work_without_threads, matrix, matrix.tiling(1).tiles(), None)).values()
+    assert total == pose_distances(X, skeleton=TREE).sum()
 
 
-@pytest.mark.parametrize("metric", ["position", "spatial"])
-def test_matrices_are_the_same_to_the_last_bit(processes, small_blocks, X, metric):
+def for_geodesics(metric, skeleton, X, n):
+    """Return the skeleton and the poses, fewer and of a small skeleton for geodesics."""
+    return (SKELETONS["chain"], X[:n, :4]) if metric == "geodesic" else (skeleton, X)
+
+
+@pytest.mark.parametrize("metric", METRICS)
+def test_matrices_are_the_same_to_the_last_bit(processes, small_tasks, X, metric, monkeypatch):
+    skeleton, X = for_geodesics(metric, TREE, X, 40)
+    monkeypatch.setattr("skpose.metrics._matrix.ENCODED_AT_ONCE", 16 if metric == "geodesic" else 64)
     for options in ({}, {"Y": X[::3] + 0.1}):
-        parameters = {"skeleton": BODY, "metric": metric, **options}
+        parameters = {"skeleton": skeleton, "metric": metric, **options}
         with joblib.parallel_config(backend="threading", n_jobs=1):
             expected = pose_distances(X, **parameters)
         np.testing.assert_array_equal(pose_distances(X, **parameters), expected)
-        chunks = pose_distances_chunked(X, options.get("Y", X[::3]), skeleton=BODY, metric=metric, working_memory=0.05)
-        whole = pose_distances(X, options.get("Y", X[::3]), skeleton=BODY, metric=metric)
-        np.testing.assert_array_equal(np.concatenate(list(chunks)), whole)
+    chunks = pose_distances_chunked(X, X[::3] + 0.1, skeleton=skeleton, metric=metric, working_memory=0.05)
+    np.testing.assert_array_equal(np.concatenate(list(chunks)), expected)
 
 
-@pytest.mark.parametrize("processes", ["dask"], indirect=True)
-def test_geodesics_are_the_same_to_the_last_bit(processes, small_blocks, X):
-    parameters = {"skeleton": SKELETONS["chain"], "metric": "geodesic"}
-    poses = X[:40, :4]
-    with joblib.parallel_config(backend="threading", n_jobs=1):
-        expected = pose_distances(poses, **parameters)
-    np.testing.assert_array_equal(pose_distances(poses, **parameters), expected)
-
-
-@pytest.mark.parametrize("metric", ["spatial", "geodesic"])
-def test_graphs_are_the_same_to_the_last_bit(processes, small_blocks, X, metric):
-    poses = X if metric == "spatial" else X[:70]
+@pytest.mark.parametrize("metric", IN_SEARCHES)
+def test_graphs_are_the_same_to_the_last_bit(processes, small_tasks, X, metric):
+    poses = X[:70] if metric == "geodesic" else X
     queries = poses[::2] + 0.01
     for transformer in (
-        PoseKNeighborsTransformer(BODY, metric=metric, n_neighbors=3),
-        PoseRadiusNeighborsTransformer(BODY, metric=metric, radius=1.0),
+        PoseKNeighborsTransformer(TREE, metric=metric, n_neighbors=3),
+        PoseRadiusNeighborsTransformer(TREE, metric=metric, radius=1.0),
     ):
         transformer.fit(poses)
         graph, evaluations = transformer.transform(queries), transformer.n_evaluations_
@@ -232,26 +234,27 @@ def test_graphs_are_the_same_to_the_last_bit(processes, small_blocks, X, metric)
         assert sum(evaluations) > 0
 
 
-def test_landmarks_place_poses_alike(processes, small_blocks, X):
-    mds = SpatialMDS(2, skeleton=BODY, landmarks=20, random_state=0)
-    there = mds.fit_transform(X)
+def test_landmarks_give_the_same_coordinates(processes, small_tasks, X):
+    mds = SpatialMDS(2, skeleton=TREE, landmarks=20, random_state=0)
+    found = mds.fit_transform(X)
     with joblib.parallel_config(backend="threading", n_jobs=1):
-        np.testing.assert_array_equal(mds.fit_transform(X), there)
+        np.testing.assert_array_equal(mds.fit_transform(X), found)
 
 
+@slow
 @pytest.mark.parametrize("what", ["matrix", "graph"])
-def test_a_dask_worker_killed_in_the_middle_changes_nothing(small_blocks, X, what):
+def test_a_dask_worker_killed_in_the_middle_changes_nothing(small_tasks, X, what):
     def work():
         if what == "matrix":
-            return pose_distances(X, skeleton=BODY)
-        return PoseKNeighborsTransformer(BODY, n_neighbors=3).fit(X).transform(X).toarray()
+            return pose_distances(X, skeleton=TREE)
+        return PoseKNeighborsTransformer(TREE, n_neighbors=3).fit(X).transform(X).toarray()
 
     expected = work()
     n_done = 0
     with dask_cluster() as client:
 
         @contextmanager
-        def listener(_, n_steps):
+        def reporter(_, n_steps):
             def advance():
                 nonlocal n_done
                 n_done += 1
@@ -261,7 +264,7 @@ def test_a_dask_worker_killed_in_the_middle_changes_nothing(small_blocks, X, wha
             assert n_steps >= 4
             yield advance
 
-        with joblib.parallel_config(backend="dask"), heard_by(listener):
+        with joblib.parallel_config(backend="dask"), report_to(reporter):
             found = work()
     assert n_done >= 4
     np.testing.assert_array_equal(found, expected)
@@ -272,25 +275,26 @@ import joblib, numpy as np, ray
 from ray.util.joblib import register_ray
 from skpose import PoseKNeighborsTransformer, pose_distances
 from skpose.datasets import humanoid
-import skpose._parallel.backends, skpose.metrics._matrix, skpose.neighbors._queries, skpose.metrics._pairwise
-skpose.metrics._pairwise.WORTH_SHIPPING = skpose.neighbors._queries.WORTH_SHIPPING = 0
-skpose.metrics._matrix.PANEL = 64
-body = humanoid()
-X = np.random.default_rng(0).normal(0, 0.3, size=(200, body.n_dofs))
-search = PoseKNeighborsTransformer(body).fit(X)
-expected = pose_distances(X, skeleton=body), search.kneighbors()
+import skpose._parallel.backends, skpose.metrics._matrix, skpose.neighbors._queries
+skpose.metrics._matrix.WORTH_SENDING = skpose.neighbors._queries.WORTH_SENDING = 0
+skpose.metrics._matrix.ENCODED_AT_ONCE = 64
+skeleton = humanoid()
+X = np.random.default_rng(0).normal(0, 0.3, size=(200, skeleton.n_dofs))
+search = PoseKNeighborsTransformer(skeleton).fit(X)
+expected = pose_distances(X, skeleton=skeleton), search.kneighbors()
 ray.init(num_cpus=2, include_dashboard=False)
 register_ray()
 with joblib.parallel_config("ray", n_jobs=2):
     assert skpose._parallel.backends.in_processes(None)
-    np.testing.assert_array_equal(pose_distances(X, skeleton=body), expected[0])
-    for found, wanted in zip(search.kneighbors(), expected[1]):
-        np.testing.assert_array_equal(found, wanted)
+    np.testing.assert_array_equal(pose_distances(X, skeleton=skeleton), expected[0])
+    for found, part in zip(search.kneighbors(), expected[1]):
+        np.testing.assert_array_equal(found, part)
 print("the same")
 """
 
 
+@slow
 def test_ray_gives_the_same():
     pytest.importorskip("ray")
     done = subprocess.run([sys.executable, "-c", WITH_RAY], capture_output=True, text=True, check=False)
-    assert "the same" in done.stdout.splitlines(), done.stderr  # ray may have something to say too
+    assert "the same" in done.stdout.splitlines(), done.stderr  # ray may print more
