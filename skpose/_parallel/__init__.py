@@ -1,4 +1,4 @@
-"""Where tasks run, and the state of long work; nothing here knows what is computed.
+"""Threads, backends, progress and checkpoints: how long work is run; nothing here knows what is computed.
 
 | module       |                                                                                             |
 |--------------|---------------------------------------------------------------------------------------------|

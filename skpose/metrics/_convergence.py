@@ -8,7 +8,7 @@ from sklearn.exceptions import ConvergenceWarning
 
 
 class Unconverged(NamedTuple):
-    """How many geodesics did not converge, and the largest of their discretisation errors.
+    """Number of geodesics that did not converge, and the largest of their discretisation errors.
 
     The error is the relative gap between the length of a curve, measured on a fine grid, and the sum of its chords.
     """

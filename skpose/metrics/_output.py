@@ -49,7 +49,7 @@ class Destination:
 
     @property
     def resumable(self) -> bool:
-        """Whether the array outlives this process, and a checkpoint with it."""
+        """True for an array that outlives this process, and its checkpoint with it."""
         return self._checkpoint is not None
 
     def view(self, tile: Tile, dtype: np.dtype) -> np.ndarray | None:

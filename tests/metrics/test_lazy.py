@@ -43,9 +43,9 @@ def test_the_same_to_the_last_bit(X, chunks, metric, dtype):
 def test_nothing_is_computed_before_it_is_asked_for(X):
     rows = []
 
-    def read(block):
-        rows.append(len(block))
-        return block
+    def read(chunk):
+        rows.append(len(chunk))
+        return chunk
 
     lazy = da.from_array(X, chunks=(10, -1)).map_blocks(read, dtype=X.dtype, meta=np.empty((0, 0)))
     D = pose_distances(lazy, skeleton=TREE)
