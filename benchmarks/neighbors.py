@@ -21,7 +21,7 @@ from skpose import (
     pose_distances,
 )
 from skpose.datasets import load_cmu, make_gait
-from skpose.neighbors import _search as searching
+from skpose.neighbors import _cost
 
 KS = (1, 5, 15, 50)
 QUANTILES = (0.001, 0.01, 0.1)  # of all distances, as radii
@@ -196,9 +196,9 @@ def main():
     dataset = load_cmu(sys.argv[1]) if len(sys.argv) > 1 else make_gait(5, 5, random_state=0)
     skeleton = dataset.skeleton
     print(f"{dataset}\n{skeleton}, {os.cpu_count()} cores\n")
-    looks, searching.NOT_WORTH_A_LOOK = searching.NOT_WORTH_A_LOOK, 0  # so that small indices are searched too
+    least, _cost.LEAST_WORK_TO_FILTER = _cost.LEAST_WORK_TO_FILTER, 0  # so that small indices are filtered too
     equality(dataset)
-    searching.NOT_WORTH_A_LOOK = looks
+    _cost.LEAST_WORK_TO_FILTER = least
 
     poses, subjects = dense(dataset, N_INDEX)
     chosen = RNG.permutation(len(poses))

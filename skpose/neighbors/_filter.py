@@ -1,6 +1,6 @@
 """The filter of a search: lower bounds of distances, at a thousandth of their cost.
 
-A chord is never longer than a curve, so ‖F(a) − F(b)‖ bounds "spatial" and "geodesic" from below, whatever the triangle
+A chord is never longer than a curve, so ‖F(a) − F(b)‖ bounds "spatial" and "geodesic" from below, without any triangle
 inequality, and it is tight. Orthonormal axes V split it without loss: with F = Vz + rest,
 ‖F(a) − F(b)‖² = ‖z(a) − z(b)‖² + ‖rest(a) − rest(b)‖² ≥ ‖z(a) − z(b)‖² + (‖rest(a)‖ − ‖rest(b)‖)².
 Along the first principal axes of the joint positions the first term is nearly all of it. A `ChordFilter` holds z and

@@ -23,7 +23,7 @@ ROUNDING = 1e-9  # relative to the size of the skeleton: a chord may exceed a cu
 class GeodesicSearch:
     """A search under "geodesic", whose chords and straight lines leave few geodesics to solve.
 
-    It may hold all chords between queries and poses at once.
+    It may need memory for all chords between queries and poses at once.
     """
 
     def __init__(self, index: PoseIndex, n_jobs: int):

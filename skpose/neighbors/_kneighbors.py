@@ -88,8 +88,8 @@ class PoseKNeighborsTransformer(GraphTransformer):
     candidates, whole panels are measured at once; a search never costs much more than brute force.
 
     Time O(n_samples · n_samples_fit) for the bounds, about a nanosecond each, and O(n_samples · n_neighbors · n_dofs ·
-    n_steps) for the lengths if the poses are dense. Memory O(n_samples_fit) for the index, 72 bytes a pose besides the
-    poses, and some 150 MB for a search, beyond its result. Of the parameters of scikit-learn's transformer `leaf_size`,
+    n_steps) for the lengths if the poses are dense. Memory O(n_samples_fit) for the index, the poses and 72 bytes for
+    each, and some 150 MB for a search, beyond its result. Of the parameters of scikit-learn's transformer `leaf_size`,
     `p` and `metric_params` are missing: there are no leaves, no Minkowski distance, and `n_steps` and `wrap` stand for
     themselves.
 
@@ -168,7 +168,7 @@ class PoseKNeighborsTransformer(GraphTransformer):
         Parameters
         ----------
         X : array-like of shape (n_queries, n_dofs), default=None
-            Poses: joint angles, rad. None is the training poses, none of which is then its own neighbour.
+            Poses: joint angles, rad. None is the training poses; a pose is then not its own neighbour.
         n_neighbors : int, default=None
             Number of neighbours; None takes the constructor's.
         return_distance : bool, default=True

@@ -23,7 +23,7 @@ from skpose.neighbors._search import QUERIES, Search
 
 FEWEST_QUERIES = 32  # in a task for another process
 SLOW_QUERIES = 256  # in a task of geodesics, which take milliseconds each
-MAX_CHORDS = 2**24  # held at once by a search for geodesics
+MAX_CHORDS = 2**24  # in memory at once in a search for geodesics
 WORTH_SHIPPING = 1e8  # pairs of a query and a pose; geodesics always are
 
 
@@ -80,7 +80,7 @@ def find(request: Request, n_jobs: int | None, verbose: int) -> Found:
     parts = [found[task] for task in tasks]
     return Found(
         Neighbors.joined(part.neighbors for part in parts),
-        Evaluations.total(part.evaluations for part in parts),
+        Evaluations(*map(sum, zip(*(part.evaluations for part in parts), strict=True))),
         [one for part in parts for one in part.unconverged],
     )
 

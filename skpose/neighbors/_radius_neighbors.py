@@ -122,7 +122,7 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
         Parameters
         ----------
         X : array-like of shape (n_queries, n_dofs), default=None
-            Poses: joint angles, rad. None is the training poses, none of which is then its own neighbour.
+            Poses: joint angles, rad. None is the training poses; a pose is then not its own neighbour.
         radius : float, default=None
             Neighbours are no further away than this; m, or rad for "angle". None takes the constructor's.
         return_distance : bool, default=True

@@ -32,11 +32,6 @@ class Evaluations(NamedTuple):
     lengths: int
     geodesics: int
 
-    @classmethod
-    def total(cls, parts: Iterable["Evaluations"]) -> "Evaluations":
-        """Return the sums of each number over several searches."""
-        return cls(*map(sum, zip(*parts, strict=True)))
-
 
 class Neighbors(NamedTuple):
     """Neighbours of several queries, sorted by query, then by distance, then by index."""

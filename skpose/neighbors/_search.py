@@ -34,7 +34,7 @@ from skpose.neighbors._tasks import TASKS_PER_JOB_UNEVEN, over_rows
 
 FLOAT64 = np.dtype(np.float64)
 QUERIES = 1024  # searched for at once; memory is proportional to it
-FIRST_CANDIDATES = 16  # besides 1.5 k
+FIRST_CANDIDATES = 16  # of each query, in addition to 1.5 k
 
 
 @dataclass(frozen=True)

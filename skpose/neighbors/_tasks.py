@@ -15,7 +15,7 @@ TASKS_PER_JOB_UNEVEN = 16  # where some queries have many more candidates than o
 def over_rows(
     task: Callable[[int, int], Any], n_rows: int, work: float, n_jobs: int, tasks_per_job: int = TASKS_PER_JOB
 ) -> list:
-    """Call ``task(first, last)`` for some rows at a time, in threads where so much work is worth that.
+    """Call ``task(first, last)`` for some rows at a time, in threads if the work is worth it.
 
     No task is so long that Ctrl-C has to wait for it, nor so short that a thread is not worth its start.
     """

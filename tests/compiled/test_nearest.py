@@ -196,7 +196,7 @@ def test_candidates_are_taken_in_order_until_no_bound_is_within_reach(grid, at_o
 
 
 def test_a_candidate_whose_bound_is_above_the_limit_is_never_measured(grid):
-    """Whatever its distance: so a bound that is false would show."""
+    """Even if its distance is within the limit: the search relies on its bounds."""
     X, Y, D = grid
     bounds = np.zeros(D.shape)
     bounds[:, ::2] = 5.0

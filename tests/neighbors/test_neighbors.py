@@ -233,15 +233,16 @@ def test_float32_poses_give_distances_in_float64_as_in_scikit_learn(X, queries):
     np.testing.assert_array_equal(distances, np.sort(D, axis=1)[:, :5])
 
 
+@njit
+def never_converges(x, Y, first, last, tree, steps, scratch, results):
+    for w in range(results.gap.shape[1]):
+        if not results.skip[0, w]:
+            results.distances[0, w], results.gap[0, w] = 0.0, 0.25
+
+
 @pytest.mark.parametrize("method", ["kneighbors", "kneighbors_graph", "radius_neighbors", "radius_neighbors_graph"])
 def test_geodesics_that_do_not_converge_are_warned_of_at_the_users_line(method, monkeypatch, X, queries):
-    @njit
-    def measure(x, Y, first, last, tree, steps, scratch, results):
-        for w in range(results.gap.shape[1]):
-            if not results.skip[0, w]:
-                results.distances[0, w], results.gap[0, w] = 0.0, 0.25
-
-    monkeypatch.setitem(METRICS, "geodesic", METRICS["geodesic"]._replace(measure=measure))
+    monkeypatch.setitem(METRICS, "geodesic", METRICS["geodesic"]._replace(measure=never_converges))
     each = PoseRadiusNeighborsTransformer if "radius" in method else PoseKNeighborsTransformer
     search = getattr(each(HUMANOID, metric="geodesic").fit(X), method)
     options = {"mode": "distance"} if "graph" in method else {}  # connections need no geodesics
