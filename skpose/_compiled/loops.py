@@ -1,4 +1,4 @@
-"""The compiled loops over poses and over pairs, whatever the metric."""
+"""The loops over poses and over pairs; the metric comes in as two functions, encode and measure."""
 
 import functools
 from typing import NamedTuple
@@ -88,24 +88,24 @@ def array_type(dtype, ndim, *, readonly, layout="C"):
 
 @functools.cache
 def shared_types(dtype):
-    """numba's types of a Tree and of Steps."""
+    """Return numba's types of a Tree and of Steps."""
     whole, real = types.int64, from_dtype(dtype)
     kinds = dict.fromkeys(("weight", "sign", "shift"), (real, 1))
-    kinds |= {"fixed_turn": (real, 2), "offset": (real, 2), "runs": (whole, 2)}
+    kinds |= {"fixed_rotation": (real, 2), "offset": (real, 2), "runs": (whole, 2)}
     fields = [array_type(*kinds.get(name, (whole, 1)), readonly=False) for name in Tree._fields]
     steps = [whole, types.float64, types.float64, types.float64]
     return types.NamedTuple(fields, Tree), types.NamedTuple(steps, Steps)
 
 
 def results_type(dtype, ndim):
-    """numba's type of Results, of scalars or of lanes."""
+    """Return numba's type of Results, of scalars or of lanes."""
     real = from_dtype(dtype)
     kinds = (real, ndim), (types.boolean, ndim), (real, ndim), (real, 1), (types.int64, 1)
     return types.NamedTuple([array_type(*kind, readonly=False) for kind in kinds], Results)
 
 
 def measure_type(dtype):
-    """numba's type of a measure on lanes."""
+    """Return numba's type of a measure on lanes."""
     real = from_dtype(dtype)
     tree, steps = shared_types(dtype)
     x, Y = array_type(real, 1, readonly=True), array_type(real, 2, readonly=True)
@@ -114,7 +114,7 @@ def measure_type(dtype):
 
 
 # A function passed to a compiled function keeps it from numba's disk cache unless its type is spelled out, and what is
-# spelled out is compiled at once; hence the three below are compiled when they are first asked for.
+# spelled out is compiled at once; so the loops below are compiled at their first use.
 
 
 @functools.cache

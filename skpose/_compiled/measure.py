@@ -1,7 +1,6 @@
-"""The compiled measures: from one encoded pose x to the blocks first:last of others, Y.
+"""The measures: distances from one encoded pose x to the groups of lanes first:last of others, Y.
 
-Row 2k of what is put out has the distances to block first + k, in lanes. Row 2k + 1 is nought on entry where somebody
-wants to know them, and says on return by how much they are in doubt, where they are.
+They write into the `Results`: row k of its arrays is group first + k.
 """
 
 import math
@@ -17,18 +16,18 @@ from skpose._compiled.tree import TWO_PI
 
 @inlined
 def turns_off(gap, steps):
-    """Whole turns (-1, 0 or 1) to take off a difference of angles so that it goes the short way round."""
+    """Return the whole turns (−1, 0 or 1) to subtract from a difference of angles to wrap it to [−π, π]."""
     return greater(gap, steps.half_turn) - greater(0.0 - gap, steps.half_turn)
 
 
 @jit
 def measure_euclidean(x, Y, first, last, tree, steps, scratch, results):
-    """‖y − x‖₂, every difference the short way round where the metric wraps."""
+    """Compute ‖y − x‖₂, every difference wrapped where the metric wraps."""
     a, n = flat(x), x.shape[0]
     for k in range(first, last):
         b = rows(Y, k * n)
-        nought = full_like(b, 0.0)
-        one, two, three = nought, nought, nought  # several sums, so that an addition need not await the last one
+        zero = full_like(b, 0.0)
+        one, two, three = zero, zero, zero  # several sums, so that no addition waits for the one before
         if steps.half_turn == math.inf:
             for d in range(0, n - 2, 3):
                 p, q, r = b[d] - a[d], b[d + 1] - a[d + 1], b[d + 2] - a[d + 2]
@@ -41,7 +40,7 @@ def measure_euclidean(x, Y, first, last, tree, steps, scratch, results):
 
 
 def _squared_angle_series(degree=24):
-    """Coefficients in t of φ² / 4m for two unit quaternions at squared distance m = 1 + t, 0 ≤ m ≤ 2.
+    """Return the coefficients in t of φ² / 4m for two unit quaternions at squared distance m = 1 + t, 0 ≤ m ≤ 2.
 
     φ = 4 arcsin(√m / 2), whose square is analytic in m up to m = 4: interpolation in Chebyshev's points on [0, 2]
     gains a factor 3 + √8 per degree and is exact to rounding at degree 24.
@@ -55,7 +54,7 @@ _SQUARED_ANGLE = _squared_angle_series()
 
 @jit
 def measure_rotations(x, Y, first, last, tree, steps, scratch, results):
-    """√Σ ℓ² φ² over the bones, φ the angle between the orientations of the bone's frame."""
+    """Compute √Σ ℓ² φ² over the bones, φ the angle between the orientations of the bone's frame."""
     a, weight, n_frames = flat(x), flat(tree.weight), tree.weight.shape[0]
     for k in range(first, last):
         b = rows(Y, k * x.shape[0])
@@ -74,14 +73,14 @@ def measure_rotations(x, Y, first, last, tree, steps, scratch, results):
 
 @inlined
 def _half_step(a, b, d, n, steps):
-    """Cosine and sine of half a step of one angle on the straight line, and the whole difference."""
+    """Return cosine and sine of half a step of one angle on the straight line, and the whole difference."""
     gap = b[d] - a[d]
     c, s = b[n + d], b[2 * n + d]
     c, s = c * a[n + d] + s * a[2 * n + d], s * a[n + d] - c * a[2 * n + d]
-    if any_greater(gap * gap, 0.99 * steps.half_turn * steps.half_turn):  # seldom
+    if any_greater(gap * gap, 0.99 * steps.half_turn * steps.half_turn):  # rare
         turns = turns_off(gap, steps)
         gap = gap - turns * TWO_PI
-        # cos and sin of half of what is taken off a step, for turns in {-1, 0, 1}
+        # cos and sin of half of what is subtracted from a step, for turns in {−1, 0, 1}
         cos_off, sin_off = turns * turns * (steps.cos_turn - 1.0) + 1.0, turns * steps.sin_turn
         c, s = c * cos_off + s * sin_off, s * cos_off - c * sin_off
     return c, s, gap
@@ -89,7 +88,7 @@ def _half_step(a, b, d, n, steps):
 
 @inlined
 def _last_chord(plan, b, P):
-    """From the joints P to those of encoded poses b."""
+    """Return the distance from the joints P to those of encoded poses b."""
     n = plan.n_dofs
     one, two, three = full_like(b, 0.0), full_like(b, 0.0), full_like(b, 0.0)
     for i in range(3, 3 * plan.n_joints, 3):
@@ -101,7 +100,7 @@ def _last_chord(plan, b, P):
 
 @inlined
 def _line(plan, a, b, steps, C, S, A, B, H, P):
-    """Length of the straight line from an encoded pose a to others b."""
+    """Return the length of the straight line from an encoded pose a to others b."""
     n = plan.n_dofs
     apart = full_like(b, 0.0)
     for d in range(n):
@@ -114,20 +113,20 @@ def _line(plan, a, b, steps, C, S, A, B, H, P):
     length = full_like(b, 0.0)
     for _ in range(steps.n_steps - 1):
         length = length + sqrt(take_step(plan, C, S, A, B, H, P))
-    # From a pose to itself the samples differ by rounding; the distance is nought.
+    # From a pose to itself the samples differ by rounding; the distance is zero.
     return (length + _last_chord(plan, b, P)) * greater(apart, 0.0)
 
 
 @inlined
 def _two_chords(plan, a, b, steps, C, S, A, B, H, P):
-    """Length of the two chords by way of the sample in the middle.
+    """Return the length of two chords: to the sample in the middle, and from there on.
 
-    No more than the line's: by the triangle inequality a chord is no longer than all those whose samples it skips.
+    It is a lower bound of the line's: by the triangle inequality a chord is no longer than the chords that it replaces.
     """
     n = plan.n_dofs
     for d in range(n):
         c, s, _ = _half_step(a, b, d, n, steps)
-        u, v = full_like(b, 1.0), full_like(b, 0.0)  # of half the way, by repeated squaring
+        u, v = full_like(b, 1.0), full_like(b, 0.0)  # of the sum of half the steps, by repeated squaring
         m = steps.n_steps // 2
         while m > 0:
             if m % 2 == 1:
@@ -144,7 +143,7 @@ def _two_chords(plan, a, b, steps, C, S, A, B, H, P):
 
 @jit
 def measure_line(x, Y, first, last, tree, steps, scratch, results):
-    """Length of the straight line in angle space as a sum of chords ‖F(c_n) − F(c_{n−1})‖, sec. 2.2 of the paper."""
+    """Compute the length of the straight line in angle space, Σ ‖F(c_n) − F(c_{n−1})‖, sec. 2.2 of the paper."""
     plan, a = plan_of(tree), flat(x)
     C, S, A, B, H, P = parts_of(tree, scratch)
     for k in range(first, last):
@@ -153,7 +152,7 @@ def measure_line(x, Y, first, last, tree, steps, scratch, results):
 
 @jit
 def measure_line_within(x, Y, first, last, tree, steps, scratch, results):
-    """`measure_line` where that may be within the limit; of a group of lanes that is not, a lower bound above it.
+    """Compute `measure_line` where that may be within the limit, elsewhere a lower bound that is above it.
 
     A bound that ruled out neither of two groups is not tried again.
     """
