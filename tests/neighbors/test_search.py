@@ -116,14 +116,14 @@ def test_bounds_are_tight_where_poses_lie_along_few_axes():
 
 
 @pytest.mark.parametrize("metric", MEASURED_DIRECTLY)
-@pytest.mark.parametrize("kind", ["clustered", "random", "all the same", "one"])
+@pytest.mark.parametrize("kind", ["clustered", "random", "identical", "one"])
 @pytest.mark.usefixtures("always_filter")
 def test_neighbours_are_those_of_brute_force(metric, kind):
     rng = np.random.default_rng(1)
     X = {
         "clustered": lambda: clustered(HUMANOID, 700),
         "random": lambda: rng.uniform(-3, 3, size=(700, HUMANOID.n_dofs)),
-        "all the same": lambda: np.repeat(rng.uniform(-3, 3, size=(1, HUMANOID.n_dofs)), 700, axis=0),
+        "identical": lambda: np.repeat(rng.uniform(-3, 3, size=(1, HUMANOID.n_dofs)), 700, axis=0),
         "one": lambda: rng.uniform(-3, 3, size=(1, HUMANOID.n_dofs)),
     }[kind]()
     queries = np.concatenate([X[:20], X[:20] + 0.01 * rng.normal(size=X[:20].shape), X[:1] + 1])
