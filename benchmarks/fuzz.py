@@ -66,7 +66,7 @@ def main():
     print(f"{sum(outcomes.values()):,} files in {time.perf_counter() - start:.0f} s, none with another outcome\n")
     for (kind, outcome), count in sorted(outcomes.items()):
         print(f"{kind}  {outcome:<8}{count:>8,}")
-    print(f"\nslowest: {slowest[0]:.2f} s, a {slowest[1]} file of {slowest[2]:,} bytes")
+    print(f"\nslowest: {slowest[0]:.2f} s, {slowest[1]} of {slowest[2]:,} bytes")
     print(
         f"memory at most: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3:.0f} MB, the interpreter's included"
     )
