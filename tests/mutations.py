@@ -1,4 +1,4 @@
-"""Motion-capture files with something wrong in them, for the fuzz test and the benchmark of that name."""
+"""Motion-capture files with errors in them, for the fuzz test and the fuzz benchmark."""
 
 import io
 import warnings
@@ -30,7 +30,7 @@ NEST = {
 
 @st.composite
 def files(draw, n_most: int = 4):
-    """(kind, bytes): a good file with up to a few things done to it, or no such file at all."""
+    """Draw (kind, bytes): a valid file with up to a few mutations, or random bytes."""
     kind = draw(st.sampled_from(["BVH", "BVH", "ASF", "AMC"]))
     data = {"BVH": BVH, "ASF": ASF, "AMC": AMC}[kind]
     if draw(st.integers(0, 30)) == 0:
@@ -46,7 +46,7 @@ def _cut(draw, data, kind):
 
 
 def _parts(separator: bytes):
-    """Mutations of the file's words or lines, what lies between them left as it is."""
+    """Return a maker of mutations of the file's words or lines, without changes to their separators."""
 
     def of(change):
         def mutation(draw, data, kind):
@@ -89,14 +89,14 @@ def _bytes(draw, data, kind):
 
 
 def _claim(draw, data, kind):
-    """Counts that are far more than there is."""
+    """State counts that are far larger than the file."""
     count = str(draw(st.sampled_from([0, 1, 10**6, 10**9, 10**18, 10**30]))).encode()
     old, new = draw(st.sampled_from([(b"Frames: 2", b"Frames: "), (b"CHANNELS 3", b"CHANNELS ")]))
     return data.replace(old, new + count)
 
 
 def _nest(draw, data, kind):
-    """Blocks in blocks, some left open."""
+    """Nest blocks of the format, some left open."""
     opening, closing = NEST[kind]
     depth = draw(st.sampled_from([1, 3, 30, 100, 1000, 10_000]))
     closed = draw(st.sampled_from([0, 1, depth, depth + 1]))
@@ -122,7 +122,7 @@ options = st.fixed_dictionaries(
 
 
 def outcome(kind: str, data: bytes, chosen: dict[str, str]) -> str:
-    """What a reader makes of a file: "read" or "refused"; anything but MocapFormatError goes through."""
+    """Return "read" or "refused" for a file; any exception but MocapFormatError is raised."""
 
     def some(*names):
         return {name: chosen[name] for name in names}
@@ -140,7 +140,7 @@ def outcome(kind: str, data: bytes, chosen: dict[str, str]) -> str:
             made.append(load_motion(io.BytesIO(data), asf=io.BytesIO(ASF), **chosen) if kind != "ASF" else made[-1])
         except MocapFormatError as error:
             if not error.message or not str(error).startswith("the open file"):
-                raise AssertionError(f"an error that says nothing: {error!r}") from error
+                raise AssertionError(f"an error without message or file name: {error!r}") from error
             return "refused"
     if not all(isinstance(one, Motion | Skeleton) for one in made):
         raise AssertionError(f"neither a motion nor a skeleton: {made!r}")

@@ -13,9 +13,7 @@ from scipy.sparse import save_npz
 from skpose._cli.compare import FRAME_RATE, PAPER_ACCURACY, PAPER_FIRST_COMPONENT, compare
 from skpose._parallel.journal import FileJournal
 from skpose.datasets import MotionDataset, load_cmu, make_gait, walks_and_runs
-from skpose.io import load_asf, load_motion
-from skpose.io._load import kind_of
-from skpose.io._source import Source
+from skpose.io import file_format, load_asf, load_motion
 from skpose.metrics import pose_distances
 from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
 from skpose.skeleton import Skeleton
@@ -105,9 +103,7 @@ def _refuse_to_overwrite(out: Path) -> None:
 
 def info(path: Path, asf: Path | None, frame_rate: float, scale: float | None) -> None:
     """Print what a file holds."""
-    with Source(path, "a BVH, AMC or ASF file") as source:
-        kind = kind_of(source)
-    if kind == "ASF":
+    if file_format(path) == "ASF":
         skeleton = load_asf(path, scale=scale)
     else:
         motion = load_motion(path, asf=asf, frame_rate=frame_rate, scale=scale)

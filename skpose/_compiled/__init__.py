@@ -1,40 +1,64 @@
-"""The compiled kernels: turn frames, place joints, encode a pose.
+"""All compiled code: forward kinematics in vector registers, the metrics, geodesics, the loops over pairs.
 
-The skeleton as the kernels see it
-----------------------------------
-A `Tree` holds *frames* and *joints*. A frame is a coordinate system with one to three degrees of freedom (dofs); a
-joint is a point at a fixed offset from the joint before it, measured in one of the frames. Rigid bones need no frame
-of their own, and bones that start at one joint may share one. `skpose.kinematics._tree` turns every frame so that its dofs are
-rotations about z, y and x in that order, the last one or two of these where it has fewer than three: a frame is
-``H = H_parent · Rz · Ry · Rx`` whatever the order of axes was in the file, and nothing below branches on axes. What
-constant rotation lies between two frames goes into the zeros of their angles (`shift`); the rest of it, if any, is a
-frame without dofs between the two, a constant turn about one axis.
+What calls what, from Python at the top to one vector register at the bottom::
+
+    kinematics   metrics      neighbors    geodesics                           cluster
+        |           |             |            |                                  |
+        |         loops       nearest          |          mean of poses      graph_shift
+        |           |             |            |                |
+        |           +------+------+            |                |
+        |                  |                   |                |
+        |     encode: one pose -> its code     |                |
+        |     measure: code, codes -> distances ("angle" ... "spatial")
+        |                  |                   |                |
+        |                  +---- "geodesic" ---+                |
+        |                  |                   |                |
+        |                  |               minimiser -----------+   trust region
+        |                  |                   |
+        |                  |      path_energy, block_cholesky       gradient and Hessian; their solution
+        |                  |                   |
+     jacobian ---------- step --------------forward                 joint positions: in lanes; of one pose
+                           |
+                    lanes, tree, results, jit                       registers, named arrays, compilation
+
+Every function here is plain Python, decorated. With the environment variable ``NUMBA_DISABLE_JIT=1`` it runs as such,
+slowly, for a debugger or for coverage. Compiled functions are cached on disk, keyed by a digest of this folder (`jit`).
+
+The skeleton as compiled code sees it
+-------------------------------------
+A `Tree` holds *frames* and *joints*. A frame is a coordinate system with one to three degrees of freedom (dofs). A
+joint is a point at a fixed offset from its parent joint, measured in one of the frames. Rigid bones need no frame of
+their own, and bones that start at one joint may share one. `skpose.kinematics._tree` chooses the axes of every frame so
+that its dofs are rotations about z, y and x in that order, or the last one or two of these: a frame is
+``H = H_parent · Rz · Ry · Rx`` whichever order the file has, and no compiled code branches on axes. The constant
+rotation between two frames goes into the zeros of their angles (`shift`). What is left of it, if anything, is a frame
+without dofs between the two: a constant rotation about one axis.
 
 Lanes
 -----
-A kernel is written once, with the `rows` of `skpose._compiled.lanes`. On arrays of shape (n, lanes) it works on as many poses at
-once as fill a vector register, on arrays of shape (n,) on one. Lanes never mix: a distance does not depend on its
-neighbours in the block, nor on the number of threads.
+A kernel is written once, with the `rows` of `lanes`. On arrays of shape (n, lanes) it computes as many poses at once as
+fill a vector register, on arrays of shape (n,) one. Lanes never mix: a distance does not depend on the other poses in
+its register, nor on the number of threads.
 
 The curve without trigonometry
 ------------------------------
-The straight line in angle space, sampled at n = 0 … N, adds δ = (b − a)/N to the angles at each step. With the cosines
-and sines of θ/2N kept for every pose, those of δ/2 follow for a pair by the subtraction formulas, and those of each
-sample from the last by the addition formulas: no trigonometry per pair, error 1e-14 after ten steps. These take
-1 − cos δ = 2 sin² δ/2 instead of cos δ, whose rounding would make the frames grow or shrink from step to step. A
-difference taken the short way round, b − a ∓ 2π, turns δ by ∓ 2π/N. The two end poses are placed once per pose and not
-once per pair, so a pair costs N − 1 forward kinematics.
+The straight line in angle space, sampled at n = 0 … N, adds δ = (b − a)/N to the angles at each step. The cosines and
+sines of θ/2N are stored for every pose. Those of δ/2 follow for a pair by the subtraction formulas, and those of each
+sample from the last one by the addition formulas. So a pair costs no trigonometry; the error is 1e-14 after ten steps.
+The formulas take 1 − cos δ = 2 sin² δ/2 instead of cos δ, whose rounding would make the frames grow or shrink from step
+to step. A difference that is wrapped, b − a ∓ 2π, changes δ by ∓ 2π/N. The two end poses are computed once per pose and
+not once per pair, so a pair costs N − 1 forward kinematics.
 
 What a step leaves out
 ----------------------
-A *tip* is a frame that ends the tree and holds one joint: there the joint's offset is turned, a vector, and not the
-frame. Of a frame's rotation only two rows are kept, since the third is their cross product. Joints fixed to the root
-are not placed again. Frames with equally many dofs stand together in *batches*, so that the processor meets the same
+A *tip* is a frame at the end of the tree that holds one joint: there the joint's offset is rotated, a vector, and not
+the frame. Of a frame's rotation only two rows are stored, since the third is their cross product. Joints fixed to the
+root do not move. Frames with the same number of dofs stand together in *batches*, so that the processor meets the same
 instructions again and again.
 
 Two stages
 ----------
-A metric is a pair of functions. Its *encode* writes down what it needs to know of a pose; its *measure*, in
-`skpose._compiled.measure`, takes one encoded pose to others. The loops over poses and over pairs are in `skpose._compiled.loops` and
-`skpose._compiled.nearest`.
+A metric is a pair of functions. Its *encode* writes the code of a pose: all that the metric needs of it. Its *measure*
+computes the distances from one encoded pose to others. The loops over poses and over pairs exist once (`loops`, and
+`nearest` for searches) and take the two as arguments.
 """

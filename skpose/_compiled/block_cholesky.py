@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from skpose._compiled.jit import jit
-from skpose._compiled.lanes import every, rows
+from skpose._compiled.lanes import full_like, rows
 
 LANES = 8  # float64 numbers in one register
 
@@ -120,7 +120,7 @@ def _substitute(band, n_blocks, n, x):
     for i in range(n_blocks - 1, -1, -1):
         for p in range(m - 1, -1, -1):
             row = (i * m + p) * width
-            total = every(solution, 0.0)
+            total = full_like(solution, 0.0)
             pivot = band[row + p // LANES, p % LANES]
             value = flat[i * m + p]
             flat[i * m + p] = 0.0

@@ -1,4 +1,4 @@
-"""Forward kinematics of one pose, every frame whole."""
+"""Forward kinematics of one pose: every frame as a whole rotation matrix."""
 
 import math
 
@@ -7,15 +7,16 @@ from skpose._compiled.jit import inlined, jit
 
 @jit
 def workspace_rows(tree):
-    """Rows of the one scratch array that all kernels share."""
+    """Return the number of rows of the scratch array that all kernels share."""
     return 4 * tree.column.shape[0] + 9 * tree.frame_parent.shape[0] + 3 * tree.offset.shape[0]
 
 
 @jit
 def workspace(tree, scratch):
-    """A (workspace_rows,) array's parts: cosines C and sines S of the angles, orientations H, positions P, all nought.
+    """Return the parts of a scratch array of shape (workspace_rows,).
 
-    (n_dofs,) each, (9 n_frames,) and (3 n_joints + 3,); the root's orientation is the identity.
+    Cosines C and sines S of the angles, (n_dofs,) each; orientations H, (9 n_frames,), the root's set to the identity;
+    positions P, (3 n_joints + 3,), set to zero.
     """
     n, h = tree.column.shape[0], 9 * tree.frame_parent.shape[0]
     H, P = scratch[2 * n : 2 * n + h], scratch[2 * n + h : 2 * n + h + 3 * tree.offset.shape[0]]
@@ -27,13 +28,13 @@ def workspace(tree, scratch):
 
 @inlined
 def rotated(u, v, c, s):
-    """The two columns that a rotation about the third axis mixes."""
+    """Rotate the two columns of a matrix that a rotation about the third axis mixes."""
     return c * u + s * v, c * v - s * u
 
 
 @jit
 def orient(tree, angles, C, S, H):
-    """World orientation H of every frame, row by row, the angles in the tree's order."""
+    """Compute the world orientation H of every frame, row by row, from angles in the tree's order."""
     for d in range(angles.shape[0]):
         C[d], S[d] = math.cos(angles[d] + tree.shift[d]), math.sin(angles[d] + tree.shift[d])
     for f in range(1, tree.frame_parent.shape[0]):
@@ -45,7 +46,7 @@ def orient(tree, angles, C, S, H):
             if n_dofs == 0:
                 H[row + a] = H[before + a]
                 H[row + b], H[row + c] = rotated(
-                    H[before + b], H[before + c], tree.fixed_turn[f, 0], tree.fixed_turn[f, 1]
+                    H[before + b], H[before + c], tree.fixed_rotation[f, 0], tree.fixed_rotation[f, 1]
                 )
                 continue
             x, y, z = H[before], H[before + 1], H[before + 2]

@@ -31,7 +31,7 @@ def fill_jacobian(tree, P, axes, jacobian):
     A rotation about the unit axis a through the point o moves a point p at the rate a × (p − o).
     """
     for j in range(1, tree.offset.shape[0]):
-        row, f = 3 * tree.place[j] - 3, tree.joint_frame[j]
+        row, f = 3 * tree.skeleton_joint[j] - 3, tree.joint_frame[j]
         while f > 0:
             o = 3 * tree.pivot[f]
             x, y, z = P[3 * j] - P[o], P[3 * j + 1] - P[o + 1], P[3 * j + 2] - P[o + 2]

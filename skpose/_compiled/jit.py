@@ -9,6 +9,8 @@ from typing import Any
 
 from numba import njit
 
+from skpose._compiled import lanes_llvm  # noqa: F401  (it tells numba what lanes are)
+
 
 def sources_digest() -> str:
     """Return a digest of all sources of this package.
@@ -51,9 +53,9 @@ def jit(function: Callable | None = None, *, signatures: Sequence = (), **option
     if CACHED and hasattr(compiled, "enable_caching"):
         compiled.enable_caching()
         compiled._cache._cache_file._source_stamp = DIGEST
-    for signature in signatures:
-        compiled.compile(signature)
-    if signatures:
+    if signatures and hasattr(compiled, "compile"):
+        for signature in signatures:
+            compiled.compile(signature)
         compiled.disable_compile()
     return compiled
 

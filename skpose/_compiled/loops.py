@@ -1,26 +1,29 @@
-"""The compiled loops over poses and over pairs, whatever the metric."""
+"""The loops over poses and over pairs; the metric comes in as two functions, encode and measure."""
 
 import functools
+from typing import NamedTuple
 
 import numpy as np
 from numba import from_dtype, types
 
 from skpose._compiled.forward import workspace_rows
 from skpose._compiled.jit import jit
-from skpose._compiled.lanes import anywhere, lanes, rows
+from skpose._compiled.lanes import any_greater, lanes, rows
+from skpose._compiled.results import Results, aligned, results_of
 from skpose._compiled.tree import Steps, Tree
 
-CACHE_LINE = 64  # bytes
-BLOCKS_IN_CACHE = 16  # blocks of lanes that are used on one row after the other
+GROUPS_IN_CACHE = 16  # groups of lanes that are used on one row after the other
 FLOAT64_LANES = lanes(np.dtype(np.float64))
 
 
-@jit
-def aligned(n_rows, width, dtype):
-    """An empty array (n_rows, width) that begins at a cache line, as a row that straddles two takes twice the time."""
-    raw = np.empty(n_rows * width + CACHE_LINE, dtype)
-    skip = (-raw.ctypes.data % CACHE_LINE) // raw.itemsize
-    return raw[skip : skip + n_rows * width].reshape((n_rows, width))
+class PairRange(NamedTuple):
+    """A part of all pairs: rows first:last of X with the groups of lanes first_group:last_group of Y."""
+
+    first: int
+    last: int
+    first_group: int
+    last_group: int
+    triangle: bool  # X and Y are the same poses: only columns from the diagonal's group on are written
 
 
 def _encode_poses(poses, encode, tree, steps, codes):
@@ -39,43 +42,44 @@ def _encode_poses(poses, encode, tree, steps, codes):
                 codes[start + w, k] = code[k, w]
 
 
-def _pair_distances(X, Y, first, last, first_block, last_block, triangle, measure, tree, steps, distances):
+def _pair_distances(X, Y, pairs, measure, tree, steps, distances):
     width = Y.shape[1]
     scratch = aligned(workspace_rows(tree), width, X.dtype)
-    out = aligned(2 * BLOCKS_IN_CACHE, width, X.dtype)
-    doubts = rows(out, 0)
-    n_doubtful, worst = 0, 0.0
-    for group in range(first_block, last_block, BLOCKS_IN_CACHE):
-        end = min(group + BLOCKS_IN_CACHE, last_block)
-        for i in range(first, min(last, end * width) if triangle else last):
-            start = max(group, i // width) if triangle else group
-            first_wanted = i + 1 - start * width if triangle else 0
+    results = results_of(GROUPS_IN_CACHE, width, X.dtype)
+    gaps = rows(results.gap, 0)
+    n_unconverged, worst = 0, 0.0
+    for group in range(pairs.first_group, pairs.last_group, GROUPS_IN_CACHE):
+        end = min(group + GROUPS_IN_CACHE, pairs.last_group)
+        for i in range(pairs.first, min(pairs.last, end * width) if pairs.triangle else pairs.last):
+            start = max(group, i // width) if pairs.triangle else group
+            first_requested = i + 1 - start * width if pairs.triangle else 0
             n_columns = min(end * width, distances.shape[1]) - start * width
             for k in range(end - start):
-                doubts[2 * k + 1] = 0.0
-                if k * width < first_wanted or n_columns < (k + 1) * width:
+                gaps[k] = 0.0
+                if k * width < first_requested or n_columns < (k + 1) * width:
                     for w in range(width):
-                        if not first_wanted <= k * width + w < n_columns:
-                            out[2 * k + 1, w] = -1.0
-            measure(X[i], Y, start, end, tree, steps, scratch, out)
+                        results.skip[k, w] = not first_requested <= k * width + w < n_columns
+                else:
+                    results.skip[k] = False
+            measure(X[i], Y, start, end, tree, steps, scratch, results)
             for k in range(end - start):
                 for w in range(min(width, n_columns - k * width)):
-                    distances[i, (start + k) * width + w] = out[2 * k, w]
-                if anywhere(doubts[2 * k + 1], 0.0):
+                    distances[i, (start + k) * width + w] = results.distances[k, w]
+                if any_greater(gaps[k], 0.0):
                     for w in range(width):
-                        if out[2 * k + 1, w] > 0.0:
-                            n_doubtful += 1
-                            worst = max(worst, out[2 * k + 1, w])
-    return n_doubtful, worst
+                        if results.gap[k, w] > 0.0:
+                            n_unconverged += 1
+                            worst = max(worst, results.gap[k, w])
+    return n_unconverged, worst
 
 
 def _pair_distance(x, y, n_codes, encode, measure, tree, steps):
-    scratch, out = np.empty(workspace_rows(tree)), np.zeros(2)
-    codes = np.empty((2, n_codes))
+    scratch, codes = np.empty(workspace_rows(tree)), np.empty((2, n_codes))
+    results = Results(np.zeros(1), np.zeros(1, np.bool_), np.zeros(1), np.full(1, np.inf), np.zeros(1, np.int64))
     encode(x, tree, steps, scratch, codes[0])
     encode(y, tree, steps, scratch, codes[1])
-    measure(codes[0], codes[1], 0, 1, tree, steps, scratch, out)
-    return out[0]
+    measure(codes[0], codes[1], 0, 1, tree, steps, scratch, results)
+    return results.distances[0]
 
 
 def array_type(dtype, ndim, *, readonly, layout="C"):
@@ -84,17 +88,33 @@ def array_type(dtype, ndim, *, readonly, layout="C"):
 
 @functools.cache
 def shared_types(dtype):
-    """numba's types of a Tree and of Steps."""
+    """Return numba's types of a Tree and of Steps."""
     whole, real = types.int64, from_dtype(dtype)
     kinds = dict.fromkeys(("weight", "sign", "shift"), (real, 1))
-    kinds |= {"fixed_turn": (real, 2), "offset": (real, 2), "runs": (whole, 2)}
+    kinds |= {"fixed_rotation": (real, 2), "offset": (real, 2), "runs": (whole, 2)}
     fields = [array_type(*kinds.get(name, (whole, 1)), readonly=False) for name in Tree._fields]
     steps = [whole, types.float64, types.float64, types.float64]
     return types.NamedTuple(fields, Tree), types.NamedTuple(steps, Steps)
 
 
+def results_type(dtype, ndim):
+    """Return numba's type of Results, of scalars or of lanes."""
+    real = from_dtype(dtype)
+    kinds = (real, ndim), (types.boolean, ndim), (real, ndim), (real, 1), (types.int64, 1)
+    return types.NamedTuple([array_type(*kind, readonly=False) for kind in kinds], Results)
+
+
+def measure_type(dtype):
+    """Return numba's type of a measure on lanes."""
+    real = from_dtype(dtype)
+    tree, steps = shared_types(dtype)
+    x, Y = array_type(real, 1, readonly=True), array_type(real, 2, readonly=True)
+    scratch = array_type(real, 2, readonly=False)
+    return types.FunctionType(types.void(x, Y, types.intp, types.intp, tree, steps, scratch, results_type(dtype, 2)))
+
+
 # A function passed to a compiled function keeps it from numba's disk cache unless its type is spelled out, and what is
-# spelled out is compiled at once; hence the three below are compiled when they are first asked for.
+# spelled out is compiled at once; so the loops below are compiled at their first use.
 
 
 @functools.cache
@@ -115,42 +135,41 @@ def encode_poses(poses, encode, tree, steps, codes):
 @functools.cache
 def pair_distance_function():
     """``pair(x, y, n_codes, encode, measure, tree, steps)``: the distance of two poses, in float64."""
-    real = types.float64
-    tree, steps = shared_types(np.dtype(np.float64))
+    real, float64 = types.float64, np.dtype(np.float64)
+    tree, steps = shared_types(float64)
     pose, row = array_type(real, 1, readonly=True), array_type(real, 1, readonly=False)
     encode = types.FunctionType(types.void(pose, tree, steps, row, row))
-    measure = types.FunctionType(types.void(row, row, types.intp, types.intp, tree, steps, row, row))
+    measure = types.FunctionType(
+        types.void(row, row, types.intp, types.intp, tree, steps, row, results_type(float64, 1))
+    )
     return jit(_pair_distance, signatures=[real(pose, pose, types.intp, encode, measure, tree, steps)])
 
 
 @functools.cache
 def pair_distances_loop(dtype):
-    """``loop(X, Y, first, last, first_block, last_block, triangle, measure, tree, steps, distances)``: one tile.
+    """``loop(X, Y, pairs, measure, tree, steps, distances)``: the distances of a PairRange.
 
-    X holds codes as rows, Y blocks of n_codes rows of lanes, one after another. With ``triangle`` X and Y are the same
-    poses and only the columns from the diagonal's block on are written. Returns how many distances are in doubt, and by
-    how much at most: a measure says so in every second row of what it puts out, which holds -1 on entry where nobody
-    wants a distance.
+    X holds codes as rows, Y groups of n_codes rows of lanes, one after another. Returns how many geodesics did not
+    converge, and the largest of their gaps.
     """
-    real, at = from_dtype(dtype), types.intp
+    real, at = from_dtype(dtype), types.int64
     tree, steps = shared_types(dtype)
-    x, Y = array_type(real, 1, readonly=True), array_type(real, 2, readonly=True)
-    scratch = array_type(real, 2, readonly=False)
-    measure = types.FunctionType(types.void(x, Y, at, at, tree, steps, scratch, scratch))
-    X, distances = array_type(real, 2, readonly=True), array_type(real, 2, readonly=False, layout="A")
-    found = types.Tuple((types.int64, types.float64))
-    signature = found(X, Y, at, at, at, at, types.boolean, measure, tree, steps, distances)
+    X, Y = array_type(real, 2, readonly=True), array_type(real, 2, readonly=True)
+    pairs = types.NamedTuple([at, at, at, at, types.boolean], PairRange)
+    distances = array_type(real, 2, readonly=False, layout="A")
+    unconverged = types.Tuple((types.int64, types.float64))
+    signature = unconverged(X, Y, pairs, measure_type(dtype), tree, steps, distances)
     return jit(_pair_distances, signatures=[signature])
 
 
 def in_lanes(codes):
-    """Codes (n, n_codes) as blocks of n_codes rows of lanes, one after another, the last one filled up with copies."""
+    """Return codes (n, n_codes) as groups of n_codes rows of lanes, the last group filled up with copies."""
     width = lanes(codes.dtype)
-    n_blocks, n_codes = -(-len(codes) // width), codes.shape[1]
-    rows_of_lanes = aligned(n_blocks * n_codes, width, codes.dtype)
-    blocks = rows_of_lanes.reshape(n_blocks, n_codes, width)
+    n_groups, n_codes = -(-len(codes) // width), codes.shape[1]
+    rows_of_lanes = aligned(n_groups * n_codes, width, codes.dtype)
+    groups = rows_of_lanes.reshape(n_groups, n_codes, width)
     n_full = len(codes) // width
-    blocks[:n_full] = codes[: n_full * width].reshape(n_full, width, n_codes).transpose(0, 2, 1)
-    if n_full < n_blocks:
-        blocks[-1] = codes[np.minimum(np.arange(n_full * width, n_blocks * width), len(codes) - 1)].T
+    groups[:n_full] = codes[: n_full * width].reshape(n_full, width, n_codes).transpose(0, 2, 1)
+    if n_full < n_groups:
+        groups[-1] = codes[np.minimum(np.arange(n_full * width, n_groups * width), len(codes) - 1)].T
     return rows_of_lanes

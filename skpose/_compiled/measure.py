@@ -1,7 +1,6 @@
-"""The compiled measures: from one encoded pose x to the blocks first:last of others, Y.
+"""The measures: distances from one encoded pose x to the groups of lanes first:last of others, Y.
 
-Row 2k of what is put out has the distances to block first + k, in lanes. Row 2k + 1 is nought on entry where somebody
-wants to know them, and says on return by how much they are in doubt, where they are.
+They write into the `Results`: row k of its arrays is group first + k.
 """
 
 import math
@@ -10,25 +9,25 @@ import numpy as np
 
 from skpose._compiled.encode import series
 from skpose._compiled.jit import inlined, jit
-from skpose._compiled.lanes import anywhere, every, exceeds, numbers, root, rows, smaller
+from skpose._compiled.lanes import any_greater, flat, full_like, greater, minimum, rows, sqrt
 from skpose._compiled.step import parts_of, plan_of, take_step
 from skpose._compiled.tree import TWO_PI
 
 
 @inlined
 def turns_off(gap, steps):
-    """Whole turns (-1, 0 or 1) to take off a difference of angles so that it goes the short way round."""
-    return exceeds(gap, steps.half_turn) - exceeds(0.0 - gap, steps.half_turn)
+    """Return the whole turns (−1, 0 or 1) to subtract from a difference of angles to wrap it to [−π, π]."""
+    return greater(gap, steps.half_turn) - greater(0.0 - gap, steps.half_turn)
 
 
 @jit
-def measure_euclidean(x, Y, first, last, tree, steps, scratch, out):
-    """‖y − x‖₂, every difference the short way round where the metric wraps."""
-    a, n = numbers(x), x.shape[0]
+def measure_euclidean(x, Y, first, last, tree, steps, scratch, results):
+    """Compute ‖y − x‖₂, every difference wrapped where the metric wraps."""
+    a, n = flat(x), x.shape[0]
     for k in range(first, last):
         b = rows(Y, k * n)
-        nought = every(b, 0.0)
-        one, two, three = nought, nought, nought  # several sums, so that an addition need not await the last one
+        zero = full_like(b, 0.0)
+        one, two, three = zero, zero, zero  # several sums, so that no addition waits for the one before
         if steps.half_turn == math.inf:
             for d in range(0, n - 2, 3):
                 p, q, r = b[d] - a[d], b[d + 1] - a[d + 1], b[d + 2] - a[d + 2]
@@ -37,11 +36,11 @@ def measure_euclidean(x, Y, first, last, tree, steps, scratch, out):
             gap = b[d] - a[d]
             gap = gap - turns_off(gap, steps) * TWO_PI
             one = one + gap * gap
-        rows(out, 2 * (k - first))[0] = root(one + two + three)
+        rows(results.distances, k - first)[0] = sqrt(one + two + three)
 
 
 def _squared_angle_series(degree=24):
-    """Coefficients in t of φ² / 4m for two unit quaternions at squared distance m = 1 + t, 0 ≤ m ≤ 2.
+    """Return the coefficients in t of φ² / 4m for two unit quaternions at squared distance m = 1 + t, 0 ≤ m ≤ 2.
 
     φ = 4 arcsin(√m / 2), whose square is analytic in m up to m = 4: interpolation in Chebyshev's points on [0, 2]
     gains a factor 3 + √8 per degree and is exact to rounding at degree 24.
@@ -54,34 +53,34 @@ _SQUARED_ANGLE = _squared_angle_series()
 
 
 @jit
-def measure_rotations(x, Y, first, last, tree, steps, scratch, out):
-    """√Σ ℓ² φ² over the bones, φ the angle between the orientations of the bone's frame."""
-    a, weight, n_frames = numbers(x), numbers(tree.weight), tree.weight.shape[0]
+def measure_rotations(x, Y, first, last, tree, steps, scratch, results):
+    """Compute √Σ ℓ² φ² over the bones, φ the angle between the orientations of the bone's frame."""
+    a, weight, n_frames = flat(x), flat(tree.weight), tree.weight.shape[0]
     for k in range(first, last):
         b = rows(Y, k * x.shape[0])
-        total = every(b, 0.0)
+        total = full_like(b, 0.0)
         for f in range(1, n_frames):
             if weight[f] == 0.0:
                 continue
-            minus, plus = every(b, 0.0), every(b, 0.0)
+            minus, plus = full_like(b, 0.0), full_like(b, 0.0)
             for i in range(4 * f - 4, 4 * f):
                 q = b[i]
                 minus, plus = minus + (q - a[i]) * (q - a[i]), plus + (q + a[i]) * (q + a[i])
-            m = smaller(minus, plus)  # q and −q are one rotation
-            total = total + weight[f] * 4.0 * m * series(_SQUARED_ANGLE, m - 1.0, every(b, 0.0))
-        rows(out, 2 * (k - first))[0] = root(total)
+            m = minimum(minus, plus)  # q and −q are one rotation
+            total = total + weight[f] * 4.0 * m * series(_SQUARED_ANGLE, m - 1.0, full_like(b, 0.0))
+        rows(results.distances, k - first)[0] = sqrt(total)
 
 
 @inlined
 def _half_step(a, b, d, n, steps):
-    """Cosine and sine of half a step of one angle on the straight line, and the whole difference."""
+    """Return cosine and sine of half a step of one angle on the straight line, and the whole difference."""
     gap = b[d] - a[d]
     c, s = b[n + d], b[2 * n + d]
     c, s = c * a[n + d] + s * a[2 * n + d], s * a[n + d] - c * a[2 * n + d]
-    if anywhere(gap * gap, 0.99 * steps.half_turn * steps.half_turn):  # seldom
+    if any_greater(gap * gap, 0.99 * steps.half_turn * steps.half_turn):  # rare
         turns = turns_off(gap, steps)
         gap = gap - turns * TWO_PI
-        # cos and sin of half of what is taken off a step, for turns in {-1, 0, 1}
+        # cos and sin of half of what is subtracted from a step, for turns in {−1, 0, 1}
         cos_off, sin_off = turns * turns * (steps.cos_turn - 1.0) + 1.0, turns * steps.sin_turn
         c, s = c * cos_off + s * sin_off, s * cos_off - c * sin_off
     return c, s, gap
@@ -89,21 +88,21 @@ def _half_step(a, b, d, n, steps):
 
 @inlined
 def _last_chord(plan, b, P):
-    """From the joints P to those of encoded poses b."""
+    """Return the distance from the joints P to those of encoded poses b."""
     n = plan.n_dofs
-    one, two, three = every(b, 0.0), every(b, 0.0), every(b, 0.0)
+    one, two, three = full_like(b, 0.0), full_like(b, 0.0), full_like(b, 0.0)
     for i in range(3, 3 * plan.n_joints, 3):
         k = 5 * n + i - 3
         p, q, r = b[k] - P[i], b[k + 1] - P[i + 1], b[k + 2] - P[i + 2]
         one, two, three = one + p * p, two + q * q, three + r * r
-    return root(one + two + three)
+    return sqrt(one + two + three)
 
 
 @inlined
 def _line(plan, a, b, steps, C, S, A, B, H, P):
-    """Length of the straight line from an encoded pose a to others b."""
+    """Return the length of the straight line from an encoded pose a to others b."""
     n = plan.n_dofs
-    apart = every(b, 0.0)
+    apart = full_like(b, 0.0)
     for d in range(n):
         c, s, gap = _half_step(a, b, d, n, steps)
         apart = apart + gap * gap
@@ -111,23 +110,23 @@ def _line(plan, a, b, steps, C, S, A, B, H, P):
         C[d], S[d] = a[3 * n + d], a[4 * n + d]
     for i in range(3, 3 * plan.n_joints):
         P[i] = a[5 * n + i - 3]
-    length = every(b, 0.0)
+    length = full_like(b, 0.0)
     for _ in range(steps.n_steps - 1):
-        length = length + root(take_step(plan, C, S, A, B, H, P))
-    # From a pose to itself the samples differ by rounding; the distance is nought.
-    return (length + _last_chord(plan, b, P)) * exceeds(apart, 0.0)
+        length = length + sqrt(take_step(plan, C, S, A, B, H, P))
+    # From a pose to itself the samples differ by rounding; the distance is zero.
+    return (length + _last_chord(plan, b, P)) * greater(apart, 0.0)
 
 
 @inlined
-def _bend(plan, a, b, steps, C, S, A, B, H, P):
-    """Length of the two chords by way of the sample in the middle.
+def _two_chords(plan, a, b, steps, C, S, A, B, H, P):
+    """Return the length of two chords: to the sample in the middle, and from there on.
 
-    No more than the line's: by the triangle inequality a chord is no longer than all those whose samples it skips.
+    It is a lower bound of the line's: by the triangle inequality a chord is no longer than the chords that it replaces.
     """
     n = plan.n_dofs
     for d in range(n):
         c, s, _ = _half_step(a, b, d, n, steps)
-        u, v = every(b, 1.0), every(b, 0.0)  # of half the way, by repeated squaring
+        u, v = full_like(b, 1.0), full_like(b, 0.0)  # of the sum of half the steps, by repeated squaring
         m = steps.n_steps // 2
         while m > 0:
             if m % 2 == 1:
@@ -138,37 +137,35 @@ def _bend(plan, a, b, steps, C, S, A, B, H, P):
         C[d], S[d] = a[3 * n + d], a[4 * n + d]
     for i in range(3, 3 * plan.n_joints):
         P[i] = a[5 * n + i - 3]
-    first = root(take_step(plan, C, S, A, B, H, P))
+    first = sqrt(take_step(plan, C, S, A, B, H, P))
     return first + _last_chord(plan, b, P)
 
 
 @jit
-def measure_line(x, Y, first, last, tree, steps, scratch, out):
-    """Length of the straight line in angle space as a sum of chords ‖F(c_n) − F(c_{n−1})‖, sec. 2.2 of the paper."""
-    plan, a = plan_of(tree), numbers(x)
+def measure_line(x, Y, first, last, tree, steps, scratch, results):
+    """Compute the length of the straight line in angle space, Σ ‖F(c_n) − F(c_{n−1})‖, sec. 2.2 of the paper."""
+    plan, a = plan_of(tree), flat(x)
     C, S, A, B, H, P = parts_of(tree, scratch)
     for k in range(first, last):
-        rows(out, 2 * (k - first))[0] = _line(plan, a, rows(Y, k * x.shape[0]), steps, C, S, A, B, H, P)
+        rows(results.distances, k - first)[0] = _line(plan, a, rows(Y, k * x.shape[0]), steps, C, S, A, B, H, P)
 
 
 @jit
-def measure_line_within(x, Y, first, last, tree, steps, scratch, out):
-    """`measure_line` as far as that may be within a limit; of a block without such a line only a bound above the limit.
+def measure_line_within(x, Y, first, last, tree, steps, scratch, results):
+    """Compute `measure_line` where that may be within the limit, elsewhere a lower bound that is above it.
 
-    Behind the rows that are put out stand the limit and a place to count the blocks that it ruled out. A bound that
-    ruled out neither of two blocks is not asked again.
+    A bound that ruled out neither of two groups is not tried again.
     """
-    plan, a, n_codes = plan_of(tree), numbers(x), x.shape[0]
+    plan, a, n_codes = plan_of(tree), flat(x), x.shape[0]
     C, S, A, B, H, P = parts_of(tree, scratch)
-    behind = 2 * (last - first) * (Y.size // Y.shape[0])
-    limit, n_asked, n_ruled_out = numbers(out)[behind], 0, 0
+    limit, n_tried, n_ruled_out = results.limit[0], 0, 0
     for k in range(first, last):
-        b, result = rows(Y, k * n_codes), rows(out, 2 * (k - first))
-        if limit < math.inf and steps.n_steps > 3 and (n_asked < 2 or n_ruled_out > 0):
-            n_asked += 1
-            result[0] = _bend(plan, a, b, steps, C, S, A, B, H, P)
-            if not anywhere(0.0 - result[0], 0.0 - limit):
+        b, distance = rows(Y, k * n_codes), rows(results.distances, k - first)
+        if limit < math.inf and steps.n_steps > 3 and (n_tried < 2 or n_ruled_out > 0):
+            n_tried += 1
+            distance[0] = _two_chords(plan, a, b, steps, C, S, A, B, H, P)
+            if not any_greater(0.0 - distance[0], 0.0 - limit):
                 n_ruled_out += 1
                 continue
-        result[0] = _line(plan, a, b, steps, C, S, A, B, H, P)
-    numbers(out)[behind + 1] = n_ruled_out
+        distance[0] = _line(plan, a, b, steps, C, S, A, B, H, P)
+    results.n_ruled_out[0] += n_ruled_out

@@ -245,26 +245,27 @@ def find_geodesic(start, end, lower, upper, tree, n_steps, max_iter, tol):
 
 
 @jit
-def measure_geodesic(x, Y, first, last, tree, steps, scratch, out):
+def measure_geodesic(x, Y, first, last, tree, steps, scratch, results):
     """Length of the geodesic, eq. 3; where chord and straight line agree already, that of the line.
 
-    Leaves lanes alone where the second row put out is not nought, and puts there the gap of what did not converge.
+    Sets the gap of a geodesic that did not converge.
     """
-    measure_line(x, Y, first, last, tree, steps, scratch, out)
+    measure_line(x, Y, first, last, tree, steps, scratch, results)
     n, n_codes = tree.column.shape[0], x.shape[0]
-    width = Y.size // Y.shape[0]
-    codes, results = Y.reshape((Y.shape[0], width)), out.reshape((out.shape[0], width))
+    width, n_groups = Y.size // Y.shape[0], results.distances.shape[0]
+    codes, distances = Y.reshape((Y.shape[0], width)), results.distances.reshape((n_groups, width))
+    skip, gaps = results.skip.reshape((n_groups, width)), results.gap.reshape((n_groups, width))
     free, noise = np.full(n, math.inf), _noise(tree)
     start, end = np.empty(n), np.empty(n)
     for k in range(first, last):
-        code, result = codes[k * n_codes : (k + 1) * n_codes], results[2 * (k - first) : 2 * (k - first) + 2]
+        code, group = codes[k * n_codes : (k + 1) * n_codes], k - first
         for w in range(width):
-            line = result[0, w]
+            line = distances[group, w]
             square = 0.0
             for i in range(5 * n, n_codes):
                 square += (code[i, w] - x[i]) ** 2
             chord = math.sqrt(square)
-            if result[1, w] != 0.0 or line - chord <= AGREE * line + noise:
+            if skip[group, w] or line - chord <= AGREE * line + noise:
                 continue
             ahead = 0  # 1 or -1 as the first angle that differs does; both directions are to give the same number
             for d in range(n):
@@ -277,6 +278,6 @@ def measure_geodesic(x, Y, first, last, tree, steps, scratch, out):
             _, _, length, along, _, _, converged = find_geodesic(
                 start, end, -free, free, tree, steps.n_steps, MAX_ITER, TOL
             )
-            result[0, w] = max(chord, min(length, line))
+            distances[group, w] = max(chord, min(length, line))
             if not converged:
-                result[1, w] = max((along - length) / along, ROUNDING)
+                gaps[group, w] = max((along - length) / along, ROUNDING)

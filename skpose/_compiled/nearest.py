@@ -10,16 +10,55 @@ measure, as their poses are all further away. What it puts out for these is abov
 """
 
 import functools
+from typing import NamedTuple
 
 import numpy as np
 from numba import from_dtype, types
 
 from skpose._compiled.forward import workspace_rows
 from skpose._compiled.jit import inlined, jit
-from skpose._compiled.lanes import anywhere, rows
-from skpose._compiled.loops import BLOCKS_IN_CACHE, FLOAT64_LANES, aligned, array_type, shared_types
+from skpose._compiled.lanes import any_greater, rows
+from skpose._compiled.loops import FLOAT64_LANES, GROUPS_IN_CACHE, array_type, measure_type, shared_types
+from skpose._compiled.results import aligned, results_of
 
-ROWS_IN_CACHE = 1024  # rows of lanes, where a block has few of them; with less, the call of the measure shows
+ROWS_IN_CACHE = 1024  # rows of lanes, where a group has few of them; with less, the call of the measure shows
+
+
+class Heaps(NamedTuple):
+    """What is kept for each query: every value up to its limit while there is room, then the smallest.
+
+    Of equal values the one of the smaller index comes first. A full row is a heap with the last of its entries on top.
+    """
+
+    limits: np.ndarray  # (n_queries,)
+    values: np.ndarray  # (n_queries, room)
+    indices: np.ndarray  # (n_queries, room)
+    counts: np.ndarray  # (n_queries,) how many entries are kept
+
+
+class Candidates(NamedTuple):
+    """Poses of an index that may be among the nearest, for each query."""
+
+    indices: np.ndarray  # (n_queries, n_candidates)
+    bounds: np.ndarray  # (n_queries, n_candidates) lower bounds of the distances
+    counts: np.ndarray  # (n_queries,) how many candidates a query has
+
+
+class Span(NamedTuple):
+    """Queries first:last with the poses start:stop of an index."""
+
+    first: int
+    last: int
+    start: int
+    stop: int
+
+
+class Batch(NamedTuple):
+    """Queries first:last, so many candidates at once, 8 or less."""
+
+    first: int
+    last: int
+    at_once: int
 
 
 class Kept:
@@ -32,9 +71,9 @@ class Kept:
         self.kept = np.zeros(len(limits), np.int64)
 
     @property
-    def arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """As the loops take them."""
-        return self.limits, self.values, self.found, self.kept
+    def heaps(self) -> Heaps:
+        """The arrays as the loops take them."""
+        return Heaps(self.limits, self.values, self.found, self.kept)
 
     @property
     def full(self) -> np.ndarray:
@@ -83,23 +122,25 @@ def _sink(values, found, i, at, value, j):
 
 
 @inlined
-def _limit(limits, values, kept, i):
-    """No value above it is kept."""
-    return values[i, 0] if kept[i] == values.shape[1] else limits[i]
+def _limit(heaps, i):
+    """Above it no value is kept."""
+    return heaps.values[i, 0] if heaps.counts[i] == heaps.values.shape[1] else heaps.limits[i]
 
 
 @inlined
-def _keep(value, j, limits, values, found, kept, i):
+def _keep(value, j, heaps, i):
+    """Keep an entry for query i if it is near enough."""
+    values, indices, counts = heaps.values, heaps.indices, heaps.counts
     room = values.shape[1]
-    if kept[i] == room:
-        if _comes_before(value, j, values[i, 0], found[i, 0]):
-            _sink(values, found, i, 0, value, j)
-    elif value <= limits[i]:
-        values[i, kept[i]], found[i, kept[i]] = value, j
-        kept[i] += 1
-        if kept[i] == room:
+    if counts[i] == room:
+        if _comes_before(value, j, values[i, 0], indices[i, 0]):
+            _sink(values, indices, i, 0, value, j)
+    elif value <= heaps.limits[i]:
+        values[i, counts[i]], indices[i, counts[i]] = value, j
+        counts[i] += 1
+        if counts[i] == room:
             for at in range(room // 2 - 1, -1, -1):
-                _sink(values, found, i, at, values[i, at], found[i, at])
+                _sink(values, indices, i, at, values[i, at], indices[i, at])
 
 
 @inlined
@@ -112,145 +153,110 @@ def _rounding(tree):
     return 1e-9 * total
 
 
-def _keep_nearest(X, Y, first, last, start, stop, own, measure, tree, steps, limits, values, found, kept):
+def _keep_nearest(X, Y, span, excluded, measure, tree, steps, heaps):
     n_codes, width = X.shape[1], Y.shape[1]
-    n_blocks = (stop - start + width - 1) // width
-    n_together = max(BLOCKS_IN_CACHE, ROWS_IN_CACHE // n_codes)
+    n_groups = (span.stop - span.start + width - 1) // width
+    n_together = max(GROUPS_IN_CACHE, ROWS_IN_CACHE // n_codes)
     scratch = aligned(workspace_rows(tree), width, X.dtype)
-    out = aligned(2 * n_together + 1, width, X.dtype)
-    results, rounding, n_measured = rows(out, 0), _rounding(tree), 0
-    for group in range(0, n_blocks, n_together):
-        end = min(group + n_together, n_blocks)
-        behind, n_poses = 2 * (end - group), min(end * width, stop - start) - group * width
-        for i in range(first, last):
-            limit = _limit(limits, values, kept, i)
-            out[behind, 0], out[behind, 1] = 1.000001 * limit + rounding, 0.0
-            measure(X[i], Y, group, end, tree, steps, scratch, out)
-            n_measured += max(0, n_poses - int(out[behind, 1]) * width)
+    results = results_of(n_together, width, X.dtype)
+    distances, rounding, n_measured = rows(results.distances, 0), _rounding(tree), 0
+    for group in range(0, n_groups, n_together):
+        end = min(group + n_together, n_groups)
+        n_poses = min(end * width, span.stop - span.start) - group * width
+        for i in range(span.first, span.last):
+            limit = _limit(heaps, i)
+            results.limit[0], results.n_ruled_out[0] = 1.000001 * limit + rounding, 0
+            measure(X[i], Y, group, end, tree, steps, scratch, results)
+            n_measured += max(0, n_poses - results.n_ruled_out[0] * width)
             for k in range(end - group):
                 # A little more than the limit, as what is equal to it may count.
-                if limit < np.inf and not anywhere(0.0 - results[2 * k], -1.000001 * limit - 1e-37):
+                if limit < np.inf and not any_greater(0.0 - distances[k], -1.000001 * limit - 1e-37):
                     continue
                 for w in range(width):
-                    j = start + (group + k) * width + w
-                    if j < stop and j != own[i]:
-                        _keep(out[2 * k, w], j, limits, values, found, kept, i)
-                limit = _limit(limits, values, kept, i)
+                    j = span.start + (group + k) * width + w
+                    if j < span.stop and j != excluded[i]:
+                        _keep(results.distances[k, w], j, heaps, i)
+                limit = _limit(heaps, i)
     return n_measured
 
 
-def _keep_nearest_of(
-    X,
-    poses,
-    candidates,
-    bounds,
-    n_candidates,
-    first,
-    last,
-    at_once,
-    encode,
-    measure,
-    tree,
-    steps,
-    limits,
-    values,
-    found,
-    kept,
-):
+def _keep_nearest_of(X, poses, candidates, batch, encode, measure, tree, steps, heaps):
     n_dofs = poses.shape[1]
     scratch = aligned(workspace_rows(tree), FLOAT64_LANES, X.dtype)
     pose = aligned(n_dofs, FLOAT64_LANES, X.dtype)
     code = aligned(X.shape[1], FLOAT64_LANES, X.dtype)
-    out = aligned(3, FLOAT64_LANES, X.dtype)
+    results = results_of(1, FLOAT64_LANES, X.dtype)
     taken = np.empty(FLOAT64_LANES, np.int64)
-    rounding, n_measured, n_doubtful, worst = _rounding(tree), 0, 0, 0.0
-    for i in range(first, last):
+    rounding, n_measured, n_unconverged, worst = _rounding(tree), 0, 0, 0.0
+    for i in range(batch.first, batch.last):
         at = 0
-        while at < n_candidates[i]:
-            n, limit = 0, _limit(limits, values, kept, i)
-            while at < n_candidates[i] and n < at_once:
-                if bounds[i, at] <= limit:
-                    taken[n] = candidates[i, at]
+        while at < candidates.counts[i]:
+            n, limit = 0, _limit(heaps, i)
+            while at < candidates.counts[i] and n < batch.at_once:
+                if candidates.bounds[i, at] <= limit:
+                    taken[n] = candidates.indices[i, at]
                     n += 1
                 at += 1
             if n == 0:
                 break
-            out[2, 0], out[2, 1] = 1.000001 * limit + rounding, 0.0
+            results.limit[0], results.n_ruled_out[0] = 1.000001 * limit + rounding, 0
             for w in range(FLOAT64_LANES):
-                out[1, w] = 0.0 if w < n else -1.0
+                results.skip[0, w], results.gap[0, w] = w >= n, 0.0
                 for d in range(n_dofs):
                     pose[d, w] = poses[taken[min(w, n - 1)], d]
             encode(pose, tree, steps, scratch, code)
-            measure(X[i], code, 0, 1, tree, steps, scratch, out)
-            n_measured += n * (1 - int(out[2, 1]))
+            measure(X[i], code, 0, 1, tree, steps, scratch, results)
+            n_measured += n * (1 - results.n_ruled_out[0])
             for w in range(n):
-                _keep(out[0, w], taken[w], limits, values, found, kept, i)
-                if out[1, w] > 0.0:
-                    n_doubtful += 1
-                    worst = max(worst, out[1, w])
-    return n_measured, n_doubtful, worst
+                _keep(results.distances[0, w], taken[w], heaps, i)
+                if results.gap[0, w] > 0.0:
+                    n_unconverged += 1
+                    worst = max(worst, results.gap[0, w])
+    return n_measured, n_unconverged, worst
 
 
-def _heap_types(real):
-    """numba's types of limits, values, found and kept."""
+def _heaps_type(real):
+    """numba's type of Heaps."""
     whole = types.int64
     kinds = ((real, 1), (real, 2), (whole, 2), (whole, 1))
-    return [array_type(kind, ndim, readonly=False) for kind, ndim in kinds]
+    return types.NamedTuple([array_type(kind, ndim, readonly=False) for kind, ndim in kinds], Heaps)
 
 
-# Compiled when first asked for, see `skpose._compiled.loops`.
+# Compiled when first requested, see `skpose._compiled.loops`.
 
 
 @functools.cache
 def keep_nearest_loop(dtype):
-    """``loop(X, Y, first, last, start, stop, own, measure, tree, steps, limits, values, found, kept)``.
+    """``loop(X, Y, span, excluded, measure, tree, steps, heaps)``: keep the nearest of an index's poses.
 
-    Keeps, for the rows first:last of X, encoded poses, what is nearest of Y, the poses start:stop of an index in blocks
-    of lanes, but for the pose own[i]. Returns how many pairs were measured. For measures that
-    are never in doubt.
+    Keeps, for the rows of a Span of X, encoded poses, what is nearest in Y, the span's poses of an index in groups of
+    lanes, but for the pose excluded[i]. Returns how many pairs were measured. For measures that always converge.
     """
-    real, at = from_dtype(dtype), types.intp
+    real, at = from_dtype(dtype), types.int64
     tree, steps = shared_types(dtype)
-    x, Y = array_type(real, 1, readonly=True), array_type(real, 2, readonly=True)
-    scratch = array_type(real, 2, readonly=False)
-    measure = types.FunctionType(types.void(x, Y, at, at, tree, steps, scratch, scratch))
-    X, own = array_type(real, 2, readonly=True), array_type(types.int64, 1, readonly=True)
-    signature = types.int64(X, Y, at, at, at, at, own, measure, tree, steps, *_heap_types(real))
+    X, Y = array_type(real, 2, readonly=True), array_type(real, 2, readonly=True)
+    span, excluded = types.NamedUniTuple(at, 4, Span), array_type(types.int64, 1, readonly=True)
+    signature = types.int64(X, Y, span, excluded, measure_type(dtype), tree, steps, _heaps_type(real))
     return jit(_keep_nearest, signatures=[signature])
 
 
 @functools.cache
 def keep_nearest_of_loop(dtype):
-    """``loop(X, poses, candidates, bounds, n_candidates, first, last, at_once, encode, measure, tree, steps, …)``.
+    """``loop(X, poses, candidates, batch, encode, measure, tree, steps, heaps)``: keep the nearest of candidates.
 
-    Keeps, for the rows first:last of X, encoded poses, what is nearest of the candidates[i, :n_candidates[i]] among
-    the poses, which are of this dtype; … is limits, values, found, kept. They are taken in order, at most so many at
-    once, 8 or less, and those not at all whose bound, which no distance is below, says that they would not be kept.
-    Returns how many were measured, how many of the distances are in doubt and by how much at most.
+    Keeps, for the rows of a Batch of X, encoded poses, what is nearest of their Candidates among the poses, which are
+    of this dtype. Candidates are taken in order, at most so many at once, and those not at all whose bound, which no
+    distance is below, is above what would be kept. Returns how many were measured, how many geodesics did not converge
+    and the largest of their gaps.
     """
-    real, at = types.float64, types.intp
-    tree, steps = shared_types(np.dtype(np.float64))
-    x, row = array_type(real, 1, readonly=True), array_type(real, 2, readonly=False)
+    real, at, float64 = types.float64, types.int64, np.dtype(np.float64)
+    tree, steps = shared_types(float64)
+    row = array_type(real, 2, readonly=False)
     encode = types.FunctionType(types.void(row, tree, steps, row, row))
-    Y = array_type(real, 2, readonly=True)
-    measure = types.FunctionType(types.void(x, Y, at, at, tree, steps, row, row))
     X, poses = array_type(real, 2, readonly=True), array_type(from_dtype(dtype), 2, readonly=True)
-    candidates, bounds = (array_type(kind, 2, readonly=True) for kind in (types.int64, real))
-    n_candidates = array_type(types.int64, 1, readonly=True)
+    kinds = (types.int64, 2), (real, 2), (types.int64, 1)
+    candidates = types.NamedTuple([array_type(*kind, readonly=False) for kind in kinds], Candidates)
+    batch = types.NamedUniTuple(at, 3, Batch)
     counts = types.Tuple((types.int64, types.int64, real))
-    signature = counts(
-        X,
-        poses,
-        candidates,
-        bounds,
-        n_candidates,
-        at,
-        at,
-        at,
-        encode,
-        measure,
-        tree,
-        steps,
-        *_heap_types(real),
-    )
+    signature = counts(X, poses, candidates, batch, encode, measure_type(float64), tree, steps, _heaps_type(real))
     return jit(_keep_nearest_of, signatures=[signature])

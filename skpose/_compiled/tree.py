@@ -1,4 +1,4 @@
-"""What compiled code sees of a skeleton, and of how a metric goes from pose to pose: named arrays."""
+"""A skeleton, and the steps between two poses, as compiled code sees them: named arrays."""
 
 import math
 from typing import NamedTuple
@@ -14,40 +14,40 @@ class Tree(NamedTuple):
     Frames stand in batches, tips last; joints in the order of their frames; dofs depth first.
     """
 
-    frame_parent: np.ndarray  # (n_frames,) frame that each frame turns with
+    frame_parent: np.ndarray  # (n_frames,) the frame that carries each frame
     first_dof: np.ndarray  # (n_frames,) dofs of frame f are first_dof[f]:end_dof[f]; the root's frame has none
     end_dof: np.ndarray  # (n_frames,)
-    fixed_axis: np.ndarray  # (n_frames,) axis about which a frame without dofs is turned: 0, 1 or 2
-    fixed_turn: np.ndarray  # (n_frames, 4) cosine and sine of that turn, and of half of it
+    fixed_axis: np.ndarray  # (n_frames,) axis of the constant rotation of a frame without dofs: 0, 1 or 2
+    fixed_rotation: np.ndarray  # (n_frames, 4) cosine and sine of its angle, and of half of it
     weight: np.ndarray  # (n_frames,) summed squared lengths of the bones fixed to the frame, m²
-    pivot: np.ndarray  # (n_frames,) joint about which the frame turns
+    pivot: np.ndarray  # (n_frames,) joint at the centre of the frame's rotation
     batch_dofs: np.ndarray  # (n_batches,) how many dofs the frames of a batch have
     first_frame: np.ndarray  # (n_batches + 1,) frames of batch b are first_frame[b]:first_frame[b + 1]; then the tips
-    branch: np.ndarray  # (n_branches + 1,) dofs of branch b, all that hangs on one frame at the root, lie between
-    column: np.ndarray  # (n_dofs,) where a pose holds each dof
+    branch: np.ndarray  # (n_branches + 1,) dofs of branch b, one child of the root and all below it, lie between
+    column: np.ndarray  # (n_dofs,) column of each dof in an array of poses
     sign: np.ndarray  # (n_dofs,) -1 where the frame's axis points against the skeleton's, else 1
-    shift: np.ndarray  # (n_dofs,) what to add to the angle, rad
-    joint_parent: np.ndarray  # (n_joints + 1,) joint before each joint
+    shift: np.ndarray  # (n_dofs,) constant added to the angle, rad
+    joint_parent: np.ndarray  # (n_joints + 1,) parent of each joint
     joint_frame: np.ndarray  # (n_joints + 1,) frame in which the joint's offset is given
-    offset: np.ndarray  # (n_joints + 1, 3) from the joint before, m; of a tip's joint the last is nought
-    place: np.ndarray  # (n_joints + 1,) the skeleton's number of each joint, counted from one
+    offset: np.ndarray  # (n_joints + 1, 3) from the parent, m; z is zero for a tip's joint
+    skeleton_joint: np.ndarray  # (n_joints + 1,) index of each joint in the skeleton, plus one
     first_run: np.ndarray  # (n_frames + 1,) runs of frame f are runs[first_run[f]:first_run[f + 1]]
-    runs: np.ndarray  # (n_runs, 2) the dofs of a frame and of those before it, as ranges
+    runs: np.ndarray  # (n_runs, 2) dofs of a frame and of its ancestors, as ranges
 
 
 class Plan(NamedTuple):
-    """What a step reads of a Tree, without references to count."""
+    """The part of a Tree that a step reads, as addresses: no references to count in an inner loop."""
 
     n_dofs: int
     n_batches: int
-    first_moving: int  # joint; those before are fixed to the root
+    first_moving: int  # joint; the ones before it are fixed to the root
     first_tip: int  # joint
     n_joints: int  # the root's included
     frame_parent: np.ndarray
     first_dof: np.ndarray
     end_dof: np.ndarray
     fixed_axis: np.ndarray
-    fixed_turn: np.ndarray
+    fixed_rotation: np.ndarray
     batch_dofs: np.ndarray
     first_frame: np.ndarray
     joint_parent: np.ndarray
@@ -56,10 +56,10 @@ class Plan(NamedTuple):
 
 
 class Steps(NamedTuple):
-    """How a metric walks from one pose to another."""
+    """The steps along the straight line from one pose to another."""
 
     n_steps: int  # chords along the curve
-    half_turn: float  # a larger difference of angles is taken the other way round; inf takes all as they are
+    half_turn: float  # π: differences of angles are wrapped to ± this; inf: they are not
     cos_turn: float  # of π / n_steps
     sin_turn: float
 

@@ -1,4 +1,4 @@
-"""Motions to try things on: generated gait, and the CMU motion-capture database."""
+"""Collections of motions: generated gait, and the CMU motion-capture database."""
 
 from skpose.datasets._cmu import fetch_cmu, load_cmu
 from skpose.datasets._gait import humanoid, make_gait

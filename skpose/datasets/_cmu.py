@@ -1,7 +1,9 @@
-"""The Carnegie Mellon University motion-capture database, from a folder or from its server."""
+"""Readers of the Carnegie Mellon University motion-capture database, from a folder or from its server."""
 
 import csv
 import hashlib
+import math
+import os
 import re
 import warnings
 from collections.abc import Iterable
@@ -13,10 +15,9 @@ from sklearn.datasets import fetch_file, get_data_home
 from skpose._parallel.progress import progress
 from skpose.datasets._cmu_digests import DIGESTS
 from skpose.datasets._motions import MotionDataset
-from skpose.io._amc import read_amc
-from skpose.io._asf import read_asf
-from skpose.io._load import skeleton_of
-from skpose.io._source import MocapFormatError, PathLike, Source, check_positive
+from skpose.io import AsfFile, MocapFormatError, asf_path, load_amc
+
+PathLike = str | os.PathLike
 
 SERVER = "http://mocap.cs.cmu.edu"
 COLUMNS = ("subject", "trial", "action", "frames_per_second", "file")
@@ -28,24 +29,25 @@ def load_cmu(folder: PathLike, *, frame_rate: float = 120.0, verbose: int = 0) -
     Parameters
     ----------
     folder : str or path-like
-        Either with an ``index.csv`` of the columns subject, trial, action, frames_per_second and file (relative to
-        the folder), or just laid out as CMU does, ``subjects/SS/SS_TT.amc`` beside ``subjects/SS/SS.asf``.
+        Folder with an ``index.csv`` of the columns subject, trial, action, frames_per_second and file (relative to
+        the folder), or with CMU's own layout, ``subjects/SS/SS_TT.amc`` and ``subjects/SS/SS.asf``.
     frame_rate : float, default=120.0
-        Frames per second, Hz, where there is no index; most of CMU's files are at 120 Hz.
+        Frames per second, Hz, if there is no index; most of CMU's files are at 120 Hz.
     verbose : int, default=0
-        Whether to show how many files are read.
+        Whether to show how many files have been read.
 
     Returns
     -------
     MotionDataset
-        Subjects and trials as strings such as "02"; actions empty where there is no index.
+        The motions; subjects and trials are strings such as "02", actions are empty if there is no index. All motions
+        of an ASF file share one skeleton.
 
     Raises
     ------
     FileNotFoundError
-        If the folder holds no such files, or not one that the index names.
+        If the folder holds no such files, or lacks one that the index names.
     MocapFormatError
-        If a file or the index is not what it should be.
+        If a file or the index does not follow its format.
 
     Examples
     --------
@@ -56,26 +58,25 @@ def load_cmu(folder: PathLike, *, frame_rate: float = 120.0, verbose: int = 0) -
     folder = Path(folder)
     index = folder / "index.csv"
     rows = _read_index(index) if index.is_file() else _scan(folder, frame_rate)
-    skeletons = {}
+    skeletons: dict[Path, AsfFile] = {}
     motions = []
     with progress(f"{len(rows)} motions", len(rows), verbose) as advance:
         for row in rows:
             path = folder / row["file"]
-            asf = skeleton_of(path)
+            asf = asf_path(path)
             for needed in (asf, path):
                 if not needed.is_file():
-                    asker = index if index.is_file() else path
-                    raise FileNotFoundError(f"{needed} is missing, but {asker} asks for it")
+                    origin = index if index.is_file() else path
+                    raise FileNotFoundError(f"{needed} is missing, but {origin} refers to it")
             if asf not in skeletons:
-                with Source(asf, "an ASF file") as source:
-                    skeletons[asf] = read_asf(source)
-            with Source(path, "an AMC file") as source:
-                motions.append(read_amc(source, skeletons[asf], frame_rate=row["frames_per_second"]))
+                skeletons[asf] = AsfFile(asf)
+            motions.append(load_amc(path, skeletons[asf], frame_rate=row["frames_per_second"]))
             advance()
     return MotionDataset(motions, *([row[key] for row in rows] for key in ("subject", "trial", "action")))
 
 
 def _read_index(path: Path) -> list[dict]:
+    """Return the rows of an index with the frame rates as numbers."""
     with path.open(newline="", encoding="utf-8-sig") as file:
         reader = csv.DictReader(file)
         missing = [name for name in COLUMNS if name not in (reader.fieldnames or [])]
@@ -85,20 +86,26 @@ def _read_index(path: Path) -> list[dict]:
         for row in reader:
             if any(row[name] is None for name in COLUMNS) or not row["file"]:
                 raise MocapFormatError(path, reader.line_num, f"expected a value for each of {', '.join(COLUMNS)}")
-            try:
-                rate = float(row["frames_per_second"])
-                check_positive("frames_per_second", rate)
-            except ValueError:
+            rate = _number(row["frames_per_second"])
+            if not 0.0 < rate < math.inf:
                 problem = f"frames_per_second: expected a positive number, found {row['frames_per_second']!r}"
-                raise MocapFormatError(path, reader.line_num, problem) from None
-            row["frames_per_second"] = rate
-            rows.append(row)
+                raise MocapFormatError(path, reader.line_num, problem)
+            rows.append(row | {"frames_per_second": rate})
     if not rows:
         raise MocapFormatError(path, None, "the index names no motions")
     return rows
 
 
+def _number(text: str) -> float:
+    """Return a text as a number, NaN if it is none."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
+
+
 def _scan(folder: Path, frame_rate: float) -> list[dict]:
+    """Return rows as those of an index for a folder with CMU's own layout."""
     paths = sorted((folder / "subjects").glob("*/*_*.amc"))
     if not paths:
         raise FileNotFoundError(f"{folder} holds neither an index.csv nor files named subjects/SS/SS_TT.amc")
@@ -125,16 +132,16 @@ def fetch_cmu(
     subjects : iterable of int or str
         Numbers of the subjects, such as ``[2, 35]``.
     data_home : str or path-like, default=None
-        Where to keep the files, in a folder "cmu_mocap"; None is scikit-learn's data home.
+        Folder in which the files are stored, under "cmu_mocap"; None is scikit-learn's data home.
     frame_rate : float, default=120.0
-        Frames per second, Hz. The database does not say it in a form that can be read; some subjects are at 60 Hz.
+        Frames per second, Hz. The database does not state it in a readable form; some subjects are at 60 Hz.
     verbose : int, default=0
-        Whether to show how far it is.
+        Whether to show how many files have been downloaded and read.
 
     Returns
     -------
     MotionDataset
-        All trials of the subjects, the actions in CMU's own words.
+        All trials of the subjects, with CMU's own descriptions as actions.
 
     Raises
     ------
@@ -144,11 +151,11 @@ def fetch_cmu(
     Warns
     -----
     UserWarning
-        If a file is not the one that skpose's own figures were measured on, where that is known.
+        If a file is known to differ from the one that skpose's own figures were measured on.
 
     Notes
     -----
-    The data is free for every use, also in products that are sold, but must not be resold itself. It was obtained
+    The data is free for every use, including products that are sold, but must not be resold itself. It was obtained
     from mocap.cs.cmu.edu; the database was created with funding from NSF EIA-0196217.
 
     Examples
@@ -172,7 +179,7 @@ def fetch_cmu(
                 file = path.relative_to(home).as_posix()
                 rows.append(dict(zip(COLUMNS, (name, trial, action, frame_rate, file), strict=True)))
                 advance()
-    # The index of what was asked for, for load_cmu.
+    # The index of the requested subjects, for load_cmu.
     with (home / "index.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, COLUMNS)
         writer.writeheader()
@@ -181,7 +188,7 @@ def fetch_cmu(
 
 
 def _fetch_index(subject: str, folder: Path) -> dict[str, str]:
-    """Trials of a subject and what they show, from the server's listing: tab-separated, the description last."""
+    """Return the action of each trial of a subject, from the server's listing: tab-separated, the description last."""
     query = f"subjectnumber={int(subject)}&motion=%25%25%25&maincat=%25&subcat=%25&subtext=yes"
     path = _fetch(f"{SERVER}/search.php?{query}", folder, "index.txt")
     trials = {}
@@ -198,6 +205,7 @@ def _fetch_index(subject: str, folder: Path) -> dict[str, str]:
 
 
 def _fetch(url: str, folder: Path, name: str) -> Path:
+    """Return the path of a downloaded file, downloaded now unless it exists."""
     folder.mkdir(parents=True, exist_ok=True)
     try:
         path = Path(fetch_file(url, folder=folder, local_filename=name))
@@ -217,6 +225,6 @@ def _fetch(url: str, folder: Path, name: str) -> Path:
 
 
 def digest(path: Path) -> str:
-    """SHA-256 of a text file whose line ends and trailing blanks may differ from copy to copy."""
+    """Return the SHA-256 of a text file without line ends and trailing blanks, which differ from copy to copy."""
     lines = (line.rstrip() for line in path.read_bytes().splitlines())
     return hashlib.sha256(b"\n".join(lines).strip()).hexdigest()

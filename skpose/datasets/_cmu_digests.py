@@ -1,4 +1,4 @@
-"""SHA-256 digests of CMU files that skpose's figures were measured on, by `skpose.datasets._cmu.digest`."""
+"""SHA-256 digests of CMU files that skpose's figures were measured on, from `skpose.datasets._cmu.digest`."""
 
 DIGESTS = {
     "02.asf": "7e6e35610c1c1f9ee5855ea085bbb46eba8ee10dc90f9aaa7a76d658ab774367",

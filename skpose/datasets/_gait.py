@@ -1,9 +1,9 @@
-"""Walking and running made up after published joint-angle curves.
+"""Generated walking and running after published joint-angle curves.
 
 The curves have the shape, the timing and the peaks that the sources below report as means of healthy adults. They are
-drawn by hand, to whole degrees at every twentieth of the gait cycle, and kept as Fourier series: good enough to try a
-method on, and no substitute for measurements. How far the trunk turns and leans, and how far arms swing in running, are
-round figures of our own, as are the spreads over people.
+drawn by hand, to whole degrees at every twentieth of the gait cycle, and stored as Fourier series: good enough to try a
+method, and no substitute for measurements. The rotation and lean of the trunk, and the swing of the arms in running,
+are round figures of our own, as are the spreads over people.
 
 Sources
 -------
@@ -29,8 +29,8 @@ from skpose._compat.sklearn import Interval, validate_params
 from skpose.datasets._motions import MotionDataset
 from skpose.skeleton import Bone, Motion, Skeleton
 
-# Bones of the body with x to the left, y up and z forward; lengths as fractions of the height. A positive rotation
-# about x takes what hangs down backward and what points forward down, so flexion of hip, shoulder and elbow and
+# Bones with x to the left, y up and z forward; lengths as fractions of the height. A positive rotation about x moves
+# a bone that points down backward and a bone that points forward down, so flexion of hip, shoulder and elbow and
 # dorsiflexion of the ankle are negative, flexion of the knee is positive.
 _TRUNK = (
     ("abdomen", None, (0.0, 0.115, 0.0), "xyz"),
@@ -50,7 +50,7 @@ _SIDE = (  # of the left; the right mirrors it
     ("hand", "forearm", (0.0, -0.108, 0.0), "xz"),
 )
 
-# Degrees at every twentieth of the cycle, which begins as the left foot strikes the ground; left side. The trunk's
+# Degrees at every twentieth of the cycle, which begins when the left foot strikes the ground; left side. The trunk's
 # rotation is positive with the left shoulder back.
 _N_POINTS = 20
 _CURVES = {
@@ -75,10 +75,10 @@ _CURVES = {
         "trunk_lean": (9,) * _N_POINTS,
     },
 }
-_N_HARMONICS = 6  # what is left above is the rounding to whole degrees
+_N_HARMONICS = 6  # higher ones contain only the rounding to whole degrees
 _CADENCE = {"walk": (0.93, 0.05), "run": (1.40, 0.07)}  # cycles per second: mean and spread over subjects
 
-# How a curve moves a dof of one side: name of the dof, sign of its rotation, and whether the two sides mirror it.
+# The dof of one side that a curve gives: its name, the sign of its rotation, and whether the right side has the other.
 _LIMB_DOFS = {
     "hip_flexion": ("thigh_rx", -1, False),
     "hip_adduction": ("thigh_rz", -1, True),
@@ -88,17 +88,18 @@ _LIMB_DOFS = {
     "elbow_flexion": ("forearm_rx", -1, False),
 }
 
-# Spreads (standard deviations) of what makes one person's movement theirs, and one recording unlike the next.
+# Spreads (standard deviations) over people and over recordings.
 _HEIGHT = (1.72, 0.09)  # m: mean and spread
 _PROPORTION = 0.04  # of each segment's length, relative
 _AMPLITUDE = 0.15  # of every curve, relative
 _PHASE = 0.015  # of every curve, cycles
 _TEMPO = 0.03  # of a recording's cadence, relative
 _DAY = 0.3  # of posture from recording to recording, as a share of its spread over people
-_SWAY = 1.0  # slow wandering of every dof within a recording, degrees
+_SWAY = 1.0  # slow variation of every dof within a recording, degrees
 _NOISE = 0.3  # of the measurement, degrees a frame
-# Of the mean of a dof over people, degrees: little where the trunk must balance, more towards the ends of the limbs,
-# most in the hands, which gait leaves free. Rotations about a limb's own axis (ry) also carry the placing of markers.
+# Spread of the mean of a dof over people, degrees: small in the trunk, which must balance, larger towards the ends of
+# the limbs, largest in the hands, which gait leaves free. Rotations about a limb's own axis (ry) also include errors of
+# the markers' positions.
 _POSTURE = {
     "abdomen": 3.0,
     "chest": 3.0,
@@ -117,21 +118,21 @@ _LIMB_TWISTS = {"thigh": 8.0, "upper_arm": 15.0}
 
 
 def humanoid(height: float = 1.72, *, proportions: Mapping[str, float] | None = None) -> Skeleton:
-    """A human skeleton with named joints, arms hanging down at angle zero.
+    """Return a human skeleton with named joints, the arms pointing down at angle zero.
 
     Axes: x to the left, y up, z forward.
 
     Parameters
     ----------
     height : float, default=1.72
-        Of the body, m; segments have their average share of it.
+        Height of the person, m; segments have their average fraction of it.
     proportions : mapping of str to float, default=None
         Factors for the lengths of segments, such as ``{"thigh": 1.1}``; both sides get the same.
 
     Returns
     -------
     Skeleton
-        Of 22 joints and 42 dofs.
+        Skeleton of 22 joints and 42 dofs.
 
     References
     ----------
@@ -141,8 +142,8 @@ def humanoid(height: float = 1.72, *, proportions: Mapping[str, float] | None = 
     Examples
     --------
     >>> from skpose.datasets import humanoid
-    >>> body = humanoid(1.80)
-    >>> body.joint_names[4:8]
+    >>> skeleton = humanoid(1.80)
+    >>> skeleton.joint_names[4:8]
     ('left_pelvis', 'left_thigh', 'left_shank', 'left_foot')
     """
     proportions = {} if proportions is None else dict(proportions)
@@ -163,13 +164,14 @@ def humanoid(height: float = 1.72, *, proportions: Mapping[str, float] | None = 
 
 
 def _series(points: Sequence[float]) -> np.ndarray:
-    """Complex Fourier coefficients c_0 … c_H of a curve in degrees, so that f(t) = Re Σ c_k exp(2πi k t)."""
+    """Return the Fourier coefficients c_0 … c_H of a curve in degrees, so that f(t) = Re Σ c_k exp(2πi k t)."""
     coefficients = np.fft.rfft(points)[: _N_HARMONICS + 1] / len(points)
     coefficients[1:] *= 2.0
     return coefficients
 
 
 def _evaluate(series: np.ndarray, phase: np.ndarray) -> np.ndarray:
+    """Return the values of a Fourier series at phases in cycles."""
     return (np.exp(2j * np.pi * np.outer(phase, np.arange(len(series)))) @ series).real
 
 
@@ -193,25 +195,25 @@ def make_gait(
     frame_rate: float = 60.0,
     random_state: int | np.random.RandomState | None = None,
 ) -> MotionDataset:
-    """Make up motions of people walking and running.
+    """Generate motions of people walking and running.
 
-    Every subject has a height, proportions, a posture and a style of their own (amplitudes and phases of every curve,
-    how they hold their hands), every recording a tempo, a starting phase and slow sway of its own.
+    Height, proportions, posture and style (amplitudes and phases of every curve) differ between subjects; tempo,
+    starting phase and slow sway differ between recordings.
 
     Parameters
     ----------
     n_subjects : int, default=5
         Number of people.
     n_sequences : int, default=4
-        Number of recordings of each activity by each of them.
+        Number of recordings of each activity by each subject.
     activities : sequence of {"walk", "run"}, default=("walk", "run")
-        What they do.
+        Activities that each subject performs.
     duration : float, default=3.0
         Length of a recording, s.
     frame_rate : float, default=60.0
         Frames per second, Hz.
     random_state : int, RandomState instance or None, default=None
-        Determines all that is random. Pass an int for the same motions at every call.
+        Source of all random numbers. Pass an int for the same motions at every call.
 
     Returns
     -------
@@ -273,7 +275,7 @@ def make_gait(
 
 
 def _posture_spread(skeleton: Skeleton) -> np.ndarray:
-    """How much the mean of every dof varies over people, degrees."""
+    """Return the spread of the mean of every dof over people, degrees."""
     spread = []
     for bone in skeleton.bones:
         segment = bone.name.removeprefix("left_").removeprefix("right_")
@@ -291,7 +293,7 @@ def _angles(
     duration: float,
     frame_rate: float,
 ) -> np.ndarray:
-    """Angles (n_frames, n_dofs) of one recording in degrees, without the subject's posture."""
+    """Return the angles (n_frames, n_dofs) of one recording in degrees, without the subject's posture."""
     times = np.arange(max(1, round(duration * frame_rate))) / frame_rate
     phase = rng.uniform() + tempo * times
     column = {name: i for i, name in enumerate(skeleton.dof_names)}
@@ -309,7 +311,7 @@ def _angles(
             dofs = {"trunk_rotation": ("abdomen_ry", "chest_ry"), "trunk_lean": ("abdomen_rx", "chest_rx")}[curve]
             for dof in dofs:
                 angles[:, column[dof]] = _evaluate(series, phase + shift) / len(dofs)
-    # Arms hang a little off the body, feet point a little outward; the head keeps level against the trunk's lean.
+    # Arms point a little away from the trunk, feet a little outward; the head stays level when the trunk leans.
     for side, sign in (("left", 1.0), ("right", -1.0)):
         angles[:, column[f"{side}_upper_arm_rz"]] += sign * 8.0
         angles[:, column[f"{side}_thigh_ry"]] += sign * 5.0

@@ -1,4 +1,4 @@
-"""A collection of motions, with who moves and what they do."""
+"""Collections of motions with their labels."""
 
 import re
 from collections.abc import Iterator
@@ -22,7 +22,7 @@ class MotionDataset:
     motions : sequence of Motion
         One for each sequence.
     subjects, trials, actions : array-like of shape (n_motions,)
-        Who moves, which recording of theirs it is, and what they do; strings.
+        Labels of each motion, as strings: the person, the number of the recording, and the action.
 
     Examples
     --------
@@ -63,31 +63,31 @@ class MotionDataset:
 
     @cached_property
     def skeleton(self) -> Skeleton:
-        """The bone-wise mean of the subjects' skeletons, each counted once: the body on which to compare them."""
+        """The bone-wise mean of the subjects' skeletons, each counted once, on which their poses are compared."""
         return Skeleton.mean(dict.fromkeys(motion.skeleton for motion in self.motions))
 
     def select(self, chosen: ArrayLike) -> "MotionDataset":
-        """The motions that a boolean mask or an array of indices chooses."""
+        """Return the motions that a boolean mask or an array of indices selects."""
         chosen = np.arange(len(self))[np.asarray(chosen)]
         motions = [self.motions[i] for i in chosen]
         return MotionDataset(motions, self.subjects[chosen], self.trials[chosen], self.actions[chosen])
 
     def poses(self, frame_rate: float | None = None, skeleton: Skeleton | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """All poses as one array, on one skeleton.
+        """Return all poses as one array, on one skeleton.
 
         Parameters
         ----------
         frame_rate : float, default=None
-            The rate to resample to, Hz, see `Motion.resample`; None takes every frame.
+            New frame rate, Hz, see `Motion.resample`; None takes every frame.
         skeleton : Skeleton, default=None
-            Whose dofs the columns are, in its order; None is the mean skeleton of the subjects.
+            Skeleton whose dofs the columns are, in its order; None is the mean skeleton of the subjects.
 
         Returns
         -------
         X : ndarray of shape (n_poses, n_dofs)
             Joint angles, rad.
         sequence : ndarray of shape (n_poses,)
-            Index of the motion that each pose is from; ``dataset.actions[sequence]`` are its labels.
+            Index of each pose's motion; ``dataset.actions[sequence]`` are its labels.
         """
         skeleton = self.skeleton if skeleton is None else skeleton
         motions = [motion.retarget(skeleton) for motion in self.motions]
@@ -101,8 +101,8 @@ class MotionDataset:
 def walks_and_runs(dataset: MotionDataset) -> MotionDataset:
     """Return the motions of walking and of running, labelled "walk" and "run".
 
-    A motion counts whose action begins with the word walk or run, in capitals or not: "walk", "Run/jog". CMU's
-    descriptions do.
+    A motion is selected if the first word of its action is "walk" or "run", in upper or lower case, as in CMU's "walk"
+    and "Run/jog".
 
     Parameters
     ----------
@@ -112,12 +112,12 @@ def walks_and_runs(dataset: MotionDataset) -> MotionDataset:
     Returns
     -------
     MotionDataset
-        Those of the two, whose `actions` are "walk" or "run".
+        The selected motions; their `actions` are "walk" or "run".
 
     Raises
     ------
     ValueError
-        If one of the two is missing.
+        If there is no motion of walking, or none of running.
 
     Examples
     --------
@@ -130,7 +130,7 @@ def walks_and_runs(dataset: MotionDataset) -> MotionDataset:
     missing = [action for action in WALKING_AND_RUNNING if action not in first]
     if missing:
         raise ValueError(
-            f"comparing metrics takes motions of walking and running, but none has an action that begins with "
+            f"dataset must have motions of walking and of running, but none has an action that begins with "
             f"{missing[0]!r}: write one line for each motion into an index.csv, see skpose.datasets.load_cmu"
         )
     return MotionDataset(

@@ -11,9 +11,9 @@ from sklearn.exceptions import ConvergenceWarning
 from skpose._compat.sklearn import Interval, StrOptions, validate_params
 from skpose._compiled import minimiser
 from skpose._compiled.path_energy import divided
-from skpose._compiled.tree import TWO_PI, Tree
+from skpose._compiled.tree import TWO_PI
 from skpose.kinematics import forward_kinematics
-from skpose.kinematics._tree import tree_of
+from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 from skpose.skeleton import Skeleton
 from skpose.skeleton._validation import check_pose
 
@@ -210,14 +210,14 @@ def geodesic(
     if wrap:
         last = last - TWO_PI * np.rint((last - first) / TWO_PI)
     lower, upper = _bounds(first, last, skeleton, joint_limits)
-    first, last, lower, upper = (_in_tree(tree, values) for values in (first, last, lower, upper))
+    first, last, lower, upper = (to_tree_order(tree, values) for values in (first, last, lower, upper))
     lower, upper = np.minimum(lower, upper), np.maximum(lower, upper)  # turned about with their axis
     path, energy, length, curve_length, gradient_norm, n_iter, converged = minimiser.find_geodesic(
         first, last, lower, upper, tree, n_steps, max_iter, float(tol)
     )
-    angles = np.empty_like(path)
-    angles[:, tree.column] = path * tree.sign
-    found = Geodesic(angles, length, curve_length, energy, gradient_norm, n_iter, converged, skeleton)
+    found = Geodesic(
+        from_tree_order(tree, path), length, curve_length, energy, gradient_norm, n_iter, converged, skeleton
+    )
     if not found.converged:
         warnings.warn(
             f"the geodesic did not converge in max_iter={max_iter} iterations a refinement: gradient norm "
@@ -228,11 +228,6 @@ def geodesic(
             stacklevel=2,
         )
     return found
-
-
-def _in_tree(tree: Tree, values: np.ndarray) -> np.ndarray:
-    """Angles in the tree's order, about its axes."""
-    return values[tree.column] * tree.sign
 
 
 def _bounds(

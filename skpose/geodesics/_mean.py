@@ -15,7 +15,7 @@ from skpose._compiled.mean import approach, place_all, set_out
 from skpose._compiled.tree import Tree
 from skpose._parallel.threads import in_threads
 from skpose.kinematics import metric_tensor
-from skpose.kinematics._tree import tree_of
+from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 from skpose.skeleton import Skeleton
 from skpose.skeleton._validation import check_poses
 
@@ -183,7 +183,7 @@ def frechet_mean(
     tree = tree_of(skeleton)
     X = check_poses(X, skeleton, "X").astype(np.float64)
     weights = _weights(sample_weight, len(X))
-    poses = np.ascontiguousarray(X[:, tree.column] * tree.sign)
+    poses = to_tree_order(tree, X)
     positions = np.empty((len(X), 3 * skeleton.n_joints + 3))
     place_all(tree, poses, positions)
     target = weights @ positions
@@ -196,7 +196,7 @@ def frechet_mean(
     else:
         ways = partial(_ways, poses, weights, tree, n_steps, wrap, effective_n_jobs(n_jobs))
         pose, variance, norm, n_iter, converged = _karcher(pose, ways, partial(_tensor, tree, skeleton), max_iter, tol)
-    mean = FrechetMean(_angles(tree, pose), float(variance), float(norm), n_iter, bool(converged))
+    mean = FrechetMean(from_tree_order(tree, pose), float(variance), float(norm), n_iter, bool(converged))
     if not mean.converged:
         warnings.warn(
             f"the mean did not converge in {n_iter} iterations (max_iter={max_iter}): gradient_norm "
@@ -207,16 +207,9 @@ def frechet_mean(
     return mean
 
 
-def _angles(tree: Tree, pose: np.ndarray) -> np.ndarray:
-    """A pose of the tree in the order of the skeleton."""
-    angles = np.empty_like(pose)
-    angles[tree.column] = pose * tree.sign
-    return angles
-
-
 def _tensor(tree: Tree, skeleton: Skeleton, pose: np.ndarray) -> np.ndarray:
     """The metric tensor at a pose of the tree, in its order."""
-    tensor = metric_tensor(_angles(tree, pose)[None], skeleton)[0]
+    tensor = metric_tensor(from_tree_order(tree, pose)[None], skeleton)[0]
     return tensor[np.ix_(tree.column, tree.column)] * np.outer(tree.sign, tree.sign)
 
 

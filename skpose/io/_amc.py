@@ -1,4 +1,4 @@
-"""Acclaim motion files (AMC): the angles of an ASF skeleton, frame by frame and bone by bone."""
+"""Reader of Acclaim motion files (AMC): the angles of an ASF skeleton, frame by frame and bone by bone."""
 
 from collections.abc import Iterator
 from itertools import chain
@@ -6,14 +6,17 @@ from typing import Literal
 
 import numpy as np
 
-from skpose.io._asf import Asf, read_asf
-from skpose.io._source import NUMBER, WHOLE, Readable, Source, Token, check_choice, check_positive, complaint
+from skpose.io._acclaim import Acclaim
+from skpose.io._arguments import Readable, check_choice, check_positive
+from skpose.io._asf import AsfFile, content_of
+from skpose.io._source import Source
+from skpose.io._words import NUMBER, WHOLE, Token, complaint
 from skpose.skeleton import Motion
 
 
 def load_amc(
     path: Readable,
-    asf: Readable,
+    asf: Readable | AsfFile,
     *,
     frame_rate: float = 120.0,
     scale: float | None = None,
@@ -26,30 +29,33 @@ def load_amc(
     ----------
     path : str, path-like or file
         The AMC file, or an open one; compressed by gzip or not.
-    asf : str, path-like or file
-        The ASF file that it belongs to; it says which angles the numbers are.
+    asf : str, path-like, file or AsfFile
+        The ASF file that it belongs to, which states which angles the numbers are. An `AsfFile` is read once for
+        several motions.
     frame_rate : float, default=120.0
         Frames per second; the format does not store it. 120 Hz is CMU's usual rate.
     scale : float, default=None
-        Metres per unit of length, as in `load_asf`.
+        Metres per unit of length, as in `load_asf`; None for an `AsfFile`, which has its scale.
     on_nan : {"raise", "drop"}, default="raise"
-        What to do with frames in which a number is NaN or infinite: refuse the file, or leave them out.
+        What to do with frames in which a number is NaN or infinite: refuse the file, or leave these frames out.
     missing : {"raise", "rest"}, default="raise"
-        What to do with a bone that a frame does not mention: refuse the file, or take its angles there as zero.
+        What to do with a bone that a frame does not mention: refuse the file, or set its angles there to zero.
 
     Returns
     -------
     Motion
-        Angles placed by name, in rad. Its skeleton is that of the ASF file; where the AMC file says
-        ``:FORCE-ALL-JOINTS-BE-3DOF``, every bone that turns at all turns about three axes, as the numbers do.
+        Motion with the angles in rad, assigned to columns by name, and the skeleton of the ASF file. If the AMC file
+        states ``:FORCE-ALL-JOINTS-BE-3DOF``, every bone that has dofs has three.
 
     Raises
     ------
     MocapFormatError
-        If a file is not what it should be, is cut short, or the two do not belong together; with its name, the line
+        If a file does not follow its format, is cut short, or the two do not belong together; with its name, the line
         and the column.
     OSError
         If one cannot be read.
+    ValueError
+        If a scale differs from that of an `AsfFile`.
 
     See Also
     --------
@@ -65,26 +71,24 @@ def load_amc(
     >>> load_amc("02_01.amc", "02.asf")  # doctest: +SKIP
     Motion(343 frames at 120 Hz, 2.9 s, Skeleton(n_joints=30, n_dofs=56))
     """
-    with Source(asf, "an ASF file") as source:
-        skeleton = read_asf(source, scale)
+    content = content_of(asf, scale)
     with Source(path, "an AMC file") as source:
-        return read_amc(source, skeleton, frame_rate=frame_rate, on_nan=on_nan, missing=missing)
+        return read_amc(source, content, frame_rate=frame_rate, on_nan=on_nan, missing=missing)
 
 
 Line = tuple[int, str]  # its number, and its text without a comment
 
 
 def read_amc(
-    source: Source, asf: Asf, *, frame_rate: float = 120.0, on_nan: str = "raise", missing: str = "raise"
+    source: Source, asf: Acclaim, *, frame_rate: float = 120.0, on_nan: str = "raise", missing: str = "raise"
 ) -> Motion:
-    """`load_amc` of a source, with the ASF file read already."""
+    """Read the motion of an open AMC file, with the content of its ASF file."""
     check_positive("frame_rate", frame_rate)
     check_choice("on_nan", on_nan, ("raise", "drop"))
     check_choice("missing", missing, ("raise", "rest"))
     lines = _lines(source)
     asf, in_radians, first = _read_head(source, asf, lines)
-    channels = {"root": asf.root.channels} | asf.dofs
-    layout = _Layout(channels, source, asf.name, fill=missing == "rest", keep_nan=on_nan == "drop")
+    layout = _Layout(asf.channels, source, asf.name, fill=missing == "rest", keep_nan=on_nan == "drop")
     rows, last = [], None
     for number, frame in _frames(source, first, lines):
         if last is not None and int(number) != last + 1:
@@ -96,22 +100,22 @@ def read_amc(
     numbers = np.array(rows)
     if on_nan == "drop":
         numbers = numbers[np.isfinite(numbers).all(axis=1)]
-    with source.blamed():
-        return _motion(numbers, channels, asf, in_radians, frame_rate)
+    with source.format_errors():
+        return _motion(numbers, asf, in_radians, frame_rate)
 
 
 def _lines(source: Source) -> Iterator[Line]:
-    """The lines that say anything."""
-    for first, block in source.blocks():
-        for line, text in enumerate(b"".join(block).decode("utf-8", errors="replace").split("\n"), first):
+    """Yield the lines that are not empty, without comments."""
+    for chunk in source.chunks():
+        for line, text in enumerate(b"".join(chunk.lines).decode("utf-8", errors="replace").split("\n"), chunk.line):
             if "#" in text:
                 text = text.partition("#")[0]
             if text and not text.isspace():
                 yield line, text
 
 
-def _read_head(source: Source, asf: Asf, lines: Iterator[Line]) -> tuple[Asf, bool, Line | None]:
-    """The skeleton and the unit of angles as the keywords before the first frame have them, and the line after."""
+def _read_head(source: Source, asf: Acclaim, lines: Iterator[Line]) -> tuple[Acclaim, bool, Line | None]:
+    """Return the skeleton, whether angles are in radians, and the line after the keywords before the first frame."""
     in_radians = bool(asf.radians)
     for line, text in lines:
         token, *_ = source.words(text, line)
@@ -123,12 +127,12 @@ def _read_head(source: Source, asf: Asf, lines: Iterator[Line]) -> tuple[Asf, bo
             if asf.radians not in (None, in_radians):
                 raise source.error(f"angles in {keyword[1:]}, but {asf.name} has the other unit", token)
         elif keyword == ":force-all-joints-be-3dof":
-            asf = asf.with_three_dofs()
+            asf = asf.with_three_dofs
     return asf, in_radians, None
 
 
 def _frames(source: Source, first: Line | None, lines: Iterator[Line]) -> Iterator[tuple[Token, list[Line]]]:
-    """The frames, each with its number and its lines."""
+    """Yield the frames, each with its number and its lines."""
     number, frame = None, []
     for line, text in chain([first] if first else [], lines):
         if text.strip().isdecimal() and WHOLE.fullmatch(text.strip()):  # the first for speed, the second for ASCII
@@ -144,22 +148,30 @@ def _frames(source: Source, first: Line | None, lines: Iterator[Line]) -> Iterat
 
 
 class _Layout:
-    """Where a frame's numbers stand among its words; each frame is tried with the layout of the one before.
+    """Indices of a frame's numbers among its words; each frame is read with the layout of the previous one if it fits.
 
     Parameters
     ----------
     channels : dict of lists of str
-        The bones' names and those of their angles, in the order of the numbers that `row` returns.
+        Names of the bones and of their channels, in the order of the numbers that `row` returns.
+    source : Source
+        The AMC file, for its errors.
+    asf : str
+        Name of the ASF file, for messages.
+    fill : bool
+        Whether the numbers of a bone that a frame does not mention are zero.
+    keep_nan : bool
+        Whether numbers may be NaN or infinite.
     """
 
     def __init__(self, channels: dict[str, list[str]], source: Source, asf: str, fill: bool, keep_nan: bool):
         self.channels, self.source, self.asf, self.fill, self.keep_nan = channels, source, asf, fill, keep_nan
         self.n_words = -1
-        self.names: dict[int, str] = {}  # what must stand where
-        self.numbers: list[int] = []  # where each number stands; -1 is the word after the last, a zero
+        self.names: dict[int, str] = {}  # bones by the index of their name
+        self.numbers: list[int] = []  # index of each number; -1 is a zero appended to the words
 
     def row(self, number: Token, frame: list[Line]) -> np.ndarray:
-        """The numbers of a frame."""
+        """Return the numbers of a frame."""
         text = " ".join([text for _, text in frame])
         words = text.split()
         if len(words) != self.n_words or any(words[i] != name for i, name in self.names.items()):
@@ -167,15 +179,15 @@ class _Layout:
         words.append("0")
         try:
             row = np.array([words[i] for i in self.numbers], dtype=np.float64)
-            doubtful = "_" in text or not text.isascii() or not np.isfinite(row).all()  # "1_0" is a number to Python
+            regular = "_" not in text and text.isascii() and np.isfinite(row).all()  # "1_0" is a number to Python
         except ValueError:
-            doubtful = True
-        if doubtful:
+            regular = False
+        if not regular:
             self._check(number, frame)
         return row
 
     def _learn(self, number: Token, frame: list[Line]) -> None:
-        """The layout of this frame, if it is whole."""
+        """Take the layout of this frame, if it is whole."""
         first: dict[str, int] = {}
         self.names, self.n_words = {}, 0
         for line, text in frame:
@@ -189,7 +201,7 @@ class _Layout:
             more = f" and {len(absent) - 5} more" if len(absent) > 5 else ""
             raise self.source.error(
                 f"frame {number} ends without {', '.join(absent[:5])}{more}; is the file cut short? missing='rest' "
-                "takes their angles as zero",
+                "sets their angles to zero",
                 frame[-1][0] if frame else number,
             )
         self.numbers = [
@@ -197,11 +209,11 @@ class _Layout:
         ]
 
     def _fault(self, name: Token, values: list[Token], number: Token, again: bool) -> str:
-        """What is wrong with a line of a frame."""
+        """Return what is wrong with a line of a frame."""
         if name not in self.channels:
             return f"{self.asf} has no bone {str(name[:40])!r} with degrees of freedom; is it the right skeleton?"
         if again:
-            return f"{str(name)!r} stands twice in frame {number}"
+            return f"{str(name)!r} appears twice in frame {number}"
         expected = self.channels[name]
         return (
             f"{str(name)!r} has {len(values)} numbers, but {self.asf} gives it {len(expected)} ({' '.join(expected)}); "
@@ -209,7 +221,7 @@ class _Layout:
         )
 
     def _check(self, number: Token, frame: list[Line]) -> None:
-        """Every number of a frame by itself; an error names the first that is none."""
+        """Check every word of a frame; an error names the first that is not a number."""
         for line, text in frame:
             for token in self.source.words(text, line)[1:]:
                 if not NUMBER.fullmatch(token):
@@ -220,13 +232,11 @@ class _Layout:
                     )
 
 
-def _motion(
-    numbers: np.ndarray, channels: dict[str, list[str]], asf: Asf, in_radians: bool, frame_rate: float
-) -> Motion:
-    """Every column of the file put where its name says, in rad and m."""
-    names = [f"{bone}_{channel}" for bone, its in channels.items() for channel in its]
+def _motion(numbers: np.ndarray, asf: Acclaim, in_radians: bool, frame_rate: float) -> Motion:
+    """Return the motion of a file's numbers (n_frames, n_channels), with each channel assigned by name."""
+    names = [f"{bone}_{channel}" for bone, its in asf.channels.items() for channel in its]
     column = {name: i for i, name in enumerate(names)}
-    skeleton, root = asf.skeleton(), asf.root
+    skeleton, root = asf.skeleton, asf.root
     angles = numbers[:, [column[name] for name in skeleton.dof_names]]
     root_angles = numbers[:, [column[f"root_r{axis}"] for axis in root.axes]]
     root_angles = root_angles + [root.orientation["xyz".index(axis)] for axis in root.axes]

@@ -1,20 +1,22 @@
-"""Biovision hierarchy (BVH) files.
+"""Reader of Biovision hierarchy (BVH) files.
 
-A joint's channels turn what hangs on it, so a bone's offset is given in the axes of the joint at its near end; Euler
+A joint's channels rotate its children, so a bone's offset is given in the axes of the joint at its near end. Euler
 angles are intrinsic in the order in which the joint lists its channels: R = R_1 · R_2 · R_3. The root's channels are
-the body's global position and orientation and no part of a pose.
+the global position and orientation, which are not part of a pose.
 """
 
 from typing import Literal
 
 import numpy as np
 
+from skpose.io._arguments import Readable, check_choice, check_positive
 from skpose.io._hierarchy import Joint, Lexer, read_hierarchy, read_motion_head
 from skpose.io._numbers import read_numbers
-from skpose.io._source import Readable, Source, Token, check_choice, check_positive
+from skpose.io._source import Source
+from skpose.io._words import Token
 from skpose.skeleton import Bone, Motion, Skeleton
 
-# How much a position may vary, as a part of the longest bone, and still be one that printing has rounded.
+# Variation of a constant position by rounding to the printed digits, at most; as a fraction of the longest bone.
 ROUNDING = 1e-4
 
 
@@ -33,21 +35,21 @@ def load_bvh(
     path : str, path-like or file
         The file, or an open one; compressed by gzip or not.
     scale : float, default=1.0
-        Metres per unit of length. The format has no unit: files in centimetres want 0.01, in inches 0.0254.
+        Metres per unit of length. The format has no unit: 0.01 for files in centimetres, 0.0254 for inches.
     on_nan : {"raise", "drop"}, default="raise"
-        What to do with frames in which a number is NaN or infinite: refuse the file, or leave them out.
+        What to do with frames in which a number is NaN or infinite: refuse the file, or leave these frames out.
     trust : {"header", "rows"}, default="header"
-        Which to believe about the number of frames: what the file says after ``Frames:``, and refuse it if it has
-        more or fewer; or what there is of whole frames.
+        Source of the number of frames: the count after ``Frames:``, and a file with more or fewer is refused; or as
+        many whole frames as the file has.
     stretch : {"raise", "mean"}, default="raise"
         What to do with a file that moves joints besides the root by position channels, as bones of a skeleton have
-        fixed lengths: refuse it, or give those bones the mean of their positions.
+        constant lengths: refuse it, or give those bones the mean of their positions.
 
     Returns
     -------
     Motion
-        Its skeleton has a joint for every JOINT and every End Site (named after the joint that it ends, with "_end"),
-        the ROOT being the root. Angles are those of the file, in rad, also past 360°; see `Motion.unwrap`.
+        Motion whose skeleton has a joint for every JOINT and every End Site (named after its parent, with "_end"); the
+        ROOT is the root. Angles are those of the file, in rad, also past 360°; see `Motion.unwrap`.
 
     Raises
     ------
@@ -59,25 +61,25 @@ def load_bvh(
     Warns
     -----
     UserWarning
-        If several joints have one name: all but the first get a number. If position channels put joints elsewhere
-        than their OFFSET does. If `trust="rows"` leaves out a last frame that is not whole.
+        If several joints have one name: all but the first get a number. If position channels differ from the OFFSET of
+        their joint. If `trust="rows"` leaves out a last frame that is not whole.
 
     See Also
     --------
-    save_bvh : Write one.
-    load_motion : Read BVH and AMC alike.
+    save_bvh : Write a BVH file.
+    load_motion : Read a BVH or an AMC file.
 
     Notes
     -----
     Rotations are intrinsic in the order in which each joint lists them. Keywords may be in either case, and lines may
-    end anywhere but in a name, which is the rest of its line.
+    end anywhere except in a name, which is the rest of its line.
 
-    A root's OFFSET is added to its position channels, as the format's first description has it. Position channels of
-    other joints stand for their OFFSET, as the programs that write them (MotionBuilder, Blender) mean them: where they
-    do not vary they are the bone's offset, unless all are zero, as where a file has them for nothing.
+    A root's OFFSET is added to its position channels, as the format's first description requires. Position channels of
+    other joints replace their OFFSET, as the programs that write them (MotionBuilder, Blender) mean them: constant ones
+    are the bone's offset, unless all are zero, as in files that do not use them.
 
-    The numbers take the time: some 7 million a second where all have as many digits after the point, half of it where
-    they do not. Memory is at most some 2.2 times that of the array.
+    Cost: some 7 million numbers a second if all have equally many digits after the point, half of that otherwise.
+    Memory is at most some 2.2 times that of the array.
 
     Examples
     --------
@@ -92,7 +94,7 @@ def load_bvh(
 def read_bvh(
     source: Source, *, scale: float = 1.0, on_nan: str = "raise", trust: str = "header", stretch: str = "raise"
 ) -> Motion:
-    """`load_bvh` of a source."""
+    """Read the motion of an open BVH file."""
     check_positive("scale", scale)
     check_choice("on_nan", on_nan, ("raise", "drop"))
     check_choice("trust", trust, ("header", "rows"))
@@ -108,7 +110,7 @@ def read_bvh(
         finite = np.isfinite(numbers).all(axis=1)
         numbers = numbers if finite.all() else numbers[finite]
 
-    with source.blamed():
+    with source.format_errors():
         names = dict(zip(joints, _unique_names(joints, source), strict=True))
         bones = [
             Bone(
@@ -132,7 +134,7 @@ def read_bvh(
 
 
 def _frames(numbers: np.ndarray, width: int, claimed: Token, source: Source, trust: str) -> np.ndarray:
-    """The numbers as (n_frames, width), if there are as many as there should be."""
+    """Return the numbers as (n_frames, width), if there are as many as there should be."""
     if width == 0:
         raise source.error("no joint has CHANNELS, so nothing moves; is the file cut short?")
     whole, left = divmod(len(numbers), width)
@@ -143,7 +145,7 @@ def _frames(numbers: np.ndarray, width: int, claimed: Token, source: Source, tru
     elif len(numbers) != int(claimed) * width:
         raise source.error(
             f"expected {int(claimed) * width} numbers, {width} for each of {claimed} frames, found {len(numbers)}; is "
-            "the file cut short? trust='rows' takes the whole frames that there are",
+            "the file cut short? trust='rows' reads the whole frames that there are",
             claimed,
         )
     return numbers.reshape(-1, width)
@@ -155,31 +157,31 @@ def _radians(numbers: np.ndarray, columns: list[int]) -> np.ndarray:
 
 
 def _unique_names(joints: list[Joint], source: Source) -> list[str]:
-    """A name of its own for each joint: the first of a name keeps it; End Sites have none in the file."""
+    """Return a different name for each joint: the first of a name keeps it; End Sites have none in the file."""
     names: dict[str, Joint] = {}
     for joint in joints:
         if joint.name:
             names.setdefault(joint.name, joint)
     counts: dict[str, int] = {}
     unique: dict[Joint, str] = {joint: name for name, joint in names.items()}
-    again: list[str] = []  # what is to be said of joints that have another's name
+    repeated: list[str] = []  # warnings on joints that have another's name
     for joint in joints:
         if joint not in unique:
-            wanted = name = joint.name or f"{unique.get(joint.parent, joint.parent.name)}_end"
+            stem = name = joint.name or f"{unique.get(joint.parent, joint.parent.name)}_end"
             while name in names:
-                counts[wanted] = counts.get(wanted, 1) + 1
-                name = f"{wanted}_{counts[wanted]}"
+                counts[stem] = counts.get(stem, 1) + 1
+                name = f"{stem}_{counts[stem]}"
             if joint.name:
-                lines = f"{names[wanted].opened.line} and {joint.opened.line}"
-                again.append(f"joints in lines {lines} are both named {wanted!r}; the second is {name!r} here")
+                lines = f"{names[stem].opened.line} and {joint.opened.line}"
+                repeated.append(f"joints in lines {lines} are both named {stem!r}; the second is {name!r} here")
             names[name], unique[joint] = joint, name
-    if again:
-        source.warn(again[0] + (f", and {len(again) - 1} more likewise" if len(again) > 1 else ""))
+    if repeated:
+        source.warn(repeated[0] + (f", and {len(repeated) - 1} more likewise" if len(repeated) > 1 else ""))
     return [unique[joint] for joint in joints]
 
 
 def _offsets(root: Joint, joints: list[Joint], numbers: np.ndarray, source: Source, stretch: str) -> np.ndarray:
-    """The bones' offsets (n_joints, 3), in the file's unit: OFFSET, or where position channels put the joint."""
+    """Return the bones' offsets (n_joints, 3), in the file's unit: OFFSET, or the mean of the position channels."""
     stated = np.array([joint.offset for joint in joints]).reshape(-1, 3)
     offsets, vary, read = stated.copy(), np.zeros_like(stated), np.zeros_like(stated, dtype=bool)
     for i, joint in enumerate(joints):
@@ -195,10 +197,10 @@ def _offsets(root: Joint, joints: list[Joint], numbers: np.ndarray, source: Sour
         joint = joints[moved[0]]
         raise source.error(
             f"position channels move {joint} by up to {vary[moved[0]].max():g} units against {joint.parent} (and "
-            f"{len(moved) - 1} joints more), but bones have fixed lengths here; stretch='mean' takes the mean",
+            f"{len(moved) - 1} joints more), but bones have constant lengths here; stretch='mean' takes the mean",
             joint.opened,
         )
-    # Zeros throughout are channels that a program writes for every joint and leaves alone.
+    # Channels that are zero in every frame: a program writes them for every joint and does not use them.
     unused = ~((np.abs(offsets) > rounding) | (vary > rounding)).any(axis=1, where=read)
     offsets[unused] = stated[unused]
     elsewhere = (np.abs(offsets - stated) > rounding).any(axis=1) & stated.any(axis=1)
@@ -206,7 +208,7 @@ def _offsets(root: Joint, joints: list[Joint], numbers: np.ndarray, source: Sour
     if len(elsewhere):
         first = elsewhere[0]
         source.warn(
-            f"{len(elsewhere)} joints stand where their position channels say, not at their OFFSET: {joints[first]}, "
+            f"position channels replace the OFFSET of {len(elsewhere)} joints: {joints[first]}, "
             f"line {joints[first].opened.line}, at {_shown(offsets[first])}, not {_shown(stated[first])}"
         )
     return offsets

@@ -1,14 +1,14 @@
-"""The first part of a BVH file, word by word: which joints there are, and what the numbers after it mean."""
+"""The first part of a BVH file, word by word: its joints, and the meaning of the numbers that follow."""
 
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from skpose.io._numbers import Piece
-from skpose.io._source import WHOLE, Source, Token
+from skpose.io._source import Chunk, Source
+from skpose.io._words import WHOLE, Token
 
 WORD = re.compile(r"[{}]|[^\s{}]+", re.ASCII)
-WORD_OR_COLON = re.compile(r"[^\s:]+", re.ASCII)  # after MOTION, where "Frames:12" and "Frames : 12" are the same
+WORD_OR_COLON = re.compile(r"[^\s:]+", re.ASCII)  # after MOTION, as "Frames:12" and "Frames : 12" mean the same
 NAME = re.compile(r"[^{}\r\n]*")
 CHANNELS = {f"{axis}{kind}" for axis in "xyz" for kind in ("position", "rotation")}
 
@@ -22,10 +22,10 @@ class Joint:
     opened: Token  # its ROOT, JOINT or End
     offset: list[float] | None = None
     channels: list[str] | None = None  # such as "xposition", "zrotation"
-    first: int = 0  # which of a frame's numbers is its first
+    first: int = 0  # index of its first number in a frame
 
     def columns(self, kind: str) -> dict[str, int]:
-        """Axes of its channels of a kind, in the file's order, and which of a frame's numbers they are."""
+        """Return the axes of its channels of a kind, in the file's order, and their indices in a frame."""
         return {channel[0]: self.first + k for k, channel in enumerate(self.channels) if channel.endswith(kind)}
 
     def __str__(self):
@@ -40,7 +40,7 @@ class Lexer:
         self._text, self._at = "", 0
 
     def next(self, pattern: re.Pattern = WORD) -> Token | None:
-        """The next word, or None at the end of the file."""
+        """Return the next word, or None at the end of the file."""
         while not (match := pattern.search(self._text, self._at)):
             text = self.source.readline()
             if text is None:
@@ -50,34 +50,33 @@ class Lexer:
         return Token(match[0], self.source.line, match.start() + 1)
 
     def expect(self, what: str, pattern: re.Pattern = WORD) -> Token:
-        """The next word, where the file may not end."""
+        """Return the next word; the end of the file is an error."""
         token = self.next(pattern)
         if token is None:
             raise self.source.error(f"expected {what}, found the end of the file; is it cut short?", self.source.line)
         return token
 
     def name(self) -> str:
-        """What is left of the line, up to a brace: names may have blanks in them."""
+        """Return the rest of the line, up to a brace: names may have blanks in them."""
         match = NAME.match(self._text, self._at)
         self._at = match.end()
         return match[0].strip()
 
-    def rest(self) -> Iterator[Piece]:
-        """What has not been read yet."""
+    def rest(self) -> Iterator[Chunk]:
+        """Yield all lines that have not been read."""
         if text := self._text[self._at :]:
-            yield Piece(self.source.line, self._at, [text.encode()])
-        for line, lines in self.source.blocks():
-            yield Piece(line, 0, lines)
+            yield Chunk(self.source.line, self._at, [text.encode()])
+        yield from self.source.chunks()
 
 
 def read_hierarchy(lexer: Lexer) -> list[Joint]:
-    """The joints in the order of the file, the root first, up to the word MOTION."""
+    """Return the joints in the order of the file, the root first, up to the word MOTION."""
     source = lexer.source
     word = lexer.expect("HIERARCHY")
     if word.upper() != "HIERARCHY":
         raise source.error(f"expected HIERARCHY, found {str(word[:40])!r}; not a BVH file?", word)
     joints: list[Joint] = []
-    joint: Joint | None = None  # the block that we are in
+    joint: Joint | None = None  # the block that is open
     while (word := lexer.next()) is not None:
         keyword = word.upper()
         if keyword in ("ROOT", "JOINT", "END"):
@@ -90,7 +89,7 @@ def read_hierarchy(lexer: Lexer) -> list[Joint]:
             joint.channels = _channels(lexer, joint)
         elif joint is not None and word == "}":
             if joint.offset is None:
-                raise source.error(f"{joint}, begun in line {joint.opened.line}, has no OFFSET", word)
+                raise source.error(f"{joint}, which begins in line {joint.opened.line}, has no OFFSET", word)
             joint.channels = joint.channels or []
             joint = joint.parent
         elif joint is not None:
@@ -105,15 +104,15 @@ def read_hierarchy(lexer: Lexer) -> list[Joint]:
             return joints
         else:
             raise source.error(f"expected {'MOTION' if joints else 'ROOT'}, found {str(word[:40])!r}", word)
-    where = f"{joint}, begun in line {joint.opened.line}, is still open" if joint else "there is no MOTION"
-    raise source.error(f"the file ends and {where}; not BVH, or cut short", source.line)
+    problem = f"{joint}, which begins in line {joint.opened.line}, is still open" if joint else "there is no MOTION"
+    raise source.error(f"the file ends and {problem}; not BVH, or cut short", source.line)
 
 
 def _open(lexer: Lexer, word: Token, parent: Joint | None, joints: list[Joint]) -> Joint:
-    """The block that a keyword begins, up to its brace."""
+    """Return the block that a keyword begins, read up to its brace."""
     source, keyword = lexer.source, word.upper()
     if keyword == "ROOT" and (parent or joints):
-        raise source.error("found a second ROOT; skeletons come one a file here: split it", word)
+        raise source.error("found a second ROOT; expected one skeleton in a file: split it", word)
     if keyword != "ROOT" and parent is None:
         raise source.error(f"found {word} outside a joint", word)
     name = lexer.name()
@@ -142,7 +141,7 @@ def _channels(lexer: Lexer, joint: Joint) -> list[str]:
     if not WHOLE.fullmatch(count):
         raise source.error(f"{what}: expected how many there are, found {str(count[:40])!r}", count)
     channels: list[str] = []
-    while len(channels) < int(count):  # seven at most, the seventh being an error
+    while len(channels) < int(count):  # at most seven times, as a seventh channel is an error
         word = lexer.expect("a channel")
         channel = word.lower()
         if channel not in CHANNELS or channel in channels:
@@ -154,7 +153,7 @@ def _channels(lexer: Lexer, joint: Joint) -> list[str]:
 
 
 def read_motion_head(lexer: Lexer) -> tuple[Token, float]:
-    """What is said after MOTION: how many frames there are, with its place, and how many seconds each lasts."""
+    """Return the number of frames that the file states, as a word, and the duration of each, s."""
     source = lexer.source
     n_frames = frame_time = None
     while n_frames is None or frame_time is None:

@@ -1,22 +1,25 @@
-"""Motions of either format, told apart by what is in the file."""
+"""Motions of either format, which is recognised by the file's content."""
 
 import os
 from pathlib import Path
 from typing import Literal
 
 from skpose.io._amc import read_amc
-from skpose.io._asf import read_asf
+from skpose.io._arguments import PathLike, Readable
+from skpose.io._asf import AsfFile, content_of
 from skpose.io._bvh import read_bvh
-from skpose.io._source import WHOLE, PathLike, Readable, Source
+from skpose.io._source import Source
+from skpose.io._words import WHOLE
 from skpose.skeleton import Motion
 
+Format = Literal["BVH", "AMC", "ASF"]
 ASF_KEYWORDS = {":version", ":name", ":units", ":documentation", ":root", ":bonedata", ":hierarchy", ":skin"}
 
 
 def load_motion(
     path: Readable,
     *,
-    asf: Readable | None = None,
+    asf: Readable | AsfFile | None = None,
     frame_rate: float = 120.0,
     scale: float | None = None,
     on_nan: Literal["raise", "drop"] = "raise",
@@ -24,31 +27,32 @@ def load_motion(
     stretch: Literal["raise", "mean"] = "raise",
     missing: Literal["raise", "rest"] = "raise",
 ) -> Motion:
-    """Read a motion from a BVH file or an AMC file, whichever it is.
+    """Read a motion from a BVH file or an AMC file.
 
-    What the file is called does not matter; its first words say what it is.
+    The format is recognised by the first words of the file, not by its name.
 
     Parameters
     ----------
     path : str, path-like or file
         The file, or an open one; compressed by gzip or not.
-    asf : str, path-like or file, default=None
-        The skeleton of an AMC file. None looks beside it: walk.asf for walk.amc, and as CMU has it, 02.asf for
-        02_01.amc.
+    asf : str, path-like, file or AsfFile, default=None
+        The skeleton of an AMC file. None is the file at `asf_path`: walk.asf for walk.amc, or, as in the CMU database,
+        02.asf for 02_01.amc.
     frame_rate : float, default=120.0
-        Frames per second of an AMC file, which does not say; a BVH file does.
+        Frames per second of an AMC file, which does not state it; a BVH file does.
     scale : float, default=None
-        Metres per unit of length. None is 1 for BVH, and what the skeleton's file says for AMC.
+        Metres per unit of length. None is 1 for BVH, and the unit of the ASF file for AMC.
     on_nan : {"raise", "drop"}, default="raise"
-        What to do with frames in which a number is NaN or infinite.
+        What to do with frames in which a number is NaN or infinite: refuse the file, or leave these frames out.
     trust, stretch : str
-        How to take a BVH file, see `load_bvh`.
+        How to read a BVH file, see `load_bvh`.
     missing : str
-        How to take an AMC file, see `load_amc`.
+        How to read an AMC file, see `load_amc`.
 
     Returns
     -------
     Motion
+        Motion with angles in rad and lengths in m.
 
     Raises
     ------
@@ -56,6 +60,10 @@ def load_motion(
         If the file is neither, or not whole; with its name, the line and the column.
     OSError
         If it cannot be read, or the skeleton of an AMC file is not found.
+
+    See Also
+    --------
+    file_format : Return the format of a file.
 
     Examples
     --------
@@ -66,25 +74,59 @@ def load_motion(
     Motion(343 frames at 120 Hz, 2.9 s, Skeleton(n_joints=30, n_dofs=56))
     """
     with Source(path, "a BVH or AMC file") as source:
-        kind = kind_of(source)
-        if kind == "BVH":
+        found = _format_of(source)
+        if found == "BVH":
             scale = 1.0 if scale is None else scale
             return read_bvh(source, scale=scale, on_nan=on_nan, trust=trust, stretch=stretch)
-        if kind == "ASF":
+        if found == "ASF":
             raise source.error("this is a skeleton (ASF), which has no motion: load_asf reads it, load_motion its AMC")
         if asf is None:
             if not isinstance(path, str | os.PathLike):
                 raise ValueError("an AMC file needs its skeleton: pass asf=, the ASF file")
-            asf = skeleton_of(path)
+            asf = asf_path(path)
             if not asf.is_file():
                 raise FileNotFoundError(f"{source.name} needs its skeleton and there is no {asf}: pass asf=, the file")
-        with Source(asf, "an ASF file") as skeleton:
-            asf = read_asf(skeleton, scale)
-        return read_amc(source, asf, frame_rate=frame_rate, on_nan=on_nan, missing=missing)
+        content = content_of(asf, scale)
+        return read_amc(source, content, frame_rate=frame_rate, on_nan=on_nan, missing=missing)
 
 
-def kind_of(source: Source) -> Literal["BVH", "ASF", "AMC"]:
-    """What a file is, by its first words that are not a comment."""
+def file_format(path: PathLike) -> Format:
+    """Return the format of a motion-capture file, recognised by its first words.
+
+    Parameters
+    ----------
+    path : str or path-like
+        The file, compressed by gzip or not.
+
+    Returns
+    -------
+    {"BVH", "AMC", "ASF"}
+        The format. The rest of the file is not checked.
+
+    Raises
+    ------
+    MocapFormatError
+        If the file is none of the three.
+    OSError
+        If it cannot be read.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from skpose.io import file_format
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder, "dance.txt")
+    ...     _ = path.write_text("HIERARCHY\\nROOT Hips\\n")
+    ...     file_format(path)
+    'BVH'
+    """
+    with Source(Path(path), "a BVH, AMC or ASF file") as source:
+        return _format_of(source)
+
+
+def _format_of(source: Source) -> Format:
+    """Return the format of an open file, by its first word that is not in a comment."""
     for line in source.head.splitlines():
         word, *_ = line.partition("#")[0].lower().split() or [""]
         if word == "hierarchy":
@@ -95,12 +137,30 @@ def kind_of(source: Source) -> Literal["BVH", "ASF", "AMC"]:
             return "AMC"
         if word:
             raise source.error(f"expected HIERARCHY (BVH) or a keyword such as :DEGREES (AMC), found {word[:40]!r}")
-    return "AMC"  # nothing but comments so far, which BVH does not have
+    return "AMC"  # only comments so far, which BVH does not have
 
 
-def skeleton_of(amc: PathLike) -> Path:
-    """Where the skeleton of a motion is: walk.asf beside walk.amc, or where CMU has it, 02.asf beside 02_01.amc."""
+def asf_path(amc: PathLike) -> Path:
+    """Return the path at which the ASF file of an AMC file is expected.
+
+    Parameters
+    ----------
+    amc : str or path-like
+        The AMC file.
+
+    Returns
+    -------
+    Path
+        The path walk.asf in the folder of walk.amc if there is such a file; otherwise the name up to the last
+        underscore, as in the CMU database: 02.asf in the folder of 02_01.amc, which may or may not exist.
+
+    Examples
+    --------
+    >>> from skpose.io import asf_path
+    >>> asf_path("cmu/subjects/02/02_01.amc").as_posix()
+    'cmu/subjects/02/02.asf'
+    """
     amc = Path(amc)
-    stem = amc.name.removesuffix(".gz").removesuffix(amc.suffix).rsplit(".", 1)[0]
+    stem = Path(amc.name.removesuffix(".gz")).stem
     own = amc.with_name(f"{stem}.asf")
     return own if own.is_file() else amc.with_name(f"{stem.rsplit('_', 1)[0]}.asf")

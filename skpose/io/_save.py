@@ -1,4 +1,4 @@
-"""Motions written as BVH."""
+"""Writer of BVH files."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose.io._source import PathLike, check_positive
+from skpose.io._arguments import PathLike, check_positive
 from skpose.skeleton import Bone, Motion
 
-DIGITS = 9  # after the point: far below what a file's angles and lengths mean, and no exponents, which some cannot read
+DIGITS = 9  # after the point: far below the precision of mocap; no exponents, which some programs cannot read
 PARALLEL = 1e-12  # axes that differ by less are the root's
 
 
@@ -19,9 +19,9 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0) -> None:
     Parameters
     ----------
     path : str or path-like
-        The file; one that is there is written over.
+        The file; an existing one is replaced.
     motion : Motion
-        What to write. A path of `geodesic`, a mean or other poses become one as
+        The motion to write. The path of a `geodesic`, a mean or other poses become one as
         ``Motion(skeleton, poses, frame_rate)``.
     scale : float, default=1.0
         Metres per unit of length in the file: 1 writes metres, 0.01 centimetres.
@@ -29,24 +29,24 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0) -> None:
     Raises
     ------
     ValueError
-        If a joint's name cannot stand in such a file.
+        If a joint's name cannot be written in the format.
     OSError
         If it cannot be written.
 
     See Also
     --------
-    load_bvh : Read it again.
+    load_bvh : Read a BVH file.
 
     Notes
     -----
     Joints, offsets and angles of a skeleton that came from a BVH file are written as they are, to nine digits after
-    the point; the root is called "root". A joint that turns about one axis or two gets channels for all three, the
-    others zero: Blender opens no file in which there are fewer.
+    the point; the root is named "root". A joint with one or two dofs gets channels for all three axes, the others
+    zero: Blender refuses files with fewer.
 
-    In an ASF skeleton, and any other whose offsets are in the joints' "own" axes, a joint turns the bone that *ends* at
-    it; in a BVH file it turns what *starts* at it. So there the joint of a bone's name stands at the bone's near end,
-    and its far end is where the joints begin that hang on it, or an End Site. Every joint then has three angles, about
-    the root's axes, in the order ZYX: positions are the same, numbers and degrees of freedom are not.
+    In an ASF skeleton, and any other with offsets in the joints' "own" axes, a joint rotates the bone that *ends* at
+    it; in a BVH file it rotates the bones that *start* at it. So the BVH joint with a bone's name is at the bone's near
+    end, and the bone's far end is the position of its children, or an End Site. Every joint then has three angles,
+    about the root's axes, in the order ZYX: positions are the same, numbers and degrees of freedom are not.
 
     Examples
     --------
@@ -75,19 +75,19 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0) -> None:
 
 
 def _statements(motion: Motion, scale: float) -> Iterator[tuple[int, str, np.ndarray | None]]:
-    """The hierarchy, line by line with its indentation, and with each line of CHANNELS the angles, rad."""
+    """Yield depth and text of each line of the hierarchy, and with a line of CHANNELS its angles, rad, or None."""
     skeleton, own = motion.skeleton, motion.skeleton.offset_frame == "own"
     bones = dict(zip(skeleton.joint_names, skeleton.bones, strict=True))
     children: dict[str | None, list[str]] = {name: [] for name in (None, *bones)}
     first = dict(zip(bones, np.cumsum([0, *(len(bone.dofs) for bone in bones.values())]), strict=False))
-    # Axes of each joint at angle zero, in those of the root; BVH has all joints' axes parallel there.
+    # Axes of each joint at angle zero, in those of the root; in BVH all joints' axes are parallel at angle zero.
     rest: dict[str | None, np.ndarray] = {None: np.eye(3)}
     for (name, bone), rotation in zip(bones.items(), skeleton.rest_rotations, strict=True):
         children[bone.parent].append(name)
         rest[name] = rest[bone.parent] @ rotation
 
     def offset(bone: Bone | None) -> str:
-        """Of the far end of a bone, in axes that are parallel to the root's at angle zero."""
+        """Return the offset of a bone's far end, in axes that are parallel to the root's at angle zero."""
         if bone is None:
             return "OFFSET 0 0 0"
         vector = rest[bone.name if own else bone.parent] @ bone.offset / scale
@@ -102,14 +102,14 @@ def _statements(motion: Motion, scale: float) -> Iterator[tuple[int, str, np.nda
     yield 0, "{", None
     yield 1, offset(None), None
     yield 1, _channels(positions, axes), angles
-    ahead: list[tuple[int, str | None]] = [(0, None), *((1, name) for name in reversed(children[None]))]
-    while ahead:  # no recursion: a chain may be longer than Python's stack
-        depth, name = ahead.pop()
+    stack: list[tuple[int, str | None]] = [(0, None), *((1, name) for name in reversed(children[None]))]
+    while stack:  # no recursion: a chain may be longer than Python's stack
+        depth, name = stack.pop()
         if name is None:
             yield depth, "}", None
             continue
         bone = bones[name]
-        # What the reader makes of an End Site.
+        # A joint that the reader makes of an End Site.
         is_end = not own and not bone.dofs and not children[name] and name.startswith(f"{bone.parent}_end")
         yield depth, "End Site" if is_end else f"JOINT {name}", None
         yield depth, "{", None
@@ -126,7 +126,7 @@ def _statements(motion: Motion, scale: float) -> Iterator[tuple[int, str, np.nda
             yield depth + 1, "{", None
             yield depth + 2, offset(bone), None
             yield depth + 1, "}", None
-        ahead += [(depth, None), *((depth + 1, child) for child in reversed(children[name]))]
+        stack += [(depth, None), *((depth + 1, child) for child in reversed(children[name]))]
 
 
 def _channels(positions: list[str], axes: str) -> str:
@@ -135,19 +135,19 @@ def _channels(positions: list[str], axes: str) -> str:
 
 
 def _intrinsic(dofs: str, angles: np.ndarray) -> tuple[str, np.ndarray]:
-    """The same rotations as intrinsic ones about all three axes, those that there are not by zero; none stay none."""
+    """Return the same rotations as intrinsic ones about three axes, zero about those added; none stay none."""
     axes, angles = (dofs[::-1].upper(), angles[:, ::-1]) if dofs.islower() else (dofs, angles)
     more = [axis for axis in "ZXY" if axis not in axes] if axes else []
     return "".join([axes, *more]), np.concatenate([angles, np.zeros((len(angles), len(more)))], axis=1)
 
 
 def _about_root(dofs: str, angles: np.ndarray, axes: np.ndarray) -> tuple[str, np.ndarray]:
-    """Rotations about a joint's own axes as three intrinsic ones about those of the root."""
+    """Return rotations about a joint's own axes as three intrinsic ones about those of the root."""
     if not angles.size:
         return "ZYX", np.zeros((len(angles), 3))
     R = axes @ Rotation.from_euler(dofs, angles).as_matrix() @ axes.T
     z = np.arctan2(R[:, 1, 0], R[:, 0, 0])
     y = np.arctan2(-R[:, 2, 0], np.hypot(R[:, 0, 0], R[:, 1, 0]))
-    # From what is left without z, whatever z is: where y is a right angle, only both together have a meaning.
+    # From the rotation that remains after z is removed, for any z: if y is 90°, only z and x together are defined.
     x = np.arctan2(np.sin(z) * R[:, 0, 2] - np.cos(z) * R[:, 1, 2], np.cos(z) * R[:, 1, 1] - np.sin(z) * R[:, 0, 1])
     return "ZYX", np.unwrap(np.stack([z, y, x], axis=1), axis=0)

@@ -1,4 +1,4 @@
-"""What the readers share: a file line by line, its words and numbers, and the error that says where it is wrong."""
+"""A text file as lines, words and numbers, and the errors that name a position in it."""
 
 import gzip
 import inspect
@@ -10,73 +10,49 @@ import zlib
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import IO
+from typing import IO, NamedTuple
 
 import numpy as np
 
-PathLike = str | os.PathLike
-Readable = PathLike | IO
+from skpose.io._arguments import Readable
+from skpose.io._error import MocapFormatError
+from skpose.io._words import NUMBER, Token, complaint
 
-BLOCK = 1 << 18  # bytes of lines that are read at once: enough for numpy's parser, and they stay in the cache
-WORD = re.compile(r"\S+")  # as str.split has them
-REAL = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
-NUMBER = re.compile(rf"{REAL}|[+-]?(?:nan|inf(?:inity)?)", re.ASCII | re.IGNORECASE)
-WHOLE = re.compile(r"\d{1,18}", re.ASCII)  # what fits 64 bits; Python's own int() gives up at 4,300 digits
-GLUED = re.compile(rf"{REAL}(?:[+-](?:\d|\.)[\d.eE+-]*)+", re.ASCII)
-DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?", re.ASCII)
+CHUNK = 1 << 18  # bytes of lines that are read at once: enough for numpy's parser, and they fit the cache
+WORD = re.compile(r"\S+")  # as str.split separates them
 
 
-class MocapFormatError(ValueError):
-    """A motion-capture file that does not say what its format asks for.
+class Chunk(NamedTuple):
+    """Consecutive lines of a file, and the position of the first."""
 
-    Attributes
-    ----------
-    filename : str
-        The file.
-    line : int or None
-        Where in it, counted from 1; None where no one line is at fault.
-    column : int or None
-        Where in the line, counted from 1; None where it is the line as a whole.
-    message : str
-        What was expected, what was found, and what to do, without the place.
-    """
+    line: int  # from 1
+    column: int  # characters of the first line that are left out
+    lines: list[bytes]
 
-    def __init__(self, filename: PathLike, line: int | None, message: str, column: int | None = None):
-        self.filename, self.line, self.message, self.column = str(filename), line, message, column
-        where = Path(self.filename).name
-        where += f", line {line}" if line is not None else ""
-        where += f", column {column}" if column is not None else ""
-        super().__init__(f"{where}: {message}")
-
-    def __reduce__(self):
-        return MocapFormatError, (self.filename, self.line, self.message, self.column)
-
-
-class Token(str):
-    """A word of a file that knows where it stands."""
-
-    line: int
-    column: int
-
-    def __new__(cls, word: str, line: int, column: int):
-        token = super().__new__(cls, word)
-        token.line, token.column = line, column
-        return token
+    def words(self) -> Iterator[Token]:
+        """Yield the words with their positions; slow, for error messages only."""
+        for i, text in enumerate(self.lines):
+            start = 0
+            for word in text.split():
+                start = text.index(word, start)
+                column = start + 1 + (self.column if i == 0 else 0)
+                yield Token(word.decode("utf-8", errors="replace"), self.line + i, column)
+                start += len(word)
 
 
 class Source:
-    """A text file that is read once from its start to its end, and the errors that name it.
+    """A text file that is read once from start to end, and the errors that name it.
 
     Parameters
     ----------
     file : str, path-like or file
-        Where it is, or the open file, of text or of bytes, from where it stands; compressed by gzip or not.
+        The path, or the open file, of text or of bytes, read from its current position; compressed by gzip or not.
     kind : str
-        What it should be, such as "a BVH file".
+        What the file should be, such as "a BVH file".
     """
 
     def __init__(self, file: Readable, kind: str):
-        self.line = 0  # number of the line read last
+        self.line = 0  # number of the last line read
         self._lines: Iterator[bytes] = iter(())
         with ExitStack() as closing:
             if isinstance(file, str | os.PathLike):
@@ -87,32 +63,17 @@ class Source:
                 stream = _as_bytes(file)
             else:
                 raise TypeError(f"expected a path or an open file to read, got {type(file).__name__}")
-            self._stream = stream
             with self._gzip_errors():
                 if stream.peek(2)[:2] == b"\x1f\x8b":
-                    self._stream = stream = closing.enter_context(gzip.GzipFile(fileobj=stream))
-                head = stream.peek(BLOCK)
-            self.head = head.removeprefix(b"\xef\xbb\xbf").decode("utf-8", errors="replace")
-            self._refuse_other_kinds(head, kind)
-            if b"\r" in head and b"\n" not in head:  # lines end as on an old Macintosh
-                self._stream = io.BytesIO(stream.read().replace(b"\r", b"\n"))
+                    stream = closing.enter_context(gzip.GzipFile(fileobj=stream))
+                head = stream.peek(CHUNK)
+                self.head = head.removeprefix(b"\xef\xbb\xbf").decode("utf-8", errors="replace")
+                if problem := _other_kind(head):
+                    raise self.error(f"{problem} not {kind}")
+                if b"\r" in head and b"\n" not in head:  # lines end as on an old Macintosh
+                    stream = io.BytesIO(stream.read().replace(b"\r", b"\n"))
+            self._stream = stream
             self._closing = closing.pop_all()
-
-    def _refuse_other_kinds(self, head: bytes, kind: str) -> None:
-        found = None
-        if not head.strip() and len(head) < 4096:  # more blanks than that are the start of something
-            found = "the file is empty"
-        elif head.startswith(b"version https://git-lfs"):
-            found = "this is a pointer of Git LFS; get the file itself with git lfs pull. It is"
-        elif head.startswith((b"\xff\xfe", b"\xfe\xff")):
-            found = "this is UTF-16 text; save it as UTF-8. It is"
-        elif b"\0" in head:
-            found = "this is a binary file"
-        elif head.lstrip().startswith(b"<"):
-            found = "this is a web page or XML"
-        if found:
-            comma = "" if found.endswith("It is") else ","
-            raise self.error(f"{found}{comma} not {kind}")
 
     def __enter__(self):
         return self
@@ -128,10 +89,10 @@ class Source:
             raise self.error(f"its gzip compression is damaged or cut short: {error}") from None
 
     def readline(self) -> str | None:
-        """The next line, with its end; None after the last."""
+        """Return the next line, with its end; None after the last."""
         line = next(self._lines, None)
         if line is None:
-            self._lines = iter(self._block())
+            self._lines = iter(self._read_lines())
             line = next(self._lines, None)
             if line is None:
                 return None
@@ -139,62 +100,62 @@ class Source:
         # Names in these files may be in any encoding; numbers and keywords are ASCII.
         return line.decode("utf-8", errors="replace")
 
-    def _block(self) -> list[bytes]:
+    def _read_lines(self) -> list[bytes]:
         with self._gzip_errors():
-            lines = self._stream.readlines(BLOCK)
+            lines = self._stream.readlines(CHUNK)
         if lines and self.line == 0:
             lines[0] = lines[0].removeprefix(b"\xef\xbb\xbf")
         return lines
 
-    def blocks(self) -> Iterator[tuple[int, list[bytes]]]:
-        """All further lines, many at a time, with the number of the first."""
-        lines = list(self._lines) or self._block()
+    def chunks(self) -> Iterator[Chunk]:
+        """Yield all further lines, many at a time."""
+        lines = list(self._lines) or self._read_lines()
         while lines:
-            yield self.line + 1, lines
+            yield Chunk(self.line + 1, 0, lines)
             self.line += len(lines)
-            lines = self._block()
+            lines = self._read_lines()
 
     def statements(self) -> Iterator[list[Token]]:
-        """The words of each further line that has any; round brackets taken out."""
+        """Yield the words of each further line that has any, without round brackets."""
         while (text := self.readline()) is not None:
             if tokens := self.words(text.replace("(", " ").replace(")", " "), self.line):
                 yield tokens
 
     @staticmethod
     def words(text: str, line: int) -> list[Token]:
-        """The words of a line, without a comment."""
+        """Return the words of a line, without its comment."""
         return [Token(m[0], line, m.start() + 1) for m in WORD.finditer(text.partition("#")[0])]
 
     def error(self, message: str, at: Token | int | None = None) -> MocapFormatError:
-        """The error that names this file, and a word or a line of it."""
+        """Return the error that names this file, and a word or a line of it."""
         if isinstance(at, Token):
             return MocapFormatError(self.name, at.line, message, at.column)
         return MocapFormatError(self.name, at, message)
 
     def number(self, token: Token, what: str, *, finite: bool = True) -> float:
-        """What a word says in numbers, never NaN."""
+        """Return a word as a number, never NaN."""
         value = float(token) if NUMBER.fullmatch(token) else np.nan
         if np.isnan(value) or (finite and np.isinf(value)):
             raise self.error(f"{what}: {complaint(token)}", token)
         return value
 
     def positive(self, token: Token, what: str) -> float:
-        """A number above zero, and not so small that its inverse is infinite."""
+        """Return a word as a number above zero whose inverse is finite."""
         value = self.number(token, what)
         if value <= 0 or not np.isfinite(1.0 / value):
             raise self.error(f"{what}: expected a positive number, found {str(token)!r}", token)
         return value
 
     def warn(self, message: str) -> None:
-        """A warning that names this file, and the caller's line that wanted it read."""
+        """Emit a warning that names this file, at the line of the caller outside this library."""
         level, frame = 2, inspect.currentframe().f_back
         while frame is not None and frame.f_globals.get("__name__", "").startswith("skpose."):
             level, frame = level + 1, frame.f_back
         warnings.warn(f"{Path(self.name).name}: {message}", UserWarning, stacklevel=level)
 
     @contextmanager
-    def blamed(self) -> Iterator[None]:
-        """What Skeleton and Motion refuse, and numbers past 1e308, are faults of the file."""
+    def format_errors(self) -> Iterator[None]:
+        """Turn every ValueError, as of Skeleton, Motion and numbers past 1e308, into one that names this file."""
         try:
             with np.errstate(over="ignore", invalid="ignore"):
                 yield
@@ -204,30 +165,23 @@ class Source:
             raise self.error(str(error)) from None
 
 
-def complaint(token: str) -> str:
-    """Why a word is not a number that we take, and what may be the matter."""
-    shown = repr(str(token[:40]))
-    if NUMBER.fullmatch(token):
-        return f"expected a finite number, found {shown}"
-    if DECIMAL_COMMA.fullmatch(token):
-        return f"expected a number, found {shown}, which has a decimal comma: write it with a point"
-    if GLUED.fullmatch(token):
-        return f"expected a number, found {shown}: numbers without a blank between them"
-    return f"expected a number, found {shown}"
-
-
-def check_choice(name: str, value: str, choices: tuple[str, ...]) -> None:
-    if value not in choices:
-        raise ValueError(f"{name} must be {' or '.join(map(repr, choices))}, got {value!r}")
-
-
-def check_positive(name: str, value: float) -> None:
-    if not (np.isreal(value) and np.isfinite(value) and value > 0):
-        raise ValueError(f"{name} must be a positive number, got {value!r}")
+def _other_kind(head: bytes) -> str | None:
+    """Return the start of the message on a file that holds no text, or text of another kind; None if neither."""
+    if not head.strip() and len(head) < 4096:  # more blanks than that are the start of something
+        return "the file is empty,"
+    if head.startswith(b"version https://git-lfs"):
+        return "this is a pointer of Git LFS; get the file itself with git lfs pull. It is"
+    if head.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return "this is UTF-16 text; save it as UTF-8. It is"
+    if b"\0" in head:
+        return "this is a binary file,"
+    if head.lstrip().startswith(b"<"):
+        return "this is a web page or XML,"
+    return None
 
 
 class _Bytes(io.RawIOBase):
-    """Anything with a read method, for io.BufferedReader; it leaves the file open."""
+    """Any object with a read method, for io.BufferedReader, which then leaves it open."""
 
     def __init__(self, file: IO[bytes]):
         self._file = file
@@ -244,4 +198,4 @@ class _Bytes(io.RawIOBase):
 def _as_bytes(file: IO) -> io.BufferedReader:
     if isinstance(file.read(0), str):
         file = io.BytesIO(file.read().encode("utf-8", errors="replace"))
-    return io.BufferedReader(_Bytes(file), BLOCK)
+    return io.BufferedReader(_Bytes(file), CHUNK)

@@ -12,7 +12,7 @@ from skpose.skeleton._validation import check_poses
 
 
 def forward_kinematics(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
-    """Joint positions F(θ) of every pose, the root at the origin and unrotated.
+    """Compute the joint positions F(θ) of every pose, the root at the origin and unrotated.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def forward_kinematics(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
 
     See Also
     --------
-    position_jacobian : How the positions move with the angles.
+    position_jacobian : Derivatives of the positions by the angles.
 
     Notes
     -----
@@ -59,7 +59,7 @@ def forward_kinematics(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
 
 
 def position_jacobian(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
-    """Jacobian J = ∂F/∂θ of the joint positions, in closed form.
+    """Compute the Jacobian J = ∂F/∂θ of the joint positions, in closed form.
 
     A rotation about the unit axis a through the point o moves a point p at the rate a × (p − o).
 
@@ -108,7 +108,7 @@ def position_jacobian(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
 
 
 def metric_tensor(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
-    """Metric tensor JᵀJ of the kinematic manifold in angle space, appendix B of the paper.
+    """Compute the metric tensor JᵀJ of the kinematic manifold in angle space, appendix B of the paper.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def metric_tensor(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
     -------
     ndarray of shape (n_poses, n_dofs, n_dofs)
         m²/rad²; symmetric and positive semi-definite. It is singular where a dof moves nothing: a twist about a bone
-        that ends the chain, or that is followed only by bones along its own axis.
+        at the end of the chain, or one that is followed only by bones along its own axis.
 
     Raises
     ------

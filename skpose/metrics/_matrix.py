@@ -1,7 +1,7 @@
 """A matrix of distances, block by block."""
 
 import functools
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +11,7 @@ from skpose._compiled.tree import Steps
 from skpose._parallel.tasks import BLOCKS_PER_WORKER, LITTLE_WORK, TASKS_PER_JOB, WORK_PER_TASK
 from skpose._parallel.threads import in_threads
 from skpose.kinematics._tree import tree_of
+from skpose.metrics._convergence import Unconverged
 from skpose.metrics._registry import METRICS
 from skpose.skeleton import Skeleton
 
@@ -40,18 +41,6 @@ class Block(NamedTuple):
     @property
     def shape(self) -> tuple[int, int]:
         return self.bottom - self.top, self.right - self.left
-
-
-class Doubts(NamedTuple):
-    """How many geodesics did not converge, and the largest gap between what is measured on a grid and by chords."""
-
-    count: int
-    gap: float
-
-    @classmethod
-    def joined(cls, parts: Iterable[tuple[int, float]]) -> "Doubts":
-        counts, gaps = zip((0, 0.0), *parts, strict=True)
-        return cls(sum(counts), max(gaps))
 
 
 class DistanceMatrix:
@@ -104,14 +93,14 @@ class DistanceMatrix:
             for left in range(top if self.symmetric else 0, n_columns, edge)
         ]
 
-    def distances(self, block: Block, n_jobs: int = 1, out: np.ndarray | None = None) -> tuple[np.ndarray, Doubts]:
+    def distances(self, block: Block, n_jobs: int = 1, out: np.ndarray | None = None) -> tuple[np.ndarray, Unconverged]:
         """The distances of a block, in `out` if that is given, and how many of them are in doubt."""
         out = np.empty(block.shape, self.dtype) if out is None else out
         diagonal = self.symmetric and block.top == block.left
-        doubts = Doubts.joined(in_threads(self._tasks(block, diagonal, n_jobs, out), n_jobs))
+        unconverged = Unconverged.joined(in_threads(self._tasks(block, diagonal, n_jobs, out), n_jobs))
         if diagonal:
             mirror(out)
-        return out, doubts
+        return out, unconverged
 
     def _tasks(
         self, block: Block, diagonal: bool, n_jobs: int, out: np.ndarray
@@ -130,7 +119,8 @@ class DistanceMatrix:
             work = min(work, max(LITTLE_WORK, out.size * self.work_per_pair / (TASKS_PER_JOB * n_jobs)))
         n_blocks, width = len(lanes) // rows.shape[1], lanes.shape[1]
         for tile in _tiles(len(rows), n_blocks, width, diagonal, max(1, int(work / self.work_per_pair))):
-            yield functools.partial(loop, rows, lanes, *tile, diagonal, metric.measure, tree, self.steps, out)
+            pairs = loops.PairRange(*tile, diagonal)
+            yield functools.partial(loop, rows, lanes, pairs, metric.measure, tree, self.steps, out)
 
     def _encoded(self, poses: np.ndarray) -> np.ndarray:
         codes = METRICS[self.metric].encoded(poses, self.skeleton, self.steps)

@@ -13,10 +13,11 @@ import numpy as np
 
 from skpose._parallel.journal import AttributeJournal, FileJournal
 from skpose.kinematics._tree import tree_of
-from skpose.metrics._matrix import MIRROR_BLOCK, Block, DistanceMatrix, Doubts
+from skpose.metrics._convergence import Unconverged
+from skpose.metrics._matrix import MIRROR_BLOCK, Block, DistanceMatrix
 
 PAGES_NOT_NEEDED = getattr(mmap, "MADV_DONTNEED", None)  # not on Windows
-NOTED = 8  # of a block: its place, two checksums, two numbers of doubts
+NOTED = 8  # of a block: its place, two checksums, two numbers of unconverged
 
 
 class Destination:
@@ -85,8 +86,8 @@ class Destination:
     @contextmanager
     def resumed(
         self, matrix: DistanceMatrix, edge: int
-    ) -> Iterator[tuple[list[Block], list[Doubts], Callable[[Block, Doubts], None]]]:
-        """The blocks that are left to do, the doubts about those that are done, and how to note one more.
+    ) -> Iterator[tuple[list[Block], list[Unconverged], Callable[[Block, Unconverged], None]]]:
+        """The blocks that are left to do, the unconverged about those that are done, and how to note one more.
 
         Raises
         ------
@@ -95,7 +96,7 @@ class Destination:
         """
         blocks = matrix.blocks(edge)
         if self._journal is None:
-            yield blocks, [], lambda block, doubts: None
+            yield blocks, [], lambda block, unconverged: None
             return
         head = {"of": _fingerprint(matrix), "shape": list(matrix.shape), "metric": matrix.metric, "edge": edge}
         notes = []
@@ -112,11 +113,13 @@ class Destination:
         self._journal.begin(head, notes)
         done = {Block(*note[:4]) for note in notes}
 
-        def note(block: Block, doubts: Doubts) -> None:
-            self._journal.add([*block, self.checksum(block), self._mirror_checksum(block, matrix.symmetric), *doubts])
+        def note(block: Block, unconverged: Unconverged) -> None:
+            self._journal.add(
+                [*block, self.checksum(block), self._mirror_checksum(block, matrix.symmetric), *unconverged]
+            )
 
         try:
-            yield [block for block in blocks if block not in done], [Doubts(*note[6:]) for note in notes], note
+            yield [block for block in blocks if block not in done], [Unconverged(*note[6:]) for note in notes], note
         except BaseException:
             self._journal.pause()
             raise

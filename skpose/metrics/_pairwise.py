@@ -1,6 +1,5 @@
 """Matrices of distances between poses."""
 
-import warnings
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from functools import partial
@@ -11,15 +10,15 @@ import numpy as np
 from joblib import effective_n_jobs
 from numpy.typing import ArrayLike
 from sklearn import get_config
-from sklearn.exceptions import ConvergenceWarning
 from sklearn.utils import gen_batches
 
 from skpose._compat.sklearn import HasMethods, Interval, validate_params
 from skpose._parallel.backends import from_workers, in_processes
 from skpose._parallel.progress import progress
 from skpose._parallel.tasks import WORK_PER_TASK
+from skpose.metrics._convergence import Unconverged, warn_of_unconverged
 from skpose.metrics._dask import is_lazy, lazy_distances
-from skpose.metrics._matrix import DistanceMatrix, Doubts
+from skpose.metrics._matrix import DistanceMatrix
 from skpose.metrics._output import Destination
 from skpose.metrics._registry import METRIC_CONSTRAINTS, effective_name, resolve
 from skpose.skeleton import Skeleton
@@ -166,8 +165,8 @@ def pose_distances(
         return lazy_distances(pose_distances, X, Y, skeleton, metric=metric, n_steps=n_steps, wrap=wrap)
     matrix, dtype = _matrix(X, Y, skeleton, metric, n_steps, wrap)
     destination = Destination(out, matrix.shape, dtype)
-    doubts = _fill(destination, matrix, n_jobs, verbose)
-    warn_of_doubts(doubts, matrix.n_pairs, stacklevel=3)
+    unconverged = _fill(destination, matrix, n_jobs, verbose)
+    warn_of_unconverged(unconverged, matrix.n_pairs, stacklevel=3)
     return destination.array
 
 
@@ -251,15 +250,15 @@ def pose_distances_chunked(
     memory = get_config()["working_memory"] if working_memory is None else working_memory
     batches = list(gen_batches(n_rows, min(n_rows, max(1, int(memory * 2**20 / (dtype.itemsize * n_columns))))))
     part = partial(DistanceMatrix, metric=matrix.metric, skeleton=matrix.skeleton, steps=matrix.steps, dtype=dtype)
-    doubts = []
+    unconverged = []
     with progress(_named(matrix), len(batches), verbose) as advance:
         for batch in batches:
             chunk = part(matrix.X[batch], others)
             destination = Destination(None, chunk.shape, dtype)
-            doubts += _fill(destination, chunk, n_jobs, verbose=0)
+            unconverged += _fill(destination, chunk, n_jobs, verbose=0)
             yield destination.array if reduce_func is None else _reduced(reduce_func, destination.array, batch.start)
             advance()
-    warn_of_doubts(doubts, n_rows * n_columns, stacklevel=3)
+    warn_of_unconverged(unconverged, n_rows * n_columns, stacklevel=3)
 
 
 def _matrix(
@@ -275,13 +274,13 @@ def _matrix(
     return DistanceMatrix(X, None if triangle else Y, effective_name(metric, skeleton), skeleton, steps, dtype), dtype
 
 
-def _fill(destination: Destination, matrix: DistanceMatrix, n_jobs: int | None, verbose: int) -> list[Doubts]:
-    """Compute all blocks of a matrix that are not there yet; return the doubts about each."""
+def _fill(destination: Destination, matrix: DistanceMatrix, n_jobs: int | None, verbose: int) -> list[Unconverged]:
+    """Compute all blocks of a matrix that are not there yet; return the unconverged about each."""
     n_workers = effective_n_jobs(n_jobs)
     remote = matrix.n_pairs * matrix.work_per_pair > WORTH_SHIPPING and in_processes(n_jobs)
     edge = matrix.edge(1, n_workers) if remote else matrix.edge(n_workers)
     with (
-        destination.resumed(matrix, edge) as (blocks, doubts, note),
+        destination.resumed(matrix, edge) as (blocks, unconverged, note),
         progress(_named(matrix), len(blocks), verbose) as advance,
     ):
         if remote:
@@ -289,12 +288,12 @@ def _fill(destination: Destination, matrix: DistanceMatrix, n_jobs: int | None, 
         else:
             results = ((b, matrix.distances(b, n_workers, destination.part(b, matrix.dtype))) for b in blocks)
         with closing(results):  # whatever ends this ends what workers do for it
-            for block, (distances, doubt) in results:
+            for block, (distances, missed) in results:
                 destination.write(block, distances, matrix.symmetric)
-                note(block, doubt)
-                doubts.append(doubt)
+                note(block, missed)
+                unconverged.append(missed)
                 advance()
-    return doubts
+    return unconverged
 
 
 def _named(matrix: DistanceMatrix) -> str:
@@ -320,16 +319,3 @@ def _reduced(reduce_func: Callable[[np.ndarray, int], Any], chunk: np.ndarray, s
                 "must return one for each row"
             )
     return result
-
-
-def warn_of_doubts(doubts: list[Doubts], n_pairs: int, stacklevel: int) -> None:
-    """Warn where geodesics did not converge."""
-    n_doubtful, gap = Doubts.joined(doubts)
-    if n_doubtful:
-        warnings.warn(
-            f"{n_doubtful} of {n_pairs} geodesics did not converge; their distances are lengths of curves no "
-            "longer than the straight line in angle space, which may not be the shortest. The largest relative gap "
-            f"between such a curve's length and the sum of its chords is {gap:.2g}",
-            ConvergenceWarning,
-            stacklevel=stacklevel,
-        )

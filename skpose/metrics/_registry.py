@@ -1,4 +1,4 @@
-"""The metrics by name, and each as one compiled function of two poses."""
+"""The metrics by name, and what the parameters that choose one mean."""
 
 from collections.abc import Callable
 from numbers import Integral
@@ -14,21 +14,21 @@ from skpose.skeleton import Skeleton
 
 
 class Metric(NamedTuple):
-    """One way to measure poses: two kernels, and what they need."""
+    """A distance between poses: two compiled functions, and their needs."""
 
-    encode: Callable  # what to know of one pose
-    measure: Callable  # from one encoded pose to others
-    n_codes: Callable[[Tree, int], int]  # length of an encoded pose, given its length before
+    encode: Callable  # one pose -> its code
+    measure: Callable  # one code, other codes -> distances
+    n_codes: Callable[[Tree, int], int]  # length of a code, given the number of dofs
     needs_skeleton: bool
-    wraps: bool | None  # what wrap="auto" means; None for a metric that whole turns do not change
-    bound: str | None  # a Euclidean metric that is never more than this one with wrap="auto"
-    encode_work: float  # roughly, for each code of a pose, where adding a square to a sum is 1: 0.2 ns or so
-    measure_work: float  # and for each code of a pair
+    wraps: bool | None  # meaning of wrap="auto"; None for a metric that whole turns do not change
+    bound: str | None  # a Euclidean metric that is a lower bound of this one with wrap="auto"
+    encode_work: float  # for each number of a code; adding a square to a sum is 1, some 0.2 ns
+    measure_work: float  # for each number of a code, in each pair
     always_float64: bool = False
-    measure_within: Callable | None = None  # the same up to a limit, see `skpose._compiled.nearest`
+    measure_within: Callable | None = None  # the same up to `Results.limit`
 
     def encoded(self, poses: np.ndarray, skeleton: Skeleton | None, steps: Steps) -> np.ndarray:
-        """The codes of poses, in float64."""
+        """Return the codes of poses, in float64."""
         tree = tree_of(skeleton if self.needs_skeleton else None)
         codes = np.empty((len(poses), self.n_codes(tree, poses.shape[1])))
         loops.encode_poses(poses, self.encode, tree, steps, codes)
@@ -112,14 +112,14 @@ METRIC_CONSTRAINTS = {
 
 
 def effective_name(metric: str, skeleton: Skeleton | None) -> str:
-    """The metric's own name; "auto" is "spatial" with a skeleton and "angle" without one."""
+    """Return the metric's own name; "auto" is "spatial" with a skeleton and "angle" without one."""
     if metric != "auto":
         return metric
     return "angle" if skeleton is None else "spatial"
 
 
 def resolve(metric: str, skeleton: Skeleton | None, n_steps: int, wrap: bool | str) -> tuple[Metric, Steps]:
-    """The metric meant by a name, and its steps."""
+    """Return the metric of a name, and its steps."""
     metric = effective_name(metric, skeleton)
     chosen = METRICS[metric]
     if chosen.needs_skeleton and skeleton is None:

@@ -16,6 +16,7 @@ import numpy as np
 
 from skpose._compiled import loops
 from skpose._compiled.lanes import lanes
+from skpose._compiled.results import aligned
 from skpose._compiled.tree import Steps
 from skpose.metrics._matrix import PANEL
 from skpose.metrics._registry import METRICS
@@ -60,7 +61,7 @@ class Screen:
         self.axes = np.ascontiguousarray(np.linalg.eigh(codes.T @ codes)[1].T[: -N_AXES - 1 : -1])
         width = lanes(FLOAT32)
         self.n_coordinates = len(self.axes) + 1
-        self.blocks = loops.aligned(-(-len(poses) // width) * self.n_coordinates, width, FLOAT32)
+        self.blocks = aligned(-(-len(poses) // width) * self.n_coordinates, width, FLOAT32)
         self.norm = 0.0
         for start in range(0, len(poses), PANEL):
             coordinates, norms = self._coordinates(poses[start : start + PANEL])

@@ -40,8 +40,8 @@ class GeodesicSearch:
         return Evaluations(self.lines.n_measured, self.geodesics.n_measured)
 
     @property
-    def doubts(self) -> list[tuple[int, float]]:
-        return self.geodesics.doubts
+    def unconverged(self) -> list[tuple[int, float]]:
+        return self.geodesics.unconverged
 
     def nearest(self, poses: np.ndarray, own: np.ndarray, k: int) -> Neighbors:
         """The k nearest of each query."""

@@ -10,7 +10,7 @@ from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, Transfo
 
 from skpose._base import PoseEstimatorMixin
 from skpose._compat.sklearn import StrOptions, fit_context
-from skpose.metrics._pairwise import warn_of_doubts
+from skpose.metrics._convergence import warn_of_unconverged
 from skpose.metrics._registry import METRIC_CONSTRAINTS, effective_name, resolve
 from skpose.neighbors._queries import Request, find
 from skpose.neighbors._search import PoseIndex
@@ -89,7 +89,7 @@ class GraphTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Tran
             own = np.full(len(X), -1)
         found = find(Request(self._index, method, X, own, arguments), self.n_jobs, self.verbose)
         self._index.evaluations = found.evaluations
-        warn_of_doubts(found.doubts, found.evaluations.geodesics, stacklevel=5)
+        warn_of_unconverged(found.unconverged, found.evaluations.geodesics, stacklevel=5)
         return found.neighbors, len(X)
 
     def _graph(self, mode, search):

@@ -34,7 +34,7 @@ class Found(NamedTuple):
 
     neighbors: Neighbors
     evaluations: Evaluations
-    doubts: list[tuple[int, float]]
+    unconverged: list[tuple[int, float]]
 
 
 def find(request: Request, n_jobs: int | None, verbose: int) -> Found:
@@ -61,7 +61,7 @@ def find(request: Request, n_jobs: int | None, verbose: int) -> Found:
     return Found(
         Neighbors.joined(part.neighbors for part in parts),
         Evaluations(*map(sum, zip(*(part.evaluations for part in parts), strict=True))),
-        [doubt for part in parts for doubt in part.doubts],
+        [one for part in parts for one in part.unconverged],
     )
 
 
@@ -70,4 +70,4 @@ def find_block(request: Request, block: tuple[int, int], n_jobs: int = 1) -> Fou
     first, last = block
     search = search_of(request.index, n_jobs)
     near = getattr(search, request.method)(request.poses[first:last], request.own[first:last], **request.arguments)
-    return Found(near._replace(queries=near.queries + first), search.evaluations, search.doubts)
+    return Found(near._replace(queries=near.queries + first), search.evaluations, search.unconverged)

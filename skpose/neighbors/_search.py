@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 from sklearn.utils import gen_batches
 
 from skpose._compiled import loops
-from skpose._compiled.nearest import Kept, keep_nearest_loop, keep_nearest_of_loop
+from skpose._compiled.nearest import Batch, Candidates, Kept, Span, keep_nearest_loop, keep_nearest_of_loop
 from skpose._compiled.tree import Steps
 from skpose._parallel.tasks import LITTLE_WORK, TASKS_PER_JOB, WORK_PER_TASK
 from skpose._parallel.threads import in_threads
@@ -127,7 +127,7 @@ class Search:
     ----------
     n_measured : int
         Pairs measured so far.
-    doubts : list of (int, float)
+    unconverged : list of (int, float)
         How many distances are in doubt, and by how much at most.
     """
 
@@ -138,7 +138,7 @@ class Search:
             self.measure = metric.measure_within
         self.n_codes = metric.n_codes(self._tree(FLOAT64), index.poses.shape[1])
         self.n_measured = 0
-        self.doubts: list[tuple[int, float]] = []
+        self.unconverged: list[tuple[int, float]] = []
 
     @property
     def evaluations(self) -> Evaluations:
@@ -189,16 +189,16 @@ class Search:
         """Measure candidates of each query in order, but for those whose bound says that they will not be kept."""
         index = self.index
         loop, tree = keep_nearest_of_loop(index.poses.dtype), self._tree(FLOAT64)
-        before = codes, index.poses, candidates, bounds, n_candidates
-        after = at_once, self.metric.encode, self.measure, tree, index.steps, *best.arrays
-        for n_measured, n_doubtful, worst in self._over_rows(
-            lambda first, last: loop(*before, first, last, *after),
+        before = codes, index.poses, Candidates(candidates, bounds, n_candidates)
+        after = self.metric.encode, self.measure, tree, index.steps, best.heaps
+        for n_measured, n_unconverged, worst in self._over_rows(
+            lambda first, last: loop(*before, Batch(first, last, at_once), *after),
             len(codes),
             self._one_by_one(n_candidates.sum()),
             UNEVEN,
         ):
             self.n_measured += n_measured
-            self.doubts.append((n_doubtful, worst))
+            self.unconverged.append((n_unconverged, worst))
 
     def _first_look(self, queries: Queries, n_first: int, best: Kept) -> np.ndarray:
         """Measure the most promising poses of the whole index; return the queries for which that may not be all."""
@@ -256,10 +256,10 @@ class Search:
             limits = np.minimum(limits / screen.scale + queries.slack, np.finfo(FLOAT32).max)
         near = Kept(limits, room, FLOAT32)
         loop, tree = keep_nearest_loop(FLOAT32), tree_of(None, FLOAT32)
-        tail = start, stop, queries.own, angle.measure, tree, Steps.of(1, wrap=False), *near.arrays
+        tail = queries.own, angle.measure, tree, Steps.of(1, wrap=False), near.heaps
         blocks = screen.part(start, stop)
         self._over_rows(
-            lambda first, last: loop(queries.coordinates, blocks, first, last, *tail),
+            lambda first, last: loop(queries.coordinates, blocks, Span(first, last, start, stop), *tail),
             len(limits),
             LOOK * len(limits) * (stop - start),
         )
@@ -277,12 +277,12 @@ class Search:
         loop, tree = keep_nearest_loop(FLOAT64), self._tree(FLOAT64)
         for first, last in itertools.pairwise([*range(start, stop, PANEL), stop]):
             blocks = loops.in_lanes(self.metric.encoded(index.poses[first:last], index.skeleton, index.steps))
-            head = queries.codes, blocks
-            tail = first, last, queries.own, self.measure, tree, index.steps, *best.arrays
-            work = self._whole(len(queries), last - first)
-            self.n_measured += sum(
-                self._over_rows(lambda *rows, head=head, tail=tail: loop(*head, *rows, *tail), len(queries), work)
-            )
+            tail = queries.own, self.measure, tree, index.steps, best.heaps
+
+            def task(top, bottom, first=first, last=last, blocks=blocks, tail=tail):
+                return loop(queries.codes, blocks, Span(top, bottom, first, last), *tail)
+
+            self.n_measured += sum(self._over_rows(task, len(queries), self._whole(len(queries), last - first)))
 
     def _tree(self, dtype):
         return tree_of(self.index.skeleton if self.metric.needs_skeleton else None, dtype)

@@ -5,7 +5,7 @@ import pytest
 from numba import njit
 
 from skpose._compiled.encode import cosine_sine
-from skpose._compiled.lanes import anywhere, every, exceeds, lanes, nearest, numbers, root, rows, smaller
+from skpose._compiled.lanes import any_greater, flat, full_like, greater, lanes, minimum, rint, rows, sqrt
 
 
 @njit
@@ -14,12 +14,12 @@ def compute(a, b, out, flags):
     n = a.shape[0]
     for i in range(n):
         put[i] = x[i] + y[i] * 2.0 - 0.5
-        put[n + i] = root(x[i] * x[i])
-        put[2 * n + i] = nearest(x[i])
-        put[3 * n + i] = smaller(x[i], y[i])
-        put[4 * n + i] = exceeds(x[i], 0.25)
-        put[5 * n + i] = every(x, 3)
-        flags[i] = anywhere(x[i], 1.0)
+        put[n + i] = sqrt(x[i] * x[i])
+        put[2 * n + i] = rint(x[i])
+        put[3 * n + i] = minimum(x[i], y[i])
+        put[4 * n + i] = greater(x[i], 0.25)
+        put[5 * n + i] = full_like(x, 3)
+        flags[i] = any_greater(x[i], 1.0)
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
@@ -39,7 +39,7 @@ def test_operations(dtype, in_lanes):
 
 @njit
 def shifted(a, out):
-    source, target = numbers(a), numbers(out)
+    source, target = flat(a), flat(out)
     for i in range(a.size):
         target[i] = source[a.size - 1 - i]
 

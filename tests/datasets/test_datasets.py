@@ -1,7 +1,10 @@
+"""Collections of motions: generated gait, CMU folders, and a small copy of CMU's server."""
+
 import functools
 import http.server
 import shutil
 import threading
+import time
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +12,7 @@ import pytest
 from conftest import DATA
 
 from skpose import Skeleton, forward_kinematics
-from skpose.datasets import MotionDataset, _cmu, _gait, fetch_cmu, humanoid, load_cmu, make_gait
+from skpose.datasets import MotionDataset, _cmu, _gait, fetch_cmu, humanoid, load_cmu, make_gait, walks_and_runs
 from skpose.io import MocapFormatError, load_asf
 
 
@@ -45,9 +48,9 @@ def test_load_cmu_by_its_index(folder):
     assert [motion.frame_rate for motion in dataset] == [30, 120]
 
 
-def test_load_cmu_says_what_is_missing(folder, tmp_path):
+def test_load_cmu_names_what_is_missing(folder, tmp_path):
     write_index(folder, "01,09,walk,120,subjects/01/01_09.amc")
-    with pytest.raises(FileNotFoundError, match=r"01_09\.amc is missing, but .*index\.csv asks for it"):
+    with pytest.raises(FileNotFoundError, match=r"01_09\.amc is missing, but .*index\.csv refers to it"):
         load_cmu(folder)
     write_index(folder, "01,01,walk,often,subjects/01/01_01.amc")
     with pytest.raises(
@@ -90,6 +93,24 @@ def test_select_by_mask_and_by_index(folder):
         MotionDataset(dataset.motions, ["01"], dataset.trials, dataset.actions)
 
 
+def test_motions_of_one_asf_file_share_its_skeleton(folder):
+    one, same, other = load_cmu(folder)
+    assert one.skeleton is same.skeleton
+    assert one.skeleton != other.skeleton
+
+
+def test_walks_and_runs_are_selected_by_the_first_word_of_their_action(folder):
+    motions = load_cmu(folder).motions
+    actions = [" Walk, slow", "run/jog", "walking stick"]
+    chosen = walks_and_runs(MotionDataset(motions, ["01", "01", "02"], ["01", "02", "01"], actions))
+    assert chosen.motions == motions[:2]
+    assert list(zip(chosen.subjects, chosen.trials, chosen.actions, strict=True)) == [
+        ("01", "01", "walk"), ("01", "02", "run"),
+    ]  # fmt: skip
+    with pytest.raises(ValueError, match=r"dataset must have .* of running, but none has .* begins with 'run'"):
+        walks_and_runs(make_gait(1, 1, activities=["walk"], random_state=0))
+
+
 def test_gait_is_determined_by_its_seed():
     one, same, other = (make_gait(2, 1, random_state=seed) for seed in (0, 0, 1))
     for a, b, c in zip(one, same, other, strict=True):
@@ -98,7 +119,7 @@ def test_gait_is_determined_by_its_seed():
         assert not np.array_equal(a.angles, c.angles)
 
 
-def test_gait_has_the_motions_that_were_asked_for():
+def test_gait_has_the_requested_motions():
     gait = make_gait(3, 2, activities=["run"], duration=1.5, frame_rate=20, random_state=0)
     assert len(gait) == 6
     assert set(gait.actions) == {"run"}
@@ -125,7 +146,7 @@ PUBLISHED_PEAKS = {
 
 
 @pytest.mark.parametrize(("activity", "curve", "peak"), PUBLISHED_PEAKS)
-def test_gait_curves_peak_where_published_ones_do(activity, curve, peak):
+def test_gait_curves_peak_at_the_published_times(activity, curve, peak):
     (low, high), (early, late) = PUBLISHED_PEAKS[activity, curve, peak]
     cycle = np.linspace(0, 1, 500, endpoint=False)
     values = _gait._evaluate(_gait._series(_gait._CURVES[activity][curve]), cycle)
@@ -135,17 +156,17 @@ def test_gait_curves_peak_where_published_ones_do(activity, curve, peak):
 
 
 @pytest.mark.parametrize("activity", ["walk", "run"])
-def test_six_harmonics_keep_the_curves(activity):
-    """The Fourier series passes the points that it is made from by no more than twice their rounding."""
+def test_six_harmonics_reproduce_the_curves(activity):
+    """The Fourier series differs from the points that it is made from by at most twice their rounding."""
     for curve, points in _gait._CURVES[activity].items():
         fitted = _gait._evaluate(_gait._series(points), np.arange(len(points)) / len(points))
         assert np.abs(fitted - points).max() < 1.0, curve
 
 
 def test_gait_moves_like_gait():
-    """Feet alternate, arms swing against the legs, and running bends knees and elbows more than walking."""
+    """Feet alternate, arms swing against the legs, and running flexes knees and elbows more than walking."""
     gait = make_gait(4, 1, random_state=0)
-    bend = {}
+    flexion = {}
     for motion, action in zip(gait, gait.actions, strict=True):
         P = dict(
             zip(
@@ -160,24 +181,25 @@ def test_gait_moves_like_gait():
         assert P["head"][:, 1].min() > 0.3
         assert P["left_foot"][:, 1].max() < 0
         angles = dict(zip(motion.skeleton.dof_names, np.degrees(motion.angles).T, strict=True))
-        bend.setdefault(action, []).append((angles["left_shank_rx"].max(), -angles["left_forearm_rx"].mean()))
-    knee, elbow = (np.mean(bend["run"], axis=0) - np.mean(bend["walk"], axis=0)).tolist()
+        flexion.setdefault(action, []).append((angles["left_shank_rx"].max(), -angles["left_forearm_rx"].mean()))
+    knee, elbow = (np.mean(flexion["run"], axis=0) - np.mean(flexion["walk"], axis=0)).tolist()
     assert knee > 15
     assert elbow > 40
 
 
 def test_subjects_differ_in_height_and_proportions():
-    bodies = [motion.skeleton for motion in make_gait(5, 1, activities=["walk"], random_state=0)]
-    lengths = np.array([np.linalg.norm(body.offsets, axis=1) for body in bodies])
+    skeletons = [motion.skeleton for motion in make_gait(5, 1, activities=["walk"], random_state=0)]
+    lengths = np.array([np.linalg.norm(skeleton.offsets, axis=1) for skeleton in skeletons])
     assert (lengths.std(axis=0) > 0).all()
     shares = lengths / lengths.sum(axis=1, keepdims=True)
     assert (shares.std(axis=0) > 0).all()
 
 
-def test_humanoid_is_as_tall_as_asked():
+def test_humanoid_has_the_requested_height():
     for height in (1.5, 2.0):
-        body = humanoid(height)
-        P = dict(zip(body.joint_names, forward_kinematics(np.zeros((1, body.n_dofs)), body)[0], strict=True))
+        skeleton = humanoid(height)
+        P = forward_kinematics(np.zeros((1, skeleton.n_dofs)), skeleton)[0]
+        P = dict(zip(skeleton.joint_names, P, strict=True))
         np.testing.assert_allclose(P["head"][1] - P["left_foot"][1], height, rtol=0.01)
         np.testing.assert_allclose(P["left_hand"] * [-1, 1, 1], P["right_hand"], atol=1e-12)
     longer = humanoid(proportions={"thigh": 2.0})
@@ -188,7 +210,7 @@ def test_humanoid_is_as_tall_as_asked():
 
 
 class Server(http.server.SimpleHTTPRequestHandler):
-    """CMU's server in small: the listing of a subject, and files."""
+    """A small copy of CMU's server: the listing of a subject, and files."""
 
     def do_GET(self):
         if "search.php" in self.path:
@@ -214,7 +236,7 @@ class Server(http.server.SimpleHTTPRequestHandler):
 def server(folder, monkeypatch):
     handler = functools.partial(Server, directory=str(folder))
     with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as httpd:
-        thread = threading.Thread(target=httpd.serve_forever)
+        thread = threading.Thread(target=httpd.serve_forever, args=[0.01])
         thread.start()
         monkeypatch.setattr(_cmu, "SERVER", f"http://127.0.0.1:{httpd.server_port}")
         monkeypatch.setattr(_cmu, "DIGESTS", {})
@@ -236,7 +258,7 @@ def test_fetch_cmu(server, folder, tmp_path_factory, monkeypatch):
         fetch_cmu([1], data_home=home)
 
 
-def test_fetch_cmu_of_a_subject_that_there_is_not(server, tmp_path_factory):
+def test_fetch_cmu_of_an_unknown_subject(server, tmp_path_factory):
     with pytest.raises(OSError, match="the CMU server lists no motions of subject 77"):
         fetch_cmu([77], data_home=tmp_path_factory.mktemp("home"))
     with pytest.raises(ValueError, match="subjects must name at least one subject"):
@@ -246,6 +268,7 @@ def test_fetch_cmu_of_a_subject_that_there_is_not(server, tmp_path_factory):
 @pytest.mark.filterwarnings("ignore:Retry downloading:UserWarning")
 def test_fetch_cmu_without_a_network(tmp_path, monkeypatch):
     monkeypatch.setattr(_cmu, "SERVER", "http://127.0.0.1:9")
+    monkeypatch.setattr(time, "sleep", lambda seconds: None)  # scikit-learn's, between attempts
     with pytest.raises(OSError, match=r"could not download http://127.0.0.1:9.*Is there a network\? Without one"):
         fetch_cmu([2], data_home=tmp_path)
 

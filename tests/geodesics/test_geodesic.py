@@ -288,12 +288,12 @@ def test_a_matrix_counts_those_that_did_not_converge(monkeypatch):
     """Pairs that are beyond the solver are counted once each, with the largest gap."""
 
     @njit
-    def measure(x, Y, first, last, tree, steps, scratch, out):
-        measure_euclidean(x, Y, first, last, tree, steps, scratch, out)
-        for k in range(0, 2 * (last - first), 2):
-            for w in range(out.shape[1]):
-                if out[k + 1, w] == 0.0 and out[k, w] > 1.5:
-                    out[k + 1, w] = 0.25
+    def measure(x, Y, first, last, tree, steps, scratch, results):
+        measure_euclidean(x, Y, first, last, tree, steps, scratch, results)
+        for k in range(last - first):
+            for w in range(results.gap.shape[1]):
+                if not results.skip[k, w] and results.distances[k, w] > 1.5:
+                    results.gap[k, w] = 0.25
 
     monkeypatch.setitem(METRICS, "position", METRICS["position"]._replace(measure=measure))
     X = np.array([[0.0], [0.1], [np.pi]])

@@ -1,3 +1,6 @@
+"""Skeletons and motions of ASF and AMC files, compared with an independent reference."""
+
+import io
 import pickle
 import re
 from pathlib import Path
@@ -7,8 +10,8 @@ import pytest
 import reference
 from conftest import DATA
 
-from skpose import forward_kinematics
-from skpose.io import MocapFormatError, load_amc, load_asf
+from skpose import Skeleton, forward_kinematics
+from skpose.io import AsfFile, MocapFormatError, load_amc, load_asf, load_motion
 
 ASF, AMC = (DATA / "arm.asf").read_text(), (DATA / "arm.amc").read_text()
 
@@ -54,6 +57,56 @@ def test_positions_agree_with_the_reference():
     np.testing.assert_allclose(forward_kinematics(motion.angles, motion.skeleton), expected[:, order], atol=1e-14)
 
 
+@pytest.fixture
+def built(monkeypatch):
+    """The skeletons that are constructed during a test."""
+    skeletons = []
+    construct = Skeleton.__post_init__
+    monkeypatch.setattr(Skeleton, "__post_init__", lambda self: (skeletons.append(self), construct(self))[1])
+    return skeletons
+
+
+THREE_DOFS = ":FULLY-SPECIFIED\n:FORCE-ALL-JOINTS-BE-3DOF\n:DEGREES\n" + "".join(
+    f"{frame}\nroot 0 0 0 0 0 0\nupperarm 1 2 3\nlowerarm 4 5 6\ntip 7 8 9\n" for frame in (1, 2)
+)
+
+
+def test_one_skeleton_is_built_for_all_motions_of_an_asf_file(built):
+    asf = AsfFile(DATA / "arm.asf")
+    motions = [load_amc(DATA / "arm.amc", asf), load_motion(DATA / "arm.amc", asf=asf, frame_rate=60)]
+    assert len(built) == 1
+    assert all(motion.skeleton is asf.skeleton for motion in motions)
+    three = [load_amc(io.StringIO(THREE_DOFS), asf) for _ in range(2)]
+    assert len(built) == 2  # the other is of the motions with three dofs for every bone
+    assert three[0].skeleton is three[1].skeleton is not asf.skeleton
+    assert three[0].skeleton.n_dofs == 9
+
+
+def test_one_skeleton_is_built_for_a_motion_and_its_asf_file(built, load):
+    load()
+    assert len(built) == 1
+    built.clear()
+    every = re.sub(r"dof (rx rz|ry)\n( *limits.*\n( *\(.*\n)*)?", "dof rx ry rz\n", ASF)
+    load(amc=THREE_DOFS, asf=every)  # nothing to add
+    assert len(built) == 1
+
+
+def test_an_asf_file_read_once_is_that_file(load):
+    asf = AsfFile(DATA / "arm.asf")
+    assert (asf.name, asf.skeleton) == ("arm.asf", load_asf(DATA / "arm.asf"))
+    assert repr(asf) == "AsfFile('arm.asf', Skeleton(n_joints=4, n_dofs=6))"
+    np.testing.assert_allclose(asf.scale, 0.0254 / 0.45)
+    read = load_amc(DATA / "arm.amc", pickle.loads(pickle.dumps(asf)), scale=asf.scale)
+    np.testing.assert_array_equal(read.angles, load().angles)
+    np.testing.assert_array_equal(read.root_positions, load().root_positions)
+    metres = AsfFile(DATA / "arm.asf", scale=2.0)
+    assert load_amc(DATA / "arm.amc", metres).root_positions[0, 0] == 20
+    with pytest.raises(ValueError, match=r"scale must be that of AsfFile\('arm\.asf', .*\), 2\.0, or None, got 1"):
+        load_amc(DATA / "arm.amc", metres, scale=1)
+    with pytest.raises(MocapFormatError, match=r"biped\.bvh, line 1"):
+        AsfFile(DATA / "biped.bvh")
+
+
 def test_paths_may_be_strings_and_scale_may_be_given():
     metres = load_asf(str(DATA / "arm.asf"), scale=2.0)
     np.testing.assert_allclose(np.linalg.norm(metres.offsets[0]), 11.0)
@@ -84,12 +137,12 @@ def test_radians(load):
         load(asf=asf)
 
 
-def test_comments_blank_lines_and_carriage_returns_are_passed_over(load):
+def test_comments_blank_lines_and_carriage_returns_are_ignored(load):
     untidy = AMC.replace("tip 12\n", "# a comment\n\n  tip   12  # degrees\n").replace("\n", "\r\n")
     np.testing.assert_array_equal(load(amc=untidy, asf=ASF.replace("\n", "\r\n")).angles, load().angles)
 
 
-def test_frames_may_start_anywhere_but_not_skip(load):
+def test_frame_numbers_start_anywhere_without_gaps(load):
     later = AMC.replace("\n1\n", "\n7\n").replace("\n2\n", "\n8\n").replace("\n3\n", "\n9\n")
     np.testing.assert_array_equal(load(amc=later).angles, load().angles)
     with pytest.raises(MocapFormatError, match="line 9, column 1: expected frame 2, found frame 8"):
@@ -103,7 +156,7 @@ def test_frames_may_start_anywhere_but_not_skip(load):
         ("tip 12\n", "tip 12 13\n", "line 8: 'tip' has 2 numbers, but a.asf gives it 1 .ry.; is the line cut short"),
         ("tip 12\n", "toe 12\n", "line 8: a.asf has no bone 'toe' with degrees of freedom; is it the right skeleton?"),
         ("tip 12\n", "tail 12\n", "line 8: a.asf has no bone 'tail' with degrees of freedom"),
-        ("tip 12\n", "tip 12\ntip 12\n", "line 9: 'tip' stands twice in frame 1"),
+        ("tip 12\n", "tip 12\ntip 12\n", "line 9: 'tip' appears twice in frame 1"),
         ("tip 12\n", "tip twelve\n", "line 8: frame 1: expected a number, found 'twelve'"),
         ("tip 12\n", "tip nan\n", "line 8: frame 1: expected a finite number, found 'nan'"),
         ("tip 12\n", "tip 1,5\n", "line 8: frame 1: expected a number, found '1,5'"),
@@ -134,15 +187,15 @@ def test_a_motion_file_cut_short(kept, load):
         (
             "upperarm lowerarm",
             "upperarm2 lowerarm",
-            "bone 'lowerarm' hangs on 'upperarm2', which the file does not define",
+            "bone 'lowerarm' is a child of 'upperarm2', which the file does not define",
         ),
-        ("upperarm lowerarm", "upperarm hand", "bone 'hand' hangs on 'upperarm', but the file does not define it"),
-        ("upperarm lowerarm", "", "line 17: bone 'lowerarm' has no place under :hierarchy"),
-        ("root upperarm tail", "lowerarm upperarm\nroot tail", "hangs on itself"),
-        ("tail tip", "tail tip\ntip tip", "bone 'tip' hangs on 'tail' already"),
+        ("upperarm lowerarm", "upperarm hand", "bone 'hand' is a child of 'upperarm', but the file does not define it"),
+        ("upperarm lowerarm", "", "line 17: bone 'lowerarm' does not appear under :hierarchy"),
+        ("root upperarm tail", "lowerarm upperarm\nroot tail", "lowerarm -> upperarm"),
+        ("tail tip", "tail tip\ntip tip", "bone 'tip' is a child of 'tail' already"),
         ("direction 0 1 0", "direction 0 1", "direction of bone 'upperarm': expected 3 numbers, found 2"),
         ("direction 0 1 0", "direction 0 0 0", "bone 'upperarm' has a length but no direction"),
-        ("     length 5.5\n", "", "bone 'upperarm', begun in line 27, has no length"),
+        ("     length 5.5\n", "", "bone 'upperarm', which begins in line 27, has no length"),
         ("length 5.5", "length nan", "length of bone 'upperarm': expected a finite number, found 'nan'"),
         ("dof ry", "dof ry tx", "dof of bone 'tip': expected some of rx ry rz, each once, found 'tx'"),
         (
@@ -186,7 +239,7 @@ def test_faults_of_a_skeleton_file_are_named(old, new, message, load):
         (b"\n<!DOCTYPE html>\n<html>", "this is a web page or XML, not an ASF file"),
     ],
 )
-def test_what_is_no_skeleton_file(content, message, tmp_path):
+def test_files_that_are_not_asf(content, message, tmp_path):
     path = tmp_path / "no.asf"
     path.write_bytes(content)
     with pytest.raises(MocapFormatError, match=message) as caught:
@@ -200,7 +253,7 @@ def test_what_is_no_skeleton_file(content, message, tmp_path):
 
 
 def test_nearly_every_cmu_frame_breaks_a_limit_of_its_own_file(cmu):
-    """The reason why limits are kept and not enforced."""
+    """The reason why limits are stored and not enforced."""
     outside = [
         ((motion.angles < lower) | (motion.angles > upper)).any(axis=1)
         for motion in cmu

@@ -1,3 +1,5 @@
+"""Skeletons and motions of BVH files, compared with positions by hand."""
+
 import re
 
 import numpy as np
@@ -38,7 +40,7 @@ def test_skeleton_and_motion():
 
 
 def test_positions_by_hand():
-    """Intrinsic rotations in the order of each joint's channels, which turn what hangs on the joint."""
+    """Intrinsic rotations in the order of each joint's channels, which rotate the joint's children."""
     motion = load_bvh(DATA / "biped.bvh")
     P = dict(zip(motion.skeleton.joint_names, forward_kinematics(motion.angles, motion.skeleton)[0], strict=True))
     leg, chest = (Rotation.from_euler(*a, degrees=True) for a in (("ZXY", [11, 12, 13]), ("XYZ", [5, 6, 7])))
@@ -76,7 +78,7 @@ def test_a_file_without_frames_is_a_skeleton(load):
         ("MOTION", "", "line 44: expected MOTION, found 'Frames:'"),
         ("OFFSET 9.0 0.0 0.0", "OFFSET 9.0 0.0", "line 9: OFFSET of 'Left Leg': expected a number, found 'CHANNELS'"),
         ("OFFSET 9.0 0.0 0.0", "OFFSET 9.0 x 0.0", "line 8: OFFSET of 'Left Leg': expected a number, found 'x'"),
-        ("    OFFSET 9.0 0.0 0.0\n", "", "line 18: 'Left Leg', begun in line 6, has no OFFSET"),
+        ("    OFFSET 9.0 0.0 0.0\n", "", "line 18: 'Left Leg', which begins in line 6, has no OFFSET"),
         (
             "CHANNELS 1 Xrotation",
             "CHANNELS 2 Xrotation",

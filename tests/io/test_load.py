@@ -1,4 +1,4 @@
-"""Which reader a file gets, and where files may come from."""
+"""Formats recognised by content, and the sources that files may come from."""
 
 import bz2
 import gzip
@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from conftest import DATA
 
-from skpose.io import MocapFormatError, _source, load_amc, load_asf, load_bvh, load_motion
+from skpose.io import MocapFormatError, _source, asf_path, file_format, load_amc, load_asf, load_bvh, load_motion
 
 BVH, AMC, ASF = DATA / "biped.bvh", DATA / "arm.amc", DATA / "arm.asf"
 
@@ -23,11 +23,14 @@ def same(one, other):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
 
 
-def test_content_decides_and_not_the_name(tmp_path):
+def test_the_content_decides_on_the_format_not_the_name(tmp_path):
     shutil.copy(BVH, tmp_path / "a.amc")
     shutil.copy(AMC, tmp_path / "b.txt")
     same(load_motion(tmp_path / "a.amc", scale=0.01), load_bvh(BVH, scale=0.01))
     same(load_motion(tmp_path / "b.txt", asf=ASF, frame_rate=60), load_amc(AMC, ASF, frame_rate=60))
+    assert file_format(tmp_path / "a.amc") == "BVH"
+    assert file_format(str(tmp_path / "b.txt")) == "AMC"
+    assert file_format(ASF) == "ASF"
 
 
 def test_an_amc_file_finds_its_skeleton(tmp_path):
@@ -44,7 +47,7 @@ def test_an_amc_file_finds_its_skeleton(tmp_path):
         load_motion(tmp_path / "07_12.amc")
 
 
-def test_options_go_to_the_reader(tmp_path):
+def test_options_are_passed_to_the_reader(tmp_path):
     (tmp_path / "a.bvh").write_text(BVH.read_text().replace("Frames: 2", "Frames: 3"))
     assert len(load_motion(tmp_path / "a.bvh", trust="rows")) == 2
     (tmp_path / "a.amc").write_text(AMC.read_text().replace("tip 12\n", ""))
@@ -63,14 +66,32 @@ def test_options_go_to_the_reader(tmp_path):
         ("1\nroot 0 0 0 0 0 0\n", "frame 1 ends without .*upperarm"),
     ],
 )
-def test_what_is_neither(text, message, tmp_path):
+def test_files_that_are_neither(text, message, tmp_path):
     (tmp_path / "a.txt").write_text(text)
     with pytest.raises(MocapFormatError, match=message):
         load_motion(tmp_path / "a.txt", asf=ASF)
 
 
+def test_files_of_no_format(tmp_path):
+    (tmp_path / "a.txt").write_text("hello\n")
+    (tmp_path / "b.txt").touch()
+    with pytest.raises(MocapFormatError, match=r"a\.txt: expected HIERARCHY .*, found 'hello'"):
+        file_format(tmp_path / "a.txt")
+    with pytest.raises(MocapFormatError, match=r"b\.txt: the file is empty, not a BVH, AMC or ASF file"):
+        file_format(tmp_path / "b.txt")
+    with pytest.raises(FileNotFoundError):
+        file_format(tmp_path / "c.txt")
+
+
+def test_the_asf_path_of_an_amc_file(tmp_path):
+    assert asf_path(tmp_path / "07_12.amc") == tmp_path / "07.asf"
+    assert asf_path(str(tmp_path / "my.first_walk.amc.gz")) == tmp_path / "my.first.asf"
+    (tmp_path / "my.first_walk.asf").touch()
+    assert asf_path(tmp_path / "my.first_walk.amc") == tmp_path / "my.first_walk.asf"
+
+
 class OnlyRead:
-    """As little of a file as there can be: a socket, an object in the cloud."""
+    """A file object with no other method than read, such as a socket or an object in the cloud."""
 
     def __init__(self, data, most):
         self.data, self.most = io.BytesIO(data), most
@@ -79,7 +100,7 @@ class OnlyRead:
         return self.data.read(min(size, self.most))
 
 
-def test_from_anywhere(tmp_path):
+def test_sources_of_a_file(tmp_path):
     path = tmp_path / "a.bvh.gz"
     path.write_bytes(gzip.compress(BVH.read_bytes()))
     with zipfile.ZipFile(tmp_path / "a.zip", "w") as archive:
@@ -97,12 +118,12 @@ def test_from_anywhere(tmp_path):
         ):  # fmt: skip
             same(load_bvh(file), load_bvh(BVH))
             if hasattr(file, "closed"):
-                assert not file.closed  # whoever opened it closes it
+                assert not file.closed  # the caller closes it
     same(load_motion(io.StringIO(AMC.read_text()), asf=io.StringIO(ASF.read_text())), load_motion(AMC))
     assert load_asf(io.BytesIO(gzip.compress(ASF.read_bytes()))) == load_asf(ASF)
 
 
-def test_an_open_file_is_read_from_where_it_stands():
+def test_an_open_file_is_read_from_its_position():
     file = io.BytesIO(b"something else\n" + BVH.read_bytes())
     file.readline()
     same(load_bvh(file), load_bvh(BVH))
@@ -137,7 +158,7 @@ def test_damaged_compression(kept, tmp_path):
 
 
 def test_files_are_closed(tmp_path):
-    """Also after an error; an open one would be a ResourceWarning."""
+    """Also after an error; a file left open would be a ResourceWarning."""
     (tmp_path / "bad.bvh").write_text("HIERARCHY x")
     (tmp_path / "empty.bvh").touch()
     (tmp_path / "bad.gz").write_bytes(gzip.compress(b"HIERARCHY x"))
@@ -150,11 +171,11 @@ def test_files_are_closed(tmp_path):
 
 
 @pytest.mark.parametrize("size", [1, 20, 150, 400])
-def test_blocks_may_end_anywhere(size, monkeypatch, tmp_path):
+def test_chunks_may_end_anywhere(size, monkeypatch, tmp_path):
     """In the middle of the hierarchy, right before the frames, between two frames."""
     text = BVH.read_text()
     expected, motion = load_bvh(BVH), load_motion(AMC)
-    monkeypatch.setattr(_source, "BLOCK", size)
+    monkeypatch.setattr(_source, "CHUNK", size)
     same(load_bvh(BVH), expected)
     same(load_motion(AMC), motion)
     (tmp_path / "bad.bvh").write_text(text.replace("45.5", "x"))

@@ -1,4 +1,4 @@
-"""Numbers by the million: whichever way they are read, each is the double that its digits stand for, or none is."""
+"""Numbers by the million: every parser returns the doubles that the digits stand for, or refuses the text."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from skpose.io._numbers import _parse, _parse_fixed
-from skpose.io._source import NUMBER
+from skpose.io._words import NUMBER
 
 decimals = st.builds(
     lambda sign, whole, part: f"{sign}{whole}.{part}",
@@ -20,14 +20,14 @@ blanks = st.sampled_from([" ", "  ", "\n", "\t", " \r\n"])
 
 
 def expected(text):
-    """One number at a time."""
+    """Return the numbers, parsed one at a time."""
     tokens = text.split()
     return np.array([float(token) for token in tokens]) if all(map(NUMBER.fullmatch, tokens)) else None
 
 
 @settings(max_examples=500, deadline=None, derandomize=True, database=None)
 @given(st.lists(decimals | words, max_size=12), st.lists(blanks, min_size=12, max_size=12))
-def test_all_ways_of_reading_agree(tokens, between):
+def test_all_parsers_agree(tokens, between):
     text = "".join(a + b for a, b in zip(tokens, between, strict=False))
     found = _parse(text.encode().splitlines(keepends=True))
     if expected(text) is None:
@@ -37,12 +37,12 @@ def test_all_ways_of_reading_agree(tokens, between):
 
 
 @pytest.mark.parametrize("n_digits", [1, 4, 6, 9, 15])
-def test_equally_many_digits_are_read_the_fast_way_and_to_the_last_bit(n_digits):
+def test_equally_many_digits_are_read_as_integers_exactly(n_digits):
     rng = np.random.default_rng(n_digits)
     values = rng.normal(scale=[1e-6, 1, 100, 1e5], size=(5000, 4)).ravel()
     tokens = [f"{x:.{n_digits}f}".replace("-0.", "-.") for x in values]
     found = _parse_fixed(" ".join(tokens).encode())
-    if n_digits == 15:  # some are past what a double holds exactly, and go the slow way
+    if n_digits == 15:  # some integers are past what a double holds exactly: the parser of floats
         assert found is None
         found = _parse([" ".join(tokens).encode()])
     np.testing.assert_array_equal(found, [float(token) for token in tokens])
@@ -63,7 +63,7 @@ def test_equally_many_digits_are_read_the_fast_way_and_to_the_last_bit(n_digits)
         "x",
     ],
 )
-def test_what_is_not_for_the_fast_way(text):
+def test_numbers_that_are_not_read_as_integers(text):
     assert _parse_fixed(text.encode()) is None
     found = _parse([text.encode()])
     assert np.array_equal(found, expected(text)) if expected(text) is not None else found is None

@@ -1,4 +1,4 @@
-"""What ASF and AMC files from many programs contain, one oddity a test: read right, or refused with a remedy."""
+"""Oddities of ASF and AMC files from many programs, one a test: read correctly, or refused with a remedy."""
 
 import numpy as np
 import pytest
@@ -63,7 +63,7 @@ toe 61
 
 
 def changed(text, *changes):
-    """The text with each (old, new) replaced once; all must be there."""
+    """Return the text with each (old, new) replaced once; all must be there."""
     for old, new in changes:
         assert old in text, old
         text = text.replace(old, new, 1)
@@ -83,7 +83,7 @@ def load(tmp_path):
 @pytest.fixture
 def refused(load):
     def refused(asf=ASF, amc=AMC, **options):
-        """What is said of the files, as (file, line, column, message)."""
+        """Return the error of the files, as (file, line, column, message)."""
         with pytest.raises(MocapFormatError) as caught:
             load(asf, amc, **options)
         error = caught.value
@@ -98,7 +98,7 @@ def same(one, other):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
 
 
-def test_a_bone_without_dofs_is_rigid_and_numbers_go_by_name(load):
+def test_a_bone_without_dofs_is_rigid_and_numbers_are_assigned_by_name(load):
     """Extrinsic XYZ about the bone's own axes: R = C · M · C⁻¹ with M = Rz · Ry · Rx."""
     motion = load()
     assert motion.skeleton.dof_names == ("knee_rx", "knee_rz", "toe_ry")
@@ -118,7 +118,7 @@ FORCED = changed(AMC, (":DEGREES", ":FORCE-ALL-JOINTS-BE-3DOF\n:DEGREES"), ("50\
 
 
 def test_three_dofs_for_every_joint(load, refused):
-    """A bone's own first, then the others in the order x, y, z, as the program that writes such files has it."""
+    """A bone's own first, then the others in the order x, y, z, as in the program that writes such files."""
     motion = load(amc=FORCED)
     assert [bone.dofs for bone in motion.skeleton.bones] == ["", "xyz", "xyz"]
     np.testing.assert_allclose(np.degrees(motion.angles), [[40, 7, 50, 8, 60, 9], [41, 0, 51, 0, 61, 0]])
@@ -153,12 +153,12 @@ def test_layout_does_not_matter(change, load):
 
 
 def test_the_unit_of_angles(load, refused):
-    """Whichever file says it; both may, if they say the same."""
+    """Either file may state it, or both if they agree."""
     silent, no_head = changed(ASF, ("  angle deg\n", "")), changed(AMC, (":DEGREES\n", ""))
     for files in ((silent, AMC), (ASF, no_head), (silent, no_head)):
         same(load(*files), load())
     in_radians = changed(AMC, (":DEGREES", ":RADIANS"))
-    motion = load(silent, in_radians)  # the ASF file's own axes and limits are in degrees, as nothing else is said
+    motion = load(silent, in_radians)  # the ASF file's own axes and limits are in degrees, the default
     np.testing.assert_array_equal(motion.angles[0], [40, 50, 60])
     assert motion.skeleton == load().skeleton
     np.testing.assert_array_equal(load(changed(ASF, ("angle deg", "angle rad")), no_head).angles[0], [40, 50, 60])
@@ -177,8 +177,8 @@ def test_the_unit_of_length(load, refused):
 
 
 def test_orders_of_axes_and_channels(load):
-    turned = changed(ASF, ("order TX TY TZ RX RY RZ", "order RZ TX RY TY RX TZ"), ("axis XYZ", "axis ZYX"))
-    motion = load(turned, changed(AMC, ("1 2 3 10 20 30", "30 1 20 2 10 3"), ("4 5 6 11 21 31", "31 4 21 5 11 6")))
+    reordered = changed(ASF, ("order TX TY TZ RX RY RZ", "order RZ TX RY TY RX TZ"), ("axis XYZ", "axis ZYX"))
+    motion = load(reordered, changed(AMC, ("1 2 3 10 20 30", "30 1 20 2 10 3"), ("4 5 6 11 21 31", "31 4 21 5 11 6")))
     np.testing.assert_array_equal(motion.root_positions, load().root_positions)
     assert motion.root_axes == "zyx"
     np.testing.assert_array_equal(motion.root_angles, load().root_angles[:, ::-1])
@@ -188,7 +188,7 @@ def test_orders_of_axes_and_channels(load):
     np.testing.assert_allclose(np.degrees(bone.limits), [(-30, 40), (-10, 20)])
 
 
-def test_where_the_root_stands_is_added(load):
+def test_position_and_orientation_of_the_root_are_added(load):
     asf = changed(ASF, ("position 0 0 0", "position 10 0 -1"), ("orientation 0 0 0", "orientation 90 0 -5"))
     motion = load(asf)
     np.testing.assert_array_equal(motion.root_positions, [[11, 2, 2], [14, 5, 5]])
@@ -205,7 +205,7 @@ def test_where_the_root_stands_is_added(load):
         "limits ( -10 20 )\n -30 40",
     ],
 )
-def test_ways_to_write_limits(written, load):
+def test_layouts_of_limits(written, load):
     same(load(changed(ASF, ("limits (-10 20)\n           (-30 40)", written))), load())
 
 
@@ -285,7 +285,7 @@ def test_files_that_do_not_belong_together(refused):
     )  # fmt: skip
 
 
-def test_the_frame_rate_is_the_callers(load):
+def test_the_frame_rate_is_an_argument(load):
     assert (load().frame_rate, load(frame_rate=60).frame_rate) == (120, 60)
     with pytest.raises(ValueError, match="frame_rate must be a positive number, got 0"):
         load(frame_rate=0)
@@ -296,13 +296,13 @@ def test_the_frame_rate_is_the_callers(load):
     [
         ("name toe", "name big toe", 30, "name of a bone: expected one word, found 'big toe'"),
         ("length 3", "length 3.0-1", 22, "length of bone 'knee': expected a number, found '3.0-1': numbers without"),
-        ("  end\n  begin\n    id 2", "  begin\n    id 2", 17, "bone 'hip', begun in line 11, has no end"),
+        ("  end\n  begin\n    id 2", "  begin\n    id 2", 17, "bone 'hip', which begins in line 11, has no end"),
         ("direction 1 0 0", "direction 1e200 1e200 0", 11, "bone 'hip' has a length but no direction"),
         ("position 0 0 0", "position 0 0", 8, "position of the root: expected 3 numbers, found 2"),
         ("length 1\n", "length 1e-320\n", 3, "length: expected a positive number, found '1e-320'"),
     ],
 )
 def test_more_faults(old, new, line, message, refused):
-    file, at, _, said = refused(changed(ASF, (old, new)), scale=None)
-    assert (file, at) == ("a.asf", line)
-    assert said.startswith(message)
+    file, found_line, _, found = refused(changed(ASF, (old, new)), scale=None)
+    assert (file, found_line) == ("a.asf", line)
+    assert found.startswith(message)

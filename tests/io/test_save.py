@@ -1,4 +1,4 @@
-"""Motions written as BVH, and read again by us and by another reader."""
+"""Motions written as BVH, and read again by this library and by another reader."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ MILLIONTH = {"rtol": 0, "atol": 1e-6}
 
 
 def moved(skeleton, n_frames=5, seed=0, **more):
-    """A motion of the skeleton in which everything moves."""
+    """Return a motion of the skeleton in which everything moves."""
     rng = np.random.default_rng(seed)
     angles = rng.uniform(-np.pi, np.pi, (n_frames, skeleton.n_dofs))
     root = {"root_positions": rng.normal(size=(n_frames, 3)), "root_angles": rng.normal(size=(n_frames, 3))}
@@ -25,21 +25,21 @@ def again(motion, tmp_path, **options):
 
 
 def in_space(motion):
-    """Joint positions (n_frames, n_joints, 3) with the root's movement, m."""
-    turn = Rotation.from_euler(motion.root_axes, motion.root_angles)
+    """Return joint positions (n_frames, n_joints, 3) with the root's movement, m."""
+    rotation = Rotation.from_euler(motion.root_axes, motion.root_angles)
     F = forward_kinematics(motion.angles, motion.skeleton)
-    return np.stack([turn.apply(F[:, i]) for i in range(F.shape[1])], axis=1) + motion.root_positions[:, None]
+    return np.stack([rotation.apply(F[:, i]) for i in range(F.shape[1])], axis=1) + motion.root_positions[:, None]
 
 
 @pytest.mark.parametrize("scale", [1.0, 0.01])
 @pytest.mark.parametrize("axes", ["ZXY", "xyz"])
-def test_what_bvh_can_say_comes_back_as_it_was(axes, scale, tmp_path):
+def test_motions_with_bvh_axes_are_unchanged(axes, scale, tmp_path):
     motion = moved(load_bvh(DATA / "biped.bvh", scale=0.01).skeleton, root_axes=axes)
     back = again(motion, tmp_path, scale=scale)
     for bone, was in zip(back.skeleton.bones, motion.skeleton.bones, strict=True):
         assert (bone.name, bone.parent) == (was.name, was.parent)
         assert bone.dofs.startswith(was.dofs)
-        assert len(bone.dofs) == (3 if was.dofs else 0)  # as Blender wants it
+        assert len(bone.dofs) == (3 if was.dofs else 0)  # as Blender requires
     angles = back.to_frame()
     columns = list(motion.skeleton.dof_names)
     np.testing.assert_allclose(np.degrees(angles[columns]), np.degrees(motion.angles), **MILLIONTH)
@@ -50,7 +50,7 @@ def test_what_bvh_can_say_comes_back_as_it_was(axes, scale, tmp_path):
     np.testing.assert_allclose(in_space(back), in_space(motion), **MILLIONTH)
 
 
-def test_a_file_of_a_file_is_the_file(tmp_path):
+def test_writing_a_file_again_does_not_change_it(tmp_path):
     motion = load_bvh(DATA / "biped.bvh")
     once = again(motion, tmp_path)
     twice = again(once, tmp_path)
@@ -60,7 +60,7 @@ def test_a_file_of_a_file_is_the_file(tmp_path):
 
 @pytest.mark.parametrize("name", [name for name in SKELETONS if SKELETONS[name].offset_frame == "parent"])
 def test_every_skeleton_with_the_parents_frame(name, tmp_path):
-    """Joints of the same names at the same places; tilted axes are written about the root's."""
+    """Joints of the same names at the same positions; tilted axes are written about the root's."""
     motion = moved(SKELETONS[name])
     back = again(motion, tmp_path)
     order = [motion.skeleton.joint_names.index(joint) for joint in back.skeleton.joint_names]
@@ -73,7 +73,7 @@ def test_every_skeleton_with_its_own_frame(name, tmp_path):
 
 
 def assert_far_ends_are_kept(motion, tmp_path):
-    """The far end of a bone is where the next begin, or where its chain ends."""
+    """Check that the far end of a bone is the position of its children, or of its End Site."""
     back = again(motion, tmp_path)
     expected = dict(zip(motion.skeleton.joint_names, np.moveaxis(in_space(motion), 1, 0), strict=True))
     found = dict(zip(back.skeleton.joint_names, np.moveaxis(in_space(back), 1, 0), strict=True))
@@ -96,7 +96,7 @@ def test_cmu_motions_keep_their_positions(cmu, tmp_path):
 
 
 def test_right_angles(tmp_path):
-    """Where two of three axes coincide, their sum is all that there is, and positions are kept all the same."""
+    """If two of three axes coincide, only the sum of their angles is defined; positions are still correct."""
     C = Rotation.from_euler("z", 30, degrees=True).as_matrix()
     skeleton = Skeleton([Bone("a", None, (1, 0, 0), "xyz", C), Bone("b", "a", (0.3, 0.4, 0.5), "xyz")])
     angles = np.radians([[0, 90, 0, 0, 0, 0], [10, -90, 20, 90, 90, 90], [180, 90, 0, 0, 90 - 1e-9, 5]])
@@ -116,7 +116,7 @@ def test_no_frames(tmp_path):
 
 
 def test_names(tmp_path):
-    """Those with blanks stay; the root's is its own; those that cannot stand in a file are refused."""
+    """Names with blanks are kept; the root has another; names that the format cannot hold are refused."""
     bones = [Bone("left  arm", None, (1, 0, 0), "X"), Bone("root", "left  arm", (1, 0, 0), "Y")]
     bones += [
         Bone("root_end", "root", (1, 0, 0)),
@@ -142,7 +142,7 @@ def test_a_chain_longer_than_pythons_stack(tmp_path):
 
 
 def pybvh_positions(path):
-    """Joint positions by name, (n_frames, 3) each, as pybvh 0.9 finds them; in the file's unit."""
+    """Return joint positions by name, (n_frames, 3) each, from pybvh 0.9, in the file's unit; and the frame time."""
     pybvh = pytest.importorskip("pybvh")
     bvh = pybvh.read_bvh_file(path, world_up="+y")
     positions = bvh.node_positions(centered="world")
@@ -168,7 +168,7 @@ def test_another_reader_finds_the_same_positions(name, tmp_path):
     assert_agree(load_bvh(tmp_path / "a.bvh"), tmp_path / "a.bvh")
 
 
-def test_another_reader_finds_the_same_positions_in_a_file_that_neither_wrote():
+def test_another_reader_finds_the_same_positions_in_a_third_party_file():
     assert_agree(load_bvh(DATA / "regular.bvh"), DATA / "regular.bvh")
 
 

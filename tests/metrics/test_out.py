@@ -209,13 +209,14 @@ def test_other_partitions_of_the_work_go_on_with_the_first(array, X, monkeypatch
     np.testing.assert_array_equal(out[:], expected)
 
 
-def test_doubts_from_before_are_counted(tmp_path, X, monkeypatch):
+def test_unconverged_from_before_are_counted(tmp_path, X, monkeypatch):
     from sklearn.exceptions import ConvergenceWarning
 
-    from skpose.metrics._matrix import DistanceMatrix, Doubts
+    from skpose.metrics._convergence import Unconverged
+    from skpose.metrics._matrix import DistanceMatrix
 
     compute = DistanceMatrix.distances
-    monkeypatch.setattr(DistanceMatrix, "distances", lambda *args: (compute(*args)[0], Doubts(2, 0.25)))
+    monkeypatch.setattr(DistanceMatrix, "distances", lambda *args: (compute(*args)[0], Unconverged(2, 0.25)))
     out = np.memmap(tmp_path / "D", float, "w+", shape=(150, 150))
     with stopped_after(5):
         pose_distances(X, skeleton=BODY, out=out)

@@ -236,11 +236,11 @@ def test_float32_poses_give_distances_in_float64_as_in_scikit_learn(X, queries):
 
 def test_geodesics_that_do_not_converge_are_told_of(monkeypatch, X, queries):
     @njit
-    def measure(x, Y, first, last, tree, steps, scratch, out):
-        measure_geodesic(x, Y, first, last, tree, steps, scratch, out)
-        for w in range(out.shape[1]):
-            if out[1, w] == 0.0:
-                out[1, w] = 0.25
+    def measure(x, Y, first, last, tree, steps, scratch, results):
+        measure_geodesic(x, Y, first, last, tree, steps, scratch, results)
+        for w in range(results.gap.shape[1]):
+            if not results.skip[0, w]:
+                results.gap[0, w] = 0.25
 
     monkeypatch.setitem(METRICS, "geodesic", METRICS["geodesic"]._replace(measure=measure))
     knn = PoseKNeighborsTransformer(BODY, metric="geodesic").fit(X)

@@ -1,0 +1,39 @@
+"""What a measure writes, and what the loops over pairs read: named arrays instead of positions in one."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from skpose._compiled.jit import inlined, jit
+
+CACHE_LINE = 64  # bytes
+
+
+class Results(NamedTuple):
+    """Distances from one encoded pose to groups of lanes of others, and what goes with them.
+
+    Of one pose to one other, in scalars, the arrays have one axis of length one.
+    """
+
+    distances: np.ndarray  # (n_groups, lanes)
+    skip: np.ndarray  # (n_groups, lanes) bool: not requested; a measure may compute them
+    gap: np.ndarray  # (n_groups, lanes) discretisation error of an unconverged geodesic; zero elsewhere
+    limit: np.ndarray  # (1,) of a distance above it only a lower bound above it is needed
+    n_ruled_out: np.ndarray  # (1,) how many groups the limit has ruled out
+
+
+@jit
+def aligned(n_rows, width, dtype):
+    """Return an empty array (n_rows, width) at the start of a cache line: a row across two takes twice the time."""
+    raw = np.empty(n_rows * width + CACHE_LINE, dtype)
+    skip = (-raw.ctypes.data % CACHE_LINE) // raw.itemsize
+    return raw[skip : skip + n_rows * width].reshape((n_rows, width))
+
+
+@inlined
+def results_of(n_groups, width, dtype):
+    """Return results of so many groups: none skipped, no gaps, no limit."""
+    gap = aligned(n_groups, width, dtype)
+    gap[:] = 0.0
+    skip = np.zeros((n_groups, width), np.bool_)
+    return Results(aligned(n_groups, width, dtype), skip, gap, np.full(1, np.inf, dtype), np.zeros(1, np.int64))

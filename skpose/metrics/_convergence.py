@@ -1,0 +1,36 @@
+"""Geodesics that did not converge: their number, and the warning about them."""
+
+import warnings
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from sklearn.exceptions import ConvergenceWarning
+
+
+class Unconverged(NamedTuple):
+    """How many geodesics did not converge, and the largest of their discretisation errors.
+
+    The error is the relative gap between the length of a curve, measured on a fine grid, and the sum of its chords.
+    """
+
+    count: int
+    gap: float
+
+    @classmethod
+    def joined(cls, parts: Iterable[tuple[int, float]]) -> "Unconverged":
+        """Return the sum of the counts and the largest of the gaps."""
+        counts, gaps = zip((0, 0.0), *parts, strict=True)
+        return cls(sum(counts), max(gaps))
+
+
+def warn_of_unconverged(parts: Iterable[tuple[int, float]], n_pairs: int, stacklevel: int) -> None:
+    """Warn where some of the geodesics of so many pairs did not converge."""
+    count, gap = Unconverged.joined(parts)
+    if count:
+        warnings.warn(
+            f"{count} of {n_pairs} geodesics did not converge; their distances are lengths of curves no "
+            "longer than the straight line in angle space, which may not be the shortest. The largest relative gap "
+            f"between such a curve's length and the sum of its chords is {gap:.2g}",
+            ConvergenceWarning,
+            stacklevel=stacklevel + 1,
+        )
