@@ -1,4 +1,4 @@
-"""The order of the house: which file may import which, what a newcomer can run, what importing costs."""
+"""The architecture: which package may import which, what a newcomer can run, what importing costs."""
 
 import ast
 import doctest

@@ -1,4 +1,4 @@
-"""How functions are compiled: one set of options, cached on disk where that is possible."""
+"""Compilation by numba: one set of options, cached on disk where that is possible."""
 
 import functools
 import hashlib
@@ -9,7 +9,7 @@ from typing import Any
 
 from numba import njit
 
-from skpose._compiled import lanes_llvm  # noqa: F401  (it tells numba what lanes are)
+from skpose._compiled import lanes_llvm  # noqa: F401  (it defines lanes for numba)
 
 
 def sources_digest() -> str:
