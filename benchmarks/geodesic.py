@@ -21,8 +21,8 @@ from scipy.optimize import minimize
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose import geodesic, pose_distances
-from skpose._compiled import path_energy
 from skpose._compiled.forward import workspace_rows
+from skpose._compiled.path_energy import add_gradient, place, sum_moments
 from skpose.kinematics._tree import tree_of
 
 N_STEPS = 10
@@ -42,12 +42,16 @@ QUICK = Size(2, 5, 1, 1)
 @njit(nogil=True)
 def energy_and_gradient(tree, path, P, screws, scratch, moments, gradient):
     """Eq. 6 and its derivative in all poses."""
-    half = path_energy.evaluate(tree, path, 1, scratch, P, screws)
+    energy = 0.0
+    for i in range(len(path)):
+        place(tree, path[i], scratch, P[i], screws[i])
+        if i > 0:
+            energy += np.sum((P[i] - P[i - 1]) ** 2)
     gradient[:] = 0.0
     for i in range(1, len(path) - 1):
-        path_energy.sum_moments(tree, P[i - 1], P[i], P[i + 1], moments)
-        path_energy.add_gradient(tree, screws[i], moments, 0.0, gradient[i : i + 2])
-    return 2.0 * half
+        sum_moments(tree, P[i - 1], P[i], P[i + 1], moments)
+        add_gradient(tree, screws[i], moments, 0.0, gradient[i : i + 2])
+    return energy
 
 
 class Energy:
