@@ -42,6 +42,6 @@ plt.show()
 # %%
 # The centres of the clusters under the spatial distance.
 PoseStripDisplay.from_poses(
-    skeleton, X[shift.cluster_centers_indices_], labels=["cluster 0", "cluster 1"], title="medoids", view="zy"
+    X[shift.cluster_centers_indices_], skeleton, labels=["cluster 0", "cluster 1"], title="medoids", view="zy"
 )
 plt.show()

@@ -51,6 +51,6 @@ plt.show()
 # The distances themselves. Steps appear as stripes; under the spatial distance also between people.
 figure, axes = plt.subplots(1, 2, figsize=(11, 4.5), layout="constrained")
 for ax, metric in zip(axes, ("angle", "spatial"), strict=True):
-    DistanceMatrixDisplay.from_poses(both.skeleton, X, sequence=sequence, names=both.subjects, metric=metric, ax=ax)
+    DistanceMatrixDisplay.from_poses(X, both.skeleton, sequence=sequence, names=both.subjects, metric=metric, ax=ax)
     ax.set_title(f"“{metric}”")
 plt.show()

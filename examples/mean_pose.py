@@ -49,8 +49,8 @@ positions = {
 figure, axes = plt.subplots(1, 3, figsize=(11, 4.5), sharey=True, layout="constrained")
 for ax, (name, joints) in zip(axes, positions.items(), strict=True):
     for pose in F[:: max(1, len(F) // 12)]:
-        PoseDisplay.from_positions(skeleton, pose, ax=ax, color="0.85", linewidth=1, markersize=0)
-    PoseDisplay.from_positions(skeleton, joints, ax=ax)
+        PoseDisplay.from_positions(pose, skeleton, ax=ax, color="0.85", linewidth=1, markersize=0)
+    PoseDisplay.from_positions(joints, skeleton, ax=ax)
     ax.set_title(name)
 plt.show()
 

@@ -45,7 +45,7 @@ plt.show()
 skeleton = Skeleton.mean(motion.skeleton for motion in motions)
 poses = [motion.retarget(skeleton).resample(12).angles for motion in motions]
 X, sequence = np.concatenate(poses), np.repeat(np.arange(len(poses)), [len(p) for p in poses])
-DistanceMatrixDisplay.from_poses(skeleton, X, sequence=sequence, names=[path.stem for path in paths])
+DistanceMatrixDisplay.from_poses(X, skeleton, sequence=sequence, names=[path.stem for path in paths])
 plt.show()
 
 # %%
@@ -55,5 +55,5 @@ i, j = np.unravel_index(D.argmax(), D.shape)
 shortest = geodesic(X[i], X[j], skeleton)
 save_bvh(folder / "shortest.bvh", Motion(skeleton, shortest.resample(20), frame_rate=10), scale=0.01)
 print(f"shortest.bvh: {shortest.length:.2f} m, the straight line {D[i, j]:.2f} m")
-PoseStripDisplay.from_geodesic(skeleton, shortest, view="zy")
+PoseStripDisplay.from_geodesic(shortest, skeleton, view="zy")
 plt.show()

@@ -38,7 +38,7 @@ print(f"length of the geodesic over that of the line: lowest {ratios.min():.3f},
 # be far from the line and only a little shorter.
 worst = int(ratios.argmin())
 figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.5), layout="constrained")
-GeodesicDisplay.from_geodesic(skeleton, geodesics[worst], ax=left)
+GeodesicDisplay.from_geodesic(geodesics[worst], skeleton, ax=left)
 left.set_title(f"(a) the pair of lowest ratio, {ratios[worst]:.3f}")
 right.hist(ratios, bins=20, color="#0072b2")
 right.axvline(ratios.min(), color="#d55e00", linestyle="--", label=f"lowest, {ratios.min():.3f}")
@@ -49,5 +49,5 @@ plt.show()
 
 # %%
 # The path itself, at constant speed.
-PoseStripDisplay.from_geodesic(skeleton, geodesics[worst], view="zy")
+PoseStripDisplay.from_geodesic(geodesics[worst], skeleton, view="zy")
 plt.show()

@@ -1,4 +1,4 @@
-"""What the estimators of poses share: what they ask of X, and the distances that their parameters mean."""
+"""Shared parts of the pose estimators: the checks of X, and the distances by their parameters."""
 
 from numbers import Integral
 
@@ -20,10 +20,10 @@ ESTIMATOR_CONSTRAINTS = {
 
 
 class PoseEstimatorMixin:
-    """For estimators with the parameters of `pose_distances`."""
+    """Mixin for estimators with the parameters of `pose_distances`."""
 
     def _checked(self, X, *, reset, **options):
-        """X as an array that fits the skeleton; given distances as they are."""
+        """Return X as an array that fits the skeleton; precomputed distances as they are."""
         skeleton = None if self.metric == "precomputed" else self.skeleton
         if skeleton is not None:
             check_column_names(X, skeleton, "X")
@@ -37,6 +37,7 @@ class PoseEstimatorMixin:
         return X
 
     def _distances(self, X, Y, verbose=None):
+        """Distances from X to Y, or among X if Y is None."""
         return pose_distances(
             X,
             Y,

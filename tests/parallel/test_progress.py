@@ -81,11 +81,11 @@ def test_every_call_that_may_take_long_shows_itself_if_asked(X, capsys, verbose)
 
 
 def test_each_stage_of_an_estimator_is_one_bar(X, capsys, monkeypatch):
-    monkeypatch.setattr("skpose.manifold.BLOCK", 100)
+    monkeypatch.setattr("skpose.manifold._classical_mds.BATCH", 100)
     SpatialMDS(skeleton=BODY, landmarks=20, random_state=0, verbose=1).fit(X).transform(X)
     lines = [line.split(":")[0] for line in capsys.readouterr().err.splitlines()]
     assert lines == ["20 × 20 distances", *["60 poses in 2 dimensions"] * 2]
-    monkeypatch.setattr("skpose.cluster.BLOCK", 600)
+    monkeypatch.setattr("skpose.cluster._shift.WEIGHTS", 600)
     shift = MedoidShift(1.0, skeleton=BODY, verbose=1).fit(X)
     lines = [line.split(":")[0] for line in capsys.readouterr().err.splitlines()]
     assert lines[:2] == ["60 × 60 distances", "shift of 60 samples"]
