@@ -20,7 +20,7 @@ from skpose import (
     forward_kinematics,
     pose_distances,
 )
-from skpose.neighbors import _search as searching
+from skpose.neighbors import _cost
 
 KS = (1, 5, 15, 50)
 QUANTILES = (0.001, 0.01, 0.1)  # of all distances, as radii
@@ -223,9 +223,9 @@ def main():
         dataset = dataset.select(np.isin(np.arange(len(dataset)), first))
     skeleton = dataset.skeleton
     print(f"{dataset}\n{skeleton}\n")
-    least, searching.NOT_WORTH_A_LOOK = searching.NOT_WORTH_A_LOOK, 0  # so that small indices are filtered too
+    least, _cost.LEAST_WORK_TO_FILTER = _cost.LEAST_WORK_TO_FILTER, 0  # so that small indices are filtered too
     equality(dataset, size)
-    searching.NOT_WORTH_A_LOOK = least
+    _cost.LEAST_WORK_TO_FILTER = least
 
     n_index, n_queries = size.n_index, size.n_queries
     poses, subjects = dense(dataset, n_index, n_queries)
