@@ -8,6 +8,7 @@ from sklearn.utils.validation import check_non_negative, validate_data
 from skpose._compat.sklearn import StrOptions
 from skpose.metrics import pose_distances
 from skpose.metrics._registry import METRIC_CONSTRAINTS, METRICS
+from skpose.skeleton import Skeleton
 from skpose.skeleton._validation import check_column_names, check_width
 
 # Constraints of the parameters of an estimator that also takes distances.
@@ -21,6 +22,13 @@ ESTIMATOR_CONSTRAINTS = {
 
 class PoseEstimatorMixin:
     """Mixin for estimators with the parameters of `pose_distances`."""
+
+    skeleton: Skeleton | None
+    metric: str
+    n_steps: int
+    wrap: bool | str
+    n_jobs: int | None
+    verbose: int
 
     def _checked(self, X, *, reset, **options):
         """Return X as an array that fits the skeleton; precomputed distances as they are."""
@@ -50,6 +58,6 @@ class PoseEstimatorMixin:
         )
 
     def __sklearn_tags__(self):
-        tags = super().__sklearn_tags__()
+        tags = super().__sklearn_tags__()  # type: ignore[misc]  # of the estimator's other base classes
         tags.input_tags.pairwise = self.metric == "precomputed"
         return tags

@@ -18,10 +18,11 @@ standard deviation. Leaving one person out instead of one sequence, which the pa
 """
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import product
+from typing import Any
 
 import numpy as np
 from joblib import effective_n_jobs
@@ -83,7 +84,7 @@ class Findings:
     rows: list[Row] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     pair: tuple = ()  # skeleton and two poses of figure 3 (a)
-    ratios: np.ndarray | None = None  # figure 3 (b)
+    ratios: np.ndarray = field(default_factory=lambda: np.empty(0))  # figure 3 (b)
     draws: list[dict[str, np.ndarray]] = field(default_factory=list)  # walks and runs of 3.3 and 3.4
     walkers: dict = field(default_factory=dict)  # metric → (embedding, labels, shares), figure 4 (a, b)
     shares: dict = field(default_factory=dict)  # metric → share of each sequence, figure 4 (c)
@@ -104,7 +105,7 @@ def reproduce(dataset: MotionDataset, seed: int = 0, *, n_jobs: int | None = Non
     return findings
 
 
-def _spread(values: list[float], form: str) -> str:
+def _spread(values: Sequence[Any] | np.ndarray, form: str) -> str:
     """Format mean and standard deviation over the draws."""
     return f"{np.mean(values):{form}} ± {np.std(values, ddof=1):{form}}"
 
@@ -115,7 +116,9 @@ def _level_walks(dataset: MotionDataset, gait: MotionDataset) -> MotionDataset:
     return dataset.select(level) if level.any() else gait.select(gait.actions == "walk")
 
 
-def _ratios(findings: Findings, dataset: MotionDataset, gait: MotionDataset, rng, n_jobs) -> None:
+def _ratios(
+    findings: Findings, dataset: MotionDataset, gait: MotionDataset, rng: np.random.Generator, n_jobs: int | None
+) -> None:
     """3.1: how good is the straight line?"""
     walks = _level_walks(dataset, gait)
     X, sequence = walks.poses(FRAME_RATE)
@@ -146,14 +149,16 @@ def _ratios(findings: Findings, dataset: MotionDataset, gait: MotionDataset, rng
     findings.pair = walks.skeleton, *X[pairs[int(draws[0].argmin())]]
 
 
-def _walkers(findings: Findings, dataset: MotionDataset, gait: MotionDataset, rng, n_jobs) -> None:
+def _walkers(
+    findings: Findings, dataset: MotionDataset, gait: MotionDataset, rng: np.random.Generator, n_jobs: int | None
+) -> None:
     """3.2, figure 4 (a, b): do the walks of two people mix?"""
     walks = _level_walks(dataset, gait)
     people = np.unique(walks.subjects)
     if len(people) < 2:
         findings.notes.append("Only one person walks, so there is no figure 4 (a, b).")
         return
-    apart = {metric: [] for metric in METRICS}
+    apart: dict[str, list[float]] = {metric: [] for metric in METRICS}
     for draw in range(N_DRAWS):
         two = [rng.choice(np.flatnonzero(walks.subjects == p)) for p in rng.choice(people, 2, replace=False)]
         both = walks.select(two)
@@ -173,7 +178,9 @@ def _walkers(findings: Findings, dataset: MotionDataset, gait: MotionDataset, rn
         )
 
 
-def _components(findings: Findings, dataset: MotionDataset, gait: MotionDataset, rng, n_jobs) -> None:
+def _components(
+    findings: Findings, dataset: MotionDataset, gait: MotionDataset, rng: np.random.Generator, n_jobs: int | None
+) -> None:
     """3.2, figure 4 (c): how much of a sequence's variance is in one component?"""
     motions = [motion.resample(FRAME_RATE) for motion in dataset]
     motions = [motion for motion in motions if len(motion) >= SHORTEST]
@@ -198,13 +205,15 @@ def _components(findings: Findings, dataset: MotionDataset, gait: MotionDataset,
     findings.rows.append(Row("3.2, fig. 4 (c)", quantity, "< 1e-6", f"{test.pvalue:.1e}", "", *size, statistic))
 
 
-def _gait_distances(gait: MotionDataset, metric: str, n_jobs) -> tuple[np.ndarray, np.ndarray]:
+def _gait_distances(gait: MotionDataset, metric: str, n_jobs: int | None) -> tuple[np.ndarray, np.ndarray]:
     """Return the distances between all poses of walks and runs, and the index of each pose's sequence."""
     X, sequence = gait.poses(FRAME_RATE)
     return pose_distances(X, skeleton=gait.skeleton, metric=metric, n_jobs=n_jobs), sequence
 
 
-def _classification(findings: Findings, dataset: MotionDataset, gait: MotionDataset, rng, n_jobs) -> None:
+def _classification(
+    findings: Findings, dataset: MotionDataset, gait: MotionDataset, rng: np.random.Generator, n_jobs: int | None
+) -> None:
     """3.3: does the nearest neighbour separate walking and running?"""
     draws = [np.concatenate(list(draw.values())) for draw in findings.draws]
     by_draw: dict[str, list[np.ndarray]] = {metric: [] for metric in METRICS}
@@ -243,7 +252,9 @@ def _mcnemar(right: dict[str, np.ndarray]) -> str:
     return f"McNemar, exact: only {METRICS[0]} right {only[0]}, only {METRICS[1]} {only[1]}{p}"
 
 
-def _clustering(findings: Findings, dataset: MotionDataset, gait: MotionDataset, rng, n_jobs) -> None:
+def _clustering(
+    findings: Findings, dataset: MotionDataset, gait: MotionDataset, rng: np.random.Generator, n_jobs: int | None
+) -> None:
     """3.4: does medoid shift separate them?"""
     draws = findings.draws
     pairs = sorted({pair for draw in draws for pair in product(draw["walk"], draw["run"])})
@@ -253,7 +264,7 @@ def _clustering(findings: Findings, dataset: MotionDataset, gait: MotionDataset,
         D, sequence = _gait_distances(gait, metric, n_jobs)
         shares[metric] = {}
 
-        def cluster(pair, metric=metric, D=D, sequence=sequence) -> None:
+        def cluster(pair: tuple, metric: str = metric, D: np.ndarray = D, sequence: np.ndarray = sequence) -> None:
             of = np.flatnonzero(np.isin(sequence, pair))
             runs = sequence[of] == pair[1]
             labels = MedoidShift(n_clusters=2, metric="precomputed").fit_predict(D[np.ix_(of, of)])

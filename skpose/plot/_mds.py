@@ -104,4 +104,5 @@ class MDSDisplay:
         labels = None if labels is None else np.asarray(labels)
         if labels is not None and labels.shape != embedding.shape[:1]:
             raise ValueError(f"labels must be one for each of the {len(embedding)} poses, got shape {labels.shape}")
+        shares = None if shares is None else np.asarray(shares)
         return cls(embedding, labels, shares, unit).plot(ax, **style)

@@ -1,7 +1,7 @@
 """One bone of a skeleton: its fields, the checks of these, the mean of several."""
 
 from collections.abc import Sequence
-from typing import NamedTuple, NoReturn
+from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
@@ -33,10 +33,10 @@ class Bone(NamedTuple):
 
     name: str
     parent: str | None
-    offset: tuple[float, float, float]
+    offset: Sequence[float] | np.ndarray
     dofs: str = ""
-    rest_rotation: tuple[tuple[float, float, float], ...] | None = None
-    limits: tuple[tuple[float, float], ...] | None = None
+    rest_rotation: Sequence[Sequence[float]] | np.ndarray | None = None
+    limits: Sequence[Sequence[float]] | np.ndarray | None = None
 
 
 def check_bone(bone: Bone) -> Bone:
@@ -52,7 +52,8 @@ def check_bone(bone: Bone) -> Bone:
     offset = _numbers(bone, "offset", (3,), "three finite numbers (m)")
     if not np.isfinite(offset).all():
         _refuse(bone, "offset", "three finite numbers (m)")
-    rest = limits = None
+    rest: Any = None
+    limits: Any = None
     if bone.rest_rotation is not None:
         rest = _numbers(bone, "rest_rotation", (3, 3), "a (3, 3) rotation matrix")
         if not np.allclose(rest @ rest.T, np.eye(3), atol=ROTATION_TOLERANCE) or np.linalg.det(rest) < 0:
@@ -98,7 +99,7 @@ def mean_bone(bones: Sequence[Bone]) -> Bone:
 
         matrices = [np.eye(3) if bone.rest_rotation is None else bone.rest_rotation for bone in bones]
         rest = Rotation.from_matrix(np.array(matrices)).mean().as_matrix()
-    limits = None
+    limits: np.ndarray | None = None
     if all(bone.limits is not None for bone in bones):
         ranges = np.array([bone.limits for bone in bones]).reshape(len(bones), -1, 2)
         limits = np.stack([ranges[..., 0].min(axis=0), ranges[..., 1].max(axis=0)], axis=1)

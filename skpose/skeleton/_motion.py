@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from skpose.skeleton._skeleton import Skeleton, mismatch
 
@@ -60,11 +61,23 @@ class Motion:
     skeleton: Skeleton
     angles: np.ndarray
     frame_rate: float
-    root_positions: np.ndarray | None = None
-    root_angles: np.ndarray | None = None
+    root_positions: np.ndarray = None  # type: ignore[assignment]  # None becomes zeros
+    root_angles: np.ndarray = None  # type: ignore[assignment]  # likewise
     root_axes: str = "xyz"
 
-    def __post_init__(self):
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            skeleton: Skeleton,
+            angles: ArrayLike,
+            frame_rate: float,
+            root_positions: ArrayLike | None = None,
+            root_angles: ArrayLike | None = None,
+            root_axes: str = "xyz",
+        ) -> None: ...
+
+    def __post_init__(self) -> None:
         if not np.isfinite(self.frame_rate) or self.frame_rate <= 0:
             raise ValueError(f"frame_rate must be a positive number of Hz, got {self.frame_rate!r}")
         angles = np.asarray(self.angles, dtype=np.float64)
@@ -83,7 +96,7 @@ class Motion:
     def __len__(self) -> int:
         return len(self.angles)
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         seconds = len(self) / self.frame_rate
         return f"Motion({len(self)} frames at {self.frame_rate:g} Hz, {seconds:.1f} s, {self.skeleton!r})"
 

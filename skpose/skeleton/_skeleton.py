@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -71,7 +71,11 @@ class Skeleton:
     bones: tuple[Bone, ...]
     offset_frame: Literal["own", "parent"] = "own"
 
-    def __post_init__(self):
+    if TYPE_CHECKING:
+
+        def __init__(self, bones: Iterable[Bone | tuple], offset_frame: Literal["own", "parent"] = "own") -> None: ...
+
+    def __post_init__(self) -> None:
         if self.offset_frame not in ("own", "parent"):
             raise ValueError(f'offset_frame must be "own" or "parent", got {self.offset_frame!r}')
         bones = _in_tree_order([check_bone(Bone(*bone)) for bone in self.bones])
@@ -86,7 +90,7 @@ class Skeleton:
         >>> Skeleton.chain(3).dof_names
         ('joint_1_rz', 'joint_2_rz', 'joint_3_rz')
         """
-        names = [None, *(f"joint_{i}" for i in range(1, n + 1))]
+        names: list[Any] = [None, *(f"joint_{i}" for i in range(1, n + 1))]
         return cls(Bone(name, parent, (1.0, 0.0, 0.0), "z") for parent, name in pairwise(names))
 
     @classmethod
@@ -132,7 +136,7 @@ class Skeleton:
 
     @cached_property
     def parents(self) -> np.ndarray:
-        index = {None: -1} | {name: i for i, name in enumerate(self.joint_names)}
+        index: dict[str | None, int] = {None: -1, **{name: i for i, name in enumerate(self.joint_names)}}
         return _frozen([index[bone.parent] for bone in self.bones], dtype=np.intp)
 
     @cached_property
@@ -162,16 +166,16 @@ class Skeleton:
     def _hash(self) -> int:
         return hash((self.bones, self.offset_frame))
 
-    def __hash__(self):
+    def __hash__(self) -> int:
         return self._hash
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return f"Skeleton(n_joints={self.n_joints}, n_dofs={self.n_dofs})"
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple:
         return Skeleton, (self.bones, self.offset_frame)
 
-    def __deepcopy__(self, memo):
+    def __deepcopy__(self, memo: dict) -> "Skeleton":
         return self  # immutable; scikit-learn's clone copies every parameter
 
 
@@ -190,8 +194,8 @@ def mismatch(a: Skeleton, b: Skeleton) -> str:
     return ""
 
 
-def _frozen(values, dtype=np.float64) -> np.ndarray:
-    array = np.array(values, dtype=dtype)
+def _frozen(values: Any, dtype: type = np.float64) -> np.ndarray:
+    array: np.ndarray = np.array(values, dtype=dtype)
     array.flags.writeable = False
     return array
 

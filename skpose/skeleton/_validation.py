@@ -13,10 +13,10 @@ def check_poses(X: ArrayLike, skeleton: Skeleton | None, name: str) -> np.ndarra
         if not isinstance(skeleton, Skeleton):
             raise TypeError(f"skeleton must be a skpose.Skeleton, got {type(skeleton).__name__}")
         check_column_names(X, skeleton, name)
-    X = check_array(X, dtype=[np.float64, np.float32], input_name=name)
+    poses = check_array(X, dtype=[np.float64, np.float32], input_name=name)
     if skeleton is not None:
-        check_width(X, skeleton, name)
-    return X
+        check_width(poses, skeleton, name)
+    return poses
 
 
 def check_pose(pose: ArrayLike, skeleton: Skeleton, name: str) -> np.ndarray:
