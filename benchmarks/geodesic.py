@@ -22,7 +22,7 @@ from sklearn.exceptions import ConvergenceWarning
 
 from skpose import geodesic, pose_distances
 from skpose._compiled.forward import workspace_rows
-from skpose._compiled.path_energy import add_gradient, place, sum_moments
+from skpose._compiled.path_energy import add_gradient, evaluate, path_of, sum_moments
 from skpose.kinematics._tree import tree_of
 
 N_STEPS = 10
@@ -40,18 +40,14 @@ QUICK = Size(2, 5, 1, 1)
 
 
 @njit(nogil=True)
-def energy_and_gradient(tree, path, P, screws, scratch, moments, gradient):
+def energy_and_gradient(tree, path, scratch, moments, gradient):
     """Eq. 6 and its derivative in all poses."""
-    energy = 0.0
-    for i in range(len(path)):
-        place(tree, path[i], scratch, P[i], screws[i])
-        if i > 0:
-            energy += np.sum((P[i] - P[i - 1]) ** 2)
+    half = evaluate(tree, path, scratch)
     gradient[:] = 0.0
-    for i in range(1, len(path) - 1):
-        sum_moments(tree, P[i - 1], P[i], P[i + 1], moments)
-        add_gradient(tree, screws[i], moments, 0.0, gradient[i : i + 2])
-    return energy
+    for i in range(1, len(path.P) - 1):
+        sum_moments(tree, path.P[i - 1], path.P[i], path.P[i + 1], moments)
+        add_gradient(tree, path.screws[i], moments, 0.0, gradient[i : i + 2])
+    return 2.0 * half
 
 
 class Energy:
@@ -61,17 +57,14 @@ class Energy:
         self.tree = tree_of(skeleton)
         gap = (end - start + np.pi) % (2 * np.pi) - np.pi
         line = start + np.linspace(0, 1, N_STEPS + 1)[:, None] * gap
-        self.path = line[:, self.tree.column] * self.tree.sign
-        n, d = self.path.shape
-        self.P, self.screws = np.empty((n, 3 * len(self.tree.offset))), np.empty((n, 6, d))
+        self.path = path_of(self.tree, line[:, self.tree.column] * self.tree.sign, 1)
         self.scratch, self.moments = np.empty(workspace_rows(self.tree)), np.empty((len(self.tree.frame_parent), 12))
-        self.gradient = np.empty((n, d))
-        self.start = self.path[1:-1].ravel().copy()
+        self.gradient = np.empty(line.shape)
+        self.start = self.path.poses[1:-1].ravel().copy()
 
     def __call__(self, x):
-        self.path[1:-1] = x.reshape(N_STEPS - 1, -1)
-        arguments = (self.P, self.screws, self.scratch, self.moments, self.gradient)
-        value = energy_and_gradient(self.tree, self.path, *arguments)
+        self.path.poses[1:-1] = x.reshape(N_STEPS - 1, -1)
+        value = energy_and_gradient(self.tree, self.path, self.scratch, self.moments, self.gradient)
         return value, 2.0 * self.gradient[1:-1].ravel()
 
     def hessian_product(self, x, direction):
@@ -94,7 +87,7 @@ def by_scipy(method, **options):
 
 
 def by_skpose(start, end, skeleton):
-    path = geodesic(start, end, skeleton, N_STEPS)
+    path = geodesic(start, end, skeleton, n_steps=N_STEPS)
     return path.energy, path.gradient_norm
 
 
@@ -137,7 +130,7 @@ def ratios(X, pairs, skeleton, title):
     """Print lengths of geodesics over those of straight lines."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", ConvergenceWarning)
-        paths = [geodesic(X[i], X[j], skeleton, N_STEPS) for i, j in pairs]
+        paths = [geodesic(X[i], X[j], skeleton, n_steps=N_STEPS) for i, j in pairs]
     chord, line = (
         np.array([pose_distances(X[[i]], X[[j]], skeleton=skeleton, metric=m)[0, 0] for i, j in pairs])
         for m in ("position", "spatial")

@@ -40,7 +40,7 @@ plt.show()
 # %%
 # Three means. The joints of the first are at their mean positions.
 F = forward_kinematics(X, skeleton)
-extrinsic, intrinsic = frechet_mean(X, skeleton), frechet_mean(X, skeleton, "geodesic", n_jobs=-1)
+extrinsic, intrinsic = frechet_mean(X, skeleton), frechet_mean(X, skeleton, metric="geodesic", n_jobs=-1)
 positions = {
     "mean of the positions": F.mean(axis=0),
     "extrinsic mean": forward_kinematics(extrinsic.pose[None], skeleton)[0],

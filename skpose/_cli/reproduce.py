@@ -128,7 +128,7 @@ def _ratios(
 
     def measure(k: int) -> None:
         a, b = X[pairs[k]]
-        path = geodesic(a, b, walks.skeleton, N_STEPS)
+        path = geodesic(a, b, walks.skeleton, n_steps=N_STEPS)
         line = pose_distances(a[None], b[None], skeleton=walks.skeleton, n_steps=N_STEPS)[0, 0]
         ratios[k], converged[k] = min(path.length / line, 1.0), path.converged
 

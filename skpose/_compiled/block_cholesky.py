@@ -1,13 +1,14 @@
 """Block-tridiagonal normal equations, solved by Cholesky in lanes.
 
-One branch of the skeleton at a time, as branches move no joint in common: the free poses' blocks, each as wide as the
-branch has dofs, stand in a band of block rows [D B], D on the diagonal and B beside it. Eliminating from the top turns
-them into [U X], with D = UᵀU, X = U⁻ᵀB, and XᵀX to be taken off the next D; U and X are rows of one sweep. Widths are
-padded to whole lanes, and four rows are swept at once, so that what is subtracted from them stays in registers: a
-library's Cholesky, which would be called some fifty times a step for blocks of forty dofs, takes twice the time.
+One branch of the skeleton at a time, as branches move no joint in common. The free poses' blocks, each as wide as the
+branch has dofs, are the block rows [D B] of a band: D is on the diagonal and B right of it. Elimination from the top
+makes them [U X], with D = UᵀU, X = U⁻ᵀB, and XᵀX subtracted from the next D; one pass over the rows computes U and X.
+Widths are padded to whole lanes, and four rows are computed at once, so that their sums stay in registers: a library's
+Cholesky, which would be called some fifty times a step for blocks of forty dofs, takes twice the time.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,9 +18,18 @@ from skpose._compiled.lanes import full_like, rows
 LANES = 8  # float64 numbers in one register
 
 
+class Rectangle(NamedTuple):
+    """Part of the band: its rows, and in each of them n_chunks registers from a first one on."""
+
+    row: int
+    n_rows: int
+    chunk: int
+    n_chunks: int
+
+
 @jit
 def band_shape(tree, n_nodes):
-    """Rows and columns of the band that holds one branch: block rows [U X], padded to whole lanes."""
+    """Return the shape of the band of the widest branch: block rows [U X], padded to whole lanes."""
     widest = 0
     for b in range(tree.branch.shape[0] - 1):
         widest = max(widest, tree.branch[b + 1] - tree.branch[b])
@@ -28,11 +38,13 @@ def band_shape(tree, n_nodes):
 
 
 @jit
-def _fill_band(diagonal, beside, damping, held, lo, hi, band):
-    """The free poses' blocks, dofs lo:hi, as block rows [D B] of the band; what is padded or held is left alone.
+def _fill_band(equations, damping, fixed, lo, hi, band):
+    """Copy the free poses' blocks, dofs lo:hi, to the block rows [D B] of the band.
 
-    Row p of block i is band[((i · m + p) · 2 · n + c, l] for column c · LANES + l, m = n · LANES padded dofs.
+    Padded and fixed dofs get a row of the identity. Row p of block i is band[(i · m + p) · 2 · n + c, l] for column
+    c · LANES + l, m = n · LANES padded dofs.
     """
+    diagonal, off_diagonal = equations.diagonal, equations.off_diagonal
     n = -(-(hi - lo) // LANES)
     m = n * LANES
     last = diagonal.shape[0] - 2
@@ -45,45 +57,49 @@ def _fill_band(diagonal, beside, damping, held, lo, hi, band):
             for q in range(hi - lo, m):
                 rows[p, q] = rows[p, m + q] = 0.0
             for q in range(hi - lo):
-                rows[p, m + q] = beside[i, lo + p, lo + q]
+                rows[p, m + q] = off_diagonal[i, lo + p, lo + q]
         for p in range(m):
-            if p >= hi - lo or held[i, lo + p]:
+            if p >= hi - lo or fixed[i, lo + p]:
                 for q in range(m):
                     rows[p, q] = rows[q, p] = rows[p, m + q] = 0.0
                 rows[p, p] = 1.0
-            if i < last and p < hi - lo and held[i + 1, lo + p]:
+            if i < last and p < hi - lo and fixed[i + 1, lo + p]:
                 for q in range(m):
                     rows[q, m + p] = 0.0
 
 
 @jit
-def _subtract(band, n, row, first, last, source, n_rows, shift, column):
-    """Four rows of the band from chunk first on −= Σ W_k [row k of the source], W_k its column and the next three."""
+def _subtract(band, width, target, source, column):
+    """Subtract Wᵀ · source from four rows of the band, the target; W is the source rows in this column and three more.
+
+    A row of the band has `width` registers.
+    """
     chunks = rows(band, 0)
-    for c in range(first, last):
-        a, b = chunks[row * n + c], chunks[(row + 1) * n + c]
-        d, e = chunks[(row + 2) * n + c], chunks[(row + 3) * n + c]
-        for k in range(source, source + n_rows):
-            r = chunks[k * n + c + shift]
-            w = band[k * n + column // LANES]
-            i = column % LANES
+    row, i = target.row * width, column % LANES
+    for c in range(target.chunk, target.chunk + target.n_chunks):
+        a, b = chunks[row + c], chunks[row + width + c]
+        d, e = chunks[row + 2 * width + c], chunks[row + 3 * width + c]
+        for k in range(source.row, source.row + source.n_rows):
+            r = chunks[k * width + c + source.chunk - target.chunk]
+            w = band[k * width + column // LANES]
             a, b, d, e = a - w[i] * r, b - w[i + 1] * r, d - w[i + 2] * r, e - w[i + 3] * r
-        chunks[row * n + c], chunks[(row + 1) * n + c] = a, b
-        chunks[(row + 2) * n + c], chunks[(row + 3) * n + c] = d, e
+        chunks[row + c], chunks[row + width + c] = a, b
+        chunks[row + 2 * width + c], chunks[row + 3 * width + c] = d, e
 
 
 @jit
 def _factorise(band, n_blocks, n):
-    """Cholesky factor UᵀU in place, X beside U; whether there is one. n: lanes in a block's width."""
+    """Factorise UᵀU in place, X right of U; return whether that is possible. A block is n registers wide."""
     m, width = n * LANES, 2 * n
     chunks = rows(band, 0)
     for i in range(n_blocks):
-        top, end = i * m, n if i == n_blocks - 1 else width  # nothing is beside the last block
+        top, end = i * m, n if i == n_blocks - 1 else width  # nothing is right of the last block
         for p in range(0, m, 4):
             row, first = top + p, p // LANES
-            if i > 0:
-                _subtract(band, width, row, first, n, top - m, m, n, m + p)
-            _subtract(band, width, row, first, end, top, p, 0, p)
+            if i > 0:  # XᵀX of the block row above
+                above = Rectangle(top - m, m, n + first, n - first)
+                _subtract(band, width, Rectangle(row, 4, first, n - first), above, m + p)
+            _subtract(band, width, Rectangle(row, 4, first, end - first), Rectangle(top, p, first, end - first), p)
             for q in range(p, p + 4):
                 for k in range(p, q):
                     w = band[(top + k) * width + q // LANES, q % LANES]
@@ -113,7 +129,7 @@ def _substitute(band, n_blocks, n, x):
             flat[i * m + p] /= band[row + p // LANES, p % LANES]
             value = flat[i * m + p]
             for c in range(p // LANES, n if i == n_blocks - 1 else width):
-                # What lies left of the diagonal is noughts, and the pivot's own place is put right again.
+                # Left of the diagonal there are zeros; the pivot's own number is restored below.
                 solution[i * n + c] = solution[i * n + c] - value * chunks[row + c]
             flat[i * m + p] = value
     partial = np.empty((1, LANES))
@@ -133,20 +149,20 @@ def _substitute(band, n_blocks, n, x):
 
 
 @jit
-def solve(tree, diagonal, beside, gradient, damping, held, band, step):
-    """step = −(H + λ)⁻¹ gradient for the dofs that are not held, branch by branch; whether it could be done."""
-    n_blocks = diagonal.shape[0] - 2
+def solve(tree, equations, damping, fixed, band, step):
+    """Compute step = −(H + λ)⁻¹ gradient for the dofs that are not fixed; return whether H + λ is positive definite."""
+    n_blocks = equations.diagonal.shape[0] - 2
     for b in range(tree.branch.shape[0] - 1):
         lo, hi = tree.branch[b], tree.branch[b + 1]
         n = -(-(hi - lo) // LANES)
-        _fill_band(diagonal, beside, damping, held, lo, hi, band)
+        _fill_band(equations, damping, fixed, lo, hi, band)
         if not _factorise(band, n_blocks, n):
             return False
         x = np.zeros((n_blocks * n, LANES))
         flat = x.reshape(n_blocks, n * LANES)
         for i in range(n_blocks):
             for d in range(lo, hi):
-                flat[i, d - lo] = -gradient[i + 1, d]
+                flat[i, d - lo] = -equations.gradient[i + 1, d]
         _substitute(band, n_blocks, n, x)
         for i in range(n_blocks):
             for d in range(lo, hi):

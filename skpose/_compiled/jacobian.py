@@ -1,4 +1,4 @@
-"""The Jacobian of the joint positions, in closed form: compiled."""
+"""The Jacobian of the joint positions, in closed form."""
 
 import numpy as np
 
@@ -7,13 +7,13 @@ from skpose._compiled.jit import jit
 
 
 @jit
-def turn_axes(tree, C, S, H, axes):
-    """The axis of every dof in the world, (n_dofs, 3)."""
+def rotation_axes(tree, C, S, H, axes):
+    """Compute the axis of every dof in world coordinates, (n_dofs, 3)."""
     for f in range(1, tree.frame_parent.shape[0]):
         end = tree.end_dof[f]
         n_dofs = end - tree.first_dof[f]
         for i in range(3 if n_dofs > 0 else 0):
-            # The columns of H are the axes after all the dofs; undo these from the last on.
+            # The columns of H are the axes after all the rotations; undo these, the last one first.
             x, y, z = H[9 * f + 3 * i], H[9 * f + 3 * i + 1], H[9 * f + 3 * i + 2]
             axes[end - 1, i] = x
             y, z = rotated(y, z, C[end - 1], -S[end - 1])
@@ -26,7 +26,7 @@ def turn_axes(tree, C, S, H, axes):
 
 @jit
 def fill_jacobian(tree, P, axes, jacobian):
-    """Change of the joint positions with the tree's dofs, (3 n_joints, n_dofs); noughts are left as they are.
+    """Compute the change of the joint positions with the tree's dofs, (3 n_joints, n_dofs); zeros are not written.
 
     A rotation about the unit axis a through the point o moves a point p at the rate a × (p − o).
     """
@@ -47,7 +47,7 @@ def fill_jacobian(tree, P, axes, jacobian):
 
 @jit
 def position_jacobians(poses, tree, jacobians):
-    """∂F/∂θ of every pose into jacobians (n_poses, 3 n_joints, n_dofs)."""
+    """Compute ∂F/∂θ of every pose, (n_poses, 3 n_joints, n_dofs)."""
     n_dofs = tree.column.shape[0]
     scratch, axes, angles = np.empty(workspace_rows(tree)), np.empty((n_dofs, 3)), np.empty(n_dofs)
     C, S, H, P = workspace(tree, scratch)
@@ -57,7 +57,7 @@ def position_jacobians(poses, tree, jacobians):
             angles[d] = tree.sign[d] * poses[n, tree.column[d]]
         orient(tree, angles, C, S, H)
         place_joints(tree, H, P)
-        turn_axes(tree, C, S, H, axes)
+        rotation_axes(tree, C, S, H, axes)
         fill_jacobian(tree, P, axes, jacobian)
         for d in range(n_dofs):
             jacobians[n, :, tree.column[d]] = tree.sign[d] * jacobian[:, d]

@@ -1,61 +1,101 @@
-"""The path of least energy between two poses, and what keeps it honest.
+"""Newton's method in a trust region, for paths whose two ends are fixed.
 
-The step
---------
-Gauss-Newton: the normal equations of the energy's residuals are block tridiagonal in the poses. They are damped by a
-multiple λ of the identity, since JᵀJ is singular (a twist of the last bone moves nothing), and λ follows the ratio of
-actual to predicted decrease, as the radius of a trust region would. What Gauss-Newton leaves out makes its steps too
-short, always by much the same factor near the end; so steps are combined as in conjugate gradients, with the damped
-normal equations as the preconditioner, and their length is that of the parabola through energy, slope and trial. On
-refined paths, where more is left out, the exact Hessian takes over near the end.
+The step is a Gauss-Newton step: the normal equations of the energy's residuals are block tridiagonal in the poses. They
+are damped by a multiple λ of the identity, since JᵀJ is singular (a twist of the last bone moves nothing). λ follows
+the ratio of actual to predicted decrease, as the radius of a trust region does.
 
-Honesty
--------
-Few poses can sit where their chords are short while the motion between them is long. So every path is measured again
-on a fine grid. Where the two lengths disagree, the energy is taken over `SUBSTEPS` chords between each two free poses,
-then over more free poses. Where the gradient is nought but the Hessian bends down, the path is a saddle and is left.
+The terms that Gauss-Newton leaves out make its steps too short, always by much the same factor near the end. So steps
+are combined as in conjugate gradients, with the damped normal equations as the preconditioner, and their length is at
+the minimum of the parabola through energy, slope and trial. Where more is left out, the exact Hessian takes over.
+
+Where the gradient is zero but the curvature is negative in some direction, the path is at a saddle: it is perturbed.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from skpose._compiled.block_cholesky import band_shape, solve
 from skpose._compiled.forward import workspace_rows
 from skpose._compiled.jit import jit
-from skpose._compiled.measure import measure_line, turns_off
-from skpose._compiled.path_energy import add_curvature, chords, curve_length, divided, evaluate, normal_equations
-from skpose._compiled.tree import TWO_PI
+from skpose._compiled.normal_equations import (
+    NormalEquations,
+    add_second_derivatives,
+    equations_for,
+    mean_diagonal,
+    normal_equations,
+)
+from skpose._compiled.path_energy import chords, copy_of, copy_path, curve_length, evaluate
 
-GAP = 5e-3  # how far, relatively, the two lengths of an honest path may differ
-SUBSTEPS = 4
-REFINEMENTS = ((1, 1), (1, SUBSTEPS), (2, SUBSTEPS), (4, SUBSTEPS))  # free steps over n_steps, chords in each
-DAMPING = 1e-6, 1e-8  # λ at first and at least, over the mean diagonal of the normal equations
-HOPELESS = 1e6  # λ at which to give up, likewise
+# λ is relative to the mean diagonal of the normal equations.
+FIRST_DAMPING, LEAST_DAMPING, MAX_DAMPING = 1e-6, 1e-8, 1e6
 LEAST_RATIO = 1e-4  # of actual to predicted decrease, for a step to be taken
-NEAR = 1e-3  # a relative decrease of the energy below which the exact Hessian takes over
 ROUNDING = 1e-14  # relative to the energy or to the sum of the bones, what float64 cannot show
-PATIENCE, LOST = 10, 4.0  # every so many iterations a path is given up whose gap is so many times too wide
-FLAT = 1e-4  # curvature below which the energy counts as flat, over the mean diagonal of the normal equations
-KICK, MAX_KICKS = 1e-2, 2  # how far a path is bent that has stopped on a saddle, rad, and how often
-MAX_ITER, TOL = 500, 1e-7  # iterations in each refinement; norm of the gradient, m²/rad
-AGREE = 1e-6  # chord and line that differ by no more, relatively, are the geodesic's length
+MAX_GAP = 5e-3  # relative difference of a path's two lengths within which it passes the discretisation check
+DIVERGED = 4.0  # a path is given up whose gap is so many times larger
+FLAT = 1e-4  # curvature below which the energy counts as flat, relative to the mean diagonal of the normal equations
+PERTURBATION, MAX_PERTURBATIONS = 1e-2, 2  # of a path that has stopped at a saddle, rad; how many
+
+
+class Bounds(NamedTuple):
+    """The range of every angle, in the tree's order, rad; ±inf where it is free."""
+
+    lower: np.ndarray  # (n_dofs,)
+    upper: np.ndarray  # (n_dofs,)
+
+
+class Settings(NamedTuple):
+    """How a minimum is sought."""
+
+    max_iter: int
+    tol: float  # norm of the energy's gradient, m²/rad
+    damping: float  # λ at first
+    exact_below: float  # relative decrease of the energy below which the Hessian is exact: 0 never, inf always
+    least_change: float  # relative change of a step's length that is worth a second trial; inf: none is
+    raise_used: bool  # a poor step raises the damping from that which made it possible, not from that before
+    patience: int  # a path is checked for divergence every so many iterations
+
+
+class Outcome(NamedTuple):
+    """How the search for a minimum ended."""
+
+    gradient_norm: float  # of the energy, of the part that the bounds leave, m²/rad
+    n_iter: int
+    converged: bool
+
+
+class Line(NamedTuple):
+    """A line on from a path."""
+
+    direction: np.ndarray  # (n_nodes, n_dofs)
+    half: float  # half the energy of the path
+    descent: float  # its decrease along the direction, at the path
+    least_change: float  # relative change of the step's length that is worth a second trial
+
+
+class System(NamedTuple):
+    """The equations of a step, and arrays to solve them in."""
+
+    equations: NormalEquations
+    fixed: np.ndarray  # (n_nodes, n_dofs) bool: dofs at an active bound
+    band: np.ndarray  # see `block_cholesky`
+    scratch: np.ndarray  # (workspace_rows,)
 
 
 @jit
-def _noise(tree):
-    """A length that is nought but for rounding."""
+def unbounded(n_dofs):
+    """Return bounds that leave all angles free."""
+    return Bounds(np.full(n_dofs, -math.inf), np.full(n_dofs, math.inf))
+
+
+@jit
+def rounding_length(tree):
+    """Return a length below which only rounding is left."""
     reach = 0.0
     for j in range(tree.offset.shape[0]):
         reach += abs(tree.offset[j, 0]) + abs(tree.offset[j, 1]) + abs(tree.offset[j, 2])
     return ROUNDING * reach
-
-
-@jit
-def _gap(tree, path):
-    """How much longer the path is on the fine grid than by its chords, relatively."""
-    along = curve_length(tree, path)
-    return (along - chords(tree, path)[0]) / along if along > 0.0 else 0.0
 
 
 @jit
@@ -68,216 +108,179 @@ def _dot(a, b):
 
 
 @jit
-def _combine(step, turn, direction):
-    """direction = step + turn · direction."""
-    for i in range(step.shape[0]):
-        for d in range(step.shape[1]):
-            direction[i, d] = step[i, d] + turn * direction[i, d]
+def _system_for(tree, path):
+    """Return the system of a path, not yet filled, no dof fixed."""
+    band, scratch = np.empty(band_shape(tree, path.poses.shape[0])), np.empty(workspace_rows(tree))
+    return System(equations_for(path), np.zeros(path.poses.shape, np.bool_), band, scratch)
 
 
 @jit
-def _hold(path, lower, upper, gradient, held):
-    """Hold the dofs of the free poses that are at a bound which the gradient pushes against; whether these are others.
+def _fix_at_bounds(path, bounds, system):
+    """Fix the dofs at a bound that the gradient pushes against; return whether these are others than before.
 
-    What is held, and the ends, have no gradient.
+    Fixed dofs, and the ends, get no gradient.
     """
-    changed = False
+    changed, gradient, fixed = False, system.equations.gradient, system.fixed
     gradient[0], gradient[-1] = 0.0, 0.0
-    for i in range(1, path.shape[0] - 1):
-        for d in range(path.shape[1]):
-            angle, slope = path[i, d], gradient[i, d]
-            hold = (angle <= lower[d] and slope > 0.0) or (angle >= upper[d] and slope < 0.0)
-            changed = changed or hold != held[i, d]
-            held[i, d] = hold
-            if hold:
+    for i in range(1, gradient.shape[0] - 1):
+        for d in range(gradient.shape[1]):
+            angle, slope = path.poses[i, d], gradient[i, d]
+            active = (angle <= bounds.lower[d] and slope > 0.0) or (angle >= bounds.upper[d] and slope < 0.0)
+            changed = changed or active != fixed[i, d]
+            fixed[i, d] = active
+            if active:
                 gradient[i, d] = 0.0
     return changed
 
 
 @jit
-def _move(path, direction, size, lower, upper, trial):
-    """trial = path + size · direction, the free poses kept within their bounds."""
-    for i in range(1, path.shape[0] - 1):
-        for d in range(path.shape[1]):
-            trial[i, d] = min(max(path[i, d] + size * direction[i, d], lower[d]), upper[d])
+def _damped_step(tree, system, damping, scale, step):
+    """Compute the step with this damping, or with the next larger one that makes the matrix positive definite.
 
-
-@jit
-def _kick(path, lower, upper):
-    """Bend the free poses a little, in no direction that a symmetry would have."""
-    last = path.shape[0] - 1
-    for i in range(1, last):
-        for d in range(path.shape[1]):
-            bend = KICK * math.sin(math.pi * i / last) * math.cos(1.0 + d * d)
-            path[i, d] = min(max(path[i, d] + bend, lower[d]), upper[d])
-
-
-@jit
-def minimise(tree, path, substeps, lower, upper, max_iter, tol):
-    """Lower the energy of the path in place, its ends fixed, the poses between within bounds.
-
-    The energy is that over `substeps` chords a step. Returns the norm of its gradient (of what the bounds leave of it),
-    the number of iterations, and whether it converged.
+    Return that damping; inf where it would be hopelessly large.
     """
-    n_nodes, n_dofs = path.shape
-    n_samples = (n_nodes - 1) * substeps + 1
-    scratch = np.empty(workspace_rows(tree))
-    # The samples of the path, of a trial, and of a second one.
-    P, screws = np.empty((3, n_samples, 3 * tree.offset.shape[0])), np.empty((3, n_samples, 6, n_dofs))
-    now, other, spare = 0, 1, 2
-    half = evaluate(tree, path, substeps, scratch, P[now], screws[now])
-    if n_nodes < 3:
-        return 0.0, 0, True
-    diagonal, beside = np.empty((n_nodes, n_dofs, n_dofs)), np.empty((n_nodes - 1, n_dofs, n_dofs))
-    band = np.empty(band_shape(tree, n_nodes))
-    gradient, held = np.empty(path.shape), np.zeros(path.shape, np.bool_)
-    step, last_step, direction = np.zeros(path.shape), np.zeros(path.shape), np.zeros(path.shape)
-    trial, second = path.copy(), path.copy()
-    scale, damping = 0.0, 0.0
-    last_slope = 0.0  # along the step before; nought where the conjugate directions begin anew
-    exact, n_kicks = False, 0
-    norm = math.inf
-    for iteration in range(max_iter):
-        normal_equations(tree, substeps, P[now], screws[now], diagonal, beside, gradient)
+    while damping < MAX_DAMPING * scale:
+        if solve(tree, system.equations, damping, system.fixed, system.band, step):
+            return damping
+        damping = max(10.0 * damping, FIRST_DAMPING * scale)
+    return math.inf
+
+
+@jit
+def _add_multiple(step, beta, direction):
+    """Set the direction to step + β · direction."""
+    for i in range(step.shape[0]):
+        for d in range(step.shape[1]):
+            direction[i, d] = step[i, d] + beta * direction[i, d]
+
+
+@jit
+def _combine(step, last_slope, last_step, slope, gradient, direction):
+    """Update the direction by conjugate gradients (Polak-Ribière): step + β · direction, downhill.
+
+    The last slope is zero where the directions start anew.
+    """
+    beta = 0.0
+    if last_slope > 0.0:
+        beta = min(max((slope + _dot(gradient, last_step)) / last_slope, 0.0), 2.0)
+    _add_multiple(step, beta, direction)
+    if _dot(gradient, direction) >= 0.0:
+        _add_multiple(step, 0.0, direction)
+
+
+@jit
+def _try(tree, path, line, size, bounds, trial, scratch):
+    """Move the free poses along the line, within the bounds, to another path; return half its energy."""
+    for i in range(1, path.poses.shape[0] - 1):
+        for d in range(path.poses.shape[1]):
+            angle = path.poses[i, d] + size * line.direction[i, d]
+            trial.poses[i, d] = min(max(angle, bounds.lower[d]), bounds.upper[d])
+    return evaluate(tree, trial, scratch)
+
+
+@jit
+def _line_search(tree, path, line, bounds, first, second, scratch):
+    """Try the whole direction, then the minimum of the parabola through energy, slope and the first trial.
+
+    The better of the two is left in the first path; returns half its energy.
+    """
+    lowest = _try(tree, path, line, 1.0, bounds, first, scratch)
+    curvature = 2.0 * (lowest - line.half + line.descent)
+    size = line.descent / curvature if curvature > 0.0 else 1.0
+    if abs(size - 1.0) > line.least_change and size < 4.0:
+        again = _try(tree, path, line, size, bounds, second, scratch)
+        if again < lowest:
+            copy_path(second, first)
+            return again
+    return lowest
+
+
+@jit
+def _is_minimum(tree, path, exact, scale, system, direction):
+    """Return whether the curvature of the energy is positive, or flat, in all directions; overwrites the direction."""
+    if not exact:
+        add_second_derivatives(tree, path, system.equations)
+    return solve(tree, system.equations, FLAT * scale, system.fixed, system.band, direction)
+
+
+@jit
+def _perturb(path, bounds):
+    """Move the free poses a little, in no direction that a symmetry would have."""
+    last = path.poses.shape[0] - 1
+    for i in range(1, last):
+        for d in range(path.poses.shape[1]):
+            change = PERTURBATION * math.sin(math.pi * i / last) * math.cos(1.0 + d * d)
+            path.poses[i, d] = min(max(path.poses[i, d] + change, bounds.lower[d]), bounds.upper[d])
+
+
+@jit
+def _updated_damping(damping, raised, ratio, scale):
+    """Return the next damping: less where the decrease is as predicted, the raised one where it is not."""
+    if ratio > 0.75:
+        return max(0.1 * damping, LEAST_DAMPING * scale)
+    return raised if ratio < 0.25 else damping
+
+
+@jit
+def relative_gap(tree, poses):
+    """Return how much longer the curve through poses is on the fine grid than by its chords, relatively."""
+    along = curve_length(tree, poses)
+    return (along - chords(tree, poses)[0]) / along if along > 0.0 else 0.0
+
+
+@jit
+def minimise(tree, path, bounds, settings):
+    """Minimise the energy of a path in place: its ends are fixed and placed already, its free poses within bounds."""
+    shape = path.poses.shape
+    system, trial, second = _system_for(tree, path), copy_of(path), copy_of(path)
+    gradient = system.equations.gradient
+    step, last_step, direction = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+    half = evaluate(tree, path, system.scratch)
+    if shape[0] < 3:
+        return Outcome(0.0, 0, True)
+    scale, damping, norm, n_perturbations = 0.0, 0.0, math.inf, 0
+    last_slope = 0.0  # along the step before; zero where the conjugate directions start anew
+    exact = settings.exact_below == math.inf
+    for iteration in range(settings.max_iter):
+        normal_equations(tree, path, system.equations)
+        if iteration == 0:
+            scale = mean_diagonal(system.equations)
+            damping = settings.damping * scale
         if exact:
-            add_curvature(tree, substeps, P[now], screws[now], diagonal, beside)
-        if _hold(path, lower, upper, gradient, held):
+            add_second_derivatives(tree, path, system.equations)
+        if _fix_at_bounds(path, bounds, system):
             last_slope = 0.0
         norm = 2.0 * math.sqrt(_dot(gradient, gradient))
-        if iteration == 0:
-            for i in range(1, n_nodes - 1):
-                scale += np.trace(diagonal[i]) / ((n_nodes - 2) * n_dofs)
-            damping = DAMPING[0] * scale
-            if scale <= _noise(tree) ** 2:  # nothing moves
-                return norm, iteration, True
-        done, predicted, slope = norm <= tol, 0.0, 0.0
-        if not done:
-            shift = damping  # or what more it takes to make the exact Hessian positive definite
-            while shift < HOPELESS * scale and not solve(tree, diagonal, beside, gradient, shift, held, band, step):
-                shift = max(10.0 * shift, DAMPING[0] * scale)
-            if not shift < HOPELESS * scale:
-                return norm, iteration, False
+        if scale <= rounding_length(tree) ** 2:  # nothing moves
+            return Outcome(norm, iteration, True)
+        stationary, used, predicted, slope = norm <= settings.tol, damping, 0.0, 0.0
+        if not stationary:
+            used = _damped_step(tree, system, damping, scale, step)
             slope = -_dot(gradient, step)
-            predicted = 0.5 * (shift * _dot(step, step) + slope)
-            done = predicted <= ROUNDING * half
-            if done and shift > scale:  # it is the damping that leaves no step
-                return norm, iteration, False
-        if done:
-            if not exact:
-                add_curvature(tree, substeps, P[now], screws[now], diagonal, beside)
-            if n_kicks == MAX_KICKS or solve(tree, diagonal, beside, gradient, FLAT * scale, held, band, direction):
-                return norm, iteration, True
-            # A saddle, such as the swing of an arm stretched in a plane: leave it, as it is no shortest way.
-            n_kicks += 1
-            _kick(path, lower, upper)
-            half = evaluate(tree, path, substeps, scratch, P[now], screws[now])
-            last_slope, damping = 0.0, DAMPING[0] * scale
+            predicted = 0.5 * (used * _dot(step, step) + slope)
+            stationary = predicted <= ROUNDING * half
+            if used == math.inf or (stationary and used > scale):  # it is the damping that leaves no step
+                return Outcome(norm, iteration, False)
+        if stationary:  # a minimum or a saddle
+            if n_perturbations == MAX_PERTURBATIONS or _is_minimum(tree, path, exact, scale, system, direction):
+                return Outcome(norm, iteration, True)
+            n_perturbations += 1
+            _perturb(path, bounds)
+            half = evaluate(tree, path, system.scratch)
+            last_slope, damping = 0.0, settings.damping * scale
             continue
-        turn = 0.0
-        if last_slope > 0.0:
-            turn = min(max((slope + _dot(gradient, last_step)) / last_slope, 0.0), 2.0)
-        _combine(step, turn, direction)
-        if _dot(gradient, direction) >= 0.0:
-            _combine(step, 0.0, direction)
-        _move(path, direction, 1.0, lower, upper, trial)
-        lowest = evaluate(tree, trial, substeps, scratch, P[other], screws[other])
-        # The parabola through energy, slope and trial is least at this multiple of the direction.
-        fall = -_dot(gradient, direction)
-        bend = 2.0 * (lowest - half + fall)
-        multiple = fall / bend if bend > 0.0 else 1.0
-        if abs(multiple - 1.0) > 0.1 and multiple < 4.0:
-            _move(path, direction, multiple, lower, upper, second)
-            again = evaluate(tree, second, substeps, scratch, P[spare], screws[spare])
-            if again < lowest:
-                lowest = again
-                trial, second = second, trial
-                other, spare = spare, other
+        _combine(step, last_slope, last_step, slope, gradient, direction)
+        line = Line(direction, half, -_dot(gradient, direction), settings.least_change)
+        lowest = _line_search(tree, path, line, bounds, trial, second, system.scratch)
         ratio = (half - lowest) / predicted
         if ratio > LEAST_RATIO:
-            exact = substeps > 1 and half - lowest < NEAR * half
-            _move(trial, step, 0.0, lower, upper, path)
-            now, other = other, now
+            exact = half - lowest < settings.exact_below * half
+            copy_path(trial, path)
             half = lowest
             step, last_step = last_step, step
-            last_slope = slope if ratio > 0.25 and not exact else 0.0
-        else:
-            last_slope = 0.0
-        if ratio > 0.75:
-            damping = max(0.1 * damping, DAMPING[1] * scale)
-        elif ratio < 0.25:
-            damping *= 4.0
-        if substeps == 1 and iteration % PATIENCE == PATIENCE - 1 and _gap(tree, path) > LOST * GAP:
-            return norm, iteration + 1, False
-    return norm, max_iter, False
-
-
-# --- from pose to pose -----------------------------------------------------------------------------------------------
-
-
-@jit
-def find_geodesic(start, end, lower, upper, tree, n_steps, max_iter, tol):
-    """A path of least energy from start to end, angles in the tree's order, that is as long as it says.
-
-    Returns the path with all its samples, its energy, length and length on the fine grid, the norm of the energy's
-    gradient in the free poses, the number of iterations and whether it converged. Where nothing honest was found that
-    is no longer than the straight line, the path is that line, unconverged.
-    """
-    line = np.empty((2, start.shape[0]))
-    line[0], line[1] = start, end
-    path = divided(line, n_steps)
-    noise, straight = _noise(tree), chords(tree, path)[0]
-    n_iter = 0
-    for factor, substeps in REFINEMENTS:
-        if substeps > 1:
-            path = divided(line, n_steps) if factor == 1 else divided(path, 2)
-        norm, iterations, converged = minimise(tree, path, substeps, lower, upper, max_iter, tol)
-        n_iter += iterations
-        samples = divided(path, substeps)
-        length, energy = chords(tree, samples)
-        along = curve_length(tree, samples)
-        if along - length <= GAP * along + noise and (
-            along <= straight or along <= curve_length(tree, divided(line, samples.shape[0] - 1)) + noise
-        ):
-            return samples, energy, length, along, norm, n_iter, converged
-    path = divided(line, n_steps)
-    length, energy = chords(tree, path)
-    return path, energy, length, curve_length(tree, path), math.nan, n_iter, False
-
-
-@jit
-def measure_geodesic(x, Y, first, last, tree, steps, scratch, results):
-    """Length of the geodesic, eq. 3; where chord and straight line agree already, that of the line.
-
-    Sets the gap of a geodesic that did not converge.
-    """
-    measure_line(x, Y, first, last, tree, steps, scratch, results)
-    n, n_codes = tree.column.shape[0], x.shape[0]
-    width, n_groups = Y.size // Y.shape[0], results.distances.shape[0]
-    codes, distances = Y.reshape((Y.shape[0], width)), results.distances.reshape((n_groups, width))
-    skip, gaps = results.skip.reshape((n_groups, width)), results.gap.reshape((n_groups, width))
-    free, noise = np.full(n, math.inf), _noise(tree)
-    start, end = np.empty(n), np.empty(n)
-    for k in range(first, last):
-        code, group = codes[k * n_codes : (k + 1) * n_codes], k - first
-        for w in range(width):
-            line = distances[group, w]
-            square = 0.0
-            for i in range(5 * n, n_codes):
-                square += (code[i, w] - x[i]) ** 2
-            chord = math.sqrt(square)
-            if skip[group, w] or line - chord <= AGREE * line + noise:
-                continue
-            ahead = 0  # 1 or -1 as the first angle that differs does; both directions are to give the same number
-            for d in range(n):
-                gap = code[d, w] - x[d]
-                if ahead == 0 and gap != 0.0:
-                    ahead = 1 if gap > 0.0 else -1
-                gap -= turns_off(gap, steps) * TWO_PI
-                start[d] = x[d] if ahead >= 0 else code[d, w]
-                end[d] = start[d] + gap * ahead
-            _, _, length, along, _, _, converged = find_geodesic(
-                start, end, -free, free, tree, steps.n_steps, MAX_ITER, TOL
-            )
-            distances[group, w] = max(chord, min(length, line))
-            if not converged:
-                gaps[group, w] = max((along - length) / along, ROUNDING)
+        last_slope = slope if ratio > 0.25 and not exact else 0.0
+        damping = _updated_damping(damping, 4.0 * (used if settings.raise_used else damping), ratio, scale)
+        check = iteration % settings.patience == settings.patience - 1
+        if check and relative_gap(tree, path.poses) > DIVERGED * MAX_GAP:
+            return Outcome(norm, iteration + 1, False)
+    return Outcome(norm, settings.max_iter, False)

@@ -1,4 +1,4 @@
-"""The geodesic between two poses: the shortest way that a body can go from one to the other."""
+"""The geodesic between two poses: the shortest motion from one to the other."""
 
 import warnings
 from dataclasses import dataclass, field
@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose._compat.sklearn import Interval, StrOptions, validate_params
-from skpose._compiled import minimiser
+from skpose._compiled.geodesic import MAX_ITER, TOL, find_geodesic
+from skpose._compiled.minimiser import Bounds
 from skpose._compiled.path_energy import divided
 from skpose._compiled.tree import TWO_PI
 from skpose.kinematics import forward_kinematics
@@ -20,7 +21,7 @@ from skpose.skeleton._validation import check_pose
 SPEED_GRID = 64  # chords into which each step of a path is divided to find poses at constant speed
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Geodesic:
     """A path between two poses, as `geodesic` finds it.
 
@@ -33,24 +34,26 @@ class Geodesic:
         Sum of the path's chords ‖F(θ_i) − F(θ_{i−1})‖, m: the distance, as the paper measures it.
     curve_length : float
         Length of the curve that the joints trace as the angles go along the path in straight pieces, measured on a
-        grid eight times finer, m. Never less than `length`, and for an honest path at most 0.5 % more.
+        grid eight times finer, m. Never less than `length`, and at most 0.5 % more if the path passes the
+        discretisation check.
     energy : float
         Sum of the squared chords, m² (eq. 6).
     gradient_norm : float
-        Norm of the energy's gradient in the poses that were free to move, m²/rad; with limits enforced, of the part
-        that the limits leave.
+        Norm of the energy's gradient in the poses that were free to move, m²/rad; with limits enforced, without the
+        part that pushes against them.
     n_iter : int
         Iterations, of all refinements.
     converged : bool
-        Whether `gradient_norm` came down to `tol`, or to what float64 can show, on an honest path that is no saddle.
+        Whether `gradient_norm` came down to `tol`, or to what float64 can show, on a path that passes the
+        discretisation check and is no saddle.
 
     Examples
     --------
     >>> from skpose import Skeleton, geodesic
-    >>> way = geodesic([0.0], [1.0], Skeleton.chain(1))
-    >>> len(way.path), round(way.length, 4), round(way.curve_length, 4)
+    >>> found = geodesic([0.0], [1.0], Skeleton.chain(1))
+    >>> len(found.path), round(found.length, 4), round(found.curve_length, 4)
     (11, 0.9996, 1.0)
-    >>> way.resample(3).round(2)
+    >>> found.resample(3).round(2)
     array([[0. ],
            [0.5],
            [1. ]])
@@ -70,12 +73,12 @@ class Geodesic:
         return f"Geodesic(length={self.length:.4g}, n_points={len(self.path)}, {state} in {self.n_iter} iterations)"
 
     def resample(self, n: int) -> np.ndarray:
-        """Poses along the curve at constant speed: the same length of curve between each two.
+        """Return poses along the curve at constant speed: the same length of curve between each two.
 
         Parameters
         ----------
         n : int
-            How many, at least 2; the first and the last are the ends.
+            Number of poses, at least 2; the first and the last are the ends.
 
         Returns
         -------
@@ -86,10 +89,10 @@ class Geodesic:
             raise ValueError(f"n must be a whole number of at least 2 poses, got {n!r}")
         fine = divided(self.path, SPEED_GRID)
         positions = forward_kinematics(fine, self._skeleton).reshape(len(fine), -1)
-        gone = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(positions, axis=0), axis=1))])
-        if gone[-1] == 0.0:  # nothing moves; the angles may all the same
-            gone = np.arange(len(fine), dtype=float)
-        at = np.interp(np.linspace(0.0, gone[-1], n), gone, np.arange(len(fine)))
+        travelled = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(positions, axis=0), axis=1))])
+        if travelled[-1] == 0.0:  # no joint moves, though angles may
+            travelled = np.arange(len(fine), dtype=float)
+        at = np.interp(np.linspace(0.0, travelled[-1], n), travelled, np.arange(len(fine)))
         before = np.minimum(at.astype(int), len(fine) - 2)
         part = (at - before)[:, None]
         return (1.0 - part) * fine[before] + part * fine[before + 1]
@@ -99,7 +102,7 @@ class Geodesic:
     {
         "skeleton": [Skeleton],
         "n_steps": [Interval(Integral, 2, None, closed="left")],
-        "wrap": ["boolean"],
+        "wrap": ["boolean", StrOptions({"auto"})],
         "joint_limits": [StrOptions({"ignore", "enforce"})],
         "max_iter": [Interval(Integral, 1, None, closed="left")],
         "tol": [Interval(Real, 0, None, closed="left")],
@@ -110,16 +113,16 @@ def geodesic(
     start: ArrayLike,
     end: ArrayLike,
     skeleton: Skeleton,
-    n_steps: int = 10,
     *,
-    wrap: bool = True,
+    n_steps: int = 10,
+    wrap: bool | str = "auto",
     joint_limits: str = "ignore",
-    max_iter: int = minimiser.MAX_ITER,
-    tol: float = minimiser.TOL,
+    max_iter: int = MAX_ITER,
+    tol: float = TOL,
 ) -> Geodesic:
-    r"""Shortest path from one pose to another on the kinematic manifold.
+    r"""Find the shortest path from one pose to another on the kinematic manifold.
 
-    Of all curves of poses between the two, that along which the joints go the shortest way (eq. 3): the minimiser of
+    Of all curves of poses between the two, it is the one along which the joints travel least (eq. 3): the minimiser of
     the discrete energy
 
     .. math:: E = \sum_{i=1}^{N} \|F(\theta_i) - F(\theta_{i-1})\|^2
@@ -133,24 +136,24 @@ def geodesic(
     start, end : array-like of shape (n_dofs,)
         The two poses: joint angles, rad, one for each of ``skeleton.dof_names``.
     skeleton : Skeleton
-        The body.
+        The skeleton of the two poses.
     n_steps : int, default=10
         N, the paper's ten; at least two.
-    wrap : bool, default=True
-        Whether the straight line goes the short way round in every angle, see `skpose.pose_distances`. The path then
-        ends at `end` up to whole turns.
+    wrap : bool or "auto", default="auto"
+        Whether the differences of angles along the straight line are wrapped to [−π, π], see `skpose.pose_distances`;
+        "auto" is True. The path then ends at `end` up to whole turns.
     joint_limits : {"ignore", "enforce"}, default="ignore"
         "enforce" keeps all poses between the ends inside ``skeleton.limits`` (Θ of eq. 2), each limit widened to the
-        two ends where these exceed it, as captured poses often do.
+        two ends if they exceed it, as captured poses often do.
     max_iter : int, default=500
-        Iterations at most, of each refinement.
+        Largest number of iterations of each refinement.
     tol : float, default=1e-7
         Norm of the gradient at which the path has converged, m²/rad.
 
     Returns
     -------
     Geodesic
-        The path, its length, and how far to trust it.
+        The path, its length, and how reliable they are.
 
     Warns
     -----
@@ -170,18 +173,19 @@ def geodesic(
 
     Notes
     -----
-    *Trust.* Ten poses can sit where their chords are short while the motion between them is long: between very
-    different poses those of least energy may be half the straight line apart by their chords, and more than the whole
-    line as a curve. So every path is measured again, on a grid eight times finer. Where the lengths differ by more than
-    0.5 %, the energy is taken over four chords a step, with the poses between on straight pieces, then over more steps.
+    *Discretisation check.* Ten poses can sit where their chords are short while the motion between them is long.
+    Between very different poses, the chords of the path of least energy may add up to half the straight line, and its
+    curve to more than the whole line. So every path is measured again, on a grid eight times finer. Where the lengths
+    differ by more than 0.5 %, the energy is taken over four chords a step, with the samples between on straight
+    pieces, then over more steps.
 
     *Method.* Damped Gauss-Newton with the damping of a trust region: the normal equations are block tridiagonal in the
-    poses and fall apart into the branches of the skeleton at the root. Steps are combined by conjugate gradients; on
+    poses and separate into the branches of the skeleton at the root. Steps are combined by conjugate gradients; on
     refined paths the exact Hessian takes over near the end. JᵀJ is singular (a twist of a last bone moves
     nothing), so the path is not unique where its length is.
 
     Time O(n_iter · n_steps · n_dofs³), some milliseconds for ten steps of 56 dofs and a hundred where the path has to
-    be refined; memory O(n_steps · n_dofs²). It is a local minimum: for poses far apart there may be a shorter way.
+    be refined; memory O(n_steps · n_dofs²). It is a local minimum: for poses far apart there may be a shorter path.
 
     References
     ----------
@@ -192,15 +196,15 @@ def geodesic(
 
     Examples
     --------
-    An arm of three bones of 1 m that swings from one side to the other folds on the way:
+    An arm of three bones of 1 m that swings from one side to the other folds in between:
 
     >>> import numpy as np
     >>> from skpose import Skeleton, geodesic, pose_distances
     >>> arm = Skeleton.chain(3)
-    >>> way = geodesic([0.2, 0.3, 0.0], [2.4, 0.2, 0.1], arm)
-    >>> round(way.length, 2), way.converged
+    >>> found = geodesic([0.2, 0.3, 0.0], [2.4, 0.2, 0.1], arm)
+    >>> round(found.length, 2), found.converged
     (7.17, True)
-    >>> way.resample(3)[1].round(1)  # half way, rad
+    >>> found.resample(3)[1].round(1)  # in the middle, rad
     array([ 0.7,  2.1, -1.7])
     >>> pose_distances([[0.2, 0.3, 0.0]], [[2.4, 0.2, 0.1]], skeleton=arm).round(2)  # straight in angle space
     array([[8.02]])
@@ -209,14 +213,19 @@ def geodesic(
     first, last = check_pose(start, skeleton, "start"), check_pose(end, skeleton, "end")
     if wrap:
         last = last - TWO_PI * np.rint((last - first) / TWO_PI)
-    lower, upper = _bounds(first, last, skeleton, joint_limits)
-    first, last, lower, upper = (to_tree_order(tree, values) for values in (first, last, lower, upper))
-    lower, upper = np.minimum(lower, upper), np.maximum(lower, upper)  # turned about with their axis
-    path, energy, length, curve_length, gradient_norm, n_iter, converged = minimiser.find_geodesic(
-        first, last, lower, upper, tree, n_steps, max_iter, float(tol)
-    )
+    bounds = _bounds(first, last, skeleton, joint_limits)
+    first, last, *bounds = (to_tree_order(tree, angles) for angles in (first, last, *bounds))
+    bounds = Bounds(np.minimum(*bounds), np.maximum(*bounds))  # an axis that the tree reverses swaps its limits
+    curve = find_geodesic(tree, first, last, n_steps, bounds, max_iter, float(tol))
     found = Geodesic(
-        from_tree_order(tree, path), length, curve_length, energy, gradient_norm, n_iter, converged, skeleton
+        path=from_tree_order(tree, curve.poses),
+        length=curve.length,
+        curve_length=curve.curve_length,
+        energy=curve.energy,
+        gradient_norm=curve.gradient_norm,
+        n_iter=curve.n_iter,
+        converged=curve.converged,
+        _skeleton=skeleton,
     )
     if not found.converged:
         warnings.warn(
@@ -233,7 +242,7 @@ def geodesic(
 def _bounds(
     first: np.ndarray, last: np.ndarray, skeleton: Skeleton, joint_limits: str
 ) -> tuple[np.ndarray, np.ndarray]:
-    """What each angle may be between the two poses, rad."""
+    """Return the least and the largest value of each angle between the two poses, rad."""
     if joint_limits == "ignore":
         free = np.full(len(first), np.inf)
         return -free, free

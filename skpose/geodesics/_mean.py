@@ -11,23 +11,18 @@ from numpy.typing import ArrayLike
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose._compat.sklearn import Interval, StrOptions, validate_params
-from skpose._compiled.mean import approach, place_all, set_out
+from skpose._compiled.mean import place_all, project
 from skpose._compiled.tree import Tree
-from skpose._parallel.threads import in_threads
+from skpose.geodesics._karcher import karcher_mean, spread_from
 from skpose.kinematics import metric_tensor
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 from skpose.skeleton import Skeleton
 from skpose.skeleton._validation import check_poses
 
-TASK = 8  # geodesics; some tens of milliseconds
-FLAT = 1e-6  # directions in angle space are left alone whose eigenvalue of the metric tensor is less of the largest
-HALVINGS = 6  # of a step that does not bring the poses nearer
-DAMPING = 1e-4  # of steps, over the largest eigenvalue of the metric tensor
-KINK = 0.02  # how long the mean of the ways may be where no step makes it shorter, over the root of the variance
 TOL_PROJECTION = 1e-9  # norm of the gradient at which the extrinsic mean has converged, m²/rad
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FrechetMean:
     """A mean of poses, as `frechet_mean` finds it.
 
@@ -39,13 +34,13 @@ class FrechetMean:
         Mean of the squared distances to it, m².
     gradient_norm : float
         How far it is from being stationary: norm of the gradient of the variance, m²/rad, for "position"; length
-        of the mean of the ways to the poses, m, for "geodesic".
+        of the mean logarithm of the poses, m, for "geodesic".
     n_iter : int
         Iterations.
     converged : bool
-        Whether `gradient_norm` came down to what `tol` asks, or as far as it goes: to what float64 can show, and for
-        "geodesic" to 2 % of the root of the variance, where paths that are refined in one place and not in the next
-        leave the variance uneven. And whether all geodesics converged.
+        Whether `gradient_norm` came down to what `tol` asks, or to what is possible: to what float64 can show, and for
+        "geodesic" to 2 % of the standard deviation, as paths that are refined at one pose and not at the next leave
+        the variance uneven. And whether all geodesics converged.
 
     Examples
     --------
@@ -71,7 +66,7 @@ class FrechetMean:
         "metric": [StrOptions({"position", "geodesic"})],
         "sample_weight": ["array-like", None],
         "n_steps": [Interval(Integral, 2, None, closed="left")],
-        "wrap": ["boolean"],
+        "wrap": ["boolean", StrOptions({"auto"})],
         "max_iter": [Interval(Integral, 1, None, closed="left")],
         "tol": [Interval(Real, 0, None, closed="left")],
         "n_jobs": [None, Integral],
@@ -81,19 +76,19 @@ class FrechetMean:
 def frechet_mean(
     X: ArrayLike,
     skeleton: Skeleton,
-    metric: str = "position",
     *,
+    metric: str = "position",
     sample_weight: ArrayLike | None = None,
     n_steps: int = 10,
-    wrap: bool = True,
+    wrap: bool | str = "auto",
     max_iter: int = 200,
     tol: float = 1e-3,
     n_jobs: int | None = None,
 ) -> FrechetMean:
-    r"""The pose with the least mean squared distance to given poses.
+    r"""Return the pose with the least mean squared distance to given poses.
 
-    The mean of the joint *positions* is no pose of the body: its limbs are too short (figure 1 (b) of the paper). This
-    one is, since it is sought among poses:
+    The mean of the joint *positions* is no pose: its limbs are too short (figure 1 (b) of the paper). This one is a
+    pose, since only poses are considered:
 
     - "position", the *extrinsic* mean: the pose nearest to the mean of the positions,
       :math:`\arg\min_\theta \sum_i w_i \|F(\theta) - F(\theta_i)\|^2
@@ -106,20 +101,21 @@ def frechet_mean(
     X : array-like of shape (n_poses, n_dofs)
         Joint angles, rad.
     skeleton : Skeleton
-        The body.
+        The skeleton of the poses.
     metric : {"position", "geodesic"}, default="position"
-        Which distance.
+        The distance.
     sample_weight : array-like of shape (n_poses,), default=None
         Weights of the poses, which are divided by their sum; None is equal ones.
     n_steps : int, default=10
         Steps of the geodesics; of no effect for "position".
-    wrap : bool, default=True
-        Whether geodesics start from the line that goes the short way round, see `skpose.geodesic`.
+    wrap : bool or "auto", default="auto"
+        Whether geodesics start from the line whose differences of angles are wrapped to [−π, π], see
+        `skpose.geodesic`; "auto" is True. Of no effect for "position".
     max_iter : int, default=200
         Iterations at most.
     tol : float, default=1e-3
-        For "geodesic", how long the mean of the ways to the poses may be, as a part of the root of the variance. The
-        extrinsic mean goes to a gradient of 1e-9 m²/rad.
+        For "geodesic", the length of the mean logarithm of the poses at which the mean has converged, relative to the
+        standard deviation. The extrinsic mean goes to a gradient of 1e-9 m²/rad.
     n_jobs : int, default=None
         Threads for geodesics, as in scikit-learn.
 
@@ -131,7 +127,7 @@ def frechet_mean(
     Warns
     -----
     ConvergenceWarning
-        If it did not converge. It is then still a pose, and for "position" no farther than the nearest of the given.
+        If it did not converge. It is then still a pose, and for "position" no farther than the nearest given pose.
 
     Raises
     ------
@@ -140,20 +136,20 @@ def frechet_mean(
 
     See Also
     --------
-    geodesic : The way from pose to pose.
-    Skeleton.mean : The mean of several bodies.
+    geodesic : The shortest path from pose to pose.
+    Skeleton.mean : The mean of several skeletons.
 
     Notes
     -----
-    Both are local minima: the search begins at the given pose that is nearest to the mean of the positions, the
-    intrinsic one's at the extrinsic mean. Angles that move no joint stay as they are there, so poses are not unique
-    where positions are; limits are not enforced.
+    Both are local minima: the extrinsic mean is sought from the given pose that is nearest to the mean of the
+    positions, the intrinsic one from the extrinsic mean. Angles that move no joint stay as they are at the start, so
+    poses are not unique where positions are; limits are not enforced.
 
     The extrinsic mean is found by Newton's method in a trust region, in well under a millisecond an iteration, whatever
     the number of poses. The intrinsic one takes a geodesic to each pose in each of some ten iterations: a few
     milliseconds a pose and iteration, a hundred where poses are far apart. Its step is the mean of the logarithms, as
-    for every Karcher mean, damped, and halved while it brings the poses no nearer; these come from geodesics of
-    `n_steps` chords, which costs some 0.1 % of their length.
+    for every Karcher mean, damped, and halved while it brings the poses no nearer. The logarithms are those of
+    geodesics of `n_steps` chords, which makes an error of some 0.1 % of their length.
 
     References
     ----------
@@ -177,7 +173,7 @@ def frechet_mean(
     >>> mean = frechet_mean(X, arm)
     >>> (mean.pose.round(6) + 0.0).tolist(), round(mean.variance, 3)
     ([0.0], 0.323)
-    >>> round(frechet_mean(X, arm, "geodesic").variance, 3)  # that of the angle, for a bone of 1 m
+    >>> round(frechet_mean(X, arm, metric="geodesic").variance, 3)  # that of the angle, for a bone of 1 m
     0.34
     """
     tree = tree_of(skeleton)
@@ -188,19 +184,22 @@ def frechet_mean(
     place_all(tree, poses, positions)
     target = weights @ positions
     pose = poses[((positions - target) ** 2).sum(axis=1).argmin()].copy()
-    norm, n_iter, converged = approach(tree, target, pose, max_iter, TOL_PROJECTION)
+    pose, outcome = project(tree, target, pose, max_iter, TOL_PROJECTION)
+    norm, n_iter, converged = outcome
     if metric == "position":
         at = np.empty((1, len(target)))
         place_all(tree, pose[None], at)
         variance = weights @ ((positions - at) ** 2).sum(axis=1)
     else:
-        ways = partial(_ways, poses, weights, tree, n_steps, wrap, effective_n_jobs(n_jobs))
-        pose, variance, norm, n_iter, converged = _karcher(pose, ways, partial(_tensor, tree, skeleton), max_iter, tol)
+        tensor = partial(_tensor, tree, skeleton)
+        spread_at = partial(spread_from, poses, weights, tree, tensor, n_steps, bool(wrap), effective_n_jobs(n_jobs))
+        spread, n_iter, converged = karcher_mean(pose, spread_at, max_iter, tol)
+        pose, variance, norm = spread.pose, spread.variance, spread.norm
     mean = FrechetMean(from_tree_order(tree, pose), float(variance), float(norm), n_iter, bool(converged))
     if not mean.converged:
         warnings.warn(
             f"the mean did not converge in {n_iter} iterations (max_iter={max_iter}): gradient_norm "
-            f"{mean.gradient_norm:.2g}. It is a pose all the same; raise max_iter, or n_steps",
+            f"{mean.gradient_norm:.2g}. It is still a pose; raise max_iter, or n_steps",
             ConvergenceWarning,
             stacklevel=2,
         )
@@ -208,13 +207,13 @@ def frechet_mean(
 
 
 def _tensor(tree: Tree, skeleton: Skeleton, pose: np.ndarray) -> np.ndarray:
-    """The metric tensor at a pose of the tree, in its order."""
+    """Return the metric tensor at a pose, both in the tree's order."""
     tensor = metric_tensor(from_tree_order(tree, pose)[None], skeleton)[0]
     return tensor[np.ix_(tree.column, tree.column)] * np.outer(tree.sign, tree.sign)
 
 
 def _weights(sample_weight: ArrayLike | None, n_poses: int) -> np.ndarray:
-    """Weights whose sum is one."""
+    """Return weights whose sum is one."""
     if sample_weight is None:
         return np.full(n_poses, 1.0 / n_poses)
     weights = np.asarray(sample_weight, dtype=np.float64)
@@ -223,66 +222,3 @@ def _weights(sample_weight: ArrayLike | None, n_poses: int) -> np.ndarray:
     if not (np.isfinite(weights).all() and (weights >= 0).all() and weights.any()):
         raise ValueError("sample_weight must be finite, nowhere negative, and somewhere positive")
     return weights / weights.sum()
-
-
-def _ways(
-    poses: np.ndarray, weights: np.ndarray, tree: Tree, n_steps: int, wrap: bool, n_jobs: int, pose: np.ndarray
-) -> tuple[float, float, np.ndarray, bool]:
-    """Of the geodesics from a pose to all others: the mean energy and squared length, the gradient of half the former.
-
-    And whether all of them converged.
-    """
-    n = len(poses)
-    gradients, energies, lengths, converged = np.empty(poses.shape), np.empty(n), np.empty(n), np.empty(n, dtype=bool)
-    tasks = (
-        partial(
-            set_out,
-            tree,
-            pose,
-            poses,
-            i,
-            min(i + TASK, n),
-            n_steps,
-            wrap,
-            gradients,
-            energies,
-            lengths,
-            converged,
-        )
-        for i in range(0, n, TASK)
-    )
-    in_threads(tasks, n_jobs)
-    return weights @ energies, weights @ lengths**2, weights @ gradients, converged.all()
-
-
-def _karcher(pose, ways, metric_tensor_at, max_iter, tol):
-    """The pose where the ways to all others cancel, from a pose on; with the variance there."""
-    energy, variance, gradient, honest = ways(pose)
-    step, norm = _step(metric_tensor_at(pose), gradient)
-    falling = True  # the energy, until a path that is refined in one place and not in the next makes it rise
-    for iteration in range(max_iter):
-        if norm <= tol * np.sqrt(variance):
-            return pose, variance, norm, iteration, honest
-        for _ in range(HALVINGS):
-            trial = pose + step
-            lower, trial_variance, trial_gradient, trial_honest = ways(trial)
-            trial_step, trial_norm = _step(metric_tensor_at(trial), trial_gradient)
-            falling = falling and lower < energy
-            if falling or trial_norm < norm:
-                break
-            step = 0.5 * step
-        else:
-            return pose, variance, norm, iteration, honest and norm <= KINK * np.sqrt(variance)
-        pose, energy, variance, honest = trial, lower, trial_variance, trial_honest
-        step, norm = trial_step, trial_norm
-    return pose, variance, norm, max_iter, False
-
-
-def _step(tensor: np.ndarray, gradient: np.ndarray) -> tuple[np.ndarray, float]:
-    """The mean of the ways as a step in angle space, and its length, m; nothing along what moves no joint."""
-    values, vectors = np.linalg.eigh(tensor)
-    moving = values > FLAT * values[-1]
-    along = gradient @ vectors[:, moving]
-    # Damped, as what hardly moves a joint would otherwise turn widely, and the geodesics be other ones there.
-    step = -vectors[:, moving] @ (along / (values[moving] + DAMPING * values[-1]))
-    return step, float(np.sqrt((along**2 / values[moving]).sum()))

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._compat.sklearn import Interval, StrOptions
-from skpose._compiled import encode, loops, measure, minimiser
+from skpose._compiled import encode, geodesic, loops, measure
 from skpose._compiled.tree import Steps, Tree
 from skpose.kinematics._tree import tree_of
 from skpose.skeleton import Skeleton
@@ -91,7 +91,7 @@ METRICS = {
     ),
     "geodesic": Metric(
         encode.encode_curve_end,
-        minimiser.measure_geodesic,
+        geodesic.measure_geodesic,
         _n_curve_end,
         needs_skeleton=True,
         wraps=True,

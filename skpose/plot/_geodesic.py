@@ -95,7 +95,7 @@ class GeodesicDisplay:
         skeleton: Skeleton,
         *,
         n_steps: int = 10,
-        wrap: bool = True,
+        wrap: bool | str = "auto",
         ax=None,
         resolution: int = 60,
     ) -> "GeodesicDisplay":

@@ -1,99 +1,131 @@
 """The pieces of the geodesic's solver, each against dense numpy: gradient, Gauss-Newton blocks, Hessian, solution."""
 
+from typing import NamedTuple
+
 import numpy as np
 import pytest
+from conftest import random_tree
 
-from skpose import position_jacobian
+from skpose import Skeleton, position_jacobian
 from skpose._compiled.block_cholesky import band_shape, solve
 from skpose._compiled.forward import workspace_rows
-from skpose._compiled.path_energy import add_curvature, evaluate, normal_equations
+from skpose._compiled.normal_equations import (
+    NormalEquations,
+    add_second_derivatives,
+    equations_for,
+    normal_equations,
+)
+from skpose._compiled.path_energy import evaluate, path_of
+from skpose._compiled.tree import Tree
 from skpose.kinematics._tree import tree_of
 
 N_NODES = 4
 SUBSTEPS = pytest.mark.parametrize("substeps", [1, 4])
 
+# Small, so that the tests run without compilation too; one branch of the tree fills more than two registers.
+SKELETONS = {
+    "chain": Skeleton.chain(2),
+    "tree": random_tree(0),
+    "tree, offsets in the parent's frame": random_tree(1, n=6, offset_frame="parent"),
+}
 
-def parts(skeleton, path, substeps, exact=False):
-    """Half the energy, its gradient and the dense matrix of the free poses, from the compiled pieces."""
+
+@pytest.fixture(params=SKELETONS, scope="module")
+def skeleton(request):
+    return SKELETONS[request.param]
+
+
+class Parts(NamedTuple):
+    """Half the energy of a path, and its derivatives in the free poses."""
+
+    half: float
+    gradient: np.ndarray  # (n_free · n_dofs,)
+    matrix: np.ndarray  # (n_free · n_dofs, n_free · n_dofs)
+    tree: Tree
+    equations: NormalEquations
+
+
+def parts(skeleton, poses, substeps, exact=False):
     tree = tree_of(skeleton)
-    n_samples, n = (N_NODES - 1) * substeps + 1, skeleton.n_dofs
-    P, screws = np.empty((n_samples, 3 * len(tree.offset))), np.empty((n_samples, 6, n))
-    half = evaluate(tree, path, substeps, np.empty(workspace_rows(tree)), P, screws)
-    diagonal, beside, gradient = np.empty((N_NODES, n, n)), np.empty((N_NODES - 1, n, n)), np.empty((N_NODES, n))
-    normal_equations(tree, substeps, P, screws, diagonal, beside, gradient)
+    path = path_of(tree, poses, substeps)
+    half = evaluate(tree, path, np.empty(workspace_rows(tree)))
+    equations = equations_for(path)
+    normal_equations(tree, path, equations)
     if exact:
-        add_curvature(tree, substeps, P, screws, diagonal, beside)
+        add_second_derivatives(tree, path, equations)
+    n = skeleton.n_dofs
     dense = np.zeros((N_NODES * n, N_NODES * n))
     for i in range(N_NODES):
         here, after = slice(i * n, (i + 1) * n), slice((i + 1) * n, (i + 2) * n)
-        dense[here, here] = np.tril(diagonal[i]) + np.tril(diagonal[i], -1).T
+        dense[here, here] = np.tril(equations.diagonal[i]) + np.tril(equations.diagonal[i], -1).T
         if i < N_NODES - 1:
-            dense[here, after], dense[after, here] = beside[i], beside[i].T
+            dense[here, after], dense[after, here] = equations.off_diagonal[i], equations.off_diagonal[i].T
     free = slice(n, (N_NODES - 1) * n)
-    return half, gradient[1:-1].ravel(), dense[free, free], (tree, diagonal, beside, gradient)
+    return Parts(half, equations.gradient[1:-1].ravel().copy(), dense[free, free], tree, equations)
 
 
-@pytest.fixture
-def path(skeleton):
-    """Poses in the tree's order and about its axes, far enough apart for the Hessian to bend."""
+@pytest.fixture(scope="module")
+def poses(skeleton):
+    """Poses in the tree's order and about its axes, far enough apart for second derivatives to matter."""
     return np.cumsum(np.random.default_rng(0).normal(size=(N_NODES, skeleton.n_dofs)) * 0.4, axis=0)
 
 
-def difference(function, path, step=1e-5):
+def difference(function, poses, step=1e-5):
     """Derivative of a function of the path in its free poses, by central differences."""
     rows = []
     for i in range(1, N_NODES - 1):
-        for d in range(path.shape[1]):
-            move = np.zeros_like(path)
+        for d in range(poses.shape[1]):
+            move = np.zeros_like(poses)
             move[i, d] = step
-            rows.append((function(path + move) - function(path - move)) / (2 * step))
+            rows.append((function(poses + move) - function(poses - move)) / (2 * step))
     return np.array(rows)
 
 
 @SUBSTEPS
-def test_gradient_is_the_derivative_of_the_energy(substeps, skeleton, path):
-    _, gradient, _, _ = parts(skeleton, path, substeps)
-    expected = difference(lambda path: parts(skeleton, path, substeps)[0], path)
-    np.testing.assert_allclose(gradient, expected, atol=1e-7 * np.abs(expected).max())
+def test_gradient_is_the_derivative_of_the_energy(substeps, skeleton, poses):
+    expected = difference(lambda moved: parts(skeleton, moved, substeps).half, poses)
+    np.testing.assert_allclose(parts(skeleton, poses, substeps).gradient, expected, atol=1e-7 * np.abs(expected).max())
 
 
 @SUBSTEPS
-def test_hessian_is_the_derivative_of_the_gradient(substeps, skeleton, path):
-    _, _, hessian, _ = parts(skeleton, path, substeps, exact=True)
-    expected = difference(lambda path: parts(skeleton, path, substeps)[1], path)
+def test_hessian_is_the_derivative_of_the_gradient(substeps, skeleton, poses):
+    hessian = parts(skeleton, poses, substeps, exact=True).matrix
+    expected = difference(lambda moved: parts(skeleton, moved, substeps).gradient, poses)
     np.testing.assert_allclose(hessian, expected, atol=1e-6 * np.abs(expected).max())
 
 
 @SUBSTEPS
-def test_normal_equations_are_those_of_the_chords(substeps, skeleton, path):
+def test_normal_equations_are_those_of_the_chords(substeps, skeleton, poses):
     tree = tree_of(skeleton)
     at = np.linspace(0, N_NODES - 1, (N_NODES - 1) * substeps + 1)
-    samples = np.stack([np.interp(at, np.arange(N_NODES), column) for column in path.T], axis=1)
-    poses = np.empty_like(samples)
-    poses[:, tree.column] = samples * tree.sign
-    J = (position_jacobian(poses, skeleton)[:, :, tree.column]) * tree.sign
+    samples = np.stack([np.interp(at, np.arange(N_NODES), column) for column in poses.T], axis=1)
+    angles = np.empty_like(samples)
+    angles[:, tree.column] = samples * tree.sign
+    J = (position_jacobian(angles, skeleton)[:, :, tree.column]) * tree.sign
     share = np.maximum(0, 1 - np.abs(at[:, None] - np.arange(1, N_NODES - 1)))  # of each sample in each free pose
     moved = np.einsum("si,srd->srid", share, J)
     A = np.diff(moved, axis=0).reshape(-1, (N_NODES - 2) * skeleton.n_dofs)
-    np.testing.assert_allclose(parts(skeleton, path, substeps)[2], A.T @ A, atol=1e-11 * np.abs(A.T @ A).max())
+    np.testing.assert_allclose(parts(skeleton, poses, substeps).matrix, A.T @ A, atol=1e-11 * np.abs(A.T @ A).max())
 
 
-@pytest.mark.parametrize("share_held", [0.0, 0.3])
-def test_solution_is_the_dense_one(share_held, skeleton, path):
-    _, gradient, matrix, (tree, diagonal, beside, in_blocks) = parts(skeleton, path, 1)
-    held = np.zeros(path.shape, bool)
-    held[1:-1] = np.random.default_rng(1).random((N_NODES - 2, skeleton.n_dofs)) < share_held
-    in_blocks[held] = 0.0
-    step = np.zeros(path.shape)
-    assert solve(tree, diagonal, beside, in_blocks, 0.5, held, np.empty(band_shape(tree, N_NODES)), step)
-    free = ~held[1:-1].ravel()
+@pytest.mark.parametrize("share_fixed", [0.0, 0.3])
+def test_solution_is_the_dense_one(share_fixed, skeleton, poses):
+    part = parts(skeleton, poses, 1)
+    fixed = np.zeros(poses.shape, bool)
+    fixed[1:-1] = np.random.default_rng(1).random((N_NODES - 2, skeleton.n_dofs)) < share_fixed
+    part.equations.gradient[fixed] = 0.0
+    step, band = np.zeros(poses.shape), np.empty(band_shape(part.tree, N_NODES))
+    assert solve(part.tree, part.equations, 0.5, fixed, band, step)
+    free = ~fixed[1:-1].ravel()
     expected = np.zeros(free.size)
-    expected[free] = -np.linalg.solve(matrix[np.ix_(free, free)] + 0.5 * np.eye(free.sum()), gradient[free])
+    damped = part.matrix[np.ix_(free, free)] + 0.5 * np.eye(free.sum())
+    expected[free] = -np.linalg.solve(damped, part.gradient[free])
     np.testing.assert_allclose(step[1:-1].ravel(), expected, atol=1e-12 * np.abs(expected).max())
 
 
-def test_what_is_not_positive_definite_has_no_solution(skeleton, path):
-    _, _, matrix, (tree, diagonal, beside, gradient) = parts(skeleton, path, 1)
-    held, band, step = np.zeros(path.shape, bool), np.empty(band_shape(tree, N_NODES)), np.zeros(path.shape)
-    largest = np.linalg.eigvalsh(matrix).max()
-    assert not solve(tree, diagonal, beside, gradient, -1.01 * largest, held, band, step)
+def test_what_is_not_positive_definite_has_no_solution(skeleton, poses):
+    part = parts(skeleton, poses, 1)
+    fixed, step = np.zeros(poses.shape, bool), np.zeros(poses.shape)
+    band = np.empty(band_shape(part.tree, N_NODES))
+    largest = np.linalg.eigvalsh(part.matrix).max()
+    assert not solve(part.tree, part.equations, -1.01 * largest, fixed, band, step)

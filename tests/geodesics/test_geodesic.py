@@ -65,7 +65,7 @@ def test_the_gradient_of_eq_6_keeps_the_term_that_eq_13_loses(skeleton):
 @pytest.mark.parametrize("n_steps", [2, 10])
 def test_same_minimum_as_scipy(n_steps, skeleton):
     a, b = near_and_far(skeleton, far=0.1)
-    way = geodesic(a, b, skeleton, n_steps)
+    way = geodesic(a, b, skeleton, n_steps=n_steps)
     naive = reference.least_energy_path(a, b, kinematics(skeleton), n_steps)
     assert len(way.path) == n_steps + 1
     assert way.energy <= reference.path_energy(naive, skeleton) * (1 + 1e-6)
@@ -135,7 +135,7 @@ def test_fact_1_between_the_chord_and_the_line(far, skeleton):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ConvergenceWarning)
             shortest = pose_distances(X, Y, skeleton=skeleton, metric="geodesic", n_steps=n_steps)
-            curves = [[geodesic(x, y, skeleton, n_steps).curve_length for y in Y] for x in X]
+            curves = [[geodesic(x, y, skeleton, n_steps=n_steps).curve_length for y in Y] for x in X]
         chord = pose_distances(X, Y, skeleton=skeleton, metric="position")
         line = pose_distances(X, Y, skeleton=skeleton, n_steps=n_steps)
         assert (chord <= shortest * (1 + 1e-12)).all()
