@@ -180,7 +180,7 @@ def worst_cases(skeleton, size):
     """Print times over those of brute force where the lower bounds rule out little or nothing."""
     print("\nworst cases, k = 1, 10, 100: time of the search over that of brute force")
     kinds = {
-        "all alike": lambda n: np.repeat(RNG.uniform(-1, 1, size=(1, skeleton.n_dofs)), n, axis=0),
+        "identical": lambda n: np.repeat(RNG.uniform(-1, 1, size=(1, skeleton.n_dofs)), n, axis=0),
         "random": lambda n: RNG.uniform(-np.pi, np.pi, size=(n, skeleton.n_dofs)),
         "all within 1e-7 rad": lambda n: 1e-7 * RNG.normal(size=(n, skeleton.n_dofs)),
     }

@@ -155,7 +155,7 @@ def contestants_of(X, Y, skeleton, tree, jax, torch, pin, size):
     """Return what computes spatial distances, by name."""
     columns, single = np.ascontiguousarray(Y.T[:, None]), (X.astype(np.float32), Y.astype(np.float32))
     few = Y[: size.n_few]
-    f = pose_metric("spatial", skeleton, wrap=False)
+    f = pose_metric(skeleton, metric="spatial", wrap=False)
 
     def by_skpose(A, B):
         return pose_distances(A, B, skeleton=skeleton, wrap=False, n_jobs=-1)

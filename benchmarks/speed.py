@@ -105,7 +105,7 @@ def position(X, Y, skeleton, size):
 
 def rates(metric, X, Y, skeleton, tree, size):
     """Pairs per second of every contestant, after a comparison of their answers."""
-    naive, f = getattr(scalar, metric), pose_metric(metric, skeleton, wrap=False)
+    naive, f = getattr(scalar, metric), pose_metric(skeleton, metric=metric, wrap=False)
     single = X.astype(np.float32), Y.astype(np.float32)
 
     def distances(A, B=None):

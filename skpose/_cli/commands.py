@@ -11,7 +11,7 @@ import numpy as np
 from scipy.sparse import save_npz
 
 from skpose._cli.compare import FRAME_RATE, PAPER_ACCURACY, PAPER_FIRST_COMPONENT, compare
-from skpose._parallel.journal import FileJournal
+from skpose._parallel.checkpoint import FileCheckpoint
 from skpose.datasets import MotionDataset, load_cmu, make_gait, walks_and_runs
 from skpose.io import file_format, load_asf, load_motion
 from skpose.metrics import pose_distances
@@ -62,7 +62,7 @@ def backend(name: str, scheduler: str | None, n_jobs: int) -> Iterator[None]:
 def distances(X: np.ndarray, skeleton: Skeleton, metric: str, out: Path, dtype: str) -> None:
     """Write the matrix of distances to a file, or finish an interrupted one."""
     X, shape = X.astype(dtype), (len(X), len(X))
-    if out.exists() and FileJournal(out).path.exists():
+    if out.exists() and FileCheckpoint(out).path.exists():
         array = np.lib.format.open_memmap(out, mode="r+")
         print(f"{out} is unfinished: continuing")
     else:

@@ -11,7 +11,7 @@ from sklearn.utils.validation import check_is_fitted
 
 from skpose._base import ESTIMATOR_CONSTRAINTS, PoseEstimatorMixin
 from skpose._compat.sklearn import Interval, fit_context
-from skpose._parallel.callbacks import CallbackSupportMixin, Progress, with_callbacks
+from skpose._parallel.callbacks import CallbackSupportMixin, FitReport, with_callbacks
 from skpose.cluster._shift import estimate_bandwidth, find_bandwidth, shift, squared_distances
 
 
@@ -143,7 +143,7 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
         X = self._checked(X, reset=True, accept_sparse="csr" if self.metric == "precomputed" else False)
         if self.n_clusters is not None and self.n_clusters > X.shape[0]:
             raise ValueError(f"n_clusters={self.n_clusters} is more than the {X.shape[0]} samples")
-        fit_progress = Progress(self, None, X)
+        fit_progress = FitReport(self, None, X)
         with fit_progress.step("distances"):
             distances = self._all_distances(X)
             scale = estimate_bandwidth(distances) if self.bandwidth is None else self.bandwidth

@@ -12,7 +12,7 @@ from sklearn.utils.validation import check_is_fitted
 
 from skpose._base import ESTIMATOR_CONSTRAINTS, PoseEstimatorMixin
 from skpose._compat.sklearn import Interval, StrOptions, fit_context
-from skpose._parallel.callbacks import CallbackSupportMixin, Progress, with_callbacks
+from skpose._parallel.callbacks import CallbackSupportMixin, FitReport, with_callbacks
 from skpose._parallel.progress import progress
 from skpose.kinematics import forward_kinematics
 from skpose.manifold._scaling import classical_scaling, farthest_points
@@ -189,7 +189,7 @@ class SpatialMDS(
             X = check_symmetric(X, raise_exception=True)
         n, n_scaled = len(X), min(len(X), self.landmarks or len(X))
         batches = list(self._batches(n, n_scaled))
-        fit_progress = Progress(self, 2 + (len(batches) if n_scaled < n else 0), X)
+        fit_progress = FitReport(self, 2 + (len(batches) if n_scaled < n else 0), X)
 
         with fit_progress.step("distances"):
             chosen = np.arange(n) if n_scaled == n else self._choose_landmarks(X, n_scaled)

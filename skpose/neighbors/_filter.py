@@ -22,7 +22,7 @@ from skpose._compiled.nearest import Candidates, Span, nearest_of_tile_loop
 from skpose._compiled.results import aligned
 from skpose._compiled.tree import Steps
 from skpose.kinematics._tree import tree_of
-from skpose.metrics._matrix import PANEL
+from skpose.metrics._matrix import ENCODED_AT_ONCE
 from skpose.metrics._registry import METRICS
 from skpose.neighbors._cost import FILTER_WORK
 from skpose.neighbors._nearest_so_far import NearestSoFar
@@ -82,8 +82,8 @@ class ChordFilter:
         self.n_coordinates = len(self.axes) + 1
         self.groups = aligned(-(-len(poses) // width) * self.n_coordinates, width, FLOAT32)
         self.norm = 0.0
-        for start in range(0, len(poses), PANEL):
-            coordinates, norms = self._coordinates(poses[start : start + PANEL])
+        for start in range(0, len(poses), ENCODED_AT_ONCE):
+            coordinates, norms = self._coordinates(poses[start : start + ENCODED_AT_ONCE])
             self._groups_of(start, start + len(coordinates))[:] = loops.in_lanes(coordinates)
             self.norm = max(self.norm, norms.max())
 

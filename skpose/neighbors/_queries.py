@@ -14,7 +14,7 @@ from sklearn.utils import gen_batches
 
 from skpose._parallel.backends import from_workers, in_processes
 from skpose._parallel.progress import progress
-from skpose._parallel.tasks import BLOCKS_PER_WORKER
+from skpose._parallel.tasks import TASKS_PER_WORKER
 from skpose.metrics._registry import METRICS
 from skpose.neighbors._geodesic_search import GeodesicSearch
 from skpose.neighbors._index import PoseIndex
@@ -24,7 +24,7 @@ from skpose.neighbors._search import QUERIES, Search
 FEWEST_QUERIES = 32  # in a task for another process
 SLOW_QUERIES = 256  # in a task of geodesics, which take milliseconds each
 MAX_CHORDS = 2**24  # in memory at once in a search for geodesics
-WORTH_SHIPPING = 1e8  # pairs of a query and a pose; geodesics always are
+WORTH_SENDING = 1e8  # pairs of a query and a pose; geodesics always are
 
 
 class KNearest(NamedTuple):
@@ -61,10 +61,10 @@ def find(request: Request, n_jobs: int | None, verbose: int) -> Found:
     """Find the neighbours of all queries."""
     n_queries, n_workers = len(request.poses), effective_n_jobs(n_jobs)
     slow = request.index.metric == "geodesic"
-    remote = (slow or n_queries * len(request.index.poses) > WORTH_SHIPPING) and in_processes(n_jobs)
+    remote = (slow or n_queries * len(request.index.poses) > WORTH_SENDING) and in_processes(n_jobs)
     size = min(SLOW_QUERIES, MAX_CHORDS // len(request.index.poses)) if slow else QUERIES
     if remote:
-        size = min(size, max(FEWEST_QUERIES, n_queries // (BLOCKS_PER_WORKER * n_workers)))
+        size = min(size, max(FEWEST_QUERIES, n_queries // (TASKS_PER_WORKER * n_workers)))
     tasks = [(rows.start, rows.stop) for rows in gen_batches(n_queries, max(1, size))]
     title = f"neighbours of {n_queries:,} poses among {len(request.index.poses):,}"
     with progress(title, len(tasks), verbose) as advance:

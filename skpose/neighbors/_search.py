@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike
 from skpose._compiled.loops import FLOAT64_LANES, in_lanes
 from skpose._compiled.nearest import Batch, Candidates, Span, nearest_of_candidates_loop, nearest_of_tile_loop
 from skpose.kinematics._tree import tree_of
-from skpose.metrics._matrix import PANEL
+from skpose.metrics._matrix import ENCODED_AT_ONCE
 from skpose.metrics._registry import Metric
 from skpose.neighbors._cost import CostModel, count_in_lanes, sample_of
 from skpose.neighbors._filter import ChordFilter
@@ -184,12 +184,12 @@ class Search:
     def _panels(self, n_queries: int) -> Iterator[tuple[int, int]]:
         """Return parts of the index, which are larger for fewer queries."""
         n_poses = len(self.index.poses)
-        return itertools.pairwise([*range(0, n_poses, PANEL * max(1, QUERIES // max(1, n_queries))), n_poses])
+        return itertools.pairwise([*range(0, n_poses, ENCODED_AT_ONCE * max(1, QUERIES // max(1, n_queries))), n_poses])
 
     def _measure_tile(self, queries: Queries, start: int, stop: int, best: NearestSoFar) -> None:
         """Measure all of the poses start:stop."""
         index, loop = self.index, nearest_of_tile_loop(FLOAT64)
-        for left, right in itertools.pairwise([*range(start, stop, PANEL), stop]):
+        for left, right in itertools.pairwise([*range(start, stop, ENCODED_AT_ONCE), stop]):
             groups = in_lanes(self.metric.encoded(index.poses[left:right], index.skeleton, index.steps))
             tail = queries.excluded, self._measure, self._tree, index.steps, best.heaps
 

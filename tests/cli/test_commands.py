@@ -39,8 +39,8 @@ def sent(monkeypatch):
         numbers.append(len(tasks))
         return from_workers(function, shared, tasks, n_jobs)
 
-    monkeypatch.setattr("skpose.metrics._pairwise.WORTH_SHIPPING", 0)
-    monkeypatch.setattr("skpose.metrics._pairwise.from_workers", counted)
+    monkeypatch.setattr("skpose.metrics._matrix.WORTH_SENDING", 0)
+    monkeypatch.setattr("skpose.metrics._matrix.from_workers", counted)
     return numbers
 
 
