@@ -13,7 +13,7 @@ import pickle
 import threading
 import uuid
 import warnings
-from collections.abc import Callable, Hashable, Iterable, Iterator
+from collections.abc import Callable, Generator, Hashable, Iterable, Iterator, Sequence
 from typing import Any, TypeVar
 
 import joblib
@@ -47,7 +47,7 @@ def in_processes(n_jobs: int | None) -> bool:
 
 def from_workers(
     function: Callable, shared: Any, tasks: Iterable[Task], n_jobs: int | None
-) -> Iterator[tuple[Task, Any]]:
+) -> Generator[tuple[Task, Any], None, None]:
     """Yield each task with ``function(shared, task)``, in the order in which they come back.
 
     No more than a few tasks per worker are unfinished at any time, however slowly they are taken.
@@ -80,13 +80,15 @@ def from_workers(
 
 def _from_joblib(
     backend: Any, function: Callable, payload: "_Payload", tasks: list[Task], n_jobs: int | None
-) -> Iterator[tuple[Task, Any]]:
+) -> Generator[tuple[Task, Any], None, None]:
     """Yield tasks and their results or failures."""
     parts = payload.for_ray() if is_ray(backend) else payload.parts
     limit = UNFINISHED * joblib.effective_n_jobs(n_jobs)
     waiting, n_sent, n_taken = collections.deque(tasks), 0, 0
 
-    def calls():  # joblib asks for them in another thread and stops while that waits; so this ends, and is called again
+    def calls() -> (
+        Iterator
+    ):  # joblib asks for them in another thread and stops while that waits; so this ends, and is called again
         nonlocal n_sent
         while waiting and n_sent - n_taken < limit:
             n_sent += 1
@@ -115,7 +117,7 @@ def _from_joblib(
 
 def _from_dask(
     backend: Any, function: Callable, payload: "_Payload", tasks: list[Task], n_jobs: int | None
-) -> Iterator[tuple[Task, Any]]:
+) -> Generator[tuple[Task, Any], None, None]:
     """Yield tasks and their results or failures; the first that dask gives up is an error."""
     from dask.distributed import as_completed
 
@@ -149,7 +151,7 @@ class _Failure:
         self.error = error
 
 
-def _run(function: Callable, token: str, task: Task, *parts) -> tuple[Task, Any]:
+def _run(function: Callable, token: str, task: Task, *parts: Any) -> tuple[Task, Any]:
     """Run a task on a worker."""
     try:
         return task, function(_unpacked(token, parts), task)
@@ -163,7 +165,8 @@ class _Payload:
     def __init__(self, content: Any):
         buffers: list[pickle.PickleBuffer] = []
         stream = pickle.dumps(content, protocol=5, buffer_callback=buffers.append)
-        self.parts = [np.frombuffer(part, np.uint8) for part in (stream, *(buffer.raw() for buffer in buffers))]
+        raw: list[bytes | memoryview] = [stream, *(buffer.raw() for buffer in buffers)]
+        self.parts = [np.frombuffer(part, np.uint8) for part in raw]
         self.token = uuid.uuid4().hex
 
     def for_ray(self) -> list:
@@ -177,7 +180,7 @@ _contents: dict[str, Any] = {}
 _unpacking = threading.Lock()
 
 
-def _unpacked(token: str, parts: tuple) -> Any:
+def _unpacked(token: str, parts: Sequence[Any]) -> Any:
     """Return the content of a payload, kept for the next task."""
     with _unpacking:
         if token not in _contents:

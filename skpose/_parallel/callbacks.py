@@ -3,6 +3,7 @@
 import functools
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 from skpose._compat.sklearn import CallbackSupportMixin, callback_context, with_callbacks
 from skpose._parallel.progress import report_to
@@ -28,7 +29,7 @@ class FitReport:
         The estimator's.
     """
 
-    def __init__(self, estimator, n_steps: int | None, X):
+    def __init__(self, estimator: Any, n_steps: int | None, X: Any):
         self._estimator, self._X = estimator, X
         self.verbose = estimator.verbose
         self._context = callback_context(estimator, n_steps)
@@ -45,14 +46,14 @@ class FitReport:
             yield
 
     @contextmanager
-    def _task(self, parent, name: str, n_steps: int | None) -> Iterator:
+    def _task(self, parent: Any, name: str, n_steps: int | None) -> Iterator[Any]:
         context = parent.subcontext(task_name=name, max_subtasks=n_steps)
         context.call_on_fit_task_begin(estimator=self._estimator, X=self._X)
         yield context
         context.call_on_fit_task_end(estimator=self._estimator, X=self._X)
 
     @contextmanager
-    def _reporter(self, parent, what: str, n_steps: int) -> Iterator[Callable[[], None]]:
+    def _reporter(self, parent: Any, what: str, n_steps: int) -> Iterator[Callable[[], None]]:
         with self._task(parent, what, n_steps) as context:
 
             def advance() -> None:

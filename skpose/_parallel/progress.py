@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from contextvars import ContextVar
+from typing import Any
 
 SECONDS = 10.0  # between plain lines
 
@@ -47,7 +48,7 @@ def _bar(what: str, n_steps: int) -> AbstractContextManager[Advance]:
 
 
 @contextmanager
-def _rich(what: str, n_steps: int, console) -> Iterator[Advance]:
+def _rich(what: str, n_steps: int, console: Any) -> Iterator[Advance]:
     from rich import progress as rich
 
     columns = rich.TextColumn("{task.description}"), rich.BarColumn(), rich.TaskProgressColumn()

@@ -13,7 +13,7 @@ class Unconverged(NamedTuple):
     The error is the relative gap between the length of a curve, measured on a fine grid, and the sum of its chords.
     """
 
-    count: int
+    count: int  # type: ignore[assignment]  # which is a method of tuples too
     gap: float
 
     @classmethod

@@ -23,15 +23,15 @@ def lazy_distances(X: Any, Y: Any, skeleton: Skeleton | None, metric: str, steps
 
     Shapes and names are checked at once, the numbers themselves when a tile is computed.
     """
-    import dask
     import dask.array as da
+    from dask.delayed import delayed
 
     symmetric = Y is None or Y is X
     X, Y = _whole_rows(da, X, skeleton, "X"), None if symmetric else _whole_rows(da, Y, skeleton, "Y")
     if not symmetric:
         check_same_width(X, Y)
     dtype = np.result_type(X.dtype, X.dtype if symmetric else Y.dtype)
-    shared = dask.delayed((metric, skeleton, steps), pure=True)  # so that it is sent once
+    shared = delayed((metric, skeleton, steps), pure=True)  # so that it is sent once
     options = {"dtype": dtype, "meta": np.empty((0, 0), dtype), "concatenate": True, "align_arrays": False}
     if not symmetric:
         return da.blockwise(_distances, "ij", X, "ik", Y, "jk", shared=shared, **options)
@@ -55,7 +55,7 @@ def _whole_rows(da: Any, X: Any, skeleton: Skeleton | None, name: str) -> Any:
     return X.rechunk({1: -1})
 
 
-def _distances(X, Y, shared, name="Y"):
+def _distances(X: Any, Y: Any, shared: tuple, name: str = "Y") -> np.ndarray:
     """Return the distances between two chunks, or among one if Y is None; the second is a part of the array `name`."""
     metric, skeleton, steps = shared
     X, Y = check_poses(X, skeleton, "X"), None if Y is None else check_poses(Y, skeleton, name)
@@ -65,12 +65,12 @@ def _distances(X, Y, shared, name="Y"):
     return distances
 
 
-def _upper_distances(X, Y, row, column, shared):
+def _upper_distances(X: Any, Y: Any, row: Any, column: Any, shared: tuple) -> np.ndarray:
     """Return a tile on the diagonal or above it; below it zeros, which `_mirrored` does not read."""
     if row[0] > column[0]:
         return np.broadcast_to(np.zeros((), X.dtype), (len(X), len(Y)))
     return _distances(X, None if row[0] == column[0] else Y, shared, name="X")
 
 
-def _mirrored(tile, mirrored, row, column):
+def _mirrored(tile: Any, mirrored: Any, row: Any, column: Any) -> np.ndarray:
     return mirrored.T if row[0] > column[0] else tile

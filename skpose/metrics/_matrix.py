@@ -45,7 +45,7 @@ class DistanceMatrix:
         self.shape = len(X), len(X if Y is None else Y)
         self._rows: tuple[tuple[int, int], np.ndarray] | None = None
 
-    def __getstate__(self):
+    def __getstate__(self) -> dict[str, Any]:
         return self.__dict__ | {"_rows": None}
 
     def __str__(self) -> str:
@@ -128,7 +128,7 @@ class DistanceMatrix:
         if latest is None or latest[0] != (tile.top, tile.bottom):
             latest = self._rows = (tile.top, tile.bottom), self._encoded(self.X[tile.top : tile.bottom])
         rows = latest[1]
-        columns = rows if diagonal else self._encoded((self.X if self.symmetric else self.Y)[tile.left : tile.right])
+        columns = rows if diagonal else self._encoded((self.X if self.Y is None else self.Y)[tile.left : tile.right])
         lanes = loops.in_lanes(columns)
         work = WORK_PER_TASK
         if n_jobs > 1:

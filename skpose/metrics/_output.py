@@ -8,6 +8,7 @@ import mmap
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -100,36 +101,37 @@ class Destination:
         ValueError
             If the array holds the beginning of another matrix.
         """
-        if self._checkpoint is None:
+        checkpoint = self._checkpoint
+        if checkpoint is None:
             yield tiling.tiles(), [], lambda tile, unconverged: None
             return
-        head = {**fingerprint, "shape": list(tiling.shape), "edge": tiling.edge}
+        head: dict[str, Any] = {**(fingerprint or {}), "shape": list(tiling.shape), "edge": tiling.edge}
         notes = []
-        if (found := self._checkpoint.read()) is not None:
+        if (found := checkpoint.read()) is not None:
             if {**found[0], "edge": tiling.edge} != head:
                 raise ValueError(
                     f"out holds the beginning of other distances ({found[0].get('metric')}, "
                     f"{found[0].get('shape')}; other poses, skeleton, parameters or version of skpose than these): "
-                    f"finish those with the call that started them, or delete {self._checkpoint} to write over them"
+                    f"finish those with the call that started them, or delete {checkpoint} to write over them"
                 )
             head = found[0]
             tiling = tiling._replace(edge=head["edge"])
             notes = [note for note in found[1] if self._is_intact(note, tiling)]
-        self._checkpoint.start(head, notes)
+        checkpoint.start(head, notes)
         complete = {Tile(*note[:4]) for note in notes}
 
         def add_note(tile: Tile, unconverged: Unconverged) -> None:
-            self._checkpoint.add([*tile, *self._checksums(tile, tiling), *unconverged])
+            checkpoint.add([*tile, *self._checksums(tile, tiling), *unconverged])
 
         try:
             left = [tile for tile in tiling.tiles() if tile not in complete]
             yield left, [Unconverged(*note[6:]) for note in notes], add_note
         except BaseException:
-            self._checkpoint.save()
+            checkpoint.save()
             raise
         if isinstance(self.array, np.memmap):
             self.array.flush()
-        self._checkpoint.remove()
+        checkpoint.remove()
 
     def _is_intact(self, note: list, tiling: Tiling) -> bool:
         """Return whether a tile that was noted has the bytes that it had then."""
@@ -160,6 +162,7 @@ def _mapping_of(array: Any) -> mmap.mmap | None:
 def _checkpoint_of(array: Any, mapping: mmap.mmap | None) -> FileCheckpoint | AttributeCheckpoint | None:
     """Return the checkpoint of an array that is the whole of a file, or that has attributes; None for others."""
     if isinstance(array, np.memmap):
-        whole = array.base is mapping and mapping is not None and array.filename is not None
-        return FileCheckpoint(array.filename) if whole else None
+        base: Any = array.base  # a mapping too, which numpy's types leave out
+        whole = base is mapping and mapping is not None and array.filename is not None
+        return FileCheckpoint(Path(str(array.filename))) if whole else None
     return AttributeCheckpoint(array.attrs) if type(array).__module__.split(".")[0] == "zarr" else None

@@ -262,9 +262,10 @@ def pose_distances_chunked(
 
 def _checked(X: ArrayLike, Y: ArrayLike | None, skeleton: Skeleton | None) -> tuple[np.ndarray, np.ndarray | None]:
     """Return the poses as arrays; Y is None where it is X."""
-    symmetric = Y is None or Y is X
+    if Y is X:
+        Y = None
     X = check_poses(X, skeleton, "X")
-    if symmetric:
+    if Y is None:
         return X, None
     Y = check_poses(Y, skeleton, "Y")
     check_same_width(X, Y)

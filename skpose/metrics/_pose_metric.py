@@ -93,7 +93,7 @@ def _compiled(metric: Metric, skeleton: Skeleton | None, steps: Steps) -> Callab
         refusal = f"a pose has the wrong length: the skeleton has {n_dofs} degrees of freedom, one number for each"
 
     @njit(nogil=True)
-    def distance(x, y):
+    def distance(x: np.ndarray, y: np.ndarray) -> float:
         width = x.shape[0] if n_dofs < 0 else n_dofs
         if x.shape[0] != width or y.shape[0] != width:
             raise ValueError(refusal)

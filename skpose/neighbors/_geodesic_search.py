@@ -6,6 +6,8 @@ chord, in order of chord, until the next chord is longer than the k-th shortest 
 intervals are found by searches of their own.
 """
 
+from typing import cast
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -15,6 +17,7 @@ from skpose.neighbors._index import PoseIndex
 from skpose.neighbors._nearest_so_far import NearestSoFar
 from skpose.neighbors._results import Evaluations, Neighbors
 from skpose.neighbors._search import Search
+from skpose.skeleton import Skeleton
 
 SOLVED_AT_ONCE = 16  # candidates of a query: few enough that Ctrl-C does not wait long
 ROUNDING = 1e-9  # relative to the size of the skeleton: a chord may exceed a curve by it, as after a whole turn
@@ -31,7 +34,7 @@ class GeodesicSearch:
         self.chords, self.lines, self.geodesics = (
             Search(index, METRICS[metric], n_jobs) for metric in ("position", "spatial", "geodesic")
         )
-        self.rounding = ROUNDING * np.abs(index.skeleton.offsets).sum()
+        self.rounding = ROUNDING * np.abs(cast(Skeleton, index.skeleton).offsets).sum()  # "geodesic" needs a skeleton
 
     @property
     def evaluations(self) -> Evaluations:
@@ -55,7 +58,8 @@ class GeodesicSearch:
 
         If they need not be measured, the distance of those whose straight line is short enough is the line's.
         """
-        limits, parts = np.array(np.broadcast_to(limits, len(poses))), []
+        limits = np.array(np.broadcast_to(limits, len(poses)))
+        parts: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
         near = self.chords.within(poses, excluded, limits + self.rounding)
         if not measured:
             lines, size = self.lines.within(poses, excluded, limits), len(self.index.poses)
@@ -78,6 +82,8 @@ class GeodesicSearch:
             bounds[chords.queries, ranks] = chords.distances - self.rounding
         codes = METRICS["geodesic"].encoded(poses, self.index.skeleton, self.index.steps)
         for start in range(0, indices.shape[1], SOLVED_AT_ONCE):
-            some = (np.ascontiguousarray(part[:, start : start + SOLVED_AT_ONCE]) for part in (indices, bounds))
-            candidates = Candidates(*some, np.clip(counts - start, 0, SOLVED_AT_ONCE))
+            some, their_bounds = (
+                np.ascontiguousarray(part[:, start : start + SOLVED_AT_ONCE]) for part in (indices, bounds)
+            )
+            candidates = Candidates(some, their_bounds, np.clip(counts - start, 0, SOLVED_AT_ONCE))
             self.geodesics.refine(codes, candidates, best, at_once=1)

@@ -1,7 +1,7 @@
 """The common base of the transformers into graphs of neighbours: the index, its searches, and graphs of the results."""
 
 from numbers import Integral
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from scipy.sparse import csr_array, csr_matrix
@@ -73,7 +73,7 @@ class GraphTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Tran
     def _index_of(self, X):
         chosen, steps = resolve(self.metric, self.skeleton, self.n_steps, self.wrap)
         self.effective_metric_ = effective_name(self.metric, self.skeleton)
-        self.effective_metric_params_ = {}
+        self.effective_metric_params_: dict[str, Any] = {}
         if chosen.wraps is not None:
             self.effective_metric_params_["wrap"] = steps.half_turn < np.inf
         if chosen.wraps:

@@ -215,6 +215,7 @@ class PoseKNeighborsTransformer(GraphTransformer):
         k = self.n_neighbors if n_neighbors is None else n_neighbors
         if not isinstance(k, Integral):
             raise TypeError(f"n_neighbors must be a whole number, got {k!r}")
+        k = int(k)
         if k < 1:
             raise ValueError(f"n_neighbors must be 1 or more, got {k}")
 
@@ -224,4 +225,4 @@ class PoseKNeighborsTransformer(GraphTransformer):
                 f"Expected n_neighbors {'<' if X is None else '<='} n_samples_fit, but n_neighbors = {k}, "
                 f"n_samples_fit = {self.n_samples_fit_}"
             )
-        return KNearest(int(k))
+        return KNearest(k)

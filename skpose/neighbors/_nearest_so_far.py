@@ -1,6 +1,7 @@
 """The nearest poses that a search has found so far, as the compiled loops keep them."""
 
 import numpy as np
+from numpy.typing import DTypeLike
 
 from skpose._compiled.nearest import Heaps
 
@@ -15,7 +16,7 @@ class NearestSoFar:
         counts.
     """
 
-    def __init__(self, limits: np.ndarray, capacity: int, dtype: type = np.float64):
+    def __init__(self, limits: np.ndarray, capacity: int, dtype: DTypeLike = np.float64):
         shape = len(limits), capacity
         self.heaps = Heaps(
             np.ascontiguousarray(limits, dtype),

@@ -44,7 +44,7 @@ class Request(NamedTuple):
     """Poses, and which of their neighbours in an index to find."""
 
     criterion: KNearest | WithinRadius
-    index: PoseIndex
+    index: PoseIndex  # type: ignore[assignment]  # which is a method of tuples too
     poses: np.ndarray
     excluded: np.ndarray  # (n_queries,) index of a pose that is not a neighbour, or -1
 

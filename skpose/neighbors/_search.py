@@ -16,6 +16,7 @@ search costs much more than brute force, and memory holds no more than the bound
 import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -26,7 +27,7 @@ from skpose.kinematics._tree import tree_of
 from skpose.metrics._matrix import ENCODED_AT_ONCE
 from skpose.metrics._registry import Metric
 from skpose.neighbors._cost import CostModel, count_in_lanes, sample_of
-from skpose.neighbors._filter import FilterPoints
+from skpose.neighbors._filter import ChordFilter
 from skpose.neighbors._index import PoseIndex
 from skpose.neighbors._nearest_so_far import NearestSoFar
 from skpose.neighbors._results import Evaluations, Neighbors
@@ -43,7 +44,7 @@ class Queries:
 
     codes: np.ndarray  # (n_queries, n_codes)
     excluded: np.ndarray  # (n_queries,) index of a pose that is not a neighbour, or -1
-    points: FilterPoints | None  # None where the filter is not used
+    points: Any  # FilterPoints, or None where the filter is not used
 
     def __len__(self) -> int:
         return len(self.codes)
@@ -120,22 +121,27 @@ class Search:
             self.n_measured += n_measured
             self.unconverged.append((n_unconverged, worst))
 
+    @property
+    def _chords(self) -> ChordFilter:
+        """The filter, for callers that know that there is one."""
+        return cast(ChordFilter, self.index.filter)
+
     def _queries(self, poses: np.ndarray, excluded: np.ndarray) -> Queries:
         """Return the queries, with points of the filter if there is one and work enough to use it."""
         codes = self.metric.encoded(poses, self.index.skeleton, self.index.steps)
         used = self.index.filter is not None and self._cost.filter_is_worth_a_trial(len(poses))
-        return Queries(codes, excluded, self.index.filter.points(poses) if used else None)
+        return Queries(codes, excluded, self._chords.points(poses) if used else None)
 
     def _filter(self, queries: Queries, limits: np.ndarray, start: int, stop: int, capacity: int) -> NearestSoFar:
         """Find the poses start:stop whose lower bound is within a limit."""
         points, excluded = queries.points, queries.excluded
-        return self.index.filter.within(points, excluded, limits, start, stop, capacity, self.n_jobs)
+        return self._chords.within(points, excluded, limits, start, stop, capacity, self.n_jobs)
 
     def _measure_first(self, queries: Queries, n_first: int, best: NearestSoFar) -> np.ndarray:
         """Measure the poses with the least bounds in the whole index; return the queries that may need more."""
         near = self._filter(queries, np.full(len(queries), np.inf), 0, len(self.index.poses), n_first)
         near.sort_by_value()
-        candidates = self.index.filter.candidates(queries.points, near)
+        candidates = self._chords.candidates(queries.points, near)
         self.refine(queries.codes, candidates, best)
         return np.flatnonzero(candidates.bounds[:, -1] <= best.current_limits)
 
@@ -144,7 +150,7 @@ class Search:
         if filtered:
             near = self._filter(queries, best.current_limits, start, stop, stop - start)
             if self._cost.refine_is_worth_it(near.heaps.counts, stop - start):
-                self.refine(queries.codes, self.index.filter.candidates(queries.points, near), best)
+                self.refine(queries.codes, self._chords.candidates(queries.points, near), best)
                 return
         self._measure_tile(queries, start, stop, best)
 
