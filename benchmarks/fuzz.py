@@ -1,27 +1,27 @@
-"""Do readers survive whatever a file holds? 20,000 files with something wrong in them.
+"""Do readers survive any content of a file? 20,000 files with something wrong in them.
 
-    pip install "skpose[test]"
-    python benchmarks/fuzz.py [HOW MANY]
+    pip install "skpose[bench]"
+    python benchmarks/fuzz.py [HOW MANY] [--quick]
 
-The mutations are those of tests/mutations.py, drawn afresh by hypothesis from a fixed seed. A case fails if a reader
-raises anything but MocapFormatError, warns of anything that is not about the file, takes more than ten seconds, or
-wants more than 2 GB beyond what the process has: the operating system refuses it then, and that is an error.
+The mutations are those of tests/mutations.py, drawn by hypothesis from a fixed seed. A case fails if a reader raises
+anything but MocapFormatError, warns of anything that is not about the file, takes more than ten seconds, or asks for
+more than 2 GB beyond what the process has: the operating system refuses it then, and that is an error. POSIX only.
 """
 
 import collections
-import re
 import resource
 import signal
 import sys
 import time
 from pathlib import Path
 
+import common
 from hypothesis import HealthCheck, Phase, given, seed, settings
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 import mutations
 
-N_CASES = 20_000
+FULL, QUICK = 20_000, 200  # files
 MOST_SECONDS, MOST_BYTES = 10, 2_000_000_000
 
 
@@ -30,13 +30,16 @@ def give_up(*_):
 
 
 def main():
-    n_cases = int(sys.argv[1]) if len(sys.argv) > 1 else N_CASES
+    parser = common.parser(__doc__, folder=False)
+    parser.add_argument("n_cases", nargs="?", type=int, help=f"number of files; default: {FULL:,}")
+    options = parser.parse_args()
+    common.print_machine()
+    n_cases = options.n_cases or (QUICK if options.quick else FULL)
     outcomes, slowest = collections.Counter(), (0.0, "", 0)
     usual = {"on_nan": "raise", "trust": "header", "stretch": "raise", "missing": "raise"}
-    mutations.outcome("BVH", mutations.BVH, usual)  # what is imported on the way
-    status = Path("/proc/self/status").read_text()
-    held = int(re.search(r"VmSize:\s+(\d+) kB", status)[1]) * 1024
-    resource.setrlimit(resource.RLIMIT_AS, (held + MOST_BYTES, held + MOST_BYTES))
+    mutations.outcome("BVH", mutations.BVH, usual)  # imports what a reader imports when it is called
+    limit = int(common.memory("VmSize") * 1e6) + MOST_BYTES
+    resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
     signal.signal(signal.SIGALRM, give_up)
 
     @seed(0)
@@ -58,12 +61,12 @@ def main():
         signal.setitimer(signal.ITIMER_REAL, 0)
         slowest = max(slowest, (taken, kind, len(data)))
 
-    begun = time.perf_counter()
+    start = time.perf_counter()
     every_case()
-    print(f"{sum(outcomes.values()):,} files in {time.perf_counter() - begun:.0f} s, none with another outcome\n")
+    print(f"{sum(outcomes.values()):,} files in {time.perf_counter() - start:.0f} s, none with another outcome\n")
     for (kind, outcome), count in sorted(outcomes.items()):
         print(f"{kind}  {outcome:<8}{count:>8,}")
-    print(f"\nslowest: {slowest[0]:.2f} s, a {slowest[1]} file of {slowest[2]:,} bytes")
+    print(f"\nslowest: {slowest[0]:.2f} s, {slowest[1]} of {slowest[2]:,} bytes")
     print(
         f"memory at most: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3:.0f} MB, the interpreter's included"
     )

@@ -1,18 +1,18 @@
 """How exact and how fast is the search of nearest neighbours? Against brute force and scikit-learn, in one run.
 
-    python benchmarks/neighbors.py [FOLDER OF CMU FILES]
+    python benchmarks/neighbors.py [FOLDER OF CMU FILES] [--quick]
 
 Equality first: indices and distances, by ``==``, against a stable sort of `pose_distances`. Then contestants take
 turns, a table holds medians. scikit-learn's brute force gets the joint positions ready made, and all cores.
 """
 
-import os
-import sys
 import time
+from functools import partial
+from typing import NamedTuple
 
+import common
 import numpy as np
 from sklearn.neighbors import NearestNeighbors
-from timing import medians
 
 from skpose import (
     PoseKNeighborsTransformer,
@@ -20,17 +20,32 @@ from skpose import (
     forward_kinematics,
     pose_distances,
 )
-from skpose.datasets import load_cmu, make_gait
-from skpose.neighbors import _search as searching
+from skpose.neighbors import _cost
 
 KS = (1, 5, 15, 50)
 QUANTILES = (0.001, 0.01, 0.1)  # of all distances, as radii
 METRICS = ("angle", "position", "rotation", "spatial")
-N_INDEX, N_QUERIES, N_BRUTE = 100_000, 1000, 50
 RNG = np.random.default_rng(0)
 
 
+class Size(NamedTuple):
+    frame_rate: float  # of the queries whose searches among all frames are compared with brute force
+    n_random: int  # poses
+    n_index: int
+    n_queries: int
+    n_brute: int  # queries for brute force, whose time is scaled
+    grown: tuple  # poses of each index
+    worst: tuple  # poses of each index
+    geodesic: tuple  # queries, poses
+    repeats: int
+
+
+FULL = Size(12, 2000, 100_000, 1000, 50, (10_000, 100_000, 1_000_000), (3000, 30_000), (200, 10_000), 5)
+QUICK = Size(2, 60, 600, 20, 5, (200, 400), (100,), (2, 50), 1)
+
+
 def positions(X, skeleton):
+    """Joint positions, a row for each pose."""
     return forward_kinematics(X, skeleton).reshape(len(X), -1)
 
 
@@ -38,7 +53,7 @@ def positions(X, skeleton):
 
 
 def check(X, queries, skeleton, metric, ks):
-    """Compare every k and every radius with brute force; return what a query measured, for every k."""
+    """Compare every k and every radius with brute force; return how many lengths a query measured, for every k."""
     D = pose_distances(queries, X, skeleton=skeleton, metric=metric, n_jobs=-1)
     order = np.argsort(D, axis=1, kind="stable")
     knn = PoseKNeighborsTransformer(skeleton, metric=metric, n_jobs=-1).fit(X)
@@ -58,14 +73,18 @@ def check(X, queries, skeleton, metric, ks):
     return measured
 
 
-def equality(dataset):
+def equality(dataset, size):
+    """Compare searches with brute force: among frames, among random poses, and under "geodesic"."""
     skeleton = dataset.skeleton
     subjects = sorted(set(dataset.subjects))
-    poses = {name: dataset.select(dataset.subjects == name).poses(skeleton=skeleton)[0] for name in subjects}
-    some = {
-        name: dataset.select(dataset.subjects == name).poses(frame_rate=12, skeleton=skeleton)[0] for name in subjects
-    }
-    print(f"equal to brute force, {len(subjects)}² pairs of subjects, queries at 12 Hz among all frames")
+    poses, some = (
+        {
+            name: dataset.select(dataset.subjects == name).poses(frame_rate=rate, skeleton=skeleton)[0]
+            for name in subjects
+        }
+        for rate in (None, size.frame_rate)
+    )
+    print(f"equal to brute force, {len(subjects)}² pairs of subjects, queries at {size.frame_rate} Hz among all frames")
     print("distances measured per query for k = " + ", ".join(map(str, KS)))
     for metric in METRICS:
         within, across = [], []
@@ -77,12 +96,12 @@ def equality(dataset):
             if rows:
                 print(f"  {metric:<9}{name:<16}" + "".join(f"{x:>10.1f}" for x in np.mean(rows, axis=0)))
 
-    n = 2000
+    n = size.n_random
     X = RNG.uniform(-np.pi, np.pi, size=(n, skeleton.n_dofs))
     doubled = np.concatenate([X[: n // 2], X[: n // 2]])
     for metric in METRICS:
-        check(X, X[:100] + 0.01, skeleton, metric, KS)
-        check(doubled, doubled[::40], skeleton, metric, (*KS, n))
+        check(X, X[: n // 20] + 0.01, skeleton, metric, KS)
+        check(doubled, doubled[:: n // 50], skeleton, metric, (*KS, n))
         check(X[:1], X[:10], skeleton, metric, (1,))
     print("also random poses, duplicates, one pose, k = n")
     for a in subjects:
@@ -95,73 +114,78 @@ def equality(dataset):
 # --- speed -----------------------------------------------------------------------------------------------------------
 
 
-def dense(dataset, n):
-    """Frames, and interpolations between them until there are n poses."""
+def dense(dataset, n, n_queries):
+    """Frames, and interpolations between them until there are n poses and the queries."""
     n_frames, rate = sum(len(motion) for motion in dataset), max(motion.frame_rate for motion in dataset)
-    poses, sequence = dataset.poses(frame_rate=rate * int(np.ceil((n + N_QUERIES) / n_frames)))
+    poses, sequence = dataset.poses(frame_rate=rate * int(np.ceil((n + n_queries) / n_frames)))
     return poses, dataset.subjects[sequence]
 
 
 def brute_force(queries, X, skeleton, k):
+    """Return the k least distances of each query, in order."""
     D = pose_distances(queries, X, skeleton=skeleton, n_jobs=-1)
     nearest = np.argpartition(D, k - 1, axis=1)[:, :k]
     return np.sort(np.take_along_axis(D, nearest, axis=1), axis=1)
 
 
-def spatial(name, X, queries, skeleton, k=10):
+def spatial(name, X, queries, skeleton, size, k=10):
+    """Print times of a search under "spatial", of scikit-learn's among joint positions, and of brute force."""
     start = time.perf_counter()
     knn = PoseKNeighborsTransformer(skeleton, n_jobs=-1).fit(X)
     seconds_to_fit = time.perf_counter() - start
     whole = PoseKNeighborsTransformer(skeleton, n_jobs=-1, algorithm="brute").fit(X)
     F, G = positions(X, skeleton), positions(queries, skeleton)
     euclidean = NearestNeighbors(algorithm="brute", n_neighbors=k).fit(F)
-    few = queries[:N_BRUTE]
+    few = queries[: size.n_brute]
     distances, _ = knn.kneighbors(queries, k)
-    np.testing.assert_array_equal(distances[:N_BRUTE], brute_force(few, X, skeleton, k))
+    np.testing.assert_array_equal(distances[: size.n_brute], brute_force(few, X, skeleton, k))
     assert (euclidean.kneighbors(G)[0] <= distances + 1e-6).all()
-    seconds = medians(
+    seconds = common.medians(
         {
             "skpose": lambda: knn.kneighbors(queries, k),
             "sklearn": lambda: euclidean.kneighbors(G),
             "brute": lambda: whole.kneighbors(few, k),
             "matrix": lambda: brute_force(few, X, skeleton, k),
-        }
+        },
+        size.repeats,
     )
     knn.kneighbors(queries, k)
-    factor = len(queries) / N_BRUTE
+    factor = len(queries) / len(few)
     print(
         f"{name}: {len(queries)} queries, {len(X)} poses; fit {seconds_to_fit:.2f} s\n"
         f"  skpose {seconds['skpose']:.3f} s, {knn.n_evaluations_.lengths / len(queries):.1f} lengths per query\n"
         f"  scikit-learn's brute force on joint positions {seconds['sklearn']:.3f} s: "
         f"ratio {seconds['skpose'] / seconds['sklearn']:.2f}\n"
         f"  algorithm='brute' {factor * seconds['brute']:.1f} s: "
-        f"ratio {factor * seconds['brute'] / seconds['skpose']:.0f} (of {N_BRUTE} queries, scaled)\n"
+        f"ratio {factor * seconds['brute'] / seconds['skpose']:.0f} (of {len(few)} queries, scaled)\n"
         f"  pose_distances and argpartition {factor * seconds['matrix']:.1f} s: "
         f"ratio {factor * seconds['matrix'] / seconds['skpose']:.0f} (likewise)"
     )
 
 
-def growth(dataset):
-    print("\nspatial, k = 10, 1,000 queries, as the index grows")
-    for n in (10_000, 100_000, 1_000_000):
-        poses, _ = dense(dataset, n)
+def growth(dataset, size):
+    """Print the time of a search for every size of the index."""
+    n_queries = size.n_queries
+    print(f"\nspatial, k = 10, {n_queries:,} queries, as the index grows")
+    for n in size.grown:
+        poses, _ = dense(dataset, n, n_queries)
         chosen = RNG.permutation(len(poses))
-        knn = PoseKNeighborsTransformer(dataset.skeleton, n_jobs=-1).fit(poses[chosen[N_QUERIES : N_QUERIES + n]])
-        queries = poses[chosen[:N_QUERIES]]
-        seconds = medians({"skpose": lambda knn=knn, queries=queries: knn.kneighbors(queries, 10)})
+        knn = PoseKNeighborsTransformer(dataset.skeleton, n_jobs=-1).fit(poses[chosen[n_queries : n_queries + n]])
+        search = partial(knn.kneighbors, poses[chosen[:n_queries]], 10)
+        seconds = common.medians({"skpose": search}, size.repeats)
         print(f"  {n:>9,} poses {seconds['skpose']:.3f} s")
 
 
-def worst_cases(skeleton):
-    """Time over that of brute force, where a bound says little or nothing."""
+def worst_cases(skeleton, size):
+    """Print times over those of brute force where the lower bounds rule out little or nothing."""
     print("\nworst cases, k = 1, 10, 100: time of the search over that of brute force")
     kinds = {
-        "all alike": lambda n: np.repeat(RNG.uniform(-1, 1, size=(1, skeleton.n_dofs)), n, axis=0),
+        "identical": lambda n: np.repeat(RNG.uniform(-1, 1, size=(1, skeleton.n_dofs)), n, axis=0),
         "random": lambda n: RNG.uniform(-np.pi, np.pi, size=(n, skeleton.n_dofs)),
         "all within 1e-7 rad": lambda n: 1e-7 * RNG.normal(size=(n, skeleton.n_dofs)),
     }
     for metric, n_queries in (("angle", 1000), ("position", 1000), ("spatial", 100)):
-        for n in (3000, 30_000):
+        for n in size.worst:
             for kind, make in kinds.items():
                 X, ratios = make(n), []
                 pair = {
@@ -169,17 +193,15 @@ def worst_cases(skeleton):
                     for algorithm in ("auto", "brute")
                 }
                 for k in (1, 10, 100):
-                    seconds = medians(
-                        {
-                            name: lambda knn=knn, k=k, queries=X[:n_queries]: knn.kneighbors(queries, k)
-                            for name, knn in pair.items()
-                        }
-                    )
+                    searches = {name: partial(knn.kneighbors, X[:n_queries], k) for name, knn in pair.items()}
+                    seconds = common.medians(searches, size.repeats)
                     ratios.append(seconds["auto"] / seconds["brute"])
                 print(f"  {metric:<10}{n:>7,} {kind:<20}" + "".join(f"{ratio:>7.2f}" for ratio in ratios))
 
 
-def geodesic(poses, skeleton, k=5, n_queries=200, n=10_000):
+def geodesic(poses, skeleton, size, k=5):
+    """Print time and cost of a search under "geodesic"."""
+    n_queries, n = size.geodesic
     chosen = RNG.permutation(len(poses))[: n + n_queries]
     knn = PoseKNeighborsTransformer(skeleton, metric="geodesic", n_jobs=-1).fit(poses[chosen[n_queries:]])
     knn.kneighbors(poses[chosen[:1]], k)  # compiles
@@ -193,32 +215,40 @@ def geodesic(poses, skeleton, k=5, n_queries=200, n=10_000):
 
 
 def main():
-    dataset = load_cmu(sys.argv[1]) if len(sys.argv) > 1 else make_gait(5, 5, random_state=0)
+    options = common.start(__doc__)
+    size = QUICK if options.quick else FULL
+    dataset = common.motions(options.folder, 5, 5)
+    if options.quick:
+        first = [np.flatnonzero(dataset.subjects == name)[0] for name in sorted(set(dataset.subjects))[:2]]
+        dataset = dataset.select(np.isin(np.arange(len(dataset)), first))
     skeleton = dataset.skeleton
-    print(f"{dataset}\n{skeleton}, {os.cpu_count()} cores\n")
-    looks, searching.NOT_WORTH_A_LOOK = searching.NOT_WORTH_A_LOOK, 0  # so that small indices are searched too
-    equality(dataset)
-    searching.NOT_WORTH_A_LOOK = looks
+    print(f"{dataset}\n{skeleton}\n")
+    least, _cost.LEAST_WORK_TO_FILTER = _cost.LEAST_WORK_TO_FILTER, 0  # so that small indices are filtered too
+    equality(dataset, size)
+    _cost.LEAST_WORK_TO_FILTER = least
 
-    poses, subjects = dense(dataset, N_INDEX)
+    n_index, n_queries = size.n_index, size.n_queries
+    poses, subjects = dense(dataset, n_index, n_queries)
     chosen = RNG.permutation(len(poses))
     print("\nspatial, k = 10")
     spatial(
         "of the same motions",
-        poses[np.sort(chosen[N_QUERIES : N_QUERIES + N_INDEX])],
-        poses[chosen[:N_QUERIES]],
+        poses[np.sort(chosen[n_queries : n_queries + n_index])],
+        poses[chosen[:n_queries]],
         skeleton,
+        size,
     )
     first = subjects == subjects[0]
     spatial(
         f"subject {subjects[0]} among the others",
         poses[~first],
-        RNG.choice(poses[first], N_QUERIES, replace=False),
+        RNG.choice(poses[first], n_queries, replace=False),
         skeleton,
+        size,
     )
-    growth(dataset)
-    geodesic(poses, skeleton)
-    worst_cases(skeleton)
+    growth(dataset, size)
+    geodesic(poses, skeleton, size)
+    worst_cases(skeleton, size)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """The distances as one would first write them in numba: one pair at a time, all sines and cosines computed afresh.
 
-What speed is measured against. Rows are spread over all cores.
+Speed is measured against these. Rows are spread over all cores.
 """
 
 import math
@@ -16,7 +16,7 @@ def tree_of(skeleton):
     return skeleton.parents.copy(), skeleton.rest_rotations.copy(), skeleton.offsets.copy(), first, axis
 
 
-@numba.njit
+@numba.njit(cache=True)
 def place(theta, tree, H, P):
     """Orientation H (n, 3, 3) and far end P (n, 3) of every bone."""
     parent, rest, offset, first, axis = tree
@@ -39,8 +39,9 @@ def place(theta, tree, H, P):
             P[b, i] = x if p < 0 else P[p, i] + x
 
 
-@numba.njit(parallel=True)
+@numba.njit(parallel=True, cache=True)
 def forward_kinematics(X, tree):
+    """Joint positions (n_poses, n, 3)."""
     n = tree[0].shape[0]
     out = np.empty((X.shape[0], n, 3))
     for a in numba.prange(X.shape[0]):
@@ -48,7 +49,7 @@ def forward_kinematics(X, tree):
     return out
 
 
-@numba.njit(parallel=True)
+@numba.njit(parallel=True, cache=True)
 def angle(X, Y, tree):
     D = np.empty((X.shape[0], Y.shape[0]))
     for a in numba.prange(X.shape[0]):
@@ -60,7 +61,7 @@ def angle(X, Y, tree):
     return D
 
 
-@numba.njit(parallel=True)
+@numba.njit(parallel=True, cache=True)
 def position(X, Y, tree):
     n = tree[0].shape[0]
     D = np.empty((X.shape[0], Y.shape[0]))
@@ -77,7 +78,7 @@ def position(X, Y, tree):
     return D
 
 
-@numba.njit(parallel=True)
+@numba.njit(parallel=True, cache=True)
 def rotation(X, Y, tree):
     n, offset = tree[0].shape[0], tree[2]
     D = np.empty((X.shape[0], Y.shape[0]))
@@ -98,7 +99,7 @@ def rotation(X, Y, tree):
     return D
 
 
-@numba.njit(parallel=True)
+@numba.njit(parallel=True, cache=True)
 def spatial(X, Y, tree, n_steps=10):
     n = tree[0].shape[0]
     D = np.empty((X.shape[0], Y.shape[0]))

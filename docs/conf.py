@@ -1,4 +1,4 @@
-"""How the site is built: sphinx-build -W docs docs/_build. No network is needed."""
+"""Configuration of the site. Build it with sphinx-build -W docs docs/_build; no network is needed."""
 
 import os
 import warnings
@@ -51,7 +51,7 @@ sphinx_gallery_conf = {
     "abort_on_example_error": True,
 }
 
-os.environ.pop("SKPOSE_CMU", None)  # the same pictures for everyone, from generated motions
+os.environ.pop("SKPOSE_CMU", None)  # the same figures for everyone, from generated motions
 
-# Of packages, not of this site: what examples warn of is an error in the tests.
+# Warnings of packages; a warning of an example is an error in the tests.
 warnings.filterwarnings("ignore", category=DeprecationWarning)

@@ -1,9 +1,9 @@
 """
-Which metric? Let a grid search say
-===================================
+Choose the metric by grid search
+================================
 
-The metric is a parameter like any other. What is best depends on what new data is like: recordings of people who are
-known already, or of new people. With SKPOSE_CMU naming a folder of CMU files, on these.
+The metric is a parameter like any other. The best one depends on the new data: recordings of people who are in the
+training data, or of new people. If SKPOSE_CMU names a folder of CMU files, the example runs on these.
 """
 
 import os
@@ -23,8 +23,8 @@ y, subject = dataset.actions[sequence], dataset.subjects[sequence]
 print(f"{dataset}: {len(X)} poses")
 
 # %%
-# Frames of one recording are nearly the same pose, so recordings stay whole: in the folds of the first search (new
-# recordings), and people in those of the second (new people).
+# Frames of one recording are nearly the same pose, so the folds keep groups whole: recordings in the first search,
+# people in the second.
 pipeline = Pipeline(
     [
         ("distances", PoseDistanceTransformer(dataset.skeleton)),
@@ -44,13 +44,13 @@ for name, search in searches.items():
     )
 
 # %%
-# All of it.
+# All scores.
 figure, axes = plt.subplots(1, 2, figsize=(10, 4), sharey=True, layout="constrained")
 for ax, (name, search) in zip(axes, searches.items(), strict=True):
     results = search.cv_results_
     for metric, marker in zip(metrics, "os^D", strict=True):
-        mine = results["param_distances__metric"] == metric
-        ax.plot(numbers, 100 * results["mean_test_score"][mine], marker=marker, label=metric)
+        chosen = results["param_distances__metric"] == metric
+        ax.plot(numbers, 100 * results["mean_test_score"][chosen], marker=marker, label=metric)
     ax.set(xlabel="neighbours", xticks=numbers, title=name)
 axes[0].set_ylabel("poses classified right (%)")
 axes[1].legend()

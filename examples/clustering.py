@@ -2,9 +2,9 @@
 Clusters of poses
 =================
 
-Section 3.4 of the paper: a walk and a run, clustered by medoid shift at a bandwidth that gives two clusters. Each
-cluster has a pose of the data at its heart, which can be looked at. With SKPOSE_CMU naming a folder of CMU files, on
-these.
+Section 3.4 of the paper: a walk and a run, clustered by medoid shift at a bandwidth that gives two clusters. The
+centre of each cluster is a pose of the data, which can be drawn. If SKPOSE_CMU names a folder of CMU files, the example
+runs on these.
 """
 
 import os
@@ -21,18 +21,18 @@ folder = os.environ.get("SKPOSE_CMU")
 dataset = walks_and_runs(load_cmu(folder) if folder else make_gait(random_state=0))
 pair = dataset.select([int(np.flatnonzero(dataset.actions == action)[-1]) for action in ("walk", "run")])
 X, sequence = pair.poses(frame_rate=12)
-body = pair.skeleton
+skeleton = pair.skeleton
 print(pair)
 
 # %%
-# Two clusters, and what they have to do with walking and running.
+# Two clusters, compared with walking and running.
 figure, axes = plt.subplots(2, 2, figsize=(11, 8), layout="constrained")
 for row, metric in zip(axes, ("angle", "spatial"), strict=True):
-    shift = MedoidShift(n_clusters=2, skeleton=body, metric=metric).fit(X)
+    shift = MedoidShift(n_clusters=2, skeleton=skeleton, metric=metric).fit(X)
     agree = np.mean(shift.labels_ == sequence)
     print(f"{metric}: {max(agree, 1 - agree):.0%} of the poses in the right cluster, bandwidth {shift.bandwidth_:.2f}")
     print(f"    adjusted Rand index {adjusted_rand_score(sequence, shift.labels_):.2f}")
-    embedding = SpatialMDS(2, skeleton=body, metric=metric).fit_transform(X)
+    embedding = SpatialMDS(2, skeleton=skeleton, metric=metric).fit_transform(X)
     unit = "rad" if metric == "angle" else "m"
     for ax, title, labels in zip(row, ("actions", "clusters"), (pair.actions[sequence], shift.labels_), strict=True):
         MDSDisplay.from_embedding(embedding, labels, unit=unit, ax=ax)
@@ -40,8 +40,8 @@ for row, metric in zip(axes, ("angle", "spatial"), strict=True):
 plt.show()
 
 # %%
-# The poses at their hearts, under the spatial distance.
+# The centres of the clusters under the spatial distance.
 PoseStripDisplay.from_poses(
-    body, X[shift.cluster_centers_indices_], labels=["cluster 0", "cluster 1"], title="medoids", view="zy"
+    X[shift.cluster_centers_indices_], skeleton, labels=["cluster 0", "cluster 1"], title="medoids", view="zy"
 )
 plt.show()

@@ -2,9 +2,9 @@
 Poses in the plane
 ==================
 
-Figure 4 of the paper: multidimensional scaling of two people's walks. Under the angle distance they lie apart, each
-person in a corner of their own (a); under the spatial distance they do the same round (b). (c) How much of the variance
-of each sequence one component holds. With SKPOSE_CMU naming a folder of CMU files, on these.
+Figure 4 of the paper: multidimensional scaling of two people's walks. Under the angle distance the two people are apart
+(a); under the spatial distance both follow the same closed curve (b). (c) The share of variance in the first component,
+for each sequence. If SKPOSE_CMU names a folder of CMU files, the example runs on these.
 """
 
 import os
@@ -33,7 +33,7 @@ for ax, letter, metric in zip(axes, "ab", ("angle", "spatial"), strict=False):
     ax.get_legend().set_title("person")
     ax.set_title(f"({letter}) “{metric}”")
 
-# (c) Every sequence by itself.
+# (c) Every sequence on its own.
 for metric, colour in (("angle", "#0072b2"), ("spatial", "#d55e00")):
     shares = [
         SpatialMDS(1, skeleton=motion.skeleton, metric=metric)
@@ -42,15 +42,15 @@ for metric, colour in (("angle", "#0072b2"), ("spatial", "#d55e00")):
         for motion in dataset
     ]
     axes[2].hist(shares, bins=np.linspace(0, 1, 21), color=colour, alpha=0.6, label=f"“{metric}”")
-    print(f"{metric}: the first component holds {np.median(shares):.0%} of a sequence's variance, in the median")
+    print(f"{metric}: the first component has {np.median(shares):.0%} of a sequence's variance, in the median")
 axes[2].set(xlabel="share of variance in the first component", ylabel="sequences", title="(c) all sequences")
 axes[2].legend()
 plt.show()
 
 # %%
-# Where it comes from: the distances themselves. Steps show as stripes, in the spatial distance between people too.
+# The distances themselves. Steps appear as stripes; under the spatial distance also between people.
 figure, axes = plt.subplots(1, 2, figsize=(11, 4.5), layout="constrained")
 for ax, metric in zip(axes, ("angle", "spatial"), strict=True):
-    DistanceMatrixDisplay.from_poses(both.skeleton, X, sequence=sequence, names=both.subjects, metric=metric, ax=ax)
+    DistanceMatrixDisplay.from_poses(X, both.skeleton, sequence=sequence, names=both.subjects, metric=metric, ax=ax)
     ax.set_title(f"“{metric}”")
 plt.show()

@@ -1,9 +1,10 @@
 """
-Exact neighbours into t-SNE and Isomap
-======================================
+Exact neighbours for t-SNE and Isomap
+=====================================
 
-t-SNE and Isomap of scikit-learn take a sparse graph of neighbours. `PoseKNeighborsTransformer` finds it exactly under
-the spatial distance, and measures few of all distances for it. With SKPOSE_CMU naming a folder of CMU files, on these.
+t-SNE and Isomap of scikit-learn accept a sparse graph of neighbours. `PoseKNeighborsTransformer` computes the exact
+graph under the spatial distance, from a small part of all distances. If SKPOSE_CMU names a folder of CMU files, the
+example runs on these.
 """
 
 import os
@@ -21,13 +22,13 @@ X, sequence = dataset.poses(frame_rate=6)
 print(f"{dataset}: {len(X)} poses")
 
 # %%
-# One graph for both. t-SNE asks for three times its perplexity, 30, and one more.
+# One graph for both. t-SNE needs three times its perplexity, 30, and one more.
 search = PoseKNeighborsTransformer(dataset.skeleton, n_neighbors=91, n_jobs=-1)
 graph = search.fit_transform(X)
 print(f"{graph.nnz} neighbours, {sum(search.n_evaluations_)} distances measured of {len(X) ** 2}")
 
 # %%
-# What they make of it, coloured by what is done, and by whom.
+# The embeddings, coloured by action and by person.
 embeddings = {
     "t-SNE": TSNE(metric="precomputed", init="random", random_state=0).fit_transform(graph),
     "Isomap": Isomap(n_neighbors=20, metric="precomputed").fit_transform(graph),

@@ -1,9 +1,9 @@
 """
-One's own BVH files
-===================
+Your own BVH files
+==================
 
-From a drawer of BVH files to distances between the poses in them, and back to a file that Blender opens. The files here
-are made up and written first; put your own folder in their place.
+From a folder of BVH files to distances between their poses, and back to a file that Blender opens. The example first
+writes files with generated motions; use your own folder instead.
 """
 
 import tempfile
@@ -18,12 +18,12 @@ from skpose.io import MocapFormatError, load_motion, save_bvh
 from skpose.plot import DistanceMatrixDisplay, PoseStripDisplay
 
 folder = Path(tempfile.mkdtemp())
-made_up = make_gait(n_subjects=2, n_sequences=1, random_state=0)
-for motion, who, what in zip(made_up, made_up.subjects, made_up.actions, strict=True):
-    save_bvh(folder / f"{who}_{what}.bvh", motion, scale=0.01)  # in centimetres, as most are
+generated = make_gait(n_subjects=2, n_sequences=1, random_state=0)
+for motion, subject, action in zip(generated, generated.subjects, generated.actions, strict=True):
+    save_bvh(folder / f"{subject}_{action}.bvh", motion, scale=0.01)  # in centimetres, like most files
 
 # %%
-# BVH has no unit of length, so say which: 0.01 m for centimetres. What a file gets wrong is said with line and column.
+# BVH has no unit of length, so pass one: 0.01 m for centimetres. An error in a file is reported with line and column.
 paths = sorted(folder.glob("*.bvh"))
 motions = [load_motion(path, scale=0.01) for path in paths]
 for path, motion in zip(paths, motions, strict=True):
@@ -35,25 +35,25 @@ except MocapFormatError as error:
     print(error)
 
 # %%
-# A motion is a table of angles, with names.
-print(motions[0].to_frame().iloc[:3, :4].round(3))
+# A motion is a table of angles with named columns.
+print(motions[0].to_pandas().iloc[:3, :4].round(3))
 PoseStripDisplay.from_motion(motions[0], view="zy")
 plt.show()
 
 # %%
-# The poses of several people are compared on one body, the mean of theirs.
-body = Skeleton.mean(motion.skeleton for motion in motions)
-poses = [motion.retarget(body).resample(12).angles for motion in motions]
+# The poses of several people are compared on one skeleton, the mean of theirs.
+skeleton = Skeleton.mean(motion.skeleton for motion in motions)
+poses = [motion.retarget(skeleton).resample(12).angles for motion in motions]
 X, sequence = np.concatenate(poses), np.repeat(np.arange(len(poses)), [len(p) for p in poses])
-DistanceMatrixDisplay.from_poses(body, X, sequence=sequence, names=[path.stem for path in paths])
+DistanceMatrixDisplay.from_poses(X, skeleton, sequence=sequence, names=[path.stem for path in paths])
 plt.show()
 
 # %%
-# Back to a file: the shortest way between the two poses that are farthest apart, at ten poses a second.
-D = pose_distances(X, skeleton=body)
+# Back to a file: the shortest path between the two poses that are farthest apart, at ten poses a second.
+D = pose_distances(X, skeleton=skeleton)
 i, j = np.unravel_index(D.argmax(), D.shape)
-way = geodesic(X[i], X[j], body)
-save_bvh(folder / "way.bvh", Motion(body, way.resample(20), frame_rate=10), scale=0.01)
-print(f"{(folder / 'way.bvh').name}: {way.length:.2f} m, the straight line {D[i, j]:.2f} m")
-PoseStripDisplay.from_geodesic(body, way, view="zy")
+shortest = geodesic(X[i], X[j], skeleton)
+save_bvh(folder / "shortest.bvh", Motion(skeleton, shortest.resample(20), frame_rate=10), scale=0.01)
+print(f"shortest.bvh: {shortest.length:.2f} m, the straight line {D[i, j]:.2f} m")
+PoseStripDisplay.from_geodesic(shortest, skeleton, view="zy")
 plt.show()

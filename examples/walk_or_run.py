@@ -2,9 +2,9 @@
 Walking or running?
 ===================
 
-Section 3.3 of the paper, from motions to a cross-validated classifier: read them, put all poses on one skeleton, and
-let the nearest neighbour decide, once for each metric, on sequences and people that it has not seen. With SKPOSE_CMU
-naming a folder of CMU files, on these.
+Section 3.3 of the paper, from motions to a cross-validated classifier: read them, convert all poses to one skeleton,
+and classify by the nearest neighbour, once for each metric, on sequences and people outside the training data. If
+SKPOSE_CMU names a folder of CMU files, the example runs on these.
 """
 
 import os
@@ -21,7 +21,7 @@ dataset = walks_and_runs(load_cmu(folder) if folder else make_gait(random_state=
 print(dataset)
 
 # %%
-# Poses at the paper's 12 Hz, on the mean skeleton of all subjects; what they do, and who they are.
+# Poses at the paper's 12 Hz, on the mean skeleton of all subjects; their actions and subjects.
 X, sequence = dataset.poses(frame_rate=12)
 y, subject = dataset.actions[sequence], dataset.subjects[sequence]
 
@@ -33,8 +33,8 @@ scores = cross_val_score(classifier, X, y, groups=subject, cv=LeaveOneGroupOut()
 print(f"leave one subject out, spatial: {scores.mean():.1%} (worst subject {scores.min():.1%})")
 
 # %%
-# A matrix of distances serves any number of validations. The paper leaves sequences out, of people that are seen in
-# others; frames of one sequence are nearly the same pose, so sequences stay whole.
+# A matrix of distances serves any number of validations. The paper leaves sequences out, of people who are
+# in the training data with others; frames of one sequence are nearly the same pose, so sequences stay whole.
 nearest = KNeighborsClassifier(n_neighbors=1, metric="precomputed")
 for metric in ("angle", "position", "rotation", "spatial"):
     D = pose_distances(X, skeleton=dataset.skeleton, metric=metric, n_jobs=-1)

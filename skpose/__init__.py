@@ -1,4 +1,4 @@
-"""Distances between human poses that respect how a body is built, for scikit-learn.
+"""Distances between human poses that measure how far the joints move, for scikit-learn.
 
 The metrics of S. Hauberg and K. S. Pedersen, "Spatial measures between human poses for classification and
 understanding", AMDO 2012, :doi:`10.1007/978-3-642-31567-1_3`. In the order in which data flows: files (`skpose.io`)

@@ -1,4 +1,4 @@
-"""What the estimators of poses share: what they ask of X, and the distances that their parameters mean."""
+"""Shared parts of the pose estimators: the checks of X, and the distances by their parameters."""
 
 from numbers import Integral
 
@@ -8,6 +8,7 @@ from sklearn.utils.validation import check_non_negative, validate_data
 from skpose._compat.sklearn import StrOptions
 from skpose.metrics import pose_distances
 from skpose.metrics._registry import METRIC_CONSTRAINTS, METRICS
+from skpose.skeleton import Skeleton
 from skpose.skeleton._validation import check_column_names, check_width
 
 # Constraints of the parameters of an estimator that also takes distances.
@@ -20,10 +21,17 @@ ESTIMATOR_CONSTRAINTS = {
 
 
 class PoseEstimatorMixin:
-    """For estimators with the parameters of `pose_distances`."""
+    """Mixin for estimators with the parameters of `pose_distances`."""
+
+    skeleton: Skeleton | None
+    metric: str
+    n_steps: int
+    wrap: bool | str
+    n_jobs: int | None
+    verbose: int
 
     def _checked(self, X, *, reset, **options):
-        """X as an array that fits the skeleton; given distances as they are."""
+        """Return X as an array that fits the skeleton; precomputed distances as they are."""
         skeleton = None if self.metric == "precomputed" else self.skeleton
         if skeleton is not None:
             check_column_names(X, skeleton, "X")
@@ -37,6 +45,7 @@ class PoseEstimatorMixin:
         return X
 
     def _distances(self, X, Y, verbose=None):
+        """Distances from X to Y, or among X if Y is None."""
         return pose_distances(
             X,
             Y,
@@ -49,6 +58,6 @@ class PoseEstimatorMixin:
         )
 
     def __sklearn_tags__(self):
-        tags = super().__sklearn_tags__()
+        tags = super().__sklearn_tags__()  # type: ignore[misc]  # of the estimator's other base classes
         tags.input_tags.pairwise = self.metric == "precomputed"
         return tags

@@ -1,10 +1,10 @@
-"""Skeletons of all kinds, and the real files where there are any."""
+"""Skeletons of all kinds, and the CMU files if SKPOSE_CMU names their folder."""
 
 import os
 import sys
 
 os.environ.setdefault("SCIPY_ARRAY_API", "1")  # before scipy: without it scikit-learn skips one of its checks
-os.environ["MPLBACKEND"] = "template"  # matplotlib's backend that draws nothing, and shows it without complaint
+os.environ["MPLBACKEND"] = "template"  # a matplotlib backend that draws nothing, and has no warning about it
 
 from pathlib import Path
 
@@ -20,8 +20,8 @@ DATA = Path(__file__).parent / "data"
 
 
 @pytest.fixture(autouse=True)
-def no_figures_left():
-    """Those of examples, which matplotlib complains of when they are many."""
+def no_open_figures():
+    """Close the figures of a test; matplotlib warns if there are many."""
     yield
     if "matplotlib.pyplot" in sys.modules:
         sys.modules["matplotlib.pyplot"].close("all")
@@ -29,7 +29,7 @@ def no_figures_left():
 
 @pytest.fixture(scope="session")
 def cmu_folder():
-    """The folder of CMU files that SKPOSE_CMU names; a wrong one is a failure, none skips."""
+    """The folder of CMU files named by SKPOSE_CMU; a wrong folder is a failure, and without one the test is skipped."""
     folder = os.environ.get("SKPOSE_CMU")
     if folder is None:
         pytest.skip("SKPOSE_CMU does not name a folder of CMU files")
@@ -43,7 +43,7 @@ def cmu(cmu_folder):
 
 
 def random_tree(seed, n=12, offset_frame="own"):
-    """A branching skeleton with every number and order of axes, rest rotations, and rigid joints."""
+    """A branching skeleton with all numbers and orders of axes, rest rotations, and rigid joints."""
     rng = np.random.default_rng(seed)
     kinds = ["xyz", "ZXY", "", "y", "xz", "ZY", "yxz", "X", "YZX", "zy", "XZY", "zyx"]
     bones = []
@@ -73,14 +73,14 @@ def skeleton(request):
 
 @pytest.fixture
 def poses(skeleton):
-    """Ten poses of the skeleton, two of them alike."""
+    """Ten poses of the skeleton, two of them equal."""
     X = np.random.default_rng(0).uniform(-3, 3, size=(10, skeleton.n_dofs))
     X[7] = X[2]
     return X
 
 
 class ChainMixin:
-    """An estimator of poses with the spatial metric on a planar chain as wide as X, for scikit-learn's checks."""
+    """Mixin that gives a pose estimator a planar chain as wide as X, for scikit-learn's checks."""
 
     def _on_chain(self, X):
         base = next(c for c in type(self).__mro__ if c.__module__.startswith("skpose."))
@@ -97,7 +97,7 @@ HAS_CALLBACKS = hasattr(SpatialMDS, "set_callbacks")
 
 
 class Recorder:
-    """A callback in the sense of scikit-learn's protocol that remembers what it was told."""
+    """A callback of scikit-learn's protocol that records its calls."""
 
     def __init__(self):
         self.tasks, self.open, self.torn_down = [], 0, False

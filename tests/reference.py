@@ -1,7 +1,7 @@
-"""Slow, obvious numpy: what the library computes, written down a second time from the definitions.
+"""Slow, obvious numpy: the library's results, computed a second time from the definitions.
 
-Nothing here is shared with `skpose` but the `Bone` and `Skeleton` records; rotations are scipy's, files are taken apart
-with regular expressions.
+Nothing here is shared with `skpose` but the `Bone` and `Skeleton` records; rotations are scipy's, files are parsed with
+regular expressions.
 """
 
 import re
@@ -15,10 +15,10 @@ INCH = 0.0254
 
 
 def orientations_and_positions(angles, skeleton):
-    """World orientation of every joint's own axes (list of Rotation) and its position (n_poses, 3), by definition."""
+    """Return the world orientations of all joints' own axes (list of Rotation) and their positions, by definition."""
     angles = np.atleast_2d(angles)
     identity = Rotation.identity(len(angles))
-    turned, placed = {None: identity}, {None: np.zeros((len(angles), 3))}
+    orientation, position = {None: identity}, {None: np.zeros((len(angles), 3))}
     column = 0
     for bone in skeleton.bones:
         k = len(bone.dofs)
@@ -26,11 +26,11 @@ def orientations_and_positions(angles, skeleton):
         if k:
             local = local * Rotation.from_euler(bone.dofs, angles[:, column : column + k])
         column += k
-        turned[bone.name] = turned[bone.parent] * local
-        holder = bone.name if skeleton.offset_frame == "own" else bone.parent
-        placed[bone.name] = placed[bone.parent] + turned[holder].apply(bone.offset)
+        orientation[bone.name] = orientation[bone.parent] * local
+        frame = bone.name if skeleton.offset_frame == "own" else bone.parent
+        position[bone.name] = position[bone.parent] + orientation[frame].apply(bone.offset)
     names = skeleton.joint_names
-    return [turned[name] for name in names], np.stack([placed[name] for name in names], axis=1)
+    return [orientation[name] for name in names], np.stack([position[name] for name in names], axis=1)
 
 
 def forward_kinematics(angles, skeleton):
@@ -43,35 +43,37 @@ def differences(a, b, wrap):
 
 
 def distance(a, b, skeleton, metric, n_steps=10, wrap=False):
-    """One distance by its definition in the paper."""
+    """Return one distance by its definition in the paper."""
     gap = differences(a, b, wrap)
     if metric == "angle":
         return np.linalg.norm(gap)
     if metric == "position":
-        return np.linalg.norm(forward_kinematics(a, skeleton) - forward_kinematics(b, skeleton))
+        return np.linalg.norm(np.diff(forward_kinematics([a, b], skeleton), axis=0))
     if metric == "rotation":
-        (ra, _), (rb, _) = orientations_and_positions(a, skeleton), orientations_and_positions(b, skeleton)
+        orientations, _ = orientations_and_positions([a, b], skeleton)
         index = {name: i for i, name in enumerate(skeleton.joint_names)}
         total = 0.0
         for i, bone in enumerate(skeleton.bones):
-            holder = i if skeleton.offset_frame == "own" else index.get(bone.parent)
-            if holder is not None:  # a bone fixed to the root does not turn
-                angle = (ra[holder].inv() * rb[holder]).magnitude()[0]
+            frame = i if skeleton.offset_frame == "own" else index.get(bone.parent)
+            if frame is not None:  # a bone fixed to the root does not rotate
+                angle = (orientations[frame][0].inv() * orientations[frame][1]).magnitude()
                 total += np.dot(bone.offset, bone.offset) * angle**2
         return np.sqrt(total)
+    if metric != "spatial":
+        raise ValueError(f"there is no definition of {metric!r} here: write it down")
     line = a + np.linspace(0, 1, n_steps + 1)[:, None] * gap
     positions = forward_kinematics(line, skeleton).reshape(n_steps + 1, -1)
     return np.linalg.norm(np.diff(positions, axis=0), axis=1).sum()
 
 
 def path_energy(path, skeleton):
-    """Eq. 6."""
+    """Return the energy of eq. 6."""
     F = forward_kinematics(path, skeleton).reshape(len(path), -1)
     return np.square(np.diff(F, axis=0)).sum()
 
 
 def path_length(path, skeleton, parts=1):
-    """Sum of chords, every step of the path divided into equal parts."""
+    """Return the sum of chords, every step of the path divided into equal parts."""
     path = np.asarray(path)
     at = np.linspace(0, len(path) - 1, (len(path) - 1) * parts + 1)
     fine = np.stack([np.interp(at, np.arange(len(path)), column) for column in path.T], axis=1)
@@ -84,12 +86,12 @@ def line(a, b, n_steps, wrap=True):
 
 
 def energy_gradient(F, J):
-    """The derivative of eq. 6 in the inner points, in closed form, from positions (n, 3L) and Jacobians (n, 3L, D)."""
+    """Return the derivative of eq. 6 by the inner points, from positions (n, 3L) and Jacobians (n, 3L, D)."""
     return 2 * np.einsum("nr,nrd->nd", 2 * F[1:-1] - F[:-2] - F[2:], J[1:-1])
 
 
 def least_energy_path(a, b, kinematics, n_steps=10, bounds=None):
-    """The minimiser of eq. 6 from the straight line, by scipy; naive: nobody looks between the points.
+    """Return the minimiser of eq. 6 from the straight line, by scipy; naive: it does not see between points.
 
     ``kinematics(path)`` gives positions (n, 3L) and Jacobians (n, 3L, D).
     """
@@ -113,7 +115,7 @@ def distances(X, Y, skeleton, metric, **parameters):
 
 
 def asf_amc_positions(asf, amc):
-    """Joint positions (n_frames, n_bones, 3) in m and the bones' names, from R_b = R_parent · C · M · C⁻¹."""
+    """Return joint positions (n_frames, n_bones, 3), m, and the bones' names, from R_b = R_parent · C · M · C⁻¹."""
     text = Path(asf).read_text()
     scale = INCH / float(re.search(r"length\s+([\d.]+)\s*\n\s*angle", text)[1])
     bones = {}
@@ -135,10 +137,10 @@ def asf_amc_positions(asf, amc):
         for frame in re.split(r"^\d+\s*$", Path(amc).read_text(), flags=re.M)[1:]
     ]
     n = len(frames)
-    turned, placed = {None: Rotation.identity(n)}, {None: np.zeros((n, 3))}
+    orientation, position = {None: Rotation.identity(n)}, {None: np.zeros((n, 3))}
 
     def place(name):
-        if name in placed:
+        if name in position:
             return
         place(parents[name])
         offset, C, dofs = bones[name]
@@ -146,19 +148,19 @@ def asf_amc_positions(asf, amc):
         for i, dof in enumerate(dofs):
             euler[:, "xyz".index(dof[1])] = [float(frame[name].split()[i]) for frame in frames]
         M = Rotation.from_euler("xyz", euler, degrees=True)
-        turned[name] = turned[parents[name]] * C * M * C.inv()
-        placed[name] = placed[parents[name]] + turned[name].apply(offset)
+        orientation[name] = orientation[parents[name]] * C * M * C.inv()
+        position[name] = position[parents[name]] + orientation[name].apply(offset)
 
     for name in bones:
         place(name)
-    return np.stack([placed[name] for name in bones], axis=1), list(bones)
+    return np.stack([position[name] for name in bones], axis=1), list(bones)
 
 
 def medoid_shift(D, bandwidth):
-    """Mode of every sample, by the definition: one sample at a time, then the modes among themselves.
+    """Return the mode of every sample, by the definition: one sample at a time, then the modes among themselves.
 
-    NaN stands where a graph of neighbours has no distance: such samples have no weight and are no place to move to, and
-    between two neighbours of a sample the distance is as if they lay at right angles.
+    NaN means that a graph of neighbours has no distance: such samples have no weight and nothing moves to them, and two
+    neighbours of a sample without a distance count as if they lay at right angles.
     """
     modes = np.arange(len(D))
     while True:

@@ -1,1 +1,1 @@
-"""The command line: its commands and the studies that they print."""
+"""The command line: options, commands, and the studies that two of them run."""

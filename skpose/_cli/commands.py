@@ -1,4 +1,4 @@
-"""What the commands of the command line do."""
+"""The commands of the command line."""
 
 import shutil
 from collections.abc import Iterator, Sequence
@@ -11,7 +11,7 @@ import numpy as np
 from scipy.sparse import save_npz
 
 from skpose._cli.compare import FRAME_RATE, PAPER_ACCURACY, PAPER_FIRST_COMPONENT, compare
-from skpose._parallel.journal import FileJournal
+from skpose._parallel.checkpoint import FileCheckpoint
 from skpose.datasets import MotionDataset, load_cmu, make_gait, walks_and_runs
 from skpose.io import file_format, load_asf, load_motion
 from skpose.metrics import pose_distances
@@ -22,7 +22,7 @@ from skpose.skeleton import Skeleton
 def read_poses(
     files: Sequence[Path], rate: float | None, asf: Path | None, frame_rate: float, scale: float | None
 ) -> tuple[np.ndarray, Skeleton]:
-    """The poses of all files on the mean skeleton; says which rows are whose."""
+    """Read all files; return their poses on the mean skeleton. Print which rows belong to which file."""
     motions = [load_motion(path, asf=asf, frame_rate=frame_rate, scale=scale) for path in files]
     names = [str(path) for path in files]
     X, sequence = (dataset := MotionDataset(motions, names, names, names)).poses(rate)
@@ -33,9 +33,9 @@ def read_poses(
 
 
 @contextmanager
-def engine(backend: str, scheduler: str | None, n_jobs: int) -> Iterator[None]:
-    """Where work is done, as joblib's configuration."""
-    if backend == "dask":
+def backend(name: str, scheduler: str | None, n_jobs: int) -> Iterator[None]:
+    """Configure joblib's backend."""
+    if name == "dask":
         try:
             from dask.distributed import Client
         except ImportError:
@@ -44,7 +44,7 @@ def engine(backend: str, scheduler: str | None, n_jobs: int) -> Iterator[None]:
         cluster = {"n_workers": n_workers, "threads_per_worker": 1} if scheduler is None else {"address": scheduler}
         with Client(**cluster), joblib.parallel_config("dask"):
             yield
-    elif backend == "ray":
+    elif name == "ray":
         try:
             import ray
             from ray.util.joblib import register_ray
@@ -55,22 +55,22 @@ def engine(backend: str, scheduler: str | None, n_jobs: int) -> Iterator[None]:
         with joblib.parallel_config("ray", n_jobs=n_jobs):
             yield
     else:
-        with joblib.parallel_config("threading" if backend == "threads" else backend, n_jobs=n_jobs):
+        with joblib.parallel_config("threading" if name == "threads" else name, n_jobs=n_jobs):
             yield
 
 
 def distances(X: np.ndarray, skeleton: Skeleton, metric: str, out: Path, dtype: str) -> None:
-    """Write the matrix of distances to a file, or finish the one that is there."""
+    """Write the matrix of distances to a file, or finish an interrupted one."""
     X, shape = X.astype(dtype), (len(X), len(X))
-    if out.exists() and FileJournal(out).path.exists():
+    if out.exists() and FileCheckpoint(out).path.exists():
         array = np.lib.format.open_memmap(out, mode="r+")
-        print(f"{out} was begun before")
+        print(f"{out} is unfinished: continuing")
     else:
         _refuse_to_overwrite(out)
         size, free = shape[0] * shape[1] * X.dtype.itemsize, shutil.disk_usage(out.absolute().parent).free
         if size > free:
             raise ValueError(
-                f"{out} would have {size / 1e9:.1f} GB, and there are {free / 1e9:.1f} GB left: lower --rate, or take "
+                f"{out} needs {size / 1e9:.1f} GB and the disk has {free / 1e9:.1f} GB free: use a lower --rate, or "
                 "--dtype float32"
             )
         array = np.lib.format.open_memmap(out, mode="w+", dtype=X.dtype, shape=shape)
@@ -81,7 +81,7 @@ def distances(X: np.ndarray, skeleton: Skeleton, metric: str, out: Path, dtype: 
 def neighbors(
     X: np.ndarray, skeleton: Skeleton, metric: str, out: Path, n_neighbors: int, radius: float | None
 ) -> None:
-    """Write the graph of neighbours to a file, none of them its own."""
+    """Write the graph of neighbours to a file. No pose is a neighbour of itself."""
     _refuse_to_overwrite(out)
     if radius is None:
         search = PoseKNeighborsTransformer(skeleton, metric=metric, n_neighbors=n_neighbors, verbose=1).fit(X)
@@ -90,7 +90,7 @@ def neighbors(
         search = PoseRadiusNeighborsTransformer(skeleton, metric=metric, radius=radius, verbose=1).fit(X)
         graph = search.radius_neighbors_graph(mode="distance")
     new = out.with_name(f"{out.name}.new")
-    with new.open("wb") as file:  # as to a name save_npz would add what it misses
+    with new.open("wb") as file:  # given a name, save_npz would append ".npz" to it
         save_npz(file, graph)
     new.replace(out)
     print(f"{out}: {graph.nnz:,} neighbours of {len(X):,} poses")
@@ -98,11 +98,11 @@ def neighbors(
 
 def _refuse_to_overwrite(out: Path) -> None:
     if out.exists():
-        raise FileExistsError(f"{out} exists already: delete it or name another file")
+        raise FileExistsError(f"{out} already exists: delete it or choose another file")
 
 
 def info(path: Path, asf: Path | None, frame_rate: float, scale: float | None) -> None:
-    """Print what a file holds."""
+    """Print the contents of a file: frames, joints, degrees of freedom."""
     if file_format(path) == "ASF":
         skeleton = load_asf(path, scale=scale)
     else:
@@ -110,18 +110,18 @@ def info(path: Path, asf: Path | None, frame_rate: float, scale: float | None) -
         skeleton = motion.skeleton
         print(f"{len(motion)} frames at {motion.frame_rate:g} Hz, {len(motion) / motion.frame_rate:.2f} s")
     print(f"{skeleton.n_joints} joints besides the root, {skeleton.n_dofs} degrees of freedom\n")
-    width = max(len(name) for name in ("joint", *skeleton.joint_names))
-    print(f"{'joint':<{width}}  {'hangs on':<{width}}  {'bone, m':>8}  turns about")
+    width = max(len(name) for name in ("joint", "parent", *skeleton.joint_names))
+    print(f"{'joint':<{width}}  {'parent':<{width}}  {'bone, m':>8}  rotates about")
     for bone in skeleton.bones:
         length = np.linalg.norm(bone.offset)
-        print(f"{bone.name:<{width}}  {bone.parent or 'the root':<{width}}  {length:>8.3f}  {bone.dofs or '-'}")
+        print(f"{bone.name:<{width}}  {bone.parent or 'root':<{width}}  {length:>8.3f}  {bone.dofs or '-'}")
 
 
 def reproduce(folder: Path | None, out: Path, seed: int, n_jobs: int) -> None:
-    """Print section 3 of the paper with our numbers, and write it with its figures to a folder."""
+    """Repeat section 3 of the paper: print the numbers, and write them with the figures to a folder."""
     if find_spec("matplotlib") is None:
         raise ValueError("the figures need matplotlib: pip install 'skpose[plot]'")
-    from skpose._cli import report  # these take long to import
+    from skpose._cli import report  # slow to import
     from skpose._cli import reproduce as studies
 
     if folder is None:
@@ -140,7 +140,7 @@ def reproduce(folder: Path | None, out: Path, seed: int, n_jobs: int) -> None:
 
 
 def compare_metrics(folder: Path | None, n_jobs: int) -> None:
-    """Print how the metrics compare at telling walking from running."""
+    """Print how well each metric classifies walking and running."""
     if folder is None:
         dataset, source = make_gait(random_state=0), "generated gait, skpose.datasets.make_gait(random_state=0)"
     else:
@@ -164,6 +164,4 @@ def compare_metrics(folder: Path | None, n_jobs: int) -> None:
             flush=True,
         )
     print("\nPaper: Hauberg & Pedersen 2012, other sequences of the CMU data. Sec. 3.3: ten walks and ten runs, 1,096")
-    print(
-        "poses; fig. 4 (c): modes over 673 sequences. Times are for distances, validations and scaling, not compiling."
-    )
+    print("poses; fig. 4 (c): modes over 673 sequences. Time: distances, validation and scaling, not compilation.")

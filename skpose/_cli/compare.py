@@ -1,9 +1,11 @@
-"""The study that `skpose compare` prints: which metric tells walking from running, and makes movement simple?
+"""The study of `skpose compare`: which metric separates walking and running best?
 
-Protocol, after sections 3.2 and 3.3 of the paper: poses at 12 Hz on the mean skeleton of all subjects. The nearest
-neighbour among the poses of the other sequences (or of the other subjects) decides between walking and running; the
-figure is the share of poses that it gets right. And of each sequence the share of variance in the first component of
-multidimensional scaling; the figure is the median over the sequences.
+Protocol, after sections 3.2 and 3.3 of the paper: poses at 12 Hz on the mean skeleton of all subjects.
+
+- Classification: a pose gets the class of its nearest neighbour among the poses of the other sequences (or of the other
+  subjects). The result is the share of poses that are classified right.
+- Dimension: the share of variance in the first component of multidimensional scaling, for each sequence. The result is
+  the median over the sequences.
 """
 
 import time
@@ -19,14 +21,14 @@ from skpose.manifold import SpatialMDS
 from skpose.metrics import pose_distances
 
 FRAME_RATE = 12.0  # Hz, the paper's
-COMPARED = ("angle", "position", "rotation", "spatial")  # a million geodesics would take an hour
-# On other sequences of the CMU database: sec. 3.3, leaving one sequence out, and the modes of figure 4 (c).
+COMPARED = ("angle", "position", "rotation", "spatial")  # without "geodesic": a million of them take an hour
+# The paper, for other sequences of the CMU database: sec. 3.3, leaving one sequence out; modes of figure 4 (c).
 PAPER_ACCURACY = {"angle": 0.90, "spatial": 1.00}
 PAPER_FIRST_COMPONENT = {"angle": 0.40, "spatial": 0.80}
 
 
 class Result(NamedTuple):
-    """One row of the table."""
+    """A row of the table."""
 
     metric: str
     leave_subject_out: float  # share of poses classified right
@@ -36,7 +38,7 @@ class Result(NamedTuple):
 
 
 def compare(dataset: MotionDataset, *, n_jobs: int | None = None) -> Iterator[Result]:
-    """Results of all metrics on the walks and runs of a dataset, one after the other."""
+    """Yield the result of each metric on the walks and runs of a dataset."""
     dataset = walks_and_runs(dataset)
     X, sequence = dataset.poses(FRAME_RATE)
     y, subject = dataset.actions[sequence], dataset.subjects[sequence]
@@ -44,15 +46,15 @@ def compare(dataset: MotionDataset, *, n_jobs: int | None = None) -> Iterator[Re
         pose_distances(X[:1], skeleton=dataset.skeleton, metric=metric)  # compile before the clock starts
         start = time.perf_counter()
         distances = pose_distances(X, skeleton=dataset.skeleton, metric=metric, n_jobs=n_jobs)
-        accuracies = [float(np.mean(classified_right(distances, y, groups))) for groups in (subject, sequence)]
+        right = [float(np.mean(classified_right(distances, y, groups))) for groups in (subject, sequence)]
         frames = [np.flatnonzero(sequence == i) for i in np.unique(sequence)]
         shares = [first_component(distances[np.ix_(f, f)]) for f in frames if len(f) > 2]
         component = float(np.median(shares)) if shares else np.nan
-        yield Result(metric, *accuracies, component, time.perf_counter() - start)
+        yield Result(metric, right[0], right[1], component, time.perf_counter() - start)
 
 
 def classified_right(distances: np.ndarray, y: np.ndarray, groups: np.ndarray) -> np.ndarray:
-    """Whether each pose's nearest neighbour outside its own group is of its class; NaN with one group alone."""
+    """Return whether the nearest neighbour of each pose outside its group has its class; NaN for a single group."""
     if len(np.unique(groups)) < 2:
         return np.full(len(y), np.nan)
     nearest = KNeighborsClassifier(n_neighbors=1, metric="precomputed")
@@ -60,5 +62,5 @@ def classified_right(distances: np.ndarray, y: np.ndarray, groups: np.ndarray) -
 
 
 def first_component(distances: np.ndarray) -> float:
-    """Share of the variance of some poses in their first MDS component."""
+    """Return the share of variance in the first component of multidimensional scaling."""
     return float(SpatialMDS(1, metric="precomputed").fit(distances).explained_variance_ratio_[0])

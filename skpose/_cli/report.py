@@ -8,39 +8,39 @@ from skpose._cli.reproduce import DIFFERENCES, N_DRAWS, Findings
 from skpose.plot import GeodesicDisplay, MDSDisplay
 from skpose.plot._axes import COLOURS
 
-HEAD = ("section", "what", "paper", "here", f"{N_DRAWS} draws", "sequences", "poses", "test")
+HEAD = ("section", "quantity", "paper", "here", f"{N_DRAWS} draws", "sequences", "poses", "test")
 
 
 def cells(findings: Findings) -> list[tuple[str, ...]]:
-    """The table, row by row, without its head."""
+    """Return the rows of the table, without its head."""
     return [
-        (row.section, row.what, row.paper, row.first, row.draws, str(row.n_sequences), f"{row.n_poses:,}", row.test)
+        (row.section, row.quantity, row.paper, row.first, row.draws, str(row.n_sequences), f"{row.n_poses:,}", row.test)
         for row in findings.rows
     ]
 
 
 def text(findings: Findings) -> str:
-    """The table for a terminal, and what differs from the paper."""
+    """Return the table for a terminal, and the differences from the paper."""
     rows = [HEAD, *cells(findings)]
     widths = [max(len(row[i]) for row in rows) for i in range(len(HEAD))]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
-    return "\n".join([*lines, "", "What differs from the paper:", *(f"- {note}" for note in _notes(findings))])
+    return "\n".join([*lines, "", "Differences from the paper:", *(f"- {note}" for note in _notes(findings))])
 
 
 def markdown(findings: Findings, source: str, command: str) -> str:
-    """The same as a document of its own, with the figures."""
+    """Return the same as a Markdown document with the figures."""
     table = ["| " + " | ".join(row) + " |" for row in [HEAD, ("---",) * len(HEAD), *cells(findings)]]
     pictures = [f"![{caption}]({name})" for name, caption in CAPTIONS.items()]
     paper = "S. Hauberg, K. S. Pedersen, AMDO 2012, [doi](https://doi.org/10.1007/978-3-642-31567-1_3)"
     return "\n".join(
         [
-            "# Section 3 of the paper, again",
+            "# Section 3 of the paper, repeated",
             "",
             f"{paper}, on {source}; `{command}`. Poses at 12 Hz, ten steps to a curve.",
             "",
             *table,
             "",
-            "What differs from the paper:",
+            "Differences from the paper:",
             "",
             *(f"- {note}" for note in _notes(findings)),
             "",
@@ -61,13 +61,14 @@ CAPTIONS = {
 
 
 def draw(findings: Findings, folder: Path) -> None:
-    """Figures 3 and 4, as PNG files."""
+    """Write figures 3 and 4 as PNG files."""
     from matplotlib.figure import Figure  # without pyplot: no window, no backend
 
     figure = Figure(figsize=(11, 4.5), layout="constrained")
     left, right = figure.subplots(1, 2)
-    display = GeodesicDisplay.from_poses(*findings.pair, ax=left)
-    left.set_title(f"(a) the least good line of them, ratio {display.ratio_:.3f}")
+    skeleton, start, end = findings.pair
+    display = GeodesicDisplay.from_poses(start, end, skeleton, ax=left)
+    left.set_title(f"(a) the pair of lowest ratio, {display.ratio_:.3f}")
     right.hist(findings.ratios, bins=20, color=COLOURS[0])
     lowest = findings.ratios.min()
     right.axvline(lowest, color=COLOURS[1], linestyle="--", label=f"lowest, {lowest:.3f} (paper: 0.94)")
@@ -87,6 +88,6 @@ def draw(findings: Findings, folder: Path) -> None:
     for (metric, shares), colour in zip(findings.shares.items(), COLOURS, strict=False):
         last.hist(shares, bins=np.linspace(0, 1, 21), color=colour, alpha=0.6, label=f"“{metric}”")
     last.set(xlabel="share of variance in the first component", ylabel="sequences")
-    last.set_title("(c) how much one component holds")
+    last.set_title("(c) share of variance in one component")
     last.legend()
     figure.savefig(folder / "figure_4.png", dpi=120)

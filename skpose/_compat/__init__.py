@@ -1,1 +1,1 @@
-"""What is taken from private parts of other libraries, one file for each: the places to mend when these change."""
+"""Private parts of other libraries that skpose uses, a file for each library: what to change when these change."""

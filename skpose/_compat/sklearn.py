@@ -9,10 +9,10 @@ try:
     from sklearn.callback import CallbackSupportMixin, with_callbacks
 except ImportError:  # before scikit-learn 1.9
 
-    class CallbackSupportMixin:
+    class CallbackSupportMixin:  # type: ignore[no-redef]
         """Replacement where scikit-learn has no callbacks."""
 
-    def with_callbacks(method):
+    def with_callbacks(method: Any) -> Any:
         """Return the method unchanged."""
         return method
 

@@ -9,13 +9,13 @@ from skpose._compiled.jit import jit
 
 @jit
 def shift_in_graph(indptr, indices, squared, factor, tie, target, staying):
-    """Where each sample of a graph moves to: the neighbour j with the least Σ_k w_ik d_jk², w = exp(factor · d²).
+    """Find the sample to which each sample moves: the neighbour j with the least Σ_k w_ik d_jk², w = exp(factor · d²).
 
-    The graph is symmetric, with sorted rows that hold the diagonal. Where it lacks d_jk², d_ij² + d_ik² stands in: what
-    that is on average if j and k lie in independent directions from i.
+    The graph is symmetric, with sorted rows that hold the diagonal. If it lacks d_jk², d_ij² + d_ik² is taken: its
+    average for j and k in independent directions from i.
     """
     n = target.shape[0]
-    weight, from_i = np.zeros(n), np.zeros(n)  # w_ik and d_ik² of the present i, nought but for its neighbours
+    weight, from_i = np.zeros(n), np.zeros(n)  # w_ik and d_ik² of the current i, zero except for its neighbours
     for i in range(n):
         total, moment = 0.0, 0.0  # Σ w_ik and Σ w_ik d_ik²
         for e in range(indptr[i], indptr[i + 1]):

@@ -1,4 +1,4 @@
-"""How functions are compiled: one set of options, cached on disk where that is possible."""
+"""Compilation by numba: one set of options, cached on disk where that is possible."""
 
 import functools
 import hashlib
@@ -9,14 +9,15 @@ from typing import Any
 
 from numba import njit
 
-from skpose._compiled import lanes_llvm  # noqa: F401  (it tells numba what lanes are)
+from skpose._compiled import lanes_llvm  # noqa: F401  (it defines lanes for numba)
 
 
 def sources_digest() -> str:
     """Return a digest of all sources of this package.
 
     numba inlines functions of one file into those of another, but its cache watches only the file of the outer one.
-    With this digest in the place of that file's time stamp, an edit in any file is seen everywhere.
+    With this digest as a part of the cache's version, an edit in any file is seen everywhere, and nothing that was
+    compiled from other sources is loaded.
     """
     digest = hashlib.sha256()
     for path in sorted(Path(__file__).parent.glob("*.py")):
@@ -52,7 +53,7 @@ def jit(function: Callable | None = None, *, signatures: Sequence = (), **option
     compiled = njit(nogil=True, fastmath={"contract"}, **options)(function)
     if CACHED and hasattr(compiled, "enable_caching"):
         compiled.enable_caching()
-        compiled._cache._cache_file._source_stamp = DIGEST
+        compiled._cache._cache_file._version += DIGEST  # read before the rest, which may not load any more
     if signatures and hasattr(compiled, "compile"):
         for signature in signatures:
             compiled.compile(signature)

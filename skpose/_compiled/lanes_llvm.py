@@ -18,7 +18,7 @@ _INLINED = {"forceinline": True, "nogil": True}
 
 
 class LanesType(types.Type):
-    """As many numbers of one float type as fill VECTOR_BYTES."""
+    """Numbers of one float type that fill VECTOR_BYTES."""
 
     def __init__(self, dtype):
         self.dtype = dtype
@@ -50,7 +50,7 @@ class _RowsModel(models.PrimitiveModel):
 
 
 def _broadcast(context, builder, value, source, target):
-    """One number in every lane, where the target has lanes."""
+    """Return one number in every lane, where the target has lanes."""
     if isinstance(source, LanesType):
         return value
     if not isinstance(target, LanesType):
@@ -93,19 +93,19 @@ _define_operator(operator.mul, "fmul")
 
 
 def _address(context, builder, array_type, array):
-    """Where the numbers of an array begin."""
+    """Return the address of the first number of an array."""
     return builder.ptrtoint(context.make_array(array_type)(context, builder, array).data, cgutils.intp_t)
 
 
 def _row_address(context, builder, rows_type, address, index_type, index):
-    """Where a row begins, as an opaque pointer."""
+    """Return the address of a row, as an opaque pointer."""
     at = context.cast(builder, index, index_type, types.intp)
     start = builder.inttoptr(address, ir.PointerType())
     return builder.gep(start, [at], source_etype=context.get_value_type(rows_type.row))
 
 
 def _alignment(row):
-    """Of a row: that of one number, as arrays begin anywhere."""
+    """Return the alignment of a row: that of one number, as arrays begin anywhere."""
     return (row.dtype if isinstance(row, LanesType) else row).bitwidth // 8
 
 
@@ -225,7 +225,7 @@ def _overload_minimum(a, b):
 
 
 def _exceeding(context, builder, sig, args):
-    """A flag for each lane: whether its value is more than the bound."""
+    """Return a flag for each lane: its value is more than the bound."""
     bound = _broadcast(context, builder, args[1], sig.args[1], sig.args[0])
     return builder.fcmp_ordered(">", args[0], bound)
 

@@ -26,7 +26,7 @@ from skpose._compiled.normal_equations import (
     mean_diagonal,
     normal_equations,
 )
-from skpose._compiled.path_energy import chords, copy_of, copy_path, curve_length, evaluate
+from skpose._compiled.path_energy import chords, copy_of, copy_free, curve_length, evaluate
 
 # λ is relative to the mean diagonal of the normal equations.
 FIRST_DAMPING, LEAST_DAMPING, MAX_DAMPING = 1e-6, 1e-8, 1e6
@@ -190,7 +190,7 @@ def _line_search(tree, path, line, bounds, first, second, scratch):
     if abs(size - 1.0) > line.least_change and size < 4.0:
         again = _try(tree, path, line, size, bounds, second, scratch)
         if again < lowest:
-            copy_path(second, first)
+            copy_free(second, first)
             return again
     return lowest
 
@@ -235,7 +235,7 @@ def minimise(tree, path, bounds, settings):
     system, trial, second = _system_for(tree, path), copy_of(path), copy_of(path)
     gradient = system.equations.gradient
     step, last_step, direction = np.zeros(shape), np.zeros(shape), np.zeros(shape)
-    half = evaluate(tree, path, system.scratch)
+    half, noise = evaluate(tree, path, system.scratch), rounding_length(tree) ** 2
     if shape[0] < 3:
         return Outcome(0.0, 0, True)
     scale, damping, norm, n_perturbations = 0.0, 0.0, math.inf, 0
@@ -251,7 +251,7 @@ def minimise(tree, path, bounds, settings):
         if _fix_at_bounds(path, bounds, system):
             last_slope = 0.0
         norm = 2.0 * math.sqrt(_dot(gradient, gradient))
-        if scale <= rounding_length(tree) ** 2:  # nothing moves
+        if scale <= noise:  # nothing moves
             return Outcome(norm, iteration, True)
         stationary, used, predicted, slope = norm <= settings.tol, damping, 0.0, 0.0
         if not stationary:
@@ -275,11 +275,12 @@ def minimise(tree, path, bounds, settings):
         ratio = (half - lowest) / predicted
         if ratio > LEAST_RATIO:
             exact = half - lowest < settings.exact_below * half
-            copy_path(trial, path)
+            copy_free(trial, path)
             half = lowest
             step, last_step = last_step, step
         last_slope = slope if ratio > 0.25 and not exact else 0.0
-        damping = _updated_damping(damping, 4.0 * (used if settings.raise_used else damping), ratio, scale)
+        raised = 4.0 * (used if settings.raise_used else damping)
+        damping = _updated_damping(damping, raised, ratio, scale)
         check = iteration % settings.patience == settings.patience - 1
         if check and relative_gap(tree, path.poses) > DIVERGED * MAX_GAP:
             return Outcome(norm, iteration + 1, False)

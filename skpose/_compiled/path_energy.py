@@ -58,12 +58,12 @@ def copy_of(path):
 
 
 @internal
-def copy_path(source, target):
-    """Copy a path to another one of the same shape."""
-    for i in range(source.poses.shape[0]):
+def copy_free(source, target):
+    """Copy what lies between the ends to another path, whose ends are the same."""
+    for i in range(1, source.poses.shape[0] - 1):
         for d in range(source.poses.shape[1]):
             target.poses[i, d] = source.poses[i, d]
-    for k in range(source.P.shape[0]):
+    for k in range(1, source.P.shape[0] - 1):
         for i in range(source.P.shape[1]):
             target.P[k, i] = source.P[k, i]
         for i in range(source.screws.shape[1]):

@@ -1,4 +1,4 @@
-"""What a measure writes, and what the loops over pairs read: named arrays instead of positions in one."""
+"""The output of a measure, which the loops over pairs read: named arrays."""
 
 from typing import NamedTuple
 

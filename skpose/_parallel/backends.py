@@ -1,10 +1,10 @@
-"""Blocks of work in processes or on a cluster, where the user's joblib configuration asks for that.
+"""Tasks in processes or on a cluster, where the user's joblib configuration asks for that.
 
-What all blocks need is shipped once to each worker and opened there once. Blocks that are lost, as with a worker that
-dies, are sent again, as long as something comes back in between.
+The payload, which all tasks need, is sent once to each worker and unpacked there once. Tasks that do not come back, as
+when a worker dies, are sent again, as long as some come back in between.
 
-The blocks are tasks of joblib's, but for dask: there joblib (1.6) waits forever for a task that dask gives up, such as
-one that killed its workers or could not be loaded, so these tasks are given to the client of joblib's configuration.
+The tasks are joblib's, except with dask: there joblib (1.6) waits forever for a task that dask gives up, such as one
+that killed its workers or could not be loaded, so these tasks are given to the client of joblib's configuration.
 """
 
 import collections
@@ -13,57 +13,65 @@ import pickle
 import threading
 import uuid
 import warnings
-from collections.abc import Callable, Hashable, Iterable, Iterator
+from collections.abc import Callable, Generator, Hashable, Iterable, Iterator, Sequence
 from typing import Any, TypeVar
 
 import joblib
 import numpy as np
 
-from skpose._compat.joblib import active_backend, is_dask, is_ray, returns_one_by_one, shares_memory
+from skpose._compat.joblib import (
+    active_backend,
+    dask_client,
+    is_dask,
+    is_ray,
+    returns_one_by_one,
+    shares_memory,
+    while_waiting,
+)
 
-Block = TypeVar("Block", bound=Hashable)
+Task = TypeVar("Task", bound=Hashable)
 ATTEMPTS = 3  # in a row from which nothing comes back
-UNDER_WAY = 4  # blocks per worker that are computed or wait to be taken, at most
-OPENED_AT_ONCE = 2
-SMALL = 2**26  # bytes, to be copied by a worker of joblib's, which waits for a second for mapped ones to be let go
+UNFINISHED = 4  # tasks per worker that are computed or wait to be taken, at most
+UNPACKED_AT_ONCE = 2
+SMALL = 2**26  # bytes, to be copied by a worker of joblib's, which waits for a second for mapped ones to be freed
 
 
-class EngineError(RuntimeError):
-    """The engine of joblib's configuration failed, again and again."""
+class BackendError(RuntimeError):
+    """The backend of joblib's configuration failed several times in a row."""
 
 
 def in_processes(n_jobs: int | None) -> bool:
-    """Whether the user's joblib configuration sends tasks to other processes, and to more than one."""
+    """Return whether the user's joblib configuration sends tasks to other processes, and to more than one."""
     return not shares_memory(active_backend()) and joblib.effective_n_jobs(n_jobs) > 1
 
 
 def from_workers(
-    function: Callable, shared: Any, blocks: Iterable[Block], n_jobs: int | None
-) -> Iterator[tuple[Block, Any]]:
-    """Each block with ``function(shared, block)``, as they come back.
+    function: Callable, shared: Any, tasks: Iterable[Task], n_jobs: int | None
+) -> Generator[tuple[Task, Any], None, None]:
+    """Yield each task with ``function(shared, task)``, in the order in which they come back.
 
-    No more than a few blocks per worker are under way at any time, however slowly they are taken.
+    No more than a few tasks per worker are unfinished at any time, however slowly they are taken.
     """
-    parcel = _Parcel(shared)
-    left = dict.fromkeys(blocks)
+    payload = _Payload(shared)
+    left = dict.fromkeys(tasks)
     failed = 0
     while left:
         n_left = len(left)
         try:
             backend = active_backend()
             returned = _from_dask if is_dask(backend) else _from_joblib
-            for block, result in returned(backend, function, parcel, list(left), n_jobs):
+            for task, result in returned(backend, function, payload, list(left), n_jobs):
                 if isinstance(result, _Failure):
                     break
-                del left[block]
-                yield block, result
+                del left[task]
+                yield task, result
             else:
                 continue
         except Exception as error:
             failed = failed + 1 if len(left) == n_left else 1
             if failed >= ATTEMPTS:
-                raise EngineError(
-                    f"{len(left)} blocks did not come back from joblib's workers in {failed} attempts; the last one "
+                raise BackendError(
+                    f"{len(left)} tasks did not come back from joblib's workers in {failed} attempts; the last one "
                     f"ended with {type(error).__name__}: {error}"
                 ) from error
             continue
@@ -71,18 +79,20 @@ def from_workers(
 
 
 def _from_joblib(
-    backend: Any, function: Callable, parcel: "_Parcel", blocks: list[Block], n_jobs: int | None
-) -> Iterator[tuple[Block, Any]]:
-    """Blocks and what came of them."""
-    parts = parcel.for_ray() if is_ray(backend) else parcel.parts
-    limit = UNDER_WAY * joblib.effective_n_jobs(n_jobs)
-    waiting, n_sent, n_taken = collections.deque(blocks), 0, 0
+    backend: Any, function: Callable, payload: "_Payload", tasks: list[Task], n_jobs: int | None
+) -> Generator[tuple[Task, Any], None, None]:
+    """Yield tasks and their results or failures."""
+    parts = payload.for_ray() if is_ray(backend) else payload.parts
+    limit = UNFINISHED * joblib.effective_n_jobs(n_jobs)
+    waiting, n_sent, n_taken = collections.deque(tasks), 0, 0
 
-    def tasks():  # asked for in another thread, where waiting would stop the engine; hence it ends, and begins anew
+    def calls() -> (
+        Iterator
+    ):  # joblib asks for them in another thread and stops while that waits; so this ends, and is called again
         nonlocal n_sent
         while waiting and n_sent - n_taken < limit:
             n_sent += 1
-            yield joblib.delayed(_work)(function, parcel.token, waiting.popleft(), *parts)
+            yield joblib.delayed(_run)(function, payload.token, waiting.popleft(), *parts)
 
     one_by_one = returns_one_by_one(backend)
     with joblib.Parallel(
@@ -93,7 +103,7 @@ def _from_joblib(
         max_nbytes=1000,  # larger arrays are not sent to processes of this machine, but mapped
     ) as parallel:
         while waiting:
-            results = parallel(tasks())
+            results = parallel(calls())
             try:
                 for result in results:
                     n_taken += 1
@@ -101,84 +111,86 @@ def _from_joblib(
             finally:
                 if one_by_one:
                     with warnings.catch_warnings():
-                        warnings.simplefilter("ignore")  # that tasks are cancelled, which is meant
+                        warnings.simplefilter("ignore")  # about cancelled tasks, which are intended
                         results.close()
 
 
 def _from_dask(
-    backend: Any, function: Callable, parcel: "_Parcel", blocks: list[Block], n_jobs: int | None
-) -> Iterator[tuple[Block, Any]]:
-    """Blocks and what came of them; the first that dask gives up is an error."""
+    backend: Any, function: Callable, payload: "_Payload", tasks: list[Task], n_jobs: int | None
+) -> Generator[tuple[Task, Any], None, None]:
+    """Yield tasks and their results or failures; the first that dask gives up is an error."""
     from dask.distributed import as_completed
 
-    client, waiting, under_way = backend.client, iter(blocks), set()
-    parts = client.scatter(parcel.parts, broadcast=True, hash=False)
-    options = {"pure": False} | backend.submit_kwargs
+    client, submit_options = dask_client(backend)
+    options = {"pure": False} | submit_options
+    waiting, unfinished = iter(tasks), set()
+    parts = client.scatter(payload.parts, broadcast=True, hash=False)
 
-    def send(n_blocks: int) -> list:
-        some = itertools.islice(waiting, n_blocks)
-        futures = [client.submit(_work, function, parcel.token, block, *parts, **options) for block in some]
-        under_way.update(futures)
+    def send(n_tasks: int) -> list:
+        some = itertools.islice(waiting, n_tasks)
+        futures = [client.submit(_run, function, payload.token, task, *parts, **options) for task in some]
+        unfinished.update(futures)
         return futures
 
     try:
-        with backend.retrieval_context():  # for the case that this is a dask worker itself
-            completed = as_completed(send(UNDER_WAY * joblib.effective_n_jobs(n_jobs)))
+        with while_waiting(backend):
+            completed = as_completed(send(UNFINISHED * joblib.effective_n_jobs(n_jobs)))
             for future in completed:
                 yield future.result()
-                under_way.remove(future)
+                unfinished.remove(future)
                 completed.update(send(1))
     finally:
-        if under_way:
-            client.cancel(list(under_way))
+        if unfinished:
+            client.cancel(list(unfinished))
 
 
 class _Failure:
-    """An error of the work itself, not of the engine."""
+    """An error of the task itself, not of the backend."""
 
     def __init__(self, error: Exception):
         self.error = error
 
 
-def _work(function: Callable, token: str, block: Block, *parts) -> tuple[Block, Any]:
-    """What runs on a worker."""
+def _run(function: Callable, token: str, task: Task, *parts: Any) -> tuple[Task, Any]:
+    """Run a task on a worker."""
     try:
-        return block, function(_opened(token, parts), block)
+        return task, function(_unpacked(token, parts), task)
     except Exception as error:
-        return block, _Failure(error)
+        return task, _Failure(error)
 
 
-class _Parcel:
-    """What all blocks need, as arrays of bytes, without a copy of its arrays."""
+class _Payload:
+    """The part that all tasks share, as arrays of bytes, without a copy of its arrays."""
 
     def __init__(self, content: Any):
         buffers: list[pickle.PickleBuffer] = []
         stream = pickle.dumps(content, protocol=5, buffer_callback=buffers.append)
-        self.parts = [np.frombuffer(part, np.uint8) for part in (stream, *(buffer.raw() for buffer in buffers))]
+        raw: list[bytes | memoryview] = [stream, *(buffer.raw() for buffer in buffers)]
+        self.parts = [np.frombuffer(part, np.uint8) for part in raw]
         self.token = uuid.uuid4().hex
 
     def for_ray(self) -> list:
-        """References to the parts; loky maps arrays by itself."""
+        """Return references to the parts; loky maps arrays by itself."""
         import ray
 
         return [ray.put(part) for part in self.parts]
 
 
-_open: dict[str, Any] = {}
-_opening = threading.Lock()
+_contents: dict[str, Any] = {}
+_unpacking = threading.Lock()
 
 
-def _opened(token: str, parts: tuple) -> Any:
-    """The content of a parcel, kept for the next block."""
-    with _opening:
-        if token not in _open:
+def _unpacked(token: str, parts: Sequence[Any]) -> Any:
+    """Return the content of a payload, kept for the next task."""
+    with _unpacking:
+        if token not in _contents:
             if not all(isinstance(part, np.ndarray) for part in parts):
                 import ray
 
                 parts = [ray.get(part) for part in parts]
-            while len(_open) >= OPENED_AT_ONCE:
-                del _open[next(iter(_open))]
+            while len(_contents) >= UNPACKED_AT_ONCE:
+                del _contents[next(iter(_contents))]
             if sum(part.nbytes for part in parts) < SMALL:
                 parts = [part.copy() for part in parts]
-            _open[token] = pickle.loads(parts[0], buffers=parts[1:])
-        return _open[token]
+            _contents[token] = pickle.loads(parts[0], buffers=parts[1:])
+        return _contents[token]

@@ -3,22 +3,23 @@
 import functools
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 from skpose._compat.sklearn import CallbackSupportMixin, callback_context, with_callbacks
-from skpose._parallel.progress import heard_by
+from skpose._parallel.progress import report_to
 
-__all__ = ["CallbackSupportMixin", "Progress", "with_callbacks"]
+__all__ = ["CallbackSupportMixin", "FitReport", "with_callbacks"]
 
 
-class Progress:
-    """What a fit tells the callbacks of an estimator: that it begins, each of its steps, that it ends.
+class FitReport:
+    """Reports of a fit to the callbacks of its estimator: its start, each of its steps, its end.
 
     Parameters
     ----------
     estimator : CallbackSupportMixin
-        Which fits.
+        The estimator that fits.
     n_steps : int or None
-        How many steps there will be at most; None where that is not known.
+        Number of steps at most; None where that is not known.
     X : array-like
         The training data.
 
@@ -28,7 +29,7 @@ class Progress:
         The estimator's.
     """
 
-    def __init__(self, estimator, n_steps: int | None, X):
+    def __init__(self, estimator: Any, n_steps: int | None, X: Any):
         self._estimator, self._X = estimator, X
         self.verbose = estimator.verbose
         self._context = callback_context(estimator, n_steps)
@@ -37,31 +38,31 @@ class Progress:
 
     @contextmanager
     def step(self, name: str) -> Iterator[None]:
-        """One step of the fit; what shows its progress in it is a step of this one, and has steps of its own."""
+        """Report one step of the fit; all `progress` within it is reported as steps of this step."""
         if self._context is None:
             yield
             return
-        with self._task(self._context, name, None) as context, heard_by(functools.partial(self._heard, context)):
+        with self._task(self._context, name, None) as context, report_to(functools.partial(self._reporter, context)):
             yield
 
     @contextmanager
-    def _task(self, parent, name: str, n_steps: int | None) -> Iterator:
+    def _task(self, parent: Any, name: str, n_steps: int | None) -> Iterator[Any]:
         context = parent.subcontext(task_name=name, max_subtasks=n_steps)
         context.call_on_fit_task_begin(estimator=self._estimator, X=self._X)
         yield context
         context.call_on_fit_task_end(estimator=self._estimator, X=self._X)
 
     @contextmanager
-    def _heard(self, parent, what: str, n_steps: int) -> Iterator[Callable[[], None]]:
+    def _reporter(self, parent: Any, what: str, n_steps: int) -> Iterator[Callable[[], None]]:
         with self._task(parent, what, n_steps) as context:
 
             def advance() -> None:
-                with self._task(context, "block", 0):
+                with self._task(context, "step", 0):
                     pass
 
             yield advance
 
     def end(self) -> None:
-        """The fit is done."""
+        """Report the end of the fit."""
         if self._context is not None:
             self._context.call_on_fit_task_end(estimator=self._estimator, X=self._X)

@@ -1,38 +1,39 @@
-"""How far long work has come: a bar where rich is installed and there is a terminal, plain lines elsewhere."""
+"""Progress of long work: a bar where rich is installed and there is a terminal, plain lines elsewhere."""
 
 import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from contextvars import ContextVar
+from typing import Any
 
 SECONDS = 10.0  # between plain lines
 
 Advance = Callable[[], None]
-Listener = Callable[[str, int], AbstractContextManager[Advance]]
-_listener: ContextVar[Listener | None] = ContextVar("listener", default=None)
+Reporter = Callable[[str, int], AbstractContextManager[Advance]]
+_reporter: ContextVar[Reporter | None] = ContextVar("reporter", default=None)
 
 
 @contextmanager
-def heard_by(listener: Listener) -> Iterator[None]:
-    """Tell the listener of all progress that is made in this context, as `progress` below tells whoever looks on."""
-    token = _listener.set(listener)
+def report_to(reporter: Reporter) -> Iterator[None]:
+    """Report all progress in this context to the reporter too; it is called with the name and the number of steps."""
+    token = _reporter.set(reporter)
     try:
         yield
     finally:
-        _listener.reset(token)
+        _reporter.reset(token)
 
 
 @contextmanager
 def progress(what: str, n_steps: int, verbose: int) -> Iterator[Advance]:
-    """Show work of so many steps, if that is wanted; gives the function to call after each step."""
+    """Show the progress of work of so many steps, if requested; yields the function to call after each step."""
     with ExitStack() as stack:
-        tellers = [_listener.get() if n_steps > 1 else None, _bar if verbose else None]
-        told = [stack.enter_context(teller(what, n_steps)) for teller in tellers if teller is not None]
+        reporters = [_reporter.get() if n_steps > 1 else None, _bar if verbose else None]
+        reports = [stack.enter_context(reporter(what, n_steps)) for reporter in reporters if reporter is not None]
 
         def advance() -> None:
-            for tell in told:
-                tell()
+            for report in reports:
+                report()
 
         yield advance
 
@@ -47,7 +48,7 @@ def _bar(what: str, n_steps: int) -> AbstractContextManager[Advance]:
 
 
 @contextmanager
-def _rich(what: str, n_steps: int, console) -> Iterator[Advance]:
+def _rich(what: str, n_steps: int, console: Any) -> Iterator[Advance]:
     from rich import progress as rich
 
     columns = rich.TextColumn("{task.description}"), rich.BarColumn(), rich.TaskProgressColumn()
@@ -58,15 +59,15 @@ def _rich(what: str, n_steps: int, console) -> Iterator[Advance]:
 
 @contextmanager
 def _lines(what: str, n_steps: int) -> Iterator[Advance]:
-    start = told = time.monotonic()
+    start = printed = time.monotonic()
     n_done = 0
 
     def advance() -> None:
-        nonlocal n_done, told
+        nonlocal n_done, printed
         n_done += 1
         now = time.monotonic()
-        if now - told >= SECONDS and n_done < n_steps:
-            told, left = now, (now - start) * (n_steps - n_done) / n_done
+        if now - printed >= SECONDS and n_done < n_steps:
+            printed, left = now, (now - start) * (n_steps - n_done) / n_done
             print(f"{what}: {n_done / n_steps:.0%}, {_clock(left)} to go", file=sys.stderr, flush=True)
 
     yield advance

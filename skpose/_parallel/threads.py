@@ -1,4 +1,4 @@
-"""Work in threads."""
+"""Tasks in threads."""
 
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
@@ -9,10 +9,10 @@ T = TypeVar("T")
 
 
 def in_threads(tasks: Iterable[Callable[[], T]], n_jobs: int) -> list[T]:
-    """What the tasks return, in the order in which they end; each thread takes the next one when it is free.
+    """Return the results of the tasks, in the order in which they end; each free thread takes the next task.
 
     Threads, not processes, as the kernels release the GIL and write parts of one array; and not joblib's, which take 15
-    ms to start and to end. If a task fails, or on Ctrl-C, no other one is begun.
+    ms to start and to end. After a task fails, or on Ctrl-C, no other one starts.
     """
     waiting = iter(tasks)
     taking = Lock()

@@ -180,8 +180,8 @@ def fetch_cmu(
                 rows.append(dict(zip(COLUMNS, (name, trial, action, frame_rate, file), strict=True)))
                 advance()
     # The index of the requested subjects, for load_cmu.
-    with (home / "index.csv").open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, COLUMNS)
+    with (home / "index.csv").open("w", newline="", encoding="utf-8") as index:
+        writer = csv.DictWriter(index, COLUMNS)
         writer.writeheader()
         writer.writerows(rows)
     return load_cmu(home, verbose=verbose)

@@ -79,7 +79,7 @@ _N_HARMONICS = 6  # higher ones contain only the rounding to whole degrees
 _CADENCE = {"walk": (0.93, 0.05), "run": (1.40, 0.07)}  # cycles per second: mean and spread over subjects
 
 # The dof of one side that a curve gives: its name, the sign of its rotation, and whether the right side has the other.
-_LIMB_DOFS = {
+_LIMB_DOFS: dict[str, tuple[str, float, bool]] = {
     "hip_flexion": ("thigh_rx", -1, False),
     "hip_adduction": ("thigh_rz", -1, True),
     "knee_flexion": ("shank_rx", 1, False),

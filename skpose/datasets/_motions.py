@@ -1,9 +1,10 @@
 """Collections of motions with their labels."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -39,7 +40,13 @@ class MotionDataset:
     trials: np.ndarray
     actions: np.ndarray
 
-    def __post_init__(self):
+    if TYPE_CHECKING:
+
+        def __init__(
+            self, motions: Iterable[Motion], subjects: ArrayLike, trials: ArrayLike, actions: ArrayLike
+        ) -> None: ...
+
+    def __post_init__(self) -> None:
         object.__setattr__(self, "motions", tuple(self.motions))
         for name in ("subjects", "trials", "actions"):
             labels = np.asarray(getattr(self, name), dtype=str)
@@ -55,7 +62,7 @@ class MotionDataset:
     def __iter__(self) -> Iterator[Motion]:
         return iter(self.motions)
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         names, counts = np.unique(self.actions, return_counts=True)
         actions = ", ".join(f"{count} {name or 'unnamed'}" for name, count in zip(names[:5], counts[:5], strict=True))
         more = f" and {len(names) - 5} more actions" if len(names) > 5 else ""
@@ -68,9 +75,8 @@ class MotionDataset:
 
     def select(self, chosen: ArrayLike) -> "MotionDataset":
         """Return the motions that a boolean mask or an array of indices selects."""
-        chosen = np.arange(len(self))[np.asarray(chosen)]
-        motions = [self.motions[i] for i in chosen]
-        return MotionDataset(motions, self.subjects[chosen], self.trials[chosen], self.actions[chosen])
+        i = np.arange(len(self))[np.asarray(chosen)]
+        return MotionDataset([self.motions[k] for k in i], self.subjects[i], self.trials[i], self.actions[i])
 
     def poses(self, frame_rate: float | None = None, skeleton: Skeleton | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Return all poses as one array, on one skeleton.

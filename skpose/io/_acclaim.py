@@ -26,8 +26,8 @@ class AcclaimBone:
 
     begin: Token
     name: str = ""
-    direction: np.ndarray | None = None  # of length 1 once the block is read
-    length: float | None = None  # in the file's unit
+    direction: np.ndarray = None  # type: ignore[assignment]  # until it is read; of length 1 once the block is read
+    length: float = None  # type: ignore[assignment]  # until it is read; in the file's unit
     axis: Rotation = field(default_factory=Rotation.identity)  # C_b
     order: str = "xyz"
     dofs: list[str] = field(default_factory=list)
@@ -72,7 +72,7 @@ class Acclaim:
         bone, parent = self.bones[name], self.parents[name]
         parent_axis = Rotation.identity() if parent is None else self.bones[parent].axis
         order = [axis for axis in bone.order if f"r{axis}" in bone.dofs]
-        limits = None
+        limits: np.ndarray | None = None
         if bone.limits:
             pairs = dict(zip(bone.dofs, np.reshape(bone.limits, (-1, 2)), strict=True))
             limits = np.array([pairs[f"r{axis}"] for axis in order])

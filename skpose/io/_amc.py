@@ -133,7 +133,8 @@ def _read_head(source: Source, asf: Acclaim, lines: Iterator[Line]) -> tuple[Acc
 
 def _frames(source: Source, first: Line | None, lines: Iterator[Line]) -> Iterator[tuple[Token, list[Line]]]:
     """Yield the frames, each with its number and its lines."""
-    number, frame = None, []
+    number: Token | None = None
+    frame: list[Line] = []
     for line, text in chain([first] if first else [], lines):
         if text.strip().isdecimal() and WHOLE.fullmatch(text.strip()):  # the first for speed, the second for ASCII
             if number is not None:

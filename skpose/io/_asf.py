@@ -63,7 +63,7 @@ class AsfFile:
     def scale(self) -> float:
         return self._content.scale
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return f"AsfFile({self.name!r}, {self.skeleton})"
 
 

@@ -93,7 +93,7 @@ def _read_bones(section: Statements, radians: bool, source: Source) -> dict[str,
             bones[bone.name] = bone
             bone = None
         elif key == "limits" and (NUMBER.fullmatch(word) or not word[0].isalpha()):  # one pair a line, or all in one
-            _read_key("limits", bone, [key, *tokens], radians, source)
+            _read_key("limits", bone, [tokens[0], *tokens], radians, source)
         else:
             key = tokens[0].lower()
             _read_key(key, bone, tokens, radians, source)

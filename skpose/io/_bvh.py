@@ -5,7 +5,7 @@ angles are intrinsic in the order in which the joint lists its channels: R = R_1
 the global position and orientation, which are not part of a pose.
 """
 
-from typing import Literal
+from typing import Literal, cast
 
 import numpy as np
 
@@ -111,7 +111,7 @@ def read_bvh(
         numbers = numbers if finite.all() else numbers[finite]
 
     with source.format_errors():
-        names = dict(zip(joints, _unique_names(joints, source), strict=True))
+        names: dict[Joint | None, str] = dict(zip(joints, _unique_names(joints, source), strict=True))
         bones = [
             Bone(
                 names[joint], names.get(joint.parent), tuple(scale * offset), "".join(joint.columns("rotation")).upper()
@@ -163,11 +163,12 @@ def _unique_names(joints: list[Joint], source: Source) -> list[str]:
         if joint.name:
             names.setdefault(joint.name, joint)
     counts: dict[str, int] = {}
-    unique: dict[Joint, str] = {joint: name for name, joint in names.items()}
+    unique: dict[Joint | None, str] = {joint: name for name, joint in names.items()}
     repeated: list[str] = []  # warnings on joints that have another's name
     for joint in joints:
         if joint not in unique:
-            stem = name = joint.name or f"{unique.get(joint.parent, joint.parent.name)}_end"
+            parent = cast(Joint, joint.parent)  # only the root, which is not among the joints, has none
+            stem = name = joint.name or f"{unique.get(parent, parent.name)}_end"
             while name in names:
                 counts[stem] = counts.get(stem, 1) + 1
                 name = f"{stem}_{counts[stem]}"

@@ -37,5 +37,5 @@ class MocapFormatError(ValueError):
         position += f", column {column}" if column is not None else ""
         super().__init__(f"{position}: {message}")
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple:
         return MocapFormatError, (self.filename, self.line, self.message, self.column)

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import cast
 
 from skpose.io._source import Chunk, Source
 from skpose.io._words import WHOLE, Token
@@ -20,15 +21,15 @@ class Joint:
     name: str  # empty for an End Site
     parent: "Joint | None"
     opened: Token  # its ROOT, JOINT or End
-    offset: list[float] | None = None
-    channels: list[str] | None = None  # such as "xposition", "zrotation"
+    offset: list[float] = None  # type: ignore[assignment]  # until it is read
+    channels: list[str] = None  # type: ignore[assignment]  # until they are read; such as "xposition", "zrotation"
     first: int = 0  # index of its first number in a frame
 
     def columns(self, kind: str) -> dict[str, int]:
         """Return the axes of its channels of a kind, in the file's order, and their indices in a frame."""
         return {channel[0]: self.first + k for k, channel in enumerate(self.channels) if channel.endswith(kind)}
 
-    def __str__(self):
+    def __str__(self) -> str:
         return repr(self.name) if self.name else f"the End Site of {self.parent}"
 
 
@@ -58,7 +59,7 @@ class Lexer:
 
     def name(self) -> str:
         """Return the rest of the line, up to a brace: names may have blanks in them."""
-        match = NAME.match(self._text, self._at)
+        match = cast(re.Match, NAME.match(self._text, self._at))  # at least the empty string matches
         self._at = match.end()
         return match[0].strip()
 
@@ -72,9 +73,9 @@ class Lexer:
 def read_hierarchy(lexer: Lexer) -> list[Joint]:
     """Return the joints in the order of the file, the root first, up to the word MOTION."""
     source = lexer.source
-    word = lexer.expect("HIERARCHY")
-    if word.upper() != "HIERARCHY":
-        raise source.error(f"expected HIERARCHY, found {str(word[:40])!r}; not a BVH file?", word)
+    first = lexer.expect("HIERARCHY")
+    if first.upper() != "HIERARCHY":
+        raise source.error(f"expected HIERARCHY, found {str(first[:40])!r}; not a BVH file?", first)
     joints: list[Joint] = []
     joint: Joint | None = None  # the block that is open
     while (word := lexer.next()) is not None:

@@ -74,14 +74,14 @@ def _parse_fixed(text: bytes) -> np.ndarray | None:
     kinds = (b" " + text + b" " * (n_digits + 1)).translate(KINDS)
     if not 1 <= n_digits <= 22 or b"?" in kinds:
         return None
-    kinds = np.frombuffer(kinds, np.uint8)
-    blank, points = kinds == ord(" "), np.flatnonzero(kinds == ord("."))
+    codes = np.frombuffer(kinds, np.uint8)
+    blank, points = codes == ord(" "), np.flatnonzero(codes == ord("."))
     ends, n_words = points + n_digits + 1, np.count_nonzero(blank[:-1] > blank[1:])
     # A word ends n_digits characters after each point, before the next point. So no word has two points; as there are
     # as many words as points, each word has exactly one.
     if len(points) != n_words or not (blank[ends] & ~blank[ends - 1]).all() or (points[1:] <= ends[:-1]).any():
         return None
-    if ((kinds[1:] == ord("-")) & ~blank[:-1]).any():  # a sign that does not begin a word
+    if ((codes[1:] == ord("-")) & ~blank[:-1]).any():  # a sign that does not begin a word
         return None
     whole = np.fromstring(text.replace(b".", b""), np.int64, sep=" ")
     if whole.min() <= -(2**53) or whole.max() >= 2**53:

@@ -77,14 +77,14 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0) -> None:
 def _statements(motion: Motion, scale: float) -> Iterator[tuple[int, str, np.ndarray | None]]:
     """Yield depth and text of each line of the hierarchy, and with a line of CHANNELS its angles, rad, or None."""
     skeleton, own = motion.skeleton, motion.skeleton.offset_frame == "own"
-    bones = dict(zip(skeleton.joint_names, skeleton.bones, strict=True))
+    bones: dict[str | None, Bone] = dict(zip(skeleton.joint_names, skeleton.bones, strict=True))
     children: dict[str | None, list[str]] = {name: [] for name in (None, *bones)}
     first = dict(zip(bones, np.cumsum([0, *(len(bone.dofs) for bone in bones.values())]), strict=False))
     # Axes of each joint at angle zero, in those of the root; in BVH all joints' axes are parallel at angle zero.
     rest: dict[str | None, np.ndarray] = {None: np.eye(3)}
-    for (name, bone), rotation in zip(bones.items(), skeleton.rest_rotations, strict=True):
-        children[bone.parent].append(name)
-        rest[name] = rest[bone.parent] @ rotation
+    for bone, rotation in zip(skeleton.bones, skeleton.rest_rotations, strict=True):
+        children[bone.parent].append(bone.name)
+        rest[bone.name] = rest[bone.parent] @ rotation
 
     def offset(bone: Bone | None) -> str:
         """Return the offset of a bone's far end, in axes that are parallel to the root's at angle zero."""

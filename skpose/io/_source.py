@@ -10,7 +10,7 @@ import zlib
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import IO, NamedTuple
+from typing import IO, Any, NamedTuple, Self
 
 import numpy as np
 
@@ -57,7 +57,7 @@ class Source:
         with ExitStack() as closing:
             if isinstance(file, str | os.PathLike):
                 self.name = os.fspath(file)
-                stream = closing.enter_context(Path(file).open("rb"))
+                stream: Any = closing.enter_context(Path(file).open("rb"))
             elif hasattr(file, "read"):
                 self.name = str(getattr(file, "name", "the open file"))
                 stream = _as_bytes(file)
@@ -75,10 +75,10 @@ class Source:
             self._stream = stream
             self._closing = closing.pop_all()
 
-    def __enter__(self):
+    def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         self._closing.close()
 
     @contextmanager
@@ -148,7 +148,7 @@ class Source:
 
     def warn(self, message: str) -> None:
         """Emit a warning that names this file, at the line of the caller outside this library."""
-        level, frame = 2, inspect.currentframe().f_back
+        level, frame = 1, inspect.currentframe()
         while frame is not None and frame.f_globals.get("__name__", "").startswith("skpose."):
             level, frame = level + 1, frame.f_back
         warnings.warn(f"{Path(self.name).name}: {message}", UserWarning, stacklevel=level)
@@ -189,7 +189,7 @@ class _Bytes(io.RawIOBase):
     def readable(self) -> bool:
         return True
 
-    def readinto(self, buffer) -> int:
+    def readinto(self, buffer: Any) -> int:
         data = self._file.read(len(buffer))
         buffer[: len(data)] = data
         return len(data)

@@ -1,6 +1,7 @@
 """Words of a file with their positions, and which of them are numbers."""
 
 import re
+from typing import Self
 
 REAL = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 NUMBER = re.compile(rf"{REAL}|[+-]?(?:nan|inf(?:inity)?)", re.ASCII | re.IGNORECASE)
@@ -15,12 +16,12 @@ class Token(str):
     line: int
     column: int
 
-    def __new__(cls, word: str, line: int, column: int):
+    def __new__(cls, word: str, line: int, column: int) -> Self:
         token = super().__new__(cls, word)
         token.line, token.column = line, column
         return token
 
-    def __getnewargs__(self):  # for pickle
+    def __getnewargs__(self) -> tuple[str, int, int]:  # type: ignore[override]  # for pickle
         return str(self), self.line, self.column
 
 

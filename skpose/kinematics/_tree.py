@@ -41,7 +41,7 @@ array([ 0.  ,  0.  , -1.57, -1.57])
 """
 
 import functools
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -57,8 +57,8 @@ ROUNDING = 8 * np.finfo(np.float64).eps
 class _Frame:
     """A coordinate system that rotates about z, y and x by its dofs; without dofs, about one axis by a constant."""
 
-    def __init__(self, parent, first_dof, end_dof, rest, pivot):
-        self.parent: _Frame | None = parent
+    def __init__(self, parent: "_Frame | None", first_dof: int, end_dof: int, rest: Any, pivot: int):
+        self.parent = parent
         self.first_dof, self.end_dof = first_dof, end_dof
         self.rest = rest  # between the parent and the dofs, until `_absorb` has split it
         self.pivot = pivot
@@ -255,7 +255,8 @@ def _absorb(frame: _Frame, offset: np.ndarray, shift: np.ndarray) -> None:
 
 def _in_batches(root: _Frame) -> tuple[list[_Frame], list[int], list[int]]:
     """Return all frames, parents first and tips last; of each batch the number of dofs and the first frame."""
-    frames, n_dofs, starts = [root], [], []
+    frames, starts = [root], []
+    n_dofs: list[int] = []
     waiting, tips = list(root.children), []
     while waiting:
         tips += [frame for frame in waiting if frame.is_tip]
@@ -280,7 +281,7 @@ def _in_batches(root: _Frame) -> tuple[list[_Frame], list[int], list[int]]:
 def _arrays(skeleton: Skeleton | None, built: _Frames, shift: np.ndarray) -> Tree:
     """Return frames and joints as the arrays of a Tree."""
     frames, batch_dofs, first_frame = _in_batches(built.root)
-    number = {frame: f for f, frame in enumerate(frames)}
+    number: dict[_Frame | None, int] = {frame: f for f, frame in enumerate(frames)}
     order = [0, *(j for frame in frames for j in frame.joints)]  # the skeleton's number of each joint in the tree
     tree_joint = np.argsort(order)
     parents = np.zeros(0, dtype=int) if skeleton is None else skeleton.parents

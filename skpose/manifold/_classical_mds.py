@@ -1,27 +1,23 @@
-"""Classical multidimensional scaling of pose distances."""
+"""Classical multidimensional scaling of pose distances as an estimator."""
 
-import warnings
 from contextlib import nullcontext
 from numbers import Integral
 from typing import ClassVar
 
 import numpy as np
 from joblib import effective_n_jobs
-from scipy.linalg import eigh, eigvalsh
 from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, TransformerMixin
 from sklearn.utils import check_random_state, check_symmetric, gen_batches
 from sklearn.utils.validation import check_is_fitted
 
 from skpose._base import ESTIMATOR_CONSTRAINTS, PoseEstimatorMixin
 from skpose._compat.sklearn import Interval, StrOptions, fit_context
-from skpose._parallel.callbacks import CallbackSupportMixin, Progress, with_callbacks
-from skpose._parallel.progress import progress as shown
+from skpose._parallel.callbacks import CallbackSupportMixin, FitReport, with_callbacks
+from skpose._parallel.progress import progress
 from skpose.kinematics import forward_kinematics
+from skpose.manifold._scaling import classical_scaling, farthest_points
 
-WHOLE_SPECTRUM = 2000  # up to this many poses all eigenvalues are computed, beyond it only the leading ones
-LANCZOS = 200  # up to this many poses one dense decomposition is the fastest way to a few eigenvectors
-BLOCK = 1 << 22  # distances held at once, for each worker, while poses are placed
-ROUNDING = 1e-12  # an eigenvalue is nought that is smaller than this share of the largest
+BATCH = 1 << 22  # distances in memory at once, for each worker, while poses are placed
 
 
 class SpatialMDS(
@@ -31,15 +27,15 @@ class SpatialMDS(
 
     Finds the points whose Euclidean distances are nearest, in the sense of their inner products, to the distances of
     the poses: the leading eigenvectors of :math:`B = -\tfrac12 J D^2 J`, with D the distances and J the centring. For
-    Euclidean distances ("angle", "position") that is PCA; for others it is what takes its place, sec. 3.2 of [1]_.
+    Euclidean distances ("angle", "position") that is PCA; for others it generalises PCA, sec. 3.2 of [1]_.
 
     Parameters
     ----------
     n_components : int, default=2
         Dimension of the space.
     skeleton : Skeleton, default=None
-        The body that all the poses are put on. Needed by all metrics but "angle" and "precomputed".
-    metric : {"auto", "angle", "position", "rotation", "spatial", "precomputed"}, default="auto"
+        The skeleton of all poses. Needed by all metrics but "angle" and "precomputed".
+    metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic", "precomputed"}, default="auto"
         The distance, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton and "angle" without one. With
         "precomputed", X is a square matrix of distances in `fit`, and in `transform` the distances from the new poses
         to those of `fit`.
@@ -47,18 +43,18 @@ class SpatialMDS(
         For large n: scale only this many of the poses and place the rest by their distances to these, in memory
         O(n · landmarks). None scales all, in memory O(n²).
     landmark_selection : {"farthest", "random"}, default="farthest"
-        How the landmarks are chosen. "farthest": the first at random, then always the pose farthest from all chosen so
-        far, by joint positions (by angles without a skeleton, by the given distances if precomputed).
+        Rule for the choice of landmarks. "farthest": the first at random, then always the pose farthest from all chosen
+        so far, by joint positions (by angles without a skeleton, by the given distances if precomputed).
     random_state : int, RandomState instance or None, default=None
-        Determines the choice of landmarks. Pass an int for the same result at every call.
+        Determines the choice of landmarks. An int gives the same result at every call.
     n_steps : int, default=10
         Chords along the curve of "spatial" and "geodesic".
     wrap : bool or "auto", default="auto"
-        Whether differences of angles are taken the short way round, see `skpose.pose_distances`.
+        Whether differences of angles are wrapped to [−π, π], see `skpose.pose_distances`.
     n_jobs : int, default=None
         Threads for the distances, or workers of a ``joblib.parallel_config`` context, see `skpose.pose_distances`.
     verbose : int, default=0
-        Whether to show how far it is.
+        Whether to show progress.
 
     Attributes
     ----------
@@ -72,10 +68,10 @@ class SpatialMDS(
         only the leading eigenvalues are computed, and the sum is the trace of B: exact for Euclidean distances, for
         others less than the sum of the positive ones by the sum of the negative ones, so that the ratio is too high.
     negative_share_ : float
-        Sum of the magnitudes of the negative eigenvalues over that of all: nought for Euclidean distances. NaN beyond
+        Sum of the magnitudes of the negative eigenvalues over that of all: zero for Euclidean distances. NaN beyond
         2,000 scaled poses.
     landmark_indices_ : ndarray of shape (n_landmarks,)
-        Which of the training poses were scaled; all of them without landmarks.
+        Indices of the training poses that are scaled; without landmarks, of all.
     X_fit_ : ndarray of shape (n_landmarks, n_dofs)
         These poses. Not with "precomputed".
     n_features_in_ : int
@@ -91,11 +87,11 @@ class SpatialMDS(
     Notes
     -----
     New poses are placed by Gower's formula [2]_, :math:`y = \tfrac12 \Lambda^{-1} Z^T (\bar d^2 - d^2)`, with d the
-    distances to the scaled poses Z and :math:`\bar d^2` the mean squared distances among these; a pose of `fit` comes
-    out where `embedding_` has it.
+    distances to the scaled poses Z and :math:`\bar d^2` the mean squared distances among these; a pose of `fit` gets
+    its row of `embedding_`.
 
-    Distances that are no Euclidean ones give some negative eigenvalues. A component that would belong to one, or to
-    nought, is all zeros, with a warning.
+    Distances that are not Euclidean give some negative eigenvalues. A component of a negative or zero eigenvalue is
+    all zeros, with a warning.
 
     Time O(n²) for the distances and, up to 2,000 poses, O(n³) for all eigenvalues; beyond, O(n²) a Lanczos step.
 
@@ -131,8 +127,8 @@ class SpatialMDS(
     def __init__(
         self,
         n_components=2,
-        *,
         skeleton=None,
+        *,
         metric="auto",
         landmarks=None,
         landmark_selection="farthest",
@@ -174,7 +170,7 @@ class SpatialMDS(
     @with_callbacks
     @fit_context(prefer_skip_nested_validation=True)
     def fit_transform(self, X, y=None):
-        """Find the space of the poses and return their places in it.
+        """Find the space of the poses and return their points in it.
 
         Parameters
         ----------
@@ -193,9 +189,9 @@ class SpatialMDS(
             X = check_symmetric(X, raise_exception=True)
         n, n_scaled = len(X), min(len(X), self.landmarks or len(X))
         batches = list(self._batches(n, n_scaled))
-        progress = Progress(self, 2 + (len(batches) if n_scaled < n else 0), X)
+        fit_progress = FitReport(self, 2 + (len(batches) if n_scaled < n else 0), X)
 
-        with progress.step("distances"):
+        with fit_progress.step("distances"):
             chosen = np.arange(n) if n_scaled == n else self._choose_landmarks(X, n_scaled)
             self.landmark_indices_ = chosen
             if self.metric == "precomputed":
@@ -203,14 +199,13 @@ class SpatialMDS(
             else:
                 self.X_fit_ = X[chosen]
                 squared = np.square(self._distances(self.X_fit_, None), dtype=np.float64)
-        with progress.step("eigenvectors"):
-            self._mean_squared = squared.mean(axis=0)
-            points = self._scale(squared)
-        if n_scaled == n:
-            self.embedding_ = points
-        else:
-            self.embedding_ = self._placed(X, batches, progress.step)
-        progress.end()
+        with fit_progress.step("eigenvectors"):
+            self._scaling = classical_scaling(squared, self.n_components)
+            self.eigenvalues_ = self._scaling.eigenvalues
+            self.explained_variance_ratio_ = self._scaling.explained_variance_ratio
+            self.negative_share_ = self._scaling.negative_share
+        self.embedding_ = self._scaling.points if n_scaled == n else self._embed(X, batches, fit_progress.step)
+        fit_progress.end()
         return self.embedding_
 
     def transform(self, X):
@@ -227,96 +222,35 @@ class SpatialMDS(
         """
         check_is_fitted(self)
         X = self._checked(X, reset=False)
-        return self._placed(X, list(self._batches(len(X), len(self.landmark_indices_))), nullcontext)
+        return self._embed(X, list(self._batches(len(X), len(self.landmark_indices_))), nullcontext)
 
     def _batches(self, n, n_scaled):
-        """Poses to place at once, a block of distances for each worker."""
-        return gen_batches(n, max(1, BLOCK * effective_n_jobs(self.n_jobs) // n_scaled))
+        """Slices of the poses to place at once, with BATCH distances for each worker."""
+        return gen_batches(n, max(1, BATCH * effective_n_jobs(self.n_jobs) // n_scaled))
 
     def _choose_landmarks(self, X, n_scaled):
         rng = check_random_state(self.random_state)
         if self.landmark_selection == "random":
             return np.sort(rng.choice(len(X), n_scaled, replace=False))
         if self.metric == "precomputed":
-            return _farthest_points(X.__getitem__, len(X), n_scaled, rng)
+            return farthest_points(X.__getitem__, len(X), n_scaled, rng)
         points = X if self.skeleton is None else forward_kinematics(X, self.skeleton).reshape(len(X), -1)
-        return _farthest_points(lambda i: np.linalg.norm(points - points[i], axis=1), len(X), n_scaled, rng)
+        return farthest_points(lambda i: np.linalg.norm(points - points[i], axis=1), len(X), n_scaled, rng)
 
-    def _scale(self, squared):
-        """Set the eigenvalues and return the points of squared distances, which are overwritten."""
-        squared -= self._mean_squared
-        squared -= squared.mean(axis=1, keepdims=True)
-        squared *= -0.5
-        values, vectors, spectrum = _leading(squared, self.n_components)
-        magnitude = np.abs(values).max(initial=0.0) if spectrum is None else np.abs(spectrum).max(initial=0.0)
-        positive = values > ROUNDING * magnitude
-        if not positive.all():
-            warnings.warn(
-                f"the distances have only {positive.sum()} positive eigenvalues among the leading {self.n_components}; "
-                "the components beyond these are zero: ask for fewer",
-                stacklevel=4,
-            )
-        vectors *= np.sign(vectors[np.abs(vectors).argmax(axis=0), np.arange(vectors.shape[1])])
-        roots = np.sqrt(np.where(positive, values, 0.0))
-        # Gower's formula needs Λ⁻¹ Zᵀ = Λ^-½ Uᵀ; a component of zeros takes nothing from any pose.
-        self._placement = 0.5 * vectors * np.divide(1.0, roots, out=np.zeros_like(roots), where=positive)
-        self.eigenvalues_ = values
-        if spectrum is None:
-            total, self.negative_share_ = np.trace(squared), np.nan
-        else:
-            total, size = spectrum[spectrum > 0].sum(), np.abs(spectrum).sum()
-            self.negative_share_ = float((size - total) / size) if size > 0 else 0.0
-        self.explained_variance_ratio_ = np.maximum(values, 0.0) / total if total > 0 else np.zeros(self.n_components)
-        return vectors * roots
-
-    def _placed(self, X, batches, step):
-        """Places of all poses, batch by batch, each in a context ``step(name)``."""
-        places = np.empty((len(X), self.n_components))
-        with shown(f"{len(X):,} poses in {self.n_components} dimensions", len(batches), self.verbose) as advance:
+    def _embed(self, X, batches, step):
+        """Points of all poses, batch by batch, each in a context ``step(name)``."""
+        points = np.empty((len(X), self.n_components))
+        with progress(f"{len(X):,} poses in {self.n_components} dimensions", len(batches), self.verbose) as advance:
             for batch in batches:
                 with step("placing"):
-                    places[batch] = self._place(X[batch])
+                    if self.metric == "precomputed":
+                        distances = X[batch][:, self.landmark_indices_]
+                    else:
+                        distances = self._distances(X[batch], self.X_fit_, verbose=0)
+                    points[batch] = self._scaling.place(np.square(distances, dtype=np.float64))
                 advance()
-        return places
-
-    def _place(self, X):
-        given = self.metric == "precomputed"
-        distances = X[:, self.landmark_indices_] if given else self._distances(X, self.X_fit_, verbose=0)
-        return (self._mean_squared - np.square(distances, dtype=np.float64)) @ self._placement
+        return points
 
     @property
     def _n_features_out(self):
         return self.n_components
-
-
-def _leading(B, n_components):
-    """The leading eigenvalues of B, padded with noughts, their eigenvectors, and the whole spectrum or None."""
-    n = len(B)
-    k = min(n_components, n)
-    if n <= LANCZOS or k > n // 10:
-        spectrum, vectors = eigh(B)
-        values, vectors = spectrum[::-1][:k], vectors[:, ::-1][:, :k]
-    else:
-        from scipy.sparse.linalg import ArpackError, eigsh
-
-        spectrum = eigvalsh(B) if n <= WHOLE_SPECTRUM else None
-        try:
-            # Not the default start, which is random; nor ones, which the centring sends to nought.
-            values, vectors = eigsh(B, k, which="LA", v0=np.random.default_rng(0).standard_normal(n))
-        except ArpackError:
-            values, vectors = eigh(B, subset_by_index=[n - k, n - 1])
-        order = np.argsort(values)[::-1]
-        values, vectors = values[order], vectors[:, order]
-    missing = n_components - k
-    return np.pad(values, (0, missing)), np.pad(vectors, ((0, 0), (0, missing))), spectrum
-
-
-def _farthest_points(distances_from, n, n_chosen, rng):
-    """Indices of points each of which is the farthest from those before it; the first is random."""
-    chosen = [int(rng.randint(n))]
-    nearest = np.full(n, np.inf)
-    while len(chosen) < n_chosen:
-        np.minimum(nearest, distances_from(chosen[-1]), out=nearest)
-        nearest[chosen] = -1.0
-        chosen.append(int(nearest.argmax()))
-    return np.sort(chosen)

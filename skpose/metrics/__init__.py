@@ -1,4 +1,14 @@
-"""The distances between poses: as a matrix, in chunks, and as one compiled function of two poses."""
+"""The distances between poses: as a matrix, in chunks, and as one compiled function of two poses.
+
+Each file is visited once, from left to right::
+
+    _pairwise --+-----------> _matrix --> _output --> skpose._parallel.checkpoint
+                +--> _dask --/   |           |
+                                 +-- _tiles -+
+
+`_pairwise` holds the public functions and checks their arguments; `_matrix` knows what is to be computed and hands each
+tile to `_output`, which knows only arrays, tiles and checksums. `_registry` defines the five metrics.
+"""
 
 from skpose.metrics._pairwise import pose_distances, pose_distances_chunked
 from skpose.metrics._pose_metric import pose_metric

@@ -8,12 +8,12 @@ from sklearn.exceptions import ConvergenceWarning
 
 
 class Unconverged(NamedTuple):
-    """How many geodesics did not converge, and the largest of their discretisation errors.
+    """Number of geodesics that did not converge, and the largest of their discretisation errors.
 
     The error is the relative gap between the length of a curve, measured on a fine grid, and the sum of its chords.
     """
 
-    count: int
+    count: int  # type: ignore[assignment]  # which is a method of tuples too
     gap: float
 
     @classmethod
@@ -24,7 +24,7 @@ class Unconverged(NamedTuple):
 
 
 def warn_of_unconverged(parts: Iterable[tuple[int, float]], n_pairs: int, stacklevel: int) -> None:
-    """Warn where some of the geodesics of so many pairs did not converge."""
+    """Warn if some of the geodesics of so many pairs did not converge."""
     count, gap = Unconverged.joined(parts)
     if count:
         warnings.warn(

@@ -1,59 +1,48 @@
-"""Lazy distances between poses in dask arrays."""
+"""Lazy distances between poses in dask arrays: a tile for each pair of chunks."""
 
 import sys
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
+from skpose._compiled.tree import Steps
+from skpose.metrics._convergence import warn_of_unconverged
+from skpose.metrics._matrix import DistanceMatrix
 from skpose.skeleton import Skeleton
-from skpose.skeleton._validation import check_same_width, check_width
+from skpose.skeleton._validation import check_poses, check_same_width, check_width
 
 
 def is_lazy(X: Any) -> bool:
-    """Whether this is a dask array, without importing dask."""
+    """Return whether this is a dask array, without importing dask."""
     arrays = sys.modules.get("dask.array")
     return arrays is not None and isinstance(X, arrays.Array)
 
 
-def lazy_distances(pose_distances: Callable, X: Any, Y: Any, skeleton: Skeleton | None, **parameters) -> Any:
-    """A dask array of the distances between X and Y, or among X; a block for each chunk of poses of either.
+def lazy_distances(X: Any, Y: Any, skeleton: Skeleton | None, metric: str, steps: Steps) -> Any:
+    """Return a dask array of the distances between X and Y, or among X.
 
-    What can be checked without computing is checked at once, the numbers themselves when a block is computed.
+    Shapes and names are checked at once, the numbers themselves when a tile is computed.
     """
-    import dask
     import dask.array as da
+    from dask.delayed import delayed
 
     symmetric = Y is None or Y is X
     X, Y = _whole_rows(da, X, skeleton, "X"), None if symmetric else _whole_rows(da, Y, skeleton, "Y")
     if not symmetric:
         check_same_width(X, Y)
     dtype = np.result_type(X.dtype, X.dtype if symmetric else Y.dtype)
-    shared = dask.delayed((skeleton, parameters), pure=True)  # so that it is shipped once
-    options = {"dtype": dtype, "meta": np.empty((0, 0), dtype), "concatenate": True}
+    shared = delayed((metric, skeleton, steps), pure=True)  # so that it is sent once
+    options = {"dtype": dtype, "meta": np.empty((0, 0), dtype), "concatenate": True, "align_arrays": False}
     if not symmetric:
-        return da.blockwise(
-            _distances, "ij", X, "ik", Y, "jk", pose_distances=pose_distances, shared=shared, dtype_=dtype, **options
-        )
-    n_blocks = X.numblocks[0]
-    number = da.arange(n_blocks, chunks=1)
-    upper = da.blockwise(
-        _upper_distances,
-        "ij",
-        *(X, "ik", X, "jk", number, "i", number, "j"),
-        pose_distances=pose_distances,
-        shared=shared,
-        dtype_=dtype,
-        align_arrays=False,
-        **options,
-    )
-    return da.blockwise(
-        _mirrored, "ij", upper, "ij", upper, "ji", number, "i", number, "j", align_arrays=False, **options
-    )
+        return da.blockwise(_distances, "ij", X, "ik", Y, "jk", shared=shared, **options)
+    number = da.arange(X.numblocks[0], chunks=1)
+    numbers = number, "i", number, "j"
+    upper = da.blockwise(_upper_distances, "ij", X, "ik", X, "jk", *numbers, shared=shared, **options)
+    return da.blockwise(_mirrored, "ij", upper, "ij", upper, "ji", *numbers, **options)
 
 
 def _whole_rows(da: Any, X: Any, skeleton: Skeleton | None, name: str) -> Any:
-    """An array of which every chunk has whole poses."""
+    """Return an array in which every chunk has whole poses."""
     X = da.asarray(X)
     if X.ndim != 2 or np.isnan(X.shape[1]):
         raise ValueError(f"{name} must be a two-dimensional array with a known number of columns, got {X}")
@@ -66,17 +55,22 @@ def _whole_rows(da: Any, X: Any, skeleton: Skeleton | None, name: str) -> Any:
     return X.rechunk({1: -1})
 
 
-def _distances(X, Y, pose_distances, shared, dtype_):
-    skeleton, parameters = shared
-    return pose_distances(X, Y, skeleton=skeleton, n_jobs=1, **parameters).astype(dtype_, copy=False)
+def _distances(X: Any, Y: Any, shared: tuple, name: str = "Y") -> np.ndarray:
+    """Return the distances between two chunks, or among one if Y is None; the second is a part of the array `name`."""
+    metric, skeleton, steps = shared
+    X, Y = check_poses(X, skeleton, "X"), None if Y is None else check_poses(Y, skeleton, name)
+    matrix = DistanceMatrix(X, Y, metric, skeleton, steps)
+    distances, unconverged = matrix.written(None, n_jobs=1)
+    warn_of_unconverged(unconverged, matrix.n_pairs, stacklevel=1)
+    return distances
 
 
-def _upper_distances(X, Y, row, column, pose_distances, shared, dtype_):
-    """A block on the diagonal or above it; below it nothing, which `_mirrored` does not look at."""
+def _upper_distances(X: Any, Y: Any, row: Any, column: Any, shared: tuple) -> np.ndarray:
+    """Return a tile on the diagonal or above it; below it zeros, which `_mirrored` does not read."""
     if row[0] > column[0]:
-        return np.broadcast_to(np.zeros((), dtype_), (len(X), len(Y)))
-    return _distances(X, None if row[0] == column[0] else Y, pose_distances, shared, dtype_)
+        return np.broadcast_to(np.zeros((), X.dtype), (len(X), len(Y)))
+    return _distances(X, None if row[0] == column[0] else Y, shared, name="X")
 
 
-def _mirrored(block, mirror, row, column):
-    return mirror.T if row[0] > column[0] else block
+def _mirrored(tile: Any, mirrored: Any, row: Any, column: Any) -> np.ndarray:
+    return mirrored.T if row[0] > column[0] else tile

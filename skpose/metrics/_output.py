@@ -1,23 +1,25 @@
-"""Where a matrix of distances is written, block by block: in memory, in a file, or in an array such as zarr's."""
+"""Writing a matrix of distances tile by tile: into memory, a file, or an array such as zarr's.
 
-import hashlib
-import json
+Nothing here knows what is computed. A destination gets a tiling, a fingerprint of what the matrix is of, and the
+numbers of each tile; from the checksums of the tiles that a checkpoint lists it finds out which are complete.
+"""
+
 import mmap
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from skpose._parallel.journal import AttributeJournal, FileJournal
-from skpose.kinematics._tree import tree_of
+from skpose._parallel.checkpoint import AttributeCheckpoint, FileCheckpoint
 from skpose.metrics._convergence import Unconverged
-from skpose.metrics._matrix import MIRROR_BLOCK, Block, DistanceMatrix
+from skpose.metrics._tiles import Tile, Tiling
 
 PAGES_NOT_NEEDED = getattr(mmap, "MADV_DONTNEED", None)  # not on Windows
-NOTED = 8  # of a block: its place, two checksums, two numbers of unconverged
+MIRROR_EDGE = 512  # of the squares that are transposed at once, for the cache's sake
+NOTE_LENGTH = 8  # of a tile: its four indices, two checksums, the two fields of Unconverged
 
 
 class Destination:
@@ -28,7 +30,7 @@ class Destination:
     array : ndarray, zarr.Array or the like, or None
         None makes an ndarray.
     shape, dtype
-        What it must have.
+        The shape and dtype that it must have.
     """
 
     def __init__(self, array: Any, shape: tuple[int, int], dtype: np.dtype):
@@ -44,102 +46,112 @@ class Destination:
             )
         self._plain = np.asarray(self.array) if isinstance(self.array, np.ndarray) else None
         self._mapping = _mapping_of(self.array)
-        self._journal = _journal_of(self.array, self._mapping)
+        self._checkpoint = _checkpoint_of(self.array, self._mapping)
 
-    def part(self, block: Block, dtype: np.dtype) -> np.ndarray | None:
-        """The block itself, if distances of this dtype can be written into it at once."""
-        return self._plain[block.place] if self._plain is not None and self._plain.dtype == dtype else None
+    @property
+    def resumable(self) -> bool:
+        """True for an array that outlives this process, and its checkpoint with it."""
+        return self._checkpoint is not None
 
-    def write(self, block: Block, distances: np.ndarray, symmetric: bool) -> None:
-        """Write a block, unless it is there already, and what mirrors it."""
+    def view(self, tile: Tile, dtype: np.dtype) -> np.ndarray | None:
+        """Return the tile of the array itself, if distances of this dtype can be computed into it."""
+        return self._plain[tile.slices] if self._plain is not None and self._plain.dtype == dtype else None
+
+    def write(self, tile: Tile, mirrored: Tile | None, distances: np.ndarray) -> None:
+        """Write the distances of a tile, unless they are its view, and transposed those of its mirror image."""
         if self._plain is None:
             distances = distances.astype(self.array.dtype, copy=False)
-            self.array[block.place] = distances
+            self.array[tile.slices] = distances
         elif not np.may_share_memory(distances, self._plain):
-            self._plain[block.place] = distances
-        if symmetric and block.top != block.left:
-            self._write_transposed(block.mirrored, distances)
+            self._plain[tile.slices] = distances
+        if mirrored is not None:
+            self._write_transposed(mirrored, distances)
         self._release()
 
     def _release(self) -> None:
-        """Keep what was written or read of a file from staying resident; it goes to the file all the same."""
+        """Give back the memory of the parts of a file that were written or read; the file keeps them."""
         if self._mapping is not None and PAGES_NOT_NEEDED is not None:
             self._mapping.madvise(PAGES_NOT_NEEDED)
 
-    def _write_transposed(self, block: Block, distances: np.ndarray) -> None:
+    def _write_transposed(self, tile: Tile, distances: np.ndarray) -> None:
         if self._plain is None:
-            self.array[block.place] = np.ascontiguousarray(distances.T)
+            self.array[tile.slices] = np.ascontiguousarray(distances.T)
             return
-        target = self._plain[block.place]
-        for start in range(0, len(target), MIRROR_BLOCK):  # for the cache's sake
-            for first in range(0, target.shape[1], MIRROR_BLOCK):
-                here = slice(start, start + MIRROR_BLOCK), slice(first, first + MIRROR_BLOCK)
-                target[here] = distances[here[1], here[0]].T
-
-    def checksum(self, block: Block) -> int:
-        part, known = self.array[block.place], 0
-        for start in range(0, len(part), MIRROR_BLOCK):
-            known = zlib.crc32(np.ascontiguousarray(part[start : start + MIRROR_BLOCK]), known)
-            self._release()  # to read makes more resident than is read
-        return known
+        target = self._plain[tile.slices]
+        for top in range(0, len(target), MIRROR_EDGE):
+            for left in range(0, target.shape[1], MIRROR_EDGE):
+                rows, columns = slice(top, top + MIRROR_EDGE), slice(left, left + MIRROR_EDGE)
+                target[rows, columns] = distances[columns, rows].T
 
     @contextmanager
     def resumed(
-        self, matrix: DistanceMatrix, edge: int
-    ) -> Iterator[tuple[list[Block], list[Unconverged], Callable[[Block, Unconverged], None]]]:
-        """The blocks that are left to do, the unconverged about those that are done, and how to note one more.
+        self, tiling: Tiling, fingerprint: dict[str, str] | None
+    ) -> Iterator[tuple[list[Tile], list[Unconverged], Callable[[Tile, Unconverged], None]]]:
+        """Yield the tiles that are left to do, the unconverged of the others, and how to note that one is complete.
+
+        Parameters
+        ----------
+        tiling : Tiling
+            The tiles, unless earlier notes have others.
+        fingerprint : dict
+            Equal for equal matrices only, with a name for messages in "metric"; needed if this is `resumable`.
 
         Raises
         ------
         ValueError
             If the array holds the beginning of another matrix.
         """
-        blocks = matrix.blocks(edge)
-        if self._journal is None:
-            yield blocks, [], lambda block, unconverged: None
+        checkpoint = self._checkpoint
+        if checkpoint is None:
+            yield tiling.tiles(), [], lambda tile, unconverged: None
             return
-        head = {"of": _fingerprint(matrix), "shape": list(matrix.shape), "metric": matrix.metric, "edge": edge}
+        head: dict[str, Any] = {**(fingerprint or {}), "shape": list(tiling.shape), "edge": tiling.edge}
         notes = []
-        if (found := self._journal.read()) is not None:
-            if {**found[0], "edge": edge} != head:
+        if (found := checkpoint.read()) is not None:
+            if {**found[0], "edge": tiling.edge} != head:
                 raise ValueError(
                     f"out holds the beginning of other distances ({found[0].get('metric')}, "
-                    f"{found[0].get('shape')}; other poses, a body, parameters or a version of skpose than these): "
-                    f"finish those with the call that began them, or delete {self._journal} to write over them"
+                    f"{found[0].get('shape')}; other poses, skeleton, parameters or version of skpose than these): "
+                    f"finish those with the call that started them, or delete {checkpoint} to write over them"
                 )
             head = found[0]
-            blocks = matrix.blocks(head["edge"])
-            notes = [note for note in found[1] if self._holds(note, matrix.symmetric)]
-        self._journal.begin(head, notes)
-        done = {Block(*note[:4]) for note in notes}
+            tiling = tiling._replace(edge=head["edge"])
+            notes = [note for note in found[1] if self._is_intact(note, tiling)]
+        checkpoint.start(head, notes)
+        complete = {Tile(*note[:4]) for note in notes}
 
-        def note(block: Block, unconverged: Unconverged) -> None:
-            self._journal.add(
-                [*block, self.checksum(block), self._mirror_checksum(block, matrix.symmetric), *unconverged]
-            )
+        def add_note(tile: Tile, unconverged: Unconverged) -> None:
+            checkpoint.add([*tile, *self._checksums(tile, tiling), *unconverged])
 
         try:
-            yield [block for block in blocks if block not in done], [Unconverged(*note[6:]) for note in notes], note
+            left = [tile for tile in tiling.tiles() if tile not in complete]
+            yield left, [Unconverged(*note[6:]) for note in notes], add_note
         except BaseException:
-            self._journal.pause()
+            checkpoint.save()
             raise
         if isinstance(self.array, np.memmap):
             self.array.flush()
-        self._journal.end()
+        checkpoint.remove()
 
-    def _holds(self, note: list, symmetric: bool) -> bool:
-        """Whether a block that was noted is what it was."""
-        if len(note) != NOTED:
-            return False
-        block = Block(*note[:4])
-        return [self.checksum(block), self._mirror_checksum(block, symmetric)] == note[4:6]
+    def _is_intact(self, note: list, tiling: Tiling) -> bool:
+        """Return whether a tile that was noted has the bytes that it had then."""
+        return len(note) == NOTE_LENGTH and self._checksums(Tile(*note[:4]), tiling) == note[4:6]
 
-    def _mirror_checksum(self, block: Block, symmetric: bool) -> int:
-        return self.checksum(block.mirrored) if symmetric and block.top != block.left else 0
+    def _checksums(self, tile: Tile, tiling: Tiling) -> list[int]:
+        """Return the checksums of a tile and of its mirror image, 0 if it has none."""
+        mirrored = tiling.mirror_of(tile)
+        return [self._checksum(tile), 0 if mirrored is None else self._checksum(mirrored)]
+
+    def _checksum(self, tile: Tile) -> int:
+        part, known = self.array[tile.slices], 0
+        for start in range(0, len(part), MIRROR_EDGE):
+            known = zlib.crc32(np.ascontiguousarray(part[start : start + MIRROR_EDGE]), known)
+            self._release()  # to read makes more resident than is read
+        return known
 
 
 def _mapping_of(array: Any) -> mmap.mmap | None:
-    """The file's mapping that an array lies in, if what is written there goes to the file."""
+    """Return the file's mapping that an array lies in, if what is written there goes to the file."""
     while isinstance(array, np.ndarray):
         if isinstance(array, np.memmap) and array.mode == "c":
             return None
@@ -147,20 +159,10 @@ def _mapping_of(array: Any) -> mmap.mmap | None:
     return array if isinstance(array, mmap.mmap) else None
 
 
-def _journal_of(array: Any, mapping: mmap.mmap | None) -> FileJournal | AttributeJournal | None:
-    """Where to take notes: beside the file that an array is the whole of, or with the array; else nowhere."""
+def _checkpoint_of(array: Any, mapping: mmap.mmap | None) -> FileCheckpoint | AttributeCheckpoint | None:
+    """Return the checkpoint of an array that is the whole of a file, or that has attributes; None for others."""
     if isinstance(array, np.memmap):
-        whole = array.base is mapping and mapping is not None and array.filename is not None
-        return FileJournal(array.filename) if whole else None
-    return AttributeJournal(array.attrs) if type(array).__module__.split(".")[0] == "zarr" else None
-
-
-def _fingerprint(matrix: DistanceMatrix) -> str:
-    """What a matrix is of, to the last bit."""
-    known = hashlib.sha256()
-    steps = [float(step) for step in matrix.steps]
-    known.update(json.dumps([version("skpose"), matrix.metric, steps, matrix.dtype.str, matrix.symmetric]).encode())
-    for array in (matrix.X, *(() if matrix.symmetric else (matrix.Y,)), *tree_of(matrix.skeleton)):
-        known.update(json.dumps([array.dtype.str, array.shape]).encode())
-        known.update(np.ascontiguousarray(array))
-    return known.hexdigest()
+        base: Any = array.base  # a mapping too, which numpy's types leave out
+        whole = base is mapping and mapping is not None and array.filename is not None
+        return FileCheckpoint(Path(str(array.filename))) if whole else None
+    return AttributeCheckpoint(array.attrs) if type(array).__module__.split(".")[0] == "zarr" else None

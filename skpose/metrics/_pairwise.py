@@ -1,30 +1,26 @@
-"""Matrices of distances between poses."""
+"""Matrices of distances between poses: the public functions and their arguments.
+
+`_pairwise` checks the arguments, `_matrix` computes tiles, `_output` writes them; `_dask` does the first two lazily.
+"""
 
 from collections.abc import Callable, Iterator
-from contextlib import closing
-from functools import partial
 from numbers import Integral, Real
 from typing import Any
 
 import numpy as np
-from joblib import effective_n_jobs
 from numpy.typing import ArrayLike
 from sklearn import get_config
 from sklearn.utils import gen_batches
 
 from skpose._compat.sklearn import HasMethods, Interval, validate_params
-from skpose._parallel.backends import from_workers, in_processes
 from skpose._parallel.progress import progress
-from skpose._parallel.tasks import WORK_PER_TASK
-from skpose.metrics._convergence import Unconverged, warn_of_unconverged
+from skpose.metrics._convergence import warn_of_unconverged
 from skpose.metrics._dask import is_lazy, lazy_distances
 from skpose.metrics._matrix import DistanceMatrix
-from skpose.metrics._output import Destination
 from skpose.metrics._registry import METRIC_CONSTRAINTS, effective_name, resolve
 from skpose.skeleton import Skeleton
 from skpose.skeleton._validation import check_poses, check_same_width
 
-WORTH_SHIPPING = 5 * WORK_PER_TASK
 CONSTRAINTS = METRIC_CONSTRAINTS | {"n_jobs": [None, Integral], "verbose": ["verbose"]}
 
 
@@ -61,28 +57,28 @@ def pose_distances(
     Parameters
     ----------
     X : array-like of shape (n_x, n_dofs)
-        Poses: joint angles, rad. With a skeleton, one column per name in ``skeleton.dof_names``; a data frame's
-        columns are held to these names.
+        Poses: joint angles, rad. With a skeleton, one column per name in ``skeleton.dof_names``; the columns of a
+        data frame must have these names.
     Y : array-like of shape (n_y, n_dofs), default=None
         Other poses; None is X, of which one triangle is then computed.
     skeleton : Skeleton, default=None
-        The body that all the poses are put on; `Skeleton.mean` makes one of several. Needed by all but "angle".
+        The skeleton of all poses; `Skeleton.mean` makes one of several. Needed by all but "angle".
     metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
         "auto" is "spatial" with a skeleton and "angle" without one.
     n_steps : int, default=10
         Chords along the curve of "spatial" and "geodesic"; the paper's ten. With one, both are "position".
     wrap : bool or "auto", default="auto"
-        Whether each difference of angles goes the short way round, in [−π, π], so that a file's jump by 360° is no
-        movement. "auto" does so for "spatial" and "geodesic" and takes "angle" literally; the others cannot tell.
+        Whether each difference of angles is wrapped to [−π, π], so that a file's jump by 360° is no movement. "auto"
+        is True for "spatial" and "geodesic" and False for "angle"; the others do not depend on it.
     n_jobs : int, default=None
         Threads; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors. Where that context names
-        a backend of processes or a cluster ("loky", "dask", "ray"), blocks are computed there. The result does not
+        a backend of processes or a cluster ("loky", "dask", "ray"), tiles are computed there. The result does not
         depend on it.
     out : array of shape (n_x, n_y), default=None
-        Where to put the result, of its dtype: an ndarray, a ``numpy.memmap``, a zarr array. If writing into a whole
-        memmap or a zarr array is interrupted, the same call goes on where it stopped, see Notes.
+        Array for the result, of its dtype: an ndarray, a ``numpy.memmap``, a zarr array. If writing into a whole
+        memmap or a zarr array is interrupted, the same call continues it, see Notes.
     verbose : int, default=0
-        Whether to show how far it is: a bar where rich is installed, else some lines on stderr.
+        Whether to show the progress: a bar where rich is installed, else some lines on stderr.
 
     Returns
     -------
@@ -94,15 +90,15 @@ def pose_distances(
     Warns
     -----
     ConvergenceWarning
-        If geodesics did not converge; it says how many.
+        If geodesics did not converge, with their number.
 
     Raises
     ------
     ValueError
         For poses of the wrong width, out of order by column name, or not finite; for a metric that needs a skeleton
-        and got none; for an `out` that does not fit, or holds the beginning of other distances.
+        and got none; for an `out` of another shape or dtype, or holds the beginning of other distances.
     RuntimeError
-        If joblib's workers die, or cannot do their work, again and again.
+        If joblib's workers die, or fail, several times in a row.
 
     See Also
     --------
@@ -114,23 +110,23 @@ def pose_distances(
     Notes
     -----
     "position" ≤ "geodesic" ≤ "spatial": a chord is no longer than a curve, and the geodesic is the shortest one.
-    Neither "spatial" nor, as it is a local minimum and measured by chords, "geodesic" need obey the triangle
-    inequality. F does not see a twist about a bone that ends the chain, so all but "angle" are pseudo-metrics.
+    Neither "spatial" nor "geodesic", which is a local minimum and measured by chords, need obey the triangle
+    inequality. F does not depend on a twist about a bone that ends the chain, so all but "angle" are pseudo-metrics.
 
     Time O(n_x · n_y · n_dofs), for "spatial" times n_steps; no sine or cosine is computed per pair. "geodesic" takes
     some milliseconds a pair, and a hundred for poses very far apart; pairs whose chord and straight line agree to 1e-6
-    are not solved. Memory beyond the poses and the result: the codes of some panels of 4096 poses, 12 MB each for
-    "spatial" and 56 dofs. What is written into a file does not stay resident, but for a block of 4096 by 4096 and its
-    mirror image: less than 0.5 GB, whatever the size of the matrix. On workers the poses and a block or two of 32 MB,
-    and here no more than four such blocks per worker.
+    are not solved. Memory beyond the poses and the result: the codes of some 4096 poses at a time, 12 MB for "spatial"
+    and 56 dofs, a few times. A file that is written does not stay resident, except for a tile of 4096 by 4096 and its
+    mirror image: less than 0.5 GB for a matrix of any size. Workers hold the poses and a tile or two of 32 MB, and
+    this process no more than four such tiles per worker.
 
-    A matrix in a file is written block by block, and a block is noted, with the checksum of its bytes, when it is
-    complete: beside a memmap in a file named after it with ".progress" at the end, in a zarr array among its
-    attributes. The same call on the array, opened anew with mode "r+", computes only the blocks that are not there as
-    they were noted. The notes go when all is done.
+    A matrix in a file is written tile by tile, and a complete tile is noted with the checksum of its bytes: for a
+    memmap in a file of the same name with ".progress" at the end, for a zarr array among its attributes. The same call
+    on the array, opened again with mode "r+", computes only the tiles that are not noted or whose bytes have another
+    checksum. The notes are removed when the matrix is complete.
 
     Poses in a ``dask.array`` give a lazy ``dask.array`` of distances, computed where dask computes. It takes no `out`
-    and no notice of `n_jobs` and `verbose`, and its warnings appear where it is computed.
+    and ignores `n_jobs` and `verbose`, and its warnings appear where it is computed.
 
     References
     ----------
@@ -156,18 +152,18 @@ def pose_distances(
            [3.509, 0.   , 2.219],
            [1.569, 2.219, 0.   ]])
     """
+    _, steps = resolve(metric, skeleton, n_steps, wrap)
+    metric = effective_name(metric, skeleton)
     if is_lazy(X) or is_lazy(Y):
-        resolve(metric, skeleton, n_steps, wrap)
         if out is not None:
             raise ValueError(
                 "out is for distances that are computed at once; store those of a dask array with da.store"
             )
-        return lazy_distances(pose_distances, X, Y, skeleton, metric=metric, n_steps=n_steps, wrap=wrap)
-    matrix, dtype = _matrix(X, Y, skeleton, metric, n_steps, wrap)
-    destination = Destination(out, matrix.shape, dtype)
-    unconverged = _fill(destination, matrix, n_jobs, verbose)
+        return lazy_distances(X, Y, skeleton, metric, steps)
+    matrix = DistanceMatrix(*_checked(X, Y, skeleton), metric, skeleton, steps)
+    distances, unconverged = matrix.written(out, n_jobs, verbose)
     warn_of_unconverged(unconverged, matrix.n_pairs, stacklevel=3)
-    return destination.array
+    return distances
 
 
 @validate_params(
@@ -207,12 +203,12 @@ def pose_distances_chunked(
     working_memory : float, default=None
         Memory for a chunk, MiB; at least one row. None takes scikit-learn's ``working_memory``, 1 GiB unless set.
     verbose : int, default=0
-        Whether to show how far it is.
+        Whether to show the progress.
 
     Yields
     ------
     D_chunk : ndarray, sparse matrix, list or tuple
-        A chunk of distances, or what `reduce_func` made of it.
+        A chunk of distances, or the result of `reduce_func`.
 
     Raises
     ------
@@ -229,8 +225,8 @@ def pose_distances_chunked(
     Notes
     -----
     Each chunk has whole rows, so that without Y each pair is computed twice, once from either end; under "spatial" the
-    two may differ in the last bits. Time as of `pose_distances`, memory `working_memory` and the codes of some panels
-    of 4096 poses.
+    two may differ in the last bits. Time as of `pose_distances`, memory `working_memory` and the codes of some
+    4096 poses at a time.
 
     Examples
     --------
@@ -245,63 +241,39 @@ def pose_distances_chunked(
     >>> int(np.concatenate(list(sums)).argmin())
     50
     """
-    matrix, dtype = _matrix(X, Y, skeleton, metric, n_steps, wrap)
-    (n_rows, n_columns), others = matrix.shape, matrix.X if matrix.symmetric else matrix.Y
+    _, steps = resolve(metric, skeleton, n_steps, wrap)
+    metric = effective_name(metric, skeleton)
+    X, Y = _checked(X, Y, skeleton)
+    whole = DistanceMatrix(X, Y, metric, skeleton, steps)
+    n_rows, n_columns = whole.shape
     memory = get_config()["working_memory"] if working_memory is None else working_memory
-    batches = list(gen_batches(n_rows, min(n_rows, max(1, int(memory * 2**20 / (dtype.itemsize * n_columns))))))
-    part = partial(DistanceMatrix, metric=matrix.metric, skeleton=matrix.skeleton, steps=matrix.steps, dtype=dtype)
+    n_fitting = max(1, int(memory * 2**20 / (whole.result_dtype.itemsize * n_columns)))
+    batches = list(gen_batches(n_rows, min(n_rows, n_fitting)))
     unconverged = []
-    with progress(_named(matrix), len(batches), verbose) as advance:
+    with progress(str(whole), len(batches), verbose) as advance:
         for batch in batches:
-            chunk = part(matrix.X[batch], others)
-            destination = Destination(None, chunk.shape, dtype)
-            unconverged += _fill(destination, chunk, n_jobs, verbose=0)
-            yield destination.array if reduce_func is None else _reduced(reduce_func, destination.array, batch.start)
+            matrix = DistanceMatrix(X[batch], X if Y is None else Y, metric, skeleton, steps)
+            chunk, parts = matrix.written(None, n_jobs)
+            unconverged += parts
+            yield chunk if reduce_func is None else _reduced(reduce_func, chunk, batch.start)
             advance()
     warn_of_unconverged(unconverged, n_rows * n_columns, stacklevel=3)
 
 
-def _matrix(
-    X: ArrayLike, Y: ArrayLike | None, skeleton: Skeleton | None, metric: str, n_steps: int, wrap: bool | str
-) -> tuple[DistanceMatrix, np.dtype]:
-    """What is to be computed, and the dtype of the result."""
-    _, steps = resolve(metric, skeleton, n_steps, wrap)
-    triangle = Y is None or Y is X
+def _checked(X: ArrayLike, Y: ArrayLike | None, skeleton: Skeleton | None) -> tuple[np.ndarray, np.ndarray | None]:
+    """Return the poses as arrays; Y is None where it is X."""
+    if Y is X:
+        Y = None
     X = check_poses(X, skeleton, "X")
-    Y = X if triangle else check_poses(Y, skeleton, "Y")
+    if Y is None:
+        return X, None
+    Y = check_poses(Y, skeleton, "Y")
     check_same_width(X, Y)
-    dtype = np.result_type(X, Y)
-    return DistanceMatrix(X, None if triangle else Y, effective_name(metric, skeleton), skeleton, steps, dtype), dtype
-
-
-def _fill(destination: Destination, matrix: DistanceMatrix, n_jobs: int | None, verbose: int) -> list[Unconverged]:
-    """Compute all blocks of a matrix that are not there yet; return the unconverged about each."""
-    n_workers = effective_n_jobs(n_jobs)
-    remote = matrix.n_pairs * matrix.work_per_pair > WORTH_SHIPPING and in_processes(n_jobs)
-    edge = matrix.edge(1, n_workers) if remote else matrix.edge(n_workers)
-    with (
-        destination.resumed(matrix, edge) as (blocks, unconverged, note),
-        progress(_named(matrix), len(blocks), verbose) as advance,
-    ):
-        if remote:
-            results = from_workers(DistanceMatrix.distances, matrix, blocks, n_jobs)
-        else:
-            results = ((b, matrix.distances(b, n_workers, destination.part(b, matrix.dtype))) for b in blocks)
-        with closing(results):  # whatever ends this ends what workers do for it
-            for block, (distances, missed) in results:
-                destination.write(block, distances, matrix.symmetric)
-                note(block, missed)
-                unconverged.append(missed)
-                advance()
-    return unconverged
-
-
-def _named(matrix: DistanceMatrix) -> str:
-    return f"{matrix.shape[0]:,} × {matrix.shape[1]:,} distances"
+    return X, Y
 
 
 def _reduced(reduce_func: Callable[[np.ndarray, int], Any], chunk: np.ndarray, start: int) -> Any:
-    """What the user's function makes of a chunk, held to the chunk's length."""
+    """Return what the user's function returns for a chunk, whose length it must have."""
     n_rows = len(chunk)
     result = reduce_func(chunk, start)
     if result is None:
@@ -315,7 +287,7 @@ def _reduced(reduce_func: Callable[[np.ndarray, int], Any], chunk: np.ndarray, s
         length = part.shape[0] if hasattr(part, "shape") else len(part)
         if length != n_rows:
             raise ValueError(
-                f"reduce_func returned {length} entries for a chunk of {n_rows} rows that begins at row {start}; it "
+                f"reduce_func returned {length} entries for a chunk of {n_rows} rows that starts at row {start}; it "
                 "must return one for each row"
             )
     return result

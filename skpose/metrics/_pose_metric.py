@@ -16,9 +16,9 @@ from skpose.skeleton import Skeleton
 
 @validate_params(METRIC_CONSTRAINTS, prefer_skip_nested_validation=True)
 def pose_metric(
-    metric: str = "auto", skeleton: Skeleton | None = None, *, n_steps: int = 10, wrap: bool | str = "auto"
+    skeleton: Skeleton | None = None, *, metric: str = "auto", n_steps: int = 10, wrap: bool | str = "auto"
 ) -> Callable[[np.ndarray, np.ndarray], float]:
-    """A metric as one function of two poses, compiled by numba, for whatever takes a callable as its metric.
+    """A metric as one function of two poses, compiled by numba.
 
     For a matrix of distances `skpose.pose_distances` is many times faster, since it does the work of a pose once and
     not once per pair. The function is for estimators that take a callable: ``KNeighborsClassifier(metric=f)``,
@@ -26,15 +26,15 @@ def pose_metric(
 
     Parameters
     ----------
+    skeleton : Skeleton, default=None
+        Needed by all but "angle".
     metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
         See `skpose.pose_distances`. A "geodesic" that does not converge is the length of the best curve found, without
         a warning, which compiled code cannot give.
-    skeleton : Skeleton, default=None
-        Needed by all but "angle".
     n_steps : int, default=10
         Chords along the curve of "spatial" and "geodesic".
     wrap : bool or "auto", default="auto"
-        Whether differences of angles are taken the short way round.
+        Whether differences of angles are wrapped to [−π, π].
 
     Returns
     -------
@@ -55,8 +55,8 @@ def pose_metric(
 
     Notes
     -----
-    The first call compiles for a second or so in every process; what does not depend on the skeleton comes from
-    numba's disk cache. About 10 µs a pair of poses of 56 dofs under "spatial" with ten steps, some
+    The first call compiles for a second or so in every process; the parts that do not depend on the skeleton come
+    from numba's disk cache. About 10 µs a pair of poses of 56 dofs under "spatial" with ten steps, some
     milliseconds under "geodesic".
 
     References
@@ -70,10 +70,10 @@ def pose_metric(
     >>> from sklearn.neighbors import KNeighborsClassifier
     >>> from skpose import Skeleton, pose_metric
     >>> arm = Skeleton.chain(2)
-    >>> f = pose_metric("position", arm)
+    >>> f = pose_metric(arm, metric="position")
     >>> round(f(np.array([0.0, 0.0]), np.array([np.pi, 0.0])), 3)
     4.472
-    >>> knn = KNeighborsClassifier(1, metric=pose_metric("spatial", arm), algorithm="brute")
+    >>> knn = KNeighborsClassifier(1, metric=pose_metric(arm, metric="spatial"), algorithm="brute")
     >>> knn.fit([[0.0, 0.0], [1.5, 0.0]], ["out", "up"]).predict([[1.2, 0.1]])
     array(['up'], dtype='<U3')
     """
@@ -93,7 +93,7 @@ def _compiled(metric: Metric, skeleton: Skeleton | None, steps: Steps) -> Callab
         refusal = f"a pose has the wrong length: the skeleton has {n_dofs} degrees of freedom, one number for each"
 
     @njit(nogil=True)
-    def distance(x, y):
+    def distance(x: np.ndarray, y: np.ndarray) -> float:
         width = x.shape[0] if n_dofs < 0 else n_dofs
         if x.shape[0] != width or y.shape[0] != width:
             raise ValueError(refusal)

@@ -2,5 +2,6 @@
 
 from skpose.neighbors._kneighbors import PoseKNeighborsTransformer
 from skpose.neighbors._radius_neighbors import PoseRadiusNeighborsTransformer
+from skpose.neighbors._results import Evaluations
 
-__all__ = ["PoseKNeighborsTransformer", "PoseRadiusNeighborsTransformer"]
+__all__ = ["Evaluations", "PoseKNeighborsTransformer", "PoseRadiusNeighborsTransformer"]

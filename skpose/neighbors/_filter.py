@@ -1,53 +1,72 @@
-"""Poses as short vectors, whose distances bound a metric from below at a thousandth of its cost.
+"""The filter of a search: lower bounds of distances, at a thousandth of their cost.
 
-A chord is never longer than a curve, so ‖F(a) − F(b)‖ bounds "spatial" and "geodesic" from below, whatever the triangle
+A chord is never longer than a curve, so ‖F(a) − F(b)‖ bounds "spatial" and "geodesic" from below, without any triangle
 inequality, and it is tight. Orthonormal axes V split it without loss: with F = Vz + rest,
 ‖F(a) − F(b)‖² = ‖z(a) − z(b)‖² + ‖rest(a) − rest(b)‖² ≥ ‖z(a) − z(b)‖² + (‖rest(a)‖ − ‖rest(b)‖)².
-Along the first principal axes of the joint positions the first term is nearly all of it. A `Screen` holds z and ‖rest‖
-of every pose in float32.
+Along the first principal axes of the joint positions the first term is nearly all of it. A `ChordFilter` holds z and
+‖rest‖ of every pose in float32.
 
-Rounding: coordinates of norm r and q are rounded by a relative 2⁻²⁴ at most, which moves their distance by no more than
-2⁻²⁴ (r + q); the distance itself, no more than r + q, is computed with a relative error below 16 · 2⁻²⁴. What float64
-adds, in ‖rest‖² = ‖F‖² − ‖z‖² above all, is a few more 2⁻²⁴ (r + q). So no bound is too high once its *slack*, about
-thrice all this, is taken off.
+Rounding: coordinates of norm r and q are rounded by a relative 2⁻²⁴ at most, which changes their distance by no more
+than 2⁻²⁴ (r + q); the distance itself, no more than r + q, is computed with a relative error below 16 · 2⁻²⁴. What
+float64 adds, in ‖rest‖² = ‖F‖² − ‖z‖² above all, is a few more 2⁻²⁴ (r + q). So no bound is too high after its
+*slack*, about three times the sum of these, is subtracted.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
 from skpose._compiled import loops
 from skpose._compiled.lanes import lanes
+from skpose._compiled.nearest import Candidates, Span, nearest_of_tile_loop
 from skpose._compiled.results import aligned
 from skpose._compiled.tree import Steps
-from skpose.metrics._matrix import PANEL
+from skpose.kinematics._tree import tree_of
+from skpose.metrics._matrix import ENCODED_AT_ONCE
 from skpose.metrics._registry import METRICS
+from skpose.neighbors._cost import FILTER_WORK
+from skpose.neighbors._nearest_so_far import NearestSoFar
+from skpose.neighbors._tasks import over_rows
 from skpose.skeleton import Skeleton
 
 N_AXES = 17  # and the rest: a multiple of three, as `measure_euclidean` takes three at a time
-SAMPLE = 4096  # poses from which the axes are taken
+SAMPLE = 4096  # poses from which the axes are computed
 ROUNDING = 64 * 2.0**-24
-IN_RANGE = 1e15  # in units of the screen; float32 cannot add up squares of much more
+IN_RANGE = 1e15  # largest coordinate, in units of the filter; float32 cannot sum the squares of much larger ones
 FLOAT32 = np.dtype(np.float32)
 
 
-class Screen:
-    """The screen of an index's poses.
+class FilterPoints(NamedTuple):
+    """Queries as the filter sees them."""
+
+    coordinates: np.ndarray  # (n_queries, n_coordinates)
+    slack: np.ndarray  # (n_queries,) rounding of the bounds, in units of the filter; infinite where out of range
+
+    def take(self, rows: np.ndarray) -> "FilterPoints":
+        return FilterPoints(self.coordinates[rows], self.slack[rows])
+
+
+class ChordFilter:
+    """Lower bounds of the distances from any pose to those of an index.
 
     Parameters
     ----------
     poses : ndarray of shape (n_poses, n_dofs)
     bound : str
-        The Euclidean metric that is bounded, and with it all that are never less.
+        A Euclidean metric. The distances between the filter's points are lower bounds of it, and so of every metric
+        that is never less.
     skeleton, steps
         As for `Metric.encoded`.
 
     Attributes
     ----------
     scale : float
-        Unit of what follows.
-    blocks : ndarray of shape (n_blocks * n_coordinates, lanes)
-        Coordinates in blocks of lanes.
+        Unit of the coordinates; m, or rad for "angle".
+    groups : ndarray of shape (n_groups * n_coordinates, lanes)
+        Coordinates of all poses, in groups of lanes.
     norm : float
-        Of the longest of them; infinite where the screen is of no use, as poses are beyond the range of float32.
+        Largest norm of a pose's coordinates; infinite where the filter cannot be used, as poses are beyond the range of
+        float32.
     """
 
     def __init__(self, poses: np.ndarray, bound: str, skeleton: Skeleton | None, steps: Steps):
@@ -61,30 +80,65 @@ class Screen:
         self.axes = np.ascontiguousarray(np.linalg.eigh(codes.T @ codes)[1].T[: -N_AXES - 1 : -1])
         width = lanes(FLOAT32)
         self.n_coordinates = len(self.axes) + 1
-        self.blocks = aligned(-(-len(poses) // width) * self.n_coordinates, width, FLOAT32)
+        self.groups = aligned(-(-len(poses) // width) * self.n_coordinates, width, FLOAT32)
         self.norm = 0.0
-        for start in range(0, len(poses), PANEL):
-            coordinates, norms = self._coordinates(poses[start : start + PANEL])
-            self.part(start, start + len(coordinates))[:] = loops.in_lanes(coordinates)
+        for start in range(0, len(poses), ENCODED_AT_ONCE):
+            coordinates, norms = self._coordinates(poses[start : start + ENCODED_AT_ONCE])
+            self._groups_of(start, start + len(coordinates))[:] = loops.in_lanes(coordinates)
             self.norm = max(self.norm, norms.max())
 
-    def part(self, start: int, stop: int) -> np.ndarray:
-        """The blocks of some of the poses; start is a multiple of the lanes."""
-        width = self.blocks.shape[1]
-        return self.blocks[start // width * self.n_coordinates : -(-stop // width) * self.n_coordinates]
-
-    def of(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Coordinates of queries, and the slack of their bounds; infinite where they are out of range."""
+    def points(self, poses: np.ndarray) -> FilterPoints:
+        """Return queries as points of the filter."""
         coordinates, norms = self._coordinates(poses)
-        return coordinates, ROUNDING * (norms + self.norm)
+        return FilterPoints(coordinates, ROUNDING * (norms + self.norm))
+
+    def within(
+        self,
+        points: FilterPoints,
+        excluded: np.ndarray,
+        limits: np.ndarray,
+        start: int,
+        stop: int,
+        capacity: int,
+        n_jobs: int,
+    ) -> NearestSoFar:
+        """Find the poses start:stop whose lower bound is within the query's limit, at most the `capacity` least.
+
+        Start is a multiple of the lanes. Values are in units of the filter, slack included; `candidates` converts them.
+        """
+        with np.errstate(over="ignore"):
+            limits = np.minimum(limits / self.scale + points.slack, np.finfo(FLOAT32).max)
+        near = NearestSoFar(limits, capacity, FLOAT32)
+        loop, groups = nearest_of_tile_loop(FLOAT32), self._groups_of(start, stop)
+        tail = excluded, METRICS["angle"].measure, tree_of(None, FLOAT32), Steps.of(1, wrap=False), near.heaps
+        over_rows(
+            lambda first, last: loop(points.coordinates, groups, Span(first, last, start, stop), *tail),
+            len(limits),
+            FILTER_WORK * len(limits) * (stop - start),
+            n_jobs,
+        )
+        return near
+
+    def candidates(self, points: FilterPoints, near: NearestSoFar) -> Candidates:
+        """Return what `within` found with lower bounds of the metric."""
+        _, values, indices, counts = near.heaps
+        n = counts.max(initial=0)
+        with np.errstate(invalid="ignore"):  # behind the last entry
+            bounds = (values[:, :n] - points.slack[:, np.newaxis]) * self.scale
+        return Candidates(indices, bounds, counts)
+
+    def _groups_of(self, start: int, stop: int) -> np.ndarray:
+        """Return the groups of lanes of some of the poses; start is a multiple of the lanes."""
+        width = self.groups.shape[1]
+        return self.groups[start // width * self.n_coordinates : -(-stop // width) * self.n_coordinates]
 
     def _coordinates(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Coordinates and their norms; nought and infinity where they are out of range."""
+        """Return coordinates and their norms; zero and infinity where they are out of range."""
         with np.errstate(over="ignore"):
             codes = METRICS[self.bound].encoded(poses, self.skeleton, self.steps) / self.scale - self.mean
         out = np.abs(codes).max(axis=1) > IN_RANGE
         codes[out] = 0.0
-        # Not by BLAS, whose threads would linger and take the processors from the search's.
+        # Not by BLAS: its threads stay busy for a while and take the processors from the search's threads.
         z = np.einsum("nc,ac->na", codes, self.axes)
         square = np.einsum("nc,nc->n", codes, codes)
         rest = np.sqrt(np.maximum(square - np.einsum("na,na->n", z, z), 0.0))

@@ -1,31 +1,32 @@
-"""Exact search of nearest poses under "geodesic".
+"""Exact search of the nearest poses under "geodesic".
 
 A geodesic is solved only where its interval, from the chord to the length of the straight line, can change the answer:
 no k-th nearest is further away than the k-th shortest line, so what may have to be solved are the poses within that
-chord, in order of chord, until the next chord is longer than the k-th shortest geodesic so far. Both kinds of interval
-ends are found by searches of their own.
+chord, in order of chord, until the next chord is longer than the k-th shortest geodesic so far. Both ends of the
+intervals are found by searches of their own.
 """
+
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skpose._compiled.nearest import Kept
+from skpose._compiled.nearest import Candidates
 from skpose.metrics._registry import METRICS
-from skpose.neighbors._search import Evaluations, Neighbors, PoseIndex, Search
+from skpose.neighbors._index import PoseIndex
+from skpose.neighbors._nearest_so_far import NearestSoFar
+from skpose.neighbors._results import Evaluations, Neighbors
+from skpose.neighbors._search import Search
+from skpose.skeleton import Skeleton
 
-SOLVED_AT_ONCE = 16  # for a query: few enough that Ctrl-C is heard
-ROUNDING = 1e-9  # of a body: so much longer may a chord be than a curve, as from a pose to itself after a whole turn
-
-
-def search_of(index: PoseIndex, n_jobs: int) -> "Search | GeodesicSearch":
-    """A new search of an index."""
-    return GeodesicSearch(index, n_jobs) if index.metric == "geodesic" else Search(index, METRICS[index.metric], n_jobs)
+SOLVED_AT_ONCE = 16  # candidates of a query: few enough that Ctrl-C does not wait long
+ROUNDING = 1e-9  # relative to the size of the skeleton: a chord may exceed a curve by it, as after a whole turn
 
 
 class GeodesicSearch:
-    """A search under "geodesic", for which a chord and a straight line leave as little to solve as they can.
+    """A search under "geodesic", whose chords and straight lines leave few geodesics to solve.
 
-    It may hold all chords between queries and poses at once.
+    It may need memory for all chords between queries and poses at once.
     """
 
     def __init__(self, index: PoseIndex, n_jobs: int):
@@ -33,7 +34,7 @@ class GeodesicSearch:
         self.chords, self.lines, self.geodesics = (
             Search(index, METRICS[metric], n_jobs) for metric in ("position", "spatial", "geodesic")
         )
-        self.rounding = ROUNDING * np.abs(index.skeleton.offsets).sum()
+        self.rounding = ROUNDING * np.abs(cast(Skeleton, index.skeleton).offsets).sum()  # "geodesic" needs a skeleton
 
     @property
     def evaluations(self) -> Evaluations:
@@ -43,40 +44,46 @@ class GeodesicSearch:
     def unconverged(self) -> list[tuple[int, float]]:
         return self.geodesics.unconverged
 
-    def nearest(self, poses: np.ndarray, own: np.ndarray, k: int) -> Neighbors:
-        """The k nearest of each query."""
-        limits = np.full(len(own), np.inf)
-        if self.index.screen is not None:
-            limits = self.lines.nearest(poses, own, k).distances.reshape(-1, k)[:, -1] + self.rounding
-        return Neighbors(*self._solve(poses, self.chords.within(poses, own, limits), Kept(limits, k)).sorted())
+    def nearest(self, poses: np.ndarray, excluded: np.ndarray, k: int) -> Neighbors:
+        """Find the k nearest poses of each query."""
+        limits = np.full(len(poses), np.inf)
+        if self.index.filter is not None:
+            limits = self.lines.nearest(poses, excluded, k).distances.reshape(-1, k)[:, -1] + self.rounding
+        best = NearestSoFar(limits, k)
+        self._solve(poses, self.chords.within(poses, excluded, limits), best)
+        return Neighbors(*best.sorted_entries())
 
-    def within(self, poses: np.ndarray, own: np.ndarray, limits: ArrayLike, *, measured: bool = True) -> Neighbors:
-        """All poses that are no further away from a query than its limit.
+    def within(self, poses: np.ndarray, excluded: np.ndarray, limits: ArrayLike, *, measured: bool = True) -> Neighbors:
+        """Find all poses that are no further away from a query than its limit.
 
         If they need not be measured, the distance of those whose straight line is short enough is the line's.
         """
-        limits, parts = np.array(np.broadcast_to(limits, len(poses))), []
-        near = self.chords.within(poses, own, limits + self.rounding)
+        limits = np.array(np.broadcast_to(limits, len(poses)))
+        parts: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
+        near = self.chords.within(poses, excluded, limits + self.rounding)
         if not measured:
-            lines, size = self.lines.within(poses, own, limits), len(self.index.poses)
+            lines, size = self.lines.within(poses, excluded, limits), len(self.index.poses)
             parts.append(lines)
-            open_ = ~np.isin(near.queries * size + near.indices, lines.queries * size + lines.indices)
-            near = Neighbors(*(field[open_] for field in near))
-        room = np.bincount(near.queries, minlength=1).max()
-        parts.append(self._solve(poses, near, Kept(limits, max(1, room))).entries())
+            unsettled = ~np.isin(near.queries * size + near.indices, lines.queries * size + lines.indices)
+            near = Neighbors(*(field[unsettled] for field in near))
+        best = NearestSoFar(limits, max(1, np.bincount(near.queries, minlength=1).max()))
+        self._solve(poses, near, best)
+        parts.append(best.entries())
         return Neighbors.sorted(parts)
 
-    def _solve(self, poses: np.ndarray, chords: Neighbors, best: Kept) -> Kept:
-        """Solve what the chords leave open, the shortest first."""
+    def _solve(self, poses: np.ndarray, chords: Neighbors, best: NearestSoFar) -> None:
+        """Solve the geodesics that may be among the best, in order of chord."""
         counts = np.bincount(chords.queries, minlength=len(poses))
         shape = len(poses), max(1, counts.max())
-        candidates, bounds = np.zeros(shape, np.int64), np.zeros(shape)
-        place = chords.queries, np.arange(len(chords.queries)) - np.repeat(np.cumsum(counts) - counts, counts)
-        candidates[place] = chords.indices
-        if self.index.screen is not None:
-            bounds[place] = chords.distances - self.rounding
+        indices, bounds = np.zeros(shape, np.int64), np.zeros(shape)
+        ranks = np.arange(len(chords.queries)) - np.repeat(np.cumsum(counts) - counts, counts)
+        indices[chords.queries, ranks] = chords.indices
+        if self.index.filter is not None:
+            bounds[chords.queries, ranks] = chords.distances - self.rounding
         codes = METRICS["geodesic"].encoded(poses, self.index.skeleton, self.index.steps)
-        for start in range(0, candidates.shape[1], SOLVED_AT_ONCE):
-            some = (np.ascontiguousarray(part[:, start : start + SOLVED_AT_ONCE]) for part in (candidates, bounds))
-            self.geodesics.refine(codes, *some, np.clip(counts - start, 0, SOLVED_AT_ONCE), best, at_once=1)
-        return best
+        for start in range(0, indices.shape[1], SOLVED_AT_ONCE):
+            some, their_bounds = (
+                np.ascontiguousarray(part[:, start : start + SOLVED_AT_ONCE]) for part in (indices, bounds)
+            )
+            candidates = Candidates(some, their_bounds, np.clip(counts - start, 0, SOLVED_AT_ONCE))
+            self.geodesics.refine(codes, candidates, best, at_once=1)

@@ -1,7 +1,7 @@
-"""What the transformers into graphs of neighbours share: the index, and graphs of what a search of it finds."""
+"""The common base of the transformers into graphs of neighbours: the index, its searches, and graphs of the results."""
 
 from numbers import Integral
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from scipy.sparse import csr_array, csr_matrix
@@ -12,8 +12,8 @@ from skpose._base import PoseEstimatorMixin
 from skpose._compat.sklearn import StrOptions, fit_context
 from skpose.metrics._convergence import warn_of_unconverged
 from skpose.metrics._registry import METRIC_CONSTRAINTS, effective_name, resolve
+from skpose.neighbors._index import PoseIndex
 from skpose.neighbors._queries import Request, find
-from skpose.neighbors._search import PoseIndex
 
 
 class GraphTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator):
@@ -67,41 +67,41 @@ class GraphTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Tran
 
     @property
     def n_evaluations_(self):
-        """What the last search cost, `lengths` and `geodesics`."""
+        """Numbers of distances that the last search evaluated, `skpose.neighbors.Evaluations`."""
         return self._index.evaluations
 
     def _index_of(self, X):
         chosen, steps = resolve(self.metric, self.skeleton, self.n_steps, self.wrap)
         self.effective_metric_ = effective_name(self.metric, self.skeleton)
-        self.effective_metric_params_ = {}
+        self.effective_metric_params_: dict[str, Any] = {}
         if chosen.wraps is not None:
             self.effective_metric_params_["wrap"] = steps.half_turn < np.inf
         if chosen.wraps:
             self.effective_metric_params_["n_steps"] = self.n_steps
         return PoseIndex(X, self.skeleton, self.effective_metric_, steps, brute=self.algorithm == "brute")
 
-    def _search(self, X, method, **arguments):
-        """What a search's method finds, and the number of queries; X as in `kneighbors`."""
+    def _find(self, X, criterion, stacklevel=3):
+        """Return the neighbours of X, as in `kneighbors`, and the number of queries; `criterion` as for `Request`."""
         if X is None:
-            X, own = self._index.poses, np.arange(self.n_samples_fit_)
+            X, excluded = self._index.poses, np.arange(self.n_samples_fit_)
         else:
             X = self._checked(X, reset=False)
-            own = np.full(len(X), -1)
-        found = find(Request(self._index, method, X, own, arguments), self.n_jobs, self.verbose)
+            excluded = np.full(len(X), -1)
+        found = find(Request(criterion, self._index, X, excluded), self.n_jobs, self.verbose)
         self._index.evaluations = found.evaluations
-        warn_of_unconverged(found.unconverged, found.evaluations.geodesics, stacklevel=5)
+        warn_of_unconverged(found.unconverged, found.evaluations.geodesics, stacklevel)
         return found.neighbors, len(X)
 
-    def _graph(self, mode, search):
-        """What a search finds, as a graph."""
+    def _graph(self, X, criterion, mode):
+        """Return the graph of the neighbours of X."""
         if mode not in ("connectivity", "distance"):
             raise ValueError(f'mode must be "connectivity" or "distance", got {mode!r}')
-        found, n_queries = search()
+        found, n_queries = self._find(X, criterion, stacklevel=4)
         data = found.distances if mode == "distance" else np.ones(len(found.indices))
         indptr = np.searchsorted(found.queries, np.arange(n_queries + 1))
         shape = n_queries, self.n_samples_fit_
-        wanted = csr_array if get_config().get("sparse_interface") == "sparray" else csr_matrix
-        return wanted((data, found.indices, indptr), shape=shape)
+        sparse = csr_array if get_config().get("sparse_interface") == "sparray" else csr_matrix
+        return sparse((data, found.indices, indptr), shape=shape)
 
     @property
     def _n_features_out(self):

@@ -7,13 +7,14 @@ from sklearn.utils.validation import check_is_fitted
 
 from skpose._compat.sklearn import Interval
 from skpose.neighbors._graph import GraphTransformer
+from skpose.neighbors._queries import KNearest
 
 
 class PoseKNeighborsTransformer(GraphTransformer):
     """Transform poses into the sparse graph of their exact k nearest training poses.
 
-    What scikit-learn's ``KNeighborsTransformer`` is for Euclidean distances, under the distances of poses; for every
-    estimator that takes a sparse precomputed graph::
+    The counterpart of scikit-learn's ``KNeighborsTransformer`` under the distances of poses. Every estimator that takes
+    a sparse precomputed graph can use it::
 
         make_pipeline(PoseKNeighborsTransformer(skeleton), KNeighborsClassifier(metric="precomputed"))
         make_pipeline(PoseKNeighborsTransformer(skeleton, n_neighbors=91), TSNE(metric="precomputed", init="random"))
@@ -21,7 +22,7 @@ class PoseKNeighborsTransformer(GraphTransformer):
     Parameters
     ----------
     skeleton : Skeleton, default=None
-        The body that all the poses are put on. Needed by all metrics but "angle".
+        The skeleton of all poses. Needed by all metrics but "angle".
     mode : {"distance", "connectivity"}, default="distance"
         Whether the graph holds distances or ones.
     n_neighbors : int, default=5
@@ -35,12 +36,12 @@ class PoseKNeighborsTransformer(GraphTransformer):
     n_steps : int, default=10
         Chords along the curve of "spatial" and "geodesic".
     wrap : bool or "auto", default="auto"
-        Whether differences of angles are taken the short way round, see `skpose.pose_distances`.
+        Whether differences of angles are wrapped to [−π, π], see `skpose.pose_distances`.
     n_jobs : int, default=None
         Threads; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors. Where that context names
-        a backend of processes or a cluster, the queries are searched for there. The result does not depend on it.
+        a backend of processes or a cluster, the search runs there. The result does not depend on it.
     verbose : int, default=0
-        Whether to show how far a search is.
+        Whether to show the progress of a search.
 
     Attributes
     ----------
@@ -48,9 +49,12 @@ class PoseKNeighborsTransformer(GraphTransformer):
         The metric in use.
     effective_metric_params_ : dict
         Its parameters: `n_steps` and `wrap` where it has them.
-    n_evaluations_ : tuple
-        What the last search cost: ``lengths``, pairs whose distance was measured and not only bounded (for "geodesic"
-        of straight lines; eight at once take as long as one), and ``geodesics``, pairs whose geodesic was sought.
+    n_evaluations_ : Evaluations
+        Numbers of distances that the last search evaluated, a named tuple (`skpose.neighbors.Evaluations`):
+
+        - ``lengths``: pairs whose distance was computed; with "geodesic", the length of their straight line. Up to
+          eight pairs of a query are computed at once, in the time of one.
+        - ``geodesics``: pairs whose geodesic was solved for; zero with every metric but "geodesic".
     n_samples_fit_ : int
         Number of training poses.
     n_features_in_ : int
@@ -61,7 +65,7 @@ class PoseKNeighborsTransformer(GraphTransformer):
     Warns
     -----
     ConvergenceWarning
-        When searched, if geodesics did not converge.
+        From a search, if geodesics did not converge.
 
     See Also
     --------
@@ -70,21 +74,22 @@ class PoseKNeighborsTransformer(GraphTransformer):
 
     Notes
     -----
-    A chord is never longer than a curve, ‖F(a) − F(b)‖ ≤ "geodesic" ≤ "spatial". So no pose whose chord exceeds the
-    k-th shortest length found so far can be among the k nearest, although "spatial" obeys no triangle inequality and
-    no ball tree may hold it. The chords themselves are bounded by what shows of them along the principal axes of the
-    joint positions, in float32 and with an allowance for its rounding. The length of a straight line is no less than
-    that of the two chords by way of its middle, by the triangle inequality between its samples; where these are too
-    long already, it is not measured. A geodesic is solved only if its interval, from the chord to the length of the
-    straight line, can change the answer.
+    The search is *filter and refine*: a cheap lower bound of the distance rules out most poses, and only the rest, the
+    candidates, are measured. A chord is never longer than a curve, ‖F(a) − F(b)‖ ≤ "geodesic" ≤ "spatial". So no pose
+    whose chord exceeds the k-th shortest length found so far can be among the k nearest, although "spatial" obeys no
+    triangle inequality and a ball tree cannot be used. The chords themselves are bounded by their components along the
+    principal axes of the joint positions, in float32 and with an allowance for its rounding. The length of a straight
+    line is no less than that of the two chords between its ends and its middle, by the triangle inequality between its
+    samples; where these are too long already, it is not measured. A geodesic is solved only if its interval, from the
+    chord to the length of the straight line, can change the answer.
 
-    All that is measured is measured in float64, also for float32 poses: indices and distances are equal to those from
-    ``pose_distances(X, X_fit)`` in float64, sorted by distance and then by index. Where many poses are within the bound
-    whole panels are measured at once; a search never costs much more than brute force.
+    Every distance is computed in float64, also for float32 poses: indices and distances are equal to those from
+    ``pose_distances(X, X_fit)`` in float64, sorted by distance and then by index. Where the bound leaves many
+    candidates, whole panels are measured at once; a search never costs much more than brute force.
 
     Time O(n_samples · n_samples_fit) for the bounds, about a nanosecond each, and O(n_samples · n_neighbors · n_dofs ·
-    n_steps) for the lengths if the poses are dense. Memory O(n_samples_fit) for the index, 72 bytes a pose besides the
-    poses, and some 150 MB for a search, beyond its result. Of the parameters of scikit-learn's transformer `leaf_size`,
+    n_steps) for the lengths if the poses are dense. Memory O(n_samples_fit) for the index, the poses and 72 bytes for
+    each, and some 150 MB for a search, beyond its result. Of the parameters of scikit-learn's transformer `leaf_size`,
     `p` and `metric_params` are missing: there are no leaves, no Minkowski distance, and `n_steps` and `wrap` stand for
     themselves.
 
@@ -152,7 +157,7 @@ class PoseKNeighborsTransformer(GraphTransformer):
         Returns
         -------
         sparse matrix of shape (n_samples, n_samples_fit)
-            In CSR format, each row by distance, a distance of nought explicit.
+            In CSR format, each row by distance; zero distances are stored explicitly.
         """
         check_is_fitted(self)
         return self.kneighbors_graph(X, self.n_neighbors + (self.mode == "distance"), self.mode)
@@ -163,16 +168,16 @@ class PoseKNeighborsTransformer(GraphTransformer):
         Parameters
         ----------
         X : array-like of shape (n_queries, n_dofs), default=None
-            Poses: joint angles, rad. None is the training poses, none of which is then its own neighbour.
+            Poses: joint angles, rad. None is the training poses; a pose is then not its own neighbour.
         n_neighbors : int, default=None
-            How many; None takes the constructor's.
+            Number of neighbours; None takes the constructor's.
         return_distance : bool, default=True
             Whether to return the distances too.
 
         Returns
         -------
         distances : ndarray of shape (n_queries, n_neighbors)
-            In m, or rad for "angle"; only if wanted.
+            In m, or rad for "angle"; only if requested.
         indices : ndarray of shape (n_queries, n_neighbors)
             By distance, those equally far away by index.
 
@@ -182,7 +187,7 @@ class PoseKNeighborsTransformer(GraphTransformer):
             For more neighbours than there are training poses.
         """
         check_is_fitted(self)
-        found, n_queries = self._kneighbors(X, n_neighbors)
+        found, n_queries = self._find(X, self._k_nearest(X, n_neighbors))
         distances, indices = (part.reshape(n_queries, -1) for part in (found.distances, found.indices))
         return (distances, indices) if return_distance else indices
 
@@ -194,7 +199,7 @@ class PoseKNeighborsTransformer(GraphTransformer):
         X : array-like of shape (n_queries, n_dofs), default=None
             Poses, as for `kneighbors`.
         n_neighbors : int, default=None
-            How many; None takes the constructor's.
+            Number of neighbours; None takes the constructor's.
         mode : {"connectivity", "distance"}, default="connectivity"
             Whether the graph holds ones or distances.
 
@@ -204,12 +209,13 @@ class PoseKNeighborsTransformer(GraphTransformer):
             In CSR format, each row by distance.
         """
         check_is_fitted(self)
-        return self._graph(mode, lambda: self._kneighbors(X, n_neighbors))
+        return self._graph(X, self._k_nearest(X, n_neighbors), mode)
 
-    def _kneighbors(self, X, n_neighbors):
+    def _k_nearest(self, X, n_neighbors):
         k = self.n_neighbors if n_neighbors is None else n_neighbors
         if not isinstance(k, Integral):
             raise TypeError(f"n_neighbors must be a whole number, got {k!r}")
+        k = int(k)
         if k < 1:
             raise ValueError(f"n_neighbors must be 1 or more, got {k}")
 
@@ -219,4 +225,4 @@ class PoseKNeighborsTransformer(GraphTransformer):
                 f"Expected n_neighbors {'<' if X is None else '<='} n_samples_fit, but n_neighbors = {k}, "
                 f"n_samples_fit = {self.n_samples_fit_}"
             )
-        return self._search(X, "nearest", k=int(k))
+        return KNearest(k)

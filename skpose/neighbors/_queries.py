@@ -1,7 +1,12 @@
-"""Searches for many poses, block by block of queries, in threads or wherever the user's joblib configuration says."""
+"""Requests for the neighbours of many poses, in tasks of some queries: in threads, or as joblib's configuration says.
+
+The path of a request is one file after another: a transformer (`_kneighbors`, `_radius_neighbors`) makes it, `_graph`
+checks the poses, this file splits them, `_search` or `_geodesic_search` answers each task with the bounds of `_filter`
+and the loops of `skpose._compiled.nearest`.
+"""
 
 from contextlib import closing
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from joblib import effective_n_jobs
@@ -9,28 +14,43 @@ from sklearn.utils import gen_batches
 
 from skpose._parallel.backends import from_workers, in_processes
 from skpose._parallel.progress import progress
-from skpose._parallel.tasks import BLOCKS_PER_WORKER
-from skpose.neighbors._geodesic_search import search_of
-from skpose.neighbors._search import QUERIES, Evaluations, Neighbors, PoseIndex
+from skpose._parallel.tasks import TASKS_PER_WORKER
+from skpose.metrics._registry import METRICS
+from skpose.neighbors._geodesic_search import GeodesicSearch
+from skpose.neighbors._index import PoseIndex
+from skpose.neighbors._results import Evaluations, Neighbors
+from skpose.neighbors._search import QUERIES, Search
 
-FEWEST_QUERIES = 32
-SLOW_QUERIES = 256  # where each takes milliseconds
-MAX_CHORDS = 2**24  # held at once by a search for geodesics
-WORTH_SHIPPING = 1e8  # pairs of a query and a pose; geodesics always are
+FEWEST_QUERIES = 32  # in a task for another process
+SLOW_QUERIES = 256  # in a task of geodesics, which take milliseconds each
+MAX_CHORDS = 2**24  # in memory at once in a search for geodesics
+WORTH_SENDING = 1e8  # pairs of a query and a pose; geodesics always are
+
+
+class KNearest(NamedTuple):
+    """The k nearest poses."""
+
+    k: int
+
+
+class WithinRadius(NamedTuple):
+    """All poses within a radius; unless `measured`, their distances may be any upper bounds within it."""
+
+    radius: float  # m, or rad for "angle"
+    measured: bool
 
 
 class Request(NamedTuple):
-    """What to search for in an index: ``method(poses, own, **arguments)`` of a search."""
+    """Poses, and which of their neighbours in an index to find."""
 
-    index: PoseIndex
-    method: str
+    criterion: KNearest | WithinRadius
+    index: PoseIndex  # type: ignore[assignment]  # which is a method of tuples too
     poses: np.ndarray
-    own: np.ndarray  # (n_queries,) index of a pose that does not count, or -1
-    arguments: dict[str, Any]
+    excluded: np.ndarray  # (n_queries,) index of a pose that is not a neighbour, or -1
 
 
 class Found(NamedTuple):
-    """What was found, and what that cost."""
+    """The answer to a request, and its cost."""
 
     neighbors: Neighbors
     evaluations: Evaluations
@@ -38,26 +58,26 @@ class Found(NamedTuple):
 
 
 def find(request: Request, n_jobs: int | None, verbose: int) -> Found:
-    """The neighbours of all queries."""
+    """Find the neighbours of all queries."""
     n_queries, n_workers = len(request.poses), effective_n_jobs(n_jobs)
     slow = request.index.metric == "geodesic"
-    remote = (slow or n_queries * len(request.index.poses) > WORTH_SHIPPING) and in_processes(n_jobs)
+    remote = (slow or n_queries * len(request.index.poses) > WORTH_SENDING) and in_processes(n_jobs)
     size = min(SLOW_QUERIES, MAX_CHORDS // len(request.index.poses)) if slow else QUERIES
     if remote:
-        size = min(size, max(FEWEST_QUERIES, n_queries // (BLOCKS_PER_WORKER * n_workers)))
-    blocks = [(rows.start, rows.stop) for rows in gen_batches(n_queries, max(1, size))]
-    what = f"neighbours of {n_queries:,} poses among {len(request.index.poses):,}"
-    with progress(what, len(blocks), verbose) as advance:
+        size = min(size, max(FEWEST_QUERIES, n_queries // (TASKS_PER_WORKER * n_workers)))
+    tasks = [(rows.start, rows.stop) for rows in gen_batches(n_queries, max(1, size))]
+    title = f"neighbours of {n_queries:,} poses among {len(request.index.poses):,}"
+    with progress(title, len(tasks), verbose) as advance:
         if remote:
-            results = from_workers(find_block, request, blocks, n_jobs)
+            results = from_workers(find_some, request, tasks, n_jobs)
         else:
-            results = ((block, find_block(request, block, n_workers)) for block in blocks)
+            results = ((task, find_some(request, task, n_workers)) for task in tasks)
         found = {}
-        with closing(results):  # whatever ends this ends what workers do for it
-            for block, result in results:
-                found[block] = result
+        with closing(results):  # on an error or Ctrl-C, the workers stop too
+            for task, result in results:
+                found[task] = result
                 advance()
-    parts = [found[block] for block in blocks]
+    parts = [found[task] for task in tasks]
     return Found(
         Neighbors.joined(part.neighbors for part in parts),
         Evaluations(*map(sum, zip(*(part.evaluations for part in parts), strict=True))),
@@ -65,9 +85,18 @@ def find(request: Request, n_jobs: int | None, verbose: int) -> Found:
     )
 
 
-def find_block(request: Request, block: tuple[int, int], n_jobs: int = 1) -> Found:
-    """The neighbours of the queries from the first of the block to before the last."""
-    first, last = block
-    search = search_of(request.index, n_jobs)
-    near = getattr(search, request.method)(request.poses[first:last], request.own[first:last], **request.arguments)
+def find_some(request: Request, rows: tuple[int, int], n_jobs: int = 1) -> Found:
+    """Find the neighbours of the queries first:last."""
+    first, last = rows
+    search, poses, excluded = search_of(request.index, n_jobs), request.poses[first:last], request.excluded[first:last]
+    match request.criterion:
+        case KNearest(k):
+            near = search.nearest(poses, excluded, k)
+        case WithinRadius(radius, measured):
+            near = search.within(poses, excluded, radius, measured=measured)
     return Found(near._replace(queries=near.queries + first), search.evaluations, search.unconverged)
+
+
+def search_of(index: PoseIndex, n_jobs: int) -> Search | GeodesicSearch:
+    """Return a new search of an index."""
+    return GeodesicSearch(index, n_jobs) if index.metric == "geodesic" else Search(index, METRICS[index.metric], n_jobs)

@@ -8,19 +8,20 @@ from sklearn.utils.validation import check_is_fitted
 
 from skpose._compat.sklearn import Interval
 from skpose.neighbors._graph import GraphTransformer
+from skpose.neighbors._queries import WithinRadius
 
 
 class PoseRadiusNeighborsTransformer(GraphTransformer):
     """Transform poses into the sparse graph of all training poses within a radius.
 
-    What scikit-learn's ``RadiusNeighborsTransformer`` is for Euclidean distances, under the distances of poses::
+    The counterpart of scikit-learn's ``RadiusNeighborsTransformer`` under the distances of poses::
 
         make_pipeline(PoseRadiusNeighborsTransformer(skeleton, radius=0.5), DBSCAN(eps=0.3, metric="precomputed"))
 
     Parameters
     ----------
     skeleton : Skeleton, default=None
-        The body that all the poses are put on. Needed by all metrics but "angle".
+        The skeleton of all poses. Needed by all metrics but "angle".
     mode : {"distance", "connectivity"}, default="distance"
         Whether the graph holds distances or ones.
     radius : float, default=1.0
@@ -30,20 +31,25 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
 
     Attributes
     ----------
-    effective_metric_, effective_metric_params_, n_evaluations_, n_samples_fit_, n_features_in_, feature_names_in_
+    n_evaluations_ : Evaluations
+        Numbers of distances that the last search evaluated, a named tuple (`skpose.neighbors.Evaluations`):
+
+        - ``lengths``: pairs whose distance was computed; with "geodesic", the length of their straight line.
+        - ``geodesics``: pairs whose geodesic was solved for; zero with every metric but "geodesic".
+    effective_metric_, effective_metric_params_, n_samples_fit_, n_features_in_, feature_names_in_
         As in `PoseKNeighborsTransformer`.
 
     See Also
     --------
-    PoseKNeighborsTransformer : The k nearest; how the search works.
+    PoseKNeighborsTransformer : The k nearest; its notes describe the search.
 
     Notes
     -----
-    Poses whose bound exceeds the radius are not measured. Where distances are not asked for, no geodesic is solved
-    whose straight line is within the radius already.
+    Poses whose lower bound exceeds the radius are not measured. Where distances are not requested, no geodesic is
+    solved whose straight line is within the radius already.
 
-    Time and memory as of `PoseKNeighborsTransformer`, the poses whose bound is within the radius in place of the
-    neighbours; to put the result in order takes about five times its size.
+    Time and memory as of `PoseKNeighborsTransformer`, with the poses whose bound is within the radius instead of the
+    neighbours; sorting the result takes about five times its memory.
 
     References
     ----------
@@ -105,7 +111,7 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
         Returns
         -------
         sparse matrix of shape (n_samples, n_samples_fit)
-            In CSR format, each row by distance, a distance of nought explicit.
+            In CSR format, each row by distance; zero distances are stored explicitly.
         """
         check_is_fitted(self)
         return self.radius_neighbors_graph(X, mode=self.mode)
@@ -116,31 +122,31 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
         Parameters
         ----------
         X : array-like of shape (n_queries, n_dofs), default=None
-            Poses: joint angles, rad. None is the training poses, none of which is then its own neighbour.
+            Poses: joint angles, rad. None is the training poses; a pose is then not its own neighbour.
         radius : float, default=None
             Neighbours are no further away than this; m, or rad for "angle". None takes the constructor's.
         return_distance : bool, default=True
             Whether to return the distances too.
         sort_results : bool, default=False
-            For scikit-learn's sake: with distances the neighbours are always sorted by them and then by index, without
-            they cannot be.
+            A parameter of scikit-learn's method. With distances, neighbours are always sorted by distance and then by
+            index; without distances, True is an error.
 
         Returns
         -------
         distances : ndarray of shape (n_queries,) of ndarrays
-            In m, or rad for "angle"; only if wanted.
+            In m, or rad for "angle"; only if requested.
         indices : ndarray of shape (n_queries,) of ndarrays
-            The neighbours; without distances in the order of their indices.
+            The neighbours; without distances, sorted by index.
 
         Raises
         ------
         ValueError
-            For a negative radius; if results are to be sorted by distances that are not wanted.
+            For a negative radius, or if `sort_results` is True and `return_distance` is not.
         """
         check_is_fitted(self)
         if sort_results and not return_distance:
             raise ValueError("return_distance must be True if sort_results is True.")
-        found, n_queries = self._radius_neighbors(X, radius, measured=return_distance)
+        found, n_queries = self._find(X, self._within_radius(radius, return_distance))
         starts = np.searchsorted(found.queries, np.arange(1, n_queries))
         order = slice(None) if return_distance else np.lexsort((found.indices, found.queries))
         indices = _ragged(np.split(found.indices[order], starts))
@@ -158,7 +164,7 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
         mode : {"connectivity", "distance"}, default="connectivity"
             Whether the graph holds ones or distances.
         sort_results : bool, default=False
-            For scikit-learn's sake: rows of distances are always sorted.
+            A parameter of scikit-learn's method, not used: rows of distances are always sorted.
 
         Returns
         -------
@@ -166,19 +172,18 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
             In CSR format.
         """
         check_is_fitted(self)
-        return self._graph(mode, lambda: self._radius_neighbors(X, radius, measured=mode == "distance"))
+        return self._graph(X, self._within_radius(radius, mode == "distance"), mode)
 
-    def _radius_neighbors(self, X, radius, measured):
+    def _within_radius(self, radius, measured):
         radius = self.radius if radius is None else radius
         if not radius >= 0:
-            raise ValueError(f"radius must be nought or more, got {radius}")
-
-        return self._search(X, "within", limits=float(radius), measured=measured)
+            raise ValueError(f"radius must be zero or more, got {radius}")
+        return WithinRadius(float(radius), measured)
 
 
 def _ragged(parts):
-    """Arrays as an array of arrays, also where all are of one length."""
-    together = np.empty(len(parts), dtype=object)
+    """Return an array of arrays, also where all are of one length."""
+    ragged = np.empty(len(parts), dtype=object)
     for i, part in enumerate(parts):
-        together[i] = part
-    return together
+        ragged[i] = part
+    return ragged

@@ -1,8 +1,8 @@
-"""Pictures of poses and of distances between them, in the manner of scikit-learn's displays.
+"""Plots of poses and of distances between them, as displays like those of scikit-learn.
 
-A display is made by one of its ``from_...`` methods, which draw it at once into the axes that are given, or into new
-ones; it holds these as ``ax_`` and ``figure_``, and what it shows, to draw it again elsewhere with ``plot``. Nothing is
-shown by itself. Needs matplotlib: ``pip install "skpose[plot]"``.
+A display is made by one of its ``from_...`` methods, which draw it into the given axes, or into new ones. It keeps
+these as ``ax_`` and ``figure_``, and its data, so that ``plot`` can draw it again elsewhere. No window is opened.
+Needs matplotlib: ``pip install "skpose[plot]"``.
 """
 
 from skpose.plot._distances import DistanceMatrixDisplay

@@ -1,12 +1,12 @@
-"""What the displays share: axes to draw into, colours that colour-blind people tell apart."""
+"""Shared parts of the displays: axes to draw into, colours that colour-blind people can distinguish."""
 
-# M. Okabe, K. Ito, "Color universal design", 2008; the yellow left out, which is hard to see on white.
+# M. Okabe, K. Ito, "Color universal design", 2008; without its yellow, which is hard to see on white.
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 
 
 def axes(ax, caller, figsize=None):
-    """The given axes, or new ones in a figure of a size in inches; with their figure."""
+    """Return the given axes, or new ones in a figure of a size in inches, and their figure."""
     try:
         import matplotlib.pyplot as plt
     except ImportError:

@@ -1,4 +1,4 @@
-"""Matrices of distances."""
+"""Display of a matrix of distances."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,18 +9,18 @@ from skpose.skeleton import Skeleton
 
 
 class DistanceMatrixDisplay:
-    """A matrix of distances between poses, with lines between the sequences that they are from.
+    """A matrix of distances between poses, with lines between their sequences.
 
     Parameters
     ----------
     distances : ndarray of shape (n_poses, n_poses)
         Distances.
     sequence : ndarray of shape (n_poses,) or None
-        Which sequence each pose is from; poses of one stand together.
+        Index of the sequence of each pose; the poses of a sequence are adjacent.
     names : sequence of str or None
-        Of the sequences; None writes none.
+        Names of the sequences; None writes none.
     unit : str
-        Of the distances.
+        Unit of the distances.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class DistanceMatrixDisplay:
     >>> from skpose import Skeleton
     >>> from skpose.plot import DistanceMatrixDisplay
     >>> arm, X = Skeleton.chain(2), np.random.default_rng(0).normal(size=(20, 2))
-    >>> display = DistanceMatrixDisplay.from_poses(arm, X, sequence=np.repeat([0, 1], 10), names=["up", "down"])
+    >>> display = DistanceMatrixDisplay.from_poses(X, arm, sequence=np.repeat([0, 1], 10), names=["up", "down"])
     >>> [label.get_text() for label in display.ax_.get_xticklabels()]
     ['up', 'down']
     """
@@ -42,19 +42,19 @@ class DistanceMatrixDisplay:
         self.distances, self.sequence, self.names, self.unit = distances, sequence, names, unit
 
     def plot(self, ax=None, **style) -> "DistanceMatrixDisplay":
-        """Draw it.
+        """Draw the display.
 
         Parameters
         ----------
         ax : matplotlib Axes, default=None
-            Where; None makes new ones.
+            The axes to draw into; None makes new ones.
         **style
-            Of the image, such as cmap, vmax; see `matplotlib.axes.Axes.imshow`.
+            Style of the image, such as cmap, vmax; see `matplotlib.axes.Axes.imshow`.
 
         Returns
         -------
         DistanceMatrixDisplay
-            Itself.
+            The display itself.
         """
         self.ax_, self.figure_ = axes(ax, "DistanceMatrixDisplay.plot")
         image = self.ax_.imshow(self.distances, **{"cmap": "viridis", "interpolation": "nearest"} | style)
@@ -76,8 +76,8 @@ class DistanceMatrixDisplay:
     @classmethod
     def from_poses(
         cls,
-        skeleton: Skeleton | None,
         X: ArrayLike,
+        skeleton: Skeleton | None = None,
         *,
         sequence: ArrayLike | None = None,
         names=None,
@@ -86,7 +86,7 @@ class DistanceMatrixDisplay:
         ax=None,
         **style,
     ) -> "DistanceMatrixDisplay":
-        """Measure poses, (n_poses, n_dofs) joint angles in rad, with `pose_distances`, and draw the matrix."""
+        """Draw the `pose_distances` of poses, (n_poses, n_dofs) joint angles in rad."""
         distances = pose_distances(X, skeleton=skeleton, metric=metric, n_jobs=n_jobs)
         unit = "rad" if metric == "angle" or (metric == "auto" and skeleton is None) else "m"
         return cls.from_distances(distances, sequence=sequence, names=names, unit=unit, ax=ax, **style)
@@ -95,7 +95,7 @@ class DistanceMatrixDisplay:
     def from_distances(
         cls, distances: ArrayLike, *, sequence: ArrayLike | None = None, names=None, unit: str = "m", ax=None, **style
     ) -> "DistanceMatrixDisplay":
-        """Draw a matrix that is there already."""
+        """Draw a matrix of distances."""
         distances = np.asarray(distances)
         if distances.ndim != 2 or distances.shape[0] != distances.shape[1]:
             raise ValueError(f"distances must be a square matrix, got shape {distances.shape}")

@@ -1,4 +1,4 @@
-"""A geodesic beside the straight line, figure 3 (a) of the paper."""
+"""Display of a geodesic and the straight line, figure 3 (a) of the paper."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,25 +10,26 @@ from skpose.metrics import pose_distances
 from skpose.plot._axes import COLOURS, axes
 from skpose.skeleton import Skeleton
 
-MARGIN = 0.2  # about the curves, as a part of their extent
+MARGIN = 0.2  # around the curves, relative to their extent
 
 
 class GeodesicDisplay:
     """A geodesic and the straight line in angle space, in the plane of most variance of the points of both.
 
-    The background is the trace of the metric tensor JᵀJ: how far the joints move as the angles do.
+    The background is the trace of the metric tensor JᵀJ: it is large where small changes of the angles move the joints
+    far.
 
     Parameters
     ----------
-    skeleton : Skeleton
-        The body.
     geodesic : Geodesic
-        The path.
+        The geodesic.
+    skeleton : Skeleton
+        Its skeleton.
 
     Attributes
     ----------
     ratio_ : float
-        Length of the geodesic over that of the line, eq. 8, both as sums of as many chords.
+        Length of the geodesic over that of the line, eq. 8, both as sums of equally many chords.
     ax_ : matplotlib Axes
     figure_ : matplotlib Figure
 
@@ -41,28 +42,28 @@ class GeodesicDisplay:
     --------
     >>> from skpose import Skeleton
     >>> from skpose.plot import GeodesicDisplay
-    >>> display = GeodesicDisplay.from_poses(Skeleton.chain(3), [0.2, 0.3, 0.0], [2.4, 0.2, 0.1])
+    >>> display = GeodesicDisplay.from_poses([0.2, 0.3, 0.0], [2.4, 0.2, 0.1], Skeleton.chain(3))
     >>> round(display.ratio_, 2)
     0.89
     """
 
-    def __init__(self, skeleton: Skeleton, geodesic: Geodesic):
-        self.skeleton, self.geodesic = skeleton, geodesic
+    def __init__(self, geodesic: Geodesic, skeleton: Skeleton):
+        self.geodesic, self.skeleton = geodesic, skeleton
 
     def plot(self, ax=None, *, resolution: int = 60) -> "GeodesicDisplay":
-        """Draw it.
+        """Draw the display.
 
         Parameters
         ----------
         ax : matplotlib Axes, default=None
-            Where; None makes new ones.
+            The axes to draw into; None makes new ones.
         resolution : int, default=60
-            Points of the background, across and up.
+            Points of the background, horizontally and vertically.
 
         Returns
         -------
         GeodesicDisplay
-            Itself.
+            The display itself.
         """
         self.ax_, self.figure_ = axes(ax, "GeodesicDisplay.plot")
         path = self.geodesic.path
@@ -89,22 +90,22 @@ class GeodesicDisplay:
     @classmethod
     def from_poses(
         cls,
-        skeleton: Skeleton,
         start: ArrayLike,
         end: ArrayLike,
+        skeleton: Skeleton,
         *,
         n_steps: int = 10,
-        wrap: bool = True,
+        wrap: bool | str = "auto",
         ax=None,
         resolution: int = 60,
     ) -> "GeodesicDisplay":
         """Find the geodesic between two poses, (n_dofs,) joint angles in rad, and draw it."""
-        way = geodesic(start, end, skeleton, n_steps=n_steps, wrap=wrap)
-        return cls.from_geodesic(skeleton, way, ax=ax, resolution=resolution)
+        found = geodesic(start, end, skeleton, n_steps=n_steps, wrap=wrap)
+        return cls.from_geodesic(found, skeleton, ax=ax, resolution=resolution)
 
     @classmethod
     def from_geodesic(
-        cls, skeleton: Skeleton, geodesic: Geodesic, *, ax=None, resolution: int = 60
+        cls, geodesic: Geodesic, skeleton: Skeleton, *, ax=None, resolution: int = 60
     ) -> "GeodesicDisplay":
-        """Draw a geodesic that is there already."""
-        return cls(skeleton, geodesic).plot(ax, resolution=resolution)
+        """Draw a geodesic."""
+        return cls(geodesic, skeleton).plot(ax, resolution=resolution)

@@ -1,4 +1,4 @@
-"""Poses embedded in the plane."""
+"""Display of poses embedded in the plane."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -8,18 +8,18 @@ from skpose.plot._axes import COLOURS, MARKERS, axes
 
 
 class MDSDisplay:
-    """Embedded poses, coloured by who moves or by what is done.
+    """Embedded poses, coloured by labels such as subject or action.
 
     Parameters
     ----------
     embedding : ndarray of shape (n_poses, n_components)
-        Of which the first two components are drawn.
+        Embedded poses; the first two components are drawn.
     labels : ndarray of shape (n_poses,) or None
-        Subject, action, cluster: one colour and marker each.
+        Labels such as subject, action, cluster, with a colour and a marker each.
     shares : ndarray of shape (n_components,) or None
-        Of the variance, in each component.
+        Shares of the variance, one for each component.
     unit : str
-        Of the components.
+        Unit of the components.
 
     Attributes
     ----------
@@ -47,27 +47,27 @@ class MDSDisplay:
         self.embedding, self.labels, self.shares, self.unit = embedding, labels, shares, unit
 
     def plot(self, ax=None, **style) -> "MDSDisplay":
-        """Draw it.
+        """Draw the display.
 
         Parameters
         ----------
         ax : matplotlib Axes, default=None
-            Where; None makes new ones.
+            The axes to draw into; None makes new ones.
         **style
-            Of the markers, see `matplotlib.axes.Axes.scatter`.
+            Style of the markers, see `matplotlib.axes.Axes.scatter`.
 
         Returns
         -------
         MDSDisplay
-            Itself.
+            The display itself.
         """
         self.ax_, self.figure_ = axes(ax, "MDSDisplay.plot")
         labels = np.zeros(len(self.embedding)) if self.labels is None else self.labels
         for i, label in enumerate(np.unique(labels)):
-            mine = labels == label
-            usual = {"s": 16, "alpha": 0.8, "linewidths": 0, "color": COLOURS[i % len(COLOURS)]}
-            usual |= {"marker": MARKERS[i % len(MARKERS)], "label": str(label)}
-            self.ax_.scatter(*self.embedding[mine, :2].T, **usual | style)
+            chosen = labels == label
+            defaults = {"s": 16, "alpha": 0.8, "linewidths": 0, "color": COLOURS[i % len(COLOURS)]}
+            defaults |= {"marker": MARKERS[i % len(MARKERS)], "label": str(label)}
+            self.ax_.scatter(*self.embedding[chosen, :2].T, **defaults | style)
         if self.labels is not None:
             self.ax_.legend()
         for axis, set_label in enumerate((self.ax_.set_xlabel, self.ax_.set_ylabel)):
@@ -80,7 +80,7 @@ class MDSDisplay:
     def from_estimator(
         cls, mds: SpatialMDS, X: ArrayLike, labels: ArrayLike | None = None, *, ax=None, **style
     ) -> "MDSDisplay":
-        """Draw where a fitted `SpatialMDS` puts poses, of two components at least."""
+        """Draw poses embedded by a fitted `SpatialMDS` of at least two components."""
         unit = "rad" if mds.metric == "angle" or (mds.metric == "auto" and mds.skeleton is None) else "m"
         return cls.from_embedding(
             mds.transform(X), labels, shares=mds.explained_variance_ratio_, unit=unit, ax=ax, **style
@@ -97,11 +97,12 @@ class MDSDisplay:
         ax=None,
         **style,
     ) -> "MDSDisplay":
-        """Draw poses that are embedded already, by whatever."""
+        """Draw embedded poses."""
         embedding = np.asarray(embedding)
         if embedding.ndim != 2 or embedding.shape[1] < 2:
             raise ValueError(f"embedding must have at least two components, got shape {embedding.shape}")
         labels = None if labels is None else np.asarray(labels)
         if labels is not None and labels.shape != embedding.shape[:1]:
             raise ValueError(f"labels must be one for each of the {len(embedding)} poses, got shape {labels.shape}")
+        shares = None if shares is None else np.asarray(shares)
         return cls(embedding, labels, shares, unit).plot(ax, **style)

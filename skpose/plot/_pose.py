@@ -1,4 +1,4 @@
-"""Stick figures."""
+"""Displays of poses as stick figures."""
 
 from collections.abc import Sequence
 
@@ -11,21 +11,21 @@ from skpose.plot._axes import COLOURS, axes
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._validation import check_pose, check_poses
 
-GAP = 0.15  # between two bodies of a strip, as a part of the wider's width
+GAP = 0.15  # between two figures of a strip, relative to the width of the widest
 
 
 def _check_view(view: str) -> list[int]:
     if len(view) != 2 or not set(view) <= set("xyz") or view[0] == view[1]:
-        raise ValueError(f'view must be two of the axes x, y and z, across and up, such as "xy", got {view!r}')
+        raise ValueError(f'view must be two of the axes x, y, z, horizontal and vertical, such as "xy", got {view!r}')
     return ["xyz".index(axis) for axis in view]
 
 
 def _draw(ax, flat: np.ndarray, parents: np.ndarray, shift: float, style: dict) -> None:
-    """One body, (n_joints, 2) with the root at the origin, shifted to the right, as one line with gaps."""
-    near = np.concatenate([flat, np.zeros((1, 2))])[parents]  # -1, the root, is the last
-    across, up = np.stack([near, flat, np.full_like(flat, np.nan)], axis=1).reshape(-1, 2).T
-    usual = {"color": COLOURS[0], "linewidth": 2, "solid_capstyle": "round", "marker": "o", "markersize": 3}
-    ax.plot(across + shift, up, **usual | style)
+    """Draw one pose, (n_joints, 2) with the root at the origin, shifted to the right, as one line with gaps."""
+    parent = np.concatenate([flat, np.zeros((1, 2))])[parents]  # -1, the root, is the last
+    horizontal, vertical = np.stack([parent, flat, np.full_like(flat, np.nan)], axis=1).reshape(-1, 2).T
+    defaults = {"color": COLOURS[0], "linewidth": 2, "solid_capstyle": "round", "marker": "o", "markersize": 3}
+    ax.plot(horizontal + shift, vertical, **defaults | style)
 
 
 class PoseDisplay:
@@ -34,7 +34,7 @@ class PoseDisplay:
     Parameters
     ----------
     positions : ndarray of shape (n_joints, 3)
-        Where the joints are, m, the root at the origin.
+        Positions of the joints, m, the root at the origin.
     parents : ndarray of shape (n_joints,)
         Index of each joint's parent, -1 for the root.
 
@@ -47,7 +47,7 @@ class PoseDisplay:
     --------
     >>> from skpose import Skeleton
     >>> from skpose.plot import PoseDisplay
-    >>> display = PoseDisplay.from_pose(Skeleton.chain(3), [0.4, 0.5, 0.6], label="an arm")
+    >>> display = PoseDisplay.from_pose([0.4, 0.5, 0.6], Skeleton.chain(3), label="an arm")
     >>> display.ax_.get_xlabel()
     'x (m)'
     """
@@ -56,41 +56,44 @@ class PoseDisplay:
         self.positions, self.parents = positions, parents
 
     def plot(self, ax=None, *, view: str = "xy", **style) -> "PoseDisplay":
-        """Draw it.
+        """Draw the display.
 
         Parameters
         ----------
         ax : matplotlib Axes, default=None
-            Where; None makes new ones.
+            The axes to draw into; None makes new ones.
         view : str, default="xy"
-            Which axes go across and up: in files whose y points up "xy" sees the body from the front or the back, "zy"
-            from the side.
+            The horizontal and the vertical axis: in files whose y points up "xy" is a view from the front or the back,
+            "zy" from the side.
         **style
-            Of the lines, such as color, alpha, label; see `matplotlib.axes.Axes.plot`.
+            Style of the lines, such as color, alpha, label; see `matplotlib.axes.Axes.plot`.
 
         Returns
         -------
         PoseDisplay
-            Itself.
+            The display itself.
         """
-        across, up = _check_view(view)
+        horizontal, vertical = _check_view(view)
         self.ax_, self.figure_ = axes(ax, "PoseDisplay.plot")
-        _draw(self.ax_, self.positions[:, [across, up]], self.parents, 0.0, style)
+        _draw(self.ax_, self.positions[:, [horizontal, vertical]], self.parents, 0.0, style)
         self.ax_.set(xlabel=f"{view[0]} (m)", ylabel=f"{view[1]} (m)")
         self.ax_.set_aspect("equal", adjustable="datalim")
         return self
 
     @classmethod
-    def from_pose(cls, skeleton: Skeleton, angles: ArrayLike, *, ax=None, view: str = "xy", **style) -> "PoseDisplay":
+    def from_pose(cls, pose: ArrayLike, skeleton: Skeleton, *, ax=None, view: str = "xy", **style) -> "PoseDisplay":
         """Draw a pose, (n_dofs,) joint angles in rad; the other parameters are those of `plot`."""
-        angles = check_pose(angles, skeleton, "angles")
-        return cls.from_positions(skeleton, forward_kinematics(angles[None], skeleton)[0], ax=ax, view=view, **style)
+        pose = check_pose(pose, skeleton, "pose")
+        return cls.from_positions(forward_kinematics(pose[None], skeleton)[0], skeleton, ax=ax, view=view, **style)
 
     @classmethod
     def from_positions(
-        cls, skeleton: Skeleton, positions: ArrayLike, *, ax=None, view: str = "xy", **style
+        cls, positions: ArrayLike, skeleton: Skeleton, *, ax=None, view: str = "xy", **style
     ) -> "PoseDisplay":
-        """Draw joints where they are given, (n_joints, 3) in m, be it a pose or, as a mean of positions, none."""
+        """Draw given positions of the joints, (n_joints, 3) in m; they need not be a pose, such as a mean of positions.
+
+        The other parameters are those of `plot`.
+        """
         positions = np.asarray(positions, dtype=np.float64)
         if positions.shape != (skeleton.n_joints, 3):
             raise ValueError(f"positions must have shape ({skeleton.n_joints}, 3), got {positions.shape}")
@@ -98,18 +101,18 @@ class PoseDisplay:
 
 
 class PoseStripDisplay:
-    """Poses side by side: along a motion, a geodesic, or any others.
+    """Poses side by side, such as those along a motion or a geodesic.
 
     Parameters
     ----------
     positions : ndarray of shape (n_poses, n_joints, 3)
-        Where the joints are, m, the root at the origin.
+        Positions of the joints, m, the root at the origin.
     parents : ndarray of shape (n_joints,)
         Index of each joint's parent, -1 for the root.
     labels : sequence of str
-        What stands below each pose.
+        Text below each pose.
     title : str
-        What the labels are, with their unit.
+        Title of the labels, with their unit.
 
     Attributes
     ----------
@@ -121,25 +124,25 @@ class PoseStripDisplay:
     >>> from skpose import Skeleton, geodesic
     >>> from skpose.plot import PoseStripDisplay
     >>> arm = Skeleton.chain(3)
-    >>> way = geodesic([0.2, 0.3, 0.0], [2.4, 0.2, 0.1], arm)
-    >>> display = PoseStripDisplay.from_geodesic(arm, way, n_poses=5)
+    >>> path = geodesic([0.2, 0.3, 0.0], [2.4, 0.2, 0.1], arm)
+    >>> display = PoseStripDisplay.from_geodesic(path, arm, n_poses=5)
     >>> display.ax_.get_xlabel()
-    'way from the first pose (m)'
+    'length from the first pose (m)'
     """
 
     def __init__(self, positions: np.ndarray, parents: np.ndarray, labels: Sequence[str], title: str):
         self.positions, self.parents, self.labels, self.title = positions, parents, labels, title
 
     def plot(self, ax=None, *, view: str = "xy", **style) -> "PoseStripDisplay":
-        """Draw them; the parameters are those of `PoseDisplay.plot`."""
-        across, up = _check_view(view)
+        """Draw the poses; the parameters are those of `PoseDisplay.plot`."""
+        horizontal, vertical = _check_view(view)
         self.ax_, self.figure_ = axes(ax, "PoseStripDisplay.plot", (max(4.0, 1.4 * len(self.positions)), 3.5))
-        flat = self.positions[:, :, [across, up]]
+        flat = self.positions[:, :, [horizontal, vertical]]
         low, high = (edge(flat[..., 0], axis=1, initial=0.0) for edge in (np.min, np.max))
         step = (1.0 + GAP) * max((high - low).max(), 0.25 * np.ptp(flat[..., 1]))
         centres = np.arange(len(flat)) * step
-        for body, centre, middle in zip(flat, centres, (low + high) / 2, strict=True):
-            _draw(self.ax_, body, self.parents, centre - middle, style)
+        for pose, centre, middle in zip(flat, centres, (low + high) / 2, strict=True):
+            _draw(self.ax_, pose, self.parents, centre - middle, style)
         self.ax_.set_xticks(centres, self.labels)
         self.ax_.set(xlabel=self.title, ylabel=f"{view[1]} (m)")
         self.ax_.set_aspect("equal", adjustable="datalim")
@@ -148,8 +151,8 @@ class PoseStripDisplay:
     @classmethod
     def from_poses(
         cls,
+        X: ArrayLike,
         skeleton: Skeleton,
-        angles: ArrayLike,
         *,
         labels: Sequence[str] | None = None,
         title: str = "pose",
@@ -158,11 +161,11 @@ class PoseStripDisplay:
         **style,
     ) -> "PoseStripDisplay":
         """Draw poses, (n_poses, n_dofs) joint angles in rad, with labels below; None numbers them."""
-        angles = check_poses(angles, skeleton, "angles")
-        labels = [str(i) for i in range(len(angles))] if labels is None else list(labels)
-        if len(labels) != len(angles):
-            raise ValueError(f"labels must be one for each of the {len(angles)} poses, got {len(labels)}")
-        return cls(forward_kinematics(angles, skeleton), skeleton.parents, labels, title).plot(ax, view=view, **style)
+        X = check_poses(X, skeleton, "X")
+        labels = [str(i) for i in range(len(X))] if labels is None else list(labels)
+        if len(labels) != len(X):
+            raise ValueError(f"labels must be one for each of the {len(X)} poses, got {len(labels)}")
+        return cls(forward_kinematics(X, skeleton), skeleton.parents, labels, title).plot(ax, view=view, **style)
 
     @classmethod
     def from_motion(cls, motion: Motion, *, n_poses: int = 8, ax=None, view: str = "xy", **style) -> "PoseStripDisplay":
@@ -170,20 +173,20 @@ class PoseStripDisplay:
         frames = np.unique(np.rint(np.linspace(0, len(motion) - 1, n_poses)).astype(int))
         labels = [f"{frame / motion.frame_rate:.2f}" for frame in frames]
         return cls.from_poses(
-            motion.skeleton, motion.angles[frames], labels=labels, title="time (s)", ax=ax, view=view, **style
+            motion.angles[frames], motion.skeleton, labels=labels, title="time (s)", ax=ax, view=view, **style
         )
 
     @classmethod
     def from_geodesic(
-        cls, skeleton: Skeleton, geodesic: Geodesic, *, n_poses: int = 8, ax=None, view: str = "xy", **style
+        cls, geodesic: Geodesic, skeleton: Skeleton, *, n_poses: int = 8, ax=None, view: str = "xy", **style
     ) -> "PoseStripDisplay":
-        """Draw poses along a geodesic at equal lengths of way, the two ends among them."""
-        labels = [f"{way:.2f}" for way in np.linspace(0, geodesic.curve_length, n_poses)]
+        """Draw poses along a geodesic at equal lengths of curve, the two ends among them."""
+        labels = [f"{length:.2f}" for length in np.linspace(0, geodesic.curve_length, n_poses)]
         return cls.from_poses(
-            skeleton,
             geodesic.resample(n_poses),
+            skeleton,
             labels=labels,
-            title="way from the first pose (m)",
+            title="length from the first pose (m)",
             ax=ax,
             view=view,
             **style,

@@ -15,10 +15,10 @@ SCALE_SAMPLES = 500  # poses from which gamma="scale" takes the mean squared dis
 
 
 class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator):
-    r"""Transform poses to their distances from the training poses, or to a kernel of these.
+    r"""Transform poses to their distances from the training poses, or to a kernel of these distances.
 
-    What comes out is what scikit-learn calls precomputed, so that every estimator which takes a precomputed matrix
-    works on poses::
+    The result is what scikit-learn calls precomputed, so that every estimator that takes a precomputed matrix works on
+    poses::
 
         make_pipeline(PoseDistanceTransformer(skeleton), KNeighborsClassifier(metric="precomputed"))
         make_pipeline(PoseDistanceTransformer(skeleton, kernel="rbf"), SVC(kernel="precomputed"))
@@ -26,13 +26,13 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
     Parameters
     ----------
     skeleton : Skeleton, default=None
-        The body that all the poses are put on. Needed by all metrics but "angle".
+        The skeleton of all poses. Needed by all metrics but "angle".
     metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
         The distance, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton and "angle" without one.
     kernel : {"rbf", "laplacian"} or None, default=None
         None gives distances d, "rbf" gives :math:`\exp(-\gamma d^2)` and "laplacian" :math:`\exp(-\gamma d)`. Both are
         positive definite for "angle" (without `wrap`) and "position", which are Euclidean distances; for the others
-        they need not be, and an SVM may then stop at a point that is no optimum.
+        they need not be, and an SVM may then stop at a point that is not optimal.
     gamma : "scale" or float, default="scale"
         The γ of the kernel, in the inverse unit of d² ("rbf") or of d ("laplacian"). "scale" is 2 / m and √(2 / m)
         with m the mean squared distance between training poses (of at most 500, evenly spread over them): for
@@ -40,11 +40,11 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
     n_steps : int, default=10
         Chords along the curve of "spatial" and "geodesic".
     wrap : bool or "auto", default="auto"
-        Whether differences of angles are taken the short way round, see `skpose.pose_distances`.
+        Whether differences of angles are wrapped to [−π, π], see `skpose.pose_distances`.
     n_jobs : int, default=None
         Threads, or workers of a ``joblib.parallel_config`` context, see `skpose.pose_distances`.
     verbose : int, default=0
-        Whether to show how far the distances are.
+        Whether to show progress.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
     Notes
     -----
     Time O(n_samples · n_samples_fit · n_dofs), memory O(n_samples · n_samples_fit). Keep ``algorithm="brute"`` or
-    ``metric="precomputed"`` in what follows: "spatial" need not obey the triangle inequality.
+    ``metric="precomputed"`` in the steps that follow: "spatial" need not obey the triangle inequality.
 
     References
     ----------
@@ -116,7 +116,7 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
 
     @fit_context(prefer_skip_nested_validation=True)
     def fit(self, X, y=None):
-        """Keep the training poses.
+        """Store the training poses.
 
         Parameters
         ----------
@@ -137,7 +137,7 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
         return self
 
     def fit_transform(self, X, y=None):
-        """Distances among the training poses, or the kernel of these; each pair is computed once.
+        """Return distances among the training poses, or their kernel; each pair is computed once.
 
         Parameters
         ----------
@@ -155,7 +155,7 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
         return self._similarity(self._distances(self.X_fit_, None))
 
     def transform(self, X):
-        """Distances from poses to the training poses, or the kernel of these.
+        """Return distances from poses to the training poses, or their kernel.
 
         Parameters
         ----------
@@ -171,13 +171,15 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
         return self._similarity(self._distances(self._checked(X, reset=False), self.X_fit_))
 
     def _scale(self):
+        """Return the γ of gamma="scale"."""
         chosen = np.unique(np.linspace(0, self.n_samples_fit_ - 1, SCALE_SAMPLES).astype(int))
         squared = np.square(self._distances(self.X_fit_[chosen], None), dtype=np.float64).mean()
-        if squared == 0:  # poses all alike: any scale will do
+        if squared == 0:  # all poses equal: every scale gives the same
             return 1.0
         return float(2.0 / squared if self.kernel == "rbf" else np.sqrt(2.0 / squared))
 
     def _similarity(self, distances):
+        """Return the kernel of distances, overwriting them; without a kernel the distances."""
         if self.kernel is None:
             return distances
         if self.kernel == "rbf":

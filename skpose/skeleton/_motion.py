@@ -1,9 +1,10 @@
-"""A motion: poses of one skeleton in time, the root's movement kept apart."""
+"""A motion: poses of one skeleton in time, with the movement of the root stored apart."""
 
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from skpose.skeleton._skeleton import Skeleton, mismatch
 
@@ -20,15 +21,15 @@ class Motion:
     Parameters
     ----------
     skeleton : Skeleton
-        Whose angles these are.
+        The skeleton of all poses.
     angles : array-like of shape (n_frames, n_dofs)
         Joint angles, rad, one column per name in ``skeleton.dof_names``.
     frame_rate : float
         Frames per second, Hz.
     root_positions : array-like of shape (n_frames, 3), default=None
-        Where the root is, m; None is the origin.
+        Positions of the root, m; None is the origin.
     root_angles : array-like of shape (n_frames, k), default=None
-        How the root is turned, rad, one column per letter of `root_axes`; None is unturned.
+        Rotations of the root, rad, one column per letter of `root_axes`; None is unrotated.
     root_axes : str, default="xyz"
         The axes of `root_angles` in the notation of `Bone`: lower case extrinsic, upper case intrinsic.
 
@@ -44,7 +45,7 @@ class Motion:
 
     Notes
     -----
-    The library's distances look at `angles` alone: global position and orientation are no part of a pose.
+    The library's distances use `angles` alone: global position and orientation are not part of a pose.
 
     Examples
     --------
@@ -60,11 +61,23 @@ class Motion:
     skeleton: Skeleton
     angles: np.ndarray
     frame_rate: float
-    root_positions: np.ndarray | None = None
-    root_angles: np.ndarray | None = None
+    root_positions: np.ndarray = None  # type: ignore[assignment]  # None becomes zeros
+    root_angles: np.ndarray = None  # type: ignore[assignment]  # likewise
     root_axes: str = "xyz"
 
-    def __post_init__(self):
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            skeleton: Skeleton,
+            angles: ArrayLike,
+            frame_rate: float,
+            root_positions: ArrayLike | None = None,
+            root_angles: ArrayLike | None = None,
+            root_axes: str = "xyz",
+        ) -> None: ...
+
+    def __post_init__(self) -> None:
         if not np.isfinite(self.frame_rate) or self.frame_rate <= 0:
             raise ValueError(f"frame_rate must be a positive number of Hz, got {self.frame_rate!r}")
         angles = np.asarray(self.angles, dtype=np.float64)
@@ -83,16 +96,17 @@ class Motion:
     def __len__(self) -> int:
         return len(self.angles)
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         seconds = len(self) / self.frame_rate
         return f"Motion({len(self)} frames at {self.frame_rate:g} Hz, {seconds:.1f} s, {self.skeleton!r})"
 
     def resample(self, frame_rate: float) -> "Motion":
-        """The motion at another frame rate, from its first frame to the last time that falls within it.
+        """Return the motion at another frame rate, from its first frame to the last time within it.
 
-        Between two frames angles are interpolated linearly the short way round, so a file's jump by 360° is no spin;
-        where the new times fall on old frames, as from 120 to 12 Hz, these are taken as they are. There is no
-        low-pass filter: going down from a rate at which the body shivers aliases, as in the paper.
+        Between two frames angles are interpolated linearly along their difference wrapped to [−π, π], so that a
+        file's jump by 360° is no rotation; where the new times coincide with frames, as from 120 to 12 Hz, these are
+        taken as they are. There is no low-pass filter: a lower rate aliases movements that are faster than it, as in
+        the paper.
 
         Parameters
         ----------
@@ -108,12 +122,12 @@ class Motion:
             raise ValueError(f"frame_rate must be a positive number of Hz, got {frame_rate!r}")
         if not len(self):
             return self._at(np.zeros(0), frame_rate)
-        # A hair more than the last frame's time, so that a rate which divides the old one exactly keeps its last frame.
+        # 1e-9 allows for rounding: a rate that divides the old one exactly keeps the last frame.
         n_frames = int(np.floor((len(self) - 1) * frame_rate / self.frame_rate + 1e-9)) + 1
         return self._at(np.arange(n_frames) * (self.frame_rate / frame_rate), frame_rate)
 
     def _at(self, times: np.ndarray, frame_rate: float) -> "Motion":
-        """The motion at times given in frames."""
+        """Return the motion at times given in frames."""
         near = np.rint(times)
         times = np.where(np.abs(times - near) < 1e-9, near, times)
         before = np.minimum(times.astype(np.intp), max(len(self) - 1, 0))
@@ -133,23 +147,23 @@ class Motion:
         )
 
     def unwrap(self) -> "Motion":
-        """The motion with its angles continuous in time: a file's jump by 360° from frame to frame taken back.
+        """Return the motion with its angles continuous in time: jumps by 360° from frame to frame are removed.
 
-        Poses stay what they are, and so do distances between them, but for "angle", which takes angles literally.
-        Filters, derivatives and plots of the angles want them so.
+        The poses stay the same, and so do distances between them, except "angle", which takes angles literally.
+        Filters, derivatives and plots of the angles need continuous ones.
 
         Returns
         -------
         Motion
-            Of the same skeleton; angles may go past 180° either way.
+            Of the same skeleton; angles may leave [−π, π].
         """
         angles, root_angles = (np.unwrap(values, axis=0) for values in (self.angles, self.root_angles))
         return replace(self, angles=angles, root_angles=root_angles)
 
-    def to_frame(self) -> "pandas.DataFrame":
-        """The angles as a pandas DataFrame, one column for each dof and one row for each frame.
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Return the angles as a pandas DataFrame, one column for each dof and one row for each frame.
 
-        Estimators that hold a skeleton refuse such a frame when its columns are not the skeleton's, in its order.
+        Estimators with a skeleton refuse a data frame whose columns are not the skeleton's dofs, in its order.
 
         Returns
         -------
@@ -164,16 +178,16 @@ class Motion:
         try:
             import pandas
         except ImportError:
-            raise ImportError("to_frame needs pandas: pip install 'skpose[pandas]'") from None
+            raise ImportError("to_pandas needs pandas: pip install 'skpose[pandas]'") from None
 
         index = pandas.Index(np.arange(len(self)) / self.frame_rate, name="time")
         return pandas.DataFrame(self.angles, index, list(self.skeleton.dof_names))
 
     def retarget(self, skeleton: Skeleton) -> "Motion":
-        """The same angles on another skeleton, columns matched by dof name.
+        """Return the same angles on another skeleton, columns matched by dof name.
 
-        Angles carry over where joints and dofs have the same names; bone lengths do not, so the poses of different
-        people are compared on one skeleton, such as `Skeleton.mean` of theirs. The root's movement stays as it is.
+        Poses of different people are compared on one skeleton, such as `Skeleton.mean` of theirs: angles carry over
+        where joints and dofs have the same names, bone lengths do not. The root's movement stays as it is.
 
         Parameters
         ----------
@@ -183,11 +197,12 @@ class Motion:
         Returns
         -------
         Motion
+            Of the given skeleton.
 
         Raises
         ------
         ValueError
-            If the same angles would mean another pose; the message names the joint.
+            If the skeletons differ in joints, parents or dofs; the message names the joint.
         """
         difference = mismatch(self.skeleton, skeleton)
         if difference:

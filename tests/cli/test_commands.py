@@ -1,4 +1,4 @@
-"""The command line: what it writes, what it prints, and that mistakes are one line on stderr."""
+"""The command line: the files that it writes, its output, and one line on stderr for each error."""
 
 import os
 import shutil
@@ -32,26 +32,26 @@ def files(tmp_path, monkeypatch):
 
 @pytest.fixture
 def sent(monkeypatch):
-    """How many blocks went to workers, to which even little work goes."""
+    """Numbers of tasks that are sent to workers; even small work is sent."""
     numbers = []
 
-    def counted(function, shared, blocks, n_jobs):
-        numbers.append(len(blocks))
-        return from_workers(function, shared, blocks, n_jobs)
+    def counted(function, shared, tasks, n_jobs):
+        numbers.append(len(tasks))
+        return from_workers(function, shared, tasks, n_jobs)
 
-    monkeypatch.setattr("skpose.metrics._pairwise.WORTH_SHIPPING", 0)
-    monkeypatch.setattr("skpose.metrics._pairwise.from_workers", counted)
+    monkeypatch.setattr("skpose.metrics._matrix.WORTH_SENDING", 0)
+    monkeypatch.setattr("skpose.metrics._matrix.from_workers", counted)
     return numbers
 
 
 @pytest.fixture
-def body_and_poses():
+def skeleton_and_poses():
     motion = load_bvh(BVH, scale=0.01)
     return Skeleton.mean([motion.skeleton]), np.concatenate([motion.angles] * 2)
 
 
-def refused(arguments, capsys, status=1):
-    """The one line on stderr that says why."""
+def error_line(arguments, capsys, status=1):
+    """Run a command that fails; return its one line on stderr."""
     if status == 2:
         with pytest.raises(SystemExit) as stop:
             main(arguments)
@@ -66,8 +66,8 @@ def refused(arguments, capsys, status=1):
 @pytest.mark.parametrize(
     "options", [[], ["--metric", "position", "--dtype", "float32"], ["--backend", "loky", "--jobs", "2"]]
 )
-def test_distances(files, body_and_poses, capsys, sent, options):
-    skeleton, X = body_and_poses
+def test_distances(files, skeleton_and_poses, capsys, sent, options):
+    skeleton, X = skeleton_and_poses
     assert main(["distances", *files, "--scale", "0.01", "--out", "D.npy", *options]) == 0
     out = capsys.readouterr().out
     D = np.load("D.npy", mmap_mode="r")
@@ -86,7 +86,7 @@ def test_distances_of_amc_files_at_another_rate(tmp_path):
     out, asf = str(tmp_path / "D.npy"), str(DATA / "arm.asf")
     files = [str(DATA / "arm.amc")]
     options = ["--frame-rate", "60", "--rate", "20", "--out", out]
-    assert main(["distances", *files, *options]) == 0  # the skeleton beside the file
+    assert main(["distances", *files, *options]) == 0  # finds the skeleton next to the file
     np.testing.assert_array_equal(np.load(out), pose_distances(X, skeleton=Skeleton.mean([motion.skeleton])))
     Path(out).unlink()
     shutil.copy(files[0], tmp_path / "swing.amc")
@@ -94,13 +94,13 @@ def test_distances_of_amc_files_at_another_rate(tmp_path):
     np.testing.assert_array_equal(np.load(out), pose_distances(X, skeleton=Skeleton.mean([motion.skeleton])))
 
 
-def test_neighbors(files, body_and_poses):
-    skeleton, X = body_and_poses
+def test_neighbors(files, skeleton_and_poses):
+    skeleton, X = skeleton_and_poses
     assert main(["neighbors", *files, "--scale", "0.01", "--neighbors", "2", "--out", "G.npz"]) == 0
     expected = PoseKNeighborsTransformer(skeleton, n_neighbors=2).fit(X).kneighbors_graph(mode="distance")
     np.testing.assert_array_equal(load_npz("G.npz").toarray(), expected.toarray())
     assert main(["neighbors", *files, "--scale", "0.01", "--radius", "0.5", "--out", "R.npz"]) == 0
-    assert main(["neighbors", *files, "--scale", "0.01", "--out", "G"]) == 1  # five of four poses
+    assert main(["neighbors", *files, "--scale", "0.01", "--out", "G"]) == 1  # five neighbours among four poses
     assert main(["neighbors", *files, "--scale", "0.01", "--neighbors", "2", "--out", "G"]) == 0
     assert Path("G").read_bytes() == Path("G.npz").read_bytes()
     expected = PoseRadiusNeighborsTransformer(skeleton, radius=0.5).fit(X).radius_neighbors_graph(mode="distance")
@@ -113,8 +113,8 @@ def test_on_a_cluster(files, sent):
     arguments = ["distances", *files, "--scale", "0.01"]
     assert main([*arguments, "--out", "D.npy"]) == 0
     with LocalCluster(n_workers=1, threads_per_worker=2, dashboard_address=":0") as cluster, Client(cluster):
-        there = ["--backend", "dask", "--scheduler", cluster.scheduler_address]
-        assert main([*arguments, *there, "--out", "E.npy"]) == 0
+        on_cluster = ["--backend", "dask", "--scheduler", cluster.scheduler_address]
+        assert main([*arguments, *on_cluster, "--out", "E.npy"]) == 0
     assert Path("D.npy").read_bytes() == Path("E.npy").read_bytes()
     assert sent == [1]
 
@@ -134,28 +134,28 @@ def test_help(command, capsys):
     with pytest.raises(SystemExit) as stop:
         main([*command, "--help"])
     assert stop.value.code == 0
-    assert "Exit status: 0 if done" in capsys.readouterr().out
+    assert "Exit status: 0 success" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (["info", "none.bvh"], "none.bvh"),
         (["info", "a.txt"], "a.txt: expected HIERARCHY (BVH) or a keyword such as :DEGREES (AMC), found 'hello'"),
         (["distances", "alone_1.amc", "--out", "D.npy"], "needs its skeleton and there is no alone.asf"),
-        (["distances", "a.bvh", "--out", "b.bvh"], "b.bvh exists already: delete it or name another file"),
+        (["distances", "a.bvh", "--out", "b.bvh"], "b.bvh already exists: delete it or choose another file"),
         (["distances", "a.bvh", "--out", "no/D.npy"], "no"),
         (["distances", "a.bvh", "--out", "D.npy", "--jobs", "0"], "n_jobs == 0"),
-        (["neighbors", "a.bvh", "--out", "b.bvh"], "b.bvh exists already"),
+        (["neighbors", "a.bvh", "--out", "b.bvh"], "b.bvh already exists"),
         (["neighbors", "a.bvh", "--neighbors", "9999", "--out", "G.npz"], "Expected n_neighbors < n_samples_fit"),
         (["distances", "cut.bvh", "--out", "D.npy"], "cut.bvh, line"),
     ],
 )
-def test_mistakes_are_one_line(files, capsys, arguments, said):
+def test_errors_are_one_line(files, capsys, arguments, message):
     Path("alone_1.amc").write_text(":DEGREES\n1\n")
     Path("a.txt").write_text("hello")
     Path("cut.bvh").write_text("HIERARCHY\nROOT hips\n{\n")
-    assert said in refused(arguments, capsys)
+    assert message in error_line(arguments, capsys)
     assert not Path("D.npy").exists() or "--jobs" in arguments
 
 
@@ -170,44 +170,57 @@ def test_mistakes_are_one_line(files, capsys, arguments, said):
         ["neighbors", "a.bvh", "--out", "G.npz", "--neighbors", "2.5"],
     ],
 )
-def test_wrong_options_are_the_parsers(files, capsys, arguments):
-    assert "error: " in refused(arguments, capsys, status=2)
+def test_wrong_options_have_exit_status_2(files, capsys, arguments):
+    assert "error: " in error_line(arguments, capsys, status=2)
 
 
-def test_a_disk_that_is_too_small_is_noticed_before(files, capsys, monkeypatch):
+def test_a_disk_that_is_too_small_is_an_error_before_the_computation(files, capsys, monkeypatch):
     monkeypatch.setattr(shutil, "disk_usage", lambda _: shutil._ntuple_diskusage(10**9, 10**9, 100))
-    assert "there are 0.0 GB left" in refused(["distances", *files, "--out", "D.npy"], capsys)
+    assert "the disk has 0.0 GB free" in error_line(["distances", *files, "--out", "D.npy"], capsys)
     assert not Path("D.npy").exists()
 
 
-def test_what_is_not_installed_is_named(files, capsys, monkeypatch):
+def test_an_error_names_the_package_to_install(files, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "dask.distributed", None)
     monkeypatch.setitem(sys.modules, "ray", None)
     for backend in ("dask", "ray"):
-        line = refused(["distances", *files, "--out", "D.npy", "--backend", backend], capsys)
+        line = error_line(["distances", *files, "--out", "D.npy", "--backend", backend], capsys)
         assert line == f"skpose: --backend {backend} needs {backend}: pip install 'skpose[{backend}]'"
 
 
-def test_ctrl_c_leaves_a_matrix_that_the_same_command_finishes(files):
-    command = [sys.executable, "-m", "skpose", "distances", *files, "--scale", "0.01", "--rate", "300000", "--out"]
-    subprocess.run([*command, "whole.npy"], check=True, capture_output=True)
-    assert len(np.load("whole.npy", mmap_mode="r")) == 5000
-    process = subprocess.Popen([*command, "D.npy"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+@pytest.fixture
+def children_receive_ctrl_c():
+    """Let child processes receive SIGINT. They inherit that it is ignored if pytest runs in the background."""
+    handler = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, handler)
+
+
+@pytest.mark.usefixtures("children_receive_ctrl_c")
+def test_the_same_command_finishes_a_matrix_after_ctrl_c(files, capsys):
+    arguments = ["distances", *files, "--scale", "0.01", "--rate", "150000", "--jobs", "1", "--out", "D.npy"]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "skpose", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
     while not Path("D.npy.progress").exists():
         assert process.poll() is None, process.communicate()
         time.sleep(0.001)
     process.send_signal(signal.SIGINT)
     _, err = process.communicate()
     assert process.returncode == 130
-    assert err.splitlines()[-1] == "skpose: stopped; the same command goes on where it stopped"
+    assert err.splitlines()[-1] == "skpose: interrupted; run the same command again to continue"
     assert Path("D.npy.progress").exists()
-    done = subprocess.run([*command, "D.npy"], check=True, capture_output=True, text=True)
-    assert "D.npy was begun before" in done.stdout
-    assert Path("D.npy").read_bytes() == Path("whole.npy").read_bytes()
+    assert main(arguments) == 0
+    assert "D.npy is unfinished: continuing" in capsys.readouterr().out
+    motion = load_bvh(BVH, scale=0.01).resample(150000)
+    X = np.concatenate([motion.angles] * 2)
+    assert len(X) == 2500
+    D = np.load("D.npy", mmap_mode="r")
+    np.testing.assert_array_equal(D, pose_distances(X, skeleton=Skeleton.mean([motion.skeleton]), n_jobs=-1))
     assert not Path("D.npy.progress").exists()
 
 
-def test_a_reader_of_the_output_may_leave():
+def test_a_closed_output_is_no_error():
     process = subprocess.Popen(
         [sys.executable, "-m", "skpose", "info", BVH], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )

@@ -1,3 +1,5 @@
+"""`skpose compare`: the numbers in its table, and its errors."""
+
 import subprocess
 import sys
 
@@ -16,10 +18,14 @@ def gait():
     return make_gait(n_subjects=2, n_sequences=2, duration=1.0, random_state=0)
 
 
-def test_accuracies_are_those_of_the_nearest_neighbour_elsewhere(gait):
+@pytest.fixture(scope="module")
+def rows(gait):
+    return list(compare(gait))
+
+
+def test_accuracies_are_those_of_the_nearest_neighbour_in_other_groups(gait, rows):
     X, sequence = gait.poses(FRAME_RATE)
     y = gait.actions[sequence]
-    rows = list(compare(gait))
     assert [row.metric for row in rows] == list(COMPARED)
     for row in rows:
         D = pose_distances(X, skeleton=gait.skeleton, metric=row.metric)
@@ -27,8 +33,8 @@ def test_accuracies_are_those_of_the_nearest_neighbour_elsewhere(gait):
             (row.leave_sequence_out, sequence),
             (row.leave_subject_out, gait.subjects[sequence]),
         ):
-            elsewhere = np.where(groups[:, None] == groups, np.inf, D)
-            assert accuracy == np.mean(y[elsewhere.argmin(axis=1)] == y)
+            in_other_groups = np.where(groups[:, None] == groups, np.inf, D)
+            assert accuracy == np.mean(y[in_other_groups.argmin(axis=1)] == y)
         shares = []
         for i in range(len(gait)):
             mds = SpatialMDS(1, skeleton=gait.skeleton, metric=row.metric).fit(X[sequence == i])
@@ -48,15 +54,17 @@ def test_walks_and_runs_are_chosen_by_their_first_word(gait):
         walks_and_runs(dataset.select([1, 5]))
 
 
-def test_command_line_prints_a_row_for_each_metric(capsys):
+def test_command_line_prints_a_row_for_each_metric(gait, rows, monkeypatch, capsys):
+    monkeypatch.setattr("skpose._cli.commands.make_gait", lambda random_state: {0: gait}[random_state])
     assert main(["compare", "--jobs", "1"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    for metric in COMPARED:
-        (row,) = (line.split() for line in lines if line.startswith(metric))
-        assert row[1].endswith("%")
-        assert row[2].endswith("%")
-        assert float(row[-2]) > 0
-    assert "20 walks, 20 runs, 5 subjects" in lines[1]
+    for expected in rows:
+        (row,) = (line.split() for line in lines if line.startswith(expected.metric))
+        assert row[1] == f"{expected.leave_subject_out:.1%}"
+        assert row[2] == f"{expected.leave_sequence_out:.1%}"
+        assert f"{expected.first_component:.1%}" in row
+        assert float(row[-2]) > 0  # seconds
+    assert "4 walks, 4 runs, 2 subjects" in lines[1]
 
 
 def test_command_line_on_real_files(cmu_folder, capsys):
@@ -69,7 +77,7 @@ def test_command_line_on_real_files(cmu_folder, capsys):
     assert abs(float(rows["spatial"][4].rstrip("%")) - 80) < 5
 
 
-def test_mistakes_are_one_line_on_stderr(tmp_path, capsys):
+def test_errors_are_one_line_on_stderr(tmp_path, capsys):
     assert main(["compare", str(tmp_path / "nowhere")]) == 1
     captured = capsys.readouterr()
     assert captured.out == ""

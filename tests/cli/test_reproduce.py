@@ -1,4 +1,10 @@
+"""`skpose reproduce`: its numbers against scipy and a computation by hand, its table and its figures."""
+
 import re
+from contextlib import redirect_stdout
+from dataclasses import dataclass
+from io import StringIO
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,27 +24,50 @@ def gait():
     return make_gait(n_subjects=3, n_sequences=2, duration=2, random_state=0)
 
 
-@pytest.fixture(autouse=True)
-def few_draws(monkeypatch):
-    monkeypatch.setattr(reproduce, "N_DRAWS", 2)
-    monkeypatch.setattr(reproduce, "N_PAIRS", 4)
-    monkeypatch.setattr(reproduce, "N_SEQUENCES", 2)
-
-
-@pytest.fixture(scope="module")
-def findings(gait):
+@pytest.fixture(scope="module", autouse=True)
+def few_draws():
     with pytest.MonkeyPatch.context() as patch:
         for name, value in {"N_DRAWS": 2, "N_PAIRS": 4, "N_SEQUENCES": 2}.items():
             patch.setattr(reproduce, name, value)
-        return reproduce.reproduce(gait, seed=3)
+        yield
 
 
-def row(findings, what):
-    (found,) = (row for row in findings.rows if row.what == what)
+@dataclass
+class Run:
+    """The findings of one call of the command, its output and the files that it wrote."""
+
+    findings: reproduce.Findings
+    printed: str
+    folder: Path
+
+
+@pytest.fixture(scope="module")
+def run(gait, few_draws, tmp_path_factory):
+    findings, study, printed = [], reproduce.reproduce, StringIO()
+
+    def recorded(*arguments, **options):
+        findings.append(study(*arguments, **options))
+        return findings[0]
+
+    folder = tmp_path_factory.mktemp("reproduce") / "out"
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(printed):
+        patch.setattr("skpose._cli.commands.make_gait", lambda random_state: {3: gait}[random_state])
+        patch.setattr(reproduce, "reproduce", recorded)
+        assert main(["reproduce", "--out", str(folder), "--seed", "3", "--jobs", "1"]) == 0
+    return Run(findings[0], printed.getvalue(), folder)
+
+
+@pytest.fixture(scope="module")
+def findings(run):
+    return run.findings
+
+
+def row(findings, quantity):
+    (found,) = (row for row in findings.rows if row.quantity == quantity)
     return found
 
 
-def test_every_number_of_section_3_is_there(findings):
+def test_every_number_of_section_3_is_in_the_table(findings):
     assert {row.paper for row in findings.rows} >= PAPER
     assert {row.section[:3] for row in findings.rows} == {"3.1", "3.2", "3.3", "3.4"}
     for row in findings.rows:
@@ -48,7 +77,7 @@ def test_every_number_of_section_3_is_there(findings):
     assert all(note.endswith(".") and "\n" not in note for note in reproduce.DIFFERENCES)
 
 
-def test_the_seed_decides(gait, findings):
+def test_equal_seeds_give_equal_rows(gait, findings):
     assert reproduce.reproduce(gait, seed=3, n_jobs=2).rows == findings.rows
     assert reproduce.reproduce(gait, seed=4).rows != findings.rows
 
@@ -60,9 +89,9 @@ def test_ratios_are_those_of_the_geodesics(findings):
     assert row(findings, "r, lowest of 100 pairs").first == f"{findings.ratios.min():.3f}"
 
 
-def test_the_test_of_figure_4_c_is_scipys(findings):
+def test_the_p_value_of_figure_4_c_is_that_of_scipy(findings):
     test = mannwhitneyu(findings.shares["spatial"], findings.shares["angle"], alternative="greater")
-    assert row(findings, "spatial holds more than angle, p").first == f"{test.pvalue:.1e}"
+    assert row(findings, "share with spatial is greater than with angle, p").first == f"{test.pvalue:.1e}"
     for shares in findings.shares.values():
         assert ((shares > 0) & (shares <= 1)).all()
 
@@ -90,48 +119,42 @@ def test_draws_are_walks_and_runs_and_none_twice(gait, findings):
             assert set(gait.actions[chosen]) == {action}
 
 
-def test_one_person_alone(gait):
+def test_with_one_person_the_comparisons_of_people_are_left_out(gait):
     alone = gait.select(gait.subjects == gait.subjects[0])
     findings = reproduce.reproduce(alone)
     assert any("Only one person" in note for note in findings.notes)
-    assert not any("fig. 4 (a, b)" in row.section or "person" in row.what for row in findings.rows)
+    assert not any("fig. 4 (a, b)" in row.section or "person" in row.quantity for row in findings.rows)
     assert "Only one person moves" in report.text(findings)
 
 
-def test_without_runs_there_is_a_word(gait):
+def test_without_runs_an_error_says_what_is_missing(gait):
     with pytest.raises(ValueError, match="none has an action that begins with 'run'"):
         reproduce.reproduce(gait.select(gait.actions == "walk"))
 
 
-def test_the_command_writes_the_table_and_the_figures(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(
-        "skpose._cli.commands.make_gait", lambda random_state: make_gait(3, 2, duration=2, random_state=random_state)
-    )
-    assert main(["reproduce", "--out", str(tmp_path / "out"), "--jobs", "1"]) == 0
-    printed = capsys.readouterr().out
-    document = (tmp_path / "out" / "README.md").read_text(encoding="utf-8")
+def test_the_command_writes_the_table_and_the_figures(run):
+    document = (run.folder / "README.md").read_text(encoding="utf-8")
     for value in PAPER:
-        assert value in printed
+        assert value in run.printed
         assert f"| {value} |" in document
     table = [line for line in document.splitlines() if line.startswith("|")]
     assert len({line.count("|") for line in table}) == 1
     for name in re.findall(r"\]\((.*\.png)\)", document):
-        picture = imread(tmp_path / "out" / name)
+        picture = imread(run.folder / name)
         assert min(picture.shape[:2]) > 300
         assert np.ptp(picture[..., :3]) == 1  # black and white at least
-    assert (tmp_path / "out" / "table.txt").read_text(encoding="utf-8").split() == printed.split("Written to")[
-        0
-    ].split()
+    text = (run.folder / "table.txt").read_text(encoding="utf-8")
+    assert text.split() == run.printed.split("Written to")[0].split()
 
 
-def test_without_matplotlib_the_command_says_so_at_once(tmp_path, monkeypatch, capsys):
+def test_without_matplotlib_the_command_stops_with_an_error(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("skpose._cli.commands.find_spec", lambda name: None)
     assert main(["reproduce", "--out", str(tmp_path / "out")]) == 1
     assert capsys.readouterr().err == "skpose: the figures need matplotlib: pip install 'skpose[plot]'\n"
     assert not (tmp_path / "out").exists()
 
 
-def test_on_cmu_files_figure_4_c_is_the_papers(cmu):
+def test_on_cmu_files_figure_4_c_agrees_with_the_paper(cmu):
     findings = reproduce.Findings()
     reproduce._components(findings, cmu, walks_and_runs(cmu), None, None)
     modes = [float(row.first.rstrip("%")) for row in findings.rows[:2]]

@@ -14,7 +14,7 @@ from sklearn.utils.estimator_checks import check_param_validation, parametrize_w
 from skpose import MedoidShift, pose_distances
 from skpose.datasets import make_gait
 
-BODY = SKELETONS["humanoid"]
+HUMANOID = SKELETONS["humanoid"]
 
 
 class ChainShift(ChainMixin, MedoidShift):
@@ -28,7 +28,7 @@ def test_every_check_of_scikit_learn(estimator, check):
 
 
 @pytest.mark.parametrize("estimator", [MedoidShift(), ChainShift()], ids=lambda e: type(e).__name__)
-def test_checks_that_the_standard_list_leaves_out(estimator):
+def test_checks_that_are_not_in_the_standard_list(estimator):
     check_param_validation(type(estimator).__name__, estimator)
 
 
@@ -40,8 +40,8 @@ def blobs():
 @pytest.mark.parametrize("bandwidth", [0.1, 0.4, 0.8, 1.5, 4.0])
 def test_agrees_with_the_definition(bandwidth):
     rng = np.random.default_rng(0)
-    for X in (rng.normal(size=(40, 2)), rng.uniform(-2, 2, size=(30, 3)), rng.normal(size=(25, BODY.n_dofs))):
-        skeleton = BODY if X.shape[1] == BODY.n_dofs else None
+    for X in (rng.normal(size=(40, 2)), rng.uniform(-2, 2, size=(30, 3)), rng.normal(size=(25, HUMANOID.n_dofs))):
+        skeleton = HUMANOID if X.shape[1] == HUMANOID.n_dofs else None
         modes = reference.medoid_shift(pose_distances(X, skeleton=skeleton), bandwidth)
         shift = MedoidShift(bandwidth, skeleton=skeleton).fit(X)
         np.testing.assert_array_equal(shift.cluster_centers_indices_[shift.labels_], modes)
@@ -66,14 +66,14 @@ def test_finds_blobs_by_bandwidth_and_by_number(blobs):
     np.testing.assert_array_equal(MedoidShift(shift.bandwidth_).fit(X).labels_, shift.labels_)
 
 
-def test_estimated_bandwidth_is_the_mean_reach_of_three_tenths_of_the_others(blobs):
+def test_estimated_bandwidth_is_the_mean_distance_to_three_tenths_of_the_others(blobs):
     X, _ = blobs
     D = np.sort(pose_distances(X), axis=1)
     np.testing.assert_allclose(MedoidShift().fit(X).bandwidth_, D[:, int(0.3 * (len(X) - 1))].mean())
 
 
 def test_a_number_of_clusters_that_no_bandwidth_gives():
-    """The corners of a triangle of equal sides are three modes or one."""
+    """The corners of an equilateral triangle are three modes or one."""
     D = 1.0 - np.eye(3)
     with pytest.warns(ConvergenceWarning, match="no bandwidth was found that gives 2 clusters, among"):
         shift = MedoidShift(n_clusters=2, metric="precomputed").fit(D)
@@ -84,7 +84,7 @@ def test_a_number_of_clusters_that_no_bandwidth_gives():
         MedoidShift(1.0, n_clusters=2, metric="precomputed").fit(D)
 
 
-def test_equal_samples_are_one_and_ties_end():
+def test_equal_samples_move_as_one_and_ties_end():
     np.testing.assert_array_equal(MedoidShift().fit(np.ones((7, 2))).labels_, 0)
     X = np.repeat(np.random.default_rng(0).normal(size=(20, 3)), 4, axis=0)
     for bandwidth in (0.01, 0.5, 1.0, 3.0):
@@ -147,7 +147,7 @@ def test_predict_takes_the_nearest_mode(blobs):
         given.fit(D)
 
 
-def test_the_given_matrix_stays_as_it_was(blobs):
+def test_the_given_matrix_is_not_changed(blobs):
     D = pose_distances(blobs[0][:50])
     graph = csr_array(D)
     before, data = D.copy(), graph.data.copy()
@@ -157,7 +157,7 @@ def test_the_given_matrix_stays_as_it_was(blobs):
     np.testing.assert_array_equal(graph.data, data)
 
 
-def test_poses_of_a_body():
+def test_poses_of_a_skeleton():
     gait = make_gait(2, 1, duration=1.0, random_state=0)
     X, _ = gait.poses(frame_rate=12)
     frame = pd.DataFrame(X, columns=gait.skeleton.dof_names)
@@ -168,7 +168,7 @@ def test_poses_of_a_body():
 
 
 @pytest.mark.skipif(not HAS_CALLBACKS, reason="this scikit-learn has no callbacks")
-def test_callbacks_see_every_step(blobs):
+def test_callbacks_are_called_for_every_step(blobs):
     recorder = Recorder()
     shift = MedoidShift(1.4).set_callbacks(recorder).fit(blobs[0])
     assert recorder.tasks == ["fit", "distances", *["shift"] * shift.n_iter_]

@@ -97,9 +97,10 @@ def test_medoid_shift_on_a_complete_graph_is_that_of_the_matrix():
 
 
 def run(code, folder, **environment):
-    """What a new process prints that imports skpose from a folder."""
+    """Return what a new process prints that imports skpose from a folder."""
     environment = os.environ | {"PYTHONPATH": str(folder)} | environment
-    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False)
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return done.stdout.strip()
 
@@ -113,6 +114,7 @@ print(pose_distances([[0.1, 0.2]], [[1.3, -0.4]], skeleton=Skeleton.chain(2)).ro
     assert run(code, folder, NUMBA_DISABLE_JIT="1") == run(code, folder, NUMBA_DISABLE_JIT="0")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="nothing is compiled, so nothing is cached")
 def test_an_edit_of_any_compiled_source_is_seen(tmp_path):
     """Not only of the file of the function that is called: numba's own cache sees no more than that."""

@@ -247,7 +247,7 @@ def test_the_matrix_holds_the_lengths(skeleton):
     np.testing.assert_allclose(D, expected, rtol=2e-6, atol=1e-13)
     np.testing.assert_array_equal(D, D.T)
     np.testing.assert_allclose(pose_distances(X, X[::-1], skeleton=skeleton, metric="geodesic"), D[:, ::-1], rtol=1e-9)
-    f = pose_metric("geodesic", skeleton)
+    f = pose_metric(skeleton, metric="geodesic")
     np.testing.assert_allclose(f(X[0], X[3]), D[0, 3], rtol=1e-9)
     distances = PoseDistanceTransformer(skeleton, metric="geodesic").fit_transform(X)
     np.testing.assert_array_equal(distances, D)

@@ -40,7 +40,7 @@ def test_motions_with_bvh_axes_are_unchanged(axes, scale, tmp_path):
         assert (bone.name, bone.parent) == (was.name, was.parent)
         assert bone.dofs.startswith(was.dofs)
         assert len(bone.dofs) == (3 if was.dofs else 0)  # as Blender requires
-    angles = back.to_frame()
+    angles = back.to_pandas()
     columns = list(motion.skeleton.dof_names)
     np.testing.assert_allclose(np.degrees(angles[columns]), np.degrees(motion.angles), **MILLIONTH)
     assert not angles.drop(columns=columns).to_numpy().any()

@@ -18,7 +18,7 @@ from sklearn.utils.estimator_checks import (
 
 from skpose import SpatialMDS, pose_distances
 
-BODY = SKELETONS["humanoid"]
+HUMANOID = SKELETONS["humanoid"]
 FEW_COMPONENTS = "ignore:the distances have only:UserWarning"  # some checks give data of one dimension
 
 
@@ -38,13 +38,18 @@ def test_every_check_of_scikit_learn(estimator, check):
     ids=lambda check: check.__name__,
 )
 @pytest.mark.parametrize("estimator", [SpatialMDS(), ChainMDS()], ids=lambda e: type(e).__name__)
-def test_checks_that_the_standard_list_leaves_out(check, estimator):
+def test_checks_that_are_not_in_the_standard_list(check, estimator):
     check(type(estimator).__name__, estimator)
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def X():
-    return np.random.default_rng(0).normal(size=(30, BODY.n_dofs)) * 0.3
+    return np.random.default_rng(0).normal(size=(30, HUMANOID.n_dofs)) * 0.3
+
+
+@pytest.fixture(scope="module")
+def D(X):
+    return pose_distances(X, skeleton=HUMANOID)
 
 
 def torgerson(D):
@@ -72,8 +77,8 @@ def test_angle_metric_is_pca(n):
 
 @pytest.mark.parametrize("metric", ["position", "rotation", "spatial"])
 def test_agrees_with_the_definition(metric, X):
-    mds = SpatialMDS(4, skeleton=BODY, metric=metric).fit(X)
-    values, vectors = torgerson(pose_distances(X, skeleton=BODY, metric=metric))
+    mds = SpatialMDS(4, skeleton=HUMANOID, metric=metric).fit(X)
+    values, vectors = torgerson(pose_distances(X, skeleton=HUMANOID, metric=metric))
     np.testing.assert_allclose(mds.eigenvalues_, values[:4], rtol=1e-9)
     assert_equal_but_for_signs(mds.embedding_, vectors[:, :4] * np.sqrt(values[:4]), atol=1e-9)
     np.testing.assert_allclose(mds.explained_variance_ratio_, values[:4] / values[values > 0].sum(), rtol=1e-9)
@@ -83,7 +88,7 @@ def test_agrees_with_the_definition(metric, X):
 
 
 def test_lanczos_agrees_with_the_dense_decomposition():
-    D = pose_distances(np.random.default_rng(0).normal(size=(400, BODY.n_dofs)), skeleton=BODY)
+    D = pose_distances(np.random.default_rng(0).normal(size=(400, HUMANOID.n_dofs)), skeleton=HUMANOID)
     values, vectors = torgerson(D)
     mds = SpatialMDS(3, metric="precomputed").fit(D)
     np.testing.assert_allclose(mds.eigenvalues_, values[:3], rtol=1e-10)
@@ -91,16 +96,15 @@ def test_lanczos_agrees_with_the_dense_decomposition():
 
 
 @pytest.mark.parametrize("parameters", [{}, {"metric": "position"}, {"landmarks": 12}])
-def test_transform_puts_training_poses_where_they_are(parameters, X):
-    mds = SpatialMDS(3, skeleton=BODY, random_state=0, **parameters)
+def test_transform_of_training_poses_is_their_embedding(parameters, X):
+    mds = SpatialMDS(3, skeleton=HUMANOID, random_state=0, **parameters)
     embedding = mds.fit_transform(X)
     assert embedding is mds.embedding_
     np.testing.assert_allclose(mds.transform(X), embedding, atol=1e-9)
 
 
-def test_precomputed_distances(X):
-    D = pose_distances(X, skeleton=BODY)
-    given, own = SpatialMDS(3, metric="precomputed"), SpatialMDS(3, skeleton=BODY)
+def test_precomputed_distances(X, D):
+    given, own = SpatialMDS(3, metric="precomputed"), SpatialMDS(3, skeleton=HUMANOID)
     before = D.copy()
     np.testing.assert_allclose(given.fit_transform(D[:20, :20]), own.fit_transform(X[:20]), atol=1e-10)
     np.testing.assert_allclose(given.transform(D[20:, :20]), own.transform(X[20:]), atol=1e-10)
@@ -116,7 +120,7 @@ def test_precomputed_distances(X):
 
 
 def test_distances_of_a_star_have_negative_eigenvalues_and_no_nan():
-    """Four leaves at distance 1 from a hub and 2 from each other have no place in any Euclidean space."""
+    """No points of a Euclidean space are at distance 1 from a hub and, four of them, 2 from each other."""
     D = np.full((5, 5), 2.0)
     D[0] = D[:, 0] = 1.0
     np.fill_diagonal(D, 0)
@@ -132,19 +136,19 @@ def test_distances_of_a_star_have_negative_eigenvalues_and_no_nan():
 
 
 @pytest.mark.filterwarnings(FEW_COMPONENTS)
-def test_poses_all_alike():
+def test_equal_poses():
     mds = SpatialMDS(2).fit(np.ones((5, 3)))
     np.testing.assert_array_equal(mds.embedding_, 0)
     np.testing.assert_array_equal(mds.explained_variance_ratio_, 0)
     assert mds.negative_share_ == 0
-    np.testing.assert_array_equal(SpatialMDS(2).fit(np.ones((300, 3))).embedding_, 0)  # no start for Lanczos
+    np.testing.assert_array_equal(SpatialMDS(2).fit(np.ones((300, 3))).embedding_, 0)  # Lanczos iteration cannot start
     with pytest.raises(ValueError, match="minimum of 2 is required"):
         SpatialMDS().fit(np.ones((1, 3)))
 
 
 @pytest.mark.parametrize("selection", ["farthest", "random"])
 def test_a_few_landmarks_place_euclidean_data_exactly(selection):
-    """One landmark more than dimensions fixes every place."""
+    """One landmark more than dimensions determines every point."""
     X = np.random.default_rng(0).normal(size=(200, 3))
     mds = SpatialMDS(3, landmarks=4, landmark_selection=selection, random_state=0).fit(X)
     assert mds.landmark_indices_.shape == (4,)
@@ -156,7 +160,7 @@ def test_a_few_landmarks_place_euclidean_data_exactly(selection):
 
 @pytest.mark.parametrize("metric", ["auto", "precomputed"])
 def test_farthest_landmarks_spread_out(metric):
-    """Two tight clusters and an outlier: three landmarks take one of each."""
+    """Two tight clusters and an outlier: three landmarks are one of each."""
     X = np.concatenate([np.full((20, 2), 0.0), np.full((20, 2), 5.0), [[20.0, -20.0]]])
     X += np.random.default_rng(0).normal(size=X.shape) * 0.01
     data = pose_distances(X) if metric == "precomputed" else X
@@ -165,9 +169,9 @@ def test_farthest_landmarks_spread_out(metric):
     assert mds.embedding_.shape == (41, 2)
 
 
-def test_landmarks_never_hold_all_distances():
+def test_landmarks_never_store_all_distances():
     X = np.random.default_rng(0).normal(size=(5000, 4))
-    SpatialMDS(2, landmarks=20, random_state=0).fit(X[:50])  # compiled before memory is watched
+    SpatialMDS(2, landmarks=20, random_state=0).fit(X[:50])  # compiled before memory is measured
     tracemalloc.start()
     SpatialMDS(2, landmarks=20, random_state=0).fit(X)
     _, peak = tracemalloc.get_traced_memory()
@@ -176,30 +180,29 @@ def test_landmarks_never_hold_all_distances():
     assert peak < 5000 * 5000 * 8 / 10
 
 
-def test_column_names_are_held_to_the_skeleton(X):
-    frame = pd.DataFrame(X, columns=BODY.dof_names)
-    mds = SpatialMDS(skeleton=BODY).set_output(transform="pandas")
+def test_column_names_are_checked_by_the_skeleton(X):
+    frame = pd.DataFrame(X, columns=HUMANOID.dof_names)
+    mds = SpatialMDS(skeleton=HUMANOID).set_output(transform="pandas")
     out = mds.fit_transform(frame)
     assert list(out.columns) == ["spatialmds0", "spatialmds1"]
     with pytest.raises(ValueError, match="columns of X are named after degrees of freedom"):
-        SpatialMDS(skeleton=BODY).fit(frame[frame.columns[::-1]])
+        SpatialMDS(skeleton=HUMANOID).fit(frame[frame.columns[::-1]])
     with pytest.raises(ValueError, match="X has 3 columns, but the skeleton has"):
-        SpatialMDS(skeleton=BODY).fit(X[:, :3])
+        SpatialMDS(skeleton=HUMANOID).fit(X[:, :3])
 
 
 @pytest.mark.skipif(not HAS_CALLBACKS, reason="this scikit-learn has no callbacks")
-def test_callbacks_see_every_step(X):
+def test_callbacks_are_called_for_every_step(X):
     recorder = Recorder()
-    watched = SpatialMDS(2, skeleton=BODY, landmarks=10, random_state=0).set_callbacks(recorder).fit(X)
+    recorded = SpatialMDS(2, skeleton=HUMANOID, landmarks=10, random_state=0).set_callbacks(recorder).fit(X)
     assert recorder.tasks == ["fit", "distances", "eigenvectors", "placing"]
     assert recorder.open == 0
     assert recorder.torn_down
-    alone = SpatialMDS(2, skeleton=BODY, landmarks=10, random_state=0).fit(X)
-    np.testing.assert_array_equal(watched.embedding_, alone.embedding_)
+    plain = SpatialMDS(2, skeleton=HUMANOID, landmarks=10, random_state=0).fit(X)
+    np.testing.assert_array_equal(recorded.embedding_, plain.embedding_)
 
 
-def test_isomap_takes_the_distances(X):
-    D = pose_distances(X, skeleton=BODY)
+def test_isomap_takes_the_distances(D):
     assert Isomap(n_neighbors=8, metric="precomputed").fit_transform(D).shape == (30, 2)
 
 
@@ -223,5 +226,5 @@ def test_figure_4_two_peoples_walks_mix_under_the_spatial_metric(other, angle, s
     both = cmu.select([names.index(("02", "01")), names.index(other)])
     X, sequence = both.poses(frame_rate=12)
     for metric, expected in (("angle", angle), ("spatial", spatial)):
-        places = SpatialMDS(2, skeleton=both.skeleton, metric=metric).fit_transform(X)
-        assert abs(silhouette_score(places, sequence) - expected) < 0.03
+        points = SpatialMDS(2, skeleton=both.skeleton, metric=metric).fit_transform(X)
+        assert abs(silhouette_score(points, sequence) - expected) < 0.03

@@ -1,4 +1,4 @@
-"""Every metric against its definition, and the facts that the library rests on."""
+"""Every metric against its definition, and the facts that the library is built on."""
 
 from itertools import combinations
 
@@ -10,7 +10,7 @@ from conftest import SKELETONS
 from skpose import Skeleton, pose_distances
 from skpose.metrics._registry import METRICS
 
-DEFINED = [name for name in METRICS if name != "geodesic"]  # which has no formula, and tests of its own
+DEFINED = [name for name in METRICS if name != "geodesic"]  # has no formula, and tests of its own
 WITH_SKELETON = [name for name in DEFINED if METRICS[name].needs_skeleton]
 
 
@@ -78,11 +78,11 @@ def test_a_half_turn_is_as_far_from_either_end():
 
 
 def test_fact_3_spatial_breaks_the_triangle_inequality():
-    """To swing a stretched arm far, it pays to bend it half way: the detour is shorter than the straight line."""
-    start, bent, end = np.array([[0.0, 0, 0]]), np.array([[1.5, 1, 0]]), np.array([[3.0, 0, 0]])
+    """To swing a stretched arm far, it helps to fold it in between: the detour is shorter than the straight line."""
+    start, folded, end = np.array([[0.0, 0, 0]]), np.array([[1.5, 1, 0]]), np.array([[3.0, 0, 0]])
     direct, there, back = (
         pose_distances(a, b, skeleton=Skeleton.chain(3), n_steps=100)[0, 0]
-        for a, b in ((start, end), (start, bent), (bent, end))
+        for a, b in ((start, end), (start, folded), (folded, end))
     )
     assert there + back < 0.99 * direct
 
@@ -104,7 +104,7 @@ def test_rotation_of_one_bone_is_its_length_times_the_angle(angle):
 
 
 def test_the_line_of_one_joint_is_its_arc():
-    """Fact for a planar arm: with one joint moving, the curve is an arc, whose chords have a closed form."""
+    """With one joint of a planar arm moving, the curve is an arc, whose chords have a closed form."""
     skeleton = Skeleton.chain(4)
     radii = np.sqrt(1**2 + 2**2 + 3**2 + 4**2)
     for n_steps in (1, 10, 100):
@@ -113,7 +113,7 @@ def test_the_line_of_one_joint_is_its_arc():
 
 
 def test_rigid_joints_and_shared_frames_weigh_what_their_bones_weigh():
-    """A rigid bone turns with the joint before it, and one fixed to the root not at all."""
+    """A rigid bone rotates with the joint before it, and one fixed to the root not at all."""
     skeleton = Skeleton(
         [("fixed", None, (5, 0, 0)), ("a", "fixed", (0, 1, 0), "x"), ("b", "a", (0, 2, 0)), ("c", "a", (0, 0, 3))]
     )

@@ -1,8 +1,9 @@
-"""The contract of `pose_distances`, whatever the metric."""
+"""The contract of `pose_distances`, the same for every metric."""
 
 import os
 import subprocess
 import sys
+import threading
 import tracemalloc
 
 import numpy as np
@@ -13,57 +14,69 @@ from conftest import SKELETONS, random_tree
 from joblib import parallel_config
 
 from skpose import Skeleton, pose_distances
-from skpose.metrics._matrix import PANEL
+from skpose._parallel.threads import in_threads
+from skpose.metrics import _matrix
 from skpose.metrics._registry import METRICS
 
-ALL_METRICS = pytest.mark.parametrize("metric", METRICS)
-BODY = SKELETONS["humanoid"]
-
-
-def spread(metric):
-    return 0.1 if metric == "geodesic" else 1.0
+ALL_METRICS = pytest.mark.parametrize("metric", METRICS, indirect=True)
+HUMANOID = SKELETONS["humanoid"]
 
 
 @pytest.fixture
-def X(request):
-    """Poses in three blocks of lanes, two of them alike; near each other only where geodesics are to be quick."""
-    parameters = request.node.callspec.params if hasattr(request.node, "callspec") else {}
-    X = spread(parameters.get("metric")) * np.random.default_rng(0).normal(size=(19, BODY.n_dofs))
+def metric(request):
+    """The metric of tests that are not for all of them."""
+    return getattr(request, "param", "spatial")
+
+
+@pytest.fixture
+def skeleton(metric):
+    """A humanoid; a smaller tree where geodesics take long."""
+    return SKELETONS["tree"] if metric == "geodesic" else HUMANOID
+
+
+def random_poses(n, skeleton, metric, seed=0):
+    """Return poses as far from each other as they may be; nearer where geodesics take long."""
+    return (0.1 if metric == "geodesic" else 1.0) * np.random.default_rng(seed).normal(size=(n, skeleton.n_dofs))
+
+
+@pytest.fixture
+def X(metric, skeleton):
+    """Poses in three groups of lanes, two of them equal."""
+    X = random_poses(19, skeleton, metric)
     X[17] = X[5]
     return X
 
 
 @ALL_METRICS
-def test_one_triangle_is_symmetric_with_zero_diagonal(metric, X):
-    D = pose_distances(X, skeleton=BODY, metric=metric)
+def test_one_triangle_is_symmetric_with_zero_diagonal(metric, skeleton, X):
+    D = pose_distances(X, skeleton=skeleton, metric=metric)
     np.testing.assert_array_equal(D, D.T)
     np.testing.assert_array_equal(np.diag(D), 0)
     assert D[17, 5] == 0
     assert (D >= 0).all()
-    np.testing.assert_allclose(D, pose_distances(X, X.copy(), skeleton=BODY, metric=metric), rtol=1e-10, atol=1e-12)
+    np.testing.assert_allclose(D, pose_distances(X, X.copy(), skeleton=skeleton, metric=metric), rtol=1e-10, atol=1e-12)
 
 
 @ALL_METRICS
-def test_equal_poses_are_at_distance_zero_between_two_arrays(metric, X):
+def test_equal_poses_are_at_distance_zero_between_two_arrays(metric, skeleton, X):
     for dtype in (np.float64, np.float32):
-        D = pose_distances(X.astype(dtype), X.astype(dtype).copy(), skeleton=BODY, metric=metric)
+        D = pose_distances(X.astype(dtype), X.astype(dtype).copy(), skeleton=skeleton, metric=metric)
         np.testing.assert_array_equal(np.diag(D), 0)
 
 
 @ALL_METRICS
 @pytest.mark.parametrize(("n_x", "n_y"), [(1, 1), (1, 40), (7, 8), (9, 17), (700, 3)])
-def test_shapes_and_blocks(metric, n_x, n_y):
+def test_shapes_that_fill_groups_of_lanes_or_do_not(metric, skeleton, n_x, n_y):
     if metric == "geodesic":
         n_x = min(n_x, 30)
-    rng = np.random.default_rng(1)
-    X, Y = (spread(metric) * rng.normal(size=(n, BODY.n_dofs)) for n in (n_x, n_y))
-    D = pose_distances(X, Y, skeleton=BODY, metric=metric)
+    X, Y = (random_poses(n, skeleton, metric, seed) for n, seed in ((n_x, 1), (n_y, 2)))
+    D = pose_distances(X, Y, skeleton=skeleton, metric=metric)
     assert D.shape == (n_x, n_y)
     for i, j in [(0, 0), (n_x - 1, n_y - 1), (n_x // 2, n_y // 2)]:
-        assert D[i, j] == pose_distances(X[[i]], Y[[j]], skeleton=BODY, metric=metric)[0, 0]
+        assert D[i, j] == pose_distances(X[[i]], Y[[j]], skeleton=skeleton, metric=metric)[0, 0]
 
 
-def test_a_triangle_of_several_mirror_blocks():
+def test_a_triangle_larger_than_what_is_mirrored_at_once():
     X = np.random.default_rng(0).normal(size=(1200, 4))
     D = pose_distances(X, skeleton=Skeleton.chain(4))
     np.testing.assert_array_equal(D, D.T)
@@ -71,23 +84,50 @@ def test_a_triangle_of_several_mirror_blocks():
     np.testing.assert_allclose(D[rows], pose_distances(X[rows], X, skeleton=Skeleton.chain(4)), rtol=1e-10, atol=1e-12)
 
 
+class Competition:
+    """`in_threads`, in which the first tasks wait until each thread has one."""
+
+    def __init__(self):
+        self.n_threads = []
+
+    def __call__(self, tasks, n_jobs):
+        tasks, barrier, threads = list(tasks), threading.Barrier(n_jobs, timeout=60), set()
+        assert len(tasks) > n_jobs
+
+        def waiting(task):
+            barrier.wait()
+            threads.add(threading.get_ident())
+            return task()
+
+        first = [lambda task=task: waiting(task) for task in tasks[:n_jobs]]
+        results = in_threads(first + tasks[n_jobs:], n_jobs)
+        self.n_threads.append(len(threads))
+        return results
+
+
 @ALL_METRICS
-def test_the_number_of_threads_changes_nothing(metric, X):
-    for Y in (None, X[::2] + 0.1):
-        one = pose_distances(X, Y, skeleton=BODY, metric=metric)
-        np.testing.assert_array_equal(pose_distances(X, Y, skeleton=BODY, metric=metric, n_jobs=2), one)
+def test_the_number_of_threads_changes_nothing(metric, skeleton, X, monkeypatch):
+    pairs = [(X, None), (X, X[::2] + 0.1)]
+    one = [pose_distances(A, B, skeleton=skeleton, metric=metric) for A, B in pairs]
+    monkeypatch.setattr(_matrix, "WORK_PER_TASK", 1.0)  # a task for every row and group of lanes
+    monkeypatch.setattr(_matrix, "in_threads", competition := Competition())
+    for (A, B), expected in zip(pairs, one, strict=True):
+        two = pose_distances(A, B, skeleton=skeleton, metric=metric, n_jobs=2)
+        np.testing.assert_array_equal(two, expected)
         with parallel_config(n_jobs=3):
-            np.testing.assert_array_equal(pose_distances(X, Y, skeleton=BODY, metric=metric), one)
+            np.testing.assert_array_equal(pose_distances(A, B, skeleton=skeleton, metric=metric), expected)
+    assert competition.n_threads == [2, 3, 2, 3]
 
 
 @ALL_METRICS
-def test_float32_in_float32_out(metric, X):
-    single = pose_distances(X.astype(np.float32), skeleton=BODY, metric=metric)
+def test_float32_in_float32_out(metric, skeleton, X):
+    single = pose_distances(X.astype(np.float32), skeleton=skeleton, metric=metric)
     assert single.dtype == np.float32
-    exact = pose_distances(X.astype(np.float32).astype(np.float64), skeleton=BODY, metric=metric)
+    exact = pose_distances(X.astype(np.float32).astype(np.float64), skeleton=skeleton, metric=metric)
     np.testing.assert_allclose(single, exact, rtol=2e-5, atol=1e-6)
-    assert pose_distances(X.astype(np.float32), X, skeleton=BODY, metric=metric).dtype == np.float64
-    assert pose_distances(np.zeros((2, BODY.n_dofs), dtype=int), skeleton=BODY, metric=metric).dtype == np.float64
+    assert pose_distances(X.astype(np.float32), X, skeleton=skeleton, metric=metric).dtype == np.float64
+    whole_numbers = np.zeros((2, skeleton.n_dofs), dtype=int)
+    assert pose_distances(whole_numbers, skeleton=skeleton, metric=metric).dtype == np.float64
 
 
 @ALL_METRICS
@@ -97,41 +137,42 @@ def test_float32_in_float32_out(metric, X):
         np.ndarray.tolist,
         np.asfortranarray,
         lambda X: np.repeat(X, 2, axis=1)[:, ::2],
-        lambda X: pd.DataFrame(X, columns=BODY.dof_names),
         lambda X: pd.DataFrame(X),
         lambda X: (X.setflags(write=False), X)[1],
     ],
-    ids=["list", "Fortran", "strided", "data frame by name", "data frame", "read-only"],
+    ids=["list", "Fortran", "strided", "data frame", "read-only"],
 )
-def test_all_kinds_of_arrays(metric, convert, X):
-    expected = pose_distances(X, X[:5].copy(), skeleton=BODY, metric=metric)
-    np.testing.assert_array_equal(pose_distances(convert(X), convert(X[:5]), skeleton=BODY, metric=metric), expected)
+def test_all_kinds_of_arrays(metric, skeleton, convert, X):
+    expected = pose_distances(X, X[:5].copy(), skeleton=skeleton, metric=metric)
+    distances = pose_distances(convert(X), convert(X[:5]), skeleton=skeleton, metric=metric)
+    np.testing.assert_array_equal(distances, expected)
 
 
-def test_leaves_the_input_as_it_was(X):
+def test_leaves_the_input_as_it_was(skeleton, X):
     before = X.copy()
-    pose_distances(X, skeleton=BODY)
+    pose_distances(X, skeleton=skeleton)
     np.testing.assert_array_equal(X, before)
 
 
-def test_out_is_written_and_returned(X, tmp_path):
-    expected = pose_distances(X, skeleton=BODY)
+def test_out_is_written_and_returned(skeleton, X, tmp_path):
+    expected = pose_distances(X, skeleton=skeleton)
     memmap = np.memmap(tmp_path / "D", dtype=np.float64, mode="w+", shape=expected.shape)
     for out in (np.full(expected.shape, np.nan), np.full(expected.shape, np.nan, order="F"), memmap):
-        assert pose_distances(X, skeleton=BODY, out=out) is out
+        assert pose_distances(X, skeleton=skeleton, out=out) is out
         np.testing.assert_array_equal(out, expected)
 
 
 @pytest.mark.parametrize(
     "out", [np.empty((19, 18)), np.empty((19, 19), np.float32), np.broadcast_to(0.0, (19, 19))], ids=str
 )
-def test_out_that_does_not_fit(out, X):
+def test_out_that_does_not_fit(out, skeleton, X):
     with pytest.raises(ValueError, match=r"out must be a writeable float64 array of shape \(19, 19\), got"):
-        pose_distances(X, skeleton=BODY, out=out)
+        pose_distances(X, skeleton=skeleton, out=out)
 
 
-def test_auto_is_spatial_with_a_skeleton_and_angle_without(X):
-    np.testing.assert_array_equal(pose_distances(X, skeleton=BODY), pose_distances(X, skeleton=BODY, metric="spatial"))
+def test_auto_is_spatial_with_a_skeleton_and_angle_without(skeleton, X):
+    spatial = pose_distances(X, skeleton=skeleton, metric="spatial")
+    np.testing.assert_array_equal(pose_distances(X, skeleton=skeleton), spatial)
     np.testing.assert_array_equal(pose_distances(X), pose_distances(X, metric="angle"))
 
 
@@ -177,54 +218,58 @@ def test_columns_are_matched_by_name():
         pose_distances(swapped, skeleton=skeleton)
     with pytest.raises(ValueError, match="missing: 'joint_3_rz'; not a dof of it: 'elbow'"):
         pose_distances(frame.rename(columns={"joint_3_rz": "elbow"}), skeleton=skeleton)
-    np.testing.assert_array_equal(
-        pose_distances(swapped[list(skeleton.dof_names)], skeleton=skeleton), pose_distances(frame, skeleton=skeleton)
-    )
+    expected = pose_distances(frame.to_numpy(), skeleton=skeleton)
+    np.testing.assert_array_equal(pose_distances(frame, skeleton=skeleton), expected)
+    np.testing.assert_array_equal(pose_distances(swapped[list(skeleton.dof_names)], skeleton=skeleton), expected)
 
 
 @pytest.mark.parametrize("turns", [0, 1000])
-@pytest.mark.parametrize("n_steps", [10, 100])
 @pytest.mark.parametrize("n_dofs", [1, 200, 1000])
-def test_long_chains_and_large_trees(n_dofs, n_steps, turns):
+def test_long_chains_and_large_trees(n_dofs, turns):
     rng = np.random.default_rng(0)
     for skeleton in (Skeleton.chain(n_dofs), random_tree(2, n=n_dofs + 3)):
         X = 0.3 * rng.normal(size=(2, skeleton.n_dofs))
         X += 2 * np.pi * rng.integers(-turns, turns + 1, X.shape)
-        for metric in ("angle", "position", "rotation", "spatial"):  # the time of "geodesic" goes with the dofs' cube
-            for wrap in (True, False) if turns == 0 else (True,):
-                parameters = {"skeleton": skeleton, "metric": metric, "n_steps": n_steps, "wrap": wrap}
-                expected = reference.distance(*X, **parameters)
-                np.testing.assert_allclose(pose_distances(X, **parameters)[0, 1], expected, rtol=1e-10)
-                if turns == 0:
-                    single = X.astype(np.float32)
-                    expected = reference.distance(*single.astype(float), **parameters)
-                    np.testing.assert_allclose(pose_distances(single, **parameters)[0, 1], expected, rtol=2e-5)
+        if turns == 0:
+            X = X.astype(np.float32).astype(np.float64)  # one reference for both dtypes
+        for metric in METRICS:
+            if metric == "geodesic":  # its time is proportional to the cube of the number of dofs
+                continue
+            for n_steps in (10, 100) if metric == "spatial" else (10,):
+                for wrap in (True, False) if turns == 0 and METRICS[metric].wraps is not None else (True,):
+                    parameters = {"skeleton": skeleton, "metric": metric, "n_steps": n_steps, "wrap": wrap}
+                    expected = reference.distance(*X, **parameters)
+                    np.testing.assert_allclose(pose_distances(X, **parameters)[0, 1], expected, rtol=1e-10)
+                    if turns == 0:
+                        single = pose_distances(X.astype(np.float32), **parameters)[0, 1]
+                        np.testing.assert_allclose(single, expected, rtol=2e-5)
 
 
 @ALL_METRICS
-def test_panels_and_tiles_change_nothing(metric, X, monkeypatch):
+def test_sizes_of_tiles_and_tasks_change_nothing(metric, skeleton, X, monkeypatch):
     pairs = [(X, None), (X, X[::2] + 0.1)]
-    whole = [pose_distances(A, B, skeleton=BODY, metric=metric) for A, B in pairs]
-    monkeypatch.setattr("skpose.metrics._matrix.PANEL", 8)
-    monkeypatch.setattr("skpose.metrics._matrix.WORK_PER_TASK", 1.0)
+    whole = [pose_distances(A, B, skeleton=skeleton, metric=metric) for A, B in pairs]
+    monkeypatch.setattr(_matrix, "ENCODED_AT_ONCE", 8)
+    monkeypatch.setattr(_matrix, "WORK_PER_TASK", 1.0)
     for (A, B), expected in zip(pairs, whole, strict=True):
-        np.testing.assert_array_equal(pose_distances(A, B, skeleton=BODY, metric=metric), expected)
+        np.testing.assert_array_equal(pose_distances(A, B, skeleton=skeleton, metric=metric), expected)
 
 
-def test_memory_beyond_the_result_is_that_of_some_panels():
-    X = np.random.default_rng(0).normal(size=(40_000, BODY.n_dofs))
+def test_memory_beyond_the_result_is_that_of_the_poses_encoded_at_once(skeleton):
+    X = np.random.default_rng(0).normal(size=(40_000, skeleton.n_dofs))
     out = np.empty((len(X), 1))
-    pose_distances(X[:1], X[:1], skeleton=BODY)  # compiles
+    pose_distances(X[:1], X[:1], skeleton=skeleton)  # compiles
     tracemalloc.start()
     try:
-        pose_distances(X, X[:1].copy(), skeleton=BODY, out=out)
+        pose_distances(X, X[:1].copy(), skeleton=skeleton, out=out)
         peak = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()
-    n_codes = 5 * BODY.n_dofs + 3 * BODY.n_joints
-    assert peak < 4 * PANEL * n_codes * 8 < len(X) * n_codes * 8 / 2
+    n_codes = 5 * skeleton.n_dofs + 3 * skeleton.n_joints
+    assert peak < 4 * _matrix.ENCODED_AT_ONCE * n_codes * 8 < len(X) * n_codes * 8 / 2
 
 
+@pytest.mark.slow
 def test_two_processes_may_fill_one_cache(tmp_path):
     code = "import skpose; print(skpose.pose_distances([[0.0], [1.0]])[0, 1])"
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}

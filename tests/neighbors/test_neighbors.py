@@ -1,4 +1,4 @@
-"""The two transformers into graphs of neighbours, beside scikit-learn's own."""
+"""The two transformers into graphs of neighbours, compared with scikit-learn's own."""
 
 import pickle
 
@@ -26,12 +26,11 @@ from skpose import (
     forward_kinematics,
     pose_distances,
 )
-from skpose._compiled.geodesic import measure_geodesic
 from skpose.datasets import make_gait
 from skpose.metrics._registry import METRICS
-from skpose.neighbors import _search as searching
+from skpose.neighbors import Evaluations, _cost
 
-BODY = SKELETONS["humanoid"]
+HUMANOID = SKELETONS["humanoid"]
 BOTH = [PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer]
 MISSING_FROM_THE_STANDARD_LIST = [
     check_param_validation,
@@ -68,8 +67,8 @@ def test_checks_that_the_standard_list_leaves_out(estimator, check):
 
 
 @pytest.fixture(autouse=True)
-def look_even_for_a_little(monkeypatch):
-    monkeypatch.setattr(searching, "NOT_WORTH_A_LOOK", 0)
+def filter_small_searches(monkeypatch):
+    monkeypatch.setattr(_cost, "LEAST_WORK_TO_FILTER", 0)
 
 
 @pytest.fixture(scope="module")
@@ -85,25 +84,25 @@ def queries(X):
     return X[::9] + 0.02 * np.random.default_rng(0).normal(size=X[::9].shape)
 
 
-# --- beside the definition -------------------------------------------------------------------------------------------
+# --- compared with the definition ------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("metric", ["angle", "position", "rotation", "spatial"])
+@pytest.mark.parametrize("metric", [metric for metric in METRICS if metric != "geodesic"])  # which has no formula
 def test_neighbours_by_definition(metric, X, queries):
     few, X = queries[:3], X[:120]
-    D = reference_distances(few, X, BODY, metric, wrap=metric == "spatial")
-    distances, indices = PoseKNeighborsTransformer(BODY, metric=metric).fit(X).kneighbors(few, 7)
+    D = reference_distances(few, X, HUMANOID, metric, wrap=bool(METRICS[metric].wraps))
+    distances, indices = PoseKNeighborsTransformer(HUMANOID, metric=metric).fit(X).kneighbors(few, 7)
     np.testing.assert_allclose(distances, np.sort(D, axis=1)[:, :7], rtol=1e-6, atol=1e-9)
     np.testing.assert_allclose(np.take_along_axis(D, indices, axis=1), distances, rtol=1e-6, atol=1e-9)
     radius = np.quantile(D, 0.1)
-    near = PoseRadiusNeighborsTransformer(BODY, metric=metric, radius=radius).fit(X)
+    near = PoseRadiusNeighborsTransformer(HUMANOID, metric=metric, radius=radius).fit(X)
     for row, d, i in zip(D, *near.radius_neighbors(few), strict=True):
         assert set(i) == set(np.flatnonzero(row <= radius))
         np.testing.assert_allclose(d, row[i], rtol=1e-6, atol=1e-9)
         assert (np.diff(d) >= 0).all()
 
 
-# --- beside scikit-learn's -------------------------------------------------------------------------------------------
+# --- compared with scikit-learn's ------------------------------------------------------------------------------------
 
 
 def assert_same_graph(ours, theirs):
@@ -111,19 +110,19 @@ def assert_same_graph(ours, theirs):
     assert ours.dtype == theirs.dtype
     assert ours.shape == theirs.shape
     np.testing.assert_array_equal(ours.indptr, theirs.indptr)
-    np.testing.assert_allclose(ours.data, theirs.data, atol=1e-6)  # theirs is not nought between equal poses
+    np.testing.assert_allclose(ours.data, theirs.data, atol=1e-6)  # theirs is not zero between equal poses
     np.testing.assert_allclose(ours.toarray(), theirs.toarray(), atol=1e-6)
 
 
 @pytest.mark.parametrize("mode", ["distance", "connectivity"])
 def test_graphs_are_scikit_learns_on_joint_positions(mode, X, queries):
-    F, G = (forward_kinematics(poses, BODY).reshape(len(poses), -1) for poses in (X, queries))
-    F[50:60] += 1e-3 * np.arange(1, 11)[:, None]  # scikit-learn breaks ties as it comes
+    F, G = (forward_kinematics(poses, HUMANOID).reshape(len(poses), -1) for poses in (X, queries))
+    F[50:60] += 1e-3 * np.arange(1, 11)[:, None]  # scikit-learn breaks ties arbitrarily
     angles, positions = (np.delete(poses, range(50, 60), axis=0) for poses in (X, F))
     for ours, theirs in [
-        (PoseKNeighborsTransformer(BODY, metric="position", mode=mode), KNeighborsTransformer(mode=mode)),
+        (PoseKNeighborsTransformer(HUMANOID, metric="position", mode=mode), KNeighborsTransformer(mode=mode)),
         (
-            PoseRadiusNeighborsTransformer(BODY, metric="position", radius=0.3, mode=mode),
+            PoseRadiusNeighborsTransformer(HUMANOID, metric="position", radius=0.3, mode=mode),
             RadiusNeighborsTransformer(radius=0.3, mode=mode),
         ),
     ]:
@@ -151,13 +150,13 @@ def test_sparse_arrays_where_scikit_learn_gives_them(X):
         )
 
 
-# --- what is kept to -------------------------------------------------------------------------------------------------
+# --- properties ------------------------------------------------------------------------------------------------------
 
 
-def test_a_training_pose_is_not_its_own_neighbour_unless_asked_for(X):
-    """Of its doubles the others stay, whichever comes first."""
-    D = pose_distances(X, X.copy(), skeleton=BODY)
-    knn = PoseKNeighborsTransformer(BODY, n_neighbors=3).fit(X)
+def test_a_training_pose_is_its_own_neighbour_only_if_it_is_a_query(X):
+    """Its duplicates are its neighbours, whichever comes first."""
+    D = pose_distances(X, X.copy(), skeleton=HUMANOID)
+    knn = PoseKNeighborsTransformer(HUMANOID, n_neighbors=3).fit(X)
     distances, indices = knn.kneighbors(X)
     assert (distances[:, 0] == 0).all()
     np.fill_diagonal(D, np.inf)
@@ -167,7 +166,7 @@ def test_a_training_pose_is_not_its_own_neighbour_unless_asked_for(X):
     np.testing.assert_array_equal(distances, np.take_along_axis(D, order, axis=1))
     np.testing.assert_array_equal(knn.kneighbors(return_distance=False), order)
     assert list(indices[:10, 0]) == list(range(50, 60))
-    near = PoseRadiusNeighborsTransformer(BODY, radius=0.0).fit(X)
+    near = PoseRadiusNeighborsTransformer(HUMANOID, radius=0.0).fit(X)
     distances, indices = near.radius_neighbors()
     assert [len(i) for i in indices] == [1] * 10 + [0] * 40 + [1] * 10 + [0] * 140
     without = near.radius_neighbors(return_distance=False)
@@ -176,31 +175,31 @@ def test_a_training_pose_is_not_its_own_neighbour_unless_asked_for(X):
 
 
 def test_zeros_are_explicit_and_rows_sorted(X):
-    graph = PoseKNeighborsTransformer(BODY, n_neighbors=4).fit_transform(X)
+    graph = PoseKNeighborsTransformer(HUMANOID, n_neighbors=4).fit_transform(X)
     assert graph.nnz == 5 * len(X)
     rows = graph.data.reshape(-1, 5)
     assert (rows[:, 0] == 0).all()
     assert (np.diff(rows, axis=1) >= 0).all()
-    assert PoseKNeighborsTransformer(BODY, n_neighbors=4, mode="connectivity").fit_transform(X).nnz == 4 * len(X)
+    assert PoseKNeighborsTransformer(HUMANOID, n_neighbors=4, mode="connectivity").fit_transform(X).nnz == 4 * len(X)
 
 
-def test_all_ways_to_search_are_equal(X, queries):
+def test_brute_force_and_threads_change_nothing(X, queries):
     for each in BOTH:
-        plain = each(BODY).fit(X).transform(queries)
+        plain = each(HUMANOID).fit(X).transform(queries)
         for parameters in ({"algorithm": "brute"}, {"n_jobs": 2}):
-            other = each(BODY, **parameters).fit(X).transform(queries)
+            other = each(HUMANOID, **parameters).fit(X).transform(queries)
             for part in ("indptr", "indices", "data"):
                 np.testing.assert_array_equal(getattr(other, part), getattr(plain, part))
 
 
-def test_what_a_search_costs_is_shown(X, queries):
-    knn = PoseKNeighborsTransformer(BODY, n_neighbors=2).fit(X)
-    assert tuple(knn.n_evaluations_) == (0, 0)
+def test_evaluations_of_the_last_search_are_counted(X, queries):
+    knn = PoseKNeighborsTransformer(HUMANOID, n_neighbors=2).fit(X)
+    assert knn.n_evaluations_ == Evaluations(lengths=0, geodesics=0)
     knn.kneighbors(queries)
     assert 2 * len(queries) <= knn.n_evaluations_.lengths < 0.2 * len(queries) * len(X)
     knn.set_params(algorithm="brute").fit(X).kneighbors(queries)
-    assert knn.n_evaluations_ == (len(queries) * len(X), 0)
-    geodesics = PoseKNeighborsTransformer(BODY, n_neighbors=2, metric="geodesic", n_jobs=2).fit(X)
+    assert knn.n_evaluations_ == Evaluations(lengths=len(queries) * len(X), geodesics=0)
+    geodesics = PoseKNeighborsTransformer(HUMANOID, n_neighbors=2, metric="geodesic", n_jobs=2).fit(X)
     geodesics.kneighbors(queries[:5])
     assert 10 <= geodesics.n_evaluations_.geodesics < 50
     with pytest.raises(AttributeError):
@@ -210,9 +209,9 @@ def test_what_a_search_costs_is_shown(X, queries):
 def test_metric_in_use_and_its_parameters(X):
     cases = {
         ("auto", None): ("angle", {"wrap": False}),
-        ("auto", BODY): ("spatial", {"n_steps": 10, "wrap": True}),
-        ("position", BODY): ("position", {}),
-        ("geodesic", BODY): ("geodesic", {"n_steps": 10, "wrap": True}),
+        ("auto", HUMANOID): ("spatial", {"n_steps": 10, "wrap": True}),
+        ("position", HUMANOID): ("position", {}),
+        ("geodesic", HUMANOID): ("geodesic", {"n_steps": 10, "wrap": True}),
     }
     for (metric, skeleton), expected in cases.items():
         knn = PoseKNeighborsTransformer(skeleton, metric=metric).fit(X)
@@ -221,38 +220,43 @@ def test_metric_in_use_and_its_parameters(X):
 
 @pytest.mark.parametrize("each", BOTH)
 def test_survives_pickle_and_clone(each, X, queries):
-    fitted = each(BODY).fit(X)
+    fitted = each(HUMANOID).fit(X)
     expected = fitted.transform(queries)
     for other in (pickle.loads(pickle.dumps(fitted)), clone(fitted).fit(X)):
         np.testing.assert_array_equal(other.transform(queries).toarray(), expected.toarray())
 
 
 def test_float32_poses_give_distances_in_float64_as_in_scikit_learn(X, queries):
-    knn = PoseKNeighborsTransformer(BODY).fit(X.astype(np.float32))
+    knn = PoseKNeighborsTransformer(HUMANOID).fit(X.astype(np.float32))
     distances, _ = knn.kneighbors(queries.astype(np.float32))
-    D = pose_distances(queries.astype(np.float32).astype(float), X.astype(np.float32).astype(float), skeleton=BODY)
+    D = pose_distances(queries.astype(np.float32).astype(float), X.astype(np.float32).astype(float), skeleton=HUMANOID)
     np.testing.assert_array_equal(distances, np.sort(D, axis=1)[:, :5])
 
 
-def test_geodesics_that_do_not_converge_are_told_of(monkeypatch, X, queries):
-    @njit
-    def measure(x, Y, first, last, tree, steps, scratch, results):
-        measure_geodesic(x, Y, first, last, tree, steps, scratch, results)
-        for w in range(results.gap.shape[1]):
-            if not results.skip[0, w]:
-                results.gap[0, w] = 0.25
-
-    monkeypatch.setitem(METRICS, "geodesic", METRICS["geodesic"]._replace(measure=measure))
-    knn = PoseKNeighborsTransformer(BODY, metric="geodesic").fit(X)
-    with pytest.warns(ConvergenceWarning, match=r"(\d+) of \1 geodesics did not converge.* is 0\.25"):
-        knn.kneighbors(queries[:2])
+@njit
+def never_converges(x, Y, first, last, tree, steps, scratch, results):
+    for w in range(results.gap.shape[1]):
+        if not results.skip[0, w]:
+            results.distances[0, w], results.gap[0, w] = 0.0, 0.25
 
 
-# --- refusals --------------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize("method", ["kneighbors", "kneighbors_graph", "radius_neighbors", "radius_neighbors_graph"])
+def test_geodesics_that_do_not_converge_are_warned_of_at_the_users_line(method, monkeypatch, X, queries):
+    monkeypatch.setitem(METRICS, "geodesic", METRICS["geodesic"]._replace(measure=never_converges))
+    each = PoseRadiusNeighborsTransformer if "radius" in method else PoseKNeighborsTransformer
+    search = getattr(each(HUMANOID, metric="geodesic").fit(X), method)
+    options = {"mode": "distance"} if "graph" in method else {}  # connections need no geodesics
+    pattern = r"(\d+) of \1 geodesics did not converge.* is 0\.25"
+    with pytest.warns(ConvergenceWarning, match=pattern) as caught:
+        search(queries[:2], **options)
+    assert [warning.filename for warning in caught] == [__file__]
 
 
-def test_bad_input_is_refused_in_the_users_words(X):
-    knn, near = PoseKNeighborsTransformer(BODY).fit(X[:10]), PoseRadiusNeighborsTransformer(BODY).fit(X[:10])
+# --- errors ----------------------------------------------------------------------------------------------------------
+
+
+def test_messages_about_bad_input(X):
+    knn, near = PoseKNeighborsTransformer(HUMANOID).fit(X[:10]), PoseRadiusNeighborsTransformer(HUMANOID).fit(X[:10])
     for call, message in [
         (lambda: knn.kneighbors(n_neighbors=10), "Expected n_neighbors < n_samples_fit, but n_neighbors = 10"),
         (
@@ -261,18 +265,18 @@ def test_bad_input_is_refused_in_the_users_words(X):
         ),
         (lambda: knn.kneighbors(X, 0), "n_neighbors must be 1 or more, got 0"),
         (lambda: knn.kneighbors_graph(X, mode="dense"), 'mode must be "connectivity" or "distance", got \'dense\''),
-        (lambda: near.radius_neighbors(X, -1.0), "radius must be nought or more, got -1.0"),
-        (lambda: near.radius_neighbors(X, np.nan), "radius must be nought or more, got nan"),
+        (lambda: near.radius_neighbors(X, -1.0), "radius must be zero or more, got -1.0"),
+        (lambda: near.radius_neighbors(X, np.nan), "radius must be zero or more, got nan"),
         (
             lambda: near.radius_neighbors(X, return_distance=False, sort_results=True),
             "return_distance must be True if sort_results is True",
         ),
-        (lambda: knn.kneighbors(X[:, :3]), f"X has 3 features, but .* is expecting {BODY.n_dofs} features"),
-        (lambda: PoseKNeighborsTransformer(BODY).fit(X[:, :3]), "X has 3 columns, but the skeleton has"),
+        (lambda: knn.kneighbors(X[:, :3]), f"X has 3 features, but .* is expecting {HUMANOID.n_dofs} features"),
+        (lambda: PoseKNeighborsTransformer(HUMANOID).fit(X[:, :3]), "X has 3 columns, but the skeleton has"),
         (lambda: PoseKNeighborsTransformer(metric="spatial").fit(X), 'metric="spatial" needs a skeleton'),
         (
-            lambda: knn.kneighbors(pd.DataFrame(X, columns=BODY.dof_names[::-1])),
-            f"column 0 is .* and should be '{BODY.dof_names[0]}'",
+            lambda: knn.kneighbors(pd.DataFrame(X, columns=HUMANOID.dof_names[::-1])),
+            f"column 0 is .* and should be '{HUMANOID.dof_names[0]}'",
         ),
     ]:
         with pytest.raises(ValueError, match=message):

@@ -1,4 +1,4 @@
-"""The exact search: bounds that bound, and the same result whatever is looked at, measured one by one or whole."""
+"""The exact search: lower bounds are lower bounds, and the result is that of brute force."""
 
 import tracemalloc
 
@@ -9,36 +9,37 @@ from conftest import SKELETONS, random_tree
 from skpose import Skeleton, pose_distances
 from skpose._compiled.tree import Steps
 from skpose.datasets import make_gait
-from skpose.metrics._registry import resolve
-from skpose.neighbors import _search as searching
-from skpose.neighbors._filter import Screen
-from skpose.neighbors._geodesic_search import search_of as start
-from skpose.neighbors._search import PoseIndex
+from skpose.metrics._registry import METRICS, resolve
+from skpose.neighbors import _cost, _queries, _search, _tasks
+from skpose.neighbors._filter import ChordFilter
+from skpose.neighbors._index import PoseIndex
 
-BODY = SKELETONS["humanoid"]
-METRICS_SEARCHED = ["angle", "position", "rotation", "spatial"]
+HUMANOID = SKELETONS["humanoid"]
+MEASURED_DIRECTLY = [metric for metric in METRICS if metric != "geodesic"]
+BOUNDED = [metric for metric in METRICS if METRICS[metric].bound is not None]
+N_STEPS = 1, 2, 3, 4, 5, 11, 100
 
 
 @pytest.fixture(autouse=True)
-def look_even_for_a_little(monkeypatch):
-    monkeypatch.setattr(searching, "NOT_WORTH_A_LOOK", 0)
+def filter_small_searches(monkeypatch):
+    monkeypatch.setattr(_cost, "LEAST_WORK_TO_FILTER", 0)
 
 
-@pytest.fixture(params=[True, False], ids=["look", "as pays"])
-def always_look(request, monkeypatch):
-    """Both where looking is said to pay always, and where it is found out."""
+@pytest.fixture(params=[True, False], ids=["always filter", "as estimated"])
+def always_filter(request, monkeypatch):
+    """Filter always, and only where the cost estimate says so."""
     if request.param:
-        monkeypatch.setattr(searching.Search, "_pays", lambda *_: True)
+        monkeypatch.setattr(_cost.CostModel, "filter_is_worth_it", lambda *_: True)
 
 
 def search_of(poses, skeleton, metric, *, brute=False, n_steps=10, wrap="auto", n_jobs=1):
     _, steps = resolve(metric, skeleton, n_steps, wrap)
-    return start(PoseIndex(poses, skeleton, metric, steps, brute=brute), n_jobs)
+    return _queries.search_of(PoseIndex(poses, skeleton, metric, steps, brute=brute), n_jobs)
 
 
-def nearest(search, queries, k, own=None):
+def nearest(search, queries, k):
     """Distances and indices (n_queries, k)."""
-    found = search.nearest(queries, np.full(len(queries), -1) if own is None else own, k)
+    found = search.nearest(queries, np.full(len(queries), -1), k)
     np.testing.assert_array_equal(found.queries, np.repeat(np.arange(len(queries)), k))
     return found.distances.reshape(-1, k), found.indices.reshape(-1, k)
 
@@ -60,7 +61,7 @@ def brute_nearest(D, k):
 
 
 def clustered(skeleton, n, seed=0, spread=0.03):
-    """Poses in clusters, so that bounds tell something; every fifth is there twice."""
+    """Poses in clusters, so that bounds rule out many; every fifth is there twice."""
     rng = np.random.default_rng(seed)
     centres = rng.uniform(-1, 1, size=(10, skeleton.n_dofs))
     X = centres[rng.integers(10, size=n)] + spread * rng.normal(size=(n, skeleton.n_dofs))
@@ -72,50 +73,62 @@ def scaled(skeleton, size):
     return Skeleton([bone._replace(offset=tuple(size * x for x in bone.offset)) for bone in skeleton.bones])
 
 
-# --- the screen ------------------------------------------------------------------------------------------------------
+# --- lower bounds ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.filterwarnings("ignore::sklearn.exceptions.ConvergenceWarning")  # their lengths are bounded too
+@pytest.mark.parametrize("metric", BOUNDED)
+def test_no_distance_is_below_that_of_the_metric_that_bounds_it(metric, skeleton):
+    rng = np.random.default_rng(0)
+    X = rng.uniform(-4, 4, size=(2, skeleton.n_dofs))
+    near = [X + distance * rng.normal(size=X.shape) for distance in (0.0, 1e-8, 1e-3, 0.3)]
+    Y = np.concatenate([*near, X + 2 * np.pi * rng.integers(-1, 2, X.shape), rng.uniform(-4, 4, size=X.shape)])
+    D = pose_distances(X, Y, skeleton=skeleton, metric=metric)
+    bounds = pose_distances(X, Y, skeleton=skeleton, metric=METRICS[metric].bound)
+    assert (bounds <= (1 + 1e-12) * D + 1e-9 * np.abs(skeleton.offsets).sum()).all()
 
 
 @pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
 @pytest.mark.parametrize("distance", [0.0, 1e-12, 1e-8, 1e-4, 1e-2, 1.0])
-def test_no_bound_is_above_a_distance(size, distance):
-    skeleton, rng = scaled(BODY, size), np.random.default_rng(0)
+def test_no_bound_of_the_filter_is_above_a_distance(size, distance):
+    skeleton, rng = scaled(HUMANOID, size), np.random.default_rng(0)
     X = rng.uniform(-3, 3, size=(300, skeleton.n_dofs))
     Y = X[:50] + distance * rng.normal(size=(50, skeleton.n_dofs)) + 2 * np.pi * rng.integers(-2, 3, (50, 1))
-    screen = Screen(X, "position", skeleton, Steps.of(10, True))
-    (own, slack), (other, _) = screen.of(Y), screen.of(X)
-    apart = np.linalg.norm(own[:, None].astype(float) - other.astype(float), axis=2)
+    chords = ChordFilter(X, "position", skeleton, Steps.of(10, True))
+    (points, slack), (others, _) = chords.points(Y), chords.points(X)
+    apart = np.linalg.norm(points[:, None].astype(float) - others.astype(float), axis=2)
     lengths = pose_distances(Y, X, skeleton=skeleton)
-    assert ((apart - slack[:, None]) * screen.scale <= lengths).all()
-    chords = pose_distances(Y, X, skeleton=skeleton, metric="position")
-    assert np.median(apart) * screen.scale > 0.8 * np.median(chords)  # of random poses, which have no principal axes
+    assert ((apart - slack[:, None]) * chords.scale <= lengths).all()
+    positions = pose_distances(Y, X, skeleton=skeleton, metric="position")
+    assert np.median(apart) * chords.scale > 0.8 * np.median(positions)  # of random poses, without principal axes
     assert slack.max() < 1e-4
 
 
 def test_bounds_are_tight_where_poses_lie_along_few_axes():
     X, _ = make_gait(2, 2, random_state=0).poses(frame_rate=30)
-    screen = Screen(X, "position", BODY, Steps.of(10, True))
-    coordinates, _ = screen.of(X)
-    apart = np.linalg.norm(coordinates[:100, None].astype(float) - coordinates.astype(float), axis=2) * screen.scale
-    assert apart.sum() > 0.98 * pose_distances(X[:100], X, skeleton=BODY, metric="position").sum()
+    chords = ChordFilter(X, "position", HUMANOID, Steps.of(10, True))
+    points = chords.points(X).coordinates.astype(float)
+    apart = np.linalg.norm(points[:100, None] - points, axis=2) * chords.scale
+    assert apart.sum() > 0.98 * pose_distances(X[:100], X, skeleton=HUMANOID, metric="position").sum()
 
 
 # --- searches --------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("metric", METRICS_SEARCHED)
-@pytest.mark.parametrize("kind", ["clustered", "random", "all alike", "one"])
-@pytest.mark.usefixtures("always_look")
+@pytest.mark.parametrize("metric", MEASURED_DIRECTLY)
+@pytest.mark.parametrize("kind", ["clustered", "random", "identical", "one"])
+@pytest.mark.usefixtures("always_filter")
 def test_neighbours_are_those_of_brute_force(metric, kind):
     rng = np.random.default_rng(1)
     X = {
-        "clustered": lambda: clustered(BODY, 700),
-        "random": lambda: rng.uniform(-3, 3, size=(700, BODY.n_dofs)),
-        "all alike": lambda: np.repeat(rng.uniform(-3, 3, size=(1, BODY.n_dofs)), 700, axis=0),
-        "one": lambda: rng.uniform(-3, 3, size=(1, BODY.n_dofs)),
+        "clustered": lambda: clustered(HUMANOID, 700),
+        "random": lambda: rng.uniform(-3, 3, size=(700, HUMANOID.n_dofs)),
+        "identical": lambda: np.repeat(rng.uniform(-3, 3, size=(1, HUMANOID.n_dofs)), 700, axis=0),
+        "one": lambda: rng.uniform(-3, 3, size=(1, HUMANOID.n_dofs)),
     }[kind]()
     queries = np.concatenate([X[:20], X[:20] + 0.01 * rng.normal(size=X[:20].shape), X[:1] + 1])
-    D = pose_distances(queries, X, skeleton=BODY, metric=metric)
-    search = search_of(X, BODY, metric)
+    D = pose_distances(queries, X, skeleton=HUMANOID, metric=metric)
+    search = search_of(X, HUMANOID, metric)
     for k in [k for k in (1, 5, 15, 50, 699) if k < len(X)] + [len(X)]:
         for got, expected in zip(nearest(search, queries, k), brute_nearest(D, k), strict=True):
             np.testing.assert_array_equal(got, expected)
@@ -123,14 +136,13 @@ def test_neighbours_are_those_of_brute_force(metric, kind):
         np.testing.assert_array_equal(within(search, queries, radius), np.where(radius >= D, D, np.nan))
 
 
-@pytest.mark.parametrize("name", [*SKELETONS, "CMU"])
-@pytest.mark.usefixtures("always_look")
-def test_every_skeleton(name, request):
-    skeleton = request.getfixturevalue("cmu").skeleton if name == "CMU" else SKELETONS[name]
+@pytest.mark.parametrize("metric", MEASURED_DIRECTLY)
+@pytest.mark.usefixtures("always_filter")
+def test_every_skeleton(metric, skeleton):
     X = clustered(skeleton, 300)
     for got, expected in zip(
-        nearest(search_of(X, skeleton, "spatial"), X, 4),
-        brute_nearest(pose_distances(X, X.copy(), skeleton=skeleton), 4),
+        nearest(search_of(X, skeleton, metric), X, 4),
+        brute_nearest(pose_distances(X, X.copy(), skeleton=skeleton, metric=metric), 4),
         strict=True,
     ):
         np.testing.assert_array_equal(got, expected)
@@ -139,18 +151,17 @@ def test_every_skeleton(name, request):
 @pytest.mark.parametrize(
     ("metric", "parameters"),
     [
-        ("angle", {"wrap": True}),
-        ("spatial", {"wrap": False}),
-        *(("spatial", {"n_steps": n_steps}) for n_steps in (1, 2, 3, 4, 5, 11, 100)),
+        *((metric, {"wrap": not METRICS[metric].wraps}) for metric in MEASURED_DIRECTLY),
+        *((metric, {"n_steps": n}) for metric in MEASURED_DIRECTLY if METRICS[metric].wraps for n in N_STEPS),
     ],
 )
-@pytest.mark.usefixtures("always_look")
+@pytest.mark.usefixtures("always_filter")
 def test_parameters_of_the_metric(metric, parameters):
-    """Where differences are past half a turn; and with a middle sample, without one, and with one off the middle."""
+    """Differences of more than π; and steps with a sample at the middle, without one, and with one near the middle."""
     rng = np.random.default_rng(0)
-    X = clustered(BODY, 400) + 2 * np.pi * rng.integers(-1, 2, size=(400, BODY.n_dofs))
-    D = pose_distances(X[:50], X, skeleton=BODY, metric=metric, **parameters)
-    search = search_of(X, BODY, metric, **parameters)
+    X = clustered(HUMANOID, 400) + 2 * np.pi * rng.integers(-1, 2, size=(400, HUMANOID.n_dofs))
+    D = pose_distances(X[:50], X, skeleton=HUMANOID, metric=metric, **parameters)
+    search = search_of(X, HUMANOID, metric, **parameters)
     for got, expected in zip(nearest(search, X[:50], 6), brute_nearest(D, 6), strict=True):
         np.testing.assert_array_equal(got, expected)
     for radius in np.quantile(D, [0.1, 0.9]):
@@ -158,28 +169,28 @@ def test_parameters_of_the_metric(metric, parameters):
 
 
 def test_the_middle_of_a_line_rules_out_what_its_chord_does_not(monkeypatch):
-    """For poses that have little in common."""
-    monkeypatch.setattr(searching.Search, "_pays", lambda *_: False)  # as chords alone would say
-    X = np.random.default_rng(0).uniform(-1.5, 1.5, size=(1000, BODY.n_dofs))
-    search = search_of(X, BODY, "spatial")
+    """Poses far from each other have short chords between their ends, but not by the middle of the line."""
+    monkeypatch.setattr(_cost.CostModel, "filter_is_worth_it", lambda *_: False)  # by chords alone, it is not
+    X = np.random.default_rng(0).uniform(-1.5, 1.5, size=(1000, HUMANOID.n_dofs))
+    search = search_of(X, HUMANOID, "spatial")
     nearest(search, X[:50] + 0.1, 3)
     assert search.evaluations.lengths < 0.5 * 50 * len(X)
 
 
-@pytest.mark.parametrize("metric", METRICS_SEARCHED)
-@pytest.mark.usefixtures("always_look")
+@pytest.mark.parametrize("metric", MEASURED_DIRECTLY)
+@pytest.mark.usefixtures("always_filter")
 def test_the_split_of_the_work_changes_nothing(metric, monkeypatch):
-    X = clustered(BODY, 300)
+    X = clustered(HUMANOID, 300)
     queries = X[:50]
-    expected = {k: nearest(search_of(X, BODY, metric), queries, k) for k in (3, 40)}
+    expected = {k: nearest(search_of(X, HUMANOID, metric), queries, k) for k in (3, 40)}
     radius = np.median(expected[40][0])
-    near = within(search_of(X, BODY, metric), queries, radius)
-    monkeypatch.setattr(searching, "PANEL", 64)
-    monkeypatch.setattr(searching, "QUERIES", 33)
-    monkeypatch.setattr(searching, "LITTLE_WORK", 1)
-    monkeypatch.setattr(searching, "WORK_PER_TASK", 1e5)
+    near = within(search_of(X, HUMANOID, metric), queries, radius)
+    monkeypatch.setattr(_search, "ENCODED_AT_ONCE", 64)
+    monkeypatch.setattr(_search, "QUERIES", 33)
+    monkeypatch.setattr(_tasks, "LITTLE_WORK", 1)
+    monkeypatch.setattr(_tasks, "WORK_PER_TASK", 1e5)
     for n_jobs, brute in ((1, False), (3, False), (3, True)):
-        search = search_of(X, BODY, metric, n_jobs=n_jobs, brute=brute)
+        search = search_of(X, HUMANOID, metric, n_jobs=n_jobs, brute=brute)
         for k in expected:
             np.testing.assert_array_equal(nearest(search, queries, k), expected[k])
         np.testing.assert_array_equal(within(search, queries, radius), near)
@@ -189,20 +200,20 @@ def test_few_lengths_are_measured_where_poses_are_dense():
     X, _ = make_gait(4, 3, random_state=0).poses(frame_rate=120)
     queries = X[::50] + 1e-3
     for k in (1, 15):
-        search = search_of(X, BODY, "spatial")
+        search = search_of(X, HUMANOID, "spatial")
         nearest(search, queries, k)
         assert k <= search.evaluations.lengths / len(queries) < 2 * k + 8
     assert search.evaluations.geodesics == 0
 
 
-@pytest.mark.parametrize("kind", ["far apart", "alike in position"])
+@pytest.mark.parametrize("kind", ["far apart", "equal in position"])
 def test_never_measures_much_more_than_brute_force(kind):
-    """Where bounds say nothing: what is measured in a first look comes on top of everything."""
+    """If bounds rule out nothing, the first candidates of the sample are measured in addition to everything."""
     rng = np.random.default_rng(0)
     if kind == "far apart":
         skeleton = random_tree(3, n=30)
         X = rng.uniform(-np.pi, np.pi, size=(1000, skeleton.n_dofs))
-    else:  # bones of no length that turn one of next to none
+    else:  # bones of zero length that rotate a bone of almost zero length
         bones = [(f"b{i}", f"b{i - 1}" if i else None, (0.0, 0.0, 0.0), "xyz") for i in range(20)]
         skeleton = Skeleton([*bones, ("end", "b19", (0.0, 0.0, 1e-9), "")])
         X = rng.uniform(-np.pi, np.pi, size=(1000, skeleton.n_dofs))
@@ -213,7 +224,7 @@ def test_never_measures_much_more_than_brute_force(kind):
     assert search.evaluations.lengths <= 1.1 * D.size
 
 
-@pytest.mark.usefixtures("always_look")  # as poses of four angles are measured sooner than looked at
+@pytest.mark.usefixtures("always_filter")  # as poses of four angles are measured faster than filtered
 def test_poses_beyond_the_range_of_float32():
     rng = np.random.default_rng(0)
     X = rng.normal(size=(300, 4))
@@ -225,17 +236,17 @@ def test_poses_beyond_the_range_of_float32():
 
 
 def test_float32_poses_are_measured_in_float64():
-    X = clustered(BODY, 400).astype(np.float32)
-    D = pose_distances(X[:40].astype(np.float64), X.astype(np.float64), skeleton=BODY)
+    X = clustered(HUMANOID, 400).astype(np.float32)
+    D = pose_distances(X[:40].astype(np.float64), X.astype(np.float64), skeleton=HUMANOID)
     for brute in (False, True):
         for got, expected in zip(
-            nearest(search_of(X, BODY, "spatial", brute=brute), X[:40], 7), brute_nearest(D, 7), strict=True
+            nearest(search_of(X, HUMANOID, "spatial", brute=brute), X[:40], 7), brute_nearest(D, 7), strict=True
         ):
             np.testing.assert_array_equal(got, expected)
 
 
-def test_memory_is_that_of_a_block():
-    X = np.zeros((20_000, 2))  # the worst case: the bounds tell nothing
+def test_memory_is_that_of_a_panel():
+    X = np.zeros((20_000, 2))  # the worst case: the bounds rule out nothing
     for brute in (False, True):
         search = search_of(X, Skeleton.chain(2), "position", brute=brute)
         nearest(search, X[:10], 3)  # compiles
@@ -255,11 +266,26 @@ def walk():
     return X[:120]
 
 
+@pytest.fixture(scope="module")
+def walk_queries(walk):
+    """Poses of the walk, poses near it, and their distances to all of it."""
+    near = walk[4:8] + 0.05 * np.random.default_rng(0).normal(size=(4, HUMANOID.n_dofs))
+    queries = np.concatenate([walk[:4], near])
+    return queries, pose_distances(queries, walk, skeleton=HUMANOID, metric="geodesic", n_jobs=2)
+
+
+@pytest.fixture(scope="module")
+def walk_and_whole_turns(walk):
+    """The walk and some of its poses again, by whole turns away, and the distances of the first five to all."""
+    whole_turns = 2 * np.pi * np.random.default_rng(0).integers(-1, 2, size=(20, HUMANOID.n_dofs))
+    X = np.concatenate([walk, walk[:20] + whole_turns])
+    return X, pose_distances(X[:5], X, skeleton=HUMANOID, metric="geodesic")
+
+
 @pytest.mark.parametrize("brute", [False, True])
-def test_geodesic_neighbours_are_those_of_brute_force(brute, walk):
-    queries = np.concatenate([walk[:4], walk[4:8] + 0.05 * np.random.default_rng(0).normal(size=(4, BODY.n_dofs))])
-    D = pose_distances(queries, walk, skeleton=BODY, metric="geodesic", n_jobs=2)
-    search = search_of(walk, BODY, "geodesic", brute=brute, n_jobs=2)
+def test_geodesic_neighbours_are_those_of_brute_force(brute, walk, walk_queries):
+    queries, D = walk_queries
+    search = search_of(walk, HUMANOID, "geodesic", brute=brute, n_jobs=2)
     for got, expected in zip(nearest(search, queries, 5), brute_nearest(D, 5), strict=True):
         np.testing.assert_array_equal(got, expected)
     n_solved = search.evaluations.geodesics
@@ -269,22 +295,20 @@ def test_geodesic_neighbours_are_those_of_brute_force(brute, walk):
 
 
 @pytest.mark.parametrize("brute", [False, True])
-def test_whole_turns_are_no_distance_under_the_geodesic(brute, walk):
-    turns = 2 * np.pi * np.random.default_rng(0).integers(-1, 2, size=(20, BODY.n_dofs))
-    X = np.concatenate([walk, walk[:20] + turns])
-    D = pose_distances(walk[:5], X, skeleton=BODY, metric="geodesic")
+def test_whole_turns_do_not_change_a_geodesic_distance(brute, walk, walk_and_whole_turns):
+    X, D = walk_and_whole_turns
     assert (D[range(5), range(len(walk), len(walk) + 5)] < 1e-12).all()
-    search = search_of(X, BODY, "geodesic", brute=brute, n_jobs=2)
+    search = search_of(X, HUMANOID, "geodesic", brute=brute, n_jobs=2)
     for got, expected in zip(nearest(search, walk[:5], 2), brute_nearest(D, 2), strict=True):
         np.testing.assert_array_equal(got, expected)
     np.testing.assert_array_equal(within(search, walk[:5], 0.0), np.where(D == 0, 0.0, np.nan))
 
 
-def test_geodesics_that_nobody_asks_for_are_not_solved(walk):
-    search = search_of(walk, BODY, "geodesic", n_jobs=2)
+def test_geodesics_whose_distances_are_not_requested_are_not_solved(walk):
+    search = search_of(walk, HUMANOID, "geodesic", n_jobs=2)
     radius = 0.3
     D = within(search, walk, radius)
     with_distances = search.evaluations.geodesics
-    search = search_of(walk, BODY, "geodesic", n_jobs=2)
+    search = search_of(walk, HUMANOID, "geodesic", n_jobs=2)
     np.testing.assert_array_equal(np.isnan(within(search, walk, radius, measured=False)), np.isnan(D))
     assert search.evaluations.geodesics < 0.1 * with_distances

@@ -1,4 +1,4 @@
-"""Long work shows itself where that is wanted, and nowhere else."""
+"""Long work shows its progress where that is requested, and nowhere else."""
 
 import sys
 
@@ -16,20 +16,20 @@ from skpose import (
     pose_distances,
     pose_distances_chunked,
 )
-from skpose._parallel import progress as shown
+from skpose._parallel import progress as progress_module
 from skpose._parallel.progress import progress
 
-BODY = random_tree(0)
+TREE = random_tree(0)
 
 
 @pytest.fixture(scope="module")
 def X():
-    return np.random.default_rng(0).normal(0, 0.3, size=(60, BODY.n_dofs))
+    return np.random.default_rng(0).normal(0, 0.3, size=(60, TREE.n_dofs))
 
 
 def test_without_a_terminal_there_are_plain_lines(capsys, monkeypatch):
     now = [0.0]
-    monkeypatch.setattr(shown.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(progress_module.time, "monotonic", lambda: now[0])
     with progress("work", 100, verbose=1) as advance:
         for _ in range(100):
             now[0] += 4.0
@@ -60,13 +60,13 @@ def test_on_a_terminal_there_is_a_bar(capsys, monkeypatch):
 
 
 @pytest.mark.parametrize("verbose", [0, 1])
-def test_every_call_that_may_take_long_shows_itself_if_asked(X, capsys, verbose):
+def test_every_call_that_may_take_long_shows_its_progress_if_requested(X, capsys, verbose):
     estimators = [
-        PoseDistanceTransformer(BODY),
-        PoseKNeighborsTransformer(BODY),
-        PoseRadiusNeighborsTransformer(BODY),
-        SpatialMDS(skeleton=BODY),
-        MedoidShift(1.0, skeleton=BODY),
+        PoseDistanceTransformer(TREE),
+        PoseKNeighborsTransformer(TREE),
+        PoseRadiusNeighborsTransformer(TREE),
+        SpatialMDS(skeleton=TREE),
+        MedoidShift(1.0, skeleton=TREE),
     ]
     for estimator in estimators:
         estimator = clone(estimator).set_params(verbose=verbose)
@@ -81,23 +81,23 @@ def test_every_call_that_may_take_long_shows_itself_if_asked(X, capsys, verbose)
 
 
 def test_each_stage_of_an_estimator_is_one_bar(X, capsys, monkeypatch):
-    monkeypatch.setattr("skpose.manifold.BLOCK", 100)
-    SpatialMDS(skeleton=BODY, landmarks=20, random_state=0, verbose=1).fit(X).transform(X)
+    monkeypatch.setattr("skpose.manifold._classical_mds.BATCH", 100)
+    SpatialMDS(skeleton=TREE, landmarks=20, random_state=0, verbose=1).fit(X).transform(X)
     lines = [line.split(":")[0] for line in capsys.readouterr().err.splitlines()]
     assert lines == ["20 × 20 distances", *["60 poses in 2 dimensions"] * 2]
-    monkeypatch.setattr("skpose.cluster.BLOCK", 600)
-    shift = MedoidShift(1.0, skeleton=BODY, verbose=1).fit(X)
+    monkeypatch.setattr("skpose.cluster._shift.WEIGHTS", 600)
+    shift = MedoidShift(1.0, skeleton=TREE, verbose=1).fit(X)
     lines = [line.split(":")[0] for line in capsys.readouterr().err.splitlines()]
     assert lines[:2] == ["60 × 60 distances", "shift of 60 samples"]
     assert len(lines) <= 1 + shift.n_iter_
 
 
 @pytest.mark.skipif(not HAS_CALLBACKS, reason="scikit-learn has no callbacks before 1.9")
-def test_callbacks_see_the_blocks_of_distances(X, monkeypatch):
-    monkeypatch.setattr("skpose.metrics._matrix.PANEL", 16)
+def test_callbacks_see_the_tiles_of_distances(X, monkeypatch):
+    monkeypatch.setattr("skpose.metrics._matrix.ENCODED_AT_ONCE", 16)
     recorder = Recorder()
-    SpatialMDS(2, skeleton=BODY).set_callbacks(recorder).fit(X)
-    assert recorder.tasks == ["fit", "distances", "60 × 60 distances", *["block"] * 10, "eigenvectors"]
+    SpatialMDS(2, skeleton=TREE).set_callbacks(recorder).fit(X)
+    assert recorder.tasks == ["fit", "distances", "60 × 60 distances", *["step"] * 10, "eigenvectors"]
     assert recorder.open == 0
 
 
@@ -105,7 +105,7 @@ def test_callbacks_see_the_blocks_of_distances(X, monkeypatch):
 def test_scikit_learns_own_bar_shows_them(X, monkeypatch, capsys):
     from sklearn.callback import ProgressBar
 
-    monkeypatch.setattr("skpose.metrics._matrix.PANEL", 16)
-    mds = SpatialMDS(2, skeleton=BODY).set_callbacks(ProgressBar()).fit(X)
-    np.testing.assert_array_equal(mds.embedding_, SpatialMDS(2, skeleton=BODY).fit(X).embedding_)
+    monkeypatch.setattr("skpose.metrics._matrix.ENCODED_AT_ONCE", 16)
+    mds = SpatialMDS(2, skeleton=TREE).set_callbacks(ProgressBar()).fit(X)
+    np.testing.assert_array_equal(mds.embedding_, SpatialMDS(2, skeleton=TREE).fit(X).embedding_)
     assert "60 × 60 distances" in capsys.readouterr().out

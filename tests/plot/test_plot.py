@@ -1,3 +1,4 @@
+import functools
 import subprocess
 import sys
 from itertools import combinations, pairwise
@@ -17,6 +18,11 @@ START, END = [0.2, 0.3, 0.0], [2.4, 0.2, 0.1]
 X = np.random.default_rng(0).normal(size=(20, 3))
 
 
+@functools.cache
+def shortest_path():
+    return geodesic(START, END, ARM)
+
+
 @pytest.fixture(autouse=True)
 def agg(monkeypatch):
     """A backend that draws."""
@@ -34,20 +40,20 @@ def drawn_bones(line):
 
 
 DISPLAYS = {
-    "pose": lambda ax: PoseDisplay.from_pose(ARM, START, ax=ax),
-    "positions": lambda ax: PoseDisplay.from_positions(ARM, np.ones((3, 3)), ax=ax),
-    "strip": lambda ax: PoseStripDisplay.from_poses(ARM, X[:3], ax=ax),
+    "pose": lambda ax: PoseDisplay.from_pose(START, ARM, ax=ax),
+    "positions": lambda ax: PoseDisplay.from_positions(np.ones((3, 3)), ARM, ax=ax),
+    "strip": lambda ax: PoseStripDisplay.from_poses(X[:3], ARM, ax=ax),
     "motion": lambda ax: PoseStripDisplay.from_motion(Motion(ARM, X, 10), ax=ax),
-    "way": lambda ax: PoseStripDisplay.from_geodesic(ARM, geodesic(START, END, ARM), ax=ax),
+    "path": lambda ax: PoseStripDisplay.from_geodesic(shortest_path(), ARM, ax=ax),
     "embedding": lambda ax: MDSDisplay.from_estimator(SpatialMDS(skeleton=ARM).fit(X), X, X[:, 0] > 0, ax=ax),
-    "matrix": lambda ax: DistanceMatrixDisplay.from_poses(ARM, X, sequence=np.repeat([0, 1], 10), ax=ax),
-    "geodesic": lambda ax: GeodesicDisplay.from_poses(ARM, START, END, ax=ax, resolution=5),
+    "matrix": lambda ax: DistanceMatrixDisplay.from_poses(X, ARM, sequence=np.repeat([0, 1], 10), ax=ax),
+    "geodesic": lambda ax: GeodesicDisplay.from_poses(START, END, ARM, ax=ax, resolution=5),
 }
 
 
 @pytest.mark.parametrize("name", DISPLAYS)
-def test_draws_into_the_axes_given_or_new_ones_and_shows_nothing(name, monkeypatch):
-    monkeypatch.setattr(plt, "show", lambda: pytest.fail("shown by itself"))
+def test_draws_into_the_given_axes_or_new_ones_and_opens_no_window(name, monkeypatch):
+    monkeypatch.setattr(plt, "show", lambda: pytest.fail("a window was opened"))
     figure, ax = plt.subplots(layout="constrained")
     display = DISPLAYS[name](ax)
     assert display.ax_ is ax
@@ -71,13 +77,13 @@ def test_axes_have_labels_with_units(name):
             (ax.get_xlabel() + " " + ax.get_ylabel()).replace(",", " ").split()
         )
     if name not in ("matrix", "geodesic"):
-        assert ax.get_aspect() == 1  # lengths are lengths across and up
+        assert ax.get_aspect() == 1  # horizontal and vertical lengths are equally long
 
 
 @pytest.mark.parametrize("skeleton", SKELETONS.values(), ids=SKELETONS)
 def test_bones_are_where_the_joints_are(skeleton):
     pose = np.random.default_rng(0).normal(size=skeleton.n_dofs)
-    display = PoseDisplay.from_pose(skeleton, pose, view="zy", label="it")
+    display = PoseDisplay.from_pose(pose, skeleton, view="zy", label="it")
     F = np.concatenate([forward_kinematics(pose[None], skeleton)[0], np.zeros((1, 3))])
     (line,) = display.ax_.lines
     expected = np.stack([F[skeleton.parents], F[:-1]], axis=1)[..., [2, 1]]
@@ -85,18 +91,18 @@ def test_bones_are_where_the_joints_are(skeleton):
     assert (line.get_label(), display.ax_.get_xlabel()) == ("it", "z (m)")
 
 
-def test_bodies_of_a_strip_do_not_overlap_and_keep_their_size():
+def test_figures_of_a_strip_do_not_overlap_and_keep_their_size():
     skeleton = SKELETONS["humanoid"]
     poses = np.random.default_rng(0).normal(scale=0.3, size=(5, skeleton.n_dofs))
-    display = PoseStripDisplay.from_poses(skeleton, poses, labels="abcde", title="pose")
-    bodies = [drawn_bones(line) for line in display.ax_.lines]
-    for i, body in enumerate(bodies):
+    display = PoseStripDisplay.from_poses(poses, skeleton, labels="abcde", title="pose")
+    figures = [drawn_bones(line) for line in display.ax_.lines]
+    for i, figure in enumerate(figures):
         F = np.concatenate([forward_kinematics(poses[i : i + 1], skeleton)[0], np.zeros((1, 3))])
         expected = np.stack([F[skeleton.parents], F[:-1]], axis=1)[..., :2]
-        shift = body - expected
+        shift = figure - expected
         np.testing.assert_allclose(shift[..., 0], shift[0, 0, 0], atol=1e-12)
         np.testing.assert_allclose(shift[..., 1], 0, atol=1e-12)
-    for left, right in pairwise(bodies):
+    for left, right in pairwise(figures):
         assert left[..., 0].max() < right[..., 0].min()
     assert [label.get_text() for label in display.ax_.get_xticklabels()] == list("abcde")
 
@@ -106,10 +112,10 @@ def test_times_and_lengths_below_a_strip():
     assert motion.labels == ["0.00", "1.00", "1.90"]  # frames 0, 10 and 19
     few = PoseStripDisplay.from_motion(Motion(ARM, X[:2], 10), n_poses=8)
     assert len(few.positions) == 2
-    way = geodesic(START, END, ARM)
-    along = PoseStripDisplay.from_geodesic(ARM, way, n_poses=3)
-    assert along.labels == ["0.00", f"{way.curve_length / 2:.2f}", f"{way.curve_length:.2f}"]
-    np.testing.assert_allclose(along.positions, forward_kinematics(way.resample(3), ARM))
+    path = shortest_path()
+    along = PoseStripDisplay.from_geodesic(path, ARM, n_poses=3)
+    assert along.labels == ["0.00", f"{path.curve_length / 2:.2f}", f"{path.curve_length:.2f}"]
+    np.testing.assert_allclose(along.positions, forward_kinematics(path.resample(3), ARM))
 
 
 def test_an_embedding_has_a_colour_and_a_marker_for_each_label():
@@ -130,56 +136,56 @@ def test_an_embedding_has_a_colour_and_a_marker_for_each_label():
 
 def test_a_matrix_has_borders_between_sequences_and_names_in_their_middle():
     sequence = np.repeat([3, 5, 4], [4, 6, 10])
-    display = DistanceMatrixDisplay.from_poses(ARM, X, sequence=sequence, names=["a", "b", "c"], metric="position")
+    display = DistanceMatrixDisplay.from_poses(X, ARM, sequence=sequence, names=["a", "b", "c"], metric="position")
     np.testing.assert_array_equal(display.ax_.images[0].get_array(), pose_distances(X, skeleton=ARM, metric="position"))
     assert sorted(line.get_xdata()[0] for line in display.ax_.lines if line.get_xdata()[0] == line.get_xdata()[1]) == [
         3.5, 9.5,
     ]  # fmt: skip
     np.testing.assert_array_equal(display.ax_.get_xticks(), [1.5, 6.5, 14.5])
-    assert DistanceMatrixDisplay.from_poses(None, X).figure_.axes[1].get_ylabel() == "distance (rad)"
+    assert DistanceMatrixDisplay.from_poses(X).figure_.axes[1].get_ylabel() == "distance (rad)"
 
 
-def test_the_geodesics_picture_says_how_much_shorter_it_is():
-    way = geodesic(START, END, ARM)
-    line = pose_distances([START], [END], skeleton=ARM, n_steps=len(way.path) - 1)[0, 0]
-    display = GeodesicDisplay.from_geodesic(ARM, way, resolution=5)
-    np.testing.assert_allclose(display.ratio_, way.length / line, rtol=1e-12)
+def test_a_geodesic_is_drawn_with_the_line_and_the_ratio_of_their_lengths():
+    path = shortest_path()
+    line = pose_distances([START], [END], skeleton=ARM, n_steps=len(path.path) - 1)[0, 0]
+    display = GeodesicDisplay.from_geodesic(path, ARM, resolution=5)
+    np.testing.assert_allclose(display.ratio_, path.length / line, rtol=1e-12)
     straight, curve = (np.stack(drawn.get_data(), axis=1) for drawn in display.ax_.lines)
     np.testing.assert_allclose(straight[[0, -1]], curve[[0, -1]], atol=1e-9)
-    assert len(curve) == len(way.path)
+    assert len(curve) == len(path.path)
 
 
 @pytest.mark.parametrize(
     ("draw", "message"),
     [
-        (lambda: PoseDisplay.from_pose(ARM, START, view="xx"), "view must be two of the axes"),
-        (lambda: PoseDisplay.from_pose(ARM, START, view="front"), "view must be two of the axes"),
-        (lambda: PoseDisplay.from_pose(ARM, [0, 1]), "angles has 2 columns, but the skeleton has 3"),
-        (lambda: PoseDisplay.from_positions(ARM, np.ones((2, 3))), r"positions must have shape \(3, 3\), got \(2, 3\)"),
+        (lambda: PoseDisplay.from_pose(START, ARM, view="xx"), "view must be two of the axes"),
+        (lambda: PoseDisplay.from_pose(START, ARM, view="front"), "view must be two of the axes"),
+        (lambda: PoseDisplay.from_pose([0, 1], ARM), "pose has 2 columns, but the skeleton has 3"),
+        (lambda: PoseDisplay.from_positions(np.ones((2, 3)), ARM), r"positions must have shape \(3, 3\), got \(2, 3\)"),
         (
-            lambda: PoseStripDisplay.from_poses(ARM, X, labels=["a"]),
+            lambda: PoseStripDisplay.from_poses(X, ARM, labels=["a"]),
             "labels must be one for each of the 20 poses, got 1",
         ),
         (lambda: MDSDisplay.from_embedding(X[:, :1]), "at least two components"),
         (lambda: MDSDisplay.from_embedding(X, ["a"]), "labels must be one for each of the 20 poses"),
         (lambda: DistanceMatrixDisplay.from_distances(X), "distances must be a square matrix"),
         (
-            lambda: DistanceMatrixDisplay.from_poses(ARM, X, sequence=[1]),
+            lambda: DistanceMatrixDisplay.from_poses(X, ARM, sequence=[1]),
             "sequence must be one for each of the 20 poses",
         ),
         (
-            lambda: DistanceMatrixDisplay.from_poses(ARM, X, sequence=np.arange(20) // 10, names=["a"]),
+            lambda: DistanceMatrixDisplay.from_poses(X, ARM, sequence=np.arange(20) // 10, names=["a"]),
             "names must be one for each of the 2 sequences, got 1",
         ),
     ],
 )
-def test_refuses(draw, message):
+def test_error_for_arguments_that_do_not_fit(draw, message):
     with pytest.raises(ValueError, match=message):
         draw()
 
 
 def test_colours_differ_in_lightness_or_in_blueness():
-    """What is left of colours to those who tell no red from green: blue, and how light they are."""
+    """Colours in the eyes of people who cannot distinguish red from green: blue, and the mean of the others."""
     seen = []
     for colour in COLOURS:
         red, green, blue = (int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
@@ -187,14 +193,14 @@ def test_colours_differ_in_lightness_or_in_blueness():
     assert min(np.hypot(a[0] - b[0], a[1] - b[1]) for a, b in combinations(seen, 2)) > 0.1
 
 
-def test_without_matplotlib_the_remedy_is_named():
+def test_error_without_matplotlib_names_the_package():
     code = """
 import sys
 sys.modules["matplotlib"] = sys.modules["matplotlib.pyplot"] = None
 from skpose import Skeleton
 from skpose.plot import PoseDisplay
 try:
-    PoseDisplay.from_pose(Skeleton.chain(1), [0.0])
+    PoseDisplay.from_pose([0.0], Skeleton.chain(1))
 except ImportError as error:
     print(error)
 """
@@ -202,6 +208,6 @@ except ImportError as error:
     assert done.stdout == "PoseDisplay.plot needs matplotlib: pip install 'skpose[plot]'\n"
 
 
-def test_all_displays_are_tried_here():
+def test_all_displays_are_tested_here():
     names = {type(DISPLAYS[name](None)).__name__ for name in DISPLAYS}
     assert names == set(plot.__all__)

@@ -12,8 +12,8 @@ from sklearn.utils.validation import check_is_fitted
 
 from skpose import PoseDistanceTransformer, pose_distances
 
-BODY = SKELETONS["humanoid"]
-MISSING_FROM_THE_STANDARD_LIST = [
+HUMANOID = SKELETONS["humanoid"]
+NOT_IN_THE_STANDARD_LIST = [
     check_param_validation,
     check_set_output_transform,
     check_transformer_get_feature_names_out,
@@ -36,36 +36,40 @@ def test_every_check_of_scikit_learn(estimator, check):
     check(estimator)
 
 
-@pytest.mark.parametrize("check", MISSING_FROM_THE_STANDARD_LIST, ids=lambda check: check.__name__)
+@pytest.mark.parametrize("check", NOT_IN_THE_STANDARD_LIST, ids=lambda check: check.__name__)
 @pytest.mark.parametrize("estimator", [PoseDistanceTransformer(), ChainDistances()], ids=lambda e: type(e).__name__)
-def test_checks_that_the_standard_list_leaves_out(estimator, check):
+def test_checks_that_are_not_in_the_standard_list(estimator, check):
     check(type(estimator).__name__, estimator)
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def X():
-    return np.random.default_rng(0).normal(size=(20, BODY.n_dofs))
+    return np.random.default_rng(0).normal(size=(20, HUMANOID.n_dofs))
+
+
+@pytest.fixture(scope="module")
+def D(X):
+    return pose_distances(X, skeleton=HUMANOID)
 
 
 @pytest.mark.parametrize(
     "parameters", [{}, {"metric": "rotation"}, {"n_steps": 3, "wrap": False}, {"metric": "angle", "wrap": True}]
 )
 def test_distances_are_those_of_pose_distances(parameters, X):
-    transformer = PoseDistanceTransformer(BODY, **parameters).fit(X[:15])
-    np.testing.assert_array_equal(transformer.transform(X), pose_distances(X, X[:15], skeleton=BODY, **parameters))
-    expected = pose_distances(X[:15], skeleton=BODY, **parameters)
+    transformer = PoseDistanceTransformer(HUMANOID, **parameters).fit(X[:15])
+    np.testing.assert_array_equal(transformer.transform(X), pose_distances(X, X[:15], skeleton=HUMANOID, **parameters))
+    expected = pose_distances(X[:15], skeleton=HUMANOID, **parameters)
     np.testing.assert_array_equal(transformer.fit_transform(X[:15]), expected)
     assert transformer.n_samples_fit_ == 15
 
 
 @pytest.mark.parametrize("kernel", ["rbf", "laplacian"])
-def test_kernels(kernel, X):
-    D = pose_distances(X, skeleton=BODY)
-    transformer = PoseDistanceTransformer(BODY, kernel=kernel, gamma=0.3)
+def test_kernels(kernel, X, D):
+    transformer = PoseDistanceTransformer(HUMANOID, kernel=kernel, gamma=0.3)
     expected = np.exp(-0.3 * (D**2 if kernel == "rbf" else D))
     np.testing.assert_allclose(transformer.fit_transform(X), expected, rtol=1e-12)
     np.testing.assert_allclose(transformer.transform(X), expected, rtol=1e-9)
-    scaled = PoseDistanceTransformer(BODY, kernel=kernel).fit(X)
+    scaled = PoseDistanceTransformer(HUMANOID, kernel=kernel).fit(X)
     scale = 2 / np.mean(D**2)
     np.testing.assert_allclose(scaled.gamma_, scale if kernel == "rbf" else np.sqrt(scale))
 
@@ -80,23 +84,23 @@ def test_scale_is_that_of_an_svm_for_standardised_features(X):
 @pytest.mark.parametrize("metric", ["angle", "position"])
 def test_kernels_of_euclidean_distances_are_positive_definite(metric, X):
     for kernel in ("rbf", "laplacian"):
-        K = PoseDistanceTransformer(BODY, metric=metric, kernel=kernel).fit_transform(X)
+        K = PoseDistanceTransformer(HUMANOID, metric=metric, kernel=kernel).fit_transform(X)
         assert np.linalg.eigvalsh(K).min() > -1e-12
 
 
-def test_column_names_and_widths_are_held_to_the_skeleton(X):
-    frame = pd.DataFrame(X, columns=BODY.dof_names)
-    transformer = PoseDistanceTransformer(BODY).fit(frame)
+def test_column_names_and_widths_are_checked_by_the_skeleton(X):
+    frame = pd.DataFrame(X, columns=HUMANOID.dof_names)
+    transformer = PoseDistanceTransformer(HUMANOID).fit(frame)
     check_is_fitted(transformer)
-    np.testing.assert_array_equal(transformer.feature_names_in_, BODY.dof_names)
+    np.testing.assert_array_equal(transformer.feature_names_in_, HUMANOID.dof_names)
     np.testing.assert_array_equal(transformer.transform(frame), transformer.transform(frame.copy()))
-    with pytest.raises(ValueError, match=f"column 0 is .* and should be '{BODY.dof_names[0]}'"):
-        PoseDistanceTransformer(BODY).fit(frame[frame.columns[::-1]])
-    with pytest.raises(ValueError, match=f"X has 3 columns, but the skeleton has {BODY.n_dofs} degrees of freedom"):
-        PoseDistanceTransformer(BODY).fit(X[:, :3])
+    with pytest.raises(ValueError, match=f"column 0 is .* and should be '{HUMANOID.dof_names[0]}'"):
+        PoseDistanceTransformer(HUMANOID).fit(frame[frame.columns[::-1]])
+    with pytest.raises(ValueError, match=f"X has 3 columns, but the skeleton has {HUMANOID.n_dofs} degrees of freedom"):
+        PoseDistanceTransformer(HUMANOID).fit(X[:, :3])
     with pytest.raises(ValueError, match='metric="spatial" needs a skeleton'):
         PoseDistanceTransformer(metric="spatial").fit(X).transform(X)
 
 
 def test_repr_is_readable():
-    assert repr(PoseDistanceTransformer(BODY)) == f"PoseDistanceTransformer(skeleton={BODY!r})"
+    assert repr(PoseDistanceTransformer(HUMANOID)) == f"PoseDistanceTransformer(skeleton={HUMANOID!r})"

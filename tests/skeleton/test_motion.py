@@ -37,7 +37,7 @@ def test_defaults_and_repr():
         ({"frame_rate": np.nan}, "frame_rate must be a positive number of Hz, got nan"),
     ],
 )
-def test_refuses_what_does_not_fit(arguments, message):
+def test_error_for_arguments_that_do_not_fit(arguments, message):
     with pytest.raises(ValueError, match=message):
         Motion(**({"skeleton": ARM, "angles": np.zeros((3, 2)), "frame_rate": 10.0} | arguments))
 
@@ -60,8 +60,8 @@ def test_resampling_between_frames_is_linear():
     np.testing.assert_allclose(up.angles, np.stack([3 * times, 1 - 2 * times], axis=1), atol=1e-12)
 
 
-def test_resampling_goes_the_short_way_round():
-    """A file's jump by 360° between two frames is no spin."""
+def test_resampling_wraps_differences():
+    """A file's jump by 360° between two frames is no rotation."""
     degrees = np.array([[179.0, 0], [-179, 0], [-177, 0]])
     between = np.degrees(Motion(ARM, np.radians(degrees), 10).resample(20).angles[:, 0])
     np.testing.assert_allclose(between, [179, 180, -179, -178, -177])
@@ -75,21 +75,23 @@ def test_resampling_short_motions():
 
 
 def test_retargeting_matches_columns_by_name():
-    body = Skeleton([Bone("a", None, (1, 0, 0), "xy"), Bone("b", "a", (1, 0, 0), "z"), Bone("c", None, (1, 0, 0), "x")])
+    skeleton = Skeleton(
+        [Bone("a", None, (1, 0, 0), "xy"), Bone("b", "a", (1, 0, 0), "z"), Bone("c", None, (1, 0, 0), "x")]
+    )
     taller = Skeleton(
         [Bone("c", None, (2, 0, 0), "x"), Bone("a", None, (2, 0, 0), "xy"), Bone("b", "a", (2, 0, 0), "z")]
     )
-    motion = Motion(body, [[1, 2, 3, 4]], 10, root_positions=[[5, 6, 7]])
+    motion = Motion(skeleton, [[1, 2, 3, 4]], 10, root_positions=[[5, 6, 7]])
     moved = motion.retarget(taller)
     np.testing.assert_array_equal(moved.angles, [[4, 1, 2, 3]])
     np.testing.assert_array_equal(moved.root_positions, [[5, 6, 7]])
     assert moved.skeleton is taller
-    np.testing.assert_array_equal(moved.retarget(body).angles, motion.angles)
+    np.testing.assert_array_equal(moved.retarget(skeleton).angles, motion.angles)
     with pytest.raises(ValueError, match="do not carry over to this skeleton: only one of them has a joint 'a'"):
         motion.retarget(ARM)
 
 
-def test_unwrapping_takes_back_jumps_by_whole_turns():
+def test_unwrapping_removes_jumps_by_whole_turns():
     angles = np.cumsum(np.random.default_rng(0).uniform(-1, 1, size=(50, 2)), axis=0)
     jumped = (angles + np.pi) % (2 * np.pi) - np.pi
     motion = Motion(ARM, jumped, 10, root_positions=np.ones((50, 3)), root_angles=jumped[:, :1], root_axes="z").unwrap()
@@ -99,8 +101,8 @@ def test_unwrapping_takes_back_jumps_by_whole_turns():
     assert (motion.frame_rate, motion.root_axes) == (10, "z")
 
 
-def test_a_data_frame_of_the_angles():
-    frame = Motion(ARM, [[0, 1], [2, 3]], 4).to_frame()
+def test_data_frame_of_the_angles():
+    frame = Motion(ARM, [[0, 1], [2, 3]], 4).to_pandas()
     assert list(frame.columns) == ["joint_1_rz", "joint_2_rz"]
     assert (list(frame.index), frame.index.name) == ([0, 0.25], "time")
     np.testing.assert_array_equal(frame, [[0, 1], [2, 3]])
@@ -112,20 +114,20 @@ ESTIMATORS = [
 
 
 @pytest.mark.parametrize("estimator", ESTIMATORS)
-def test_estimators_know_such_a_frame_by_its_columns(estimator):
-    """A wrong order is refused by name, in fit and after it; a strange body is too."""
+def test_estimators_check_the_columns_of_a_data_frame(estimator):
+    """A wrong order is refused by name, in fit and after it; so are the dofs of another skeleton."""
     motion = Motion(Skeleton.chain(3), np.random.default_rng(0).uniform(-1, 1, (20, 3)), 10)
-    frame = motion.to_frame()
+    frame = motion.to_pandas()
     options = {"n_clusters": 2} if estimator is MedoidShift else {}
     fitted = estimator(skeleton=motion.skeleton, **options).fit(frame)
     assert list(fitted.feature_names_in_) == list(motion.skeleton.dof_names)
-    turned = frame[frame.columns[::-1]]
+    reversed_frame = frame[frame.columns[::-1]]
     wrong = r"column 0 is 'joint_3_rz' and should be 'joint_1_rz'\); select them with X\[list\(skeleton.dof_names\)\]"
     with pytest.raises(ValueError, match=wrong):
-        clone(fitted).fit(turned)
+        clone(fitted).fit(reversed_frame)
     use = getattr(fitted, "transform", None) or fitted.predict
     use(frame)
     with pytest.raises(ValueError, match=wrong):
-        use(turned)
+        use(reversed_frame)
     with pytest.raises(ValueError, match="missing: 'joint_3_rz'"):
         clone(fitted).fit(frame.rename(columns={"joint_3_rz": "tail_rz"}))

@@ -49,9 +49,9 @@ def test_a_chain_of_ten_thousand_bones_in_reverse_order():
 @pytest.mark.parametrize(
     ("bones", "message"),
     [
-        ([("a", "b", (1, 0, 0), "x"), ("b", "a", (1, 0, 0))], "bone 'a' hangs on itself, by way of a -> b -> a"),
-        ([("a", "a", (1, 0, 0), "x")], "bone 'a' hangs on itself"),
-        ([("a", "hip", (1, 0, 0), "x")], "bone 'a' hangs on 'hip', which is not among the bones"),
+        ([("a", "b", (1, 0, 0), "x"), ("b", "a", (1, 0, 0))], "bone 'a' is a child of itself, through a -> b -> a"),
+        ([("a", "a", (1, 0, 0), "x")], "bone 'a' is a child of itself"),
+        ([("a", "hip", (1, 0, 0), "x")], "bone 'a' is a child of 'hip', which is not among the bones"),
         ([("a", None, (1, 0, 0), "x"), ("a", None, (1, 0, 0))], "bone 'a' is given twice"),
         ([("a", None, (1, np.nan, 0), "x")], "bone 'a': offset must be three finite numbers"),
         ([("a", None, (1, np.inf, 0), "x")], "bone 'a': offset must be three finite numbers"),
@@ -71,12 +71,12 @@ def test_a_chain_of_ten_thousand_bones_in_reverse_order():
         ([], "needs at least one degree of freedom"),
     ],
 )
-def test_refuses_by_name(bones, message):
+def test_error_names_the_bone(bones, message):
     with pytest.raises(ValueError, match=message):
         Skeleton(bones)
 
 
-def test_refuses_an_unknown_offset_frame():
+def test_error_for_an_unknown_offset_frame():
     with pytest.raises(ValueError, match="offset_frame must be"):
         Skeleton([("a", None, (1, 0, 0), "x")], offset_frame="world")
 
@@ -93,13 +93,13 @@ def test_mean_has_mean_lengths_and_mean_directions():
     assert Skeleton.mean([a, a, a]) == a
 
 
-def test_mean_of_rest_rotations_is_half_way():
-    def turned(angle):
+def test_mean_of_two_rest_rotations_lies_in_the_middle():
+    def rotated(angle):
         c, s = np.cos(angle), np.sin(angle)
         return Skeleton([Bone("a", None, (1, 0, 0), "x", [[c, -s, 0], [s, c, 0], [0, 0, 1]])])
 
-    mean = Skeleton.mean([turned(0.2), turned(0.6)])
-    np.testing.assert_allclose(mean.rest_rotations, turned(0.4).rest_rotations, atol=1e-12)
+    mean = Skeleton.mean([rotated(0.2), rotated(0.6)])
+    np.testing.assert_allclose(mean.rest_rotations, rotated(0.4).rest_rotations, atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -111,12 +111,12 @@ def test_mean_of_rest_rotations_is_half_way():
         (Skeleton([Bone("a", None, (-1, 0, 0), "x")]), "opposite directions"),
     ],
 )
-def test_mean_refuses_what_has_none(other, message):
+def test_error_for_skeletons_without_a_mean(other, message):
     with pytest.raises(ValueError, match=message):
         Skeleton.mean([Skeleton([Bone("a", None, (1, 0, 0), "x")]), other])
 
 
-def test_mean_of_nothing():
+def test_error_for_the_mean_of_no_skeletons():
     with pytest.raises(ValueError, match="got none"):
         Skeleton.mean([])
 

@@ -1,7 +1,7 @@
-"""Notes on an unfinished matrix that lies on disk: which of its blocks are done, with the checksums of their bytes.
+"""Checkpoints of a matrix that is written piece by piece: notes on the pieces that are complete, as lists of JSON.
 
-A block counts as done if its bytes are what was noted. So nothing that was half written, or lost by the disk or by
-making the file anew, is ever taken for done, whatever reached the disk first.
+Each note holds checksums of the bytes of its piece. A note counts only if the bytes still have these checksums. So
+nothing that was half written, lost by the disk or created anew is ever taken for complete, in any order of the writes.
 """
 
 import json
@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import Any
 
 ATTRIBUTE = "skpose.unfinished"
-SECONDS = 5.0  # between notes in attributes, which are written as a whole
+IDENTITY = "fingerprint"  # key of every head
+SECONDS = 5.0  # between two writes of the attributes, which are written as a whole
 
 
-class FileJournal:
-    """Notes in a file beside the matrix, a line of JSON for each block."""
+class FileCheckpoint:
+    """Notes in a file next to the matrix: a head, then a line of JSON for each piece."""
 
     def __init__(self, array_path: Path):
         self.path = Path(f"{array_path}.progress")
@@ -24,18 +25,18 @@ class FileJournal:
         return f"the file {self.path}"
 
     def read(self) -> tuple[dict[str, Any], list[list]] | None:
-        """The head and the notes, but for what was cut short; None if there are none."""
+        """Return the head and all notes that are not cut short; None if there are none."""
         try:
             head, *notes = self.path.read_text(encoding="utf-8", errors="replace").split("\n")
         except FileNotFoundError:
             return None
         head = _parsed(head)
-        if not isinstance(head, dict) or "of" not in head:
+        if not isinstance(head, dict) or IDENTITY not in head:
             raise ValueError(f"{self.path} is where skpose keeps its notes, but it holds something else; move it away")
         return head, [note for note in map(_parsed, notes) if isinstance(note, list)]
 
-    def begin(self, head: Mapping[str, Any], notes: list[list]) -> None:
-        """Forget what was noted before, or keep all of it if that fails."""
+    def start(self, head: Mapping[str, Any], notes: list[list]) -> None:
+        """Replace all earlier notes, or keep all of them if that fails."""
         new = self.path.with_name(f"{self.path.name}.new")
         new.write_text("".join(json.dumps(line) + "\n" for line in [head, *notes]), encoding="utf-8")
         new.replace(self.path)
@@ -44,12 +45,12 @@ class FileJournal:
         with self.path.open("a", encoding="utf-8") as file:
             file.write(json.dumps(note) + "\n")
 
-    def pause(self) -> None:
-        """Nothing more comes for now."""
+    def save(self) -> None:
+        """Do nothing: every note is in the file already."""
 
-    def end(self) -> None:
-        """The matrix is finished."""
-        self.path.unlink(missing_ok=True)  # of two that wrote the same, the other may have ended first
+    def remove(self) -> None:
+        """Remove the notes, as the matrix is complete."""
+        self.path.unlink(missing_ok=True)  # of two processes that wrote the same, the other may have been faster
 
 
 def _parsed(line: str) -> Any:
@@ -59,33 +60,37 @@ def _parsed(line: str) -> Any:
         return None
 
 
-class AttributeJournal:
+class AttributeCheckpoint:
     """Notes in the attributes of the array, as zarr has them."""
 
     def __init__(self, attributes: MutableMapping):
         self.attributes = attributes
         self._content: dict[str, Any] = {}
-        self._written = 0.0
+        self._saved = 0.0
 
     def __str__(self) -> str:
         return f"the attribute {ATTRIBUTE!r}"
 
     def read(self) -> tuple[dict[str, Any], list[list]] | None:
+        """Return the head and the notes; None if there are none."""
         content = self.attributes.get(ATTRIBUTE)
         return None if content is None else (content["head"], content["notes"])
 
-    def begin(self, head: Mapping[str, Any], notes: list[list]) -> None:
+    def start(self, head: Mapping[str, Any], notes: list[list]) -> None:
+        """Replace all earlier notes."""
         self._content = {"head": head, "notes": [*notes]}
-        self.pause()
+        self.save()
 
     def add(self, note: list) -> None:
         self._content["notes"].append(note)
-        if time.monotonic() - self._written > SECONDS:
-            self.pause()
+        if time.monotonic() - self._saved > SECONDS:
+            self.save()
 
-    def pause(self) -> None:
+    def save(self) -> None:
+        """Write all notes to the attributes."""
         self.attributes[ATTRIBUTE] = self._content
-        self._written = time.monotonic()
+        self._saved = time.monotonic()
 
-    def end(self) -> None:
+    def remove(self) -> None:
+        """Remove the notes, as the matrix is complete."""
         del self.attributes[ATTRIBUTE]

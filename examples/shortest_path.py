@@ -1,11 +1,11 @@
 """
-The shortest way from pose to pose
-==================================
+The shortest path from pose to pose
+===================================
 
-Figure 3 of the paper: how good is the straight line in angle space, whose length is the "spatial" distance, as a
-stand-in for the geodesic? (a) Both for two poses of a walk, in the first two principal components of their points, over
-the trace of the metric tensor. (b) The ratio of their lengths for 100 random pairs, eq. 8. With SKPOSE_CMU naming a
-folder of CMU files, on the walks of its subject 35.
+Figure 3 of the paper: how well does the straight line in angle space, whose length is the "spatial" distance,
+approximate the geodesic? (a) Both for two poses of a walk, in the first two principal components of their points, over
+the trace of the metric tensor. (b) The ratio of their lengths for 100 random pairs, eq. 8. If SKPOSE_CMU names a folder
+of CMU files, the example runs on the walks of its subject 35.
 """
 
 import os
@@ -20,7 +20,7 @@ from skpose.plot import GeodesicDisplay, PoseStripDisplay
 folder = os.environ.get("SKPOSE_CMU")
 dataset = load_cmu(folder) if folder else make_gait(random_state=0)
 dataset = dataset.select((dataset.actions == "walk") & ((dataset.subjects == "35") | (folder is None)))
-body = dataset.skeleton
+skeleton = dataset.skeleton
 X, sequence = dataset.poses(frame_rate=12)
 print(dataset)
 
@@ -28,18 +28,18 @@ print(dataset)
 # 100 pairs, each of one sequence.
 rng = np.random.default_rng(0)
 pairs = [rng.choice(np.flatnonzero(sequence == i), 2, replace=False) for i in rng.integers(len(dataset), size=100)]
-ways = [geodesic(X[i], X[j], body) for i, j in pairs]
-lines = np.array([pose_distances(X[[i]], X[[j]], skeleton=body)[0, 0] for i, j in pairs])
-ratios = np.array([way.length for way in ways]) / lines
+geodesics = [geodesic(X[i], X[j], skeleton) for i, j in pairs]
+lines = np.array([pose_distances(X[[i]], X[[j]], skeleton=skeleton)[0, 0] for i, j in pairs])
+ratios = np.array([path.length for path in geodesics]) / lines
 print(f"length of the geodesic over that of the line: lowest {ratios.min():.3f}, median {np.median(ratios):.3f}")
 
 # %%
-# The pair whose line is least good, and all of them. Angles that hardly move a joint cost hardly anything: the geodesic
-# may leave the line widely and be little shorter.
+# The pair of lowest ratio, and all ratios. Angles that move the joints very little cost very little: the geodesic may
+# be far from the line and only a little shorter.
 worst = int(ratios.argmin())
 figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.5), layout="constrained")
-GeodesicDisplay.from_geodesic(body, ways[worst], ax=left)
-left.set_title(f"(a) the least good line, ratio {ratios[worst]:.3f}")
+GeodesicDisplay.from_geodesic(geodesics[worst], skeleton, ax=left)
+left.set_title(f"(a) the pair of lowest ratio, {ratios[worst]:.3f}")
 right.hist(ratios, bins=20, color="#0072b2")
 right.axvline(ratios.min(), color="#d55e00", linestyle="--", label=f"lowest, {ratios.min():.3f}")
 right.set(xlabel="length of the geodesic / length of the line", ylabel="pairs of poses")
@@ -48,6 +48,6 @@ right.legend()
 plt.show()
 
 # %%
-# The way itself, at constant speed.
-PoseStripDisplay.from_geodesic(body, ways[worst], view="zy")
+# The path itself, at constant speed.
+PoseStripDisplay.from_geodesic(geodesics[worst], skeleton, view="zy")
 plt.show()

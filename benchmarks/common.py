@@ -1,0 +1,79 @@
+"""What every benchmark starts from: arguments, a line about the processor, poses, timing in turns, memory."""
+
+import argparse
+import os
+import platform
+import re
+import statistics
+import time
+from importlib.metadata import version
+from pathlib import Path
+
+from llvmlite import binding
+
+from skpose.datasets import load_cmu, make_gait
+
+REPEATS = 5
+PAUSE = 0.1  # s, in which the threads of the contestant before, which wait for work by spinning, go to sleep
+INSTRUCTION_SETS = ("avx512f", "avx2", "sve", "neon", "sse2")  # the widest first
+STATUS = Path("/proc/self/status")
+
+
+def parser(doc, *, folder=True):
+    """Arguments of every benchmark: a folder of CMU files where it takes poses, and `--quick`."""
+    arguments = argparse.ArgumentParser(description=doc.splitlines()[0])
+    if folder:
+        arguments.add_argument("folder", nargs="?", help="CMU files, see load_cmu; default: generated gait")
+    arguments.add_argument("--quick", action="store_true", help="check the answers in seconds; times mean nothing")
+    return arguments
+
+
+def start(doc):
+    """Parse the arguments of a benchmark without others, and print the machine."""
+    options = parser(doc).parse_args()
+    print_machine()
+    return options
+
+
+def print_machine():
+    """Print processor, instruction set, and versions: what the figures depend on."""
+    features = binding.get_host_cpu_features()
+    widest = next((name for name in INSTRUCTION_SETS if features.get(name)), "no vectors")
+    versions = ", ".join(f"{name} {version(name)}" for name in ("numba", "numpy", "scipy", "scikit-learn"))
+    print(f"{processor()}, {widest}, {os.cpu_count()} cores; Python {platform.python_version()}, {versions}")
+
+
+def processor():
+    """Return the processor's name, where the operating system has one."""
+    cpuinfo = Path("/proc/cpuinfo")
+    found = cpuinfo.exists() and re.search(r"model name\s*: (.+)", cpuinfo.read_text())
+    return found[1] if found else platform.processor() or platform.machine()
+
+
+def motions(folder, n_subjects=10, n_sequences=10):
+    """Return the CMU motions of a folder, or generated gait without one."""
+    return load_cmu(folder) if folder else make_gait(n_subjects, n_sequences, random_state=0)
+
+
+def medians(contestants, repeats=REPEATS):
+    """Median seconds of each function, all of them taking turns."""
+    for function in contestants.values():
+        function()
+    seconds = {name: [] for name in contestants}
+    for _ in range(repeats):
+        for name, function in contestants.items():
+            time.sleep(PAUSE)
+            start = time.perf_counter()
+            function()
+            seconds[name].append(time.perf_counter() - start)
+    return {name: statistics.median(values) for name, values in seconds.items()}
+
+
+def memory(name):
+    """Memory of this process, MB: resident (VmRSS), at most resident (VmHWM), reserved (VmSize); Linux only."""
+    return int(re.search(rf"{name}:\s+(\d+) kB", STATUS.read_text())[1]) / 1e3
+
+
+def forget_peak_memory():
+    """Make VmHWM start again from what is resident now; Linux only."""
+    Path("/proc/self/clear_refs").write_text("5")

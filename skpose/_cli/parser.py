@@ -1,0 +1,144 @@
+"""Commands and options of the command line."""
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+
+import skpose
+from skpose.metrics._registry import METRICS
+
+EXIT_STATUS = "Exit status: 0 success, 1 error in the files or the computation, 2 wrong options, 130 interrupted."
+
+
+def command_line() -> argparse.ArgumentParser:
+    """Return the parser of ``skpose compare``, ``reproduce``, ``distances``, ``neighbors`` and ``info``."""
+    parser = argparse.ArgumentParser(prog="skpose", description=skpose.__doc__.splitlines()[0], epilog=EXIT_STATUS)
+    parser.add_argument("--version", action="version", version=f"skpose {skpose.__version__}")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+
+    def command(name: str, summary: str, more: str = "") -> argparse.ArgumentParser:
+        description = f"{summary[0].upper()}{summary[1:]}{more}."
+        return commands.add_parser(name, help=summary, description=description, epilog=EXIT_STATUS)
+
+    compare = command(
+        "compare",
+        "compare how well the metrics classify walking and running",
+        ", by the nearest neighbour among the poses of other people and of other sequences",
+    )
+    _add_folder(compare)
+    _add_jobs(compare)
+
+    reproduce = command(
+        "reproduce",
+        "repeat section 3 of the paper",
+        ": print every number with the paper's, and write the table (README.md, table.txt) and figures 3 and 4 (PNG) "
+        "to a folder. Existing files of these names are overwritten",
+    )
+    _add_folder(reproduce)
+    reproduce.add_argument("--out", type=Path, required=True, metavar="DIR", help="output folder; created if missing")
+    reproduce.add_argument("--seed", type=int, default=0, metavar="N", help="seed of all random draws; default: 0")
+    _add_jobs(reproduce)
+
+    distances = command(
+        "distances",
+        "write the distances between all poses of some files to a file",
+        ". Poses of several skeletons are compared on their mean skeleton. If the command is interrupted, run it again "
+        "to continue",
+    )
+    _add_poses(distances, "D.npy", "the matrix, in numpy's format; open it with numpy.load(..., mmap_mode='r')")
+    distances.add_argument(
+        "--dtype", choices=["float32", "float64"], default="float64", help="precision; default: float64"
+    )
+
+    neighbors = command(
+        "neighbors",
+        "write the graph of nearest poses of some files to a file",
+        ". Poses of several skeletons are compared on their mean skeleton",
+    )
+    _add_poses(neighbors, "G.npz", "the sparse matrix of distances; open it with scipy.sparse.load_npz")
+    which = neighbors.add_mutually_exclusive_group()
+    which.add_argument(
+        "--neighbors", type=_positive(int), default=5, metavar="K", help="neighbours of each pose; default: 5"
+    )
+    which.add_argument(
+        "--radius",
+        type=_positive(float),
+        metavar="R",
+        help="instead: all poses up to this distance, m (rad for angle)",
+    )
+
+    info = command("info", "print the contents of a BVH, AMC or ASF file")
+    info.add_argument("file", type=Path, metavar="FILE")
+    _add_reading(info)
+    return parser
+
+
+def _add_folder(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "folder",
+        nargs="?",
+        type=Path,
+        metavar="FOLDER",
+        help="CMU files with an index.csv, see skpose.datasets.load_cmu; default: generated motions",
+    )
+
+
+def _add_poses(parser: argparse.ArgumentParser, out: str, result: str) -> None:
+    """Add the options of a computation on poses: input, output, metric, backend."""
+    parser.add_argument(
+        "files", nargs="+", type=Path, metavar="FILE", help="BVH or AMC files, in the order of the rows"
+    )
+    parser.add_argument("--out", type=Path, required=True, metavar=out, help=result)
+    parser.add_argument("--metric", choices=METRICS, default="spatial", help="default: spatial")
+    parser.add_argument(
+        "--rate", type=_positive(float), metavar="HZ", help="resample to this many poses a second; default: every frame"
+    )
+    _add_reading(parser)
+    parser.add_argument(
+        "--backend",
+        choices=["threads", "loky", "dask", "ray"],
+        default="threads",
+        help="threads (default), processes (loky), or a cluster, for which dask or ray must be installed",
+    )
+    parser.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="address of the cluster, such as tcp://10.0.0.1:8786; default: start one on this machine",
+    )
+    _add_jobs(parser)
+
+
+def _add_reading(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the readers of files."""
+    parser.add_argument(
+        "--asf",
+        type=Path,
+        metavar="FILE",
+        help="skeleton of the AMC files; default: in the same folder, walk.asf for walk.amc, or 02.asf for 02_01.amc",
+    )
+    parser.add_argument(
+        "--frame-rate", type=_positive(float), default=120.0, metavar="HZ", help="of AMC files; default: 120"
+    )
+    parser.add_argument(
+        "--scale",
+        type=_positive(float),
+        metavar="M",
+        help="metres per unit of length; default: 1 for BVH, the unit in the skeleton's file for AMC",
+    )
+
+
+def _add_jobs(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--jobs", type=int, default=-1, metavar="N", help="threads or processes; -1, the default, is all processors"
+    )
+
+
+def _positive(kind: type) -> Callable[[str], float]:
+    def positive(text: str) -> float:
+        number = kind(text)
+        if not 0 < number < float("inf"):
+            raise ValueError
+        return number
+
+    positive.__name__ = "positive integer" if kind is int else "positive number"  # in argparse's error message
+    return positive

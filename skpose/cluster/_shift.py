@@ -1,0 +1,156 @@
+"""The algorithm of medoid shift: the shifts at one bandwidth, and the search for a bandwidth."""
+
+import warnings
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+from scipy.sparse import csr_array, issparse
+from scipy.sparse.csgraph import connected_components
+from sklearn.exceptions import ConvergenceWarning
+from sklearn.utils import gen_batches
+
+from skpose._compiled import graph_shift
+from skpose._parallel.progress import progress
+
+QUANTILE = 0.3  # share of the other samples within the estimated bandwidth of a sample
+WEIGHTS = 1 << 21  # weights in memory at once
+TIE = 1e-12  # relative difference of weighted sums that may be rounding
+HALVINGS = 24  # of an interval of bandwidths in the search for one that gives n_clusters
+GRID = 32  # bandwidths of the grid that is tried where halving finds none
+
+
+@dataclass(frozen=True, eq=False)
+class Modes:
+    """Result of the shifts at one bandwidth."""
+
+    bandwidth: float
+    modes: np.ndarray  # (n_samples,) index of the mode at which each sample stops
+    n_iter: int
+
+    @cached_property
+    def count(self):
+        return len(np.unique(self.modes))
+
+
+def squared_distances(distances):
+    """Squared distances, overwriting them; of a graph its symmetric CSR form with zeros on the diagonal.
+
+    A graph of nearest neighbours need not be symmetric; a distance in one direction is taken for both.
+    """
+    if not issparse(distances):
+        return np.square(distances, out=distances)
+    n = distances.shape[0]
+    rows, columns = np.repeat(np.arange(n), np.diff(distances.indptr)), distances.indices.astype(np.intp)
+    squared, diagonal = np.square(distances.data), np.arange(n)
+    entries = np.concatenate([diagonal * n + diagonal, rows * n + columns, columns * n + rows])
+    entries, first = np.unique(entries, return_index=True)
+    values = np.concatenate([np.zeros(n), squared, squared])[first]
+    starts = np.searchsorted(entries, np.arange(n + 1) * n)
+    return csr_array((values, entries % n, starts), shape=(n, n))
+
+
+def estimate_bandwidth(distances):
+    """Mean over the samples of the distance within which QUANTILE of the others lie; of a graph, of its neighbours."""
+    if issparse(distances):
+        rows = [row for row in np.split(distances.data, distances.indptr[1:-1]) if len(row)]
+        reach = [np.quantile(row, QUANTILE) for row in rows] if rows else [0.0]
+    else:
+        k = max(1, int(QUANTILE * (len(distances) - 1))) if len(distances) > 1 else 0
+        reach = [np.partition(row, k)[k] for row in distances]
+    return float(np.mean(reach)) or 1.0  # all samples equal: every bandwidth gives the same
+
+
+def shift(squared, bandwidth, fit_progress):
+    """Shift the samples, then their modes among themselves, until nothing changes."""
+    modes = np.arange(squared.shape[0])
+    n_iter = 0
+    while True:
+        moving = np.unique(modes)
+        with fit_progress.step("shift"):
+            among = squared if len(moving) == squared.shape[0] else squared[moving][:, moving]
+            stops = moving[_stops(*_targets(among, bandwidth, fit_progress.verbose))]
+        n_iter += 1
+        if np.array_equal(stops, moving):
+            return Modes(float(bandwidth), modes, n_iter)
+        modes = stops[np.searchsorted(moving, modes)]
+
+
+def _targets(squared, bandwidth, verbose):
+    """Sample to which each sample moves, the j with the least Σ_k w_ik d_jk², and the cost of staying.
+
+    Of several that differ by rounding alone, the first: equal samples move as one.
+    """
+    n = squared.shape[0]
+    target, staying = np.empty(n, dtype=np.intp), np.empty(n)
+    factor = -1.0 / (2.0 * bandwidth * bandwidth)
+    if issparse(squared):
+        graph_shift.shift_in_graph(squared.indptr, squared.indices, squared.data, factor, TIE, target, staying)
+        return target, staying
+    batches = list(gen_batches(n, max(1, WEIGHTS // n)))
+    with progress(f"shift of {n:,} samples", len(batches), verbose and len(batches) > 1) as advance:
+        for batch in batches:
+            weights = squared[batch] * factor
+            costs = np.exp(weights, out=weights) @ squared
+            target[batch] = (costs <= costs.min(axis=1, keepdims=True) * (1.0 + TIE)).argmax(axis=1)
+            staying[batch] = costs.diagonal(batch.start)
+            advance()
+    return target, staying
+
+
+def _stops(target, staying):
+    """Sample at which each sample stops when i moves to target[i]: a fixed point or, of a cycle, its best member."""
+    n = len(target)
+    reached = target.copy()
+    for _ in range(int(np.ceil(np.log2(n))) + 1 if n > 1 else 1):
+        reached = reached[reached]  # each round doubles the moves; n moves always lead into a cycle
+    on_cycle = np.unique(reached)
+    _, component = connected_components(
+        csr_array((np.ones(n), (np.arange(n), target)), shape=(n, n)), directed=True, connection="weak"
+    )
+    order = on_cycle[np.lexsort((on_cycle, staying[on_cycle]))][::-1]
+    mode = np.empty(component.max() + 1, dtype=np.intp)
+    mode[component[order]] = order  # the best is written last and stays
+    return mode[component]
+
+
+def find_bandwidth(squared, scale, n_clusters, fit_progress):
+    """Modes at a bandwidth that gives n_clusters; otherwise at that of the largest number below, with a warning."""
+    tried = {}
+
+    def count(bandwidth):
+        if bandwidth not in tried:
+            tried[bandwidth] = shift(squared, bandwidth, fit_progress)
+        return tried[bandwidth].count
+
+    def halve(low, high):
+        """Halve an interval with count(low) > n_clusters > count(high); return whether n_clusters was found."""
+        for _ in range(HALVINGS):
+            middle = np.sqrt(low * high)
+            if count(middle) == n_clusters:
+                return True
+            low, high = (middle, high) if count(middle) > n_clusters else (low, middle)
+        return False
+
+    low = high = scale
+    while count(low) < n_clusters and low > scale * 1e-6:
+        low /= 2.0
+    while count(high) > n_clusters and high < scale * 1e6:
+        high *= 2.0
+    found = n_clusters in (count(low), count(high)) or halve(low, high)
+    if not found:  # the number need not fall monotonically with the bandwidth: try a grid in between
+        grid = np.geomspace(low, high, GRID)
+        found = any(count(bandwidth) == n_clusters for bandwidth in grid) or any(
+            count(a) > n_clusters > count(b) and halve(a, b) for a, b in pairwise(grid)
+        )
+    below = [result for result in tried.values() if result.count <= n_clusters]
+    best = max(below, key=lambda r: r.count) if below else min(tried.values(), key=lambda r: r.count)
+    if not found:
+        warnings.warn(
+            f"no bandwidth was found that gives {n_clusters} clusters, among {len(tried)} from {min(tried):.3g} to "
+            f"{max(tried):.3g}; bandwidth {best.bandwidth:.3g}, which is taken, gives {best.count}",
+            ConvergenceWarning,
+            stacklevel=4,
+        )
+    return best

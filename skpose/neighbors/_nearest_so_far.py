@@ -1,0 +1,56 @@
+"""The nearest poses that a search has found so far, as the compiled loops keep them."""
+
+import numpy as np
+from numpy.typing import DTypeLike
+
+from skpose._compiled.nearest import Heaps
+
+
+class NearestSoFar:
+    """The nearest poses found so far, for each query: at most `capacity`, none beyond the query's limit.
+
+    Attributes
+    ----------
+    heaps : Heaps
+        The arrays that the compiled loops write: values, which are distances or lower bounds of them, indices and
+        counts.
+    """
+
+    def __init__(self, limits: np.ndarray, capacity: int, dtype: DTypeLike = np.float64):
+        shape = len(limits), capacity
+        self.heaps = Heaps(
+            np.ascontiguousarray(limits, dtype),
+            np.empty(shape, dtype),
+            np.empty(shape, np.int64),
+            np.zeros(len(limits), np.int64),
+        )
+
+    @property
+    def current_limits(self) -> np.ndarray:
+        """The largest value that each query would still keep."""
+        limits, values, _, counts = self.heaps
+        return np.where(counts == values.shape[1], values[:, 0], limits)
+
+    def put(self, rows: np.ndarray, other: "NearestSoFar") -> None:
+        """Replace the entries of some rows by those of another of the same capacity."""
+        for name in ("values", "indices", "counts"):
+            getattr(self.heaps, name)[rows] = getattr(other.heaps, name)
+
+    def sort_by_value(self) -> None:
+        """Sort every row, all of which are full; the first of a row is then no longer its last entry."""
+        order = self.heaps.values.argsort(axis=1)
+        values, indices = (np.take_along_axis(part, order, axis=1) for part in (self.heaps.values, self.heaps.indices))
+        self.heaps = self.heaps._replace(values=values, indices=indices)
+
+    def sorted_entries(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return row, index and value of all entries, by row, value and index; every row must be full."""
+        _, values, indices, counts = self.heaps
+        order = np.lexsort((indices, values), axis=1)
+        indices, values = (np.take_along_axis(part, order, axis=1).ravel() for part in (indices, values))
+        return np.repeat(np.arange(len(counts)), counts), indices, values
+
+    def entries(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return row, index and value of all entries, by row."""
+        _, values, indices, counts = self.heaps
+        kept = np.arange(values.shape[1]) < counts[:, np.newaxis]
+        return np.repeat(np.arange(len(counts)), counts), indices[kept], values[kept]

@@ -1,0 +1,55 @@
+"""The results of a search: neighbours, and how many distances were evaluated for them."""
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Evaluations(NamedTuple):
+    """Numbers of distances that a search evaluated: ``n_evaluations_`` of the transformers into graphs of neighbours.
+
+    A search by brute force evaluates every pair of a query and a training pose. An exact search with lower bounds
+    evaluates few of them; bounds are not counted.
+
+    Attributes
+    ----------
+    lengths : int
+        Pairs whose distance was computed. With "geodesic", pairs whose straight line in angle space was measured.
+    geodesics : int
+        Pairs whose geodesic was solved for; zero with every metric but "geodesic".
+
+    Examples
+    --------
+    >>> from skpose import PoseKNeighborsTransformer, Skeleton
+    >>> X = [[0.0, 0.0], [0.1, 0.0], [1.5, 0.0], [1.6, 0.2]]
+    >>> neighbors = PoseKNeighborsTransformer(Skeleton.chain(2), n_neighbors=1).fit(X)
+    >>> distances, indices = neighbors.kneighbors([[1.2, 0.1]])
+    >>> neighbors.n_evaluations_
+    Evaluations(lengths=4, geodesics=0)
+    """
+
+    lengths: int
+    geodesics: int
+
+
+class Neighbors(NamedTuple):
+    """Neighbours of several queries, sorted by query, then by distance, then by index."""
+
+    queries: np.ndarray
+    indices: np.ndarray
+    distances: np.ndarray
+
+    @classmethod
+    def joined(cls, parts: Iterable[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> "Neighbors":
+        """Concatenate parts that are sorted already."""
+        return cls(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+
+    @classmethod
+    def sorted(cls, parts: list[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> "Neighbors":
+        """Concatenate and sort parts that are in any order."""
+        queries, indices, distances = cls.joined(parts)
+        order = queries.argsort(kind="stable")
+        for row in np.split(order, np.flatnonzero(np.diff(queries[order])) + 1):
+            row[:] = row[np.lexsort((indices[row], distances[row]))]
+        return cls(queries[order], indices[order], distances[order])

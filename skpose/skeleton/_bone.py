@@ -1,0 +1,106 @@
+"""One bone of a skeleton: its fields, the checks of these, the mean of several."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple, NoReturn
+
+import numpy as np
+
+ROTATION_TOLERANCE = 1e-6  # deviation of a rest rotation from orthonormal: six printed digits leave this much
+
+
+class Bone(NamedTuple):
+    """One bone of a `Skeleton`: the joint at its far end, and how it is attached to its parent joint.
+
+    Parameters
+    ----------
+    name : str
+        Name of the joint at the bone's far end.
+    parent : str or None
+        Name of the joint at its near end; None for the root.
+    offset : tuple of 3 floats
+        From the near end to the far end, m.
+    dofs : str, default=""
+        Rotation axes of the joint, at most one each of x, y and z. As in `scipy.spatial.transform.Rotation`, lower
+        case is extrinsic ("xyz": first about x, then about the *fixed* y, then z; the product Rz·Ry·Rx) and upper
+        case intrinsic ("ZXY": first about z, then about the *rotated* x, then y; the product Rz·Rx·Ry). Empty for a
+        rigid joint.
+    rest_rotation : (3, 3) nested tuples, default=None
+        Constant rotation before the dofs: from the joint's own axes to those of its parent at angle zero. None is
+        the identity.
+    limits : tuple of (lower, upper) pairs, default=None
+        Range of each dof, rad, in the order of `dofs`.
+    """
+
+    name: str
+    parent: str | None
+    offset: Sequence[float] | np.ndarray
+    dofs: str = ""
+    rest_rotation: Sequence[Sequence[float]] | np.ndarray | None = None
+    limits: Sequence[Sequence[float]] | np.ndarray | None = None
+
+
+def check_bone(bone: Bone) -> Bone:
+    """Return the bone with its numbers as plain tuples of floats, or raise a ValueError with the bone's name."""
+    if not isinstance(bone.name, str) or not bone.name:
+        raise ValueError(f"a bone's name must be a non-empty string, got {bone.name!r}")
+    dofs = bone.dofs
+    if not isinstance(dofs, str) or dofs not in (dofs.lower(), dofs.upper()) or not set(dofs.lower()) <= set("xyz"):
+        _refuse(bone, "dofs", 'letters x, y, z in one case, such as "xyz" or "ZXY"')
+    if len(set(dofs)) < len(dofs):
+        _refuse(bone, "dofs", "at most one each of x, y and z")
+
+    offset = _numbers(bone, "offset", (3,), "three finite numbers (m)")
+    if not np.isfinite(offset).all():
+        _refuse(bone, "offset", "three finite numbers (m)")
+    rest: Any = None
+    limits: Any = None
+    if bone.rest_rotation is not None:
+        rest = _numbers(bone, "rest_rotation", (3, 3), "a (3, 3) rotation matrix")
+        if not np.allclose(rest @ rest.T, np.eye(3), atol=ROTATION_TOLERANCE) or np.linalg.det(rest) < 0:
+            _refuse(bone, "rest_rotation", "a (3, 3) rotation matrix")
+        rest = tuple(map(tuple, rest.tolist()))
+    if bone.limits is not None:
+        expected = f"one (lower, upper) pair in rad for each of its {len(dofs)} dofs"
+        limits = _numbers(bone, "limits", (len(dofs), 2), expected)
+        if (limits[:, 0] > limits[:, 1]).any():
+            _refuse(bone, "limits", expected)
+        limits = tuple(map(tuple, limits.tolist()))
+    return Bone(bone.name, bone.parent, tuple(offset.tolist()), dofs, rest, limits)
+
+
+def _numbers(bone: Bone, field: str, shape: tuple[int, ...], expected: str) -> np.ndarray:
+    """Return a field of the bone as an array of this shape, without NaN."""
+    try:
+        array = np.array(getattr(bone, field), dtype=np.float64)
+    except (TypeError, ValueError):
+        _refuse(bone, field, expected)
+    if array.shape != shape or np.isnan(array).any():
+        _refuse(bone, field, expected)
+    return array
+
+
+def _refuse(bone: Bone, field: str, expected: str) -> NoReturn:
+    raise ValueError(f"bone {bone.name!r}: {field} must be {expected}, got {getattr(bone, field)!r}")
+
+
+def mean_bone(bones: Sequence[Bone]) -> Bone:
+    """Mean of one bone over several skeletons, for `Skeleton.mean`."""
+    first = bones[0]
+    offsets = np.array([bone.offset for bone in bones])
+    lengths = np.linalg.norm(offsets, axis=1)
+    direction = (offsets / np.where(lengths > 0, lengths, 1.0)[:, None]).sum(axis=0)
+    spread = np.linalg.norm(direction)
+    if lengths.any() and spread < ROTATION_TOLERANCE:
+        raise ValueError(f"bone {first.name!r} points in opposite directions and has no mean direction")
+    offset = direction * (lengths.mean() / spread) if spread > 0 else offsets[0]
+    rest = first.rest_rotation
+    if any(bone.rest_rotation != rest for bone in bones):
+        from scipy.spatial.transform import Rotation  # 0.1 s to import, and rarely needed
+
+        matrices = [np.eye(3) if bone.rest_rotation is None else bone.rest_rotation for bone in bones]
+        rest = Rotation.from_matrix(np.array(matrices)).mean().as_matrix()
+    limits: np.ndarray | None = None
+    if all(bone.limits is not None for bone in bones):
+        ranges = np.array([bone.limits for bone in bones]).reshape(len(bones), -1, 2)
+        limits = np.stack([ranges[..., 0].min(axis=0), ranges[..., 1].max(axis=0)], axis=1)
+    return first._replace(offset=offset, rest_rotation=rest, limits=limits)

@@ -1,0 +1,227 @@
+"""The loops that keep the nearest poses, compared with brute force in numpy; also as plain Python, NUMBA_DISABLE_JIT=1.
+
+Poses on a grid of integers under "angle" have exact distances, many of them equal.
+"""
+
+import numpy as np
+import pytest
+from numba import njit
+from reference import distances as reference_distances
+
+from skpose import Skeleton
+from skpose._compiled.lanes import lanes
+from skpose._compiled.loops import FLOAT64_LANES, in_lanes
+from skpose._compiled.nearest import (
+    Batch,
+    Candidates,
+    Heaps,
+    Span,
+    nearest_of_candidates_loop,
+    nearest_of_tile_loop,
+)
+from skpose._compiled.tree import Steps
+from skpose.kinematics._tree import tree_of
+from skpose.metrics._registry import METRICS
+
+N_QUERIES, N_POSES = 5, 61
+DTYPES = [np.dtype(np.float64), np.dtype(np.float32)]
+NONE = np.full(N_QUERIES, -1)
+
+
+@pytest.fixture
+def grid():
+    """Queries, poses and their distances."""
+    rng = np.random.default_rng(0)
+    X, Y = (rng.integers(-2, 3, size=(n, 4)).astype(float) for n in (N_QUERIES, N_POSES))
+    Y[[7, 40]] = X[0]
+    return X, Y, np.linalg.norm(X[:, None] - Y, axis=2)
+
+
+def heaps(limits, capacity, dtype=np.float64):
+    """Empty heaps; what is read before it is written is a wrong answer."""
+    n = len(limits)
+    return Heaps(
+        np.array(limits, dtype), np.full((n, capacity), -1, dtype), np.full((n, capacity), -1), np.zeros(n, np.int64)
+    )
+
+
+def search_tile(X, Y, found, *, metric="angle", skeleton=None, span=None, excluded=NONE, measure=None):
+    """Run the loop over a tile; return the number of pairs measured."""
+    chosen, steps, dtype = METRICS[metric], Steps.of(10, wrap=metric != "angle"), found.values.dtype
+    first, last, start, stop = span or (0, len(X), 0, len(Y))
+    codes, groups = (chosen.encoded(poses, skeleton, steps).astype(dtype) for poses in (X, Y[start:stop]))
+    tail = measure or chosen.measure, tree_of(skeleton, dtype), steps, found
+    return nearest_of_tile_loop(dtype)(codes, in_lanes(groups), Span(first, last, start, stop), excluded, *tail)
+
+
+def search_candidates(X, Y, candidates, found, *, at_once=FLOAT64_LANES, rows=None, measure=None):
+    """Run the loop over candidates under "angle"; return the numbers of pairs measured and unconverged, and the gap."""
+    chosen, steps = METRICS["angle"], Steps.of(1, wrap=False)
+    batch = Batch(*(rows or (0, len(X))), at_once)
+    tail = chosen.encode, measure or chosen.measure, tree_of(None), steps, found
+    return nearest_of_candidates_loop(Y.dtype)(chosen.encoded(X, None, steps), Y, candidates, batch, *tail)
+
+
+def entries(found, i):
+    """Values and indices of row i, sorted."""
+    order = np.lexsort((found.indices[i, : found.counts[i]], found.values[i, : found.counts[i]]))
+    return found.values[i, order], found.indices[i, order]
+
+
+def assert_nearest(found, D, k, limit=np.inf, excluded=NONE):
+    """The first k entries of each row of D up to the limit, by value and then by index."""
+    for i, row in enumerate(D):
+        order = np.argsort(row, kind="stable")
+        order = order[(row[order] <= limit) & (order != excluded[i])][:k]
+        values, indices = entries(found, i)
+        np.testing.assert_array_equal(indices, order)
+        np.testing.assert_array_equal(values, row[order].astype(values.dtype))
+
+
+def all_candidates(n_queries, bounds=None, order=None):
+    """All poses, in an order, as candidates of each query."""
+    order = np.arange(N_POSES) if order is None else order
+    bounds = np.zeros((n_queries, N_POSES)) if bounds is None else bounds
+    return Candidates(np.tile(order, (n_queries, 1)), bounds, np.full(n_queries, N_POSES))
+
+
+# --- a tile ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("dtype", DTYPES, ids=str)
+@pytest.mark.parametrize("k", [1, 2, 7, N_POSES])
+def test_k_nearest_of_a_tile_ties_by_index(grid, dtype, k):
+    X, Y, D = grid
+    found = heaps(np.full(N_QUERIES, np.inf), k, dtype)
+    assert search_tile(X, Y, found) == D.size
+    assert_nearest(found, D, k)
+
+
+@pytest.mark.parametrize("dtype", DTYPES, ids=str)
+@pytest.mark.parametrize("limit", [0.0, 2.0, 3.0, 100.0])
+def test_a_distance_equal_to_the_limit_is_kept_and_none_above_it(grid, dtype, limit):
+    X, Y, D = grid
+    assert (limit == D).any() or limit > D.max()
+    found = heaps(np.full(N_QUERIES, limit), N_POSES, dtype)
+    search_tile(X, Y, found)
+    assert_nearest(found, D, N_POSES, limit)
+    few = heaps(np.full(N_QUERIES, limit), 3, dtype)
+    search_tile(X, Y, few)
+    assert_nearest(few, D, 3, limit)
+
+
+def test_the_excluded_pose_is_not_kept(grid):
+    X, Y, D = grid
+    excluded = D.argmin(axis=1)
+    found = heaps(np.full(N_QUERIES, np.inf), N_POSES)
+    search_tile(X, Y, found, excluded=excluded)
+    assert_nearest(found, D, N_POSES, excluded=excluded)
+    assert (found.counts == N_POSES - 1).all()
+
+
+def test_tiles_one_after_another_are_one_tile_and_touch_no_other_rows(grid):
+    X, Y, D = grid
+    found = heaps(np.full(N_QUERIES, np.inf), 4)
+    n_measured = sum(search_tile(X, Y, found, span=(1, 4, *part)) for part in ((40, 61), (0, 16), (16, 40)))
+    assert n_measured == 3 * N_POSES
+    assert_nearest(Heaps(*(part[1:4] for part in found)), D[1:4], 4)
+    assert found.counts[[0, 4]].tolist() == [0, 0]
+
+
+def test_what_is_ruled_out_within_a_limit_is_not_measured():
+    skeleton, rng = Skeleton.chain(3), np.random.default_rng(0)
+    X, Y = rng.uniform(-3, 3, size=(2, 3)), rng.uniform(-3, 3, size=(4 * FLOAT64_LANES, 3))
+    D = reference_distances(X, Y, skeleton, "spatial", wrap=True)
+    options = {"metric": "spatial", "skeleton": skeleton, "excluded": NONE[:2]}
+    limit = 1.5 * D.min(axis=1).max()
+    within = METRICS["spatial"].measure_within
+    counts = []
+    for measure in (None, within):
+        found = heaps([limit, limit], len(Y))
+        counts.append(search_tile(X, Y[D[0].argsort()], found, measure=measure, **options))
+        for i, row in enumerate(D[:, D[0].argsort()]):
+            values, indices = entries(found, i)
+            assert set(indices) == set(np.flatnonzero(row <= limit))
+            np.testing.assert_allclose(values, row[indices], rtol=1e-9)
+    assert counts[0] == D.size > counts[1] > 0
+
+
+# --- candidates ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("dtype", DTYPES, ids=str)
+@pytest.mark.parametrize("at_once", [1, 3, FLOAT64_LANES])
+@pytest.mark.parametrize("k", [1, 6, N_POSES])
+def test_k_nearest_of_candidates_in_any_order(grid, dtype, at_once, k):
+    X, Y, D = grid
+    candidates = all_candidates(N_QUERIES, order=np.random.default_rng(1).permutation(N_POSES))
+    found = heaps(np.full(N_QUERIES, np.inf), k)
+    assert search_candidates(X, Y.astype(dtype), candidates, found, at_once=at_once) == (D.size, 0, 0.0)
+    assert_nearest(found, D, k)
+
+
+def test_only_the_counted_candidates_of_the_batch_are_measured(grid):
+    X, Y, D = grid
+    counts = np.array([0, 1, 8, 9, N_POSES])
+    found = heaps(np.full(N_QUERIES, 3.0), 5)
+    candidates = all_candidates(N_QUERIES)._replace(counts=counts)
+    assert search_candidates(X, Y, candidates, found, rows=(0, 4)) == (counts[:4].sum(), 0, 0.0)
+    for i in range(4):
+        assert_nearest(Heaps(*(part[i : i + 1] for part in found)), D[i : i + 1, : counts[i]], 5, 3.0)
+    assert found.counts[4] == 0
+
+
+@pytest.mark.parametrize("at_once", [1, 4])
+@pytest.mark.parametrize("limit", [2.0, np.inf])
+def test_candidates_are_taken_in_order_until_no_bound_is_within_reach(grid, at_once, limit):
+    """A bound may equal the k-th least distance so far; the number measured is that of the rule, step by step."""
+    X, Y, D = grid
+    k, rng = 3, np.random.default_rng(1)
+    bounds = D - rng.integers(0, 2, size=D.shape)
+    order = bounds.argsort(axis=1)
+    candidates = Candidates(order, np.take_along_axis(bounds, order, axis=1), np.full(N_QUERIES, N_POSES))
+    found = heaps(np.full(N_QUERIES, limit), k)
+    expected = 0
+    for i in range(N_QUERIES):
+        kept, rest = [], list(order[i])
+        while rest:
+            reach = sorted(kept)[k - 1] if len(kept) >= k else limit
+            batch = [j for j in rest if bounds[i, j] <= reach][:at_once]
+            rest = rest[rest.index(batch[-1]) + 1 :] if batch else []
+            kept += [D[i, j] for j in batch if D[i, j] <= limit]
+            expected += len(batch)
+    assert search_candidates(X, Y, candidates, found, at_once=at_once) == (expected, 0, 0.0)
+    assert expected < D.size
+    assert_nearest(found, D, k, limit)
+
+
+def test_a_candidate_whose_bound_is_above_the_limit_is_never_measured(grid):
+    """Even if its distance is within the limit: the search relies on its bounds."""
+    X, Y, D = grid
+    bounds = np.zeros(D.shape)
+    bounds[:, ::2] = 5.0
+    found = heaps(np.full(N_QUERIES, 4.0), N_POSES)
+    assert search_candidates(X, Y, all_candidates(N_QUERIES, bounds), found) == (D[:, 1::2].size, 0, 0.0)
+    for i in range(N_QUERIES):
+        assert set(entries(found, i)[1]) == {j for j in range(1, N_POSES, 2) if D[i, j] <= 4}
+
+
+def test_unconverged_geodesics_are_counted_with_the_largest_gap(grid):
+    X, Y, D = grid
+
+    @njit
+    def measure(x, Y, first, last, tree, steps, scratch, results):
+        for w in range(results.gap.shape[1]):
+            results.distances[0, w] = abs(Y[0, w] - x[0])
+            if not results.skip[0, w]:
+                results.gap[0, w] = max(0.0, Y[0, w])
+
+    found = heaps(np.full(N_QUERIES, np.inf), N_POSES)
+    n_measured, n_unconverged, gap = search_candidates(X, Y, all_candidates(N_QUERIES), found, measure=measure)
+    assert (n_measured, n_unconverged, gap) == (D.size, N_QUERIES * (Y[:, 0] > 0).sum(), 2.0)
+    assert_nearest(found, np.abs(X[:, None, 0] - Y[:, 0]), N_POSES)
+
+
+def test_lanes_of_both_precisions_divide_no_index_evenly():
+    """So that the tests above include a group of lanes that is not full."""
+    assert all(N_POSES % lanes(dtype) for dtype in DTYPES)

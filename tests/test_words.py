@@ -1,0 +1,126 @@
+"""The text of the project is plain English: a table of words to avoid, checked in every file."""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+PATTERNS = ["skpose/**/*.py", "tests/**/*.py", "benchmarks/*", "examples/*", "docs/*.*", "*.md", ".ci/run"]
+FILES = sorted({path for pattern in PATTERNS for path in ROOT.glob(pattern) if path.is_file()} - {Path(__file__)})
+SOURCES = sorted((ROOT / "skpose").rglob("*.py"))
+
+# Regular expressions of whole words, in any case; a blank matches a line break or an underscore too.
+PLAIN = {
+    "noughts?": "zero",
+    "honest(y|ly)?": "that passes the discretisation check",
+    "doubt(s|ful|fully)?": "unconverged",
+    "cheat(s|ed|ing)?": "discretisation error",
+    "heard": "interruptible",
+    "(hangs?|hung|hanging) on": "is a child of, is attached to",
+    "sets? out": "compute, start",
+    "tellers?": "reporters",
+    "tells|told": "report, return, state",
+    "promising": "candidates",
+    "pays": "is worth it",
+    "parcels?": "payload",
+    "kick(s|ed|ing)?": "perturb",
+    "screen(s|ed|ing)?": "filter",
+    "(first|second|cheap|without a|one) look": "filter, lower bound",
+    "blocks? of lanes|lanes? blocks?": "group of lanes",
+    "(several|other|different|two|of) bodies|(a|one|mean|same) body|the body( that| on|\\.)": "skeleton",
+    "joblib's engine": "backend",
+    "turn(s|ed|ing)? about|unturned": "rotate, rotation",
+    "way round|(short|shorter|shortest|straight|other|another|right|a long) ways?": "path; wrapped to [−π, π]",
+    "ways(?! to| of| in)|the ways to": "paths",
+    "by way of": "through",
+    "under way": "in progress",
+    "in the same way": "likewise",
+    "(if|is|are) wanted|where (somebody|someone)|wants to know": "requested",
+    "gone": "removed, missing",
+    "begun": "started",
+    "hence": "therefore",
+    "thrice": "three times",
+    "beside": "next to",
+    "wherever": "where",
+    "whatever": "every, any",
+    "seldom|hardly": "rarely",
+    "upon": "on",
+    "alike": "equal",
+    "all the same": "nevertheless",
+    "as far as (it|they) (goes|go)": "(rewrite)",
+    "to be had": "available",
+    "so much": "(rewrite)",
+    "(, |and )of which": "(rewrite)",
+    "the house": "architecture",
+}
+NOT_FIRST = {"What", "Where", "How", "Whether", "Of", "For", "As", "Those"}
+
+
+def compiled(words):
+    """Compile an expression: no letter before or after it, so that parts of `snake_case` names match too."""
+    return re.compile(rf"(?<![^\W\d_])(?:{words})(?![^\W\d_])".replace(" ", r"[\s#_]+"), re.IGNORECASE)
+
+
+EXPRESSIONS = [(compiled(words), replacement) for words, replacement in PLAIN.items()]
+
+
+def words_to_replace(text, name):
+    """Return "file:line: word -> replacement" for each word of the table in a text."""
+    found = sorted(
+        (text.count("\n", 0, match.start()) + 1, re.sub(r"[\s#_]+", " ", match.group()), replacement)
+        for expression, replacement in EXPRESSIONS
+        for match in expression.finditer(text)
+    )
+    return [f"{name}:{line}: {words} -> {replacement}" for line, words, replacement in found]
+
+
+def first_words_to_replace(source, name):
+    """Return "file:line: word" for each docstring that begins with a word of `NOT_FIRST`."""
+    nodes = [
+        node
+        for node in ast.walk(ast.parse(source))
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef)
+    ]
+    docstrings = [(getattr(node, "lineno", 1), ast.get_docstring(node) or "") for node in nodes]
+    return [
+        f"{name}:{line}: a docstring begins with {words[0]} -> a verb or a noun"
+        for line, text in docstrings
+        if (words := re.findall(r"\w+", text)) and words[0] in NOT_FIRST
+    ]
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_words_are_plain(path):
+    found = words_to_replace(path.read_text(encoding="utf-8"), path.relative_to(ROOT))
+    assert not found, "\n" + "\n".join(found)
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_docstrings_begin_with_a_verb_or_a_noun(path):
+    found = first_words_to_replace(path.read_text(encoding="utf-8"), path.relative_to(ROOT))
+    assert not found, "\n" + "\n".join(found)
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("a distance of nought", "f:1: nought -> zero"),
+        ("\n# it goes the short\n# way round", "f:2: short way -> path"),
+        ("self._parcel_size", "f:1: parcel -> payload"),
+        ("WORTH = 1  # Whatever", "f:1: Whatever -> every, any"),
+    ],
+)
+def test_a_word_of_the_table_is_found(text, found):
+    assert any(line.startswith(found) for line in words_to_replace(text, "f"))
+
+
+@pytest.mark.parametrize("text", ["the nearest neighbour", "offsets", "thoughts", "whence", "place a joint"])
+def test_other_words_are_not_found(text):
+    assert words_to_replace(text, "f") == []
+
+
+def test_a_docstring_that_begins_with_a_question_word_is_found():
+    source = '"""A module."""\n\nclass A:\n    def _f(self):\n        """Whether it is so."""\n'
+    assert first_words_to_replace(source, "f") == ["f:4: a docstring begins with Whether -> a verb or a noun"]
