@@ -26,7 +26,7 @@ from skpose._compiled.normal_equations import (
     mean_diagonal,
     normal_equations,
 )
-from skpose._compiled.path_energy import chords, copy_of, copy_free, curve_length, evaluate
+from skpose._compiled.path_energy import chords, copy_free, copy_of, curve_length, evaluate
 
 # λ is relative to the mean diagonal of the normal equations.
 FIRST_DAMPING, LEAST_DAMPING, MAX_DAMPING = 1e-6, 1e-8, 1e6
