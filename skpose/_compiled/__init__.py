@@ -2,24 +2,27 @@
 
 What calls what, from Python at the top to one vector register at the bottom::
 
-    kinematics   metrics      neighbors    geodesics                           cluster
-        |           |             |            |                                  |
-        |         loops       nearest          |          mean of poses      graph_shift
-        |           |             |            |                |
-        |           +------+------+            |                |
-        |                  |                   |                |
-        |     encode: one pose -> its code     |                |
-        |     measure: code, codes -> distances ("angle" ... "spatial")
-        |                  |                   |                |
-        |                  +---- "geodesic" ---+                |
-        |                  |                   |                |
-        |                  |               minimiser -----------+   trust region
-        |                  |                   |
-        |                  |      path_energy, block_cholesky       gradient and Hessian; their solution
-        |                  |                   |
-     jacobian ---------- step --------------forward                 joint positions: in lanes; of one pose
-                           |
-                    lanes, tree, results, jit                       registers, named arrays, compilation
+    metrics, neighbors             geodesics                kinematics   cluster
+            |                          |                        |           |
+      loops, nearest            +------+------+                 |      graph_shift
+            |                   |             |                 |
+     +------+------+            |            mean               |          poses nearest to a mean position
+     |             |            |             |                 |
+  encode        measure         |             |                 |          a pose -> its code; codes -> distances
+     |             |            |             |                 |
+     |             +------- geodesic ---------+                 |          a path between two poses
+     |             |            |                               |
+     |             |        minimiser                           |          a trust region
+     |             |            |                               |
+     |             |   normal_equations, block_cholesky         |          its steps
+     |             |            |                               |
+     |             |       path_energy                          |          energy and gradient of a path
+     |             |            |                               |
+     +---- step ---+            +----------- jacobian ----------+          joint positions in lanes; their derivatives
+            |                                   |
+            +------------- forward -------------+                          joint positions of one pose
+                              |
+                  lanes, tree, results, jit                                registers, named arrays, compilation
 
 Every function here is plain Python, decorated. With the environment variable ``NUMBA_DISABLE_JIT=1`` it runs as such,
 slowly, for a debugger or for coverage. Compiled functions are cached on disk, keyed by a digest of this folder (`jit`).
