@@ -213,9 +213,9 @@ def geodesic(
     first, last = check_pose(start, skeleton, "start"), check_pose(end, skeleton, "end")
     if wrap:
         last = last - TWO_PI * np.rint((last - first) / TWO_PI)
-    bounds = _bounds(first, last, skeleton, joint_limits)
-    first, last, *bounds = (to_tree_order(tree, angles) for angles in (first, last, *bounds))
-    bounds = Bounds(np.minimum(*bounds), np.maximum(*bounds))  # an axis that the tree reverses swaps its limits
+    low, high = _bounds(first, last, skeleton, joint_limits)
+    first, last, low, high = (to_tree_order(tree, angles) for angles in (first, last, low, high))
+    bounds = Bounds(np.minimum(low, high), np.maximum(low, high))  # an axis that the tree reverses swaps its limits
     curve = find_geodesic(tree, first, last, n_steps, bounds, max_iter, float(tol))
     found = Geodesic(
         path=from_tree_order(tree, curve.poses),

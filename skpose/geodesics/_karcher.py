@@ -47,7 +47,7 @@ def spread_from(
         n_jobs,
     )
     step, norm = _mean_logarithm(metric_tensor_at(pose), weights @ found.gradients)
-    return Spread(pose, weights @ found.energies, weights @ found.lengths**2, step, norm, found.converged.all())
+    return Spread(pose, weights @ found.energies, weights @ found.lengths**2, step, norm, bool(found.converged.all()))
 
 
 def _mean_logarithm(tensor: np.ndarray, gradient: np.ndarray) -> tuple[np.ndarray, float]:
