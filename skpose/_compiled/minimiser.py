@@ -46,7 +46,7 @@ class Bounds(NamedTuple):
 
 
 class Settings(NamedTuple):
-    """How a minimum is sought."""
+    """Settings of the search for a minimum."""
 
     max_iter: int
     tol: float  # norm of the energy's gradient, m²/rad
@@ -58,7 +58,7 @@ class Settings(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """How the search for a minimum ended."""
+    """The end of the search for a minimum."""
 
     gradient_norm: float  # of the energy, of the part that the bounds leave, m²/rad
     n_iter: int
