@@ -141,8 +141,8 @@ def frechet_mean(
 
     Notes
     -----
-    Both are local minima: the extrinsic mean is sought from the given pose that is nearest to the mean of the
-    positions, the intrinsic one from the extrinsic mean. Angles that move no joint stay as they are at the start, so
+    Both are local minima: the iteration starts at the given pose that is nearest to the mean of the positions, and for
+    the intrinsic mean at the extrinsic one. Angles that move no joint stay as they are at the start, so
     poses are not unique where positions are; limits are not enforced.
 
     The extrinsic mean is found by Newton's method in a trust region, in well under a millisecond an iteration, for any

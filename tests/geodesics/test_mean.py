@@ -117,8 +117,8 @@ def test_one_pose_is_its_own_mean(metric):
 @pytest.mark.parametrize("metric", METRICS)
 def test_whole_turns_do_not_matter(metric):
     skeleton, X = swing()
-    turned = X + 2 * np.pi * np.random.default_rng(0).integers(-2, 3, X.shape)
-    one, other = (frechet_mean(poses, skeleton, metric=metric, tol=1e-5) for poses in (X, turned))
+    shifted = X + 2 * np.pi * np.random.default_rng(0).integers(-2, 3, X.shape)
+    one, other = (frechet_mean(poses, skeleton, metric=metric, tol=1e-5) for poses in (X, shifted))
     F = [forward_kinematics(mean.pose[None], skeleton) for mean in (one, other)]
     np.testing.assert_allclose(*F, atol=1e-4)
     np.testing.assert_allclose(one.variance, other.variance, rtol=1e-6)
