@@ -32,6 +32,7 @@ TREE = random_tree(0)
 TASKS = [(i, i + 1) for i in range(30)]
 IN_SEARCHES = [name for name, metric in METRICS.items() if metric.bound is not None]
 slow = pytest.mark.slow
+kills = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGKILL")
 
 
 @contextmanager
@@ -154,6 +155,7 @@ def test_an_error_of_a_task_is_raised_unchanged(processes):
         list(from_workers(fail, None, TASKS, None))
 
 
+@kills
 @slow
 def test_tasks_of_a_worker_that_dies_are_run_again(mortal_processes, tmp_path):
     returned = dict(from_workers(die_once, str(tmp_path), TASKS, None))
@@ -161,6 +163,7 @@ def test_tasks_of_a_worker_that_dies_are_run_again(mortal_processes, tmp_path):
     assert returned == {task: task[0] for task in TASKS}
 
 
+@kills
 @slow
 def test_tasks_that_kill_every_worker_are_an_error_and_no_endless_wait(mortal_processes):
     with pytest.raises(BackendError, match="3 tasks did not come back from joblib's workers in 3 attempts"):
@@ -241,6 +244,7 @@ def test_landmarks_give_the_same_coordinates(processes, small_tasks, X):
         np.testing.assert_array_equal(mds.fit_transform(X), found)
 
 
+@kills
 @slow
 @pytest.mark.parametrize("what", ["matrix", "graph"])
 def test_a_dask_worker_killed_in_the_middle_changes_nothing(small_tasks, X, what):
