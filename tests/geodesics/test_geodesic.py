@@ -279,7 +279,7 @@ def test_says_when_it_does_not_converge():
 def test_a_line_that_so_few_steps_cannot_measure():
     """Twenty turns in two steps: no refinement is fine enough, and the straight line comes back with a warning."""
     with pytest.warns(ConvergenceWarning, match="raise max_iter, or n_steps"):
-        way = geodesic([0.0], [40 * np.pi + 1.0], Skeleton.chain(1), 2, wrap=False)
+        way = geodesic([0.0], [40 * np.pi + 1.0], Skeleton.chain(1), n_steps=2, wrap=False)
     np.testing.assert_allclose(way.path[:, 0], np.linspace(0.0, 40 * np.pi + 1.0, 3))
     assert not way.converged
 

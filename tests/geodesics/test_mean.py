@@ -36,7 +36,7 @@ def test_one_bone_has_the_mean_direction():
     extrinsic = frechet_mean(angles[:, None], ONE_BONE, sample_weight=weights)
     direction = np.arctan2(weights @ np.sin(angles), weights @ np.cos(angles))
     np.testing.assert_allclose(extrinsic.pose, [direction], atol=1e-9)
-    intrinsic = frechet_mean(angles[:, None], ONE_BONE, "geodesic", sample_weight=weights, n_steps=40, tol=1e-5)
+    intrinsic = frechet_mean(angles[:, None], ONE_BONE, metric="geodesic", sample_weight=weights, n_steps=40, tol=1e-5)
     np.testing.assert_allclose(intrinsic.pose, [np.average(angles, weights=weights)], atol=1e-3)
     np.testing.assert_allclose(
         intrinsic.variance, np.average((angles - intrinsic.pose) ** 2, weights=weights), rtol=1e-3
@@ -68,7 +68,7 @@ def test_the_extrinsic_mean_is_what_an_optimiser_finds(name):
 def test_no_pose_beside_it_is_better(metric):
     skeleton, X = swing()
     weights = np.random.default_rng(1).dirichlet(np.ones(len(X)))
-    mean = frechet_mean(X, skeleton, metric, sample_weight=weights, tol=1e-5)
+    mean = frechet_mean(X, skeleton, metric=metric, sample_weight=weights, tol=1e-5)
     assert mean.converged
     np.testing.assert_allclose(mean.variance, total(skeleton, metric, mean.pose, X, weights), rtol=1e-7)
     for pose in [*X, *(mean.pose + np.random.default_rng(2).normal(scale=0.02, size=(20, 3)))]:
@@ -81,14 +81,14 @@ def test_bones_keep_their_lengths_as_the_mean_of_positions_does_not(metric):
     F = forward_kinematics(X, skeleton)
     shrunk = bone_lengths(F.mean(axis=0), skeleton)
     assert (shrunk < 0.85).all()
-    mean = frechet_mean(X, skeleton, metric)
+    mean = frechet_mean(X, skeleton, metric=metric)
     np.testing.assert_allclose(bone_lengths(forward_kinematics(mean.pose[None], skeleton)[0], skeleton), 1, atol=1e-12)
 
 
 def test_the_intrinsic_mean_of_two_poses_is_half_way():
     skeleton, X = swing()
     a, b = X[3], X[17]
-    mean = frechet_mean([a, b], skeleton, "geodesic", n_steps=40, tol=1e-5)
+    mean = frechet_mean([a, b], skeleton, metric="geodesic", n_steps=40, tol=1e-5)
     way = geodesic(a, b, skeleton, n_steps=40)
     half = forward_kinematics(way.resample(3)[1:2], skeleton)
     np.testing.assert_allclose(forward_kinematics(mean.pose[None], skeleton), half, atol=0.01)
@@ -99,8 +99,8 @@ def test_the_intrinsic_mean_of_two_poses_is_half_way():
 def test_weights_count_poses(metric):
     skeleton, X = swing(5)
     counts = [3, 0, 1, 2, 1]
-    weighted = frechet_mean(X, skeleton, metric, sample_weight=counts, tol=1e-5)
-    repeated = frechet_mean(np.repeat(X, counts, axis=0), skeleton, metric, tol=1e-5)
+    weighted = frechet_mean(X, skeleton, metric=metric, sample_weight=counts, tol=1e-5)
+    repeated = frechet_mean(np.repeat(X, counts, axis=0), skeleton, metric=metric, tol=1e-5)
     np.testing.assert_allclose(weighted.pose, repeated.pose, atol=1e-4)
     np.testing.assert_allclose(weighted.variance, repeated.variance, rtol=1e-6)
 
@@ -109,7 +109,7 @@ def test_weights_count_poses(metric):
 def test_one_pose_is_its_own_mean(metric):
     skeleton, X = swing()
     for poses in (X[:1], np.repeat(X[:1], 4, axis=0)):
-        mean = frechet_mean(poses, skeleton, metric)
+        mean = frechet_mean(poses, skeleton, metric=metric)
         np.testing.assert_allclose(mean.pose, X[0], atol=1e-9)
         assert mean.variance < 1e-15
 
@@ -118,7 +118,7 @@ def test_one_pose_is_its_own_mean(metric):
 def test_whole_turns_do_not_matter(metric):
     skeleton, X = swing()
     turned = X + 2 * np.pi * np.random.default_rng(0).integers(-2, 3, X.shape)
-    one, other = (frechet_mean(poses, skeleton, metric, tol=1e-5) for poses in (X, turned))
+    one, other = (frechet_mean(poses, skeleton, metric=metric, tol=1e-5) for poses in (X, turned))
     F = [forward_kinematics(mean.pose[None], skeleton) for mean in (one, other)]
     np.testing.assert_allclose(*F, atol=1e-4)
     np.testing.assert_allclose(one.variance, other.variance, rtol=1e-6)
@@ -127,7 +127,7 @@ def test_whole_turns_do_not_matter(metric):
 def test_threads_change_nothing():
     gait = make_gait(n_subjects=1, n_sequences=1, random_state=0)
     X, _ = gait.poses(3)
-    one, two = (frechet_mean(X, gait.skeleton, "geodesic", n_jobs=n_jobs) for n_jobs in (1, 2))
+    one, two = (frechet_mean(X, gait.skeleton, metric="geodesic", n_jobs=n_jobs) for n_jobs in (1, 2))
     np.testing.assert_array_equal(one.pose, two.pose)
     assert (one.variance, one.n_iter) == (two.variance, two.n_iter)
     assert one.converged
@@ -145,7 +145,7 @@ def test_opposite_poses_have_a_mean_all_the_same():
 def test_cmu_poses(cmu):
     motion = cmu.motions[0].resample(12)
     for metric in METRICS:
-        mean = frechet_mean(motion.angles, motion.skeleton, metric, n_jobs=2)
+        mean = frechet_mean(motion.angles, motion.skeleton, metric=metric, n_jobs=2)
         D = pose_distances(motion.angles, skeleton=motion.skeleton, metric=metric, n_jobs=2)
         assert mean.converged
         assert mean.variance < (D**2).mean(axis=1).min()
@@ -157,7 +157,7 @@ def test_says_when_it_stops_short():
     skeleton, X = swing()
     for metric in METRICS:
         with pytest.warns(ConvergenceWarning, match="the mean did not converge in 1 iterations"):
-            mean = frechet_mean(X, skeleton, metric, max_iter=1)
+            mean = frechet_mean(X, skeleton, metric=metric, max_iter=1)
         assert not mean.converged
         assert "not converged in 1 iterations" in repr(mean)
 
