@@ -141,7 +141,7 @@ def ratios(X, pairs, skeleton, title):
     assert (length <= line * (1 + 1e-9)).all()
     print(
         f"{title}: lowest {r.min():.4f}, median {np.median(r):.4f}, highest {r.max():.4f}; {np.sum(r < 0.94)} below "
-        f"0.94, of which {np.sum((r < 0.94) & (curve / line < 0.94))} also as curves on the fine grid\n"
+        f"0.94, {np.sum((r < 0.94) & (curve / line < 0.94))} of them also as curves on the fine grid\n"
         f"    gradient {max(path.gradient_norm for path in paths):.1e} at most, curve over chords - 1 "
         f"{np.max(curve / length - 1):.2%} at most, {sum(len(path.path) > N_STEPS + 1 for path in paths)} refined, "
         f"{len(caught)} not converged; lowest chord over line {np.min(chord / line):.4f}"

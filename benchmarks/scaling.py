@@ -145,7 +145,7 @@ def predict(row, graph, n, seconds, n_jobs, written):
     print(
         f"  to compute: {n_pairs:.3g} pairs / ({rate / 1e6:.2f} million pairs/s a core x {N_CORES} cores x {share:.2f}"
     )
-    print(f"  for dask beside threads) = {n_pairs / (rate * N_CORES * share) / 3600:.1f} h")
+    print(f"  for dask compared with threads) = {n_pairs / (rate * N_CORES * share) / 3600:.1f} h")
     print(f"  to write, in one process: 4 TB / {written:.0f} MB/s = {4e6 / written / 3600:.1f} h")
     least, most = (graph["seconds"] * n_jobs / N_CORES / 60 * (MILLION / n) ** power for power in (1, 2))
     print(f"  graph of ten neighbours: {graph['seconds']:.1f} s x {n_jobs} cores for {n:,}; {least:.1f} min if it")

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._compiled.jit import jit
+from skpose._compiled.jit import internal
 from skpose._compiled.lanes import full_like, rows
 
 LANES = 8  # float64 numbers in one register
@@ -27,7 +27,7 @@ class Rectangle(NamedTuple):
     n_chunks: int
 
 
-@jit
+@internal
 def band_shape(tree, n_nodes):
     """Return the shape of the band of the widest branch: block rows [U X], padded to whole lanes."""
     widest = 0
@@ -37,7 +37,7 @@ def band_shape(tree, n_nodes):
     return n_nodes * padded * 2 * (padded // LANES), LANES
 
 
-@jit
+@internal
 def _fill_band(equations, damping, fixed, lo, hi, band):
     """Copy the free poses' blocks, dofs lo:hi, to the block rows [D B] of the band.
 
@@ -68,7 +68,7 @@ def _fill_band(equations, damping, fixed, lo, hi, band):
                     rows[q, m + p] = 0.0
 
 
-@jit
+@internal
 def _subtract(band, width, target, source, column):
     """Subtract Wᵀ · source from four rows of the band, the target; W is the source rows in this column and three more.
 
@@ -87,7 +87,7 @@ def _subtract(band, width, target, source, column):
         chunks[row + 2 * width + c], chunks[row + 3 * width + c] = d, e
 
 
-@jit
+@internal
 def _factorise(band, n_blocks, n):
     """Factorise UᵀU in place, X right of U; return whether that is possible. A block is n registers wide."""
     m, width = n * LANES, 2 * n
@@ -117,7 +117,7 @@ def _factorise(band, n_blocks, n):
     return True
 
 
-@jit
+@internal
 def _substitute(band, n_blocks, n, x):
     """Solve UᵀU x = b in place, x of shape (n_blocks · n, LANES)."""
     m, width = n * LANES, 2 * n
@@ -148,7 +148,7 @@ def _substitute(band, n_blocks, n, x):
             flat[i * m + p] = value / pivot
 
 
-@jit
+@internal
 def solve(tree, equations, damping, fixed, band, step):
     """Compute step = −(H + λ)⁻¹ gradient for the dofs that are not fixed; return whether H + λ is positive definite."""
     n_blocks = equations.diagonal.shape[0] - 2

@@ -2,8 +2,8 @@
 
 The discretisation check
 ------------------------
-Few poses can sit where their chords are short while the motion between them is long. So every path is measured again
-on a fine grid. Where the two lengths disagree, the energy is taken over `SUBSTEPS` chords between each two free poses,
+Few poses can sit where their chords are short while the motion between them is long. So every path is measured again on
+a fine grid. Where the two lengths disagree, the energy is taken over `SUBSTEPS` chords between each two free poses,
 then over more free poses.
 """
 
@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._compiled.jit import jit
+from skpose._compiled.jit import internal, jit, unfolded
 from skpose._compiled.measure import measure_line, turns_off
 from skpose._compiled.minimiser import FIRST_DAMPING, MAX_GAP, ROUNDING, Settings, minimise, rounding_length, unbounded
 from skpose._compiled.path_energy import chords, curve_length, divided, path_of
@@ -40,13 +40,13 @@ class Curve(NamedTuple):
     converged: bool
 
 
-@jit
+@unfolded
 def _settings_for(substeps, max_iter, tol):
     exact_below, patience = (0.0, PATIENCE) if substeps == 1 else (NEAR, NEVER)
     return Settings(max_iter, tol, FIRST_DAMPING, exact_below, LEAST_CHANGE, False, patience)
 
 
-@jit
+@internal
 def find_geodesic(tree, start, end, n_steps, bounds, max_iter, tol):
     """Find a path of least energy from start to end, angles in the tree's order, that passes the discretisation check.
 

@@ -3,10 +3,10 @@
 import numpy as np
 
 from skpose._compiled.forward import orient, place_joints, rotated, workspace, workspace_rows
-from skpose._compiled.jit import jit
+from skpose._compiled.jit import internal, jit
 
 
-@jit
+@internal
 def rotation_axes(tree, C, S, H, axes):
     """Compute the axis of every dof in world coordinates, (n_dofs, 3)."""
     for f in range(1, tree.frame_parent.shape[0]):
@@ -24,7 +24,7 @@ def rotation_axes(tree, C, S, H, axes):
                 axes[end - 3, i] = z
 
 
-@jit
+@internal
 def fill_jacobian(tree, P, axes, jacobian):
     """Compute the change of the joint positions with the tree's dofs, (3 n_joints, n_dofs); zeros are not written.
 

@@ -62,3 +62,8 @@ def jit(function: Callable | None = None, *, signatures: Sequence = (), **option
 
 
 inlined = functools.partial(jit, forceinline=True)
+
+# Without the entry point that lets a function be an argument of another one: compiles a tenth faster.
+internal = functools.partial(jit, no_cfunc_wrapper=True)
+# Part of its callers before they are compiled, and not compiled by itself: one step of a long function.
+unfolded = functools.partial(jit, inline="always")

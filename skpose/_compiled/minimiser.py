@@ -18,7 +18,7 @@ import numpy as np
 
 from skpose._compiled.block_cholesky import band_shape, solve
 from skpose._compiled.forward import workspace_rows
-from skpose._compiled.jit import jit
+from skpose._compiled.jit import internal, unfolded
 from skpose._compiled.normal_equations import (
     NormalEquations,
     add_second_derivatives,
@@ -26,7 +26,7 @@ from skpose._compiled.normal_equations import (
     mean_diagonal,
     normal_equations,
 )
-from skpose._compiled.path_energy import chords, copy_of, copy_path, curve_length, evaluate
+from skpose._compiled.path_energy import chords, copy_free, copy_of, curve_length, evaluate
 
 # λ is relative to the mean diagonal of the normal equations.
 FIRST_DAMPING, LEAST_DAMPING, MAX_DAMPING = 1e-6, 1e-8, 1e6
@@ -46,7 +46,7 @@ class Bounds(NamedTuple):
 
 
 class Settings(NamedTuple):
-    """How a minimum is sought."""
+    """Settings of the search for a minimum."""
 
     max_iter: int
     tol: float  # norm of the energy's gradient, m²/rad
@@ -58,7 +58,7 @@ class Settings(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """How the search for a minimum ended."""
+    """The end of the search for a minimum."""
 
     gradient_norm: float  # of the energy, of the part that the bounds leave, m²/rad
     n_iter: int
@@ -83,13 +83,13 @@ class System(NamedTuple):
     scratch: np.ndarray  # (workspace_rows,)
 
 
-@jit
+@internal
 def unbounded(n_dofs):
     """Return bounds that leave all angles free."""
     return Bounds(np.full(n_dofs, -math.inf), np.full(n_dofs, math.inf))
 
 
-@jit
+@internal
 def rounding_length(tree):
     """Return a length below which only rounding is left."""
     reach = 0.0
@@ -98,7 +98,7 @@ def rounding_length(tree):
     return ROUNDING * reach
 
 
-@jit
+@internal
 def _dot(a, b):
     total = 0.0
     for i in range(a.shape[0]):
@@ -107,14 +107,14 @@ def _dot(a, b):
     return total
 
 
-@jit
+@unfolded
 def _system_for(tree, path):
     """Return the system of a path, not yet filled, no dof fixed."""
     band, scratch = np.empty(band_shape(tree, path.poses.shape[0])), np.empty(workspace_rows(tree))
     return System(equations_for(path), np.zeros(path.poses.shape, np.bool_), band, scratch)
 
 
-@jit
+@unfolded
 def _fix_at_bounds(path, bounds, system):
     """Fix the dofs at a bound that the gradient pushes against; return whether these are others than before.
 
@@ -133,7 +133,7 @@ def _fix_at_bounds(path, bounds, system):
     return changed
 
 
-@jit
+@unfolded
 def _damped_step(tree, system, damping, scale, step):
     """Compute the step with this damping, or with the next larger one that makes the matrix positive definite.
 
@@ -146,7 +146,7 @@ def _damped_step(tree, system, damping, scale, step):
     return math.inf
 
 
-@jit
+@unfolded
 def _add_multiple(step, beta, direction):
     """Set the direction to step + β · direction."""
     for i in range(step.shape[0]):
@@ -154,7 +154,7 @@ def _add_multiple(step, beta, direction):
             direction[i, d] = step[i, d] + beta * direction[i, d]
 
 
-@jit
+@unfolded
 def _combine(step, last_slope, last_step, slope, gradient, direction):
     """Update the direction by conjugate gradients (Polak-Ribière): step + β · direction, downhill.
 
@@ -168,7 +168,7 @@ def _combine(step, last_slope, last_step, slope, gradient, direction):
         _add_multiple(step, 0.0, direction)
 
 
-@jit
+@unfolded
 def _try(tree, path, line, size, bounds, trial, scratch):
     """Move the free poses along the line, within the bounds, to another path; return half its energy."""
     for i in range(1, path.poses.shape[0] - 1):
@@ -178,7 +178,7 @@ def _try(tree, path, line, size, bounds, trial, scratch):
     return evaluate(tree, trial, scratch)
 
 
-@jit
+@unfolded
 def _line_search(tree, path, line, bounds, first, second, scratch):
     """Try the whole direction, then the minimum of the parabola through energy, slope and the first trial.
 
@@ -190,12 +190,12 @@ def _line_search(tree, path, line, bounds, first, second, scratch):
     if abs(size - 1.0) > line.least_change and size < 4.0:
         again = _try(tree, path, line, size, bounds, second, scratch)
         if again < lowest:
-            copy_path(second, first)
+            copy_free(second, first)
             return again
     return lowest
 
 
-@jit
+@unfolded
 def _is_minimum(tree, path, exact, scale, system, direction):
     """Return whether the curvature of the energy is positive, or flat, in all directions; overwrites the direction."""
     if not exact:
@@ -203,7 +203,7 @@ def _is_minimum(tree, path, exact, scale, system, direction):
     return solve(tree, system.equations, FLAT * scale, system.fixed, system.band, direction)
 
 
-@jit
+@unfolded
 def _perturb(path, bounds):
     """Move the free poses a little, in no direction that a symmetry would have."""
     last = path.poses.shape[0] - 1
@@ -213,7 +213,7 @@ def _perturb(path, bounds):
             path.poses[i, d] = min(max(path.poses[i, d] + change, bounds.lower[d]), bounds.upper[d])
 
 
-@jit
+@unfolded
 def _updated_damping(damping, raised, ratio, scale):
     """Return the next damping: less where the decrease is as predicted, the raised one where it is not."""
     if ratio > 0.75:
@@ -221,21 +221,21 @@ def _updated_damping(damping, raised, ratio, scale):
     return raised if ratio < 0.25 else damping
 
 
-@jit
+@internal
 def relative_gap(tree, poses):
     """Return how much longer the curve through poses is on the fine grid than by its chords, relatively."""
     along = curve_length(tree, poses)
     return (along - chords(tree, poses)[0]) / along if along > 0.0 else 0.0
 
 
-@jit
+@internal
 def minimise(tree, path, bounds, settings):
     """Minimise the energy of a path in place: its ends are fixed and placed already, its free poses within bounds."""
     shape = path.poses.shape
     system, trial, second = _system_for(tree, path), copy_of(path), copy_of(path)
     gradient = system.equations.gradient
     step, last_step, direction = np.zeros(shape), np.zeros(shape), np.zeros(shape)
-    half = evaluate(tree, path, system.scratch)
+    half, noise = evaluate(tree, path, system.scratch), rounding_length(tree) ** 2
     if shape[0] < 3:
         return Outcome(0.0, 0, True)
     scale, damping, norm, n_perturbations = 0.0, 0.0, math.inf, 0
@@ -251,7 +251,7 @@ def minimise(tree, path, bounds, settings):
         if _fix_at_bounds(path, bounds, system):
             last_slope = 0.0
         norm = 2.0 * math.sqrt(_dot(gradient, gradient))
-        if scale <= rounding_length(tree) ** 2:  # nothing moves
+        if scale <= noise:  # nothing moves
             return Outcome(norm, iteration, True)
         stationary, used, predicted, slope = norm <= settings.tol, damping, 0.0, 0.0
         if not stationary:
@@ -275,11 +275,12 @@ def minimise(tree, path, bounds, settings):
         ratio = (half - lowest) / predicted
         if ratio > LEAST_RATIO:
             exact = half - lowest < settings.exact_below * half
-            copy_path(trial, path)
+            copy_free(trial, path)
             half = lowest
             step, last_step = last_step, step
         last_slope = slope if ratio > 0.25 and not exact else 0.0
-        damping = _updated_damping(damping, 4.0 * (used if settings.raise_used else damping), ratio, scale)
+        raised = 4.0 * (used if settings.raise_used else damping)
+        damping = _updated_damping(damping, raised, ratio, scale)
         check = iteration % settings.patience == settings.patience - 1
         if check and relative_gap(tree, path.poses) > DIVERGED * MAX_GAP:
             return Outcome(norm, iteration + 1, False)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._compiled.jit import jit
+from skpose._compiled.jit import internal, unfolded
 from skpose._compiled.path_energy import add_gradient, substeps_of, sum_moments
 
 
@@ -22,14 +22,14 @@ class NormalEquations(NamedTuple):
     gradient: np.ndarray  # (n_nodes, n_dofs) of half the energy, m²/rad
 
 
-@jit
+@unfolded
 def equations_for(path):
     """Return normal equations for a path, not yet filled."""
     n_nodes, n = path.poses.shape
     return NormalEquations(np.empty((n_nodes, n, n)), np.empty((n_nodes - 1, n, n)), np.empty((n_nodes, n)))
 
 
-@jit
+@unfolded
 def _blocks_of(equations, node):
     """Return the part of the equations that belongs to the samples between a pose and the next one."""
     return NormalEquations(
@@ -39,7 +39,7 @@ def _blocks_of(equations, node):
     )
 
 
-@jit
+@unfolded
 def mean_diagonal(equations):
     """Return the mean of the diagonal over the free poses: the scale of the damping."""
     total, n_free = 0.0, equations.gradient.shape[0] - 2
@@ -48,7 +48,7 @@ def mean_diagonal(equations):
     return total
 
 
-@jit
+@internal
 def _sum_products(tree, P, Q, sums):
     """Sum p qᵀ, p, q and 1 over the joints that each frame moves, (n_frames, 16), p and q those of two samples."""
     sums[:] = 0.0
@@ -65,7 +65,7 @@ def _sum_products(tree, P, Q, sums):
             sums[tree.frame_parent[f], i] += sums[f, i]
 
 
-@jit
+@internal
 def _add_square(tree, P, screws, t, sums, blocks):
     """Add JᵀJ of one sample, twice, as it ends one chord and starts the next.
 
@@ -97,7 +97,7 @@ def _add_square(tree, P, screws, t, sums, blocks):
                         off_diagonal[e, d] += 2.0 * between * jj
 
 
-@jit
+@internal
 def _subtract_products(tree, path, k, t, sums, blocks):
     """Subtract JᵀK and KᵀJ, J and K the Jacobians of sample k and of the next one, as a chord joins them.
 
@@ -139,7 +139,7 @@ def _subtract_products(tree, path, k, t, sums, blocks):
                         off_diagonal[e, d] += across * kj + back * jk
 
 
-@jit
+@internal
 def normal_equations(tree, path, equations):
     """Compute the blocks of the normal equations, and the gradient of half the energy."""
     equations.diagonal[:], equations.off_diagonal[:], equations.gradient[:] = 0.0, 0.0, 0.0
@@ -157,7 +157,7 @@ def normal_equations(tree, path, equations):
             _subtract_products(tree, path, k, t, sums, blocks)
 
 
-@jit
+@internal
 def _add_second_derivatives(tree, path, k, t, moments, blocks):
     """Add the term that Gauss-Newton leaves out: forces on a sample times second derivatives of its joint positions.
 
@@ -187,7 +187,7 @@ def _add_second_derivatives(tree, path, k, t, moments, blocks):
                         off_diagonal[e, d] += t * (1.0 - t) * second
 
 
-@jit
+@internal
 def add_second_derivatives(tree, path, equations):
     """Make the normal equations the exact Hessian."""
     substeps, moments = substeps_of(path), np.empty((tree.frame_parent.shape[0], 12))

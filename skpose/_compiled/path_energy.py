@@ -16,7 +16,7 @@ import numpy as np
 
 from skpose._compiled.forward import orient, place_joints, workspace, workspace_rows
 from skpose._compiled.jacobian import rotation_axes
-from skpose._compiled.jit import jit
+from skpose._compiled.jit import internal, unfolded
 
 FINE = 8  # chords into which each chord of a path is divided to measure it again
 
@@ -29,7 +29,7 @@ class Path(NamedTuple):
     screws: np.ndarray  # (n_samples, 6, n_dofs) see `place`
 
 
-@jit
+@unfolded
 def empty_path(tree, n_nodes, n_chords):
     """Return a path of so many poses and chords, not yet filled."""
     n_samples, n_dofs = n_chords + 1, tree.column.shape[0]
@@ -38,7 +38,7 @@ def empty_path(tree, n_nodes, n_chords):
     )
 
 
-@jit
+@internal
 def path_of(tree, poses, substeps):
     """Return the path of these poses with so many chords between two of them; its ends are placed."""
     path, last = empty_path(tree, poses.shape[0], (poses.shape[0] - 1) * substeps), poses.shape[0] - 1
@@ -51,19 +51,19 @@ def path_of(tree, poses, substeps):
     return path
 
 
-@jit
+@unfolded
 def copy_of(path):
     """Return a copy of a path."""
     return Path(path.poses.copy(), path.P.copy(), path.screws.copy())
 
 
-@jit
-def copy_path(source, target):
-    """Copy a path to another one of the same shape."""
-    for i in range(source.poses.shape[0]):
+@internal
+def copy_free(source, target):
+    """Copy what lies between the ends to another path, whose ends are the same."""
+    for i in range(1, source.poses.shape[0] - 1):
         for d in range(source.poses.shape[1]):
             target.poses[i, d] = source.poses[i, d]
-    for k in range(source.P.shape[0]):
+    for k in range(1, source.P.shape[0] - 1):
         for i in range(source.P.shape[1]):
             target.P[k, i] = source.P[k, i]
         for i in range(source.screws.shape[1]):
@@ -71,13 +71,13 @@ def copy_path(source, target):
                 target.screws[k, i, d] = source.screws[k, i, d]
 
 
-@jit
+@unfolded
 def substeps_of(path):
     """Return the number of chords between two poses of the path."""
     return (path.P.shape[0] - 1) // (path.poses.shape[0] - 1)
 
 
-@jit
+@internal
 def place(tree, angles, scratch, P, screws):
     """Compute the joint positions of one pose, angles in the tree's order, and the screw of every dof, (6, n_dofs).
 
@@ -99,7 +99,7 @@ def place(tree, angles, scratch, P, screws):
             screws[5, d] = P[o] * y - P[o + 1] * x
 
 
-@jit
+@internal
 def divided(poses, parts):
     """Divide every step between poses into equal parts; return all poses, those given among them."""
     n_steps, n_dofs = poses.shape[0] - 1, poses.shape[1]
@@ -114,7 +114,7 @@ def divided(poses, parts):
     return out
 
 
-@jit
+@internal
 def chords(tree, poses):
     """Return the sum of the chords between poses, and the sum of their squares."""
     C, S, H, P = workspace(tree, np.empty(workspace_rows(tree)))
@@ -128,13 +128,13 @@ def chords(tree, poses):
     return length, energy
 
 
-@jit
+@internal
 def curve_length(tree, poses):
     """Return the length of the curve through poses, measured on a grid `FINE` times finer."""
     return chords(tree, divided(poses, FINE))[0]
 
 
-@jit
+@internal
 def evaluate(tree, path, scratch):
     """Place the samples between the ends; return half the energy."""
     samples = divided(path.poses, substeps_of(path))
@@ -148,7 +148,7 @@ def evaluate(tree, path, scratch):
     return half
 
 
-@jit
+@internal
 def sum_moments(tree, before, P, after, moments):
     """Sum p wᵀ and w over the joints p that each frame moves, (n_frames, 12); w is the force 2p − p₋ − p₊."""
     moments[:] = 0.0
@@ -164,7 +164,7 @@ def sum_moments(tree, before, P, after, moments):
             moments[tree.frame_parent[f], i] += moments[f, i]
 
 
-@jit
+@internal
 def add_gradient(tree, screws, moments, t, gradient):
     """Add the forces on one sample to the gradient of the two poses next to it: their moment along each axis."""
     for f in range(1, tree.frame_parent.shape[0]):

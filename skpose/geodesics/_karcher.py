@@ -55,7 +55,7 @@ def _mean_logarithm(tensor: np.ndarray, gradient: np.ndarray) -> tuple[np.ndarra
     values, vectors = np.linalg.eigh(tensor)
     moving = values > FLAT * values[-1]
     along = gradient @ vectors[:, moving]
-    # Damped: otherwise an angle that hardly moves a joint would change much, and lead to other geodesics.
+    # Damped: otherwise an angle that moves joints very little would change much, and lead to other geodesics.
     step = -vectors[:, moving] @ (along / (values[moving] + DAMPING * values[-1]))
     return step, float(np.sqrt((along**2 / values[moving]).sum()))
 

@@ -145,8 +145,8 @@ def frechet_mean(
     positions, the intrinsic one from the extrinsic mean. Angles that move no joint stay as they are at the start, so
     poses are not unique where positions are; limits are not enforced.
 
-    The extrinsic mean is found by Newton's method in a trust region, in well under a millisecond an iteration, whatever
-    the number of poses. The intrinsic one takes a geodesic to each pose in each of some ten iterations: a few
+    The extrinsic mean is found by Newton's method in a trust region, in well under a millisecond an iteration, for any
+    number of poses. The intrinsic one takes a geodesic to each pose in each of some ten iterations: a few
     milliseconds a pose and iteration, a hundred where poses are far apart. Its step is the mean of the logarithms, as
     for every Karcher mean, damped, and halved while it brings the poses no nearer. The logarithms are those of
     geodesics of `n_steps` chords, which makes an error of some 0.1 % of their length.
