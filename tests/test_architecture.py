@@ -2,6 +2,7 @@
 
 import ast
 import doctest
+import graphlib
 import importlib
 import pkgutil
 import re
@@ -67,6 +68,41 @@ def test_imports_follow_the_flow_of_data(path):
     assert here in LEVEL, f"{here} is not in LAYERS: say where in the flow of data it stands"
     for there in set(imported(path)) - {here}:
         assert LEVEL[there] < LEVEL[here], f"{path.relative_to(PACKAGE)} imports {there}, which comes after {here}"
+
+
+def module_of(path):
+    return ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts).removesuffix(".__init__")
+
+
+def imported_modules(path):
+    """Modules of the package that a file imports when it is imported itself."""
+    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "skpose":
+            folder = PACKAGE.parent.joinpath(*node.module.split("."))
+            for alias in node.names:
+                is_module = (folder / f"{alias.name}.py").is_file() or (folder / alias.name).is_dir()
+                yield f"{node.module}.{alias.name}" if is_module else node.module
+
+
+def test_no_circle_of_imports_inside_a_package():
+    graph = {module_of(path): set(imported_modules(path)) for path in PACKAGE.rglob("*.py")}
+    order = list(graphlib.TopologicalSorter(graph).static_order())  # raises CycleError with the circle
+    assert len(order) == len(graph)
+
+
+def test_imports_are_absolute():
+    for path in PACKAGE.rglob("*.py"):
+        nodes = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        assert not any(isinstance(node, ast.ImportFrom) and node.level for node in nodes), path
+
+
+@pytest.mark.parametrize("path", sorted(PACKAGE.rglob("*.py")), ids=lambda path: str(path.relative_to(PACKAGE)))
+def test_files_are_short_and_arguments_few(path):
+    text = path.read_text(encoding="utf-8")
+    assert text.count("\n") <= (450 if node_of(path) == "_compiled" else 350)
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.FunctionDef):
+            assert len(node.args.posonlyargs + node.args.args) <= 9, f"{node.name} has too many positional arguments"
 
 
 def test_only_io_imports_its_private_modules():

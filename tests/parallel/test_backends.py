@@ -142,6 +142,16 @@ def test_without_a_configuration_there_are_only_threads():
 
 
 def test_each_task_comes_back_once_and_the_payload_arrives_once(processes):
+    check_that_each_comes_once()
+
+
+def test_each_task_comes_back_once_from_dask(client):
+    """One test of a cluster that is not slow; `client` is the default of joblib's dask backend."""
+    with joblib.parallel_config(backend="dask"):
+        check_that_each_comes_once()
+
+
+def check_that_each_comes_once():
     returned = list(from_workers(use, Shared(100_000), TASKS, None))
     assert sorted(task for task, _ in returned) == TASKS
     assert all(number == task[0] for task, (_, _, number) in returned)
