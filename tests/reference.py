@@ -8,7 +8,7 @@ import re
 from pathlib import Path
 
 import numpy as np
-from scipy.optimize import minimize
+from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 INCH = 0.0254
@@ -91,23 +91,29 @@ def energy_gradient(F, J):
 
 
 def least_energy_path(a, b, kinematics, n_steps=10, bounds=None):
-    """Return the minimiser of eq. 6 from the straight line, by scipy; naive: it does not see between points.
+    """The minimiser of eq. 6 from the straight line, by scipy; naive: nothing is measured between the points.
 
     ``kinematics(path)`` gives positions (n, 3L) and Jacobians (n, 3L, D).
     """
     start = line(a, b, n_steps)
+    n, n_dofs = n_steps - 1, start.shape[1]
 
     def with_inner(x):
-        return np.concatenate([start[:1], x.reshape(n_steps - 1, -1), start[-1:]])
+        return np.concatenate([start[:1], x.reshape(n, n_dofs), start[-1:]])
 
-    def energy(x):
-        F, J = kinematics(with_inner(x))
-        return np.square(np.diff(F, axis=0)).sum(), energy_gradient(F, J).ravel()
+    def chords(x):
+        return np.diff(kinematics(with_inner(x))[0], axis=0).ravel()
 
-    bounds = None if bounds is None else [pair for _ in range(n_steps - 1) for pair in bounds]
-    options = {"gtol": 1e-5, "ftol": 0, "maxiter": 20_000, "maxfun": 50_000}
-    found = minimize(energy, start[1:-1].ravel(), jac=True, method="L-BFGS-B", bounds=bounds, options=options)
-    return with_inner(found.x)
+    def jacobian(x):
+        J = kinematics(with_inner(x))[1]
+        rows = np.zeros((n_steps, J.shape[1], n, n_dofs))
+        for i in range(n):
+            rows[i, :, i], rows[i + 1, :, i] = J[i + 1], -J[i + 1]
+        return rows.reshape(-1, n * n_dofs)
+
+    bounds = (-np.inf, np.inf) if bounds is None else np.tile(np.array(bounds, dtype=float), (n, 1)).T
+    inside = np.clip(start[1:-1].ravel(), *bounds)
+    return with_inner(least_squares(chords, inside, jacobian, bounds=bounds, xtol=1e-12, ftol=1e-12, gtol=1e-9).x)
 
 
 def distances(X, Y, skeleton, metric, **parameters):
