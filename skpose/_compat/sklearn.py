@@ -1,9 +1,19 @@
 """Private parts of scikit-learn: validation of parameters, the context of `fit`, the callback protocol."""
 
-from typing import Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from sklearn.base import _fit_context as fit_context
-from sklearn.utils._param_validation import HasMethods, Interval, StrOptions, validate_params
+from sklearn.utils._param_validation import HasMethods, Interval, StrOptions
+
+if TYPE_CHECKING:
+    Function = TypeVar("Function", bound=Callable)
+
+    def validate_params(constraints: dict, *, prefer_skip_nested_validation: bool) -> Callable[[Function], Function]:
+        """Keep the types of the function that it decorates."""
+        ...
+else:
+    from sklearn.utils._param_validation import validate_params
 
 try:
     from sklearn.callback import CallbackSupportMixin, with_callbacks

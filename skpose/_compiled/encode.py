@@ -51,8 +51,9 @@ def _principal(angle, steps):
 
 
 @inlined
-def _pose_joints(pose, tree, plan, C, S, A, B, H, P):
+def _pose_joints(pose, tree, plan, parts):
     """Compute the joint positions of a pose, as one step of the whole angles from zero."""
+    C, S, A, B, _, P = parts
     sign, column, shift = flat(tree.sign), flat(tree.column), flat(tree.shift)
     for d in range(plan.n_dofs):
         C[d], S[d] = 1.0, 0.0
@@ -63,7 +64,7 @@ def _pose_joints(pose, tree, plan, C, S, A, B, H, P):
             P[3 * j + i] = P[3 * plan.joint_parent[j] + i] + plan.offset[3 * j + i]
     for i in range(3 * plan.first_moving, 3 * plan.n_joints):
         P[i] = 0.0
-    take_step(plan, C, S, A, B, H, P)
+    take_step(plan, parts)
 
 
 @jit
@@ -78,11 +79,11 @@ def encode_angles(pose, tree, steps, scratch, code):
 def encode_positions(pose, tree, steps, scratch, code):
     """Write F(θ): the joint positions in the skeleton's order, without the root's."""
     plan, put, order = plan_of(tree), rows(code, 0), flat(tree.skeleton_joint)
-    C, S, A, B, H, P = parts_of(tree, scratch)
-    _pose_joints(rows(pose, 0), tree, plan, C, S, A, B, H, P)
+    parts = parts_of(tree, scratch)
+    _pose_joints(rows(pose, 0), tree, plan, parts)
     for j in range(1, plan.n_joints):
         for i in range(3):
-            put[3 * order[j] - 3 + i] = P[3 * j + i]
+            put[3 * order[j] - 3 + i] = parts.P[3 * j + i]
 
 
 @inlined
@@ -118,12 +119,12 @@ def encode_curve_end(pose, tree, steps, scratch, code):
     """Write θ, cos θ/2N, sin θ/2N, cos θ, sin θ (n_dofs each, the last two of shifted angles) and F(θ) (3 n_joints)."""
     plan, angles, put = plan_of(tree), rows(pose, 0), rows(code, 0)
     sign, column, n = flat(tree.sign), flat(tree.column), plan.n_dofs
-    C, S, A, B, H, P = parts_of(tree, scratch)
-    _pose_joints(angles, tree, plan, C, S, A, B, H, P)
+    parts = parts_of(tree, scratch)
+    _pose_joints(angles, tree, plan, parts)
     for d in range(n):
         angle = _principal(angles[column[d]] * sign[d], steps)
         put[d] = angle
         put[n + d], put[2 * n + d] = cosine_sine(angle * (0.5 / steps.n_steps))
-        put[3 * n + d], put[4 * n + d] = C[d], S[d]
+        put[3 * n + d], put[4 * n + d] = parts.C[d], parts.S[d]
     for i in range(3, 3 * plan.n_joints):
-        put[5 * n + i - 3] = P[i]
+        put[5 * n + i - 3] = parts.P[i]

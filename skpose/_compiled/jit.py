@@ -9,6 +9,7 @@ from typing import Any
 
 from numba import njit
 
+from skpose._compat.numba import cache_under
 from skpose._compiled import lanes_llvm  # noqa: F401  (it defines lanes for numba)
 
 
@@ -52,8 +53,7 @@ def jit(function: Callable | None = None, *, signatures: Sequence = (), **option
         return functools.partial(jit, signatures=signatures, **options)
     compiled = njit(nogil=True, fastmath={"contract"}, **options)(function)
     if CACHED and hasattr(compiled, "enable_caching"):
-        compiled.enable_caching()
-        compiled._cache._cache_file._version += DIGEST  # read before the rest, which may not load any more
+        cache_under(DIGEST, compiled)
     if signatures and hasattr(compiled, "compile"):
         for signature in signatures:
             compiled.compile(signature)

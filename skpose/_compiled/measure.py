@@ -99,9 +99,9 @@ def _last_chord(plan, b, P):
 
 
 @inlined
-def _line(plan, a, b, steps, C, S, A, B, H, P):
+def _line(plan, a, b, steps, parts):
     """Return the length of the straight line from an encoded pose a to others b."""
-    n = plan.n_dofs
+    C, S, A, B, P, n = parts.C, parts.S, parts.A, parts.B, parts.P, plan.n_dofs
     apart = full_like(b, 0.0)
     for d in range(n):
         c, s, gap = _half_step(a, b, d, n, steps)
@@ -112,18 +112,18 @@ def _line(plan, a, b, steps, C, S, A, B, H, P):
         P[i] = a[5 * n + i - 3]
     length = full_like(b, 0.0)
     for _ in range(steps.n_steps - 1):
-        length = length + sqrt(take_step(plan, C, S, A, B, H, P))
+        length = length + sqrt(take_step(plan, parts))
     # From a pose to itself the samples differ by rounding; the distance is zero.
     return (length + _last_chord(plan, b, P)) * greater(apart, 0.0)
 
 
 @inlined
-def _two_chords(plan, a, b, steps, C, S, A, B, H, P):
+def _two_chords(plan, a, b, steps, parts):
     """Return the length of two chords: to the sample in the middle, and from there on.
 
     It is a lower bound of the line's: by the triangle inequality a chord is no longer than the chords that it replaces.
     """
-    n = plan.n_dofs
+    C, S, A, B, P, n = parts.C, parts.S, parts.A, parts.B, parts.P, plan.n_dofs
     for d in range(n):
         c, s, _ = _half_step(a, b, d, n, steps)
         u, v = full_like(b, 1.0), full_like(b, 0.0)  # of the sum of half the steps, by repeated squaring
@@ -137,7 +137,7 @@ def _two_chords(plan, a, b, steps, C, S, A, B, H, P):
         C[d], S[d] = a[3 * n + d], a[4 * n + d]
     for i in range(3, 3 * plan.n_joints):
         P[i] = a[5 * n + i - 3]
-    first = sqrt(take_step(plan, C, S, A, B, H, P))
+    first = sqrt(take_step(plan, parts))
     return first + _last_chord(plan, b, P)
 
 
@@ -145,9 +145,9 @@ def _two_chords(plan, a, b, steps, C, S, A, B, H, P):
 def measure_line(x, Y, first, last, tree, steps, scratch, results):
     """Compute the length of the straight line in angle space, Σ ‖F(c_n) − F(c_{n−1})‖, sec. 2.2 of the paper."""
     plan, a = plan_of(tree), flat(x)
-    C, S, A, B, H, P = parts_of(tree, scratch)
+    parts = parts_of(tree, scratch)
     for k in range(first, last):
-        rows(results.distances, k - first)[0] = _line(plan, a, rows(Y, k * x.shape[0]), steps, C, S, A, B, H, P)
+        rows(results.distances, k - first)[0] = _line(plan, a, rows(Y, k * x.shape[0]), steps, parts)
 
 
 @jit
@@ -157,15 +157,15 @@ def measure_line_within(x, Y, first, last, tree, steps, scratch, results):
     A bound that ruled out neither of two groups is not tried again.
     """
     plan, a, n_codes = plan_of(tree), flat(x), x.shape[0]
-    C, S, A, B, H, P = parts_of(tree, scratch)
+    parts = parts_of(tree, scratch)
     limit, n_tried, n_ruled_out = results.limit[0], 0, 0
     for k in range(first, last):
         b, distance = rows(Y, k * n_codes), rows(results.distances, k - first)
         if limit < math.inf and steps.n_steps > 3 and (n_tried < 2 or n_ruled_out > 0):
             n_tried += 1
-            distance[0] = _two_chords(plan, a, b, steps, C, S, A, B, H, P)
+            distance[0] = _two_chords(plan, a, b, steps, parts)
             if not any_greater(0.0 - distance[0], 0.0 - limit):
                 n_ruled_out += 1
                 continue
-        distance[0] = _line(plan, a, b, steps, C, S, A, B, H, P)
+        distance[0] = _line(plan, a, b, steps, parts)
     results.n_ruled_out[0] += n_ruled_out

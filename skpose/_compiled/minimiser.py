@@ -53,7 +53,7 @@ class Settings(NamedTuple):
     damping: float  # λ at first
     exact_below: float  # relative decrease of the energy below which the Hessian is exact: 0 never, inf always
     least_change: float  # relative change of a step's length that is worth a second trial; inf: none is
-    raise_used: bool  # a poor step raises the damping from that which made it possible, not from that before
+    raise_used: bool  # after a poor step, multiply the damping that was used, not the one before it was raised
     patience: int  # a path is checked for divergence every so many iterations
 
 

@@ -3,7 +3,7 @@
 from skpose._compiled.forward import rotated
 from skpose._compiled.jit import inlined
 from skpose._compiled.lanes import flat, full_like, rows
-from skpose._compiled.tree import Plan
+from skpose._compiled.tree import Parts, Plan
 
 
 @inlined
@@ -34,18 +34,14 @@ def plan_of(tree):
 
 @inlined
 def parts_of(tree, scratch):
-    """Return the parts of a scratch array that a step uses, the root's frame and position set.
-
-    Cosines C and sines S of the angles, A = 1 - cos δ and B = sin δ of the step, (n_dofs,) each; two rows of every
-    orientation, H, (6 n_frames,); positions P, (3 n_joints + 3,).
-    """
+    """Return the parts of a scratch array, the root's frame and position set."""
     n, h = tree.column.shape[0], 6 * tree.frame_parent.shape[0]
     H, P = rows(scratch, 4 * n), rows(scratch, 4 * n + h)
     for i in range(6):
         H[i] = 1.0 if i % 4 == 0 else 0.0
     for i in range(3):
         P[i] = 0.0
-    return rows(scratch, 0), rows(scratch, n), rows(scratch, 2 * n), rows(scratch, 3 * n), H, P
+    return Parts(rows(scratch, 0), rows(scratch, n), rows(scratch, 2 * n), rows(scratch, 3 * n), H, P)
 
 
 @inlined
@@ -101,8 +97,9 @@ def _place_joint(H, h, P, j, p, x, y, z, squares):
 
 
 @inlined
-def take_step(plan, C, S, A, B, H, P):
+def take_step(plan, parts):
     """Add one step to all angles and place the joints; return the square of their displacement."""
+    C, S, A, B, H, P = parts
     for d in range(plan.n_dofs):
         c, s, a, b = C[d], S[d], A[d], B[d]
         C[d], S[d] = c - a * c - b * s, s - a * s + b * c

@@ -1,7 +1,7 @@
 """A skeleton, and the steps between two poses, as compiled code sees them: named arrays."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -53,6 +53,17 @@ class Plan(NamedTuple):
     joint_parent: np.ndarray
     joint_frame: np.ndarray
     offset: np.ndarray
+
+
+class Parts(NamedTuple):
+    """The rows of a scratch array that a step uses; their shapes are those of one pose."""
+
+    C: Any  # (n_dofs,) cosines of the angles
+    S: Any  # (n_dofs,) sines of the angles
+    A: Any  # (n_dofs,) 1 − cos δ of the step
+    B: Any  # (n_dofs,) sin δ of the step
+    H: Any  # (6 n_frames,) two rows of every orientation
+    P: Any  # (3 n_joints + 3,) positions
 
 
 class Steps(NamedTuple):

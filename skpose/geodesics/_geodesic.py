@@ -68,7 +68,7 @@ class Geodesic:
     converged: bool
     _skeleton: Skeleton = field(repr=False)
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         state = "converged" if self.converged else "not converged"
         return f"Geodesic(length={self.length:.4g}, n_points={len(self.path)}, {state} in {self.n_iter} iterations)"
 

@@ -55,7 +55,7 @@ class FrechetMean:
     n_iter: int
     converged: bool
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         state = "converged" if self.converged else "not converged"
         return f"FrechetMean(variance={self.variance:.4g}, {state} in {self.n_iter} iterations)"
 

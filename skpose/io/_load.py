@@ -161,6 +161,7 @@ def asf_path(amc: PathLike) -> Path:
     'cmu/subjects/02/02.asf'
     """
     amc = Path(amc)
-    stem = Path(amc.name.removesuffix(".gz")).stem
+    name = amc.name[:-3] if amc.name.lower().endswith(".gz") else amc.name
+    stem = Path(name).stem
     own = amc.with_name(f"{stem}.asf")
     return own if own.is_file() else amc.with_name(f"{stem.rsplit('_', 1)[0]}.asf")

@@ -21,7 +21,7 @@ def is_lazy(X: Any) -> bool:
 def lazy_distances(X: Any, Y: Any, skeleton: Skeleton | None, metric: str, steps: Steps) -> Any:
     """Return a dask array of the distances between X and Y, or among X.
 
-    Shapes and names are checked at once, the numbers themselves when a tile is computed.
+    Shapes are checked at once, the numbers themselves when a tile is computed.
     """
     import dask.array as da
     from dask.delayed import delayed

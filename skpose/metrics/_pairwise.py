@@ -96,7 +96,8 @@ def pose_distances(
     ------
     ValueError
         For poses of the wrong width, out of order by column name, or not finite; for a metric that needs a skeleton
-        and got none; for an `out` of another shape or dtype, or holds the beginning of other distances.
+        and got none; for an `out` of another shape or dtype, or that holds the beginning of other
+        distances.
     RuntimeError
         If joblib's workers die, or fail, several times in a row.
 
@@ -257,7 +258,7 @@ def pose_distances_chunked(
             unconverged += parts
             yield chunk if reduce_func is None else _reduced(reduce_func, chunk, batch.start)
             advance()
-    warn_of_unconverged(unconverged, n_rows * n_columns, stacklevel=3)
+    warn_of_unconverged(unconverged, n_rows * n_columns, stacklevel=2)
 
 
 def _checked(X: ArrayLike, Y: ArrayLike | None, skeleton: Skeleton | None) -> tuple[np.ndarray, np.ndarray | None]:

@@ -196,6 +196,7 @@ def children_receive_ctrl_c():
     signal.signal(signal.SIGINT, handler)
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signal")
 @pytest.mark.usefixtures("children_receive_ctrl_c")
 def test_the_same_command_finishes_a_matrix_after_ctrl_c(files, capsys):
     arguments = ["distances", *files, "--scale", "0.01", "--rate", "150000", "--jobs", "1", "--out", "D.npy"]

@@ -23,6 +23,13 @@ def rows(gait):
     return list(compare(gait))
 
 
+def test_the_generated_motions_are_twenty_walks_and_twenty_runs_of_five_people():
+    """Those of `skpose compare` without a folder, as the README describes its figures."""
+    gait = walks_and_runs(make_gait(random_state=0))
+    assert {name: int((gait.actions == name).sum()) for name in ("walk", "run")} == {"walk": 20, "run": 20}
+    assert len(set(gait.subjects)) == 5
+
+
 def test_accuracies_are_those_of_the_nearest_neighbour_in_other_groups(gait, rows):
     X, sequence = gait.poses(FRAME_RATE)
     y = gait.actions[sequence]

@@ -191,7 +191,7 @@ def test_a_motion_file_cut_short(kept, load):
         ),
         ("upperarm lowerarm", "upperarm hand", "bone 'hand' is a child of 'upperarm', but the file does not define it"),
         ("upperarm lowerarm", "", "line 17: bone 'lowerarm' does not appear under :hierarchy"),
-        ("root upperarm tail", "lowerarm upperarm\nroot tail", "lowerarm -> upperarm"),
+        ("root upperarm tail", "lowerarm upperarm\nroot tail", "is a child of itself, through"),
         ("tail tip", "tail tip\ntip tip", "bone 'tip' is a child of 'tail' already"),
         ("direction 0 1 0", "direction 0 1", "direction of bone 'upperarm': expected 3 numbers, found 2"),
         ("direction 0 1 0", "direction 0 0 0", "bone 'upperarm' has a length but no direction"),

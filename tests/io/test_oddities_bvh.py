@@ -417,4 +417,5 @@ def test_options_with_unknown_values(option, message, load):
 
 def test_numbers_past_what_a_float_holds(refused):
     assert "offset" in refused(changed(("OFFSET 0 5 0", "OFFSET 0 1e308 0")), scale=100)[2]
-    assert "root_positions" in refused(changed(("OFFSET 0 0 0", "OFFSET 1e308 0 0"), ("\n1 2", "\n1e308 2")))[2]
+    moved = changed(("OFFSET 0 0 0", "OFFSET 1e308 0 0"), ("\n1 2", "\n1e308 2"))
+    assert "root_positions holds inf" in refused(moved)[2]

@@ -290,8 +290,10 @@ def start(folder, mode):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
-def test_killed_and_resumed_gives_the_same_bytes(tmp_path, how):
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signals")
+@pytest.mark.parametrize("name", ["SIGKILL", "SIGINT"])
+def test_killed_and_resumed_gives_the_same_bytes(tmp_path, name):
+    how = getattr(signal, name)
     whole, killed = tmp_path / "whole", tmp_path / "killed"
     for folder in (whole, killed):
         folder.mkdir()
@@ -346,3 +348,28 @@ def test_a_file_that_is_written_does_not_stay_resident(tmp_path, monkeypatch, re
         assert max(after) < out.nbytes / 100
     else:
         assert max(after) > out.nbytes / 2
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="there is no /proc")
+def test_a_matrix_larger_than_its_memory(tmp_path):
+    """All of the process, not the mapping alone: 196 MB are written, and less than half of that is added."""
+    program = """
+import re
+import numpy as np
+from pathlib import Path
+from skpose import pose_distances
+from skpose.datasets import humanoid
+import skpose.metrics._matrix
+skpose.metrics._matrix.ENCODED_AT_ONCE = 512
+skeleton = humanoid()
+X = np.cumsum(np.random.default_rng(0).normal(0, 0.05, size=(7000, skeleton.n_dofs)), axis=0).astype(np.float32)
+pose_distances(X[:50], skeleton=skeleton, metric="position")  # compiled
+peak = lambda: int(re.search(r"VmHWM:\\s+(\\d+) kB", Path("/proc/self/status").read_text())[1])
+out = np.lib.format.open_memmap("D.npy", mode="w+", dtype=X.dtype, shape=(len(X), len(X)))
+before = peak()
+pose_distances(X, skeleton=skeleton, metric="position", out=out)
+print((peak() - before) // 1000)
+"""
+    done = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert int(done.stdout) < 98

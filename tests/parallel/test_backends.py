@@ -32,6 +32,7 @@ TREE = random_tree(0)
 TASKS = [(i, i + 1) for i in range(30)]
 IN_SEARCHES = [name for name, metric in METRICS.items() if metric.bound is not None]
 slow = pytest.mark.slow
+kills = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGKILL")
 
 
 @contextmanager
@@ -141,6 +142,16 @@ def test_without_a_configuration_there_are_only_threads():
 
 
 def test_each_task_comes_back_once_and_the_payload_arrives_once(processes):
+    check_that_each_comes_once()
+
+
+def test_each_task_comes_back_once_from_dask(client):
+    """One test of a cluster that is not slow; `client` is the default of joblib's dask backend."""
+    with joblib.parallel_config(backend="dask"):
+        check_that_each_comes_once()
+
+
+def check_that_each_comes_once():
     returned = list(from_workers(use, Shared(100_000), TASKS, None))
     assert sorted(task for task, _ in returned) == TASKS
     assert all(number == task[0] for task, (_, _, number) in returned)
@@ -154,6 +165,7 @@ def test_an_error_of_a_task_is_raised_unchanged(processes):
         list(from_workers(fail, None, TASKS, None))
 
 
+@kills
 @slow
 def test_tasks_of_a_worker_that_dies_are_run_again(mortal_processes, tmp_path):
     returned = dict(from_workers(die_once, str(tmp_path), TASKS, None))
@@ -161,6 +173,7 @@ def test_tasks_of_a_worker_that_dies_are_run_again(mortal_processes, tmp_path):
     assert returned == {task: task[0] for task in TASKS}
 
 
+@kills
 @slow
 def test_tasks_that_kill_every_worker_are_an_error_and_no_endless_wait(mortal_processes):
     with pytest.raises(BackendError, match="3 tasks did not come back from joblib's workers in 3 attempts"):
@@ -241,6 +254,7 @@ def test_landmarks_give_the_same_coordinates(processes, small_tasks, X):
         np.testing.assert_array_equal(mds.fit_transform(X), found)
 
 
+@kills
 @slow
 @pytest.mark.parametrize("what", ["matrix", "graph"])
 def test_a_dask_worker_killed_in_the_middle_changes_nothing(small_tasks, X, what):
