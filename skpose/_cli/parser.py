@@ -129,8 +129,18 @@ def _add_reading(parser: argparse.ArgumentParser) -> None:
 
 def _add_jobs(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "--jobs", type=int, default=-1, metavar="N", help="threads or processes; -1, the default, is all processors"
+        "--jobs", type=_jobs, default=-1, metavar="N", help="threads or processes; -1, the default, is all processors"
     )
+
+
+def _jobs(text: str) -> int:
+    number = int(text)
+    if number == 0:
+        raise ValueError
+    return number
+
+
+_jobs.__name__ = "number of jobs"  # in argparse's error message
 
 
 def _positive(kind: type) -> Callable[[str], float]:

@@ -80,7 +80,7 @@ def draw(findings: Findings, folder: Path) -> None:
 
     figure = Figure(figsize=(15, 4.5), layout="constrained")
     *planes, last = figure.subplots(1, len(findings.walkers) + 1, squeeze=False)[0]
-    for ax, letter, (metric, (embedding, people, shares)) in zip(planes, "ab", findings.walkers.items(), strict=True):
+    for ax, letter, (metric, (embedding, people, shares)) in zip(planes, "ab", findings.walkers.items(), strict=False):
         unit = "rad" if metric == "angle" else "m"
         MDSDisplay.from_embedding(embedding, people, shares=shares, unit=unit, ax=ax)
         ax.get_legend().set_title("person")
