@@ -59,12 +59,13 @@ def _pair_distances(X, Y, pairs, measure, tree, steps, distances):
                 if k * width < first_requested or n_columns < (k + 1) * width:
                     for w in range(width):
                         results.skip[k, w] = not first_requested <= k * width + w < n_columns
-                else:
-                    results.skip[k] = False
             measure(X[i], Y, start, end, tree, steps, scratch, results)
             for k in range(end - start):
                 for w in range(min(width, n_columns - k * width)):
                     distances[i, (start + k) * width + w] = results.distances[k, w]
+                if k * width < first_requested or n_columns < (k + 1) * width:
+                    for w in range(width):
+                        results.skip[k, w] = False  # for the next row, which may request all
                 if any_greater(gaps[k], 0.0):
                     for w in range(width):
                         if results.gap[k, w] > 0.0:
