@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
+from threadpoolctl import threadpool_limits
 
 INCH = 0.0254
 
@@ -113,7 +114,9 @@ def least_energy_path(a, b, kinematics, n_steps=10, bounds=None):
 
     bounds = (-np.inf, np.inf) if bounds is None else np.tile(np.array(bounds, dtype=float), (n, 1)).T
     inside = np.clip(start[1:-1].ravel(), *bounds)
-    return with_inner(least_squares(chords, inside, jacobian, bounds=bounds, xtol=1e-12, ftol=1e-12, gtol=1e-9).x)
+    with threadpool_limits(1):  # for matrices of this size more threads of BLAS only wait for each other
+        found = least_squares(chords, inside, jacobian, bounds=bounds, xtol=1e-12, ftol=1e-12, gtol=1e-9)
+    return with_inner(found.x)
 
 
 def distances(X, Y, skeleton, metric, **parameters):
