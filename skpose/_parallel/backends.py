@@ -86,9 +86,8 @@ def _from_joblib(
     limit = UNFINISHED * joblib.effective_n_jobs(n_jobs)
     waiting, n_sent, n_taken = collections.deque(tasks), 0, 0
 
-    def calls() -> (
-        Iterator
-    ):  # joblib asks for them in another thread and stops while that waits; so this ends, and is called again
+    # joblib takes calls in another thread, and stops while that waits: so this generator ends, and is started again.
+    def calls() -> Iterator:
         nonlocal n_sent
         while waiting and n_sent - n_taken < limit:
             n_sent += 1

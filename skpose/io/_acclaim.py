@@ -25,9 +25,9 @@ class AcclaimBone:
     """One begin … end block of :bonedata."""
 
     begin: Token
-    name: str = ""
-    direction: np.ndarray = None  # type: ignore[assignment]  # until it is read; of length 1 once the block is read
-    length: float = None  # type: ignore[assignment]  # until it is read; in the file's unit
+    name: str
+    direction: np.ndarray  # of length 1
+    length: float  # in the file's unit
     axis: Rotation = field(default_factory=Rotation.identity)  # C_b
     order: str = "xyz"
     dofs: list[str] = field(default_factory=list)

@@ -1,6 +1,7 @@
 """Parser of Acclaim skeleton files (ASF): sections, statements, and the checks of both."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -76,53 +77,82 @@ def _read_root(section: Statements, source: Source) -> AcclaimRoot:
 
 def _read_bones(section: Statements, radians: bool, source: Source) -> dict[str, AcclaimBone]:
     bones: dict[str, AcclaimBone] = {}
-    bone: AcclaimBone | None = None
+    begin: Token | None = None  # of the block that is open
+    given: dict[str, Any] = {}  # by the statements of that block
     key: str | None = None
     for tokens in section:
         word = tokens[0].lower()
         if word == "begin":
-            if bone is not None:
-                raise source.error(f"bone {bone.name!r}, which begins in line {bone.begin.line}, has no end", tokens[0])
-            bone, key = AcclaimBone(tokens[0]), None
-        elif bone is None:
+            if begin is not None:
+                raise source.error(f"bone {_name(given)}, which begins in line {begin.line}, has no end", tokens[0])
+            begin, given, key = tokens[0], {}, None
+        elif begin is None:
             raise source.error(f"expected begin, found {str(tokens[0][:40])!r}", tokens[0])
         elif word == "end":
-            _check_bone(bone, tokens[0], source)
+            bone = _bone(begin, given, tokens[0], source)
             if bone.name in bones:
-                raise source.error(f"bone {bone.name!r} is defined twice", bone.begin)
-            bones[bone.name] = bone
-            bone = None
+                raise source.error(f"bone {bone.name!r} is defined twice", begin)
+            bones[bone.name], begin = bone, None
         elif key == "limits" and (NUMBER.fullmatch(word) or not word[0].isalpha()):  # one pair a line, or all in one
-            _read_key("limits", bone, [tokens[0], *tokens], radians, source)
+            _read_key("limits", given, [tokens[0], *tokens], radians, source)
         else:
             key = tokens[0].lower()
-            _read_key(key, bone, tokens, radians, source)
-    if bone is not None:
-        raise source.error(f"bone {bone.name!r} begins here and has no end; is the file cut short?", bone.begin)
+            _read_key(key, given, tokens, radians, source)
+    if begin is not None:
+        raise source.error(f"bone {_name(given)} begins here and has no end; is the file cut short?", begin)
     if not bones:
         raise source.error("there are no bones under :bonedata")
     return bones
 
 
-def _read_key(key: str, bone: AcclaimBone, tokens: list[Token], radians: bool, source: Source) -> None:
-    """Set what one statement gives; ignore those that no pose needs, such as id and bodymass."""
-    what = f"{key} of bone {bone.name!r}"
+def _name(given: dict[str, Any]) -> str:
+    """Return the quoted name of the bone of a block, as far as it is read."""
+    return repr(given.get("name", ""))
+
+
+def _read_key(key: str, given: dict[str, Any], tokens: list[Token], radians: bool, source: Source) -> None:
+    """Add what one statement gives; ignore those that no pose needs, such as id and bodymass."""
+    what = f"{key} of bone {_name(given)}"
     if key == "name":
         if len(tokens) != 2:
             raise source.error(f"name of a bone: expected one word, found {' '.join(tokens[1:])[:40]!r}", tokens[-1])
-        bone.name = str(tokens[1])
+        given["name"] = str(tokens[1])
     elif key == "direction":
-        bone.direction = np.array(_numbers(3, tokens, source, what))
+        given["direction"] = np.array(_numbers(3, tokens, source, what))
     elif key == "length":
-        (bone.length,) = _numbers(1, tokens, source, what)
+        (given["length"],) = _numbers(1, tokens, source, what)
     elif key == "axis":
-        bone.order = _axis_order(tokens, source, what)
+        order = _axis_order(tokens, source, what)
         angles = dict(zip("xyz", _numbers(3, tokens[:-1], source, what), strict=True))
-        bone.axis = Rotation.from_euler(bone.order, [angles[axis] for axis in bone.order], degrees=not radians)
+        given["order"] = order
+        given["axis"] = Rotation.from_euler(order, [angles[axis] for axis in order], degrees=not radians)
     elif key == "dof":
-        bone.dofs = _some_of(ROTATIONS, tokens, source, what)
+        given["dofs"] = _some_of(ROTATIONS, tokens, source, what)
     elif key == "limits":
-        bone.limits += [source.number(token, what, finite=False) for token in tokens[1:]]
+        numbers = [source.number(token, what, finite=False) for token in tokens[1:]]
+        given["limits"] = given.get("limits", []) + numbers
+
+
+def _bone(begin: Token, given: dict[str, Any], end: Token, source: Source) -> AcclaimBone:
+    """Return the bone of a block, checked."""
+    for key in ("name", "direction", "length"):
+        if key not in given:
+            raise source.error(f"bone {_name(given)}, which begins in line {begin.line}, has no {key}", end)
+    bone = AcclaimBone(begin, **given)
+    if bone.name == "root":
+        raise source.error("a bone is named 'root', which is the name of the root; give it another name", begin)
+    with source.format_errors():
+        norm = np.linalg.norm(bone.direction)
+    if not np.isfinite(norm) or (norm == 0 and bone.length != 0):
+        raise source.error(f"bone {bone.name!r} has a length but no direction", begin)
+    bone.direction = bone.direction / (norm or 1.0)  # printed to six digits, so its length is not exactly 1
+    if bone.limits and len(bone.limits) != 2 * len(bone.dofs):
+        raise source.error(
+            f"bone {bone.name!r}: expected a pair of limits for each of its {len(bone.dofs)} dofs, found "
+            f"{len(bone.limits)} numbers",
+            end,
+        )
+    return bone
 
 
 def _numbers(n: int, tokens: list[Token], source: Source, what: str, positive: bool = False) -> list[float]:
@@ -151,26 +181,6 @@ def _axis_order(tokens: list[Token], source: Source, what: str) -> str:
             f"{what}: expected an order such as XYZ at the end, found {str(tokens[-1][:40])!r}", tokens[-1]
         )
     return order
-
-
-def _check_bone(bone: AcclaimBone, end: Token, source: Source) -> None:
-    for key in ("name", "direction", "length"):
-        value = getattr(bone, key)
-        if value is None or (key == "name" and not value):
-            raise source.error(f"bone {bone.name!r}, which begins in line {bone.begin.line}, has no {key}", end)
-    if bone.name == "root":
-        raise source.error("a bone is named 'root', which is the name of the root; give it another name", bone.begin)
-    with source.format_errors():
-        norm = np.linalg.norm(bone.direction)
-    if not np.isfinite(norm) or (norm == 0 and bone.length != 0):
-        raise source.error(f"bone {bone.name!r} has a length but no direction", bone.begin)
-    bone.direction = bone.direction / (norm or 1.0)  # printed to six digits, so its length is not exactly 1
-    if bone.limits and len(bone.limits) != 2 * len(bone.dofs):
-        raise source.error(
-            f"bone {bone.name!r}: expected a pair of limits for each of its {len(bone.dofs)} dofs, found "
-            f"{len(bone.limits)} numbers",
-            end,
-        )
 
 
 def _read_hierarchy(section: Statements, bones: dict[str, AcclaimBone], source: Source) -> dict[str, str | None]:

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import cast
 
 from skpose.io._source import Chunk, Source
@@ -21,9 +21,10 @@ class Joint:
     name: str  # empty for an End Site
     parent: "Joint | None"
     opened: Token  # its ROOT, JOINT or End
-    offset: list[float] = None  # type: ignore[assignment]  # until it is read
-    channels: list[str] = None  # type: ignore[assignment]  # until they are read; such as "xposition", "zrotation"
+    offset: list[float] = field(default_factory=list)
+    channels: list[str] = field(default_factory=list)  # such as "xposition", "zrotation"
     first: int = 0  # index of its first number in a frame
+    given: set[str] = field(default_factory=set)  # OFFSET, CHANNELS: the statements that are read
 
     def columns(self, kind: str) -> dict[str, int]:
         """Return the axes of its channels of a kind, in the file's order, and their indices in a frame."""
@@ -83,15 +84,14 @@ def read_hierarchy(lexer: Lexer) -> list[Joint]:
         if keyword in ("ROOT", "JOINT", "END"):
             joint = _open(lexer, word, joint, joints)
         elif joint is not None and keyword == "OFFSET":
-            _once(joint.offset is None, joint, word, source)
+            _once(joint, word, source)
             joint.offset = [source.number(lexer.expect("3 numbers"), f"OFFSET of {joint}") for _ in range(3)]
         elif joint is not None and keyword == "CHANNELS":
-            _once(joint.channels is None, joint, word, source)
+            _once(joint, word, source)
             joint.channels = _channels(lexer, joint)
         elif joint is not None and word == "}":
-            if joint.offset is None:
+            if "OFFSET" not in joint.given:
                 raise source.error(f"{joint}, which begins in line {joint.opened.line}, has no OFFSET", word)
-            joint.channels = joint.channels or []
             joint = joint.parent
         elif joint is not None:
             raise source.error(
@@ -131,9 +131,11 @@ def _open(lexer: Lexer, word: Token, parent: Joint | None, joints: list[Joint]) 
     return joint
 
 
-def _once(first: bool, joint: Joint, word: Token, source: Source) -> None:
-    if not first:
+def _once(joint: Joint, word: Token, source: Source) -> None:
+    """Raise an error unless this is the first statement of its kind in the block."""
+    if word.upper() in joint.given:
         raise source.error(f"{joint} has {word} twice", word)
+    joint.given.add(word.upper())
 
 
 def _channels(lexer: Lexer, joint: Joint) -> list[str]:
