@@ -163,7 +163,9 @@ def test_out_is_written_and_returned(skeleton, X, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "out", [np.empty((19, 18)), np.empty((19, 19), np.float32), np.broadcast_to(0.0, (19, 19))], ids=str
+    "out",
+    [np.empty((19, 18)), np.empty((19, 19), np.float32), np.broadcast_to(0.0, (19, 19))],
+    ids=["shape", "dtype", "read-only"],
 )
 def test_out_that_does_not_fit(out, skeleton, X):
     with pytest.raises(ValueError, match=r"out must be a writeable float64 array of shape \(19, 19\), got"):
