@@ -42,10 +42,13 @@ def cmu(cmu_folder):
     return load_cmu(cmu_folder)
 
 
-def random_tree(seed, n=12, offset_frame="own"):
-    """A branching skeleton with all numbers and orders of axes, rest rotations, and rigid joints."""
+ANGLES = "xyz", "ZXY", "", "y", "xz", "ZY", "yxz", "X", "YZX", "zy", "XZY", "zyx"
+MIXED = "rotvec", "ZXY", "", "y", "rotvec", "rotvec", "rotvec", "X", "YZX", "zy", "rotvec", "rotvec"
+
+
+def random_tree(seed, n=12, offset_frame="own", kinds=ANGLES):
+    """A branching skeleton with joints of these kinds in turn, rest rotations, and rigid joints."""
     rng = np.random.default_rng(seed)
-    kinds = ["xyz", "ZXY", "", "y", "xz", "ZY", "yxz", "X", "YZX", "zy", "XZY", "zyx"]
     bones = []
     for i in range(n):
         parent = None if i < 2 else f"b{rng.integers(i)}"
@@ -61,6 +64,8 @@ SKELETONS = {
     "humanoid": humanoid(),
     "tree": random_tree(0),
     "tree, offsets in the parent's frame": random_tree(1, offset_frame="parent"),
+    "ball joints": random_tree(2, kinds=["rotvec"]),
+    "mixed joints": random_tree(3, kinds=MIXED, offset_frame="parent"),
 }
 
 

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from skpose.skeleton._interpolation import interpolate, linear
+from skpose.skeleton._rotations import TWO_PI
 from skpose.skeleton._skeleton import Skeleton, mismatch
 
 if TYPE_CHECKING:
     import pandas
-
-TWO_PI = 2.0 * np.pi
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -103,9 +103,10 @@ class Motion:
     def resample(self, frame_rate: float) -> "Motion":
         """Return the motion at another frame rate, from its first frame to the last time within it.
 
-        Between two frames angles are interpolated linearly along their difference wrapped to [−π, π], so that a
-        file's jump by 360° is no rotation; where the new times coincide with frames, as from 120 to 12 Hz, these are
-        taken as they are. There is no low-pass filter: a lower rate aliases movements that are faster than it, as in
+        Between two frames a joint with three dofs turns by the short way (slerp). Other angles change linearly along
+        their difference wrapped to [−π, π], so that a file's jump by 360° is no rotation. Where the new times coincide
+        with frames, as from 120 to 12 Hz, these are taken as they are. There is no low-pass filter: a lower rate
+        aliases movements that are faster than it, as in
         the paper.
 
         Parameters
@@ -132,17 +133,13 @@ class Motion:
         times = np.where(np.abs(times - near) < 1e-9, near, times)
         before = np.minimum(times.astype(np.intp), max(len(self) - 1, 0))
         after, part = np.minimum(before + 1, len(self) - 1), (times - before)[:, None]
-
-        def between(values: np.ndarray, period: float) -> np.ndarray:
-            gap = values[after] - values[before]
-            return values[before] + part * (gap - period * np.rint(gap / period) if period else gap)
-
+        positions, angles = self.root_positions, self.root_angles
         return Motion(
             self.skeleton,
-            between(self.angles, TWO_PI),
+            interpolate(self.skeleton, self.angles, times),
             frame_rate,
-            between(self.root_positions, 0.0),
-            between(self.root_angles, TWO_PI),
+            linear(positions[before], positions[after], part, 0.0),
+            linear(angles[before], angles[after], part, TWO_PI),
             self.root_axes,
         )
 

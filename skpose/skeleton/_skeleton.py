@@ -132,7 +132,7 @@ class Skeleton:
 
     @cached_property
     def dof_names(self) -> tuple[str, ...]:
-        return tuple(f"{bone.name}_r{axis}" for bone in self.bones for axis in bone.dofs.lower())
+        return tuple(name for bone in self.bones for name in bone.dof_names)
 
     @cached_property
     def parents(self) -> np.ndarray:
@@ -152,7 +152,7 @@ class Skeleton:
         if all(bone.limits is None for bone in self.bones):
             return None
         free = (-np.inf, np.inf)
-        return _frozen([pair for b in self.bones for pair in (b.limits or [free] * len(b.dofs))])
+        return _frozen([pair for b in self.bones for pair in (b.limits or [free] * b.n_dofs)])
 
     @property
     def n_joints(self) -> int:
