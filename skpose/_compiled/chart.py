@@ -45,6 +45,7 @@ def free_tree(tree, frees_angles):
         tree.shift,
         tree.angle_dof,
         tree.ball_frame,
+        tree.first_joint,
         tree.joint_parent,
         tree.joint_frame,
         tree.offset,

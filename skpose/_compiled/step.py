@@ -18,6 +18,7 @@ def plan_of(tree):
         tree.angle_dof.shape[0],
         tree.ball_frame.shape[0],
         tree.batch_kind.shape[0],
+        tree.first_joint.shape[0] - 1,
         first_moving,
         tree.offset.shape[0] - n_tips,
         tree.offset.shape[0],
@@ -30,6 +31,7 @@ def plan_of(tree):
         flat(tree.fixed_rotation),
         flat(tree.batch_kind),
         flat(tree.first_frame),
+        flat(tree.first_joint),
         flat(tree.joint_parent),
         flat(tree.joint_frame),
         flat(tree.offset),
@@ -183,13 +185,12 @@ def take_step(plan, parts):
     _rotate_frames(plan, parts)
     zero = full_like(P, 0.0)
     squares = zero, zero, zero  # by coordinate: three sums, so that no addition waits for the one before
-    for j in range(plan.first_moving, plan.first_tip):
-        h, p = 6 * plan.joint_frame[j], plan.joint_parent[j]
-        x, y, z = plan.offset[3 * j], plan.offset[3 * j + 1], plan.offset[3 * j + 2]
-        if y == 0.0 and z == 0.0:
-            squares = _place_along_x(H, h, P, j, p, x, squares)
-        else:
-            squares = _place_joint(H, h, P, j, p, x, y, z, squares)
+    for b in range(0, plan.n_runs, 2):
+        for j in range(plan.first_joint[b], plan.first_joint[b + 1]):
+            x, y, z = plan.offset[3 * j], plan.offset[3 * j + 1], plan.offset[3 * j + 2]
+            squares = _place_joint(H, 6 * plan.joint_frame[j], P, j, plan.joint_parent[j], x, y, z, squares)
+        for j in range(plan.first_joint[b + 1], plan.first_joint[b + 2]):
+            squares = _place_along_x(H, 6 * plan.joint_frame[j], P, j, plan.joint_parent[j], plan.offset[3 * j], squares)
     for j in range(plan.first_tip, plan.n_joints):
         f = plan.joint_frame[j]
         x, y, z = _tip_offset(plan, parts, f, plan.offset[3 * j], plan.offset[3 * j + 1])

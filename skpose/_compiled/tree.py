@@ -36,6 +36,7 @@ class Tree(NamedTuple):
     shift: np.ndarray  # (n_dofs,) constant added to the angle, rad
     angle_dof: np.ndarray  # (n_angles,) the dofs that are angles
     ball_frame: np.ndarray  # (n_balls,) the frames of ball joints
+    first_joint: np.ndarray  # (n_runs + 1,) of runs of joints that move and are no tips: any, along x, any, along x …
     joint_parent: np.ndarray  # (n_joints + 1,) parent of each joint
     joint_frame: np.ndarray  # (n_joints + 1,) frame in which the joint's offset is given
     offset: np.ndarray  # (n_joints + 1, 3) from the parent, m; z is zero for a tip's joint
@@ -50,6 +51,7 @@ class Plan(NamedTuple):
     n_angles: int
     n_balls: int
     n_batches: int
+    n_runs: int
     first_moving: int  # joint; the ones before it are fixed to the root
     first_tip: int  # joint
     n_joints: int  # the root's included
@@ -62,6 +64,7 @@ class Plan(NamedTuple):
     fixed_rotation: np.ndarray
     batch_kind: np.ndarray
     first_frame: np.ndarray
+    first_joint: np.ndarray
     joint_parent: np.ndarray
     joint_frame: np.ndarray
     offset: np.ndarray

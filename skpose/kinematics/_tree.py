@@ -164,6 +164,7 @@ def _arrays(skeleton: Skeleton | None, built: Frames, shift: np.ndarray) -> Tree
         shift=shift,
         angle_dof=np.flatnonzero(is_angle),
         ball_frame=np.array(balls, dtype=int),
+        first_joint=_runs_of_joints(frames, joint_frame, built.offset[order], first_frame[-1]),
         joint_parent=tree_joint[[0, *(parents + 1)]][order],
         joint_frame=joint_frame,
         offset=built.offset[order],
@@ -171,6 +172,18 @@ def _arrays(skeleton: Skeleton | None, built: Frames, shift: np.ndarray) -> Tree
         first_run=np.cumsum([0, *map(len, ranges)]),
         runs=np.array([one for frame_ranges in ranges for one in frame_ranges], dtype=int).reshape(-1, 2),
     )
+
+
+def _runs_of_joints(frames: list[Frame], joint_frame: np.ndarray, offset: np.ndarray, first_tip: int) -> np.ndarray:
+    """Return where runs of joints begin: of any joints, then of those of ball joints that lie along x, in turns."""
+    moving = [j for j, f in enumerate(joint_frame) if 0 < f < first_tip]
+    runs = [moving[0] if moving else len(joint_frame)]
+    for j in moving:
+        along_x = frames[joint_frame[j]].is_ball and not offset[j, 1:].any()
+        if along_x != (len(runs) % 2 == 0):
+            runs.append(j)
+    end = moving[-1] + 1 if moving else len(joint_frame)
+    return np.array(runs + [end] * (1 + len(runs) % 2))
 
 
 def _dof_ranges(frame: Frame) -> list[tuple[int, int]]:
