@@ -1,8 +1,8 @@
-"""Coordinates in which paths are found: joints with three dofs turn freely from where they are at the start.
+"""Coordinates in which paths are found: joints with three dofs turn freely.
 
 Three Euler angles reach every rotation, but badly: close rotations may have far angles. So a path is found in a tree
-whose frames with three dofs are all ball joints. The reference of each is its rotation at the start, so that its
-coordinates, a rotation vector, are zero there, and a straight line from there is a slerp.
+whose frames with three dofs are all ball joints. The reference of each lies half-way between its rotations at the start
+and at the end. Its coordinates, a rotation vector, are opposite there, and the straight line between is the slerp.
 """
 
 import math
@@ -11,7 +11,7 @@ import numpy as np
 
 from skpose._compiled.forward import frame_quaternion
 from skpose._compiled.jit import internal, jit
-from skpose._compiled.rotation import canonical, inverse, product, quaternion_of, sign_towards, vector_of
+from skpose._compiled.rotation import canonical, inverse, product, quaternion_of, sign_towards, slope_of_turn, vector_of
 from skpose._compiled.tree import TWO_PI, Tree
 
 GIMBAL = 1e-7  # cosine of the second Euler angle below which the first one is free
@@ -74,13 +74,16 @@ def _reference(free, f):
 
 
 @internal
-def set_references(tree, free, dofs):
-    """Let the references of a free tree be the rotations of a pose."""
+def set_references(tree, free, start, end):
+    """Let the references of a free tree be half-way between two poses."""
     for f in range(1, tree.frame_parent.shape[0]):
         if free.ball[f] >= 0:
-            rotation = _rotation_of(tree, dofs, f)
-            for i in range(4):
-                free.reference[f, i] = rotation[i]
+            p, q = _rotation_of(tree, start, f), _rotation_of(tree, end, f)
+            sign = sign_towards(p, q)
+            w, x, y, z = p[0] + sign * q[0], p[1] + sign * q[1], p[2] + sign * q[2], p[3] + sign * q[3]
+            size = math.sqrt(w * w + x * x + y * y + z * z)
+            free.reference[f, 0], free.reference[f, 1] = w / size, x / size
+            free.reference[f, 2], free.reference[f, 3] = y / size, z / size
 
 
 @internal
@@ -155,9 +158,19 @@ def pose_of(tree, free, coordinates, near):
 def chart_at(tree, pose, frees_angles):
     """Return the free tree whose references are a pose, and the coordinates of the pose."""
     free, coordinates = free_tree(tree, frees_angles), np.empty(pose.shape[0])
-    set_references(tree, free, pose)
+    set_references(tree, free, pose, pose)
     coordinates_of(tree, free, pose, coordinates)
     return free, coordinates
+
+
+@internal
+def slopes_of_turns(free, coordinates, slopes):
+    """Make derivatives by the coordinates of a pose those by its coordinates in a chart at the pose itself."""
+    for f in range(1, free.frame_parent.shape[0]):
+        if free.ball[f] >= 0:
+            i = free.first_dof[f]
+            v, s = coordinates[i : i + 3], slopes[i : i + 3]
+            s[0], s[1], s[2] = slope_of_turn((v[0], v[1], v[2]), (s[0], s[1], s[2]))
 
 
 @internal
@@ -172,7 +185,9 @@ def line_of_angles(tree, free, start, end, path):
 
     Ball joints follow their slerp.
     """
-    last, dofs, target = path.shape[0] - 1, start.copy(), np.empty(start.shape[0])
+    last, dofs = path.shape[0] - 1, start.copy()
+    begin, target = np.empty(start.shape[0]), np.empty(start.shape[0])
+    coordinates_of(tree, free, start, begin)
     coordinates_of(tree, free, end, target)
     within = True
     for i in range(path.shape[0]):
@@ -183,7 +198,7 @@ def line_of_angles(tree, free, start, end, path):
             first = tree.first_dof[f]
             if tree.ball[f] >= 0:
                 for d in range(first, first + 3):
-                    path[i, d] = (i / last) * target[d]
+                    path[i, d] = begin[d] + (i / last) * (target[d] - begin[d])
             elif free.ball[f] >= 0 and i > 0:
                 within = _follow(path[i - 1, first : first + 3], path[i, first : first + 3]) and within
     return within

@@ -1,7 +1,7 @@
 """The geodesic between two poses, and the metric that measures its length.
 
-A path is found downhill from a straight line: where joints with three dofs are given by angles, from the shorter one of
-the line of the angles and the line on which these joints turn by the short way (see `chart`).
+A path is found downhill from a straight line. Where joints with three dofs are given by angles there are two: the line
+of the angles, and the one on which these joints turn by slerp (see `chart`). It starts from the shorter one.
 
 The discretisation check
 ------------------------
@@ -21,7 +21,7 @@ from skpose._compiled.forward import SQRT2
 from skpose._compiled.jit import internal, jit, unfolded
 from skpose._compiled.measure import measure_line, turns_off
 from skpose._compiled.minimiser import FIRST_DAMPING, MAX_GAP, ROUNDING, Settings, minimise, rounding_length, unbounded
-from skpose._compiled.path_energy import chords, curve_length, divided, path_of
+from skpose._compiled.path_energy import FINE, chords, curve_length, divided, path_of
 from skpose._compiled.rotation import product, vector_of
 from skpose._compiled.tree import TWO_PI
 
@@ -32,6 +32,7 @@ NEAR = 1e-3  # a relative decrease of the energy below which the exact Hessian t
 LEAST_CHANGE = 0.1  # see `minimiser.Settings`
 PATIENCE = 10  # iterations, on paths that are not refined
 NEVER = 1 << 62  # iterations
+ARRIVED = 1e-9  # rounding of the last pose's dofs, rad
 AGREE = 1e-6  # relative difference of chord and line within which the line's length is the geodesic's
 
 
@@ -83,9 +84,9 @@ def find_geodesic(tree, line, bounds, max_iter, tol):
 
 @internal
 def slerp_line(tree, free, start, end, n_steps):
-    """Return the straight line from a pose to another in coordinates, their references set to the first."""
+    """Set the references, and return the line on which ball joints turn by slerp, in coordinates."""
     ends = np.empty((2, start.shape[0]))
-    set_references(tree, free, start)
+    set_references(tree, free, start, end)
     coordinates_of(tree, free, start, ends[0])
     coordinates_of(tree, free, end, ends[1])
     return divided(ends, n_steps)
@@ -115,9 +116,15 @@ def path_between(tree, start, end, n_steps, frees_angles, bounds, max_iter, tol)
     poses[0] = start
     for i in range(1, last + 1):
         dofs_of(tree, free, curve.poses[i], poses[i - 1], poses[i])
-    return Curve(
-        poses, curve.energy, curve.length, curve.curve_length, curve.gradient_norm, curve.n_iter, curve.converged
-    )
+    farthest = 0.0
+    for d in range(end.shape[0]):
+        farthest = max(farthest, abs(poses[last, d] - end[d]))
+    if farthest < ARRIVED:
+        poses[last] = end
+    along = 0.0
+    for i in range(last):
+        along += chords(free, slerp_line(tree, free, poses[i], poses[i + 1], FINE))[0]
+    return Curve(poses, curve.energy, curve.length, along, curve.gradient_norm, curve.n_iter, curve.converged)
 
 
 @internal

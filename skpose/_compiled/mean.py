@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._compiled.chart import chart_at, free_tree, pose_of
+from skpose._compiled.chart import chart_at, free_tree, pose_of, slopes_of_turns
 from skpose._compiled.forward import workspace_rows
 from skpose._compiled.geodesic import MAX_ITER, NEVER, SUBSTEPS, TOL, find_geodesic, shorter_line
 from skpose._compiled.jit import jit
@@ -65,6 +65,7 @@ def geodesics_from(tree, pose, ends, first, last, n_steps, frees_angles, found):
         for k in range(substeps):
             sum_moments(tree, start.P[max(k - 1, 0)], start.P[k], start.P[k + 1], moments)
             add_gradient(tree, start.screws[k], moments, k / substeps, gradient)
+        slopes_of_turns(free, curve.poses[0], gradient[0])
         found.energies[i] = n_chords * curve.energy
         found.lengths[i] = curve.length
         for d in range(n_dofs):

@@ -160,6 +160,23 @@ def _cross(p, q):
 
 
 @internal
+def _inverse_jacobian(v, u, half):
+    """Return Jr(v)⁻¹ u for a half of ½, Jl(v)⁻¹ u = Jr(v)⁻ᵀ u for −½."""
+    square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
+    h = 0.5 * math.sqrt(square)
+    c = (1.0 - h / math.tan(h)) / square if square > 1e-3 else 1.0 / 12.0 + square / 720.0 + square**2 / 30240.0
+    s = _cross(v, u)
+    r = _cross(v, s)
+    return u[0] + half * s[0] + c * r[0], u[1] + half * s[1] + c * r[1], u[2] + half * s[2] + c * r[2]
+
+
+@internal
+def slope_of_turn(v, slope):
+    """Return the derivative by a turn in the rotated axes, given the one by the rotation vector v."""
+    return _inverse_jacobian(v, slope, -0.5)
+
+
+@internal
 def second_derivatives(v, moment):
     """Return the nine numbers m·∂Jl(v)eᵢ/∂vⱼ, row j, column i, where the moment is Jl(v)ᵀ m.
 
@@ -169,15 +186,7 @@ def second_derivatives(v, moment):
     square = x * x + y * y + z * z
     a, b = jacobian_coefficients(square)
     slope_a, slope_b = jacobian_slopes(square)
-    half = 0.5 * math.sqrt(square)
-    c = (1.0 - half / math.tan(half)) / square if square > 1e-3 else 1.0 / 12.0 + square / 720.0 + square**2 / 30240.0
-    s = _cross(v, moment)
-    r = _cross(v, s)
-    m = (
-        moment[0] + 0.5 * s[0] + c * r[0],
-        moment[1] + 0.5 * s[1] + c * r[1],
-        moment[2] + 0.5 * s[2] + c * r[2],
-    )
+    m = _inverse_jacobian(v, moment, 0.5)
     across = _cross(v, m)
     twice = _cross(v, across)
     along = x * m[0] + y * m[1] + z * m[2]

@@ -190,7 +190,8 @@ def take_step(plan, parts):
             x, y, z = plan.offset[3 * j], plan.offset[3 * j + 1], plan.offset[3 * j + 2]
             squares = _place_joint(H, 6 * plan.joint_frame[j], P, j, plan.joint_parent[j], x, y, z, squares)
         for j in range(plan.first_joint[b + 1], plan.first_joint[b + 2]):
-            squares = _place_along_x(H, 6 * plan.joint_frame[j], P, j, plan.joint_parent[j], plan.offset[3 * j], squares)
+            h, x = 6 * plan.joint_frame[j], plan.offset[3 * j]
+            squares = _place_along_x(H, h, P, j, plan.joint_parent[j], x, squares)
     for j in range(plan.first_tip, plan.n_joints):
         f = plan.joint_frame[j]
         x, y, z = _tip_offset(plan, parts, f, plan.offset[3 * j], plan.offset[3 * j + 1])

@@ -11,6 +11,7 @@ from sklearn.exceptions import ConvergenceWarning
 from skpose._compat.sklearn import Interval, StrOptions, validate_params
 from skpose._compiled.geodesic import MAX_ITER, TOL, path_between
 from skpose._compiled.minimiser import Bounds
+from skpose._compiled.tree import Tree
 from skpose.kinematics import forward_kinematics
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of, wrapped
 from skpose.skeleton import Skeleton
@@ -212,8 +213,7 @@ def geodesic(
     begin, target = to_tree_order(tree, first), to_tree_order(tree, last)
     if wrap:
         target = wrapped(tree, target, begin)
-    low, high = (to_tree_order(tree, b) for b in _bounds(first, from_tree_order(tree, target), skeleton, joint_limits))
-    bounds = Bounds(np.minimum(low, high), np.maximum(low, high))  # an axis that the tree reverses swaps its limits
+    bounds = _bounds(tree, skeleton, begin, target, joint_limits)
     frees_angles = bool(wrap) and joint_limits == "ignore"
     curve = path_between(tree, begin, target, n_steps, frees_angles, bounds, max_iter, float(tol))
     path = from_tree_order(tree, curve.poses)
@@ -240,17 +240,19 @@ def geodesic(
     return found
 
 
-def _bounds(
-    first: np.ndarray, last: np.ndarray, skeleton: Skeleton, joint_limits: str
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the least and the largest value of each angle between the two poses, rad."""
+def _bounds(tree: Tree, skeleton: Skeleton, begin: np.ndarray, target: np.ndarray, joint_limits: str) -> Bounds:
+    """Return the least and the largest value of each dof between two poses, all in the tree's order."""
+    free = np.full(len(begin), np.inf)
+    bounds = Bounds(-free, free)
     if joint_limits == "ignore":
-        free = np.full(len(first), np.inf)
-        return -free, free
+        return bounds
     if skeleton.limits is None:
         raise ValueError(
             'joint_limits="enforce" needs a skeleton with limits, and none of its bones has any: give limits to its '
             'bones, or use joint_limits="ignore"'
         )
-    lower, upper = skeleton.limits.T
-    return np.minimum(lower, np.minimum(first, last)), np.maximum(upper, np.maximum(first, last))
+    angles = tree.angle_dof  # an axis that the tree reverses swaps its limits
+    limits = skeleton.limits[tree.column[angles]] * tree.sign[angles, None]
+    bounds.lower[angles] = np.minimum(limits.min(axis=1), np.minimum(begin, target)[angles])
+    bounds.upper[angles] = np.maximum(limits.max(axis=1), np.maximum(begin, target)[angles])
+    return bounds

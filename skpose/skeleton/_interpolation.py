@@ -1,4 +1,4 @@
-"""Poses between poses: joints with three dofs turn by the short way, other angles change linearly."""
+"""Poses between poses: joints with three dofs turn by slerp, other angles change linearly."""
 
 import numpy as np
 
