@@ -134,8 +134,7 @@ class Archive:
             raise self.source.error(
                 f"{key}: expected {stated} bytes of data, found {len(data)}; is the file cut short?"
             )
-        order = "F" if header.fortran_order else "C"
-        return np.ndarray(header.shape, header.dtype, data, order=order)  # type: ignore[call-overload]
+        return np.ndarray(header.shape, header.dtype, data, order="F" if header.fortran_order else "C")
 
     @contextmanager
     def _damage(self, key: str) -> Iterator[None]:

@@ -21,16 +21,17 @@ FINGERS = "index", "middle", "pinky", "ring", "thumb"
 GENDERS = "female", "male", "neutral"
 # The remedy for a model whose arrays are pickled: scipy's sparse matrices, or chumpy's arrays.
 DENSE = (
-    "If you trust the file: data = numpy.load(path, allow_pickle=True); numpy.savez(new, v_template=data['v_template'], "
-    "shapedirs=data['shapedirs'], J_regressor=data['J_regressor'].item().toarray())"
+    "If you trust the file: m = numpy.load(path, allow_pickle=True); numpy.savez(new, J_regressor=m['J_regressor']"
+    ".item().toarray(), v_template=m['v_template'], shapedirs=m['shapedirs'])"
 )
 EXPRESSIONS = 300  # a model SMPL-X with fewer shapedirs has only ten of shape, then those of the face
 SHAPES_BEFORE_EXPRESSIONS = 10
 
 
 def _fingers(side: str) -> Tree:
-    parents = {f"{side}_{finger}{i}": f"{side}_{finger}{i - 1}" for finger in FINGERS for i in (1, 2, 3)}
-    return parents | {f"{side}_{finger}1": f"{side}_wrist" for finger in FINGERS}
+    parents: Tree = {f"{side}_{finger}{i}": f"{side}_{finger}{i - 1}" for finger in FINGERS for i in (1, 2, 3)}
+    parents.update({f"{side}_{finger}1": f"{side}_wrist" for finger in FINGERS})
+    return parents
 
 
 _BODY: Tree = {
