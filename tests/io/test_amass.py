@@ -205,7 +205,7 @@ def test_the_roots_angles_are_continuous(write):
 
 def test_mean_proportions(write):
     """Bones are those of humanoid, with the arms to the sides."""
-    with pytest.warns(UserWarning, match="model= takes them from the file of a body model") as caught:
+    with pytest.warns(UserWarning, match="model= takes them from the file of an SMPL model") as caught:
         motion = load_amass(write(motion_arrays("SMPL-H")))
     assert [Path(warning.filename) for warning in caught] == [Path(__file__)]
     person = humanoid()
@@ -305,7 +305,7 @@ def test_pickles_in_place_of_files(write, tmp_path):
     with pytest.raises(MocapFormatError, match=r"a\.pkl: this is a pickle"):
         load_motion(tmp_path / "a.pkl")
     path = write(motion_arrays("SMPL"))
-    with pytest.raises(MocapFormatError, match=r"a\.pkl: this is a pickle, .* not the file of a body model"):
+    with pytest.raises(MocapFormatError, match=r"a\.pkl: this is a pickle, .* not the file of an SMPL model"):
         load_amass(path, model=tmp_path / "a.pkl")
     sparse = np.array(csc_matrix(model_arrays("SMPL")["J_regressor"]), dtype=object)
     model = write(model_arrays("SMPL"), "model.npz", J_regressor=sparse)
