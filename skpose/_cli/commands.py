@@ -20,10 +20,15 @@ from skpose.skeleton import Skeleton
 
 
 def read_poses(
-    files: Sequence[Path], rate: float | None, asf: Path | None, frame_rate: float, scale: float | None
+    files: Sequence[Path],
+    rate: float | None,
+    asf: Path | None,
+    frame_rate: float,
+    scale: float | None,
+    model: str | None,
 ) -> tuple[np.ndarray, Skeleton]:
     """Read all files; return their poses on the mean skeleton. Print which rows belong to which file."""
-    motions = [load_motion(path, asf=asf, frame_rate=frame_rate, scale=scale) for path in files]
+    motions = [load_motion(path, asf=asf, frame_rate=frame_rate, scale=scale, model=model) for path in files]
     names = [str(path) for path in files]
     X, sequence = (dataset := MotionDataset(motions, names, names, names)).poses(rate)
     ends = np.searchsorted(sequence, np.arange(len(files)), side="right")
@@ -101,12 +106,12 @@ def _refuse_to_overwrite(out: Path) -> None:
         raise FileExistsError(f"{out} already exists: delete it or choose another file")
 
 
-def info(path: Path, asf: Path | None, frame_rate: float, scale: float | None) -> None:
+def info(path: Path, asf: Path | None, frame_rate: float, scale: float | None, model: str | None) -> None:
     """Print the contents of a file: frames, joints, degrees of freedom."""
     if file_format(path) == "ASF":
         skeleton = load_asf(path, scale=scale)
     else:
-        motion = load_motion(path, asf=asf, frame_rate=frame_rate, scale=scale)
+        motion = load_motion(path, asf=asf, frame_rate=frame_rate, scale=scale, model=model)
         skeleton = motion.skeleton
         print(f"{len(motion)} frames at {motion.frame_rate:g} Hz, {len(motion) / motion.frame_rate:.2f} s")
     print(f"{skeleton.n_joints} joints besides the root, {skeleton.n_dofs} degrees of freedom\n")

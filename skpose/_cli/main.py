@@ -41,7 +41,7 @@ def _run(options: argparse.Namespace) -> None:
     if options.command == "reproduce":
         commands.reproduce(options.folder, options.out, options.seed, options.jobs)
         return
-    reading = options.asf, options.frame_rate, options.scale
+    reading = options.asf, options.frame_rate, options.scale, options.model
     if options.command == "info":
         commands.info(options.file, *reading)
         return

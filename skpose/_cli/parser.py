@@ -67,7 +67,7 @@ def command_line() -> argparse.ArgumentParser:
         help="instead: all poses up to this distance, m (rad for angle)",
     )
 
-    info = command("info", "print the contents of a BVH, AMC or ASF file")
+    info = command("info", "print the contents of a BVH, AMC, ASF or AMASS file")
     info.add_argument("file", type=Path, metavar="FILE")
     _add_reading(info)
     return parser
@@ -86,7 +86,7 @@ def _add_folder(parser: argparse.ArgumentParser) -> None:
 def _add_poses(parser: argparse.ArgumentParser, out: str, result: str) -> None:
     """Add the options of a computation on poses: input, output, metric, backend."""
     parser.add_argument(
-        "files", nargs="+", type=Path, metavar="FILE", help="BVH or AMC files, in the order of the rows"
+        "files", nargs="+", type=Path, metavar="FILE", help="BVH, AMC or AMASS files, in the order of the rows"
     )
     parser.add_argument("--out", type=Path, required=True, metavar=out, help=result)
     parser.add_argument("--metric", choices=METRICS, default="spatial", help="default: spatial")
@@ -124,6 +124,12 @@ def _add_reading(parser: argparse.ArgumentParser) -> None:
         type=_positive(float),
         metavar="M",
         help="metres per unit of length; default: 1 for BVH, the unit in the skeleton's file for AMC",
+    )
+    parser.add_argument(
+        "--model",
+        metavar="FILE",
+        help="body model (.npz) of AMASS files, see skpose.io.load_amass; {gender} in it is replaced by the motion's; "
+        "default: a person of mean proportions",
     )
 
 

@@ -40,7 +40,7 @@ class Motion:
 
     See Also
     --------
-    skpose.io.load_motion : Read a motion from a BVH or AMC file.
+    skpose.io.load_motion : Read a motion from a BVH, AMC or AMASS file.
     skpose.io.save_bvh : Write a motion as a BVH file.
 
     Notes

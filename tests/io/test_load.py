@@ -59,7 +59,7 @@ def test_options_are_passed_to_the_reader(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "a.txt: the file is empty, not a BVH or AMC file"),
+        ("", "a.txt: the file is empty, not a BVH, AMC or AMASS file"),
         ("hello\n", r"a.txt: expected HIERARCHY \(BVH\) or a keyword such as :DEGREES \(AMC\), found 'hello'"),
         (ASF.read_text(), r"a.txt: this is a skeleton \(ASF\), which has no motion: load_asf reads it"),
         ("# nothing else\n", "the file ends without a frame"),
@@ -77,7 +77,7 @@ def test_files_of_no_format(tmp_path):
     (tmp_path / "b.txt").touch()
     with pytest.raises(MocapFormatError, match=r"a\.txt: expected HIERARCHY .*, found 'hello'"):
         file_format(tmp_path / "a.txt")
-    with pytest.raises(MocapFormatError, match=r"b\.txt: the file is empty, not a BVH, AMC or ASF file"):
+    with pytest.raises(MocapFormatError, match=r"b\.txt: the file is empty, not a BVH, AMC, ASF or AMASS file"):
         file_format(tmp_path / "b.txt")
     with pytest.raises(FileNotFoundError):
         file_format(tmp_path / "c.txt")
