@@ -73,13 +73,13 @@ def poses_from_rotations(rotations: ArrayLike, skeleton: Skeleton, *, form: Rota
             f"rotations must have shape ({sizes}) for form {form!r}: {len(bones)} joints of the skeleton have dofs; "
             f"got {array.shape}"
         )
-    finite: np.ndarray = np.isfinite(array).reshape(len(array), len(bones), -1).all(axis=2)
-    _refuse(array, ~finite, bones, "must be finite numbers")
+    if not len(array):
+        return np.zeros((0, skeleton.n_dofs))
+    infinite = ~np.isfinite(array).reshape(len(array) * len(bones), -1)
+    _refuse(array, np.asarray(infinite.any(axis=1)), bones, "must be finite numbers")
     flat = _form_of(form).read(array.reshape(-1, *shape), lambda bad, expected: _refuse(array, bad, bones, expected))
     columns = []
     for i, bone in enumerate(bones):
-        if not len(array):
-            return np.zeros((0, skeleton.n_dofs))
         fitted, missed = fitted_columns(bone, flat[i :: len(bones)])
         worst = missed.argmax()
         if missed[worst] > TOLERANCE:
