@@ -49,7 +49,7 @@ def continuous_angles(angles: np.ndarray) -> np.ndarray:
 def continuous_vectors(vectors: np.ndarray) -> np.ndarray:
     """Return rotation vectors (n_frames, 3) of the same rotations, each the nearest to the one before."""
     size = np.linalg.norm(vectors, axis=1)
-    # A whole turn about any axis is no rotation: it takes the axis of the frame before.
+    # A rotation by 2π is none, about any axis: it takes the axis of the frame before.
     last = np.maximum.accumulate(np.where(size > 0.0, np.arange(len(vectors)), 0))
     axis = (vectors / np.where(size > 0.0, size, 1.0)[:, None])[last]
     cosine = (axis[1:] * axis[:-1]).sum(axis=1)

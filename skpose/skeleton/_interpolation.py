@@ -1,4 +1,4 @@
-"""Poses between poses: joints with three dofs turn by the short way, other angles change linearly."""
+"""Poses between poses: joints with three dofs rotate by the smallest angle, other angles change linearly."""
 
 from collections.abc import Sequence
 

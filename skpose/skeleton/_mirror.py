@@ -147,6 +147,6 @@ def _check_directions(skeleton: Skeleton, other: list[int], rest: np.ndarray, mi
         name, partner = skeleton.joint_names[worst], skeleton.joint_names[other[worst]]
         raise ValueError(
             f"left and right must be mirror images across {axis} at angle zero, but the bone of {name!r} and the "
-            f"mirror image of that of {partner!r} are {apart[worst]:.0f}° apart: pass as axis the one that points to the left "
-            "or to the right at angle zero"
+            f"mirror image of that of {partner!r} are {apart[worst]:.0f}° apart: pass as axis the one that points to "
+            "the left or to the right at angle zero"
         )

@@ -177,10 +177,10 @@ class Motion:
     def resample(self, frame_rate: float) -> "Motion":
         """Return the motion at another frame rate, from its first frame to the last time within it.
 
-        Between two frames a joint with three dofs, and a root with three axes, turns by the short way (slerp). Other
-        angles change linearly along their difference wrapped to [−π, π], so that a file's jump by 360° is no rotation.
-        Where the new times coincide with frames, as from 120 to 12 Hz, these are taken as they are. There is no
-        low-pass filter: a lower rate aliases movements that are faster than it, as in the paper.
+        Between two frames a joint with three dofs, and a root with three axes, rotates by the smallest angle (slerp).
+        Other angles change linearly along their difference wrapped to [−π, π], so that a file's jump by 360° is no
+        rotation. Where the new times coincide with frames, as from 120 to 12 Hz, these are taken as they are. There is
+        no low-pass filter: a lower rate aliases movements that are faster than it, as in the paper.
 
         Parameters
         ----------

@@ -87,7 +87,7 @@ def nearest_vectors(vectors: np.ndarray, near: np.ndarray) -> np.ndarray:
     """Add whole turns to rotation vectors (n, 3), so that they come nearest to others."""
     size = np.linalg.norm(vectors, axis=-1, keepdims=True)
     near_size = np.linalg.norm(near, axis=-1, keepdims=True)
-    # A whole turn about any axis is no rotation: then the axis is that of the others.
+    # A rotation by 2π is none, about any axis: then the axis is that of the others.
     axis = np.where(size > 0.0, vectors / np.where(size > 0.0, size, 1.0), near / np.where(near_size > 0, near_size, 1))
     turns = np.rint(((axis * near).sum(axis=-1, keepdims=True) - size) / TWO_PI)
     return vectors + turns * TWO_PI * axis

@@ -35,7 +35,7 @@ def moving(skeleton, root_axes="ZXY", n_frames=20, seed=0):
 
 
 def symmetric(dofs, right_dofs=None, offset_frame="own", rests=True):
-    """A skeleton that is its own mirror image across x, with rest rotations unless told otherwise."""
+    """A skeleton that is its own mirror image across x, with rest rotations or without."""
     rng = np.random.default_rng(0)
     rest = Rotation.from_rotvec(rng.normal(size=3)).as_matrix() if rests else np.eye(3)
     spine = Rotation.from_euler("x", 0.3 if rests else 0.0).as_matrix()
