@@ -22,6 +22,7 @@ from skpose.skeleton import Skeleton
 def read_poses(
     files: Sequence[Path],
     rate: float | None,
+    rotations: str | None,
     asf: Path | None,
     frame_rate: float,
     scale: float | None,
@@ -30,7 +31,10 @@ def read_poses(
     """Read all files; return their poses on the mean skeleton. Print which rows belong to which file."""
     motions = [load_motion(path, asf=asf, frame_rate=frame_rate, scale=scale, model=model) for path in files]
     names = [str(path) for path in files]
-    X, sequence = (dataset := MotionDataset(motions, names, names, names)).poses(rate)
+    dataset = MotionDataset(motions, names, names, names)
+    if rotations == "rotvec":
+        dataset = dataset.to_rotvec()
+    X, sequence = dataset.poses(rate)
     ends = np.searchsorted(sequence, np.arange(len(files)), side="right")
     for path, first, end in zip(files, [0, *ends], ends, strict=False):
         print(f"{first:>8} to {end - 1:<8} {path}")

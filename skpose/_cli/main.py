@@ -45,7 +45,7 @@ def _run(options: argparse.Namespace) -> None:
     if options.command == "info":
         commands.info(options.file, *reading)
         return
-    X, skeleton = commands.read_poses(options.files, options.rate, *reading)
+    X, skeleton = commands.read_poses(options.files, options.rate, options.rotations, *reading)
     with commands.backend(options.backend, options.scheduler, options.jobs):
         if options.command == "distances":
             commands.distances(X, skeleton, options.metric, options.out, options.dtype)

@@ -93,6 +93,12 @@ def _add_poses(parser: argparse.ArgumentParser, out: str, result: str) -> None:
     parser.add_argument(
         "--rate", type=_positive(float), metavar="HZ", help="resample to this many poses a second; default: every frame"
     )
+    parser.add_argument(
+        "--rotations",
+        choices=["rotvec"],
+        help="rotvec: turn joints of two or three Euler angles into ball joints, which rotate by the shortest path; "
+        "default: the files' angles",
+    )
     _add_reading(parser)
     parser.add_argument(
         "--backend",

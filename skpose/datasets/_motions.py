@@ -2,9 +2,9 @@
 
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -78,7 +78,23 @@ class MotionDataset:
         i = np.arange(len(self))[np.asarray(chosen)]
         return MotionDataset([self.motions[k] for k in i], self.subjects[i], self.trials[i], self.actions[i])
 
-    def poses(self, frame_rate: float | None = None, skeleton: Skeleton | None = None) -> tuple[np.ndarray, np.ndarray]:
+    def to_rotvec(self) -> "MotionDataset":
+        """Return the motions with joints of two or three Euler angles as ball joints, see `Motion.to_rotvec`.
+
+        >>> from skpose.datasets import make_gait
+        >>> gait = make_gait(n_subjects=2, n_sequences=1, random_state=0).to_rotvec()
+        >>> gait.skeleton.dof_names[:3]
+        ('abdomen_rotvec_x', 'abdomen_rotvec_y', 'abdomen_rotvec_z')
+        """
+        return replace(self, motions=tuple(motion.to_rotvec() for motion in self.motions))
+
+    def poses(
+        self,
+        frame_rate: float | None = None,
+        skeleton: Skeleton | None = None,
+        *,
+        rotations: Literal["rotvec"] | None = None,
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return all poses as one array, on one skeleton.
 
         Parameters
@@ -87,6 +103,10 @@ class MotionDataset:
             New frame rate, Hz, see `Motion.resample`; None takes every frame.
         skeleton : Skeleton, default=None
             Skeleton whose dofs the columns are, in its order; None is the mean skeleton of the subjects.
+        rotations : {"rotvec"}, default=None
+            "rotvec" turns joints of two or three Euler angles into ball joints first, so that files may differ in the
+            order of their angles. The columns are then the dofs of ``dataset.to_rotvec().skeleton``, or of
+            ``skeleton.to_rotvec()``. None keeps the joints as they are.
 
         Returns
         -------
@@ -95,6 +115,10 @@ class MotionDataset:
         sequence : ndarray of shape (n_poses,)
             Index of each pose's motion; ``dataset.actions[sequence]`` are its labels.
         """
+        if rotations is not None:
+            if rotations != "rotvec":
+                raise ValueError(f'rotations must be "rotvec", or None for the joints as they are, got {rotations!r}')
+            return self.to_rotvec().poses(frame_rate, None if skeleton is None else skeleton.to_rotvec())
         skeleton = self.skeleton if skeleton is None else skeleton
         motions = [motion.retarget(skeleton) for motion in self.motions]
         if frame_rate is not None:

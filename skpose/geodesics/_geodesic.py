@@ -89,12 +89,14 @@ class Geodesic:
             raise ValueError(f"n must be a whole number of at least 2 poses, got {n!r}")
         n_fine = SPEED_GRID * (len(self.path) - 1) + 1
         steps = np.arange(n_fine) / SPEED_GRID
-        fine = interpolate(self._skeleton, self.path, steps)
+        fine = interpolate(self._skeleton.bones, self.path, steps)
         positions = forward_kinematics(fine, self._skeleton).reshape(n_fine, -1)
         travelled = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(positions, axis=0), axis=1))])
         if travelled[-1] == 0.0:  # no joint moves, though angles may
             travelled = steps
-        return interpolate(self._skeleton, self.path, np.interp(np.linspace(0.0, travelled[-1], n), travelled, steps))
+        return interpolate(
+            self._skeleton.bones, self.path, np.interp(np.linspace(0.0, travelled[-1], n), travelled, steps)
+        )
 
 
 @validate_params(

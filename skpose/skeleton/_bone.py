@@ -88,6 +88,13 @@ def check_bone(bone: Bone) -> Bone:
     return Bone(bone.name, bone.parent, tuple(offset.tolist()), bone.dofs, rest, limits)
 
 
+def is_axes(dofs: object) -> bool:
+    """Return whether these are letters x, y, z in one case, at most one each."""
+    return (
+        isinstance(dofs, str) and len(set(dofs)) == len(dofs) and (set(dofs) <= set("xyz") or set(dofs) <= set("XYZ"))
+    )
+
+
 def _check_dofs(bone: Bone) -> None:
     """Refuse dofs that are neither axes nor a ball joint."""
     dofs = bone.dofs
@@ -95,10 +102,10 @@ def _check_dofs(bone: Bone) -> None:
         if bone.limits is not None:
             _refuse(bone, "limits", "None for a ball joint: a range of a rotation vector's components means no posture")
         return
-    if not isinstance(dofs, str) or dofs not in (dofs.lower(), dofs.upper()) or not set(dofs.lower()) <= set("xyz"):
-        _refuse(bone, "dofs", 'letters x, y, z in one case, such as "xyz" or "ZXY", or "rotvec" for a ball joint')
-    if len(set(dofs)) < len(dofs):
-        _refuse(bone, "dofs", "at most one each of x, y and z")
+    if not is_axes(dofs):
+        letters = isinstance(dofs, str) and is_axes("".join(dict.fromkeys(dofs)))
+        expected = 'letters x, y, z in one case, such as "xyz" or "ZXY", or "rotvec" for a ball joint'
+        _refuse(bone, "dofs", "at most one each of x, y and z" if letters else expected)
 
 
 def _numbers(bone: Bone, field: str, shape: tuple[int, ...], expected: str) -> np.ndarray:

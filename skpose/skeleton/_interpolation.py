@@ -1,12 +1,14 @@
-"""Poses between poses: joints with three dofs turn by slerp, other angles change linearly."""
+"""Poses between poses: joints with three dofs rotate by the smallest angle, other angles change linearly."""
+
+from collections.abc import Sequence
 
 import numpy as np
 
+from skpose.skeleton._bone import Bone
 from skpose.skeleton._rotations import TWO_PI, columns_of, rotations_of
-from skpose.skeleton._skeleton import Skeleton
 
 
-def interpolate(skeleton: Skeleton, poses: np.ndarray, at: np.ndarray) -> np.ndarray:
+def interpolate(bones: Sequence[Bone], poses: np.ndarray, at: np.ndarray) -> np.ndarray:
     """Return poses (n, n_dofs) at rows of others, (n_poses, n_dofs), which need not be whole; whole rows are kept.
 
     The rotation of a ball joint, or of one with three Euler angles, is the slerp between two rows, as numbers near the
@@ -18,7 +20,7 @@ def interpolate(skeleton: Skeleton, poses: np.ndarray, at: np.ndarray) -> np.nda
     between = linear(start, end, part, TWO_PI)
     moved = (part[:, 0] > 0.0) & (start != end).any(axis=1)
     first = 0
-    for bone in skeleton.bones:
+    for bone in bones:
         columns = slice(first, first + bone.n_dofs)
         first += bone.n_dofs
         if bone.n_dofs < 3 or not moved.any():

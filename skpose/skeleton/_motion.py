@@ -1,13 +1,17 @@
 """A motion: poses of one skeleton in time, with the movement of the root stored apart."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from operator import index
+from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from skpose.skeleton import _conversions, _mirror
+from skpose.skeleton._bone import Bone, is_axes
+from skpose.skeleton._continuity import without_jumps
 from skpose.skeleton._interpolation import interpolate, linear
-from skpose.skeleton._rotations import TWO_PI
 from skpose.skeleton._skeleton import Skeleton, mismatch
 
 if TYPE_CHECKING:
@@ -80,6 +84,9 @@ class Motion:
     def __post_init__(self) -> None:
         if not np.isfinite(self.frame_rate) or self.frame_rate <= 0:
             raise ValueError(f"frame_rate must be a positive number of Hz, got {self.frame_rate!r}")
+        if not is_axes(self.root_axes):
+            expected = 'at most one each of the letters x, y and z in one case, such as "xyz" or "ZXY"'
+            raise ValueError(f"root_axes must be {expected}, got {self.root_axes!r}")
         angles = np.asarray(self.angles, dtype=np.float64)
         n_frames = len(angles) if angles.ndim else 0
         root = {"root_positions": 3, "root_angles": len(self.root_axes)}
@@ -96,18 +103,84 @@ class Motion:
     def __len__(self) -> int:
         return len(self.angles)
 
+    def __getitem__(self, frames: int | slice) -> "Motion":
+        """Return some frames: ``motion[10:50]``, ``motion[::2]`` at half the rate, ``motion[3]`` as one frame."""
+        rate = self.frame_rate
+        if isinstance(frames, slice):
+            rate /= abs(frames.indices(len(self))[2])
+        else:
+            try:
+                frame = index("" if isinstance(frames, bool) else frames)  # type: ignore[arg-type]
+            except TypeError:
+                raise TypeError(
+                    "a motion is indexed by a frame or by a slice, such as motion[10:50]: frames of a mask or an array "
+                    "are not evenly spaced in time; motion.angles[...] selects poses"
+                ) from None
+            if not -len(self) <= frame < len(self):
+                raise IndexError(f"the motion has {len(self)} frames, and no frame {frame}")
+            frame %= len(self)
+            frames = slice(frame, frame + 1)
+        angles, positions, rotations = (a[frames] for a in (self.angles, self.root_positions, self.root_angles))
+        return Motion(self.skeleton, angles, rate, positions, rotations, self.root_axes)
+
+    def __array__(self, *arguments: object, **options: object) -> NoReturn:
+        raise TypeError("a Motion is no array: pass its poses, motion.angles")
+
+    @property
+    def _root(self) -> Bone:
+        """The root as a joint whose columns are `root_angles`."""
+        return Bone("root", None, (0.0, 0.0, 0.0), self.root_axes)
+
     def __repr__(self) -> str:
         seconds = len(self) / self.frame_rate
         return f"Motion({len(self)} frames at {self.frame_rate:g} Hz, {seconds:.1f} s, {self.skeleton!r})"
 
+    @classmethod
+    def concatenate(cls, motions: Iterable["Motion"]) -> "Motion":
+        """Return motions one after another, as one.
+
+        Nothing is moved: where one motion ends elsewhere than the next begins, there is a jump.
+
+        Parameters
+        ----------
+        motions : iterable of Motion
+            At least one; with the same skeleton, frame rate and root axes.
+
+        Returns
+        -------
+        Motion
+            With the frames of all.
+
+        Raises
+        ------
+        ValueError
+            If the motions differ in skeleton, frame rate or root axes; the message states in which.
+        """
+        motions = list(motions)
+        if not motions:
+            raise ValueError("concatenate needs at least one motion, got none")
+        first = motions[0]
+        for i, motion in enumerate(motions[1:], start=1):
+            if motion.skeleton != first.skeleton:
+                difference = mismatch(first.skeleton, motion.skeleton) or "bones differ: use retarget first"
+                raise ValueError(f"motions[{i}] has another skeleton than motions[0]: {difference}")
+            for name, remedy in (("frame_rate", "use resample first"), ("root_axes", "turn them into the same first")):
+                if getattr(motion, name) != getattr(first, name):
+                    values = f"{getattr(motion, name)!r}, but motions[0] {getattr(first, name)!r}"
+                    raise ValueError(f"motions[{i}] has {name} {values}: {remedy}")
+        angles, positions, rotations = (
+            np.concatenate([getattr(motion, name) for motion in motions])
+            for name in ("angles", "root_positions", "root_angles")
+        )
+        return replace(first, angles=angles, root_positions=positions, root_angles=rotations)
+
     def resample(self, frame_rate: float) -> "Motion":
         """Return the motion at another frame rate, from its first frame to the last time within it.
 
-        Between two frames a joint with three dofs turns by slerp. Other angles change linearly along
-        their difference wrapped to [−π, π], so that a file's jump by 360° is no rotation. Where the new times coincide
-        with frames, as from 120 to 12 Hz, these are taken as they are. There is no low-pass filter: a lower rate
-        aliases movements that are faster than it, as in
-        the paper.
+        Between two frames a joint with three dofs, and a root with three axes, rotates by the smallest angle (slerp).
+        Other angles change linearly along their difference wrapped to [−π, π], so that a file's jump by 360° is no
+        rotation. Where the new times coincide with frames, as from 120 to 12 Hz, these are taken as they are. There is
+        no low-pass filter: a lower rate aliases movements that are faster than it, as in the paper.
 
         Parameters
         ----------
@@ -133,18 +206,22 @@ class Motion:
         times = np.where(np.abs(times - near) < 1e-9, near, times)
         before = np.minimum(times.astype(np.intp), max(len(self) - 1, 0))
         after, part = np.minimum(before + 1, len(self) - 1), (times - before)[:, None]
-        positions, angles = self.root_positions, self.root_angles
+        positions = self.root_positions
         return Motion(
             self.skeleton,
-            interpolate(self.skeleton, self.angles, times),
+            interpolate(self.skeleton.bones, self.angles, times),
             frame_rate,
             linear(positions[before], positions[after], part, 0.0),
-            linear(angles[before], angles[after], part, TWO_PI),
+            interpolate((self._root,), self.root_angles, times),
             self.root_axes,
         )
 
     def unwrap(self) -> "Motion":
-        """Return the motion with its angles continuous in time: jumps by 360° from frame to frame are removed.
+        """Return the motion with its angles continuous in time: jumps from frame to frame are removed.
+
+        Such jumps are those by 360°, those between the two triples of three Euler angles that are one rotation,
+        (a, b, c) and (a + π, π − b, c + π), and those by whole turns of rotation vectors; the root's angles too. Of the
+        numbers that are one rotation, each frame has those nearest to the frame before; the first frame stays as it is.
 
         The poses stay the same, and so do distances between them, except "angle", which takes angles literally.
         Filters, derivatives and plots of the angles need continuous ones.
@@ -154,8 +231,12 @@ class Motion:
         Motion
             Of the same skeleton; angles may leave [−π, π].
         """
-        angles, root_angles = (np.unwrap(values, axis=0) for values in (self.angles, self.root_angles))
-        return replace(self, angles=angles, root_angles=root_angles)
+        angles = without_jumps(self.skeleton.bones, self.angles)
+        return replace(self, angles=angles, root_angles=without_jumps((self._root,), self.root_angles))
+
+    to_rotvec = _conversions.to_rotvec
+    to_euler = _conversions.to_euler
+    mirrored = _mirror.mirrored
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return the angles as a pandas DataFrame, one column for each dof and one row for each frame.

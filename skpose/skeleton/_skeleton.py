@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from skpose.skeleton._bone import Bone, check_bone, mean_bone
+from skpose.skeleton._bone import BALL, Bone, check_bone, is_axes, mean_bone
 
 
 @dataclass(frozen=True, repr=False)
@@ -125,6 +125,56 @@ class Skeleton:
                 raise ValueError(f"skeletons[{i}] has no bone-wise mean with skeletons[0]: {difference}")
         by_name = [{bone.name: bone for bone in skeleton.bones} for skeleton in skeletons]
         return cls((mean_bone([bones[name] for bones in by_name]) for name in first.joint_names), first.offset_frame)
+
+    def to_rotvec(self) -> "Skeleton":
+        """Return the skeleton with every joint of two or three Euler dofs as a ball joint.
+
+        Hinges stay, and rigid joints. A ball joint has no limits: those of the joints that change are dropped.
+
+        Returns
+        -------
+        Skeleton
+            With the same bones otherwise; `Motion.to_rotvec` turns poses into its poses.
+
+        Examples
+        --------
+        >>> from skpose import Bone, Skeleton
+        >>> arm = Skeleton([Bone("elbow", None, (0.3, 0, 0), "ZXY"), Bone("wrist", "elbow", (0.25, 0, 0), "z")])
+        >>> arm.to_rotvec().dof_names
+        ('elbow_rotvec_x', 'elbow_rotvec_y', 'elbow_rotvec_z', 'wrist_rz')
+        """
+        bones = (b._replace(dofs=BALL, limits=None) if b.n_dofs > 1 else b for b in self.bones)
+        return Skeleton(bones, self.offset_frame)
+
+    def to_euler(self, order: str) -> "Skeleton":
+        """Return the skeleton with every ball joint as a joint with three Euler dofs.
+
+        Parameters
+        ----------
+        order : str
+            Three different letters in the notation of `Bone`: "xyz" is extrinsic, "ZXY" intrinsic.
+
+        Returns
+        -------
+        Skeleton
+            With the same bones otherwise; `Motion.to_euler` turns poses into its poses.
+
+        Raises
+        ------
+        ValueError
+            If the order is not three different letters in one case.
+
+        Examples
+        --------
+        >>> from skpose import Bone, Skeleton
+        >>> Skeleton([Bone("elbow", None, (0.3, 0, 0), "rotvec")]).to_euler("ZXY").dof_names
+        ('elbow_rz', 'elbow_rx', 'elbow_ry')
+        """
+        if not is_axes(order) or len(order) != 3:
+            raise ValueError(
+                f'order must be three different letters in one case, such as "xyz" or "ZXY", got {order!r}'
+            )
+        return Skeleton((b._replace(dofs=order) if b.is_ball else b for b in self.bones), self.offset_frame)
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ import pytest
 from conftest import DATA
 from scipy.sparse import load_npz
 
-from skpose import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer, Skeleton, pose_distances
+from skpose import Motion, PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer, Skeleton, pose_distances
 from skpose._cli.main import main
 from skpose._parallel.backends import from_workers
 from skpose.io import load_amc, load_bvh
@@ -92,6 +92,20 @@ def test_distances_of_amc_files_at_another_rate(tmp_path):
     shutil.copy(files[0], tmp_path / "swing.amc")
     assert main(["distances", str(tmp_path / "swing.amc"), *options, "--asf", asf]) == 0
     np.testing.assert_array_equal(np.load(out), pose_distances(X, skeleton=Skeleton.mean([motion.skeleton])))
+
+
+def test_with_ball_joints(files, skeleton_and_poses):
+    skeleton, X = skeleton_and_poses
+    X = Motion(skeleton, X, 1).to_rotvec().angles
+    options = ["--scale", "0.01", "--rotations", "rotvec"]
+    assert main(["distances", *files, *options, "--out", "D.npy"]) == 0
+    D = pose_distances(X, skeleton=skeleton.to_rotvec(), metric="spatial")
+    np.testing.assert_allclose(np.load("D.npy"), D, rtol=0, atol=1e-10)
+    assert main(["distances", *files, *options[:2], "--out", "E.npy"]) == 0
+    assert np.abs(np.load("E.npy") - D).max() > 1e-4
+    assert main(["neighbors", *files, *options, "--neighbors", "1", "--out", "G.npz"]) == 0
+    np.fill_diagonal(D, np.inf)
+    np.testing.assert_allclose(load_npz("G.npz").data, D.min(axis=1), rtol=0, atol=1e-10)
 
 
 def test_neighbors(files, skeleton_and_poses):
