@@ -32,6 +32,14 @@ class Motion:
         Rotations of the root, rad, one column per letter of `root_axes`; None is unrotated.
     root_axes : str, default="xyz"
         The axes of `root_angles` in the notation of `Bone`: lower case extrinsic, upper case intrinsic.
+    frame_numbers : array-like of shape (n_frames,) of ints, default=None
+        Number of each frame, increasing; None is 0, 1, 2, … Where a number is left out a frame is missing, as of a file
+        read with ``on_nan="drop"``.
+
+    Attributes
+    ----------
+    times : ndarray of shape (n_frames,)
+        Time of each frame, s: its number over the frame rate.
 
     Raises
     ------
@@ -64,6 +72,7 @@ class Motion:
     root_positions: np.ndarray = None  # type: ignore[assignment]  # None becomes zeros
     root_angles: np.ndarray = None  # type: ignore[assignment]  # likewise
     root_axes: str = "xyz"
+    frame_numbers: np.ndarray = None  # type: ignore[assignment]  # None becomes 0, 1, 2, …
 
     if TYPE_CHECKING:
 
@@ -75,6 +84,7 @@ class Motion:
             root_positions: ArrayLike | None = None,
             root_angles: ArrayLike | None = None,
             root_axes: str = "xyz",
+            frame_numbers: ArrayLike | None = None,
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -92,6 +102,18 @@ class Motion:
                 frame, column = np.argwhere(~np.isfinite(array))[0]
                 raise ValueError(f"{name} holds {array[frame, column]} at frame {frame}, column {column}")
             object.__setattr__(self, name, array)
+        numbers = np.arange(n_frames) if self.frame_numbers is None else np.asarray(self.frame_numbers)
+        if numbers.shape != (n_frames,) or (n_frames and numbers.dtype.kind not in "iu"):
+            raise ValueError(f"frame_numbers must be {n_frames} whole numbers, got {numbers.dtype} of {numbers.shape}")
+        numbers = numbers.astype(np.int64)
+        if (np.diff(numbers) <= 0).any():
+            frame = int(np.argmax(np.diff(numbers) <= 0))
+            raise ValueError(f"frame_numbers must increase, got {numbers[frame]} and then {numbers[frame + 1]}")
+        object.__setattr__(self, "frame_numbers", numbers)
+
+    @property
+    def times(self) -> np.ndarray:
+        return self.frame_numbers / self.frame_rate
 
     def __len__(self) -> int:
         return len(self.angles)
@@ -105,9 +127,9 @@ class Motion:
 
         Between two frames a joint with three dofs turns by the short way (slerp). Other angles change linearly along
         their difference wrapped to [−π, π], so that a file's jump by 360° is no rotation. Where the new times coincide
-        with frames, as from 120 to 12 Hz, these are taken as they are. There is no low-pass filter: a lower rate
-        aliases movements that are faster than it, as in
-        the paper.
+        with frames, as from 120 to 12 Hz, these are taken as they are. Where frames are missing none are made up: new
+        times between a frame and one that does not directly follow it are missing too. There is no low-pass filter: a
+        lower rate aliases movements that are faster than it, as in the paper.
 
         Parameters
         ----------
@@ -121,26 +143,30 @@ class Motion:
         """
         if not np.isfinite(frame_rate) or frame_rate <= 0:
             raise ValueError(f"frame_rate must be a positive number of Hz, got {frame_rate!r}")
-        if not len(self):
-            return self._at(np.zeros(0), frame_rate)
+        numbers, step = self.frame_numbers, self.frame_rate / frame_rate
         # 1e-9 allows for rounding: a rate that divides the old one exactly keeps the last frame.
-        n_frames = int(np.floor((len(self) - 1) * frame_rate / self.frame_rate + 1e-9)) + 1
-        return self._at(np.arange(n_frames) * (self.frame_rate / frame_rate), frame_rate)
+        first, last = (numbers[0], numbers[-1]) if len(self) else (0, -1)
+        new = np.arange(int(np.ceil(first / step - 1e-9)), int(np.floor(last / step + 1e-9)) + 1)
+        at = new * step  # in numbers of the old frames
+        near = np.rint(at)
+        at = np.where(np.abs(at - near) < 1e-9, near, at)
+        before = np.searchsorted(numbers, at, side="right") - 1
+        part = at - numbers[before]
+        known = (part == 0.0) | np.isin(numbers[before] + 1, numbers)
+        return self._at((before + part)[known], frame_rate, new[known])
 
-    def _at(self, times: np.ndarray, frame_rate: float) -> "Motion":
-        """Return the motion at times given in frames."""
-        near = np.rint(times)
-        times = np.where(np.abs(times - near) < 1e-9, near, times)
-        before = np.minimum(times.astype(np.intp), max(len(self) - 1, 0))
-        after, part = np.minimum(before + 1, len(self) - 1), (times - before)[:, None]
+    def _at(self, rows: np.ndarray, frame_rate: float, frame_numbers: np.ndarray) -> "Motion":
+        """Return the motion at rows, which need not be whole."""
+        before = np.minimum(rows.astype(np.intp), max(len(self) - 1, 0))
+        after, part = np.minimum(before + 1, len(self) - 1), (rows - before)[:, None]
         positions, angles = self.root_positions, self.root_angles
-        return Motion(
-            self.skeleton,
-            interpolate(self.skeleton, self.angles, times),
-            frame_rate,
-            linear(positions[before], positions[after], part, 0.0),
-            linear(angles[before], angles[after], part, TWO_PI),
-            self.root_axes,
+        return replace(
+            self,
+            angles=interpolate(self.skeleton, self.angles, rows),
+            frame_rate=frame_rate,
+            root_positions=linear(positions[before], positions[after], part, 0.0),
+            root_angles=linear(angles[before], angles[after], part, TWO_PI),
+            frame_numbers=frame_numbers,
         )
 
     def unwrap(self) -> "Motion":
@@ -177,7 +203,7 @@ class Motion:
         except ImportError:
             raise ImportError("to_pandas needs pandas: pip install 'skpose[pandas]'") from None
 
-        index = pandas.Index(np.arange(len(self)) / self.frame_rate, name="time")
+        index = pandas.Index(self.times, name="time")
         return pandas.DataFrame(self.angles, index, list(self.skeleton.dof_names))
 
     def retarget(self, skeleton: Skeleton) -> "Motion":
@@ -206,4 +232,4 @@ class Motion:
             raise ValueError(f"the motion's angles do not carry over to this skeleton: {difference}")
         column = {name: i for i, name in enumerate(self.skeleton.dof_names)}
         angles = self.angles[:, [column[name] for name in skeleton.dof_names]]
-        return Motion(skeleton, angles, self.frame_rate, self.root_positions, self.root_angles, self.root_axes)
+        return replace(self, skeleton=skeleton, angles=angles)
