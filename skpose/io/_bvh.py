@@ -46,9 +46,9 @@ def load_bvh(
         What to do with a file that moves joints besides the root by position channels, as bones of a skeleton have
         constant lengths: refuse it, or give those bones the mean of their positions.
     root : str, default=None
-        Name of the joint that is the root of the skeleton. What stands above it is left out, and its movement is part of
-        the root's. None is the first joint, ROOT; if that stands still and has a single child, which position channels
-        move, it is that child, through any number of such joints.
+        Name of the joint that is the root of the skeleton. Joints above it are left out, and their movement is part of
+        the root's. None is the first joint, ROOT; but if that stands still and has a single child, which position
+        channels move, it is that child, also through several such joints.
 
     Returns
     -------
@@ -81,7 +81,7 @@ def load_bvh(
 
     A root's OFFSET is added to its position channels, as the format's first description requires. Position channels of
     other joints replace their OFFSET, as the programs that write them (MotionBuilder, Blender) mean them: constant ones
-    are the bone's offset, unless all of a joint are at most 0.1 % of the longest bone, as in files that do not use them.
+    are the bone's offset. Where all of a joint are at most 0.1 % of the longest bone, OFFSET is kept.
 
     Cost: some 7 million numbers a second if all have equally many digits after the point, half of that otherwise.
     Memory is at most some 2.2 times that of the array.
@@ -121,9 +121,9 @@ def read_bvh(
         chain, below = choose_root(joints, numbers, root, names, source)
         offsets = bone_offsets(below, numbers, source, stretch)
         positions, axes, angles = root_movement(chain, numbers, longest_bone(below, numbers))
-        names[chain[-1]] = None
+        parents = {**names, chain[-1]: None}
         bones = [
-            Bone(names[joint], names[joint.parent], offset, "".join(joint.columns("rotation")).upper())
+            Bone(names[joint], parents[joint.parent], offset, "".join(joint.columns("rotation")).upper())
             for joint, offset in zip(below, scale * offsets, strict=True)
         ]
         return Motion(

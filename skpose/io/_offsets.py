@@ -34,7 +34,7 @@ def longest_bone(joints: list[Joint], numbers: np.ndarray) -> float:
 
 
 def _means(joints: list[Joint], numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return OFFSET, the same replaced by the mean of the position channels, and which components are, (n_joints, 3)."""
+    """Return OFFSETs, the same with the means of position channels, and which components these are, (n_joints, 3)."""
     stated = np.array([joint.offset for joint in joints]).reshape(-1, 3)
     offsets, read = stated.copy(), np.zeros_like(stated, dtype=bool)
     for i, joint in enumerate(joints):

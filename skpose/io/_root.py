@@ -23,18 +23,18 @@ class Choice(NamedTuple):
 
 
 def choose_root(
-    joints: list[Joint], numbers: np.ndarray, wanted: str | None, names: dict[Joint | None, str], source: Source
+    joints: list[Joint], numbers: np.ndarray, name: str | None, names: dict[Joint | None, str], source: Source
 ) -> Choice:
     """Return the joint of this name as the root, or, without a name, the one that carries the skeleton."""
-    if wanted is None:
+    if name is None:
         chain = _carrying(joints, numbers)
         return Choice(chain, joints[len(chain) :])  # each joint of the chain is an only child
-    named = {name: joint for joint, name in names.items() if joint is not None and joint.name}
+    named = {unique: joint for joint, unique in names.items() if joint is not None and joint.name}
     named[joints[0].name] = joints[0]
-    if wanted not in named:
+    if name not in named:
         known = ", ".join(map(repr, sorted(named)))
-        raise source.error(f"root={wanted!r} is no joint of this file; expected one of {known}")
-    chain = [named[wanted]]
+        raise source.error(f"root={name!r} is no joint of this file; expected one of {known}")
+    chain = [named[name]]
     while (parent := chain[-1].parent) is not None:
         chain.append(parent)
     kept: set[Joint] = {chain[0]}
@@ -44,7 +44,7 @@ def choose_root(
     left = [str(joint) for joint in joints if joint not in kept and joint not in chain]
     if left:
         more = f" and {len(left) - 5} more" if len(left) > 5 else ""
-        source.warn(f"root={wanted!r} leaves out {', '.join(left[:5])}{more}, which are not below it")
+        source.warn(f"root={name!r} leaves out {', '.join(left[:5])}{more}, which are not below it")
     return Choice(chain[::-1], [joint for joint in joints if joint in kept and joint is not chain[0]])
 
 

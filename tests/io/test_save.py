@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from conftest import DATA, SKELETONS, random_tree
+from conftest import DATA, SKELETONS, in_space, random_tree
 from scipy.spatial.transform import Rotation
 
-from skpose import Bone, Motion, Skeleton, forward_kinematics, geodesic
+from skpose import Bone, Motion, Skeleton, geodesic
 from skpose.io import load_amc, load_bvh, save_bvh
 
 MILLIONTH = {"rtol": 0, "atol": 1e-6}
@@ -22,13 +22,6 @@ def moved(skeleton, n_frames=5, seed=0, **more):
 def again(motion, tmp_path, **options):
     save_bvh(tmp_path / "a.bvh", motion, **options)
     return load_bvh(tmp_path / "a.bvh", **options)
-
-
-def in_space(motion):
-    """Return joint positions (n_frames, n_joints, 3) with the root's movement, m."""
-    rotation = Rotation.from_euler(motion.root_axes, motion.root_angles)
-    F = forward_kinematics(motion.angles, motion.skeleton)
-    return np.stack([rotation.apply(F[:, i]) for i in range(F.shape[1])], axis=1) + motion.root_positions[:, None]
 
 
 @pytest.mark.parametrize("scale", [1.0, 0.01])
