@@ -14,6 +14,8 @@ from skpose.io._hierarchy import Joint
 from skpose.io._offsets import ROUNDING, UNUSED, local_positions, longest_bone
 from skpose.io._source import Source
 
+MOST_NAMES = 40  # in a message
+
 
 class Choice(NamedTuple):
     """The root of the skeleton, and the joints above and below it."""
@@ -32,7 +34,9 @@ def choose_root(
     named = {unique: joint for joint, unique in names.items() if joint is not None and joint.name}
     named[joints[0].name] = joints[0]
     if name not in named:
-        known = ", ".join(map(repr, sorted(named)))
+        known = ", ".join(map(repr, sorted(named)[:MOST_NAMES])) + f" and {len(named) - MOST_NAMES} more" * (
+            len(named) > MOST_NAMES
+        )
         raise source.error(f"root={name!r} is no joint of this file; expected one of {known}")
     chain = [named[name]]
     while (parent := chain[-1].parent) is not None:

@@ -119,7 +119,8 @@ def test_a_file_without_frames_is_a_skeleton(load):
         (
             " 45.5",
             " 45.5 46",
-            "line 47: expected the end of the file after 2 frames of 18 numbers, found '46': there are 2 frames of 18 numbers and 1 number more",
+            "line 47: expected the end of the file after 2 frames of 18 numbers, found '46': there are 2 frames of 18 "
+            "numbers and 1 number more",
         ),
     ],
 )
