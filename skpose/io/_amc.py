@@ -101,7 +101,7 @@ def read_amc(
     if not rows:
         raise source.error("the file ends without a frame; not AMC, or cut short", source.line)
     numbers = np.array(rows)
-    numbers, frames = drop_not_finite(numbers, np.arange(len(numbers)), source)
+    numbers, frames = drop_not_finite(numbers, np.arange(len(numbers)), source)  # none if on_nan="raise"
     with source.format_errors():
         return replace(_motion(numbers, asf, in_radians, frame_rate), frame_numbers=frames)
 

@@ -29,7 +29,8 @@ def read_rows(lexer: Lexer, width: int, claimed: Token, trust: str, on_nan: str)
         # The rest of the line of "Frame Time:", if there is any, is a line of its own.
         numbers, frames = _by_line(numbers, counts, source.line - len(counts) + 1, width, source)
     rows = numbers[: len(numbers) // width * width].reshape(-1, width)
-    return drop_not_finite(rows, np.arange(len(rows)) if frames is None else frames, source)
+    frames = np.arange(len(rows)) if frames is None else frames
+    return (rows, frames) if finite else drop_not_finite(rows, frames, source)
 
 
 def _by_line(

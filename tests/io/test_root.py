@@ -148,6 +148,9 @@ def test_the_first_joint_stays_the_root(load):
     assert "root=" not in caught.value.message
     unmoved = Node("joint_Root", (0, 0, 0), SIX, STILL, hips(positions=False))
     assert_in_space(load(unmoved), unmoved, ("Hips", *BELOW), "joint_Root")
+    nearly = Node("Hips", (1, 2, 3), SIX, hips().values * [1e-4, 0, 0, 1, 1, 1], *hips().children)  # not used, not zero
+    skeleton = load(Node("joint_Root", (0, 0, 0), SIX, STILL, nearly)).skeleton
+    np.testing.assert_array_equal(skeleton.offsets[skeleton.joint_names.index("Hips")], [1, 2, 3])
     plain = hips()
     assert_in_space(load(plain), plain)
     assert (
