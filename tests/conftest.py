@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from skpose import Bone, Skeleton, SpatialMDS
+from skpose import Bone, Skeleton, SpatialMDS, forward_kinematics
 from skpose.datasets import humanoid, load_cmu
 from skpose.io import load_asf, load_bvh
 
@@ -55,6 +55,13 @@ def random_tree(seed, n=12, offset_frame="own", kinds=ANGLES):
         rest = Rotation.from_rotvec(rng.normal(size=3)).as_matrix() if i % 3 else None
         bones.append(Bone(f"b{i}", parent, rng.normal(size=3), kinds[i % len(kinds)], rest))
     return Skeleton(bones, offset_frame)
+
+
+def in_space(motion):
+    """Return joint positions (n_frames, n_joints, 3) with the root's movement, m."""
+    rotation = Rotation.from_euler(motion.root_axes, motion.root_angles)
+    F = forward_kinematics(motion.angles, motion.skeleton)
+    return np.stack([rotation.apply(F[:, i]) for i in range(F.shape[1])], axis=1) + motion.root_positions[:, None]
 
 
 SKELETONS = {

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import joblib
 import numpy as np
@@ -20,16 +21,10 @@ from skpose.skeleton import Skeleton
 
 
 def read_poses(
-    files: Sequence[Path],
-    rate: float | None,
-    rotations: str | None,
-    asf: Path | None,
-    frame_rate: float,
-    scale: float | None,
-    model: str | None,
+    files: Sequence[Path], rate: float | None, rotations: str | None, reading: dict[str, Any]
 ) -> tuple[np.ndarray, Skeleton]:
     """Read all files; return their poses on the mean skeleton. Print which rows belong to which file."""
-    motions = [load_motion(path, asf=asf, frame_rate=frame_rate, scale=scale, model=model) for path in files]
+    motions = [load_motion(path, **reading) for path in files]
     names = [str(path) for path in files]
     dataset = MotionDataset(motions, names, names, names)
     if rotations == "rotvec":
@@ -110,12 +105,19 @@ def _refuse_to_overwrite(out: Path) -> None:
         raise FileExistsError(f"{out} already exists: delete it or choose another file")
 
 
-def info(path: Path, asf: Path | None, frame_rate: float, scale: float | None, model: str | None) -> None:
-    """Print the contents of a file: frames, joints, degrees of freedom."""
+def info(files: Sequence[Path], reading: dict[str, Any]) -> None:
+    """Print the contents of each file: frames, joints, degrees of freedom; its name, if there are several."""
+    for i, path in enumerate(files):
+        if len(files) > 1:
+            print(f"{chr(10) * (i > 0)}{path}")
+        _describe(path, reading)
+
+
+def _describe(path: Path, reading: dict[str, Any]) -> None:
     if file_format(path) == "ASF":
-        skeleton = load_asf(path, scale=scale)
+        skeleton = load_asf(path, scale=reading["scale"])
     else:
-        motion = load_motion(path, asf=asf, frame_rate=frame_rate, scale=scale, model=model)
+        motion = load_motion(path, **reading)
         skeleton = motion.skeleton
         print(f"{len(motion)} frames at {motion.frame_rate:g} Hz, {len(motion) / motion.frame_rate:.2f} s")
     print(f"{skeleton.n_joints} joints besides the root, {skeleton.n_dofs} degrees of freedom\n")

@@ -2,12 +2,15 @@
 
 import argparse
 import os
+import re
+import shlex
 import sys
 from collections.abc import Sequence
 
 from skpose._cli.parser import command_line
 
 INTERRUPTED = 130  # a shell's status after Ctrl-C
+READING = "asf", "frame_rate", "scale", "on_nan", "trust", "stretch", "missing", "root", "model"  # of load_motion
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -27,9 +30,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 1
     except (OSError, ValueError, RuntimeError, MemoryError) as error:
         message = str(error) or ("not enough memory" if isinstance(error, MemoryError) else type(error).__name__)
-        print(f"skpose: {' '.join(message.split())}", file=sys.stderr)
+        print(f"skpose: {_as_options(' '.join(message.split()))}", file=sys.stderr)
         return 1
     return 0
+
+
+def _as_options(message: str) -> str:
+    """Return the message with arguments of the readers as options: on_nan='drop' as --on-nan drop."""
+
+    def option(found: re.Match) -> str:
+        value = f" {shlex.quote(found[2])}" if found[2] is not None else ""
+        return f"--{found[1].replace('_', '-')}{value}"
+
+    return re.sub(rf"\b({'|'.join(READING)})=(?:'([^']*)')?", option, message)
 
 
 def _run(options: argparse.Namespace) -> None:
@@ -41,11 +54,11 @@ def _run(options: argparse.Namespace) -> None:
     if options.command == "reproduce":
         commands.reproduce(options.folder, options.out, options.seed, options.jobs)
         return
-    reading = options.asf, options.frame_rate, options.scale, options.model
+    reading = {name: getattr(options, name) for name in READING}
     if options.command == "info":
-        commands.info(options.file, *reading)
+        commands.info(options.files, reading)
         return
-    X, skeleton = commands.read_poses(options.files, options.rate, options.rotations, *reading)
+    X, skeleton = commands.read_poses(options.files, options.rate, options.rotations, reading)
     with commands.backend(options.backend, options.scheduler, options.jobs):
         if options.command == "distances":
             commands.distances(X, skeleton, options.metric, options.out, options.dtype)

@@ -67,8 +67,8 @@ def command_line() -> argparse.ArgumentParser:
         help="instead: all poses up to this distance, m (rad for angle)",
     )
 
-    info = command("info", "print the contents of a BVH, AMC, ASF or AMASS file")
-    info.add_argument("file", type=Path, metavar="FILE")
+    info = command("info", "print the contents of BVH, AMC, ASF or AMASS files")
+    info.add_argument("files", nargs="+", type=Path, metavar="FILE")
     _add_reading(info)
     return parser
 
@@ -136,6 +136,18 @@ def _add_reading(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="body model (.npz) of AMASS files, see skpose.io.load_amass; {gender} in it is replaced by the motion's; "
         "default: a person of mean proportions",
+    )
+    for name, choices, meaning in (
+        ("on-nan", ["raise", "drop"], "frames with NaN or infinite numbers: refuse the file, or leave them out"),
+        ("trust", ["header", "rows"], "number of frames of a BVH file: as stated after Frames:, or as it has rows"),
+        ("stretch", ["raise", "mean"], "bones of a BVH file that change their lengths: refuse it, or take the mean"),
+        ("missing", ["raise", "rest"], "bones that a frame of an AMC file leaves out: refuse it, or set them to zero"),
+    ):
+        parser.add_argument(f"--{name}", choices=choices, default=choices[0], help=f"{meaning}; default: {choices[0]}")
+    parser.add_argument(
+        "--root",
+        metavar="NAME",
+        help="joint of a BVH file that is the root; default: the first, or its moving child if it stands still",
     )
 
 

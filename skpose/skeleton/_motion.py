@@ -36,6 +36,14 @@ class Motion:
         Rotations of the root, rad, one column per letter of `root_axes`; None is unrotated.
     root_axes : str, default="xyz"
         The axes of `root_angles` in the notation of `Bone`: lower case extrinsic, upper case intrinsic.
+    frame_numbers : array-like of shape (n_frames,) of ints, default=None
+        Number of each frame, increasing; None is 0, 1, 2, … Where a number is left out a frame is missing, as of a file
+        read with ``on_nan="drop"``.
+
+    Attributes
+    ----------
+    times : ndarray of shape (n_frames,)
+        Time of each frame, s: its number over the frame rate.
 
     Raises
     ------
@@ -68,6 +76,7 @@ class Motion:
     root_positions: np.ndarray = None  # type: ignore[assignment]  # None becomes zeros
     root_angles: np.ndarray = None  # type: ignore[assignment]  # likewise
     root_axes: str = "xyz"
+    frame_numbers: np.ndarray = None  # type: ignore[assignment]  # None becomes 0, 1, 2, …
 
     if TYPE_CHECKING:
 
@@ -79,6 +88,7 @@ class Motion:
             root_positions: ArrayLike | None = None,
             root_angles: ArrayLike | None = None,
             root_axes: str = "xyz",
+            frame_numbers: ArrayLike | None = None,
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -99,15 +109,27 @@ class Motion:
                 frame, column = np.argwhere(~np.isfinite(array))[0]
                 raise ValueError(f"{name} holds {array[frame, column]} at frame {frame}, column {column}")
             object.__setattr__(self, name, array)
+        numbers = np.arange(n_frames) if self.frame_numbers is None else np.asarray(self.frame_numbers)
+        if numbers.shape != (n_frames,) or (n_frames and numbers.dtype.kind not in "iu"):
+            raise ValueError(f"frame_numbers must be {n_frames} whole numbers, got {numbers.dtype} of {numbers.shape}")
+        numbers = numbers.astype(np.int64)
+        if (np.diff(numbers) <= 0).any():
+            frame = int(np.argmax(np.diff(numbers) <= 0))
+            raise ValueError(f"frame_numbers must increase, got {numbers[frame]} and then {numbers[frame + 1]}")
+        object.__setattr__(self, "frame_numbers", numbers)
+
+    @property
+    def times(self) -> np.ndarray:
+        return self.frame_numbers / self.frame_rate
 
     def __len__(self) -> int:
         return len(self.angles)
 
     def __getitem__(self, frames: int | slice) -> "Motion":
         """Return some frames: ``motion[10:50]``, ``motion[::2]`` at half the rate, ``motion[3]`` as one frame."""
-        rate = self.frame_rate
+        step = 1
         if isinstance(frames, slice):
-            rate /= abs(frames.indices(len(self))[2])
+            step = abs(frames.indices(len(self))[2])
         else:
             try:
                 frame = index("" if isinstance(frames, bool) else frames)  # type: ignore[arg-type]
@@ -120,8 +142,21 @@ class Motion:
                 raise IndexError(f"the motion has {len(self)} frames, and no frame {frame}")
             frame %= len(self)
             frames = slice(frame, frame + 1)
-        angles, positions, rotations = (a[frames] for a in (self.angles, self.root_positions, self.root_angles))
-        return Motion(self.skeleton, angles, rate, positions, rotations, self.root_axes)
+        numbers = self.frame_numbers[frames]
+        numbers = np.abs(numbers - numbers[:1])
+        if (numbers % step).any():
+            raise ValueError(
+                f"every frame out of {step} is no motion, as frames are missing between them: use resample, or slices "
+                "of the frames that follow each other, see frame_numbers"
+            )
+        return replace(
+            self,
+            angles=self.angles[frames],
+            frame_rate=self.frame_rate / step,
+            root_positions=self.root_positions[frames],
+            root_angles=self.root_angles[frames],
+            frame_numbers=numbers // step,
+        )
 
     def __array__(self, *arguments: object, **options: object) -> NoReturn:
         raise TypeError("a Motion is no array: pass its poses, motion.angles")
@@ -172,15 +207,19 @@ class Motion:
             np.concatenate([getattr(motion, name) for motion in motions])
             for name in ("angles", "root_positions", "root_angles")
         )
-        return replace(first, angles=angles, root_positions=positions, root_angles=rotations)
+        ends = np.cumsum([0] + [1 + motion.frame_numbers[-1] if len(motion) else 0 for motion in motions])
+        numbers = np.concatenate([end + motion.frame_numbers for end, motion in zip(ends, motions, strict=False)])
+        return replace(first, angles=angles, root_positions=positions, root_angles=rotations, frame_numbers=numbers)
 
     def resample(self, frame_rate: float) -> "Motion":
         """Return the motion at another frame rate, from its first frame to the last time within it.
 
         Between two frames a joint with three dofs, and a root with three axes, rotates by the smallest angle (slerp).
         Other angles change linearly along their difference wrapped to [−π, π], so that a file's jump by 360° is no
-        rotation. Where the new times coincide with frames, as from 120 to 12 Hz, these are taken as they are. There is
-        no low-pass filter: a lower rate aliases movements that are faster than it, as in the paper.
+        rotation. Where the new times coincide with frames, as from 120 to 12 Hz, these are taken as they are. Where
+        frames are missing none are made up: new times between a frame and one that does not directly follow it are
+        missing too. There is no low-pass filter: a lower rate aliases movements that are faster than it, as in the
+        paper.
 
         Parameters
         ----------
@@ -194,26 +233,30 @@ class Motion:
         """
         if not np.isfinite(frame_rate) or frame_rate <= 0:
             raise ValueError(f"frame_rate must be a positive number of Hz, got {frame_rate!r}")
-        if not len(self):
-            return self._at(np.zeros(0), frame_rate)
+        numbers, step = self.frame_numbers, self.frame_rate / frame_rate
         # 1e-9 allows for rounding: a rate that divides the old one exactly keeps the last frame.
-        n_frames = int(np.floor((len(self) - 1) * frame_rate / self.frame_rate + 1e-9)) + 1
-        return self._at(np.arange(n_frames) * (self.frame_rate / frame_rate), frame_rate)
+        first, last = (numbers[0], numbers[-1]) if len(self) else (0, -1)
+        new = np.arange(int(np.ceil(first / step - 1e-9)), int(np.floor(last / step + 1e-9)) + 1)
+        at = new * step  # in numbers of the old frames
+        near = np.rint(at)
+        at = np.where(np.abs(at - near) < 1e-9, near, at)
+        before = np.searchsorted(numbers, at, side="right") - 1
+        part = at - numbers[before]
+        known = (part == 0.0) | np.isin(numbers[before] + 1, numbers)
+        return self._at((before + part)[known], frame_rate, new[known])
 
-    def _at(self, times: np.ndarray, frame_rate: float) -> "Motion":
-        """Return the motion at times given in frames."""
-        near = np.rint(times)
-        times = np.where(np.abs(times - near) < 1e-9, near, times)
-        before = np.minimum(times.astype(np.intp), max(len(self) - 1, 0))
-        after, part = np.minimum(before + 1, len(self) - 1), (times - before)[:, None]
+    def _at(self, rows: np.ndarray, frame_rate: float, frame_numbers: np.ndarray) -> "Motion":
+        """Return the motion at rows, which need not be whole."""
+        before = np.minimum(rows.astype(np.intp), max(len(self) - 1, 0))
+        after, part = np.minimum(before + 1, len(self) - 1), (rows - before)[:, None]
         positions = self.root_positions
-        return Motion(
-            self.skeleton,
-            interpolate(self.skeleton.bones, self.angles, times),
-            frame_rate,
-            linear(positions[before], positions[after], part, 0.0),
-            interpolate((self._root,), self.root_angles, times),
-            self.root_axes,
+        return replace(
+            self,
+            angles=interpolate(self.skeleton.bones, self.angles, rows),
+            frame_rate=frame_rate,
+            root_positions=linear(positions[before], positions[after], part, 0.0),
+            root_angles=interpolate((self._root,), self.root_angles, rows),
+            frame_numbers=frame_numbers,
         )
 
     def unwrap(self) -> "Motion":
@@ -258,7 +301,7 @@ class Motion:
         except ImportError:
             raise ImportError("to_pandas needs pandas: pip install 'skpose[pandas]'") from None
 
-        index = pandas.Index(np.arange(len(self)) / self.frame_rate, name="time")
+        index = pandas.Index(self.times, name="time")
         return pandas.DataFrame(self.angles, index, list(self.skeleton.dof_names))
 
     def retarget(self, skeleton: Skeleton) -> "Motion":
@@ -287,4 +330,4 @@ class Motion:
             raise ValueError(f"the motion's angles do not carry over to this skeleton: {difference}")
         column = {name: i for i, name in enumerate(self.skeleton.dof_names)}
         angles = self.angles[:, [column[name] for name in skeleton.dof_names]]
-        return Motion(skeleton, angles, self.frame_rate, self.root_positions, self.root_angles, self.root_axes)
+        return replace(self, skeleton=skeleton, angles=angles)
