@@ -1,14 +1,16 @@
 """A motion: poses of one skeleton in time, with the movement of the root stored apart."""
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from skpose.skeleton._conversion import retarget
 from skpose.skeleton._interpolation import interpolate, linear
+from skpose.skeleton._root import check_up, with_root
 from skpose.skeleton._rotations import TWO_PI
-from skpose.skeleton._skeleton import Skeleton, mismatch
+from skpose.skeleton._skeleton import Skeleton
 
 if TYPE_CHECKING:
     import pandas
@@ -32,6 +34,8 @@ class Motion:
         Rotations of the root, rad, one column per letter of `root_axes`; None is unrotated.
     root_axes : str, default="xyz"
         The axes of `root_angles` in the notation of `Bone`: lower case extrinsic, upper case intrinsic.
+    up : {"x", "y", "z"}, default="y"
+        The axis of the world that points up, for `with_root`; "y" is usual in BVH and AMC files.
 
     Raises
     ------
@@ -45,7 +49,8 @@ class Motion:
 
     Notes
     -----
-    The library's distances use `angles` alone: global position and orientation are not part of a pose.
+    The library's distances use `angles` alone: global position and orientation are not part of a pose. `with_root`
+    makes the orientation a part of it.
 
     Examples
     --------
@@ -64,6 +69,7 @@ class Motion:
     root_positions: np.ndarray = None  # type: ignore[assignment]  # None becomes zeros
     root_angles: np.ndarray = None  # type: ignore[assignment]  # likewise
     root_axes: str = "xyz"
+    up: Literal["x", "y", "z"] = "y"
 
     if TYPE_CHECKING:
 
@@ -75,11 +81,13 @@ class Motion:
             root_positions: ArrayLike | None = None,
             root_angles: ArrayLike | None = None,
             root_axes: str = "xyz",
+            up: Literal["x", "y", "z"] = "y",
         ) -> None: ...
 
     def __post_init__(self) -> None:
         if not np.isfinite(self.frame_rate) or self.frame_rate <= 0:
             raise ValueError(f"frame_rate must be a positive number of Hz, got {self.frame_rate!r}")
+        check_up(self.up)
         angles = np.asarray(self.angles, dtype=np.float64)
         n_frames = len(angles) if angles.ndim else 0
         root = {"root_positions": 3, "root_angles": len(self.root_axes)}
@@ -134,13 +142,12 @@ class Motion:
         before = np.minimum(times.astype(np.intp), max(len(self) - 1, 0))
         after, part = np.minimum(before + 1, len(self) - 1), (times - before)[:, None]
         positions, angles = self.root_positions, self.root_angles
-        return Motion(
-            self.skeleton,
-            interpolate(self.skeleton, self.angles, times),
-            frame_rate,
-            linear(positions[before], positions[after], part, 0.0),
-            linear(angles[before], angles[after], part, TWO_PI),
-            self.root_axes,
+        return replace(
+            self,
+            angles=interpolate(self.skeleton, self.angles, times),
+            frame_rate=frame_rate,
+            root_positions=linear(positions[before], positions[after], part, 0.0),
+            root_angles=linear(angles[before], angles[after], part, TWO_PI),
         )
 
     def unwrap(self) -> "Motion":
@@ -180,16 +187,22 @@ class Motion:
         index = pandas.Index(np.arange(len(self)) / self.frame_rate, name="time")
         return pandas.DataFrame(self.angles, index, list(self.skeleton.dof_names))
 
-    def retarget(self, skeleton: Skeleton) -> "Motion":
-        """Return the same angles on another skeleton, columns matched by dof name.
+    def retarget(self, skeleton: Skeleton, *, rest: Literal["raise", "world", "same"] = "raise") -> "Motion":
+        """Return the poses on another skeleton, columns matched by dof name.
 
         Poses of different people are compared on one skeleton, such as `Skeleton.mean` of theirs: angles carry over
-        where joints and dofs have the same names, bone lengths do not. The root's movement stays as it is.
+        where joints and dofs have the same names, bone lengths do not. The same numbers are another pose where the
+        bones point elsewhere at angle zero, as in a T-pose and an A-pose; `rest` states what to do about it.
 
         Parameters
         ----------
         skeleton : Skeleton
             With the same joints, parents and dofs; lengths, directions and the order of bones may differ.
+        rest : {"raise", "world", "same"}, default="raise"
+            "raise" takes the numbers as they are, and refuses skeletons on which a bone's directions at angle zero, or
+            the rest rotations of a joint with dofs, are more than 45° apart. "world" converts the numbers, and the
+            root's orientation, so that every bone points in the same direction of the world as before. "same" takes
+            the numbers as they are, at any difference.
 
         Returns
         -------
@@ -199,11 +212,71 @@ class Motion:
         Raises
         ------
         ValueError
-            If the skeletons differ in joints, parents or dofs; the message names the joint.
+            If the skeletons differ in joints, parents or dofs, or in their rest poses, or if a joint with one or two
+            dofs cannot keep the direction of a bone; the message names the joint and the angle.
+
+        Notes
+        -----
+        With "world", directions are kept exactly by joints that carry a single bone; the bones of the others, such as
+        those of the pelvis, are fitted by least squares, as no joint can bend them. A bone that is shorter than a
+        thousandth of the longest has no direction.
+
+        Examples
+        --------
+        An arm that points to the side at angle zero, and one that hangs down:
+
+        >>> import numpy as np
+        >>> from skpose import Bone, Motion, Skeleton, forward_kinematics
+        >>> t_pose = Skeleton([Bone("hand", None, (0.6, 0, 0), "xyz")])
+        >>> a_pose = Skeleton([Bone("hand", None, (0, -0.6, 0), "xyz")])
+        >>> motion = Motion(t_pose, [[0, 0, 0]], frame_rate=30).retarget(a_pose, rest="world")
+        >>> np.degrees(motion.angles).round() + 0.0
+        array([[ 0.,  0., 90.]])
+        >>> forward_kinematics(motion.angles, a_pose).round(3) + 0.0
+        array([[[0.6, 0. , 0. ]]])
         """
-        difference = mismatch(self.skeleton, skeleton)
-        if difference:
-            raise ValueError(f"the motion's angles do not carry over to this skeleton: {difference}")
-        column = {name: i for i, name in enumerate(self.skeleton.dof_names)}
-        angles = self.angles[:, [column[name] for name in skeleton.dof_names]]
-        return Motion(skeleton, angles, self.frame_rate, self.root_positions, self.root_angles, self.root_axes)
+        return retarget(self, skeleton, rest)
+
+    def with_root(
+        self, part: Literal["tilt", "whole"] = "tilt", *, up: Literal["x", "y", "z"] | None = None
+    ) -> "Motion":
+        """Return the motion with the orientation of the root as a part of its poses.
+
+        The skeleton gets a first joint, "root": a ball joint of length zero at the root, the parent of the root's
+        children. Its three columns are the orientation, whole or without the heading.
+
+        Parameters
+        ----------
+        part : {"tilt", "whole"}, default="tilt"
+            "tilt" leaves out the rotation about the vertical: two motions that differ in where they are headed have
+            the same poses, but lying is not standing. "whole" is the orientation in the world.
+        up : {"x", "y", "z"}, default=None
+            The axis of the world that points up; None is the motion's.
+
+        Returns
+        -------
+        Motion
+            The orientation that is left to the root is the heading, an angle about the axis that points up, or zero.
+            The joint's name is "root" with an underscore for each joint that has this name already.
+
+        Notes
+        -----
+        An orientation is R = heading · tilt, of which the tilt is the rotation about a horizontal axis (the swing
+        without the twist). Upside down, where there is no heading, small movements change the tilt much.
+
+        Examples
+        --------
+        Headed by 90° to the side, and bent over by 30°:
+
+        >>> import numpy as np
+        >>> from skpose import Motion, Skeleton
+        >>> motion = Motion(Skeleton.chain(2), [[0, 0]], 30, root_angles=np.radians([[90, 30]]), root_axes="YX")
+        >>> motion = motion.with_root("tilt")
+        >>> motion.skeleton.dof_names
+        ('root_rotvec_x', 'root_rotvec_y', 'root_rotvec_z', 'joint_1_rz', 'joint_2_rz')
+        >>> np.degrees(motion.angles).round(3) + 0.0
+        array([[30.,  0.,  0.,  0.,  0.]])
+        >>> np.degrees(motion.root_angles).round(3), motion.root_axes
+        (array([[90.]]), 'y')
+        """
+        return with_root(self, part, self.up if up is None else up)

@@ -14,7 +14,7 @@ def rotations_of(bone: Bone, columns: np.ndarray) -> Rotation:
     """Return the rotations (n,) of a joint from its columns (n, n_dofs), without the rest rotation."""
     if bone.is_ball:
         return Rotation.from_rotvec(columns)
-    return Rotation.from_euler(bone.dofs, columns if bone.n_dofs > 1 else columns[:, 0])
+    return Rotation.from_euler(bone.dofs, columns)
 
 
 def columns_of(bone: Bone, rotations: Rotation, near: np.ndarray) -> np.ndarray:
