@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Literal
 
 import joblib
 import numpy as np
@@ -20,12 +21,28 @@ from skpose.skeleton import Skeleton
 
 
 def read_poses(
-    files: Sequence[Path], rate: float | None, asf: Path | None, frame_rate: float, scale: float | None
+    files: Sequence[Path],
+    rate: float | None,
+    asf: Path | None,
+    frame_rate: float,
+    scale: float | None,
+    *,
+    rest: Literal["raise", "world", "same"] = "raise",
+    root: Literal["tilt", "whole"] | None = None,
+    up: Literal["x", "y", "z"] | None = None,
 ) -> tuple[np.ndarray, Skeleton]:
-    """Read all files; return their poses on the mean skeleton. Print which rows belong to which file."""
+    """Read all files; return their poses on the mean skeleton. Print which rows belong to which file.
+
+    Poses with another `rest` than "raise" are on the skeleton of the first file.
+    """
     motions = [load_motion(path, asf=asf, frame_rate=frame_rate, scale=scale) for path in files]
     names = [str(path) for path in files]
-    X, sequence = (dataset := MotionDataset(motions, names, names, names)).poses(rate)
+    dataset = MotionDataset(motions, names, names, names)
+    if rest != "raise":
+        dataset = dataset.retarget(motions[0].skeleton, rest=rest)
+    if root is not None:
+        dataset = dataset.with_root(root, up=up)
+    X, sequence = dataset.poses(rate)
     ends = np.searchsorted(sequence, np.arange(len(files)), side="right")
     for path, first, end in zip(files, [0, *ends], ends, strict=False):
         print(f"{first:>8} to {end - 1:<8} {path}")

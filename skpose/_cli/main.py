@@ -16,6 +16,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     if getattr(options, "scheduler", None) is not None and options.backend not in ("dask", "ray"):
         parser.error(f"--scheduler is for --backend dask or ray, not {options.backend}")
+    if getattr(options, "up", None) is not None and options.root is None:
+        parser.error("--up is for --root tilt or whole")
     try:
         _run(options)
     except KeyboardInterrupt:
@@ -45,7 +47,9 @@ def _run(options: argparse.Namespace) -> None:
     if options.command == "info":
         commands.info(options.file, *reading)
         return
-    X, skeleton = commands.read_poses(options.files, options.rate, *reading)
+    X, skeleton = commands.read_poses(
+        options.files, options.rate, *reading, rest=options.rest, root=options.root, up=options.up
+    )
     with commands.backend(options.backend, options.scheduler, options.jobs):
         if options.command == "distances":
             commands.distances(X, skeleton, options.metric, options.out, options.dtype)

@@ -118,8 +118,8 @@ def _turns(
             name = target.joint_names[bones[int(cosines.argmin())]]
             raise ValueError(
                 f"the motion's poses have no counterpart on this skeleton: bone {name!r} is {angle:.0f}° apart from "
-                "its namesake after the best fit of all bones that move with it, and no joint is between them; expected at "
-                f"most {LARGEST_DIFFERENCE:.0f}°"
+                "its namesake after the best fit of all bones that move with it, and no joint is between them; "
+                f"expected at most {LARGEST_DIFFERENCE:.0f}°"
             )
     return turns
 
@@ -131,10 +131,10 @@ def _fit(a: np.ndarray, b: np.ndarray) -> Rotation:
     if singular[1] + sign * singular[2] > LINE * singular[0]:
         return Rotation.from_matrix(U @ np.diag([1.0, 1.0, sign]) @ Vt)
     u, v = Vt[0], U[:, 0]
-    half_way = np.array([*np.cross(u, v), 1.0 + u @ v])  # a quaternion, the scalar last
-    if np.linalg.norm(half_way) < 1e-8:  # opposite: half a turn about an axis across
-        half_way = np.array([*np.cross(u, np.eye(3)[np.abs(u).argmin()]), 0.0])
-    return Rotation.from_quat(half_way)
+    quaternion = np.array([*np.cross(u, v), 1.0 + u @ v])  # the scalar last
+    if np.linalg.norm(quaternion) < 1e-8:  # opposite: half a turn about an axis across
+        quaternion = np.array([*np.cross(u, np.eye(3)[np.abs(u).argmin()]), 0.0])
+    return Rotation.from_quat(quaternion)
 
 
 def _columns(skeleton: Skeleton) -> dict[str, slice]:

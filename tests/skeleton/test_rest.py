@@ -12,20 +12,8 @@ from skpose.datasets import MotionDataset, make_gait
 THREE = ["rotvec", "ZXY", "xyz"]
 
 
-def rotated(skeleton, joint, rotation, up_to=None):
-    """The skeleton with a rest pose in which all bones from a joint on are rotated, as an arm is in an A-pose.
-
-    Offsets are rotated, not rest rotations, as in BVH files; so all rest rotations must be the identity.
-    """
-    names = {joint}
-    for bone in skeleton.bones:
-        names |= {bone.name} if bone.parent in names else set()
-    bones = [b._replace(offset=rotation.apply(b.offset)) if b.name in names else b for b in skeleton.bones]
-    return Skeleton(bones, skeleton.offset_frame)
-
-
 def person(dofs="ZXY", frame="parent", arm=(1, 0, 0)):
-    """A trunk with two arms and two legs that point along the y axis, except one arm."""
+    """A trunk with a head, two legs and one arm, which points in a given direction."""
     arm = np.array(arm) / np.linalg.norm(arm)
     bones = [
         Bone("spine", None, (0, 0.2, 0), dofs),
@@ -135,8 +123,10 @@ def test_bones_that_move_together_are_fitted(frame):
     """The two hips of a wider pelvis cannot both keep their direction; the spine, rigid too, has its share."""
     one = person("ZXY", frame)
     bones = [b._replace(offset=(b.offset[0], -0.2, 0.01)) if "hip" in b.name else b for b in one.bones]
-    rigid = lambda s: Skeleton([b._replace(dofs="") if b.parent is None else b for b in s], frame)  # noqa: E731
-    one, other = rigid(one.bones), rigid(bones)
+    if frame == "own":  # in the other frame they move with the root as they are
+        one, bones = ([b._replace(dofs="") if b.parent is None else b for b in each] for each in (one.bones, bones))
+        one = Skeleton(one, frame)
+    other = Skeleton(bones, frame)
     motion = random_motion(one)
     there = motion.retarget(other, rest="world")
     a, b = (np.array([s.offsets[j] for j, x in enumerate(s.bones) if x.parent is None]) for s in (other, one))
@@ -177,16 +167,15 @@ def test_hinges_convert_where_they_can():
     aside = arm(0.2 * np.array([np.cos(1), np.sin(1), 0]))
     with pytest.raises(ValueError, match=r"joint 'hand' has the dofs 'y', with which bone 'hand' .* off by [0-9.e+]+°"):
         motion.retarget(aside, rest="world")
-    two = [arm((0.2, 0, 0), dofs="yz"), arm((0, 0, 0.2), dofs="yz")]
+    two = [arm((0.2, 0, 0), dofs="yz"), arm((0, 0.2, 0), dofs="yz")]
     motion = Motion(two[0], np.random.default_rng(0).uniform(-3, 3, (99, 5)), 30)
     with pytest.raises(ValueError, match=r"joint 'hand' has the dofs 'yz'"):
         motion.retarget(two[1], rest="world")
-    for dofs in ("yz", "ZX", "xz", "YX"):  # a rest pose that is rotated as a whole
-        one = arm((0.2, 0.1, 0), dofs=dofs)
-        turn = Rotation.from_rotvec([0.3, -1, 0.6])
-        rests = [turn.as_matrix(), None]
-        other = Skeleton([b._replace(rest_rotation=r) for b, r in zip(one.bones, rests, strict=True)])
-        motion = Motion(one, np.random.default_rng(1).uniform(-6, 6, (99, 5)), 30)
+    for dofs in ("yz", "ZX", "xz", "YX", "z"):  # a skeleton that is rotated as a whole, as two bones of its root show
+        one = Skeleton([*arm((0.2, 0.1, 0), dofs=dofs).bones, Bone("a", None, (0, 1, 0)), Bone("b", None, (0, 0, 1))])
+        turn = Rotation.from_rotvec([0.3, -1, 0.6]).as_matrix()
+        other = Skeleton([b._replace(rest_rotation=None if b.parent else turn) for b in one.bones])
+        motion = Motion(one, np.random.default_rng(1).uniform(-6, 6, (99, one.n_dofs)), 30)
         np.testing.assert_allclose(world(motion.retarget(other, rest="world")), world(motion), atol=1e-9)
 
 
