@@ -132,7 +132,7 @@ def _fit(a: np.ndarray, b: np.ndarray) -> Rotation:
         return Rotation.from_matrix(U @ np.diag([1.0, 1.0, sign]) @ Vt)
     u, v = Vt[0], U[:, 0]
     quaternion = np.array([*np.cross(u, v), 1.0 + u @ v])  # the scalar last
-    if np.linalg.norm(quaternion) < 1e-8:  # opposite: half a turn about an axis across
+    if np.linalg.norm(quaternion) < 1e-8:  # opposite: by 180° about an axis across
         quaternion = np.array([*np.cross(u, np.eye(3)[np.abs(u).argmin()]), 0.0])
     return Rotation.from_quat(quaternion)
 
