@@ -13,7 +13,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from skpose import Bone, Skeleton, SpatialMDS, forward_kinematics
-from skpose.datasets import humanoid, load_cmu
+from skpose.datasets import humanoid, load_cmu, load_hdm05
 from skpose.io import load_asf, load_bvh
 
 DATA = Path(__file__).parent / "data"
@@ -40,6 +40,21 @@ def cmu_folder():
 @pytest.fixture(scope="session")
 def cmu(cmu_folder):
     return load_cmu(cmu_folder)
+
+
+@pytest.fixture(scope="session")
+def hdm05_folder():
+    """The folder of HDM05 files named by SKPOSE_HDM05; a wrong folder is a failure, and without one: skipped."""
+    folder = os.environ.get("SKPOSE_HDM05")
+    if folder is None:
+        pytest.skip("SKPOSE_HDM05 does not name a folder of HDM05 files")
+    assert list(Path(folder).rglob("HDM_*.amc")), f"SKPOSE_HDM05={folder} has no files named HDM_*.amc"
+    return Path(folder)
+
+
+@pytest.fixture(scope="session")
+def hdm05(hdm05_folder):
+    return load_hdm05(hdm05_folder)
 
 
 ANGLES = "xyz", "ZXY", "", "y", "xz", "ZY", "yxz", "X", "YZX", "zy", "XZY", "zyx"

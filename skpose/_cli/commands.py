@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import joblib
 import numpy as np
@@ -21,14 +21,28 @@ from skpose.skeleton import Skeleton
 
 
 def read_poses(
-    files: Sequence[Path], rate: float | None, rotations: str | None, reading: dict[str, Any]
+    files: Sequence[Path],
+    rate: float | None,
+    reading: dict[str, Any],
+    *,
+    rotations: Literal["rotvec"] | None = None,
+    rest: Literal["raise", "world", "same"] = "raise",
+    with_root: Literal["tilt", "whole"] | None = None,
+    up: Literal["x", "y", "z"] | None = None,
 ) -> tuple[np.ndarray, Skeleton]:
-    """Read all files; return their poses on the mean skeleton. Print which rows belong to which file."""
+    """Read all files; return their poses on the mean skeleton. Print which rows belong to which file.
+
+    Poses with another `rest` than "raise" are on the skeleton of the first file.
+    """
     motions = [load_motion(path, **reading) for path in files]
     names = [str(path) for path in files]
     dataset = MotionDataset(motions, names, names, names)
     if rotations == "rotvec":
         dataset = dataset.to_rotvec()
+    if rest != "raise":
+        dataset = dataset.retarget(dataset.motions[0].skeleton, rest=rest)
+    if with_root is not None:
+        dataset = dataset.with_root(with_root, up=up)
     X, sequence = dataset.poses(rate)
     ends = np.searchsorted(sequence, np.arange(len(files)), side="right")
     for path, first, end in zip(files, [0, *ends], ends, strict=False):

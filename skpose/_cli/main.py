@@ -12,6 +12,8 @@ from skpose._cli.parser import command_line
 INTERRUPTED = 130  # a shell's status after Ctrl-C
 READING = "asf", "frame_rate", "scale", "on_nan", "trust", "stretch", "missing", "root", "model"  # of load_motion
 
+PREPARING = "rotations", "rest", "with_root", "up"  # options of what is done with the motions
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; return the exit status."""
@@ -19,6 +21,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     if getattr(options, "scheduler", None) is not None and options.backend not in ("dask", "ray"):
         parser.error(f"--scheduler is for --backend dask or ray, not {options.backend}")
+    if getattr(options, "up", None) is not None and options.with_root is None:
+        parser.error("--up is for --with-root tilt or whole")
     try:
         _run(options)
     except KeyboardInterrupt:
@@ -58,7 +62,8 @@ def _run(options: argparse.Namespace) -> None:
     if options.command == "info":
         commands.info(options.files, reading)
         return
-    X, skeleton = commands.read_poses(options.files, options.rate, options.rotations, reading)
+    preparing = {name: getattr(options, name) for name in PREPARING}
+    X, skeleton = commands.read_poses(options.files, options.rate, reading, **preparing)
     with commands.backend(options.backend, options.scheduler, options.jobs):
         if options.command == "distances":
             commands.distances(X, skeleton, options.metric, options.out, options.dtype)

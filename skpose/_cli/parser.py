@@ -101,6 +101,21 @@ def _add_poses(parser: argparse.ArgumentParser, out: str, result: str) -> None:
     )
     _add_reading(parser)
     parser.add_argument(
+        "--rest",
+        choices=["raise", "world", "same"],
+        default="raise",
+        help="if bones point elsewhere at angle zero, as in a T-pose and an A-pose: refuse the files (default), keep "
+        "the directions of the bones in the world, or keep the numbers; the last two on the skeleton of the first file",
+    )
+    parser.add_argument(
+        "--with-root",
+        choices=["tilt", "whole"],
+        help="make the orientation of the root a part of the poses: without the heading, or whole; default: neither",
+    )
+    parser.add_argument(
+        "--up", choices=["x", "y", "z"], help="the axis of the world that points up, for --with-root; default: y"
+    )
+    parser.add_argument(
         "--backend",
         choices=["threads", "loky", "dask", "ray"],
         default="threads",

@@ -10,8 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from skpose.skeleton import Motion, Skeleton
+from skpose.skeleton._skeleton import check_comparable
 
 WALKING_AND_RUNNING = ("walk", "run")
+CONVERT = (
+    'Convert the motions to one rest pose first: dataset.retarget(dataset.motions[0].skeleton, rest="world") keeps the '
+    'directions of the bones in the world, rest="same" the numbers; on the command line --rest'
+)
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -71,7 +76,11 @@ class MotionDataset:
     @cached_property
     def skeleton(self) -> Skeleton:
         """The bone-wise mean of the subjects' skeletons, each counted once, on which their poses are compared."""
-        return Skeleton.mean(dict.fromkeys(motion.skeleton for motion in self.motions))
+        names: dict[Skeleton, str] = {}
+        for i, motion in enumerate(self.motions):
+            names.setdefault(motion.skeleton, f"motions[{i}]")
+        check_comparable(list(names), list(names.values()), CONVERT)
+        return Skeleton.mean(names)
 
     def select(self, chosen: ArrayLike) -> "MotionDataset":
         """Return the motions that a boolean mask or an array of indices selects."""
@@ -87,6 +96,43 @@ class MotionDataset:
         ('abdomen_rotvec_x', 'abdomen_rotvec_y', 'abdomen_rotvec_z')
         """
         return replace(self, motions=tuple(motion.to_rotvec() for motion in self.motions))
+
+    def retarget(self, skeleton: Skeleton, *, rest: Literal["raise", "world", "same"] = "raise") -> "MotionDataset":
+        """Return all motions on one skeleton, see `Motion.retarget`; an error names the motion.
+
+        >>> from skpose.datasets import make_gait
+        >>> gait = make_gait(n_subjects=2, n_sequences=1, random_state=0)
+        >>> gait = gait.retarget(gait.motions[0].skeleton, rest="world")
+        >>> len({motion.skeleton for motion in gait})
+        1
+        """
+        motions = []
+        for i, motion in enumerate(self.motions):
+            try:
+                motions.append(motion.retarget(skeleton, rest=rest))
+            except ValueError as error:
+                raise ValueError(f"motions[{i}]: {error}") from None
+        return replace(self, motions=tuple(motions))
+
+    def with_root(
+        self, part: Literal["tilt", "whole"] = "tilt", *, up: Literal["x", "y", "z"] | None = None
+    ) -> "MotionDataset":
+        """Return the motions with the orientation of the root in their poses, see `Motion.with_root`.
+
+        Motions whose `up` differs are refused unless `up` is given: their worlds are not the same.
+
+        >>> from skpose.datasets import make_gait
+        >>> gait = make_gait(n_subjects=2, n_sequences=1, random_state=0)
+        >>> gait.with_root("tilt").skeleton.n_dofs - gait.skeleton.n_dofs
+        3
+        """
+        for i, motion in enumerate(self.motions):
+            if up is None and motion.up != self.motions[0].up:
+                raise ValueError(
+                    f'motions[0] has up="{self.motions[0].up}" and motions[{i}] up="{motion.up}": tilts of different '
+                    'worlds are not comparable; rotate the motions into one world, or pass up="y" if all are in one'
+                )
+        return replace(self, motions=tuple(motion.with_root(part, up=up) for motion in self.motions))
 
     def poses(
         self,
@@ -114,13 +160,19 @@ class MotionDataset:
             Joint angles, rad.
         sequence : ndarray of shape (n_poses,)
             Index of each pose's motion; ``dataset.actions[sequence]`` are its labels.
+
+        Raises
+        ------
+        ValueError
+            If the motions' skeletons, or the given one, differ in joints, parents or dofs, or if a bone's directions at
+            angle zero are more than 45° apart; the message names the joint and the motions.
         """
         if rotations is not None:
             if rotations != "rotvec":
                 raise ValueError(f'rotations must be "rotvec", or None for the joints as they are, got {rotations!r}')
             return self.to_rotvec().poses(frame_rate, None if skeleton is None else skeleton.to_rotvec())
         skeleton = self.skeleton if skeleton is None else skeleton
-        motions = [motion.retarget(skeleton) for motion in self.motions]
+        motions = list(self.retarget(skeleton).motions)
         if frame_rate is not None:
             motions = [motion.resample(frame_rate) for motion in motions]
         return np.concatenate([m.angles for m in motions]), np.repeat(

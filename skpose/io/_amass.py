@@ -129,6 +129,7 @@ def read_amass(source: Source, *, model: PathLike | None = None, hands: bool = T
             trans + at_rest[root],
             _angles(poses[:, :3]),
             ROOT_AXES,
+            up="z",
         )
 
 

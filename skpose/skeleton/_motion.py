@@ -1,18 +1,17 @@
 """A motion: poses of one skeleton in time, with the movement of the root stored apart."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from operator import index
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Literal, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skpose.skeleton import _conversions, _mirror
+from skpose.skeleton import _conversions, _frames, _mirror
 from skpose.skeleton._bone import Bone, is_axes
 from skpose.skeleton._continuity import without_jumps
-from skpose.skeleton._interpolation import interpolate, linear
-from skpose.skeleton._skeleton import Skeleton, mismatch
+from skpose.skeleton._retarget import retarget
+from skpose.skeleton._root import check_up, with_root
+from skpose.skeleton._skeleton import Skeleton
 
 if TYPE_CHECKING:
     import pandas
@@ -39,6 +38,8 @@ class Motion:
     frame_numbers : array-like of shape (n_frames,) of ints, default=None
         Number of each frame, increasing; None is 0, 1, 2, … Where a number is left out a frame is missing, as of a file
         read with ``on_nan="drop"``.
+    up : {"x", "y", "z"}, default="y"
+        The axis of the world that points up, for `with_root`; "y" is usual in BVH and AMC files.
 
     Attributes
     ----------
@@ -57,7 +58,8 @@ class Motion:
 
     Notes
     -----
-    The library's distances use `angles` alone: global position and orientation are not part of a pose.
+    The library's distances use `angles` alone: global position and orientation are not part of a pose. `with_root`
+    makes the orientation a part of it.
 
     Examples
     --------
@@ -77,6 +79,7 @@ class Motion:
     root_angles: np.ndarray = None  # type: ignore[assignment]  # likewise
     root_axes: str = "xyz"
     frame_numbers: np.ndarray = None  # type: ignore[assignment]  # None becomes 0, 1, 2, …
+    up: Literal["x", "y", "z"] = "y"
 
     if TYPE_CHECKING:
 
@@ -89,6 +92,7 @@ class Motion:
             root_angles: ArrayLike | None = None,
             root_axes: str = "xyz",
             frame_numbers: ArrayLike | None = None,
+            up: Literal["x", "y", "z"] = "y",
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -97,6 +101,7 @@ class Motion:
         if not is_axes(self.root_axes):
             expected = 'at most one each of the letters x, y and z in one case, such as "xyz" or "ZXY"'
             raise ValueError(f"root_axes must be {expected}, got {self.root_axes!r}")
+        check_up(self.up)
         angles = np.asarray(self.angles, dtype=np.float64)
         n_frames = len(angles) if angles.ndim else 0
         root = {"root_positions": 3, "root_angles": len(self.root_axes)}
@@ -125,38 +130,7 @@ class Motion:
     def __len__(self) -> int:
         return len(self.angles)
 
-    def __getitem__(self, frames: int | slice) -> "Motion":
-        """Return some frames: ``motion[10:50]``, ``motion[::2]`` at half the rate, ``motion[3]`` as one frame."""
-        step = 1
-        if isinstance(frames, slice):
-            step = abs(frames.indices(len(self))[2])
-        else:
-            try:
-                frame = index("" if isinstance(frames, bool) else frames)  # type: ignore[arg-type]
-            except TypeError:
-                raise TypeError(
-                    "a motion is indexed by a frame or by a slice, such as motion[10:50]: frames of a mask or an array "
-                    "are not evenly spaced in time; motion.angles[...] selects poses"
-                ) from None
-            if not -len(self) <= frame < len(self):
-                raise IndexError(f"the motion has {len(self)} frames, and no frame {frame}")
-            frame %= len(self)
-            frames = slice(frame, frame + 1)
-        numbers = self.frame_numbers[frames]
-        numbers = np.abs(numbers - numbers[:1])
-        if (numbers % step).any():
-            raise ValueError(
-                f"every frame out of {step} is no motion, as frames are missing between them: use resample, or slices "
-                "of the frames that follow each other, see frame_numbers"
-            )
-        return replace(
-            self,
-            angles=self.angles[frames],
-            frame_rate=self.frame_rate / step,
-            root_positions=self.root_positions[frames],
-            root_angles=self.root_angles[frames],
-            frame_numbers=numbers // step,
-        )
+    __getitem__ = _frames.frames_of
 
     def __array__(self, *arguments: object, **options: object) -> NoReturn:
         raise TypeError("a Motion is no array: pass its poses, motion.angles")
@@ -170,94 +144,8 @@ class Motion:
         seconds = len(self) / self.frame_rate
         return f"Motion({len(self)} frames at {self.frame_rate:g} Hz, {seconds:.1f} s, {self.skeleton!r})"
 
-    @classmethod
-    def concatenate(cls, motions: Iterable["Motion"]) -> "Motion":
-        """Return motions one after another, as one.
-
-        Nothing is moved: where one motion ends elsewhere than the next begins, there is a jump.
-
-        Parameters
-        ----------
-        motions : iterable of Motion
-            At least one; with the same skeleton, frame rate and root axes.
-
-        Returns
-        -------
-        Motion
-            With the frames of all.
-
-        Raises
-        ------
-        ValueError
-            If the motions differ in skeleton, frame rate or root axes; the message states in which.
-        """
-        motions = list(motions)
-        if not motions:
-            raise ValueError("concatenate needs at least one motion, got none")
-        first = motions[0]
-        for i, motion in enumerate(motions[1:], start=1):
-            if motion.skeleton != first.skeleton:
-                difference = mismatch(first.skeleton, motion.skeleton) or "bones differ: use retarget first"
-                raise ValueError(f"motions[{i}] has another skeleton than motions[0]: {difference}")
-            for name, remedy in (("frame_rate", "use resample first"), ("root_axes", "turn them into the same first")):
-                if getattr(motion, name) != getattr(first, name):
-                    values = f"{getattr(motion, name)!r}, but motions[0] {getattr(first, name)!r}"
-                    raise ValueError(f"motions[{i}] has {name} {values}: {remedy}")
-        angles, positions, rotations = (
-            np.concatenate([getattr(motion, name) for motion in motions])
-            for name in ("angles", "root_positions", "root_angles")
-        )
-        ends = np.cumsum([0] + [1 + motion.frame_numbers[-1] if len(motion) else 0 for motion in motions])
-        numbers = np.concatenate([end + motion.frame_numbers for end, motion in zip(ends, motions, strict=False)])
-        return replace(first, angles=angles, root_positions=positions, root_angles=rotations, frame_numbers=numbers)
-
-    def resample(self, frame_rate: float) -> "Motion":
-        """Return the motion at another frame rate, from its first frame to the last time within it.
-
-        Between two frames a joint with three dofs, and a root with three axes, rotates by the smallest angle (slerp).
-        Other angles change linearly along their difference wrapped to [−π, π], so that a file's jump by 360° is no
-        rotation. Where the new times coincide with frames, as from 120 to 12 Hz, these are taken as they are. Where
-        frames are missing none are made up: new times between a frame and one that does not directly follow it are
-        missing too. There is no low-pass filter: a lower rate aliases movements that are faster than it, as in the
-        paper.
-
-        Parameters
-        ----------
-        frame_rate : float
-            The new rate, Hz.
-
-        Returns
-        -------
-        Motion
-            Of the same skeleton.
-        """
-        if not np.isfinite(frame_rate) or frame_rate <= 0:
-            raise ValueError(f"frame_rate must be a positive number of Hz, got {frame_rate!r}")
-        numbers, step = self.frame_numbers, self.frame_rate / frame_rate
-        # 1e-9 allows for rounding: a rate that divides the old one exactly keeps the last frame.
-        first, last = (numbers[0], numbers[-1]) if len(self) else (0, -1)
-        new = np.arange(int(np.ceil(first / step - 1e-9)), int(np.floor(last / step + 1e-9)) + 1)
-        at = new * step  # in numbers of the old frames
-        near = np.rint(at)
-        at = np.where(np.abs(at - near) < 1e-9, near, at)
-        before = np.searchsorted(numbers, at, side="right") - 1
-        part = at - numbers[before]
-        known = (part == 0.0) | np.isin(numbers[before] + 1, numbers)
-        return self._at((before + part)[known], frame_rate, new[known])
-
-    def _at(self, rows: np.ndarray, frame_rate: float, frame_numbers: np.ndarray) -> "Motion":
-        """Return the motion at rows, which need not be whole."""
-        before = np.minimum(rows.astype(np.intp), max(len(self) - 1, 0))
-        after, part = np.minimum(before + 1, len(self) - 1), (rows - before)[:, None]
-        positions = self.root_positions
-        return replace(
-            self,
-            angles=interpolate(self.skeleton.bones, self.angles, rows),
-            frame_rate=frame_rate,
-            root_positions=linear(positions[before], positions[after], part, 0.0),
-            root_angles=interpolate((self._root,), self.root_angles, rows),
-            frame_numbers=frame_numbers,
-        )
+    concatenate = staticmethod(_frames.concatenate)
+    resample = _frames.resample
 
     def unwrap(self) -> "Motion":
         """Return the motion with its angles continuous in time: jumps from frame to frame are removed.
@@ -304,16 +192,22 @@ class Motion:
         index = pandas.Index(self.times, name="time")
         return pandas.DataFrame(self.angles, index, list(self.skeleton.dof_names))
 
-    def retarget(self, skeleton: Skeleton) -> "Motion":
-        """Return the same angles on another skeleton, columns matched by dof name.
+    def retarget(self, skeleton: Skeleton, *, rest: Literal["raise", "world", "same"] = "raise") -> "Motion":
+        """Return the poses on another skeleton, columns matched by dof name.
 
         Poses of different people are compared on one skeleton, such as `Skeleton.mean` of theirs: angles carry over
-        where joints and dofs have the same names, bone lengths do not. The root's movement stays as it is.
+        where joints and dofs have the same names, bone lengths do not. The same numbers are another pose where the
+        bones point elsewhere at angle zero, as in a T-pose and an A-pose; `rest` states what to do about it.
 
         Parameters
         ----------
         skeleton : Skeleton
             With the same joints, parents and dofs; lengths, directions and the order of bones may differ.
+        rest : {"raise", "world", "same"}, default="raise"
+            "raise" takes the numbers as they are, and refuses skeletons on which a bone's directions at angle zero, or
+            the rest rotations of a joint with dofs, are more than 45° apart. "world" converts the numbers, and the
+            root's orientation, so that every bone points in the same direction of the world as before. "same" takes
+            the numbers as they are, at any difference.
 
         Returns
         -------
@@ -323,11 +217,71 @@ class Motion:
         Raises
         ------
         ValueError
-            If the skeletons differ in joints, parents or dofs; the message names the joint.
+            If the skeletons differ in joints, parents or dofs, or in their rest poses, or if a joint with one or two
+            dofs cannot keep the direction of a bone; the message names the joint and the angle.
+
+        Notes
+        -----
+        With "world", directions are kept exactly by joints that carry a single bone; the bones of the others, such as
+        those of the pelvis, are fitted by least squares, as no joint can bend them. A bone that is shorter than a
+        thousandth of the longest has no direction.
+
+        Examples
+        --------
+        An arm that points to the side at angle zero, and one that hangs down:
+
+        >>> import numpy as np
+        >>> from skpose import Bone, Motion, Skeleton, forward_kinematics
+        >>> t_pose = Skeleton([Bone("hand", None, (0.6, 0, 0), "xyz")])
+        >>> a_pose = Skeleton([Bone("hand", None, (0, -0.6, 0), "xyz")])
+        >>> motion = Motion(t_pose, [[0, 0, 0]], frame_rate=30).retarget(a_pose, rest="world")
+        >>> np.degrees(motion.angles).round() + 0.0
+        array([[ 0.,  0., 90.]])
+        >>> forward_kinematics(motion.angles, a_pose).round(3) + 0.0
+        array([[[0.6, 0. , 0. ]]])
         """
-        difference = mismatch(self.skeleton, skeleton)
-        if difference:
-            raise ValueError(f"the motion's angles do not carry over to this skeleton: {difference}")
-        column = {name: i for i, name in enumerate(self.skeleton.dof_names)}
-        angles = self.angles[:, [column[name] for name in skeleton.dof_names]]
-        return replace(self, skeleton=skeleton, angles=angles)
+        return retarget(self, skeleton, rest)
+
+    def with_root(
+        self, part: Literal["tilt", "whole"] = "tilt", *, up: Literal["x", "y", "z"] | None = None
+    ) -> "Motion":
+        """Return the motion with the orientation of the root as a part of its poses.
+
+        The skeleton gets a first joint, "root": a ball joint of length zero at the root, the parent of the root's
+        children. Its three columns are the orientation, whole or without the heading.
+
+        Parameters
+        ----------
+        part : {"tilt", "whole"}, default="tilt"
+            "tilt" leaves out the rotation about the vertical: two motions that differ in where they are headed have
+            the same poses, but lying is not standing. "whole" is the orientation in the world.
+        up : {"x", "y", "z"}, default=None
+            The axis of the world that points up; None is the motion's.
+
+        Returns
+        -------
+        Motion
+            The orientation that is left to the root is the heading, an angle about the axis that points up, or zero.
+            The joint's name is "root" with an underscore for each joint that has this name already.
+
+        Notes
+        -----
+        An orientation is R = heading · tilt, of which the tilt is the rotation about a horizontal axis (the swing
+        without the twist). Upside down, where there is no heading, small movements change the tilt much.
+
+        Examples
+        --------
+        Headed by 90° to the side, and bent over by 30°:
+
+        >>> import numpy as np
+        >>> from skpose import Motion, Skeleton
+        >>> motion = Motion(Skeleton.chain(2), [[0, 0]], 30, root_angles=np.radians([[90, 30]]), root_axes="YX")
+        >>> motion = motion.with_root("tilt")
+        >>> motion.skeleton.dof_names
+        ('root_rotvec_x', 'root_rotvec_y', 'root_rotvec_z', 'joint_1_rz', 'joint_2_rz')
+        >>> np.degrees(motion.angles).round(3) + 0.0
+        array([[30.,  0.,  0.,  0.,  0.]])
+        >>> np.degrees(motion.root_angles).round(3), motion.root_axes
+        (array([[90.]]), 'y')
+        """
+        return with_root(self, part, self.up if up is None else up)

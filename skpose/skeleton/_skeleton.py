@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from skpose.skeleton._bone import BALL, Bone, check_bone, is_axes, mean_bone
+from skpose.skeleton._rest import check_rest_poses
 
 
 @dataclass(frozen=True, repr=False)
@@ -113,16 +114,16 @@ class Skeleton:
         Raises
         ------
         ValueError
-            If the skeletons differ in more than lengths, directions and limits; the message names the joint.
+            If the skeletons differ in more than lengths, directions and limits, or if the directions of a bone at
+            angle zero, or two rest rotations of a joint, are more than 45° apart, as in a T-pose and an A-pose; the
+            message names the joint. `Motion.retarget` converts motions to one rest pose.
         """
         skeletons = list(skeletons)
         if not skeletons:
             raise ValueError("the mean skeleton needs at least one skeleton, got none")
         first = skeletons[0]
-        for i, other in enumerate(skeletons[1:], start=1):
-            difference = mismatch(first, other)
-            if difference:
-                raise ValueError(f"skeletons[{i}] has no bone-wise mean with skeletons[0]: {difference}")
+        remedy = 'Convert the motions to one rest pose first, with motion.retarget(skeletons[0], rest="world")'
+        check_comparable(skeletons, [f"skeletons[{i}]" for i in range(len(skeletons))], remedy)
         by_name = [{bone.name: bone for bone in skeleton.bones} for skeleton in skeletons]
         return cls((mean_bone([bones[name] for bones in by_name]) for name in first.joint_names), first.offset_frame)
 
@@ -242,6 +243,15 @@ def mismatch(a: Skeleton, b: Skeleton) -> str:
             if in_a != in_b:
                 return f"joint {name!r} has {field} {in_a!r} in one and {in_b!r} in the other"
     return ""
+
+
+def check_comparable(skeletons: Sequence[Skeleton], names: Sequence[str], remedy: str) -> None:
+    """Refuse skeletons on which equal numbers are different poses; names and a remedy are for the message."""
+    for i, other in enumerate(skeletons[1:], start=1):
+        difference = mismatch(skeletons[0], other)
+        if difference:
+            raise ValueError(f"{names[i]} has no bone-wise mean with {names[0]}: {difference}")
+    check_rest_poses(skeletons, names, remedy)
 
 
 def _frozen(values: Any, dtype: type = np.float64) -> np.ndarray:
