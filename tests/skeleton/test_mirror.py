@@ -250,7 +250,7 @@ def test_a_motion_is_no_array():
     motion = moving(humanoid(), n_frames=6)
     with pytest.raises(TypeError, match="a Motion is no array: pass its poses, motion"):
         np.asarray(motion)
-    with pytest.raises(TypeError, match="X must be an array of poses, got a Motion: pass motion.angles"):
+    with pytest.raises(TypeError, match=r"X must be an array of poses, got a Motion: pass motion\.angles"):
         pose_distances(motion, skeleton=motion.skeleton)
 
 
