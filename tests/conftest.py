@@ -79,6 +79,18 @@ def in_space(motion):
     return np.stack([rotation.apply(F[:, i]) for i in range(F.shape[1])], axis=1) + motion.root_positions[:, None]
 
 
+def whole_turns(poses, skeleton, numbers):
+    """What changes no rotation: whole turns of angles, of rotation vectors along themselves (by the last number)."""
+    turns, column = 2 * np.pi * numbers.astype(float), 0
+    for bone in skeleton.bones:
+        here = slice(column, column + bone.n_dofs)
+        column = here.stop
+        if bone.is_ball:
+            vectors = poses[:, here]
+            turns[:, here] = turns[:, [column - 1]] * vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+    return turns
+
+
 SKELETONS = {
     "chain": Skeleton.chain(4),
     "asf": load_asf(DATA / "arm.asf"),

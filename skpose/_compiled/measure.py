@@ -104,10 +104,15 @@ def _start_ball(a, b, at, Q, q, steps):
         m = m + e * e
     m = 0.25 * m
     t, slerp = m + m - 1.0, flat(steps.slerp)
-    share, curvature = full_like(b, 0.0), full_like(b, 0.0)
-    for k in range(SLERP_TERMS - 1, -1, -1):
-        share, curvature = share * t + slerp[k], curvature * t + slerp[SLERP_TERMS + k]
-    curvature = m * curvature  # κ/2
+    # Even and odd powers apart: four sums, so that no addition waits for the one before.
+    square = t * t
+    share, curvature = full_like(b, slerp[SLERP_TERMS - 1]), full_like(b, slerp[2 * SLERP_TERMS - 1])
+    odd_share, odd_curvature = full_like(b, 0.0), full_like(b, 0.0)
+    for k in range(SLERP_TERMS - 3, -1, -2):
+        share, odd_share = share * square + slerp[k], odd_share * square + slerp[k + 1]
+        curvature = curvature * square + slerp[SLERP_TERMS + k]
+        odd_curvature = odd_curvature * square + slerp[SLERP_TERMS + k + 1]
+    share, curvature = share + odd_share * t, m * (curvature + odd_curvature * t)  # the latter is κ/2
     along = share * m + curvature
     for i in range(4):
         Q[q + i] = a[at + i]

@@ -96,6 +96,9 @@ class Steps(NamedTuple):
         turn = math.pi / n_steps
         return cls(n_steps, math.pi if wrap else math.inf, math.cos(turn), math.sin(turn), slerp_series(n_steps))
 
+    def __reduce__(self) -> tuple:  # an array that joblib maps from a file is read-only, another type to numba
+        return Steps.of, (self.n_steps, self.half_turn < math.inf)
+
 
 SLERP_TERMS = 19
 

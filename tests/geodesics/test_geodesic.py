@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import reference
-from conftest import SKELETONS, random_tree
+from conftest import SKELETONS, random_tree, whole_turns
 from numba import njit
 from sklearn.exceptions import ConvergenceWarning
 
@@ -30,18 +30,6 @@ def near_and_far(skeleton, far=0.3, seed=0):
     rng = np.random.default_rng(seed)
     a = rng.uniform(-1, 1, skeleton.n_dofs)
     return a, a + far * rng.normal(size=skeleton.n_dofs)
-
-
-def whole_turns(pose, skeleton, seed=5):
-    """What a pose may be changed by: an angle by whole turns, a rotation vector by whole turns along itself."""
-    turns = 2 * np.pi * np.random.default_rng(seed).integers(-3, 4, skeleton.n_dofs).astype(float)
-    column = 0
-    for bone in skeleton.bones:
-        here = slice(column, column + bone.n_dofs)
-        column = here.stop
-        if bone.is_ball:
-            turns[here] = turns[column - 1] * pose[here] / np.linalg.norm(pose[here])
-    return turns
 
 
 def has_free_joints(skeleton):
@@ -216,7 +204,7 @@ def test_limits_of_axes_that_are_reversed():
 
 def test_whole_turns_do_not_matter(skeleton):
     a, b = near_and_far(skeleton)
-    turns = np.array([whole_turns(a, skeleton), whole_turns(b, skeleton)])
+    turns = whole_turns(np.array([a, b]), skeleton, np.random.default_rng(5).integers(-3, 4, (2, skeleton.n_dofs)))
     plain, wound = geodesic(a, b, skeleton), geodesic(a, b + turns[1], skeleton)
     np.testing.assert_allclose(wound.length, plain.length, rtol=1e-9)
     np.testing.assert_allclose(wound.path[-1], b, atol=1e-9)

@@ -316,6 +316,7 @@ def test_pickles_in_place_of_files(write, tmp_path):
     # The remedy in the message works.
     names = {"numpy": np, "path": model, "new": tmp_path / "new.npz"}
     exec(caught.value.message.partition("trust the file: ")[2], names)
+    names["m"].close()
     plain = load_amass(path, model=write(model_arrays("SMPL"), "plain.npz"))
     new = load_amass(path, model=tmp_path / "new.npz")
     np.testing.assert_allclose(new.skeleton.offsets, plain.skeleton.offsets, rtol=0, atol=1e-14)
