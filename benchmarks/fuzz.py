@@ -36,7 +36,7 @@ def main():
     common.print_machine()
     n_cases = options.n_cases or (QUICK if options.quick else FULL)
     outcomes, slowest = collections.Counter(), (0.0, "", 0)
-    usual = {"on_nan": "raise", "trust": "header", "stretch": "raise", "missing": "raise"}
+    usual = {"on_nan": "raise", "trust": "header", "stretch": "raise", "missing": "raise", "root": None}
     mutations.outcome("BVH", mutations.BVH, usual)  # imports what a reader imports when it is called
     limit = int(common.memory("VmSize") * 1e6) + MOST_BYTES
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))

@@ -14,7 +14,7 @@ from skpose.manifold import SpatialMDS
 from skpose.metrics import pose_distances, pose_distances_chunked, pose_metric
 from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
 from skpose.preprocessing import PoseDistanceTransformer
-from skpose.skeleton import Bone, Motion, Skeleton
+from skpose.skeleton import Bone, Motion, Skeleton, poses_from_rotations, rotations_from_poses
 
 __all__ = [
     "Bone",
@@ -34,7 +34,9 @@ __all__ = [
     "pose_distances",
     "pose_distances_chunked",
     "pose_metric",
+    "poses_from_rotations",
     "position_jacobian",
+    "rotations_from_poses",
 ]
 
 __version__ = version("skpose")

@@ -9,7 +9,7 @@ from skpose._compat.sklearn import StrOptions
 from skpose.metrics import pose_distances
 from skpose.metrics._registry import METRIC_CONSTRAINTS, METRICS
 from skpose.skeleton import Skeleton
-from skpose.skeleton._validation import check_column_names, check_width
+from skpose.skeleton._validation import check_column_names, check_is_array, check_width
 
 # Constraints of the parameters of an estimator that also takes distances.
 ESTIMATOR_CONSTRAINTS = {
@@ -32,6 +32,7 @@ class PoseEstimatorMixin:
 
     def _checked(self, X, *, reset, **options):
         """Return X as an array that fits the skeleton; precomputed distances as they are."""
+        check_is_array(X, "X")
         skeleton = None if self.metric == "precomputed" else self.skeleton
         if skeleton is not None:
             check_column_names(X, skeleton, "X")

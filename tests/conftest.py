@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from skpose import Bone, Skeleton, SpatialMDS
-from skpose.datasets import humanoid, load_cmu
+from skpose import Bone, Skeleton, SpatialMDS, forward_kinematics
+from skpose.datasets import humanoid, load_cmu, load_hdm05
 from skpose.io import load_asf, load_bvh
 
 DATA = Path(__file__).parent / "data"
@@ -42,16 +42,53 @@ def cmu(cmu_folder):
     return load_cmu(cmu_folder)
 
 
-def random_tree(seed, n=12, offset_frame="own"):
-    """A branching skeleton with all numbers and orders of axes, rest rotations, and rigid joints."""
+@pytest.fixture(scope="session")
+def hdm05_folder():
+    """The folder of HDM05 files named by SKPOSE_HDM05; a wrong folder is a failure, and without one: skipped."""
+    folder = os.environ.get("SKPOSE_HDM05")
+    if folder is None:
+        pytest.skip("SKPOSE_HDM05 does not name a folder of HDM05 files")
+    assert list(Path(folder).rglob("HDM_*.amc")), f"SKPOSE_HDM05={folder} has no files named HDM_*.amc"
+    return Path(folder)
+
+
+@pytest.fixture(scope="session")
+def hdm05(hdm05_folder):
+    return load_hdm05(hdm05_folder)
+
+
+ANGLES = "xyz", "ZXY", "", "y", "xz", "ZY", "yxz", "X", "YZX", "zy", "XZY", "zyx"
+MIXED = "rotvec", "ZXY", "", "y", "rotvec", "rotvec", "rotvec", "X", "YZX", "zy", "rotvec", "rotvec"
+
+
+def random_tree(seed, n=12, offset_frame="own", kinds=ANGLES):
+    """A branching skeleton with joints of these kinds in turn, rest rotations, and rigid joints."""
     rng = np.random.default_rng(seed)
-    kinds = ["xyz", "ZXY", "", "y", "xz", "ZY", "yxz", "X", "YZX", "zy", "XZY", "zyx"]
     bones = []
     for i in range(n):
         parent = None if i < 2 else f"b{rng.integers(i)}"
         rest = Rotation.from_rotvec(rng.normal(size=3)).as_matrix() if i % 3 else None
         bones.append(Bone(f"b{i}", parent, rng.normal(size=3), kinds[i % len(kinds)], rest))
     return Skeleton(bones, offset_frame)
+
+
+def in_space(motion):
+    """Return joint positions (n_frames, n_joints, 3) with the root's movement, m."""
+    rotation = Rotation.from_euler(motion.root_axes, motion.root_angles)
+    F = forward_kinematics(motion.angles, motion.skeleton)
+    return np.stack([rotation.apply(F[:, i]) for i in range(F.shape[1])], axis=1) + motion.root_positions[:, None]
+
+
+def whole_turns(poses, skeleton, numbers):
+    """What changes no rotation: whole turns of angles, of rotation vectors along themselves (by the last number)."""
+    turns, column = 2 * np.pi * numbers.astype(float), 0
+    for bone in skeleton.bones:
+        here = slice(column, column + bone.n_dofs)
+        column = here.stop
+        if bone.is_ball:
+            vectors = poses[:, here]
+            turns[:, here] = turns[:, [column - 1]] * vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+    return turns
 
 
 SKELETONS = {
@@ -61,6 +98,8 @@ SKELETONS = {
     "humanoid": humanoid(),
     "tree": random_tree(0),
     "tree, offsets in the parent's frame": random_tree(1, offset_frame="parent"),
+    "ball joints": random_tree(2, kinds=["rotvec"]),
+    "mixed joints": random_tree(3, kinds=MIXED, offset_frame="parent"),
 }
 
 

@@ -117,6 +117,7 @@ options = st.fixed_dictionaries(
         "trust": st.sampled_from(["header", "rows"]),
         "stretch": st.sampled_from(["raise", "mean"]),
         "missing": st.sampled_from(["raise", "rest"]),
+        "root": st.sampled_from([None, None, "Hips", "Chest", "x"]),
     }
 )
 
@@ -132,10 +133,11 @@ def outcome(kind: str, data: bytes, chosen: dict[str, str]) -> str:
         warnings.filterwarnings("ignore", message="the open file: ", category=UserWarning)
         try:
             if kind == "BVH":
-                made = [load_bvh(io.BytesIO(data), **some("on_nan", "trust", "stretch"))]
+                made = [load_bvh(io.BytesIO(data), **some("on_nan", "trust", "stretch", "root"))]
             elif kind == "ASF":
                 made = [load_asf(io.BytesIO(data)), load_amc(io.BytesIO(AMC), io.BytesIO(data), **some("missing"))]
             else:
+                chosen = chosen | {"root": None}  # which AMC does not have
                 made = [load_amc(io.BytesIO(data), io.BytesIO(ASF), **some("on_nan", "missing"))]
             made.append(load_motion(io.BytesIO(data), asf=io.BytesIO(ASF), **chosen) if kind != "ASF" else made[-1])
         except MocapFormatError as error:

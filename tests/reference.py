@@ -9,10 +9,14 @@ from pathlib import Path
 
 import numpy as np
 from scipy.optimize import least_squares
-from scipy.spatial.transform import Rotation
+from scipy.spatial.transform import Rotation, Slerp
 from threadpoolctl import threadpool_limits
 
 INCH = 0.0254
+
+
+def joint_rotation(dofs, columns):
+    return Rotation.from_rotvec(columns) if dofs == "rotvec" else Rotation.from_euler(dofs, columns)
 
 
 def orientations_and_positions(angles, skeleton):
@@ -22,10 +26,10 @@ def orientations_and_positions(angles, skeleton):
     orientation, position = {None: identity}, {None: np.zeros((len(angles), 3))}
     column = 0
     for bone in skeleton.bones:
-        k = len(bone.dofs)
+        k = n_dofs(bone)
         local = Rotation.from_matrix(np.eye(3) if bone.rest_rotation is None else np.array(bone.rest_rotation))
         if k:
-            local = local * Rotation.from_euler(bone.dofs, angles[:, column : column + k])
+            local = local * joint_rotation(bone.dofs, angles[:, column : column + k])
         column += k
         orientation[bone.name] = orientation[bone.parent] * local
         frame = bone.name if skeleton.offset_frame == "own" else bone.parent
@@ -62,8 +66,7 @@ def distance(a, b, skeleton, metric, n_steps=10, wrap=False):
         return np.sqrt(total)
     if metric != "spatial":
         raise ValueError(f"there is no definition of {metric!r} here: write it down")
-    line = a + np.linspace(0, 1, n_steps + 1)[:, None] * gap
-    positions = forward_kinematics(line, skeleton).reshape(n_steps + 1, -1)
+    positions = forward_kinematics(line(a, b, n_steps, wrap, skeleton), skeleton).reshape(n_steps + 1, -1)
     return np.linalg.norm(np.diff(positions, axis=0), axis=1).sum()
 
 
@@ -73,17 +76,44 @@ def path_energy(path, skeleton):
     return np.square(np.diff(F, axis=0)).sum()
 
 
-def path_length(path, skeleton, parts=1):
-    """Return the sum of chords, every step of the path divided into equal parts."""
+def n_dofs(bone):
+    return 3 if bone.dofs == "rotvec" else len(bone.dofs)
+
+
+def between(path, skeleton, parts):
+    """Divide every step of a path into equal parts: joints with three dofs turn by slerp, other angles linearly."""
     path = np.asarray(path)
     at = np.linspace(0, len(path) - 1, (len(path) - 1) * parts + 1)
     fine = np.stack([np.interp(at, np.arange(len(path)), column) for column in path.T], axis=1)
+    column = 0
+    for bone in skeleton.bones:
+        here = slice(column, column + n_dofs(bone))
+        column = here.stop
+        if n_dofs(bone) == 3:
+            turned = Slerp(np.arange(len(path)), joint_rotation(bone.dofs, path[:, here]))(at)
+            fine[:, here] = turned.as_rotvec() if bone.dofs == "rotvec" else turned.as_euler(bone.dofs)
+    return fine
+
+
+def path_length(path, skeleton, parts=1):
+    """Return the sum of chords, every step of the path divided into equal parts."""
+    fine = between(path, skeleton, parts)
     F = forward_kinematics(fine, skeleton).reshape(len(fine), -1)
     return np.linalg.norm(np.diff(F, axis=0), axis=1).sum()
 
 
-def line(a, b, n_steps, wrap=True):
-    return a + np.linspace(0, 1, n_steps + 1)[:, None] * differences(a, b, wrap)
+def line(a, b, n_steps, wrap=True, skeleton=None):
+    """Return the straight line: linear in angles, slerp of ball joints."""
+    part = np.linspace(0, 1, n_steps + 1)[:, None]
+    poses, column = a + part * differences(a, b, wrap), 0
+    for bone in () if skeleton is None else skeleton.bones:
+        k = n_dofs(bone)
+        if bone.dofs == "rotvec":
+            here = slice(column, column + 3)
+            p, q = Rotation.from_rotvec(a[here]), Rotation.from_rotvec(b[here])
+            poses[:, here] = (p * Rotation.from_rotvec(part * (p.inv() * q).as_rotvec())).as_rotvec()
+        column += k
+    return poses
 
 
 def energy_gradient(F, J):

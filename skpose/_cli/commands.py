@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any, Literal
 
 import joblib
 import numpy as np
@@ -20,12 +21,29 @@ from skpose.skeleton import Skeleton
 
 
 def read_poses(
-    files: Sequence[Path], rate: float | None, asf: Path | None, frame_rate: float, scale: float | None
+    files: Sequence[Path],
+    rate: float | None,
+    reading: dict[str, Any],
+    *,
+    rotations: Literal["rotvec"] | None = None,
+    rest: Literal["raise", "world", "same"] = "raise",
+    with_root: Literal["tilt", "whole"] | None = None,
+    up: Literal["x", "y", "z"] | None = None,
 ) -> tuple[np.ndarray, Skeleton]:
-    """Read all files; return their poses on the mean skeleton. Print which rows belong to which file."""
-    motions = [load_motion(path, asf=asf, frame_rate=frame_rate, scale=scale) for path in files]
+    """Read all files; return their poses on the mean skeleton. Print which rows belong to which file.
+
+    Poses with another `rest` than "raise" are on the skeleton of the first file.
+    """
+    motions = [load_motion(path, **reading) for path in files]
     names = [str(path) for path in files]
-    X, sequence = (dataset := MotionDataset(motions, names, names, names)).poses(rate)
+    dataset = MotionDataset(motions, names, names, names)
+    if rotations == "rotvec":
+        dataset = dataset.to_rotvec()
+    if rest != "raise":
+        dataset = dataset.retarget(dataset.motions[0].skeleton, rest=rest)
+    if with_root is not None:
+        dataset = dataset.with_root(with_root, up=up)
+    X, sequence = dataset.poses(rate)
     ends = np.searchsorted(sequence, np.arange(len(files)), side="right")
     for path, first, end in zip(files, [0, *ends], ends, strict=False):
         print(f"{first:>8} to {end - 1:<8} {path}")
@@ -101,12 +119,19 @@ def _refuse_to_overwrite(out: Path) -> None:
         raise FileExistsError(f"{out} already exists: delete it or choose another file")
 
 
-def info(path: Path, asf: Path | None, frame_rate: float, scale: float | None) -> None:
-    """Print the contents of a file: frames, joints, degrees of freedom."""
+def info(files: Sequence[Path], reading: dict[str, Any]) -> None:
+    """Print the contents of each file: frames, joints, degrees of freedom; its name, if there are several."""
+    for i, path in enumerate(files):
+        if len(files) > 1:
+            print(f"{chr(10) * (i > 0)}{path}")
+        _describe(path, reading)
+
+
+def _describe(path: Path, reading: dict[str, Any]) -> None:
     if file_format(path) == "ASF":
-        skeleton = load_asf(path, scale=scale)
+        skeleton = load_asf(path, scale=reading["scale"])
     else:
-        motion = load_motion(path, asf=asf, frame_rate=frame_rate, scale=scale)
+        motion = load_motion(path, **reading)
         skeleton = motion.skeleton
         print(f"{len(motion)} frames at {motion.frame_rate:g} Hz, {len(motion) / motion.frame_rate:.2f} s")
     print(f"{skeleton.n_joints} joints besides the root, {skeleton.n_dofs} degrees of freedom\n")

@@ -2,12 +2,17 @@
 
 import argparse
 import os
+import re
+import shlex
 import sys
 from collections.abc import Sequence
 
 from skpose._cli.parser import command_line
 
 INTERRUPTED = 130  # a shell's status after Ctrl-C
+READING = "asf", "frame_rate", "scale", "on_nan", "trust", "stretch", "missing", "root", "model"  # of load_motion
+
+PREPARING = "rotations", "rest", "with_root", "up"  # options of what is done with the motions
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -16,6 +21,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     if getattr(options, "scheduler", None) is not None and options.backend not in ("dask", "ray"):
         parser.error(f"--scheduler is for --backend dask or ray, not {options.backend}")
+    if getattr(options, "up", None) is not None and options.with_root is None:
+        parser.error("--up is for --with-root tilt or whole")
     try:
         _run(options)
     except KeyboardInterrupt:
@@ -27,9 +34,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 1
     except (OSError, ValueError, RuntimeError, MemoryError) as error:
         message = str(error) or ("not enough memory" if isinstance(error, MemoryError) else type(error).__name__)
-        print(f"skpose: {' '.join(message.split())}", file=sys.stderr)
+        print(f"skpose: {_as_options(' '.join(message.split()))}", file=sys.stderr)
         return 1
     return 0
+
+
+def _as_options(message: str) -> str:
+    """Return the message with arguments of the readers as options: on_nan='drop' as --on-nan drop."""
+
+    def option(found: re.Match) -> str:
+        value = f" {shlex.quote(found[2])}" if found[2] is not None else ""
+        return f"--{found[1].replace('_', '-')}{value}"
+
+    return re.sub(rf"\b({'|'.join(READING)})=(?:'([^']*)')?", option, message)
 
 
 def _run(options: argparse.Namespace) -> None:
@@ -41,11 +58,12 @@ def _run(options: argparse.Namespace) -> None:
     if options.command == "reproduce":
         commands.reproduce(options.folder, options.out, options.seed, options.jobs)
         return
-    reading = options.asf, options.frame_rate, options.scale
+    reading = {name: getattr(options, name) for name in READING}
     if options.command == "info":
-        commands.info(options.file, *reading)
+        commands.info(options.files, reading)
         return
-    X, skeleton = commands.read_poses(options.files, options.rate, *reading)
+    preparing = {name: getattr(options, name) for name in PREPARING}
+    X, skeleton = commands.read_poses(options.files, options.rate, reading, **preparing)
     with commands.backend(options.backend, options.scheduler, options.jobs):
         if options.command == "distances":
             commands.distances(X, skeleton, options.metric, options.out, options.dtype)

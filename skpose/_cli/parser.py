@@ -67,8 +67,8 @@ def command_line() -> argparse.ArgumentParser:
         help="instead: all poses up to this distance, m (rad for angle)",
     )
 
-    info = command("info", "print the contents of a BVH, AMC or ASF file")
-    info.add_argument("file", type=Path, metavar="FILE")
+    info = command("info", "print the contents of BVH, AMC, ASF or AMASS files")
+    info.add_argument("files", nargs="+", type=Path, metavar="FILE")
     _add_reading(info)
     return parser
 
@@ -86,14 +86,35 @@ def _add_folder(parser: argparse.ArgumentParser) -> None:
 def _add_poses(parser: argparse.ArgumentParser, out: str, result: str) -> None:
     """Add the options of a computation on poses: input, output, metric, backend."""
     parser.add_argument(
-        "files", nargs="+", type=Path, metavar="FILE", help="BVH or AMC files, in the order of the rows"
+        "files", nargs="+", type=Path, metavar="FILE", help="BVH, AMC or AMASS files, in the order of the rows"
     )
     parser.add_argument("--out", type=Path, required=True, metavar=out, help=result)
     parser.add_argument("--metric", choices=METRICS, default="spatial", help="default: spatial")
     parser.add_argument(
         "--rate", type=_positive(float), metavar="HZ", help="resample to this many poses a second; default: every frame"
     )
+    parser.add_argument(
+        "--rotations",
+        choices=["rotvec"],
+        help="rotvec: turn joints of two or three Euler angles into ball joints, which rotate by the shortest path; "
+        "default: the files' angles",
+    )
     _add_reading(parser)
+    parser.add_argument(
+        "--rest",
+        choices=["raise", "world", "same"],
+        default="raise",
+        help="if bones point elsewhere at angle zero, as in a T-pose and an A-pose: refuse the files (default), keep "
+        "the directions of the bones in the world, or keep the numbers; the last two on the skeleton of the first file",
+    )
+    parser.add_argument(
+        "--with-root",
+        choices=["tilt", "whole"],
+        help="make the orientation of the root a part of the poses: without the heading, or whole; default: neither",
+    )
+    parser.add_argument(
+        "--up", choices=["x", "y", "z"], help="the axis of the world that points up, for --with-root; default: y"
+    )
     parser.add_argument(
         "--backend",
         choices=["threads", "loky", "dask", "ray"],
@@ -124,6 +145,24 @@ def _add_reading(parser: argparse.ArgumentParser) -> None:
         type=_positive(float),
         metavar="M",
         help="metres per unit of length; default: 1 for BVH, the unit in the skeleton's file for AMC",
+    )
+    parser.add_argument(
+        "--model",
+        metavar="FILE",
+        help="body model (.npz) of AMASS files, see skpose.io.load_amass; {gender} in it is replaced by the motion's; "
+        "default: a person of mean proportions",
+    )
+    for name, choices, meaning in (
+        ("on-nan", ["raise", "drop"], "frames with NaN or infinite numbers: refuse the file, or leave them out"),
+        ("trust", ["header", "rows"], "number of frames of a BVH file: as stated after Frames:, or as it has rows"),
+        ("stretch", ["raise", "mean"], "bones of a BVH file that change their lengths: refuse it, or take the mean"),
+        ("missing", ["raise", "rest"], "bones that a frame of an AMC file leaves out: refuse it, or set them to zero"),
+    ):
+        parser.add_argument(f"--{name}", choices=choices, default=choices[0], help=f"{meaning}; default: {choices[0]}")
+    parser.add_argument(
+        "--root",
+        metavar="NAME",
+        help="joint of a BVH file that is the root; default: the first, or its moving child if it stands still",
     )
 
 

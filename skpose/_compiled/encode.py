@@ -2,41 +2,13 @@
 
 import math
 
-from skpose._compiled.forward import rotated
+from skpose._compiled.forward import SQRT2, rotated
 from skpose._compiled.jit import inlined, jit
-from skpose._compiled.lanes import flat, minimum, rint, rows
+from skpose._compiled.lanes import flat, rint, rows
+from skpose._compiled.rotation import canonical, product, quaternion_of
 from skpose._compiled.step import parts_of, plan_of, take_step
 from skpose._compiled.tree import TWO_PI
-
-# π in three parts, the first two of so few bits that their multiples by less than 2²² are exact.
-_PI_PARTS = 3.1415926534682512, 1.2154201018028943e-10, -5.016557612668332e-20
-_SINE = tuple((-1.0) ** k / math.factorial(2 * k + 1) for k in range(11))
-_COSINE = tuple((-1.0) ** k / math.factorial(2 * k) for k in range(12))
-
-
-@inlined
-def series(coefficients, t, value):
-    """Evaluate a polynomial by Horner's rule; `value` is a zero of the right kind."""
-    for k in range(len(coefficients) - 1, -1, -1):
-        value = value * t + coefficients[k]
-    return value
-
-
-@inlined
-def cosine_sine(angle):
-    """Return cosine and sine of an angle, to 2e-16 up to a million turns.
-
-    Multiples of π are subtracted, and the rest goes into Taylor's series. numba has neither function in lanes; one by
-    one, by the C library, they take twenty times as long.
-    """
-    half_turns = rint(angle * (1.0 / math.pi))
-    rest = ((angle - half_turns * _PI_PARTS[0]) - half_turns * _PI_PARTS[1]) - half_turns * _PI_PARTS[2]
-    bound = 0.0 * rest + 1.6  # more than π/2: an angle so large that no digit is left stays within
-    rest = 0.0 - minimum(0.0 - minimum(rest, bound), bound)
-    odd = half_turns - 2.0 * rint(half_turns * 0.5)
-    sign = 1.0 - 2.0 * (odd * odd)
-    t = rest * rest
-    return sign * series(_COSINE, t, 0.0 * t), sign * (rest * series(_SINE, t, 0.0 * t))
+from skpose._compiled.trigonometry import cosine_sine
 
 
 @inlined
@@ -51,14 +23,34 @@ def _principal(angle, steps):
 
 
 @inlined
+def ball_rotation(pose, tree, k):
+    """Return the rotation of ball joint k, reference included, as a quaternion."""
+    f = flat(tree.ball_frame)[k]
+    axes, reference, columns = flat(tree.ball_axes), flat(tree.reference), flat(tree.column)
+    d = flat(tree.first_dof)[f]
+    x, y, z = pose[columns[d]], pose[columns[d + 1]], pose[columns[d + 2]]
+    u = axes[9 * f] * x + axes[9 * f + 1] * y + axes[9 * f + 2] * z
+    v = axes[9 * f + 3] * x + axes[9 * f + 4] * y + axes[9 * f + 5] * z
+    w = axes[9 * f + 6] * x + axes[9 * f + 7] * y + axes[9 * f + 8] * z
+    before = reference[4 * f], reference[4 * f + 1], reference[4 * f + 2], reference[4 * f + 3]
+    return canonical(product(before, quaternion_of(u, v, w)))
+
+
+@inlined
 def _pose_joints(pose, tree, plan, parts):
     """Compute the joint positions of a pose, as one step of the whole angles from zero."""
-    C, S, A, B, _, P = parts
-    sign, column, shift = flat(tree.sign), flat(tree.column), flat(tree.shift)
-    for d in range(plan.n_dofs):
-        C[d], S[d] = 1.0, 0.0
+    C, S, A, B, Q, _, P = parts
+    sign, column, shift, dof = flat(tree.sign), flat(tree.column), flat(tree.shift), flat(tree.angle_dof)
+    for k in range(plan.n_angles):
+        d = dof[k]
+        C[k], S[k] = 1.0, 0.0
         c, s = cosine_sine(pose[column[d]] * sign[d] + shift[d])
-        A[d], B[d] = 1.0 - c, s
+        A[k], B[k] = 1.0 - c, s
+    for k in range(plan.n_balls):
+        rotation = ball_rotation(pose, tree, k)
+        for i in range(4):
+            Q[9 * k + i], Q[9 * k + 4 + i] = 0.0, SQRT2 * rotation[i]
+        Q[9 * k + 8] = 0.0
     for j in range(1, plan.first_moving):
         for i in range(3):
             P[3 * j + i] = P[3 * plan.joint_parent[j] + i] + plan.offset[3 * j + i]
@@ -102,29 +94,47 @@ def encode_rotations(pose, tree, steps, scratch, code):
     for i in range(4):
         Q[i] = 1.0 if i == 0 else 0.0
     for f in range(1, tree.frame_parent.shape[0]):
-        q, end = 4 * f, plan.end_dof[f]
+        q, p, end = 4 * f, 4 * plan.frame_parent[f], plan.end_dof[f]
         for i in range(4):
-            Q[q + i] = Q[4 * plan.frame_parent[f] + i]
-        if end == plan.first_dof[f]:
+            Q[q + i] = Q[p + i]
+        if plan.ball[f] >= 0:
+            rotation = ball_rotation(angles, tree, plan.ball[f])
+            Q[q], Q[q + 1], Q[q + 2], Q[q + 3] = product((Q[p], Q[p + 1], Q[p + 2], Q[p + 3]), rotation)
+        elif end == plan.first_dof[f]:
             _rotate_quaternion(Q, q, plan.fixed_axis[f], plan.fixed_rotation[4 * f + 2], plan.fixed_rotation[4 * f + 3])
-        for d in range(plan.first_dof[f], end):
+        for d in range(end if plan.ball[f] >= 0 else plan.first_dof[f], end):
             cos, sin = cosine_sine((angles[column[d]] * sign[d] + shift[d]) * 0.5)
             _rotate_quaternion(Q, q, end - 1 - d, cos, sin)
         for i in range(4):
             put[q - 4 + i] = Q[q + i]
 
 
+@inlined
+def n_line_codes(tree):
+    """Return how many numbers of the code of a curve's end describe its dofs; the positions follow."""
+    return 5 * tree.angle_dof.shape[0] + 4 * tree.ball_frame.shape[0]
+
+
 @jit
 def encode_curve_end(pose, tree, steps, scratch, code):
-    """Write θ, cos θ/2N, sin θ/2N, cos θ, sin θ (n_dofs each, the last two of shifted angles) and F(θ) (3 n_joints)."""
+    """Write what a line needs of its ends.
+
+    For the angles θ, n each: θ, cos θ/2N, sin θ/2N, cos θ, sin θ, the last two of shifted angles. For each ball joint
+    four numbers, its quaternion times √2. Then F(θ) (3 n_joints).
+    """
     plan, angles, put = plan_of(tree), rows(pose, 0), rows(code, 0)
-    sign, column, n = flat(tree.sign), flat(tree.column), plan.n_dofs
+    sign, column, dof, n = flat(tree.sign), flat(tree.column), flat(tree.angle_dof), plan.n_angles
     parts = parts_of(tree, scratch)
     _pose_joints(angles, tree, plan, parts)
-    for d in range(n):
+    for k in range(n):
+        d = dof[k]
         angle = _principal(angles[column[d]] * sign[d], steps)
-        put[d] = angle
-        put[n + d], put[2 * n + d] = cosine_sine(angle * (0.5 / steps.n_steps))
-        put[3 * n + d], put[4 * n + d] = parts.C[d], parts.S[d]
+        put[k] = angle
+        put[n + k], put[2 * n + k] = cosine_sine(angle * (0.5 / steps.n_steps))
+        put[3 * n + k], put[4 * n + k] = parts.C[k], parts.S[k]
+    for k in range(plan.n_balls):
+        for i in range(4):
+            put[5 * n + 4 * k + i] = parts.Q[9 * k + i]
+    first = n_line_codes(tree) - 3
     for i in range(3, 3 * plan.n_joints):
-        put[5 * n + i - 3] = parts.P[i]
+        put[first + i] = parts.P[i]

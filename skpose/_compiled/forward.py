@@ -2,7 +2,10 @@
 
 import math
 
-from skpose._compiled.jit import inlined, jit
+from skpose._compiled.jit import inlined, internal, jit
+from skpose._compiled.rotation import product, quaternion_of, turned_back
+
+SQRT2 = math.sqrt(2.0)
 
 
 @jit
@@ -32,13 +35,32 @@ def rotated(u, v, c, s):
     return c * u + s * v, c * v - s * u
 
 
+@internal
+def frame_quaternion(tree, dofs, f):
+    """Return the rotation of a ball joint's frame from its parent's, as a unit quaternion."""
+    d, before = tree.first_dof[f], tree.reference[f]
+    return product((before[0], before[1], before[2], before[3]), quaternion_of(dofs[d], dofs[d + 1], dofs[d + 2]))
+
+
 @jit
-def orient(tree, angles, C, S, H):
-    """Compute the world orientation H of every frame, row by row, from angles in the tree's order."""
-    for d in range(angles.shape[0]):
-        C[d], S[d] = math.cos(angles[d] + tree.shift[d]), math.sin(angles[d] + tree.shift[d])
+def orient(tree, dofs, C, S, H):
+    """Compute the world orientation H of every frame, row by row, from dofs in the tree's order.
+
+    C and S are the cosines and sines of the angles; of ball joints, whose dofs are no angles, C holds the dofs.
+    """
+    for d in range(dofs.shape[0]):
+        C[d], S[d] = math.cos(dofs[d] + tree.shift[d]), math.sin(dofs[d] + tree.shift[d])
     for f in range(1, tree.frame_parent.shape[0]):
         p, a, end = tree.frame_parent[f], tree.fixed_axis[f], tree.end_dof[f]
+        if tree.ball[f] >= 0:
+            w, u, v, t = frame_quaternion(tree, dofs, f)
+            q = SQRT2 * w, SQRT2 * u, SQRT2 * v, SQRT2 * t
+            for i in range(0, 9, 3):
+                row, before = 9 * f + i, 9 * p + i
+                H[row], H[row + 1], H[row + 2] = turned_back((H[before], H[before + 1], H[before + 2]), q)
+            for d in range(tree.first_dof[f], end):
+                C[d] = dofs[d]
+            continue
         b, c = (a + 1) % 3, (a + 2) % 3
         n_dofs = end - tree.first_dof[f]
         for i in range(0, 9, 3):

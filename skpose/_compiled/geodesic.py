@@ -1,5 +1,8 @@
 """The geodesic between two poses, and the metric that measures its length.
 
+A path is found downhill from a straight line. Where joints with three dofs are given by angles there are two: the line
+of the angles, and the one on which these joints turn by slerp (see `chart`). It starts from the shorter one.
+
 The discretisation check
 ------------------------
 Few poses can sit where their chords are short while the motion between them is long. So every path is measured again on
@@ -12,10 +15,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from skpose._compiled.chart import coordinates_of, differs, dofs_of, free_tree, line_of_angles, set_references
+from skpose._compiled.encode import n_line_codes
+from skpose._compiled.forward import SQRT2
 from skpose._compiled.jit import internal, jit, unfolded
 from skpose._compiled.measure import measure_line, turns_off
 from skpose._compiled.minimiser import FIRST_DAMPING, MAX_GAP, ROUNDING, Settings, minimise, rounding_length, unbounded
-from skpose._compiled.path_energy import chords, curve_length, divided, path_of
+from skpose._compiled.path_energy import FINE, chords, curve_length, divided, path_of
+from skpose._compiled.rotation import product, vector_of
 from skpose._compiled.tree import TWO_PI
 
 MAX_ITER, TOL = 500, 1e-7  # iterations in each refinement; norm of the gradient, m²/rad
@@ -25,13 +32,14 @@ NEAR = 1e-3  # a relative decrease of the energy below which the exact Hessian t
 LEAST_CHANGE = 0.1  # see `minimiser.Settings`
 PATIENCE = 10  # iterations, on paths that are not refined
 NEVER = 1 << 62  # iterations
+ARRIVED = 1e-9  # rounding of the last pose's dofs, rad
 AGREE = 1e-6  # relative difference of chord and line within which the line's length is the geodesic's
 
 
 class Curve(NamedTuple):
     """A geodesic: its samples, and how they were found."""
 
-    poses: np.ndarray  # (n_points, n_dofs) angles in the tree's order, rad
+    poses: np.ndarray  # (n_points, n_dofs) coordinates, see `chart`
     energy: float  # m²
     length: float  # sum of the chords, m
     curve_length: float  # on the fine grid, m
@@ -47,19 +55,17 @@ def _settings_for(substeps, max_iter, tol):
 
 
 @internal
-def find_geodesic(tree, start, end, n_steps, bounds, max_iter, tol):
-    """Find a path of least energy from start to end, angles in the tree's order, that passes the discretisation check.
+def find_geodesic(tree, line, bounds, max_iter, tol):
+    """Find a path of least energy that passes the discretisation check, from a line of poses on.
 
-    Where none is found that is no longer than the straight line, the path is that line, unconverged.
+    Where none is found that is no longer than that line, the path is the line, unconverged.
     """
-    line = np.empty((2, start.shape[0]))
-    line[0], line[1] = start, end
-    poses = divided(line, n_steps)
-    noise, straight = rounding_length(tree), chords(tree, poses)[0]
-    n_iter = 0
+    n_steps = line.shape[0] - 1
+    noise, straight = rounding_length(tree), chords(tree, line)[0]
+    n_iter, poses = 0, line
     for factor, substeps in REFINEMENTS:
         if substeps > 1:
-            poses = divided(line, n_steps) if factor == 1 else divided(poses, 2)
+            poses = line if factor == 1 else divided(poses, 2)
         settings = _settings_for(substeps, max_iter, tol)
         path = path_of(tree, poses, substeps)
         outcome = minimise(tree, path, bounds, settings)
@@ -69,12 +75,85 @@ def find_geodesic(tree, start, end, n_steps, bounds, max_iter, tol):
         length, energy = chords(tree, samples)
         along = curve_length(tree, samples)
         if along - length <= MAX_GAP * along + noise and (
-            along <= straight or along <= curve_length(tree, divided(line, samples.shape[0] - 1)) + noise
+            along <= straight or along <= curve_length(tree, divided(line, (samples.shape[0] - 1) // n_steps)) + noise
         ):
             return Curve(samples, energy, length, along, outcome.gradient_norm, n_iter, outcome.converged)
-    poses = divided(line, n_steps)
-    length, energy = chords(tree, poses)
-    return Curve(poses, energy, length, curve_length(tree, poses), math.nan, n_iter, False)
+    length, energy = chords(tree, line)
+    return Curve(line, energy, length, curve_length(tree, line), math.nan, n_iter, False)
+
+
+@internal
+def slerp_line(tree, free, start, end, n_steps):
+    """Set the references, and return the line on which ball joints turn by slerp, in coordinates."""
+    ends = np.empty((2, start.shape[0]))
+    set_references(tree, free, start, end)
+    coordinates_of(tree, free, start, ends[0])
+    coordinates_of(tree, free, end, ends[1])
+    return divided(ends, n_steps)
+
+
+@internal
+def shorter_line(tree, free, start, end, n_steps):
+    """Return the shorter straight line from a pose to another, in coordinates, and its length."""
+    line = slerp_line(tree, free, start, end, n_steps)
+    length = chords(free, line)[0]
+    if differs(tree, free):
+        other = np.empty(line.shape)
+        if line_of_angles(tree, free, start, end, other):
+            other_length = chords(free, other)[0]
+            if other_length < length:
+                return other, other_length
+    return line, length
+
+
+@jit
+def path_between(tree, start, end, n_steps, frees_angles, bounds, max_iter, tol):
+    """Find the geodesic between two poses, the difference of angles wrapped already; return it as poses."""
+    free = free_tree(tree, frees_angles)
+    line, _ = shorter_line(tree, free, start, end, n_steps)
+    curve = find_geodesic(free, line, bounds, max_iter, tol)
+    poses, last = np.empty(curve.poses.shape), curve.poses.shape[0] - 1
+    poses[0] = start
+    for i in range(1, last + 1):
+        dofs_of(tree, free, curve.poses[i], poses[i - 1], poses[i])
+    farthest = 0.0
+    for d in range(end.shape[0]):
+        farthest = max(farthest, abs(poses[last, d] - end[d]))
+    if farthest < ARRIVED:
+        poses[last] = end
+    along = 0.0
+    for i in range(last):
+        along += chords(free, slerp_line(tree, free, poses[i], poses[i + 1], FINE))[0]
+    return Curve(poses, curve.energy, curve.length, along, curve.gradient_norm, curve.n_iter, curve.converged)
+
+
+@internal
+def _dofs_in(tree, code, dofs):
+    """Read the dofs of a pose from its code."""
+    n = tree.angle_dof.shape[0]
+    for k in range(n):
+        dofs[tree.angle_dof[k]] = code[k]
+    for k in range(tree.ball_frame.shape[0]):
+        f, at = tree.ball_frame[k], 5 * n + 4 * k
+        before = tree.reference[f]
+        rotation = code[at] / SQRT2, code[at + 1] / SQRT2, code[at + 2] / SQRT2, code[at + 3] / SQRT2
+        d = tree.first_dof[f]
+        dofs[d], dofs[d + 1], dofs[d + 2] = vector_of(
+            product((before[0], -before[1], -before[2], -before[3]), rotation)
+        )
+
+
+@internal
+def _is_ahead(tree, x, y):
+    """Return whether the first dof in which two codes differ is larger in y: one rule for both orders of the two."""
+    n = tree.angle_dof.shape[0]
+    for k in range(n):
+        if x[k] != y[k]:
+            return y[k] > x[k]
+    for k in range(5 * n, 5 * n + 4 * tree.ball_frame.shape[0]):
+        if x[k] != y[k]:
+            return y[k] > x[k]
+    return True
 
 
 @jit
@@ -88,27 +167,33 @@ def measure_geodesic(x, Y, first, last, tree, steps, scratch, results):
     width, n_groups = Y.size // Y.shape[0], results.distances.shape[0]
     codes, distances = Y.reshape((Y.shape[0], width)), results.distances.reshape((n_groups, width))
     skip, gaps = results.skip.reshape((n_groups, width)), results.gap.reshape((n_groups, width))
-    bounds, noise = unbounded(n), rounding_length(tree)
+    bounds, noise, free = unbounded(n), rounding_length(tree), free_tree(tree, steps.half_turn < math.inf)
     start, end = np.empty(n), np.empty(n)
     for k in range(first, last):
         code, group = codes[k * n_codes : (k + 1) * n_codes], k - first
         for w in range(width):
             line = distances[group, w]
             square = 0.0
-            for i in range(5 * n, n_codes):
+            for i in range(n_line_codes(tree), n_codes):
                 square += (code[i, w] - x[i]) ** 2
             chord = math.sqrt(square)
             if skip[group, w] or line - chord <= AGREE * line + noise:
                 continue
-            ahead = 0  # sign of the first difference of angles that is not zero: both directions give the same number
-            for d in range(n):
-                gap = code[d, w] - x[d]
-                if ahead == 0 and gap != 0.0:
-                    ahead = 1 if gap > 0.0 else -1
-                gap -= turns_off(gap, steps) * TWO_PI
-                start[d] = x[d] if ahead >= 0 else code[d, w]
-                end[d] = start[d] + gap * ahead
-            curve = find_geodesic(tree, start, end, steps.n_steps, bounds, MAX_ITER, TOL)
+            if _is_ahead(tree, x, code[:, w]):  # both directions give the same number
+                _dofs_in(tree, x, start)
+                _dofs_in(tree, code[:, w], end)
+            else:
+                _dofs_in(tree, code[:, w], start)
+                _dofs_in(tree, x, end)
+            for d in tree.angle_dof:
+                gap = end[d] - start[d]
+                end[d] = start[d] + (gap - turns_off(gap, steps) * TWO_PI)
+            path, shorter = shorter_line(tree, free, start, end, steps.n_steps)
+            line = min(line, shorter)
+            if line - chord <= AGREE * line + noise:
+                distances[group, w] = max(chord, line)
+                continue
+            curve = find_geodesic(free, path, bounds, MAX_ITER, TOL)
             distances[group, w] = max(chord, min(curve.length, line))
             if not curve.converged:
                 gaps[group, w] = max((curve.curve_length - curve.length) / curve.curve_length, ROUNDING)

@@ -4,13 +4,25 @@ import numpy as np
 
 from skpose._compiled.forward import orient, place_joints, rotated, workspace, workspace_rows
 from skpose._compiled.jit import internal, jit
+from skpose._compiled.rotation import right_jacobian
 
 
 @internal
 def rotation_axes(tree, C, S, H, axes):
-    """Compute the axis of every dof in world coordinates, (n_dofs, 3)."""
+    """Compute the axis of every dof in world coordinates, (n_dofs, 3): the velocity of the rotation, of length one.
+
+    The axes of a ball joint's dofs, its rotation vector, are of other lengths: the columns of the orientation times Jr.
+    """
     for f in range(1, tree.frame_parent.shape[0]):
         end = tree.end_dof[f]
+        if tree.ball[f] >= 0:
+            first = end - 3
+            p, q, r = right_jacobian(C[first], C[first + 1], C[first + 2])
+            for i in range(3):
+                x, y, z = H[9 * f + 3 * i], H[9 * f + 3 * i + 1], H[9 * f + 3 * i + 2]
+                for d in range(3):
+                    axes[first + d, i] = x * p[d] + y * q[d] + z * r[d]
+            continue
         n_dofs = end - tree.first_dof[f]
         for i in range(3 if n_dofs > 0 else 0):
             # The columns of H are the axes after all the rotations; undo these, the last one first.
@@ -47,17 +59,13 @@ def fill_jacobian(tree, P, axes, jacobian):
 
 @jit
 def position_jacobians(poses, tree, jacobians):
-    """Compute ∂F/∂θ of every pose, (n_poses, 3 n_joints, n_dofs)."""
+    """Compute ∂F/∂θ of every pose, (n_poses, 3 n_joints, n_dofs), both in the tree's order of dofs."""
     n_dofs = tree.column.shape[0]
-    scratch, axes, angles = np.empty(workspace_rows(tree)), np.empty((n_dofs, 3)), np.empty(n_dofs)
+    scratch, axes = np.empty(workspace_rows(tree)), np.empty((n_dofs, 3))
     C, S, H, P = workspace(tree, scratch)
-    jacobian = np.zeros((jacobians.shape[1], n_dofs))
+    jacobians[:] = 0.0
     for n in range(poses.shape[0]):
-        for d in range(n_dofs):
-            angles[d] = tree.sign[d] * poses[n, tree.column[d]]
-        orient(tree, angles, C, S, H)
+        orient(tree, poses[n], C, S, H)
         place_joints(tree, H, P)
         rotation_axes(tree, C, S, H, axes)
-        fill_jacobian(tree, P, axes, jacobian)
-        for d in range(n_dofs):
-            jacobians[n, :, tree.column[d]] = tree.sign[d] * jacobian[:, d]
+        fill_jacobian(tree, P, axes, jacobians[n])

@@ -2,7 +2,7 @@
 
 LLVM vectorises a loop over lanes only where it can prove that no store touches a later load, which it cannot do for
 parts of one scratch array. Here the lanes are a value instead. ``rows(A, first)`` is where the rows of an array begin:
-of a two-dimensional array, `rows(A, 0)[i]` is row i as one LLVM vector; ``+ - *`` and the functions below work on all
+of a two-dimensional array, `rows(A, 0)[i]` is row i as one LLVM vector; ``+ - * /`` and the functions below work on all
 its lanes, and ``rows(A, 0)[i] = v`` puts it back. Of a one-dimensional array the same reads and writes one number. So a
 kernel written with `rows` compiles to either: many poses at once, or one.
 

@@ -87,6 +87,7 @@ def _define_operator(symbol, instruction):
 _define_operator(operator.add, "fadd")
 _define_operator(operator.sub, "fsub")
 _define_operator(operator.mul, "fmul")
+_define_operator(operator.truediv, "fdiv")
 
 
 # --- memory ---------------------------------------------------------------------------------------------------------

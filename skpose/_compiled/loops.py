@@ -92,9 +92,10 @@ def shared_types(dtype):
     """Return numba's types of a Tree and of Steps."""
     whole, real = types.int64, from_dtype(dtype)
     kinds = dict.fromkeys(("weight", "sign", "shift"), (real, 1))
-    kinds |= {"fixed_rotation": (real, 2), "offset": (real, 2), "runs": (whole, 2)}
+    kinds |= dict.fromkeys(("fixed_rotation", "reference", "offset"), (real, 2))
+    kinds |= {"ball_axes": (real, 3), "runs": (whole, 2)}
     fields = [array_type(*kinds.get(name, (whole, 1)), readonly=False) for name in Tree._fields]
-    steps = [whole, types.float64, types.float64, types.float64]
+    steps = [whole, types.float64, types.float64, types.float64, array_type(types.float64, 2, readonly=False)]
     return types.NamedTuple(fields, Tree), types.NamedTuple(steps, Steps)
 
 

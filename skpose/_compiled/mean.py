@@ -5,8 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from skpose._compiled.chart import chart_at, free_tree, pose_of, slopes_of_turns
 from skpose._compiled.forward import workspace_rows
-from skpose._compiled.geodesic import MAX_ITER, NEVER, SUBSTEPS, TOL, find_geodesic
+from skpose._compiled.geodesic import MAX_ITER, NEVER, SUBSTEPS, TOL, find_geodesic, shorter_line
 from skpose._compiled.jit import jit
 from skpose._compiled.minimiser import LEAST_DAMPING, Outcome, Settings, minimise, unbounded
 from skpose._compiled.path_energy import add_gradient, empty_path, place, sum_moments
@@ -17,7 +18,7 @@ class Geodesics(NamedTuple):
 
     energies: np.ndarray  # (n,) times the number of chords, which makes them squares of lengths, m²
     lengths: np.ndarray  # (n,) m
-    gradients: np.ndarray  # (n, n_dofs) change of half that energy with the one pose, m²/rad
+    gradients: np.ndarray  # (n, n_dofs) of half that energy by the one pose's coordinates, m²/rad
     converged: np.ndarray  # (n,) bool
 
 
@@ -36,31 +37,35 @@ def project(tree, target, pose, max_iter, tol):
     This is half the energy of a path of two chords with both ends at the target. The Hessian is exact throughout.
     Returns the pose and the outcome, with the gradient of ‖F(θ) − target‖².
     """
-    path = empty_path(tree, 3, 2)
-    path.poses[:] = pose
+    free, coordinates = chart_at(tree, pose, True)
+    path = empty_path(free, 3, 2)
+    path.poses[:] = coordinates
     path.P[:] = target
     settings = Settings(max_iter, 2.0 * tol, LEAST_DAMPING, math.inf, math.inf, True, NEVER)
-    outcome = minimise(tree, path, unbounded(pose.shape[0]), settings)
-    return path.poses[1], Outcome(0.5 * outcome.gradient_norm, outcome.n_iter, outcome.converged)
+    outcome = minimise(free, path, unbounded(pose.shape[0]), settings)
+    found = pose_of(tree, free, path.poses[1], pose)
+    return found, Outcome(0.5 * outcome.gradient_norm, outcome.n_iter, outcome.converged)
 
 
 @jit
-def geodesics_from(tree, pose, ends, first, last, n_steps, found):
-    """Compute the geodesics from a pose to the ends first:last, which are wrapped already."""
+def geodesics_from(tree, pose, ends, first, last, n_steps, frees_angles, found):
+    """Compute the geodesics from a pose to the ends first:last, the difference of angles wrapped already."""
     n_dofs = pose.shape[0]
-    bounds, scratch = unbounded(n_dofs), np.empty(workspace_rows(tree))
+    free, bounds, scratch = free_tree(tree, frees_angles), unbounded(n_dofs), np.empty(workspace_rows(tree))
     moments, gradient = np.empty((tree.frame_parent.shape[0], 12)), np.empty((2, n_dofs))
     start = empty_path(tree, 2, SUBSTEPS)  # the samples that move with the pose
     for i in range(first, last):
-        curve = find_geodesic(tree, pose, ends[i], n_steps, bounds, MAX_ITER, TOL)
+        line, _ = shorter_line(tree, free, pose, ends[i], n_steps)
+        curve = find_geodesic(free, line, bounds, MAX_ITER, TOL)
         n_chords = curve.poses.shape[0] - 1
         substeps = 1 if n_chords == n_steps else SUBSTEPS
         for k in range(substeps + 1):
-            place(tree, curve.poses[k], scratch, start.P[k], start.screws[k])
+            place(free, curve.poses[k], scratch, start.P[k], start.screws[k])
         gradient[:] = 0.0
         for k in range(substeps):
             sum_moments(tree, start.P[max(k - 1, 0)], start.P[k], start.P[k + 1], moments)
             add_gradient(tree, start.screws[k], moments, k / substeps, gradient)
+        slopes_of_turns(free, curve.poses[0], gradient[0])
         found.energies[i] = n_chords * curve.energy
         found.lengths[i] = curve.length
         for d in range(n_dofs):

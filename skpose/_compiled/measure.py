@@ -7,11 +7,12 @@ import math
 
 import numpy as np
 
-from skpose._compiled.encode import series
 from skpose._compiled.jit import inlined, jit
 from skpose._compiled.lanes import any_greater, flat, full_like, greater, minimum, rows, sqrt
-from skpose._compiled.step import parts_of, plan_of, take_step
-from skpose._compiled.tree import TWO_PI
+from skpose._compiled.rotation import TIE
+from skpose._compiled.step import advance, parts_of, plan_of, take_step
+from skpose._compiled.tree import SLERP_TERMS, TWO_PI
+from skpose._compiled.trigonometry import series
 
 
 @inlined
@@ -73,7 +74,7 @@ def measure_rotations(x, Y, first, last, tree, steps, scratch, results):
 
 @inlined
 def _half_step(a, b, d, n, steps):
-    """Return cosine and sine of half a step of one angle on the straight line, and the whole difference."""
+    """Return cosine and sine of half a step of angle d on the straight line, and the whole difference."""
     gap = b[d] - a[d]
     c, s = b[n + d], b[2 * n + d]
     c, s = c * a[n + d] + s * a[2 * n + d], s * a[n + d] - c * a[2 * n + d]
@@ -87,12 +88,54 @@ def _half_step(a, b, d, n, steps):
 
 
 @inlined
+def _start_ball(a, b, at, Q, q, steps):
+    """Set a ball joint's state at row q to the start of the slerp from a to b; return 1 − cos φ.
+
+    Its quaternions stand at `at` in the codes, times √2. With e the difference of the two, the shorter one, and
+    m = 1 − cos φ, the sample after a is (1 − κ/2) a + s (e + m a), with s = sin(φ/N)/sin φ and κ = 2 − 2 cos(φ/N).
+    """
+    dot = full_like(b, 0.0)
+    for i in range(at, at + 4):
+        dot = dot + a[i] * b[i]
+    sign = 1.0 - 2.0 * greater(0.0 - dot, 2.0 * TIE)
+    m = full_like(b, 0.0)
+    for i in range(at, at + 4):
+        e = sign * b[i] - a[i]
+        m = m + e * e
+    m = 0.25 * m
+    t, slerp = m + m - 1.0, flat(steps.slerp)
+    # Even and odd powers apart: four sums, so that no addition waits for the one before.
+    square = t * t
+    share, curvature = full_like(b, slerp[SLERP_TERMS - 1]), full_like(b, slerp[2 * SLERP_TERMS - 1])
+    odd_share, odd_curvature = full_like(b, 0.0), full_like(b, 0.0)
+    for k in range(SLERP_TERMS - 3, -1, -2):
+        share, odd_share = share * square + slerp[k], odd_share * square + slerp[k + 1]
+        curvature = curvature * square + slerp[SLERP_TERMS + k]
+        odd_curvature = odd_curvature * square + slerp[SLERP_TERMS + k + 1]
+    share, curvature = share + odd_share * t, m * (curvature + odd_curvature * t)  # the latter is κ/2
+    along = share * m + curvature
+    for i in range(4):
+        Q[q + i] = a[at + i]
+        Q[q + 4 + i] = share * (sign * b[at + i] - a[at + i]) + along * a[at + i]
+    Q[q + 8] = curvature + curvature
+    return m
+
+
+@inlined
+def _start_joints(plan, a, P):
+    """Place the joints as in the encoded pose a."""
+    first = 5 * plan.n_angles + 4 * plan.n_balls - 3
+    for i in range(3, 3 * plan.n_joints):
+        P[i] = a[first + i]
+
+
+@inlined
 def _last_chord(plan, b, P):
     """Return the distance from the joints P to those of encoded poses b."""
-    n = plan.n_dofs
+    first = 5 * plan.n_angles + 4 * plan.n_balls - 3
     one, two, three = full_like(b, 0.0), full_like(b, 0.0), full_like(b, 0.0)
     for i in range(3, 3 * plan.n_joints, 3):
-        k = 5 * n + i - 3
+        k = first + i
         p, q, r = b[k] - P[i], b[k + 1] - P[i + 1], b[k + 2] - P[i + 2]
         one, two, three = one + p * p, two + q * q, three + r * r
     return sqrt(one + two + three)
@@ -101,20 +144,21 @@ def _last_chord(plan, b, P):
 @inlined
 def _line(plan, a, b, steps, parts):
     """Return the length of the straight line from an encoded pose a to others b."""
-    C, S, A, B, P, n = parts.C, parts.S, parts.A, parts.B, parts.P, plan.n_dofs
+    C, S, A, B, n = parts.C, parts.S, parts.A, parts.B, plan.n_angles
     apart = full_like(b, 0.0)
     for d in range(n):
         c, s, gap = _half_step(a, b, d, n, steps)
         apart = apart + gap * gap
         A[d], B[d] = 2.0 * s * s, 2.0 * s * c
         C[d], S[d] = a[3 * n + d], a[4 * n + d]
-    for i in range(3, 3 * plan.n_joints):
-        P[i] = a[5 * n + i - 3]
+    for k in range(plan.n_balls):
+        apart = apart + _start_ball(a, b, 5 * n + 4 * k, parts.Q, 9 * k, steps)
+    _start_joints(plan, a, parts.P)
     length = full_like(b, 0.0)
     for _ in range(steps.n_steps - 1):
         length = length + sqrt(take_step(plan, parts))
     # From a pose to itself the samples differ by rounding; the distance is zero.
-    return (length + _last_chord(plan, b, P)) * greater(apart, 0.0)
+    return (length + _last_chord(plan, b, parts.P)) * greater(apart, 0.0)
 
 
 @inlined
@@ -123,7 +167,7 @@ def _two_chords(plan, a, b, steps, parts):
 
     It is a lower bound of the line's: by the triangle inequality a chord is no longer than the chords that it replaces.
     """
-    C, S, A, B, P, n = parts.C, parts.S, parts.A, parts.B, parts.P, plan.n_dofs
+    C, S, A, B, n = parts.C, parts.S, parts.A, parts.B, plan.n_angles
     for d in range(n):
         c, s, _ = _half_step(a, b, d, n, steps)
         u, v = full_like(b, 1.0), full_like(b, 0.0)  # of the sum of half the steps, by repeated squaring
@@ -135,15 +179,18 @@ def _two_chords(plan, a, b, steps, parts):
             m //= 2
         A[d], B[d] = 2.0 * v * v, 2.0 * u * v
         C[d], S[d] = a[3 * n + d], a[4 * n + d]
-    for i in range(3, 3 * plan.n_joints):
-        P[i] = a[5 * n + i - 3]
+    for k in range(plan.n_balls):
+        _start_ball(a, b, 5 * n + 4 * k, parts.Q, 9 * k, steps)
+        for _ in range(steps.n_steps // 2 - 1):
+            advance(parts.Q, 9 * k)
+    _start_joints(plan, a, parts.P)
     first = sqrt(take_step(plan, parts))
-    return first + _last_chord(plan, b, P)
+    return first + _last_chord(plan, b, parts.P)
 
 
 @jit
 def measure_line(x, Y, first, last, tree, steps, scratch, results):
-    """Compute the length of the straight line in angle space, Σ ‖F(c_n) − F(c_{n−1})‖, sec. 2.2 of the paper."""
+    """Compute the length of the straight line in the dofs, Σ ‖F(c_n) − F(c_{n−1})‖, sec. 2.2 of the paper."""
     plan, a = plan_of(tree), flat(x)
     parts = parts_of(tree, scratch)
     for k in range(first, last):

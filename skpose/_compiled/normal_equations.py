@@ -12,6 +12,7 @@ import numpy as np
 
 from skpose._compiled.jit import internal, unfolded
 from skpose._compiled.path_energy import add_gradient, substeps_of, sum_moments
+from skpose._compiled.rotation import second_derivatives
 
 
 class NormalEquations(NamedTuple):
@@ -185,6 +186,34 @@ def _add_second_derivatives(tree, path, k, t, moments, blocks):
                     off_diagonal[d, e] += t * (1.0 - t) * second
                     if e < d:
                         off_diagonal[e, d] += t * (1.0 - t) * second
+        if tree.ball[f] >= 0:
+            moment = yz - zy - (oy * w - oz * v), zx - xz - (oz * u - ox * w), xy - yx - (ox * v - oy * u)
+            _add_ball(tree.first_dof[f], path, k, t, moment, blocks)
+
+
+@internal
+def _add_ball(first, path, k, t, moment, blocks):
+    """Add what the axes of a ball joint, dofs first to first + 2, change with its rotation vector, times the moment."""
+    node, screws = min(k // substeps_of(path), path.poses.shape[0] - 2), path.screws[k]
+    before, after = path.poses[node], path.poses[node + 1]
+    x = before[first] + t * (after[first] - before[first])
+    y = before[first + 1] + t * (after[first + 1] - before[first + 1])
+    z = before[first + 2] + t * (after[first + 2] - before[first + 2])
+    a, b, c = moment
+    along = (
+        a * screws[0, first] + b * screws[1, first] + c * screws[2, first],
+        a * screws[0, first + 1] + b * screws[1, first + 1] + c * screws[2, first + 1],
+        a * screws[0, first + 2] + b * screws[1, first + 2] + c * screws[2, first + 2],
+    )
+    second = second_derivatives((x, y, z), along)
+    for j in range(3):
+        for i in range(j + 1):
+            d, e = first + j, first + i
+            blocks.diagonal[0, d, e] += (1.0 - t) * (1.0 - t) * second[j, i]
+            blocks.diagonal[1, d, e] += t * t * second[j, i]
+            blocks.off_diagonal[0, d, e] += t * (1.0 - t) * second[j, i]
+            if i < j:
+                blocks.off_diagonal[0, e, d] += t * (1.0 - t) * second[j, i]
 
 
 @internal

@@ -3,7 +3,8 @@
 from skpose._compiled.forward import rotated
 from skpose._compiled.jit import inlined
 from skpose._compiled.lanes import flat, full_like, rows
-from skpose._compiled.tree import Parts, Plan
+from skpose._compiled.rotation import turned_back
+from skpose._compiled.tree import BALL, Parts, Plan
 
 
 @inlined
@@ -14,18 +15,23 @@ def plan_of(tree):
         first_moving += 1
     n_tips = tree.frame_parent.shape[0] - tree.first_frame[-1]
     return Plan(
-        tree.column.shape[0],
-        tree.batch_dofs.shape[0],
+        tree.angle_dof.shape[0],
+        tree.ball_frame.shape[0],
+        tree.batch_kind.shape[0],
+        tree.first_joint.shape[0] - 1,
         first_moving,
         tree.offset.shape[0] - n_tips,
         tree.offset.shape[0],
         flat(tree.frame_parent),
         flat(tree.first_dof),
         flat(tree.end_dof),
+        flat(tree.end_angle),
+        flat(tree.ball),
         flat(tree.fixed_axis),
         flat(tree.fixed_rotation),
-        flat(tree.batch_dofs),
+        flat(tree.batch_kind),
         flat(tree.first_frame),
+        flat(tree.first_joint),
         flat(tree.joint_parent),
         flat(tree.joint_frame),
         flat(tree.offset),
@@ -35,20 +41,22 @@ def plan_of(tree):
 @inlined
 def parts_of(tree, scratch):
     """Return the parts of a scratch array, the root's frame and position set."""
-    n, h = tree.column.shape[0], 6 * tree.frame_parent.shape[0]
-    H, P = rows(scratch, 4 * n), rows(scratch, 4 * n + h)
+    n, q, h = tree.angle_dof.shape[0], 9 * tree.ball_frame.shape[0], 6 * tree.frame_parent.shape[0]
+    H, P = rows(scratch, 4 * n + q), rows(scratch, 4 * n + q + h)
     for i in range(6):
         H[i] = 1.0 if i % 4 == 0 else 0.0
     for i in range(3):
         P[i] = 0.0
-    return Parts(rows(scratch, 0), rows(scratch, n), rows(scratch, 2 * n), rows(scratch, 3 * n), H, P)
+    return Parts(
+        rows(scratch, 0), rows(scratch, n), rows(scratch, 2 * n), rows(scratch, 3 * n), rows(scratch, 4 * n), H, P
+    )
 
 
 @inlined
 def _rotate_batch(n_dofs, first, last, plan, C, S, H):
     """Compute the orientations of frames that have the same number of dofs."""
     for f in range(first, last):
-        before, row, d = 6 * plan.frame_parent[f], 6 * f, plan.end_dof[f] - 1
+        before, row, d = 6 * plan.frame_parent[f], 6 * f, plan.end_angle[f] - 1
         cx, sx = C[d], S[d]
         cy, sy, cz, sz = cx, sx, cx, sx
         if n_dofs > 1:
@@ -62,6 +70,33 @@ def _rotate_batch(n_dofs, first, last, plan, C, S, H):
             if n_dofs > 1:
                 z, x = rotated(z, x, cy, sy)
             y, z = rotated(y, z, cx, sx)
+            H[row + i], H[row + i + 1], H[row + i + 2] = x, y, z
+
+
+@inlined
+def advance(Q, q):
+    """Add one step to the quaternion of a ball joint at row q; return it.
+
+    Nine rows hold the quaternion times √2, its last change, and the change's relative decrease 2 − 2 cos(φ/N).
+    """
+    decrease = Q[q + 8]
+    w, x, y, z = Q[q], Q[q + 1], Q[q + 2], Q[q + 3]
+    a, b, c, d = Q[q + 4], Q[q + 5], Q[q + 6], Q[q + 7]
+    a, b, c, d = a - decrease * w, b - decrease * x, c - decrease * y, d - decrease * z
+    w, x, y, z = w + a, x + b, y + c, z + d
+    Q[q], Q[q + 1], Q[q + 2], Q[q + 3] = w, x, y, z
+    Q[q + 4], Q[q + 5], Q[q + 6], Q[q + 7] = a, b, c, d
+    return w, x, y, z
+
+
+@inlined
+def _rotate_balls(first, last, plan, Q, H):
+    """Compute the orientations of ball joints' frames."""
+    for f in range(first, last):
+        before, row = 6 * plan.frame_parent[f], 6 * f
+        quaternion = advance(Q, 9 * plan.ball[f])
+        for i in range(0, 6, 3):
+            x, y, z = turned_back((H[before + i], H[before + i + 1], H[before + i + 2]), quaternion)
             H[row + i], H[row + i + 1], H[row + i + 2] = x, y, z
 
 
@@ -97,35 +132,68 @@ def _place_joint(H, h, P, j, p, x, y, z, squares):
 
 
 @inlined
-def take_step(plan, parts):
-    """Add one step to all angles and place the joints; return the square of their displacement."""
-    C, S, A, B, H, P = parts
-    for d in range(plan.n_dofs):
-        c, s, a, b = C[d], S[d], A[d], B[d]
-        C[d], S[d] = c - a * c - b * s, s - a * s + b * c
+def _place_along_x(H, h, P, j, p, x, squares):
+    """Place joint j as `_place_joint` does, at (x, 0, 0)."""
+    first = _set_coordinate(P, 3 * j, 3 * p, H[h] * x, squares[0])
+    second = _set_coordinate(P, 3 * j + 1, 3 * p + 1, H[h + 3] * x, squares[1])
+    third = (H[h + 1] * H[h + 5] - H[h + 2] * H[h + 4]) * x
+    return first, second, _set_coordinate(P, 3 * j + 2, 3 * p + 2, third, squares[2])
+
+
+@inlined
+def _rotate_frames(plan, parts):
+    """Compute the orientations of all frames but the tips."""
+    C, S, H = parts.C, parts.S, parts.H
     for b in range(plan.n_batches):
-        n_dofs, first, last = plan.batch_dofs[b], plan.first_frame[b], plan.first_frame[b + 1]
+        kind, first, last = plan.batch_kind[b], plan.first_frame[b], plan.first_frame[b + 1]
         # A literal number lets the compiler remove the branches on it.
-        if n_dofs == 3:
+        if kind == BALL:
+            _rotate_balls(first, last, plan, parts.Q, H)
+        elif kind == 3:
             _rotate_batch(3, first, last, plan, C, S, H)
-        elif n_dofs == 2:
+        elif kind == 2:
             _rotate_batch(2, first, last, plan, C, S, H)
-        elif n_dofs == 1:
+        elif kind == 1:
             _rotate_batch(1, first, last, plan, C, S, H)
         else:
             _rotate_fixed(first, last, plan, H)
+
+
+@inlined
+def _tip_offset(plan, parts, f, x, y):
+    """Return the offset (x, y, 0) of a tip's joint, rotated by its angles; a ball joint's is (x, 0, 0)."""
+    C, S = parts.C, parts.S
+    if plan.ball[f] >= 0:
+        a, b, c, d = advance(parts.Q, 9 * plan.ball[f])
+        return (1.0 - (c * c + d * d)) * x, (b * c + a * d) * x, (b * d - a * c) * x
+    d, n_dofs = plan.end_angle[f] - 1, plan.end_dof[f] - plan.first_dof[f]
+    u, v, w = full_like(parts.P, x), C[d] * y, S[d] * y
+    if n_dofs > 1:
+        u, w = rotated(u, w, C[d - 1], S[d - 1])
+    if n_dofs > 2:
+        v, u = rotated(v, u, C[d - 2], S[d - 2])
+    return u, v, w
+
+
+@inlined
+def take_step(plan, parts):
+    """Add one step to all dofs and place the joints; return the square of their displacement."""
+    C, S, A, B, _, H, P = parts
+    for d in range(plan.n_angles):
+        c, s, a, b = C[d], S[d], A[d], B[d]
+        C[d], S[d] = c - a * c - b * s, s - a * s + b * c
+    _rotate_frames(plan, parts)
     zero = full_like(P, 0.0)
     squares = zero, zero, zero  # by coordinate: three sums, so that no addition waits for the one before
-    for j in range(plan.first_moving, plan.first_tip):
-        x, y, z = plan.offset[3 * j], plan.offset[3 * j + 1], plan.offset[3 * j + 2]
-        squares = _place_joint(H, 6 * plan.joint_frame[j], P, j, plan.joint_parent[j], x, y, z, squares)
+    for b in range(0, plan.n_runs, 2):
+        for j in range(plan.first_joint[b], plan.first_joint[b + 1]):
+            x, y, z = plan.offset[3 * j], plan.offset[3 * j + 1], plan.offset[3 * j + 2]
+            squares = _place_joint(H, 6 * plan.joint_frame[j], P, j, plan.joint_parent[j], x, y, z, squares)
+        for j in range(plan.first_joint[b + 1], plan.first_joint[b + 2]):
+            h, x = 6 * plan.joint_frame[j], plan.offset[3 * j]
+            squares = _place_along_x(H, h, P, j, plan.joint_parent[j], x, squares)
     for j in range(plan.first_tip, plan.n_joints):
         f = plan.joint_frame[j]
-        d, n_dofs = plan.end_dof[f] - 1, plan.end_dof[f] - plan.first_dof[f]
-        x, y, z = full_like(P, plan.offset[3 * j]), C[d] * plan.offset[3 * j + 1], S[d] * plan.offset[3 * j + 1]
-        if n_dofs > 1:
-            x, z = rotated(x, z, C[d - 1], S[d - 1])
-        if n_dofs > 2:
-            y, x = rotated(y, x, C[d - 2], S[d - 2])
+        x, y, z = _tip_offset(plan, parts, f, plan.offset[3 * j], plan.offset[3 * j + 1])
         squares = _place_joint(H, 6 * plan.frame_parent[f], P, j, plan.joint_parent[j], x, y, z, squares)
     return squares[0] + squares[1] + squares[2]

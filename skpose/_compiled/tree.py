@@ -1,11 +1,14 @@
 """A skeleton, and the steps between two poses, as compiled code sees them: named arrays."""
 
+import functools
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
 TWO_PI = 2.0 * math.pi
+BALL = 4  # kind of a batch of ball joints; the others' kind is their number of angles, 0 to 3
 
 
 class Tree(NamedTuple):
@@ -17,16 +20,23 @@ class Tree(NamedTuple):
     frame_parent: np.ndarray  # (n_frames,) the frame that carries each frame
     first_dof: np.ndarray  # (n_frames,) dofs of frame f are first_dof[f]:end_dof[f]; the root's frame has none
     end_dof: np.ndarray  # (n_frames,)
+    end_angle: np.ndarray  # (n_frames,) the same end, counting only the dofs that are angles
+    ball: np.ndarray  # (n_frames,) index of a ball joint's frame among those, else -1
+    reference: np.ndarray  # (n_frames, 4) quaternion (w, x, y, z) of a ball joint before its rotation vector
+    ball_axes: np.ndarray  # (n_frames, 3, 3) rotation of a ball joint's columns into its frame's rotation vector
     fixed_axis: np.ndarray  # (n_frames,) axis of the constant rotation of a frame without dofs: 0, 1 or 2
     fixed_rotation: np.ndarray  # (n_frames, 4) cosine and sine of its angle, and of half of it
     weight: np.ndarray  # (n_frames,) summed squared lengths of the bones fixed to the frame, m²
     pivot: np.ndarray  # (n_frames,) joint at the centre of the frame's rotation
-    batch_dofs: np.ndarray  # (n_batches,) how many dofs the frames of a batch have
+    batch_kind: np.ndarray  # (n_batches,) how many angles the frames of a batch have, or BALL
     first_frame: np.ndarray  # (n_batches + 1,) frames of batch b are first_frame[b]:first_frame[b + 1]; then the tips
     branch: np.ndarray  # (n_branches + 1,) dofs of branch b, one child of the root and all below it, lie between
     column: np.ndarray  # (n_dofs,) column of each dof in an array of poses
     sign: np.ndarray  # (n_dofs,) -1 where the frame's axis points against the skeleton's, else 1
     shift: np.ndarray  # (n_dofs,) constant added to the angle, rad
+    angle_dof: np.ndarray  # (n_angles,) the dofs that are angles
+    ball_frame: np.ndarray  # (n_balls,) the frames of ball joints
+    first_joint: np.ndarray  # (n_runs + 1,) of runs of joints that move and are no tips: any, along x, any, along x …
     joint_parent: np.ndarray  # (n_joints + 1,) parent of each joint
     joint_frame: np.ndarray  # (n_joints + 1,) frame in which the joint's offset is given
     offset: np.ndarray  # (n_joints + 1, 3) from the parent, m; z is zero for a tip's joint
@@ -38,18 +48,23 @@ class Tree(NamedTuple):
 class Plan(NamedTuple):
     """The part of a Tree that a step reads, as addresses: no references to count in an inner loop."""
 
-    n_dofs: int
+    n_angles: int
+    n_balls: int
     n_batches: int
+    n_runs: int
     first_moving: int  # joint; the ones before it are fixed to the root
     first_tip: int  # joint
     n_joints: int  # the root's included
     frame_parent: np.ndarray
     first_dof: np.ndarray
     end_dof: np.ndarray
+    end_angle: np.ndarray
+    ball: np.ndarray
     fixed_axis: np.ndarray
     fixed_rotation: np.ndarray
-    batch_dofs: np.ndarray
+    batch_kind: np.ndarray
     first_frame: np.ndarray
+    first_joint: np.ndarray
     joint_parent: np.ndarray
     joint_frame: np.ndarray
     offset: np.ndarray
@@ -58,10 +73,11 @@ class Plan(NamedTuple):
 class Parts(NamedTuple):
     """The rows of a scratch array that a step uses; their shapes are those of one pose."""
 
-    C: Any  # (n_dofs,) cosines of the angles
-    S: Any  # (n_dofs,) sines of the angles
-    A: Any  # (n_dofs,) 1 − cos δ of the step
-    B: Any  # (n_dofs,) sin δ of the step
+    C: Any  # (n_angles,) cosines of the angles
+    S: Any  # (n_angles,) sines of the angles
+    A: Any  # (n_angles,) 1 − cos δ of the step
+    B: Any  # (n_angles,) sin δ of the step
+    Q: Any  # (9 n_balls,) see `step.advance`
     H: Any  # (6 n_frames,) two rows of every orientation
     P: Any  # (3 n_joints + 3,) positions
 
@@ -73,8 +89,40 @@ class Steps(NamedTuple):
     half_turn: float  # π: differences of angles are wrapped to ± this; inf: they are not
     cos_turn: float  # of π / n_steps
     sin_turn: float
+    slerp: np.ndarray  # (2, SLERP_TERMS) see `slerp_series`
 
     @classmethod
     def of(cls, n_steps: int, wrap: bool) -> "Steps":
         turn = math.pi / n_steps
-        return cls(n_steps, math.pi if wrap else math.inf, math.cos(turn), math.sin(turn))
+        return cls(n_steps, math.pi if wrap else math.inf, math.cos(turn), math.sin(turn), slerp_series(n_steps))
+
+    def __reduce__(self) -> tuple:  # an array that joblib maps from a file is read-only, another type to numba
+        return Steps.of, (self.n_steps, self.half_turn < math.inf)
+
+
+SLERP_TERMS = 19
+
+
+@functools.cache
+def slerp_series(n_steps: int) -> np.ndarray:
+    """Return the coefficients in t of two functions of φ, half the angle of a ball joint's line, 1 + t = 2 (1 − cos φ).
+
+    With φ between 0 and π/2, t is between −1 and 1. They are sin(φ/N) / sin φ and (1 − cos(φ/N)) / (1 − cos φ). Both
+    are analytic up to cos φ = −1, t = 3: interpolation in Chebyshev's points gains a factor 3 + √8 per degree.
+    """
+
+    def angle(t: np.ndarray) -> np.ndarray:
+        return 2.0 * np.arcsin(np.sqrt(0.25 * (1.0 + t)))
+
+    def shares(t: np.ndarray) -> np.ndarray:
+        return np.sin(angle(t) / n_steps) / np.sin(angle(t))
+
+    def curvatures(t: np.ndarray) -> np.ndarray:
+        return (np.sin(0.5 * angle(t) / n_steps) / np.sin(0.5 * angle(t))) ** 2
+
+    functions = (shares, curvatures)
+    return np.stack([np.polynomial.chebyshev.cheb2poly(_interpolated(f)) for f in functions])
+
+
+def _interpolated(function: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    return np.polynomial.chebyshev.chebinterpolate(function, SLERP_TERMS - 1)

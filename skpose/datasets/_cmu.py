@@ -2,8 +2,6 @@
 
 import csv
 import hashlib
-import math
-import os
 import re
 import warnings
 from collections.abc import Iterable
@@ -14,13 +12,11 @@ from sklearn.datasets import fetch_file, get_data_home
 
 from skpose._parallel.progress import progress
 from skpose.datasets._cmu_digests import DIGESTS
+from skpose.datasets._index import COLUMNS, INDEX, PathLike, read_index, read_motions
 from skpose.datasets._motions import MotionDataset
-from skpose.io import AsfFile, MocapFormatError, asf_path, load_amc
-
-PathLike = str | os.PathLike
+from skpose.io import asf_path
 
 SERVER = "http://mocap.cs.cmu.edu"
-COLUMNS = ("subject", "trial", "action", "frames_per_second", "file")
 
 
 def load_cmu(folder: PathLike, *, frame_rate: float = 120.0, verbose: int = 0) -> MotionDataset:
@@ -56,52 +52,9 @@ def load_cmu(folder: PathLike, *, frame_rate: float = 120.0, verbose: int = 0) -
     MotionDataset(47 motions of 5 subjects: 1 bend over, scoop up, rise, lift arm, 1 jump, balance, 1 punch/strike, ...
     """
     folder = Path(folder)
-    index = folder / "index.csv"
-    rows = _read_index(index) if index.is_file() else _scan(folder, frame_rate)
-    skeletons: dict[Path, AsfFile] = {}
-    motions = []
-    with progress(f"{len(rows)} motions", len(rows), verbose) as advance:
-        for row in rows:
-            path = folder / row["file"]
-            asf = asf_path(path)
-            for needed in (asf, path):
-                if not needed.is_file():
-                    origin = index if index.is_file() else path
-                    raise FileNotFoundError(f"{needed} is missing, but {origin} refers to it")
-            if asf not in skeletons:
-                skeletons[asf] = AsfFile(asf)
-            motions.append(load_amc(path, skeletons[asf], frame_rate=row["frames_per_second"]))
-            advance()
-    return MotionDataset(motions, *([row[key] for row in rows] for key in ("subject", "trial", "action")))
-
-
-def _read_index(path: Path) -> list[dict]:
-    """Return the rows of an index with the frame rates as numbers."""
-    with path.open(newline="", encoding="utf-8-sig") as file:
-        reader = csv.DictReader(file)
-        missing = [name for name in COLUMNS if name not in (reader.fieldnames or [])]
-        if missing:
-            raise MocapFormatError(path, 1, f"expected the columns {', '.join(COLUMNS)}; missing: {', '.join(missing)}")
-        rows = []
-        for row in reader:
-            if any(row[name] is None for name in COLUMNS) or not row["file"]:
-                raise MocapFormatError(path, reader.line_num, f"expected a value for each of {', '.join(COLUMNS)}")
-            rate = _number(row["frames_per_second"])
-            if not 0.0 < rate < math.inf:
-                problem = f"frames_per_second: expected a positive number, found {row['frames_per_second']!r}"
-                raise MocapFormatError(path, reader.line_num, problem)
-            rows.append(row | {"frames_per_second": rate})
-    if not rows:
-        raise MocapFormatError(path, None, "the index names no motions")
-    return rows
-
-
-def _number(text: str) -> float:
-    """Return a text as a number, NaN if it is none."""
-    try:
-        return float(text)
-    except ValueError:
-        return math.nan
+    index = folder / INDEX if (folder / INDEX).is_file() else None
+    rows = read_index(index) if index else _scan(folder, frame_rate)
+    return read_motions(folder, rows, index, asf_path, verbose)
 
 
 def _scan(folder: Path, frame_rate: float) -> list[dict]:
@@ -180,7 +133,7 @@ def fetch_cmu(
                 rows.append(dict(zip(COLUMNS, (name, trial, action, frame_rate, file), strict=True)))
                 advance()
     # The index of the requested subjects, for load_cmu.
-    with (home / "index.csv").open("w", newline="", encoding="utf-8") as index:
+    with (home / INDEX).open("w", newline="", encoding="utf-8") as index:
         writer = csv.DictWriter(index, COLUMNS)
         writer.writeheader()
         writer.writerows(rows)

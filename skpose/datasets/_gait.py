@@ -28,26 +28,27 @@ from sklearn.utils import check_random_state
 from skpose._compat.sklearn import Interval, validate_params
 from skpose.datasets._motions import MotionDataset
 from skpose.skeleton import Bone, Motion, Skeleton
+from skpose.skeleton._proportions import MEAN_HEIGHT, PROPORTIONS
 
 # Bones with x to the left, y up and z forward; lengths as fractions of the height. A positive rotation about x moves
 # a bone that points down backward and a bone that points forward down, so flexion of hip, shoulder and elbow and
 # dorsiflexion of the ankle are negative, flexion of the knee is positive.
 _TRUNK = (
-    ("abdomen", None, (0.0, 0.115, 0.0), "xyz"),
-    ("chest", "abdomen", (0.0, 0.173, 0.0), "xyz"),
-    ("neck", "chest", (0.0, 0.052, 0.0), "xyz"),
-    ("head", "neck", (0.0, 0.13, 0.0), "xyz"),
+    ("abdomen", None, (0.0, PROPORTIONS["abdomen"], 0.0), "xyz"),
+    ("chest", "abdomen", (0.0, PROPORTIONS["chest"], 0.0), "xyz"),
+    ("neck", "chest", (0.0, PROPORTIONS["neck"], 0.0), "xyz"),
+    ("head", "neck", (0.0, PROPORTIONS["head"], 0.0), "xyz"),
 )
 _SIDE = (  # of the left; the right mirrors it
-    ("pelvis", None, (0.0955, 0.0, 0.0), ""),
-    ("thigh", "pelvis", (0.0, -0.245, 0.0), "xyz"),
-    ("shank", "thigh", (0.0, -0.246, 0.0), "x"),
-    ("foot", "shank", (0.0, -0.039, 0.09), "xz"),
-    ("toes", "foot", (0.0, 0.0, 0.04), "x"),
-    ("clavicle", "chest", (0.129, 0.0, 0.0), "yz"),
-    ("upper_arm", "clavicle", (0.0, -0.186, 0.0), "xyz"),
-    ("forearm", "upper_arm", (0.0, -0.146, 0.0), "x"),
-    ("hand", "forearm", (0.0, -0.108, 0.0), "xz"),
+    ("pelvis", None, (PROPORTIONS["hip"], 0.0, 0.0), ""),
+    ("thigh", "pelvis", (0.0, -PROPORTIONS["thigh"], 0.0), "xyz"),
+    ("shank", "thigh", (0.0, -PROPORTIONS["shank"], 0.0), "x"),
+    ("foot", "shank", (0.0, -PROPORTIONS["ankle"], PROPORTIONS["foot"]), "xz"),
+    ("toes", "foot", (0.0, 0.0, PROPORTIONS["toes"]), "x"),
+    ("clavicle", "chest", (PROPORTIONS["shoulder"], 0.0, 0.0), "yz"),
+    ("upper_arm", "clavicle", (0.0, -PROPORTIONS["upper_arm"], 0.0), "xyz"),
+    ("forearm", "upper_arm", (0.0, -PROPORTIONS["forearm"], 0.0), "x"),
+    ("hand", "forearm", (0.0, -PROPORTIONS["hand"], 0.0), "xz"),
 )
 
 # Degrees at every twentieth of the cycle, which begins when the left foot strikes the ground; left side. The trunk's
@@ -89,7 +90,7 @@ _LIMB_DOFS: dict[str, tuple[str, float, bool]] = {
 }
 
 # Spreads (standard deviations) over people and over recordings.
-_HEIGHT = (1.72, 0.09)  # m: mean and spread
+_HEIGHT = (MEAN_HEIGHT, 0.09)  # m: mean and spread
 _PROPORTION = 0.04  # of each segment's length, relative
 _AMPLITUDE = 0.15  # of every curve, relative
 _PHASE = 0.015  # of every curve, cycles
@@ -117,7 +118,7 @@ _POSTURE = {
 _LIMB_TWISTS = {"thigh": 8.0, "upper_arm": 15.0}
 
 
-def humanoid(height: float = 1.72, *, proportions: Mapping[str, float] | None = None) -> Skeleton:
+def humanoid(height: float = MEAN_HEIGHT, *, proportions: Mapping[str, float] | None = None) -> Skeleton:
     """Return a human skeleton with named joints, the arms pointing down at angle zero.
 
     Axes: x to the left, y up, z forward.

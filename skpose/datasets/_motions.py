@@ -2,16 +2,21 @@
 
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from skpose.skeleton import Motion, Skeleton
+from skpose.skeleton._skeleton import check_comparable
 
 WALKING_AND_RUNNING = ("walk", "run")
+CONVERT = (
+    'Convert the motions to one rest pose first: dataset.retarget(dataset.motions[0].skeleton, rest="world") keeps the '
+    'directions of the bones in the world, rest="same" the numbers; on the command line --rest'
+)
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -71,14 +76,71 @@ class MotionDataset:
     @cached_property
     def skeleton(self) -> Skeleton:
         """The bone-wise mean of the subjects' skeletons, each counted once, on which their poses are compared."""
-        return Skeleton.mean(dict.fromkeys(motion.skeleton for motion in self.motions))
+        names: dict[Skeleton, str] = {}
+        for i, motion in enumerate(self.motions):
+            names.setdefault(motion.skeleton, f"motions[{i}]")
+        check_comparable(list(names), list(names.values()), CONVERT)
+        return Skeleton.mean(names)
 
     def select(self, chosen: ArrayLike) -> "MotionDataset":
         """Return the motions that a boolean mask or an array of indices selects."""
         i = np.arange(len(self))[np.asarray(chosen)]
         return MotionDataset([self.motions[k] for k in i], self.subjects[i], self.trials[i], self.actions[i])
 
-    def poses(self, frame_rate: float | None = None, skeleton: Skeleton | None = None) -> tuple[np.ndarray, np.ndarray]:
+    def to_rotvec(self) -> "MotionDataset":
+        """Return the motions with joints of two or three Euler angles as ball joints, see `Motion.to_rotvec`.
+
+        >>> from skpose.datasets import make_gait
+        >>> gait = make_gait(n_subjects=2, n_sequences=1, random_state=0).to_rotvec()
+        >>> gait.skeleton.dof_names[:3]
+        ('abdomen_rotvec_x', 'abdomen_rotvec_y', 'abdomen_rotvec_z')
+        """
+        return replace(self, motions=tuple(motion.to_rotvec() for motion in self.motions))
+
+    def retarget(self, skeleton: Skeleton, *, rest: Literal["raise", "world", "same"] = "raise") -> "MotionDataset":
+        """Return all motions on one skeleton, see `Motion.retarget`; an error names the motion.
+
+        >>> from skpose.datasets import make_gait
+        >>> gait = make_gait(n_subjects=2, n_sequences=1, random_state=0)
+        >>> gait = gait.retarget(gait.motions[0].skeleton, rest="world")
+        >>> len({motion.skeleton for motion in gait})
+        1
+        """
+        motions = []
+        for i, motion in enumerate(self.motions):
+            try:
+                motions.append(motion.retarget(skeleton, rest=rest))
+            except ValueError as error:
+                raise ValueError(f"motions[{i}]: {error}") from None
+        return replace(self, motions=tuple(motions))
+
+    def with_root(
+        self, part: Literal["tilt", "whole"] = "tilt", *, up: Literal["x", "y", "z"] | None = None
+    ) -> "MotionDataset":
+        """Return the motions with the orientation of the root in their poses, see `Motion.with_root`.
+
+        Motions whose `up` differs are refused unless `up` is given: their worlds are not the same.
+
+        >>> from skpose.datasets import make_gait
+        >>> gait = make_gait(n_subjects=2, n_sequences=1, random_state=0)
+        >>> gait.with_root("tilt").skeleton.n_dofs - gait.skeleton.n_dofs
+        3
+        """
+        for i, motion in enumerate(self.motions):
+            if up is None and motion.up != self.motions[0].up:
+                raise ValueError(
+                    f'motions[0] has up="{self.motions[0].up}" and motions[{i}] up="{motion.up}": tilts of different '
+                    'worlds are not comparable; rotate the motions into one world, or pass up="y" if all are in one'
+                )
+        return replace(self, motions=tuple(motion.with_root(part, up=up) for motion in self.motions))
+
+    def poses(
+        self,
+        frame_rate: float | None = None,
+        skeleton: Skeleton | None = None,
+        *,
+        rotations: Literal["rotvec"] | None = None,
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return all poses as one array, on one skeleton.
 
         Parameters
@@ -87,6 +149,10 @@ class MotionDataset:
             New frame rate, Hz, see `Motion.resample`; None takes every frame.
         skeleton : Skeleton, default=None
             Skeleton whose dofs the columns are, in its order; None is the mean skeleton of the subjects.
+        rotations : {"rotvec"}, default=None
+            "rotvec" turns joints of two or three Euler angles into ball joints first, so that files may differ in the
+            order of their angles. The columns are then the dofs of ``dataset.to_rotvec().skeleton``, or of
+            ``skeleton.to_rotvec()``. None keeps the joints as they are.
 
         Returns
         -------
@@ -94,9 +160,19 @@ class MotionDataset:
             Joint angles, rad.
         sequence : ndarray of shape (n_poses,)
             Index of each pose's motion; ``dataset.actions[sequence]`` are its labels.
+
+        Raises
+        ------
+        ValueError
+            If the motions' skeletons, or the given one, differ in joints, parents or dofs, or if a bone's directions at
+            angle zero are more than 45° apart; the message names the joint and the motions.
         """
+        if rotations is not None:
+            if rotations != "rotvec":
+                raise ValueError(f'rotations must be "rotvec", or None for the joints as they are, got {rotations!r}')
+            return self.to_rotvec().poses(frame_rate, None if skeleton is None else skeleton.to_rotvec())
         skeleton = self.skeleton if skeleton is None else skeleton
-        motions = [motion.retarget(skeleton) for motion in self.motions]
+        motions = list(self.retarget(skeleton).motions)
         if frame_rate is not None:
             motions = [motion.resample(frame_rate) for motion in motions]
         return np.concatenate([m.angles for m in motions]), np.repeat(

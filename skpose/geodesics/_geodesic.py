@@ -9,13 +9,13 @@ from numpy.typing import ArrayLike
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose._compat.sklearn import Interval, StrOptions, validate_params
-from skpose._compiled.geodesic import MAX_ITER, TOL, find_geodesic
+from skpose._compiled.geodesic import MAX_ITER, TOL, path_between
 from skpose._compiled.minimiser import Bounds
-from skpose._compiled.path_energy import divided
-from skpose._compiled.tree import TWO_PI
+from skpose._compiled.tree import Tree
 from skpose.kinematics import forward_kinematics
-from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
+from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of, wrapped
 from skpose.skeleton import Skeleton
+from skpose.skeleton._interpolation import interpolate
 from skpose.skeleton._validation import check_pose
 
 SPEED_GRID = 64  # chords into which each step of a path is divided to find poses at constant speed
@@ -87,15 +87,16 @@ class Geodesic:
         """
         if not isinstance(n, Integral) or n < 2:
             raise ValueError(f"n must be a whole number of at least 2 poses, got {n!r}")
-        fine = divided(self.path, SPEED_GRID)
-        positions = forward_kinematics(fine, self._skeleton).reshape(len(fine), -1)
+        n_fine = SPEED_GRID * (len(self.path) - 1) + 1
+        steps = np.arange(n_fine) / SPEED_GRID
+        fine = interpolate(self._skeleton.bones, self.path, steps)
+        positions = forward_kinematics(fine, self._skeleton).reshape(n_fine, -1)
         travelled = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(positions, axis=0), axis=1))])
         if travelled[-1] == 0.0:  # no joint moves, though angles may
-            travelled = np.arange(len(fine), dtype=float)
-        at = np.interp(np.linspace(0.0, travelled[-1], n), travelled, np.arange(len(fine)))
-        before = np.minimum(at.astype(int), len(fine) - 2)
-        part = (at - before)[:, None]
-        return (1.0 - part) * fine[before] + part * fine[before + 1]
+            travelled = steps
+        return interpolate(
+            self._skeleton.bones, self.path, np.interp(np.linspace(0.0, travelled[-1], n), travelled, steps)
+        )
 
 
 @validate_params(
@@ -211,14 +212,16 @@ def geodesic(
     """
     tree = tree_of(skeleton)
     first, last = check_pose(start, skeleton, "start"), check_pose(end, skeleton, "end")
+    begin, target = to_tree_order(tree, first), to_tree_order(tree, last)
     if wrap:
-        last = last - TWO_PI * np.rint((last - first) / TWO_PI)
-    low, high = _bounds(first, last, skeleton, joint_limits)
-    first, last, low, high = (to_tree_order(tree, angles) for angles in (first, last, low, high))
-    bounds = Bounds(np.minimum(low, high), np.maximum(low, high))  # an axis that the tree reverses swaps its limits
-    curve = find_geodesic(tree, first, last, n_steps, bounds, max_iter, float(tol))
+        target = wrapped(tree, target, begin)
+    bounds = _bounds(tree, skeleton, begin, target, joint_limits)
+    frees_angles = bool(wrap) and joint_limits == "ignore"
+    curve = path_between(tree, begin, target, n_steps, frees_angles, bounds, max_iter, float(tol))
+    path = from_tree_order(tree, curve.poses)
+    path[0] = first
     found = Geodesic(
-        path=from_tree_order(tree, curve.poses),
+        path=path,
         length=curve.length,
         curve_length=curve.curve_length,
         energy=curve.energy,
@@ -239,17 +242,19 @@ def geodesic(
     return found
 
 
-def _bounds(
-    first: np.ndarray, last: np.ndarray, skeleton: Skeleton, joint_limits: str
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the least and the largest value of each angle between the two poses, rad."""
+def _bounds(tree: Tree, skeleton: Skeleton, begin: np.ndarray, target: np.ndarray, joint_limits: str) -> Bounds:
+    """Return the least and the largest value of each dof between two poses, all in the tree's order."""
+    free = np.full(len(begin), np.inf)
+    bounds = Bounds(-free, free)
     if joint_limits == "ignore":
-        free = np.full(len(first), np.inf)
-        return -free, free
+        return bounds
     if skeleton.limits is None:
         raise ValueError(
             'joint_limits="enforce" needs a skeleton with limits, and none of its bones has any: give limits to its '
             'bones, or use joint_limits="ignore"'
         )
-    lower, upper = skeleton.limits.T
-    return np.minimum(lower, np.minimum(first, last)), np.maximum(upper, np.maximum(first, last))
+    angles = tree.angle_dof  # an axis that the tree reverses swaps its limits
+    limits = skeleton.limits[tree.column[angles]] * tree.sign[angles, None]
+    bounds.lower[angles] = np.minimum(limits.min(axis=1), np.minimum(begin, target)[angles])
+    bounds.upper[angles] = np.maximum(limits.max(axis=1), np.maximum(begin, target)[angles])
+    return bounds

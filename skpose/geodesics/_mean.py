@@ -2,7 +2,6 @@
 
 import warnings
 from dataclasses import dataclass
-from functools import partial
 from numbers import Integral, Real
 
 import numpy as np
@@ -12,9 +11,7 @@ from sklearn.exceptions import ConvergenceWarning
 
 from skpose._compat.sklearn import Interval, StrOptions, validate_params
 from skpose._compiled.mean import place_all, project
-from skpose._compiled.tree import Tree
-from skpose.geodesics._karcher import karcher_mean, spread_from
-from skpose.kinematics import metric_tensor
+from skpose.geodesics._karcher import Poses, karcher_mean
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 from skpose.skeleton import Skeleton
 from skpose.skeleton._validation import check_poses
@@ -191,9 +188,8 @@ def frechet_mean(
         place_all(tree, pose[None], at)
         variance = weights @ ((positions - at) ** 2).sum(axis=1)
     else:
-        tensor = partial(_tensor, tree, skeleton)
-        spread_at = partial(spread_from, poses, weights, tree, tensor, n_steps, bool(wrap), effective_n_jobs(n_jobs))
-        spread, n_iter, converged = karcher_mean(pose, spread_at, max_iter, tol)
+        given = Poses(tree, poses, weights, n_steps, bool(wrap), effective_n_jobs(n_jobs))
+        spread, n_iter, converged = karcher_mean(given, pose, max_iter, tol)
         pose, variance, norm = spread.pose, spread.variance, spread.norm
     mean = FrechetMean(from_tree_order(tree, pose), float(variance), float(norm), n_iter, bool(converged))
     if not mean.converged:
@@ -204,12 +200,6 @@ def frechet_mean(
             stacklevel=2,
         )
     return mean
-
-
-def _tensor(tree: Tree, skeleton: Skeleton, pose: np.ndarray) -> np.ndarray:
-    """Return the metric tensor at a pose, both in the tree's order."""
-    tensor = metric_tensor(from_tree_order(tree, pose)[None], skeleton)[0]
-    return tensor[np.ix_(tree.column, tree.column)] * np.outer(tree.sign, tree.sign)
 
 
 def _weights(sample_weight: ArrayLike | None, n_poses: int) -> np.ndarray:

@@ -1,9 +1,10 @@
-"""Readers of motion-capture files, Acclaim ASF/AMC and Biovision BVH, and a writer of BVH.
+"""Readers of motion-capture files, Acclaim ASF/AMC, Biovision BVH and AMASS, and a writer of BVH.
 
 Angles are in radians, lengths in metres. A file that does not follow its format raises `MocapFormatError` with the line
-and the column.
+and the column, or with the key.
 """
 
+from skpose.io._amass import load_amass
 from skpose.io._amc import load_amc
 from skpose.io._asf import AsfFile, load_asf
 from skpose.io._bvh import load_bvh
@@ -16,6 +17,7 @@ __all__ = [
     "MocapFormatError",
     "asf_path",
     "file_format",
+    "load_amass",
     "load_amc",
     "load_asf",
     "load_bvh",

@@ -1,6 +1,7 @@
 """Reader of Acclaim motion files (AMC): the angles of an ASF skeleton, frame by frame and bone by bone."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import chain
 from typing import Literal
 
@@ -9,6 +10,7 @@ import numpy as np
 from skpose.io._acclaim import Acclaim
 from skpose.io._arguments import Readable, check_choice, check_positive
 from skpose.io._asf import AsfFile, content_of
+from skpose.io._rows import drop_not_finite
 from skpose.io._source import Source
 from skpose.io._words import NUMBER, WHOLE, Token, complaint
 from skpose.skeleton import Motion
@@ -37,7 +39,8 @@ def load_amc(
     scale : float, default=None
         Metres per unit of length, as in `load_asf`; None for an `AsfFile`, which has its scale.
     on_nan : {"raise", "drop"}, default="raise"
-        What to do with frames in which a number is NaN or infinite: refuse the file, or leave these frames out.
+        What to do with frames in which a number is NaN or infinite: refuse the file, or leave these frames out. The
+        others keep their times, see `Motion.frame_numbers`; that of the first frame of the file is 0.
     missing : {"raise", "rest"}, default="raise"
         What to do with a bone that a frame does not mention: refuse the file, or set its angles there to zero.
 
@@ -98,10 +101,9 @@ def read_amc(
     if not rows:
         raise source.error("the file ends without a frame; not AMC, or cut short", source.line)
     numbers = np.array(rows)
-    if on_nan == "drop":
-        numbers = numbers[np.isfinite(numbers).all(axis=1)]
+    numbers, frames = drop_not_finite(numbers, np.arange(len(numbers)), source)  # none if on_nan="raise"
     with source.format_errors():
-        return _motion(numbers, asf, in_radians, frame_rate)
+        return replace(_motion(numbers, asf, in_radians, frame_rate), frame_numbers=frames)
 
 
 def _lines(source: Source) -> Iterator[Line]:

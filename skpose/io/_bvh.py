@@ -11,13 +11,11 @@ import numpy as np
 
 from skpose.io._arguments import Readable, check_choice, check_positive
 from skpose.io._hierarchy import Joint, Lexer, read_hierarchy, read_motion_head
-from skpose.io._numbers import read_numbers
+from skpose.io._offsets import bone_offsets, longest_bone
+from skpose.io._root import choose_root, root_movement
+from skpose.io._rows import read_rows
 from skpose.io._source import Source
-from skpose.io._words import Token
 from skpose.skeleton import Bone, Motion, Skeleton
-
-# Variation of a constant position by rounding to the printed digits, at most; as a fraction of the longest bone.
-ROUNDING = 1e-4
 
 
 def load_bvh(
@@ -27,6 +25,7 @@ def load_bvh(
     on_nan: Literal["raise", "drop"] = "raise",
     trust: Literal["header", "rows"] = "header",
     stretch: Literal["raise", "mean"] = "raise",
+    root: str | None = None,
 ) -> Motion:
     """Read a skeleton and its motion from a BVH file.
 
@@ -37,19 +36,25 @@ def load_bvh(
     scale : float, default=1.0
         Metres per unit of length. The format has no unit: 0.01 for files in centimetres, 0.0254 for inches.
     on_nan : {"raise", "drop"}, default="raise"
-        What to do with frames in which a number is NaN or infinite: refuse the file, or leave these frames out.
+        What to do with frames in which a number is NaN or infinite: refuse the file, or leave these frames out. The
+        others keep their numbers and times, see `Motion.frame_numbers`.
     trust : {"header", "rows"}, default="header"
         Source of the number of frames: the count after ``Frames:``, and a file with more or fewer is refused; or as
-        many whole frames as the file has.
+        many whole frames as the file has. Where most lines hold one frame each, the others are left out as lines, so
+        that a number that is missing in one does not shift those after it.
     stretch : {"raise", "mean"}, default="raise"
         What to do with a file that moves joints besides the root by position channels, as bones of a skeleton have
         constant lengths: refuse it, or give those bones the mean of their positions.
+    root : str, default=None
+        Name of the joint that is the root of the skeleton. Joints above it are left out, and their movement is part of
+        the root's. None is the first joint, ROOT; but if that stands still and has a single child, which position
+        channels move, it is that child, also through several such joints.
 
     Returns
     -------
     Motion
-        Motion whose skeleton has a joint for every JOINT and every End Site (named after its parent, with "_end"); the
-        ROOT is the root. Angles are those of the file, in rad, also past 360°; see `Motion.unwrap`.
+        Motion whose skeleton has a joint for every JOINT and every End Site (named after its parent, with "_end")
+        below the root. Angles are those of the file, in rad, also past 360°; see `Motion.unwrap`.
 
     Raises
     ------
@@ -62,7 +67,7 @@ def load_bvh(
     -----
     UserWarning
         If several joints have one name: all but the first get a number. If position channels differ from the OFFSET of
-        their joint. If `trust="rows"` leaves out a last frame that is not whole.
+        their joint. If frames, or joints that are not below `root`, are left out.
 
     See Also
     --------
@@ -76,7 +81,7 @@ def load_bvh(
 
     A root's OFFSET is added to its position channels, as the format's first description requires. Position channels of
     other joints replace their OFFSET, as the programs that write them (MotionBuilder, Blender) mean them: constant ones
-    are the bone's offset, unless all are zero, as in files that do not use them.
+    are the bone's offset. Where all of a joint are at most 0.1 % of the longest bone, OFFSET is kept.
 
     Cost: some 7 million numbers a second if all have equally many digits after the point, half of that otherwise.
     Memory is at most some 2.2 times that of the array.
@@ -88,11 +93,17 @@ def load_bvh(
     Motion(1200 frames at 60 Hz, 20.0 s, Skeleton(n_joints=52, n_dofs=114))
     """
     with Source(path, "a BVH file") as source:
-        return read_bvh(source, scale=scale, on_nan=on_nan, trust=trust, stretch=stretch)
+        return read_bvh(source, scale=scale, on_nan=on_nan, trust=trust, stretch=stretch, root=root)
 
 
 def read_bvh(
-    source: Source, *, scale: float = 1.0, on_nan: str = "raise", trust: str = "header", stretch: str = "raise"
+    source: Source,
+    *,
+    scale: float = 1.0,
+    on_nan: str = "raise",
+    trust: str = "header",
+    stretch: str = "raise",
+    root: str | None = None,
 ) -> Motion:
     """Read the motion of an open BVH file."""
     check_positive("scale", scale)
@@ -100,55 +111,30 @@ def read_bvh(
     check_choice("trust", trust, ("header", "rows"))
     check_choice("stretch", stretch, ("raise", "mean"))
     lexer = Lexer(source)
-    root, *joints = all_joints = read_hierarchy(lexer)
+    joints = read_hierarchy(lexer)
     claimed, frame_time = read_motion_head(lexer)
-    width = sum(len(joint.channels) for joint in all_joints)
-    limit = int(claimed) * width if trust == "header" else None
-    numbers = read_numbers(source, lexer.rest(), limit, finite=on_nan == "raise")
-    numbers = _frames(numbers, width, claimed, source, trust)
-    if on_nan == "drop":
-        finite = np.isfinite(numbers).all(axis=1)
-        numbers = numbers if finite.all() else numbers[finite]
+    width = sum(len(joint.channels) for joint in joints)
+    numbers, frame_numbers = read_rows(lexer, width, claimed, trust, on_nan)
 
     with source.format_errors():
-        names: dict[Joint | None, str] = dict(zip(joints, _unique_names(joints, source), strict=True))
+        names: dict[Joint | None, str] = dict(zip(joints[1:], _unique_names(joints[1:], source), strict=True))
+        chain, below = choose_root(joints, numbers, root, names, source)
+        offsets = bone_offsets(below, numbers, source, stretch)
+        positions, axes, angles = root_movement(chain, numbers, longest_bone(below, numbers))
+        parents = {**names, chain[-1]: None}
         bones = [
-            Bone(
-                names[joint], names.get(joint.parent), tuple(scale * offset), "".join(joint.columns("rotation")).upper()
-            )
-            for joint, offset in zip(joints, _offsets(root, joints, numbers, source, stretch), strict=True)
+            Bone(names[joint], parents[joint.parent], offset, "".join(joint.columns("rotation")).upper())
+            for joint, offset in zip(below, scale * offsets, strict=True)
         ]
-        skeleton = Skeleton(bones, offset_frame="parent")
-        positions = np.tile(root.offset, (len(numbers), 1))
-        for axis, column in root.columns("position").items():
-            positions[:, "xyz".index(axis)] += numbers[:, column]
-        root_axes = root.columns("rotation")
         return Motion(
-            skeleton,
-            _radians(numbers, [column for joint in joints for column in joint.columns("rotation").values()]),
+            Skeleton(bones, offset_frame="parent"),
+            _radians(numbers, [column for joint in below for column in joint.columns("rotation").values()]),
             1.0 / frame_time,
             scale * positions,
-            _radians(numbers, [*root_axes.values()]),
-            "".join(root_axes).upper(),
+            angles,
+            axes,
+            frame_numbers,
         )
-
-
-def _frames(numbers: np.ndarray, width: int, claimed: Token, source: Source, trust: str) -> np.ndarray:
-    """Return the numbers as (n_frames, width), if there are as many as there should be."""
-    if width == 0:
-        raise source.error("no joint has CHANNELS, so nothing moves; is the file cut short?")
-    whole, left = divmod(len(numbers), width)
-    if trust == "rows":
-        if left:
-            source.warn(f"the last frame has {left} of {width} numbers and is left out")
-        numbers = numbers[: whole * width]
-    elif len(numbers) != int(claimed) * width:
-        raise source.error(
-            f"expected {int(claimed) * width} numbers, {width} for each of {claimed} frames, found {len(numbers)}; is "
-            "the file cut short? trust='rows' reads the whole frames that there are",
-            claimed,
-        )
-    return numbers.reshape(-1, width)
 
 
 def _radians(numbers: np.ndarray, columns: list[int]) -> np.ndarray:
@@ -179,41 +165,3 @@ def _unique_names(joints: list[Joint], source: Source) -> list[str]:
     if repeated:
         source.warn(repeated[0] + (f", and {len(repeated) - 1} more likewise" if len(repeated) > 1 else ""))
     return [unique[joint] for joint in joints]
-
-
-def _offsets(root: Joint, joints: list[Joint], numbers: np.ndarray, source: Source, stretch: str) -> np.ndarray:
-    """Return the bones' offsets (n_joints, 3), in the file's unit: OFFSET, or the mean of the position channels."""
-    stated = np.array([joint.offset for joint in joints]).reshape(-1, 3)
-    offsets, vary, read = stated.copy(), np.zeros_like(stated), np.zeros_like(stated, dtype=bool)
-    for i, joint in enumerate(joints):
-        for axis, column in joint.columns("position").items():
-            if len(numbers):
-                at, values = (i, "xyz".index(axis)), numbers[:, column]
-                offsets[at], vary[at], read[at] = values.mean(), np.ptp(values), True
-    if not read.any():
-        return stated
-    rounding = ROUNDING * np.linalg.norm([*stated, *offsets], axis=1).max()
-    moved = np.flatnonzero((vary > rounding).any(axis=1))
-    if len(moved) and stretch == "raise":
-        joint = joints[moved[0]]
-        raise source.error(
-            f"position channels move {joint} by up to {vary[moved[0]].max():g} units against {joint.parent} (and "
-            f"{len(moved) - 1} joints more), but bones have constant lengths here; stretch='mean' takes the mean",
-            joint.opened,
-        )
-    # Channels that are zero in every frame: a program writes them for every joint and does not use them.
-    unused = ~((np.abs(offsets) > rounding) | (vary > rounding)).any(axis=1, where=read)
-    offsets[unused] = stated[unused]
-    elsewhere = (np.abs(offsets - stated) > rounding).any(axis=1) & stated.any(axis=1)
-    elsewhere = np.setdiff1d(np.flatnonzero(elsewhere), moved)
-    if len(elsewhere):
-        first = elsewhere[0]
-        source.warn(
-            f"position channels replace the OFFSET of {len(elsewhere)} joints: {joints[first]}, "
-            f"line {joints[first].opened.line}, at {_shown(offsets[first])}, not {_shown(stated[first])}"
-        )
-    return offsets
-
-
-def _shown(vector: np.ndarray) -> str:
-    return " ".join(f"{x:.6g}" for x in vector)

@@ -1,9 +1,10 @@
-"""Motions of either format, which is recognised by the file's content."""
+"""Motions of any format, which is recognised by the file's content."""
 
 import os
 from pathlib import Path
 from typing import Literal
 
+from skpose.io._amass import read_amass
 from skpose.io._amc import read_amc
 from skpose.io._arguments import PathLike, Readable
 from skpose.io._asf import AsfFile, content_of
@@ -12,7 +13,7 @@ from skpose.io._source import Source
 from skpose.io._words import WHOLE
 from skpose.skeleton import Motion
 
-Format = Literal["BVH", "AMC", "ASF"]
+Format = Literal["BVH", "AMC", "ASF", "AMASS"]
 ASF_KEYWORDS = {":version", ":name", ":units", ":documentation", ":root", ":bonedata", ":hierarchy", ":skin"}
 
 
@@ -26,10 +27,13 @@ def load_motion(
     trust: Literal["header", "rows"] = "header",
     stretch: Literal["raise", "mean"] = "raise",
     missing: Literal["raise", "rest"] = "raise",
+    model: PathLike | None = None,
+    hands: bool = True,
+    root: str | None = None,
 ) -> Motion:
-    """Read a motion from a BVH file or an AMC file.
+    """Read a motion from a BVH, AMC or AMASS file.
 
-    The format is recognised by the first words of the file, not by its name.
+    The format is recognised by the content of the file, not by its name.
 
     Parameters
     ----------
@@ -37,17 +41,23 @@ def load_motion(
         The file, or an open one; compressed by gzip or not.
     asf : str, path-like, file or AsfFile, default=None
         The skeleton of an AMC file. None is the file at `asf_path`: walk.asf for walk.amc, or, as in the CMU database,
-        02.asf for 02_01.amc.
+        02.asf for 02_01.amc, or HDM_bd.asf for HDM_bd_walk_001_120.amc.
     frame_rate : float, default=120.0
-        Frames per second of an AMC file, which does not state it; a BVH file does.
+        Frames per second of an AMC file, which does not state it; BVH and AMASS files do.
     scale : float, default=None
-        Metres per unit of length. None is 1 for BVH, and the unit of the ASF file for AMC.
+        Metres per unit of length. None is 1 for BVH, and the unit of the ASF file for AMC. AMASS files are in metres.
     on_nan : {"raise", "drop"}, default="raise"
-        What to do with frames in which a number is NaN or infinite: refuse the file, or leave these frames out.
+        What to do with frames of BVH and AMC files in which a number is NaN or infinite: refuse the file, or leave
+        these frames out. The others keep their times.
     trust, stretch : str
         How to read a BVH file, see `load_bvh`.
     missing : str
         How to read an AMC file, see `load_amc`.
+    model, hands
+        How to read an AMASS file, see `load_amass`.
+    root : str, default=None
+        Name of the joint of a BVH file that is the root of the skeleton, see `load_bvh`. The root of an AMC file is
+        that of its skeleton.
 
     Returns
     -------
@@ -57,9 +67,11 @@ def load_motion(
     Raises
     ------
     MocapFormatError
-        If the file is neither, or not whole; with its name, the line and the column.
+        If the file is none of these, or not whole; with its name, and the line and the column or the key.
     OSError
         If it cannot be read, or the skeleton of an AMC file is not found.
+    ValueError
+        If an AMC file has no `asf` and is not a path, or a `root` is chosen for it.
 
     See Also
     --------
@@ -73,13 +85,21 @@ def load_motion(
     >>> load_motion("cmu/subjects/02/02_01.amc")  # doctest: +SKIP
     Motion(343 frames at 120 Hz, 2.9 s, Skeleton(n_joints=30, n_dofs=56))
     """
-    with Source(path, "a BVH or AMC file") as source:
+    with Source(path, "a BVH, AMC or AMASS file", archive=True) as source:
         found = _format_of(source)
+        if found == "AMASS":
+            if scale not in (None, 1.0):
+                raise ValueError(f"{source.name} is an AMASS file, in metres: scale must be None, got {scale!r}")
+            return read_amass(source, model=model, hands=hands)
         if found == "BVH":
             scale = 1.0 if scale is None else scale
-            return read_bvh(source, scale=scale, on_nan=on_nan, trust=trust, stretch=stretch)
+            return read_bvh(source, scale=scale, on_nan=on_nan, trust=trust, stretch=stretch, root=root)
         if found == "ASF":
             raise source.error("this is a skeleton (ASF), which has no motion: load_asf reads it, load_motion its AMC")
+        if root is not None:
+            raise ValueError(
+                f"root={root!r} is for BVH files; {source.name} is an AMC file, whose root its ASF file states"
+            )
         if asf is None:
             if not isinstance(path, str | os.PathLike):
                 raise ValueError("an AMC file needs its skeleton: pass asf=, the ASF file")
@@ -91,7 +111,7 @@ def load_motion(
 
 
 def file_format(path: PathLike) -> Format:
-    """Return the format of a motion-capture file, recognised by its first words.
+    """Return the format of a motion-capture file, recognised by its first words or bytes.
 
     Parameters
     ----------
@@ -100,13 +120,13 @@ def file_format(path: PathLike) -> Format:
 
     Returns
     -------
-    {"BVH", "AMC", "ASF"}
-        The format. The rest of the file is not checked.
+    {"BVH", "AMC", "ASF", "AMASS"}
+        The format; every .npz file is "AMASS". The rest of the file is not checked.
 
     Raises
     ------
     MocapFormatError
-        If the file is none of the three.
+        If the file is none of the four.
     OSError
         If it cannot be read.
 
@@ -121,12 +141,14 @@ def file_format(path: PathLike) -> Format:
     ...     file_format(path)
     'BVH'
     """
-    with Source(Path(path), "a BVH, AMC or ASF file") as source:
+    with Source(Path(path), "a BVH, AMC, ASF or AMASS file", archive=True) as source:
         return _format_of(source)
 
 
 def _format_of(source: Source) -> Format:
-    """Return the format of an open file, by its first word that is not in a comment."""
+    """Return the format of an open file, by its first word that is not in a comment, or as a zip archive."""
+    if source.is_archive:
+        return "AMASS"
     for line in source.head.splitlines():
         word, *_ = line.partition("#")[0].lower().split() or [""]
         if word == "hierarchy":
@@ -152,7 +174,8 @@ def asf_path(amc: PathLike) -> Path:
     -------
     Path
         The path walk.asf in the folder of walk.amc if there is such a file; otherwise the name up to the last
-        underscore, as in the CMU database: 02.asf in the folder of 02_01.amc, which may or may not exist.
+        underscore, as in the CMU database: 02.asf in the folder of 02_01.amc; or up to the one before it, and so on, as
+        in HDM05: HDM_bd.asf for HDM_bd_walk_001_120.amc. Where there is none of them, 02.asf, which does not exist.
 
     Examples
     --------
@@ -163,5 +186,6 @@ def asf_path(amc: PathLike) -> Path:
     amc = Path(amc)
     name = amc.name[:-3] if amc.name.lower().endswith(".gz") else amc.name
     stem = Path(name).stem
-    own = amc.with_name(f"{stem}.asf")
-    return own if own.is_file() else amc.with_name(f"{stem.rsplit('_', 1)[0]}.asf")
+    parts = stem.split("_")
+    candidates = [amc.with_name(f"{'_'.join(parts[:n])}.asf") for n in range(len(parts), 0, -1)]
+    return next((path for path in candidates if path.is_file()), candidates[min(1, len(candidates) - 1)])

@@ -15,24 +15,41 @@ for kind, characters in {b" ": b" \t\n\v\f\r", b"0": b"0123456789", b".": b".", 
         KINDS[character] = ord(kind)
 
 
-def read_numbers(source: Source, chunks: Iterable[Chunk], limit: int | None, *, finite: bool) -> np.ndarray:
+def read_numbers(
+    source: Source,
+    chunks: Iterable[Chunk],
+    width: int,
+    n_frames: int | None,
+    *,
+    finite: bool,
+    counts: list[int] | None = None,
+) -> np.ndarray:
     """Return all numbers of the chunks as float64 of shape (n,); line ends have no meaning.
 
     Memory is proportional to what has been read, not to the counts that the file states. An error names the first word
-    that is no number, the first that is not finite if all must be, and the first past the limit.
+    that is no number, the first that is not finite if all must be, and the first past `n_frames` of `width` numbers.
+    The count of words of each line is appended to `counts`.
     """
     numbers, n_read = np.empty(0), 0
+    chunks = iter(chunks)
     for chunk in chunks:
         parsed = _parse(chunk.lines)
         if parsed is None:
             token = next(word for word in chunk.words() if not NUMBER.fullmatch(word))
             raise source.error(f"a frame: {complaint(token)}", token)
-        if limit is not None and n_read + len(parsed) > limit:
-            token = next(islice(chunk.words(), limit - n_read, None))
-            raise source.error(f"expected the end of the file after its last frame, found {str(token[:40])!r}", token)
+        if n_frames is not None and n_read + len(parsed) > n_frames * width:
+            token = next(islice(chunk.words(), n_frames * width - n_read, None))
+            found = n_read + len(parsed) + sum(len(line.split()) for more in chunks for line in more.lines)
+            raise source.error(
+                f"expected the end of the file after {counted(n_frames * width, width)}, found {str(token[:40])!r}: "
+                f"there are {counted(found, width)}; trust='rows' reads the whole frames that there are",
+                token,
+            )
         if finite and not np.isfinite(parsed).all():
             token = next(islice(chunk.words(), int(np.argmin(np.isfinite(parsed))), None))
             raise source.error(f"a frame: {complaint(token)}; on_nan='drop' leaves such frames out", token)
+        if counts is not None:
+            counts += [len(line.split()) for line in chunk.lines]
         if n_read + len(parsed) > len(numbers):  # twice as much each time; memory that is not written to costs nothing
             larger = np.empty(2 * (n_read + len(parsed)))
             larger[:n_read] = numbers[:n_read]
@@ -40,6 +57,13 @@ def read_numbers(source: Source, chunks: Iterable[Chunk], limit: int | None, *, 
         numbers[n_read : n_read + len(parsed)] = parsed
         n_read += len(parsed)
     return numbers[:n_read]
+
+
+def counted(n: int, width: int) -> str:
+    """Return in words how many frames n numbers are."""
+    whole, left = divmod(n, width)
+    frames = f"{whole} frame{'s' * (whole != 1)} of {width} numbers"
+    return frames + (f" and {left} number{'s' * (left != 1)} more" if left else "")
 
 
 def _parse(lines: list[bytes]) -> np.ndarray | None:

@@ -4,10 +4,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
+from skpose.io._angles import continuous
 from skpose.io._arguments import PathLike, check_positive
 from skpose.skeleton import Bone, Motion
+from skpose.skeleton._rotations import rotations_of
 
 DIGITS = 9  # after the point: far below the precision of mocap; no exponents, which some programs cannot read
 PARALLEL = 1e-12  # axes that differ by less are the root's
@@ -29,7 +30,8 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0) -> None:
     Raises
     ------
     ValueError
-        If a joint's name cannot be written in the format.
+        If a joint's name cannot be written in the format, or frames are missing, see `Motion.frame_numbers`: the format
+        has one time between frames.
     OSError
         If it cannot be written.
 
@@ -41,7 +43,9 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0) -> None:
     -----
     Joints, offsets and angles of a skeleton that came from a BVH file are written as they are, to nine digits after
     the point; the root is named "root". A joint with one or two dofs gets channels for all three axes, the others
-    zero: Blender refuses files with fewer.
+    zero: Blender refuses files with fewer. A ball joint gets three angles in the order ZYX, which BVH has instead of
+    rotation vectors: positions are the same. Of the angles that are one rotation it gets those that change least from
+    frame to frame.
 
     In an ASF skeleton, and any other with offsets in the joints' "own" axes, a joint rotates the bone that *ends* at
     it; in a BVH file it rotates the bones that *start* at it. So the BVH joint with a bone's name is at the bone's near
@@ -61,6 +65,12 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0) -> None:
     for name in skeleton.joint_names:
         if name != name.strip() or set(name) & set("{}\r\n"):
             raise ValueError(f"joint {name!r} cannot be written: BVH has names of one line, without braces")
+    if (gaps := np.flatnonzero(np.diff(motion.frame_numbers) > 1)).size:
+        before, after = motion.frame_numbers[gaps[0] : gaps[0] + 2]
+        raise ValueError(
+            f"frames between {before} and {after} are missing, and BVH has one time between all frames: "
+            "dataclasses.replace(motion, frame_numbers=None) writes the frames without regard to their times"
+        )
     columns = [motion.root_positions / scale]
     lines = ["HIERARCHY"]
     for depth, text, angles in _statements(motion, scale):
@@ -79,7 +89,7 @@ def _statements(motion: Motion, scale: float) -> Iterator[tuple[int, str, np.nda
     skeleton, own = motion.skeleton, motion.skeleton.offset_frame == "own"
     bones: dict[str | None, Bone] = dict(zip(skeleton.joint_names, skeleton.bones, strict=True))
     children: dict[str | None, list[str]] = {name: [] for name in (None, *bones)}
-    first = dict(zip(bones, np.cumsum([0, *(len(bone.dofs) for bone in bones.values())]), strict=False))
+    first = dict(zip(bones, np.cumsum([0, *(bone.n_dofs for bone in bones.values())]), strict=False))
     # Axes of each joint at angle zero, in those of the root; in BVH all joints' axes are parallel at angle zero.
     rest: dict[str | None, np.ndarray] = {None: np.eye(3)}
     for bone, rotation in zip(skeleton.bones, skeleton.rest_rotations, strict=True):
@@ -115,11 +125,11 @@ def _statements(motion: Motion, scale: float) -> Iterator[tuple[int, str, np.nda
         yield depth, "{", None
         yield depth + 1, offset(bones.get(bone.parent) if own else bone), None
         if not is_end:
-            angles = motion.angles[:, first[name] : first[name] + len(bone.dofs)]
-            if not own and np.allclose(rest[name], np.eye(3), rtol=0, atol=PARALLEL):
+            angles = motion.angles[:, first[name] : first[name] + bone.n_dofs]
+            if not own and not bone.is_ball and np.allclose(rest[name], np.eye(3), rtol=0, atol=PARALLEL):
                 axes, angles = _intrinsic(bone.dofs, angles)
             else:
-                axes, angles = _about_root(bone.dofs, angles, rest[name])
+                axes, angles = _about_root(bone, angles, rest[name])
             yield depth + 1, _channels([], axes), angles
         if own and not children[name]:
             yield depth + 1, "End Site", None
@@ -141,13 +151,13 @@ def _intrinsic(dofs: str, angles: np.ndarray) -> tuple[str, np.ndarray]:
     return "".join([axes, *more]), np.concatenate([angles, np.zeros((len(angles), len(more)))], axis=1)
 
 
-def _about_root(dofs: str, angles: np.ndarray, axes: np.ndarray) -> tuple[str, np.ndarray]:
-    """Return rotations about a joint's own axes as three intrinsic ones about those of the root."""
-    if not angles.size:
+def _about_root(bone: Bone, angles: np.ndarray, axes: np.ndarray) -> tuple[str, np.ndarray]:
+    """Return a joint's rotations as three intrinsic ones about the axes of the root, continuous in time."""
+    if not angles.size:  # no frames, or a rigid joint
         return "ZYX", np.zeros((len(angles), 3))
-    R = axes @ Rotation.from_euler(dofs, angles).as_matrix() @ axes.T
+    R = axes @ rotations_of(bone, angles).as_matrix() @ axes.T
     z = np.arctan2(R[:, 1, 0], R[:, 0, 0])
     y = np.arctan2(-R[:, 2, 0], np.hypot(R[:, 0, 0], R[:, 1, 0]))
     # From the rotation that remains after z is removed, for any z: if y is 90°, only z and x together are defined.
     x = np.arctan2(np.sin(z) * R[:, 0, 2] - np.cos(z) * R[:, 1, 2], np.cos(z) * R[:, 1, 1] - np.sin(z) * R[:, 0, 1])
-    return "ZYX", np.unwrap(np.stack([z, y, x], axis=1), axis=0)
+    return "ZYX", continuous(np.stack([z, y, x], axis=1))

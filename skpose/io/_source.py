@@ -18,6 +18,7 @@ from skpose.io._arguments import Readable
 from skpose.io._error import MocapFormatError
 from skpose.io._words import NUMBER, Token, complaint
 
+ZIP = (b"PK\x03\x04", b"PK\x05\x06")  # the first bytes of an archive, and of one without members
 CHUNK = 1 << 18  # bytes of lines that are read at once: enough for numpy's parser, and they fit the cache
 WORD = re.compile(r"\S+")  # as str.split separates them
 
@@ -49,9 +50,11 @@ class Source:
         The path, or the open file, of text or of bytes, read from its current position; compressed by gzip or not.
     kind : str
         What the file should be, such as "a BVH file".
+    archive : bool, default=False
+        Whether it may also be a zip archive, which `seekable` returns.
     """
 
-    def __init__(self, file: Readable, kind: str):
+    def __init__(self, file: Readable, kind: str, *, archive: bool = False):
         self.line = 0  # number of the last line read
         self._lines: Iterator[bytes] = iter(())
         with ExitStack() as closing:
@@ -68,9 +71,10 @@ class Source:
                     stream = closing.enter_context(gzip.GzipFile(fileobj=stream))
                 head = stream.peek(CHUNK)
                 self.head = head.removeprefix(b"\xef\xbb\xbf").decode("utf-8", errors="replace")
-                if problem := _other_kind(head):
+                self.is_archive = archive and head.startswith(ZIP)
+                if not self.is_archive and (problem := _other_kind(head)):
                     raise self.error(f"{problem} not {kind}")
-                if b"\r" in head and b"\n" not in head:  # lines end as on an old Macintosh
+                if not self.is_archive and b"\r" in head and b"\n" not in head:  # lines end as on an old Macintosh
                     stream = io.BytesIO(stream.read().replace(b"\r", b"\n"))
             self._stream = stream
             self._closing = closing.pop_all()
@@ -87,6 +91,12 @@ class Source:
             yield
         except (EOFError, zlib.error, gzip.BadGzipFile) as error:
             raise self.error(f"its gzip compression is damaged or cut short: {error}") from None
+
+    def seekable(self) -> IO[bytes]:
+        """Return the whole file, of which nothing has been read, as one in which any position can be read."""
+        if isinstance(self._stream, gzip.GzipFile):
+            raise self.error("a zip archive compressed by gzip once more: decompress it first, with gunzip")
+        return self._stream if self._stream.seekable() else io.BytesIO(self._stream.read())
 
     def readline(self) -> str | None:
         """Return the next line, with its end; None after the last."""
@@ -148,10 +158,7 @@ class Source:
 
     def warn(self, message: str) -> None:
         """Emit a warning that names this file, at the line of the caller outside this library."""
-        level, frame = 1, inspect.currentframe()
-        while frame is not None and frame.f_globals.get("__name__", "").startswith("skpose."):
-            level, frame = level + 1, frame.f_back
-        warnings.warn(f"{Path(self.name).name}: {message}", UserWarning, stacklevel=level)
+        warn(f"{Path(self.name).name}: {message}")
 
     @contextmanager
     def format_errors(self) -> Iterator[None]:
@@ -165,6 +172,14 @@ class Source:
             raise self.error(str(error)) from None
 
 
+def warn(message: str) -> None:
+    """Emit a warning at the line of the caller outside this library."""
+    level, frame = 1, inspect.currentframe()
+    while frame is not None and frame.f_globals.get("__name__", "").startswith("skpose."):
+        level, frame = level + 1, frame.f_back
+    warnings.warn(message, UserWarning, stacklevel=level)
+
+
 def _other_kind(head: bytes) -> str | None:
     """Return the start of the message on a file that holds no text, or text of another kind; None if neither."""
     if not head.strip() and len(head) < 4096:  # more blanks than that are the start of something
@@ -173,6 +188,10 @@ def _other_kind(head: bytes) -> str | None:
         return "this is a pointer of Git LFS; get the file itself with git lfs pull. It is"
     if head.startswith((b"\xff\xfe", b"\xfe\xff")):
         return "this is UTF-16 text; save it as UTF-8. It is"
+    if head.startswith(ZIP):
+        return "this is a zip archive,"
+    if re.match(rb"\x80[\x02-\x05]", head):
+        return "this is a pickle, which could run any program and is never read,"
     if b"\0" in head:
         return "this is a binary file,"
     if head.lstrip().startswith(b"<"):

@@ -6,7 +6,7 @@ from numpy.typing import ArrayLike
 from skpose._compiled import jacobian, loops
 from skpose._compiled.encode import encode_positions
 from skpose._compiled.tree import Steps
-from skpose.kinematics._tree import tree_of
+from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 from skpose.skeleton import Skeleton
 from skpose.skeleton._validation import check_poses
 
@@ -103,8 +103,10 @@ def position_jacobian(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
     """
     angles = check_poses(angles, skeleton, "angles")
     jacobians = np.empty((len(angles), 3 * skeleton.n_joints, skeleton.n_dofs))
-    jacobian.position_jacobians(np.ascontiguousarray(angles, dtype=np.float64), tree_of(skeleton), jacobians)
-    return jacobians.astype(angles.dtype, copy=False)
+    tree = tree_of(skeleton)
+    jacobian.position_jacobians(to_tree_order(tree, angles.astype(np.float64)), tree, jacobians)
+    # A rate of change by dofs becomes one by columns as dofs become columns: the change of axes is a rotation.
+    return from_tree_order(tree, jacobians).astype(angles.dtype, copy=False)
 
 
 def metric_tensor(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:

@@ -67,7 +67,7 @@ class DistanceMatrix:
     def fingerprint(self) -> dict[str, str]:
         """Return what identifies the matrix to the last bit: a digest of all that its distances depend on."""
         known = hashlib.sha256()
-        steps = [float(step) for step in self.steps]
+        steps = [float(step) for field in self.steps for step in np.ravel(field)]
         known.update(json.dumps([version("skpose"), self.metric, steps, self.dtype.str, self.symmetric]).encode())
         for array in (self.X, *(() if self.symmetric else (self.Y,)), *tree_of(self.skeleton)):
             known.update(json.dumps([array.dtype.str, array.shape]).encode())

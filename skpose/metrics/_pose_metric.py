@@ -1,6 +1,7 @@
 """A metric as one compiled function of two poses."""
 
 import functools
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -78,11 +79,14 @@ def pose_metric(
     array(['up'], dtype='<U3')
     """
     chosen, steps = resolve(metric, skeleton, n_steps, wrap)
-    return _compiled(chosen, skeleton, steps)
+    return _compiled(chosen, skeleton, steps.n_steps, steps.half_turn < math.inf)
 
 
 @functools.lru_cache(maxsize=64)
-def _compiled(metric: Metric, skeleton: Skeleton | None, steps: Steps) -> Callable[[np.ndarray, np.ndarray], float]:
+def _compiled(
+    metric: Metric, skeleton: Skeleton | None, n_steps: int, wrap: bool
+) -> Callable[[np.ndarray, np.ndarray], float]:
+    steps = Steps.of(n_steps, wrap)
     encode, measure, pair = metric.encode, metric.measure, loops.pair_distance_function()
     tree = tree_of(skeleton if metric.needs_skeleton else None)
     if skeleton is None:  # "angle" on poses of any length, which are their own code

@@ -44,7 +44,7 @@ def _n_quaternions(tree: Tree, n_dofs: int) -> int:
 
 
 def _n_curve_end(tree: Tree, n_dofs: int) -> int:
-    return 5 * n_dofs + _n_coordinates(tree, n_dofs)
+    return 5 * len(tree.angle_dof) + 4 * len(tree.ball_frame) + _n_coordinates(tree, n_dofs)
 
 
 METRICS = {

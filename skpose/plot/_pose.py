@@ -171,7 +171,7 @@ class PoseStripDisplay:
     def from_motion(cls, motion: Motion, *, n_poses: int = 8, ax=None, view: str = "xy", **style) -> "PoseStripDisplay":
         """Draw poses of a motion at equal intervals, the first and the last among them, with their times in s."""
         frames = np.unique(np.rint(np.linspace(0, len(motion) - 1, n_poses)).astype(int))
-        labels = [f"{frame / motion.frame_rate:.2f}" for frame in frames]
+        labels = [f"{motion.times[frame]:.2f}" for frame in frames]
         return cls.from_poses(
             motion.angles[frames], motion.skeleton, labels=labels, title="time (s)", ax=ax, view=view, **style
         )

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
+BALL = "rotvec"  # the dofs of a ball joint
 ROTATION_TOLERANCE = 1e-6  # deviation of a rest rotation from orthonormal: six printed digits leave this much
 
 
@@ -23,12 +24,21 @@ class Bone(NamedTuple):
         Rotation axes of the joint, at most one each of x, y and z. As in `scipy.spatial.transform.Rotation`, lower
         case is extrinsic ("xyz": first about x, then about the *fixed* y, then z; the product Rz·Ry·Rx) and upper
         case intrinsic ("ZXY": first about z, then about the *rotated* x, then y; the product Rz·Rx·Ry). Empty for a
-        rigid joint.
+        rigid joint. "rotvec" is a *ball joint*: its three columns are a rotation vector, axis times angle.
     rest_rotation : (3, 3) nested tuples, default=None
         Constant rotation before the dofs: from the joint's own axes to those of its parent at angle zero. None is
         the identity.
     limits : tuple of (lower, upper) pairs, default=None
-        Range of each dof, rad, in the order of `dofs`.
+        Range of each dof, rad, in the order of `dofs`. A ball joint has none.
+
+    Attributes
+    ----------
+    is_ball : bool
+        Whether the joint is a ball joint.
+    dof_names : tuple of str
+        One name for each column of a pose: "elbow_rx", or "elbow_rotvec_x" of a ball joint.
+    n_dofs : int
+        How many columns of a pose belong to the joint.
     """
 
     name: str
@@ -38,16 +48,26 @@ class Bone(NamedTuple):
     rest_rotation: Sequence[Sequence[float]] | np.ndarray | None = None
     limits: Sequence[Sequence[float]] | np.ndarray | None = None
 
+    @property
+    def is_ball(self) -> bool:
+        return self.dofs == BALL
+
+    @property
+    def dof_names(self) -> tuple[str, ...]:
+        if self.is_ball:
+            return tuple(f"{self.name}_{BALL}_{axis}" for axis in "xyz")
+        return tuple(f"{self.name}_r{axis}" for axis in self.dofs.lower())
+
+    @property
+    def n_dofs(self) -> int:
+        return 3 if self.is_ball else len(self.dofs)
+
 
 def check_bone(bone: Bone) -> Bone:
     """Return the bone with its numbers as plain tuples of floats, or raise a ValueError with the bone's name."""
     if not isinstance(bone.name, str) or not bone.name:
         raise ValueError(f"a bone's name must be a non-empty string, got {bone.name!r}")
-    dofs = bone.dofs
-    if not isinstance(dofs, str) or dofs not in (dofs.lower(), dofs.upper()) or not set(dofs.lower()) <= set("xyz"):
-        _refuse(bone, "dofs", 'letters x, y, z in one case, such as "xyz" or "ZXY"')
-    if len(set(dofs)) < len(dofs):
-        _refuse(bone, "dofs", "at most one each of x, y and z")
+    _check_dofs(bone)
 
     offset = _numbers(bone, "offset", (3,), "three finite numbers (m)")
     if not np.isfinite(offset).all():
@@ -60,12 +80,32 @@ def check_bone(bone: Bone) -> Bone:
             _refuse(bone, "rest_rotation", "a (3, 3) rotation matrix")
         rest = tuple(map(tuple, rest.tolist()))
     if bone.limits is not None:
-        expected = f"one (lower, upper) pair in rad for each of its {len(dofs)} dofs"
-        limits = _numbers(bone, "limits", (len(dofs), 2), expected)
+        expected = f"one (lower, upper) pair in rad for each of its {bone.n_dofs} dofs"
+        limits = _numbers(bone, "limits", (bone.n_dofs, 2), expected)
         if (limits[:, 0] > limits[:, 1]).any():
             _refuse(bone, "limits", expected)
         limits = tuple(map(tuple, limits.tolist()))
-    return Bone(bone.name, bone.parent, tuple(offset.tolist()), dofs, rest, limits)
+    return Bone(bone.name, bone.parent, tuple(offset.tolist()), bone.dofs, rest, limits)
+
+
+def is_axes(dofs: object) -> bool:
+    """Return whether these are letters x, y, z in one case, at most one each."""
+    return (
+        isinstance(dofs, str) and len(set(dofs)) == len(dofs) and (set(dofs) <= set("xyz") or set(dofs) <= set("XYZ"))
+    )
+
+
+def _check_dofs(bone: Bone) -> None:
+    """Refuse dofs that are neither axes nor a ball joint."""
+    dofs = bone.dofs
+    if bone.is_ball:
+        if bone.limits is not None:
+            _refuse(bone, "limits", "None for a ball joint: a range of a rotation vector's components means no posture")
+        return
+    if not is_axes(dofs):
+        letters = isinstance(dofs, str) and is_axes("".join(dict.fromkeys(dofs)))
+        expected = 'letters x, y, z in one case, such as "xyz" or "ZXY", or "rotvec" for a ball joint'
+        _refuse(bone, "dofs", "at most one each of x, y and z" if letters else expected)
 
 
 def _numbers(bone: Bone, field: str, shape: tuple[int, ...], expected: str) -> np.ndarray:

@@ -1,17 +1,20 @@
 """A motion: poses of one skeleton in time, with the movement of the root stored apart."""
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skpose.skeleton._skeleton import Skeleton, mismatch
+from skpose.skeleton import _conversions, _frames, _mirror
+from skpose.skeleton._bone import Bone, is_axes
+from skpose.skeleton._continuity import without_jumps
+from skpose.skeleton._retarget import retarget
+from skpose.skeleton._root import check_up, with_root
+from skpose.skeleton._skeleton import Skeleton
 
 if TYPE_CHECKING:
     import pandas
-
-TWO_PI = 2.0 * np.pi
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -32,6 +35,16 @@ class Motion:
         Rotations of the root, rad, one column per letter of `root_axes`; None is unrotated.
     root_axes : str, default="xyz"
         The axes of `root_angles` in the notation of `Bone`: lower case extrinsic, upper case intrinsic.
+    frame_numbers : array-like of shape (n_frames,) of ints, default=None
+        Number of each frame, increasing; None is 0, 1, 2, … Where a number is left out a frame is missing, as of a file
+        read with ``on_nan="drop"``.
+    up : {"x", "y", "z"}, default="y"
+        The axis of the world that points up, for `with_root`; "y" is usual in BVH and AMC files.
+
+    Attributes
+    ----------
+    times : ndarray of shape (n_frames,)
+        Time of each frame, s: its number over the frame rate.
 
     Raises
     ------
@@ -40,12 +53,13 @@ class Motion:
 
     See Also
     --------
-    skpose.io.load_motion : Read a motion from a BVH or AMC file.
+    skpose.io.load_motion : Read a motion from a BVH, AMC or AMASS file.
     skpose.io.save_bvh : Write a motion as a BVH file.
 
     Notes
     -----
-    The library's distances use `angles` alone: global position and orientation are not part of a pose.
+    The library's distances use `angles` alone: global position and orientation are not part of a pose. `with_root`
+    makes the orientation a part of it.
 
     Examples
     --------
@@ -64,6 +78,8 @@ class Motion:
     root_positions: np.ndarray = None  # type: ignore[assignment]  # None becomes zeros
     root_angles: np.ndarray = None  # type: ignore[assignment]  # likewise
     root_axes: str = "xyz"
+    frame_numbers: np.ndarray = None  # type: ignore[assignment]  # None becomes 0, 1, 2, …
+    up: Literal["x", "y", "z"] = "y"
 
     if TYPE_CHECKING:
 
@@ -75,11 +91,17 @@ class Motion:
             root_positions: ArrayLike | None = None,
             root_angles: ArrayLike | None = None,
             root_axes: str = "xyz",
+            frame_numbers: ArrayLike | None = None,
+            up: Literal["x", "y", "z"] = "y",
         ) -> None: ...
 
     def __post_init__(self) -> None:
         if not np.isfinite(self.frame_rate) or self.frame_rate <= 0:
             raise ValueError(f"frame_rate must be a positive number of Hz, got {self.frame_rate!r}")
+        if not is_axes(self.root_axes):
+            expected = 'at most one each of the letters x, y and z in one case, such as "xyz" or "ZXY"'
+            raise ValueError(f"root_axes must be {expected}, got {self.root_axes!r}")
+        check_up(self.up)
         angles = np.asarray(self.angles, dtype=np.float64)
         n_frames = len(angles) if angles.ndim else 0
         root = {"root_positions": 3, "root_angles": len(self.root_axes)}
@@ -92,62 +114,45 @@ class Motion:
                 frame, column = np.argwhere(~np.isfinite(array))[0]
                 raise ValueError(f"{name} holds {array[frame, column]} at frame {frame}, column {column}")
             object.__setattr__(self, name, array)
+        numbers = np.arange(n_frames) if self.frame_numbers is None else np.asarray(self.frame_numbers)
+        if numbers.shape != (n_frames,) or (n_frames and numbers.dtype.kind not in "iu"):
+            raise ValueError(f"frame_numbers must be {n_frames} whole numbers, got {numbers.dtype} of {numbers.shape}")
+        numbers = numbers.astype(np.int64)
+        if (np.diff(numbers) <= 0).any():
+            frame = int(np.argmax(np.diff(numbers) <= 0))
+            raise ValueError(f"frame_numbers must increase, got {numbers[frame]} and then {numbers[frame + 1]}")
+        object.__setattr__(self, "frame_numbers", numbers)
+
+    @property
+    def times(self) -> np.ndarray:
+        return self.frame_numbers / self.frame_rate
 
     def __len__(self) -> int:
         return len(self.angles)
+
+    __getitem__ = _frames.frames_of
+
+    def __array__(self, *arguments: object, **options: object) -> NoReturn:
+        raise TypeError("a Motion is no array: pass its poses, motion.angles")
+
+    @property
+    def _root(self) -> Bone:
+        """The root as a joint whose columns are `root_angles`."""
+        return Bone("root", None, (0.0, 0.0, 0.0), self.root_axes)
 
     def __repr__(self) -> str:
         seconds = len(self) / self.frame_rate
         return f"Motion({len(self)} frames at {self.frame_rate:g} Hz, {seconds:.1f} s, {self.skeleton!r})"
 
-    def resample(self, frame_rate: float) -> "Motion":
-        """Return the motion at another frame rate, from its first frame to the last time within it.
-
-        Between two frames angles are interpolated linearly along their difference wrapped to [−π, π], so that a
-        file's jump by 360° is no rotation; where the new times coincide with frames, as from 120 to 12 Hz, these are
-        taken as they are. There is no low-pass filter: a lower rate aliases movements that are faster than it, as in
-        the paper.
-
-        Parameters
-        ----------
-        frame_rate : float
-            The new rate, Hz.
-
-        Returns
-        -------
-        Motion
-            Of the same skeleton.
-        """
-        if not np.isfinite(frame_rate) or frame_rate <= 0:
-            raise ValueError(f"frame_rate must be a positive number of Hz, got {frame_rate!r}")
-        if not len(self):
-            return self._at(np.zeros(0), frame_rate)
-        # 1e-9 allows for rounding: a rate that divides the old one exactly keeps the last frame.
-        n_frames = int(np.floor((len(self) - 1) * frame_rate / self.frame_rate + 1e-9)) + 1
-        return self._at(np.arange(n_frames) * (self.frame_rate / frame_rate), frame_rate)
-
-    def _at(self, times: np.ndarray, frame_rate: float) -> "Motion":
-        """Return the motion at times given in frames."""
-        near = np.rint(times)
-        times = np.where(np.abs(times - near) < 1e-9, near, times)
-        before = np.minimum(times.astype(np.intp), max(len(self) - 1, 0))
-        after, part = np.minimum(before + 1, len(self) - 1), (times - before)[:, None]
-
-        def between(values: np.ndarray, period: float) -> np.ndarray:
-            gap = values[after] - values[before]
-            return values[before] + part * (gap - period * np.rint(gap / period) if period else gap)
-
-        return Motion(
-            self.skeleton,
-            between(self.angles, TWO_PI),
-            frame_rate,
-            between(self.root_positions, 0.0),
-            between(self.root_angles, TWO_PI),
-            self.root_axes,
-        )
+    concatenate = staticmethod(_frames.concatenate)
+    resample = _frames.resample
 
     def unwrap(self) -> "Motion":
-        """Return the motion with its angles continuous in time: jumps by 360° from frame to frame are removed.
+        """Return the motion with its angles continuous in time: jumps from frame to frame are removed.
+
+        Such jumps are those by 360°, those between the two triples of three Euler angles that are one rotation,
+        (a, b, c) and (a + π, π − b, c + π), and those by whole turns of rotation vectors; the root's angles too. Of the
+        numbers that are one rotation, each frame has those nearest to the frame before; the first frame stays as it is.
 
         The poses stay the same, and so do distances between them, except "angle", which takes angles literally.
         Filters, derivatives and plots of the angles need continuous ones.
@@ -157,8 +162,12 @@ class Motion:
         Motion
             Of the same skeleton; angles may leave [−π, π].
         """
-        angles, root_angles = (np.unwrap(values, axis=0) for values in (self.angles, self.root_angles))
-        return replace(self, angles=angles, root_angles=root_angles)
+        angles = without_jumps(self.skeleton.bones, self.angles)
+        return replace(self, angles=angles, root_angles=without_jumps((self._root,), self.root_angles))
+
+    to_rotvec = _conversions.to_rotvec
+    to_euler = _conversions.to_euler
+    mirrored = _mirror.mirrored
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return the angles as a pandas DataFrame, one column for each dof and one row for each frame.
@@ -180,19 +189,25 @@ class Motion:
         except ImportError:
             raise ImportError("to_pandas needs pandas: pip install 'skpose[pandas]'") from None
 
-        index = pandas.Index(np.arange(len(self)) / self.frame_rate, name="time")
+        index = pandas.Index(self.times, name="time")
         return pandas.DataFrame(self.angles, index, list(self.skeleton.dof_names))
 
-    def retarget(self, skeleton: Skeleton) -> "Motion":
-        """Return the same angles on another skeleton, columns matched by dof name.
+    def retarget(self, skeleton: Skeleton, *, rest: Literal["raise", "world", "same"] = "raise") -> "Motion":
+        """Return the poses on another skeleton, columns matched by dof name.
 
         Poses of different people are compared on one skeleton, such as `Skeleton.mean` of theirs: angles carry over
-        where joints and dofs have the same names, bone lengths do not. The root's movement stays as it is.
+        where joints and dofs have the same names, bone lengths do not. The same numbers are another pose where the
+        bones point elsewhere at angle zero, as in a T-pose and an A-pose; `rest` states what to do about it.
 
         Parameters
         ----------
         skeleton : Skeleton
             With the same joints, parents and dofs; lengths, directions and the order of bones may differ.
+        rest : {"raise", "world", "same"}, default="raise"
+            "raise" takes the numbers as they are, and refuses skeletons on which a bone's directions at angle zero, or
+            the rest rotations of a joint with dofs, are more than 45° apart. "world" converts the numbers, and the
+            root's orientation, so that every bone points in the same direction of the world as before. "same" takes
+            the numbers as they are, at any difference.
 
         Returns
         -------
@@ -202,11 +217,71 @@ class Motion:
         Raises
         ------
         ValueError
-            If the skeletons differ in joints, parents or dofs; the message names the joint.
+            If the skeletons differ in joints, parents or dofs, or in their rest poses, or if a joint with one or two
+            dofs cannot keep the direction of a bone; the message names the joint and the angle.
+
+        Notes
+        -----
+        With "world", directions are kept exactly by joints that carry a single bone; the bones of the others, such as
+        those of the pelvis, are fitted by least squares, as no joint can bend them. A bone that is shorter than a
+        thousandth of the longest has no direction.
+
+        Examples
+        --------
+        An arm that points to the side at angle zero, and one that hangs down:
+
+        >>> import numpy as np
+        >>> from skpose import Bone, Motion, Skeleton, forward_kinematics
+        >>> t_pose = Skeleton([Bone("hand", None, (0.6, 0, 0), "xyz")])
+        >>> a_pose = Skeleton([Bone("hand", None, (0, -0.6, 0), "xyz")])
+        >>> motion = Motion(t_pose, [[0, 0, 0]], frame_rate=30).retarget(a_pose, rest="world")
+        >>> np.degrees(motion.angles).round() + 0.0
+        array([[ 0.,  0., 90.]])
+        >>> forward_kinematics(motion.angles, a_pose).round(3) + 0.0
+        array([[[0.6, 0. , 0. ]]])
         """
-        difference = mismatch(self.skeleton, skeleton)
-        if difference:
-            raise ValueError(f"the motion's angles do not carry over to this skeleton: {difference}")
-        column = {name: i for i, name in enumerate(self.skeleton.dof_names)}
-        angles = self.angles[:, [column[name] for name in skeleton.dof_names]]
-        return Motion(skeleton, angles, self.frame_rate, self.root_positions, self.root_angles, self.root_axes)
+        return retarget(self, skeleton, rest)
+
+    def with_root(
+        self, part: Literal["tilt", "whole"] = "tilt", *, up: Literal["x", "y", "z"] | None = None
+    ) -> "Motion":
+        """Return the motion with the orientation of the root as a part of its poses.
+
+        The skeleton gets a first joint, "root": a ball joint of length zero at the root, the parent of the root's
+        children. Its three columns are the orientation, whole or without the heading.
+
+        Parameters
+        ----------
+        part : {"tilt", "whole"}, default="tilt"
+            "tilt" leaves out the rotation about the vertical: two motions that differ in where they are headed have
+            the same poses, but lying is not standing. "whole" is the orientation in the world.
+        up : {"x", "y", "z"}, default=None
+            The axis of the world that points up; None is the motion's.
+
+        Returns
+        -------
+        Motion
+            The orientation that is left to the root is the heading, an angle about the axis that points up, or zero.
+            The joint's name is "root" with an underscore for each joint that has this name already.
+
+        Notes
+        -----
+        An orientation is R = heading · tilt, of which the tilt is the rotation about a horizontal axis (the swing
+        without the twist). Upside down, where there is no heading, small movements change the tilt much.
+
+        Examples
+        --------
+        Headed by 90° to the side, and bent over by 30°:
+
+        >>> import numpy as np
+        >>> from skpose import Motion, Skeleton
+        >>> motion = Motion(Skeleton.chain(2), [[0, 0]], 30, root_angles=np.radians([[90, 30]]), root_axes="YX")
+        >>> motion = motion.with_root("tilt")
+        >>> motion.skeleton.dof_names
+        ('root_rotvec_x', 'root_rotvec_y', 'root_rotvec_z', 'joint_1_rz', 'joint_2_rz')
+        >>> np.degrees(motion.angles).round(3) + 0.0
+        array([[30.,  0.,  0.,  0.,  0.]])
+        >>> np.degrees(motion.root_angles).round(3), motion.root_axes
+        (array([[90.]]), 'y')
+        """
+        return with_root(self, part, self.up if up is None else up)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from skpose.skeleton._bone import Bone, check_bone, mean_bone
+from skpose.skeleton._bone import BALL, Bone, check_bone, is_axes, mean_bone
+from skpose.skeleton._rest import check_rest_poses
 
 
 @dataclass(frozen=True, repr=False)
@@ -113,18 +114,68 @@ class Skeleton:
         Raises
         ------
         ValueError
-            If the skeletons differ in more than lengths, directions and limits; the message names the joint.
+            If the skeletons differ in more than lengths, directions and limits, or if the directions of a bone at
+            angle zero, or two rest rotations of a joint, are more than 45° apart, as in a T-pose and an A-pose; the
+            message names the joint. `Motion.retarget` converts motions to one rest pose.
         """
         skeletons = list(skeletons)
         if not skeletons:
             raise ValueError("the mean skeleton needs at least one skeleton, got none")
         first = skeletons[0]
-        for i, other in enumerate(skeletons[1:], start=1):
-            difference = mismatch(first, other)
-            if difference:
-                raise ValueError(f"skeletons[{i}] has no bone-wise mean with skeletons[0]: {difference}")
+        remedy = 'Convert the motions to one rest pose first, with motion.retarget(skeletons[0], rest="world")'
+        check_comparable(skeletons, [f"skeletons[{i}]" for i in range(len(skeletons))], remedy)
         by_name = [{bone.name: bone for bone in skeleton.bones} for skeleton in skeletons]
         return cls((mean_bone([bones[name] for bones in by_name]) for name in first.joint_names), first.offset_frame)
+
+    def to_rotvec(self) -> "Skeleton":
+        """Return the skeleton with every joint of two or three Euler dofs as a ball joint.
+
+        Hinges stay, and rigid joints. A ball joint has no limits: those of the joints that change are dropped.
+
+        Returns
+        -------
+        Skeleton
+            With the same bones otherwise; `Motion.to_rotvec` turns poses into its poses.
+
+        Examples
+        --------
+        >>> from skpose import Bone, Skeleton
+        >>> arm = Skeleton([Bone("elbow", None, (0.3, 0, 0), "ZXY"), Bone("wrist", "elbow", (0.25, 0, 0), "z")])
+        >>> arm.to_rotvec().dof_names
+        ('elbow_rotvec_x', 'elbow_rotvec_y', 'elbow_rotvec_z', 'wrist_rz')
+        """
+        bones = (b._replace(dofs=BALL, limits=None) if b.n_dofs > 1 else b for b in self.bones)
+        return Skeleton(bones, self.offset_frame)
+
+    def to_euler(self, order: str) -> "Skeleton":
+        """Return the skeleton with every ball joint as a joint with three Euler dofs.
+
+        Parameters
+        ----------
+        order : str
+            Three different letters in the notation of `Bone`: "xyz" is extrinsic, "ZXY" intrinsic.
+
+        Returns
+        -------
+        Skeleton
+            With the same bones otherwise; `Motion.to_euler` turns poses into its poses.
+
+        Raises
+        ------
+        ValueError
+            If the order is not three different letters in one case.
+
+        Examples
+        --------
+        >>> from skpose import Bone, Skeleton
+        >>> Skeleton([Bone("elbow", None, (0.3, 0, 0), "rotvec")]).to_euler("ZXY").dof_names
+        ('elbow_rz', 'elbow_rx', 'elbow_ry')
+        """
+        if not is_axes(order) or len(order) != 3:
+            raise ValueError(
+                f'order must be three different letters in one case, such as "xyz" or "ZXY", got {order!r}'
+            )
+        return Skeleton((b._replace(dofs=order) if b.is_ball else b for b in self.bones), self.offset_frame)
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:
@@ -132,7 +183,7 @@ class Skeleton:
 
     @cached_property
     def dof_names(self) -> tuple[str, ...]:
-        return tuple(f"{bone.name}_r{axis}" for bone in self.bones for axis in bone.dofs.lower())
+        return tuple(name for bone in self.bones for name in bone.dof_names)
 
     @cached_property
     def parents(self) -> np.ndarray:
@@ -152,7 +203,7 @@ class Skeleton:
         if all(bone.limits is None for bone in self.bones):
             return None
         free = (-np.inf, np.inf)
-        return _frozen([pair for b in self.bones for pair in (b.limits or [free] * len(b.dofs))])
+        return _frozen([pair for b in self.bones for pair in (b.limits or [free] * b.n_dofs)])
 
     @property
     def n_joints(self) -> int:
@@ -192,6 +243,15 @@ def mismatch(a: Skeleton, b: Skeleton) -> str:
             if in_a != in_b:
                 return f"joint {name!r} has {field} {in_a!r} in one and {in_b!r} in the other"
     return ""
+
+
+def check_comparable(skeletons: Sequence[Skeleton], names: Sequence[str], remedy: str) -> None:
+    """Refuse skeletons on which equal numbers are different poses; names and a remedy are for the message."""
+    for i, other in enumerate(skeletons[1:], start=1):
+        difference = mismatch(skeletons[0], other)
+        if difference:
+            raise ValueError(f"{names[i]} has no bone-wise mean with {names[0]}: {difference}")
+    check_rest_poses(skeletons, names, remedy)
 
 
 def _frozen(values: Any, dtype: type = np.float64) -> np.ndarray:

@@ -4,11 +4,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 from sklearn.utils import check_array
 
+from skpose.skeleton._motion import Motion
 from skpose.skeleton._skeleton import Skeleton
 
 
 def check_poses(X: ArrayLike, skeleton: Skeleton | None, name: str) -> np.ndarray:
     """Return X as an (n_poses, n_dofs) array, float32 if it was and else float64, that fits the skeleton."""
+    check_is_array(X, name)
     if skeleton is not None:
         if not isinstance(skeleton, Skeleton):
             raise TypeError(f"skeleton must be a skpose.Skeleton, got {type(skeleton).__name__}")
@@ -21,6 +23,7 @@ def check_poses(X: ArrayLike, skeleton: Skeleton | None, name: str) -> np.ndarra
 
 def check_pose(pose: ArrayLike, skeleton: Skeleton, name: str) -> np.ndarray:
     """Return one pose as an (n_dofs,) array of float64; a row of a data frame is checked by its column names."""
+    check_is_array(pose, name, one=True)
     if hasattr(pose, "to_frame"):  # a pandas Series
         pose = pose.to_frame().T
     elif np.ndim(pose) != 1:
@@ -28,6 +31,19 @@ def check_pose(pose: ArrayLike, skeleton: Skeleton, name: str) -> np.ndarray:
     else:
         pose = np.asarray(pose)[np.newaxis]
     return check_poses(pose, skeleton, name)[0].astype(np.float64)
+
+
+def check_is_array(X: object, name: str, *, one: bool = False) -> None:
+    """Refuse a skeleton or a motion, or a list of them, where poses or one pose belong."""
+    expected = f"{name} must be {'one pose' if one else 'an array of poses'}, got a "
+    is_list = isinstance(X, list | tuple) and bool(X)
+    first = X[0] if is_list else X  # type: ignore[index]
+    if isinstance(first, Motion) and is_list:
+        raise TypeError(f"{expected}{type(X).__name__} of Motions: pass the angles of one, or MotionDataset.poses()[0]")
+    if isinstance(first, Motion):
+        raise TypeError(f"{expected}Motion: pass {'a row of ' * one}motion.angles")
+    if isinstance(first, Skeleton):
+        raise TypeError(f"{expected}{'list of Skeletons' if is_list else 'Skeleton'}: pass it as skeleton=")
 
 
 def check_width(X: np.ndarray, skeleton: Skeleton, name: str) -> None:

@@ -13,7 +13,7 @@ import pytest
 from conftest import DATA
 from scipy.sparse import load_npz
 
-from skpose import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer, Skeleton, pose_distances
+from skpose import Motion, PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer, Skeleton, pose_distances
 from skpose._cli.main import main
 from skpose._parallel.backends import from_workers
 from skpose.io import load_amc, load_bvh
@@ -94,6 +94,20 @@ def test_distances_of_amc_files_at_another_rate(tmp_path):
     np.testing.assert_array_equal(np.load(out), pose_distances(X, skeleton=Skeleton.mean([motion.skeleton])))
 
 
+def test_with_ball_joints(files, skeleton_and_poses):
+    skeleton, X = skeleton_and_poses
+    X = Motion(skeleton, X, 1).to_rotvec().angles
+    options = ["--scale", "0.01", "--rotations", "rotvec"]
+    assert main(["distances", *files, *options, "--out", "D.npy"]) == 0
+    D = pose_distances(X, skeleton=skeleton.to_rotvec(), metric="spatial")
+    np.testing.assert_allclose(np.load("D.npy"), D, rtol=0, atol=1e-10)
+    assert main(["distances", *files, *options[:2], "--out", "E.npy"]) == 0
+    assert np.abs(np.load("E.npy") - D).max() > 1e-4
+    assert main(["neighbors", *files, *options, "--neighbors", "1", "--out", "G.npz"]) == 0
+    np.fill_diagonal(D, np.inf)
+    np.testing.assert_allclose(load_npz("G.npz").data, D.min(axis=1), rtol=0, atol=1e-10)
+
+
 def test_neighbors(files, skeleton_and_poses):
     skeleton, X = skeleton_and_poses
     assert main(["neighbors", *files, "--scale", "0.01", "--neighbors", "2", "--out", "G.npz"]) == 0
@@ -127,6 +141,60 @@ def test_info(name, capsys):
     assert f"{skeleton.n_joints} joints besides the root, {skeleton.n_dofs} degrees of freedom" in out
     assert (" Hz" in out) == (name != "arm.asf")
     assert all(joint in out for joint in skeleton.joint_names)
+
+
+def test_info_of_several_files(capsys):
+    files = [str(DATA / name) for name in ("biped.bvh", "arm.amc", "arm.asf")]
+    each = []
+    for file in files:
+        assert main(["info", file]) == 0
+        each.append(f"{file}\n{capsys.readouterr().out}")
+    assert main(["info", *files]) == 0
+    assert capsys.readouterr().out == "\n".join(each)
+
+
+ODD = {
+    "nan.bvh": (("45.5", "nan"), "on_nan", ["--on-nan", "drop"]),
+    "short.bvh": (("Frames: 2", "Frames: 3"), "trust", ["--trust", "rows"]),
+    "stretched.bvh": (("CHANNELS 1 Xrotation", "CHANNELS 1 Xposition"), "stretch", ["--stretch", "mean"]),
+    "rest.amc": (("tip 12\n", ""), "missing", ["--missing", "rest"]),
+}
+
+
+@pytest.mark.filterwarnings("ignore:nan.bvh. 1 of 2 frames:UserWarning")
+@pytest.mark.parametrize("name", ODD)
+def test_the_options_of_messages_are_options_of_the_command_line(name, tmp_path, monkeypatch, capsys):
+    """The message of an error is one that a user of the command line can follow as it stands."""
+    monkeypatch.chdir(tmp_path)
+    (old, new), option, remedy = ODD[name]
+    text = Path(BVH if name.endswith("bvh") else DATA / "arm.amc").read_text(encoding="utf-8")
+    assert old in text
+    Path(name).write_text(text.replace(old, new), encoding="utf-8")
+    more = [] if name.endswith("bvh") else ["--asf", str(DATA / "arm.asf")]
+    for command in (["info"], ["distances", "--out", "D.npy"], ["neighbors", "--neighbors", "1", "--out", "G.npz"]):
+        line = error_line([*command, name, *more], capsys)
+        assert " ".join(remedy) in line
+        assert f"{option}=" not in line
+        if command[0] != "neighbors":  # which need more poses than some of the files have
+            assert main([*command, name, *more, *remedy]) == 0
+            capsys.readouterr()
+
+
+@pytest.mark.filterwarnings("ignore:biped.bvh. root='Chest' leaves out:UserWarning")
+def test_the_root_is_an_option_of_the_command_line(capsys):
+    assert main(["info", BVH, "--root", "Chest"]) == 0
+    out = capsys.readouterr().out
+    assert f"{load_bvh(BVH, root='Chest').skeleton.n_joints} joints besides the root" in out
+    assert "Left Leg" not in out
+    line = error_line(["info", BVH, "--root", "chest"], capsys)
+    assert "--root chest is no joint of this file; expected one of 'Arm', 'Chest'" in line
+
+
+def test_an_amc_file_with_the_name_of_hdm05_finds_its_skeleton(tmp_path, capsys):
+    shutil.copy(DATA / "arm.asf", tmp_path / "HDM_bd.asf")
+    shutil.copy(DATA / "arm.amc", tmp_path / "HDM_bd_squat1Reps_001_120.amc")
+    assert main(["info", str(tmp_path / "HDM_bd_squat1Reps_001_120.amc")]) == 0
+    assert "upperarm" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("command", [[], ["distances"], ["neighbors"], ["info"], ["compare"]])

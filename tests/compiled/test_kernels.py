@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import reference
-from conftest import random_tree
+from conftest import MIXED, random_tree
 from scipy.sparse import csr_array
 
 import skpose
@@ -24,6 +24,8 @@ SMALL = {
     "chain": Skeleton.chain(2),
     "tree": random_tree(0, n=6),
     "tree, offsets in the parent's frame": random_tree(1, n=6, offset_frame="parent"),
+    "ball joints": random_tree(2, n=4, kinds=["rotvec"]),
+    "mixed joints": random_tree(3, n=6, kinds=MIXED, offset_frame="parent"),
 }
 WITH_FORMULA = [name for name in METRICS if name != "geodesic"]
 

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from conftest import random_tree
+from conftest import MIXED, random_tree
 
 from skpose import Skeleton, position_jacobian
 from skpose._compiled.block_cholesky import band_shape, solve
@@ -17,7 +17,7 @@ from skpose._compiled.normal_equations import (
 )
 from skpose._compiled.path_energy import evaluate, path_of
 from skpose._compiled.tree import Tree
-from skpose.kinematics._tree import tree_of
+from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 
 N_NODES = 4
 SUBSTEPS = pytest.mark.parametrize("substeps", [1, 4])
@@ -27,6 +27,8 @@ SKELETONS = {
     "chain": Skeleton.chain(2),
     "tree": random_tree(0),
     "tree, offsets in the parent's frame": random_tree(1, n=6, offset_frame="parent"),
+    "ball joints": random_tree(2, n=4, kinds=["rotvec"]),
+    "mixed joints": random_tree(3, n=6, kinds=MIXED, offset_frame="parent"),
 }
 
 
@@ -99,9 +101,7 @@ def test_normal_equations_are_those_of_the_chords(substeps, skeleton, poses):
     tree = tree_of(skeleton)
     at = np.linspace(0, N_NODES - 1, (N_NODES - 1) * substeps + 1)
     samples = np.stack([np.interp(at, np.arange(N_NODES), column) for column in poses.T], axis=1)
-    angles = np.empty_like(samples)
-    angles[:, tree.column] = samples * tree.sign
-    J = (position_jacobian(angles, skeleton)[:, :, tree.column]) * tree.sign
+    J = to_tree_order(tree, position_jacobian(from_tree_order(tree, samples), skeleton))
     share = np.maximum(0, 1 - np.abs(at[:, None] - np.arange(1, N_NODES - 1)))  # of each sample in each free pose
     moved = np.einsum("si,srd->srid", share, J)
     A = np.diff(moved, axis=0).reshape(-1, (N_NODES - 2) * skeleton.n_dofs)

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import reference
-from conftest import SKELETONS, random_tree
+from conftest import SKELETONS, random_tree, whole_turns
 from numba import njit
 from sklearn.exceptions import ConvergenceWarning
 
@@ -30,6 +30,11 @@ def near_and_far(skeleton, far=0.3, seed=0):
     rng = np.random.default_rng(seed)
     a = rng.uniform(-1, 1, skeleton.n_dofs)
     return a, a + far * rng.normal(size=skeleton.n_dofs)
+
+
+def has_free_joints(skeleton):
+    """Whether paths have other coordinates than poses: rotation vectors for joints with three dofs."""
+    return any(bone.n_dofs == 3 for bone in skeleton.bones)
 
 
 def kinematics(skeleton):
@@ -73,11 +78,12 @@ def test_same_minimum_as_scipy(n_steps, skeleton):
 def test_attributes_describe_the_path(skeleton):
     a, b = near_and_far(skeleton)
     found = geodesic(a, b, skeleton)
-    np.testing.assert_allclose(found.path[[0, -1]], [a, b], rtol=1e-14)
+    np.testing.assert_allclose(found.path[[0, -1]], [a, b], atol=1e-14)
     np.testing.assert_allclose(found.length, reference.path_length(found.path, skeleton), rtol=1e-12)
     np.testing.assert_allclose(found.curve_length, reference.path_length(found.path, skeleton, 8), rtol=1e-12)
     np.testing.assert_allclose(found.energy, reference.path_energy(found.path, skeleton), rtol=1e-12)
-    np.testing.assert_allclose(found.gradient_norm, np.linalg.norm(gradient(found.path, skeleton, 10)), atol=1e-9)
+    if not has_free_joints(skeleton):
+        np.testing.assert_allclose(found.gradient_norm, np.linalg.norm(gradient(found.path, skeleton, 10)), atol=1e-9)
     assert found.converged
     assert found.gradient_norm <= 1e-7
     assert found.length <= found.curve_length <= found.length * 1.005
@@ -198,8 +204,8 @@ def test_limits_of_axes_that_are_reversed():
 
 def test_whole_turns_do_not_matter(skeleton):
     a, b = near_and_far(skeleton)
-    turns = 2 * np.pi * np.random.default_rng(5).integers(-3, 4, skeleton.n_dofs)
-    plain, wound = geodesic(a, b, skeleton), geodesic(a, b + turns, skeleton)
+    turns = whole_turns(np.array([a, b]), skeleton, np.random.default_rng(5).integers(-3, 4, (2, skeleton.n_dofs)))
+    plain, wound = geodesic(a, b, skeleton), geodesic(a, b + turns[1], skeleton)
     np.testing.assert_allclose(wound.length, plain.length, rtol=1e-9)
     np.testing.assert_allclose(wound.path[-1], b, atol=1e-9)
     X = np.array([a, b])
@@ -223,10 +229,9 @@ def test_resample_has_constant_speed(skeleton):
 def test_where_no_joint_moves_the_path_is_the_line():
     """A bone of no length, and a twist that moves no joint."""
     skeleton = Skeleton([Bone("point", None, (0, 0, 0), "xyz"), Bone("bone", None, (0, 0, 1), "z")])
-    found = geodesic([0.1, 0.2, 0.3, 0.0], [1.1, -0.2, 0.5, 2.0], skeleton)
-    np.testing.assert_allclose(
-        found.path, reference.line(np.array([0.1, 0.2, 0.3, 0]), [1.1, -0.2, 0.5, 2], 10), atol=1e-12
-    )
+    ends = [[0.1, 0.2, 0.3, 0.0], [1.1, -0.2, 0.5, 2.0]]
+    found = geodesic(*ends, skeleton)
+    np.testing.assert_allclose(found.path, reference.between(ends, skeleton, 10), atol=1e-12)
     assert found.length == 0
     assert found.converged
     np.testing.assert_allclose(found.resample(11), found.path, atol=1e-12)
@@ -235,9 +240,10 @@ def test_where_no_joint_moves_the_path_is_the_line():
 def test_equal_poses_stay_where_they_are(skeleton):
     a, _ = near_and_far(skeleton)
     found = geodesic(a, a, skeleton)
-    assert found.length == found.curve_length == found.energy == 0
+    assert found.length == found.energy == 0
+    assert found.curve_length < 1e-13
     assert found.converged
-    np.testing.assert_array_equal(found.path, np.tile(a, (11, 1)))
+    np.testing.assert_allclose(found.path, np.tile(a, (11, 1)), atol=1e-14)
     np.testing.assert_allclose(found.resample(4), np.tile(a, (4, 1)))
 
 

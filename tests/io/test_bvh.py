@@ -102,17 +102,26 @@ def test_a_file_without_frames_is_a_skeleton(load):
         (
             "Frames: 2",
             "Frames: 3",
-            "line 44: expected 54 numbers, 18 for each of 3 frames, found 36; is the file cut short",
+            "line 44: expected 3 frames of 18 numbers, found 2 frames of 18 numbers; is the file cut short",
         ),
         (
             "Frames: 2",
             "Frames: 9999999999",
-            "line 44: expected 179999999982 numbers, 18 for each of 9999999999 frames, found 36",
+            "line 44: expected 9999999999 frames of 18 numbers, found 2 frames of 18 numbers",
         ),
         ("Frame Time: 0.0083333", "Frame Time: 0", "Frame Time: expected a positive number, found '0'"),
         ("Frame Time: 0.0083333\n", "", "expected Frame Time: after MOTION"),
-        (" 45.5", "", "line 44: expected 36 numbers, 18 for each of 2 frames, found 35; is the file cut short"),
-        (" 45.5", " 45.5 46", "line 47: expected the end of the file after its last frame, found '46'"),
+        (
+            " 45.5",
+            "",
+            "line 44: expected 2 frames of 18 numbers, found 1 frame of 18 numbers and 17 numbers more; is the file",
+        ),
+        (
+            " 45.5",
+            " 45.5 46",
+            "line 47: expected the end of the file after 2 frames of 18 numbers, found '46': there are 2 frames of 18 "
+            "numbers and 1 number more",
+        ),
     ],
 )
 def test_faults_are_named_with_their_line(old, new, message, load):

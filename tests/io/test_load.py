@@ -53,13 +53,24 @@ def test_options_are_passed_to_the_reader(tmp_path):
     (tmp_path / "a.amc").write_text(AMC.read_text().replace("tip 12\n", ""))
     assert len(load_motion(tmp_path / "a.amc", asf=ASF, missing="rest")) == 3
     (tmp_path / "b.amc").write_text(AMC.read_text().replace("tip 12\n", "tip nan\n"))
-    assert len(load_motion(tmp_path / "b.amc", asf=ASF, on_nan="drop")) == 2
+    with pytest.warns(
+        UserWarning, match=r"b\.amc: 1 of 3 frames have a number that is NaN or infinite and are left out"
+    ):
+        dropped = load_motion(tmp_path / "b.amc", asf=ASF, on_nan="drop", frame_rate=10)
+    np.testing.assert_array_equal(dropped.times, [0.1, 0.2])  # the first frame is left out
+    np.testing.assert_array_equal(dropped.angles, load_amc(AMC, ASF).angles[1:])
+    with pytest.warns(UserWarning, match="root='Chest' leaves out 'Left Leg'"):
+        same(load_motion(BVH, root="Chest"), load_bvh(BVH, root="Chest"))
+    with pytest.raises(
+        ValueError, match=r"root='hips' is for BVH files; .*arm\.amc is an AMC file, whose root its ASF"
+    ):
+        load_motion(AMC, root="hips")
 
 
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "a.txt: the file is empty, not a BVH or AMC file"),
+        ("", "a.txt: the file is empty, not a BVH, AMC or AMASS file"),
         ("hello\n", r"a.txt: expected HIERARCHY \(BVH\) or a keyword such as :DEGREES \(AMC\), found 'hello'"),
         (ASF.read_text(), r"a.txt: this is a skeleton \(ASF\), which has no motion: load_asf reads it"),
         ("# nothing else\n", "the file ends without a frame"),
@@ -77,7 +88,7 @@ def test_files_of_no_format(tmp_path):
     (tmp_path / "b.txt").touch()
     with pytest.raises(MocapFormatError, match=r"a\.txt: expected HIERARCHY .*, found 'hello'"):
         file_format(tmp_path / "a.txt")
-    with pytest.raises(MocapFormatError, match=r"b\.txt: the file is empty, not a BVH, AMC or ASF file"):
+    with pytest.raises(MocapFormatError, match=r"b\.txt: the file is empty, not a BVH, AMC, ASF or AMASS file"):
         file_format(tmp_path / "b.txt")
     with pytest.raises(FileNotFoundError):
         file_format(tmp_path / "c.txt")
@@ -88,6 +99,16 @@ def test_the_asf_path_of_an_amc_file(tmp_path):
     assert asf_path(str(tmp_path / "my.first_walk.amc.gz")) == tmp_path / "my.first.asf"
     (tmp_path / "my.first_walk.asf").touch()
     assert asf_path(tmp_path / "my.first_walk.amc") == tmp_path / "my.first_walk.asf"
+
+
+def test_the_asf_path_is_the_longest_part_of_the_name_that_exists(tmp_path):
+    """HDM05 has one skeleton for each actor: HDM_bd.asf for HDM_bd_squat1Reps_001_120.amc."""
+    amc = tmp_path / "HDM_bd_squat1Reps_001_120.amc.gz"
+    assert asf_path(amc) == tmp_path / "HDM_bd_squat1Reps_001.asf"  # which does not exist
+    for name in ("HDM.asf", "HDM_bd.asf", "HDM_bd_squat1Reps_001.asf", "HDM_bd_squat1Reps_001_120.asf"):
+        (tmp_path / name).touch()
+        assert asf_path(amc) == tmp_path / name
+    assert asf_path(tmp_path / "walk.amc") == tmp_path / "walk.asf"  # nothing to strip
 
 
 class OnlyRead:

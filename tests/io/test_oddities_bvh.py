@@ -114,6 +114,8 @@ def test_positions_of_every_joint(load):
     same(load(absent), load(BVH))
     unused = SIX.replace("0 10 0 4", "0 0 0 4")  # the channels left at zero
     same(load(unused), load(BVH))
+    nearly = SIX.replace("0 10 0 40", "0.009 -0.009 0 40").replace("0 10 0 41", "0 0.009 0 41")  # and vary
+    same(load(nearly), load(BVH))
     rounded = SIX.replace("0 10 0 41", "0 10.0001 0 41")
     np.testing.assert_allclose(load(rounded).skeleton.offsets[0], [0, 10.00005, 0])
 
@@ -122,6 +124,12 @@ def test_positions_that_are_not_the_offset(load):
     with pytest.warns(UserWarning, match=r"a\.bvh: .* OFFSET of 1 joints: 'Chest', line 6, at 1 12 0, not 0 10 0"):
         motion = load(SIX.replace("0 10 0 4", "1 12 0 4"))
     np.testing.assert_array_equal(motion.skeleton.offsets[0], [1, 12, 0])
+
+
+def test_positions_that_are_small_but_used(load):
+    with pytest.warns(UserWarning, match="'Chest', line 6, at 0 0.011 0, not 0 10 0"):
+        motion = load(SIX.replace("0 10 0 4", "0 0.011 0 4"))
+    np.testing.assert_array_equal(motion.skeleton.offsets[0], [0, 0.011, 0])
 
 
 def test_positions_that_vary(load, refused):
@@ -207,14 +215,19 @@ def test_fewer_frames_than_stated(load, refused):
     text = changed(("Frames: 2", "Frames: 3"))
     line, column, message = refused(text)
     assert (line, column) == (17, 9)
-    assert message.startswith("expected 27 numbers, 9 for each of 3 frames, found 18; is the file cut short?")
+    assert message.startswith("expected 3 frames of 9 numbers, found 2 frames of 9 numbers; is the file cut short?")
     assert "trust='rows'" in message
     same(load(text, trust="rows"), load(BVH))
 
 
 def test_more_frames_than_stated(load, refused):
     text = changed(("Frames: 2", "Frames: 1"))
-    assert refused(text) == (20, 1, "expected the end of the file after its last frame, found '4'")
+    line, column, message = refused(text)
+    assert (line, column) == (20, 1)
+    assert message == (
+        "expected the end of the file after 1 frame of 9 numbers, found '4': there are 2 frames of 9 numbers; "
+        "trust='rows' reads the whole frames that there are"
+    )
     same(load(text, trust="rows"), load(BVH))
 
 
@@ -222,6 +235,41 @@ def test_half_a_frame(load):
     text = changed((" 61\n", ""))
     with pytest.warns(UserWarning, match=r"a\.bvh: the last frame has 8 of 9 numbers and is left out"):
         assert len(load(text, trust="rows")) == 1
+
+
+def rows(n_frames, *changes):
+    """Return a file with equal lines 1 2 3 … of frames, some of them changed: (index, line)."""
+    lines = [f"{i} 2 3 10 20 30 40 50 {i}" for i in range(n_frames)]
+    for i, line in changes:
+        lines[i] = line
+    return BVH[: BVH.index("Frames:")] + f"Frames: {n_frames}\nFrame Time: 0.04\n" + "\n".join(lines) + "\n"
+
+
+@pytest.mark.parametrize("short", ["5 2 3 10", "5 2 3 10 20 30 40 50 5 6", "5 2 3\n10 20"])
+def test_a_line_of_another_length_does_not_shift_those_after_it(short, load, refused):
+    text, n_lines = rows(20, (5, short)), 1 + short.count("\n")
+    count = len(short.split("\n")[0].split())
+    message = f"{n_lines} of {19 + n_lines} lines of numbers are left out, .*: line 24 has {count} numbers, not 9"
+    with pytest.warns(UserWarning, match=rf"a\.bvh: {message}"):
+        motion = load(text, trust="rows")
+    kept = [i for i in range(20) if i != 5]
+    np.testing.assert_array_equal(motion.root_positions[:, 0], kept)
+    np.testing.assert_allclose(np.degrees(motion.angles[:, 2]), kept)
+    if n_lines == 1:  # each line is a frame, so that the others keep their times
+        np.testing.assert_allclose(motion.times, np.array(kept) * 0.04)
+    assert "20 frames of 9 numbers" in refused(text)[2]
+    assert "19 frames of 9 numbers" in refused(text)[2] or count == 10
+
+
+def test_lines_do_not_matter_where_the_count_is_right_or_most_are_no_frame(load):
+    """One frame on two lines and two on one are read; half a frame at the end is left out."""
+    wrapped = rows(20, (5, "5 2 3 10\n20 30 40 50 5"), (7, "7 2 3 10 20 30 40 50 7 8 2 3 10 20 30 40 50 8"), (8, ""))
+    same(load(wrapped, trust="rows"), load(rows(20)))
+    halves = rows(20).replace("3 10", "3\n10") + "20 2 3\n"
+    with pytest.warns(UserWarning, match="the last frame has 3 of 9 numbers"):
+        same(load(halves, trust="rows"), load(rows(20)))
+    with pytest.warns(UserWarning, match="1 of 21 lines .*: line 39 has 3 numbers, not 9"):
+        same(load(rows(20) + "20 2 3\n", trust="rows"), load(rows(20)))
 
 
 @pytest.mark.parametrize("n_frames", [0, 1])
@@ -312,10 +360,24 @@ def test_words_that_are_not_numbers(written, message, ragged, refused):
 
 
 def test_frames_with_nan_may_be_left_out(load):
-    kept = load(changed((" 50 ", " NaN ")), on_nan="drop")
+    with pytest.warns(
+        UserWarning, match=r"a\.bvh: 1 of 2 frames have a number that is NaN or infinite and are left out"
+    ):
+        kept = load(changed((" 50 ", " NaN ")), on_nan="drop")
     np.testing.assert_array_equal(kept.angles, load(BVH).angles[1:])
+    np.testing.assert_array_equal(kept.times, [0.04])
     same(load(BVH, on_nan="drop"), load(BVH))
-    assert len(load(changed((" 50 ", " NaN "), (" 51 ", " inf ")), on_nan="drop")) == 0
+    with pytest.warns(UserWarning, match="2 of 2 frames"):
+        assert len(load(changed((" 50 ", " NaN "), (" 51 ", " inf ")), on_nan="drop")) == 0
+
+
+def test_frames_keep_their_times_where_lines_and_nan_are_left_out(load):
+    text = rows(20, (5, "5 2 3"), (9, "9 2 3 10 20 30 40 nan 9"))
+    with pytest.warns(UserWarning, match="left out") as caught:
+        motion = load(text, trust="rows", on_nan="drop")
+    assert len(caught) == 2
+    np.testing.assert_array_equal(motion.frame_numbers, [i for i in range(20) if i not in (5, 9)])
+    np.testing.assert_array_equal(motion.frame_numbers, motion.root_positions[:, 0])
 
 
 # Names

@@ -1,11 +1,13 @@
 """Motions written as BVH, and read again by this library and by another reader."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from conftest import DATA, SKELETONS, random_tree
+from conftest import DATA, SKELETONS, in_space, random_tree
 from scipy.spatial.transform import Rotation
 
-from skpose import Bone, Motion, Skeleton, forward_kinematics, geodesic
+from skpose import Bone, Motion, Skeleton, geodesic
 from skpose.io import load_amc, load_bvh, save_bvh
 
 MILLIONTH = {"rtol": 0, "atol": 1e-6}
@@ -22,13 +24,6 @@ def moved(skeleton, n_frames=5, seed=0, **more):
 def again(motion, tmp_path, **options):
     save_bvh(tmp_path / "a.bvh", motion, **options)
     return load_bvh(tmp_path / "a.bvh", **options)
-
-
-def in_space(motion):
-    """Return joint positions (n_frames, n_joints, 3) with the root's movement, m."""
-    rotation = Rotation.from_euler(motion.root_axes, motion.root_angles)
-    F = forward_kinematics(motion.angles, motion.skeleton)
-    return np.stack([rotation.apply(F[:, i]) for i in range(F.shape[1])], axis=1) + motion.root_positions[:, None]
 
 
 @pytest.mark.parametrize("scale", [1.0, 0.01])
@@ -93,6 +88,33 @@ def test_acclaim_motions_keep_their_positions(tmp_path):
 def test_cmu_motions_keep_their_positions(cmu, tmp_path):
     for motion in cmu.motions[::12]:
         assert_far_ends_are_kept(motion.resample(12), tmp_path)
+
+
+@pytest.mark.parametrize("offset_frame", ["own", "parent"])
+def test_ball_joints_have_continuous_angles(offset_frame, tmp_path):
+    """Rotation vectors past 2π, through gimbal lock: three angles each, that change as slowly as the rotation."""
+    rest = Rotation.from_rotvec([0.3, -1, 0.5]).as_matrix()
+    bones = [Bone("a", None, (1, 0.2, 0), "rotvec"), Bone("b", "a", (0.3, 0.4, 0.5), "rotvec", rest)]
+    skeleton = Skeleton([*bones, Bone("c", "b", (0, 1, 0), "rotvec")], offset_frame)
+    t = np.linspace(0, 1, 2000)[:, None]
+    motion = Motion(skeleton, t * [9, 2, -3, -4, 0, 5, 0, 8, 0.1], 100)
+    back = again(motion, tmp_path)
+    joints = dict(zip(back.skeleton.joint_names, back.skeleton.bones, strict=True))
+    assert [joints[name].dofs for name in "abc"] == ["ZYX"] * 3
+    turned = Rotation.from_rotvec(motion.angles[1:, :3]) * Rotation.from_rotvec(motion.angles[:-1, :3]).inv()
+    assert np.abs(np.diff(back.angles, axis=0)).max() < 1.0 < np.abs(back.angles).max() / np.pi
+    assert turned.magnitude().max() < 0.01
+    if offset_frame == "own":
+        assert_far_ends_are_kept(motion, tmp_path)
+    else:
+        np.testing.assert_allclose(in_space(back), in_space(motion), **MILLIONTH)
+
+
+def test_missing_frames_have_no_times_in_bvh(tmp_path):
+    motion = Motion(Skeleton.chain(2), np.zeros((3, 2)), 10, frame_numbers=[0, 1, 5])
+    with pytest.raises(ValueError, match="frames between 1 and 5 are missing, and BVH has one time between all frames"):
+        save_bvh(tmp_path / "a.bvh", motion)
+    assert len(again(replace(motion, frame_numbers=None), tmp_path)) == 3
 
 
 def test_right_angles(tmp_path):

@@ -42,6 +42,39 @@ def test_error_for_arguments_that_do_not_fit(arguments, message):
         Motion(**({"skeleton": ARM, "angles": np.zeros((3, 2)), "frame_rate": 10.0} | arguments))
 
 
+def test_frames_may_be_missing():
+    """Frames keep their numbers and times; resampling makes none up between two that do not follow each other."""
+    angles = np.arange(40.0).reshape(20, 2)
+    whole, kept = Motion(ARM, angles, 10), np.array([2, 3, 4, 5, 9, 12, 13, 14, 15, 19])
+    motion = Motion(ARM, angles[kept], 10, whole.root_positions[kept], frame_numbers=kept)
+    np.testing.assert_array_equal(motion.times, kept / 10)
+    np.testing.assert_array_equal(whole.times, np.arange(20) / 10)
+    for change in (motion.unwrap(), motion.retarget(ARM)):
+        np.testing.assert_array_equal(change.frame_numbers, kept)
+    for rate in (5, 10, 20, 7, 3):
+        expected, found = whole.resample(rate), motion.resample(rate)
+        known = np.isin(np.floor(found.times * 10 + 1e-9), kept)
+        assert known.all()
+        np.testing.assert_allclose(found.angles, expected.angles[found.frame_numbers], rtol=1e-12)
+        at = expected.times * 10
+        both = np.isin(np.floor(at + 1e-9), kept) & np.isin(np.ceil(at - 1e-9), kept)
+        np.testing.assert_array_equal(found.frame_numbers, expected.frame_numbers[both])
+    assert motion.resample(10).frame_numbers.tolist() == kept.tolist()
+
+
+@pytest.mark.parametrize(
+    ("numbers", "message"),
+    [
+        ([0, 1], r"frame_numbers must be 3 whole numbers, got int64 of \(2,\)"),
+        ([0.0, 1.5, 2.0], "frame_numbers must be 3 whole numbers, got float64"),
+        ([0, 2, 2], "frame_numbers must increase, got 2 and then 2"),
+    ],
+)
+def test_frame_numbers_that_do_not_fit(numbers, message):
+    with pytest.raises(ValueError, match=message):
+        Motion(ARM, np.zeros((3, 2)), 10, frame_numbers=numbers)
+
+
 def test_resampling_by_a_whole_factor_takes_frames_as_they_are():
     angles = np.random.default_rng(0).normal(size=(101, 2)) * 10
     motion = Motion(ARM, angles, 120, root_positions=np.ones((101, 3)), root_angles=np.ones((101, 1)), root_axes="z")

@@ -83,11 +83,11 @@ def test_error_for_an_unknown_offset_frame():
 
 def test_mean_has_mean_lengths_and_mean_directions():
     a = Skeleton([Bone("a", None, (1, 0, 0), "xyz", limits=[(-1, 1)] * 3), Bone("b", "a", (0, 2, 0))])
-    b = Skeleton([Bone("b", "a", (0, 4, 0)), Bone("a", None, (0, 3, 0), "xyz", limits=[(-2, 0.5)] * 3)])
+    b = Skeleton([Bone("b", "a", (0, 4, 0)), Bone("a", None, (2.4, 1.8, 0), "xyz", limits=[(-2, 0.5)] * 3)])
     mean = Skeleton.mean([a, b])
     assert mean.joint_names == a.joint_names
     np.testing.assert_allclose(np.linalg.norm(mean.offsets, axis=1), [2, 3])
-    np.testing.assert_allclose(mean.offsets[0], [np.sqrt(2), np.sqrt(2), 0])
+    np.testing.assert_allclose(mean.offsets[0], 2 * np.array([3, 1, 0]) / np.sqrt(10))
     np.testing.assert_array_equal(mean.limits, [[-2, 1]] * 3)
     assert Skeleton.mean([a]) == a
     assert Skeleton.mean([a, a, a]) == a
@@ -108,12 +108,22 @@ def test_mean_of_two_rest_rotations_lies_in_the_middle():
         (Skeleton([Bone("a", None, (1, 0, 0), "y")]), "joint 'a' has dofs 'x' in one and 'y' in the other"),
         (Skeleton([Bone("a", None, (1, 0, 0), "x"), Bone("b", "a", (1, 0, 0))]), "only one of them has a joint 'b'"),
         (Skeleton([Bone("a", None, (1, 0, 0), "x")], "parent"), "offset frames"),
-        (Skeleton([Bone("a", None, (-1, 0, 0), "x")]), "opposite directions"),
+        (Skeleton([Bone("a", None, (-1, 0, 0), "x")]), "points in directions that are 180° apart at angle zero"),
     ],
 )
 def test_error_for_skeletons_without_a_mean(other, message):
     with pytest.raises(ValueError, match=message):
         Skeleton.mean([Skeleton([Bone("a", None, (1, 0, 0), "x")]), other])
+
+
+def test_error_for_rest_rotations_and_offsets_that_cancel():
+    """The bones point in one direction at angle zero, but not in their own axes."""
+    one, other = (
+        Skeleton([Bone("a", None, (1, 0, 0), "x"), Bone("b", "a", (sign, 0, 0), "", np.diag([sign, sign, 1]))])
+        for sign in (1, -1)
+    )
+    with pytest.raises(ValueError, match="bone 'b' points in opposite directions and has no mean direction"):
+        Skeleton.mean([one, other])
 
 
 def test_error_for_the_mean_of_no_skeletons():

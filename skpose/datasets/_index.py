@@ -1,0 +1,64 @@
+"""The list of the motions in a folder, index.csv, and their reading."""
+
+import csv
+import math
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from skpose._parallel.progress import progress
+from skpose.datasets._motions import MotionDataset
+from skpose.io import AsfFile, MocapFormatError, load_amc
+
+PathLike = str | os.PathLike
+INDEX = "index.csv"
+COLUMNS = ("subject", "trial", "action", "frames_per_second", "file")
+
+
+def read_motions(
+    folder: Path, rows: list[dict], origin: Path | None, asf_of: Callable[[Path], Path], verbose: int
+) -> MotionDataset:
+    """Read the AMC files that rows refer to, and each ASF file once; `origin` is the index that the rows are from."""
+    skeletons: dict[Path, AsfFile] = {}
+    motions = []
+    with progress(f"{len(rows)} motions", len(rows), verbose) as advance:
+        for row in rows:
+            path = folder / row["file"]
+            asf = asf_of(path)
+            for needed in (asf, path):
+                if not needed.is_file():
+                    raise FileNotFoundError(f"{needed} is missing, but {origin or path} refers to it")
+            if asf not in skeletons:
+                skeletons[asf] = AsfFile(asf)
+            motions.append(load_amc(path, skeletons[asf], frame_rate=row["frames_per_second"]))
+            advance()
+    return MotionDataset(motions, *([row[key] for row in rows] for key in ("subject", "trial", "action")))
+
+
+def read_index(path: Path) -> list[dict]:
+    """Return the rows of an index with the frame rates as numbers."""
+    with path.open(newline="", encoding="utf-8-sig") as file:
+        reader = csv.DictReader(file)
+        missing = [name for name in COLUMNS if name not in (reader.fieldnames or [])]
+        if missing:
+            raise MocapFormatError(path, 1, f"expected the columns {', '.join(COLUMNS)}; missing: {', '.join(missing)}")
+        rows = []
+        for row in reader:
+            if any(row[name] is None for name in COLUMNS) or not row["file"]:
+                raise MocapFormatError(path, reader.line_num, f"expected a value for each of {', '.join(COLUMNS)}")
+            rate = _number(row["frames_per_second"])
+            if not 0.0 < rate < math.inf:
+                problem = f"frames_per_second: expected a positive number, found {row['frames_per_second']!r}"
+                raise MocapFormatError(path, reader.line_num, problem)
+            rows.append(row | {"frames_per_second": rate})
+    if not rows:
+        raise MocapFormatError(path, None, "the index names no motions")
+    return rows
+
+
+def _number(text: str) -> float:
+    """Return a text as a number, NaN if it is none."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan

@@ -1,0 +1,183 @@
+"""Reader of AMASS files: motions of the body models SMPL, SMPL-H and SMPL-X as .npz files.
+
+N. Mahmood, N. Ghorbani, N. F. Troje, G. Pons-Moll, M. J. Black, "AMASS: archive of motion capture as surface shapes",
+ICCV 2019, doi:10.1109/ICCV.2019.00554.
+"""
+
+import warnings
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from skpose.io._arguments import PathLike, Readable
+from skpose.io._npz import Archive
+from skpose.io._smpl import BY_SIZE, HANDS, MODELS, mean_joints, shaped_joints
+from skpose.io._source import Source, warn
+from skpose.skeleton import Bone, Motion, Skeleton
+
+ROOT_AXES = "ZYX"  # the heading first, as z is up; degenerate only where a person lies on the side
+RATES = "mocap_framerate", "mocap_frame_rate"
+# Parts of a pose and their widths, of files without `poses`, in its order.
+PARTS = {"root_orient": 3, "pose_body": 63, "pose_jaw": 3, "pose_eye": 6, "pose_hand": 90}
+FACE = "pose_jaw", "pose_eye"  # only in SMPL-X
+
+
+def load_amass(path: Readable, *, model: PathLike | None = None, hands: bool = True) -> Motion:
+    """Read a motion of AMASS, or any other of SMPL, SMPL-H or SMPL-X in its format, from an .npz file.
+
+    Parameters
+    ----------
+    path : str, path-like or file
+        The file, or an open one.
+    model : str or path-like, default=None
+        The file of the body model (.npz), from which the lengths of the bones follow with the `betas` of the motion;
+        "{gender}" in it becomes female, male or neutral, as the motion says. None is a person of mean height and
+        proportions, with a warning.
+    hands : bool, default=True
+        Whether to read the joints beyond the wrists. Without them motions of SMPL and of SMPL-H have one skeleton.
+
+    Returns
+    -------
+    Motion
+        Motion whose skeleton has a ball joint for every joint of the model but the pelvis, which is the root. Its
+        columns are the file's numbers, rotation vectors in rad, in the file's order.
+
+    Raises
+    ------
+    MocapFormatError
+        If the file, or the model's, is not what it should be; with its name and the key.
+    OSError
+        If it cannot be read.
+
+    Warns
+    -----
+    UserWarning
+        If no model is given. If the model has fewer directions of shape than the file has `betas`.
+
+    See Also
+    --------
+    load_motion : Read an AMASS, BVH or AMC file.
+    skpose.datasets.humanoid : The proportions where no model is given, as a skeleton of its own.
+
+    Notes
+    -----
+    The joints at rest are J = J_regressor · (v_template + shapedirs · betas), all from the model but `betas`. Bones
+    are the differences of J, and the root moves along `trans` + J of the pelvis, as rotations leave the pelvis where
+    it is. The models' files are not free and not part of this library: https://smpl.is.tue.mpg.de, https://mano.is.tue.mpg.de
+    and https://smpl-x.is.tue.mpg.de have them. Without one, J of the pelvis is unknown as well, so that positions of
+    the root are all shifted by one vector (in the models by some 0.3 m); the movement is right.
+
+    The world's z is up. The root's rotation vectors become angles about the axes "ZYX": the heading, then the lean to a
+    side, then forward, where 90° is upright, since a model's own y axis is its upward one.
+
+    Joints that end a chain, such as the head of SMPL-H and the last joints of fingers, have columns as well. They move
+    nothing, so that no distance but "angle" depends on them. Eyes and jaw are read with or without `hands`.
+
+    Nothing is unpickled: pickled entries, such as `markers_latent_vids`, are not opened, and one that is needed is an
+    error. Models are read once and kept while their file does not change.
+
+    References
+    ----------
+    .. [1] N. Mahmood, N. Ghorbani, N. F. Troje, G. Pons-Moll, M. J. Black, "AMASS: archive of motion capture as surface
+       shapes", ICCV 2019, :doi:`10.1109/ICCV.2019.00554`.
+    .. [2] M. Loper, N. Mahmood, J. Romero, G. Pons-Moll, M. J. Black, "SMPL: a skinned multi-person linear model", ACM
+       Trans. Graphics 34, 2015, :doi:`10.1145/2816795.2818013`.
+
+    Examples
+    --------
+    >>> from skpose.io import load_amass
+    >>> load_amass("ACCAD/Female1Walking_c3d/B3_-_walk1_poses.npz", model="smplh/{gender}/model.npz")  # doctest: +SKIP
+    Motion(415 frames at 120 Hz, 3.5 s, Skeleton(n_joints=51, n_dofs=153))
+    """
+    with Source(path, "an AMASS file (.npz)", archive=True) as source:
+        return read_amass(source, model=model, hands=hands)
+
+
+def read_amass(source: Source, *, model: PathLike | None = None, hands: bool = True) -> Motion:
+    """Read the motion of an open AMASS file."""
+    file = Archive(source)
+    name = _model_name(file)
+    trans = file.numbers("trans", (None, 3))
+    frame_rate = _frame_rate(file)
+    poses = _poses(file, name, len(trans))
+    if model is None:
+        warn(
+            "bones have the lengths of a person of mean height and proportions, as AMASS files have no skeleton: "
+            "model= takes them from the file of an SMPL model and the betas of the motion (--model on the command line)"
+        )
+        joints = mean_joints(name)
+    else:
+        joints = shaped_joints(file, name, model)
+    tree = MODELS[name]
+    at_rest = dict(zip(tree, joints, strict=True))
+    root, *kept = [joint for joint in tree if hands or joint not in HANDS]
+    bones = [
+        Bone(
+            joint,
+            None if tree[joint] == root else tree[joint],
+            at_rest[joint] - at_rest[tree[joint]],  # type: ignore[index]  # only the root has no parent
+            "rotvec",
+        )
+        for joint in kept
+    ]
+    columns = np.repeat([joint in kept for joint in tree], 3)
+    with source.format_errors():
+        return Motion(
+            Skeleton(bones, offset_frame="parent"),
+            poses[:, columns],
+            frame_rate,
+            trans + at_rest[root],
+            _angles(poses[:, :3]),
+            ROOT_AXES,
+            up="z",
+        )
+
+
+def _model_name(file: Archive) -> str:
+    """Return the body model of a file's poses, by their width."""
+    if "poses" not in file.keys:
+        if not file.keys & set(PARTS):
+            keys = ", ".join(sorted(file.keys)) or "none"
+            raise file.source.error(f"it has no poses, so it is no motion in the format of AMASS; its keys are {keys}")
+        return "SMPL-X" if file.keys & set(FACE) else "SMPL-H"
+    shape = file.shape("poses")
+    if len(shape) != 2 or shape[1] not in {3 * size for size in BY_SIZE}:
+        widths = ", ".join(f"{3 * size} ({name})" for size, name in BY_SIZE.items())
+        raise file.source.error(f"poses: expected shape (n, k) with k one of {widths}, found {shape}")
+    return BY_SIZE[shape[1] // 3]
+
+
+def _poses(file: Archive, name: str, n_frames: int) -> np.ndarray:
+    """Return the rotation vectors (n_frames, 3 n_joints) of all joints, the root first."""
+    if "poses" in file.keys:
+        return file.numbers("poses", (n_frames, 3 * len(MODELS[name])))
+    parts = {key: width for key, width in PARTS.items() if name == "SMPL-X" or key not in FACE}
+    return np.concatenate([file.numbers(key, (n_frames, width)) for key, width in parts.items()], axis=1)
+
+
+def _frame_rate(file: Archive) -> float:
+    """Return the frames per second, Hz, which the two generations of files have under different keys."""
+    key = next((key for key in RATES if key in file.keys), RATES[0])
+    rate = float(file.numbers(key, (), (1,)).item())
+    if rate <= 0 or not np.isfinite(1.0 / rate):
+        raise file.source.error(f"{key}: expected a positive number, found {rate}")
+    return rate
+
+
+def _angles(vectors: np.ndarray) -> np.ndarray:
+    """Return rotation vectors (n_frames, 3) as angles about `ROOT_AXES`, continuous in time."""
+    if not len(vectors):
+        return np.zeros((0, 3))
+    with warnings.catch_warnings():  # where the angles are not unique; the rotation is right
+        warnings.simplefilter("ignore", UserWarning)
+        angles = Rotation.from_rotvec(vectors).as_euler(ROOT_AXES)
+    # (a, b, c) and (a + π, π − b, c + π) are one rotation. Change from one to the other where the step is shorter.
+    twins = angles * [1.0, -1.0, 1.0] + np.pi
+    straight, crossing = (_wrapped(after - angles[:-1]) for after in (angles[1:], twins[1:]))
+    crosses = np.linalg.norm(crossing, axis=1) < np.linalg.norm(straight, axis=1)
+    use_twin = np.logical_xor.accumulate([False, *crosses])
+    return np.unwrap(np.where(use_twin[:, None], twins, angles), axis=0)
+
+
+def _wrapped(gap: np.ndarray) -> np.ndarray:
+    return gap - 2.0 * np.pi * np.rint(gap / (2.0 * np.pi))

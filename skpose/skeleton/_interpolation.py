@@ -1,0 +1,37 @@
+"""Poses between poses: joints with three dofs rotate by the smallest angle, other angles change linearly."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from skpose.skeleton._bone import Bone
+from skpose.skeleton._rotations import TWO_PI, columns_of, rotations_of
+
+
+def interpolate(bones: Sequence[Bone], poses: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Return poses (n, n_dofs) at rows of others, (n_poses, n_dofs), which need not be whole; whole rows are kept.
+
+    The rotation of a ball joint, or of one with three Euler angles, is the slerp between two rows, as numbers near the
+    row before. Other angles change linearly along their difference wrapped to [−π, π].
+    """
+    before = np.minimum(at.astype(np.intp), max(len(poses) - 1, 0))
+    after, part = np.minimum(before + 1, len(poses) - 1), (at - before)[:, None]
+    start, end = poses[before], poses[after]
+    between = linear(start, end, part, TWO_PI)
+    moved = (part[:, 0] > 0.0) & (start != end).any(axis=1)
+    first = 0
+    for bone in bones:
+        columns = slice(first, first + bone.n_dofs)
+        first += bone.n_dofs
+        if bone.n_dofs < 3 or not moved.any():
+            continue
+        p, q = rotations_of(bone, start[moved, columns]), rotations_of(bone, end[moved, columns])
+        turned = p * type(p).from_rotvec(part[moved] * (p.inv() * q).as_rotvec())
+        between[moved, columns] = columns_of(bone, turned, start[moved, columns])
+    return between
+
+
+def linear(start: np.ndarray, end: np.ndarray, part: np.ndarray, period: float) -> np.ndarray:
+    """Return values between others, their difference wrapped where there is a period."""
+    gap = end - start
+    return start + part * (gap - period * np.rint(gap / period) if period else gap)

@@ -1,0 +1,152 @@
+"""The mirror image of a motion: left and right exchanged."""
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from skpose.skeleton._bone import Bone
+from skpose.skeleton._continuity import continuous_columns
+from skpose.skeleton._rotations import fitted_columns, rotations_of
+from skpose.skeleton._sides import partners
+from skpose.skeleton._skeleton import Skeleton
+
+if TYPE_CHECKING:
+    from skpose.skeleton._motion import Motion
+
+PARALLEL = 1e-12  # axes that differ by less are one
+MISSED = 1e-3  # rad by which a mirrored rotation may miss the axes of a joint
+ASYMMETRY = 45.0  # degrees between a bone and the mirror image of its partner, at angle zero
+
+
+def mirrored(motion: "Motion", axis: str = "x") -> "Motion":
+    """Return the mirror image of the motion: what the left does, the right does.
+
+    The mirror is the plane through the origin across one axis, which points to the left or to the right at angle zero.
+    With M the reflection, a joint's world rotation R, relative to angle zero, becomes M R M of its partner on the other
+    side. So does the root's, and its position p becomes M p. For a skeleton that is its own mirror image, joints are at
+    the mirror images of the positions of their partners. The motion stays on the same skeleton: where left and right
+    differ in length, or in direction at angle zero, so do the mirrored limbs.
+
+    Partners are found by name: "LeftArm" and "RightArm", "hand_left", "lfemur" and "rfemur", "L_Hip", "hip.L",
+    "hip_l". Joints without a side in their name are on the middle line.
+
+    Parameters
+    ----------
+    axis : {"x", "y", "z"}, default="x"
+        The axis that points to the left or to the right at angle zero.
+
+    Returns
+    -------
+    Motion
+        Of the same skeleton. Mirrored twice, it is the same motion.
+
+    Raises
+    ------
+    ValueError
+        If names state a side and there is no partner, or more than one; if partners have other parents than partners;
+        if a bone at angle zero and the mirror image of its partner are 45° or more apart, as they are across a wrong
+        axis; if a joint with fewer than three dofs cannot take the rotation. The message names the joints.
+
+    Examples
+    --------
+    >>> from skpose import Motion
+    >>> from skpose.datasets import humanoid
+    >>> wave = Motion(humanoid(), [[0.0] * 42], frame_rate=60).to_pandas()
+    >>> wave["left_upper_arm_rz"] = 2.5
+    >>> other = Motion(humanoid(), wave, frame_rate=60).mirrored().to_pandas()
+    >>> other[["left_upper_arm_rz", "right_upper_arm_rz"]].to_numpy() + 0.0
+    array([[ 0. , -2.5]])
+    """
+    if axis not in ("x", "y", "z"):
+        raise ValueError(f'axis must be "x", "y" or "z", the one that points to the left or to the right, got {axis!r}')
+    skeleton = motion.skeleton
+    mirror = np.where(np.arange(3) == "xyz".index(axis), -1.0, 1.0)
+    other = partners(skeleton.joint_names)
+    _check_parents(skeleton, other)
+    rest = _rest_axes(skeleton)
+    _check_directions(skeleton, other, rest, mirror, axis)
+
+    ends = np.cumsum([bone.n_dofs for bone in skeleton.bones])
+    columns = []
+    for j, k in enumerate(other):
+        bone, partner = skeleton.bones[j], skeleton.bones[k]
+        given = motion.angles[:, ends[k] - partner.n_dofs : ends[k]]
+        # Relative to angle zero a joint rotates in its parent's axes by G = B L Bᵀ, with B its axes at angle zero and L
+        # its own rotation. G becomes M G M of the partner, so that L becomes Cᵀ L C of it.
+        columns.append(_reflected(partner, bone, given, rest[k].T * mirror @ rest[j]))
+    return replace(
+        motion,
+        angles=np.concatenate(columns, axis=1),
+        root_positions=motion.root_positions * mirror,
+        root_angles=motion.root_angles * [1.0 if letter == axis else -1.0 for letter in motion.root_axes.lower()],
+    )
+
+
+def _reflected(partner: Bone, bone: Bone, given: np.ndarray, change: np.ndarray) -> np.ndarray:
+    """Return columns of a joint that are the rotations Cᵀ L C of its partner, with det C = −1."""
+    if bone.is_ball and partner.is_ball:
+        return -given @ change
+    if bone.n_dofs == partner.n_dofs and not bone.is_ball and not partner.is_ball:
+        # Cᵀ takes a rotation about n to one about Cᵀn, by the opposite angle: the same axes in the same order?
+        letters = zip(partner.dofs.lower(), bone.dofs.lower(), strict=True)
+        signs = np.array([change["xyz".index(p), "xyz".index(b)] for p, b in letters])
+        if partner.dofs.islower() == bone.dofs.islower() and (np.abs(np.abs(signs) - 1.0) < PARALLEL).all():
+            return -np.sign(signs) * given
+    if not len(given):
+        return np.zeros((0, bone.n_dofs))
+    rotations = rotations_of(partner, given) if partner.n_dofs else Rotation.identity(len(given))
+    rotations = Rotation.from_matrix(change.T @ rotations.as_matrix() @ change)
+    if bone.n_dofs == 3:
+        return continuous_columns(bone, rotations)
+    if bone.n_dofs:
+        columns, missed = fitted_columns(bone, rotations)
+    else:
+        columns, missed = np.zeros((len(given), 0)), rotations.magnitude()
+    worst = missed.argmax()
+    if missed[worst] > MISSED:
+        raise ValueError(
+            f"the rotation of {partner.name!r} at frame {worst}, mirrored, misses the axes {bone.dofs!r} of "
+            f"{bone.name!r} by {np.degrees(missed[worst]):.3g}°: left and right need dofs about mirrored axes"
+        )
+    return columns
+
+
+def _rest_axes(skeleton: Skeleton) -> np.ndarray:
+    """Return each joint's axes at angle zero in those of the root, (n_joints, 3, 3)."""
+    rest = Rotation.from_matrix(skeleton.rest_rotations).as_matrix()  # exactly orthonormal
+    for j, parent in enumerate(skeleton.parents):
+        if parent >= 0:
+            rest[j] = rest[parent] @ rest[j]
+    return rest
+
+
+def _check_parents(skeleton: Skeleton, other: list[int]) -> None:
+    for j, parent in enumerate(skeleton.parents):
+        expected = other[parent] if parent >= 0 else -1
+        if skeleton.parents[other[j]] != expected:
+            names = [*skeleton.joint_names, "the root"]
+            raise ValueError(
+                f"left and right must be mirror images, but {names[j]!r} is a child of {names[parent]!r} and "
+                f"{names[other[j]]!r} of {names[skeleton.parents[other[j]]]!r}"
+            )
+
+
+def _check_directions(skeleton: Skeleton, other: list[int], rest: np.ndarray, mirror: np.ndarray, axis: str) -> None:
+    carriers = np.arange(skeleton.n_joints) if skeleton.offset_frame == "own" else skeleton.parents
+    axes = np.concatenate([rest, np.eye(3)[None]])[carriers]  # the root's last, as its index is -1
+    offsets = (axes @ skeleton.offsets[:, :, None])[:, :, 0]
+    lengths = np.linalg.norm(offsets, axis=1)
+    reflected = offsets[other] * mirror
+    sine = np.linalg.norm(np.cross(offsets, reflected), axis=1)
+    apart = np.degrees(np.arctan2(sine, (offsets * reflected).sum(axis=1)))
+    apart[(lengths == 0.0) | (lengths[other] == 0.0)] = 0.0
+    worst = apart.argmax()
+    if apart[worst] >= ASYMMETRY:
+        name, partner = skeleton.joint_names[worst], skeleton.joint_names[other[worst]]
+        raise ValueError(
+            f"left and right must be mirror images across {axis} at angle zero, but the bone of {name!r} and the "
+            f"mirror image of that of {partner!r} are {apart[worst]:.0f}° apart: pass as axis the one that points to "
+            "the left or to the right at angle zero"
+        )

@@ -1,0 +1,72 @@
+"""The orientation of the root: as numbers of a motion, and as a joint, so that it is a part of the poses."""
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from skpose.skeleton._bone import BALL, Bone
+from skpose.skeleton._rotations import columns_of
+from skpose.skeleton._skeleton import Skeleton
+
+if TYPE_CHECKING:
+    from skpose.skeleton._motion import Motion
+
+
+def check_up(up: object) -> None:
+    """Refuse what is no axis of the world."""
+    if up not in ("x", "y", "z"):
+        raise ValueError(f'up must be "x", "y" or "z", the axis of the world that points up, got {up!r}')
+
+
+def with_root(motion: "Motion", part: str, up: Literal["x", "y", "z"]) -> "Motion":
+    """Return the motion with the orientation of the root in its poses, see `Motion.with_root`."""
+    if part not in ("tilt", "whole"):
+        raise ValueError(f'part must be "tilt" or "whole", got {part!r}')
+    check_up(up)
+    skeleton = _with_root_joint(motion.skeleton)
+    axes = up if part == "tilt" else motion.root_axes
+    left, vectors = np.zeros((len(motion), len(axes))), np.zeros((len(motion), 3))
+    if len(motion):
+        orientations = root_orientations(motion.root_angles, motion.root_axes)
+        if part == "tilt":
+            left[:, 0] = _heading(orientations, up)
+            orientations = Rotation.from_euler(up, left).inv() * orientations
+        vectors = orientations.as_rotvec()
+    angles = np.concatenate([vectors, motion.angles], axis=1)
+    return replace(motion, skeleton=skeleton, angles=angles, root_angles=left, root_axes=axes, up=up)
+
+
+def root_orientations(angles: np.ndarray, axes: str) -> Rotation:
+    """Return the orientations (n,) of the root from its angles (n, k) about k axes."""
+    if not axes:
+        return Rotation.identity(len(angles))
+    return Rotation.from_euler(axes, angles)
+
+
+def root_angles_of(orientations: Rotation, near: np.ndarray, axes: str) -> tuple[np.ndarray, str]:
+    """Return the orientations as angles about the axes, near to others, or about "xyz" if the axes are not three."""
+    if sorted(axes.lower()) != ["x", "y", "z"]:
+        axes, near = "xyz", np.zeros(3)
+    return columns_of(Bone("root", None, (0.0, 0.0, 0.0), axes), orientations, near), axes
+
+
+def _heading(orientations: Rotation, up: str) -> np.ndarray:
+    """Return the angles (n,) in [−π, π] of the twist about an axis of the world.
+
+    An orientation R is twist · tilt: the tilt, a rotation about a horizontal axis, is the same for all orientations
+    that differ by a rotation of the world about its vertical. Upside down there is no heading: it is zero.
+    """
+    quaternions = orientations.as_quat()
+    heading = 2.0 * np.arctan2(quaternions[:, "xyz".index(up)], quaternions[:, 3])
+    return heading - 2.0 * np.pi * np.rint(heading / (2.0 * np.pi))
+
+
+def _with_root_joint(skeleton: Skeleton) -> Skeleton:
+    """Return the skeleton with a ball joint at the root, of length zero, that is the parent of the root's children."""
+    name = "root"
+    while name in skeleton.joint_names:
+        name += "_"
+    bones = [bone._replace(parent=name) if bone.parent is None else bone for bone in skeleton.bones]
+    return Skeleton([Bone(name, None, (0.0, 0.0, 0.0), BALL), *bones], skeleton.offset_frame)

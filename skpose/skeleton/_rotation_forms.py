@@ -1,0 +1,207 @@
+"""Poses from and to rotations as quaternions, matrices, six numbers or rotation vectors."""
+
+from collections.abc import Callable
+from typing import Literal, NamedTuple, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
+
+from skpose.skeleton._bone import Bone
+from skpose.skeleton._rotations import fitted_columns, rotations_of
+from skpose.skeleton._skeleton import Skeleton
+from skpose.skeleton._validation import check_poses
+
+RotationForm = Literal["quaternion_wxyz", "quaternion_xyzw", "matrix", "6d", "rotvec"]
+TOLERANCE = 1e-3  # of lengths, of products of columns, and of hinges' angles, rad: three digits, or half precision
+
+
+def poses_from_rotations(rotations: ArrayLike, skeleton: Skeleton, *, form: RotationForm) -> np.ndarray:
+    """Return poses from rotations of the joints in another form.
+
+    Parameters
+    ----------
+    rotations : array-like of shape (n_poses, n_rotating_joints, ...)
+        The rotation of each joint that has dofs, in the order of the skeleton's bones:
+        ``[bone.name for bone in skeleton.bones if bone.dofs]``. A rotation takes the joint's axes from those at angle
+        zero to those of the pose. The constant `rest_rotation` of a bone comes before it and is not a part of it.
+    skeleton : Skeleton
+        The skeleton of the poses.
+    form : {"quaternion_wxyz", "quaternion_xyzw", "matrix", "6d", "rotvec"}
+        What the last axes are. Unit quaternions of shape (4,), real part first or last: q and −q are one rotation.
+        "matrix": rotation matrices, (3, 3). "6d": the first column of the matrix, then the second, (6,), as networks
+        predict them; made orthonormal by Gram and Schmidt's method, so that these need not be exact. "rotvec": axis
+        times angle, rad, (3,).
+
+    Returns
+    -------
+    ndarray of shape (n_poses, n_dofs)
+        Columns ``skeleton.dof_names``, rad. Of the numbers that are one rotation, those nearest to zero;
+        `Motion.unwrap` makes them continuous in time.
+
+    Raises
+    ------
+    ValueError
+        For an unknown form, another shape, numbers that are not finite, quaternions that are not of length one and
+        matrices that are no rotations (by more than 0.001), two columns of "6d" along one line; and for a joint with
+        one or two dofs whose rotation is not about its axes, by more than 0.001 rad. The message names joint and pose.
+
+    See Also
+    --------
+    rotations_from_poses : The inverse.
+    Skeleton.to_rotvec : A skeleton with ball joints, which take any rotation.
+
+    References
+    ----------
+    Y. Zhou et al., "On the continuity of rotation representations in neural networks", CVPR 2019,
+    :doi:`10.1109/CVPR.2019.00589`, for "6d".
+
+    Examples
+    --------
+    >>> from skpose import Bone, Skeleton, poses_from_rotations
+    >>> arm = Skeleton([Bone("elbow", None, (0.3, 0, 0), "rotvec"), Bone("wrist", "elbow", (0.25, 0, 0), "z")])
+    >>> half, quarter = [0.0, 1.0, 0.0, 0.0], [0.5**0.5, 0.0, 0.0, 0.5**0.5]
+    >>> poses_from_rotations([[half, quarter]], arm, form="quaternion_wxyz").round(3)
+    array([[3.142, 0.   , 0.   , 1.571]])
+    """
+    bones = _rotating(skeleton)
+    shape = _form_of(form).shape
+    array = np.asarray(rotations, dtype=np.float64)
+    if array.ndim != 2 + len(shape) or array.shape[1:] != (len(bones), *shape):
+        sizes = ", ".join(map(str, ("n_poses", len(bones), *shape)))
+        raise ValueError(
+            f"rotations must have shape ({sizes}) for form {form!r}: {len(bones)} joints of the skeleton have dofs; "
+            f"got {array.shape}"
+        )
+    if not len(array):
+        return np.zeros((0, skeleton.n_dofs))
+    infinite = ~np.isfinite(array).reshape(len(array) * len(bones), -1)
+    _refuse(array, np.asarray(infinite.any(axis=1)), bones, "must be finite numbers")
+    flat = _form_of(form).read(array.reshape(-1, *shape), lambda bad, expected: _refuse(array, bad, bones, expected))
+    columns = []
+    for i, bone in enumerate(bones):
+        fitted, missed = fitted_columns(bone, flat[i :: len(bones)])
+        worst = missed.argmax()
+        if missed[worst] > TOLERANCE:
+            about = " and ".join(bone.dofs.lower())
+            raise ValueError(
+                f"rotations[{worst}, {i}], of joint {bone.name!r}, must be about {about}, the joint's axes, and misses "
+                f"these by {np.degrees(missed[worst]):.3g}°; skeleton.to_rotvec() takes any rotation of a joint with "
+                "two dofs"
+            )
+        columns.append(fitted)
+    return np.concatenate(columns, axis=1)
+
+
+def rotations_from_poses(X: ArrayLike, skeleton: Skeleton, *, form: RotationForm) -> np.ndarray:
+    """Return the rotations of the joints in another form.
+
+    Parameters
+    ----------
+    X : array-like of shape (n_poses, n_dofs)
+        Poses, rad.
+    skeleton : Skeleton
+        Their skeleton.
+    form : {"quaternion_wxyz", "quaternion_xyzw", "matrix", "6d", "rotvec"}
+        The form, see `poses_from_rotations`. Quaternions have a real part of at least zero, rotation vectors are not
+        longer than π.
+
+    Returns
+    -------
+    ndarray of shape (n_poses, n_rotating_joints, ...)
+        Rotations of the joints that have dofs, in the order of the skeleton's bones.
+
+    Raises
+    ------
+    ValueError
+        For an unknown form, and for poses of the wrong width, out of order by name, or not finite.
+
+    See Also
+    --------
+    poses_from_rotations : The inverse.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from skpose import Skeleton, rotations_from_poses
+    >>> rotations_from_poses([[0.0, np.pi / 2]], Skeleton.chain(2), form="6d").round(3) + 0.0
+    array([[[ 1.,  0.,  0.,  0.,  1.,  0.],
+            [ 0.,  1.,  0., -1.,  0.,  0.]]])
+    """
+    known = _form_of(form)
+    X = check_poses(X, skeleton, "X").astype(np.float64)
+    joints, first = [], 0
+    for bone in skeleton.bones:
+        if bone.dofs:
+            joints.append(known.write(rotations_of(bone, X[:, first : first + bone.n_dofs])))
+        first += bone.n_dofs
+    return np.stack(joints, axis=1)
+
+
+Refuse = Callable[[np.ndarray, str], None]  # called with whether each rotation is bad, and what is expected
+
+
+class _Form(NamedTuple):
+    """A form of rotations: the shape of one, how many are read, and how they are written."""
+
+    shape: tuple[int, ...]
+    read: Callable[[np.ndarray, Refuse], Rotation]
+    write: Callable[[Rotation], np.ndarray]
+
+
+def _from_quaternions(numbers: np.ndarray, refuse: Refuse) -> Rotation:
+    length = np.linalg.norm(numbers, axis=1)
+    refuse(np.abs(length - 1.0) > TOLERANCE, "must be a quaternion of length one")
+    return Rotation.from_quat(numbers)
+
+
+def _from_matrices(numbers: np.ndarray, refuse: Refuse) -> Rotation:
+    products = np.abs(numbers.transpose(0, 2, 1) @ numbers - np.eye(3)).max(axis=(1, 2))
+    refuse((products > TOLERANCE) | (np.linalg.det(numbers) < 0.0), "must be a rotation matrix")
+    return Rotation.from_matrix(numbers)
+
+
+def _from_columns(numbers: np.ndarray, refuse: Refuse) -> Rotation:
+    first, second = numbers[:, :3], numbers[:, 3:]
+    normal = np.cross(first, second)
+    lengths = [np.linalg.norm(vectors, axis=1) for vectors in (first, second, normal)]
+    expected = "must be two columns of a rotation matrix, which are not zero and not along one line"
+    refuse(lengths[2] <= TOLERANCE * lengths[0] * lengths[1], expected)
+    x, z = first / lengths[0][:, None], normal / lengths[2][:, None]
+    return Rotation.from_matrix(np.stack([x, np.cross(z, x), z], axis=2))
+
+
+FORMS = {
+    "quaternion_wxyz": _Form(
+        (4,),
+        lambda numbers, refuse: _from_quaternions(numbers[:, [1, 2, 3, 0]], refuse),
+        lambda rotations: rotations.as_quat(canonical=True)[:, [3, 0, 1, 2]],
+    ),
+    "quaternion_xyzw": _Form((4,), _from_quaternions, lambda rotations: rotations.as_quat(canonical=True)),
+    "matrix": _Form((3, 3), _from_matrices, Rotation.as_matrix),
+    "6d": _Form(
+        (6,), _from_columns, lambda rotations: rotations.as_matrix()[:, :, :2].transpose(0, 2, 1).reshape(-1, 6)
+    ),
+    "rotvec": _Form((3,), lambda numbers, refuse: Rotation.from_rotvec(numbers), Rotation.as_rotvec),
+}
+
+
+def _form_of(form: str) -> _Form:
+    if form not in FORMS:
+        raise ValueError(f"form must be one of {', '.join(map(repr, get_args(RotationForm)))}, got {form!r}")
+    return FORMS[form]
+
+
+def _rotating(skeleton: Skeleton) -> list[Bone]:
+    """Return the bones whose joints have dofs."""
+    if not isinstance(skeleton, Skeleton):
+        raise TypeError(f"skeleton must be a skpose.Skeleton, got {type(skeleton).__name__}")
+    return [bone for bone in skeleton.bones if bone.dofs]
+
+
+def _refuse(rotations: np.ndarray, bad: np.ndarray, bones: list[Bone], expected: str) -> None:
+    """Raise a ValueError for the first bad rotation."""
+    if bad.any():
+        pose, joint = np.argwhere(bad.reshape(-1, len(bones)))[0]
+        given = np.array2string(rotations[pose, joint], precision=6, separator=", ").replace("\n", "")
+        raise ValueError(f"rotations[{pose}, {joint}], of joint {bones[joint].name!r}, {expected}, got {given}")

@@ -1,0 +1,124 @@
+"""The rotation of a joint as numbers: the columns of a pose that belong to it."""
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from skpose.skeleton._bone import Bone
+
+TWO_PI = 2.0 * np.pi
+LOCKED = 1e-14  # cosine of the middle angle below which two Euler axes are one; larger, it would change rotations
+
+
+def rotations_of(bone: Bone, columns: np.ndarray) -> Rotation:
+    """Return the rotations (n,) of a joint from its columns (n, n_dofs), without the rest rotation."""
+    if bone.is_ball:
+        return Rotation.from_rotvec(columns)
+    return Rotation.from_euler(bone.dofs, columns)
+
+
+def columns_of(bone: Bone, rotations: Rotation, near: np.ndarray) -> np.ndarray:
+    """Return the columns (n, 3) of a joint with three dofs.
+
+    Of the numbers that are one rotation, they are those nearest to others, of shape (n, 3) or (3,).
+    """
+    if bone.is_ball:
+        return nearest_vectors(rotations.as_rotvec(), near)
+    angles = euler_angles(bone.dofs, rotations)
+    return nearest_angles(unlocked(bone.dofs, angles, near), near)
+
+
+def fitted_columns(bone: Bone, rotations: Rotation) -> tuple[np.ndarray, np.ndarray]:
+    """Return the columns (n, n_dofs) of a joint that give rotations, and the angles (n,), rad, by which they miss.
+
+    A joint with three dofs misses none. One with fewer comes near: a hinge as near as it can.
+    """
+    if bone.n_dofs == 3:
+        return columns_of(bone, rotations, np.zeros(3)), np.zeros(len(rotations))
+    axes = np.eye(3)[["xyz".index(letter) for letter in bone.dofs.lower()]]
+    if bone.n_dofs == 1:
+        quaternions = rotations.as_quat(canonical=True)
+        columns = 2.0 * np.arctan2(quaternions[:, :3] @ axes[0], quaternions[:, 3])[:, None]
+    else:
+        # R = R_b(β) · R_a(α). The axis b, seen before both, shows α, and the axis a, seen after both, shows β.
+        a, b = axes if bone.dofs.islower() else axes[::-1]
+        normal = np.cross(b, a)
+        before, after = rotations.inv().apply(b), rotations.apply(a)
+        columns = np.stack([np.arctan2(before @ normal, before @ b), np.arctan2(after @ normal, after @ a)], axis=1)
+        columns = columns if bone.dofs.islower() else columns[:, ::-1]
+    return columns, (rotations_of(bone, columns).inv() * rotations).magnitude()
+
+
+def euler_angles(order: str, rotations: Rotation) -> np.ndarray:
+    """Return Euler triples (n, 3) about three different axes, the middle angle in [−π/2, π/2].
+
+    scipy's `as_euler` sets an angle to zero within 1e-7 rad of gimbal lock, which moves the rotation by as much. These
+    are exact there too: E. Bernardes, S. Viollet, "Quaternion to Euler angles conversion: A direct, general and
+    computationally efficient method", PLOS ONE 2022, doi:10.1371/journal.pone.0276302.
+    """
+    extrinsic = order.lower() if order.islower() else order[::-1].lower()
+    i, j, k = ("xyz".index(axis) for axis in extrinsic)
+    sign, quaternions = _parity(extrinsic), rotations.as_quat()
+    w, x, y, z = quaternions[:, 3], quaternions[:, i], quaternions[:, j], sign * quaternions[:, k]
+    a, b, c, d = w - y, x + z, y + w, z - x
+    half_sum, half_difference = np.arctan2(b, a), np.arctan2(d, c)
+    middle = 2.0 * np.arctan2(np.hypot(c, d), np.hypot(a, b)) - np.pi / 2
+    triple = [half_sum - half_difference, middle, sign * (half_sum + half_difference)]
+    return np.stack(triple if order.islower() else triple[::-1], axis=1)
+
+
+def unlocked(order: str, angles: np.ndarray, near: np.ndarray) -> np.ndarray:
+    """Return Euler triples (n, 3), those in gimbal lock replaced by those of the same rotation nearest to others.
+
+    In gimbal lock the first and the third axis are one line, so that only the sum of these angles, or their difference,
+    is defined.
+    """
+    locked = np.abs(np.cos(angles[:, 1])) < LOCKED
+    if not locked.any():
+        return angles
+    first, middle, third = angles.T
+    near_first, near_third = near[..., 0], near[..., 2]
+    same = np.sign(np.sin(middle)) * _parity(order)  # of the two axes: 1 if first + s, third + s are one rotation
+    excess = _wrapped((near_first - same * near_third) - (first - same * third)) / 2.0
+    nearest = np.stack([near_first - excess, middle, near_third + same * excess], axis=1)
+    return np.where(locked[:, None], nearest, angles)
+
+
+def nearest_vectors(vectors: np.ndarray, near: np.ndarray) -> np.ndarray:
+    """Add whole turns to rotation vectors (n, 3), so that they come nearest to others."""
+    size = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    near_size = np.linalg.norm(near, axis=-1, keepdims=True)
+    # A rotation by 2π is none, about any axis: then the axis is that of the others.
+    axis = np.where(size > 0.0, vectors / np.where(size > 0.0, size, 1.0), near / np.where(near_size > 0, near_size, 1))
+    turns = np.rint(((axis * near).sum(axis=-1, keepdims=True) - size) / TWO_PI)
+    return vectors + turns * TWO_PI * axis
+
+
+def nearest_angles(angles: np.ndarray, near: np.ndarray) -> np.ndarray:
+    """Return those Euler triples (n, 3) of the same rotations that are nearest to others.
+
+    About three different axes, (a, b, c) and (a + π, π − b, c + π) are one rotation.
+    """
+    twins = np.stack([angles, twin(angles)])
+    twins -= TWO_PI * np.rint((twins - near) / TWO_PI)
+    second_is_nearer = np.subtract(*np.square(twins - near).sum(axis=-1)) > 0.0
+    return np.where(second_is_nearer[..., None], twins[1], twins[0])
+
+
+def twin(angles: np.ndarray) -> np.ndarray:
+    """Return the other Euler triples (n, 3) of the same rotations."""
+    return angles * [1.0, -1.0, 1.0] + np.pi
+
+
+def squared_gap(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return the squared differences of angles (n, 3), each wrapped to [−π, π], summed to (n,)."""
+    return np.square(_wrapped(a - b)).sum(axis=-1)
+
+
+def _wrapped(angles: np.ndarray) -> np.ndarray:
+    return angles - TWO_PI * np.rint(angles / TWO_PI)
+
+
+def _parity(order: str) -> int:
+    """Return 1 if the extrinsic order of the axes is right-handed, otherwise −1."""
+    extrinsic = order if order.islower() else order[::-1].lower()
+    return 1 if extrinsic in "xyzxy" else -1

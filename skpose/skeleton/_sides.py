@@ -1,0 +1,53 @@
+"""Left and right: the joints of a skeleton as pairs, by their names."""
+
+import re
+from collections.abc import Sequence
+
+# Names that state a side beyond dispute: "LeftArm", "hand_left", "mixamorig:LeftHand"; "L_Hip", "hip.r", "Bip01 L Arm".
+_WORD = re.compile(r"(?<![A-Za-z])(?:left|right)|(?:Left|Right)|(?<![A-Z])(?:LEFT|RIGHT)(?![A-Z])")
+_LETTER = re.compile(r"(?<![A-Za-z0-9])[LlRr](?![A-Za-z0-9])")
+# Names that state one if there is a joint with the other: "lfemur", "LHip", "armLeft", "HipR".
+_MAYBE = [
+    re.compile(r"left|right", re.IGNORECASE),
+    re.compile(r"(?<![A-Za-z0-9])[LlRr](?=[A-Za-z])"),
+    re.compile(r"(?<=[a-z0-9])[LR]$"),
+]
+_OTHER = {"left": "right", "right": "left", "l": "r", "r": "l"}
+
+
+def partners(names: Sequence[str]) -> list[int]:
+    """Return for each joint the index of the joint on the other side, its own on the middle line.
+
+    Raises a ValueError for a name with a side and without a partner, or with several.
+    """
+    index = {name: i for i, name in enumerate(names)}
+    found = {name: [other for other in _others(name) if other in index] for name in names}
+    several = [f"{name!r} ({', '.join(map(repr, others))})" for name, others in found.items() if len(others) > 1]
+    if several:
+        raise ValueError(
+            f"joints of the left and of the right must be pairs by name, but some have several: {_some(several)}"
+        )
+    alone = [repr(name) for name in names if not found[name] and (_WORD.search(name) or _LETTER.search(name))]
+    if alone:
+        raise ValueError(
+            f"joints of the left and of the right must be pairs by name, but some are alone: {_some(alone)}"
+        )
+    return [index[others[0]] if others else index[name] for name, others in found.items()]
+
+
+def _others(name: str) -> list[str]:
+    """Return names that differ by the side."""
+    names = dict.fromkeys(pattern.sub(_other, name) for pattern in (_WORD, _LETTER, *_MAYBE))
+    names.pop(name, None)
+    return list(names)
+
+
+def _other(match: re.Match) -> str:
+    """Return the word for the other side, in the case of this one."""
+    side = match.group()
+    other = _OTHER[side.lower()]
+    return other.upper() if side.isupper() else other.capitalize() if side[0].isupper() else other
+
+
+def _some(names: list[str]) -> str:
+    return ", ".join(names[:6]) + (f" and {len(names) - 6} more" if len(names) > 6 else "")

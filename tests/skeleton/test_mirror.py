@@ -1,0 +1,280 @@
+"""Mirror images of motions, frames of motions, motions one after another."""
+
+import numpy as np
+import pytest
+import reference
+from scipy.spatial.transform import Rotation
+
+from skpose import Bone, Motion, Skeleton, pose_distances
+from skpose.datasets import humanoid
+
+REFLECTION = np.diag([-1.0, 1.0, 1.0])
+
+
+def exchanged(names):
+    """The index of each joint of the other side, by the words that the test's names are made of."""
+    swap = {"left_": "right_", "right_": "left_"}
+    other = [next((swap[s] + n.removeprefix(s) for s in swap if n.startswith(s)), n) for n in names]
+    return [names.index(n) for n in other]
+
+
+def world(motion):
+    """Positions of all joints with the root's movement, from scipy's rotations."""
+    axes = motion.root_axes
+    root = Rotation.from_euler(axes, motion.root_angles) if axes else Rotation.identity(len(motion))
+    positions = reference.forward_kinematics(motion.angles, motion.skeleton)
+    turned = np.einsum("nab,njb->nja", root.as_matrix(), positions)
+    return motion.root_positions[:, None] + turned
+
+
+def moving(skeleton, root_axes="ZXY", n_frames=20, seed=0):
+    rng = np.random.default_rng(seed)
+    shapes = skeleton.n_dofs, len(root_axes)
+    angles, root_angles = (rng.uniform(-1.5, 1.5, (n_frames, k)).cumsum(axis=0) for k in shapes)
+    return Motion(skeleton, angles, 30, rng.normal(size=(n_frames, 3)), root_angles, root_axes)
+
+
+def symmetric(dofs, right_dofs=None, offset_frame="own", rests=True):
+    """A skeleton that is its own mirror image across x, with rest rotations or without."""
+    rng = np.random.default_rng(0)
+    rest = Rotation.from_rotvec(rng.normal(size=3)).as_matrix() if rests else np.eye(3)
+    spine = Rotation.from_euler("x", 0.3 if rests else 0.0).as_matrix()
+    bones = [Bone("spine", None, (0, 1, 0.2), "xyz", spine)]
+    bones.append(Bone("left_arm", "spine", (0.5, 0.3, 0.1), dofs, rest))
+    bones.append(Bone("right_arm", "spine", (-0.5, 0.3, 0.1), right_dofs or dofs, REFLECTION @ rest @ REFLECTION))
+    for side, x in (("left_", 1), ("right_", -1)):
+        bones.append(Bone(f"{side}hand", f"{side}arm", (0.2 * x, 0.1, 0.05), "zy"))
+        bones.append(Bone(f"{side}leg", None, (0.2 * x, -0.9, 0.05), "rotvec"))
+    return Skeleton(bones, offset_frame)
+
+
+def with_other_axes(dofs):
+    """The symmetric skeleton with the axes of one arm turned at angle zero, so that they are no mirror image."""
+    turned = Rotation.from_rotvec([0.3, -0.8, 0.5]).as_matrix()
+    bones = {bone.name: bone for bone in symmetric(dofs).bones}
+    arm, hand = bones["right_arm"], bones["right_hand"]
+    bones["right_arm"] = arm._replace(offset=turned.T @ arm.offset, rest_rotation=arm.rest_rotation @ turned)
+    bones["right_hand"] = hand._replace(rest_rotation=turned.T)
+    return Skeleton(bones.values())
+
+
+SYMMETRIC = {
+    "other axes on the right": with_other_axes("ZXY"),
+    "other axes on the right, ball joints": with_other_axes("rotvec"),
+    "humanoid": humanoid(),
+    "humanoid, ball joints": humanoid().to_rotvec(),
+    "rest rotations": symmetric("ZXY"),
+    "rest rotations, offsets in the parent's axes": symmetric("YXZ", offset_frame="parent"),
+    "hinges": symmetric("y"),
+    "other dofs on the right": symmetric("xyz", "ZXY"),
+    "a ball joint on the right": symmetric("xyz", "rotvec"),
+}
+
+
+@pytest.mark.parametrize("root_axes", ["ZXY", "xyz", "zy", ""])
+@pytest.mark.parametrize("skeleton", SYMMETRIC.values(), ids=SYMMETRIC)
+def test_mirrored_positions_are_mirror_images_of_the_other_side(skeleton, root_axes):
+    motion = moving(skeleton, root_axes)
+    mirrored = motion.mirrored()
+    other = exchanged(skeleton.joint_names)
+    np.testing.assert_allclose(world(mirrored), world(motion)[:, other] * [-1, 1, 1], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(world(mirrored.mirrored()), world(motion), rtol=0, atol=1e-12)
+    assert mirrored.skeleton is skeleton
+    assert (mirrored.frame_rate, mirrored.root_axes) == (30, root_axes)
+    np.testing.assert_array_equal(mirrored.mirrored().root_angles, motion.root_angles)
+    same = all(skeleton.bones[i].dofs == bone.dofs for i, bone in zip(other, skeleton.bones, strict=True))
+    if same and skeleton != SYMMETRIC["other axes on the right"]:  # its triples are computed anew
+        np.testing.assert_allclose(mirrored.mirrored().angles, motion.angles, rtol=0, atol=1e-12)
+
+
+def test_mirrored_angles_stay_exact():
+    motion = moving(humanoid())
+    np.testing.assert_array_equal(motion.mirrored().mirrored().angles, motion.angles)
+
+
+@pytest.mark.parametrize("axis", ["y", "z"])
+def test_the_axis_across_which_is_mirrored(axis):
+    """The humanoid with its axes renamed, so that another one points to the left."""
+    shift = "xyz".index(axis)
+
+    def renamed(bone):
+        dofs = "".join("xyz"[("xyz".index(letter) + shift) % 3] for letter in bone.dofs)
+        return bone._replace(offset=np.roll(bone.offset, shift), dofs=dofs)
+
+    skeleton = Skeleton(map(renamed, humanoid().bones))
+    motion = moving(skeleton)
+    expected = world(motion)[:, exchanged(skeleton.joint_names)] * (1 - 2 * np.eye(3)[shift])
+    np.testing.assert_allclose(world(motion.mirrored(axis)), expected, atol=1e-12)
+    with pytest.raises(
+        ValueError, match=r"mirror images across x at angle zero, but the bone of .*° apart: pass as axis"
+    ):
+        motion.mirrored()
+
+
+def test_mirrored_motions_keep_distances():
+    motion = moving(humanoid())
+    for metric in ("position", "rotation"):
+        D, M = (pose_distances(m.angles, skeleton=m.skeleton, metric=metric) for m in (motion, motion.mirrored()))
+        np.testing.assert_allclose(M, D, atol=1e-10)
+
+
+def named(left, right, **more):
+    """A pair of arms of these names."""
+    return Skeleton([Bone(left, None, (1, 0, 0), "xyz"), Bone(right, None, (-1, 0, 0), "xyz"), *more.values()])
+
+
+@pytest.mark.parametrize(
+    ("left", "right"),
+    [
+        ("LeftArm", "RightArm"),
+        ("leftArm", "rightArm"),
+        ("LEFT_ARM", "RIGHT_ARM"),
+        ("arm_left", "arm_right"),
+        ("ArmLeft", "ArmRight"),
+        ("armleft", "armright"),
+        ("mixamorig:LeftArm", "mixamorig:RightArm"),
+        ("lfemur", "rfemur"),
+        ("lShldr", "rShldr"),
+        ("LHipJoint", "RHipJoint"),
+        ("L_Hip", "R_Hip"),
+        ("hip.L", "hip.R"),
+        ("hip_l", "hip_r"),
+        ("hip.L.001", "hip.R.001"),
+        ("Bip01 L Thigh", "Bip01 R Thigh"),
+        ("HipL", "HipR"),
+    ],
+)
+def test_pairs_by_name(left, right):
+    spine = Bone("lowerback", None, (0, 1, 0), "xyz")  # begins with l and has no side
+    neck = Bone("L5", "lowerback", (0, 1, 0), "xyz")  # a vertebra
+    motion = moving(named(left, right, spine=spine, neck=neck))
+    mirrored = motion.mirrored().angles
+    signs = np.array([1, -1, -1])
+    np.testing.assert_array_equal(mirrored[:, :3], motion.angles[:, 3:6] * signs)
+    np.testing.assert_array_equal(mirrored[:, 3:6], motion.angles[:, :3] * signs)
+    np.testing.assert_array_equal(mirrored[:, 6:], motion.angles[:, 6:] * [*signs, *signs])
+
+
+TOWARDS = (0, 1, 0)
+
+
+@pytest.mark.parametrize(
+    ("skeleton", "message"),
+    [
+        (named("LeftArm", "Arm"), "pairs by name, but some are alone: 'LeftArm'$"),
+        (named("arm.L", "RightArm"), "pairs by name, but some are alone: 'arm.L', 'RightArm'"),
+        (
+            named("l_left", "r_left", a=Bone("l_right", None, (1, 0, 0), "x"), b=Bone("r_right", None, (1, 0, 0), "x")),
+            r"some have several: 'l_left' \('l_right', 'r_left'\), 'r_left'",
+        ),
+        (
+            named("L_arm", "R_arm", a=Bone("L_hand", "L_arm", TOWARDS, "x"), b=Bone("R_hand", "L_arm", TOWARDS, "x")),
+            "mirror images, but 'L_hand' is a child of 'L_arm' and 'R_hand' of 'L_arm'",
+        ),
+        (
+            named("L_arm", "R_arm", a=Bone("L_hand", "L_arm", TOWARDS, "x"), b=Bone("R_hand", None, TOWARDS, "x")),
+            "mirror images, but 'L_hand' is a child of 'L_arm' and 'R_hand' of 'the root'",
+        ),
+        (
+            named("lhumerus", "humerus"),
+            "the bone of 'lhumerus' and the mirror image of that of 'lhumerus' are 180° apart",
+        ),
+    ],
+)
+def test_error_for_skeletons_that_are_not_their_own_mirror_images(skeleton, message):
+    with pytest.raises(ValueError, match=message):
+        moving(skeleton).mirrored()
+
+
+def test_error_for_hinges_that_are_not_mirror_images():
+    motion = moving(symmetric("y", "x"))
+    message = "rotation of 'right_arm' at frame .* misses the axes 'y' of 'left_arm' by .*°: left and right need dofs"
+    with pytest.raises(ValueError, match=message):
+        motion.mirrored()
+    with pytest.raises(ValueError, match='axis must be "x", "y" or "z"'):
+        motion.mirrored("up")
+
+
+def test_a_limb_of_another_length_keeps_it():
+    bones = humanoid().bones
+    longer = Skeleton(b._replace(offset=np.multiply(b.offset, 1.2)) if b.name == "left_shank" else b for b in bones)
+    motion = moving(longer)
+    np.testing.assert_array_equal(motion.mirrored().angles, moving(humanoid()).mirrored().angles)
+
+
+def test_mirroring_real_motions(cmu):
+    for motion in cmu.motions[:3]:
+        np.testing.assert_array_equal(motion.mirrored().mirrored().angles, motion.angles)
+        names = motion.skeleton.joint_names
+        other = [names.index({"l": "r", "r": "l"}[n[0]] + n[1:]) if n[0] in "lr" and n not in ("root", "lowerback",
+                 "lowerneck") else i for i, n in enumerate(names)]  # fmt: skip
+        # Left and right differ by some centimetres in the lengths of a person's bones.
+        np.testing.assert_allclose(world(motion.mirrored()), world(motion)[:, other] * [-1, 1, 1], atol=0.1)
+
+
+def test_slices_are_motions():
+    motion = moving(humanoid(), n_frames=60)
+    for chosen, rate in [
+        (slice(10, 50), 30),
+        (slice(None, None, 2), 15),
+        (slice(None, None, -3), 10),
+        (slice(70, 80), 30),
+    ]:
+        part = motion[chosen]
+        for name in ("angles", "root_positions", "root_angles"):
+            np.testing.assert_array_equal(getattr(part, name), getattr(motion, name)[chosen])
+        assert (part.skeleton, part.frame_rate, part.root_axes) == (motion.skeleton, rate, "ZXY")
+
+
+def test_one_frame_is_a_motion():
+    motion = moving(humanoid(), n_frames=6)
+    for frame in (3, -3, np.int64(3)):
+        assert len(motion[frame]) == 1
+        np.testing.assert_array_equal(motion[frame].angles, motion.angles[[frame]])
+        assert motion[frame].frame_rate == 30
+    assert [len(frame) for frame in motion] == [1] * 6
+    for frame in (6, -7):
+        with pytest.raises(IndexError, match=f"the motion has 6 frames, and no frame {frame}"):
+            motion[frame]
+
+
+@pytest.mark.parametrize("frames", [np.ones(6, dtype=bool), [True] * 6, [0, 2, 3], np.array([1, 2]), True, 1.0, "a"])
+def test_error_for_frames_that_are_not_evenly_spaced(frames):
+    with pytest.raises(
+        TypeError, match=r"indexed by a frame or by a slice, .* not evenly spaced in time; motion.angles"
+    ):
+        moving(humanoid(), n_frames=6)[frames]
+
+
+def test_a_motion_is_no_array():
+    motion = moving(humanoid(), n_frames=6)
+    with pytest.raises(TypeError, match="a Motion is no array: pass its poses, motion"):
+        np.asarray(motion)
+    with pytest.raises(TypeError, match=r"X must be an array of poses, got a Motion: pass motion\.angles"):
+        pose_distances(motion, skeleton=motion.skeleton)
+
+
+def test_motions_one_after_another():
+    motion = moving(humanoid(), n_frames=20)
+    again = Motion.concatenate([motion[:5], motion[5:5], motion[5:]])
+    for name in ("angles", "root_positions", "root_angles"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(motion, name))
+    assert (again.skeleton, again.frame_rate, again.root_axes) == (motion.skeleton, 30, "ZXY")
+
+
+@pytest.mark.parametrize(
+    ("motions", "message"),
+    [
+        ([], "at least one motion, got none"),
+        ([moving(humanoid()), moving(humanoid())[::2]], r"motions\[1\] has frame_rate 15.0, but motions\[0\] 30: use"),
+        ([moving(humanoid()), moving(humanoid(), "xyz")], r"motions\[1\] has root_axes 'xyz', but motions\[0\] 'ZXY'"),
+        (
+            [moving(humanoid()), moving(humanoid(1.8))],
+            r"motions\[1\] has another skeleton .*: bones differ: use retarget",
+        ),
+        ([moving(humanoid()), moving(Skeleton.chain(2))], r"motions\[1\] has another skeleton .* only one of them has"),
+    ],
+)
+def test_error_for_motions_that_do_not_follow_each_other(motions, message):
+    with pytest.raises(ValueError, match=message):
+        Motion.concatenate(motions)

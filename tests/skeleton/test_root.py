@@ -1,0 +1,154 @@
+"""The orientation of the root as a part of the poses."""
+
+import numpy as np
+import pytest
+import reference
+from conftest import MIXED, random_tree
+from scipy.spatial.transform import Rotation
+
+from skpose import Bone, Motion, Skeleton, forward_kinematics, pose_distances
+from skpose.datasets import MotionDataset
+
+UP = {"x": [1.0, 0, 0], "y": [0, 1.0, 0], "z": [0, 0, 1.0]}
+TREES = {frame: random_tree(4, kinds=MIXED, offset_frame=frame) for frame in ("own", "parent")}
+
+
+def random_motion(skeleton, seed=0, n=20, axes="ZXY"):
+    rng = np.random.default_rng(seed)
+    angles, root = rng.uniform(-3, 3, (n, skeleton.n_dofs)), rng.uniform(-3, 3, (n, len(axes)))
+    return Motion(skeleton, angles, 30, rng.normal(size=(n, 3)), root, axes)
+
+
+def orientations(motion):
+    return Rotation.from_euler(motion.root_axes, motion.root_angles)
+
+
+@pytest.mark.parametrize("frame", TREES)
+@pytest.mark.parametrize("part", ["whole", "tilt"])
+@pytest.mark.parametrize("up", UP)
+def test_all_positions_are_rotated_by_the_joint_at_the_root(frame, part, up):
+    motion = random_motion(TREES[frame])
+    rooted = motion.with_root(part, up=up)
+    assert rooted.skeleton.joint_names == ("root", *motion.skeleton.joint_names)
+    np.testing.assert_array_equal(rooted.angles[:, 3:], motion.angles)
+    R = Rotation.from_rotvec(rooted.angles[:, :3])
+    before, after = (forward_kinematics(m.angles, m.skeleton) for m in (motion, rooted))
+    np.testing.assert_array_equal(after[:, 0], 0.0)
+    np.testing.assert_allclose(after[:, 1:], np.einsum("nab,njb->nja", R.as_matrix(), before), atol=1e-12)
+    # Nothing is left out: the heading that the motion keeps, times the joint, is the orientation before.
+    whole = orientations(rooted) * R
+    np.testing.assert_allclose(whole.as_matrix(), orientations(motion).as_matrix(), atol=1e-12)
+    np.testing.assert_array_equal(rooted.root_positions, motion.root_positions)
+    if part == "whole":
+        np.testing.assert_array_equal(rooted.root_angles, 0.0)
+
+
+@pytest.mark.parametrize("up", UP)
+@pytest.mark.parametrize("seed", range(5))
+def test_the_tilt_does_not_depend_on_the_heading_in_the_world(up, seed):
+    motion = random_motion(TREES["own"], seed)
+    heading = np.random.default_rng(seed).uniform(-9, 9, len(motion))
+    moved = Rotation.from_rotvec(heading[:, None] * UP[up]) * orientations(motion)
+    other = Motion(motion.skeleton, motion.angles, 30, root_angles=moved.as_euler("xyz"))
+    a, b = (m.with_root("tilt", up=up) for m in (motion, other))
+    np.testing.assert_allclose(a.angles, b.angles, atol=1e-9)
+    np.testing.assert_allclose(a.angles[:, "xyz".index(up)], 0.0, atol=1e-12)  # about a horizontal axis
+    assert np.linalg.norm(a.angles[:, :3], axis=1).max() <= np.pi
+    assert (a.root_axes, a.up) == (up, up)
+    gap = np.exp(1j * (b.root_angles[:, 0] - a.root_angles[:, 0] - heading))
+    np.testing.assert_allclose(gap, 1.0, atol=1e-9)
+    # The tilt shows which direction of the skeleton points up: nothing else.
+    for m in (a, b):
+        vertical = Rotation.from_rotvec(m.angles[:, :3]).inv().apply(UP[up])
+        np.testing.assert_allclose(vertical, orientations(motion).inv().apply(UP[up]), atol=1e-9)
+    c, d = (m.with_root("whole", up=up) for m in (motion, other))
+    assert np.abs(c.angles - d.angles).max() > 0.1
+
+
+def test_lying_is_not_standing():
+    stick = Skeleton([Bone("head", None, (0, 0.8, 0), "xyz")])
+    degrees = [[0, 0, 0], [0, 70, 0], [90, 0, 0], [90, 0, 50]]  # standing, headed elsewhere, lying, lying on the side
+    motion = Motion(stick, np.zeros((4, 3)), 30, root_angles=np.radians(degrees))
+    rooted = motion.with_root()
+    for metric in ("position", "spatial", "geodesic"):
+        D = pose_distances(rooted.angles, skeleton=rooted.skeleton, metric=metric)
+        np.testing.assert_allclose(D[0, 1], 0.0, atol=1e-7)
+        assert D[0, 2] > 0.8 * np.sqrt(2) - 1e-9
+    assert pose_distances(motion.angles, skeleton=stick, metric="spatial")[0, 2] == 0.0
+
+
+@pytest.mark.parametrize("metric", ["position", "rotation", "spatial"])
+@pytest.mark.parametrize("frame", TREES)
+def test_distances_agree_with_the_reference(metric, frame):
+    rooted = random_motion(TREES[frame], n=4).with_root("whole")
+    D = pose_distances(rooted.angles, skeleton=rooted.skeleton, metric=metric)
+    expected = reference.distance(rooted.angles[0], rooted.angles[3], rooted.skeleton, metric, wrap=True)
+    np.testing.assert_allclose(D[0, 3], expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize("axes", ["", "y", "zx", "XYZ"])
+def test_a_root_with_any_axes(axes):
+    motion = random_motion(TREES["own"], axes=axes)
+    rooted = motion.with_root("tilt")
+    if axes in ("", "y"):
+        np.testing.assert_allclose(rooted.angles[:, :3], 0.0, atol=1e-12)
+    assert len(motion.with_root("whole").resample(10)) == 7
+    assert len(Motion(motion.skeleton, np.zeros((0, motion.skeleton.n_dofs)), 30, root_axes=axes).with_root()) == 0
+
+
+def test_up_is_kept_and_checked():
+    motion = Motion(Skeleton.chain(2), np.zeros((3, 2)), 30, up="z")
+    assert motion.resample(10).up == motion.retarget(Skeleton.chain(2)).up == motion.unwrap().up == "z"
+    assert motion.with_root().root_axes == "z"
+    assert motion.with_root(up="x").up == "x"
+    for up in ("w", "", 2, None):
+        with pytest.raises(ValueError, match='up must be "x", "y" or "z", the axis of the world'):
+            Motion(Skeleton.chain(2), np.zeros((3, 2)), 30, up=up)
+    with pytest.raises(ValueError, match=r'up must be "x", "y" or "z", the axis of the world .* got .up.'):
+        motion.with_root(up="up")
+    with pytest.raises(ValueError, match='part must be "tilt" or "whole", got \'heading\''):
+        motion.with_root("heading")
+
+
+def test_names_that_are_taken():
+    skeleton = Skeleton([Bone("root", None, (1, 0, 0), "z"), Bone("root_", "root", (1, 0, 0), "z")])
+    rooted = random_motion(skeleton).with_root()
+    assert rooted.skeleton.joint_names == ("root__", "root", "root_")
+
+
+def test_collections():
+    motions = [random_motion(TREES["own"], seed) for seed in range(3)]
+    dataset = MotionDataset(motions, *[["a", "b", "c"]] * 3)
+    X, _ = dataset.with_root("whole").poses()
+    assert X.shape == (60, motions[0].skeleton.n_dofs + 3)
+    assert dataset.with_root("whole").skeleton.n_dofs == X.shape[1]
+    mixed = MotionDataset([motions[0], Motion(TREES["own"], motions[1].angles, 30, up="z")], *[["a", "b"]] * 3)
+    with pytest.raises(ValueError, match=r'motions\[0\] has up="y" and motions\[1\] up="z"'):
+        mixed.with_root("tilt")
+    assert mixed.with_root("tilt", up="z").motions[0].root_axes == "z"
+
+
+@pytest.mark.parametrize("frame", TREES)
+def test_retargeting_and_the_root_commute(frame):
+    """Rest poses that differ by a rotation of the whole: positions in the world are the same in either order."""
+    one = TREES[frame]
+    W = Rotation.from_euler("x", 90, degrees=True)
+    root = [b.parent is None for b in one.bones]
+    rests = [(W * Rotation.from_matrix(r)).as_matrix() for r in one.rest_rotations]
+    bones = [
+        b._replace(
+            rest_rotation=rest if top else b.rest_rotation,
+            offset=W.apply(b.offset) if top and frame == "parent" else b.offset,
+        )
+        for b, rest, top in zip(one.bones, rests, root, strict=True)
+    ]
+    other = Skeleton([b._replace(dofs="ZXY") if len(b.dofs) in (1, 2) else b for b in bones], frame)
+    one = Skeleton([b._replace(dofs="ZXY") if len(b.dofs) in (1, 2) else b for b in one.bones], frame)
+    motion = random_motion(one)
+    there = motion.retarget(other, rest="world").with_root("whole")
+    first = motion.with_root("whole").retarget(
+        Motion(other, np.zeros((1, other.n_dofs)), 30).with_root().skeleton, rest="world"
+    )
+    expected = forward_kinematics(motion.with_root("whole").angles, motion.with_root("whole").skeleton)
+    for result in (there, first):
+        np.testing.assert_allclose(forward_kinematics(result.angles, result.skeleton), expected, atol=1e-9)
