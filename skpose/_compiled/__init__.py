@@ -12,7 +12,7 @@ What calls what, from Python at the top to one vector register at the bottom::
      |             |            |             |                 |
      |             +------- geodesic ---------+                 |          a path between two poses
      |             |            |                               |
-     |             |        minimiser                           |          a trust region
+     |             |      chart, minimiser                      |          coordinates of a path; a trust region
      |             |            |                               |
      |             |   normal_equations, block_cholesky         |          its steps
      |             |            |                               |
@@ -22,7 +22,7 @@ What calls what, from Python at the top to one vector register at the bottom::
             |                                   |
             +------------- forward -------------+                          joint positions of one pose
                               |
-                  lanes, tree, results, jit                                registers, named arrays, compilation
+              rotation, trigonometry, lanes, tree, results, jit            quaternions, registers, arrays, compilation
 
 Only `skpose.metrics._pose_metric` compiles elsewhere: one function for each skeleton, which calls `loops`. Every
 function here is plain Python, decorated. With the environment variable ``NUMBA_DISABLE_JIT=1`` it runs as such,
@@ -30,13 +30,14 @@ slowly, for a debugger or for coverage. Compiled functions are cached on disk, k
 
 The skeleton as compiled code sees it
 -------------------------------------
-A `Tree` holds *frames* and *joints*. A frame is a coordinate system with one to three degrees of freedom (dofs). A
-joint is a point at a fixed offset from its parent joint, measured in one of the frames. Rigid bones need no frame of
-their own, and bones that start at one joint may share one. `skpose.kinematics._tree` chooses the axes of every frame so
-that its dofs are rotations about z, y and x in that order, or the last one or two of these: a frame is
-``H = H_parent · Rz · Ry · Rx`` whichever order the file has, and no compiled code branches on axes. The constant
-rotation between two frames goes into the zeros of their angles (`shift`). What is left of it, if anything, is a frame
-without dofs between the two: a constant rotation about one axis.
+A `Tree` holds *frames* and *joints*. A frame is a coordinate system with one to three degrees of freedom (dofs):
+angles, or the rotation vector of a ball joint. A joint is a point at a fixed offset from its parent joint, measured in
+one of the frames. Rigid bones need no frame of their own, and bones that start at one joint may share one.
+`skpose.kinematics._tree` chooses the axes of every frame so that its dofs are rotations about z, y and x in that order,
+or the last one or two of these: a frame is ``H = H_parent · Rz · Ry · Rx`` whichever order the file has, and no
+compiled code branches on axes. The constant rotation between two frames goes into the zeros of their angles (`shift`).
+What is left of it, if anything, is a frame without dofs between the two: a constant rotation about one axis. A ball
+joint takes constant rotations before and after it into its quaternion.
 
 Lanes
 -----
@@ -53,12 +54,19 @@ The formulas take 1 − cos δ = 2 sin² δ/2 instead of cos δ, whose rounding 
 to step. A difference that is wrapped, b − a ∓ 2π, changes δ by ∓ 2π/N. The two end poses are computed once per pose and
 not once per pair, so a pair costs N − 1 forward kinematics.
 
+A ball joint turns along a great circle of unit quaternions, q = q_a … q_b. With φ the angle between the two, q_{n+1} −
+q_n = q_n − q_{n−1} − κ q_n, κ = 2 − 2 cos(φ/N). What the first step needs, κ and sin(φ/N)/sin φ, are polynomials in 1 −
+cos φ = ‖q_b − q_a‖²/2 (`tree.slerp_series`), so this costs no trigonometry either. Quaternions are kept times √2, which
+saves the twos when they rotate a vector. Where a and b are half a turn apart there are two great circles; the signs of
+the quaternions, which `rotation.canonical` makes the same for all numbers of one rotation, choose.
+
 What a step leaves out
 ----------------------
 A *tip* is a frame at the end of the tree that holds one joint: there the joint's offset is rotated, a vector, and not
 the frame. Of a frame's rotation only two rows are stored, since the third is their cross product. Joints fixed to the
-root do not move. Frames with the same number of dofs stand together in *batches*, so that the processor meets the same
-instructions again and again.
+root do not move. A ball joint's axes are chosen so that the joint it carries lies along x, or so that the axes of the
+next frame need no constant rotation. Frames with the same number of dofs stand together in *batches*, so that the
+processor meets the same instructions again and again.
 
 Two stages
 ----------

@@ -28,19 +28,20 @@ class Geodesic:
     Attributes
     ----------
     path : ndarray of shape (n_points, n_dofs)
-        Joint angles along the path, rad, from the first pose to the second; angles may leave [−π, π] so that no step
-        jumps. n_points is n_steps + 1, or more where the path had to be refined.
+        Poses along the path, rad, from the first to the second. Of the numbers that are one rotation each pose has
+        those nearest to the pose before, so that no step jumps but through gimbal lock; they may leave [−π, π].
+        n_points is n_steps + 1, or more where the path had to be refined.
     length : float
         Sum of the path's chords ‖F(θ_i) − F(θ_{i−1})‖, m: the distance, as the paper measures it.
     curve_length : float
-        Length of the curve that the joints trace as the angles go along the path in straight pieces, measured on a
-        grid eight times finer, m. Never less than `length`, and at most 0.5 % more if the path passes the
-        discretisation check.
+        Length of the curve that the joints trace along the path in straight pieces, on which joints with three dofs
+        turn by slerp, measured on a grid eight times finer, m. Never less than `length`, and at most 0.5 % more if the
+        path passes the discretisation check.
     energy : float
         Sum of the squared chords, m² (eq. 6).
     gradient_norm : float
-        Norm of the energy's gradient in the poses that were free to move, m²/rad; with limits enforced, without the
-        part that pushes against them.
+        Norm of the energy's gradient in the poses that were free to move, m²/rad, by angles, and by rotation vectors
+        for joints with three dofs; with limits enforced, without the part that pushes against them.
     n_iter : int
         Iterations, of all refinements.
     converged : bool
@@ -128,7 +129,8 @@ def geodesic(
 
     .. math:: E = \sum_{i=1}^{N} \|F(\theta_i) - F(\theta_{i-1})\|^2
 
-    (eq. 6) that is found downhill from the straight line in angle space. Its gradient is
+    (eq. 6) that is found downhill from a straight line: the line of the angles, or that on which joints with three dofs
+    turn by slerp, whichever is shorter. It is no longer than either. Its gradient is
     :math:`2 (2F(\theta_i) - F(\theta_{i-1}) - F(\theta_{i+1}))^T J_{\theta_i}`; eq. 12 of the paper drops the minus
     sign of the first inner derivative, so that F(θ_i) is missing in its eq. 7 and 13.
 
@@ -142,10 +144,11 @@ def geodesic(
         N, the paper's ten; at least two.
     wrap : bool or "auto", default="auto"
         Whether the differences of angles along the straight line are wrapped to [−π, π], see `skpose.pose_distances`;
-        "auto" is True. The path then ends at `end` up to whole turns.
+        "auto" is True. The path then ends at `end` up to whole turns, or at other numbers of the same rotations. With
+        False the line is the literal one, and joints with three angles do not turn freely.
     joint_limits : {"ignore", "enforce"}, default="ignore"
         "enforce" keeps all poses between the ends inside ``skeleton.limits`` (Θ of eq. 2), each limit widened to the
-        two ends if they exceed it, as captured poses often do.
+        two ends if they exceed it, as captured poses often do. Joints with three angles then do not turn freely.
     max_iter : int, default=500
         Largest number of iterations of each refinement.
     tol : float, default=1e-7
@@ -179,6 +182,10 @@ def geodesic(
     curve to more than the whole line. So every path is measured again, on a grid eight times finer. Where the lengths
     differ by more than 0.5 %, the energy is taken over four chords a step, with the samples between on straight
     pieces, then over more steps.
+
+    *Coordinates.* Three Euler angles are a poor coordinate of a rotation: near gimbal lock the straight line of the
+    angles leads to a local minimum that is longer than the slerp. So joints with three dofs are rotation vectors here,
+    from half-way between the two poses on, whichever numbers the poses have.
 
     *Method.* Damped Gauss-Newton with the damping of a trust region: the normal equations are block tridiagonal in the
     poses and separate into the branches of the skeleton at the root. Steps are combined by conjugate gradients; on

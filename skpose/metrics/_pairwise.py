@@ -57,8 +57,8 @@ def pose_distances(
     Parameters
     ----------
     X : array-like of shape (n_x, n_dofs)
-        Poses: joint angles, rad. With a skeleton, one column per name in ``skeleton.dof_names``; the columns of a
-        data frame must have these names.
+        Poses: joint angles, and rotation vectors of ball joints, rad. With a skeleton, one column per name in
+        ``skeleton.dof_names``; the columns of a data frame must have these names.
     Y : array-like of shape (n_y, n_dofs), default=None
         Other poses; None is X, of which one triangle is then computed.
     skeleton : Skeleton, default=None
@@ -69,7 +69,8 @@ def pose_distances(
         Chords along the curve of "spatial" and "geodesic"; the paper's ten. With one, both are "position".
     wrap : bool or "auto", default="auto"
         Whether each difference of angles is wrapped to [−π, π], so that a file's jump by 360° is no movement. "auto"
-        is True for "spatial" and "geodesic" and False for "angle"; the others do not depend on it.
+        is True for "spatial" and "geodesic" and False for "angle"; the others do not depend on it, nor do ball joints
+        under "spatial" and "geodesic": their straight line is always the slerp.
     n_jobs : int, default=None
         Threads; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors. Where that context names
         a backend of processes or a cluster ("loky", "dask", "ray"), tiles are computed there. The result does not

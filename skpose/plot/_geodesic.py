@@ -9,12 +9,13 @@ from skpose.kinematics import metric_tensor
 from skpose.metrics import pose_distances
 from skpose.plot._axes import COLOURS, axes
 from skpose.skeleton import Skeleton
+from skpose.skeleton._interpolation import straight_line
 
 MARGIN = 0.2  # around the curves, relative to their extent
 
 
 class GeodesicDisplay:
-    """A geodesic and the straight line in angle space, in the plane of most variance of the points of both.
+    """A geodesic and the straight line, in the plane of most variance of the points of both.
 
     The background is the trace of the metric tensor JᵀJ: it is large where small changes of the angles move the joints
     far.
@@ -67,7 +68,7 @@ class GeodesicDisplay:
         """
         self.ax_, self.figure_ = axes(ax, "GeodesicDisplay.plot")
         path = self.geodesic.path
-        line = np.linspace(path[0], path[-1], len(path))
+        line = straight_line(self.skeleton.bones, path[0], path[-1], len(path))
         length = pose_distances(
             path[:1], path[-1:], skeleton=self.skeleton, metric="spatial", n_steps=len(path) - 1, wrap=False
         )[0, 0]
@@ -81,7 +82,7 @@ class GeodesicDisplay:
         image = self.ax_.pcolormesh(x, y, trace.reshape(len(y), len(x)), cmap="Greys", shading="gouraud")
         self.figure_.colorbar(image, ax=self.ax_, label="trace of the metric tensor (m²/rad²)")
         size = 6 if len(path) < 20 else 3
-        self.ax_.plot(*plane.transform(line).T, "o--", color=COLOURS[0], ms=size, label="straight line in angle space")
+        self.ax_.plot(*plane.transform(line).T, "o--", color=COLOURS[0], ms=size, label="straight line")
         self.ax_.plot(*plane.transform(path).T, "s-", color=COLOURS[1], ms=size, label="geodesic")
         self.ax_.set(xlabel="first principal component (rad)", ylabel="second principal component (rad)")
         self.ax_.legend()

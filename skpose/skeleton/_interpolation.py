@@ -31,6 +31,15 @@ def interpolate(bones: Sequence[Bone], poses: np.ndarray, at: np.ndarray) -> np.
     return between
 
 
+def straight_line(bones: Sequence[Bone], start: np.ndarray, end: np.ndarray, n_poses: int) -> np.ndarray:
+    """Return poses on the line of "spatial" without wrapping: slerp of ball joints, angles linearly."""
+    line = np.linspace(start, end, n_poses)
+    turned = interpolate(bones, np.stack([start, end]), np.linspace(0.0, 1.0, n_poses))
+    is_ball = np.repeat([bone.is_ball for bone in bones], [bone.n_dofs for bone in bones])
+    line[:, is_ball] = turned[:, is_ball]
+    return line
+
+
 def linear(start: np.ndarray, end: np.ndarray, part: np.ndarray, period: float) -> np.ndarray:
     """Return values between others, their difference wrapped where there is a period."""
     gap = end - start
