@@ -33,6 +33,7 @@ LEAST_CHANGE = 0.1  # see `minimiser.Settings`
 PATIENCE = 10  # iterations, on paths that are not refined
 NEVER = 1 << 62  # iterations
 ARRIVED = 1e-9  # rounding of the last pose's dofs, rad
+BITS = 2.0**36
 AGREE = 1e-6  # relative difference of chord and line within which the line's length is the geodesic's
 
 
@@ -129,17 +130,23 @@ def path_between(tree, start, end, n_steps, frees_angles, bounds, max_iter, tol)
 
 @internal
 def _dofs_in(tree, code, dofs):
-    """Read the dofs of a pose from its code."""
-    n = tree.angle_dof.shape[0]
+    """Read the dofs of a pose from its code, where there are ball joints to 36 bits.
+
+    The same rotation in other numbers differs by rounding, which the iterations of a long path make larger.
+    """
+    n, n_balls = tree.angle_dof.shape[0], tree.ball_frame.shape[0]
     for k in range(n):
-        dofs[tree.angle_dof[k]] = code[k]
-    for k in range(tree.ball_frame.shape[0]):
-        f, at = tree.ball_frame[k], 5 * n + 4 * k
-        before = tree.reference[f]
-        rotation = code[at] / SQRT2, code[at + 1] / SQRT2, code[at + 2] / SQRT2, code[at + 3] / SQRT2
-        d = tree.first_dof[f]
+        dofs[tree.angle_dof[k]] = np.rint(code[k] * BITS) / BITS if n_balls > 0 else code[k]
+    rotation = np.empty(4)
+    for k in range(n_balls):
+        f = tree.ball_frame[k]
+        for i in range(4):
+            rotation[i] = np.rint(code[5 * n + 4 * k + i] / SQRT2 * BITS) / BITS
+        before, d = tree.reference[f], tree.first_dof[f]
         dofs[d], dofs[d + 1], dofs[d + 2] = vector_of(
-            product((before[0], -before[1], -before[2], -before[3]), rotation)
+            product(
+                (before[0], -before[1], -before[2], -before[3]), (rotation[0], rotation[1], rotation[2], rotation[3])
+            )
         )
 
 
