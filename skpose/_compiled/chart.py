@@ -16,6 +16,7 @@ from skpose._compiled.tree import TWO_PI, Tree
 
 GIMBAL = 1e-7  # cosine of the second Euler angle below which the first one is free
 FARTHEST = 1.5 * math.pi  # rotation vectors are at their best near zero, and useless at 2π
+NO_TURN = 1e-12  # rotation below which there is none but for rounding, about no axis, rad
 
 
 @internal
@@ -212,8 +213,13 @@ def _follow(before, vector):
         size += vector[i] * vector[i]
         along += vector[i] * before[i]
     size = math.sqrt(size)
-    if size == 0.0:
-        return True
+    if size < NO_TURN:  # whole turns are about the axis of the vector before
+        size = math.sqrt(before[0] ** 2 + before[1] ** 2 + before[2] ** 2)
+        turns = np.rint(size / TWO_PI)
+        if turns > 0.0:
+            for i in range(3):
+                vector[i] = turns * TWO_PI / size * before[i]
+        return turns == 0.0
     turns = np.rint((along / size - size) / TWO_PI)
     for i in range(3):
         vector[i] *= 1.0 + turns * TWO_PI / size

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from skpose.skeleton._bone import Bone
-from skpose.skeleton._rotations import LOCKED, TWO_PI, columns_of, squared_gap, twin, unlocked
+from skpose.skeleton._rotations import LOCKED, NO_TURN, TWO_PI, columns_of, squared_gap, twin, unlocked
 
 
 def continuous_columns(bone: Bone, rotations: Rotation) -> np.ndarray:
@@ -49,9 +49,10 @@ def continuous_angles(angles: np.ndarray) -> np.ndarray:
 def continuous_vectors(vectors: np.ndarray) -> np.ndarray:
     """Return rotation vectors (n_frames, 3) of the same rotations, each the nearest to the one before."""
     size = np.linalg.norm(vectors, axis=1)
-    # A rotation by 2π is none, about any axis: it takes the axis of the frame before.
-    last = np.maximum.accumulate(np.where(size > 0.0, np.arange(len(vectors)), 0))
-    axis = (vectors / np.where(size > 0.0, size, 1.0)[:, None])[last]
+    # A rotation by 2π is none, about any axis: it takes the axis of the frame before, not that of what rounding left.
+    turned = size > NO_TURN
+    last = np.maximum.accumulate(np.where(turned, np.arange(len(vectors)), 0))
+    axis = (vectors / np.where(turned, size, 1.0)[:, None])[last]
     cosine = (axis[1:] * axis[:-1]).sum(axis=1)
     if not np.rint((cosine * size[:-1] - size[1:]) / TWO_PI).any():
         return vectors

@@ -6,6 +6,7 @@ from scipy.spatial.transform import Rotation
 from skpose.skeleton._bone import Bone
 
 TWO_PI = 2.0 * np.pi
+NO_TURN = 1e-12  # rotation below which there is none but for rounding, about no axis, rad
 LOCKED = 1e-14  # cosine of the middle angle below which two Euler axes are one; larger, it would change rotations
 
 
@@ -87,8 +88,9 @@ def nearest_vectors(vectors: np.ndarray, near: np.ndarray) -> np.ndarray:
     """Add whole turns to rotation vectors (n, 3), so that they come nearest to others."""
     size = np.linalg.norm(vectors, axis=-1, keepdims=True)
     near_size = np.linalg.norm(near, axis=-1, keepdims=True)
-    # A rotation by 2π is none, about any axis: then the axis is that of the others.
-    axis = np.where(size > 0.0, vectors / np.where(size > 0.0, size, 1.0), near / np.where(near_size > 0, near_size, 1))
+    # A rotation by 2π is none, about any axis: then the axis is that of the others, not that of what rounding left.
+    turned = size > NO_TURN
+    axis = np.where(turned, vectors / np.where(turned, size, 1.0), near / np.where(near_size > 0, near_size, 1))
     turns = np.rint(((axis * near).sum(axis=-1, keepdims=True) - size) / TWO_PI)
     return vectors + turns * TWO_PI * axis
 

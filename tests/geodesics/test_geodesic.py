@@ -213,6 +213,18 @@ def test_whole_turns_do_not_matter(skeleton):
     np.testing.assert_allclose(D, [[0, plain.length], [plain.length, 0]], atol=1e-9)
 
 
+def test_paths_do_not_jump_where_they_end_at_a_whole_turn():
+    """There the rotation has no axis, only what rounding leaves of one."""
+    skeleton = Skeleton([Bone("upper", None, (1, 0, 0), "rotvec"), Bone("lower", "upper", (0, 0.5, 0), "y")])
+    for axis in np.random.default_rng(0).normal(size=(10, 3)):
+        axis /= np.linalg.norm(axis)
+        start, whole = np.append((2 * np.pi - 0.3) * axis, 0.1), np.append(2 * np.pi * axis, 0.1)
+        for end in (whole, np.array([0, 0, 0, 0.1])):
+            path = geodesic(start, end, skeleton).path
+            np.testing.assert_allclose(np.linalg.norm(path[-1, :3]), 2 * np.pi, atol=1e-9)
+            assert np.abs(np.diff(path, axis=0)).max() < 1.0
+
+
 def test_resample_has_constant_speed(skeleton):
     a, b = near_and_far(skeleton)
     found = geodesic(a, b, skeleton)

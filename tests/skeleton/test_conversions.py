@@ -137,8 +137,9 @@ def test_rotation_vectors_are_continuous_past_a_whole_turn():
     euler = Motion(skeleton, vectors, 10).to_euler("xyz")
     np.testing.assert_allclose(euler.to_rotvec().angles, vectors, atol=1e-12)
     turns = np.pi * np.array([1.5, 2.0, 2.5])[:, None] * axis  # a whole turn has no axis of its own
-    given = [turns[0], np.zeros(3), turns[2] - 2 * np.pi * axis]
-    np.testing.assert_allclose(Motion(skeleton, given, 10).unwrap().angles, turns, atol=1e-12)
+    for rounding in (0.0, 1e-16):
+        given = [turns[0], np.array([0.0, 0.0, rounding]), turns[2] - 2 * np.pi * axis]
+        np.testing.assert_allclose(Motion(skeleton, given, 10).unwrap().angles, turns, atol=1e-12)
 
 
 @pytest.mark.parametrize("order", ["xyz", "ZXY"])
