@@ -56,12 +56,34 @@ def _settings_for(substeps, max_iter, tol):
 
 
 @internal
+def slerp_line(tree, free, start, end, n_steps):
+    """Set the references, and return the line on which ball joints turn by slerp, in coordinates."""
+    ends = np.empty((2, start.shape[0]))
+    set_references(tree, free, start, end)
+    coordinates_of(tree, free, start, ends[0])
+    coordinates_of(tree, free, end, ends[1])
+    return divided(ends, n_steps)
+
+
+@internal
+def _curve_length(tree, local, poses):
+    """Return the length of the curve through poses on a fine grid: straight from pose to pose, ball joints by slerp.
+
+    The references of the local tree are set for each step.
+    """
+    along = 0.0
+    for i in range(poses.shape[0] - 1):
+        along += chords(local, slerp_line(tree, local, poses[i], poses[i + 1], FINE))[0]
+    return along
+
+
+@internal
 def find_geodesic(tree, line, bounds, max_iter, tol):
     """Find a path of least energy that passes the discretisation check, from a line of poses on.
 
     Where none is found that is no longer than that line, the path is the line, unconverged.
     """
-    n_steps = line.shape[0] - 1
+    n_steps, local = line.shape[0] - 1, free_tree(tree, False)
     noise, straight = rounding_length(tree), chords(tree, line)[0]
     n_iter, poses = 0, line
     for factor, substeps in REFINEMENTS:
@@ -74,23 +96,13 @@ def find_geodesic(tree, line, bounds, max_iter, tol):
         poses = path.poses
         samples = divided(poses, substeps)
         length, energy = chords(tree, samples)
-        along = curve_length(tree, samples)
+        along = _curve_length(tree, local, samples)
         if along - length <= MAX_GAP * along + noise and (
             along <= straight or along <= curve_length(tree, divided(line, (samples.shape[0] - 1) // n_steps)) + noise
         ):
             return Curve(samples, energy, length, along, outcome.gradient_norm, n_iter, outcome.converged)
     length, energy = chords(tree, line)
-    return Curve(line, energy, length, curve_length(tree, line), math.nan, n_iter, False)
-
-
-@internal
-def slerp_line(tree, free, start, end, n_steps):
-    """Set the references, and return the line on which ball joints turn by slerp, in coordinates."""
-    ends = np.empty((2, start.shape[0]))
-    set_references(tree, free, start, end)
-    coordinates_of(tree, free, start, ends[0])
-    coordinates_of(tree, free, end, ends[1])
-    return divided(ends, n_steps)
+    return Curve(line, energy, length, _curve_length(tree, local, line), math.nan, n_iter, False)
 
 
 @internal
@@ -122,10 +134,9 @@ def path_between(tree, start, end, n_steps, frees_angles, bounds, max_iter, tol)
         farthest = max(farthest, abs(poses[last, d] - end[d]))
     if farthest < ARRIVED:
         poses[last] = end
-    along = 0.0
-    for i in range(last):
-        along += chords(free, slerp_line(tree, free, poses[i], poses[i + 1], FINE))[0]
-    return Curve(poses, curve.energy, curve.length, along, curve.gradient_norm, curve.n_iter, curve.converged)
+    return Curve(
+        poses, curve.energy, curve.length, curve.curve_length, curve.gradient_norm, curve.n_iter, curve.converged
+    )
 
 
 @internal
