@@ -142,7 +142,7 @@ def geodesics(dataset, size):
 
 
 def hands(size):
-    """A body with hands, as SMPL-H has it: 52 joints, 156 columns."""
+    """A skeleton with hands, as SMPL-H has it: 52 joints, 156 columns."""
     with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # that there is no model
         path = Path(folder, "still.npz")

@@ -1,5 +1,6 @@
 """The commands of the command line."""
 
+import re
 import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -37,13 +38,17 @@ def read_poses(
     motions = [load_motion(path, **reading) for path in files]
     names = [str(path) for path in files]
     dataset = MotionDataset(motions, names, names, names)
-    if rotations == "rotvec":
-        dataset = dataset.to_rotvec()
-    if rest != "raise":
-        dataset = dataset.retarget(dataset.motions[0].skeleton, rest=rest)
-    if with_root is not None:
-        dataset = dataset.with_root(with_root, up=up)
-    X, sequence = dataset.poses(rate)
+    try:
+        if rotations == "rotvec":
+            dataset = dataset.to_rotvec()
+        if rest != "raise":
+            dataset = dataset.retarget(dataset.motions[0].skeleton, rest=rest)
+        if with_root is not None:
+            dataset = dataset.with_root(with_root, up=up)
+        X, sequence = dataset.poses(rate)
+    except ValueError as error:  # which names motions by their index
+        message = re.sub(r"(?<![\w.])motions\[(\d+)\]", lambda found: names[int(found[1])], str(error))
+        raise ValueError(message) from None
     ends = np.searchsorted(sequence, np.arange(len(files)), side="right")
     for path, first, end in zip(files, [0, *ends], ends, strict=False):
         print(f"{first:>8} to {end - 1:<8} {path}")
@@ -80,11 +85,14 @@ def backend(name: str, scheduler: str | None, n_jobs: int) -> Iterator[None]:
 def distances(X: np.ndarray, skeleton: Skeleton, metric: str, out: Path, dtype: str) -> None:
     """Write the matrix of distances to a file, or finish an interrupted one."""
     X, shape = X.astype(dtype), (len(X), len(X))
-    if out.exists() and FileCheckpoint(out).path.exists():
+    notes = FileCheckpoint(out)
+    if out.exists() and notes.path.exists():
         array = np.lib.format.open_memmap(out, mode="r+")
         print(f"{out} is unfinished: continuing")
     else:
         _refuse_to_overwrite(out)
+        if notes.read() is not None:  # on a matrix that has been deleted
+            notes.remove()
         size, free = shape[0] * shape[1] * X.dtype.itemsize, shutil.disk_usage(out.absolute().parent).free
         if size > free:
             raise ValueError(

@@ -5,13 +5,14 @@ import os
 import re
 import shlex
 import sys
+import warnings
 from collections.abc import Sequence
 
 from skpose._cli.parser import command_line
 
 INTERRUPTED = 130  # a shell's status after Ctrl-C
-READING = "asf", "frame_rate", "scale", "on_nan", "trust", "stretch", "missing", "root", "model"  # of load_motion
-
+# Options of `load_motion`.
+READING = "asf", "frame_rate", "scale", "on_nan", "trust", "stretch", "missing", "root", "model", "hands"
 PREPARING = "rotations", "rest", "with_root", "up"  # options of what is done with the motions
 
 
@@ -24,7 +25,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if getattr(options, "up", None) is not None and options.with_root is None:
         parser.error("--up is for --with-root tilt or whole")
     try:
-        _run(options)
+        with warnings.catch_warnings():
+            _show_warnings()
+            _run(options)
     except KeyboardInterrupt:
         remedy = "; run the same command again to continue" if options.command == "distances" else ""
         print(f"skpose: interrupted{remedy}", file=sys.stderr)
@@ -34,19 +37,36 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 1
     except (OSError, ValueError, RuntimeError, MemoryError) as error:
         message = str(error) or ("not enough memory" if isinstance(error, MemoryError) else type(error).__name__)
-        print(f"skpose: {_as_options(' '.join(message.split()))}", file=sys.stderr)
+        print(f"skpose: {_as_options(message)}", file=sys.stderr)
         return 1
     return 0
 
 
+def _show_warnings() -> None:
+    """Print each warning as one line, and the same one of several files once; Python's own names a line of code."""
+    shown = set()
+
+    def show(message: Warning | str, *_: object, **__: object) -> None:
+        line = _as_options(str(message))
+        if line not in shown:
+            shown.add(line)
+            print(f"skpose: warning: {line}", file=sys.stderr)
+
+    warnings.showwarning = show
+
+
 def _as_options(message: str) -> str:
-    """Return the message with arguments of the readers as options: on_nan='drop' as --on-nan drop."""
+    """Return the message in one line, with arguments of functions as options: on_nan='drop' as --on-nan drop."""
 
     def option(found: re.Match) -> str:
-        value = f" {shlex.quote(found[2])}" if found[2] is not None else ""
+        given = found[2] if found[3] is None else found[3]
+        value = f" {shlex.quote(given)}" if given is not None else ""
         return f"--{found[1].replace('_', '-')}{value}"
 
-    return re.sub(rf"\b({'|'.join(READING)})=(?:'([^']*)')?", option, message)
+    message = " ".join(message.split())
+    names = "|".join((*READING, *PREPARING))
+    message = re.sub(r"[\w.]+\([^()]*\b(\w+=\"\w+\")\)", r"\1", message)  # of a call, its last argument
+    return re.sub(rf"\b({names})=(?:(?:'([^']*)'|\"([^\"]*)\"))?", option, message)
 
 
 def _run(options: argparse.Namespace) -> None:

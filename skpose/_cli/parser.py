@@ -113,7 +113,10 @@ def _add_poses(parser: argparse.ArgumentParser, out: str, result: str) -> None:
         help="make the orientation of the root a part of the poses: without the heading, or whole; default: neither",
     )
     parser.add_argument(
-        "--up", choices=["x", "y", "z"], help="the axis of the world that points up, for --with-root; default: y"
+        "--up",
+        choices=["x", "y", "z"],
+        help="the axis of the world that points up, for --with-root; default: y for BVH and AMC files, z for AMASS "
+        "files",
     )
     parser.add_argument(
         "--backend",
@@ -151,6 +154,12 @@ def _add_reading(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="body model (.npz) of AMASS files, see skpose.io.load_amass; {gender} in it is replaced by the motion's; "
         "default: a person of mean proportions",
+    )
+    parser.add_argument(
+        "--no-hands",
+        dest="hands",
+        action="store_false",
+        help="leave out the joints beyond the wrists of AMASS files, with which SMPL and SMPL-H differ",
     )
     for name, choices, meaning in (
         ("on-nan", ["raise", "drop"], "frames with NaN or infinite numbers: refuse the file, or leave them out"),

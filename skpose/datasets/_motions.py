@@ -15,7 +15,7 @@ from skpose.skeleton._skeleton import check_comparable
 WALKING_AND_RUNNING = ("walk", "run")
 CONVERT = (
     'Convert the motions to one rest pose first: dataset.retarget(dataset.motions[0].skeleton, rest="world") keeps the '
-    'directions of the bones in the world, rest="same" the numbers; on the command line --rest'
+    'directions of the bones in the world, rest="same" the numbers'
 )
 
 
@@ -129,7 +129,7 @@ class MotionDataset:
         for i, motion in enumerate(self.motions):
             if up is None and motion.up != self.motions[0].up:
                 raise ValueError(
-                    f'motions[0] has up="{self.motions[0].up}" and motions[{i}] up="{motion.up}": tilts of different '
+                    f'motions[0] has "{self.motions[0].up}" up and motions[{i}] "{motion.up}": tilts of different '
                     'worlds are not comparable; rotate the motions into one world, or pass up="y" if all are in one'
                 )
         return replace(self, motions=tuple(motion.with_root(part, up=up) for motion in self.motions))

@@ -103,7 +103,7 @@ def read_amass(source: Source, *, model: PathLike | None = None, hands: bool = T
     if model is None:
         warn(
             "bones have the lengths of a person of mean height and proportions, as AMASS files have no skeleton: "
-            "model= takes them from the file of an SMPL model and the betas of the motion (--model on the command line)"
+            "model= takes them from the file of an SMPL model and the betas of the motion"
         )
         joints = mean_joints(name)
     else:

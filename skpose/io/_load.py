@@ -71,7 +71,7 @@ def load_motion(
     OSError
         If it cannot be read, or the skeleton of an AMC file is not found.
     ValueError
-        If an AMC file has no `asf` and is not a path, or a `root` is chosen for it.
+        If an AMC file has no `asf` and is not a path, or a `root` is chosen for a file that is not BVH.
 
     See Also
     --------
@@ -88,6 +88,10 @@ def load_motion(
     with Source(path, "a BVH, AMC or AMASS file", archive=True) as source:
         found = _format_of(source)
         if found == "AMASS":
+            if root is not None:
+                raise ValueError(
+                    f"root={root!r} is for BVH files; {source.name} is an AMASS file, whose root is the pelvis"
+                )
             if scale not in (None, 1.0):
                 raise ValueError(f"{source.name} is an AMASS file, in metres: scale must be None, got {scale!r}")
             return read_amass(source, model=model, hands=hands)

@@ -13,6 +13,13 @@ from skpose.skeleton._skeleton import mismatch
 if TYPE_CHECKING:
     from skpose.skeleton._motion import Motion
 
+# What to do about motions that differ in what one motion has once.
+REMEDIES = {
+    "frame_rate": "use resample first",
+    "root_axes": 'with_root("tilt") makes the orientation a part of the poses of both, and leaves one axis to the root',
+    "up": 'their worlds are not the same; if they are, dataclasses.replace(motion, up="y") states so',
+}
+
 
 def frames_of(motion: "Motion", frames: int | slice) -> "Motion":
     """Return some frames: ``motion[10:50]``, ``motion[::2]`` at half the rate, ``motion[3]`` as one frame."""
@@ -56,7 +63,7 @@ def concatenate(motions: Iterable["Motion"]) -> "Motion":
     Parameters
     ----------
     motions : iterable of Motion
-        At least one; with the same skeleton, frame rate and root axes.
+        At least one; with the same skeleton, frame rate, root axes and axis that points up.
 
     Returns
     -------
@@ -66,7 +73,7 @@ def concatenate(motions: Iterable["Motion"]) -> "Motion":
     Raises
     ------
     ValueError
-        If the motions differ in skeleton, frame rate or root axes; the message states in which.
+        If the motions differ in one of these; the message states in which.
     """
     motions = list(motions)
     if not motions:
@@ -76,7 +83,7 @@ def concatenate(motions: Iterable["Motion"]) -> "Motion":
         if motion.skeleton != first.skeleton:
             difference = mismatch(first.skeleton, motion.skeleton) or "bones differ: use retarget first"
             raise ValueError(f"motions[{i}] has another skeleton than motions[0]: {difference}")
-        for name, remedy in (("frame_rate", "use resample first"), ("root_axes", "turn them into the same first")):
+        for name, remedy in REMEDIES.items():
             if getattr(motion, name) != getattr(first, name):
                 values = f"{getattr(motion, name)!r}, but motions[0] {getattr(first, name)!r}"
                 raise ValueError(f"motions[{i}] has {name} {values}: {remedy}")

@@ -38,6 +38,9 @@ def retarget(motion: "Motion", skeleton: Skeleton, rest: str) -> "Motion":
     """Return the motion on another skeleton, see `Motion.retarget`."""
     if rest not in RESTS:
         raise ValueError(f'rest must be "raise", "world" or "same", got {rest!r}')
+    if not isinstance(skeleton, Skeleton):
+        remedy = ": pass its skeleton, motion.skeleton" if isinstance(skeleton, type(motion)) else ""
+        raise TypeError(f"skeleton must be a skpose.Skeleton, got {type(skeleton).__name__}{remedy}")
     difference = mismatch(motion.skeleton, skeleton)
     if difference:
         raise ValueError(f"the motion's angles do not carry over to this skeleton: {difference}")

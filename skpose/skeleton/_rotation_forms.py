@@ -84,10 +84,10 @@ def poses_from_rotations(rotations: ArrayLike, skeleton: Skeleton, *, form: Rota
         worst = missed.argmax()
         if missed[worst] > TOLERANCE:
             about = " and ".join(bone.dofs.lower())
+            remedy = 'a joint with dofs="rotvec"' if bone.n_dofs == 1 else "skeleton.to_rotvec()"
             raise ValueError(
                 f"rotations[{worst}, {i}], of joint {bone.name!r}, must be about {about}, the joint's axes, and misses "
-                f"these by {np.degrees(missed[worst]):.3g}°; skeleton.to_rotvec() takes any rotation of a joint with "
-                "two dofs"
+                f"these by {np.degrees(missed[worst]):.3g}°; {remedy} takes any rotation"
             )
         columns.append(fitted)
     return np.concatenate(columns, axis=1)

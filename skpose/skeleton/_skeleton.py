@@ -241,7 +241,9 @@ def mismatch(a: Skeleton, b: Skeleton) -> str:
         for field in ("parent", "dofs"):
             in_a, in_b = getattr(bones_a[name], field), getattr(bones_b[name], field)
             if in_a != in_b:
-                return f"joint {name!r} has {field} {in_a!r} in one and {in_b!r} in the other"
+                convertible = field == "dofs" and min(bones_a[name].n_dofs, bones_b[name].n_dofs) > 1
+                remedy = '; as ball joints they compare: to_rotvec() of both, or rotations="rotvec"' * convertible
+                return f"joint {name!r} has {field} {in_a!r} in one and {in_b!r} in the other{remedy}"
     return ""
 
 

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from scipy.sparse import load_npz
 from skpose import Motion, PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer, Skeleton, pose_distances
 from skpose._cli.main import main
 from skpose._parallel.backends import from_workers
+from skpose._parallel.checkpoint import IDENTITY, FileCheckpoint
 from skpose.io import load_amc, load_bvh
 
 BVH = str(DATA / "biped.bvh")
@@ -298,3 +300,26 @@ def test_a_closed_output_is_no_error():
     assert process.stderr.read() == ""
     assert process.wait() in (0, 1)
     process.stderr.close()
+
+
+def test_warnings_are_one_line_and_hands_can_be_left_out(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for name, width in (("a.npz", 72), ("b.npz", 156)):  # SMPL and SMPL-H
+        np.savez(name, poses=np.zeros((2, width)), trans=np.zeros((2, 3)), mocap_framerate=60.0)
+    command = ["distances", "a.npz", "b.npz", "--metric", "position", "--out", "D.npy"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("default")
+        assert main(command) == 1
+        warning, error = capsys.readouterr().err.splitlines()
+        assert warning.startswith("skpose: warning: bones have the lengths of a person")
+        assert "--model takes them from" in warning
+        assert error.startswith("skpose: b.npz has no bone-wise mean with a.npz")
+        assert main([*command, "--no-hands"]) == 0
+    np.testing.assert_array_equal(np.load("D.npy"), np.zeros((4, 4)))
+
+
+def test_the_notes_of_a_matrix_that_was_deleted_unfinished_are_too(tmp_path):
+    out = tmp_path / "D.npy"
+    FileCheckpoint(out).start({IDENTITY: "of other poses"}, [])
+    assert main(["distances", BVH, "--metric", "position", "--out", str(out)]) == 0
+    assert list(tmp_path.iterdir()) == [out]

@@ -31,8 +31,11 @@ def files(tmp_path, monkeypatch):
 def test_files_with_different_rest_poses(files, capsys):
     assert main(files) == 1
     (line,) = capsys.readouterr().err.splitlines()
-    assert "motions[0] and motions[1] have different rest poses: bone 'hand' points in directions that are 60°" in line
-    assert "--rest" in line
+    assert "t.bvh and a.bvh have different rest poses: bone 'hand' points in directions that are 60°" in line
+    assert "--rest world keeps the directions" in line
+    assert "--rest same the numbers" in line
+    assert "motions[" not in line
+    assert "dataset" not in line
     assert main([*files, "--rest", "world"]) == 0
     expected = np.zeros((4, 4))
     expected[2, [0, 1, 3]] = expected[[0, 1, 3], 2] = 0.3  # all but one have the arm stretched, 60° away

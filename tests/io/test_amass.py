@@ -259,6 +259,8 @@ def test_the_content_decides_on_the_format(write, capsys):
     assert load_motion(renamed, hands=False).skeleton.n_joints == 24
     with pytest.raises(ValueError, match=r"a\.bvh is an AMASS file, in metres: scale must be None, got 0\.01"):
         load_motion(renamed, scale=0.01)
+    with pytest.raises(ValueError, match=r"root='Hips' is for BVH files; .*a\.bvh is an AMASS file, whose root is the"):
+        load_motion(renamed, root="Hips")
     with pytest.raises(MocapFormatError, match=r"a\.bvh: this is a zip archive, not a BVH file"):
         load_bvh(renamed)
     model = write(model_arrays("SMPL-X", n_directions=300), "model.npz")

@@ -299,3 +299,13 @@ def test_poses_of_a_dataset_as_rotation_vectors():
     np.testing.assert_array_equal(X[::2], dataset.poses(5, rotations="rotvec")[0])
     with pytest.raises(ValueError, match=r'rotations must be "rotvec", or None .* got .euler.'):
         dataset.poses(rotations="euler")
+
+
+def test_the_remedy_for_a_rotation_about_another_axis_works():
+    skeletons = {dofs: Skeleton([Bone("a", None, (1, 0, 0), dofs)]) for dofs in ("z", "xz", "rotvec")}
+    with pytest.raises(ValueError, match=r'misses these by 57\.3°; a joint with dofs="rotvec" takes any rotation'):
+        poses_from_rotations([[[0, 1.0, 0]]], skeletons["z"], form="rotvec")
+    with pytest.raises(ValueError, match=r"skeleton\.to_rotvec\(\) takes any rotation"):
+        poses_from_rotations([[[0, 1.0, 0]]], skeletons["xz"], form="rotvec")
+    for skeleton in (skeletons["rotvec"], skeletons["xz"].to_rotvec()):
+        np.testing.assert_allclose(poses_from_rotations([[[0, 1.0, 0]]], skeleton, form="rotvec"), [[0, 1, 0]])

@@ -1,5 +1,7 @@
 """Mirror images of motions, frames of motions, motions one after another."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import reference
@@ -272,9 +274,17 @@ def test_motions_one_after_another():
             [moving(humanoid()), moving(humanoid(1.8))],
             r"motions\[1\] has another skeleton .*: bones differ: use retarget",
         ),
+        ([moving(humanoid()), replace(moving(humanoid()), up="z")], r"motions\[1\] has up 'z', but motions\[0\] 'y'"),
         ([moving(humanoid()), moving(Skeleton.chain(2))], r"motions\[1\] has another skeleton .* only one of them has"),
     ],
 )
 def test_error_for_motions_that_do_not_follow_each_other(motions, message):
     with pytest.raises(ValueError, match=message):
         Motion.concatenate(motions)
+
+
+def test_the_remedy_for_roots_about_different_axes_works():
+    motions = [moving(humanoid()), moving(humanoid(), "xyz")]
+    with pytest.raises(ValueError, match=r'with_root\("tilt"\)'):
+        Motion.concatenate(motions)
+    assert len(Motion.concatenate([motion.with_root("tilt") for motion in motions])) == sum(map(len, motions))

@@ -226,3 +226,21 @@ def test_generated_people_have_one_rest_pose():
 def test_people_of_one_collection_have_one_rest_pose(collection, request):
     dataset = request.getfixturevalue(collection)
     assert dataset.skeleton.n_dofs == dataset.poses(frame_rate=1)[0].shape[1]
+
+
+def test_error_for_a_target_that_is_no_skeleton():
+    motion = Motion(Skeleton.chain(2), [[0, 0]], 30)
+    with pytest.raises(TypeError, match=r"must be a skpose\.Skeleton, got Motion: pass its skeleton, motion\.skeleton"):
+        motion.retarget(motion)
+    with pytest.raises(TypeError, match=r"must be a skpose\.Skeleton, got NoneType$"):
+        motion.retarget(None)
+
+
+def test_the_remedy_for_different_orders_of_angles_works():
+    motions = [Motion(Skeleton([Bone("a", None, (1, 0, 0), order)]), np.ones((2, 3)), 30) for order in ("ZXY", "xyz")]
+    with pytest.raises(ValueError, match=r"they compare: to_rotvec\(\) of both, or rotations=\"rotvec\""):
+        motions[0].retarget(motions[1].skeleton)
+    assert len(motions[0].to_rotvec().retarget(motions[1].to_rotvec().skeleton)) == 2
+    hinge = Skeleton([Bone("a", None, (1, 0, 0), "z")])
+    with pytest.raises(ValueError, match=r"in the other$"):
+        motions[0].retarget(hinge)

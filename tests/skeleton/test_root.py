@@ -123,7 +123,7 @@ def test_collections():
     assert X.shape == (60, motions[0].skeleton.n_dofs + 3)
     assert dataset.with_root("whole").skeleton.n_dofs == X.shape[1]
     mixed = MotionDataset([motions[0], Motion(TREES["own"], motions[1].angles, 30, up="z")], *[["a", "b"]] * 3)
-    with pytest.raises(ValueError, match=r'motions\[0\] has up="y" and motions\[1\] up="z"'):
+    with pytest.raises(ValueError, match=r'motions\[0\] has "y" up and motions\[1\] "z"'):
         mixed.with_root("tilt")
     assert mixed.with_root("tilt", up="z").motions[0].root_axes == "z"
 
