@@ -180,6 +180,6 @@ def _check(bone: Bone, carried: str, reached: np.ndarray, wished: np.ndarray) ->
     if apart.max() > np.degrees(ROUNDING):
         raise ValueError(
             f"joint {bone.name!r} has the dofs {bone.dofs!r}, with which bone {carried!r} cannot keep its direction: "
-            f"at frame {apart.argmax()} it is off by {apart.max():.2g}°. Give the joint three dofs on both, or "
-            'take the numbers as they are with rest="same"'
+            f"at frame {apart.argmax()} it is off by {apart.max():.2g}°. Take the numbers "
+            'as they are with rest="same", which is right where rest poses are close'
         )
