@@ -4,8 +4,6 @@ N. Mahmood, N. Ghorbani, N. F. Troje, G. Pons-Moll, M. J. Black, "AMASS: archive
 ICCV 2019, doi:10.1109/ICCV.2019.00554.
 """
 
-import warnings
-
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -14,6 +12,7 @@ from skpose.io._npz import Archive
 from skpose.io._smpl import BY_SIZE, HANDS, MODELS, mean_joints, shaped_joints
 from skpose.io._source import Source, warn
 from skpose.skeleton import Bone, Motion, Skeleton
+from skpose.skeleton._continuity import continuous_triples
 
 ROOT_AXES = "ZYX"  # the heading first, as z is up; degenerate only where a person lies on the side
 RATES = "mocap_framerate", "mocap_frame_rate"
@@ -168,16 +167,4 @@ def _angles(vectors: np.ndarray) -> np.ndarray:
     """Return rotation vectors (n_frames, 3) as angles about `ROOT_AXES`, continuous in time."""
     if not len(vectors):
         return np.zeros((0, 3))
-    with warnings.catch_warnings():  # where the angles are not unique; the rotation is right
-        warnings.simplefilter("ignore", UserWarning)
-        angles = Rotation.from_rotvec(vectors).as_euler(ROOT_AXES)
-    # (a, b, c) and (a + π, π − b, c + π) are one rotation. Change from one to the other where the step is shorter.
-    twins = angles * [1.0, -1.0, 1.0] + np.pi
-    straight, crossing = (_wrapped(after - angles[:-1]) for after in (angles[1:], twins[1:]))
-    crosses = np.linalg.norm(crossing, axis=1) < np.linalg.norm(straight, axis=1)
-    use_twin = np.logical_xor.accumulate([False, *crosses])
-    return np.unwrap(np.where(use_twin[:, None], twins, angles), axis=0)
-
-
-def _wrapped(gap: np.ndarray) -> np.ndarray:
-    return gap - 2.0 * np.pi * np.rint(gap / (2.0 * np.pi))
+    return continuous_triples(ROOT_AXES, Rotation.from_rotvec(vectors))

@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose.io._angles import euler_angles
 from skpose.io._hierarchy import Joint
 from skpose.io._offsets import ROUNDING, UNUSED, local_positions, longest_bone
 from skpose.io._source import Source
+from skpose.skeleton._continuity import continuous_triples
 
 MOST_NAMES = 40  # in a message
 
@@ -101,7 +101,7 @@ def root_movement(chain: list[Joint], numbers: np.ndarray, longest: float) -> tu
         return positions, axes, np.radians(numbers[:, [*columns.values()]])
     axes = axes if len(axes) == 3 else "ZXY"
     own = _rotation(chain[-1], numbers)
-    return positions, axes, euler_angles(above if own is None else above * own, axes)
+    return positions, axes, continuous_triples(axes, above if own is None else above * own)
 
 
 def _rotation(joint: Joint, numbers: np.ndarray) -> Rotation | None:

@@ -4,10 +4,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from skpose.io._angles import continuous
 from skpose.io._arguments import PathLike, check_positive
 from skpose.skeleton import Bone, Motion
+from skpose.skeleton._continuity import continuous_triples
 from skpose.skeleton._rotations import rotations_of
 
 DIGITS = 9  # after the point: far below the precision of mocap; no exponents, which some programs cannot read
@@ -155,9 +156,5 @@ def _about_root(bone: Bone, angles: np.ndarray, axes: np.ndarray) -> tuple[str, 
     """Return a joint's rotations as three intrinsic ones about the axes of the root, continuous in time."""
     if not angles.size:  # no frames, or a rigid joint
         return "ZYX", np.zeros((len(angles), 3))
-    R = axes @ rotations_of(bone, angles).as_matrix() @ axes.T
-    z = np.arctan2(R[:, 1, 0], R[:, 0, 0])
-    y = np.arctan2(-R[:, 2, 0], np.hypot(R[:, 0, 0], R[:, 1, 0]))
-    # From the rotation that remains after z is removed, for any z: if y is 90°, only z and x together are defined.
-    x = np.arctan2(np.sin(z) * R[:, 0, 2] - np.cos(z) * R[:, 1, 2], np.cos(z) * R[:, 1, 1] - np.sin(z) * R[:, 0, 1])
-    return "ZYX", continuous(np.stack([z, y, x], axis=1))
+    to_root = Rotation.from_matrix(axes)
+    return "ZYX", continuous_triples("ZYX", to_root * rotations_of(bone, angles) * to_root.inv())

@@ -10,6 +10,11 @@ from skpose.skeleton._bone import Bone
 from skpose.skeleton._rotations import LOCKED, NO_TURN, TWO_PI, columns_of, squared_gap, twin, unlocked
 
 
+def continuous_triples(order: str, rotations: Rotation) -> np.ndarray:
+    """Return rotations over time as Euler triples (n_frames, 3), the first frame's nearest to zero."""
+    return continuous_columns(Bone("", None, (0.0, 0.0, 0.0), order), rotations)
+
+
 def continuous_columns(bone: Bone, rotations: Rotation) -> np.ndarray:
     """Return the columns (n_frames, 3) of a joint with three dofs, the first frame's nearest to zero."""
     columns = columns_of(bone, rotations, np.zeros(3))

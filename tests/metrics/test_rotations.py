@@ -1,4 +1,4 @@
-"""Distances are those of rotations, whatever numbers the rotations are written in."""
+"""Distances are those of rotations, for all numbers that the rotations can be written in."""
 
 from itertools import permutations
 
