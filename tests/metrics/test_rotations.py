@@ -92,7 +92,7 @@ def test_one_ball_joint_follows_its_arc():
         np.testing.assert_allclose(pose_distances(X, skeleton=skeleton, metric=metric)[0, 1], length, rtol=1e-10)
 
 
-def test_one_rotation_in_two_ways_is_one_pose():
+def test_one_rotation_in_other_numbers_is_one_pose():
     """Fact 6 of the design: the two triples of Euler angles of one rotation, which no wrapping makes equal."""
     skeleton = Skeleton([Bone("hand", None, (0.3, 0.2, 0.4), "xyz")])
     twins = np.array([[0.4, 0.9, -0.2], [0.4 + np.pi, np.pi - 0.9, -0.2 + np.pi]])
