@@ -115,7 +115,7 @@ def _reflected(partner: Bone, bone: Bone, given: np.ndarray, change: np.ndarray)
 
 def _rest_axes(skeleton: Skeleton) -> np.ndarray:
     """Return each joint's axes at angle zero in those of the root, (n_joints, 3, 3)."""
-    rest = Rotation.from_matrix(skeleton.rest_rotations).as_matrix()  # exactly orthonormal
+    rest = Rotation.from_matrix(skeleton.rest_rotations.copy()).as_matrix()  # exactly orthonormal
     for j, parent in enumerate(skeleton.parents):
         if parent >= 0:
             rest[j] = rest[parent] @ rest[j]

@@ -74,7 +74,7 @@ def _keep_directions(source: Skeleton, angles: np.ndarray, target: Skeleton) -> 
     oriented: dict[str | None, Rotation] = {None: Rotation.identity()}
     converted = np.empty((len(angles), target.n_dofs))
     for j, bone in enumerate(target.bones):
-        before = oriented[bone.parent] * Rotation.from_matrix(target.rest_rotations[j])
+        before = oriented[bone.parent] * Rotation.from_matrix(target.rest_rotations[j].copy())
         if not bone.dofs:
             oriented[bone.name] = before
             continue
@@ -151,7 +151,7 @@ def _orientations(skeleton: Skeleton, angles: np.ndarray) -> dict[str | None, Ro
     oriented: dict[str | None, Rotation] = {None: Rotation.identity()}
     columns = _columns(skeleton)
     for bone, rest in zip(skeleton.bones, skeleton.rest_rotations, strict=True):
-        oriented[bone.name] = oriented[bone.parent] * Rotation.from_matrix(rest)
+        oriented[bone.name] = oriented[bone.parent] * Rotation.from_matrix(rest.copy())
         if bone.dofs:
             oriented[bone.name] = oriented[bone.name] * rotations_of(bone, angles[:, columns[bone.name]])
     return oriented

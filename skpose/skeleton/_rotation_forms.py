@@ -66,7 +66,7 @@ def poses_from_rotations(rotations: ArrayLike, skeleton: Skeleton, *, form: Rota
     """
     bones = _rotating(skeleton)
     shape = _form_of(form).shape
-    array = np.asarray(rotations, dtype=np.float64)
+    array = np.array(rotations, dtype=np.float64)  # a copy: see `rotations_of`
     if array.ndim != 2 + len(shape) or array.shape[1:] != (len(bones), *shape):
         sizes = ", ".join(map(str, ("n_poses", len(bones), *shape)))
         raise ValueError(

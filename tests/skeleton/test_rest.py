@@ -108,7 +108,7 @@ def test_rest_rotations_of_any_kind(frame, seed):
     for bone, rest in zip(one.bones, one.rest_rotations, strict=True):
         carrier = bone.name if frame == "own" else bone.parent
         offset = Q[carrier].inv().apply(bone.offset)
-        rest = (Q[bone.parent].inv() * Rotation.from_matrix(rest) * Q[bone.name]).as_matrix()
+        rest = (Q[bone.parent].inv() * Rotation.from_matrix(rest.copy()) * Q[bone.name]).as_matrix()
         bones.append(bone._replace(offset=offset, rest_rotation=rest))
     other = Skeleton(bones, frame)
     motion = random_motion(one, seed)

@@ -134,7 +134,7 @@ def test_retargeting_and_the_root_commute(frame):
     one = TREES[frame]
     W = Rotation.from_euler("x", 90, degrees=True)
     root = [b.parent is None for b in one.bones]
-    rests = [(W * Rotation.from_matrix(r)).as_matrix() for r in one.rest_rotations]
+    rests = [(W * Rotation.from_matrix(r.copy())).as_matrix() for r in one.rest_rotations]
     bones = [
         b._replace(
             rest_rotation=rest if top else b.rest_rotation,
