@@ -284,7 +284,11 @@ pose_distances(X, skeleton=skeleton, metric="position", out=out)
 
 def start(folder, mode):
     program = [sys.executable, "-c", PROGRAM.format(mode=mode)]
-    process = subprocess.Popen(program, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    # Not measured: a signal while coverage holds its lock would leave the process waiting for it.
+    environment = {name: value for name, value in os.environ.items() if name != "COVERAGE_PROCESS_START"}
+    process = subprocess.Popen(
+        program, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
     assert process.stdout.readline() == "started\n", process.communicate()
     return process
 
