@@ -260,8 +260,10 @@ def test_an_error_names_the_package_to_install(files, capsys, monkeypatch):
 
 
 @pytest.fixture
-def children_receive_ctrl_c():
+def children_receive_ctrl_c(monkeypatch):
     """Let child processes receive SIGINT. They inherit that it is ignored if pytest runs in the background."""
+    # Not measured: a signal while coverage holds its lock would leave the process waiting for it.
+    monkeypatch.delenv("COVERAGE_PROCESS_START", raising=False)
     handler = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, handler)
