@@ -14,7 +14,7 @@ from skpose._compiled.jit import internal, jit
 from skpose._compiled.rotation import canonical, inverse, product, quaternion_of, sign_towards, slope_of_turn, vector_of
 from skpose._compiled.tree import TWO_PI, Tree
 
-GIMBAL = 1e-7  # cosine of the second Euler angle below which the first one is free
+GIMBAL = 1e-14  # cosine of the second Euler angle below which the first one is free; larger, rotations would change
 FARTHEST = 1.5 * math.pi  # rotation vectors are at their best near zero, and useless at 2π
 NO_TURN = 1e-12  # rotation below which there is none but for rounding, about no axis, rad
 

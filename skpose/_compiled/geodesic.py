@@ -33,7 +33,7 @@ LEAST_CHANGE = 0.1  # see `minimiser.Settings`
 PATIENCE = 10  # iterations, on paths that are not refined
 NEVER = 1 << 62  # iterations
 ARRIVED = 1e-9  # rounding of the last pose's dofs, rad
-BITS = 2.0**36
+BITS = 2.0**36  # of dofs, see `_dofs_in`
 AGREE = 1e-6  # relative difference of chord and line within which the line's length is the geodesic's
 
 

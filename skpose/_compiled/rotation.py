@@ -118,23 +118,10 @@ def jacobian_coefficients(square):
 
 
 @internal
-def _slope_series(square, shift):
-    """Return twice the derivative of `_series` by θ²."""
-    term = -2.0
-    for i in range(2, shift + 3):
-        term /= i
-    total = term
-    for k in range(1, TERMS):
-        term *= -square * (k + 1) / (k * (2 * k + shift + 2) * (2 * k + shift + 1))
-        total += term
-    return total
-
-
-@internal
 def jacobian_slopes(square):
     """Return the derivatives of a and b by θ, divided by θ."""
-    if square < NEAR:
-        return _slope_series(square, 2), _slope_series(square, 3)
+    if square < NEAR:  # the derivative of a series by θ² is made of the next two
+        return 2.0 * _series(square, 4) - _series(square, 3), 3.0 * _series(square, 5) - _series(square, 4)
     angle = math.sqrt(square)
     sin, cos = math.sin(angle), math.cos(angle)
     slope = (angle * sin - 2.0 * (1.0 - cos)) / (square * square)

@@ -108,13 +108,13 @@ def read_amass(source: Source, *, model: PathLike | None = None, hands: bool = T
     else:
         joints = shaped_joints(file, name, model)
     tree = MODELS[name]
-    at_rest = dict(zip(tree, joints, strict=True))
+    at_rest: dict[str | None, np.ndarray] = dict(zip(tree, joints, strict=True))
     root, *kept = [joint for joint in tree if hands or joint not in HANDS]
     bones = [
         Bone(
             joint,
             None if tree[joint] == root else tree[joint],
-            at_rest[joint] - at_rest[tree[joint]],  # type: ignore[index]  # only the root has no parent
+            at_rest[joint] - at_rest[tree[joint]],
             "rotvec",
         )
         for joint in kept

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Literal, NoReturn
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skpose.skeleton import _conversions, _frames, _mirror
+from skpose.skeleton import _conversions, _mirror, _sampling
 from skpose.skeleton._bone import Bone, is_axes
 from skpose.skeleton._continuity import without_jumps
 from skpose.skeleton._retarget import retarget
@@ -130,7 +130,7 @@ class Motion:
     def __len__(self) -> int:
         return len(self.angles)
 
-    __getitem__ = _frames.frames_of
+    __getitem__ = _sampling.frames_of
 
     def __array__(self, *arguments: object, **options: object) -> NoReturn:
         raise TypeError("a Motion is no array: pass its poses, motion.angles")
@@ -144,8 +144,8 @@ class Motion:
         seconds = len(self) / self.frame_rate
         return f"Motion({len(self)} frames at {self.frame_rate:g} Hz, {seconds:.1f} s, {self.skeleton!r})"
 
-    concatenate = staticmethod(_frames.concatenate)
-    resample = _frames.resample
+    concatenate = staticmethod(_sampling.concatenate)
+    resample = _sampling.resample
 
     def unwrap(self) -> "Motion":
         """Return the motion with its angles continuous in time: jumps from frame to frame are removed.

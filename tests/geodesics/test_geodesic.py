@@ -225,6 +225,14 @@ def test_paths_do_not_jump_where_they_end_at_a_whole_turn():
             assert np.abs(np.diff(path, axis=0)).max() < 1.0
 
 
+@pytest.mark.parametrize("off", [0.0, 1e-12, 5e-8, 1e-6])
+def test_a_path_close_to_gimbal_lock_has_its_rotations(off):
+    skeleton = Skeleton([Bone("hand", None, (0.3, 0.2, 0.4), "xyz")])
+    found = geodesic([0.1, np.pi / 2 - off, 0.0], [0.9, np.pi / 2 - off, 0.3], skeleton)
+    chords = np.diff(reference.forward_kinematics(found.path, skeleton)[:, 0], axis=0)
+    np.testing.assert_allclose(found.length, np.linalg.norm(chords, axis=1).sum(), rtol=1e-12)
+
+
 def test_resample_has_constant_speed(skeleton):
     a, b = near_and_far(skeleton)
     found = geodesic(a, b, skeleton)
