@@ -5,16 +5,8 @@ understanding", AMDO 2012, :doi:`10.1007/978-3-642-31567-1_3`. In the order in w
 and datasets (`skpose.datasets`), `Skeleton` and `Motion`, kinematics, metrics, matrices of distances, estimators.
 """
 
-from importlib.metadata import version
-
-from skpose.cluster import MedoidShift
-from skpose.geodesics import FrechetMean, Geodesic, frechet_mean, geodesic
-from skpose.kinematics import forward_kinematics, metric_tensor, position_jacobian
-from skpose.manifold import SpatialMDS
-from skpose.metrics import pose_distances, pose_distances_chunked, pose_metric
-from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
-from skpose.preprocessing import PoseDistanceTransformer
-from skpose.skeleton import Bone, Motion, Skeleton, poses_from_rotations, rotations_from_poses
+from importlib import import_module
+from typing import TYPE_CHECKING
 
 __all__ = [
     "Bone",
@@ -39,4 +31,57 @@ __all__ = [
     "rotations_from_poses",
 ]
 
-__version__ = version("skpose")
+# Each package is imported when it or one of its names is first used (PEP 562): the command line prints its help without
+# numba and scikit-learn, which take a second.
+if TYPE_CHECKING:
+    from skpose import cluster as cluster
+    from skpose import datasets as datasets
+    from skpose import geodesics as geodesics
+    from skpose import io as io
+    from skpose import kinematics as kinematics
+    from skpose import manifold as manifold
+    from skpose import metrics as metrics
+    from skpose import neighbors as neighbors
+    from skpose import plot as plot
+    from skpose import preprocessing as preprocessing
+    from skpose import skeleton as skeleton
+    from skpose.cluster import MedoidShift
+    from skpose.geodesics import FrechetMean, Geodesic, frechet_mean, geodesic
+    from skpose.kinematics import forward_kinematics, metric_tensor, position_jacobian
+    from skpose.manifold import SpatialMDS
+    from skpose.metrics import pose_distances, pose_distances_chunked, pose_metric
+    from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
+    from skpose.preprocessing import PoseDistanceTransformer
+    from skpose.skeleton import Bone, Motion, Skeleton, poses_from_rotations, rotations_from_poses
+
+    __version__: str
+else:
+    _PACKAGES = {
+        "cluster": ["MedoidShift"],
+        "datasets": [],
+        "geodesics": ["FrechetMean", "Geodesic", "frechet_mean", "geodesic"],
+        "io": [],
+        "kinematics": ["forward_kinematics", "metric_tensor", "position_jacobian"],
+        "manifold": ["SpatialMDS"],
+        "metrics": ["pose_distances", "pose_distances_chunked", "pose_metric"],
+        "neighbors": ["PoseKNeighborsTransformer", "PoseRadiusNeighborsTransformer"],
+        "plot": [],
+        "preprocessing": ["PoseDistanceTransformer"],
+        "skeleton": ["Bone", "Motion", "Skeleton", "poses_from_rotations", "rotations_from_poses"],
+    }
+    _PACKAGE_OF = {name: package for package, names in _PACKAGES.items() for name in names}
+
+    def __getattr__(name):
+        if name in _PACKAGES:
+            return import_module(f"skpose.{name}")  # which makes it an attribute
+        if name == "__version__":
+            value = import_module("importlib.metadata").version("skpose")
+        elif name in _PACKAGE_OF:
+            value = getattr(import_module(f"skpose.{_PACKAGE_OF[name]}"), name)
+        else:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        globals()[name] = value
+        return value
+
+    def __dir__():
+        return sorted({*globals(), *_PACKAGES, *__all__, "__version__"})

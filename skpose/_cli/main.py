@@ -1,14 +1,15 @@
 """Run a command of the command line and return its exit status."""
 
 import argparse
-import os
 import re
 import shlex
 import sys
 import warnings
 from collections.abc import Sequence
 
+from skpose._cli import targets  # without commands and inputs, whose imports take a second
 from skpose._cli.parser import command_line
+from skpose._cli.terminal import Interruption, discard, output_may_close
 
 INTERRUPTED = 130  # a shell's status after Ctrl-C
 # Options of `load_motion`.
@@ -18,6 +19,16 @@ PREPARING = "rotations", "rest", "with_root", "up"  # options of what is done wi
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; return the exit status."""
+    with Interruption() as interruption:
+        try:
+            return _status(arguments, interruption)
+        except BaseException:
+            if not interruption.happened:
+                raise
+            return INTERRUPTED  # before the options were read
+
+
+def _status(arguments: Sequence[str] | None, interruption: Interruption) -> int:
     parser = command_line()
     options = parser.parse_args(arguments)
     if getattr(options, "scheduler", None) is not None and options.backend not in ("dask", "ray"):
@@ -26,28 +37,36 @@ def main(arguments: Sequence[str] | None = None) -> int:
         parser.error("--up is for --with-root tilt or whole")
     try:
         with warnings.catch_warnings():
-            _show_warnings()
+            _show_warnings(options)
             _run(options)
-    except KeyboardInterrupt:
-        remedy = "; run the same command again to continue" if options.command == "distances" else ""
-        print(f"skpose: interrupted{remedy}", file=sys.stderr)
-        return INTERRUPTED
+            sys.stdout.flush()
     except BrokenPipeError:  # the reader of the output, such as `head`, has closed it
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        discard(sys.stdout)
         return 1
-    except (OSError, ValueError, RuntimeError, MemoryError) as error:
+    except BaseException as error:
+        if interruption.happened or isinstance(error, KeyboardInterrupt):
+            print(f"skpose: interrupted{_continuation(options)}", file=sys.stderr)
+            return INTERRUPTED
+        if not isinstance(error, (OSError, ValueError, RuntimeError, MemoryError)):
+            raise
         message = str(error) or ("not enough memory" if isinstance(error, MemoryError) else type(error).__name__)
-        print(f"skpose: {_as_options(message)}", file=sys.stderr)
+        print(f"skpose: {_as_options(message, options)}", file=sys.stderr)
         return 1
     return 0
 
 
-def _show_warnings() -> None:
+def _continuation(options: argparse.Namespace) -> str:
+    if options.command == "distances" and targets.is_unfinished(options.out):
+        return "; run the same command again to continue"
+    return ""
+
+
+def _show_warnings(options: argparse.Namespace) -> None:
     """Print each warning as one line, and the same one of several files once; Python's own names a line of code."""
     shown = set()
 
     def show(message: Warning | str, *_: object, **__: object) -> None:
-        line = _as_options(str(message))
+        line = _as_options(str(message), options)
         if line not in shown:
             shown.add(line)
             print(f"skpose: warning: {line}", file=sys.stderr)
@@ -55,8 +74,11 @@ def _show_warnings() -> None:
     warnings.showwarning = show
 
 
-def _as_options(message: str) -> str:
-    """Return the message in one line, with arguments of functions as options: on_nan='drop' as --on-nan drop."""
+def _as_options(message: str, options: argparse.Namespace) -> str:
+    """Return the message in one line, with arguments of functions as options: on_nan='drop' as --on-nan drop.
+
+    Only those that the command has: `skpose compare` has no --rest, and the message's own remedy stays.
+    """
 
     def option(found: re.Match) -> str:
         given = found[2] if found[3] is None else found[3]
@@ -64,26 +86,42 @@ def _as_options(message: str) -> str:
         return f"--{found[1].replace('_', '-')}{value}"
 
     message = " ".join(message.split())
-    names = "|".join((*READING, *PREPARING))
-    message = re.sub(r"[\w.]+\([^()]*\b(\w+=\"\w+\")\)", r"\1", message)  # of a call, its last argument
+    names = "|".join(name for name in (*READING, *PREPARING) if hasattr(options, name))
+    if not names:
+        return message
+    message = re.sub(rf"[\w.]+\([^()]*\b((?:{names})=\"\w+\")\)", r"\1", message)  # of a call, its last argument
     return re.sub(rf"\b({names})=(?:(?:'([^']*)'|\"([^\"]*)\"))?", option, message)
 
 
 def _run(options: argparse.Namespace) -> None:
-    from skpose._cli import commands  # imports much that --help does not need
+    if options.command in ("info", "compare"):
+        _print(options)
+        return
+    targets.check(options.command, options.out)
+    with output_may_close():
+        _write(options)
+
+
+def _print(options: argparse.Namespace) -> None:
+    """Run a command whose output is all that there is of it."""
+    from skpose._cli import commands
 
     if options.command == "compare":
-        commands.compare_metrics(options.folder, options.jobs)
-        return
+        commands.compare_metrics(options.folder, options.scale, options.jobs)
+    else:
+        commands.info(options.files, {name: getattr(options, name) for name in READING})
+
+
+def _write(options: argparse.Namespace) -> None:
+    """Run a command that writes files."""
+    from skpose._cli import commands
+    from skpose._cli.inputs import read_poses
+
     if options.command == "reproduce":
-        commands.reproduce(options.folder, options.out, options.seed, options.jobs)
+        commands.reproduce(options.folder, options.scale, options.out, options.seed, options.jobs)
         return
-    reading = {name: getattr(options, name) for name in READING}
-    if options.command == "info":
-        commands.info(options.files, reading)
-        return
-    preparing = {name: getattr(options, name) for name in PREPARING}
-    X, skeleton = commands.read_poses(options.files, options.rate, reading, **preparing)
+    reading, preparing = ({name: getattr(options, name) for name in names} for names in (READING, PREPARING))
+    X, skeleton = read_poses(options.files, options.rate, reading, **preparing)
     with commands.backend(options.backend, options.scheduler, options.jobs):
         if options.command == "distances":
             commands.distances(X, skeleton, options.metric, options.out, options.dtype)

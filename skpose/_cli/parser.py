@@ -5,15 +5,16 @@ from collections.abc import Callable
 from pathlib import Path
 
 import skpose
-from skpose.metrics._registry import METRICS
+from skpose._cli.targets import file_named
 
+METRICS = "angle", "position", "rotation", "spatial", "geodesic"  # the registry's, without numba and scikit-learn
 EXIT_STATUS = "Exit status: 0 success, 1 error in the files or the computation, 2 wrong options, 130 interrupted."
 
 
 def command_line() -> argparse.ArgumentParser:
     """Return the parser of ``skpose compare``, ``reproduce``, ``distances``, ``neighbors`` and ``info``."""
     parser = argparse.ArgumentParser(prog="skpose", description=skpose.__doc__.splitlines()[0], epilog=EXIT_STATUS)
-    parser.add_argument("--version", action="version", version=f"skpose {skpose.__version__}")
+    parser.add_argument("--version", action=_Version, nargs=0, help="print the version and exit")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
 
     def command(name: str, summary: str, more: str = "") -> argparse.ArgumentParser:
@@ -31,11 +32,17 @@ def command_line() -> argparse.ArgumentParser:
     reproduce = command(
         "reproduce",
         "repeat section 3 of the paper",
-        ": print every number with the paper's, and write the table (README.md, table.txt) and figures 3 and 4 (PNG) "
-        "to a folder. Existing files of these names are overwritten",
+        ": print every number with the paper's, and write the table (report.md, table.txt) and figures 3 and 4 (PNG) "
+        "to a folder. Existing files are never overwritten",
     )
     _add_folder(reproduce)
-    reproduce.add_argument("--out", type=Path, required=True, metavar="DIR", help="output folder; created if missing")
+    reproduce.add_argument(
+        "--out",
+        type=Path,
+        required=True,
+        metavar="DIR",
+        help="output folder; created if missing, inside an existing folder",
+    )
     reproduce.add_argument("--seed", type=int, default=0, metavar="N", help="seed of all random draws; default: 0")
     _add_jobs(reproduce)
 
@@ -45,7 +52,7 @@ def command_line() -> argparse.ArgumentParser:
         ". Poses of several skeletons are compared on their mean skeleton. If the command is interrupted, run it again "
         "to continue",
     )
-    _add_poses(distances, "D.npy", "the matrix, in numpy's format; open it with numpy.load(..., mmap_mode='r')")
+    _add_poses(distances, "D.npy", ".npy", "the matrix, in numpy's format; open it with numpy.load(..., mmap_mode='r')")
     distances.add_argument(
         "--dtype", choices=["float32", "float64"], default="float64", help="precision; default: float64"
     )
@@ -55,7 +62,7 @@ def command_line() -> argparse.ArgumentParser:
         "write the graph of nearest poses of some files to a file",
         ". Poses of several skeletons are compared on their mean skeleton",
     )
-    _add_poses(neighbors, "G.npz", "the sparse matrix of distances; open it with scipy.sparse.load_npz")
+    _add_poses(neighbors, "G.npz", ".npz", "the sparse matrix of distances; open it with scipy.sparse.load_npz")
     which = neighbors.add_mutually_exclusive_group()
     which.add_argument(
         "--neighbors", type=_positive(int), default=5, metavar="K", help="neighbours of each pose; default: 5"
@@ -68,9 +75,23 @@ def command_line() -> argparse.ArgumentParser:
     )
 
     info = command("info", "print the contents of BVH, AMC, ASF or AMASS files")
-    info.add_argument("files", nargs="+", type=Path, metavar="FILE")
+    info.add_argument(
+        "files",
+        nargs="+",
+        type=Path,
+        metavar="FILE",
+        help="a file, or a folder, for its BVH, AMC and ASF files; - is standard input",
+    )
     _add_reading(info)
     return parser
+
+
+class _Version(argparse.Action):
+    """Print the version, which takes a moment to find, only if it is requested."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        print(f"skpose {skpose.__version__}")
+        parser.exit()
 
 
 def _add_folder(parser: argparse.ArgumentParser) -> None:
@@ -79,16 +100,24 @@ def _add_folder(parser: argparse.ArgumentParser) -> None:
         nargs="?",
         type=Path,
         metavar="FOLDER",
-        help="CMU files with an index.csv, see skpose.datasets.load_cmu; default: generated motions",
+        help="AMC files with an index.csv, see skpose.datasets.load_cmu, or BVH files whose names are their labels, "
+        "SUBJECT_ACTION_TRIAL.bvh, where ACTION begins with the word walk or run: anna_walk_1.bvh, ben_run_fast_2.bvh; "
+        "default: generated motions",
     )
+    _add_scale(parser, "metres per unit of length of BVH files; default: 1")
 
 
-def _add_poses(parser: argparse.ArgumentParser, out: str, result: str) -> None:
+def _add_poses(parser: argparse.ArgumentParser, out: str, suffix: str, result: str) -> None:
     """Add the options of a computation on poses: input, output, metric, backend."""
     parser.add_argument(
-        "files", nargs="+", type=Path, metavar="FILE", help="BVH, AMC or AMASS files, in the order of the rows"
+        "files",
+        nargs="+",
+        type=Path,
+        metavar="FILE",
+        help="BVH, AMC or AMASS files, in the order of the rows; for a folder its BVH and AMC files, sorted; - is "
+        "standard input",
     )
-    parser.add_argument("--out", type=Path, required=True, metavar=out, help=result)
+    parser.add_argument("--out", type=file_named(suffix), required=True, metavar=out, help=result)
     parser.add_argument("--metric", choices=METRICS, default="spatial", help="default: spatial")
     parser.add_argument(
         "--rate", type=_positive(float), metavar="HZ", help="resample to this many poses a second; default: every frame"
@@ -143,12 +172,7 @@ def _add_reading(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--frame-rate", type=_positive(float), default=120.0, metavar="HZ", help="of AMC files; default: 120"
     )
-    parser.add_argument(
-        "--scale",
-        type=_positive(float),
-        metavar="M",
-        help="metres per unit of length; default: 1 for BVH, the unit in the skeleton's file for AMC",
-    )
+    _add_scale(parser, "metres per unit of length; default: 1 for BVH, the unit in the skeleton's file for AMC")
     parser.add_argument(
         "--model",
         metavar="FILE",
@@ -173,6 +197,10 @@ def _add_reading(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
         help="joint of a BVH file that is the root; default: the first, or its moving child if it stands still",
     )
+
+
+def _add_scale(parser: argparse.ArgumentParser, meaning: str) -> None:
+    parser.add_argument("--scale", type=_positive(float), metavar="M", help=meaning)
 
 
 def _add_jobs(parser: argparse.ArgumentParser) -> None:

@@ -60,7 +60,7 @@ CAPTIONS = {
 }
 
 
-def draw(findings: Findings, folder: Path) -> None:
+def draw(findings: Findings, figure_3: Path, figure_4: Path) -> None:
     """Write figures 3 and 4 as PNG files."""
     from matplotlib.figure import Figure  # without pyplot: no window, no backend
 
@@ -76,7 +76,7 @@ def draw(findings: Findings, folder: Path) -> None:
     right.yaxis.get_major_locator().set_params(integer=True)
     right.set_title("(b) how good the straight line is")
     right.legend()
-    figure.savefig(folder / "figure_3.png", dpi=120)
+    figure.savefig(figure_3, dpi=120)
 
     figure = Figure(figsize=(15, 4.5), layout="constrained")
     *planes, last = figure.subplots(1, len(findings.walkers) + 1, squeeze=False)[0]
@@ -90,4 +90,4 @@ def draw(findings: Findings, folder: Path) -> None:
     last.set(xlabel="share of variance in the first component", ylabel="sequences")
     last.set_title("(c) share of variance in one component")
     last.legend()
-    figure.savefig(folder / "figure_4.png", dpi=120)
+    figure.savefig(figure_4, dpi=120)

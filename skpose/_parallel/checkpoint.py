@@ -10,6 +10,8 @@ from collections.abc import Mapping, MutableMapping
 from pathlib import Path
 from typing import Any
 
+from skpose._files import new_file
+
 ATTRIBUTE = "skpose.unfinished"
 IDENTITY = "fingerprint"  # key of every head
 SECONDS = 5.0  # between two writes of the attributes, which are written as a whole
@@ -37,9 +39,8 @@ class FileCheckpoint:
 
     def start(self, head: Mapping[str, Any], notes: list[list]) -> None:
         """Replace all earlier notes, or keep all of them if that fails."""
-        new = self.path.with_name(f"{self.path.name}.new")
-        new.write_text("".join(json.dumps(line) + "\n" for line in [head, *notes]), encoding="utf-8")
-        new.replace(self.path)
+        with new_file(self.path, replace=True) as new:
+            new.write_text("".join(json.dumps(line) + "\n" for line in [head, *notes]), encoding="utf-8")
 
     def add(self, note: list) -> None:
         with self.path.open("a", encoding="utf-8") as file:

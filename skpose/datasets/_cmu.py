@@ -3,13 +3,13 @@
 import csv
 import hashlib
 import re
-import warnings
 from collections.abc import Iterable
 from pathlib import Path
 from urllib.error import URLError
 
 from sklearn.datasets import fetch_file, get_data_home
 
+from skpose._files import new_file
 from skpose._parallel.progress import progress
 from skpose.datasets._cmu_digests import DIGESTS
 from skpose.datasets._index import COLUMNS, INDEX, PathLike, read_index, read_motions
@@ -99,15 +99,13 @@ def fetch_cmu(
     Raises
     ------
     OSError
-        If the server cannot be reached or has no such subject.
-
-    Warns
-    -----
-    UserWarning
-        If a file is known to differ from the one that skpose's own figures were measured on.
+        If the server cannot be reached or has no such subject, or if one of the files that skpose's figures were
+        measured on has another SHA-256 digest; what was downloaded is then removed.
 
     Notes
     -----
+    An ``index.csv`` in the folder lists all subjects that have been downloaded, so that `load_cmu` reads them.
+
     The data is free for every use, including products that are sold, but must not be resold itself. It was obtained
     from mocap.cs.cmu.edu; the database was created with funding from NSF EIA-0196217.
 
@@ -132,12 +130,18 @@ def fetch_cmu(
                 file = path.relative_to(home).as_posix()
                 rows.append(dict(zip(COLUMNS, (name, trial, action, frame_rate, file), strict=True)))
                 advance()
-    # The index of the requested subjects, for load_cmu.
-    with (home / INDEX).open("w", newline="", encoding="utf-8") as index:
-        writer = csv.DictWriter(index, COLUMNS)
+    _add_to_index(home / INDEX, rows)
+    return read_motions(home, rows, home / INDEX, asf_path, verbose)
+
+
+def _add_to_index(path: Path, rows: list[dict]) -> None:
+    """Write the rows to the index, after those of other files that are in it."""
+    new = {row["file"] for row in rows}
+    others = [row for row in read_index(path) if row["file"] not in new] if path.exists() else []
+    with new_file(path, replace=True) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, COLUMNS, extrasaction="ignore")
         writer.writeheader()
-        writer.writerows(rows)
-    return load_cmu(home, verbose=verbose)
+        writer.writerows([*others, *rows])
 
 
 def _fetch_index(subject: str, folder: Path) -> dict[str, str]:
@@ -158,8 +162,9 @@ def _fetch_index(subject: str, folder: Path) -> dict[str, str]:
 
 
 def _fetch(url: str, folder: Path, name: str) -> Path:
-    """Return the path of a downloaded file, downloaded now unless it exists."""
+    """Return the path of a downloaded file, downloaded now unless it exists; refuse one with another digest."""
     folder.mkdir(parents=True, exist_ok=True)
+    existed = (folder / name).exists()
     try:
         path = Path(fetch_file(url, folder=folder, local_filename=name))
     except (URLError, TimeoutError, ConnectionError) as error:
@@ -169,10 +174,12 @@ def _fetch(url: str, folder: Path, name: str) -> Path:
         ) from error
     expected = DIGESTS.get(name)
     if expected is not None and digest(path) != expected:
-        warnings.warn(
-            f"{path} is not the {name} that skpose's figures were measured on; it may be cut short or newer. "
-            "Delete it to download it again",
-            stacklevel=3,
+        if not existed:
+            path.unlink()
+        remedy = f"Delete {path} to download it again" if existed else "Nothing was kept; try again"
+        raise OSError(
+            f"the SHA-256 digest of {name} differs from that of the file that skpose's figures were measured on: it "
+            f"may be cut short or newer. {remedy}, or use load_cmu, which reads any version"
         )
     return path
 

@@ -114,13 +114,13 @@ def load_motion(
         return read_amc(source, content, frame_rate=frame_rate, on_nan=on_nan, missing=missing)
 
 
-def file_format(path: PathLike) -> Format:
+def file_format(path: Readable) -> Format:
     """Return the format of a motion-capture file, recognised by its first words or bytes.
 
     Parameters
     ----------
-    path : str or path-like
-        The file, compressed by gzip or not.
+    path : str, path-like or file
+        The file, or an open one, whose beginning is then read; compressed by gzip or not.
 
     Returns
     -------
@@ -145,7 +145,7 @@ def file_format(path: PathLike) -> Format:
     ...     file_format(path)
     'BVH'
     """
-    with Source(Path(path), "a BVH, AMC, ASF or AMASS file", archive=True) as source:
+    with Source(path, "a BVH, AMC, ASF or AMASS file", archive=True) as source:
         return _format_of(source)
 
 

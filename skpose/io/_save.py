@@ -1,11 +1,11 @@
 """Writer of BVH files."""
 
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from skpose._files import check_new, new_file
 from skpose.io._arguments import PathLike, check_positive
 from skpose.skeleton import Bone, Motion
 from skpose.skeleton._continuity import continuous_triples
@@ -21,7 +21,7 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0) -> None:
     Parameters
     ----------
     path : str or path-like
-        The file; an existing one is replaced.
+        The file, which must not exist yet. It is written whole or not at all.
     motion : Motion
         The motion to write. The path of a `geodesic`, a mean or other poses become one as
         ``Motion(skeleton, poses, frame_rate)``.
@@ -34,7 +34,7 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0) -> None:
         If a joint's name cannot be written in the format, or frames are missing, see `Motion.frame_numbers`: the format
         has one time between frames.
     OSError
-        If it cannot be written.
+        If it exists, or cannot be written.
 
     See Also
     --------
@@ -61,6 +61,7 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0) -> None:
     >>> path = geodesic([0, 0, 0], [0.5, 1, 1.5], arm).path
     >>> save_bvh("reach.bvh", Motion(arm, path, frame_rate=10))  # doctest: +SKIP
     """
+    check_new(path)
     check_positive("scale", scale)
     skeleton = motion.skeleton
     for name in skeleton.joint_names:
@@ -80,7 +81,7 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0) -> None:
             columns.append(np.degrees(angles))
     lines += ["MOTION", f"Frames: {len(motion)}"]
     lines += [f"Frame Time: {np.format_float_positional(1.0 / motion.frame_rate, trim='-')}", ""]
-    with Path(path).open("w", encoding="utf-8", newline="\n") as file:
+    with new_file(path) as new, new.open("w", encoding="utf-8", newline="\n") as file:
         file.write("\n".join(lines))
         np.savetxt(file, np.concatenate(columns, axis=1), fmt=f"%.{DIGITS}f")
 

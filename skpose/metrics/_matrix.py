@@ -64,15 +64,18 @@ class DistanceMatrix:
         metric = METRICS[self.metric]
         return max(1.0, metric.n_codes(tree_of(self.skeleton), self.X.shape[1]) * metric.measure_work)
 
-    def fingerprint(self) -> dict[str, str]:
-        """Return what identifies the matrix to the last bit: a digest of all that its distances depend on."""
-        known = hashlib.sha256()
+    def fingerprint(self) -> dict[str, Any]:
+        """Return what identifies the matrix to the last bit: digests of all that its distances depend on, by name."""
         steps = [float(step) for field in self.steps for step in np.ravel(field)]
-        known.update(json.dumps([version("skpose"), self.metric, steps, self.dtype.str, self.symmetric]).encode())
-        for array in (self.X, *(() if self.symmetric else (self.Y,)), *tree_of(self.skeleton)):
-            known.update(json.dumps([array.dtype.str, array.shape]).encode())
-            known.update(np.ascontiguousarray(array))
-        return {"metric": self.metric, "fingerprint": known.hexdigest()}
+        return {
+            "version of skpose": version("skpose"),
+            "metric": self.metric,
+            "n_steps or wrap": _digest(np.array(steps)),
+            "dtype": self.dtype.str,
+            "X": _digest(self.X),
+            "Y": "X" if self.Y is None else _digest(self.Y),
+            "skeleton": _digest(*tree_of(self.skeleton)),
+        }
 
     def tiling(self, n_threads: int, n_workers: int = 1) -> Tiling:
         """Return square tiles that take some seconds each, some for each worker; their edge is a power of two."""
@@ -140,6 +143,14 @@ class DistanceMatrix:
     def _encoded(self, poses: np.ndarray) -> np.ndarray:
         codes = METRICS[self.metric].encoded(poses, self.skeleton, self.steps)
         return codes.astype(self.dtype, copy=False)
+
+
+def _digest(*arrays: np.ndarray) -> str:
+    known = hashlib.sha256()
+    for array in arrays:
+        known.update(json.dumps([array.dtype.str, array.shape]).encode())
+        known.update(np.ascontiguousarray(array))
+    return known.hexdigest()
 
 
 def _pair_ranges(

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from skpose._parallel.checkpoint import AttributeCheckpoint, FileCheckpoint
+from skpose._parallel.checkpoint import IDENTITY, AttributeCheckpoint, FileCheckpoint
 from skpose.metrics._convergence import Unconverged
 from skpose.metrics._tiles import Tile, Tiling
 
@@ -85,7 +85,7 @@ class Destination:
 
     @contextmanager
     def resumed(
-        self, tiling: Tiling, fingerprint: dict[str, str] | None
+        self, tiling: Tiling, fingerprint: dict[str, Any] | None
     ) -> Iterator[tuple[list[Tile], list[Unconverged], Callable[[Tile, Unconverged], None]]]:
         """Yield the tiles that are left to do, the unconverged of the others, and how to note that one is complete.
 
@@ -94,7 +94,7 @@ class Destination:
         tiling : Tiling
             The tiles, unless earlier notes have others.
         fingerprint : dict
-            Equal for equal matrices only, with a name for messages in "metric"; needed if this is `resumable`.
+            Equal for equal matrices only: what one depends on by names, for messages; needed if this is `resumable`.
 
         Raises
         ------
@@ -105,14 +105,14 @@ class Destination:
         if checkpoint is None:
             yield tiling.tiles(), [], lambda tile, unconverged: None
             return
-        head: dict[str, Any] = {**(fingerprint or {}), "shape": list(tiling.shape), "edge": tiling.edge}
+        head: dict[str, Any] = {IDENTITY: fingerprint, "shape": list(tiling.shape), "edge": tiling.edge}
         notes = []
         if (found := checkpoint.read()) is not None:
-            if {**found[0], "edge": tiling.edge} != head:
+            if differences := _differences(found[0], head):
                 raise ValueError(
-                    f"out holds the beginning of other distances ({found[0].get('metric')}, "
-                    f"{found[0].get('shape')}; other poses, skeleton, parameters or version of skpose than these): "
-                    f"finish those with the call that started them, or delete {checkpoint} to write over them"
+                    f"out holds the beginning of other distances, with another {' and another '.join(differences)}: "
+                    "finish those with the call that started them, in the same version or checkout of skpose, or "
+                    f"delete {checkpoint} to write over them"
                 )
             head = found[0]
             tiling = tiling._replace(edge=head["edge"])
@@ -148,6 +148,18 @@ class Destination:
             known = zlib.crc32(np.ascontiguousarray(part[start : start + MIRROR_EDGE]), known)
             self._release()  # to read makes more resident than is read
         return known
+
+
+def _differences(found: dict[str, Any], expected: dict[str, Any]) -> list[str]:
+    """Return the names of what differs between the heads of two checkpoints, but for the edge of the tiles."""
+    before, now = ({"shape": head.get("shape"), **_named(head.get(IDENTITY))} for head in (found, expected))
+    if before.keys() != now.keys():
+        return ["version or checkout of skpose, whose notes have another form"]
+    return [name for name in now if before[name] != now[name]]
+
+
+def _named(fingerprint: Any) -> dict[str, Any]:
+    return fingerprint if isinstance(fingerprint, dict) else {}
 
 
 def _mapping_of(array: Any) -> mmap.mmap | None:

@@ -14,6 +14,7 @@ from scipy.stats import mannwhitneyu
 from skpose import geodesic, pose_distances
 from skpose._cli import report, reproduce
 from skpose._cli.main import main
+from skpose._cli.targets import REPORT
 from skpose.datasets import make_gait, walks_and_runs
 
 PAPER = {"0.94", "40 %", "80 %", "< 1e-6", "90 %", "100 %", "60 %", "65 %"}
@@ -133,7 +134,7 @@ def test_without_runs_an_error_says_what_is_missing(gait):
 
 
 def test_the_command_writes_the_table_and_the_figures(run):
-    document = (run.folder / "README.md").read_text(encoding="utf-8")
+    document = (run.folder / "report.md").read_text(encoding="utf-8")
     for value in PAPER:
         assert value in run.printed
         assert f"| {value} |" in document
@@ -143,6 +144,7 @@ def test_the_command_writes_the_table_and_the_figures(run):
         picture = imread(run.folder / name)
         assert min(picture.shape[:2]) > 300
         assert np.ptp(picture[..., :3]) == 1  # black and white at least
+    assert sorted(path.name for path in run.folder.iterdir()) == sorted(REPORT)
     text = (run.folder / "table.txt").read_text(encoding="utf-8")
     assert text.split() == run.printed.split("Written to")[0].split()
 

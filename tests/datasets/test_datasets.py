@@ -253,9 +253,34 @@ def test_fetch_cmu(server, folder, tmp_path_factory, monkeypatch):
     np.testing.assert_array_equal(dataset.motions[1].angles, load_cmu(folder).motions[1].angles)
     shutil.rmtree(folder / "subjects")  # now from disk
     assert list(fetch_cmu(["01"], data_home=home).actions) == ["walk", "run/jog"]
+
+
+def test_fetch_cmu_refuses_a_file_with_another_digest(server, folder, tmp_path, tmp_path_factory, monkeypatch):
+    home = tmp_path_factory.mktemp("home")
     monkeypatch.setattr(_cmu, "DIGESTS", {"01_01.amc": "0" * 64})
-    with pytest.warns(UserWarning, match=r"01_01\.amc is not the 01_01\.amc that skpose's figures were measured on"):
+    with pytest.raises(OSError, match=r"digest of 01_01\.amc differs from that of the file .* Nothing was kept; try"):
         fetch_cmu([1], data_home=home)
+    assert not list(home.rglob("01_01.amc*"))
+    monkeypatch.setattr(_cmu, "DIGESTS", {"01_01.amc": _cmu.digest(folder / "subjects" / "01" / "01_01.amc")})
+    assert len(fetch_cmu([1], data_home=home)) == 2
+    (changed,) = home.rglob("01_01.amc")
+    changed.write_text(changed.read_text() + "4\n")  # the user's, which is not removed
+    with pytest.raises(OSError, match=r"digest of 01_01\.amc .* Delete .*01_01\.amc to download it again"):
+        fetch_cmu([1], data_home=home)
+    assert changed.read_text().endswith("4\n")
+
+
+def test_the_index_of_fetch_cmu_keeps_earlier_subjects(server, folder, tmp_path_factory):
+    home = tmp_path_factory.mktemp("home")
+    shutil.copy(DATA / "arm.amc", folder / "subjects" / "02" / "02_02.amc")
+    assert set(fetch_cmu([1], data_home=home, frame_rate=60).subjects) == {"01"}
+    assert set(fetch_cmu([2], data_home=home).subjects) == {"02"}
+    assert set(fetch_cmu([1], data_home=home, frame_rate=30).subjects) == {"01"}
+    dataset = load_cmu(home / "cmu_mocap")
+    assert sorted(zip(dataset.subjects, dataset.actions, strict=True)) == [
+        ("01", "run/jog"), ("01", "walk"), ("02", "run/jog"), ("02", "walk"),
+    ]  # fmt: skip
+    assert {motion.frame_rate for motion in dataset} == {30, 120}
 
 
 def test_fetch_cmu_of_an_unknown_subject(server, tmp_path_factory):

@@ -22,8 +22,9 @@ def moved(skeleton, n_frames=5, seed=0, **more):
 
 
 def again(motion, tmp_path, **options):
-    save_bvh(tmp_path / "a.bvh", motion, **options)
-    return load_bvh(tmp_path / "a.bvh", **options)
+    path = tmp_path / f"{len(list(tmp_path.iterdir()))}.bvh"
+    save_bvh(path, motion, **options)
+    return load_bvh(path, **options)
 
 
 @pytest.mark.parametrize("scale", [1.0, 0.01])
@@ -153,6 +154,27 @@ def test_names(tmp_path):
     assert not (tmp_path / "b.bvh").exists()
     with pytest.raises(ValueError, match="scale must be a positive number, got 0"):
         save_bvh(tmp_path / "b.bvh", moved(Skeleton.chain(2)), scale=0)
+
+
+def test_a_file_that_exists_is_not_replaced(tmp_path):
+    path = tmp_path / "a.bvh"
+    path.write_text("mine")
+    with pytest.raises(FileExistsError, match=r"a\.bvh already exists: delete it or choose another file"):
+        save_bvh(path, moved(Skeleton.chain(2)))
+    assert path.read_text() == "mine"
+    with pytest.raises(FileNotFoundError, match=r"there is no folder .*no; create it first"):
+        save_bvh(tmp_path / "no" / "a.bvh", moved(Skeleton.chain(2)))
+
+
+def test_a_file_is_written_whole_or_not_at_all(tmp_path, monkeypatch):
+    def full_disk(file, *_, **__):
+        file.write("0 0 0")
+        raise OSError("no space left on device")
+
+    monkeypatch.setattr(np, "savetxt", full_disk)
+    with pytest.raises(OSError, match="no space left"):
+        save_bvh(tmp_path / "a.bvh", moved(Skeleton.chain(2)))
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_chain_longer_than_pythons_stack(tmp_path):

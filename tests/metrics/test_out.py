@@ -185,27 +185,43 @@ def test_notes_that_were_cut_short_count_up_to_the_cut(tmp_path, X, cut):
 
 
 @pytest.mark.parametrize(
-    "other",
+    ("other", "name"),
     [
-        {"metric": "position"},
-        {"n_steps": 9},
-        {"wrap": False},
-        {"skeleton": random_tree(1)},
-        {"X": None},
-        {"Y": None},
+        ({"metric": "position"}, "metric"),
+        ({"n_steps": 9}, "n_steps or wrap"),
+        ({"wrap": False}, "n_steps or wrap"),
+        ({"skeleton": random_tree(1)}, "skeleton"),
+        ({"X": None}, "X"),
+        ({"Y": None}, "Y"),
+        ({"X": None, "skeleton": random_tree(1)}, "X and another skeleton"),
     ],
-    ids=lambda other: next(iter(other)),
+    ids=lambda value: "+".join(value) if isinstance(value, dict) else "",
 )
-def test_other_distances_are_not_mixed_in(array, X, other):
+def test_other_distances_are_not_mixed_in(array, X, other, name):
     out = array((len(X), len(X)))
     with stopped_after(4):
         pose_distances(X, skeleton=TREE, out=out)
     before = out[:].copy()
     call = {"X": X, "Y": None, "skeleton": TREE}
-    call |= {"X": X + 1e-9} if "X" in other else {"Y": X.copy()} if "Y" in other else other
-    with pytest.raises(ValueError, match=r"out holds the beginning of other distances \(spatial, \[150, 150\]"):
+    call |= other | ({"X": X + 1e-9} if "X" in other else {"Y": X.copy()} if "Y" in other else {})
+    with pytest.raises(ValueError, match=f"the beginning of other distances, with another {name}: finish those with"):
         pose_distances(**call, out=out)
     np.testing.assert_array_equal(out[:], before)
+
+
+def test_notes_of_an_older_checkout_are_refused_with_that_reason(tmp_path, X, monkeypatch):
+    out = np.lib.format.open_memmap(tmp_path / "D.npy", mode="w+", shape=(len(X), len(X)))
+    with stopped_after(4):
+        pose_distances(X, skeleton=TREE, out=out)
+    path = tmp_path / "D.npy.progress"
+    head, *notes = path.read_text().split("\n")
+    content = json.loads(head)
+    monkeypatch.setattr("skpose.metrics._matrix.version", lambda name: "9.9")
+    with pytest.raises(ValueError, match="other distances, with another version of skpose: finish"):
+        pose_distances(X, skeleton=TREE, out=out)
+    path.write_text("\n".join([json.dumps(content | {"fingerprint": "0123"}), *notes]))  # as they were once
+    with pytest.raises(ValueError, match="with another version or checkout of skpose, whose notes have another form"):
+        pose_distances(X, skeleton=TREE, out=out)
 
 
 def test_calls_with_other_tiles_continue_with_the_first_ones(array, X, monkeypatch):

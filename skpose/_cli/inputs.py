@@ -1,0 +1,149 @@
+"""Motions from the files, folders and pipes that a command is given. Errors name the files."""
+
+import re
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from io import BytesIO
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from skpose.datasets import MotionDataset, load_cmu, walks_and_runs
+from skpose.datasets._index import INDEX, read_index
+from skpose.datasets._motions import CONVERT, WALKING_AND_RUNNING
+from skpose.io import AsfFile, load_motion
+from skpose.skeleton import Skeleton
+from skpose.skeleton._skeleton import check_comparable, mismatch
+
+STDIN = "-"
+LABELS = re.compile(r"(?P<subject>[^_]+)_(?P<action>.+)_(?P<trial>[^_]+)\.bvh(\.gz)?", re.IGNORECASE)
+
+
+def motion_files(paths: Iterable[Path], suffixes: tuple[str, ...] = (".bvh", ".amc")) -> list[Path]:
+    """Return the files, in the place of each folder all that have one of the suffixes, in it or below, sorted."""
+    files = []
+    for path in paths:
+        if not path.is_dir():
+            files.append(path)
+            continue
+        found = sorted(p for p in path.rglob("[!.]*") if p.name.lower().removesuffix(".gz").endswith(suffixes))
+        if not found:
+            raise FileNotFoundError(f"the folder {path} holds no files named *{', *'.join(suffixes)}")
+        files += found
+    return files
+
+
+def name_of(path: Path) -> str:
+    """Return the name of a file for messages."""
+    return "standard input" if str(path) == STDIN else str(path)
+
+
+def readable(path: Path) -> Path | BytesIO:
+    """Return the path of a file, or what a pipe, which can be read only once, holds; "-" is standard input."""
+    if str(path) != STDIN and (path.is_file() or not path.exists()):  # the reader reports that there is none
+        return path
+    content = BytesIO(sys.stdin.buffer.read() if str(path) == STDIN else path.read_bytes())
+    content.name = name_of(path)
+    return content
+
+
+def reading_options(reading: dict[str, Any]) -> dict[str, Any]:
+    """Return the options of the readers, with the content of the skeleton's file if that is a pipe."""
+    if reading["asf"] is None or isinstance(asf := readable(reading["asf"]), Path):
+        return reading
+    return reading | {"asf": AsfFile(asf, scale=reading["scale"])}
+
+
+def read_poses(
+    paths: Sequence[Path],
+    rate: float | None,
+    reading: dict[str, Any],
+    *,
+    rotations: Literal["rotvec"] | None = None,
+    rest: Literal["raise", "world", "same"] = "raise",
+    with_root: Literal["tilt", "whole"] | None = None,
+    up: Literal["x", "y", "z"] | None = None,
+) -> tuple[np.ndarray, Skeleton]:
+    """Read all files; return their poses on the mean skeleton. Print which rows belong to which file.
+
+    Poses with another `rest` than "raise" are on the skeleton of the first file.
+    """
+    files = motion_files(paths)
+    reading = reading_options(reading)
+    names = [name_of(path) for path in files]
+    dataset = MotionDataset([load_motion(readable(path), **reading) for path in files], names, names, names)
+    with files_in_messages(names):
+        if rotations == "rotvec":
+            dataset = dataset.to_rotvec()
+        if rest != "raise":
+            first = dataset.motions[0].skeleton
+            for i, motion in enumerate(dataset):
+                if difference := mismatch(first, motion.skeleton):
+                    raise ValueError(f"motions[{i}] does not fit the skeleton of motions[0]: {difference}")
+            dataset = dataset.retarget(first, rest=rest)
+        if with_root is not None:
+            dataset = dataset.with_root(with_root, up=up)
+        X, sequence = dataset.poses(rate)
+    ends = np.searchsorted(sequence, np.arange(len(files)), side="right")
+    for name, first_row, end in zip(names, [0, *ends], ends, strict=False):
+        print(f"{first_row:>8} to {end - 1:<8} {name}")
+    return X, dataset.skeleton
+
+
+@contextmanager
+def files_in_messages(names: Sequence[str]) -> Iterator[None]:
+    """Name files in the errors of a collection, which name motions by their index."""
+    try:
+        yield
+    except ValueError as error:
+        message = re.sub(r"(?<![\w.])motions\[(\d+)\]", lambda found: names[int(found[1])], str(error))
+        raise ValueError(message) from None
+
+
+def read_gait(folder: Path, scale: float | None) -> MotionDataset:
+    """Return the motions of a folder, with labels, and with walks and runs that are comparable.
+
+    The labels are those of an index.csv, see `load_cmu`, or of BVH files that are named SUBJECT_ACTION_TRIAL.bvh.
+    """
+    if (folder / INDEX).is_file():
+        if scale is not None:
+            raise ValueError(f"--scale is for folders of BVH files; {folder} has an {INDEX}, which is of AMC files")
+        files = [str(folder / row["file"]) for row in read_index(folder / INDEX)]
+        dataset = load_cmu(folder)
+    else:
+        paths = motion_files([folder], (".bvh",)) if folder.is_dir() else []
+        labels = _labels(folder, paths)
+        files = [str(path) for path in paths]
+        motions = [load_motion(path, scale=scale) for path in paths]
+        dataset = MotionDataset(motions, labels["subject"], labels["trial"], labels["action"])
+    file_of = {id(motion): file for motion, file in zip(dataset, files, strict=True)}
+    skeletons: dict[Skeleton, str] = {}
+    for motion in walks_and_runs(dataset):
+        skeletons.setdefault(motion.skeleton, file_of[id(motion)])
+    check_comparable(list(skeletons), list(skeletons.values()), CONVERT)
+    return dataset
+
+
+def _labels(folder: Path, paths: Sequence[Path]) -> dict[str, list[str]]:
+    """Return subjects, actions and trials from the names of BVH files."""
+    expected = (
+        "SUBJECT_ACTION_TRIAL.bvh, where ACTION begins with the word walk or run in some of them, such as "
+        "anna_walk_1.bvh, anna_run_2.bvh, ben_walk_fast_1.bvh"
+    )
+    if not paths:
+        raise FileNotFoundError(
+            f"{folder} holds neither an {INDEX}, see skpose.datasets.load_cmu, nor BVH files named {expected}"
+        )
+    found = [LABELS.fullmatch(path.name) for path in paths]
+    if None in found:
+        raise ValueError(f"{paths[found.index(None)]} has no labels in its name: expected {expected}")
+    labels = {key: [match[key].replace("_", " ") for match in found if match] for key in ("subject", "action", "trial")}
+    for word in WALKING_AND_RUNNING:
+        if not any(re.split(r"\W", action.lower())[0] == word for action in labels["action"]):
+            raise ValueError(
+                f"{folder} has no file whose action is {word!r}, but {', '.join(sorted(set(labels['action']))[:8])}: "
+                f"expected names like {expected}"
+            )
+    return labels

@@ -1,0 +1,45 @@
+"""The files that the commands write, checked before anything is read or computed."""
+
+import argparse
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from skpose._files import check_new
+from skpose._parallel.checkpoint import FileCheckpoint
+
+REPORT = ("report.md", "table.txt", "figure_3.png", "figure_4.png")  # of `skpose reproduce`
+
+
+def file_named(suffix: str) -> Callable[[str], Path]:
+    """Return the type of an option: the path of a file whose name has the suffix of its format."""
+
+    def path(text: str) -> Path:
+        if Path(text).suffix.lower() != suffix:
+            raise argparse.ArgumentTypeError(f"{text!r} does not end in {suffix}, which is the format of the file")
+        return Path(text)
+
+    return path
+
+
+def is_unfinished(out: Path) -> bool:
+    """Return whether a file holds a matrix of distances that can be continued."""
+    return out.exists() and FileCheckpoint(out).path.exists()
+
+
+def check(command: str, out: Path) -> None:
+    """Raise an error unless the command can write its results."""
+    if command == "distances":
+        FileCheckpoint(out).read()  # refuses another program's file
+        if is_unfinished(out):
+            with out.open("r+b"):  # which may not be permitted
+                return
+    if command != "reproduce":
+        check_new(out)
+    elif out.is_dir():
+        for name in REPORT:
+            check_new(out / name)
+    elif os.path.lexists(out):
+        raise NotADirectoryError(f"{out} is a file: choose a folder, a new or an existing one")
+    else:
+        check_new(out)

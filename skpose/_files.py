@@ -1,0 +1,57 @@
+"""New files: written whole or not at all, and never over one that exists."""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+PathLike = str | os.PathLike
+
+
+def check_new(path: PathLike) -> None:
+    """Raise an error unless a file can be created here; for before the work whose result it is to hold.
+
+    Raises
+    ------
+    OSError
+        If there is a file or a folder of this name, or if the folder for it is missing or cannot be written to.
+    """
+    path = Path(path)
+    if os.path.lexists(path):  # a link that leads nowhere is a file too
+        raise FileExistsError(f"{path} already exists: delete it or choose another file")
+    folder = path.parent
+    if not folder.exists():
+        raise FileNotFoundError(f"{path} cannot be written: there is no folder {folder}; create it first")
+    if not folder.is_dir():
+        raise NotADirectoryError(f"{path} cannot be written: {folder} is a file, not a folder; choose another folder")
+    probe = _temporary(path)  # permissions do not say all: a whole disk may be read-only
+    try:
+        probe.touch(exist_ok=False)
+        probe.unlink()
+    except OSError as error:
+        raise type(error)(f"{path} cannot be written: {error.strerror}; choose another folder") from None
+
+
+@contextmanager
+def new_file(path: PathLike, *, replace: bool = False) -> Iterator[Path]:
+    """Yield a temporary path in the same folder: what is written there becomes the file, unless there is an error.
+
+    `replace` is for files that are this library's own, such as notes.
+    """
+    path = Path(path)
+    if not replace:
+        check_new(path)
+    temporary = _temporary(path)
+    try:
+        yield temporary
+        if not replace and os.path.lexists(path):
+            raise FileExistsError(f"{path} has been created by something else in the meantime: choose another file")
+        temporary.replace(path)
+    except BaseException:
+        temporary.unlink(missing_ok=True)
+        raise
+
+
+def _temporary(path: Path) -> Path:
+    """Return a new name next to the path, hidden, with the same suffix: some writers add one where it is missing."""
+    return path.with_name(f".{os.urandom(4).hex()}.{path.name}")
