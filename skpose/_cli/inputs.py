@@ -28,11 +28,15 @@ def motion_files(paths: Iterable[Path], suffixes: tuple[str, ...] = (".bvh", ".a
         if not path.is_dir():
             files.append(path)
             continue
-        found = sorted(p for p in path.rglob("[!.]*") if p.name.lower().removesuffix(".gz").endswith(suffixes))
+        found = _files_in(path, suffixes)
         if not found:
             raise FileNotFoundError(f"the folder {path} holds no files named *{', *'.join(suffixes)}")
         files += found
     return files
+
+
+def _files_in(folder: Path, suffixes: tuple[str, ...]) -> list[Path]:
+    return sorted(path for path in folder.rglob("[!.]*") if path.name.lower().removesuffix(".gz").endswith(suffixes))
 
 
 def name_of(path: Path) -> str:
@@ -113,7 +117,7 @@ def read_gait(folder: Path, scale: float | None) -> MotionDataset:
         files = [str(folder / row["file"]) for row in read_index(folder / INDEX)]
         dataset = load_cmu(folder)
     else:
-        paths = motion_files([folder], (".bvh",)) if folder.is_dir() else []
+        paths = _files_in(folder, (".bvh",))
         labels = _labels(folder, paths)
         files = [str(path) for path in paths]
         motions = [load_motion(path, scale=scale) for path in paths]

@@ -114,6 +114,7 @@ def test_info_of_a_folder(capsys):
     assert capsys.readouterr().out == expected
     assert main(["distances", "takes/below", "takes/below/a.BVH", "--metric", "angle", "--out", "D.npy"]) == 0
     assert np.load("D.npy").shape == (4, 4)
+    capsys.readouterr()
     Path("empty").mkdir()
     message = "the folder empty holds no files named *.bvh, *.amc, *.asf"
     assert error_of(["info", "empty"], capsys) == message
