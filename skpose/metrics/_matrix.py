@@ -69,8 +69,7 @@ class DistanceMatrix:
         steps = [float(step) for field in self.steps for step in np.ravel(field)]
         return {
             "version of skpose": version("skpose"),
-            "metric": self.metric,
-            "n_steps or wrap": _digest(np.array(steps)),
+            "metric, n_steps or wrap": [self.metric, _digest(np.array(steps))],
             "dtype": self.dtype.str,
             "X": _digest(self.X),
             "Y": "X" if self.Y is None else _digest(self.Y),

@@ -187,9 +187,9 @@ def test_notes_that_were_cut_short_count_up_to_the_cut(tmp_path, X, cut):
 @pytest.mark.parametrize(
     ("other", "name"),
     [
-        ({"metric": "position"}, "metric"),
-        ({"n_steps": 9}, "n_steps or wrap"),
-        ({"wrap": False}, "n_steps or wrap"),
+        ({"metric": "position"}, "metric, n_steps or wrap"),
+        ({"n_steps": 9}, "metric, n_steps or wrap"),
+        ({"wrap": False}, "metric, n_steps or wrap"),
         ({"skeleton": random_tree(1)}, "skeleton"),
         ({"X": None}, "X"),
         ({"Y": None}, "Y"),
