@@ -12,7 +12,7 @@ import joblib
 import numpy as np
 from scipy.sparse import save_npz
 
-from skpose._cli.compare import FRAME_RATE, PAPER_ACCURACY, PAPER_FIRST_COMPONENT, compare
+from skpose._cli.compare import COLUMNS, FRAME_RATE, PAPER_ACCURACY, PAPER_FIRST_COMPONENT, compare
 from skpose._parallel.checkpoint import FileCheckpoint
 from skpose.datasets import MotionDataset, load_cmu, make_gait, walks_and_runs
 from skpose.io import file_format, load_asf, load_motion
@@ -196,5 +196,6 @@ def compare_metrics(folder: Path | None, n_jobs: int) -> None:
             f"{row.first_component:>11.1%}{component:>8}{row.seconds:>8.2f} s",
             flush=True,
         )
+    print(COLUMNS)
     print("\nPaper: Hauberg & Pedersen 2012, other sequences of the CMU data. Sec. 3.3: ten walks and ten runs, 1,096")
     print("poses; fig. 4 (c): modes over 673 sequences. Time: distances, validation and scaling, not compilation.")
