@@ -78,7 +78,7 @@ def posture_of_person(rng: np.random.RandomState, dof_names: Sequence[str]) -> n
         _along_the_limbs(rng, {key: getattr(spread, f"{part}_r") for key, spread in POSTURE.items()})
         for part in ("shared", "apart")
     )
-    posture = {}
+    posture: dict[str, float] = {}
     for key, spread in POSTURE.items():
         both, other = spread.shared * shared[key], spread.apart * apart[key]
         posture |= {key: both, f"left_{key}": both + other, f"right_{key}": mirror(key) * (both - other)}

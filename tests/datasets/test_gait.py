@@ -117,7 +117,9 @@ def test_humanoid_has_the_requested_height():
 
 
 def within_chance(values, spread):
-    """Whether independent normal values have this standard deviation, but for one in a million."""
+    """Whether independent normal values have this standard deviation, but for one case in a million."""
+    if spread == 0.0:
+        return not np.any(values)
     n = len(values)
     low, high = chi2.ppf([5e-7, 1 - 5e-7], n) / n
     return low <= np.mean(np.square(values)) / spread**2 <= high
@@ -142,8 +144,37 @@ def test_postures_have_the_spreads_of_the_table():
             assert within_chance(part, size), key
         for side in ("left", "right"):
             assert within_chance(recording[f"{side}_{key}"], spread.recording), key
-    r = np.corrcoef(np.stack([*recording.values()]))
-    assert np.abs(r - np.eye(len(DOFS))).max() < 5 / np.sqrt(3000)
+    r = np.corrcoef([values for name, values in recording.items() if "clavicle" not in name])
+    assert np.abs(r - np.eye(len(r))).max() < 5 / np.sqrt(3000)
+
+
+def test_postures_of_a_limb_are_correlated_as_in_the_table():
+    """Each dof with the same axis of the joint before it; dofs of other axes, and the two parts, are independent."""
+    rng = np.random.RandomState(0)
+    person = dict(zip(DOFS, np.transpose([posture_of_person(rng, DOFS) for _ in range(3000)]), strict=True))
+    sign = {key: 1 if key.endswith("rx") else -1 for key in LIMBS}
+    part = {(key, "shared"): person[key] for key in POSTURE if key not in LIMBS}
+    for key in LIMBS:
+        left, right = person[f"left_{key}"], sign[key] * person[f"right_{key}"]
+        part |= {(key, "shared"): left + right, (key, "apart"): left - right}
+    parent = {bone.name: bone.parent for bone in humanoid().bones}
+    seen = 0
+    for key, spread in POSTURE.items():
+        side = "" if key in DOFS else "left_"
+        before = f"{(parent[side + key[:-3]] or '').removeprefix('left_')}{key[-3:]}"
+        for name, r in (("shared", spread.shared_r), ("apart", spread.apart_r)):
+            if r:
+                seen += 1
+                measured = np.corrcoef(part[key, name], part[before, name])[0, 1]
+                assert abs(measured - r) < 5 * (1 - r**2) / np.sqrt(3000) + 1e-9, key
+    assert seen > 12
+    axes = [[values for (key, _), values in part.items() if key[-1] == axis and values.any()] for axis in "xyz"]
+    across = np.corrcoef(np.concatenate(axes))
+    first = len(axes[0])
+    assert np.abs(across[:first, first:]).max() < 5 / np.sqrt(3000)
+    both = [np.stack([part[key, name] for key in LIMBS if part[key, name].any()]) for name in ("shared", "apart")]
+    between = np.corrcoef(np.concatenate(both))[: len(both[0]), len(both[0]) :]
+    assert np.abs(between).max() < 5 / np.sqrt(3000)
 
 
 def test_styles_have_the_spreads_of_the_table():
@@ -152,7 +183,7 @@ def test_styles_have_the_spreads_of_the_table():
     for curve, (amplitude, phase) in STYLE.items():
         factor, shift = np.transpose([style[curve] for style in styles])
         assert within_chance(np.log(factor), amplitude), curve
-        assert within_chance(shift, phase) if phase else not shift.any(), curve
+        assert within_chance(shift, phase), curve
 
 
 def test_generated_people_differ_by_the_spreads_of_the_table():
@@ -163,10 +194,10 @@ def test_generated_people_differ_by_the_spreads_of_the_table():
     still = 0
     for name, column in zip(DOFS, means.T, strict=True):
         key = name.removeprefix("left_").removeprefix("right_")
-        if key not in curves:
+        if key not in curves and not key.startswith("clavicle"):  # which only sway
             still += 1
             assert within_chance(column - column.mean(), np.hypot(POSTURE[key].people, POSTURE[key].recording)), name
-    assert still > 20
+    assert still > 15
 
 
 @pytest.fixture(scope="module")
@@ -195,10 +226,8 @@ def test_variance_components_are_those_of_the_analysis_of_variance(benchmark):
         rows = y.reshape(8, n)
         between = n * np.var(rows.mean(axis=1), ddof=1)
         within = np.mean(np.var(rows, axis=1, ddof=1))
-        if between > within:
-            expected = np.sqrt((between - within) / n), np.sqrt(within)
-        else:  # none over people
-            expected = 0.0, np.std(y, ddof=1)
+        none = between <= within  # over people
+        expected = (0.0, np.std(y, ddof=1)) if none else (np.sqrt((between - within) / n), np.sqrt(within))
         np.testing.assert_allclose(benchmark.components(y, by), expected, rtol=1e-4, atol=1e-6)
 
 
@@ -244,4 +273,4 @@ def test_real_poses_keep_the_directions_of_limbs_on_the_humanoid(benchmark, cmu,
                 a = real[side[0] + end] - real[side[0] + start]
                 b = ours[f"{side}_{our_end}"] - ours[f"{side}_{our_start}"]
                 cosine = (a * b).sum(axis=1) / np.linalg.norm(a, axis=1) / np.linalg.norm(b, axis=1)
-                np.testing.assert_allclose(cosine, 1.0, atol=1e-6, err_msg=f"{side} {end}")
+                np.testing.assert_allclose(cosine, 1.0, atol=1e-3, err_msg=f"{side} {end}")
