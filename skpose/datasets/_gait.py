@@ -47,7 +47,7 @@ def make_gait(
     """Generate motions of people walking and running.
 
     Height, proportions, posture and style (amplitudes and phases of every curve) differ between subjects; tempo,
-    starting phase and slow sway differ between recordings.
+    starting phase, posture and slow sway differ between recordings.
 
     Parameters
     ----------
@@ -72,8 +72,13 @@ def make_gait(
     Notes
     -----
     The joint-angle curves are Fourier series of six harmonics, drawn by hand after the shape, the timing and the peaks
-    of the references' normative curves. Arms and legs of the right side are half a cycle behind those of the left. The
-    spreads over people and recordings are independent from dof to dof and round figures of our own.
+    of the references' normative curves. Arms and legs of the right side are half a cycle behind those of the left.
+
+    Posture and style differ as they do between the people, and the recordings, of the databases CMU and HDM05: standard
+    deviations of each dof's mean, of what the two sides share and of what they differ in; correlations with the joint
+    before. Over people they are 6° in the median dof, 1° to 14° in the trunk, 3° to 6° in the legs, 5° to 11° in the
+    arms and 11° to 18° in the hands; over the recordings of one person 2°. Eight people were measured, so that a true
+    spread is between 0.64 and 2.2 times the figure. Spreads of height, proportions, cadence and sway are round figures.
 
     References
     ----------
