@@ -37,7 +37,7 @@ class Spread(NamedTuple):
         return float(np.hypot(self.shared, self.apart))
 
 
-# The dofs of a joint and of the one before it, about the same axis, are correlated more than those of independent people,
+# The dofs of neighbouring joints about the same axis are correlated more than those of independent people,
 # and so are the two sides of a person; the dofs of one joint are not.
 POSTURE = {
     "abdomen_rx": Spread(6.9, 0.0, 1.0),
