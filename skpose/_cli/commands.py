@@ -12,7 +12,7 @@ import joblib
 import numpy as np
 from scipy.sparse import save_npz
 
-from skpose._cli.compare import FRAME_RATE, PAPER_ACCURACY, PAPER_FIRST_COMPONENT, compare
+from skpose._cli.compare import COLUMNS, FRAME_RATE, PAPER_ACCURACY, PAPER_FIRST_COMPONENT, compare
 from skpose._cli.inputs import motion_files, name_of, read_gait, readable, reading_options
 from skpose._cli.targets import REPORT, is_unfinished
 from skpose._files import check_new, new_file
@@ -179,5 +179,6 @@ def compare_metrics(folder: Path | None, scale: float | None, n_jobs: int) -> No
         )
     if len(set(dataset.subjects)) < 2:
         print("\n-: all motions are of one subject, so that none can be left out.")
+    print(COLUMNS)
     print("\nPaper: Hauberg & Pedersen 2012, other sequences of the CMU data. Sec. 3.3: ten walks and ten runs, 1,096")
     print("poses; fig. 4 (c): modes over 673 sequences. Time: distances, validation and scaling, not compilation.")

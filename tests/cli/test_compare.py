@@ -72,6 +72,9 @@ def test_command_line_prints_a_row_for_each_metric(gait, rows, monkeypatch, caps
         assert f"{expected.first_component:.1%}" in row
         assert float(row[-2]) > 0  # seconds
     assert "4 walks, 4 runs, 2 subjects" in lines[1]
+    last = max(i for i, line in enumerate(lines) if line.startswith(COMPARED))
+    assert all(column in lines[last + 1] for column in ("Subject out:", "Seq. out:", "MDS:"))  # one line for all
+    assert not lines[last + 2]
 
 
 def test_command_line_on_real_files(cmu_folder, capsys):

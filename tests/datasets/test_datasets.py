@@ -1,4 +1,4 @@
-"""Collections of motions: generated gait, CMU folders, and a small copy of CMU's server."""
+"""Collections of motions: CMU folders, and a small copy of CMU's server."""
 
 import functools
 import http.server
@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from conftest import DATA
 
-from skpose import Skeleton, forward_kinematics
-from skpose.datasets import MotionDataset, _cmu, _gait, fetch_cmu, humanoid, load_cmu, make_gait, walks_and_runs
+from skpose import Skeleton
+from skpose.datasets import MotionDataset, _cmu, fetch_cmu, load_cmu, make_gait, walks_and_runs
 from skpose.io import MocapFormatError, load_asf
 
 
@@ -109,104 +109,6 @@ def test_walks_and_runs_are_selected_by_the_first_word_of_their_action(folder):
     ]  # fmt: skip
     with pytest.raises(ValueError, match=r"dataset must have .* of running, but none has .* begins with 'run'"):
         walks_and_runs(make_gait(1, 1, activities=["walk"], random_state=0))
-
-
-def test_gait_is_determined_by_its_seed():
-    one, same, other = (make_gait(2, 1, random_state=seed) for seed in (0, 0, 1))
-    for a, b, c in zip(one, same, other, strict=True):
-        np.testing.assert_array_equal(a.angles, b.angles)
-        assert a.skeleton == b.skeleton
-        assert not np.array_equal(a.angles, c.angles)
-
-
-def test_gait_has_the_requested_motions():
-    gait = make_gait(3, 2, activities=["run"], duration=1.5, frame_rate=20, random_state=0)
-    assert len(gait) == 6
-    assert set(gait.actions) == {"run"}
-    assert list(gait.subjects) == ["01", "01", "02", "02", "03", "03"]
-    assert all(len(motion) == 30 and motion.frame_rate == 20 for motion in gait)
-    with pytest.raises(ValueError, match=r"activities must be among \['walk', 'run'\], got 'swim'"):
-        make_gait(activities=["walk", "swim"])
-    with pytest.raises(ValueError, match="The 'n_subjects' parameter of make_gait must be"):
-        make_gait(0)
-
-
-# Degrees and hundredths of the gait cycle within which curves of healthy adults peak.
-PUBLISHED_PEAKS = {
-    ("walk", "hip_flexion", "max"): ((18, 38), (80, 112)),
-    ("walk", "hip_flexion", "min"): ((-25, -2), (35, 65)),
-    ("walk", "knee_flexion", "max"): ((45, 78), (60, 85)),
-    ("walk", "ankle_dorsiflexion", "max"): ((2, 18), (28, 55)),
-    ("walk", "ankle_dorsiflexion", "min"): ((-30, -8), (50, 72)),
-    ("run", "hip_flexion", "max"): ((45, 65), (70, 95)),
-    ("run", "knee_flexion", "max"): ((80, 110), (55, 80)),
-    ("run", "ankle_dorsiflexion", "max"): ((15, 32), (10, 30)),
-    ("run", "ankle_dorsiflexion", "min"): ((-30, -12), (30, 55)),
-}
-
-
-@pytest.mark.parametrize(("activity", "curve", "peak"), PUBLISHED_PEAKS)
-def test_gait_curves_peak_at_the_published_times(activity, curve, peak):
-    (low, high), (early, late) = PUBLISHED_PEAKS[activity, curve, peak]
-    cycle = np.linspace(0, 1, 500, endpoint=False)
-    values = _gait._evaluate(_gait._series(_gait._CURVES[activity][curve]), cycle)
-    at = values.argmax() if peak == "max" else values.argmin()
-    assert low < values[at] < high
-    assert early <= 100 * cycle[at] <= late or early <= 100 * cycle[at] + 100 <= late
-
-
-@pytest.mark.parametrize("activity", ["walk", "run"])
-def test_six_harmonics_reproduce_the_curves(activity):
-    """The Fourier series differs from the points that it is made from by at most twice their rounding."""
-    for curve, points in _gait._CURVES[activity].items():
-        fitted = _gait._evaluate(_gait._series(points), np.arange(len(points)) / len(points))
-        assert np.abs(fitted - points).max() < 1.0, curve
-
-
-def test_gait_moves_like_gait():
-    """Feet alternate, arms swing against the legs, and running flexes knees and elbows more than walking."""
-    gait = make_gait(4, 1, random_state=0)
-    flexion = {}
-    for motion, action in zip(gait, gait.actions, strict=True):
-        P = dict(
-            zip(
-                motion.skeleton.joint_names,
-                forward_kinematics(motion.angles, motion.skeleton).swapaxes(0, 1),
-                strict=True,
-            )
-        )
-        z = {name: P[name][:, 2] for name in P}
-        assert np.corrcoef(z["left_foot"], z["right_foot"])[0, 1] < -0.5
-        assert np.corrcoef(z["left_hand"], z["left_foot"])[0, 1] < -0.3
-        assert P["head"][:, 1].min() > 0.3
-        assert P["left_foot"][:, 1].max() < 0
-        angles = dict(zip(motion.skeleton.dof_names, np.degrees(motion.angles).T, strict=True))
-        flexion.setdefault(action, []).append((angles["left_shank_rx"].max(), -angles["left_forearm_rx"].mean()))
-    knee, elbow = (np.mean(flexion["run"], axis=0) - np.mean(flexion["walk"], axis=0)).tolist()
-    assert knee > 15
-    assert elbow > 40
-
-
-def test_subjects_differ_in_height_and_proportions():
-    skeletons = [motion.skeleton for motion in make_gait(5, 1, activities=["walk"], random_state=0)]
-    lengths = np.array([np.linalg.norm(skeleton.offsets, axis=1) for skeleton in skeletons])
-    assert (lengths.std(axis=0) > 0).all()
-    shares = lengths / lengths.sum(axis=1, keepdims=True)
-    assert (shares.std(axis=0) > 0).all()
-
-
-def test_humanoid_has_the_requested_height():
-    for height in (1.5, 2.0):
-        skeleton = humanoid(height)
-        P = forward_kinematics(np.zeros((1, skeleton.n_dofs)), skeleton)[0]
-        P = dict(zip(skeleton.joint_names, P, strict=True))
-        np.testing.assert_allclose(P["head"][1] - P["left_foot"][1], height, rtol=0.01)
-        np.testing.assert_allclose(P["left_hand"] * [-1, 1, 1], P["right_hand"], atol=1e-12)
-    longer = humanoid(proportions={"thigh": 2.0})
-    ratio = np.linalg.norm(longer.offsets, axis=1) / np.linalg.norm(humanoid().offsets, axis=1)
-    assert {name for name, r in zip(longer.joint_names, ratio, strict=True) if r > 1.5} == {"left_thigh", "right_thigh"}
-    with pytest.raises(ValueError, match=r"proportions names \['tail'\]"):
-        humanoid(proportions={"tail": 2.0})
 
 
 class Server(http.server.SimpleHTTPRequestHandler):
