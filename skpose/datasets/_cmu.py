@@ -3,7 +3,6 @@
 import csv
 import hashlib
 import re
-import warnings
 from collections.abc import Iterable
 from pathlib import Path
 from urllib.error import URLError
@@ -11,6 +10,7 @@ from urllib.error import URLError
 from sklearn.datasets import fetch_file, get_data_home
 
 from skpose._parallel.progress import progress
+from skpose._warnings import warn
 from skpose.datasets._cmu_digests import DIGESTS
 from skpose.datasets._index import COLUMNS, INDEX, PathLike, read_index, read_motions
 from skpose.datasets._motions import MotionDataset
@@ -169,10 +169,9 @@ def _fetch(url: str, folder: Path, name: str) -> Path:
         ) from error
     expected = DIGESTS.get(name)
     if expected is not None and digest(path) != expected:
-        warnings.warn(
+        warn(
             f"{path} is not the {name} that skpose's figures were measured on; it may be cut short or newer. "
-            "Delete it to download it again",
-            stacklevel=3,
+            "Delete it to download it again"
         )
     return path
 

@@ -129,7 +129,7 @@ def test_an_embedding_has_a_colour_and_a_marker_for_each_label():
     assert len({tuple(dots.get_facecolor()[0]) for dots in display.ax_.collections}) == 4
     share = mds.explained_variance_ratio_[0]
     assert display.ax_.get_xlabel() == f"component 1 (m), {share:.0%} of the variance"
-    assert MDSDisplay.from_estimator(SpatialMDS().fit(X), X).unit == "rad"
+    assert MDSDisplay.from_estimator(SpatialMDS(metric="angle").fit(X), X).unit == "rad"
     assert MDSDisplay.from_estimator(SpatialMDS(skeleton=ARM, metric="angle").fit(X), X).unit == "rad"
     assert MDSDisplay.from_embedding(X).ax_.get_legend() is None
 
