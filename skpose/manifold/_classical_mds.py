@@ -96,7 +96,8 @@ class SpatialMDS(
     Distances that are not Euclidean give some negative eigenvalues. A component of a negative or zero eigenvalue is
     all zeros, with a warning.
 
-    Time O(n²) for the distances and O(n³) for all eigenvalues, as `explained_variance_ratio_` needs them: MDSTIME. Memory for three n × n matrices. For more poses use `landmarks`.
+    Time O(n²) for the distances and O(n³) for the eigenvalues, all of which `explained_variance_ratio_` needs; memory
+    for three n × n matrices. For many poses use `landmarks`.
 
     References
     ----------

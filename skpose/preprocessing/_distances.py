@@ -81,16 +81,15 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
 
     Notes
     -----
-    Rows of other poses are repaired consistently [2]_: `transform` of the training poses gives what `fit_transform` gave,
-    up to rounding. "clip" changes the kernel of any two poses, so that it is no longer one on the diagonal. "shift"
-    regularises an SVM, as a smaller C does. The default leaves the kernel alone since its formula is what its name
-    says, since SVMs mostly work with few negative eigenvalues, and since a repair has its cost:
-
-    Time O(n_samples · n_samples_fit · n_dofs), memory O(n_samples · n_samples_fit). With "clip" and "shift" `fit` computes
-    the kernel of all training poses and its eigenvalues, in time O(n_samples_fit³) and memory for some four such matrices
-    in float64 ("shift": two). "clip" keeps the eigenvectors of negative eigenvalues, up to half such a matrix, and takes
-    as many multiplications in `transform` for each pose as these have numbers, twice. Keep ``algorithm="brute"`` or
+    Time O(n_samples · n_samples_fit · n_dofs), memory O(n_samples · n_samples_fit). Keep ``algorithm="brute"`` or
     ``metric="precomputed"`` in the steps that follow: "spatial" need not obey the triangle inequality.
+
+    Rows of other poses are repaired consistently [2]_: `transform` of the training poses gives what `fit_transform`
+    gave, up to rounding. "clip" changes the kernel of any two poses, so that it is no longer one on the diagonal.
+    "shift" regularises an SVM, as a smaller C does. The default leaves the kernel alone: the formula is what the name
+    of a kernel promises, SVMs work in most cases with a few negative eigenvalues, and a repair has its cost. `fit` then
+    computes the kernel of all training poses and its eigenvalues, in time O(n_samples_fit³) and memory for some four such matrices in float64, or two for "shift". "clip" keeps the eigenvectors of the
+    negative eigenvalues, mostly less than half such a matrix, and multiplies each row by them twice in `transform`.
 
     References
     ----------
@@ -206,11 +205,11 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
         if self.kernel is not None:
             self.gamma_ = self._scale() if self.gamma == "scale" else float(self.gamma)
             self._kernel = Kernel(self.kernel, self.gamma_)
-        if self.psd != "ignore":
-            distances = self._distances(self.X_fit_, None)
-            equal = distances == 0
-            kernel, self._repair = repaired(self._kernel.of(distances), equal, self.psd)
-            self.negative_share_ = self._repair.negative_share
+            if self.psd != "ignore":
+                distances = self._distances(self.X_fit_, None)
+                equal = distances == 0
+                kernel, self._repair = repaired(self._kernel.of(distances), equal, self.psd)
+                self.negative_share_ = self._repair.negative_share
         self.n_samples_fit_ = len(self.X_fit_)
         return kernel
 

@@ -2,16 +2,16 @@
 
 A training kernel K = U Λ Uᵀ of distances that are not Euclidean may have negative eigenvalues. Two repairs of
 Y. Chen, E. K. Garcia, M. R. Gupta, A. Rahimi, L. Cazzanti, "Similarity-based classification: concepts and algorithms",
-Journal of Machine Learning Research 10, 2009, sec. 4, for the training kernel and, consistently, for rows k of new poses:
+Journal of Machine Learning Research 10, 2009, sec. 4, for the training kernel and, consistently, for rows k of others:
 
 clip
-    The negative eigenvalues become zero. As U₊Λ₊U₊ᵀ = K P with the projection P = I − U₋U₋ᵀ on the other eigenvectors, a
+    The negative eigenvalues become zero. That is K P with the projection P = I − U₋U₋ᵀ on the other eigenvectors, so a
     row of a new pose becomes k P. A row of a training pose becomes its row of the repaired kernel.
 shift
-    K + λI with λ the magnitude of the least eigenvalue: every pose is more similar to itself, and no two different poses
-    change. So rows of new poses stay, unless a new pose is one of the training poses. As a function of two poses this is
-    the kernel plus λ where they are equal. Equal training poses share the λ too: with K = Z K' Zᵀ, Z assigning them to the
-    different ones, K + λ Z Zᵀ = Z (K' + λI) Zᵀ, and the least eigenvalue of K' is no less than that of K.
+    K + λI with λ the magnitude of the least eigenvalue: each pose is more similar to itself, and no two different poses
+    change. So rows of new poses stay, unless a new pose is one of the training poses: as a function of two poses, this
+    is the kernel plus λ where they are equal. Equal training poses share the λ: with K = Z K' Zᵀ, where Z assigns poses
+    to the different ones, K + λ Z Zᵀ = Z (K' + λI) Zᵀ, and the least eigenvalue of K' is no less than that of K.
 """
 
 from dataclasses import dataclass
@@ -65,8 +65,8 @@ class Repair:
 def repaired(kernel, equal, psd):
     """Return a symmetric kernel repaired, overwriting it, and its `Repair`.
 
-    The diagonal of a kernel of distances is one, so rounding changes an eigenvalue by no more than n times the precision
-    of its numbers. Eigenvalues below zero by less count as zero.
+    The diagonal of a kernel of distances is one, so rounding changes an eigenvalue by no more than some n times the
+    precision of its numbers. Negative eigenvalues of that size count as zero.
     """
     n = len(kernel)
     in_float64 = kernel.astype(np.float64)  # a copy, which is overwritten

@@ -117,10 +117,10 @@ def test_an_svm_finds_the_optimum_of_a_clipped_kernel(X):
 
 def test_estimators_that_refuse_indefinite_kernels_take_repaired_ones(X):
     with pytest.raises(ValueError, match="There are significant negative eigenvalues"):
-        KernelPCA(62, kernel="precomputed").fit(-np.eye(len(X)))
+        make_pipeline(indefinite(), KernelPCA(kernel="precomputed")).fit(X)
     for psd in REPAIRS:
-        points = make_pipeline(indefinite(psd=psd), KernelPCA(2, kernel="precomputed")).fit_transform(X)
-        assert points.shape == (62, 2)
+        points = make_pipeline(indefinite(psd=psd), KernelPCA(kernel="precomputed")).fit_transform(X)
+        assert np.isfinite(points).all()
 
 
 def test_repaired_kernels_classify_in_cross_validation():
