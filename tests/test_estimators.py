@@ -49,9 +49,9 @@ LEARNT = {
     PoseDistanceTransformer(ARM, kernel="rbf", psd="clip"): OTHER | {"kernel": None, "gamma": 0.1, "psd": "shift"},
     PoseDistanceTransformer(ARM): OTHER | {"kernel": "rbf", "gamma": 0.1, "psd": "clip"},
     SpatialMDS(1, ARM): OTHER | {"n_components": 3, "landmarks": 5, "landmark_selection": "random", "random_state": 1},
-    MedoidShift(0.5, ARM): OTHER | {"bandwidth": 5.0, "n_clusters": 2},
+    MedoidShift(3.0, ARM): OTHER | {"bandwidth": 9.0, "n_clusters": 2},
     PoseKNeighborsTransformer(ARM, n_neighbors=2): OTHER | {"algorithm": "brute"},
-    PoseRadiusNeighborsTransformer(ARM): OTHER | {"algorithm": "brute"},
+    PoseRadiusNeighborsTransformer(ARM, radius=3.0): OTHER | {"algorithm": "brute"},
 }
 ESTIMATORS = list(LEARNT)
 METHODS = "transform", "predict", "kneighbors", "kneighbors_graph", "radius_neighbors", "radius_neighbors_graph"
@@ -59,12 +59,12 @@ METHODS = "transform", "predict", "kneighbors", "kneighbors_graph", "radius_neig
 
 @pytest.fixture(scope="module")
 def X():
-    return np.random.default_rng(0).uniform(-1, 1, size=(40, 3))
+    return np.random.default_rng(0).uniform(-3, 3, size=(40, 3))
 
 
 @pytest.fixture(scope="module")
 def queries():
-    return np.random.default_rng(1).uniform(-1, 1, size=(7, 3))
+    return np.random.default_rng(1).uniform(-3, 3, size=(7, 3))
 
 
 def answers(estimator, X):
@@ -160,7 +160,7 @@ def test_searches_at_the_same_time_count_for_themselves(X):
         (PoseDistanceTransformer(ARM, kernel="rbf", psd="clip"), {"kernel": None, "psd": "ignore"}),
         (PoseDistanceTransformer(ARM, kernel="rbf", psd="clip"), {"psd": "ignore"}),
         (SpatialMDS(2, ARM), {"metric": "precomputed"}),
-        (MedoidShift(0.5, ARM), {"metric": "precomputed"}),
+        (MedoidShift(3.0, ARM), {"metric": "precomputed"}),
         (PoseKNeighborsTransformer(ARM), {"metric": "angle", "algorithm": "brute"}),
         (PoseRadiusNeighborsTransformer(ARM), {"metric": "position", "skeleton": LONGER}),
     ],

@@ -88,8 +88,9 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
     gave, up to rounding. "clip" changes the kernel of any two poses, so that it is no longer one on the diagonal.
     "shift" regularises an SVM, as a smaller C does. The default leaves the kernel alone: the formula is what the name
     of a kernel promises, SVMs work in most cases with a few negative eigenvalues, and a repair has its cost. `fit` then
-    computes the kernel of all training poses and its eigenvalues, in time O(n_samples_fit³) and memory for some four such matrices in float64, or two for "shift". "clip" keeps the eigenvectors of the
-    negative eigenvalues, mostly less than half such a matrix, and multiplies each row by them twice in `transform`.
+    computes the kernel of all training poses and its eigenvalues, in time O(n_samples_fit³) and memory for
+    some four such matrices in float64, or two for "shift". "clip" keeps the eigenvectors of the negative eigenvalues,
+    mostly less than half such a matrix, and multiplies each row by them twice in `transform`.
 
     References
     ----------

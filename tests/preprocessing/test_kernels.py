@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from conftest import SKELETONS
 from sklearn.decomposition import KernelPCA
-from sklearn.model_selection import cross_val_score
+from sklearn.model_selection import GroupKFold, cross_val_score
 from sklearn.pipeline import make_pipeline
 from sklearn.svm import SVC
 
@@ -133,7 +133,7 @@ def test_repaired_kernels_classify_in_cross_validation():
             X,
             y,
             groups=person,
-            cv=4,
+            cv=GroupKFold(4),
         ).mean()
         for psd in ("ignore", *REPAIRS)
     }
