@@ -29,6 +29,7 @@ from skpose import (
     pose_metric,
 )
 from skpose.metrics._registry import METRICS
+from skpose.plot import DistanceMatrixDisplay
 
 ROOT = Path(__file__).parent.parent
 ARM, LONGER = (
@@ -281,12 +282,14 @@ def test_every_fitted_attribute_is_described(estimator, X):
 
 
 @pytest.mark.parametrize(
-    "each", [*CLASSES, pose_distances, pose_distances_chunked, pose_metric], ids=lambda each: each.__name__
+    "each",
+    [*CLASSES, pose_distances, pose_distances_chunked, pose_metric, DistanceMatrixDisplay.from_poses],
+    ids=lambda each: each.__name__,
 )
 def test_metric_lists_all_accepted_values(each):
     (line,) = re.findall(r"^ *metric : \{(.*)\}, default=\"auto\"$", each.__doc__, flags=re.M)
     expected = {"auto", *METRICS}
-    if "_parameter_constraints" in vars(each) and "precomputed" in each._parameter_constraints["metric"][0].options:
+    if each in CLASSES and "precomputed" in each._parameter_constraints["metric"][0].options:
         expected.add("precomputed")
     assert [name.strip('"') for name in line.split(", ")] == sorted(
         expected, key=["auto", *METRICS, "precomputed"].index

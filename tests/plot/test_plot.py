@@ -142,7 +142,7 @@ def test_a_matrix_has_borders_between_sequences_and_names_in_their_middle():
         3.5, 9.5,
     ]  # fmt: skip
     np.testing.assert_array_equal(display.ax_.get_xticks(), [1.5, 6.5, 14.5])
-    assert DistanceMatrixDisplay.from_poses(X).figure_.axes[1].get_ylabel() == "distance (rad)"
+    assert DistanceMatrixDisplay.from_poses(X, metric="angle").figure_.axes[1].get_ylabel() == "distance (rad)"
 
 
 def test_a_geodesic_is_drawn_with_the_line_and_the_ratio_of_their_lengths():
