@@ -33,7 +33,7 @@ def always_filter(request, monkeypatch):
 
 
 def search_of(poses, skeleton, metric, *, brute=False, n_steps=10, wrap="auto", n_jobs=1):
-    _, steps = resolve(metric, skeleton, n_steps, wrap)
+    steps = resolve(metric, skeleton, n_steps, wrap).steps
     return _queries.search_of(PoseIndex(poses, skeleton, metric, steps, brute=brute), n_jobs)
 
 
