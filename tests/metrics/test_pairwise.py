@@ -175,7 +175,9 @@ def test_out_that_does_not_fit(out, skeleton, X):
 def test_auto_is_spatial_with_a_skeleton_and_angle_without(skeleton, X):
     spatial = pose_distances(X, skeleton=skeleton, metric="spatial")
     np.testing.assert_array_equal(pose_distances(X, skeleton=skeleton), spatial)
-    np.testing.assert_array_equal(pose_distances(X), pose_distances(X, metric="angle"))
+    with pytest.warns(UserWarning, match='without a skeleton means "angle"'):
+        angle = pose_distances(X)
+    np.testing.assert_array_equal(angle, pose_distances(X, metric="angle"))
 
 
 @pytest.mark.parametrize(
@@ -191,7 +193,7 @@ def test_auto_is_spatial_with_a_skeleton_and_angle_without(skeleton, X):
             ValueError,
             "Y has 5 columns, but the skeleton has 4 degrees of freedom: one column per",
         ),
-        ({"X": np.zeros((2, 5)), "skeleton": None}, ValueError, "X has 5 columns and Y has 4"),
+        ({"X": np.zeros((2, 5)), "skeleton": None, "metric": "angle"}, ValueError, "X has 5 columns and Y has 4"),
         ({"X": [[0, 0, 0, np.nan]]}, ValueError, "X contains NaN"),
         ({"Y": [[0, 0, 0, np.inf]]}, ValueError, "Y contains infinity"),
         ({"X": [0.0, 1, 2, 3]}, ValueError, "Expected 2D array"),
