@@ -76,10 +76,10 @@ def repaired(kernel, equal, psd):
     else:
         values, vectors = eigvalsh(in_float64, **options), np.empty((n, 0))
     negative = values < -n * np.finfo(kernel.dtype).eps
-    below = -values[negative].sum()
+    below = np.abs(values[negative]).sum()
     share = float(below / (below + values[~negative].clip(0).sum()))
     if psd == "shift":
-        repair = Repair(vectors, float(-values[negative].min(initial=0.0)), share)
+        repair = Repair(vectors, float(np.abs(values[negative]).max(initial=0.0)), share)
         return repair.rows(kernel, equal), repair
     removed = vectors[:, negative]
     scaled = removed * np.sqrt(-values[negative])
