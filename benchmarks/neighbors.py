@@ -59,10 +59,10 @@ def check(X, queries, skeleton, metric, ks):
     knn = PoseKNeighborsTransformer(skeleton, metric=metric, n_jobs=-1).fit(X)
     measured = []
     for k in ks:
-        distances, indices = knn.kneighbors(queries, k)
+        distances, indices, evaluations = knn.kneighbors(queries, k, return_evaluations=True)
         np.testing.assert_array_equal(indices, order[:, :k])
         np.testing.assert_array_equal(distances, np.take_along_axis(D, order[:, :k], axis=1))
-        measured.append(sum(knn.n_evaluations_) / len(queries))
+        measured.append(sum(evaluations) / len(queries))
     near = PoseRadiusNeighborsTransformer(skeleton, metric=metric, n_jobs=-1).fit(X)
     for radius in [0.0, *np.quantile(D, QUANTILES)]:
         for row, distances, indices in zip(D, *near.radius_neighbors(queries, radius), strict=True):
@@ -149,11 +149,11 @@ def spatial(name, X, queries, skeleton, size, k=10):
         },
         size.repeats,
     )
-    knn.kneighbors(queries, k)
+    *_, evaluations = knn.kneighbors(queries, k, return_evaluations=True)
     factor = len(queries) / len(few)
     print(
         f"{name}: {len(queries)} queries, {len(X)} poses; fit {seconds_to_fit:.2f} s\n"
-        f"  skpose {seconds['skpose']:.3f} s, {knn.n_evaluations_.lengths / len(queries):.1f} lengths per query\n"
+        f"  skpose {seconds['skpose']:.3f} s, {evaluations.lengths / len(queries):.1f} lengths per query\n"
         f"  scikit-learn's brute force on joint positions {seconds['sklearn']:.3f} s: "
         f"ratio {seconds['skpose'] / seconds['sklearn']:.2f}\n"
         f"  algorithm='brute' {factor * seconds['brute']:.1f} s: "
@@ -206,8 +206,8 @@ def geodesic(poses, skeleton, size, k=5):
     knn = PoseKNeighborsTransformer(skeleton, metric="geodesic", n_jobs=-1).fit(poses[chosen[n_queries:]])
     knn.kneighbors(poses[chosen[:1]], k)  # compiles
     start = time.perf_counter()
-    knn.kneighbors(poses[chosen[:n_queries]], k)
-    seconds, (lengths, geodesics) = time.perf_counter() - start, knn.n_evaluations_
+    *_, (lengths, geodesics) = knn.kneighbors(poses[chosen[:n_queries]], k, return_evaluations=True)
+    seconds = time.perf_counter() - start
     print(
         f"\ngeodesic, k = {k}, {n_queries} queries, {n} poses: {seconds:.1f} s, {lengths / n_queries:.1f} lengths and "
         f"{geodesics / n_queries:.2f} geodesics per query"

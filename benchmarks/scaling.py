@@ -64,8 +64,8 @@ def child(options):
     before, start = common.memory("VmRSS"), time.perf_counter()
     if options.name == "graph":
         search = PoseKNeighborsTransformer(skeleton, n_neighbors=10, n_jobs=-1).fit(X)
-        search.kneighbors()
-        taken = {"lengths": search.n_evaluations_.lengths / len(X)}
+        *_, evaluations = search.kneighbors(return_evaluations=True)
+        taken = {"lengths": evaluations.lengths / len(X)}
     else:
         path = Path(options.scratch, options.name)
         mode, kind = ("r+", {}) if path.exists() else ("w+", {"dtype": X.dtype, "shape": (len(X), len(X))})

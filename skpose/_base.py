@@ -1,27 +1,40 @@
-"""Shared parts of the pose estimators: the checks of X, and the distances by their parameters."""
+"""Shared parts of the pose estimators: the checks of X, the metric that they learn, and where they are documented.
+
+A fitted estimator answers as it was fitted. `fit` begins with `_checked(X, reset=True)`, which forgets a fit before and
+stores the skeleton and the metric as fitted attributes; what comes after `fit` reads these, never the parameters of the
+same meaning. Parameters that only state how to answer (`n_jobs`, `verbose`, `n_neighbors`, `radius`, `mode`) are read
+when they are used, as in scikit-learn.
+"""
 
 from numbers import Integral
+from typing import Any, ClassVar
 
 import numpy as np
 from sklearn.utils.validation import check_non_negative, validate_data
 
-from skpose._compat.sklearn import StrOptions
+from skpose._compat.sklearn import StrOptions, validate_parameter_constraints
 from skpose.metrics import pose_distances
-from skpose.metrics._registry import METRIC_CONSTRAINTS, METRICS
+from skpose.metrics._registry import METRIC_CONSTRAINTS, METRICS, resolve
 from skpose.skeleton import Skeleton
 from skpose.skeleton._validation import check_column_names, check_is_array, check_width
 
-# Constraints of the parameters of an estimator that also takes distances.
-ESTIMATOR_CONSTRAINTS = {
-    **METRIC_CONSTRAINTS,
-    "metric": [StrOptions({"auto", "precomputed", *METRICS})],
-    "n_jobs": [None, Integral],
-    "verbose": ["verbose"],
-}
+# Constraints of the parameters of an estimator of poses, and of one that also takes distances.
+POSE_CONSTRAINTS = {**METRIC_CONSTRAINTS, "n_jobs": [None, Integral], "verbose": ["verbose"]}
+ESTIMATOR_CONSTRAINTS = {**POSE_CONSTRAINTS, "metric": [StrOptions({"auto", "precomputed", *METRICS})]}
 
 
 class PoseEstimatorMixin:
-    """Mixin for estimators with the parameters of `pose_distances`."""
+    """Mixin for estimators with the parameters of `pose_distances`.
+
+    Attributes
+    ----------
+    skeleton_ : Skeleton or None
+        The skeleton in use; None with "precomputed".
+    effective_metric_ : str
+        The metric in use.
+    effective_metric_params_ : dict
+        Its parameters: `n_steps` and `wrap` where it has them.
+    """
 
     skeleton: Skeleton | None
     metric: str
@@ -29,36 +42,74 @@ class PoseEstimatorMixin:
     wrap: bool | str
     n_jobs: int | None
     verbose: int
+    _parameter_constraints: ClassVar[dict]
+
+    skeleton_: Skeleton | None
+    effective_metric_: str
+    effective_metric_params_: dict[str, Any]
+
+    # Where scikit-learn's HTML representation finds the page of an estimator, and with it a tooltip for each parameter.
+    _doc_link_module = "skpose"
+    _doc_link_template = "https://skpose.github.io/skpose/api/skpose.{estimator_name}.html"
 
     def _checked(self, X, *, reset, **options):
-        """Return X as an array that fits the skeleton; precomputed distances as they are."""
+        """Return X as an array that fits the skeleton; precomputed distances as they are.
+
+        With `reset` forget what was learnt before, and learn the metric.
+        """
         check_is_array(X, "X")
-        skeleton = None if self.metric == "precomputed" else self.skeleton
-        if skeleton is not None:
-            check_column_names(X, skeleton, "X")
+        if reset:
+            for name in [name for name in vars(self) if name.endswith("_") and not name.startswith("_")]:
+                delattr(self, name)
+            self._learn_metric(self.skeleton)
+        else:
+            self._check_how_to_answer()
+        if self.skeleton_ is not None:
+            check_column_names(X, self.skeleton_, "X")
         X = validate_data(self, X, dtype=[np.float64, np.float32], reset=reset, **options)
-        if skeleton is not None:
-            check_width(X, skeleton, "X")
-        if self.metric == "precomputed":
+        if self.skeleton_ is not None:
+            check_width(X, self.skeleton_, "X")
+        if self.effective_metric_ == "precomputed":
             check_non_negative(X, f"{type(self).__name__} as precomputed distances")
             if reset and X.shape[0] != X.shape[1]:
                 raise ValueError(f"precomputed distances must be a square matrix to fit, got shape {X.shape}")
         return X
 
+    def _learn_metric(self, skeleton):
+        """Store the metric that the parameters choose on a skeleton."""
+        self.effective_metric_params_ = {}
+        if self.metric == "precomputed":
+            self.skeleton_, self.effective_metric_ = None, "precomputed"
+            return
+        self.effective_metric_, chosen, steps = resolve(self.metric, skeleton, self.n_steps, self.wrap)
+        self.skeleton_ = skeleton
+        if chosen.wraps is not None:
+            self.effective_metric_params_["wrap"] = steps.half_turn < np.inf
+        if chosen.wraps:
+            self.effective_metric_params_["n_steps"] = self.n_steps
+
+    def _check_how_to_answer(self):
+        """Check the parameters that may have changed since `fit`, which checks all of them."""
+        given = {name: getattr(self, name) for name in HOW_TO_ANSWER if hasattr(self, name)}
+        constraints = {name: self._parameter_constraints[name] for name in given}
+        validate_parameter_constraints(constraints, given, type(self).__name__)
+
     def _distances(self, X, Y, verbose=None):
-        """Distances from X to Y, or among X if Y is None."""
+        """Distances from X to Y, or among X if Y is None, under the metric of `fit`."""
         return pose_distances(
             X,
             Y,
-            skeleton=self.skeleton,
-            metric=self.metric,
-            n_steps=self.n_steps,
-            wrap=self.wrap,
+            skeleton=self.skeleton_,
+            metric=self.effective_metric_,
+            **self.effective_metric_params_,
             n_jobs=self.n_jobs,
             verbose=self.verbose if verbose is None else verbose,
         )
 
     def __sklearn_tags__(self):
         tags = super().__sklearn_tags__()  # type: ignore[misc]  # of the estimator's other base classes
-        tags.input_tags.pairwise = self.metric == "precomputed"
+        tags.input_tags.pairwise = tags.input_tags.positive_only = self.metric == "precomputed"
         return tags
+
+
+HOW_TO_ANSWER = "n_jobs", "verbose", "n_neighbors", "radius", "mode"

@@ -121,15 +121,15 @@ def poses(skeleton):
 class ChainMixin:
     """Mixin that gives a pose estimator a planar chain as wide as X, for scikit-learn's checks."""
 
-    def _on_chain(self, X):
-        base = next(c for c in type(self).__mro__ if c.__module__.startswith("skpose."))
-        return base(**(self.get_params() | {"skeleton": Skeleton.chain(X.shape[1])}))
+    def _checked(self, X, *, reset, **options):
+        X = super()._checked(X, reset=reset, **options)
+        if reset:
+            super()._learn_metric(Skeleton.chain(X.shape[1]))
+        return X
 
-    def _distances(self, X, Y, **options):
-        return self._on_chain(X)._distances(X, Y, **options)
-
-    def _index_of(self, X):
-        return self._on_chain(X)._index_of(X)
+    def _learn_metric(self, skeleton):
+        """Wait for the width of X."""
+        self.skeleton_, self.effective_metric_, self.effective_metric_params_ = None, "angle", {}
 
 
 HAS_CALLBACKS = hasattr(SpatialMDS, "set_callbacks")

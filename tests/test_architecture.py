@@ -23,6 +23,7 @@ PAGES = sorted((ROOT / "docs").glob("*.md"))
 
 # The direction of data: a package, or a file at the top, imports only from lines above its own.
 LAYERS = [
+    ["_warnings"],
     ["_compat", "_files", "skeleton"],
     ["_compiled", "_parallel", "io"],
     ["kinematics"],
@@ -105,6 +106,12 @@ def test_files_are_short_and_arguments_few(path):
             assert len(node.args.posonlyargs + node.args.args) <= 9, f"{node.name} has too many positional arguments"
 
 
+def test_warnings_name_the_users_line():
+    for path in PACKAGE.rglob("*.py"):
+        if path.name != "_warnings.py":
+            assert "warnings.warn" not in path.read_text(encoding="utf-8"), f"{path}: use skpose._warnings.warn"
+
+
 def test_only_io_imports_its_private_modules():
     for path in PACKAGE.rglob("*.py"):
         if node_of(path) != "io":
@@ -148,7 +155,7 @@ with warnings.catch_warnings(record=True) as caught:
     warnings.simplefilter("always")
     from skpose import pose_distances
 assert [str(w.message)[:21] for w in caught] == ["numba finds no folder"], caught
-print(pose_distances([[0.0], [1.0]])[0, 1])
+print(pose_distances([[0.0], [1.0]], metric="angle")[0, 1])
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert (done.stdout.strip(), done.returncode) == ("1.0", 0), done.stderr

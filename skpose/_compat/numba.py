@@ -1,10 +1,11 @@
 """Private parts of numba: the file in which it caches compiled functions."""
 
-import warnings
 from typing import Any
 
 import numba
 from numba.core.caching import NullCache
+
+from skpose._warnings import warn
 
 
 def cache_under(digest: str, compiled: Any) -> None:
@@ -18,7 +19,4 @@ def cache_under(digest: str, compiled: Any) -> None:
         compiled._cache._cache_file._version += digest
     except AttributeError:
         compiled._cache = NullCache()
-        warnings.warn(
-            f"numba {numba.__version__} does not cache as skpose expects, so every process compiles anew",
-            stacklevel=2,
-        )
+        warn(f"numba {numba.__version__} does not cache as skpose expects, so every process compiles anew")

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from sklearn.base import _fit_context as fit_context
-from sklearn.utils._param_validation import HasMethods, Interval, StrOptions
+from sklearn.utils._param_validation import HasMethods, Interval, StrOptions, validate_parameter_constraints
 
 if TYPE_CHECKING:
     Function = TypeVar("Function", bound=Callable)
@@ -34,6 +34,7 @@ __all__ = [
     "StrOptions",
     "callback_context",
     "fit_context",
+    "validate_parameter_constraints",
     "validate_params",
     "with_callbacks",
 ]

@@ -2,7 +2,6 @@
 
 import functools
 import hashlib
-import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,7 @@ from numba import njit
 
 from skpose._compat.numba import cache_under
 from skpose._compiled import lanes_llvm  # noqa: F401  (it defines lanes for numba)
+from skpose._warnings import warn
 
 
 def sources_digest() -> str:
@@ -31,10 +31,9 @@ def _can_cache() -> bool:
     try:
         njit(cache=True)(_can_cache)
     except RuntimeError:
-        warnings.warn(
+        warn(
             "numba finds no folder that it may write compiled functions to, so every process compiles skpose's afresh; "
-            "set the environment variable NUMBA_CACHE_DIR to one",
-            stacklevel=2,
+            "set the environment variable NUMBA_CACHE_DIR to one"
         )
         return False
     return True

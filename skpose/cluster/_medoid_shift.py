@@ -37,7 +37,7 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
         and in its gaps. If none is found, a `ConvergenceWarning` is given, and the largest number of clusters below
         is taken.
     metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic", "precomputed"}, default="auto"
-        The distance, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton and "angle" without one. With
+        The distance, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a warning. With
         "precomputed", X is a square matrix of distances, or a sparse graph of those between neighbours as
         `sklearn.neighbors.KNeighborsTransformer` gives it: a sample then moves among its neighbours, and two of them
         whose distance is not in the graph count as if their directions from the sample were at right angles.
@@ -52,6 +52,12 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
 
     Attributes
     ----------
+    effective_metric_ : str
+        The metric in use.
+    effective_metric_params_ : dict
+        Its parameters: `n_steps` and `wrap` where it has them.
+    skeleton_ : Skeleton or None
+        The skeleton in use; None with "precomputed".
     labels_ : ndarray of shape (n_samples,)
         Cluster of each sample, numbered in the order of `cluster_centers_indices_`.
     cluster_centers_indices_ : ndarray of shape (n_clusters,)
@@ -154,7 +160,7 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
             result = find_bandwidth(squared, scale, self.n_clusters, fit_progress)
         self.bandwidth_, self.n_iter_ = result.bandwidth, result.n_iter
         self.cluster_centers_indices_, self.labels_ = np.unique(result.modes, return_inverse=True)
-        if self.metric != "precomputed":
+        if self.effective_metric_ != "precomputed":
             self.cluster_centers_ = X[self.cluster_centers_indices_]
         fit_progress.end()
         return self
@@ -172,15 +178,15 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
         ndarray of shape (n_samples,)
             Labels. A sample of `fit` need not be nearest to the mode of its own cluster.
         """
-        check_is_fitted(self)
+        check_is_fitted(self, "labels_")
         X = self._checked(X, reset=False)
-        if self.metric == "precomputed":
+        if self.effective_metric_ == "precomputed":
             return X[:, self.cluster_centers_indices_].argmin(axis=1)
         return self._distances(X, self.cluster_centers_).argmin(axis=1)
 
     def _all_distances(self, X):
         """Distances among the samples, dense or sparse: a copy, and in float64, as close samples differ by little."""
-        if self.metric != "precomputed":
+        if self.effective_metric_ != "precomputed":
             return self._distances(X, None).astype(np.float64, copy=False)
         if issparse(X):
             return csr_array(X, dtype=np.float64, copy=True)

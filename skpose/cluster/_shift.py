@@ -1,6 +1,5 @@
 """The algorithm of medoid shift: the shifts at one bandwidth, and the search for a bandwidth."""
 
-import warnings
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -13,6 +12,7 @@ from sklearn.utils import gen_batches
 
 from skpose._compiled import graph_shift
 from skpose._parallel.progress import progress
+from skpose._warnings import warn
 
 QUANTILE = 0.3  # share of the other samples within the estimated bandwidth of a sample
 WEIGHTS = 1 << 21  # weights in memory at once
@@ -84,14 +84,16 @@ def _targets(squared, bandwidth, verbose):
     """
     n = squared.shape[0]
     target, staying = np.empty(n, dtype=np.intp), np.empty(n)
-    factor = -1.0 / (2.0 * bandwidth * bandwidth)
+    # Finite for every bandwidth, so that it gives a distance of zero the weight one, and every other at least zero.
+    factor = -0.5 / max(float(bandwidth) * float(bandwidth), np.finfo(np.float64).tiny)
     if issparse(squared):
         graph_shift.shift_in_graph(squared.indptr, squared.indices, squared.data, factor, TIE, target, staying)
         return target, staying
     batches = list(gen_batches(n, max(1, WEIGHTS // n)))
     with progress(f"shift of {n:,} samples", len(batches), verbose and len(batches) > 1) as advance:
         for batch in batches:
-            weights = squared[batch] * factor
+            with np.errstate(over="ignore"):  # the weight of −∞ is zero
+                weights = squared[batch] * factor
             costs = np.exp(weights, out=weights) @ squared
             target[batch] = (costs <= costs.min(axis=1, keepdims=True) * (1.0 + TIE)).argmax(axis=1)
             staying[batch] = costs.diagonal(batch.start)
@@ -147,10 +149,9 @@ def find_bandwidth(squared, scale, n_clusters, fit_progress):
     below = [result for result in tried.values() if result.count <= n_clusters]
     best = max(below, key=lambda r: r.count) if below else min(tried.values(), key=lambda r: r.count)
     if not found:
-        warnings.warn(
+        warn(
             f"no bandwidth was found that gives {n_clusters} clusters, among {len(tried)} from {min(tried):.3g} to "
             f"{max(tried):.3g}; bandwidth {best.bandwidth:.3g}, which is taken, gives {best.count}",
             ConvergenceWarning,
-            stacklevel=4,
         )
     return best

@@ -1,6 +1,5 @@
 """The geodesic between two poses: the shortest motion from one to the other."""
 
-import warnings
 from dataclasses import dataclass, field
 from numbers import Integral, Real
 
@@ -12,6 +11,7 @@ from skpose._compat.sklearn import Interval, StrOptions, validate_params
 from skpose._compiled.geodesic import MAX_ITER, TOL, path_between
 from skpose._compiled.minimiser import Bounds
 from skpose._compiled.tree import Tree
+from skpose._warnings import warn
 from skpose.kinematics import forward_kinematics
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of, wrapped
 from skpose.skeleton import Skeleton
@@ -238,13 +238,12 @@ def geodesic(
         _skeleton=skeleton,
     )
     if not found.converged:
-        warnings.warn(
+        warn(
             f"the geodesic did not converge in max_iter={max_iter} iterations a refinement: gradient norm "
             f"{found.gradient_norm:.2g} (tol={tol:.2g}), length {found.length:.6g} by its chords and "
             f"{found.curve_length:.6g} as a curve. It is a real path, but may not be the shortest; raise max_iter, or "
             "n_steps",
             ConvergenceWarning,
-            stacklevel=2,
         )
     return found
 

@@ -1,6 +1,5 @@
 """Means of poses that are poses: bones keep their lengths."""
 
-import warnings
 from dataclasses import dataclass
 from numbers import Integral, Real
 
@@ -11,6 +10,7 @@ from sklearn.exceptions import ConvergenceWarning
 
 from skpose._compat.sklearn import Interval, StrOptions, validate_params
 from skpose._compiled.mean import place_all, project
+from skpose._warnings import warn
 from skpose.geodesics._karcher import Poses, karcher_mean
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 from skpose.skeleton import Skeleton
@@ -193,11 +193,10 @@ def frechet_mean(
         pose, variance, norm = spread.pose, spread.variance, spread.norm
     mean = FrechetMean(from_tree_order(tree, pose), float(variance), float(norm), n_iter, bool(converged))
     if not mean.converged:
-        warnings.warn(
+        warn(
             f"the mean did not converge in {n_iter} iterations (max_iter={max_iter}): gradient_norm "
             f"{mean.gradient_norm:.2g}. It is still a pose; raise max_iter, or n_steps",
             ConvergenceWarning,
-            stacklevel=2,
         )
     return mean
 

@@ -7,10 +7,11 @@ ICCV 2019, doi:10.1109/ICCV.2019.00554.
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from skpose._warnings import warn
 from skpose.io._arguments import PathLike, Readable
 from skpose.io._npz import Archive
 from skpose.io._smpl import BY_SIZE, HANDS, MODELS, mean_joints, shaped_joints
-from skpose.io._source import Source, warn
+from skpose.io._source import Source
 from skpose.skeleton import Bone, Motion, Skeleton
 from skpose.skeleton._continuity import continuous_triples
 

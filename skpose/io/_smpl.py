@@ -10,9 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from skpose._warnings import warn
 from skpose.io._arguments import PathLike
 from skpose.io._npz import Archive
-from skpose.io._source import Source, warn
+from skpose.io._source import Source
 from skpose.skeleton._proportions import MEAN_HEIGHT, PROPORTIONS
 
 Tree = dict[str, str | None]  # the parent of each joint, in the order of the model

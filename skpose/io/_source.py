@@ -1,11 +1,9 @@
 """A text file as lines, words and numbers, and the errors that name a position in it."""
 
 import gzip
-import inspect
 import io
 import os
 import re
-import warnings
 import zlib
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -14,6 +12,7 @@ from typing import IO, Any, NamedTuple, Self
 
 import numpy as np
 
+from skpose._warnings import warn
 from skpose.io._arguments import Readable
 from skpose.io._error import MocapFormatError
 from skpose.io._words import NUMBER, Token, complaint
@@ -170,14 +169,6 @@ class Source:
             raise
         except ValueError as error:
             raise self.error(str(error)) from None
-
-
-def warn(message: str) -> None:
-    """Emit a warning at the line of the caller outside this library."""
-    level, frame = 1, inspect.currentframe()
-    while frame is not None and frame.f_globals.get("__name__", "").startswith("skpose."):
-        level, frame = level + 1, frame.f_back
-    warnings.warn(message, UserWarning, stacklevel=level)
 
 
 def _other_kind(head: bytes) -> str | None:

@@ -1,12 +1,12 @@
 """The algorithm of classical scaling: eigenvectors of the centred squared distances, and the choice of landmarks."""
 
-import warnings
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import eigh, eigvalsh
 
-WHOLE_SPECTRUM = 2000  # up to this many poses all eigenvalues are computed, beyond it only the leading ones
+from skpose._warnings import warn
+
 LANCZOS = 200  # up to this many poses one dense decomposition is the fastest for a few eigenvectors
 ROUNDING = 1e-12  # an eigenvalue below this share of the largest counts as zero
 
@@ -34,29 +34,26 @@ def classical_scaling(squared, n_components):
     squared -= squared.mean(axis=1, keepdims=True)
     squared *= -0.5
     values, vectors, spectrum = _leading(squared, n_components)
-    magnitude = np.abs(values).max(initial=0.0) if spectrum is None else np.abs(spectrum).max(initial=0.0)
-    positive = values > ROUNDING * magnitude
+    positive = values > ROUNDING * np.abs(spectrum).max()
     if not positive.all():
-        warnings.warn(
-            f"the distances have only {positive.sum()} positive eigenvalues among the leading {n_components}; "
-            "the components beyond these are zero: ask for fewer",
-            stacklevel=4,
+        few = f"the distances have only {positive.sum()} positive eigenvalues among the leading {n_components}"
+        warn(
+            f"{few}; the components beyond these are zero: ask for fewer"
+            if positive.any()
+            else "all distances are zero, and with them all components: the poses are equal under this metric"
         )
     vectors *= np.sign(vectors[np.abs(vectors).argmax(axis=0), np.arange(vectors.shape[1])])
     sqrt = np.sqrt(np.where(positive, values, 0.0))
     # Λ⁻¹ Zᵀ = Λ^-½ Uᵀ; a component of zeros takes nothing from any pose.
     projection = 0.5 * vectors * np.divide(1.0, sqrt, out=np.zeros_like(sqrt), where=positive)
-    if spectrum is None:
-        total, negative_share = np.trace(squared), np.nan
-    else:
-        total, size = spectrum[spectrum > 0].sum(), np.abs(spectrum).sum()
-        negative_share = float((size - total) / size) if size > 0 else 0.0
+    total, size = spectrum[spectrum > 0].sum(), np.abs(spectrum).sum()
+    negative_share = float((size - total) / size) if size > 0 else 0.0
     ratio = np.maximum(values, 0.0) / total if total > 0 else np.zeros(n_components)
     return Scaling(vectors * sqrt, values, ratio, negative_share, mean_squared, projection)
 
 
 def _leading(B, n_components):
-    """The leading eigenvalues of B, padded with zeros, their eigenvectors, and the whole spectrum or None."""
+    """The leading eigenvalues of B, padded with zeros, their eigenvectors, and the whole spectrum; B is overwritten."""
     n = len(B)
     k = min(n_components, n)
     if n <= LANCZOS or k > n // 10:
@@ -65,7 +62,6 @@ def _leading(B, n_components):
     else:
         from scipy.sparse.linalg import ArpackError, eigsh
 
-        spectrum = eigvalsh(B) if n <= WHOLE_SPECTRUM else None
         try:
             # A fixed start: the default is random, and B, being centred, maps a vector of ones to zero.
             values, vectors = eigsh(B, k, which="LA", v0=np.random.default_rng(0).standard_normal(n))
@@ -73,6 +69,7 @@ def _leading(B, n_components):
             values, vectors = eigh(B, subset_by_index=[n - k, n - 1])
         order = np.argsort(values)[::-1]
         values, vectors = values[order], vectors[:, order]
+        spectrum = eigvalsh(B, overwrite_a=True, check_finite=False)  # without vectors: half the time
     missing = n_components - k
     return np.pad(values, (0, missing)), np.pad(vectors, ((0, 0), (0, missing))), spectrum
 

@@ -1,10 +1,11 @@
 """Geodesics that did not converge: their number, and the warning about them."""
 
-import warnings
 from collections.abc import Iterable
 from typing import NamedTuple
 
 from sklearn.exceptions import ConvergenceWarning
+
+from skpose._warnings import warn
 
 
 class Unconverged(NamedTuple):
@@ -23,14 +24,13 @@ class Unconverged(NamedTuple):
         return cls(sum(counts), max(gaps))
 
 
-def warn_of_unconverged(parts: Iterable[tuple[int, float]], n_pairs: int, stacklevel: int) -> None:
+def warn_of_unconverged(parts: Iterable[tuple[int, float]], n_pairs: int) -> None:
     """Warn if some of the geodesics of so many pairs did not converge."""
     count, gap = Unconverged.joined(parts)
     if count:
-        warnings.warn(
+        warn(
             f"{count} of {n_pairs} geodesics did not converge; their distances are lengths of curves no "
             "longer than the straight line in angle space, which may not be the shortest. The largest relative gap "
             f"between such a curve's length and the sum of its chords is {gap:.2g}",
             ConvergenceWarning,
-            stacklevel=stacklevel + 1,
         )

@@ -61,7 +61,7 @@ def _distances(X: Any, Y: Any, shared: tuple, name: str = "Y") -> np.ndarray:
     X, Y = check_poses(X, skeleton, "X"), None if Y is None else check_poses(Y, skeleton, name)
     matrix = DistanceMatrix(X, Y, metric, skeleton, steps)
     distances, unconverged = matrix.written(None, n_jobs=1)
-    warn_of_unconverged(unconverged, matrix.n_pairs, stacklevel=1)
+    warn_of_unconverged(unconverged, matrix.n_pairs)
     return distances
 
 

@@ -17,7 +17,7 @@ from skpose._parallel.progress import progress
 from skpose.metrics._convergence import warn_of_unconverged
 from skpose.metrics._dask import is_lazy, lazy_distances
 from skpose.metrics._matrix import DistanceMatrix
-from skpose.metrics._registry import METRIC_CONSTRAINTS, effective_name, resolve
+from skpose.metrics._registry import METRIC_CONSTRAINTS, resolve
 from skpose.skeleton import Skeleton
 from skpose.skeleton._validation import check_poses, check_same_width
 
@@ -64,7 +64,7 @@ def pose_distances(
     skeleton : Skeleton, default=None
         The skeleton of all poses; `Skeleton.mean` makes one of several. Needed by all but "angle".
     metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
-        "auto" is "spatial" with a skeleton and "angle" without one.
+        "auto" is "spatial" with a skeleton, else "angle" and a warning.
     n_steps : int, default=10
         Chords along the curve of "spatial" and "geodesic"; the paper's ten. With one, both are "position".
     wrap : bool or "auto", default="auto"
@@ -92,6 +92,8 @@ def pose_distances(
     -----
     ConvergenceWarning
         If geodesics did not converge, with their number.
+    UserWarning
+        If `metric` is "auto" and there is no skeleton, so that the distances are those of "angle", in rad.
 
     Raises
     ------
@@ -154,8 +156,7 @@ def pose_distances(
            [3.509, 0.   , 2.219],
            [1.569, 2.219, 0.   ]])
     """
-    _, steps = resolve(metric, skeleton, n_steps, wrap)
-    metric = effective_name(metric, skeleton)
+    metric, _, steps = resolve(metric, skeleton, n_steps, wrap)
     if is_lazy(X) or is_lazy(Y):
         if out is not None:
             raise ValueError(
@@ -164,7 +165,7 @@ def pose_distances(
         return lazy_distances(X, Y, skeleton, metric, steps)
     matrix = DistanceMatrix(*_checked(X, Y, skeleton), metric, skeleton, steps)
     distances, unconverged = matrix.written(out, n_jobs, verbose)
-    warn_of_unconverged(unconverged, matrix.n_pairs, stacklevel=3)
+    warn_of_unconverged(unconverged, matrix.n_pairs)
     return distances
 
 
@@ -200,8 +201,16 @@ def pose_distances_chunked(
         Called as ``reduce_func(D_chunk, start)`` with a chunk of shape (n_chunk, n_y), which it may change, and the
         index of its first row in X. It returns an array, a list or a sparse matrix of length n_chunk, a tuple of
         these, or None to change the chunk in place. None gives the chunks themselves.
-    skeleton, metric, n_steps, wrap, n_jobs
-        As for `pose_distances`.
+    skeleton : Skeleton, default=None
+        The skeleton of all poses. Needed by all but "angle".
+    metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
+        The distance, see `pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a warning.
+    n_steps : int, default=10
+        Chords along the curve of "spatial" and "geodesic".
+    wrap : bool or "auto", default="auto"
+        Whether differences of angles are wrapped to [−π, π], see `pose_distances`.
+    n_jobs : int, default=None
+        Threads, or workers of a ``joblib.parallel_config`` context, see `pose_distances`.
     working_memory : float, default=None
         Memory for a chunk, MiB; at least one row. None takes scikit-learn's ``working_memory``, 1 GiB unless set.
     verbose : int, default=0
@@ -243,8 +252,7 @@ def pose_distances_chunked(
     >>> int(np.concatenate(list(sums)).argmin())
     50
     """
-    _, steps = resolve(metric, skeleton, n_steps, wrap)
-    metric = effective_name(metric, skeleton)
+    metric, _, steps = resolve(metric, skeleton, n_steps, wrap)
     X, Y = _checked(X, Y, skeleton)
     whole = DistanceMatrix(X, Y, metric, skeleton, steps)
     n_rows, n_columns = whole.shape
@@ -259,7 +267,7 @@ def pose_distances_chunked(
             unconverged += parts
             yield chunk if reduce_func is None else _reduced(reduce_func, chunk, batch.start)
             advance()
-    warn_of_unconverged(unconverged, n_rows * n_columns, stacklevel=2)
+    warn_of_unconverged(unconverged, n_rows * n_columns)
 
 
 def _checked(X: ArrayLike, Y: ArrayLike | None, skeleton: Skeleton | None) -> tuple[np.ndarray, np.ndarray | None]:

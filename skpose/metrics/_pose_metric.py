@@ -30,8 +30,9 @@ def pose_metric(
     skeleton : Skeleton, default=None
         Needed by all but "angle".
     metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
-        See `skpose.pose_distances`. A "geodesic" that does not converge is the length of the best curve found, without
-        a warning, which compiled code cannot give.
+        The distance, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a warning. A
+        "geodesic" that does not converge is the length of the best curve found, without a warning, which compiled code
+        cannot give.
     n_steps : int, default=10
         Chords along the curve of "spatial" and "geodesic".
     wrap : bool or "auto", default="auto"
@@ -78,7 +79,7 @@ def pose_metric(
     >>> knn.fit([[0.0, 0.0], [1.5, 0.0]], ["out", "up"]).predict([[1.2, 0.1]])
     array(['up'], dtype='<U3')
     """
-    chosen, steps = resolve(metric, skeleton, n_steps, wrap)
+    _, chosen, steps = resolve(metric, skeleton, n_steps, wrap)
     return _compiled(chosen, skeleton, steps.n_steps, steps.half_turn < math.inf)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from skpose._compat.sklearn import Interval, StrOptions
 from skpose._compiled import encode, geodesic, loops, measure
 from skpose._compiled.tree import Steps, Tree
+from skpose._warnings import warn
 from skpose.kinematics._tree import tree_of
 from skpose.skeleton import Skeleton
 
@@ -111,16 +112,23 @@ METRIC_CONSTRAINTS = {
 }
 
 
-def effective_name(metric: str, skeleton: Skeleton | None) -> str:
-    """Return the metric's own name; "auto" is "spatial" with a skeleton and "angle" without one."""
-    if metric != "auto":
-        return metric
-    return "angle" if skeleton is None else "spatial"
+class Chosen(NamedTuple):
+    """The metric that parameters choose."""
+
+    name: str  # a key of METRICS
+    metric: Metric
+    steps: Steps
 
 
-def resolve(metric: str, skeleton: Skeleton | None, n_steps: int, wrap: bool | str) -> tuple[Metric, Steps]:
-    """Return the metric of a name, and its steps."""
-    metric = effective_name(metric, skeleton)
+def resolve(metric: str, skeleton: Skeleton | None, n_steps: int, wrap: bool | str) -> Chosen:
+    """Return the metric that parameters choose; "auto" is "spatial" with a skeleton and "angle" without one."""
+    if metric == "auto":
+        metric = "angle" if skeleton is None else "spatial"
+        if skeleton is None:
+            warn(
+                'metric="auto" without a skeleton means "angle": distances between joint angles, in rad, not between '
+                'positions in space. Pass skeleton= for those, or metric="angle" if angles are meant'
+            )
     chosen = METRICS[metric]
     if chosen.needs_skeleton and skeleton is None:
         raise ValueError(
@@ -128,4 +136,4 @@ def resolve(metric: str, skeleton: Skeleton | None, n_steps: int, wrap: bool | s
             'poses belong to, or use metric="angle"'
         )
     wraps = chosen.wraps if wrap == "auto" or chosen.wraps is None else wrap
-    return chosen, Steps.of(n_steps, bool(wraps))
+    return Chosen(metric, chosen, Steps.of(n_steps, bool(wraps)))

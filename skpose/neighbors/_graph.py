@@ -1,17 +1,16 @@
 """The common base of the transformers into graphs of neighbours: the index, its searches, and graphs of the results."""
 
-from numbers import Integral
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from scipy.sparse import csr_array, csr_matrix
 from sklearn import get_config
 from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, TransformerMixin
 
-from skpose._base import PoseEstimatorMixin
+from skpose._base import POSE_CONSTRAINTS, PoseEstimatorMixin
 from skpose._compat.sklearn import StrOptions, fit_context
 from skpose.metrics._convergence import warn_of_unconverged
-from skpose.metrics._registry import METRIC_CONSTRAINTS, effective_name, resolve
+from skpose.metrics._registry import resolve
 from skpose.neighbors._index import PoseIndex
 from skpose.neighbors._queries import Request, find
 
@@ -20,11 +19,9 @@ class GraphTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Tran
     """A transformer of poses into the sparse graph of their neighbours among the training poses."""
 
     _parameter_constraints: ClassVar[dict] = {
-        **METRIC_CONSTRAINTS,
+        **POSE_CONSTRAINTS,
         "mode": [StrOptions({"distance", "connectivity"})],
         "algorithm": [StrOptions({"auto", "brute"})],
-        "n_jobs": [None, Integral],
-        "verbose": ["verbose"],
     }
 
     @fit_context(prefer_skip_nested_validation=True)
@@ -43,8 +40,10 @@ class GraphTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Tran
         self : object
             The fitted transformer.
         """
-        X = self._checked(X, reset=True)
-        self._index = self._index_of(X)
+        X = self._checked(X, reset=True, copy=True)
+        steps = resolve(self.effective_metric_, self.skeleton_, self.n_steps, self.wrap).steps
+        brute = self.algorithm == "brute"
+        self._index = PoseIndex(X, self.skeleton_, self.effective_metric_, steps, brute=brute)
         self.n_samples_fit_ = len(X)
         return self
 
@@ -65,43 +64,29 @@ class GraphTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Tran
         """
         return self.fit(X).transform(X)
 
-    @property
-    def n_evaluations_(self):
-        """Numbers of distances that the last search evaluated, `skpose.neighbors.Evaluations`."""
-        return self._index.evaluations
-
-    def _index_of(self, X):
-        chosen, steps = resolve(self.metric, self.skeleton, self.n_steps, self.wrap)
-        self.effective_metric_ = effective_name(self.metric, self.skeleton)
-        self.effective_metric_params_: dict[str, Any] = {}
-        if chosen.wraps is not None:
-            self.effective_metric_params_["wrap"] = steps.half_turn < np.inf
-        if chosen.wraps:
-            self.effective_metric_params_["n_steps"] = self.n_steps
-        return PoseIndex(X, self.skeleton, self.effective_metric_, steps, brute=self.algorithm == "brute")
-
-    def _find(self, X, criterion, stacklevel=3):
-        """Return the neighbours of X, as in `kneighbors`, and the number of queries; `criterion` as for `Request`."""
+    def _find(self, X, criterion):
+        """Return what was found for X, as in `kneighbors`, and the number of queries; `criterion` as for `Request`."""
         if X is None:
+            self._check_how_to_answer()
             X, excluded = self._index.poses, np.arange(self.n_samples_fit_)
         else:
             X = self._checked(X, reset=False)
             excluded = np.full(len(X), -1)
         found = find(Request(criterion, self._index, X, excluded), self.n_jobs, self.verbose)
-        self._index.evaluations = found.evaluations
-        warn_of_unconverged(found.unconverged, found.evaluations.geodesics, stacklevel)
-        return found.neighbors, len(X)
+        warn_of_unconverged(found.unconverged, found.evaluations.geodesics)
+        return found, len(X)
 
     def _graph(self, X, criterion, mode):
         """Return the graph of the neighbours of X."""
         if mode not in ("connectivity", "distance"):
             raise ValueError(f'mode must be "connectivity" or "distance", got {mode!r}')
-        found, n_queries = self._find(X, criterion, stacklevel=4)
-        data = found.distances if mode == "distance" else np.ones(len(found.indices))
-        indptr = np.searchsorted(found.queries, np.arange(n_queries + 1))
+        found, n_queries = self._find(X, criterion)
+        neighbors = found.neighbors
+        data = neighbors.distances if mode == "distance" else np.ones(len(neighbors.indices))
+        indptr = np.searchsorted(neighbors.queries, np.arange(n_queries + 1))
         shape = n_queries, self.n_samples_fit_
         sparse = csr_array if get_config().get("sparse_interface") == "sparray" else csr_matrix
-        return sparse((data, found.indices, indptr), shape=shape)
+        return sparse((data, neighbors.indices, indptr), shape=shape)
 
     @property
     def _n_features_out(self):

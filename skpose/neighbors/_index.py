@@ -5,7 +5,6 @@ import numpy as np
 from skpose._compiled.tree import Steps
 from skpose.metrics._registry import METRICS
 from skpose.neighbors._filter import ChordFilter
-from skpose.neighbors._results import Evaluations
 from skpose.skeleton import Skeleton
 
 
@@ -16,13 +15,11 @@ class PoseIndex:
     ----------
     filter : ChordFilter or None
         None is brute force: requested, or because nothing bounds the metric.
-    evaluations : Evaluations
-        Of the last search. It is kept here because scikit-learn allows no method but `fit` to change an estimator.
     """
 
     def __init__(self, poses: np.ndarray, skeleton: Skeleton | None, metric: str, steps: Steps, *, brute: bool):
         self.poses, self.skeleton, self.metric, self.steps = np.ascontiguousarray(poses), skeleton, metric, steps
-        self.filter, self.evaluations = None, Evaluations(0, 0)
+        self.filter = None
         chosen = METRICS[metric]
         # The bound of a metric that does not wrap by default takes differences that are not wrapped.
         bound_is_false = chosen.wraps is False and steps.half_turn < np.inf

@@ -8,6 +8,7 @@ from sklearn.utils.validation import check_is_fitted
 from skpose._compat.sklearn import Interval
 from skpose.neighbors._graph import GraphTransformer
 from skpose.neighbors._queries import KNearest
+from skpose.neighbors._results import requested
 
 
 class PoseKNeighborsTransformer(GraphTransformer):
@@ -31,7 +32,7 @@ class PoseKNeighborsTransformer(GraphTransformer):
     algorithm : {"auto", "brute"}, default="auto"
         "auto" measures only what a lower bound does not rule out, "brute" every pair. The result is the same.
     metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
-        The distance, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton and "angle" without one.
+        The distance, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a warning.
         "rotation", and "angle" with `wrap`, have no bound and are searched by brute force.
     n_steps : int, default=10
         Chords along the curve of "spatial" and "geodesic".
@@ -49,12 +50,8 @@ class PoseKNeighborsTransformer(GraphTransformer):
         The metric in use.
     effective_metric_params_ : dict
         Its parameters: `n_steps` and `wrap` where it has them.
-    n_evaluations_ : Evaluations
-        Numbers of distances that the last search evaluated, a named tuple (`skpose.neighbors.Evaluations`):
-
-        - ``lengths``: pairs whose distance was computed; with "geodesic", the length of their straight line. Up to
-          eight pairs of a query are computed at once, in the time of one.
-        - ``geodesics``: pairs whose geodesic was solved for; zero with every metric but "geodesic".
+    skeleton_ : Skeleton or None
+        The skeleton in use.
     n_samples_fit_ : int
         Number of training poses.
     n_features_in_ : int
@@ -159,10 +156,11 @@ class PoseKNeighborsTransformer(GraphTransformer):
         sparse matrix of shape (n_samples, n_samples_fit)
             In CSR format, each row by distance; zero distances are stored explicitly.
         """
-        check_is_fitted(self)
+        check_is_fitted(self, "n_samples_fit_")
+        self._check_how_to_answer()
         return self.kneighbors_graph(X, self.n_neighbors + (self.mode == "distance"), self.mode)
 
-    def kneighbors(self, X=None, n_neighbors=None, return_distance=True):
+    def kneighbors(self, X=None, n_neighbors=None, return_distance=True, *, return_evaluations=False):
         """Find the k nearest training poses.
 
         Parameters
@@ -173,6 +171,8 @@ class PoseKNeighborsTransformer(GraphTransformer):
             Number of neighbours; None takes the constructor's.
         return_distance : bool, default=True
             Whether to return the distances too.
+        return_evaluations : bool, default=False
+            Whether to return the numbers of distances that the search evaluated, too.
 
         Returns
         -------
@@ -180,16 +180,20 @@ class PoseKNeighborsTransformer(GraphTransformer):
             In m, or rad for "angle"; only if requested.
         indices : ndarray of shape (n_queries, n_neighbors)
             By distance, those equally far away by index.
+        evaluations : Evaluations
+            Named tuple of the numbers of `lengths` and `geodesics`, see `skpose.neighbors.Evaluations`; only if
+            requested.
 
         Raises
         ------
         ValueError
             For more neighbours than there are training poses.
         """
-        check_is_fitted(self)
+        check_is_fitted(self, "n_samples_fit_")
         found, n_queries = self._find(X, self._k_nearest(X, n_neighbors))
-        distances, indices = (part.reshape(n_queries, -1) for part in (found.distances, found.indices))
-        return (distances, indices) if return_distance else indices
+        near = found.neighbors
+        distances, indices = (part.reshape(n_queries, -1) for part in (near.distances, near.indices))
+        return requested((return_distance, distances), (True, indices), (return_evaluations, found.evaluations))
 
     def kneighbors_graph(self, X=None, n_neighbors=None, mode="connectivity"):
         """Compute the graph of the k nearest training poses.
@@ -208,7 +212,7 @@ class PoseKNeighborsTransformer(GraphTransformer):
         sparse matrix of shape (n_queries, n_samples_fit)
             In CSR format, each row by distance.
         """
-        check_is_fitted(self)
+        check_is_fitted(self, "n_samples_fit_")
         return self._graph(X, self._k_nearest(X, n_neighbors), mode)
 
     def _k_nearest(self, X, n_neighbors):

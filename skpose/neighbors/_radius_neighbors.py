@@ -9,6 +9,7 @@ from sklearn.utils.validation import check_is_fitted
 from skpose._compat.sklearn import Interval
 from skpose.neighbors._graph import GraphTransformer
 from skpose.neighbors._queries import WithinRadius
+from skpose.neighbors._results import requested
 
 
 class PoseRadiusNeighborsTransformer(GraphTransformer):
@@ -26,18 +27,40 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
         Whether the graph holds distances or ones.
     radius : float, default=1.0
         Neighbours are no further away than this; m, or rad for "angle".
-    algorithm, metric, n_steps, wrap, n_jobs, verbose
-        As in `PoseKNeighborsTransformer`.
+    algorithm : {"auto", "brute"}, default="auto"
+        "auto" measures only what a lower bound does not rule out, "brute" every pair. The result is the same.
+    metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
+        The distance, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a warning.
+        "rotation", and "angle" with `wrap`, have no bound and are searched by brute force.
+    n_steps : int, default=10
+        Chords along the curve of "spatial" and "geodesic".
+    wrap : bool or "auto", default="auto"
+        Whether differences of angles are wrapped to [−π, π], see `skpose.pose_distances`.
+    n_jobs : int, default=None
+        Threads; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors. Where that context names
+        a backend of processes or a cluster, the search runs there. The result does not depend on it.
+    verbose : int, default=0
+        Whether to show the progress of a search.
 
     Attributes
     ----------
-    n_evaluations_ : Evaluations
-        Numbers of distances that the last search evaluated, a named tuple (`skpose.neighbors.Evaluations`):
+    effective_metric_ : str
+        The metric in use.
+    effective_metric_params_ : dict
+        Its parameters: `n_steps` and `wrap` where it has them.
+    skeleton_ : Skeleton or None
+        The skeleton in use.
+    n_samples_fit_ : int
+        Number of training poses.
+    n_features_in_ : int
+        Number of features seen during `fit`.
+    feature_names_in_ : ndarray of shape (`n_features_in_`,)
+        Names of features seen during `fit`. Defined only when `X` has feature names that are all strings.
 
-        - ``lengths``: pairs whose distance was computed; with "geodesic", the length of their straight line.
-        - ``geodesics``: pairs whose geodesic was solved for; zero with every metric but "geodesic".
-    effective_metric_, effective_metric_params_, n_samples_fit_, n_features_in_, feature_names_in_
-        As in `PoseKNeighborsTransformer`.
+    Warns
+    -----
+    ConvergenceWarning
+        From a search, if geodesics did not converge.
 
     See Also
     --------
@@ -113,10 +136,13 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
         sparse matrix of shape (n_samples, n_samples_fit)
             In CSR format, each row by distance; zero distances are stored explicitly.
         """
-        check_is_fitted(self)
+        check_is_fitted(self, "n_samples_fit_")
+        self._check_how_to_answer()
         return self.radius_neighbors_graph(X, mode=self.mode)
 
-    def radius_neighbors(self, X=None, radius=None, return_distance=True, sort_results=False):
+    def radius_neighbors(
+        self, X=None, radius=None, return_distance=True, sort_results=False, *, return_evaluations=False
+    ):
         """Find all training poses within a radius.
 
         Parameters
@@ -130,6 +156,8 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
         sort_results : bool, default=False
             A parameter of scikit-learn's method. With distances, neighbours are always sorted by distance and then by
             index; without distances, True is an error.
+        return_evaluations : bool, default=False
+            Whether to return the numbers of distances that the search evaluated, too.
 
         Returns
         -------
@@ -137,20 +165,24 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
             In m, or rad for "angle"; only if requested.
         indices : ndarray of shape (n_queries,) of ndarrays
             The neighbours; without distances, sorted by index.
+        evaluations : Evaluations
+            Named tuple of the numbers of `lengths` and `geodesics`, see `skpose.neighbors.Evaluations`; only if
+            requested.
 
         Raises
         ------
         ValueError
             For a negative radius, or if `sort_results` is True and `return_distance` is not.
         """
-        check_is_fitted(self)
+        check_is_fitted(self, "n_samples_fit_")
         if sort_results and not return_distance:
             raise ValueError("return_distance must be True if sort_results is True.")
         found, n_queries = self._find(X, self._within_radius(radius, return_distance))
-        starts = np.searchsorted(found.queries, np.arange(1, n_queries))
-        order = slice(None) if return_distance else np.lexsort((found.indices, found.queries))
-        indices = _ragged(np.split(found.indices[order], starts))
-        return (_ragged(np.split(found.distances, starts)), indices) if return_distance else indices
+        near = found.neighbors
+        starts = np.searchsorted(near.queries, np.arange(1, n_queries))
+        order = slice(None) if return_distance else np.lexsort((near.indices, near.queries))
+        distances, indices = (_ragged(np.split(part, starts)) for part in (near.distances, near.indices[order]))
+        return requested((return_distance, distances), (True, indices), (return_evaluations, found.evaluations))
 
     def radius_neighbors_graph(self, X=None, radius=None, mode="connectivity", sort_results=False):
         """Compute the graph of all training poses within a radius.
@@ -171,7 +203,7 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
         sparse matrix of shape (n_queries, n_samples_fit)
             In CSR format.
         """
-        check_is_fitted(self)
+        check_is_fitted(self, "n_samples_fit_")
         return self._graph(X, self._within_radius(radius, mode == "distance"), mode)
 
     def _within_radius(self, radius, measured):

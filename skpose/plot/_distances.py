@@ -86,7 +86,32 @@ class DistanceMatrixDisplay:
         ax=None,
         **style,
     ) -> "DistanceMatrixDisplay":
-        """Draw the `pose_distances` of poses, (n_poses, n_dofs) joint angles in rad."""
+        """Draw the `pose_distances` of poses.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_poses, n_dofs)
+            Poses: joint angles, rad.
+        skeleton : Skeleton, default=None
+            The skeleton of all poses. Needed by all metrics but "angle".
+        sequence : array-like of shape (n_poses,), default=None
+            Sequence of each pose; lines are drawn between sequences.
+        names : list of str, default=None
+            Names of the sequences.
+        metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
+            The distance, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a warning.
+        n_jobs : int, default=None
+            Threads, see `skpose.pose_distances`.
+        ax : matplotlib Axes, default=None
+            Axes to draw into; None makes a figure.
+        **style : dict
+            For ``Axes.imshow``.
+
+        Returns
+        -------
+        DistanceMatrixDisplay
+            The display.
+        """
         distances = pose_distances(X, skeleton=skeleton, metric=metric, n_jobs=n_jobs)
         unit = "rad" if metric == "angle" or (metric == "auto" and skeleton is None) else "m"
         return cls.from_distances(distances, sequence=sequence, names=names, unit=unit, ax=ax, **style)

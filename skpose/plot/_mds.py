@@ -81,7 +81,7 @@ class MDSDisplay:
         cls, mds: SpatialMDS, X: ArrayLike, labels: ArrayLike | None = None, *, ax=None, **style
     ) -> "MDSDisplay":
         """Draw poses embedded by a fitted `SpatialMDS` of at least two components."""
-        unit = "rad" if mds.metric == "angle" or (mds.metric == "auto" and mds.skeleton is None) else "m"
+        unit = "rad" if mds.effective_metric_ == "angle" else "m"
         return cls.from_embedding(
             mds.transform(X), labels, shares=mds.explained_variance_ratio_, unit=unit, ax=ax, **style
         )

@@ -1,15 +1,15 @@
 """Distances to the training poses as a step of a scikit-learn pipeline."""
 
-from numbers import Integral, Real
+from numbers import Real
 from typing import ClassVar
 
 import numpy as np
 from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, TransformerMixin
 from sklearn.utils.validation import check_is_fitted
 
-from skpose._base import PoseEstimatorMixin
+from skpose._base import POSE_CONSTRAINTS, PoseEstimatorMixin
 from skpose._compat.sklearn import Interval, StrOptions, fit_context
-from skpose.metrics._registry import METRIC_CONSTRAINTS
+from skpose.preprocessing._kernels import Kernel, repaired
 
 SCALE_SAMPLES = 500  # poses from which gamma="scale" takes the mean squared distance
 
@@ -28,15 +28,21 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
     skeleton : Skeleton, default=None
         The skeleton of all poses. Needed by all metrics but "angle".
     metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
-        The distance, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton and "angle" without one.
+        The distance, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a warning.
     kernel : {"rbf", "laplacian"} or None, default=None
         None gives distances d, "rbf" gives :math:`\exp(-\gamma d^2)` and "laplacian" :math:`\exp(-\gamma d)`. Both are
-        positive definite for "angle" (without `wrap`) and "position", which are Euclidean distances; for the others
-        they need not be, and an SVM may then stop at a point that is not optimal.
+        positive semidefinite for "angle" (without `wrap`) and "position", which are Euclidean distances; for the others
+        they need not be, see `psd`.
     gamma : "scale" or float, default="scale"
         The γ of the kernel, in the inverse unit of d² ("rbf") or of d ("laplacian"). "scale" is 2 / m and √(2 / m)
         with m the mean squared distance between training poses (of at most 500, evenly spread over them): for
         Euclidean distances of standardised features that of SVC's "scale".
+    psd : {"ignore", "clip", "shift"}, default="ignore"
+        Treatment of negative eigenvalues of the kernel, with which an SVM may stop at a point that is not optimal.
+        "ignore" gives the kernel by its formula. "clip" sets them to zero in the kernel of the training poses, which
+        gives the nearest positive semidefinite matrix, and projects the kernel of other poses on the eigenvectors that
+        remain. "shift" adds the magnitude of the least eigenvalue to the kernel of a pose with itself, and changes no
+        kernel of two different poses. Only with a kernel.
     n_steps : int, default=10
         Chords along the curve of "spatial" and "geodesic".
     wrap : bool or "auto", default="auto"
@@ -48,10 +54,19 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
 
     Attributes
     ----------
+    effective_metric_ : str
+        The metric in use.
+    effective_metric_params_ : dict
+        Its parameters: `n_steps` and `wrap` where it has them.
+    skeleton_ : Skeleton or None
+        The skeleton in use.
     X_fit_ : ndarray of shape (n_samples_fit, n_dofs)
         The training poses.
     gamma_ : float
         The γ in use. Only with a kernel.
+    negative_share_ : float
+        Sum of the magnitudes of the negative eigenvalues of the training poses' kernel, before its repair, over that of
+        all: zero for Euclidean distances. Only with `psd` "clip" and "shift".
     n_samples_fit_ : int
         Number of training poses.
     n_features_in_ : int
@@ -69,10 +84,20 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
     Time O(n_samples · n_samples_fit · n_dofs), memory O(n_samples · n_samples_fit). Keep ``algorithm="brute"`` or
     ``metric="precomputed"`` in the steps that follow: "spatial" need not obey the triangle inequality.
 
+    Rows of other poses are repaired consistently [2]_: `transform` of the training poses gives what `fit_transform`
+    gave, up to rounding. "clip" changes the kernel of any two poses, so that it is no longer one on the diagonal.
+    "shift" regularises an SVM, as a smaller C does. The default leaves the kernel alone: the formula is what the name
+    of a kernel promises, SVMs work in most cases with a few negative eigenvalues, and a repair has its cost. `fit` then
+    computes the kernel of all training poses and its eigenvalues, in time O(n_samples_fit³) and memory for
+    some four such matrices in float64, or two for "shift". "clip" keeps the eigenvectors of the negative eigenvalues,
+    mostly less than half such a matrix, and multiplies each row by them twice in `transform`.
+
     References
     ----------
-    S. Hauberg, K. S. Pedersen, "Spatial measures between human poses for classification and understanding", AMDO
-    2012, :doi:`10.1007/978-3-642-31567-1_3`.
+    .. [1] S. Hauberg, K. S. Pedersen, "Spatial measures between human poses for classification and understanding",
+       AMDO 2012, :doi:`10.1007/978-3-642-31567-1_3`.
+    .. [2] Y. Chen, E. K. Garcia, M. R. Gupta, A. Rahimi, L. Cazzanti, "Similarity-based classification: concepts and
+       algorithms", Journal of Machine Learning Research 10, 2009, sec. 4.
 
     Examples
     --------
@@ -86,11 +111,10 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
     """
 
     _parameter_constraints: ClassVar[dict] = {
-        **METRIC_CONSTRAINTS,
+        **POSE_CONSTRAINTS,
         "kernel": [StrOptions({"rbf", "laplacian"}), None],
         "gamma": [StrOptions({"scale"}), Interval(Real, 0, None, closed="left")],
-        "n_jobs": [None, Integral],
-        "verbose": ["verbose"],
+        "psd": [StrOptions({"ignore", "clip", "shift"})],
     }
 
     def __init__(
@@ -100,6 +124,7 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
         metric="auto",
         kernel=None,
         gamma="scale",
+        psd="ignore",
         n_steps=10,
         wrap="auto",
         n_jobs=None,
@@ -109,6 +134,7 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
         self.metric = metric
         self.kernel = kernel
         self.gamma = gamma
+        self.psd = psd
         self.n_steps = n_steps
         self.wrap = wrap
         self.n_jobs = n_jobs
@@ -130,12 +156,10 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
         self : PoseDistanceTransformer
             The fitted transformer.
         """
-        self.X_fit_ = self._checked(X, reset=True)
-        self.n_samples_fit_ = len(self.X_fit_)
-        if self.kernel is not None:
-            self.gamma_ = self._scale() if self.gamma == "scale" else float(self.gamma)
+        self._learn(X)
         return self
 
+    @fit_context(prefer_skip_nested_validation=True)
     def fit_transform(self, X, y=None):
         """Return distances among the training poses, or their kernel; each pair is computed once.
 
@@ -151,8 +175,8 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
         ndarray of shape (n_samples_fit, n_samples_fit)
             Exactly symmetric; distances have an exactly zero diagonal.
         """
-        self.fit(X)
-        return self._similarity(self._distances(self.X_fit_, None))
+        kernel = self._learn(X)
+        return self._similarity(self._distances(self.X_fit_, None)) if kernel is None else kernel
 
     def transform(self, X):
         """Return distances from poses to the training poses, or their kernel.
@@ -167,12 +191,32 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
         ndarray of shape (n_samples, n_samples_fit)
             float32 where both X and the training poses are, else float64.
         """
-        check_is_fitted(self)
+        check_is_fitted(self, "n_samples_fit_")
         return self._similarity(self._distances(self._checked(X, reset=False), self.X_fit_))
+
+    def _learn(self, X):
+        """Learn from the training poses; return their kernel where it is needed for that, else None."""
+        if self.psd != "ignore" and self.kernel is None:
+            raise ValueError(
+                f'psd="{self.psd}" repairs a kernel, got kernel=None, which gives distances: choose a kernel, "rbf" or '
+                '"laplacian", or psd="ignore"'
+            )
+        self.X_fit_ = self._checked(X, reset=True, copy=True)
+        self._kernel = self._repair = kernel = None
+        if self.kernel is not None:
+            self.gamma_ = self._scale() if self.gamma == "scale" else float(self.gamma)
+            self._kernel = Kernel(self.kernel, self.gamma_)
+            if self.psd != "ignore":
+                distances = self._distances(self.X_fit_, None)
+                equal = distances == 0
+                kernel, self._repair = repaired(self._kernel.of(distances), equal, self.psd)
+                self.negative_share_ = self._repair.negative_share
+        self.n_samples_fit_ = len(self.X_fit_)
+        return kernel
 
     def _scale(self):
         """Return the γ of gamma="scale"."""
-        chosen = np.unique(np.linspace(0, self.n_samples_fit_ - 1, SCALE_SAMPLES).astype(int))
+        chosen = np.unique(np.linspace(0, len(self.X_fit_) - 1, SCALE_SAMPLES).astype(int))
         squared = np.square(self._distances(self.X_fit_[chosen], None), dtype=np.float64).mean()
         if squared == 0:  # all poses equal: every scale gives the same
             return 1.0
@@ -180,12 +224,12 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
 
     def _similarity(self, distances):
         """Return the kernel of distances, overwriting them; without a kernel the distances."""
-        if self.kernel is None:
+        if self._kernel is None:
             return distances
-        if self.kernel == "rbf":
-            np.square(distances, out=distances)
-        distances *= -self.gamma_
-        return np.exp(distances, out=distances)
+        if self._repair is None:
+            return self._kernel.of(distances)
+        equal = distances == 0
+        return self._repair.rows(self._kernel.of(distances), equal)
 
     @property
     def _n_features_out(self):

@@ -71,15 +71,17 @@ def test_chunks_are_the_rows_of_the_matrix(X, metric, dtype):
 
 
 def test_working_memory_is_scikit_learns_unless_given(X):
-    assert len(list(pose_distances_chunked(X))) == 1
+    assert len(list(pose_distances_chunked(X, metric="angle"))) == 1
     with config_context(working_memory=MEMORY):
-        assert len(list(pose_distances_chunked(X))) == 10
-    assert [len(chunk) for chunk in pose_distances_chunked(X, working_memory=1e-9)] == [1] * 100
+        assert len(list(pose_distances_chunked(X, metric="angle"))) == 10
+    assert [len(chunk) for chunk in pose_distances_chunked(X, metric="angle", working_memory=1e-9)] == [1] * 100
 
 
 def test_a_chunk_is_computed_when_it_is_asked_for(X):
     starts = []
-    chunks = pose_distances_chunked(X, reduce_func=lambda chunk, start: starts.append(start), working_memory=MEMORY)
+    chunks = pose_distances_chunked(
+        X, reduce_func=lambda chunk, start: starts.append(start), metric="angle", working_memory=MEMORY
+    )
     assert starts == []
     next(chunks)
     assert starts == [0]
@@ -89,8 +91,8 @@ def test_none_means_that_the_chunk_was_changed_in_place(X):
     def clear(chunk, start):
         chunk[chunk < 5] = 0.0
 
-    whole = np.concatenate(list(pose_distances_chunked(X, reduce_func=clear, working_memory=MEMORY)))
-    D = pose_distances(X)
+    whole = np.concatenate(list(pose_distances_chunked(X, reduce_func=clear, metric="angle", working_memory=MEMORY)))
+    D = pose_distances(X, metric="angle")
     np.testing.assert_allclose(whole, np.where(D < 5, 0, D), rtol=1e-12)
 
 
@@ -108,4 +110,4 @@ def test_none_means_that_the_chunk_was_changed_in_place(X):
 )
 def test_bad_input_is_refused_in_the_users_words(X, arguments, error, message):
     with pytest.raises(error, match=message):
-        list(pose_distances_chunked(X, **arguments))
+        list(pose_distances_chunked(X, **({"metric": "angle"} | arguments)))

@@ -175,7 +175,9 @@ def test_out_that_does_not_fit(out, skeleton, X):
 def test_auto_is_spatial_with_a_skeleton_and_angle_without(skeleton, X):
     spatial = pose_distances(X, skeleton=skeleton, metric="spatial")
     np.testing.assert_array_equal(pose_distances(X, skeleton=skeleton), spatial)
-    np.testing.assert_array_equal(pose_distances(X), pose_distances(X, metric="angle"))
+    with pytest.warns(UserWarning, match='without a skeleton means "angle"'):
+        angle = pose_distances(X)
+    np.testing.assert_array_equal(angle, pose_distances(X, metric="angle"))
 
 
 @pytest.mark.parametrize(
@@ -191,7 +193,7 @@ def test_auto_is_spatial_with_a_skeleton_and_angle_without(skeleton, X):
             ValueError,
             "Y has 5 columns, but the skeleton has 4 degrees of freedom: one column per",
         ),
-        ({"X": np.zeros((2, 5)), "skeleton": None}, ValueError, "X has 5 columns and Y has 4"),
+        ({"X": np.zeros((2, 5)), "skeleton": None, "metric": "angle"}, ValueError, "X has 5 columns and Y has 4"),
         ({"X": [[0, 0, 0, np.nan]]}, ValueError, "X contains NaN"),
         ({"Y": [[0, 0, 0, np.inf]]}, ValueError, "Y contains infinity"),
         ({"X": [0.0, 1, 2, 3]}, ValueError, "Expected 2D array"),
@@ -273,7 +275,7 @@ def test_memory_beyond_the_result_is_that_of_the_poses_encoded_at_once(skeleton)
 
 @pytest.mark.slow
 def test_two_processes_may_fill_one_cache(tmp_path):
-    code = "import skpose; print(skpose.pose_distances([[0.0], [1.0]])[0, 1])"
+    code = "import skpose; print(skpose.pose_distances([[0.0], [1.0]], metric='angle')[0, 1])"
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
 
     def start():

@@ -5,19 +5,13 @@ import pickle
 import numpy as np
 import pandas as pd
 import pytest
-from conftest import SKELETONS, ChainMixin
+from conftest import SKELETONS
 from numba import njit
 from reference import distances as reference_distances
 from sklearn import config_context, get_config
 from sklearn.base import clone
 from sklearn.exceptions import ConvergenceWarning, NotFittedError
 from sklearn.neighbors import KNeighborsTransformer, RadiusNeighborsTransformer
-from sklearn.utils.estimator_checks import (
-    check_param_validation,
-    check_set_output_transform,
-    check_transformer_get_feature_names_out,
-    parametrize_with_checks,
-)
 
 from skpose import (
     PoseKNeighborsTransformer,
@@ -32,38 +26,6 @@ from skpose.neighbors import Evaluations, _cost
 
 HUMANOID = SKELETONS["humanoid"]
 BOTH = [PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer]
-MISSING_FROM_THE_STANDARD_LIST = [
-    check_param_validation,
-    check_set_output_transform,
-    check_transformer_get_feature_names_out,
-]
-
-
-class ChainKNeighbors(ChainMixin, PoseKNeighborsTransformer):
-    """The spatial metric on data of any width, for scikit-learn's checks."""
-
-
-class ChainRadiusNeighbors(ChainMixin, PoseRadiusNeighborsTransformer):
-    """The same within a radius."""
-
-
-@parametrize_with_checks(
-    [
-        PoseKNeighborsTransformer(),
-        PoseRadiusNeighborsTransformer(),
-        PoseKNeighborsTransformer(mode="connectivity", algorithm="brute"),
-        ChainKNeighbors(),
-        ChainRadiusNeighbors(radius=3.0),
-    ]
-)
-def test_every_check_of_scikit_learn(estimator, check):
-    check(estimator)
-
-
-@pytest.mark.parametrize("check", MISSING_FROM_THE_STANDARD_LIST, ids=lambda check: check.__name__)
-@pytest.mark.parametrize("estimator", [each() for each in BOTH], ids=lambda e: type(e).__name__)
-def test_checks_that_the_standard_list_leaves_out(estimator, check):
-    check(type(estimator).__name__, estimator)
 
 
 @pytest.fixture(autouse=True)
@@ -192,23 +154,31 @@ def test_brute_force_and_threads_change_nothing(X, queries):
                 np.testing.assert_array_equal(getattr(other, part), getattr(plain, part))
 
 
-def test_evaluations_of_the_last_search_are_counted(X, queries):
+def test_evaluations_are_returned_on_request(X, queries):
     knn = PoseKNeighborsTransformer(HUMANOID, n_neighbors=2).fit(X)
-    assert knn.n_evaluations_ == Evaluations(lengths=0, geodesics=0)
-    knn.kneighbors(queries)
-    assert 2 * len(queries) <= knn.n_evaluations_.lengths < 0.2 * len(queries) * len(X)
-    knn.set_params(algorithm="brute").fit(X).kneighbors(queries)
-    assert knn.n_evaluations_ == Evaluations(lengths=len(queries) * len(X), geodesics=0)
+    plain = knn.kneighbors(queries)
+    *same, evaluations = knn.kneighbors(queries, return_evaluations=True)
+    np.testing.assert_array_equal(same, plain)
+    assert 2 * len(queries) <= evaluations.lengths < 0.2 * len(queries) * len(X)
+    indices, again = knn.kneighbors(queries, return_distance=False, return_evaluations=True)
+    np.testing.assert_array_equal(indices, plain[1])
+    assert again == evaluations
+    knn.set_params(algorithm="brute").fit(X)
+    every_pair = Evaluations(lengths=len(queries) * len(X), geodesics=0)
+    assert knn.kneighbors(queries, return_evaluations=True)[2] == every_pair
     geodesics = PoseKNeighborsTransformer(HUMANOID, n_neighbors=2, metric="geodesic", n_jobs=2).fit(X)
-    geodesics.kneighbors(queries[:5])
-    assert 10 <= geodesics.n_evaluations_.geodesics < 50
-    with pytest.raises(AttributeError):
-        _ = PoseKNeighborsTransformer().n_evaluations_
+    assert 10 <= geodesics.kneighbors(queries[:5], return_evaluations=True)[2].geodesics < 50
+    near = PoseRadiusNeighborsTransformer(HUMANOID, radius=0.1).fit(X)
+    distances, indices, evaluations = near.radius_neighbors(queries, return_evaluations=True)
+    assert sum(map(len, indices)) == sum(map(len, distances)) <= evaluations.lengths < len(queries) * len(X)
+    indices, again = near.radius_neighbors(queries, return_distance=False, return_evaluations=True)
+    assert [set(row) for row in indices] == [set(row) for row in near.radius_neighbors(queries)[1]]
+    assert again == evaluations
 
 
 def test_metric_in_use_and_its_parameters(X):
     cases = {
-        ("auto", None): ("angle", {"wrap": False}),
+        ("angle", None): ("angle", {"wrap": False}),
         ("auto", HUMANOID): ("spatial", {"n_steps": 10, "wrap": True}),
         ("position", HUMANOID): ("position", {}),
         ("geodesic", HUMANOID): ("geodesic", {"n_steps": 10, "wrap": True}),

@@ -33,7 +33,7 @@ def always_filter(request, monkeypatch):
 
 
 def search_of(poses, skeleton, metric, *, brute=False, n_steps=10, wrap="auto", n_jobs=1):
-    _, steps = resolve(metric, skeleton, n_steps, wrap)
+    steps = resolve(metric, skeleton, n_steps, wrap).steps
     return _queries.search_of(PoseIndex(poses, skeleton, metric, steps, brute=brute), n_jobs)
 
 
@@ -230,7 +230,7 @@ def test_poses_beyond_the_range_of_float32():
     X = rng.normal(size=(300, 4))
     queries = np.concatenate([X[:3], [[1e20, 0, 0, 0], [1e150, -1e150, 0, 0]]])
     for poses in (X, np.concatenate([X, 1e20 * X[:5]]), np.concatenate([X, 1e150 * X[:5]]), 1e-200 * X, 1e150 * X):
-        search, D = search_of(poses, None, "angle"), pose_distances(queries, poses)
+        search, D = search_of(poses, None, "angle"), pose_distances(queries, poses, metric="angle")
         for got, expected in zip(nearest(search, queries, 5), brute_nearest(D, 5), strict=True):
             np.testing.assert_array_equal(got, expected)
 

@@ -74,9 +74,9 @@ def test_every_call_that_may_take_long_shows_its_progress_if_requested(X, capsys
         captured = capsys.readouterr()
         assert captured.out == ""
         assert ("60" in captured.err) == bool(verbose)
-    pose_distances(X, verbose=verbose)
+    pose_distances(X, metric="angle", verbose=verbose)
     assert (capsys.readouterr().err != "") == bool(verbose)
-    list(pose_distances_chunked(X, verbose=verbose))
+    list(pose_distances_chunked(X, metric="angle", verbose=verbose))
     assert (capsys.readouterr().err != "") == bool(verbose)
 
 

@@ -129,7 +129,7 @@ def test_an_embedding_has_a_colour_and_a_marker_for_each_label():
     assert len({tuple(dots.get_facecolor()[0]) for dots in display.ax_.collections}) == 4
     share = mds.explained_variance_ratio_[0]
     assert display.ax_.get_xlabel() == f"component 1 (m), {share:.0%} of the variance"
-    assert MDSDisplay.from_estimator(SpatialMDS().fit(X), X).unit == "rad"
+    assert MDSDisplay.from_estimator(SpatialMDS(metric="angle").fit(X), X).unit == "rad"
     assert MDSDisplay.from_estimator(SpatialMDS(skeleton=ARM, metric="angle").fit(X), X).unit == "rad"
     assert MDSDisplay.from_embedding(X).ax_.get_legend() is None
 
@@ -142,7 +142,7 @@ def test_a_matrix_has_borders_between_sequences_and_names_in_their_middle():
         3.5, 9.5,
     ]  # fmt: skip
     np.testing.assert_array_equal(display.ax_.get_xticks(), [1.5, 6.5, 14.5])
-    assert DistanceMatrixDisplay.from_poses(X).figure_.axes[1].get_ylabel() == "distance (rad)"
+    assert DistanceMatrixDisplay.from_poses(X, metric="angle").figure_.axes[1].get_ylabel() == "distance (rad)"
 
 
 def test_a_geodesic_is_drawn_with_the_line_and_the_ratio_of_their_lengths():

@@ -27,7 +27,7 @@ POSES = MOTION.angles
 
 OF_POSES = {
     "pose_distances": ("X", lambda X: pose_distances(X, skeleton=ARM)),
-    "pose_distances, no skeleton": ("X", lambda X: pose_distances(X)),
+    "pose_distances, no skeleton": ("X", lambda X: pose_distances(X, metric="angle")),
     "pose_distances, Y": ("Y", lambda X: pose_distances(POSES, X, skeleton=ARM)),
     "pose_distances_chunked": ("X", lambda X: list(pose_distances_chunked(X, skeleton=ARM))),
     "forward_kinematics": ("angles", lambda X: forward_kinematics(X, ARM)),

@@ -1,0 +1,87 @@
+"""Kernels of distances, and the repair of those that are not positive semidefinite.
+
+A training kernel K = U Λ Uᵀ of distances that are not Euclidean may have negative eigenvalues. Two repairs of
+Y. Chen, E. K. Garcia, M. R. Gupta, A. Rahimi, L. Cazzanti, "Similarity-based classification: concepts and algorithms",
+Journal of Machine Learning Research 10, 2009, sec. 4, for the training kernel and, consistently, for rows k of others:
+
+clip
+    The negative eigenvalues become zero. That is K P with the projection P = I − U₋U₋ᵀ on the other eigenvectors, so a
+    row of a new pose becomes k P. A row of a training pose becomes its row of the repaired kernel.
+shift
+    K + λI with λ the magnitude of the least eigenvalue: each pose is more similar to itself, and no two different poses
+    change. So rows of new poses stay, unless a new pose is one of the training poses: as a function of two poses, this
+    is the kernel plus λ where they are equal. Equal training poses share the λ: with K = Z K' Zᵀ, where Z assigns poses
+    to the different ones, K + λ Z Zᵀ = Z (K' + λI) Zᵀ, and the least eigenvalue of K' is no less than that of K.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import eigh, eigvalsh
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """A kernel by name, and its γ."""
+
+    name: str
+    gamma: float
+
+    def of(self, distances):
+        """Return the kernel of distances, overwriting them."""
+        if self.name == "rbf":
+            np.square(distances, out=distances)
+        distances *= -self.gamma
+        return np.exp(distances, out=distances)
+
+
+@dataclass(frozen=True, eq=False)
+class Repair:
+    """The repair of a training kernel, and of rows of the same kernel.
+
+    Attributes
+    ----------
+    vectors : ndarray of shape (n, n_negative)
+        The eigenvectors that "clip" removes; none with "shift".
+    shift : float
+        The λ of "shift"; zero with "clip".
+    negative_share : float
+        Sum of the magnitudes of the negative eigenvalues over that of all.
+    """
+
+    vectors: np.ndarray
+    shift: float
+    negative_share: float
+
+    def rows(self, kernel, equal):
+        """Return rows of the repaired kernel, overwriting them; `equal` is True where the two poses are equal."""
+        if self.vectors.shape[1]:
+            kernel -= (kernel @ self.vectors) @ self.vectors.T
+        if self.shift:
+            kernel[equal] += self.shift
+        return kernel
+
+
+def repaired(kernel, equal, psd):
+    """Return a symmetric kernel repaired, overwriting it, and its `Repair`.
+
+    The diagonal of a kernel of distances is one, so rounding changes an eigenvalue by no more than some n times the
+    precision of its numbers. Negative eigenvalues of that size count as zero.
+    """
+    n = len(kernel)
+    in_float64 = kernel.astype(np.float64)  # a copy, which is overwritten
+    options = {"overwrite_a": True, "check_finite": False}
+    if psd == "clip":
+        values, vectors = eigh(in_float64, **options)
+    else:
+        values, vectors = eigvalsh(in_float64, **options), np.empty((n, 0))
+    negative = values < -n * np.finfo(kernel.dtype).eps
+    below = np.abs(values[negative]).sum()
+    share = float(below / (below + values[~negative].clip(0).sum()))
+    if psd == "shift":
+        repair = Repair(vectors, float(np.abs(values[negative]).max(initial=0.0)), share)
+        return repair.rows(kernel, equal), repair
+    removed = vectors[:, negative]
+    scaled = removed * np.sqrt(-values[negative])
+    kernel += scaled @ scaled.T  # exactly symmetric, as the product of a matrix with its own transpose is
+    return kernel, Repair(removed, 0.0, share)

@@ -1,0 +1,115 @@
+"""scikit-learn's checks of every estimator in every form, and the checks that no precomputed form can pass."""
+
+import warnings
+
+import pytest
+from conftest import ChainMixin
+from sklearn.base import clone
+from sklearn.cluster import DBSCAN
+from sklearn.manifold import Isomap
+from sklearn.utils.estimator_checks import (
+    check_param_validation,
+    check_set_output_transform,
+    check_transformer_get_feature_names_out,
+    estimator_checks_generator,
+    parametrize_with_checks,
+)
+
+from skpose import (
+    MedoidShift,
+    PoseDistanceTransformer,
+    PoseKNeighborsTransformer,
+    PoseRadiusNeighborsTransformer,
+    SpatialMDS,
+)
+
+pytestmark = [
+    pytest.mark.filterwarnings('ignore:metric="auto" without a skeleton:UserWarning'),  # the default form
+    pytest.mark.filterwarnings("ignore:the distances have only:UserWarning"),  # data of one dimension
+    pytest.mark.filterwarnings("ignore:all distances are zero:UserWarning"),
+    pytest.mark.filterwarnings("ignore:no bandwidth was found:sklearn.exceptions.ConvergenceWarning"),
+]
+
+
+class ChainDistances(ChainMixin, PoseDistanceTransformer):
+    """The spatial metric on data of any width."""
+
+
+class ChainMDS(ChainMixin, SpatialMDS):
+    """The same."""
+
+
+class ChainShift(ChainMixin, MedoidShift):
+    """The same."""
+
+
+class ChainKNeighbors(ChainMixin, PoseKNeighborsTransformer):
+    """The same."""
+
+
+class ChainRadiusNeighbors(ChainMixin, PoseRadiusNeighborsTransformer):
+    """The same."""
+
+
+DEFAULT = [
+    PoseDistanceTransformer(),
+    SpatialMDS(),
+    MedoidShift(),
+    PoseKNeighborsTransformer(),
+    PoseRadiusNeighborsTransformer(),
+]
+SPATIAL = [ChainDistances(), ChainMDS(), ChainShift(), ChainKNeighbors(), ChainRadiusNeighbors(radius=3.0)]
+OTHERS = [
+    PoseDistanceTransformer(kernel="rbf"),
+    ChainDistances(kernel="laplacian", psd="clip"),
+    ChainDistances(kernel="rbf", psd="shift"),
+    SpatialMDS(landmarks=4),
+    PoseKNeighborsTransformer(mode="connectivity", algorithm="brute"),
+]
+PRECOMPUTED = [SpatialMDS(metric="precomputed"), MedoidShift(metric="precomputed")]
+# Estimators of scikit-learn that take distances, and fail the same checks.
+COUNTERPARTS = {SpatialMDS: Isomap(metric="precomputed"), MedoidShift: DBSCAN(metric="precomputed")}
+
+# The table in CONTRIBUTING.md.
+EXPECTED_FAILURES = {
+    MedoidShift: {
+        "check_clustering": "fits points where a matrix of distances is expected; so does DBSCAN's precomputed form"
+    }
+}
+
+
+def expected_failures(estimator):
+    return EXPECTED_FAILURES.get(type(estimator), {}) if estimator.metric == "precomputed" else {}
+
+
+@parametrize_with_checks(DEFAULT + SPATIAL + OTHERS + PRECOMPUTED, expected_failed_checks=expected_failures)
+def test_every_check_of_scikit_learn(estimator, check):
+    check(estimator)
+
+
+@pytest.mark.parametrize("estimator", DEFAULT + SPATIAL, ids=lambda estimator: type(estimator).__name__)
+@pytest.mark.parametrize(
+    "check",
+    [check_param_validation, check_set_output_transform, check_transformer_get_feature_names_out],
+    ids=lambda check: check.__name__,
+)
+def test_checks_that_are_not_in_the_standard_list(estimator, check):
+    if hasattr(estimator, "transform") or check is check_param_validation:
+        check(type(estimator).__name__, estimator)
+
+
+def name_of(check):
+    return getattr(check, "func", check).__name__
+
+
+@pytest.mark.parametrize("estimator", PRECOMPUTED, ids=lambda estimator: type(estimator).__name__)
+def test_scikit_learns_own_fail_the_checks_that_are_expected_to_fail(estimator):
+    counterpart, failed = COUNTERPARTS[type(estimator)], set()
+    for one, check in estimator_checks_generator(counterpart):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            try:
+                check(clone(one))
+            except Exception:
+                failed.add(name_of(check))
+    assert set(expected_failures(estimator)) <= failed

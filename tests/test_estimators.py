@@ -1,0 +1,296 @@
+"""What all estimators promise: answers as fitted, warnings at the user's line, and documentation for HTML."""
+
+import inspect
+import re
+import threading
+from pathlib import Path
+
+import joblib
+import numpy as np
+import pytest
+from sklearn.base import clone
+from sklearn.exceptions import ConvergenceWarning, NotFittedError
+from sklearn.model_selection import cross_val_score
+from sklearn.neighbors import KNeighborsClassifier
+from sklearn.pipeline import make_pipeline
+from sklearn.utils import estimator_html_repr
+
+from skpose import (
+    MedoidShift,
+    PoseDistanceTransformer,
+    PoseKNeighborsTransformer,
+    PoseRadiusNeighborsTransformer,
+    Skeleton,
+    SpatialMDS,
+    frechet_mean,
+    geodesic,
+    pose_distances,
+    pose_distances_chunked,
+    pose_metric,
+)
+from skpose.metrics._registry import METRICS
+from skpose.plot import DistanceMatrixDisplay
+
+ROOT = Path(__file__).parent.parent
+ARM, LONGER = (
+    Skeleton.chain(3),
+    Skeleton([(b.name, b.parent, 2 * np.array(b.offset), b.dofs) for b in Skeleton.chain(3).bones]),
+)
+CLASSES = [
+    PoseDistanceTransformer,
+    SpatialMDS,
+    MedoidShift,
+    PoseKNeighborsTransformer,
+    PoseRadiusNeighborsTransformer,
+]
+HOW_TO_ANSWER = {"n_jobs": 2, "verbose": 0, "n_neighbors": 3, "radius": 0.4, "mode": "connectivity"}
+# Estimators, and another value of each parameter that determines what they learn.
+OTHER = {"skeleton": LONGER, "metric": "angle", "n_steps": 2, "wrap": False}
+LEARNT = {
+    PoseDistanceTransformer(ARM, kernel="rbf", psd="clip"): OTHER | {"kernel": None, "gamma": 0.1, "psd": "shift"},
+    PoseDistanceTransformer(ARM): OTHER | {"kernel": "rbf", "gamma": 0.1, "psd": "clip"},
+    SpatialMDS(1, ARM): OTHER | {"n_components": 3, "landmarks": 5, "landmark_selection": "random", "random_state": 1},
+    MedoidShift(3.0, ARM): OTHER | {"bandwidth": 9.0, "n_clusters": 2},
+    PoseKNeighborsTransformer(ARM, n_neighbors=2): OTHER | {"algorithm": "brute"},
+    PoseRadiusNeighborsTransformer(ARM, radius=3.0): OTHER | {"algorithm": "brute"},
+}
+ESTIMATORS = list(LEARNT)
+METHODS = "transform", "predict", "kneighbors", "kneighbors_graph", "radius_neighbors", "radius_neighbors_graph"
+
+
+@pytest.fixture(scope="module")
+def X():
+    return np.random.default_rng(0).uniform(-3, 3, size=(40, 3))
+
+
+@pytest.fixture(scope="module")
+def queries():
+    return np.random.default_rng(1).uniform(-3, 3, size=(7, 3))
+
+
+def answers(estimator, X):
+    """Return what all methods of a fitted estimator answer, as flat arrays."""
+    found = {name: getattr(estimator, name)(X) for name in METHODS if hasattr(estimator, name)}
+    if hasattr(estimator, "get_feature_names_out"):
+        found["names"] = estimator.get_feature_names_out()
+    return {name: np.concatenate([np.ravel(part) for part in _parts(answer)]) for name, answer in found.items()}
+
+
+def _parts(answer):
+    if isinstance(answer, tuple) or (isinstance(answer, np.ndarray) and answer.dtype == object and answer.ndim == 1):
+        return [part for one in answer for part in _parts(one)] if not isinstance(answer[0], str) else [answer]
+    return [answer.toarray() if hasattr(answer, "toarray") else np.asarray(answer)]
+
+
+def assert_same_answers(a, b):
+    assert a.keys() == b.keys()
+    for name in a:
+        np.testing.assert_array_equal(a[name], b[name], err_msg=name)
+
+
+# --- answers as fitted -----------------------------------------------------------------------------------------------
+
+
+def test_every_parameter_is_learnt_or_states_how_to_answer():
+    for estimator, changes in LEARNT.items():
+        assert set(estimator.get_params()) == set(changes) | set(HOW_TO_ANSWER) & set(estimator.get_params())
+
+
+@pytest.mark.parametrize(
+    ("estimator", "change"),
+    [(estimator, {name: value}) for estimator, changes in LEARNT.items() for name, value in changes.items()],
+    ids=str,
+)
+def test_a_fitted_estimator_answers_as_it_was_fitted(estimator, change, X, queries):
+    fitted = clone(estimator).fit(X)
+    expected = answers(fitted, queries)
+    assert_same_answers(answers(fitted.set_params(**change), queries), expected)
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS, ids=str)
+def test_poses_that_change_after_fit_change_nothing(estimator, X, queries):
+    poses = X.copy()
+    fitted = clone(estimator).fit(poses)
+    expected = answers(fitted, queries)
+    poses += 1.0
+    assert_same_answers(answers(fitted, queries), expected)
+
+
+def test_parameters_that_state_how_to_answer_are_read_when_they_are_used(X, queries):
+    knn = PoseKNeighborsTransformer(ARM).fit(X).set_params(n_neighbors=2, mode="connectivity", n_jobs=2)
+    assert knn.kneighbors(queries, return_distance=False).shape == (7, 2)
+    assert knn.transform(queries).nnz == 14
+    near = PoseRadiusNeighborsTransformer(ARM).fit(X).set_params(radius=0.0)
+    assert near.transform(X).nnz == len(X)
+    for estimator in ESTIMATORS:
+        fitted = clone(estimator).fit(X)
+        for name in set(HOW_TO_ANSWER) & set(estimator.get_params()):
+            changed = clone(estimator).fit(X).set_params(**{name: "much"})
+            method = next(name for name in METHODS if hasattr(fitted, name))
+            with pytest.raises(ValueError, match=rf"'{name}' parameter of {type(estimator).__name__} must be"):
+                getattr(changed, method)(queries)
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS, ids=str)
+def test_only_fit_changes_an_estimator(estimator, X, queries):
+    fitted = clone(estimator).fit(X)
+    before = joblib.hash(fitted)
+    answers(fitted, queries)
+    assert joblib.hash(fitted) == before
+
+
+def test_searches_at_the_same_time_count_for_themselves(X):
+    knn = PoseKNeighborsTransformer(ARM, algorithm="brute").fit(X)
+    found = {}
+
+    def search(n):
+        for _ in range(20):
+            found.setdefault(n, set()).add(knn.kneighbors(X[:n], return_evaluations=True)[2].lengths)
+
+    threads = [threading.Thread(target=search, args=(n,)) for n in (3, 11, 30)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert found == {n: {n * len(X)} for n in (3, 11, 30)}
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        (PoseDistanceTransformer(ARM, kernel="rbf", psd="clip"), {"kernel": None, "psd": "ignore"}),
+        (PoseDistanceTransformer(ARM, kernel="rbf", psd="clip"), {"psd": "ignore"}),
+        (SpatialMDS(2, ARM), {"metric": "precomputed"}),
+        (MedoidShift(3.0, ARM), {"metric": "precomputed"}),
+        (PoseKNeighborsTransformer(ARM), {"metric": "angle", "algorithm": "brute"}),
+        (PoseRadiusNeighborsTransformer(ARM), {"metric": "position", "skeleton": LONGER}),
+    ],
+    ids=str,
+)
+def test_a_second_fit_leaves_nothing_of_the_first(first, second, X):
+    data = pose_distances(X, skeleton=ARM) if second.get("metric") == "precomputed" else X
+    twice = clone(first).fit(X).set_params(**second).fit(data)
+    once = clone(first).set_params(**second).fit(data)
+    assert set(vars(twice)) == set(vars(once))
+    assert joblib.hash(twice) == joblib.hash(once)
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS, ids=str)
+def test_a_fit_that_fails_leaves_no_fit(estimator, X, queries):
+    fitted = clone(estimator).fit(X)
+    with pytest.raises(ValueError, match="contains NaN"):
+        fitted.fit(np.full((4, 3), np.nan))
+    for name in METHODS:
+        if hasattr(fitted, name):
+            with pytest.raises(NotFittedError):
+                getattr(fitted, name)(queries)
+
+
+# --- no skeleton -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("metric", [name for name, metric in METRICS.items() if metric.needs_skeleton])
+@pytest.mark.parametrize("each", CLASSES)
+def test_a_metric_that_needs_a_skeleton_fails_in_fit(each, metric, X):
+    with pytest.raises(ValueError, match=f'metric="{metric}" needs a skeleton'):
+        each(metric=metric).fit(X)
+
+
+IMPLICIT_ANGLE = 'metric="auto" without a skeleton means "angle": .* in rad.* Pass skeleton='
+IMPLICIT = {each.__name__: lambda X, each=each, **kw: each(**kw).fit(X) for each in CLASSES} | {
+    "fit_transform": lambda X, **kw: PoseDistanceTransformer(**kw).fit_transform(X),
+    "pose_distances": pose_distances,
+    "pose_distances_chunked": lambda X, **kw: list(pose_distances_chunked(X, **kw)),
+    "pose_metric": lambda X, **kw: pose_metric(**kw),
+}
+
+
+@pytest.mark.parametrize("call", IMPLICIT.values(), ids=IMPLICIT)
+def test_angles_that_are_not_asked_for_are_said_in_words_once(call, X):
+    with pytest.warns(
+        UserWarning, match='"auto" without a skeleton means "angle": .* in rad.* Pass skeleton='
+    ) as caught:
+        call(X)
+    assert [warning.filename for warning in caught] == [__file__]
+    call(X, metric="angle")  # without a warning, which would be an error
+    call(X, skeleton=ARM)
+
+
+def test_a_fitted_estimator_does_not_repeat_it(X, queries):
+    for each in CLASSES:
+        with pytest.warns(UserWarning, match="without a skeleton"):
+            fitted = each().fit(X)
+        answers(fitted, queries)
+        assert fitted.effective_metric_ == "angle"
+
+
+# --- warnings at the user's line -------------------------------------------------------------------------------------
+
+
+def line_of(call):
+    return call.__code__.co_firstlineno
+
+
+WARN = {
+    "fit": lambda X: SpatialMDS(5, metric="angle").fit(X),
+    "fit_transform": lambda X: SpatialMDS(5, metric="angle").fit_transform(X),
+    "with set_output": lambda X: SpatialMDS(5, metric="angle").set_output(transform="pandas").fit_transform(X),
+    "in a pipeline": lambda X: make_pipeline(SpatialMDS(5, metric="angle")).fit_transform(X),
+    "no clusters": lambda X: MedoidShift(n_clusters=2, metric="precomputed").fit(1.0 - np.eye(3)),
+    "fit_predict": lambda X: MedoidShift(n_clusters=2, metric="precomputed").fit_predict(1.0 - np.eye(3)),
+    "geodesic": lambda X: geodesic([0.0, 0.0, 0.0], [1.0, 2.0, -1.0], ARM, max_iter=1),
+    "frechet_mean": lambda X: frechet_mean(X, ARM, max_iter=1),
+    "cross-validation": lambda X: cross_val_score(
+        make_pipeline(PoseDistanceTransformer(), KNeighborsClassifier(1, metric="precomputed")), X, X[:, 0] > 0, cv=2
+    ),
+    "joblib": lambda X: joblib.Parallel(1)(joblib.delayed(pose_distances)(x) for x in [X]),
+}
+
+
+@pytest.mark.parametrize("call", WARN.values(), ids=WARN)
+def test_warnings_are_at_the_users_line(call, X):
+    with pytest.warns((UserWarning, ConvergenceWarning)) as caught:
+        call(X)
+    for warning in caught:
+        assert warning.filename == __file__
+        assert line_of(call) <= warning.lineno <= line_of(call) + 2
+
+
+# --- documentation ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("each", CLASSES)
+def test_html_links_to_our_documentation_and_describes_every_parameter(each):
+    (documentation,) = re.findall(r'^Documentation = "(.*)"', (ROOT / "pyproject.toml").read_text("utf-8"), flags=re.M)
+    page = f"{documentation}/api/skpose.{each.__name__}.html"
+    api = (ROOT / "docs" / "api.md").read_text("utf-8")
+    assert f"   {each.__name__}\n" in api.split("currentmodule:: skpose\n", 1)[1]
+    assert ":toctree: api/" in api
+    assert page in estimator_html_repr(each())
+    sections = inspect.getdoc(each).split("Attributes\n----------\n")
+    for name in each().get_params():
+        assert re.search(rf"^{name} : .+\n    \S", sections[0], flags=re.M), name
+
+
+@pytest.mark.parametrize("estimator", [*ESTIMATORS, SpatialMDS(metric="precomputed")], ids=str)
+def test_every_fitted_attribute_is_described(estimator, X):
+    fitted = clone(estimator).fit(pose_distances(X, skeleton=ARM) if estimator.metric == "precomputed" else X)
+    described = inspect.getdoc(type(estimator)).split("Attributes\n----------\n")[1].split("\n\n")[0]
+    for name in vars(fitted):
+        if name.endswith("_") and not name.startswith("_"):
+            assert re.search(rf"^{name} : .+\n    \S", described, flags=re.M), name
+
+
+@pytest.mark.parametrize(
+    "each",
+    [*CLASSES, pose_distances, pose_distances_chunked, pose_metric, DistanceMatrixDisplay.from_poses],
+    ids=lambda each: each.__name__,
+)
+def test_metric_lists_all_accepted_values(each):
+    (line,) = re.findall(r"^ *metric : \{(.*)\}, default=\"auto\"$", each.__doc__, flags=re.M)
+    expected = {"auto", *METRICS}
+    if each in CLASSES and "precomputed" in each._parameter_constraints["metric"][0].options:
+        expected.add("precomputed")
+    assert [name.strip('"') for name in line.split(", ")] == sorted(
+        expected, key=["auto", *METRICS, "precomputed"].index
+    )
