@@ -9,7 +9,9 @@ from skpose._compat.sklearn import StrOptions
 from skpose.metrics import pose_distances
 from skpose.metrics._registry import METRIC_CONSTRAINTS, METRICS
 from skpose.skeleton import Skeleton
-from skpose.skeleton._validation import check_column_names, check_is_array, check_width
+from skpose.skeleton._columns import check_column_names, check_dimensions, check_width
+from skpose.skeleton._units import warn_of_degrees
+from skpose.skeleton._validation import check_is_array
 
 # Constraints of the parameters of an estimator that also takes distances.
 ESTIMATOR_CONSTRAINTS = {
@@ -36,9 +38,11 @@ class PoseEstimatorMixin:
         skeleton = None if self.metric == "precomputed" else self.skeleton
         if skeleton is not None:
             check_column_names(X, skeleton, "X")
+            check_dimensions(X, skeleton, "X")
         X = validate_data(self, X, dtype=[np.float64, np.float32], reset=reset, **options)
         if skeleton is not None:
             check_width(X, skeleton, "X")
+            warn_of_degrees(X=X, in_estimator=True)
         if self.metric == "precomputed":
             check_non_negative(X, f"{type(self).__name__} as precomputed distances")
             if reset and X.shape[0] != X.shape[1]:

@@ -19,6 +19,13 @@ from skpose.io import load_asf, load_bvh
 DATA = Path(__file__).parent / "data"
 
 
+def pytest_collection_modifyitems(items):
+    """Files that tests of the readers make up have bones of round lengths: skeletons of any size."""
+    for item in items:
+        if item.path.parent.name in ("io", "cli"):
+            item.add_marker(pytest.mark.filterwarnings("ignore:.* m from end to end at angle zero:UserWarning"))
+
+
 @pytest.fixture(autouse=True)
 def no_open_figures():
     """Close the figures of a test; matplotlib warns if there are many."""

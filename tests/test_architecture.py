@@ -23,6 +23,7 @@ PAGES = sorted((ROOT / "docs").glob("*.md"))
 
 # The direction of data: a package, or a file at the top, imports only from lines above its own.
 LAYERS = [
+    ["_warnings"],
     ["_compat", "skeleton"],
     ["_compiled", "_parallel", "io"],
     ["kinematics"],

@@ -118,6 +118,10 @@ _POSTURE = {
 _LIMB_TWISTS = {"thigh": 8.0, "upper_arm": 15.0}
 
 
+@validate_params(
+    {"height": [Interval(Real, 0, None, closed="neither")], "proportions": [Mapping, None]},
+    prefer_skip_nested_validation=True,
+)
 def humanoid(height: float = MEAN_HEIGHT, *, proportions: Mapping[str, float] | None = None) -> Skeleton:
     """Return a human skeleton with named joints, the arms pointing down at angle zero.
 
@@ -134,6 +138,11 @@ def humanoid(height: float = MEAN_HEIGHT, *, proportions: Mapping[str, float] | 
     -------
     Skeleton
         Skeleton of 22 joints and 42 dofs.
+
+    Raises
+    ------
+    ValueError
+        For a height or a factor that is not positive, and for unknown segments.
 
     References
     ----------
@@ -152,6 +161,10 @@ def humanoid(height: float = MEAN_HEIGHT, *, proportions: Mapping[str, float] | 
     if unknown:
         known = ", ".join(name for name, *_ in (*_TRUNK, *_SIDE))
         raise ValueError(f"proportions names {sorted(unknown)}, which are not among the segments: {known}")
+
+    for name, factor in proportions.items():
+        if not (isinstance(factor, Real) and 0.0 < factor < np.inf):
+            raise ValueError(f"proportions must be positive numbers, got {factor!r} for {name!r}")
 
     def bone(side: str, name: str, parent: str | None, offset: tuple[float, float, float], dofs: str) -> Bone:
         scale = height * proportions.get(name, 1.0)

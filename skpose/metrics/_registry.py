@@ -9,6 +9,7 @@ import numpy as np
 from skpose._compat.sklearn import Interval, StrOptions
 from skpose._compiled import encode, geodesic, loops, measure
 from skpose._compiled.tree import Steps, Tree
+from skpose.kinematics._constraints import IS_SKELETON
 from skpose.kinematics._tree import tree_of
 from skpose.skeleton import Skeleton
 
@@ -104,7 +105,7 @@ METRICS = {
 
 # Constraints of the parameters that every function and estimator of distances has, for scikit-learn's validation.
 METRIC_CONSTRAINTS = {
-    "skeleton": [Skeleton, None],
+    "skeleton": [IS_SKELETON, None],
     "metric": [StrOptions({"auto", *METRICS})],
     "n_steps": [Interval(Integral, 1, None, closed="left")],
     "wrap": ["boolean", StrOptions({"auto"})],

@@ -136,7 +136,7 @@ def test_positions_that_vary(load, refused):
     stretched = changed(("0 10 0 41", "0 13 0 41"), text=SIX)
     line, column, message = refused(stretched)
     assert (line, column) == (6, 3)
-    assert message.startswith("position channels move 'Chest' by up to 3 units against 'Hips' (and 0 joints more)")
+    assert message.startswith("position channels move 'Chest' by up to 3 units against 'Hips', but bones have const")
     assert "stretch='mean'" in message
     np.testing.assert_array_equal(load(stretched, stretch="mean").skeleton.offsets[0], [0, 11.5, 0])
 

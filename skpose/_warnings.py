@@ -1,0 +1,35 @@
+"""Warnings at the line of the user, whichever layers of this library and of scikit-learn are in between.
+
+`warnings.warn` counts frames, and how many there are between the user and a warning depends on scikit-learn's wrappers
+(the validation of parameters, the context of `fit`, `set_output`), which differ from version to version, and on who
+calls whom here. The frames themselves show where the user is, as pandas finds it too; `skip_file_prefixes` of
+`warnings.warn` does the same from Python 3.12 on. Since Python shows a warning once for each line, the right line is also
+what makes it appear once, and again for another call.
+"""
+
+import sys
+import warnings
+
+# importlib for warnings while skpose is imported: its frames are between the user's import and ours.
+NOT_THE_USER = frozenset({"skpose", "sklearn", "joblib", "importlib"})
+
+
+def warn(message: str, category: type[Warning] = UserWarning) -> None:
+    """Emit a warning at the line that called skpose, itself or through scikit-learn."""
+    frame = sys._getframe(1)
+    while frame.f_back is not None and _package(frame.f_globals) in NOT_THE_USER:
+        frame = frame.f_back
+    names = frame.f_globals
+    warnings.warn_explicit(
+        message,
+        category,
+        filename=frame.f_code.co_filename,
+        lineno=frame.f_lineno,
+        module=names.get("__name__", "<unknown>"),
+        registry=names.setdefault("__warningregistry__", {}),
+    )
+
+
+def _package(names: dict) -> str:
+    """Return the outermost package of a module's global names; `python -m skpose` calls its module "__main__"."""
+    return (names.get("__package__") or names.get("__name__") or "").partition(".")[0]
