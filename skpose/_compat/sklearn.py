@@ -45,8 +45,8 @@ class _Signature(inspect.Signature):
             named = [p.name for p in parameters if p.kind is p.KEYWORD_ONLY]
             problem = f"got {len(args)} arguments without a name" if len(args) > len(first) else str(error)
             raise TypeError(
-                f"{self.function}() {problem}: its arguments are {', '.join(first)}, and those that need their name, as "
-                f"in {named[0]}=..., are {', '.join(named)}"
+                f"{self.function}() {problem}: its arguments are {', '.join(first)}, and those that need their name, "
+                f"as in {named[0]}=..., are {', '.join(named)}"
             ) from None
 
 

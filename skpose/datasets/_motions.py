@@ -140,10 +140,7 @@ class MotionDataset:
 
     def select(self, chosen: slice | ArrayLike) -> "MotionDataset":
         """Return the motions that a slice, a boolean mask or an array of indices selects, as ``dataset[chosen]``."""
-        if isinstance(chosen, slice):
-            rows = np.arange(len(self))[chosen]
-        else:
-            rows = self._rows(np.asarray(chosen), chosen)
+        rows = np.arange(len(self))[chosen] if isinstance(chosen, slice) else self._rows(np.asarray(chosen), chosen)
         labels = {name: labels[rows] for name, labels in self._labels.items()}
         return MotionDataset([self.motions[row] for row in rows], **labels)
 

@@ -95,9 +95,13 @@ def karcher_mean(poses: Poses, pose: np.ndarray, max_iter: int, tol: float) -> t
         else:
             if here.norm <= KINK * np.sqrt(here.variance):
                 return here, iteration, _unconverged(here, len(poses.dofs))
-            return here, iteration, (
-                f"after {iteration} iterations no step brought the poses nearer, as from some poses to others the "
-                "geodesics jump; a larger n_steps may help, a larger max_iter does not"
+            return (
+                here,
+                iteration,
+                (
+                    f"after {iteration} iterations no step brought the poses nearer, as from some poses to others the "
+                    "geodesics jump; a larger n_steps may help, a larger max_iter does not"
+                ),
             )
         here = trial
     return here, max_iter, f"it was still moving after max_iter={max_iter} iterations; raise max_iter"

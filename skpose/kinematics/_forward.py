@@ -10,7 +10,7 @@ from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 from skpose.skeleton import Skeleton
 from skpose.skeleton._arguments import check_skeleton
 from skpose.skeleton._units import warn_of_degrees
-from skpose.skeleton._validation import check_poses
+from skpose.skeleton._validation import check_is_array, check_poses
 
 
 def forward_kinematics(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
@@ -66,6 +66,7 @@ def forward_kinematics(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
 
 
 def _checked(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
+    check_is_array(angles, "angles")
     check_skeleton(skeleton)
     angles = check_poses(angles, skeleton, "angles")
     warn_of_degrees(angles=angles)

@@ -125,9 +125,9 @@ class GeodesicDisplay:
         resolution: int = 60,
     ) -> "GeodesicDisplay":
         """Find the geodesic between two poses, (n_dofs,) joint angles in rad, and draw it."""
-        ends = [check_pose(pose, skeleton, name) for pose, name in ((start, "start"), (end, "end"))]
-        warn_of_degrees(start=ends[0][None], end=ends[1][None])
-        found = geodesic(*ends, skeleton, n_steps=n_steps, wrap=wrap)
+        first, last = check_pose(start, skeleton, "start"), check_pose(end, skeleton, "end")
+        warn_of_degrees(start=first[None], end=last[None])
+        found = geodesic(first, last, skeleton, n_steps=n_steps, wrap=wrap)
         return cls.from_geodesic(found, skeleton, ax=ax, resolution=resolution)
 
     @classmethod
@@ -139,7 +139,7 @@ class GeodesicDisplay:
         check_skeleton(skeleton)
         if geodesic.path.shape[1] != skeleton.n_dofs:
             raise ValueError(
-                f"geodesic has poses of {geodesic.path.shape[1]} dofs, and the skeleton has {skeleton.n_dofs}: pass the "
-                "skeleton that it was found on"
+                f"geodesic has poses of {geodesic.path.shape[1]} dofs, and the skeleton has {skeleton.n_dofs}: pass "
+                "the skeleton that it was found on"
             )
         return cls(geodesic, skeleton).plot(ax, resolution=resolution)

@@ -186,6 +186,7 @@ class PoseStripDisplay:
         **style,
     ) -> "PoseStripDisplay":
         """Draw poses, (n_poses, n_dofs) joint angles in rad, with labels below; None numbers them."""
+        check_is_array(X, "X")
         check_skeleton(skeleton)
         X = check_poses(X, skeleton, "X")
         warn_of_degrees(X=X)

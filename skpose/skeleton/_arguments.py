@@ -23,7 +23,8 @@ def _remedy(value: object) -> str:
     if value is None or isinstance(value, Skeleton):
         return ""
     if "skeleton" in dir(value):  # a motion, a dataset, an ASF file
-        return ": pass its skeleton, the attribute .skeleton"
+        name = type(value).__name__
+        return f": pass its skeleton, {'dataset' if name == 'MotionDataset' else name.lower()}.skeleton"
     if isinstance(value, str):
         return ": skpose.io.load_motion(path).skeleton reads one from a file"
     if hasattr(value, "__array__") or isinstance(value, list | tuple):

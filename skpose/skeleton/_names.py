@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterator, Sequence
 from difflib import get_close_matches
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,15 +25,14 @@ def bone_named(skeleton: "Skeleton", name: str) -> Bone:
     for bone in skeleton.bones:
         if bone.name == name:
             return bone
-    refuse_name(skeleton, name)
+    raise KeyError(f"the skeleton has no joint {name!r}: {near_names(skeleton, name)}")
 
 
-def refuse_name(skeleton: "Skeleton", name: str) -> NoReturn:
-    """Raise a KeyError that suggests names that are near; upper and lower case are near."""
+def near_names(skeleton: "Skeleton", name: str) -> str:
+    """Return in words which names are near to an unknown one; upper and lower case are near."""
     lower = {joint.lower(): joint for joint in skeleton.joint_names}
     near = [repr(lower[found]) for found in get_close_matches(name.lower(), lower)]
-    hint = f"did you mean {' or '.join(near)}?" if near else "skeleton.joint_names are its joints"
-    raise KeyError(f"the skeleton has no joint {name!r}: {hint}")
+    return f"did you mean {' or '.join(near)}?" if near else "skeleton.joint_names are its joints"
 
 
 def has_joint(skeleton: "Skeleton", name: object) -> bool:

@@ -12,7 +12,7 @@ from skpose.skeleton._bone import Bone
 from skpose.skeleton._rotations import fitted_columns, rotations_of
 from skpose.skeleton._skeleton import Skeleton
 from skpose.skeleton._units import warn_of_degrees
-from skpose.skeleton._validation import check_poses
+from skpose.skeleton._validation import check_is_array, check_poses
 
 RotationForm = Literal["quaternion_wxyz", "quaternion_xyzw", "matrix", "6d", "rotvec"]
 TOLERANCE = 1e-3  # of lengths, of products of columns, and of hinges' angles, rad: three digits, or half precision
@@ -131,6 +131,7 @@ def rotations_from_poses(X: ArrayLike, skeleton: Skeleton, *, form: RotationForm
             [ 0.,  1.,  0., -1.,  0.,  0.]]])
     """
     known = _form_of(form)
+    check_is_array(X, "X")
     check_skeleton(skeleton)
     X = check_poses(X, skeleton, "X").astype(np.float64)
     warn_of_degrees(X=X)

@@ -2,12 +2,12 @@
 
 Distances between such poses look plausible and are wrong, so that a warning names the sign and the remedy.
 
-Angles are watched where a skeleton is known: "angle" without one is the same distance in any unit. Captured joints leave
-[−π, π] by some turns where they have been unwrapped, one or two of many columns at a time; degrees lead far beyond that
-in many columns.
+Angles are watched where a skeleton is known: "angle" without one is the same distance in any unit. In recordings of
+people no more than 7 % of the columns go beyond two turns, continuous in time or not (188 recordings of HDM05, where
+three of them reach 32 rad, and 47 of CMU); in degrees at least 33 % do, in generated gait too.
 
-Sizes are watched where a file states the unit, or has none. A skeleton that is built by hand has the unit that its author
-chose, and may be a robot's arm: it is not watched.
+Sizes are watched where a file states the unit, or has none. A skeleton that is built by hand has the unit that its
+author chose, and may be a robot's arm: it is not watched.
 """
 
 import sys
@@ -15,12 +15,12 @@ import sys
 import numpy as np
 
 from skpose._warnings import warn
-from skpose.skeleton._rest import directions_at_zero
+from skpose.skeleton._rest import axes_at_zero
 from skpose.skeleton._skeleton import Skeleton
 
 TWO_PI = 2.0 * np.pi
-FAR = 4.0 * TWO_PI  # rad: an angle beyond four turns is rare, 25° is not
-SHARE = 0.25  # of the columns that reach so far
+FAR = 2.0 * TWO_PI  # rad
+SHARE = 0.25  # of the columns that go so far
 SMALLEST, LARGEST = 0.3, 5.0  # m between the ends of a skeleton: a doll, a horse with its rider
 HUMAN = 1.7  # m, to choose among units
 UNITS = {"metres": 1.0, "centimetres": 0.01, "millimetres": 0.001, "inches": 0.0254, "units of CMU": 0.0254 / 0.45}
@@ -41,8 +41,9 @@ def warn_of_degrees(*, in_estimator: bool = False, **arrays: np.ndarray | None) 
         if columns.mean() < SHARE or not (in_estimator or _is_called_by_user()):
             continue
         warn(
-            f"{name} has angles up to {farthest:.4g} and beyond {FAR:.3g} in {columns.sum()} of {columns.size} columns, "
-            f"but angles are in rad, where {TWO_PI:.3g} is a whole turn: if they are in degrees, pass np.radians({name})"
+            f"values of {name} reach {farthest:.4g}, and go beyond {FAR:.3g} in {columns.sum()} of {columns.size} "
+            f"columns, but angles are in rad, where {TWO_PI:.3g} is a whole turn: if they are in degrees, pass "
+            f"np.radians({name})"
         )
         return
 
@@ -59,7 +60,10 @@ def _is_called_by_user() -> bool:
 
 def size_of(skeleton: Skeleton) -> float:
     """Return the longest edge of the box around the joints and the root at angle zero."""
-    bones = directions_at_zero(skeleton) * np.linalg.norm(skeleton.offsets, axis=1, keepdims=True)
+    axes = axes_at_zero(skeleton)
+    if skeleton.offset_frame == "parent":
+        axes = np.concatenate([axes, np.eye(3)[None]])[skeleton.parents]
+    bones = np.einsum("jab,jb->ja", axes, skeleton.offsets)
     positions = np.zeros((skeleton.n_joints + 1, 3))  # the last is the root's, whose index is -1
     for j, parent in enumerate(skeleton.parents):
         positions[j] = positions[parent] + bones[j]
@@ -67,7 +71,7 @@ def size_of(skeleton: Skeleton) -> float:
 
 
 def complaint_of_size(skeleton: Skeleton, scale: float) -> str | None:
-    """Return the warning on a skeleton of a file, read at so many metres a unit; None if it has the size of a person."""
+    """Return the warning on a file's skeleton, read at so many metres a unit; None if it has the size of a person."""
     size = size_of(skeleton)
     if SMALLEST <= size <= LARGEST or size == 0.0:
         return None

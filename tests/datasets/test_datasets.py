@@ -211,7 +211,7 @@ def test_humanoid_has_the_requested_height():
         with pytest.raises(ValueError, match="The 'height' parameter of humanoid must be"):
             humanoid(height)
     for factor in (0, -1, np.nan, "1"):
-        with pytest.raises(ValueError, match="proportions must be positive numbers, got .* for 'thigh'"):
+        with pytest.raises(ValueError, match=r"proportions must be positive numbers, got .* for 'thigh'"):
             humanoid(proportions={"thigh": factor})
 
 

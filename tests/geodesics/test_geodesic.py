@@ -20,7 +20,7 @@ from skpose import (
     position_jacobian,
 )
 from skpose._compiled.measure import measure_euclidean
-from skpose.geodesics._geodesic import _reason
+from skpose.geodesics._geodesic import Geodesic, _reason
 from skpose.metrics._registry import METRICS
 
 HUMANOID = SKELETONS["humanoid"]
@@ -325,7 +325,7 @@ def test_warns_when_it_does_not_converge():
     assert found.curve_length <= reference.path_length(reference.line(a, b, 10), HUMANOID, 8)
 
 
-@pytest.mark.filterwarnings("ignore:end has angles up to:UserWarning")
+@pytest.mark.filterwarnings("ignore:values of end reach:UserWarning")
 def test_a_line_too_long_for_so_few_steps():
     """Twenty turns in two steps: no refinement is fine enough; the result is the straight line, with a warning."""
     with pytest.warns(ConvergenceWarning, match="a larger n_steps than 2 may help, a larger max_iter does not$"):
@@ -342,9 +342,9 @@ def test_the_advice_of_the_warning_fits_the_reason():
         found = Geodesic(path, 1.0, 1.0, 1.0, gradient_norm, n_iter, False, Skeleton.chain(1))
         return _reason(found, 10, 500, 1e-7)
 
-    assert advice(500, 1e-3) == "After max_iter=500 iterations the gradient's norm was 0.001, not at most tol=1e-07; " + (
-        "raise max_iter"
-    )
+    assert advice(
+        500, 1e-3
+    ) == "After max_iter=500 iterations the gradient's norm was 0.001, not at most tol=1e-07; " + ("raise max_iter")
     assert advice(900, 1e-3, 41).endswith("raise max_iter")
     for reached in (advice(12, 1e-3), advice(12, 1e-3, 41)):
         assert reached.startswith("After 12 iterations no step was downhill")

@@ -134,7 +134,7 @@ def spread(pose, norm, unconverged=0, energy=1.0):
 
 
 class Poses(NamedTuple):
-    """Poses as seen from given poses: spreads in the order in which they are asked for, the last one again and again."""
+    """Poses with given spreads, in the order in which they are asked for; the last one again and again."""
 
     spreads: list
     dofs: np.ndarray
@@ -260,7 +260,11 @@ def test_warns_when_it_does_not_converge():
         ),
         ({"sample_weight": np.zeros(21)}, ValueError, "finite, nowhere negative, and somewhere positive"),
         ({"sample_weight": -np.ones(21)}, ValueError, "finite, nowhere negative, and somewhere positive"),
-        ({"skeleton": None}, ValueError, "'skeleton' parameter of frechet_mean must be an instance of 'skpose.Skeleton'"),
+        (
+            {"skeleton": None},
+            ValueError,
+            "'skeleton' parameter of frechet_mean must be an instance of 'skpose.Skeleton'",
+        ),
     ],
 )
 def test_bad_input_is_refused(arguments, error, message):

@@ -495,7 +495,9 @@ def test_damaged_anywhere(save, changes):
 def test_motions_of_two_models_compare_without_their_hands(write):
     """The message that refuses them names the remedy, which works."""
     smpl, smplh = (write(motion_arrays(kind), f"{kind}.npz") for kind in ("SMPL", "SMPL-H"))
-    remedy = r"only one of them has a joint 'left_hand' \(and 31 more\); without their hands, load_motion\(\.\.\., hands="
+    remedy = (
+        r"only one of them has a joint 'left_hand' \(and 31 more\); without their hands, load_motion\(\.\.\., hands="
+    )
     with pytest.raises(ValueError, match=remedy):
         MotionDataset([load_motion(path) for path in (smpl, smplh)]).poses()
     X, _ = MotionDataset([load_motion(path, hands=False) for path in (smpl, smplh)]).poses()

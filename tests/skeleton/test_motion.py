@@ -47,6 +47,7 @@ def test_error_for_arguments_that_do_not_fit(arguments, message):
         Motion(**({"skeleton": ARM, "angles": np.zeros((3, 2)), "frame_rate": 10.0} | arguments))
 
 
+@pytest.mark.filterwarnings("ignore:values of angles reach:UserWarning")
 def test_frames_may_be_missing():
     """Frames keep their numbers and times; resampling makes none up between two that do not follow each other."""
     angles = np.arange(40.0).reshape(20, 2)
@@ -80,6 +81,7 @@ def test_frame_numbers_that_do_not_fit(numbers, message):
         Motion(ARM, np.zeros((3, 2)), 10, frame_numbers=numbers)
 
 
+@pytest.mark.filterwarnings("ignore:values of angles reach:UserWarning")
 def test_resampling_by_a_whole_factor_takes_frames_as_they_are():
     angles = np.random.default_rng(0).normal(size=(101, 2)) * 10
     motion = Motion(ARM, angles, 120, root_positions=np.ones((101, 3)), root_angles=np.ones((101, 1)), root_axes="z")

@@ -29,7 +29,7 @@ WRONG = r"column 0 is 'joint_3_rz' and should be 'joint_1_rz'\); select them wit
 
 FUNCTIONS = {
     "pose_distances": lambda X: pose_distances(X, skeleton=ARM),
-    "pose_distances, Y": lambda Y: pose_distances(X, Y, skeleton=ARM),
+    "pose_distances, Y": lambda Y: pose_distances(X.copy(), Y, skeleton=ARM),
     "forward_kinematics": lambda X: forward_kinematics(X, ARM),
     "frechet_mean": lambda X: frechet_mean(X, ARM).pose,
     "rotations_from_poses": lambda X: rotations_from_poses(X, ARM, form="6d"),
@@ -57,7 +57,7 @@ def test_estimators_take_data_frames_and_check_their_columns(estimator):
     fitted, expected = clone(estimator).fit(FRAME), clone(estimator).fit(X)
     assert list(fitted.feature_names_in_) == list(ARM.dof_names)
     use, same = (getattr(one, "transform", None) or one.predict for one in (fitted, expected))
-    found, known = use(FRAME), same(X)
+    found, known = use(FRAME), same(X.copy())  # which is not the very array of fit
     for one in (found, known):
         assert np.shape(one)[0] == len(X)
     np.testing.assert_array_equal(*(one.toarray() if hasattr(one, "toarray") else one for one in (found, known)))

@@ -82,10 +82,10 @@ def test_a_motion_or_a_skeleton_is_not_one_pose(argument):
 
 
 def test_arguments_in_another_order_are_refused_in_words():
-    with pytest.raises(TypeError, match="^Y must be an array of poses, got a Skeleton: pass it as skeleton=$"):
+    with pytest.raises(TypeError, match=r"^Y must be an array of poses, got a Skeleton: pass it as skeleton=$"):
         pose_distances(POSES, ARM)
-    with pytest.raises(TypeError, match=r"^pose_distances\(\) got 3 arguments without a name: its arguments are X, Y, and"
-                       r" those that need their name, as in skeleton=\.\.\., are skeleton, metric, "):  # fmt: skip
+    words = r"its arguments are X, Y, and those that need their name, as in skeleton=\.\.\., are skeleton, metric, "
+    with pytest.raises(TypeError, match=r"^pose_distances\(\) got 3 arguments without a name: " + words):
         pose_distances(POSES, POSES, ARM)
     with pytest.raises(TypeError, match=r"^pose_distances\(\) got an unexpected keyword argument 'metrics': its"):
         pose_distances(POSES, metrics="angle")
@@ -123,7 +123,9 @@ WITH_SKELETON = {
 @pytest.mark.parametrize("name", WITH_SKELETON)
 def test_what_has_a_skeleton_is_none(name):
     for value in (MOTION, MotionDataset([MOTION])):
-        with pytest.raises(TypeError, match=rf"^skeleton must be a skpose\.Skeleton, got {type(value).__name__}: pass its"):
+        with pytest.raises(
+            TypeError, match=rf"^skeleton must be a skpose\.Skeleton, got {type(value).__name__}: pass its"
+        ):
             WITH_SKELETON[name](value)
     with pytest.raises(TypeError, match=r"got ndarray: poses come first, then the skeleton$"):
         WITH_SKELETON[name](POSES)
@@ -172,7 +174,8 @@ def test_the_remedy_for_positions_is_the_metric_position():
 
 
 @pytest.mark.parametrize(
-    ("shape", "form"), [((5, 2, 4), "quaternion_wxyz"), ((5, 2, 6), "6d"), ((5, 2, 3, 3), "matrix"), ((5, 2, 3), "rotvec")]
+    ("shape", "form"),
+    [((5, 2, 4), "quaternion_wxyz"), ((5, 2, 6), "6d"), ((5, 2, 3, 3), "matrix"), ((5, 2, 3), "rotvec")],
 )
 def test_rotations_of_joints_are_recognised(shape, form):
     with pytest.raises(ValueError, match=rf"look like rotations of the joints: .*form='{form}'\) makes poses of them"):
@@ -181,23 +184,25 @@ def test_rotations_of_joints_are_recognised(shape, form):
 
 def test_an_array_of_another_width_is_no_sign():
     for X in (np.ones((5, 7)), np.ones((5, 7, 2))):
-        with pytest.raises(ValueError, match=r"X (has 7 columns|must have shape \(n_poses, 3\), got \(5, 7, 2\))") as found:
+        with pytest.raises(
+            ValueError, match=r"X (has 7 columns|must have shape \(n_poses, 3\), got \(5, 7, 2\))"
+        ) as found:
             pose_distances(X, skeleton=BALLS)
         assert "look like" not in str(found.value)
 
 
 @pytest.mark.parametrize("form", [["6d"], None, 6, "6D", {}])
 def test_a_form_is_a_name(form):
-    with pytest.raises(ValueError, match="form must be one of 'quaternion_wxyz', .*, got "):
+    with pytest.raises(ValueError, match=r"form must be one of 'quaternion_wxyz', .*, got "):
         rotations_from_poses(POSES, ARM, form=form)
-    with pytest.raises(ValueError, match="form must be one of 'quaternion_wxyz', .*, got "):
+    with pytest.raises(ValueError, match=r"form must be one of 'quaternion_wxyz', .*, got "):
         poses_from_rotations(np.zeros((5, 2, 3)), ARM, form=form)
 
 
 def test_lazy_arrays_are_checked_likewise():
     da = pytest.importorskip("dask.array")
     X = da.from_array(POSES)
-    with pytest.raises(TypeError, match="^Y must be an array of poses, got a Skeleton: pass it as skeleton=$"):
+    with pytest.raises(TypeError, match=r"^Y must be an array of poses, got a Skeleton: pass it as skeleton=$"):
         pose_distances(X, ARM)
     with pytest.raises(ValueError, match="look like positions of the joints"):
         pose_distances(da.ones((5, 9)), skeleton=BALLS)
