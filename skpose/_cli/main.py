@@ -59,14 +59,15 @@ def _as_options(message: str) -> str:
     """Return the message in one line, with arguments of functions as options: on_nan='drop' as --on-nan drop."""
 
     def option(found: re.Match) -> str:
-        given = found[2] if found[3] is None else found[3]
-        value = f" {shlex.quote(given)}" if given is not None else ""
-        return f"--{found[1].replace('_', '-')}{value}"
+        name, given = found[1].replace("_", "-"), next((text for text in found.groups()[1:] if text is not None), None)
+        if given == "False":
+            return f"--no-{name}"
+        return f"--{name}" + (f" {shlex.quote(given)}" if given is not None else "")
 
     message = " ".join(message.split())
     names = "|".join((*READING, *PREPARING))
-    message = re.sub(r"[\w.]+\([^()]*\b(\w+=\"\w+\")\)", r"\1", message)  # of a call, its last argument
-    return re.sub(rf"\b({names})=(?:(?:'([^']*)'|\"([^\"]*)\"))?", option, message)
+    message = re.sub(r"[\w.]+\([^()]*\b(\w+=(?:\"\w+\"|False))\)", r"\1", message)  # of a call, its last argument
+    return re.sub(rf"\b({names})=(?:'([^']*)'|\"([^\"]*)\"|(False|[\d.]*\d))?", option, message)
 
 
 def _run(options: argparse.Namespace) -> None:

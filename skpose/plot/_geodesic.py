@@ -14,7 +14,7 @@ from skpose.skeleton._units import warn_of_degrees
 from skpose.skeleton._validation import check_pose
 
 MARGIN = 0.2  # around the curves, relative to their extent
-LEAST_EXTENT = 0.1  # rad, of the picture of two equal poses
+AROUND_ONE_POSE = 0.1  # rad, where the two are equal
 
 
 class _Plane:
@@ -98,8 +98,8 @@ class GeodesicDisplay:
         self.ratio_ = float(self.geodesic.length / length) if length > 0.0 else 1.0
         plane = _Plane(np.concatenate([path, line]))
         points = plane.transform(np.concatenate([path, line]))
-        extent = np.ptp(points, axis=0).max() or LEAST_EXTENT
-        margin = MARGIN * np.maximum(np.ptp(points, axis=0), 0.1 * extent)
+        extent = np.ptp(points, axis=0)
+        margin = MARGIN * np.maximum(extent, 0.1 * extent.max()) if extent.any() else AROUND_ONE_POSE
         x, y = np.linspace(points.min(axis=0) - margin, points.max(axis=0) + margin, resolution).T
         grid = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
         trace = np.trace(metric_tensor(plane.poses(grid), self.skeleton), axis1=1, axis2=2)
