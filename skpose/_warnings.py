@@ -2,9 +2,9 @@
 
 `warnings.warn` counts frames, and how many there are between the user and a warning depends on scikit-learn's wrappers
 (the validation of parameters, the context of `fit`, `set_output`), which differ from version to version, and on who
-calls whom here. The frames themselves show where the user is, as pandas finds it too; `skip_file_prefixes` of
-`warnings.warn` does the same from Python 3.12 on. Since Python shows a warning once for each line, the right line is also
-what makes it appear once, and again for another call.
+calls whom here. The frames themselves show where the user is; pandas and matplotlib find it likewise, and
+`skip_file_prefixes` of `warnings.warn` from Python 3.12 on. As Python shows a warning once for each line, the right
+line is also what makes it appear once, and again for another call.
 """
 
 import sys

@@ -94,8 +94,8 @@ def pose_distances(
     ConvergenceWarning
         If geodesics did not converge, with their number.
     UserWarning
-        If a skeleton is given and the angles look like degrees: a quarter of the columns go beyond two whole turns.
-        Angles may leave [−π, π] by some turns, as those of recordings do that are continuous in time. Those in a
+        If a skeleton is given and the angles look like degrees: 15 % of the columns go beyond three whole turns. Angles
+        may leave [−π, π] by some turns, as those of recordings do that are continuous in time. Those in a
         ``dask.array`` are not looked at.
 
     Raises

@@ -296,7 +296,10 @@ def test_the_same_command_finishes_a_matrix_after_ctrl_c(files, capsys):
 
 def test_a_closed_output_is_no_error():
     process = subprocess.Popen(
-        [sys.executable, "-m", "skpose", "info", BVH, "--scale", "0.01"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [sys.executable, "-m", "skpose", "info", BVH, "--scale", "0.01"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
     )
     process.stdout.close()
     assert process.stderr.read() == ""

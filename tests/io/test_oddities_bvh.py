@@ -412,8 +412,8 @@ def test_two_joints_of_one_name(load):
 
 def test_many_joints_of_one_name_are_one_warning(load):
     joint = "JOINT Arm\n {\n OFFSET 1 0 0\n }\n"
+    text = changed(("  JOINT Chest", 5 * joint + "  JOINT Chest"))
     with pytest.warns(UserWarning, match="the second is 'Arm_2' here, and 3 more likewise") as caught:
-        text = changed(("  JOINT Chest", 5 * joint + "  JOINT Chest"))
         assert load(text, scale=0.1).skeleton.joint_names[4] == "Arm_5"
     assert len(caught) == 1
     assert caught[0].filename == __file__  # the line of the caller
