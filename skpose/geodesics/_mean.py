@@ -215,10 +215,7 @@ def _reason(n_iter: int, max_iter: int) -> str:
     """Return why the extrinsic mean did not converge, and the remedy."""
     if n_iter >= max_iter:
         return f"it was still moving after max_iter={max_iter} iterations; raise max_iter"
-    return (
-        f"after {n_iter} iterations no step brought it nearer to the mean of the positions, as the joints hardly move "
-        "there; a larger max_iter does not help"
-    )
+    return f"after {n_iter} iterations no step brought it nearer; a larger max_iter does not help"
 
 
 def _weights(sample_weight: ArrayLike | None, n_poses: int) -> np.ndarray:
