@@ -203,6 +203,7 @@ def test_limits_of_axes_that_are_reversed():
         assert (found.path[:, :3] >= -0.2).all()
 
 
+@pytest.mark.filterwarnings("ignore:values of .* reach:UserWarning")
 def test_whole_turns_do_not_matter(skeleton):
     a, b = near_and_far(skeleton)
     turns = whole_turns(np.array([a, b]), skeleton, np.random.default_rng(5).integers(-3, 4, (2, skeleton.n_dofs)))

@@ -225,6 +225,7 @@ def test_columns_are_matched_by_name():
     np.testing.assert_array_equal(pose_distances(swapped[list(skeleton.dof_names)], skeleton=skeleton), expected)
 
 
+@pytest.mark.filterwarnings("ignore:values of .* reach:UserWarning")
 @pytest.mark.parametrize("turns", [0, 1000])
 @pytest.mark.parametrize("n_dofs", [1, 200, 1000])
 def test_long_chains_and_large_trees(n_dofs, turns):
