@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from sklearn.base import _fit_context as fit_context
-from sklearn.utils._param_validation import HasMethods, Interval, StrOptions
+from sklearn.utils._param_validation import HasMethods, Interval, InvalidParameterError, StrOptions
 from sklearn.utils._param_validation import validate_params as _validate_params
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ class InstanceOf(HasMethods):
     name : str
         Its public name.
     explain : callable
-        Called with what is no instance; may raise an error with a remedy.
+        Called with what is no instance; may raise a TypeError with a remedy.
     """
 
     def __init__(self, expected: type, name: str, explain: Callable[[object], None]):
@@ -73,7 +73,10 @@ class InstanceOf(HasMethods):
     def is_satisfied_by(self, val: object) -> bool:
         if isinstance(val, self.expected):
             return True
-        self.explain(val)
+        try:
+            self.explain(val)
+        except TypeError as error:
+            raise InvalidParameterError(str(error)) from None  # a ValueError too, as all of scikit-learn's
         return False
 
     def __str__(self) -> str:
