@@ -16,7 +16,9 @@ from skpose._compat.sklearn import StrOptions, validate_parameter_constraints
 from skpose.metrics import pose_distances
 from skpose.metrics._registry import METRIC_CONSTRAINTS, METRICS, resolve
 from skpose.skeleton import Skeleton
-from skpose.skeleton._validation import check_column_names, check_is_array, check_width
+from skpose.skeleton._columns import check_column_names, check_dimensions, check_width
+from skpose.skeleton._units import warn_of_degrees
+from skpose.skeleton._validation import check_is_array
 
 # Constraints of the parameters of an estimator of poses, and of one that also takes distances.
 POSE_CONSTRAINTS = {**METRIC_CONSTRAINTS, "n_jobs": [None, Integral], "verbose": ["verbose"]}
@@ -66,9 +68,11 @@ class PoseEstimatorMixin:
             self._check_how_to_answer()
         if self.skeleton_ is not None:
             check_column_names(X, self.skeleton_, "X")
+            check_dimensions(X, self.skeleton_, "X")
         X = validate_data(self, X, dtype=[np.float64, np.float32], reset=reset, **options)
         if self.skeleton_ is not None:
             check_width(X, self.skeleton_, "X")
+            warn_of_degrees(X=X, in_estimator=True)
         if self.effective_metric_ == "precomputed":
             check_non_negative(X, f"{type(self).__name__} as precomputed distances")
             if reset and X.shape[0] != X.shape[1]:

@@ -19,6 +19,19 @@ from skpose.io import load_asf, load_bvh
 DATA = Path(__file__).parent / "data"
 
 
+def pytest_collection_modifyitems(items):
+    """Leave out warnings of units that are right about what tests make up.
+
+    Files of tests of the readers have bones of round lengths: skeletons of any size. scikit-learn's checks have columns
+    of any numbers, here on a chain of joints.
+    """
+    for item in items:
+        if "check" in getattr(getattr(item, "callspec", None), "params", {}):
+            item.add_marker(pytest.mark.filterwarnings("ignore:values of X reach:UserWarning"))
+        if item.path.parent.name in ("io", "cli"):
+            item.add_marker(pytest.mark.filterwarnings("ignore:.* m from end to end at angle zero:UserWarning"))
+
+
 @pytest.fixture(autouse=True)
 def no_open_figures():
     """Close the figures of a test; matplotlib warns if there are many."""

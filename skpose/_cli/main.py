@@ -81,16 +81,17 @@ def _as_options(message: str, options: argparse.Namespace) -> str:
     """
 
     def option(found: re.Match) -> str:
-        given = found[2] if found[3] is None else found[3]
-        value = f" {shlex.quote(given)}" if given is not None else ""
-        return f"--{found[1].replace('_', '-')}{value}"
+        name, given = found[1].replace("_", "-"), next((text for text in found.groups()[1:] if text is not None), None)
+        if given == "False":
+            return f"--no-{name}"
+        return f"--{name}" + (f" {shlex.quote(given)}" if given is not None else "")
 
     message = " ".join(message.split())
     names = "|".join(name for name in (*READING, *PREPARING) if hasattr(options, name))
     if not names:
         return message
-    message = re.sub(rf"[\w.]+\([^()]*\b((?:{names})=\"\w+\")\)", r"\1", message)  # of a call, its last argument
-    return re.sub(rf"\b({names})=(?:(?:'([^']*)'|\"([^\"]*)\"))?", option, message)
+    message = re.sub(rf"[\w.]+\([^()]*\b((?:{names})=(?:\"\w+\"|False))\)", r"\1", message)  # of a call, its last argument
+    return re.sub(rf"\b({names})=(?:'([^']*)'|\"([^\"]*)\"|(False|[\d.]*\d))?", option, message)
 
 
 def _run(options: argparse.Namespace) -> None:

@@ -1,10 +1,18 @@
 """Private parts of scikit-learn: validation of parameters, the context of `fit`, the callback protocol."""
 
+import inspect
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from sklearn.base import _fit_context as fit_context
-from sklearn.utils._param_validation import HasMethods, Interval, StrOptions, validate_parameter_constraints
+from sklearn.utils._param_validation import (
+    HasMethods,
+    Interval,
+    InvalidParameterError,
+    StrOptions,
+    validate_parameter_constraints,
+)
+from sklearn.utils._param_validation import validate_params as _validate_params
 
 if TYPE_CHECKING:
     Function = TypeVar("Function", bound=Callable)
@@ -13,7 +21,73 @@ if TYPE_CHECKING:
         """Keep the types of the function that it decorates."""
         ...
 else:
-    from sklearn.utils._param_validation import validate_params
+
+    def validate_params(constraints, *, prefer_skip_nested_validation):
+        """Validate arguments as scikit-learn does, with errors that name the function and its parameters.
+
+        scikit-learn binds the arguments to the function's signature; this one has words for those that do not fit.
+        """
+        decorate = _validate_params(constraints, prefer_skip_nested_validation=prefer_skip_nested_validation)
+
+        def decorated(function):
+            function.__signature__ = signature = _Signature.from_callable(function)
+            signature.function = function.__name__
+            return decorate(function)
+
+        return decorated
+
+
+class _Signature(inspect.Signature):
+    """A signature whose errors name the function and the parameters that it has."""
+
+    function = ""
+
+    def bind(self, *args: Any, **kwargs: Any) -> inspect.BoundArguments:
+        try:
+            return super().bind(*args, **kwargs)
+        except TypeError as error:
+            parameters = self.parameters.values()
+            first = [p.name for p in parameters if p.kind is not p.KEYWORD_ONLY]
+            named = [p.name for p in parameters if p.kind is p.KEYWORD_ONLY]
+            problem = f"got {len(args)} arguments without a name" if len(args) > len(first) else str(error)
+            raise TypeError(
+                f"{self.function}() {problem}: its arguments are {', '.join(first)}, and those that need their name, "
+                f"as in {named[0]}=..., are {', '.join(named)}"
+            ) from None
+
+
+class InstanceOf(HasMethods):
+    """A constraint: an instance of a public class, which errors name as users import it.
+
+    scikit-learn's own names the private module where the class is defined. It accepts constraints of a few classes
+    only, so this is one of them.
+
+    Parameters
+    ----------
+    expected : type
+        The class.
+    name : str
+        Its public name.
+    explain : callable
+        Called with what is no instance; may raise a TypeError with a remedy.
+    """
+
+    def __init__(self, expected: type, name: str, explain: Callable[[object], None]):
+        super().__init__("__class__")
+        self.expected, self.name, self.explain = expected, name, explain
+
+    def is_satisfied_by(self, val: object) -> bool:
+        if isinstance(val, self.expected):
+            return True
+        try:
+            self.explain(val)
+        except TypeError as error:
+            raise InvalidParameterError(str(error)) from None  # a ValueError too, as all of scikit-learn's
+        return False
+
+    def __str__(self) -> str:
+        return f"an instance of {self.name!r}"
+
 
 try:
     from sklearn.callback import CallbackSupportMixin, with_callbacks
@@ -30,6 +104,7 @@ except ImportError:  # before scikit-learn 1.9
 __all__ = [
     "CallbackSupportMixin",
     "HasMethods",
+    "InstanceOf",
     "Interval",
     "StrOptions",
     "callback_context",

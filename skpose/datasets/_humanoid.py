@@ -1,7 +1,11 @@
 """The skeleton of generated people."""
 
 from collections.abc import Mapping
+from numbers import Real
 
+import numpy as np
+
+from skpose._compat.sklearn import Interval, validate_params
 from skpose.skeleton import Bone, Skeleton
 from skpose.skeleton._proportions import MEAN_HEIGHT, PROPORTIONS
 
@@ -29,6 +33,10 @@ _SIDE = (  # of the left; the right mirrors it
 PARENTS = {name: parent for name, parent, *_ in (*_TRUNK, *_SIDE)}
 
 
+@validate_params(
+    {"height": [Interval(Real, 0, None, closed="neither")], "proportions": [Mapping, None]},
+    prefer_skip_nested_validation=True,
+)
 def humanoid(height: float = MEAN_HEIGHT, *, proportions: Mapping[str, float] | None = None) -> Skeleton:
     """Return a human skeleton with named joints, the arms pointing down at angle zero.
 
@@ -46,6 +54,11 @@ def humanoid(height: float = MEAN_HEIGHT, *, proportions: Mapping[str, float] | 
     Skeleton
         Skeleton of 22 joints and 42 dofs.
 
+    Raises
+    ------
+    ValueError
+        For a height or a factor that is not positive, and for unknown segments.
+
     References
     ----------
     R. Drillis, R. Contini, M. Bluestein, "Body segment parameters: a survey of measurement techniques", Artificial
@@ -62,6 +75,10 @@ def humanoid(height: float = MEAN_HEIGHT, *, proportions: Mapping[str, float] | 
     unknown = set(proportions) - set(PARENTS)
     if unknown:
         raise ValueError(f"proportions names {sorted(unknown)}, which are not among the segments: {', '.join(PARENTS)}")
+
+    for name, factor in proportions.items():
+        if not (isinstance(factor, Real) and 0.0 < factor < np.inf):
+            raise ValueError(f"proportions must be positive numbers, got {factor!r} for {name!r}")
 
     def bone(side: str, name: str, parent: str | None, offset: tuple[float, float, float], dofs: str) -> Bone:
         scale = height * proportions.get(name, 1.0)

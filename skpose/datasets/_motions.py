@@ -1,15 +1,16 @@
 """Collections of motions with their labels."""
 
 import re
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal
+from operator import index
+from typing import Any, Literal, NoReturn, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from skpose.skeleton import Motion, Skeleton
+from skpose.skeleton._arguments import check_frame_rate
 from skpose.skeleton._skeleton import check_comparable
 
 WALKING_AND_RUNNING = ("walk", "run")
@@ -19,47 +20,80 @@ CONVERT = (
 )
 
 
-@dataclass(frozen=True, repr=False, eq=False)
 class MotionDataset:
-    """Motions of one or more subjects, with their labels.
+    """Motions of one or more subjects, with the labels that they have.
+
+    It is a sequence of motions: ``len(dataset)``, ``for motion in dataset``. ``dataset[0]`` is a motion;
+    ``dataset[2:5]``, ``dataset[[0, 3]]`` and ``dataset[dataset.actions == "walk"]`` are datasets.
 
     Parameters
     ----------
     motions : sequence of Motion
         One for each sequence.
-    subjects, trials, actions : array-like of shape (n_motions,)
-        Labels of each motion, as strings: the person, the number of the recording, and the action.
+    subjects, trials, actions : array-like of shape (n_motions,), default=None
+        Labels of each motion, as strings: the person, the number of the recording, and the action. None are unknown:
+        the attribute then raises an AttributeError that says so.
 
     Examples
     --------
-    >>> from skpose.datasets import make_gait
+    >>> from skpose.datasets import MotionDataset, make_gait
     >>> gait = make_gait(n_subjects=2, n_sequences=1, random_state=0)
     >>> gait
     MotionDataset(4 motions of 2 subjects: 2 run, 2 walk)
     >>> X, sequence = gait.poses(frame_rate=12)
     >>> y, groups = gait.actions[sequence], gait.subjects[sequence]
+    >>> gait[gait.actions == "run"]
+    MotionDataset(2 motions of 2 subjects: 2 run)
+    >>> MotionDataset(gait.motions[:3])
+    MotionDataset(3 motions)
     """
 
-    motions: tuple[Motion, ...]
-    subjects: np.ndarray
-    trials: np.ndarray
-    actions: np.ndarray
-
-    if TYPE_CHECKING:
-
-        def __init__(
-            self, motions: Iterable[Motion], subjects: ArrayLike, trials: ArrayLike, actions: ArrayLike
-        ) -> None: ...
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "motions", tuple(self.motions))
-        for name in ("subjects", "trials", "actions"):
-            labels = np.asarray(getattr(self, name), dtype=str)
-            if labels.shape != (len(self.motions),):
+    def __init__(
+        self,
+        motions: Iterable[Motion],
+        subjects: ArrayLike | None = None,
+        trials: ArrayLike | None = None,
+        actions: ArrayLike | None = None,
+    ):
+        if isinstance(motions, Motion):
+            raise TypeError("motions must be a sequence of Motions, got a Motion: put it into a list")
+        self._motions = tuple(motions)
+        for i, motion in enumerate(self._motions):
+            if not isinstance(motion, Motion):
+                raise TypeError(f"motions[{i}] must be a skpose.Motion, got {type(motion).__name__}")
+        self._labels: dict[str, np.ndarray] = {}
+        for name, given in {"subjects": subjects, "trials": trials, "actions": actions}.items():
+            if given is None:
+                continue
+            labels = np.asarray(np.asarray(given), dtype=str)  # a series of polars makes no strings of numbers
+            if labels.shape != (len(self),):
                 raise ValueError(
-                    f"{name} must have one label for each of the {len(self.motions)} motions, got shape {labels.shape}"
+                    f"{name} must have one label for each of the {len(self)} motions, got shape {labels.shape}"
                 )
-            object.__setattr__(self, name, labels)
+            self._labels[name] = labels
+
+    @property
+    def motions(self) -> tuple[Motion, ...]:
+        return self._motions
+
+    @property
+    def subjects(self) -> np.ndarray:
+        return self._label("subjects")
+
+    @property
+    def trials(self) -> np.ndarray:
+        return self._label("trials")
+
+    @property
+    def actions(self) -> np.ndarray:
+        return self._label("actions")
+
+    def _label(self, name: str) -> np.ndarray:
+        if name not in self._labels:
+            raise AttributeError(
+                f"the dataset has no {name}: pass one label for each motion, MotionDataset(motions, {name}=...)"
+            )
+        return self._labels[name]
 
     def __len__(self) -> int:
         return len(self.motions)
@@ -67,11 +101,33 @@ class MotionDataset:
     def __iter__(self) -> Iterator[Motion]:
         return iter(self.motions)
 
+    @overload
+    def __getitem__(self, chosen: int) -> Motion: ...
+    @overload
+    def __getitem__(self, chosen: slice | Sequence | np.ndarray) -> "MotionDataset": ...
+    def __getitem__(self, chosen: Any) -> "Motion | MotionDataset":
+        if isinstance(chosen, bool | np.bool_) or not hasattr(chosen, "__index__") or np.ndim(chosen):
+            return self.select(chosen)
+        i = index(chosen)
+        if not -len(self) <= i < len(self):
+            raise IndexError(f"the dataset has {len(self)} motions, and no motion {i}")
+        return self.motions[i]
+
+    def __array__(self, *arguments: object, **options: object) -> NoReturn:
+        raise TypeError("a MotionDataset is no array: pass its poses, dataset.poses()[0]")
+
     def __repr__(self) -> str:
+        subjects = f" of {len(set(self.subjects))} subjects" if "subjects" in self._labels else ""
+        if "actions" not in self._labels:
+            return f"MotionDataset({len(self)} motions{subjects})"
         names, counts = np.unique(self.actions, return_counts=True)
         actions = ", ".join(f"{count} {name or 'unnamed'}" for name, count in zip(names[:5], counts[:5], strict=True))
         more = f" and {len(names) - 5} more actions" if len(names) > 5 else ""
-        return f"MotionDataset({len(self)} motions of {len(set(self.subjects))} subjects: {actions}{more})"
+        return f"MotionDataset({len(self)} motions{subjects}: {actions}{more})"
+
+    def _with(self, motions: Iterable[Motion]) -> "MotionDataset":
+        """Return other motions with the same labels."""
+        return MotionDataset(motions, **self._labels)
 
     @cached_property
     def skeleton(self) -> Skeleton:
@@ -82,10 +138,29 @@ class MotionDataset:
         check_comparable(list(names), list(names.values()), CONVERT)
         return Skeleton.mean(names)
 
-    def select(self, chosen: ArrayLike) -> "MotionDataset":
-        """Return the motions that a boolean mask or an array of indices selects."""
-        i = np.arange(len(self))[np.asarray(chosen)]
-        return MotionDataset([self.motions[k] for k in i], self.subjects[i], self.trials[i], self.actions[i])
+    def select(self, chosen: slice | ArrayLike) -> "MotionDataset":
+        """Return the motions that a slice, a boolean mask or an array of indices selects, as ``dataset[chosen]``."""
+        rows = np.arange(len(self))[chosen] if isinstance(chosen, slice) else self._rows(np.asarray(chosen), chosen)
+        labels = {name: labels[rows] for name, labels in self._labels.items()}
+        return MotionDataset([self.motions[row] for row in rows], **labels)
+
+    def _rows(self, chosen: np.ndarray, given: object) -> np.ndarray:
+        """Return the indices that a mask or an array of indices selects."""
+        if chosen.shape == (0,):
+            return np.zeros(0, dtype=np.intp)
+        if chosen.ndim != 1 or chosen.dtype.kind not in "biu":
+            raise TypeError(
+                "a dataset is indexed by a number, a slice, a mask or an array of indices, such as "
+                f'dataset[dataset.actions == "walk"], got {given!r}'
+            )
+        if chosen.dtype == bool:
+            if len(chosen) != len(self):
+                raise IndexError(f"a mask must have one value for each of the {len(self)} motions, got {len(chosen)}")
+            return np.flatnonzero(chosen)
+        outside = chosen[(chosen < -len(self)) | (chosen >= len(self))]
+        if len(outside):
+            raise IndexError(f"the dataset has {len(self)} motions, and no motion {outside[0]}")
+        return np.arange(len(self))[chosen]
 
     def to_rotvec(self) -> "MotionDataset":
         """Return the motions with joints of two or three Euler angles as ball joints, see `Motion.to_rotvec`.
@@ -95,7 +170,7 @@ class MotionDataset:
         >>> gait.skeleton.dof_names[:3]
         ('abdomen_rotvec_x', 'abdomen_rotvec_y', 'abdomen_rotvec_z')
         """
-        return replace(self, motions=tuple(motion.to_rotvec() for motion in self.motions))
+        return self._with(motion.to_rotvec() for motion in self)
 
     def retarget(self, skeleton: Skeleton, *, rest: Literal["raise", "world", "same"] = "raise") -> "MotionDataset":
         """Return all motions on one skeleton, see `Motion.retarget`; an error names the motion.
@@ -112,7 +187,7 @@ class MotionDataset:
                 motions.append(motion.retarget(skeleton, rest=rest))
             except ValueError as error:
                 raise ValueError(f"motions[{i}]: {error}") from None
-        return replace(self, motions=tuple(motions))
+        return self._with(motions)
 
     def with_root(
         self, part: Literal["tilt", "whole"] = "tilt", *, up: Literal["x", "y", "z"] | None = None
@@ -132,7 +207,7 @@ class MotionDataset:
                     f'motions[0] has "{self.motions[0].up}" up and motions[{i}] "{motion.up}": tilts of different '
                     'worlds are not comparable; rotate the motions into one world, or pass up="y" if all are in one'
                 )
-        return replace(self, motions=tuple(motion.with_root(part, up=up) for motion in self.motions))
+        return self._with(motion.with_root(part, up=up) for motion in self)
 
     def poses(
         self,
@@ -171,6 +246,10 @@ class MotionDataset:
             if rotations != "rotvec":
                 raise ValueError(f'rotations must be "rotvec", or None for the joints as they are, got {rotations!r}')
             return self.to_rotvec().poses(frame_rate, None if skeleton is None else skeleton.to_rotvec())
+        if not len(self):
+            raise ValueError("the dataset has no motions, and so no poses")
+        if frame_rate is not None:
+            check_frame_rate(frame_rate)
         skeleton = self.skeleton if skeleton is None else skeleton
         motions = list(self.retarget(skeleton).motions)
         if frame_rate is not None:
@@ -215,6 +294,4 @@ def walks_and_runs(dataset: MotionDataset) -> MotionDataset:
             f"dataset must have motions of walking and of running, but none has an action that begins with "
             f"{missing[0]!r}: write one line for each motion into an index.csv, see skpose.datasets.load_cmu"
         )
-    return MotionDataset(
-        dataset.select(chosen).motions, dataset.subjects[chosen], dataset.trials[chosen], first[chosen]
-    )
+    return MotionDataset(dataset.motions, **dataset._labels | {"actions": first})[chosen]

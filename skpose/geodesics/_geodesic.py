@@ -13,9 +13,11 @@ from skpose._compiled.minimiser import Bounds
 from skpose._compiled.tree import Tree
 from skpose._warnings import warn
 from skpose.kinematics import forward_kinematics
+from skpose.kinematics._constraints import IS_SKELETON
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of, wrapped
 from skpose.skeleton import Skeleton
 from skpose.skeleton._interpolation import interpolate
+from skpose.skeleton._units import warn_of_degrees
 from skpose.skeleton._validation import check_pose
 
 SPEED_GRID = 64  # chords into which each step of a path is divided to find poses at constant speed
@@ -102,7 +104,7 @@ class Geodesic:
 
 @validate_params(
     {
-        "skeleton": [Skeleton],
+        "skeleton": [IS_SKELETON],
         "n_steps": [Interval(Integral, 2, None, closed="left")],
         "wrap": ["boolean", StrOptions({"auto"})],
         "joint_limits": [StrOptions({"ignore", "enforce"})],
@@ -162,8 +164,10 @@ def geodesic(
     Warns
     -----
     ConvergenceWarning
-        If the path did not converge. It is then still a real curve, and its `curve_length` no more than the straight
-        line's.
+        If the path did not converge, with the reason. It is then still a real curve, and its `curve_length` no more
+        than the straight line's.
+    UserWarning
+        If the poses look like degrees, see `skpose.pose_distances`.
 
     Raises
     ------
@@ -219,6 +223,7 @@ def geodesic(
     """
     tree = tree_of(skeleton)
     first, last = check_pose(start, skeleton, "start"), check_pose(end, skeleton, "end")
+    warn_of_degrees(start=first[None], end=last[None])
     begin, target = to_tree_order(tree, first), to_tree_order(tree, last)
     if wrap:
         target = wrapped(tree, target, begin)
@@ -239,13 +244,26 @@ def geodesic(
     )
     if not found.converged:
         warn(
-            f"the geodesic did not converge in max_iter={max_iter} iterations a refinement: gradient norm "
-            f"{found.gradient_norm:.2g} (tol={tol:.2g}), length {found.length:.6g} by its chords and "
-            f"{found.curve_length:.6g} as a curve. It is a real path, but may not be the shortest; raise max_iter, or "
-            "n_steps",
+            f"the geodesic did not converge: length {found.length:.6g} by its chords and {found.curve_length:.6g} as a "
+            f"curve. It is a real path, but may not be the shortest. {_reason(found, n_steps, max_iter, tol)}",
             ConvergenceWarning,
         )
     return found
+
+
+def _reason(found: Geodesic, n_steps: int, max_iter: int, tol: float) -> str:
+    """Return in words why a geodesic did not converge, and the remedy."""
+    if np.isnan(found.gradient_norm):
+        return (
+            "No path that is no longer than the straight line passed the discretisation check, so that it is that "
+            f"line; a larger n_steps than {n_steps} may help, a larger max_iter does not"
+        )
+    norm = f"the gradient's norm was {found.gradient_norm:.2g}, not at most tol={tol:.2g}"
+    if found.n_iter < max_iter:
+        return f"After {found.n_iter} iterations no step was downhill, and {norm}; a larger n_steps may help"
+    if len(found.path) == n_steps + 1:
+        return f"After max_iter={max_iter} iterations {norm}; raise max_iter"
+    return f"After {found.n_iter} iterations of all refinements, max_iter={max_iter} each, {norm}; raise max_iter"
 
 
 def _bounds(tree: Tree, skeleton: Skeleton, begin: np.ndarray, target: np.ndarray, joint_limits: str) -> Bounds:

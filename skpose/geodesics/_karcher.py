@@ -27,7 +27,7 @@ class Spread(NamedTuple):
     variance: float  # mean squared length, m²
     step: np.ndarray  # (n_dofs,) the mean logarithm, as a change of the pose's coordinates, rad
     norm: float  # its length, m
-    converged: bool  # whether all geodesics converged
+    unconverged: int  # geodesics that did not converge
 
 
 class Poses(NamedTuple):
@@ -57,7 +57,7 @@ class Poses(NamedTuple):
         position_jacobians(coordinates[None], free, jacobians)
         step, norm = _mean_logarithm(jacobians[0].T @ jacobians[0], self.weights @ found.gradients)
         variance = self.weights @ found.lengths**2
-        return Spread(pose, self.weights @ found.energies, variance, step, norm, bool(found.converged.all()))
+        return Spread(pose, self.weights @ found.energies, variance, step, norm, int((~found.converged).sum()))
 
     def moved(self, pose: np.ndarray, step: np.ndarray) -> np.ndarray:
         """Return a pose that is a step of its coordinates away from another one."""
@@ -75,13 +75,16 @@ def _mean_logarithm(tensor: np.ndarray, gradient: np.ndarray) -> tuple[np.ndarra
     return step, float(np.sqrt((along**2 / values[moving]).sum()))
 
 
-def karcher_mean(poses: Poses, pose: np.ndarray, max_iter: int, tol: float) -> tuple[Spread, int, bool]:
-    """Follow the mean logarithm from a pose on; return the last spread, the iterations and whether it converged."""
+def karcher_mean(poses: Poses, pose: np.ndarray, max_iter: int, tol: float) -> tuple[Spread, int, str]:
+    """Follow the mean logarithm from a pose on; return the last spread, the iterations and why it did not converge.
+
+    The reason, with its remedy, is empty if it converged.
+    """
     here = poses.spread_from(pose)
     falling = True  # the energy, until a path that is refined at one pose and not at the next makes it rise
     for iteration in range(max_iter):
         if here.norm <= tol * np.sqrt(here.variance):
-            return here, iteration, here.converged
+            return here, iteration, _unconverged(here, len(poses.dofs))
         step = here.step
         for _ in range(HALVINGS):
             trial = poses.spread_from(poses.moved(here.pose, step))
@@ -90,6 +93,25 @@ def karcher_mean(poses: Poses, pose: np.ndarray, max_iter: int, tol: float) -> t
                 break
             step = 0.5 * step
         else:
-            return here, iteration, here.converged and here.norm <= KINK * np.sqrt(here.variance)
+            if here.norm <= KINK * np.sqrt(here.variance):
+                return here, iteration, _unconverged(here, len(poses.dofs))
+            return (
+                here,
+                iteration,
+                (
+                    f"after {iteration} iterations no step brought the poses nearer, as from some poses to others the "
+                    "geodesics jump; a larger n_steps may help, a larger max_iter does not"
+                ),
+            )
         here = trial
-    return here, max_iter, False
+    return here, max_iter, f"it was still moving after max_iter={max_iter} iterations; raise max_iter"
+
+
+def _unconverged(here: Spread, n_poses: int) -> str:
+    """Return the reason not to trust a mean that has been reached: geodesics that did not converge."""
+    if not here.unconverged:
+        return ""
+    return (
+        f"{here.unconverged} of the geodesics from it to the {n_poses} poses did not converge; a larger n_steps may "
+        "help, a larger max_iter does not"
+    )

@@ -12,8 +12,10 @@ from skpose._compat.sklearn import Interval, StrOptions, validate_params
 from skpose._compiled.mean import place_all, project
 from skpose._warnings import warn
 from skpose.geodesics._karcher import Poses, karcher_mean
+from skpose.kinematics._constraints import IS_SKELETON
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 from skpose.skeleton import Skeleton
+from skpose.skeleton._units import warn_of_degrees
 from skpose.skeleton._validation import check_poses
 
 TOL_PROJECTION = 1e-9  # norm of the gradient at which the extrinsic mean has converged, m²/rad
@@ -59,7 +61,7 @@ class FrechetMean:
 
 @validate_params(
     {
-        "skeleton": [Skeleton],
+        "skeleton": [IS_SKELETON],
         "metric": [StrOptions({"position", "geodesic"})],
         "sample_weight": ["array-like", None],
         "n_steps": [Interval(Integral, 2, None, closed="left")],
@@ -102,7 +104,8 @@ def frechet_mean(
     metric : {"position", "geodesic"}, default="position"
         The distance.
     sample_weight : array-like of shape (n_poses,), default=None
-        Weights of the poses, which are divided by their sum; None is equal ones.
+        Weights of the poses, which are divided by their sum; None is equal ones. Poses of weight zero are left out,
+        and cost nothing.
     n_steps : int, default=10
         Steps of the geodesics; of no effect for "position".
     wrap : bool or "auto", default="auto"
@@ -124,7 +127,10 @@ def frechet_mean(
     Warns
     -----
     ConvergenceWarning
-        If it did not converge. It is then still a pose, and for "position" no farther than the nearest given pose.
+        If it did not converge, with the reason. It is then still a pose, and for "position" no farther than the nearest
+        given pose.
+    UserWarning
+        If the poses look like degrees, see `skpose.pose_distances`.
 
     Raises
     ------
@@ -175,7 +181,10 @@ def frechet_mean(
     """
     tree = tree_of(skeleton)
     X = check_poses(X, skeleton, "X").astype(np.float64)
+    warn_of_degrees(X=X)
     weights = _weights(sample_weight, len(X))
+    counted = weights > 0.0
+    X, weights = X[counted], weights[counted]
     poses = to_tree_order(tree, X)
     positions = np.empty((len(X), 3 * skeleton.n_joints + 3))
     place_all(tree, poses, positions)
@@ -187,18 +196,25 @@ def frechet_mean(
         at = np.empty((1, len(target)))
         place_all(tree, pose[None], at)
         variance = weights @ ((positions - at) ** 2).sum(axis=1)
+        reason = "" if converged else _reason(n_iter, max_iter)
     else:
         given = Poses(tree, poses, weights, n_steps, bool(wrap), effective_n_jobs(n_jobs))
-        spread, n_iter, converged = karcher_mean(given, pose, max_iter, tol)
+        spread, n_iter, reason = karcher_mean(given, pose, max_iter, tol)
         pose, variance, norm = spread.pose, spread.variance, spread.norm
-    mean = FrechetMean(from_tree_order(tree, pose), float(variance), float(norm), n_iter, bool(converged))
-    if not mean.converged:
+    mean = FrechetMean(from_tree_order(tree, pose), float(variance), float(norm), n_iter, not reason)
+    if reason:
         warn(
-            f"the mean did not converge in {n_iter} iterations (max_iter={max_iter}): gradient_norm "
-            f"{mean.gradient_norm:.2g}. It is still a pose; raise max_iter, or n_steps",
+            f"the mean did not converge, its gradient_norm is {mean.gradient_norm:.2g}, but it is a pose: {reason}",
             ConvergenceWarning,
         )
     return mean
+
+
+def _reason(n_iter: int, max_iter: int) -> str:
+    """Return why the extrinsic mean did not converge, and the remedy."""
+    if n_iter >= max_iter:
+        return f"it was still moving after max_iter={max_iter} iterations; raise max_iter"
+    return f"after {n_iter} iterations no step brought it nearer; a larger max_iter does not help"
 
 
 def _weights(sample_weight: ArrayLike | None, n_poses: int) -> np.ndarray:

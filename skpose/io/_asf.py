@@ -36,6 +36,11 @@ class AsfFile:
     OSError
         If it cannot be read.
 
+    Warns
+    -----
+    UserWarning
+        If the skeleton has not the size of a person, see `load_asf`.
+
     See Also
     --------
     load_asf : Read the skeleton alone.
@@ -54,6 +59,7 @@ class AsfFile:
             self._content = parse_asf(source, scale)
             with source.format_errors():
                 self.skeleton: Skeleton = self._content.skeleton
+                source.warn_of_size(self.skeleton, self._content.scale)
 
     @property
     def name(self) -> str:
@@ -99,6 +105,12 @@ def load_asf(path: Readable, *, scale: float | None = None) -> Skeleton:
         If the file is not a whole ASF file; with its name, the line and the column.
     OSError
         If it cannot be read.
+
+    Warns
+    -----
+    UserWarning
+        If the skeleton has not the size of a person, 0.3 to 5 m from end to end at angle zero: the message names the
+        `scale` that would give it.
 
     See Also
     --------

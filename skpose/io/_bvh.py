@@ -67,7 +67,8 @@ def load_bvh(
     -----
     UserWarning
         If several joints have one name: all but the first get a number. If position channels differ from the OFFSET of
-        their joint. If frames, or joints that are not below `root`, are left out.
+        their joint. If frames, or joints that are not below `root`, are left out. If the skeleton has not the size of a
+        person, 0.3 to 5 m from end to end at angle zero: the message names the `scale` that would give it.
 
     See Also
     --------
@@ -126,8 +127,10 @@ def read_bvh(
             Bone(names[joint], parents[joint.parent], offset, "".join(joint.columns("rotation")).upper())
             for joint, offset in zip(below, scale * offsets, strict=True)
         ]
+        skeleton = Skeleton(bones, offset_frame="parent")
+        source.warn_of_size(skeleton, scale)
         return Motion(
-            Skeleton(bones, offset_frame="parent"),
+            skeleton,
             _radians(numbers, [column for joint in below for column in joint.columns("rotation").values()]),
             1.0 / frame_time,
             scale * positions,

@@ -60,10 +60,11 @@ def bone_offsets(joints: list[Joint], numbers: np.ndarray, source: Source, stret
     moved = np.flatnonzero((vary > ROUNDING * longest).any(axis=1) & ~unused)
     if len(moved) and stretch == "raise":
         joint = joints[moved[0]]
+        more = f" (and {len(moved) - 1} joints more)" if len(moved) > 1 else ""
         root = f"root={joint.name!r} takes it as the root; " if _stands_alone(joint, joints) else ""
         raise source.error(
-            f"position channels move {joint} by up to {vary[moved[0]].max():g} units against {joint.parent} (and "
-            f"{len(moved) - 1} joints more), but bones have constant lengths here; {root}stretch='mean' takes the mean",
+            f"position channels move {joint} by up to {vary[moved[0]].max():g} units against {joint.parent}{more}, but "
+            f"bones have constant lengths here; {root}stretch='mean' takes the mean",
             joint.opened,
         )
     offsets[unused] = stated[unused]

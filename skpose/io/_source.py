@@ -16,6 +16,8 @@ from skpose._warnings import warn
 from skpose.io._arguments import Readable
 from skpose.io._error import MocapFormatError
 from skpose.io._words import NUMBER, Token, complaint
+from skpose.skeleton import Skeleton
+from skpose.skeleton._units import complaint_of_size
 
 ZIP = (b"PK\x03\x04", b"PK\x05\x06")  # the first bytes of an archive, and of one without members
 CHUNK = 1 << 18  # bytes of lines that are read at once: enough for numpy's parser, and they fit the cache
@@ -158,6 +160,11 @@ class Source:
     def warn(self, message: str) -> None:
         """Emit a warning that names this file, at the line of the caller outside this library."""
         warn(f"{Path(self.name).name}: {message}")
+
+    def warn_of_size(self, skeleton: Skeleton, scale: float) -> None:
+        """Warn if the file's skeleton, at so many metres a unit, has not the size of a person."""
+        if message := complaint_of_size(skeleton, scale):
+            self.warn(message)
 
     @contextmanager
     def format_errors(self) -> Iterator[None]:

@@ -8,7 +8,9 @@ from skpose._compiled.encode import encode_positions
 from skpose._compiled.tree import Steps
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 from skpose.skeleton import Skeleton
-from skpose.skeleton._validation import check_poses
+from skpose.skeleton._arguments import check_skeleton
+from skpose.skeleton._units import warn_of_degrees
+from skpose.skeleton._validation import check_is_array, check_poses
 
 
 def forward_kinematics(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
@@ -31,6 +33,11 @@ def forward_kinematics(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
     ValueError
         For angles of the wrong width, out of order by name, or not finite.
 
+    Warns
+    -----
+    UserWarning
+        If the angles look like degrees, see `skpose.pose_distances`.
+
     See Also
     --------
     position_jacobian : Derivatives of the positions by the angles.
@@ -52,10 +59,18 @@ def forward_kinematics(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
     array([[[1., 0., 0.],
             [1., 1., 0.]]])
     """
-    angles = check_poses(angles, skeleton, "angles")
+    angles = _checked(angles, skeleton)
     positions = np.empty((len(angles), 3 * skeleton.n_joints))
     loops.encode_poses(angles, encode_positions, tree_of(skeleton), Steps.of(1, wrap=False), positions)
     return positions.astype(angles.dtype, copy=False).reshape(len(angles), -1, 3)
+
+
+def _checked(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
+    check_is_array(angles, "angles")
+    check_skeleton(skeleton)
+    angles = check_poses(angles, skeleton, "angles")
+    warn_of_degrees(angles=angles)
+    return angles
 
 
 def position_jacobian(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
@@ -81,6 +96,11 @@ def position_jacobian(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
     ValueError
         For angles of the wrong width, out of order by name, or not finite.
 
+    Warns
+    -----
+    UserWarning
+        If the angles look like degrees, see `skpose.pose_distances`.
+
     Notes
     -----
     Time and memory O(n_poses · n_joints · n_dofs): 40 kB a pose of 30 joints and 56 dofs.
@@ -101,7 +121,7 @@ def position_jacobian(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
            [2., 1.],
            [0., 0.]])
     """
-    angles = check_poses(angles, skeleton, "angles")
+    angles = _checked(angles, skeleton)
     jacobians = np.empty((len(angles), 3 * skeleton.n_joints, skeleton.n_dofs))
     tree = tree_of(skeleton)
     jacobian.position_jacobians(to_tree_order(tree, angles.astype(np.float64)), tree, jacobians)
@@ -129,6 +149,11 @@ def metric_tensor(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
     ------
     ValueError
         For angles of the wrong width, out of order by name, or not finite.
+
+    Warns
+    -----
+    UserWarning
+        If the angles look like degrees, see `skpose.pose_distances`.
 
     See Also
     --------

@@ -9,7 +9,8 @@ from skpose._compiled.tree import Steps
 from skpose.metrics._convergence import warn_of_unconverged
 from skpose.metrics._matrix import DistanceMatrix
 from skpose.skeleton import Skeleton
-from skpose.skeleton._validation import check_poses, check_same_width, check_width
+from skpose.skeleton._columns import check_dimensions, check_width
+from skpose.skeleton._validation import check_is_array, check_poses, check_same_width
 
 
 def is_lazy(X: Any) -> bool:
@@ -43,7 +44,10 @@ def lazy_distances(X: Any, Y: Any, skeleton: Skeleton | None, metric: str, steps
 
 def _whole_rows(da: Any, X: Any, skeleton: Skeleton | None, name: str) -> Any:
     """Return an array in which every chunk has whole poses."""
+    check_is_array(X, name)
     X = da.asarray(X)
+    if skeleton is not None:
+        check_dimensions(X, skeleton, name)
     if X.ndim != 2 or np.isnan(X.shape[1]):
         raise ValueError(f"{name} must be a two-dimensional array with a known number of columns, got {X}")
     if np.isnan(X.shape[0]):

@@ -19,6 +19,7 @@ from skpose.metrics._dask import is_lazy, lazy_distances
 from skpose.metrics._matrix import DistanceMatrix
 from skpose.metrics._registry import METRIC_CONSTRAINTS, resolve
 from skpose.skeleton import Skeleton
+from skpose.skeleton._units import warn_of_degrees
 from skpose.skeleton._validation import check_poses, check_same_width
 
 CONSTRAINTS = METRIC_CONSTRAINTS | {"n_jobs": [None, Integral], "verbose": ["verbose"]}
@@ -94,6 +95,9 @@ def pose_distances(
         If geodesics did not converge, with their number.
     UserWarning
         If `metric` is "auto" and there is no skeleton, so that the distances are those of "angle", in rad.
+        If a skeleton is given and the angles look like degrees: 15 % of the columns go beyond three whole turns. Angles
+        may leave [−π, π] by some turns, as those of recordings do that are continuous in time. Those in a
+        ``dask.array`` are not looked at.
 
     Raises
     ------
@@ -275,10 +279,11 @@ def _checked(X: ArrayLike, Y: ArrayLike | None, skeleton: Skeleton | None) -> tu
     if Y is X:
         Y = None
     X = check_poses(X, skeleton, "X")
-    if Y is None:
-        return X, None
-    Y = check_poses(Y, skeleton, "Y")
-    check_same_width(X, Y)
+    if Y is not None:
+        Y = check_poses(Y, skeleton, "Y")
+        check_same_width(X, Y)
+    if skeleton is not None:
+        warn_of_degrees(X=X, Y=Y)
     return X, Y
 
 

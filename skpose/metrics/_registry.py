@@ -10,6 +10,7 @@ from skpose._compat.sklearn import Interval, StrOptions
 from skpose._compiled import encode, geodesic, loops, measure
 from skpose._compiled.tree import Steps, Tree
 from skpose._warnings import warn
+from skpose.kinematics._constraints import IS_SKELETON
 from skpose.kinematics._tree import tree_of
 from skpose.skeleton import Skeleton
 
@@ -105,7 +106,7 @@ METRICS = {
 
 # Constraints of the parameters that every function and estimator of distances has, for scikit-learn's validation.
 METRIC_CONSTRAINTS = {
-    "skeleton": [Skeleton, None],
+    "skeleton": [IS_SKELETON, None],
     "metric": [StrOptions({"auto", *METRICS})],
     "n_steps": [Interval(Integral, 1, None, closed="left")],
     "wrap": ["boolean", StrOptions({"auto"})],

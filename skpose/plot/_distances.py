@@ -6,6 +6,8 @@ from numpy.typing import ArrayLike
 from skpose.metrics import pose_distances
 from skpose.plot._axes import axes
 from skpose.skeleton import Skeleton
+from skpose.skeleton._units import warn_of_degrees
+from skpose.skeleton._validation import check_poses
 
 
 class DistanceMatrixDisplay:
@@ -112,6 +114,9 @@ class DistanceMatrixDisplay:
         DistanceMatrixDisplay
             The display.
         """
+        X = check_poses(X, skeleton, "X")
+        if skeleton is not None:
+            warn_of_degrees(X=X)
         distances = pose_distances(X, skeleton=skeleton, metric=metric, n_jobs=n_jobs)
         unit = "rad" if metric == "angle" or (metric == "auto" and skeleton is None) else "m"
         return cls.from_distances(distances, sequence=sequence, names=names, unit=unit, ax=ax, **style)

@@ -2,16 +2,39 @@
 
 import numpy as np
 from numpy.typing import ArrayLike
-from sklearn.decomposition import PCA
 
 from skpose.geodesics import Geodesic, geodesic
 from skpose.kinematics import metric_tensor
 from skpose.metrics import pose_distances
-from skpose.plot._axes import COLOURS, axes
+from skpose.plot._axes import COLOURS, axes, check_kind
 from skpose.skeleton import Skeleton
+from skpose.skeleton._arguments import check_skeleton
 from skpose.skeleton._interpolation import straight_line
+from skpose.skeleton._units import warn_of_degrees
+from skpose.skeleton._validation import check_pose
 
 MARGIN = 0.2  # around the curves, relative to their extent
+AROUND_ONE_POSE = 0.1  # rad, where the two are equal
+
+
+class _Plane:
+    """The plane of most variance of points, (n, n_dofs); where they are on a line, or one point, any plane through it.
+
+    scikit-learn's PCA divides by the variance, which may be zero, and has no second axis for a single dof.
+    """
+
+    def __init__(self, points: np.ndarray):
+        self.mean = points.mean(axis=0)
+        _, _, rows = np.linalg.svd(points - self.mean)
+        self.axes = np.zeros((2, points.shape[1]))
+        self.axes[: len(rows)] = rows[:2]
+        self.axes *= np.sign(self.axes[[0, 1], np.abs(self.axes).argmax(axis=1)])[:, None]  # one of two directions
+
+    def transform(self, points: np.ndarray) -> np.ndarray:
+        return (points - self.mean) @ self.axes.T
+
+    def poses(self, points: np.ndarray) -> np.ndarray:
+        return self.mean + points @ self.axes
 
 
 class GeodesicDisplay:
@@ -30,7 +53,7 @@ class GeodesicDisplay:
     Attributes
     ----------
     ratio_ : float
-        Length of the geodesic over that of the line, eq. 8, both as sums of equally many chords.
+        Length of the geodesic over that of the line, eq. 8, both as sums of equally many chords; 1 where that is zero.
     ax_ : matplotlib Axes
     figure_ : matplotlib Figure
 
@@ -72,13 +95,14 @@ class GeodesicDisplay:
         length = pose_distances(
             path[:1], path[-1:], skeleton=self.skeleton, metric="spatial", n_steps=len(path) - 1, wrap=False
         )[0, 0]
-        self.ratio_ = float(self.geodesic.length / length)
-        plane = PCA(2).fit(np.concatenate([path, line]))
+        self.ratio_ = float(self.geodesic.length / length) if length > 0.0 else 1.0
+        plane = _Plane(np.concatenate([path, line]))
         points = plane.transform(np.concatenate([path, line]))
-        margin = MARGIN * np.maximum(np.ptp(points, axis=0), 0.1 * np.ptp(points))
+        extent = np.ptp(points, axis=0)
+        margin = MARGIN * np.maximum(extent, 0.1 * extent.max()) if extent.any() else AROUND_ONE_POSE
         x, y = np.linspace(points.min(axis=0) - margin, points.max(axis=0) + margin, resolution).T
         grid = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-        trace = np.trace(metric_tensor(plane.inverse_transform(grid), self.skeleton), axis1=1, axis2=2)
+        trace = np.trace(metric_tensor(plane.poses(grid), self.skeleton), axis1=1, axis2=2)
         image = self.ax_.pcolormesh(x, y, trace.reshape(len(y), len(x)), cmap="Greys", shading="gouraud")
         self.figure_.colorbar(image, ax=self.ax_, label="trace of the metric tensor (m²/rad²)")
         size = 6 if len(path) < 20 else 3
@@ -101,7 +125,9 @@ class GeodesicDisplay:
         resolution: int = 60,
     ) -> "GeodesicDisplay":
         """Find the geodesic between two poses, (n_dofs,) joint angles in rad, and draw it."""
-        found = geodesic(start, end, skeleton, n_steps=n_steps, wrap=wrap)
+        first, last = check_pose(start, skeleton, "start"), check_pose(end, skeleton, "end")
+        warn_of_degrees(start=first[None], end=last[None])
+        found = geodesic(first, last, skeleton, n_steps=n_steps, wrap=wrap)
         return cls.from_geodesic(found, skeleton, ax=ax, resolution=resolution)
 
     @classmethod
@@ -109,4 +135,11 @@ class GeodesicDisplay:
         cls, geodesic: Geodesic, skeleton: Skeleton, *, ax=None, resolution: int = 60
     ) -> "GeodesicDisplay":
         """Draw a geodesic."""
+        check_kind(geodesic, Geodesic, "geodesic", "skpose.geodesic(start, end, skeleton) finds one")
+        check_skeleton(skeleton)
+        if geodesic.path.shape[1] != skeleton.n_dofs:
+            raise ValueError(
+                f"geodesic has poses of {geodesic.path.shape[1]} dofs, and the skeleton has {skeleton.n_dofs}: pass "
+                "the skeleton that it was found on"
+            )
         return cls(geodesic, skeleton).plot(ax, resolution=resolution)

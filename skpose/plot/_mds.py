@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from skpose.manifold import SpatialMDS
-from skpose.plot._axes import COLOURS, MARKERS, axes
+from skpose.plot._axes import COLOURS, MARKERS, axes, check_kind
 
 
 class MDSDisplay:
@@ -81,6 +81,7 @@ class MDSDisplay:
         cls, mds: SpatialMDS, X: ArrayLike, labels: ArrayLike | None = None, *, ax=None, **style
     ) -> "MDSDisplay":
         """Draw poses embedded by a fitted `SpatialMDS` of at least two components."""
+        check_kind(mds, SpatialMDS, "mds", "it comes first, then the poses; from_embedding draws other embeddings")
         unit = "rad" if mds.effective_metric_ == "angle" else "m"
         return cls.from_embedding(
             mds.transform(X), labels, shares=mds.explained_variance_ratio_, unit=unit, ax=ax, **style

@@ -7,36 +7,58 @@ from numpy.typing import ArrayLike
 
 from skpose.geodesics import Geodesic
 from skpose.kinematics import forward_kinematics
-from skpose.plot._axes import COLOURS, axes
+from skpose.plot._axes import COLOURS, axes, check_kind, check_whole
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._validation import check_pose, check_poses
+from skpose.skeleton._arguments import check_skeleton
+from skpose.skeleton._sides import sides
+from skpose.skeleton._units import warn_of_degrees
+from skpose.skeleton._validation import check_is_array, check_pose, check_poses
 
+# The middle line is drawn first, so that a legend has its colour, and limbs are in front of it.
+SIDES = {"": "#606060", "left": COLOURS[0], "right": COLOURS[1]}
 GAP = 0.15  # between two figures of a strip, relative to the width of the widest
 
 
 def _check_view(view: str) -> list[int]:
-    if len(view) != 2 or not set(view) <= set("xyz") or view[0] == view[1]:
+    if not isinstance(view, str) or len(view) != 2 or not set(view) <= set("xyz") or view[0] == view[1]:
         raise ValueError(f'view must be two of the axes x, y, z, horizontal and vertical, such as "xy", got {view!r}')
     return ["xyz".index(axis) for axis in view]
 
 
-def _draw(ax, flat: np.ndarray, parents: np.ndarray, shift: float, style: dict) -> None:
-    """Draw one pose, (n_joints, 2) with the root at the origin, shifted to the right, as one line with gaps."""
-    parent = np.concatenate([flat, np.zeros((1, 2))])[parents]  # -1, the root, is the last
-    horizontal, vertical = np.stack([parent, flat, np.full_like(flat, np.nan)], axis=1).reshape(-1, 2).T
-    defaults = {"color": COLOURS[0], "linewidth": 2, "solid_capstyle": "round", "marker": "o", "markersize": 3}
-    ax.plot(horizontal + shift, vertical, **defaults | style)
+def _draw(ax, flat: np.ndarray, skeleton: Skeleton, shift: float, style: dict) -> None:
+    """Draw one pose, (n_joints, 2) with the root at the origin, shifted to the right.
+
+    Each side is one line with gaps. Where all is in one colour, by style or as the names state no side, that is one.
+    """
+    from matplotlib.cbook import normalize_kwargs
+    from matplotlib.lines import Line2D
+
+    style = normalize_kwargs(style, Line2D)
+    side = np.array(sides(skeleton.joint_names) if "color" not in style else [""] * skeleton.n_joints)
+    colours = {"": COLOURS[0]} if not side.astype(bool).any() else SIDES
+    parent = np.concatenate([flat, np.zeros((1, 2))])[skeleton.parents]  # -1, the root, is the last
+    segments = np.stack([parent, flat, np.full_like(flat, np.nan)], axis=1)
+    defaults = {"linewidth": 2, "solid_capstyle": "round", "marker": "o", "markersize": 3}
+    for name, colour in colours.items():
+        chosen = side == name
+        if chosen.any():
+            horizontal, vertical = segments[chosen].reshape(-1, 2).T
+            ax.plot(horizontal + shift, vertical, **defaults | {"color": colour} | style)
+            style = {key: value for key, value in style.items() if key != "label"}  # one entry in a legend
 
 
 class PoseDisplay:
     """One pose as a stick figure, seen along an axis.
 
+    Limbs of the left are blue, those of the right vermilion, the rest is grey, by the names of the joints; all is blue
+    where the names state no side, and in one colour where ``color=`` is given.
+
     Parameters
     ----------
     positions : ndarray of shape (n_joints, 3)
         Positions of the joints, m, the root at the origin.
-    parents : ndarray of shape (n_joints,)
-        Index of each joint's parent, -1 for the root.
+    skeleton : Skeleton
+        Its skeleton.
 
     Attributes
     ----------
@@ -52,8 +74,8 @@ class PoseDisplay:
     'x (m)'
     """
 
-    def __init__(self, positions: np.ndarray, parents: np.ndarray):
-        self.positions, self.parents = positions, parents
+    def __init__(self, positions: np.ndarray, skeleton: Skeleton):
+        self.positions, self.skeleton = positions, skeleton
 
     def plot(self, ax=None, *, view: str = "xy", **style) -> "PoseDisplay":
         """Draw the display.
@@ -75,7 +97,7 @@ class PoseDisplay:
         """
         horizontal, vertical = _check_view(view)
         self.ax_, self.figure_ = axes(ax, "PoseDisplay.plot")
-        _draw(self.ax_, self.positions[:, [horizontal, vertical]], self.parents, 0.0, style)
+        _draw(self.ax_, self.positions[:, [horizontal, vertical]], self.skeleton, 0.0, style)
         self.ax_.set(xlabel=f"{view[0]} (m)", ylabel=f"{view[1]} (m)")
         self.ax_.set_aspect("equal", adjustable="datalim")
         return self
@@ -84,6 +106,7 @@ class PoseDisplay:
     def from_pose(cls, pose: ArrayLike, skeleton: Skeleton, *, ax=None, view: str = "xy", **style) -> "PoseDisplay":
         """Draw a pose, (n_dofs,) joint angles in rad; the other parameters are those of `plot`."""
         pose = check_pose(pose, skeleton, "pose")
+        warn_of_degrees(pose=pose[None])
         return cls.from_positions(forward_kinematics(pose[None], skeleton)[0], skeleton, ax=ax, view=view, **style)
 
     @classmethod
@@ -94,21 +117,23 @@ class PoseDisplay:
 
         The other parameters are those of `plot`.
         """
+        check_is_array(positions, "positions")
+        check_skeleton(skeleton)
         positions = np.asarray(positions, dtype=np.float64)
         if positions.shape != (skeleton.n_joints, 3):
             raise ValueError(f"positions must have shape ({skeleton.n_joints}, 3), got {positions.shape}")
-        return cls(positions, skeleton.parents).plot(ax, view=view, **style)
+        return cls(positions, skeleton).plot(ax, view=view, **style)
 
 
 class PoseStripDisplay:
-    """Poses side by side, such as those along a motion or a geodesic.
+    """Poses side by side, such as those along a motion or a geodesic; left and right as in `PoseDisplay`.
 
     Parameters
     ----------
     positions : ndarray of shape (n_poses, n_joints, 3)
         Positions of the joints, m, the root at the origin.
-    parents : ndarray of shape (n_joints,)
-        Index of each joint's parent, -1 for the root.
+    skeleton : Skeleton
+        Their skeleton.
     labels : sequence of str
         Text below each pose.
     title : str
@@ -130,8 +155,8 @@ class PoseStripDisplay:
     'length from the first pose (m)'
     """
 
-    def __init__(self, positions: np.ndarray, parents: np.ndarray, labels: Sequence[str], title: str):
-        self.positions, self.parents, self.labels, self.title = positions, parents, labels, title
+    def __init__(self, positions: np.ndarray, skeleton: Skeleton, labels: Sequence[str], title: str):
+        self.positions, self.skeleton, self.labels, self.title = positions, skeleton, labels, title
 
     def plot(self, ax=None, *, view: str = "xy", **style) -> "PoseStripDisplay":
         """Draw the poses; the parameters are those of `PoseDisplay.plot`."""
@@ -139,10 +164,10 @@ class PoseStripDisplay:
         self.ax_, self.figure_ = axes(ax, "PoseStripDisplay.plot", (max(4.0, 1.4 * len(self.positions)), 3.5))
         flat = self.positions[:, :, [horizontal, vertical]]
         low, high = (edge(flat[..., 0], axis=1, initial=0.0) for edge in (np.min, np.max))
-        step = (1.0 + GAP) * max((high - low).max(), 0.25 * np.ptp(flat[..., 1]))
+        step = (1.0 + GAP) * max((high - low).max(), 0.25 * np.ptp(flat[..., 1])) or 1.0  # bones along the view
         centres = np.arange(len(flat)) * step
         for pose, centre, middle in zip(flat, centres, (low + high) / 2, strict=True):
-            _draw(self.ax_, pose, self.parents, centre - middle, style)
+            _draw(self.ax_, pose, self.skeleton, centre - middle, style)
         self.ax_.set_xticks(centres, self.labels)
         self.ax_.set(xlabel=self.title, ylabel=f"{view[1]} (m)")
         self.ax_.set_aspect("equal", adjustable="datalim")
@@ -161,15 +186,22 @@ class PoseStripDisplay:
         **style,
     ) -> "PoseStripDisplay":
         """Draw poses, (n_poses, n_dofs) joint angles in rad, with labels below; None numbers them."""
+        check_is_array(X, "X")
+        check_skeleton(skeleton)
         X = check_poses(X, skeleton, "X")
+        warn_of_degrees(X=X)
         labels = [str(i) for i in range(len(X))] if labels is None else list(labels)
         if len(labels) != len(X):
             raise ValueError(f"labels must be one for each of the {len(X)} poses, got {len(labels)}")
-        return cls(forward_kinematics(X, skeleton), skeleton.parents, labels, title).plot(ax, view=view, **style)
+        return cls(forward_kinematics(X, skeleton), skeleton, labels, title).plot(ax, view=view, **style)
 
     @classmethod
     def from_motion(cls, motion: Motion, *, n_poses: int = 8, ax=None, view: str = "xy", **style) -> "PoseStripDisplay":
         """Draw poses of a motion at equal intervals, the first and the last among them, with their times in s."""
+        check_kind(motion, Motion, "motion", "from_poses(X, skeleton) draws an array of poses")
+        check_whole(n_poses, 1, "n_poses")
+        if not len(motion):
+            raise ValueError("motion has no frames, and there is nothing to draw")
         frames = np.unique(np.rint(np.linspace(0, len(motion) - 1, n_poses)).astype(int))
         labels = [f"{motion.times[frame]:.2f}" for frame in frames]
         return cls.from_poses(
@@ -181,6 +213,8 @@ class PoseStripDisplay:
         cls, geodesic: Geodesic, skeleton: Skeleton, *, n_poses: int = 8, ax=None, view: str = "xy", **style
     ) -> "PoseStripDisplay":
         """Draw poses along a geodesic at equal lengths of curve, the two ends among them."""
+        check_kind(geodesic, Geodesic, "geodesic", "skpose.geodesic(start, end, skeleton) finds one")
+        check_whole(n_poses, 2, "n_poses")
         labels = [f"{length:.2f}" for length in np.linspace(0, geodesic.curve_length, n_poses)]
         return cls.from_poses(
             geodesic.resample(n_poses),

@@ -7,11 +7,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from skpose.skeleton import _conversions, _mirror, _sampling
+from skpose.skeleton._arguments import check_frame_rate, check_skeleton
 from skpose.skeleton._bone import Bone, is_axes
+from skpose.skeleton._columns import check_column_names, other_than_poses
 from skpose.skeleton._continuity import without_jumps
 from skpose.skeleton._retarget import retarget
 from skpose.skeleton._root import check_up, with_root
 from skpose.skeleton._skeleton import Skeleton
+from skpose.skeleton._units import warn_of_degrees
 
 if TYPE_CHECKING:
     import pandas
@@ -26,7 +29,8 @@ class Motion:
     skeleton : Skeleton
         The skeleton of all poses.
     angles : array-like of shape (n_frames, n_dofs)
-        Joint angles, rad, one column per name in ``skeleton.dof_names``.
+        Joint angles, rad, one column per name in ``skeleton.dof_names``; the columns of a data frame must have these
+        names.
     frame_rate : float
         Frames per second, Hz.
     root_positions : array-like of shape (n_frames, 3), default=None
@@ -49,7 +53,13 @@ class Motion:
     Raises
     ------
     ValueError
-        For shapes that do not fit each other, numbers that are not finite, a frame rate that is not positive.
+        For shapes that do not fit each other, columns of a data frame out of order, numbers that are not finite, a
+        frame rate that is not positive.
+
+    Warns
+    -----
+    UserWarning
+        If `angles` look like degrees, see `skpose.pose_distances`.
 
     See Also
     --------
@@ -96,12 +106,13 @@ class Motion:
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        if not np.isfinite(self.frame_rate) or self.frame_rate <= 0:
-            raise ValueError(f"frame_rate must be a positive number of Hz, got {self.frame_rate!r}")
+        check_skeleton(self.skeleton)
+        check_frame_rate(self.frame_rate)
         if not is_axes(self.root_axes):
             expected = 'at most one each of the letters x, y and z in one case, such as "xyz" or "ZXY"'
             raise ValueError(f"root_axes must be {expected}, got {self.root_axes!r}")
         check_up(self.up)
+        check_column_names(self.angles, self.skeleton, "angles")
         angles = np.asarray(self.angles, dtype=np.float64)
         n_frames = len(angles) if angles.ndim else 0
         root = {"root_positions": 3, "root_angles": len(self.root_axes)}
@@ -109,7 +120,8 @@ class Motion:
             given = getattr(self, name)
             array = np.zeros((n_frames, width)) if given is None else np.asarray(given, dtype=np.float64)
             if array.shape != (n_frames, width):
-                raise ValueError(f"{name} must have shape ({n_frames}, {width}), got {array.shape}")
+                hint = other_than_poses(array.shape, self.skeleton) if name == "angles" and array.ndim else ""
+                raise ValueError(f"{name} must have shape ({n_frames}, {width}), got {array.shape}{hint}")
             if not np.isfinite(array).all():
                 frame, column = np.argwhere(~np.isfinite(array))[0]
                 raise ValueError(f"{name} holds {array[frame, column]} at frame {frame}, column {column}")
@@ -122,6 +134,7 @@ class Motion:
             frame = int(np.argmax(np.diff(numbers) <= 0))
             raise ValueError(f"frame_numbers must increase, got {numbers[frame]} and then {numbers[frame + 1]}")
         object.__setattr__(self, "frame_numbers", numbers)
+        warn_of_degrees(angles=self.angles)
 
     @property
     def times(self) -> np.ndarray:

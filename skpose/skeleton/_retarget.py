@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from skpose.skeleton._arguments import check_skeleton
 from skpose.skeleton._bone import Bone
 from skpose.skeleton._rest import LARGEST_DIFFERENCE, axes_at_zero, check_rest_poses, directions_at_zero
 from skpose.skeleton._root import root_angles_of, root_orientations
@@ -38,9 +39,7 @@ def retarget(motion: "Motion", skeleton: Skeleton, rest: str) -> "Motion":
     """Return the motion on another skeleton, see `Motion.retarget`."""
     if rest not in RESTS:
         raise ValueError(f'rest must be "raise", "world" or "same", got {rest!r}')
-    if not isinstance(skeleton, Skeleton):
-        remedy = ": pass its skeleton, motion.skeleton" if isinstance(skeleton, type(motion)) else ""
-        raise TypeError(f"skeleton must be a skpose.Skeleton, got {type(skeleton).__name__}{remedy}")
+    check_skeleton(skeleton)
     difference = mismatch(motion.skeleton, skeleton)
     if difference:
         raise ValueError(f"the motion's angles do not carry over to this skeleton: {difference}")

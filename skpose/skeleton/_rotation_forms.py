@@ -7,10 +7,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
+from skpose.skeleton._arguments import check_skeleton
 from skpose.skeleton._bone import Bone
 from skpose.skeleton._rotations import fitted_columns, rotations_of
 from skpose.skeleton._skeleton import Skeleton
-from skpose.skeleton._validation import check_poses
+from skpose.skeleton._units import warn_of_degrees
+from skpose.skeleton._validation import check_is_array, check_poses
 
 RotationForm = Literal["quaternion_wxyz", "quaternion_xyzw", "matrix", "6d", "rotvec"]
 TOLERANCE = 1e-3  # of lengths, of products of columns, and of hinges' angles, rad: three digits, or half precision
@@ -129,7 +131,10 @@ def rotations_from_poses(X: ArrayLike, skeleton: Skeleton, *, form: RotationForm
             [ 0.,  1.,  0., -1.,  0.,  0.]]])
     """
     known = _form_of(form)
+    check_is_array(X, "X")
+    check_skeleton(skeleton)
     X = check_poses(X, skeleton, "X").astype(np.float64)
+    warn_of_degrees(X=X)
     joints, first = [], 0
     for bone in skeleton.bones:
         if bone.dofs:
@@ -187,15 +192,14 @@ FORMS = {
 
 
 def _form_of(form: str) -> _Form:
-    if form not in FORMS:
+    if not isinstance(form, str) or form not in FORMS:
         raise ValueError(f"form must be one of {', '.join(map(repr, get_args(RotationForm)))}, got {form!r}")
     return FORMS[form]
 
 
 def _rotating(skeleton: Skeleton) -> list[Bone]:
     """Return the bones whose joints have dofs."""
-    if not isinstance(skeleton, Skeleton):
-        raise TypeError(f"skeleton must be a skpose.Skeleton, got {type(skeleton).__name__}")
+    check_skeleton(skeleton)
     return [bone for bone in skeleton.bones if bone.dofs]
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from skpose.skeleton._arguments import check_frame_rate
 from skpose.skeleton._interpolation import interpolate, linear
 from skpose.skeleton._skeleton import mismatch
 
@@ -116,8 +117,7 @@ def resample(motion: "Motion", frame_rate: float) -> "Motion":
     Motion
         Of the same skeleton.
     """
-    if not np.isfinite(frame_rate) or frame_rate <= 0:
-        raise ValueError(f"frame_rate must be a positive number of Hz, got {frame_rate!r}")
+    check_frame_rate(frame_rate)
     numbers, step = motion.frame_numbers, motion.frame_rate / frame_rate
     # 1e-9 allows for rounding: a rate that divides the old one exactly keeps the last frame.
     first, last = (numbers[0], numbers[-1]) if len(motion) else (0, -1)

@@ -1,4 +1,4 @@
-"""Left and right: the joints of a skeleton as pairs, by their names."""
+"""Left and right: the joints of a skeleton as pairs, and their sides, by their names."""
 
 import re
 from collections.abc import Sequence
@@ -33,6 +33,23 @@ def partners(names: Sequence[str]) -> list[int]:
             f"joints of the left and of the right must be pairs by name, but some are alone: {_some(alone)}"
         )
     return [index[others[0]] if others else index[name] for name, others in found.items()]
+
+
+def sides(names: Sequence[str]) -> list[str]:
+    """Return "left", "right" or "", on the middle line, for each joint, by its name; never an error.
+
+    Letters such as those of "lfemur" and "LHip" state a side if there is a joint with the other one.
+    """
+    known = set(names)
+    found = []
+    for name in names:
+        letters = [
+            match.group()[0].lower()
+            for pattern in (_WORD, _LETTER, *_MAYBE)
+            if (match := pattern.search(name)) and (pattern in (_WORD, _LETTER) or pattern.sub(_other, name) in known)
+        ]
+        found.append({"l": "left", "r": "right"}[letters[0]] if letters else "")
+    return found
 
 
 def _others(name: str) -> list[str]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from skpose.skeleton import _names
 from skpose.skeleton._bone import BALL, Bone, check_bone, is_axes, mean_bone
 from skpose.skeleton._rest import check_rest_poses
 
@@ -17,7 +18,8 @@ class Skeleton:
     """A tree of bones of fixed length whose joints rotate about given axes.
 
     The root is the point to which the first bones are attached. It stays at the origin, unrotated, and is not counted
-    among the joints. A skeleton is immutable; equal bones make equal skeletons.
+    among the joints. A skeleton is immutable; equal bones make equal skeletons. It is a mapping of names to bones:
+    ``skeleton["left_hand"]``, ``"left_hand" in skeleton``, ``len(skeleton)``, ``list(skeleton)``.
 
     Parameters
     ----------
@@ -67,6 +69,8 @@ class Skeleton:
     Skeleton(n_joints=2, n_dofs=4)
     >>> arm.dof_names
     ('elbow_rx', 'elbow_ry', 'elbow_rz', 'wrist_ry')
+    >>> arm["wrist"].parent
+    'elbow'
     """
 
     bones: tuple[Bone, ...]
@@ -121,6 +125,9 @@ class Skeleton:
         skeletons = list(skeletons)
         if not skeletons:
             raise ValueError("the mean skeleton needs at least one skeleton, got none")
+        for i, one in enumerate(skeletons):
+            if not isinstance(one, Skeleton):
+                raise TypeError(f"skeletons[{i}] must be a skpose.Skeleton, got {type(one).__name__}")
         first = skeletons[0]
         remedy = 'Convert the motions to one rest pose first, with motion.retarget(skeletons[0], rest="world")'
         check_comparable(skeletons, [f"skeletons[{i}]" for i in range(len(skeletons))], remedy)
@@ -176,6 +183,14 @@ class Skeleton:
                 f'order must be three different letters in one case, such as "xyz" or "ZXY", got {order!r}'
             )
         return Skeleton((b._replace(dofs=order) if b.is_ball else b for b in self.bones), self.offset_frame)
+
+    __getitem__ = _names.bone_named
+    __contains__ = _names.has_joint
+    __iter__ = _names.names_of
+    __array__ = _names.as_one_object
+
+    def __len__(self) -> int:
+        return len(self.bones)
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:
@@ -235,9 +250,10 @@ def mismatch(a: Skeleton, b: Skeleton) -> str:
     if a.offset_frame != b.offset_frame:
         return f"their offset frames are {a.offset_frame!r} and {b.offset_frame!r}"
     bones_a, bones_b = ({bone.name: bone for bone in skeleton.bones} for skeleton in (a, b))
-    for name in [*bones_a, *bones_b]:
-        if name not in bones_a or name not in bones_b:
-            return f"only one of them has a joint {name!r}"
+    alone = [name for name in [*bones_a, *bones_b] if name not in bones_a or name not in bones_b]
+    if alone:
+        return _names.only_one_has(alone)
+    for name in bones_a:
         for field in ("parent", "dofs"):
             in_a, in_b = getattr(bones_a[name], field), getattr(bones_b[name], field)
             if in_a != in_b:

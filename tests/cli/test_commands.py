@@ -256,6 +256,20 @@ def test_an_error_names_the_package_to_install(files, capsys, monkeypatch):
         assert line == f"skpose: --backend {backend} needs {backend}: pip install 'skpose[{backend}]'"
 
 
+def test_units_and_hands_are_named_as_options(tmp_path, monkeypatch, capsys):
+    """Remedies of the library are options here: scale=0.01 is --scale 0.01, and hands=False is --no-hands."""
+    monkeypatch.chdir(tmp_path)
+    for name, width in (("a.npz", 72), ("b.npz", 156)):  # SMPL and SMPL-H
+        np.savez(name, poses=np.zeros((2, width)), trans=np.zeros((2, 3)), mocap_framerate=60.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("default")
+        assert main(["info", BVH]) == 0
+        assert "with --scale 1 metres a unit" in (message := capsys.readouterr().err)
+        assert "if the file is in centimetres, pass --scale 0.01, which makes" in message
+        assert main(["distances", "a.npz", "b.npz", "--out", "D.npy"]) == 1
+        assert "without their hands, --no-hands, motions of SMPL and SMPL-H" in capsys.readouterr().err
+
+
 def test_warnings_are_one_line_and_hands_can_be_left_out(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     for name, width in (("a.npz", 72), ("b.npz", 156)):  # SMPL and SMPL-H

@@ -114,6 +114,12 @@ def test_humanoid_has_the_requested_height():
     assert {name for name, r in zip(longer.joint_names, ratio, strict=True) if r > 1.5} == {"left_thigh", "right_thigh"}
     with pytest.raises(ValueError, match=r"proportions names \['tail'\]"):
         humanoid(proportions={"tail": 2.0})
+    for height in (0, -1.7, np.nan, np.inf, "1.7", None):
+        with pytest.raises(ValueError, match="The 'height' parameter of humanoid must be"):
+            humanoid(height)
+    for factor in (0, -1, np.nan, "1"):
+        with pytest.raises(ValueError, match=r"proportions must be positive numbers, got .* for 'thigh'"):
+            humanoid(proportions={"thigh": factor})
 
 
 def within_chance(values, spread):

@@ -20,6 +20,7 @@ from skpose import (
     position_jacobian,
 )
 from skpose._compiled.measure import measure_euclidean
+from skpose.geodesics._geodesic import Geodesic, _reason
 from skpose.metrics._registry import METRICS
 
 HUMANOID = SKELETONS["humanoid"]
@@ -202,6 +203,7 @@ def test_limits_of_axes_that_are_reversed():
         assert (found.path[:, :3] >= -0.2).all()
 
 
+@pytest.mark.filterwarnings("ignore:values of .* reach:UserWarning")
 def test_whole_turns_do_not_matter(skeleton):
     a, b = near_and_far(skeleton)
     turns = whole_turns(np.array([a, b]), skeleton, np.random.default_rng(5).integers(-3, 4, (2, skeleton.n_dofs)))
@@ -316,7 +318,7 @@ def test_where_chord_and_line_agree_the_distance_is_the_line():
 
 def test_warns_when_it_does_not_converge():
     a, b = near_and_far(HUMANOID)
-    with pytest.warns(ConvergenceWarning, match=r"did not converge in max_iter=1 iterations.*raise max_iter"):
+    with pytest.warns(ConvergenceWarning, match=r"did not converge: .* max_iter=1 .*; raise max_iter$"):
         found = geodesic(a, b, HUMANOID, max_iter=1)
     assert not found.converged
     assert found.gradient_norm > 1e-7
@@ -324,12 +326,31 @@ def test_warns_when_it_does_not_converge():
     assert found.curve_length <= reference.path_length(reference.line(a, b, 10), HUMANOID, 8)
 
 
+@pytest.mark.filterwarnings("ignore:values of end reach:UserWarning")
 def test_a_line_too_long_for_so_few_steps():
     """Twenty turns in two steps: no refinement is fine enough; the result is the straight line, with a warning."""
-    with pytest.warns(ConvergenceWarning, match="raise max_iter, or n_steps"):
+    with pytest.warns(ConvergenceWarning, match="a larger n_steps than 2 may help, a larger max_iter does not$"):
         found = geodesic([0.0], [40 * np.pi + 1.0], Skeleton.chain(1), n_steps=2, wrap=False)
     np.testing.assert_allclose(found.path[:, 0], np.linspace(0.0, 40 * np.pi + 1.0, 3))
     assert not found.converged
+
+
+def test_the_advice_of_the_warning_fits_the_reason():
+    """What stopped a path is what the remedy is about."""
+
+    def advice(n_iter, gradient_norm, n_points=11):
+        path = np.zeros((n_points, 1))
+        found = Geodesic(path, 1.0, 1.0, 1.0, gradient_norm, n_iter, False, Skeleton.chain(1))
+        return _reason(found, 10, 500, 1e-7)
+
+    assert advice(
+        500, 1e-3
+    ) == "After max_iter=500 iterations the gradient's norm was 0.001, not at most tol=1e-07; " + ("raise max_iter")
+    assert advice(900, 1e-3, 41).endswith("raise max_iter")
+    for reached in (advice(12, 1e-3), advice(12, 1e-3, 41)):
+        assert reached.startswith("After 12 iterations no step was downhill")
+        assert reached.endswith("a larger n_steps may help")
+    assert advice(900, np.nan).endswith("a larger n_steps than 10 may help, a larger max_iter does not")
 
 
 def test_a_matrix_counts_those_that_did_not_converge(monkeypatch):

@@ -1,3 +1,6 @@
+import re
+from typing import NamedTuple
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -7,6 +10,7 @@ from sklearn.exceptions import ConvergenceWarning
 
 from skpose import Skeleton, forward_kinematics, frechet_mean, geodesic, pose_distances, position_jacobian
 from skpose.datasets import make_gait
+from skpose.geodesics import _karcher
 
 METRICS = ["position", "geodesic"]
 ONE_BONE = Skeleton.chain(1)
@@ -43,6 +47,7 @@ def test_one_bone_has_the_mean_direction():
     )
 
 
+@pytest.mark.filterwarnings("ignore:values of angles reach:UserWarning")  # of the other optimiser's poses
 @pytest.mark.parametrize("name", SKELETONS)
 def test_the_extrinsic_mean_is_what_an_optimiser_finds(name):
     skeleton = SKELETONS[name]
@@ -103,6 +108,65 @@ def test_weights_count_poses(metric):
     repeated = frechet_mean(np.repeat(X, counts, axis=0), skeleton, metric=metric, tol=1e-5)
     np.testing.assert_allclose(weighted.pose, repeated.pose, atol=1e-4)
     np.testing.assert_allclose(weighted.variance, repeated.variance, rtol=1e-6)
+
+
+@pytest.mark.parametrize("metric", METRICS)
+def test_poses_of_weight_zero_cost_nothing(metric, monkeypatch):
+    """They are no poses of the mean: it is that of the others bit for bit, with as many geodesics."""
+    n_geodesics = []
+    original = _karcher.geodesics_from
+    monkeypatch.setattr(_karcher, "geodesics_from", lambda *a: (n_geodesics.append(a[4] - a[3]), original(*a))[1])
+    skeleton, X = swing(12)
+    weights = np.random.default_rng(0).integers(0, 3, 12)
+    assert (weights == 0).sum() > 2
+    far = np.where(weights[:, None] == 0, X + 2.0, X)
+    all_of_them = frechet_mean(far, skeleton, metric=metric, sample_weight=weights)
+    count = sum(n_geodesics)
+    n_geodesics.clear()
+    others = frechet_mean(X[weights > 0], skeleton, metric=metric, sample_weight=weights[weights > 0])
+    np.testing.assert_array_equal(all_of_them.pose, others.pose)
+    assert (all_of_them.variance, all_of_them.n_iter) == (others.variance, others.n_iter)
+    assert count == sum(n_geodesics)
+    assert (count > 0) == (metric == "geodesic")
+
+
+def spread(pose, norm, unconverged=0, energy=1.0):
+    return _karcher.Spread(pose, energy, 1.0, -np.ones_like(pose), norm, unconverged)
+
+
+class Poses(NamedTuple):
+    """Poses with given spreads, in the order in which they are asked for; the last one again and again."""
+
+    spreads: list
+    dofs: np.ndarray
+
+    def spread_from(self, pose):
+        return self.spreads.pop(0) if len(self.spreads) > 1 else self.spreads[0]
+
+    def moved(self, pose, step):
+        return pose + step
+
+
+@pytest.mark.parametrize(
+    ("spreads", "max_iter", "reason"),
+    [
+        ([spread(np.zeros(1), 0.0)], 5, "^$"),
+        ([spread(np.zeros(1), 0.0, 2)], 5, "^2 of the geodesics from it to the 7 poses did not converge; .* n_steps"),
+        ([spread(np.zeros(1), 0.5)], 5, "^after 0 iterations no step brought the poses nearer, .* n_steps may help"),
+        ([spread(np.zeros(1), 0.01)], 5, "^$"),  # no step either, but at 1 % of the standard deviation
+        (
+            [spread(np.zeros(1), 1.0 - 0.1 * i, energy=1.0 - 0.1 * i) for i in range(4)],
+            2,
+            "^it was still moving after max_iter=2 iterations; raise max_iter$",
+        ),
+    ],
+)
+def test_the_advice_of_the_warning_fits_the_reason(spreads, max_iter, reason):
+    """max_iter is named as a remedy only where it is one."""
+    poses = Poses(list(spreads), np.zeros((7, 1)))
+    _, _, found = _karcher.karcher_mean(poses, np.zeros(1), max_iter, 1e-3)
+    assert re.search(reason, found)
+    assert ("raise max_iter" in found) == ("still moving" in found)
 
 
 @pytest.mark.parametrize("metric", METRICS)
@@ -177,7 +241,7 @@ def test_cmu_poses(cmu):
 def test_warns_when_it_does_not_converge():
     skeleton, X = swing()
     for metric in METRICS:
-        with pytest.warns(ConvergenceWarning, match="the mean did not converge in 1 iterations"):
+        with pytest.warns(ConvergenceWarning, match="still moving after max_iter=1 iterations; raise max_iter$"):
             mean = frechet_mean(X, skeleton, metric=metric, max_iter=1)
         assert not mean.converged
         assert "not converged in 1 iterations" in repr(mean)
@@ -197,7 +261,11 @@ def test_warns_when_it_does_not_converge():
         ),
         ({"sample_weight": np.zeros(21)}, ValueError, "finite, nowhere negative, and somewhere positive"),
         ({"sample_weight": -np.ones(21)}, ValueError, "finite, nowhere negative, and somewhere positive"),
-        ({"skeleton": None}, ValueError, "'skeleton' parameter of frechet_mean must be an instance of"),
+        (
+            {"skeleton": None},
+            ValueError,
+            "'skeleton' parameter of frechet_mean must be an instance of 'skpose.Skeleton'",
+        ),
     ],
 )
 def test_bad_input_is_refused(arguments, error, message):

@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 
 from skpose import forward_kinematics
 from skpose._cli.main import main
-from skpose.datasets import humanoid
+from skpose.datasets import MotionDataset, humanoid
 from skpose.io import MocapFormatError, file_format, load_amass, load_bvh, load_motion
 
 # As the models' authors number the joints: the body, then hands or face and fingers.
@@ -489,3 +489,16 @@ def test_damaged_anywhere(save, changes):
         data[int(where * (len(data) - 1))] = byte
     found = read_or_refuse(bytes(data))
     assert isinstance(found, MocapFormatError) or len(found) == 2
+
+
+@NO_MODEL
+def test_motions_of_two_models_compare_without_their_hands(write):
+    """The message that refuses them names the remedy, which works."""
+    smpl, smplh = (write(motion_arrays(kind), f"{kind}.npz") for kind in ("SMPL", "SMPL-H"))
+    remedy = (
+        r"only one of them has a joint 'left_hand' \(and 31 more\); without their hands, load_motion\(\.\.\., hands="
+    )
+    with pytest.raises(ValueError, match=remedy):
+        MotionDataset([load_motion(path) for path in (smpl, smplh)]).poses()
+    X, _ = MotionDataset([load_motion(path, hands=False) for path in (smpl, smplh)]).poses()
+    assert X.shape[1] == 63

@@ -185,7 +185,7 @@ def test_files_are_closed(tmp_path):
     (tmp_path / "bad.gz").write_bytes(gzip.compress(b"HIERARCHY x"))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        load_motion(BVH)
+        load_motion(BVH, scale=0.01)
         for name in ("bad.bvh", "empty.bvh", "bad.gz"):
             with pytest.raises(MocapFormatError):
                 load_motion(tmp_path / name)

@@ -38,6 +38,7 @@ def test_spatial_with_one_step_is_position(skeleton, poses):
     np.testing.assert_allclose(one_step, chord, rtol=1e-12)
 
 
+@pytest.mark.filterwarnings("ignore:values of .* reach:UserWarning")
 def test_angles_of_many_turns(skeleton, poses):
     turns = whole_turns(poses, skeleton, np.random.default_rng(3).integers(-20, 20, size=poses.shape))
     for metric in DEFINED if not any(bone.is_ball for bone in skeleton.bones) else WITH_SKELETON:

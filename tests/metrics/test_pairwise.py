@@ -199,7 +199,7 @@ def test_auto_is_spatial_with_a_skeleton_and_angle_without(skeleton, X):
         ({"X": [0.0, 1, 2, 3]}, ValueError, "Expected 2D array"),
         ({"X": np.zeros((0, 4))}, ValueError, "Found array with 0 sample"),
         ({"skeleton": None, "metric": "spatial"}, ValueError, 'metric="spatial" needs a skeleton'),
-        ({"skeleton": "humanoid"}, ValueError, "The 'skeleton' parameter of pose_distances must be"),
+        ({"skeleton": "humanoid"}, ValueError, r"skeleton must be a skpose\.Skeleton, got str: "),
         ({"metric": "euclidean"}, ValueError, "The 'metric' parameter of pose_distances must be a str among"),
         ({"n_steps": 0}, ValueError, "The 'n_steps' parameter of pose_distances must be an int in the range"),
         ({"wrap": "yes"}, ValueError, "The 'wrap' parameter of pose_distances must be"),
@@ -227,6 +227,7 @@ def test_columns_are_matched_by_name():
     np.testing.assert_array_equal(pose_distances(swapped[list(skeleton.dof_names)], skeleton=skeleton), expected)
 
 
+@pytest.mark.filterwarnings("ignore:values of .* reach:UserWarning")
 @pytest.mark.parametrize("turns", [0, 1000])
 @pytest.mark.parametrize("n_dofs", [1, 200, 1000])
 def test_long_chains_and_large_trees(n_dofs, turns):

@@ -8,10 +8,14 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from conftest import SKELETONS
+from sklearn.decomposition import PCA
 
 from skpose import Motion, Skeleton, SpatialMDS, forward_kinematics, geodesic, plot, pose_distances
 from skpose.plot import DistanceMatrixDisplay, GeodesicDisplay, MDSDisplay, PoseDisplay, PoseStripDisplay
 from skpose.plot._axes import COLOURS
+from skpose.plot._geodesic import _Plane
+from skpose.plot._pose import SIDES
+from skpose.skeleton._sides import sides
 
 ARM = Skeleton.chain(3)
 START, END = [0.2, 0.3, 0.0], [2.4, 0.2, 0.1]
@@ -85,20 +89,165 @@ def test_bones_are_where_the_joints_are(skeleton):
     pose = np.random.default_rng(0).normal(size=skeleton.n_dofs)
     display = PoseDisplay.from_pose(pose, skeleton, view="zy", label="it")
     F = np.concatenate([forward_kinematics(pose[None], skeleton)[0], np.zeros((1, 3))])
-    (line,) = display.ax_.lines
+    lines = display.ax_.lines
     expected = np.stack([F[skeleton.parents], F[:-1]], axis=1)[..., [2, 1]]
-    np.testing.assert_array_equal(drawn_bones(line), expected)
-    assert (line.get_label(), display.ax_.get_xlabel()) == ("it", "z (m)")
+    drawn = np.concatenate([drawn_bones(line) for line in lines])
+    np.testing.assert_array_equal(*(np.unique(bones.reshape(-1, 4), axis=0) for bones in (drawn, expected)))
+    assert len(drawn) == len(expected)
+    assert (lines[0].get_label(), display.ax_.get_xlabel()) == ("it", "z (m)")
+    assert [line.get_label()[0] for line in lines[1:]] == ["_"] * (len(lines) - 1)  # not in a legend
+
+
+def drawn_by_colour(ax):
+    """The bones of each colour in an axes, (n, 2, 2)."""
+    found = {}
+    for line in ax.lines:
+        found.setdefault(line.get_color(), []).append(drawn_bones(line))
+    return {colour: np.concatenate(bones) for colour, bones in found.items()}
+
+
+@pytest.mark.parametrize("draw", ["pose", "positions", "strip", "motion", "path"])
+def test_left_and_right_have_two_colours(draw):
+    """In every display of limbs; x points to the left of the person, whose limbs hang down at angle zero."""
+    skeleton = SKELETONS["humanoid"]
+    pose = np.zeros(skeleton.n_dofs)
+    ax = {
+        "pose": lambda: PoseDisplay.from_pose(pose, skeleton),
+        "positions": lambda: PoseDisplay.from_positions(forward_kinematics(pose[None], skeleton)[0], skeleton),
+        "strip": lambda: PoseStripDisplay.from_poses(pose[None], skeleton),
+        "motion": lambda: PoseStripDisplay.from_motion(Motion(skeleton, pose[None], 10)),
+        "path": lambda: PoseStripDisplay.from_geodesic(geodesic(pose, pose, skeleton), skeleton, n_poses=2),
+    }[draw]().ax_
+    bones = drawn_by_colour(ax)
+    assert list(bones) == list(SIDES.values())
+    grey, left, right = bones.values()
+    n_figures = 2 if draw == "path" else 1
+    assert [len(part) for part in (grey, left, right)] == [4 * n_figures, 9 * n_figures, 9 * n_figures]
+    if n_figures == 1:
+        assert (left[:, 1, 0] > 0).all()
+        np.testing.assert_allclose(right * [-1, 1], left, atol=1e-12)
+        np.testing.assert_allclose(grey[..., 0], 0, atol=1e-12)
+
+
+def test_one_colour_where_it_is_given_or_names_state_no_side():
+    skeleton = SKELETONS["humanoid"]
+    for style in ({"color": "red"}, {"c": "red"}):
+        assert list(drawn_by_colour(PoseDisplay.from_pose(np.zeros(42), skeleton, **style).ax_)) == ["red"]
+    assert list(drawn_by_colour(PoseDisplay.from_pose(START, ARM).ax_)) == [COLOURS[0]]
+    thick = PoseDisplay.from_pose(np.zeros(42), skeleton, lw=5).ax_
+    assert {line.get_linewidth() for line in thick.lines} == {5}
+    assert len(drawn_by_colour(thick)) == 3
+
+
+@pytest.mark.parametrize("skeleton", SKELETONS.values(), ids=SKELETONS)
+def test_equal_poses_can_be_drawn(skeleton):
+    """Nothing is divided by the length of a path that has none: warnings are errors here."""
+    pose = np.zeros(skeleton.n_dofs)
+    display = GeodesicDisplay.from_poses(pose, pose, skeleton, resolution=4)
+    display.figure_.canvas.draw()
+    assert display.ratio_ == 1.0
+    for ax in display.figure_.axes:
+        assert np.isfinite([*ax.get_xlim(), *ax.get_ylim()]).all()
+    assert np.ptp(display.ax_.get_xlim()) > 0
+    equal = np.zeros((3, skeleton.n_dofs))
+    for view in ("xy", "zy"):
+        strip = PoseStripDisplay.from_poses(equal, skeleton, view=view)
+        strip.figure_.canvas.draw()
+        assert (np.diff(strip.ax_.get_xticks()) > 0).all()
+    DistanceMatrixDisplay.from_poses(equal, skeleton).figure_.canvas.draw()
+    display = MDSDisplay.from_embedding(np.zeros((3, 2)), ["a", "b", "b"], shares=[0.0, 0.0])
+    display.figure_.canvas.draw()
+    assert np.isfinite([*display.ax_.get_xlim(), *display.ax_.get_ylim()]).all()
+
+
+def test_an_embedding_of_equal_poses():
+    with pytest.warns(UserWarning, match="0 positive eigenvalues"):
+        mds = SpatialMDS(skeleton=ARM).fit(np.zeros((4, 3)))
+    display = MDSDisplay.from_estimator(mds, np.zeros((4, 3)))
+    display.figure_.canvas.draw()
+    assert display.ax_.get_xlabel() == "component 1 (m), 0% of the variance"
+
+
+def test_a_geodesic_of_one_or_two_angles_can_be_drawn():
+    for n in (1, 2):
+        display = GeodesicDisplay.from_poses(np.zeros(n), np.ones(n), Skeleton.chain(n), resolution=4)
+        display.figure_.canvas.draw()
+        straight = np.stack(display.ax_.lines[0].get_data(), axis=1)
+        np.testing.assert_allclose(np.linalg.norm(straight[-1] - straight[0]), np.sqrt(n))
+
+
+def test_the_plane_of_a_geodesic_is_that_of_principal_components():
+    points = np.random.default_rng(0).normal(size=(30, 5)) * [1, 5, 2, 0.1, 0.5]
+    plane, pca = _Plane(points), PCA(2).fit(points)
+    np.testing.assert_allclose(np.abs(plane.transform(points)), np.abs(pca.transform(points)), atol=1e-12)
+    np.testing.assert_allclose(plane.poses(plane.transform(points)), pca.inverse_transform(pca.transform(points)))
+
+
+WRONG_ARGUMENTS = [
+    (lambda: PoseDisplay.from_pose(ARM, START), "^pose must be one pose, got a Skeleton"),
+    (lambda: PoseDisplay.from_pose(START, None), r"^skeleton must be a skpose\.Skeleton, got None"),
+    (
+        lambda: PoseDisplay.from_pose(Motion(ARM, X, 10), ARM),
+        r"^pose must be one pose, got a Motion: pass a row",
+    ),
+    (lambda: PoseDisplay.from_positions(ARM, np.ones((3, 3))), "^positions must be an array of poses, got a Skeleton"),
+    (lambda: PoseDisplay.from_positions(np.ones((3, 3)), None), r"^skeleton must be a skpose\.Skeleton, got None"),
+    (lambda: PoseStripDisplay.from_poses(ARM, X), "^X must be an array of poses, got a Skeleton"),
+    (lambda: PoseStripDisplay.from_poses(X, None), r"^skeleton must be a skpose\.Skeleton, got None"),
+    (
+        lambda: PoseStripDisplay.from_motion(X),
+        r"^motion must be a skpose\.Motion, got ndarray: from_poses\(X",
+    ),
+    (
+        lambda: PoseStripDisplay.from_geodesic(ARM, shortest_path()),
+        r"^geodesic must be a skpose\.Geodesic, got S",
+    ),
+    (lambda: PoseStripDisplay.from_geodesic(shortest_path(), None), r"^skeleton must be a skpose\.Skeleton, got None"),
+    (lambda: GeodesicDisplay.from_poses(ARM, START, END), "^start must be one pose, got a Skeleton"),
+    (lambda: GeodesicDisplay.from_poses(START, END, None), r"^skeleton must be a skpose\.Skeleton, got None"),
+    (
+        lambda: GeodesicDisplay.from_geodesic(ARM, shortest_path()),
+        r"^geodesic must be a skpose\.Geodesic, got S",
+    ),
+    (
+        lambda: GeodesicDisplay.from_geodesic(shortest_path(), None),
+        r"^skeleton must be a skpose\.Skeleton, got None",
+    ),
+    (
+        lambda: MDSDisplay.from_estimator(X, SpatialMDS()),
+        r"^mds must be a skpose\.SpatialMDS, got ndarray: it",
+    ),
+    (lambda: DistanceMatrixDisplay.from_poses(ARM, X), "^X must be an array of poses, got a Skeleton"),
+]
+
+
+@pytest.mark.parametrize(("draw", "message"), WRONG_ARGUMENTS)
+def test_arguments_in_another_order_or_of_another_kind(draw, message):
+    with pytest.raises(TypeError, match=message):
+        draw()
+
+
+def test_degrees_are_noticed_once():
+    with pytest.warns(UserWarning, match="^values of pose reach 143, .* pass np.radians") as found:
+        PoseDisplay.from_pose([143.0, 90.0, 60.0], ARM)
+    with pytest.warns(UserWarning, match="^values of X reach") as more:
+        DistanceMatrixDisplay.from_poses(100 * X, ARM)
+    with pytest.warns(UserWarning, match="^values of start reach") as path:
+        GeodesicDisplay.from_poses([143.0, 90.0, 60.0], [143.0, 90.0, 61.0], ARM, resolution=4)
+    for warnings in (found, more, path):
+        assert len(warnings) == 1
+        assert warnings[0].filename == __file__
 
 
 def test_figures_of_a_strip_do_not_overlap_and_keep_their_size():
     skeleton = SKELETONS["humanoid"]
     poses = np.random.default_rng(0).normal(scale=0.3, size=(5, skeleton.n_dofs))
     display = PoseStripDisplay.from_poses(poses, skeleton, labels="abcde", title="pose")
-    figures = [drawn_bones(line) for line in display.ax_.lines]
+    figures = [np.concatenate([drawn_bones(line) for line in display.ax_.lines[3 * i : 3 * i + 3]]) for i in range(5)]
+    order = np.argsort([["", "left", "right"].index(side) for side in sides(skeleton.joint_names)], kind="stable")
     for i, figure in enumerate(figures):
         F = np.concatenate([forward_kinematics(poses[i : i + 1], skeleton)[0], np.zeros((1, 3))])
-        expected = np.stack([F[skeleton.parents], F[:-1]], axis=1)[..., :2]
+        expected = np.stack([F[skeleton.parents], F[:-1]], axis=1)[order, :, :2]
         shift = figure - expected
         np.testing.assert_allclose(shift[..., 0], shift[0, 0, 0], atol=1e-12)
         np.testing.assert_allclose(shift[..., 1], 0, atol=1e-12)
@@ -160,6 +309,14 @@ def test_a_geodesic_is_drawn_with_the_line_and_the_ratio_of_their_lengths():
     [
         (lambda: PoseDisplay.from_pose(START, ARM, view="xx"), "view must be two of the axes"),
         (lambda: PoseDisplay.from_pose(START, ARM, view="front"), "view must be two of the axes"),
+        (lambda: PoseDisplay.from_pose(START, ARM, view=None), "view must be two of the axes"),
+        (lambda: PoseStripDisplay.from_motion(Motion(ARM, X[:0], 10)), "motion has no frames"),
+        (
+            lambda: PoseStripDisplay.from_motion(Motion(ARM, X, 10), n_poses=0),
+            "n_poses must be a whole number",
+        ),
+        (lambda: PoseStripDisplay.from_geodesic(shortest_path(), ARM, n_poses=1.5), "n_poses must be a whole number"),
+        (lambda: GeodesicDisplay.from_geodesic(shortest_path(), Skeleton.chain(2)), "has poses of 3 dofs, and the sk"),
         (lambda: PoseDisplay.from_pose([0, 1], ARM), "pose has 2 columns, but the skeleton has 3"),
         (lambda: PoseDisplay.from_positions(np.ones((2, 3)), ARM), r"positions must have shape \(3, 3\), got \(2, 3\)"),
         (
@@ -187,7 +344,7 @@ def test_error_for_arguments_that_do_not_fit(draw, message):
 def test_colours_differ_in_lightness_or_in_blueness():
     """Colours in the eyes of people who cannot distinguish red from green: blue, and the mean of the others."""
     seen = []
-    for colour in COLOURS:
+    for colour in (*COLOURS, SIDES[""]):
         red, green, blue = (int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
         seen.append((0.6 * red + 0.4 * green, blue))  # red and green as one
     assert min(np.hypot(a[0] - b[0], a[1] - b[1]) for a, b in combinations(seen, 2)) > 0.1

@@ -142,6 +142,7 @@ def test_rotation_vectors_are_continuous_past_a_whole_turn():
         np.testing.assert_allclose(Motion(skeleton, given, 10).unwrap().angles, turns, atol=1e-12)
 
 
+@pytest.mark.filterwarnings("ignore:values of angles reach:UserWarning")
 @pytest.mark.parametrize("order", ["xyz", "ZXY"])
 def test_unwrapping_undoes_jumps_between_the_triples_of_one_rotation(order):
     angles = smooth(300)
@@ -163,6 +164,7 @@ def test_unwrapping_leaves_two_angles_but_for_whole_turns():
     np.testing.assert_allclose(unwrapped[2], [0.5, 1.0] + 2 * np.pi * np.round((unwrapped[2] - [0.5, 1]) / 2 / np.pi))
 
 
+@pytest.mark.filterwarnings("ignore:values of angles reach:UserWarning")
 @pytest.mark.parametrize("order", ["xyz", "YXZ"])
 @pytest.mark.parametrize("seed", range(3))
 def test_resampling_rotations_is_slerp_where_angles_jump(order, seed):

@@ -35,6 +35,11 @@ def test_defaults_and_repr():
         ({"root_angles": np.full((3, 3), np.inf)}, "root_angles holds inf at frame 0, column 0"),
         ({"frame_rate": 0}, "frame_rate must be a positive number of Hz, got 0"),
         ({"frame_rate": np.nan}, "frame_rate must be a positive number of Hz, got nan"),
+        ({"frame_rate": "30"}, "frame_rate must be a positive number of Hz, got '30'"),
+        ({"frame_rate": None}, "frame_rate must be a positive number of Hz, got None"),
+        ({"root_axes": "q"}, "root_axes must be at most one each of the letters x, y and z in one case, .* got 'q'"),
+        ({"root_axes": "xX"}, "root_axes must be at most one each of the letters x, y and z in one case, .* got 'xX'"),
+        ({"root_axes": 3}, "root_axes must be at most one each of the letters x, y and z in one case, .* got 3"),
     ],
 )
 def test_error_for_arguments_that_do_not_fit(arguments, message):
@@ -42,6 +47,7 @@ def test_error_for_arguments_that_do_not_fit(arguments, message):
         Motion(**({"skeleton": ARM, "angles": np.zeros((3, 2)), "frame_rate": 10.0} | arguments))
 
 
+@pytest.mark.filterwarnings("ignore:values of angles reach:UserWarning")
 def test_frames_may_be_missing():
     """Frames keep their numbers and times; resampling makes none up between two that do not follow each other."""
     angles = np.arange(40.0).reshape(20, 2)
@@ -75,6 +81,7 @@ def test_frame_numbers_that_do_not_fit(numbers, message):
         Motion(ARM, np.zeros((3, 2)), 10, frame_numbers=numbers)
 
 
+@pytest.mark.filterwarnings("ignore:values of angles reach:UserWarning")
 def test_resampling_by_a_whole_factor_takes_frames_as_they_are():
     angles = np.random.default_rng(0).normal(size=(101, 2)) * 10
     motion = Motion(ARM, angles, 120, root_positions=np.ones((101, 3)), root_angles=np.ones((101, 1)), root_axes="z")
@@ -139,6 +146,18 @@ def test_data_frame_of_the_angles():
     assert list(frame.columns) == ["joint_1_rz", "joint_2_rz"]
     assert (list(frame.index), frame.index.name) == ([0, 0.25], "time")
     np.testing.assert_array_equal(frame, [[0, 1], [2, 3]])
+
+
+def test_a_motion_checks_the_columns_of_a_data_frame():
+    """As estimators do: the order is that of the skeleton, by name; other names are taken by position."""
+    frame = Motion(ARM, [[0, 1], [2, 3]], 4).to_pandas()
+    np.testing.assert_array_equal(Motion(ARM, frame, 4).angles, [[0, 1], [2, 3]])
+    wrong = r"the columns of angles are named .*\(column 0 is 'joint_2_rz' and should be 'joint_1_rz'\); select them "
+    with pytest.raises(ValueError, match=wrong):
+        Motion(ARM, frame[frame.columns[::-1]], 4)
+    with pytest.raises(ValueError, match="missing: 'joint_2_rz'; not a dof of it: 'time'"):
+        Motion(ARM, frame[["joint_1_rz"]].reset_index(), 4)
+    np.testing.assert_array_equal(Motion(ARM, frame.set_axis(["a", "b"], axis=1), 4).angles, [[0, 1], [2, 3]])
 
 
 ESTIMATORS = [

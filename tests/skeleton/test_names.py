@@ -1,0 +1,91 @@
+"""A skeleton is a mapping of the names of its joints to their bones."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+from conftest import SKELETONS
+from sklearn.model_selection import GridSearchCV
+from sklearn.neighbors import KNeighborsClassifier
+from sklearn.pipeline import make_pipeline
+
+from skpose import PoseDistanceTransformer, Skeleton
+from skpose.datasets import humanoid
+from skpose.skeleton._sides import sides
+
+PERSON = humanoid()
+
+
+@pytest.mark.parametrize("skeleton", SKELETONS.values(), ids=SKELETONS)
+def test_a_skeleton_maps_names_to_bones(skeleton):
+    assert len(skeleton) == skeleton.n_joints
+    assert list(skeleton) == list(skeleton.joint_names)
+    assert {name: skeleton[name] for name in skeleton} == {bone.name: bone for bone in skeleton.bones}
+    assert all(name in skeleton for name in skeleton)
+
+
+def test_membership():
+    assert "left_hand" in PERSON
+    assert "left_hnd" not in PERSON
+    assert 0 not in PERSON
+    assert PERSON["left_hand"].parent == "left_forearm"
+
+
+@pytest.mark.parametrize("name", ["left_hnd", "LEFT_HAND", "lefthand", "left hand"])
+def test_a_name_that_is_near_is_suggested(name):
+    with pytest.raises(KeyError, match=rf"the skeleton has no joint '{name}': did you mean .*'left_hand'.*\?"):
+        PERSON[name]
+
+
+def test_other_keys_are_refused_in_words():
+    with pytest.raises(KeyError, match=r"the skeleton has no joint 'xyz': skeleton\.joint_names are its joints"):
+        PERSON["xyz"]
+    with pytest.raises(TypeError, match=r"by the name of a joint, got int: skeleton\.bones has the bones by number"):
+        PERSON[0]
+
+
+def test_arrays_and_grid_searches_take_a_skeleton_as_one_object():
+    """Without care numpy would make a table of names of a list of skeletons."""
+    skeletons = [Skeleton.chain(2), Skeleton.chain(2).to_rotvec()]
+    array = np.array(skeletons)
+    assert (array.shape, array.dtype) == ((2,), object)
+    assert list(array) == skeletons
+    with pytest.raises(TypeError, match="a Skeleton is no array of numbers"):
+        np.asarray(PERSON, dtype=float)
+    X, y = np.random.default_rng(0).uniform(-1, 1, (20, 2)), np.arange(20) % 2
+    knn = make_pipeline(PoseDistanceTransformer(), KNeighborsClassifier(1, metric="precomputed"))
+    skeletons = [Skeleton.chain(2), Skeleton.chain(2).to_euler("xyz")]
+    search = GridSearchCV(knn, {"posedistancetransformer__skeleton": skeletons}, cv=2).fit(X, y)
+    assert list(search.cv_results_["param_posedistancetransformer__skeleton"]) == skeletons
+
+
+def test_copies_and_pickles_are_unchanged():
+    for other in (copy.copy(PERSON), copy.deepcopy(PERSON), pickle.loads(pickle.dumps(PERSON))):
+        assert other == PERSON
+        assert hash(other) == hash(PERSON)
+
+
+@pytest.mark.parametrize(
+    ("names", "expected"),
+    [
+        (["LeftArm", "RightArm", "Spine"], ["left", "right", ""]),
+        (["hand_left", "hand_right", "mixamorig:LeftHand"], ["left", "right", "left"]),
+        (["L_Hip", "hip.r", "Bip01 L Arm"], ["left", "right", "left"]),
+        (["lfemur", "rfemur", "lowerback", "root"], ["left", "right", "", ""]),
+        (["LHip", "RHip", "armLeft", "armRight"], ["left", "right", "left", "right"]),
+        (["HipL", "HipR", "neck"], ["left", "right", ""]),
+        (["LeftArm"], ["left"]),  # alone
+        (["lclavicle", "thorax", "rotator"], ["", "", ""]),  # a letter without a partner
+        (["joint_1", "joint_2"], ["", ""]),
+    ],
+)
+def test_sides_by_name(names, expected):
+    assert sides(names) == expected
+
+
+def test_the_sides_of_whole_skeletons(cmu):
+    for skeleton in (cmu.skeleton, PERSON):
+        found = sides(skeleton.joint_names)
+        assert found.count("left") == found.count("right") > 5
+        assert found.count("") > 3
