@@ -50,7 +50,8 @@ def free_tree(tree, frees_angles):
         tree.joint_parent,
         tree.joint_frame,
         tree.offset,
-        tree.skeleton_joint,
+        tree.scale,
+        tree.code_joint,
         tree.first_run,
         tree.runs,
     )

@@ -136,7 +136,8 @@ def _last_chord(plan, b, P):
     one, two, three = full_like(b, 0.0), full_like(b, 0.0), full_like(b, 0.0)
     for i in range(3, 3 * plan.n_joints, 3):
         k = first + i
-        p, q, r = b[k] - P[i], b[k + 1] - P[i + 1], b[k + 2] - P[i + 2]
+        scale = plan.scale[i // 3]
+        p, q, r = (b[k] - P[i]) * scale, (b[k + 1] - P[i + 1]) * scale, (b[k + 2] - P[i + 2]) * scale
         one, two, three = one + p * p, two + q * q, three + r * r
     return sqrt(one + two + three)
 

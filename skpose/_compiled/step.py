@@ -35,6 +35,7 @@ def plan_of(tree):
         flat(tree.joint_parent),
         flat(tree.joint_frame),
         flat(tree.offset),
+        flat(tree.scale),
     )
 
 
@@ -113,31 +114,31 @@ def _rotate_fixed(first, last, plan, H):
 
 
 @inlined
-def _set_coordinate(P, j, p, value, square):
-    """Set one coordinate of a joint to its parent's plus a value; add the square of its change."""
+def _set_coordinate(P, j, p, value, scale, square):
+    """Set one coordinate of a joint to its parent's plus a value; add the square of its change, times the scale."""
     new = P[p] + value
-    move = new - P[j]
+    move = (new - P[j]) * scale
     P[j] = new
     return square + move * move
 
 
 @inlined
-def _place_joint(H, h, P, j, p, x, y, z, squares):
+def _place_joint(H, h, P, j, p, x, y, z, scale, squares):
     """Place joint j at (x, y, z) from joint p, in the frame at row h; add the square of its displacement."""
     a, b, c, d, e, f = H[h], H[h + 1], H[h + 2], H[h + 3], H[h + 4], H[h + 5]
-    first = _set_coordinate(P, 3 * j, 3 * p, a * x + b * y + c * z, squares[0])
-    second = _set_coordinate(P, 3 * j + 1, 3 * p + 1, d * x + e * y + f * z, squares[1])
+    first = _set_coordinate(P, 3 * j, 3 * p, a * x + b * y + c * z, scale, squares[0])
+    second = _set_coordinate(P, 3 * j + 1, 3 * p + 1, d * x + e * y + f * z, scale, squares[1])
     third = (b * f - c * e) * x + (c * d - a * f) * y + (a * e - b * d) * z
-    return first, second, _set_coordinate(P, 3 * j + 2, 3 * p + 2, third, squares[2])
+    return first, second, _set_coordinate(P, 3 * j + 2, 3 * p + 2, third, scale, squares[2])
 
 
 @inlined
-def _place_along_x(H, h, P, j, p, x, squares):
+def _place_along_x(H, h, P, j, p, x, scale, squares):
     """Place joint j as `_place_joint` does, at (x, 0, 0)."""
-    first = _set_coordinate(P, 3 * j, 3 * p, H[h] * x, squares[0])
-    second = _set_coordinate(P, 3 * j + 1, 3 * p + 1, H[h + 3] * x, squares[1])
+    first = _set_coordinate(P, 3 * j, 3 * p, H[h] * x, scale, squares[0])
+    second = _set_coordinate(P, 3 * j + 1, 3 * p + 1, H[h + 3] * x, scale, squares[1])
     third = (H[h + 1] * H[h + 5] - H[h + 2] * H[h + 4]) * x
-    return first, second, _set_coordinate(P, 3 * j + 2, 3 * p + 2, third, squares[2])
+    return first, second, _set_coordinate(P, 3 * j + 2, 3 * p + 2, third, scale, squares[2])
 
 
 @inlined
@@ -188,12 +189,12 @@ def take_step(plan, parts):
     for b in range(0, plan.n_runs, 2):
         for j in range(plan.first_joint[b], plan.first_joint[b + 1]):
             x, y, z = plan.offset[3 * j], plan.offset[3 * j + 1], plan.offset[3 * j + 2]
-            squares = _place_joint(H, 6 * plan.joint_frame[j], P, j, plan.joint_parent[j], x, y, z, squares)
+            squares = _place_joint(H, 6 * plan.joint_frame[j], P, j, plan.joint_parent[j], x, y, z, plan.scale[j], squares)
         for j in range(plan.first_joint[b + 1], plan.first_joint[b + 2]):
             h, x = 6 * plan.joint_frame[j], plan.offset[3 * j]
-            squares = _place_along_x(H, h, P, j, plan.joint_parent[j], x, squares)
+            squares = _place_along_x(H, h, P, j, plan.joint_parent[j], x, plan.scale[j], squares)
     for j in range(plan.first_tip, plan.n_joints):
         f = plan.joint_frame[j]
         x, y, z = _tip_offset(plan, parts, f, plan.offset[3 * j], plan.offset[3 * j + 1])
-        squares = _place_joint(H, 6 * plan.frame_parent[f], P, j, plan.joint_parent[j], x, y, z, squares)
+        squares = _place_joint(H, 6 * plan.frame_parent[f], P, j, plan.joint_parent[j], x, y, z, plan.scale[j], squares)
     return squares[0] + squares[1] + squares[2]
