@@ -47,6 +47,7 @@ def free_tree(tree, frees_angles):
         tree.angle_dof,
         tree.ball_frame,
         tree.first_joint,
+        tree.first_tip,
         tree.joint_parent,
         tree.joint_frame,
         tree.offset,

@@ -39,6 +39,7 @@ class Tree(NamedTuple):
     angle_dof: np.ndarray  # (n_angles,) the dofs that are angles
     ball_frame: np.ndarray  # (n_balls,) the frames of ball joints
     first_joint: np.ndarray  # (n_runs + 1,) of runs of joints that move and are no tips: any, along x, any, along x …
+    first_tip: np.ndarray  # (n_tip_runs + 1,) of runs of tips' joints of one weight; then those of ball joints
     joint_parent: np.ndarray  # (n_joints + 1,) parent of each joint
     joint_frame: np.ndarray  # (n_joints + 1,) frame in which the joint's offset is given
     offset: np.ndarray  # (n_joints + 1, 3) from the parent, m; z is zero for a tip's joint
@@ -55,8 +56,9 @@ class Plan(NamedTuple):
     n_balls: int
     n_batches: int
     n_runs: int
+    n_tip_runs: int
     first_moving: int  # joint; the ones before it are fixed to the root
-    first_tip: int  # joint
+    first_ball_tip: int  # joint
     n_joints: int  # the root's included
     frame_parent: np.ndarray
     first_dof: np.ndarray
@@ -68,6 +70,7 @@ class Plan(NamedTuple):
     batch_kind: np.ndarray
     first_frame: np.ndarray
     first_joint: np.ndarray
+    first_tip: np.ndarray
     joint_parent: np.ndarray
     joint_frame: np.ndarray
     offset: np.ndarray
@@ -84,6 +87,16 @@ class Parts(NamedTuple):
     Q: Any  # (9 n_balls,) see `step.advance`
     H: Any  # (6 n_frames,) two rows of every orientation
     P: Any  # (3 n_joints + 3,) positions
+
+
+class Squares(NamedTuple):
+    """Sums of squared displacements of joints."""
+
+    scale: Any  # of the joints that the three sums are of
+    first: Any  # by coordinate: three sums, so that no addition waits for the one before
+    second: Any
+    third: Any
+    total: Any  # of the joints of other scales, weighted
 
 
 class Steps(NamedTuple):

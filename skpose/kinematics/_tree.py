@@ -187,7 +187,8 @@ def _arrays(skeleton: Skeleton | None, built: Frames, shift: np.ndarray, scale: 
         shift=shift,
         angle_dof=np.flatnonzero(is_angle),
         ball_frame=np.array(balls, dtype=int),
-        first_joint=_runs_of_joints(frames, joint_frame, built.offset[order], first_frame[-1]),
+        first_joint=_runs_of_joints(frames, joint_frame, built.offset[order], scale[order], first_frame[-1]),
+        first_tip=_runs_of_tips(frames, joint_frame, scale[order], first_frame[-1]),
         joint_parent=tree_joint[[0, *(parents + 1)]][order],
         joint_frame=joint_frame,
         offset=built.offset[order],
@@ -198,16 +199,30 @@ def _arrays(skeleton: Skeleton | None, built: Frames, shift: np.ndarray, scale: 
     )
 
 
-def _runs_of_joints(frames: list[Frame], joint_frame: np.ndarray, offset: np.ndarray, first_tip: int) -> np.ndarray:
-    """Return where runs of joints begin: of any joints, then of those of ball joints that lie along x, in turns."""
+def _runs_of_joints(
+    frames: list[Frame], joint_frame: np.ndarray, offset: np.ndarray, scale: np.ndarray, first_tip: int
+) -> np.ndarray:
+    """Return where runs of joints begin: of any joints, then of those of ball joints that lie along x, in turns.
+
+    A run and the next one, of those along x, have one weight.
+    """
     moving = [j for j, f in enumerate(joint_frame) if 0 < f < first_tip]
-    runs = [moving[0] if moving else len(joint_frame)]
+    runs = moving[:1] or [0]
     for j in moving:
         along_x = frames[joint_frame[j]].is_ball and not offset[j, 1:].any()
+        if scale[j] != scale[runs[-1]]:
+            runs += [j] * (1 + len(runs) % 2)
         if along_x != (len(runs) % 2 == 0):
             runs.append(j)
-    end = moving[-1] + 1 if moving else len(joint_frame)
+    end = moving[-1] + 1 if moving else 0
     return np.array(runs + [end] * (1 + len(runs) % 2))
+
+
+def _runs_of_tips(frames: list[Frame], joint_frame: np.ndarray, scale: np.ndarray, first_tip: int) -> np.ndarray:
+    """Return where runs of tips' joints of one weight begin, and where the joints of ball joints begin."""
+    tips = [j for j, f in enumerate(joint_frame) if f >= first_tip and not frames[f].is_ball]
+    end = len(joint_frame) - sum(f >= first_tip and frames[f].is_ball for f in joint_frame)
+    return np.array([j for j in tips if j == tips[0] or scale[j] != scale[j - 1]] + [end])
 
 
 def _dof_ranges(frame: Frame) -> list[tuple[int, int]]:
