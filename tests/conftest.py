@@ -85,6 +85,14 @@ def random_tree(seed, n=12, offset_frame="own", kinds=ANGLES):
     return Skeleton(bones, offset_frame)
 
 
+def weighted(skeleton, seed):
+    """The skeleton with random weights: none for some joints that carry others, none for a whole branch."""
+    rng = np.random.default_rng(seed)
+    weights = rng.uniform(0.1, 3.0, skeleton.n_joints) * (rng.uniform(size=skeleton.n_joints) > 0.3)
+    unseen = skeleton.select(drop=skeleton.bones[skeleton.n_joints // 2].name).joint_names
+    return skeleton.with_weights([w if n in unseen else 0.0 for w, n in zip(weights, skeleton.joint_names, strict=True)])
+
+
 def in_space(motion):
     """Return joint positions (n_frames, n_joints, 3) with the root's movement, m."""
     rotation = Rotation.from_euler(motion.root_axes, motion.root_angles)
@@ -113,6 +121,7 @@ SKELETONS = {
     "tree, offsets in the parent's frame": random_tree(1, offset_frame="parent"),
     "ball joints": random_tree(2, kinds=["rotvec"]),
     "mixed joints": random_tree(3, kinds=MIXED, offset_frame="parent"),
+    "weights": weighted(random_tree(4, n=16, kinds=MIXED), 0),
 }
 
 

@@ -42,6 +42,23 @@ def forward_kinematics(angles, skeleton):
     return orientations_and_positions(angles, skeleton)[1]
 
 
+def weights(skeleton):
+    """Return the weights of the joints: given ones, else 1, but for a joint that is never apart from one before it."""
+    angles = np.random.default_rng(0).uniform(-1, 1, size=(5, skeleton.n_dofs))
+    positions, found = forward_kinematics(angles, skeleton), np.zeros(skeleton.n_joints)
+    for j, bone in enumerate(skeleton.bones):
+        apart = np.abs(positions - positions[:, [j]]).max(axis=(0, 2))
+        counted = ((apart < 1e-9) & (found > 0)).any()
+        found[j] = bone.weight if bone.weight is not None else 0.0 if counted else 1.0
+    return found
+
+
+def F(angles, skeleton):
+    """Return positions times the square roots of the weights, (n_poses, 3 n_joints)."""
+    scaled = forward_kinematics(angles, skeleton) * np.sqrt(weights(skeleton))[:, None]
+    return scaled.reshape(len(scaled), -1)
+
+
 def differences(a, b, wrap):
     gap = np.asarray(b, dtype=float) - np.asarray(a, dtype=float)
     return (gap + np.pi) % (2 * np.pi) - np.pi if wrap else gap
@@ -53,27 +70,25 @@ def distance(a, b, skeleton, metric, n_steps=10, wrap=False):
     if metric == "angle":
         return np.linalg.norm(gap)
     if metric == "position":
-        return np.linalg.norm(np.diff(forward_kinematics([a, b], skeleton), axis=0))
+        return np.linalg.norm(np.diff(F([a, b], skeleton), axis=0))
     if metric == "rotation":
         orientations, _ = orientations_and_positions([a, b], skeleton)
         index = {name: i for i, name in enumerate(skeleton.joint_names)}
-        total = 0.0
+        total, weight = 0.0, weights(skeleton)
         for i, bone in enumerate(skeleton.bones):
             frame = i if skeleton.offset_frame == "own" else index.get(bone.parent)
             if frame is not None:  # a bone fixed to the root does not rotate
                 angle = (orientations[frame][0].inv() * orientations[frame][1]).magnitude()
-                total += np.dot(bone.offset, bone.offset) * angle**2
+                total += weight[i] * np.dot(bone.offset, bone.offset) * angle**2
         return np.sqrt(total)
     if metric != "spatial":
         raise ValueError(f"there is no definition of {metric!r} here: write it down")
-    positions = forward_kinematics(line(a, b, n_steps, wrap, skeleton), skeleton).reshape(n_steps + 1, -1)
-    return np.linalg.norm(np.diff(positions, axis=0), axis=1).sum()
+    return np.linalg.norm(np.diff(F(line(a, b, n_steps, wrap, skeleton), skeleton), axis=0), axis=1).sum()
 
 
 def path_energy(path, skeleton):
     """Return the energy of eq. 6."""
-    F = forward_kinematics(path, skeleton).reshape(len(path), -1)
-    return np.square(np.diff(F, axis=0)).sum()
+    return np.square(np.diff(F(path, skeleton), axis=0)).sum()
 
 
 def n_dofs(bone):
@@ -98,8 +113,7 @@ def between(path, skeleton, parts):
 def path_length(path, skeleton, parts=1):
     """Return the sum of chords, every step of the path divided into equal parts."""
     fine = between(path, skeleton, parts)
-    F = forward_kinematics(fine, skeleton).reshape(len(fine), -1)
-    return np.linalg.norm(np.diff(F, axis=0), axis=1).sum()
+    return np.linalg.norm(np.diff(F(fine, skeleton), axis=0), axis=1).sum()
 
 
 def line(a, b, n_steps, wrap=True, skeleton=None):

@@ -90,7 +90,8 @@ def _as_options(message: str, options: argparse.Namespace) -> str:
     names = "|".join(name for name in (*READING, *PREPARING) if hasattr(options, name))
     if not names:
         return message
-    message = re.sub(rf"[\w.]+\([^()]*\b((?:{names})=(?:\"\w+\"|False))\)", r"\1", message)  # of a call, its last argument
+    call = rf"[\w.]+\([^()]*\b((?:{names})=(?:\"\w+\"|False))\)"
+    message = re.sub(call, r"\1", message)  # of a call, its last argument
     return re.sub(rf"\b({names})=(?:'([^']*)'|\"([^\"]*)\"|(False|[\d.]*\d))?", option, message)
 
 

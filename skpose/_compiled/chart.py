@@ -47,10 +47,12 @@ def free_tree(tree, frees_angles):
         tree.angle_dof,
         tree.ball_frame,
         tree.first_joint,
+        tree.first_tip,
         tree.joint_parent,
         tree.joint_frame,
         tree.offset,
-        tree.skeleton_joint,
+        tree.scale,
+        tree.code_joint,
         tree.first_run,
         tree.runs,
     )

@@ -69,13 +69,13 @@ def encode_angles(pose, tree, steps, scratch, code):
 
 @jit
 def encode_positions(pose, tree, steps, scratch, code):
-    """Write F(θ): the joint positions in the skeleton's order, without the root's."""
-    plan, put, order = plan_of(tree), rows(code, 0), flat(tree.skeleton_joint)
+    """Write F(θ): the scaled joint positions in the skeleton's order, without the root's."""
+    plan, put, order = plan_of(tree), rows(code, 0), flat(tree.code_joint)
     parts = parts_of(tree, scratch)
     _pose_joints(rows(pose, 0), tree, plan, parts)
     for j in range(1, plan.n_joints):
         for i in range(3):
-            put[3 * order[j] - 3 + i] = parts.P[3 * j + i]
+            put[3 * order[j] - 3 + i] = parts.P[3 * j + i] * plan.scale[j]
 
 
 @inlined
@@ -120,7 +120,7 @@ def encode_curve_end(pose, tree, steps, scratch, code):
     """Write what a line needs of its ends.
 
     For the angles θ, n each: θ, cos θ/2N, sin θ/2N, cos θ, sin θ, the last two of shifted angles. For each ball joint
-    four numbers, its quaternion times √2. Then F(θ) (3 n_joints).
+    four numbers, its quaternion times √2. Then the joint positions (3 n_joints), not scaled.
     """
     plan, angles, put = plan_of(tree), rows(pose, 0), rows(code, 0)
     sign, column, dof, n = flat(tree.sign), flat(tree.column), flat(tree.angle_dof), plan.n_angles

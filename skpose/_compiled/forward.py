@@ -82,7 +82,7 @@ def orient(tree, dofs, C, S, H):
 
 @jit
 def place_joints(tree, H, P):
-    """Overwrite the joint positions P with those of the frames H; return the squared distance that they moved."""
+    """Overwrite the joint positions P with those of the frames H; return the squared distance that they moved, scaled."""
     square = 0.0
     for j in range(1, tree.offset.shape[0]):
         p, f = 3 * tree.joint_parent[j], 9 * tree.joint_frame[j]
@@ -90,6 +90,6 @@ def place_joints(tree, H, P):
         for i in range(3):
             h = f + 3 * i
             new = P[p + i] + (H[h] * x + H[h + 1] * y + H[h + 2] * z)
-            square += (new - P[3 * j + i]) ** 2
+            square += ((new - P[3 * j + i]) * tree.scale[j]) ** 2
             P[3 * j + i] = new
     return square

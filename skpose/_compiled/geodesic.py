@@ -192,8 +192,9 @@ def measure_geodesic(x, Y, first, last, tree, steps, scratch, results):
         for w in range(width):
             line = distances[group, w]
             square = 0.0
-            for i in range(n_line_codes(tree), n_codes):
-                square += (code[i, w] - x[i]) ** 2
+            first_position = n_line_codes(tree)
+            for i in range(first_position, n_codes):
+                square += ((code[i, w] - x[i]) * tree.scale[1 + (i - first_position) // 3]) ** 2
             chord = math.sqrt(square)
             if skip[group, w] or line - chord <= AGREE * line + noise:
                 continue

@@ -38,21 +38,22 @@ def rotation_axes(tree, C, S, H, axes):
 
 @internal
 def fill_jacobian(tree, P, axes, jacobian):
-    """Compute the change of the joint positions with the tree's dofs, (3 n_joints, n_dofs); zeros are not written.
+    """Compute the change of the scaled joint positions with the tree's dofs, (3 n_joints, n_dofs); zeros are not written.
 
     A rotation about the unit axis a through the point o moves a point p at the rate a × (p − o).
     """
     for j in range(1, tree.offset.shape[0]):
-        row, f = 3 * tree.skeleton_joint[j] - 3, tree.joint_frame[j]
+        row, f = 3 * tree.code_joint[j] - 3, tree.joint_frame[j]
+        scale = tree.scale[j]
         while f > 0:
             o = 3 * tree.pivot[f]
             x, y, z = P[3 * j] - P[o], P[3 * j + 1] - P[o + 1], P[3 * j + 2] - P[o + 2]
             for d in range(tree.first_dof[f], tree.end_dof[f]):
                 a, b, c = axes[d, 0], axes[d, 1], axes[d, 2]
                 jacobian[row, d], jacobian[row + 1, d], jacobian[row + 2, d] = (
-                    b * z - c * y,
-                    c * x - a * z,
-                    a * y - b * x,
+                    scale * (b * z - c * y),
+                    scale * (c * x - a * z),
+                    scale * (a * y - b * x),
                 )
             f = tree.frame_parent[f]
 

@@ -91,7 +91,7 @@ def array_type(dtype, ndim, *, readonly, layout="C"):
 def shared_types(dtype):
     """Return numba's types of a Tree and of Steps."""
     whole, real = types.int64, from_dtype(dtype)
-    kinds = dict.fromkeys(("weight", "sign", "shift"), (real, 1))
+    kinds = dict.fromkeys(("weight", "sign", "shift", "scale"), (real, 1))
     kinds |= dict.fromkeys(("fixed_rotation", "reference", "offset"), (real, 2))
     kinds |= {"ball_axes": (real, 3), "runs": (whole, 2)}
     fields = [array_type(*kinds.get(name, (whole, 1)), readonly=False) for name in Tree._fields]

@@ -7,11 +7,11 @@ import math
 
 import numpy as np
 
-from skpose._compiled.jit import inlined, jit
-from skpose._compiled.lanes import any_greater, flat, full_like, greater, minimum, rows, sqrt
+from skpose._compiled.jit import inlined, kept_apart, jit
+from skpose._compiled.lanes import any_greater, flat, full_like, greater, keep_apart, minimum, rows, sqrt
 from skpose._compiled.rotation import TIE
-from skpose._compiled.step import advance, parts_of, plan_of, take_step
-from skpose._compiled.tree import SLERP_TERMS, TWO_PI
+from skpose._compiled.step import advance, for_scale, no_squares, parts_of, plan_of, take_step, weighted
+from skpose._compiled.tree import SLERP_TERMS, TWO_PI, Squares, Steps
 from skpose._compiled.trigonometry import series
 
 
@@ -73,6 +73,12 @@ def measure_rotations(x, Y, first, last, tree, steps, scratch, results):
 
 
 @inlined
+def _without_references(steps):
+    """Return the steps with an address in the place of the array, whose references would be counted in inner loops."""
+    return Steps(steps.n_steps, steps.half_turn, steps.cos_turn, steps.sin_turn, flat(steps.slerp))
+
+
+@inlined
 def _half_step(a, b, d, n, steps):
     """Return cosine and sine of half a step of angle d on the straight line, and the whole difference."""
     gap = b[d] - a[d]
@@ -88,7 +94,7 @@ def _half_step(a, b, d, n, steps):
 
 
 @inlined
-def _start_ball(a, b, at, Q, q, steps):
+def _start_ball(a, b, at, Q, q, slerp):
     """Set a ball joint's state at row q to the start of the slerp from a to b; return 1 − cos φ.
 
     Its quaternions stand at `at` in the codes, times √2. With e the difference of the two, the shorter one, and
@@ -103,7 +109,7 @@ def _start_ball(a, b, at, Q, q, steps):
         e = sign * b[i] - a[i]
         m = m + e * e
     m = 0.25 * m
-    t, slerp = m + m - 1.0, flat(steps.slerp)
+    t = m + m - 1.0
     # Even and odd powers apart: four sums, so that no addition waits for the one before.
     square = t * t
     share, curvature = full_like(b, slerp[SLERP_TERMS - 1]), full_like(b, slerp[2 * SLERP_TERMS - 1])
@@ -121,6 +127,18 @@ def _start_ball(a, b, at, Q, q, steps):
     return m
 
 
+@kept_apart
+def _start_balls(n_angles, n_balls, a, b, Q, slerp, n_steps):
+    """Set the states of all ball joints to so many steps after the start; return a sum that is zero for no rotation."""
+    keep_apart()
+    apart = full_like(b, 0.0)
+    for k in range(n_balls):
+        apart = apart + _start_ball(a, b, 5 * n_angles + 4 * k, Q, 9 * k, slerp)
+        for _ in range(n_steps):
+            advance(Q, 9 * k)
+    return apart
+
+
 @inlined
 def _start_joints(plan, a, P):
     """Place the joints as in the encoded pose a."""
@@ -133,12 +151,13 @@ def _start_joints(plan, a, P):
 def _last_chord(plan, b, P):
     """Return the distance from the joints P to those of encoded poses b."""
     first = 5 * plan.n_angles + 4 * plan.n_balls - 3
-    one, two, three = full_like(b, 0.0), full_like(b, 0.0), full_like(b, 0.0)
-    for i in range(3, 3 * plan.n_joints, 3):
-        k = first + i
+    squares = no_squares(plan.scale[plan.n_joints - 1], P)
+    for j in range(1, plan.n_joints):
+        i, k = 3 * j, first + 3 * j
         p, q, r = b[k] - P[i], b[k + 1] - P[i + 1], b[k + 2] - P[i + 2]
-        one, two, three = one + p * p, two + q * q, three + r * r
-    return sqrt(one + two + three)
+        scale, one, two, three, total = for_scale(plan.scale[j], P, squares)
+        squares = Squares(scale, one + p * p, two + q * q, three + r * r, total)
+    return sqrt(weighted(squares))
 
 
 @inlined
@@ -151,8 +170,8 @@ def _line(plan, a, b, steps, parts):
         apart = apart + gap * gap
         A[d], B[d] = 2.0 * s * s, 2.0 * s * c
         C[d], S[d] = a[3 * n + d], a[4 * n + d]
-    for k in range(plan.n_balls):
-        apart = apart + _start_ball(a, b, 5 * n + 4 * k, parts.Q, 9 * k, steps)
+    if plan.n_balls > 0:
+        apart = apart + _start_balls(n, plan.n_balls, a, b, parts.Q, steps.slerp, 0)
     _start_joints(plan, a, parts.P)
     length = full_like(b, 0.0)
     for _ in range(steps.n_steps - 1):
@@ -179,10 +198,8 @@ def _two_chords(plan, a, b, steps, parts):
             m //= 2
         A[d], B[d] = 2.0 * v * v, 2.0 * u * v
         C[d], S[d] = a[3 * n + d], a[4 * n + d]
-    for k in range(plan.n_balls):
-        _start_ball(a, b, 5 * n + 4 * k, parts.Q, 9 * k, steps)
-        for _ in range(steps.n_steps // 2 - 1):
-            advance(parts.Q, 9 * k)
+    if plan.n_balls > 0:
+        _start_balls(n, plan.n_balls, a, b, parts.Q, steps.slerp, steps.n_steps // 2 - 1)
     _start_joints(plan, a, parts.P)
     first = sqrt(take_step(plan, parts))
     return first + _last_chord(plan, b, parts.P)
@@ -191,10 +208,10 @@ def _two_chords(plan, a, b, steps, parts):
 @jit
 def measure_line(x, Y, first, last, tree, steps, scratch, results):
     """Compute the length of the straight line in the dofs, Σ ‖F(c_n) − F(c_{n−1})‖, sec. 2.2 of the paper."""
-    plan, a = plan_of(tree), flat(x)
+    plan, a, bare = plan_of(tree), flat(x), _without_references(steps)
     parts = parts_of(tree, scratch)
     for k in range(first, last):
-        rows(results.distances, k - first)[0] = _line(plan, a, rows(Y, k * x.shape[0]), steps, parts)
+        rows(results.distances, k - first)[0] = _line(plan, a, rows(Y, k * x.shape[0]), bare, parts)
 
 
 @jit
@@ -203,16 +220,16 @@ def measure_line_within(x, Y, first, last, tree, steps, scratch, results):
 
     A bound that ruled out neither of two groups is not tried again.
     """
-    plan, a, n_codes = plan_of(tree), flat(x), x.shape[0]
+    plan, a, n_codes, bare = plan_of(tree), flat(x), x.shape[0], _without_references(steps)
     parts = parts_of(tree, scratch)
     limit, n_tried, n_ruled_out = results.limit[0], 0, 0
     for k in range(first, last):
         b, distance = rows(Y, k * n_codes), rows(results.distances, k - first)
         if limit < math.inf and steps.n_steps > 3 and (n_tried < 2 or n_ruled_out > 0):
             n_tried += 1
-            distance[0] = _two_chords(plan, a, b, steps, parts)
+            distance[0] = _two_chords(plan, a, b, bare, parts)
             if not any_greater(0.0 - distance[0], 0.0 - limit):
                 n_ruled_out += 1
                 continue
-        distance[0] = _line(plan, a, b, steps, parts)
+        distance[0] = _line(plan, a, b, bare, parts)
     results.n_ruled_out[0] += n_ruled_out

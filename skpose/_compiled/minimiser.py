@@ -95,7 +95,7 @@ def rounding_length(tree):
     reach = 0.0
     for j in range(tree.offset.shape[0]):
         reach += abs(tree.offset[j, 0]) + abs(tree.offset[j, 1]) + abs(tree.offset[j, 2])
-    return ROUNDING * reach
+    return ROUNDING * reach * tree.scale.max()
 
 
 @internal

@@ -112,7 +112,7 @@ def _rounding(tree):
     for j in range(tree.offset.shape[0]):
         for i in range(3):
             total += abs(tree.offset[j, i])
-    return 1e-9 * total
+    return 1e-9 * total * tree.scale.max()
 
 
 def _nearest_of_tile(queries, Y, span, excluded, measure, tree, steps, heaps):

@@ -51,16 +51,17 @@ def mean_diagonal(equations):
 
 @internal
 def _sum_products(tree, P, Q, sums):
-    """Sum p qᵀ, p, q and 1 over the joints that each frame moves, (n_frames, 16), p and q those of two samples."""
+    """Sum p qᵀ, p, q and 1, weighted, over the joints that each frame moves, (n_frames, 16), p, q those of two samples."""
     sums[:] = 0.0
     for j in range(1, tree.offset.shape[0]):
-        total = sums[tree.joint_frame[j]]
+        total, weight = sums[tree.joint_frame[j]], tree.scale[j] * tree.scale[j]
         for i in range(3):
+            p, q = weight * P[3 * j + i], weight * Q[3 * j + i]
             for k in range(3):
-                total[3 * i + k] += P[3 * j + i] * Q[3 * j + k]
-            total[9 + i] += P[3 * j + i]
-            total[12 + i] += Q[3 * j + i]
-        total[15] += 1.0
+                total[3 * i + k] += p * Q[3 * j + k]
+            total[9 + i] += p
+            total[12 + i] += q
+        total[15] += weight
     for f in range(tree.frame_parent.shape[0] - 1, 0, -1):
         for i in range(sums.shape[1]):
             sums[tree.frame_parent[f], i] += sums[f, i]

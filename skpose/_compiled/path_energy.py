@@ -144,18 +144,18 @@ def evaluate(tree, path, scratch):
         if i < last:
             place(tree, samples[i], scratch, P[i], path.screws[i])
         for k in range(3, P.shape[1]):
-            half += 0.5 * (P[i, k] - P[i - 1, k]) ** 2
+            half += 0.5 * ((P[i, k] - P[i - 1, k]) * tree.scale[k // 3]) ** 2
     return half
 
 
 @internal
 def sum_moments(tree, before, P, after, moments):
-    """Sum p wᵀ and w over the joints p that each frame moves, (n_frames, 12); w is the force 2p − p₋ − p₊."""
+    """Sum p wᵀ and w over the joints p that each frame moves, (n_frames, 12); w is the weighted force 2p − p₋ − p₊."""
     moments[:] = 0.0
     for j in range(1, tree.offset.shape[0]):
-        total = moments[tree.joint_frame[j]]
+        total, weight = moments[tree.joint_frame[j]], tree.scale[j] * tree.scale[j]
         for k in range(3):
-            w = 2.0 * P[3 * j + k] - before[3 * j + k] - after[3 * j + k]
+            w = weight * (2.0 * P[3 * j + k] - before[3 * j + k] - after[3 * j + k])
             for i in range(3):
                 total[3 * i + k] += P[3 * j + i] * w
             total[9 + k] += w

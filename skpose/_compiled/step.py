@@ -1,10 +1,10 @@
 """One step of all angles along a line, and the joints placed anew: in lanes."""
 
 from skpose._compiled.forward import rotated
-from skpose._compiled.jit import inlined
-from skpose._compiled.lanes import flat, full_like, rows
+from skpose._compiled.jit import inlined, kept_apart
+from skpose._compiled.lanes import flat, full_like, keep_apart, rows
 from skpose._compiled.rotation import turned_back
-from skpose._compiled.tree import BALL, Parts, Plan
+from skpose._compiled.tree import BALL, Parts, Plan, Squares
 
 
 @inlined
@@ -13,14 +13,14 @@ def plan_of(tree):
     first_moving = 1
     while first_moving < tree.joint_frame.shape[0] and tree.joint_frame[first_moving] == 0:
         first_moving += 1
-    n_tips = tree.frame_parent.shape[0] - tree.first_frame[-1]
     return Plan(
         tree.angle_dof.shape[0],
         tree.ball_frame.shape[0],
         tree.batch_kind.shape[0],
         tree.first_joint.shape[0] - 1,
+        tree.first_tip.shape[0] - 1,
         first_moving,
-        tree.offset.shape[0] - n_tips,
+        tree.first_tip[-1],
         tree.offset.shape[0],
         flat(tree.frame_parent),
         flat(tree.first_dof),
@@ -32,9 +32,11 @@ def plan_of(tree):
         flat(tree.batch_kind),
         flat(tree.first_frame),
         flat(tree.first_joint),
+        flat(tree.first_tip),
         flat(tree.joint_parent),
         flat(tree.joint_frame),
         flat(tree.offset),
+        flat(tree.scale),
     )
 
 
@@ -89,12 +91,13 @@ def advance(Q, q):
     return w, x, y, z
 
 
-@inlined
-def _rotate_balls(first, last, plan, Q, H):
+@kept_apart
+def _rotate_balls(first, last, frame_parent, ball, Q, H):
     """Compute the orientations of ball joints' frames."""
+    keep_apart()
     for f in range(first, last):
-        before, row = 6 * plan.frame_parent[f], 6 * f
-        quaternion = advance(Q, 9 * plan.ball[f])
+        before, row = 6 * frame_parent[f], 6 * f
+        quaternion = advance(Q, 9 * ball[f])
         for i in range(0, 6, 3):
             x, y, z = turned_back((H[before + i], H[before + i + 1], H[before + i + 2]), quaternion)
             H[row + i], H[row + i + 1], H[row + i + 2] = x, y, z
@@ -125,19 +128,20 @@ def _set_coordinate(P, j, p, value, square):
 def _place_joint(H, h, P, j, p, x, y, z, squares):
     """Place joint j at (x, y, z) from joint p, in the frame at row h; add the square of its displacement."""
     a, b, c, d, e, f = H[h], H[h + 1], H[h + 2], H[h + 3], H[h + 4], H[h + 5]
-    first = _set_coordinate(P, 3 * j, 3 * p, a * x + b * y + c * z, squares[0])
-    second = _set_coordinate(P, 3 * j + 1, 3 * p + 1, d * x + e * y + f * z, squares[1])
+    first = _set_coordinate(P, 3 * j, 3 * p, a * x + b * y + c * z, squares.first)
+    second = _set_coordinate(P, 3 * j + 1, 3 * p + 1, d * x + e * y + f * z, squares.second)
     third = (b * f - c * e) * x + (c * d - a * f) * y + (a * e - b * d) * z
-    return first, second, _set_coordinate(P, 3 * j + 2, 3 * p + 2, third, squares[2])
+    third = _set_coordinate(P, 3 * j + 2, 3 * p + 2, third, squares.third)
+    return Squares(squares.scale, first, second, third, squares.total)
 
 
 @inlined
 def _place_along_x(H, h, P, j, p, x, squares):
     """Place joint j as `_place_joint` does, at (x, 0, 0)."""
-    first = _set_coordinate(P, 3 * j, 3 * p, H[h] * x, squares[0])
-    second = _set_coordinate(P, 3 * j + 1, 3 * p + 1, H[h + 3] * x, squares[1])
-    third = (H[h + 1] * H[h + 5] - H[h + 2] * H[h + 4]) * x
-    return first, second, _set_coordinate(P, 3 * j + 2, 3 * p + 2, third, squares[2])
+    first = _set_coordinate(P, 3 * j, 3 * p, H[h] * x, squares.first)
+    second = _set_coordinate(P, 3 * j + 1, 3 * p + 1, H[h + 3] * x, squares.second)
+    third = _set_coordinate(P, 3 * j + 2, 3 * p + 2, (H[h + 1] * H[h + 5] - H[h + 2] * H[h + 4]) * x, squares.third)
+    return Squares(squares.scale, first, second, third, squares.total)
 
 
 @inlined
@@ -148,7 +152,7 @@ def _rotate_frames(plan, parts):
         kind, first, last = plan.batch_kind[b], plan.first_frame[b], plan.first_frame[b + 1]
         # A literal number lets the compiler remove the branches on it.
         if kind == BALL:
-            _rotate_balls(first, last, plan, parts.Q, H)
+            _rotate_balls(first, last, plan.frame_parent, plan.ball, parts.Q, H)
         elif kind == 3:
             _rotate_batch(3, first, last, plan, C, S, H)
         elif kind == 2:
@@ -161,11 +165,8 @@ def _rotate_frames(plan, parts):
 
 @inlined
 def _tip_offset(plan, parts, f, x, y):
-    """Return the offset (x, y, 0) of a tip's joint, rotated by its angles; a ball joint's is (x, 0, 0)."""
+    """Return the offset (x, y, 0) of a tip's joint, rotated by its angles."""
     C, S = parts.C, parts.S
-    if plan.ball[f] >= 0:
-        a, b, c, d = advance(parts.Q, 9 * plan.ball[f])
-        return (1.0 - (c * c + d * d)) * x, (b * c + a * d) * x, (b * d - a * c) * x
     d, n_dofs = plan.end_angle[f] - 1, plan.end_dof[f] - plan.first_dof[f]
     u, v, w = full_like(parts.P, x), C[d] * y, S[d] * y
     if n_dofs > 1:
@@ -176,6 +177,42 @@ def _tip_offset(plan, parts, f, x, y):
 
 
 @inlined
+def no_squares(scale, P):
+    """Return sums of squares with nothing in them, for joints of a scale."""
+    zero = full_like(P, 0.0)
+    return Squares(scale, zero, zero, zero, zero)
+
+
+@inlined
+def weighted(squares):
+    """Return the weighted sum of squares."""
+    return squares.total + (squares.scale * squares.scale) * (squares.first + squares.second + squares.third)
+
+
+@inlined
+def for_scale(scale, P, squares):
+    """Return sums for joints of this scale; those of another one are weighted now, so that equal ones cost nothing."""
+    if scale == squares.scale:
+        return squares
+    zero = full_like(P, 0.0)
+    return Squares(scale, zero, zero, zero, weighted(squares))
+
+
+@kept_apart
+def _place_ball_tips(tips, Q, H, P, squares):
+    """Place the joints of tips that are ball joints; their offsets lie along x."""
+    keep_apart()
+    first, last, joint_frame, frame_parent, joint_parent, ball, offset, scale = tips
+    for j in range(first, last):
+        f, x = joint_frame[j], offset[3 * j]
+        a, b, c, d = advance(Q, 9 * ball[f])
+        u, v, w = (1.0 - (c * c + d * d)) * x, (b * c + a * d) * x, (b * d - a * c) * x
+        squares = for_scale(scale[j], P, squares)
+        squares = _place_joint(H, 6 * frame_parent[f], P, j, joint_parent[j], u, v, w, squares)
+    return squares
+
+
+@inlined
 def take_step(plan, parts):
     """Add one step to all dofs and place the joints; return the square of their displacement."""
     C, S, A, B, _, H, P = parts
@@ -183,17 +220,31 @@ def take_step(plan, parts):
         c, s, a, b = C[d], S[d], A[d], B[d]
         C[d], S[d] = c - a * c - b * s, s - a * s + b * c
     _rotate_frames(plan, parts)
-    zero = full_like(P, 0.0)
-    squares = zero, zero, zero  # by coordinate: three sums, so that no addition waits for the one before
+    squares = no_squares(plan.scale[plan.n_joints - 1], P)
     for b in range(0, plan.n_runs, 2):
+        squares = for_scale(plan.scale[plan.first_joint[b]], P, squares)
         for j in range(plan.first_joint[b], plan.first_joint[b + 1]):
             x, y, z = plan.offset[3 * j], plan.offset[3 * j + 1], plan.offset[3 * j + 2]
             squares = _place_joint(H, 6 * plan.joint_frame[j], P, j, plan.joint_parent[j], x, y, z, squares)
         for j in range(plan.first_joint[b + 1], plan.first_joint[b + 2]):
             h, x = 6 * plan.joint_frame[j], plan.offset[3 * j]
             squares = _place_along_x(H, h, P, j, plan.joint_parent[j], x, squares)
-    for j in range(plan.first_tip, plan.n_joints):
-        f = plan.joint_frame[j]
-        x, y, z = _tip_offset(plan, parts, f, plan.offset[3 * j], plan.offset[3 * j + 1])
-        squares = _place_joint(H, 6 * plan.frame_parent[f], P, j, plan.joint_parent[j], x, y, z, squares)
-    return squares[0] + squares[1] + squares[2]
+    for b in range(plan.n_tip_runs):
+        squares = for_scale(plan.scale[plan.first_tip[b]], P, squares)
+        for j in range(plan.first_tip[b], plan.first_tip[b + 1]):
+            f = plan.joint_frame[j]
+            x, y, z = _tip_offset(plan, parts, f, plan.offset[3 * j], plan.offset[3 * j + 1])
+            squares = _place_joint(H, 6 * plan.frame_parent[f], P, j, plan.joint_parent[j], x, y, z, squares)
+    if plan.first_ball_tip < plan.n_joints:
+        tips = (
+            plan.first_ball_tip,
+            plan.n_joints,
+            plan.joint_frame,
+            plan.frame_parent,
+            plan.joint_parent,
+            plan.ball,
+            plan.offset,
+            plan.scale,
+        )
+        squares = _place_ball_tips(tips, parts.Q, H, P, squares)
+    return weighted(squares)

@@ -14,6 +14,8 @@ BALL = 4  # kind of a batch of ball joints; the others' kind is their number of 
 class Tree(NamedTuple):
     """A skeleton as flat arrays; frame 0 and joint 0 are the root, unrotated and at the origin.
 
+    What carries no weight, and nothing that does, is left out, with its dofs.
+
     Frames stand in batches, tips last; joints in the order of their frames; dofs depth first.
     """
 
@@ -26,7 +28,7 @@ class Tree(NamedTuple):
     ball_axes: np.ndarray  # (n_frames, 3, 3) rotation of a ball joint's columns into its frame's rotation vector
     fixed_axis: np.ndarray  # (n_frames,) axis of the constant rotation of a frame without dofs: 0, 1 or 2
     fixed_rotation: np.ndarray  # (n_frames, 4) cosine and sine of its angle, and of half of it
-    weight: np.ndarray  # (n_frames,) summed squared lengths of the bones fixed to the frame, m²
+    weight: np.ndarray  # (n_frames,) squared lengths of the bones fixed to the frame, times their weights, summed, m²
     pivot: np.ndarray  # (n_frames,) joint at the centre of the frame's rotation
     batch_kind: np.ndarray  # (n_batches,) how many angles the frames of a batch have, or BALL
     first_frame: np.ndarray  # (n_batches + 1,) frames of batch b are first_frame[b]:first_frame[b + 1]; then the tips
@@ -37,10 +39,12 @@ class Tree(NamedTuple):
     angle_dof: np.ndarray  # (n_angles,) the dofs that are angles
     ball_frame: np.ndarray  # (n_balls,) the frames of ball joints
     first_joint: np.ndarray  # (n_runs + 1,) of runs of joints that move and are no tips: any, along x, any, along x …
+    first_tip: np.ndarray  # (n_tip_runs + 1,) of runs of tips' joints of one weight; then those of ball joints
     joint_parent: np.ndarray  # (n_joints + 1,) parent of each joint
     joint_frame: np.ndarray  # (n_joints + 1,) frame in which the joint's offset is given
     offset: np.ndarray  # (n_joints + 1, 3) from the parent, m; z is zero for a tip's joint
-    skeleton_joint: np.ndarray  # (n_joints + 1,) index of each joint in the skeleton, plus one
+    scale: np.ndarray  # (n_joints + 1,) square root of the weight of each joint, by which its positions are multiplied
+    code_joint: np.ndarray  # (n_joints + 1,) place of each joint among those of the code of positions, plus one
     first_run: np.ndarray  # (n_frames + 1,) runs of frame f are runs[first_run[f]:first_run[f + 1]]
     runs: np.ndarray  # (n_runs, 2) dofs of a frame and of its ancestors, as ranges
 
@@ -52,8 +56,9 @@ class Plan(NamedTuple):
     n_balls: int
     n_batches: int
     n_runs: int
+    n_tip_runs: int
     first_moving: int  # joint; the ones before it are fixed to the root
-    first_tip: int  # joint
+    first_ball_tip: int  # joint
     n_joints: int  # the root's included
     frame_parent: np.ndarray
     first_dof: np.ndarray
@@ -65,9 +70,11 @@ class Plan(NamedTuple):
     batch_kind: np.ndarray
     first_frame: np.ndarray
     first_joint: np.ndarray
+    first_tip: np.ndarray
     joint_parent: np.ndarray
     joint_frame: np.ndarray
     offset: np.ndarray
+    scale: np.ndarray
 
 
 class Parts(NamedTuple):
@@ -80,6 +87,16 @@ class Parts(NamedTuple):
     Q: Any  # (9 n_balls,) see `step.advance`
     H: Any  # (6 n_frames,) two rows of every orientation
     P: Any  # (3 n_joints + 3,) positions
+
+
+class Squares(NamedTuple):
+    """Sums of squared displacements of joints."""
+
+    scale: Any  # of the joints that the three sums are of
+    first: Any  # by coordinate: three sums, so that no addition waits for the one before
+    second: Any
+    third: Any
+    total: Any  # of the joints of other scales, weighted
 
 
 class Steps(NamedTuple):

@@ -12,11 +12,11 @@ from skpose._compiled.geodesic import MAX_ITER, TOL, path_between
 from skpose._compiled.minimiser import Bounds
 from skpose._compiled.tree import Tree
 from skpose._warnings import warn
-from skpose.kinematics import forward_kinematics
 from skpose.kinematics._constraints import IS_SKELETON
+from skpose.kinematics._forward import weighted_positions
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of, wrapped
 from skpose.skeleton import Skeleton
-from skpose.skeleton._interpolation import interpolate
+from skpose.skeleton._interpolation import interpolate, straight_line
 from skpose.skeleton._units import warn_of_degrees
 from skpose.skeleton._validation import check_pose
 
@@ -93,7 +93,7 @@ class Geodesic:
         n_fine = SPEED_GRID * (len(self.path) - 1) + 1
         steps = np.arange(n_fine) / SPEED_GRID
         fine = interpolate(self._skeleton.bones, self.path, steps)
-        positions = forward_kinematics(fine, self._skeleton).reshape(n_fine, -1)
+        positions = weighted_positions(fine, self._skeleton)
         travelled = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(positions, axis=0), axis=1))])
         if travelled[-1] == 0.0:  # no joint moves, though angles may
             travelled = steps
@@ -194,7 +194,8 @@ def geodesic(
     *Method.* Damped Gauss-Newton with the damping of a trust region: the normal equations are block tridiagonal in the
     poses and separate into the branches of the skeleton at the root. Steps are combined by conjugate gradients; on
     refined paths the exact Hessian takes over near the end. JᵀJ is singular (a twist of a last bone moves
-    nothing), so the path is not unique where its length is.
+    nothing), so the path is not unique where its length is. Dofs that move no joint with weight follow the straight
+    line.
 
     Time O(n_iter · n_steps · n_dofs³), some milliseconds for ten steps of 56 dofs and a hundred where the path has to
     be refined; memory O(n_steps · n_dofs²). It is a local minimum: for poses far apart there may be a shorter path.
@@ -230,7 +231,9 @@ def geodesic(
     bounds = _bounds(tree, skeleton, begin, target, joint_limits)
     frees_angles = bool(wrap) and joint_limits == "ignore"
     curve = path_between(tree, begin, target, n_steps, frees_angles, bounds, max_iter, float(tol))
-    path = from_tree_order(tree, curve.poses)
+    steps = np.linspace(0.0, 1.0, len(curve.poses))
+    line = interpolate(skeleton.bones, np.stack([first, last]), steps) if wrap else straight_line(skeleton.bones, first, last, len(steps))
+    path = from_tree_order(tree, curve.poses, line)
     path[0] = first
     found = Geodesic(
         path=path,

@@ -186,22 +186,24 @@ def frechet_mean(
     counted = weights > 0.0
     X, weights = X[counted], weights[counted]
     poses = to_tree_order(tree, X)
-    positions = np.empty((len(X), 3 * skeleton.n_joints + 3))
+    positions, scale = np.empty((len(X), 3 * len(tree.offset))), np.repeat(tree.scale, 3)
     place_all(tree, poses, positions)
     target = weights @ positions
-    pose = poses[((positions - target) ** 2).sum(axis=1).argmin()].copy()
+    nearest = (((positions - target) * scale) ** 2).sum(axis=1).argmin()
+    pose = poses[nearest].copy()
     pose, outcome = project(tree, target, pose, max_iter, TOL_PROJECTION)
     norm, n_iter, converged = outcome
     if metric == "position":
         at = np.empty((1, len(target)))
         place_all(tree, pose[None], at)
-        variance = weights @ ((positions - at) ** 2).sum(axis=1)
+        variance = weights @ (((positions - at) * scale) ** 2).sum(axis=1)
         reason = "" if converged else _reason(n_iter, max_iter)
     else:
         given = Poses(tree, poses, weights, n_steps, bool(wrap), effective_n_jobs(n_jobs))
         spread, n_iter, reason = karcher_mean(given, pose, max_iter, tol)
         pose, variance, norm = spread.pose, spread.variance, spread.norm
-    mean = FrechetMean(from_tree_order(tree, pose), float(variance), float(norm), n_iter, not reason)
+    found = from_tree_order(tree, pose, X[nearest])
+    mean = FrechetMean(found, float(variance), float(norm), n_iter, not reason)
     if reason:
         warn(
             f"the mean did not converge, its gradient_norm is {mean.gradient_norm:.2g}, but it is a pose: {reason}",

@@ -1,12 +1,12 @@
-"""Forward kinematics F(θ), its Jacobian, and the metric tensor that they induce on angle space."""
+"""Joint positions, their Jacobian, and the metric tensor that weighted positions F(θ) induce on angle space."""
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from skpose._compiled import jacobian, loops
 from skpose._compiled.encode import encode_positions
-from skpose._compiled.tree import Steps
-from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
+from skpose._compiled.tree import Steps, Tree
+from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of, tree_of_all_joints
 from skpose.skeleton import Skeleton
 from skpose.skeleton._arguments import check_skeleton
 from skpose.skeleton._units import warn_of_degrees
@@ -14,7 +14,9 @@ from skpose.skeleton._validation import check_is_array, check_poses
 
 
 def forward_kinematics(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
-    """Compute the joint positions F(θ) of every pose, the root at the origin and unrotated.
+    """Compute the joint positions of every pose, the root at the origin and unrotated.
+
+    All joints of the skeleton, whatever their weights.
 
     Parameters
     ----------
@@ -60,8 +62,7 @@ def forward_kinematics(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
             [1., 1., 0.]]])
     """
     angles = _checked(angles, skeleton)
-    positions = np.empty((len(angles), 3 * skeleton.n_joints))
-    loops.encode_poses(angles, encode_positions, tree_of(skeleton), Steps.of(1, wrap=False), positions)
+    positions = _positions(angles, tree_of_all_joints(skeleton))
     return positions.astype(angles.dtype, copy=False).reshape(len(angles), -1, 3)
 
 
@@ -73,8 +74,19 @@ def _checked(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
     return angles
 
 
+def weighted_positions(angles: np.ndarray, skeleton: Skeleton) -> np.ndarray:
+    """Return F(θ) (n_poses, n): positions of the joints that count, times the square roots of their weights."""
+    return _positions(angles, tree_of(skeleton))
+
+
+def _positions(angles: np.ndarray, tree: Tree) -> np.ndarray:
+    positions = np.empty((len(angles), 3 * len(tree.offset) - 3))
+    loops.encode_poses(angles, encode_positions, tree, Steps.of(1, wrap=False), positions)
+    return positions
+
+
 def position_jacobian(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
-    """Compute the Jacobian J = ∂F/∂θ of the joint positions, in closed form.
+    """Compute the Jacobian of the joint positions, in closed form; weights have no effect on it.
 
     A rotation about the unit axis a through the point o moves a point p at the rate a × (p − o).
 
@@ -121,16 +133,13 @@ def position_jacobian(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
            [2., 1.],
            [0., 0.]])
     """
-    angles = _checked(angles, skeleton)
-    jacobians = np.empty((len(angles), 3 * skeleton.n_joints, skeleton.n_dofs))
-    tree = tree_of(skeleton)
-    jacobian.position_jacobians(to_tree_order(tree, angles.astype(np.float64)), tree, jacobians)
-    # A rate of change by dofs becomes one by columns as dofs become columns: the change of axes is a rotation.
-    return from_tree_order(tree, jacobians).astype(angles.dtype, copy=False)
+    return _jacobians(_checked(angles, skeleton), tree_of_all_joints(skeleton))
 
 
 def metric_tensor(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
     """Compute the metric tensor JᵀJ of the kinematic manifold in angle space, appendix B of the paper.
+
+    J is the Jacobian of F(θ), the positions of the joints times the square roots of their weights.
 
     Parameters
     ----------
@@ -143,7 +152,7 @@ def metric_tensor(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
     -------
     ndarray of shape (n_poses, n_dofs, n_dofs)
         m²/rad²; symmetric and positive semi-definite. It is singular where a dof moves nothing: a twist about a bone
-        at the end of the chain, or one that is followed only by bones along its own axis.
+        at the end of the chain, or one that is followed only by bones along its own axis, and what carries no weight.
 
     Raises
     ------
@@ -157,7 +166,7 @@ def metric_tensor(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
 
     See Also
     --------
-    position_jacobian : The J of JᵀJ.
+    position_jacobian : The Jacobian of the positions without weights.
 
     References
     ----------
@@ -171,5 +180,14 @@ def metric_tensor(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
     array([[5., 2.],
            [2., 1.]])
     """
-    jacobians = position_jacobian(angles, skeleton)
+    jacobians = _jacobians(_checked(angles, skeleton), tree_of(skeleton))
     return jacobians.transpose(0, 2, 1) @ jacobians
+
+
+def _jacobians(angles: np.ndarray, tree: Tree) -> np.ndarray:
+    """Return the Jacobians (n_poses, n, n_dofs) of the positions that a tree has, by the columns of poses."""
+    rates = np.empty((len(angles), 3 * len(tree.offset) - 3, len(tree.column)))
+    jacobian.position_jacobians(to_tree_order(tree, angles.astype(np.float64)), tree, rates)
+    # A rate of change by dofs becomes one by columns as dofs become columns: the change of axes is a rotation.
+    unmoved = np.zeros((*rates.shape[:2], angles.shape[1]))
+    return from_tree_order(tree, rates, unmoved).astype(angles.dtype, copy=False)

@@ -43,24 +43,47 @@ array([ 0.  ,  0.  , -1.57, -1.57])
 """
 
 import functools
+from dataclasses import replace
 
 import numpy as np
 
 from skpose._compiled.tree import TWO_PI, Tree
 from skpose.kinematics._frames import ROUNDING, Frame, Frames, absorb, frames_of
 from skpose.skeleton import Skeleton
+from skpose.skeleton._selection import with_carriers
 
 FLOAT64 = np.dtype(np.float64)
 
 
 @functools.lru_cache(maxsize=64)
 def tree_of(skeleton: Skeleton | None, dtype: np.dtype = FLOAT64) -> Tree:
-    """Return the skeleton as flat arrays, reals of the given dtype; None is the root alone."""
+    """Return what counts in distances as flat arrays, reals of the given dtype; None is the root alone.
+
+    Joints without weight that carry none with weight are left out, with their columns.
+    """
+    if skeleton is None:
+        return _as_arrays(None, np.zeros(0, dtype=int), np.zeros(0), dtype)
+    bones = with_carriers(skeleton, np.array(skeleton.joint_names)[skeleton.weights > 0.0])
+    part = replace(skeleton, bones=bones) if any(bone.dofs for bone in bones) else skeleton
+    weight = dict(zip(skeleton.joint_names, skeleton.weights, strict=True))
+    weights = np.array([weight[name] for name in part.joint_names])
+    return _as_arrays(part, part.columns_in(skeleton), weights, dtype)
+
+
+@functools.lru_cache(maxsize=64)
+def tree_of_all_joints(skeleton: Skeleton) -> Tree:
+    """Return the skeleton as flat arrays, each joint of weight one."""
+    return _as_arrays(skeleton, np.arange(skeleton.n_dofs), np.ones(skeleton.n_joints), FLOAT64)
+
+
+def _as_arrays(skeleton: Skeleton | None, columns: np.ndarray, weights: np.ndarray, dtype: np.dtype) -> Tree:
+    """Return a skeleton as flat arrays, given the columns that its dofs have in an array of poses."""
     frames = frames_of(skeleton)
     shift = np.zeros(len(frames.column))
     for frame in frames.rotating:
         absorb(frame, frames.offset, shift)
-    tree = _arrays(skeleton, frames, shift)
+    tree = _arrays(skeleton, frames, shift, np.concatenate([[0.0], np.sqrt(weights)]))
+    tree = tree._replace(column=columns[tree.column])
     # Left writeable: read-only arrays are another type to numba, and pickling would make them this one.
     return Tree(*(np.ascontiguousarray(a, dtype if a.dtype == float else np.int64) for a in tree))
 
@@ -74,15 +97,14 @@ def to_tree_order(tree: Tree, poses: np.ndarray) -> np.ndarray:
     return dofs
 
 
-def from_tree_order(tree: Tree, dofs: np.ndarray) -> np.ndarray:
-    """Invert `to_tree_order`."""
-    dofs = dofs * tree.sign
+def from_tree_order(tree: Tree, dofs: np.ndarray, poses: np.ndarray) -> np.ndarray:
+    """Invert `to_tree_order`: return a copy of poses (..., n_dofs) with the columns that the tree has from its dofs."""
+    dofs, poses = dofs * tree.sign, poses.copy()
     for f in tree.ball_frame:
         ball = slice(tree.first_dof[f], tree.end_dof[f])
         dofs[..., ball] = dofs[..., ball] @ tree.ball_axes[f]
-    columns = np.empty_like(dofs)
-    columns[..., tree.column] = dofs
-    return columns
+    poses[..., tree.column] = dofs
+    return poses
 
 
 def wrapped(tree: Tree, dofs: np.ndarray, near: np.ndarray) -> np.ndarray:
@@ -121,8 +143,8 @@ def _in_batches(root: Frame) -> tuple[list[Frame], list[int], list[int]]:
 # --- fourth pass: flat arrays -----------------------------------------------------------------------------------------
 
 
-def _arrays(skeleton: Skeleton | None, built: Frames, shift: np.ndarray) -> Tree:
-    """Return frames and joints as the arrays of a Tree."""
+def _arrays(skeleton: Skeleton | None, built: Frames, shift: np.ndarray, scale: np.ndarray) -> Tree:
+    """Return frames and joints as the arrays of a Tree; scales are those of the root and of the skeleton's joints."""
     frames, batch_kind, first_frame = _in_batches(built.root)
     balls = [f for f, frame in enumerate(frames) if frame.is_ball]
     is_angle = np.ones(len(built.column), dtype=bool)
@@ -141,6 +163,7 @@ def _arrays(skeleton: Skeleton | None, built: Frames, shift: np.ndarray) -> Tree
     parents = np.zeros(0, dtype=int) if skeleton is None else skeleton.parents
     joint_frame = np.array([0, *(f for f, frame in enumerate(frames) for _ in frame.joints)])
     ranges = [_dof_ranges(frame) for frame in frames]
+    weighted_squares = np.square(scale[order]) * np.square(built.offset[order]).sum(axis=1)
     angles = np.array([[frame.angle, frame.angle / 2] for frame in frames])
     fixed_rotation = np.stack([np.cos(angles), np.sin(angles)], axis=2).reshape(-1, 4)
     fixed_rotation[np.abs(fixed_rotation) < ROUNDING] = 0.0  # of right angles
@@ -154,7 +177,7 @@ def _arrays(skeleton: Skeleton | None, built: Frames, shift: np.ndarray) -> Tree
         ball_axes=np.stack([frame.axes.T for frame in frames]),
         fixed_axis=np.array([frame.axis for frame in frames]),
         fixed_rotation=fixed_rotation,
-        weight=np.bincount(joint_frame, np.square(built.offset[order]).sum(axis=1), minlength=len(frames)),
+        weight=np.bincount(joint_frame, weighted_squares, minlength=len(frames)),
         pivot=tree_joint[[frame.pivot for frame in frames]],
         batch_kind=np.array(batch_kind, dtype=int),
         first_frame=np.array(first_frame),
@@ -164,26 +187,42 @@ def _arrays(skeleton: Skeleton | None, built: Frames, shift: np.ndarray) -> Tree
         shift=shift,
         angle_dof=np.flatnonzero(is_angle),
         ball_frame=np.array(balls, dtype=int),
-        first_joint=_runs_of_joints(frames, joint_frame, built.offset[order], first_frame[-1]),
+        first_joint=_runs_of_joints(frames, joint_frame, built.offset[order], scale[order], first_frame[-1]),
+        first_tip=_runs_of_tips(frames, joint_frame, scale[order], first_frame[-1]),
         joint_parent=tree_joint[[0, *(parents + 1)]][order],
         joint_frame=joint_frame,
         offset=built.offset[order],
-        skeleton_joint=np.array(order),
+        scale=scale[order],
+        code_joint=np.array(order),
         first_run=np.cumsum([0, *map(len, ranges)]),
         runs=np.array([one for frame_ranges in ranges for one in frame_ranges], dtype=int).reshape(-1, 2),
     )
 
 
-def _runs_of_joints(frames: list[Frame], joint_frame: np.ndarray, offset: np.ndarray, first_tip: int) -> np.ndarray:
-    """Return where runs of joints begin: of any joints, then of those of ball joints that lie along x, in turns."""
+def _runs_of_joints(
+    frames: list[Frame], joint_frame: np.ndarray, offset: np.ndarray, scale: np.ndarray, first_tip: int
+) -> np.ndarray:
+    """Return where runs of joints begin: of any joints, then of those of ball joints that lie along x, in turns.
+
+    A run and the next one, of those along x, have one weight.
+    """
     moving = [j for j, f in enumerate(joint_frame) if 0 < f < first_tip]
-    runs = [moving[0] if moving else len(joint_frame)]
+    runs = moving[:1] or [0]
     for j in moving:
         along_x = frames[joint_frame[j]].is_ball and not offset[j, 1:].any()
+        if scale[j] != scale[runs[-1]]:
+            runs += [j] * (1 + len(runs) % 2)
         if along_x != (len(runs) % 2 == 0):
             runs.append(j)
-    end = moving[-1] + 1 if moving else len(joint_frame)
+    end = moving[-1] + 1 if moving else 0
     return np.array(runs + [end] * (1 + len(runs) % 2))
+
+
+def _runs_of_tips(frames: list[Frame], joint_frame: np.ndarray, scale: np.ndarray, first_tip: int) -> np.ndarray:
+    """Return where runs of tips' joints of one weight begin, and where the joints of ball joints begin."""
+    tips = [j for j, f in enumerate(joint_frame) if f >= first_tip and not frames[f].is_ball]
+    end = len(joint_frame) - sum(f >= first_tip and frames[f].is_ball for f in joint_frame)
+    return np.array([j for j in tips if j == tips[0] or scale[j] != scale[j - 1]] + [end])
 
 
 def _dof_ranges(frame: Frame) -> list[tuple[int, int]]:

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple, NoReturn
 import numpy as np
 
 BALL = "rotvec"  # the dofs of a ball joint
+WEIGHT = "a finite number, zero or more, or None"
 ROTATION_TOLERANCE = 1e-6  # deviation of a rest rotation from orthonormal: six printed digits leave this much
 
 
@@ -30,6 +31,9 @@ class Bone(NamedTuple):
         the identity.
     limits : tuple of (lower, upper) pairs, default=None
         Range of each dof, rad, in the order of `dofs`. A ball joint has none.
+    weight : float, default=None
+        How much the joint at the far end counts in distances, see `Skeleton.with_weights`. None is 1, or 0 where the
+        joint always stands in the place of another one that counts.
 
     Attributes
     ----------
@@ -47,6 +51,7 @@ class Bone(NamedTuple):
     dofs: str = ""
     rest_rotation: Sequence[Sequence[float]] | np.ndarray | None = None
     limits: Sequence[Sequence[float]] | np.ndarray | None = None
+    weight: float | None = None
 
     @property
     def is_ball(self) -> bool:
@@ -85,7 +90,12 @@ def check_bone(bone: Bone) -> Bone:
         if (limits[:, 0] > limits[:, 1]).any():
             _refuse(bone, "limits", expected)
         limits = tuple(map(tuple, limits.tolist()))
-    return Bone(bone.name, bone.parent, tuple(offset.tolist()), bone.dofs, rest, limits)
+    weight = bone.weight
+    if weight is not None:
+        weight = float(_numbers(bone, "weight", (), WEIGHT))
+        if not 0.0 <= weight < np.inf:
+            _refuse(bone, "weight", WEIGHT)
+    return Bone(bone.name, bone.parent, tuple(offset.tolist()), bone.dofs, rest, limits, weight)
 
 
 def is_axes(dofs: object) -> bool:
@@ -126,6 +136,11 @@ def _refuse(bone: Bone, field: str, expected: str) -> NoReturn:
 def mean_bone(bones: Sequence[Bone]) -> Bone:
     """Mean of one bone over several skeletons, for `Skeleton.mean`."""
     first = bones[0]
+    if any(bone.weight != first.weight for bone in bones):
+        raise ValueError(
+            f"bone {first.name!r} has different weights in the skeletons, and no mean of them is meant: give the "
+            "weights to the mean skeleton instead, with with_weights"
+        )
     offsets = np.array([bone.offset for bone in bones])
     lengths = np.linalg.norm(offsets, axis=1)
     direction = (offsets / np.where(lengths > 0, lengths, 1.0)[:, None]).sum(axis=0)

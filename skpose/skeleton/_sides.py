@@ -12,6 +12,7 @@ _MAYBE = [
     re.compile(r"(?<![A-Za-z0-9])[LlRr](?=[A-Za-z])"),
     re.compile(r"(?<=[a-z0-9])[LR]$"),
 ]
+PATTERNS = (_WORD, _LETTER, *_MAYBE)
 _OTHER = {"left": "right", "right": "left", "l": "r", "r": "l"}
 
 
@@ -54,7 +55,7 @@ def sides(names: Sequence[str]) -> list[str]:
 
 def _others(name: str) -> list[str]:
     """Return names that differ by the side."""
-    names = dict.fromkeys(pattern.sub(_other, name) for pattern in (_WORD, _LETTER, *_MAYBE))
+    names = dict.fromkeys(pattern.sub(_other, name) for pattern in PATTERNS)
     names.pop(name, None)
     return list(names)
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from skpose.skeleton import _names
+from skpose.skeleton import _names, _selection, _weights
 from skpose.skeleton._bone import BALL, Bone, check_bone, is_axes, mean_bone
 from skpose.skeleton._rest import check_rest_poses
 
@@ -24,8 +24,8 @@ class Skeleton:
     Parameters
     ----------
     bones : iterable of Bone
-        The bones, in any order; plain tuples (name, parent, offset, dofs, rest_rotation, limits) are accepted. They
-        are kept in the given order, except that a parent comes before its children.
+        The bones, in any order; plain tuples (name, parent, offset, dofs, rest_rotation, limits, weight) are accepted.
+        They are kept in the given order, except that a parent comes before its children.
     offset_frame : {"own", "parent"}, default="own"
         Axes in which the offsets are given. "own": a joint's dofs rotate the bone that *ends* at it (ASF). "parent":
         they rotate the bones that *start* at it (BVH).
@@ -44,6 +44,8 @@ class Skeleton:
         The joints' constant rotations.
     limits : ndarray of shape (n_dofs, 2) or None
         Range of each dof, rad, infinite where a bone has none; None where no bone has any.
+    weights : ndarray of shape (n_joints,)
+        How much each joint counts in distances, see `with_weights`.
     n_joints, n_dofs : int
         Numbers of joints and of dofs.
 
@@ -118,7 +120,7 @@ class Skeleton:
         Raises
         ------
         ValueError
-            If the skeletons differ in more than lengths, directions and limits, or if the directions of a bone at
+            If the skeletons differ in more than lengths, directions and limits, such as weights, or if the directions of a bone at
             angle zero, or two rest rotations of a joint, are more than 45° apart, as in a T-pose and an A-pose; the
             message names the joint. `Motion.retarget` converts motions to one rest pose.
         """
@@ -219,6 +221,14 @@ class Skeleton:
             return None
         free = (-np.inf, np.inf)
         return _frozen([pair for b in self.bones for pair in (b.limits or [free] * b.n_dofs)])
+
+    @cached_property
+    def weights(self) -> np.ndarray:
+        return _frozen(_weights.joint_weights(self))
+
+    with_weights = _weights.with_weights
+    select = _selection.select
+    columns_in = _selection.columns_in
 
     @property
     def n_joints(self) -> int:

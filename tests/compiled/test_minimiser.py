@@ -101,7 +101,7 @@ def test_normal_equations_are_those_of_the_chords(substeps, skeleton, poses):
     tree = tree_of(skeleton)
     at = np.linspace(0, N_NODES - 1, (N_NODES - 1) * substeps + 1)
     samples = np.stack([np.interp(at, np.arange(N_NODES), column) for column in poses.T], axis=1)
-    J = to_tree_order(tree, position_jacobian(from_tree_order(tree, samples), skeleton))
+    J = to_tree_order(tree, position_jacobian(from_tree_order(tree, samples, samples), skeleton))
     share = np.maximum(0, 1 - np.abs(at[:, None] - np.arange(1, N_NODES - 1)))  # of each sample in each free pose
     moved = np.einsum("si,srd->srid", share, J)
     A = np.diff(moved, axis=0).reshape(-1, (N_NODES - 2) * skeleton.n_dofs)

@@ -1,0 +1,145 @@
+"""Weights of joints that stand for the mass of a human body.
+
+After P. de Leva, "Adjustments to Zatsiorsky-Seluyanov's segment inertia parameters", Journal of Biomechanics 29(9),
+1996, table 4, doi:10.1016/0021-9290(95)00178-6: means of the figures for women and for men.
+
+A segment of mass m, whose centre of mass lies at the part c of the distance from its near end to its far end, counts as
+m (1 − c) at the near end and m c at the far end: both momentum and centre of mass are then those of the segment.
+"""
+
+import re
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, NamedTuple, NoReturn
+
+import numpy as np
+
+from skpose.skeleton._sides import PATTERNS
+
+if TYPE_CHECKING:
+    from skpose.skeleton._skeleton import Skeleton
+
+ROOT = -1
+
+
+class Segment(NamedTuple):
+    """A part of the body."""
+
+    mass: float  # as a part of the body's
+    centre: float  # of mass, as a part of the length from the near end
+
+
+def _mean(women: tuple[float, float], men: tuple[float, float]) -> Segment:
+    """Return the mean of two rows of the table, which are percentages of the mass and of the length."""
+    return Segment((women[0] + men[0]) / 200.0, (women[1] + men[1]) / 200.0)
+
+
+HEAD = _mean((6.68, 100.0 - 48.41), (6.94, 100.0 - 50.02))  # with the neck; the table measures from the vertex
+TRUNK = (15.45 + 15.96 + 14.65 + 16.33) / 200.0  # its upper and its middle part; the pelvis belongs to the root
+ARM = (  # from the shoulder on
+    _mean((2.55, 57.54), (2.71, 57.72)),
+    _mean((1.38, 45.59), (1.62, 45.74)),
+    _mean((0.56, 74.74), (0.61, 79.00)),
+)
+LEG = (  # from the hip on
+    _mean((14.78, 36.12), (14.16, 40.95)),
+    _mean((4.81, 44.16), (4.33, 44.59)),
+    _mean((1.29, 40.14), (1.37, 44.15)),
+)
+# Names, without the side, of the bones of a limb, and of its joints.
+LIMBS = (
+    (
+        ARM,
+        (("upperarm", "humerus", "arm", "uparm"), ("forearm", "radius", "lowerarm", "lowarm"), ("hand",)),
+        (("shoulder",), ("elbow",), ("wrist",)),
+    ),
+    (
+        LEG,
+        (
+            ("thigh", "femur", "upleg", "upperleg"),
+            ("shank", "tibia", "leg", "lowerleg", "lowleg", "shin", "calf"),
+            ("foot",),
+        ),
+        (("hip",), ("knee",), ("ankle",)),
+    ),
+)
+NECK = ("neck", "lowerneck", "upperneck")
+
+
+def mass_weights(skeleton: "Skeleton") -> np.ndarray:
+    """Return the part (n_joints,) of the body's mass that each joint stands for."""
+    weights = np.zeros(skeleton.n_joints + 1)  # the last is the root's, whose index is ROOT
+    children: list[list[int]] = [[] for _ in range(skeleton.n_joints + 1)]
+    for joint, parent in enumerate(skeleton.parents):
+        children[parent].append(joint)
+    for segments, bones, joints in LIMBS:
+        for points in _limbs(skeleton, bones, joints, children):
+            for segment, near, far in zip(segments, points[:-1], points[1:], strict=True):
+                weights[near] += segment.mass * (1.0 - segment.centre)
+                weights[far] += segment.mass * segment.centre / len(far)
+    base, top = _head(skeleton, children)
+    weights[base] += HEAD.mass * (1.0 - HEAD.centre)
+    weights[top] += HEAD.mass * HEAD.centre / len(top)
+    spine = [base]
+    while spine[-1] != ROOT:
+        spine.append(int(skeleton.parents[spine[-1]]))
+    lengths = [float(np.linalg.norm(skeleton.offsets[joint])) for joint in spine[:-1]]
+    for far, near, length in zip(spine[:-1], spine[1:], lengths, strict=True):
+        weights[[near, far]] += 0.5 * TRUNK * length / (sum(lengths) or 1.0)
+    return weights[:-1]
+
+
+def _limbs(
+    skeleton: "Skeleton",
+    bones: tuple[tuple[str, ...], ...],
+    joints: tuple[tuple[str, ...], ...],
+    children: list[list[int]],
+) -> list[tuple[list[int], ...]]:
+    """Return for both sides the joints where the segments of a limb meet: its start, two joints, its ends."""
+    by_joint = any(_is(name, joints[1]) for name in skeleton.joint_names)
+    found = [_pair(skeleton, names) for names in (joints if by_joint else bones)]
+    limbs = []
+    for upper, lower, last in zip(*found, strict=True):
+        if by_joint or skeleton.offset_frame == "parent":  # a joint stands where the bone of its name starts
+            limbs.append(([upper], [lower], [last], children[last] or [last]))
+        else:
+            limbs.append(([int(skeleton.parents[upper])], [upper], [lower], [last]))
+    return limbs
+
+
+def _head(skeleton: "Skeleton", children: list[list[int]]) -> tuple[int, list[int]]:
+    """Return the joint at the base of the neck, and the ends of the head."""
+    heads = [j for j, name in enumerate(skeleton.joint_names) if _is(name, ("head",))]
+    if len(heads) != 1:
+        _refuse("a head", ("head",), [skeleton.joint_names[j] for j in heads])
+    first = heads[0]
+    while skeleton.parents[first] != ROOT and _is(skeleton.joint_names[skeleton.parents[first]], NECK):
+        first = int(skeleton.parents[first])
+    if skeleton.offset_frame == "own":
+        return int(skeleton.parents[first]), [heads[0]]
+    return first, children[heads[0]] or [heads[0]]
+
+
+def _pair(skeleton: "Skeleton", names: tuple[str, ...]) -> tuple[int, int]:
+    """Return the two joints, one for each side, that have one of these names; the first name that is found counts."""
+    for known in names:
+        found = [j for j, name in enumerate(skeleton.joint_names) if _is(name, (known,))]
+        if len(found) == 2:
+            return found[0], found[1]
+        if found:
+            _refuse(f"two joints named {known!r} with a side", names, [skeleton.joint_names[j] for j in found])
+    _refuse("two joints, left and right,", names, [])
+
+
+def _is(name: str, known: Iterable[str]) -> bool:
+    """Return whether a joint has one of these names, by its letters without the side: "mixamorig:LeftUpLeg" is "upleg"."""
+    name = re.sub(r"^Bip\d+", "", name.split(":")[-1])
+    return any(re.sub("[^a-z]", "", pattern.sub("", name).lower()) in known for pattern in PATTERNS)
+
+
+def _refuse(expected: str, names: tuple[str, ...], found: list[str]) -> NoReturn:
+    known = ", ".join(names)
+    got = ", ".join(map(repr, found)) or "none"
+    raise ValueError(
+        f'weights="mass" finds the segments of a human body by the names of the joints: expected {expected} named '
+        f"{known}, got {got}. Pass a weight for each joint instead"
+    )

@@ -1,0 +1,65 @@
+"""Parts of skeletons, and of motions."""
+
+import numpy as np
+import pytest
+
+from skpose import Motion, Skeleton, forward_kinematics
+from skpose.datasets import humanoid, make_gait
+
+
+def test_joints_keep_what_carries_them():
+    skeleton = humanoid()
+    part = skeleton.select(["left_hand", "neck"])
+    assert part.joint_names == ("abdomen", "chest", "neck", "left_clavicle", "left_upper_arm", "left_forearm", "left_hand")
+    assert part.select() == part
+    assert skeleton.select() == skeleton
+    assert skeleton.select("left_hand", drop="left_forearm").joint_names[-1] == "chest"
+
+
+def test_what_is_dropped_goes_with_all_that_it_carries():
+    part = humanoid().select(drop=["left_pelvis", "right_forearm"])
+    assert not {name for name in part.joint_names if "left_" in name and ("thigh" in name or "foot" in name)}
+    assert "right_hand" not in part.joint_names
+    assert "right_upper_arm" in part.joint_names
+
+
+def test_positions_of_what_is_kept_stay():
+    motion = make_gait(1, 1, duration=0.2, random_state=0).motions[0]
+    for arguments in ({"joints": "right_toes"}, {"drop": ["chest"]}, {"joints": ["head", "left_foot"], "drop": "left_toes"}):
+        part = motion.select(**arguments)
+        kept = [motion.skeleton.joint_names.index(name) for name in part.skeleton.joint_names]
+        np.testing.assert_array_equal(part.angles, motion.angles[:, part.skeleton.columns_in(motion.skeleton)])
+        np.testing.assert_allclose(
+            forward_kinematics(part.angles, part.skeleton),
+            forward_kinematics(motion.angles, motion.skeleton)[:, kept],
+            atol=1e-14,
+        )
+        np.testing.assert_array_equal(part.root_positions, motion.root_positions)
+
+
+def test_weights_and_limits_stay():
+    arm = Skeleton([("a", None, (1, 0, 0), "z", None, ((0, 1),), 2.0), ("b", "a", (1, 0, 0), "z")])
+    assert arm.select("a").bones == arm.bones[:1]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"joints": "left_hnd"}, "joints names 'left_hnd', which no joint has: see skeleton.joint_names; near it are 'left"),
+        ({"drop": ["hip"]}, "drop names 'hip', which no joint has"),
+        ({"joints": "left_pelvis"}, "a selection must leave at least one joint with dofs, but it leaves 'left_pelvis'"),
+        ({"joints": []}, "it leaves no joint"),
+        ({"joints": [3]}, "joints names 3, which no joint has"),
+    ],
+)
+def test_selections_that_are_none(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        humanoid().select(**arguments)
+
+
+def test_columns_are_those_of_the_larger_skeleton():
+    skeleton = humanoid()
+    with pytest.raises(ValueError, match="the other skeleton has no dof 'joint_1_rz'"):
+        Skeleton.chain(2).columns_in(skeleton)
+    motion = Motion(skeleton, np.arange(42.0)[None], 1)
+    assert motion.select("head").angles.tolist() == [list(range(12))]
