@@ -90,7 +90,9 @@ def weighted(skeleton, seed):
     rng = np.random.default_rng(seed)
     weights = rng.uniform(0.1, 3.0, skeleton.n_joints) * (rng.uniform(size=skeleton.n_joints) > 0.3)
     unseen = skeleton.select(drop=skeleton.bones[skeleton.n_joints // 2].name).joint_names
-    return skeleton.with_weights([w if n in unseen else 0.0 for w, n in zip(weights, skeleton.joint_names, strict=True)])
+    return skeleton.with_weights(
+        [w if n in unseen else 0.0 for w, n in zip(weights, skeleton.joint_names, strict=True)]
+    )
 
 
 def in_space(motion):

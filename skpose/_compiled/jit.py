@@ -64,7 +64,5 @@ inlined = functools.partial(jit, forceinline=True)
 
 # Without the entry point that lets a function be an argument of another one: compiles a tenth faster.
 internal = functools.partial(jit, no_cfunc_wrapper=True)
-# Never a part of its callers: begins with `lanes.keep_apart`. (A callee inherits forceinline from its caller.)
-kept_apart = functools.partial(jit, forceinline=False, no_cfunc_wrapper=True)
 # Part of its callers before they are compiled, and not compiled by itself: one step of a long function.
 unfolded = functools.partial(jit, inline="always")

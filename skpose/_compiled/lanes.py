@@ -73,7 +73,3 @@ def greater(value, bound):
 def any_greater(value, bound):
     """Return whether the value is more than the bound in any lane."""
     return bool(np.any(value > bound))
-
-
-def keep_apart():
-    """Keep the function that begins with this apart from its callers: what is rare leaves their registers alone."""

@@ -184,17 +184,6 @@ def _overload_full_like(rows, value):
     return lambda rows, value: _full_like(rows, value)
 
 
-@type_callable(lanes.keep_apart)
-def _type_of_keeping_apart(context):
-    return lambda: types.none
-
-
-@lower_builtin(lanes.keep_apart)
-def _keep_apart(context, builder, sig, args):
-    builder.function.attributes.add("noinline")
-    return context.get_dummy_value()
-
-
 # --- functions ------------------------------------------------------------------------------------------------------
 
 

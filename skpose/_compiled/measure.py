@@ -7,8 +7,8 @@ import math
 
 import numpy as np
 
-from skpose._compiled.jit import inlined, kept_apart, jit
-from skpose._compiled.lanes import any_greater, flat, full_like, greater, keep_apart, minimum, rows, sqrt
+from skpose._compiled.jit import inlined, jit
+from skpose._compiled.lanes import any_greater, flat, full_like, greater, minimum, rows, sqrt
 from skpose._compiled.rotation import TIE
 from skpose._compiled.step import advance, for_scale, no_squares, parts_of, plan_of, take_step, weighted
 from skpose._compiled.tree import SLERP_TERMS, TWO_PI, Squares, Steps
@@ -127,18 +127,6 @@ def _start_ball(a, b, at, Q, q, slerp):
     return m
 
 
-@kept_apart
-def _start_balls(n_angles, n_balls, a, b, Q, slerp, n_steps):
-    """Set the states of all ball joints to so many steps after the start; return a sum that is zero for no rotation."""
-    keep_apart()
-    apart = full_like(b, 0.0)
-    for k in range(n_balls):
-        apart = apart + _start_ball(a, b, 5 * n_angles + 4 * k, Q, 9 * k, slerp)
-        for _ in range(n_steps):
-            advance(Q, 9 * k)
-    return apart
-
-
 @inlined
 def _start_joints(plan, a, P):
     """Place the joints as in the encoded pose a."""
@@ -170,8 +158,8 @@ def _line(plan, a, b, steps, parts):
         apart = apart + gap * gap
         A[d], B[d] = 2.0 * s * s, 2.0 * s * c
         C[d], S[d] = a[3 * n + d], a[4 * n + d]
-    if plan.n_balls > 0:
-        apart = apart + _start_balls(n, plan.n_balls, a, b, parts.Q, steps.slerp, 0)
+    for k in range(plan.n_balls):
+        apart = apart + _start_ball(a, b, 5 * n + 4 * k, parts.Q, 9 * k, steps.slerp)
     _start_joints(plan, a, parts.P)
     length = full_like(b, 0.0)
     for _ in range(steps.n_steps - 1):
@@ -198,8 +186,10 @@ def _two_chords(plan, a, b, steps, parts):
             m //= 2
         A[d], B[d] = 2.0 * v * v, 2.0 * u * v
         C[d], S[d] = a[3 * n + d], a[4 * n + d]
-    if plan.n_balls > 0:
-        _start_balls(n, plan.n_balls, a, b, parts.Q, steps.slerp, steps.n_steps // 2 - 1)
+    for k in range(plan.n_balls):
+        _start_ball(a, b, 5 * n + 4 * k, parts.Q, 9 * k, steps.slerp)
+        for _ in range(steps.n_steps // 2 - 1):
+            advance(parts.Q, 9 * k)
     _start_joints(plan, a, parts.P)
     first = sqrt(take_step(plan, parts))
     return first + _last_chord(plan, b, parts.P)

@@ -1,8 +1,8 @@
 """One step of all angles along a line, and the joints placed anew: in lanes."""
 
 from skpose._compiled.forward import rotated
-from skpose._compiled.jit import inlined, kept_apart
-from skpose._compiled.lanes import flat, full_like, keep_apart, rows
+from skpose._compiled.jit import inlined
+from skpose._compiled.lanes import flat, full_like, rows
 from skpose._compiled.rotation import turned_back
 from skpose._compiled.tree import BALL, Parts, Plan, Squares
 
@@ -91,13 +91,12 @@ def advance(Q, q):
     return w, x, y, z
 
 
-@kept_apart
-def _rotate_balls(first, last, frame_parent, ball, Q, H):
+@inlined
+def _rotate_balls(first, last, plan, Q, H):
     """Compute the orientations of ball joints' frames."""
-    keep_apart()
     for f in range(first, last):
-        before, row = 6 * frame_parent[f], 6 * f
-        quaternion = advance(Q, 9 * ball[f])
+        before, row = 6 * plan.frame_parent[f], 6 * f
+        quaternion = advance(Q, 9 * plan.ball[f])
         for i in range(0, 6, 3):
             x, y, z = turned_back((H[before + i], H[before + i + 1], H[before + i + 2]), quaternion)
             H[row + i], H[row + i + 1], H[row + i + 2] = x, y, z
@@ -152,7 +151,7 @@ def _rotate_frames(plan, parts):
         kind, first, last = plan.batch_kind[b], plan.first_frame[b], plan.first_frame[b + 1]
         # A literal number lets the compiler remove the branches on it.
         if kind == BALL:
-            _rotate_balls(first, last, plan.frame_parent, plan.ball, parts.Q, H)
+            _rotate_balls(first, last, plan, parts.Q, H)
         elif kind == 3:
             _rotate_batch(3, first, last, plan, C, S, H)
         elif kind == 2:
@@ -177,6 +176,13 @@ def _tip_offset(plan, parts, f, x, y):
 
 
 @inlined
+def _ball_offset(Q, q, x):
+    """Return the offset (x, 0, 0) of a ball joint's tip, rotated by one step."""
+    a, b, c, d = advance(Q, q)
+    return (1.0 - (c * c + d * d)) * x, (b * c + a * d) * x, (b * d - a * c) * x
+
+
+@inlined
 def no_squares(scale, P):
     """Return sums of squares with nothing in them, for joints of a scale."""
     zero = full_like(P, 0.0)
@@ -196,20 +202,6 @@ def for_scale(scale, P, squares):
         return squares
     zero = full_like(P, 0.0)
     return Squares(scale, zero, zero, zero, weighted(squares))
-
-
-@kept_apart
-def _place_ball_tips(tips, Q, H, P, squares):
-    """Place the joints of tips that are ball joints; their offsets lie along x."""
-    keep_apart()
-    first, last, joint_frame, frame_parent, joint_parent, ball, offset, scale = tips
-    for j in range(first, last):
-        f, x = joint_frame[j], offset[3 * j]
-        a, b, c, d = advance(Q, 9 * ball[f])
-        u, v, w = (1.0 - (c * c + d * d)) * x, (b * c + a * d) * x, (b * d - a * c) * x
-        squares = for_scale(scale[j], P, squares)
-        squares = _place_joint(H, 6 * frame_parent[f], P, j, joint_parent[j], u, v, w, squares)
-    return squares
 
 
 @inlined
@@ -235,16 +227,9 @@ def take_step(plan, parts):
             f = plan.joint_frame[j]
             x, y, z = _tip_offset(plan, parts, f, plan.offset[3 * j], plan.offset[3 * j + 1])
             squares = _place_joint(H, 6 * plan.frame_parent[f], P, j, plan.joint_parent[j], x, y, z, squares)
-    if plan.first_ball_tip < plan.n_joints:
-        tips = (
-            plan.first_ball_tip,
-            plan.n_joints,
-            plan.joint_frame,
-            plan.frame_parent,
-            plan.joint_parent,
-            plan.ball,
-            plan.offset,
-            plan.scale,
-        )
-        squares = _place_ball_tips(tips, parts.Q, H, P, squares)
+    for j in range(plan.first_ball_tip, plan.n_joints):
+        f = plan.joint_frame[j]
+        x, y, z = _ball_offset(parts.Q, 9 * plan.ball[f], plan.offset[3 * j])
+        squares = for_scale(plan.scale[j], P, squares)
+        squares = _place_joint(H, 6 * plan.frame_parent[f], P, j, plan.joint_parent[j], x, y, z, squares)
     return weighted(squares)

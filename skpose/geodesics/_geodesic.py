@@ -232,7 +232,11 @@ def geodesic(
     frees_angles = bool(wrap) and joint_limits == "ignore"
     curve = path_between(tree, begin, target, n_steps, frees_angles, bounds, max_iter, float(tol))
     steps = np.linspace(0.0, 1.0, len(curve.poses))
-    line = interpolate(skeleton.bones, np.stack([first, last]), steps) if wrap else straight_line(skeleton.bones, first, last, len(steps))
+    line = (
+        interpolate(skeleton.bones, np.stack([first, last]), steps)
+        if wrap
+        else straight_line(skeleton.bones, first, last, len(steps))
+    )
     path = from_tree_order(tree, curve.poses, line)
     path[0] = first
     found = Geodesic(

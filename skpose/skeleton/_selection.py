@@ -14,7 +14,9 @@ if TYPE_CHECKING:
     from skpose.skeleton._skeleton import Skeleton
 
 
-def select(skeleton: "Skeleton", joints: str | Iterable[str] | None = None, *, drop: str | Iterable[str] = ()) -> "Skeleton":
+def select(
+    skeleton: "Skeleton", joints: str | Iterable[str] | None = None, *, drop: str | Iterable[str] = ()
+) -> "Skeleton":
     """Return the skeleton of some joints, and of those that carry them.
 
     The dofs of all other joints are no columns of its poses any more. `Motion.select` and `MotionDataset.select` do the
@@ -103,7 +105,9 @@ def columns_in(part: "Skeleton", skeleton: "Skeleton") -> np.ndarray:
     return np.array([index[name] for name in part.dof_names], dtype=np.intp)
 
 
-def select_in(motion: "Motion", joints: str | Iterable[str] | None = None, *, drop: str | Iterable[str] = ()) -> "Motion":
+def select_in(
+    motion: "Motion", joints: str | Iterable[str] | None = None, *, drop: str | Iterable[str] = ()
+) -> "Motion":
     """Return the motion of some joints, and of those that carry them, see `Skeleton.select`.
 
     Parameters

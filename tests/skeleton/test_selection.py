@@ -10,7 +10,15 @@ from skpose.datasets import humanoid, make_gait
 def test_joints_keep_what_carries_them():
     skeleton = humanoid()
     part = skeleton.select(["left_hand", "neck"])
-    assert part.joint_names == ("abdomen", "chest", "neck", "left_clavicle", "left_upper_arm", "left_forearm", "left_hand")
+    assert part.joint_names == (
+        "abdomen",
+        "chest",
+        "neck",
+        "left_clavicle",
+        "left_upper_arm",
+        "left_forearm",
+        "left_hand",
+    )
     assert part.select() == part
     assert skeleton.select() == skeleton
     assert skeleton.select("left_hand", drop="left_forearm").joint_names[-1] == "chest"
@@ -25,7 +33,11 @@ def test_what_is_dropped_goes_with_all_that_it_carries():
 
 def test_positions_of_what_is_kept_stay():
     motion = make_gait(1, 1, duration=0.2, random_state=0).motions[0]
-    for arguments in ({"joints": "right_toes"}, {"drop": ["chest"]}, {"joints": ["head", "left_foot"], "drop": "left_toes"}):
+    for arguments in (
+        {"joints": "right_toes"},
+        {"drop": ["chest"]},
+        {"joints": ["head", "left_foot"], "drop": "left_toes"},
+    ):
         part = motion.select(**arguments)
         kept = [motion.skeleton.joint_names.index(name) for name in part.skeleton.joint_names]
         np.testing.assert_array_equal(part.angles, motion.angles[:, part.skeleton.columns_in(motion.skeleton)])
@@ -45,7 +57,10 @@ def test_weights_and_limits_stay():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"joints": "left_hnd"}, "joints names 'left_hnd', which no joint has: see skeleton.joint_names; near it are 'left"),
+        (
+            {"joints": "left_hnd"},
+            "joints names 'left_hnd', which no joint has: see skeleton.joint_names; near it are 'left",
+        ),
         ({"drop": ["hip"]}, "drop names 'hip', which no joint has"),
         ({"joints": "left_pelvis"}, "a selection must leave at least one joint with dofs, but it leaves 'left_pelvis'"),
         ({"joints": []}, "it leaves no joint"),

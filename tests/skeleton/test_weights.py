@@ -20,7 +20,11 @@ OF_POSITIONS = [name for name in METRICS if METRICS[name].needs_skeleton]
 @pytest.fixture
 def arm():
     return Skeleton(
-        [Bone("elbow", None, (0.3, 0, 0), "xyz"), Bone("wrist", "elbow", (0.25, 0, 0), "y"), ("tip", "wrist", (0.1, 0, 0))]
+        [
+            Bone("elbow", None, (0.3, 0, 0), "xyz"),
+            Bone("wrist", "elbow", (0.25, 0, 0), "y"),
+            ("tip", "wrist", (0.1, 0, 0)),
+        ]
     )
 
 
@@ -50,7 +54,7 @@ def test_weights_are_one_or_as_given(arm):
         ([1, np.nan, 1], "bone 'wrist': weight must be a finite number"),
         ([1, 1], "weights must have one number for each of the 3 joints in skeleton.joint_names, got 2"),
         ([0, 0, 0], "weights must be positive for at least one joint, but all are zero"),
-        ("weight", 'weights must be a mapping, an array or "mass", got \'weight\''),
+        ("weight", "weights must be a mapping, an array or \"mass\", got 'weight'"),
         ("mass", "two joints, left and right, named upperarm, humerus"),
         (2.0, "weights must have one number for each of the 3 joints"),
     ],
@@ -70,7 +74,8 @@ def test_equal_weights_scale_distances(metric):
     skeleton = random_tree(0)
     X = random_poses(skeleton, n=4, scale=0.3)
     plain, heavy = (
-        pose_distances(X, skeleton=s, metric=metric) for s in (skeleton, skeleton.with_weights([4.0] * skeleton.n_joints))
+        pose_distances(X, skeleton=s, metric=metric)
+        for s in (skeleton, skeleton.with_weights([4.0] * skeleton.n_joints))
     )
     np.testing.assert_allclose(heavy, 2 * plain, rtol=1e-6 if metric == "geodesic" else 1e-13)
 
@@ -81,7 +86,8 @@ def test_ones_are_the_default_to_the_last_bit(metric, skeleton):
         pytest.skip("its weights are others")
     X = random_poses(skeleton, n=3, scale=0.3)
     plain, ones = (
-        pose_distances(X, skeleton=s, metric=metric) for s in (skeleton, skeleton.with_weights([1.0] * skeleton.n_joints))
+        pose_distances(X, skeleton=s, metric=metric)
+        for s in (skeleton, skeleton.with_weights([1.0] * skeleton.n_joints))
     )
     np.testing.assert_array_equal(ones, plain)
 
@@ -93,7 +99,7 @@ def test_what_has_no_weight_is_not_there(metric, n_steps):
     dropped = skeleton.joint_names[4]
     part = skeleton.select(drop=dropped)
     assert part.n_dofs < skeleton.n_dofs
-    unseen = skeleton.with_weights({name: 0 for name in set(skeleton.joint_names) - set(part.joint_names)})
+    unseen = skeleton.with_weights(dict.fromkeys(set(skeleton.joint_names) - set(part.joint_names), 0))
     X = random_poses(skeleton, n=4, scale=0.4)
     expected = pose_distances(X[:, part.columns_in(skeleton)], skeleton=part, metric=metric, n_steps=n_steps)
     np.testing.assert_array_equal(pose_distances(X, skeleton=unseen, metric=metric, n_steps=n_steps), expected)
@@ -103,7 +109,9 @@ def test_what_has_no_weight_is_not_there(metric, n_steps):
 def test_weights_of_joints_that_nothing_moves_make_all_distances_zero():
     skeleton = Skeleton([("still", None, (1, 0, 0)), ("moving", "still", (1, 0, 0), "z")]).with_weights({"moving": 0})
     for metric in OF_POSITIONS:
-        np.testing.assert_array_equal(pose_distances([[0.0], [1.0]], skeleton=skeleton, metric=metric), np.zeros((2, 2)))
+        np.testing.assert_array_equal(
+            pose_distances([[0.0], [1.0]], skeleton=skeleton, metric=metric), np.zeros((2, 2))
+        )
     assert geodesic([0.0], [1.0], skeleton).length == 0
 
 
@@ -123,7 +131,9 @@ def test_unseen_columns_of_a_geodesic_follow_the_line(arm):
         np.testing.assert_allclose(found.path[:, 3], np.linspace(1.0, 2.0, len(found.path)), rtol=1e-14)
         np.testing.assert_allclose(found.path[[0, -1]], [start, end], atol=1e-12)
         np.testing.assert_allclose(found.length, reference.path_length(found.path, seen), rtol=1e-12)
-    bound = Skeleton([arm.bones[0]._replace(limits=((-1, 1),) * 3), *arm.bones[1:]]).with_weights({"wrist": 0, "tip": 0})
+    bound = Skeleton([arm.bones[0]._replace(limits=((-1, 1),) * 3), *arm.bones[1:]]).with_weights(
+        {"wrist": 0, "tip": 0}
+    )
     assert geodesic(start, end, bound, joint_limits="enforce").path.shape[1] == 4
 
 
@@ -180,9 +190,15 @@ def test_places_of_trees_of_few_offsets(offset_frame, seed):
 # --- the mass of a body -----------------------------------------------------------------------------------------------
 
 NAMES = {
-    "ASF": ("lowerneck upperneck head lclavicle lhumerus lradius lwrist lhand lhipjoint lfemur ltibia lfoot ltoes", "own"),
+    "ASF": (
+        "lowerneck upperneck head lclavicle lhumerus lradius lwrist lhand lhipjoint lfemur ltibia lfoot ltoes",
+        "own",
+    ),
     "ours": ("", "own"),
-    "SMPL": ("neck head left_collar left_shoulder left_elbow left_wrist left_hip left_knee left_ankle left_foot", "parent"),
+    "SMPL": (
+        "neck head left_collar left_shoulder left_elbow left_wrist left_hip left_knee left_ankle left_foot",
+        "parent",
+    ),
     "Mixamo": (
         "mixamorig:Neck mixamorig:Head mixamorig:LeftShoulder mixamorig:LeftArm mixamorig:LeftForeArm "
         "mixamorig:LeftHand mixamorig:LeftUpLeg mixamorig:LeftLeg mixamorig:LeftFoot mixamorig:LeftToeBase",
@@ -218,7 +234,10 @@ def test_mass_of_the_segments_of_a_body(offset_frame, tmp_path):
 @pytest.mark.parametrize(("names", "offset_frame"), [pytest.param(*NAMES[k], id=k) for k in NAMES if k != "ours"])
 def test_mass_finds_segments_by_the_names_in_use(names, offset_frame):
     *spine, collar = names.split()[: 3 + (offset_frame == "own")]
-    arm, leg = names.split()[len(spine) + 1 :][: 4 - (offset_frame == "parent")], names.split()[-4 - (offset_frame == "own") :]
+    arm, leg = (
+        names.split()[len(spine) + 1 :][: 4 - (offset_frame == "parent")],
+        names.split()[-4 - (offset_frame == "own") :],
+    )
     bones = [Bone("spine", None, (0, 0.4, 0), "xyz")]
     for chain in (spine, [collar, *arm], leg):
         for side in ("left", "right") if chain is not spine else ("",):
@@ -243,7 +262,9 @@ def test_mass_of_real_skeletons(cmu, hdm05):
 def test_two_heads_are_refused():
     skeleton = humanoid()
     two = Skeleton([*skeleton.bones, Bone("Head", "neck", (0, 0.1, 0))])
-    with pytest.raises(ValueError, match="expected a head named head, got 'head', 'Head'. Pass a weight for each joint"):
+    with pytest.raises(
+        ValueError, match="expected a head named head, got 'head', 'Head'. Pass a weight for each joint"
+    ):
         two.with_weights("mass")
 
 
