@@ -78,10 +78,7 @@ def equality(dataset, size):
     skeleton = dataset.skeleton
     subjects = sorted(set(dataset.subjects))
     poses, some = (
-        {
-            name: dataset.select(dataset.subjects == name).poses(frame_rate=rate, skeleton=skeleton)[0]
-            for name in subjects
-        }
+        {name: dataset[dataset.subjects == name].poses(frame_rate=rate, skeleton=skeleton)[0] for name in subjects}
         for rate in (None, size.frame_rate)
     )
     print(f"equal to brute force, {len(subjects)}² pairs of subjects, queries at {size.frame_rate} Hz among all frames")
@@ -220,7 +217,7 @@ def main():
     dataset = common.motions(options.folder, 5, 5)
     if options.quick:
         first = [np.flatnonzero(dataset.subjects == name)[0] for name in sorted(set(dataset.subjects))[:2]]
-        dataset = dataset.select(np.isin(np.arange(len(dataset)), first))
+        dataset = dataset[np.isin(np.arange(len(dataset)), first)]
     skeleton = dataset.skeleton
     print(f"{dataset}\n{skeleton}\n")
     least, _cost.LEAST_WORK_TO_FILTER = _cost.LEAST_WORK_TO_FILTER, 0  # so that small indices are filtered too

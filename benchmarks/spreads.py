@@ -199,7 +199,7 @@ def databases(cmu, hdm05):
     if cmu is not None:
         found["CMU"] = walks_and_runs(cmu)
     if hdm05 is not None:
-        found["HDM05"] = hdm05.select([action.startswith("jog") for action in hdm05.actions])
+        found["HDM05"] = hdm05[[action.startswith("jog") for action in hdm05.actions]]
     return found
 
 

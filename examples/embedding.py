@@ -18,9 +18,9 @@ from skpose.plot import DistanceMatrixDisplay, MDSDisplay
 
 folder = os.environ.get("SKPOSE_CMU")
 dataset = load_cmu(folder) if folder else make_gait(random_state=0)
-walks = dataset.select(dataset.actions == "walk")
+walks = dataset[dataset.actions == "walk"]
 people = np.unique(walks.subjects)[:2]
-both = walks.select([int(np.flatnonzero(walks.subjects == person)[0]) for person in people])
+both = walks[[int(np.flatnonzero(walks.subjects == person)[0]) for person in people]]
 X, sequence = both.poses(frame_rate=12)
 print(both)
 

@@ -19,7 +19,7 @@ from skpose.plot import GeodesicDisplay, PoseStripDisplay
 
 folder = os.environ.get("SKPOSE_CMU")
 dataset = load_cmu(folder) if folder else make_gait(random_state=0)
-dataset = dataset.select((dataset.actions == "walk") & ((dataset.subjects == "35") | (folder is None)))
+dataset = dataset[(dataset.actions == "walk") & ((dataset.subjects == "35") | (folder is None))]
 skeleton = dataset.skeleton
 X, sequence = dataset.poses(frame_rate=12)
 print(dataset)

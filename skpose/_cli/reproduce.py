@@ -113,7 +113,7 @@ def _spread(values: Sequence[Any] | np.ndarray, form: str) -> str:
 def _level_walks(dataset: MotionDataset, gait: MotionDataset) -> MotionDataset:
     """Return the motions whose action is just "walk", or all walks if there are none."""
     level = np.char.lower(dataset.actions) == "walk"
-    return dataset.select(level) if level.any() else gait.select(gait.actions == "walk")
+    return dataset[level] if level.any() else gait[gait.actions == "walk"]
 
 
 def _ratios(
@@ -161,7 +161,7 @@ def _walkers(
     apart: dict[str, list[float]] = {metric: [] for metric in METRICS}
     for draw in range(N_DRAWS):
         two = [rng.choice(np.flatnonzero(walks.subjects == p)) for p in rng.choice(people, 2, replace=False)]
-        both = walks.select(two)
+        both = walks[two]
         X, sequence = both.poses(FRAME_RATE)
         for metric in METRICS:
             mds = SpatialMDS(2, skeleton=both.skeleton, metric=metric)

@@ -82,7 +82,7 @@ def orient(tree, dofs, C, S, H):
 
 @jit
 def place_joints(tree, H, P):
-    """Overwrite the joint positions P with those of the frames H; return the squared distance that they moved, scaled."""
+    """Overwrite the joint positions P with those of the frames H; return the weighted square of their displacement."""
     square = 0.0
     for j in range(1, tree.offset.shape[0]):
         p, f = 3 * tree.joint_parent[j], 9 * tree.joint_frame[j]

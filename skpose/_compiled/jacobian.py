@@ -38,7 +38,7 @@ def rotation_axes(tree, C, S, H, axes):
 
 @internal
 def fill_jacobian(tree, P, axes, jacobian):
-    """Compute the change of the scaled joint positions with the tree's dofs, (3 n_joints, n_dofs); zeros are not written.
+    """Compute the change of scaled positions with the tree's dofs, (3 n_joints, n_dofs); zeros are not written.
 
     A rotation about the unit axis a through the point o moves a point p at the rate a × (p − o).
     """

@@ -51,7 +51,7 @@ def mean_diagonal(equations):
 
 @internal
 def _sum_products(tree, P, Q, sums):
-    """Sum p qᵀ, p, q and 1, weighted, over the joints that each frame moves, (n_frames, 16), p, q those of two samples."""
+    """Sum p qᵀ, p, q and 1, weighted, over the joints that each frame moves, (n_frames, 16), for two samples p, q."""
     sums[:] = 0.0
     for j in range(1, tree.offset.shape[0]):
         total, weight = sums[tree.joint_frame[j]], tree.scale[j] * tree.scale[j]

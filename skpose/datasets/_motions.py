@@ -107,7 +107,9 @@ class MotionDataset:
     def __getitem__(self, chosen: slice | Sequence | np.ndarray) -> "MotionDataset": ...
     def __getitem__(self, chosen: Any) -> "Motion | MotionDataset":
         if isinstance(chosen, bool | np.bool_) or not hasattr(chosen, "__index__") or np.ndim(chosen):
-            return self.select(chosen)
+            rows = np.arange(len(self))[chosen] if isinstance(chosen, slice) else self._rows(np.asarray(chosen), chosen)
+            labels = {name: labels[rows] for name, labels in self._labels.items()}
+            return MotionDataset([self.motions[row] for row in rows], **labels)
         i = index(chosen)
         if not -len(self) <= i < len(self):
             raise IndexError(f"the dataset has {len(self)} motions, and no motion {i}")
@@ -138,11 +140,17 @@ class MotionDataset:
         check_comparable(list(names), list(names.values()), CONVERT)
         return Skeleton.mean(names)
 
-    def select(self, chosen: slice | ArrayLike) -> "MotionDataset":
-        """Return the motions that a slice, a boolean mask or an array of indices selects, as ``dataset[chosen]``."""
-        rows = np.arange(len(self))[chosen] if isinstance(chosen, slice) else self._rows(np.asarray(chosen), chosen)
-        labels = {name: labels[rows] for name, labels in self._labels.items()}
-        return MotionDataset([self.motions[row] for row in rows], **labels)
+    def select(self, joints: str | Iterable[str] | None = None, *, drop: str | Iterable[str] = ()) -> "MotionDataset":
+        """Return the motions of some joints, and of those that carry them, see `Skeleton.select`.
+
+        ``dataset[...]`` takes some of the motions.
+
+        >>> from skpose.datasets import make_gait
+        >>> gait = make_gait(n_subjects=2, n_sequences=1, random_state=0)
+        >>> gait.select(drop=["left_pelvis", "right_pelvis"]).skeleton
+        Skeleton(n_joints=12, n_dofs=26)
+        """
+        return self._with([motion.select(joints, drop=drop) for motion in self.motions])
 
     def _rows(self, chosen: np.ndarray, given: object) -> np.ndarray:
         """Return the indices that a mask or an array of indices selects."""

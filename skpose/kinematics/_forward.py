@@ -16,7 +16,7 @@ from skpose.skeleton._validation import check_is_array, check_poses
 def forward_kinematics(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
     """Compute the joint positions of every pose, the root at the origin and unrotated.
 
-    All joints of the skeleton, whatever their weights.
+    All joints of the skeleton are computed, those without weight too.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Weights of joints that stand for the mass of a human body.
+"""Weights of joints that stand for the mass of a person.
 
 After P. de Leva, "Adjustments to Zatsiorsky-Seluyanov's segment inertia parameters", Journal of Biomechanics 29(9),
 1996, table 4, doi:10.1016/0021-9290(95)00178-6: means of the figures for women and for men.
@@ -22,9 +22,9 @@ ROOT = -1
 
 
 class Segment(NamedTuple):
-    """A part of the body."""
+    """A part of a person."""
 
-    mass: float  # as a part of the body's
+    mass: float  # as a part of the person's
     centre: float  # of mass, as a part of the length from the near end
 
 
@@ -66,7 +66,7 @@ NECK = ("neck", "lowerneck", "upperneck")
 
 
 def mass_weights(skeleton: "Skeleton") -> np.ndarray:
-    """Return the part (n_joints,) of the body's mass that each joint stands for."""
+    """Return the part (n_joints,) of a person's mass that each joint stands for."""
     weights = np.zeros(skeleton.n_joints + 1)  # the last is the root's, whose index is ROOT
     children: list[list[int]] = [[] for _ in range(skeleton.n_joints + 1)]
     for joint, parent in enumerate(skeleton.parents):
@@ -76,15 +76,15 @@ def mass_weights(skeleton: "Skeleton") -> np.ndarray:
             for segment, near, far in zip(segments, points[:-1], points[1:], strict=True):
                 weights[near] += segment.mass * (1.0 - segment.centre)
                 weights[far] += segment.mass * segment.centre / len(far)
-    base, top = _head(skeleton, children)
-    weights[base] += HEAD.mass * (1.0 - HEAD.centre)
+    neck, top = _head(skeleton, children)
+    weights[neck] += HEAD.mass * (1.0 - HEAD.centre)
     weights[top] += HEAD.mass * HEAD.centre / len(top)
-    spine = [base]
+    spine = [neck]
     while spine[-1] != ROOT:
         spine.append(int(skeleton.parents[spine[-1]]))
     lengths = [float(np.linalg.norm(skeleton.offsets[joint])) for joint in spine[:-1]]
-    for far, near, length in zip(spine[:-1], spine[1:], lengths, strict=True):
-        weights[[near, far]] += 0.5 * TRUNK * length / (sum(lengths) or 1.0)
+    for end, start, length in zip(spine[:-1], spine[1:], lengths, strict=True):
+        weights[[start, end]] += 0.5 * TRUNK * length / (sum(lengths) or 1.0)
     return weights[:-1]
 
 
@@ -97,7 +97,7 @@ def _limbs(
     """Return for both sides the joints where the segments of a limb meet: its start, two joints, its ends."""
     by_joint = any(_is(name, joints[1]) for name in skeleton.joint_names)
     found = [_pair(skeleton, names) for names in (joints if by_joint else bones)]
-    limbs = []
+    limbs: list[tuple[list[int], ...]] = []
     for upper, lower, last in zip(*found, strict=True):
         if by_joint or skeleton.offset_frame == "parent":  # a joint stands where the bone of its name starts
             limbs.append(([upper], [lower], [last], children[last] or [last]))
@@ -127,11 +127,11 @@ def _pair(skeleton: "Skeleton", names: tuple[str, ...]) -> tuple[int, int]:
             return found[0], found[1]
         if found:
             _refuse(f"two joints named {known!r} with a side", names, [skeleton.joint_names[j] for j in found])
-    _refuse("two joints, left and right,", names, [])
+    return _refuse("two joints, left and right,", names, [])
 
 
 def _is(name: str, known: Iterable[str]) -> bool:
-    """Return whether a joint has one of these names, by its letters without the side: "mixamorig:LeftUpLeg" is "upleg"."""
+    """Return whether a joint has one of these names, without its side: "mixamorig:LeftUpLeg" has "upleg"."""
     name = re.sub(r"^Bip\d+", "", name.split(":")[-1])
     return any(re.sub("[^a-z]", "", pattern.sub("", name).lower()) in known for pattern in PATTERNS)
 
@@ -140,6 +140,6 @@ def _refuse(expected: str, names: tuple[str, ...], found: list[str]) -> NoReturn
     known = ", ".join(names)
     got = ", ".join(map(repr, found)) or "none"
     raise ValueError(
-        f'weights="mass" finds the segments of a human body by the names of the joints: expected {expected} named '
+        f'weights="mass" finds the segments of a person by the names of the joints: expected {expected} named '
         f"{known}, got {got}. Pass a weight for each joint instead"
     )

@@ -1,6 +1,5 @@
 """Parts of a skeleton: some of its joints, with their columns of an array of poses."""
 
-import difflib
 from collections.abc import Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -8,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from skpose.skeleton._bone import Bone
+from skpose.skeleton._names import near_names
 
 if TYPE_CHECKING:
     from skpose.skeleton._motion import Motion
@@ -131,7 +131,5 @@ def checked_names(skeleton: "Skeleton", names: str | Iterable[str], parameter: s
     listed = [names] if isinstance(names, str) else list(names)
     for name in listed:
         if name not in skeleton.joint_names:
-            near = difflib.get_close_matches(str(name), skeleton.joint_names, n=3, cutoff=0.4)
-            hint = f"; near it are {', '.join(map(repr, near))}" if near else ""
-            raise ValueError(f"{parameter} names {name!r}, which no joint has: see skeleton.joint_names{hint}")
+            raise ValueError(f"{parameter} names {name!r}, which no joint has: {near_names(skeleton, str(name))}")
     return listed

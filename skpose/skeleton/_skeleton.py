@@ -120,9 +120,9 @@ class Skeleton:
         Raises
         ------
         ValueError
-            If the skeletons differ in more than lengths, directions and limits, such as weights, or if the directions of a bone at
-            angle zero, or two rest rotations of a joint, are more than 45° apart, as in a T-pose and an A-pose; the
-            message names the joint. `Motion.retarget` converts motions to one rest pose.
+            If the skeletons differ in more than lengths, directions and limits (such as weights), or if the directions
+            of a bone at angle zero, or two rest rotations of a joint, are more than 45° apart, as in a T-pose and an
+            A-pose; the message names the joint. `Motion.retarget` converts motions to one rest pose.
         """
         skeletons = list(skeletons)
         if not skeletons:

@@ -29,9 +29,9 @@ def with_weights(skeleton: "Skeleton", weights: Mapping[str, float] | ArrayLike 
     ----------
     weights : mapping of str to float, array-like of shape (n_joints,), or "mass"
         A mapping gives weights to the joints that it names, and the others keep theirs. An array gives one to each of
-        ``skeleton.joint_names``. "mass" gives each joint its share of the mass of a human body, after the mean of the
+        ``skeleton.joint_names``. "mass" gives each joint its share of the mass of a person, after the mean of the
         women and men of [1]_: of each segment as much to either end as puts the centre of mass where it is. Lengths are
-        then those of the kinetic energy of these masses, for a body of 1 kg.
+        then those of the kinetic energy of these masses, for a person of 1 kg.
 
     Returns
     -------
@@ -42,7 +42,7 @@ def with_weights(skeleton: "Skeleton", weights: Mapping[str, float] | ArrayLike 
     ------
     ValueError
         For a name that no joint has, a weight that is negative or not finite, weights that are all zero; for "mass",
-        if a segment of the body is not found by the names of the joints.
+        if a segment of the person is not found by the names of the joints.
 
     Notes
     -----
@@ -65,11 +65,11 @@ def with_weights(skeleton: "Skeleton", weights: Mapping[str, float] | ArrayLike 
     >>> without_hands = skeleton.with_weights({"left_hand": 0, "right_hand": 0})
     >>> a, b = [[0.0] * 42], [[0.3] * 42]
     >>> pose_distances(a, b, skeleton=skeleton, metric="position").round(2)
-    array([[1.26]])
+    array([[1.99]])
     >>> pose_distances(a, b, skeleton=without_hands, metric="position").round(2)
-    array([[1.04]])
-    >>> skeleton.with_weights("mass").weights.sum().round(2)
-    0.84
+    array([[1.73]])
+    >>> float(skeleton.with_weights("mass").weights.sum().round(2))
+    0.82
     """
     if isinstance(weights, str):
         if weights != "mass":
@@ -79,12 +79,14 @@ def with_weights(skeleton: "Skeleton", weights: Mapping[str, float] | ArrayLike 
         checked_names(skeleton, weights, "weights")
         given = [weights.get(bone.name, bone.weight) for bone in skeleton.bones]
     else:
-        given = list(np.asarray(weights))
-        if len(given) != skeleton.n_joints:
+        array = np.asarray(weights)
+        if array.shape != (skeleton.n_joints,):
+            got = weights if array.ndim == 0 else f"an array of shape {array.shape}"
             raise ValueError(
                 f"weights must have one number for each of the {skeleton.n_joints} joints in skeleton.joint_names, got "
-                f"{len(given)}"
+                f"{got}"
             )
+        given = list(array)
     found = replace(skeleton, bones=tuple(b._replace(weight=w) for b, w in zip(skeleton.bones, given, strict=True)))
     if not found.weights.any():
         raise ValueError("weights must be positive for at least one joint, but all are zero")

@@ -50,7 +50,7 @@ def test_accuracies_are_those_of_the_nearest_neighbour_in_other_groups(gait, row
 
 
 def test_one_subject_cannot_be_left_out(gait):
-    assert all(np.isnan(row.leave_subject_out) for row in compare(gait.select(gait.subjects == "01")))
+    assert all(np.isnan(row.leave_subject_out) for row in compare(gait[gait.subjects == "01"]))
 
 
 def test_walks_and_runs_are_chosen_by_their_first_word(gait):
@@ -58,7 +58,7 @@ def test_walks_and_runs_are_chosen_by_their_first_word(gait):
     dataset = MotionDataset(gait.motions, gait.subjects, gait.trials, words)
     assert list(walks_and_runs(dataset).actions) == ["run", "walk", "run", "walk", "run"]
     with pytest.raises(ValueError, match="none has an action that begins with 'run': write one line for each motion"):
-        walks_and_runs(dataset.select([1, 5]))
+        walks_and_runs(dataset[[1, 5]])
 
 
 def test_command_line_prints_a_row_for_each_metric(gait, rows, monkeypatch, capsys):

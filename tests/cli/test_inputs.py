@@ -136,7 +136,7 @@ def test_compare_reads_the_labels_of_bvh_files_from_their_names(gait, capsys):
 
 
 def test_one_person_cannot_be_left_out(gait, capsys):
-    write(gait.select(gait.subjects == gait.subjects[0]))
+    write(gait[gait.subjects == gait.subjects[0]])
     assert main(["compare", "takes"]) == 0
     out = capsys.readouterr().out
     assert "nan" not in out
@@ -178,7 +178,7 @@ def lame(motion):
 
 @pytest.mark.parametrize("rest", ["raise", "world", "same"])
 def test_mixed_skeletons_are_named_by_file(gait, capsys, rest):
-    write(gait.select([0, 1]))
+    write(gait[[0, 1]])
     save_bvh("lame.bvh", lame(gait.motions[0]))
     first, second = sorted(Path("takes").iterdir())
     line = error_of(["distances", str(first), str(second), "lame.bvh", "--rest", rest, "--out", "D.npy"], capsys)

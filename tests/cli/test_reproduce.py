@@ -121,7 +121,7 @@ def test_draws_are_walks_and_runs_and_none_twice(gait, findings):
 
 
 def test_with_one_person_the_comparisons_of_people_are_left_out(gait):
-    alone = gait.select(gait.subjects == gait.subjects[0])
+    alone = gait[gait.subjects == gait.subjects[0]]
     findings = reproduce.reproduce(alone)
     assert any("Only one person" in note for note in findings.notes)
     assert not any("fig. 4 (a, b)" in row.section or "person" in row.quantity for row in findings.rows)
@@ -130,7 +130,7 @@ def test_with_one_person_the_comparisons_of_people_are_left_out(gait):
 
 def test_without_runs_an_error_says_what_is_missing(gait):
     with pytest.raises(ValueError, match="none has an action that begins with 'run'"):
-        reproduce.reproduce(gait.select(gait.actions == "walk"))
+        reproduce.reproduce(gait[gait.actions == "walk"])
 
 
 def test_the_command_writes_the_table_and_the_figures(run):

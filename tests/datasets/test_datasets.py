@@ -86,7 +86,7 @@ def test_a_dataset_is_compared_on_the_mean_skeleton(folder):
 def test_select_by_mask_and_by_index(folder):
     dataset = load_cmu(folder)
     for chosen in (dataset.trials == "01", [0, 2]):
-        part = dataset.select(chosen)
+        part = dataset[chosen]
         assert list(part.subjects) == ["01", "02"]
         assert part.motions == (dataset.motions[0], dataset.motions[2])
     with pytest.raises(ValueError, match="subjects must have one label for each of the 3 motions"):

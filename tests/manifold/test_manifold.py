@@ -210,7 +210,7 @@ def test_figures_of_the_paper_on_cmu_sequences(cmu):
 @pytest.mark.parametrize(("other", "angle", "spatial"), [(("35", "01"), 0.29, 0.04), (("07", "05"), 0.60, 0.13)])
 def test_figure_4_two_peoples_walks_mix_under_the_spatial_metric(other, angle, spatial, cmu):
     names = list(zip(cmu.subjects, cmu.trials, strict=True))
-    both = cmu.select([names.index(("02", "01")), names.index(other)])
+    both = cmu[[names.index(("02", "01")), names.index(other)]]
     X, sequence = both.poses(frame_rate=12)
     for metric, expected in (("angle", angle), ("spatial", spatial)):
         points = SpatialMDS(2, skeleton=both.skeleton, metric=metric).fit_transform(X)
