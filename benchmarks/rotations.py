@@ -10,23 +10,22 @@ generated gait, whose actions are walking and running.
 
 import tempfile
 import warnings
-from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
 import common
 import numpy as np
-from numba import njit
+from recognition import RATE, shares
 
 from skpose import forward_kinematics, geodesic, pose_distances
 from skpose._compiled.geodesic import MAX_ITER, TOL, path_between
 from skpose._compiled.minimiser import unbounded
-from skpose.datasets import load_cmu, load_hdm05, make_gait
+from skpose.datasets import MotionDataset, load_cmu, load_hdm05, make_gait
 from skpose.io import load_amass
 from skpose.kinematics._tree import to_tree_order, tree_of, wrapped
 from skpose.skeleton._interpolation import interpolate
 
-RATE, N_STEPS, SEED = 12, 10, 0
+N_STEPS, SEED = 10, 0
 METRICS = {
     "angle, literal": {"metric": "angle", "wrap": False},
     "angle, wrapped": {"metric": "angle", "wrap": True},
@@ -45,31 +44,6 @@ class Size(NamedTuple):
 FULL, QUICK = Size(1000, 200, 15), Size(40, 10, 1)
 
 
-@njit(nogil=True)
-def warped(distances):
-    """Dynamic time warping: the least sum along a monotone path, over the number of frames of both."""
-    n, m = distances.shape
-    sums = np.full((n + 1, m + 1), np.inf)
-    sums[0, 0] = 0.0
-    for i in range(n):
-        for j in range(m):
-            sums[i + 1, j + 1] = distances[i, j] + min(sums[i, j], sums[i, j + 1], sums[i + 1, j])
-    return sums[n, m] / (n + m)
-
-
-def shares(distances, sequence, dataset):
-    """The shares of frames, and of sequences, whose nearest neighbour among other people does the same, in percent."""
-    subjects, actions = dataset.subjects, dataset.actions
-    same_person = subjects[sequence][:, None] == subjects[sequence]
-    nearest = np.where(same_person, np.inf, distances).argmin(axis=1)
-    frames = (actions[sequence][nearest] == actions[sequence]).mean()
-    starts = np.searchsorted(sequence, np.arange(len(dataset) + 1))
-    sums = np.full((len(dataset), len(dataset)), np.inf)
-    for i, j in zip(*np.nonzero(subjects[:, None] != subjects), strict=True):
-        sums[i, j] = warped(np.ascontiguousarray(distances[starts[i] : starts[i + 1], starts[j] : starts[j + 1]]))
-    return 100 * frames, 100 * (actions[sums.argmin(axis=1)] == actions).mean()
-
-
 def actions(dataset):
     """The table of all metrics, Euler angles and ball joints, without the root, with its tilt, with all of it."""
     X, sequence = dataset.poses(RATE)
@@ -80,7 +54,7 @@ def actions(dataset):
         for joints in ("Euler", "ball"):
             # The root that is added is a ball joint; Euler angles for it too.
             motions = [m.to_rotvec() if joints == "ball" else m.to_euler("ZYX") for m in with_root]
-            converted = replace(with_root, motions=tuple(motions))
+            converted = MotionDataset(motions, dataset.subjects, dataset.trials, dataset.actions)
             X, sequence = converted.poses(RATE)
             cells = []
             for parameters in METRICS.values():
