@@ -53,6 +53,8 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0) -> None:
     end, and the bone's far end is the position of its children, or an End Site. Every joint then has three angles,
     about the root's axes, in the order ZYX: positions are the same, numbers and degrees of freedom are not.
 
+    The format has no weights: those of `Skeleton.with_weights` are not written.
+
     Examples
     --------
     >>> from skpose import Motion, Skeleton, geodesic
