@@ -14,7 +14,7 @@ from sklearn.utils.validation import check_non_negative, validate_data
 
 from skpose._compat.sklearn import StrOptions, validate_parameter_constraints
 from skpose.metrics import pose_distances
-from skpose.metrics._registry import METRIC_CONSTRAINTS, METRICS, resolve
+from skpose.metrics._registry import METRIC_CONSTRAINTS, METRICS, resolve, warn_of_no_skeleton
 from skpose.skeleton import Skeleton
 from skpose.skeleton._columns import check_column_names, check_dimensions, check_width
 from skpose.skeleton._units import warn_of_degrees
@@ -73,6 +73,8 @@ class PoseEstimatorMixin:
         if self.skeleton_ is not None:
             check_width(X, self.skeleton_, "X")
             warn_of_degrees(X=X, in_estimator=True)
+        elif reset:
+            warn_of_no_skeleton(self.metric, self.skeleton)
         if self.effective_metric_ == "precomputed":
             check_non_negative(X, f"{type(self).__name__} as precomputed distances")
             if reset and X.shape[0] != X.shape[1]:

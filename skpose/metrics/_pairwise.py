@@ -17,7 +17,7 @@ from skpose._parallel.progress import progress
 from skpose.metrics._convergence import warn_of_unconverged
 from skpose.metrics._dask import is_lazy, lazy_distances
 from skpose.metrics._matrix import DistanceMatrix
-from skpose.metrics._registry import METRIC_CONSTRAINTS, resolve
+from skpose.metrics._registry import METRIC_CONSTRAINTS, resolve, warn_of_no_skeleton
 from skpose.skeleton import Skeleton
 from skpose.skeleton._units import warn_of_degrees
 from skpose.skeleton._validation import check_poses, check_same_width
@@ -160,14 +160,17 @@ def pose_distances(
            [3.509, 0.   , 2.219],
            [1.569, 2.219, 0.   ]])
     """
-    metric, _, steps = resolve(metric, skeleton, n_steps, wrap)
+    name, _, steps = resolve(metric, skeleton, n_steps, wrap)
     if is_lazy(X) or is_lazy(Y):
         if out is not None:
             raise ValueError(
                 "out is for distances that are computed at once; store those of a dask array with da.store"
             )
-        return lazy_distances(X, Y, skeleton, metric, steps)
-    matrix = DistanceMatrix(*_checked(X, Y, skeleton), metric, skeleton, steps)
+        lazy = lazy_distances(X, Y, skeleton, name, steps)
+        warn_of_no_skeleton(metric, skeleton)
+        return lazy
+    matrix = DistanceMatrix(*_checked(X, Y, skeleton), name, skeleton, steps)
+    warn_of_no_skeleton(metric, skeleton)
     distances, unconverged = matrix.written(out, n_jobs, verbose)
     warn_of_unconverged(unconverged, matrix.n_pairs)
     return distances
@@ -256,9 +259,10 @@ def pose_distances_chunked(
     >>> int(np.concatenate(list(sums)).argmin())
     50
     """
-    metric, _, steps = resolve(metric, skeleton, n_steps, wrap)
+    name, _, steps = resolve(metric, skeleton, n_steps, wrap)
     X, Y = _checked(X, Y, skeleton)
-    whole = DistanceMatrix(X, Y, metric, skeleton, steps)
+    warn_of_no_skeleton(metric, skeleton)
+    whole = DistanceMatrix(X, Y, name, skeleton, steps)
     n_rows, n_columns = whole.shape
     memory = get_config()["working_memory"] if working_memory is None else working_memory
     n_fitting = max(1, int(memory * 2**20 / (whole.result_dtype.itemsize * n_columns)))

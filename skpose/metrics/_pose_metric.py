@@ -11,7 +11,7 @@ from skpose._compat.sklearn import validate_params
 from skpose._compiled import loops
 from skpose._compiled.tree import Steps
 from skpose.kinematics._tree import tree_of
-from skpose.metrics._registry import METRIC_CONSTRAINTS, Metric, resolve
+from skpose.metrics._registry import METRIC_CONSTRAINTS, Metric, resolve, warn_of_no_skeleton
 from skpose.skeleton import Skeleton
 
 
@@ -80,6 +80,7 @@ def pose_metric(
     array(['up'], dtype='<U3')
     """
     _, chosen, steps = resolve(metric, skeleton, n_steps, wrap)
+    warn_of_no_skeleton(metric, skeleton)
     return _compiled(chosen, skeleton, steps.n_steps, steps.half_turn < math.inf)
 
 

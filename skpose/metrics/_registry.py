@@ -121,15 +121,19 @@ class Chosen(NamedTuple):
     steps: Steps
 
 
+def warn_of_no_skeleton(metric: str, skeleton: Skeleton | None) -> None:
+    """Warn where "auto" is "angle", once the arguments are known to be in order."""
+    if metric == "auto" and skeleton is None:
+        warn(
+            'metric="auto" without a skeleton means "angle": distances between joint angles, in rad, not between '
+            'positions in space. Pass skeleton= for those, or metric="angle" if angles are meant'
+        )
+
+
 def resolve(metric: str, skeleton: Skeleton | None, n_steps: int, wrap: bool | str) -> Chosen:
     """Return the metric that parameters choose; "auto" is "spatial" with a skeleton and "angle" without one."""
     if metric == "auto":
         metric = "angle" if skeleton is None else "spatial"
-        if skeleton is None:
-            warn(
-                'metric="auto" without a skeleton means "angle": distances between joint angles, in rad, not between '
-                'positions in space. Pass skeleton= for those, or metric="angle" if angles are meant'
-            )
     chosen = METRICS[metric]
     if chosen.needs_skeleton and skeleton is None:
         raise ValueError(

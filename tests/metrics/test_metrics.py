@@ -76,7 +76,7 @@ def test_fact_2_a_jump_by_a_full_turn_is_no_movement(skeleton, poses):
 def test_a_half_turn_is_as_far_from_either_end():
     skeleton = Skeleton.chain(3)
     a, b = np.array([[0.0, 0.5, np.pi]]), np.array([[np.pi, 0.5 - np.pi, 0.0]])
-    for turns in (0.0, 2 * np.pi, -6 * np.pi):
+    for turns in (0.0, 2 * np.pi, -4 * np.pi):
         there, back = pose_distances(a, b + turns, skeleton=skeleton), pose_distances(b + turns, a, skeleton=skeleton)
         np.testing.assert_allclose(there, back, rtol=1e-12)
 

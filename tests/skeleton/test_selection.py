@@ -76,5 +76,5 @@ def test_columns_are_those_of_the_larger_skeleton():
     skeleton = humanoid()
     with pytest.raises(ValueError, match="the other skeleton has no dof 'joint_1_rz'"):
         Skeleton.chain(2).columns_in(skeleton)
-    motion = Motion(skeleton, np.arange(42.0)[None], 1)
-    assert motion.select("head").angles.tolist() == [list(range(12))]  # abdomen, chest, neck, head
+    motion = Motion(skeleton, 0.1 * np.arange(42)[None], 1)
+    np.testing.assert_array_equal(motion.select("head").angles, motion.angles[:, :12])  # abdomen, chest, neck, head

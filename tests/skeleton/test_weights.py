@@ -59,7 +59,7 @@ def test_weights_are_one_or_as_given(arm):
         ),
         ([0, 0, 0], "weights must be positive for at least one joint, but all are zero"),
         ("weight", "weights must be a mapping, an array or \"mass\", got 'weight'"),
-        ("mass", "expected two joints, left and right, named upperarm, humerus"),
+        ("mass", "expected two joints, left and right, named shoulder, got none"),
         (2.0, "weights must have one number for each of the 3 joints in skeleton.joint_names, got 2.0"),
     ],
 )
