@@ -148,7 +148,7 @@ class MotionDataset:
         >>> from skpose.datasets import make_gait
         >>> gait = make_gait(n_subjects=2, n_sequences=1, random_state=0)
         >>> gait.select(drop=["left_pelvis", "right_pelvis"]).skeleton
-        Skeleton(n_joints=12, n_dofs=26)
+        Skeleton(n_joints=12, n_dofs=28)
         """
         return self._with([motion.select(joints, drop=drop) for motion in self.motions])
 
