@@ -56,7 +56,7 @@ def error_of(arguments, capsys):
 def test_a_pipe_on_standard_input(file, name, capsys):
     if name != "-" and not Path(name).exists():
         pytest.skip("there is no /dev/stdin")
-    more = ["--asf", str(DATA / "arm.asf")] if file == "arm.amc" else []
+    more = {"arm.amc": ["--asf", str(DATA / "arm.asf")], "biped.bvh": ["--scale", "0.01"]}.get(file, [])
     assert main(["info", str(DATA / file), *more]) == 0
     expected = capsys.readouterr().out
     command = [sys.executable, "-m", "skpose", "info", name, *more]

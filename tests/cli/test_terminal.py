@@ -120,7 +120,7 @@ class Interrupt(event.Listener):
 
 event.register("numba:compile", Interrupt())
 from skpose._cli.main import main
-sys.exit(main(["distances", "a.bvh", "--jobs", "1", "--out", "D.npy"]))  # one job, so that this thread compiles
+sys.exit(main(["distances", "a.bvh", "--scale", "0.01", "--jobs", "1", "--out", "D.npy"]))  # one job, so that this thread compiles
 """
 
 
@@ -152,7 +152,7 @@ closed_pipe = pytest.mark.skipif(sys.platform == "win32", reason="Windows has an
 
 @closed_pipe
 def test_a_closed_output_is_no_error():
-    assert closed("-m", "skpose", "info", BVH) == (1, "")
+    assert closed("-m", "skpose", "info", BVH, "--scale", "0.01") == (1, "")
 
 
 @closed_pipe
