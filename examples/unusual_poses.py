@@ -2,8 +2,8 @@
 Unusual poses and clusters on one graph
 =======================================
 
-A graph of neighbours serves several estimators of scikit-learn. Here `LocalOutlierFactor` looks for faulty frames in it,
-and `HDBSCAN` for clusters. If SKPOSE_CMU names a folder of CMU files, the example runs on these.
+A graph of neighbours serves several estimators of scikit-learn. Here `LocalOutlierFactor` looks for faulty frames in
+it, and `HDBSCAN` for clusters. If SKPOSE_CMU names a folder of CMU files, the example runs on these.
 """
 
 import os
