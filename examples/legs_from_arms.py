@@ -63,14 +63,12 @@ pipeline = Pipeline(
 metrics = ["angle", "position", "rotation", "spatial"]
 grid = {"distances__metric": metrics, "distances__skeleton": list(skeletons.values())}
 search = GridSearchCV(pipeline, grid, cv=LeaveOneGroupOut()).fit(X, y, groups=person)
-scores = search.cv_results_["mean_test_score"].reshape(
-    len(metrics), len(skeletons)
-)  # the last parameter varies fastest
+scores = search.cv_results_["mean_test_score"].reshape(len(metrics), len(skeletons))  # the skeleton varies faster
 row, column = np.unravel_index(scores.argmax(), scores.shape)
 print(f"best: {metrics[row]}, {list(skeletons)[column]}; R² {scores.max():.2f}, mean over the people left out")
 
-figure, ax = plt.subplots(figsize=(7, 4), layout="constrained")
-image = ax.imshow(scores, vmin=min(0, scores.min()), vmax=1)
+figure, ax = plt.subplots(figsize=(8, 4), layout="constrained")
+image = ax.imshow(scores, vmin=min(0, scores.min()), vmax=1, aspect="auto")
 ax.set_xticks(range(len(skeletons)), list(skeletons))
 ax.set_yticks(range(len(metrics)), metrics)
 for (i, j), score in np.ndenumerate(scores):

@@ -38,7 +38,7 @@ print(f"{legs}: {len(X)} poses, {legs.skeleton.n_dofs} degrees of freedom")
 shares = {}
 for metric in ("angle", "position", "rotation", "spatial"):
     kernel = PoseDistanceTransformer(legs.skeleton, metric=metric, kernel="rbf", psd="clip")
-    machine = make_pipeline(kernel, SVC(kernel="precomputed"))
+    machine = make_pipeline(kernel, SVC(kernel="precomputed", class_weight="balanced"))
     predicted = cross_val_predict(machine, X, person, groups=sequence, cv=GroupKFold(5))
     votes = np.array([[np.mean(predicted[sequence == i] == name) for name in names] for i in range(len(legs))])
     winners = names[votes.argmax(axis=1)]
