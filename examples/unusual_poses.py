@@ -64,8 +64,8 @@ plt.show()
 
 # %%
 # `HDBSCAN` needs a symmetric graph: two poses are neighbours if one is among the nearest of the other. It must be
-# connected, and have more neighbours than `min_samples`. ``copy=True`` leaves the graph as it is. Poses labelled −1 are
-# in no cluster.
+# connected, with at least `min_samples` neighbours of each pose, itself not counted: `maximum` drops the zeros of the
+# diagonal. ``copy=True`` leaves the graph as it is. Poses labelled −1 are in no cluster.
 symmetric = graph.maximum(graph.T)
 clusters = HDBSCAN(min_cluster_size=50, min_samples=10, metric="precomputed", copy=True).fit(symmetric)
 labels, actions = clusters.labels_, dataset.actions[sequence]
