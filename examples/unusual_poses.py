@@ -52,7 +52,8 @@ ax.legend()
 plt.show()
 
 # %%
-# The poses with the highest factors, from the side.
+# The poses with the highest factors, from the side. Rare poses have high factors too, without a fault: in the files of
+# CMU, the first steps of a walk on uneven terrain.
 PoseStripDisplay.from_poses(
     X[highest[:8]],
     skeleton,
