@@ -36,7 +36,7 @@ print(f"{legs}: {len(X)} poses, {legs.skeleton.n_dofs} degrees of freedom")
 # at a point that is not optimal. ``psd="clip"`` removes them in `fit`, and repairs the rows of new poses consistently.
 # The share of votes says how sure a vote is.
 shares = {}
-for metric in ("angle", "position", "rotation", "spatial"):
+for metric in ("angle", "rotation", "spatial"):
     kernel = PoseDistanceTransformer(legs.skeleton, metric=metric, kernel="rbf", psd="clip")
     machine = make_pipeline(kernel, SVC(kernel="precomputed", class_weight="balanced"))
     predicted = cross_val_predict(machine, X, person, groups=sequence, cv=GroupKFold(4))
