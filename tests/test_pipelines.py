@@ -6,7 +6,7 @@ from sklearn.cluster import DBSCAN, HDBSCAN, AgglomerativeClustering
 from sklearn.manifold import TSNE, Isomap, trustworthiness
 from sklearn.metrics import homogeneity_score
 from sklearn.model_selection import GridSearchCV, GroupKFold, cross_val_score
-from sklearn.neighbors import KNeighborsClassifier
+from sklearn.neighbors import KNeighborsClassifier, LocalOutlierFactor
 from sklearn.pipeline import make_pipeline
 from sklearn.svm import SVC
 
@@ -99,6 +99,27 @@ def test_k_nearest_neighbours_from_a_graph_are_those_from_a_matrix(gait, data):
     grid = {"posekneighborstransformer__metric": ["angle", "spatial"]}
     search = GridSearchCV(graphs, grid, cv=GroupKFold(3), n_jobs=2).fit(X, y, groups=sequence)
     assert search.cv_results_["mean_test_score"].min() > 0.8
+
+
+def test_outlier_factors_of_a_graph_are_those_of_a_matrix(gait, data, distances):
+    graph = PoseKNeighborsTransformer(gait.skeleton, n_neighbors=10).fit_transform(data[0])
+    on_graph, on_matrix = (LocalOutlierFactor(10, metric="precomputed").fit(D) for D in (graph, distances))
+    np.testing.assert_allclose(on_graph.negative_outlier_factor_, on_matrix.negative_outlier_factor_, rtol=1e-9)
+
+
+def test_the_maximum_with_its_transpose_is_a_symmetric_graph_that_hdbscan_takes(gait, data, distances):
+    n_neighbors = 60
+    graph = PoseKNeighborsTransformer(gait.skeleton, n_neighbors=n_neighbors).fit_transform(data[0])
+    symmetric = graph.maximum(graph.T)
+    rank = distances.argsort(axis=1).argsort(axis=1)
+    nearest = rank <= n_neighbors
+    either = (nearest | nearest.T) & ~np.eye(len(rank), dtype=bool)
+    np.testing.assert_array_equal(symmetric.toarray() > 0, either)
+    np.testing.assert_allclose(symmetric.toarray()[either], distances[either], rtol=1e-12)
+    on_graph = HDBSCAN(min_samples=5, metric="precomputed", copy=True).fit_predict(symmetric)
+    # The pose itself counts as a neighbour in a matrix, where its zero is on the diagonal.
+    on_matrix = HDBSCAN(min_samples=6, min_cluster_size=5, metric="precomputed", copy=True).fit_predict(distances)
+    assert np.mean(on_graph == on_matrix) > 0.99  # ties between reachabilities leave a choice
 
 
 @pytest.mark.parametrize(
