@@ -120,7 +120,8 @@ class Interrupt(event.Listener):
 
 event.register("numba:compile", Interrupt())
 from skpose._cli.main import main
-sys.exit(main(["distances", "a.bvh", "--scale", "0.01", "--jobs", "1", "--out", "D.npy"]))  # one job, so that this thread compiles
+# One job, so that this thread compiles.
+sys.exit(main(["distances", "a.bvh", "--scale", "0.01", "--jobs", "1", "--out", "D.npy"]))
 """
 
 
