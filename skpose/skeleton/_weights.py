@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -28,10 +28,11 @@ def with_weights(skeleton: "Skeleton", weights: Mapping[str, float] | ArrayLike 
     Parameters
     ----------
     weights : mapping of str to float, array-like of shape (n_joints,), or "mass"
-        A mapping gives weights to the joints that it names, and the others keep theirs. An array gives one to each of
-        ``skeleton.joint_names``. "mass" gives each joint its share of the mass of a person, after the mean of the
-        women and men of [1]_: of each segment as much to either end as puts the centre of mass where it is. Lengths are
-        then those of the kinetic energy of these masses, for a person of 1 kg.
+        A mapping, or a series of pandas whose index has names, gives weights to the joints that it names, and the
+        others keep theirs. An array gives one to each of ``skeleton.joint_names``. "mass" gives each joint its share of
+        the mass of a person, after the mean of the women and men of [1]_: of each segment as much to either end as puts
+        the centre of mass where it is. Lengths are then those of the kinetic energy of these masses, for a person of
+        1 kg.
 
     Returns
     -------
@@ -75,6 +76,7 @@ def with_weights(skeleton: "Skeleton", weights: Mapping[str, float] | ArrayLike 
         if weights != "mass":
             raise ValueError(f'weights must be a mapping, an array or "mass", got {weights!r}')
         weights = mass_weights(skeleton)
+    weights = _by_name(weights)
     if isinstance(weights, Mapping):
         checked_names(skeleton, weights, "weights")
         given = [weights.get(bone.name, bone.weight) for bone in skeleton.bones]
@@ -91,6 +93,13 @@ def with_weights(skeleton: "Skeleton", weights: Mapping[str, float] | ArrayLike 
     if not found.weights.any():
         raise ValueError("weights must be positive for at least one joint, but all are zero")
     return found
+
+
+def _by_name(weights: Any) -> Any:
+    """Return a series with names in its index as a mapping, anything else as it is."""
+    labels = getattr(weights, "index", None)
+    named = getattr(weights, "ndim", None) == 1 and labels is not None and any(isinstance(one, str) for one in labels)
+    return dict(weights.items()) if named else weights
 
 
 def joint_weights(skeleton: "Skeleton") -> np.ndarray:
