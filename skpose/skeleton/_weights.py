@@ -122,10 +122,17 @@ def _places(skeleton: "Skeleton") -> list[tuple]:
     to_axes = [np.eye(3)]  # from the joint's own axes to these
     places: list[tuple[int, np.ndarray]] = [(ROOT, np.zeros(3))]  # axes, and coordinates in them
     centres: dict[int, tuple] = {}  # the places about which axes rotate
+    found: dict[int, list[np.ndarray]] = {}  # coordinates of the places in each joint's axes
 
     def key(place: tuple[int, np.ndarray]) -> tuple:
-        frame, numbers = place[0], np.rint(place[1] / SAME_PLACE)
-        return (frame, *numbers) if numbers.any() or frame == ROOT else centres[frame]
+        frame, numbers = place
+        if frame != ROOT and _is_near(numbers, np.zeros(3)):
+            return centres[frame]
+        known = found.setdefault(frame, [])
+        number = next((i for i, one in enumerate(known) if _is_near(numbers, one)), len(known))
+        if number == len(known):
+            known.append(numbers)
+        return frame, number
 
     for j, (bone, parent) in enumerate(zip(skeleton.bones, skeleton.parents + 1, strict=True)):
         axes.append(j if bone.dofs else axes[parent])
@@ -139,3 +146,7 @@ def _places(skeleton: "Skeleton") -> list[tuple]:
         else:
             places.append(start)
     return [key(place) for place in places[1:]]
+
+
+def _is_near(a: np.ndarray, b: np.ndarray) -> bool:
+    return bool(np.abs(a - b).max() <= SAME_PLACE)

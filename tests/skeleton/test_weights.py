@@ -305,3 +305,16 @@ def test_a_bone_between_forearm_and_hand_belongs_to_the_forearm(tmp_path):
         for one in (motion, read)
     )
     np.testing.assert_allclose(before, after, atol=1e-6)
+
+
+@pytest.mark.parametrize("z", [0.5, 0.5000000005])
+def test_joints_in_one_place_but_for_rounding_count_once(z):
+    """Wherever the place is: coordinates half-way between two that nine digits can write are no exception."""
+    ends = [
+        ("end_1", "arm", (0.1, 0.3, z)),
+        ("end_2", "arm", (0.1, 0.3, z + 1e-12)),
+        ("end_3", "arm", (0.1, 0.3, z - 1e-12)),
+    ]
+    skeleton = Skeleton([("arm", None, (1, 0, 0), "xyz"), *ends])
+    np.testing.assert_array_equal(skeleton.weights, [1, 1, 0, 0])
+    np.testing.assert_array_equal(skeleton.weights, reference.weights(skeleton))
