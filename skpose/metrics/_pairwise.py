@@ -270,7 +270,7 @@ def pose_distances_chunked(
     unconverged = []
     with progress(str(whole), len(batches), verbose) as advance:
         for batch in batches:
-            matrix = DistanceMatrix(X[batch], X if Y is None else Y, metric, skeleton, steps)
+            matrix = DistanceMatrix(X[batch], X if Y is None else Y, name, skeleton, steps)
             chunk, parts = matrix.written(None, n_jobs)
             unconverged += parts
             yield chunk if reduce_func is None else _reduced(reduce_func, chunk, batch.start)
