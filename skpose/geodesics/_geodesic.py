@@ -17,6 +17,7 @@ from skpose.kinematics._forward import weighted_positions
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of, wrapped
 from skpose.skeleton import Skeleton
 from skpose.skeleton._interpolation import interpolate, straight_line
+from skpose.skeleton._rotations import TWO_PI
 from skpose.skeleton._units import warn_of_degrees
 from skpose.skeleton._validation import check_pose
 
@@ -234,8 +235,8 @@ def geodesic(
     steps = np.linspace(0.0, 1.0, len(curve.poses))
     line = (
         interpolate(skeleton.bones, np.stack([first, last]), steps)
-        if wrap
-        else straight_line(skeleton.bones, first, last, len(steps))
+        if frees_angles
+        else straight_line(skeleton.bones, first, last, len(steps), TWO_PI if wrap else 0.0)
     )
     path = from_tree_order(tree, curve.poses, line)
     path[0] = first

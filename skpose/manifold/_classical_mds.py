@@ -14,7 +14,7 @@ from skpose._base import ESTIMATOR_CONSTRAINTS, PoseEstimatorMixin
 from skpose._compat.sklearn import Interval, StrOptions, fit_context
 from skpose._parallel.callbacks import CallbackSupportMixin, FitReport, with_callbacks
 from skpose._parallel.progress import progress
-from skpose.kinematics import forward_kinematics
+from skpose.kinematics._forward import weighted_positions
 from skpose.manifold._scaling import classical_scaling, farthest_points
 
 BATCH = 1 << 22  # distances in memory at once, for each worker, while poses are placed
@@ -44,7 +44,7 @@ class SpatialMDS(
         O(n · landmarks). None scales all, in memory O(n²).
     landmark_selection : {"farthest", "random"}, default="farthest"
         Rule for the choice of landmarks. "farthest": the first at random, then always the pose farthest from all chosen
-        so far, by joint positions (by angles without a skeleton, by the given distances if precomputed).
+        so far, by weighted joint positions (by angles without a skeleton, by the given distances if precomputed).
     random_state : int, RandomState instance or None, default=None
         Determines the choice of landmarks. An int gives the same result at every call.
     n_steps : int, default=10
@@ -238,7 +238,7 @@ class SpatialMDS(
             return np.sort(rng.choice(len(X), n_scaled, replace=False))
         if self.effective_metric_ == "precomputed":
             return farthest_points(X.__getitem__, len(X), n_scaled, rng)
-        points = X if self.skeleton_ is None else forward_kinematics(X, self.skeleton_).reshape(len(X), -1)
+        points = X if self.skeleton_ is None else weighted_positions(X, self.skeleton_)
         return farthest_points(lambda i: np.linalg.norm(points - points[i], axis=1), len(X), n_scaled, rng)
 
     def _embed(self, X, batches, step):

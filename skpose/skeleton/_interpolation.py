@@ -31,10 +31,13 @@ def interpolate(bones: Sequence[Bone], poses: np.ndarray, at: np.ndarray) -> np.
     return between
 
 
-def straight_line(bones: Sequence[Bone], start: np.ndarray, end: np.ndarray, n_poses: int) -> np.ndarray:
-    """Return poses on the line of "spatial" without wrapping: slerp of ball joints, angles linearly."""
-    line = np.linspace(start, end, n_poses)
-    turned = interpolate(bones, np.stack([start, end]), np.linspace(0.0, 1.0, n_poses))
+def straight_line(
+    bones: Sequence[Bone], start: np.ndarray, end: np.ndarray, n_poses: int, period: float = 0.0
+) -> np.ndarray:
+    """Return poses on the line of "spatial": slerp of ball joints, angles linearly, wrapped where there is a period."""
+    parts = np.linspace(0.0, 1.0, n_poses)
+    line = linear(start, end, parts[:, None], period) if period else np.linspace(start, end, n_poses)
+    turned = interpolate(bones, np.stack([start, end]), parts)
     is_ball = np.repeat([bone.is_ball for bone in bones], [bone.n_dofs for bone in bones])
     line[:, is_ball] = turned[:, is_ball]
     return line

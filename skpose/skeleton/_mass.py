@@ -101,8 +101,8 @@ def _limbs(
     for upper, lower, last in zip(*found, strict=True):
         if by_joint or skeleton.offset_frame == "parent":  # a joint stands where the bone of its name starts
             limbs.append(([upper], [lower], [last], children[last] or [last]))
-        else:
-            limbs.append(([int(skeleton.parents[upper])], [upper], [lower], [last]))
+        else:  # there may be other bones between two of them, such as the half of the forearm that CMU names lwrist
+            limbs.append((*([int(skeleton.parents[bone])] for bone in (upper, lower, last)), [last]))
     return limbs
 
 

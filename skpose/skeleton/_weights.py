@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -28,10 +28,11 @@ def with_weights(skeleton: "Skeleton", weights: Mapping[str, float] | ArrayLike 
     Parameters
     ----------
     weights : mapping of str to float, array-like of shape (n_joints,), or "mass"
-        A mapping gives weights to the joints that it names, and the others keep theirs. An array gives one to each of
-        ``skeleton.joint_names``. "mass" gives each joint its share of the mass of a person, after the mean of the
-        women and men of [1]_: of each segment as much to either end as puts the centre of mass where it is. Lengths are
-        then those of the kinetic energy of these masses, for a person of 1 kg.
+        A mapping, or a series of pandas whose index has names, gives weights to the joints that it names, and the
+        others keep theirs. An array gives one to each of ``skeleton.joint_names``. "mass" gives each joint its share of
+        the mass of a person, after the mean of the women and men of [1]_: of each segment as much to either end as puts
+        the centre of mass where it is. Lengths are then those of the kinetic energy of these masses, for a person of
+        1 kg.
 
     Returns
     -------
@@ -75,6 +76,7 @@ def with_weights(skeleton: "Skeleton", weights: Mapping[str, float] | ArrayLike 
         if weights != "mass":
             raise ValueError(f'weights must be a mapping, an array or "mass", got {weights!r}')
         weights = mass_weights(skeleton)
+    weights = _by_name(weights)
     if isinstance(weights, Mapping):
         checked_names(skeleton, weights, "weights")
         given = [weights.get(bone.name, bone.weight) for bone in skeleton.bones]
@@ -91,6 +93,13 @@ def with_weights(skeleton: "Skeleton", weights: Mapping[str, float] | ArrayLike 
     if not found.weights.any():
         raise ValueError("weights must be positive for at least one joint, but all are zero")
     return found
+
+
+def _by_name(weights: Any) -> Any:
+    """Return a series with names in its index as a mapping, anything else as it is."""
+    labels = getattr(weights, "index", None)
+    named = getattr(weights, "ndim", None) == 1 and labels is not None and any(isinstance(one, str) for one in labels)
+    return dict(weights.items()) if named else weights
 
 
 def joint_weights(skeleton: "Skeleton") -> np.ndarray:
@@ -113,10 +122,17 @@ def _places(skeleton: "Skeleton") -> list[tuple]:
     to_axes = [np.eye(3)]  # from the joint's own axes to these
     places: list[tuple[int, np.ndarray]] = [(ROOT, np.zeros(3))]  # axes, and coordinates in them
     centres: dict[int, tuple] = {}  # the places about which axes rotate
+    found: dict[int, list[np.ndarray]] = {}  # coordinates of the places in each joint's axes
 
     def key(place: tuple[int, np.ndarray]) -> tuple:
-        frame, numbers = place[0], np.rint(place[1] / SAME_PLACE)
-        return (frame, *numbers) if numbers.any() or frame == ROOT else centres[frame]
+        frame, numbers = place
+        if frame != ROOT and _is_near(numbers, np.zeros(3)):
+            return centres[frame]
+        known = found.setdefault(frame, [])
+        number = next((i for i, one in enumerate(known) if _is_near(numbers, one)), len(known))
+        if number == len(known):
+            known.append(numbers)
+        return frame, number
 
     for j, (bone, parent) in enumerate(zip(skeleton.bones, skeleton.parents + 1, strict=True)):
         axes.append(j if bone.dofs else axes[parent])
@@ -130,3 +146,7 @@ def _places(skeleton: "Skeleton") -> list[tuple]:
         else:
             places.append(start)
     return [key(place) for place in places[1:]]
+
+
+def _is_near(a: np.ndarray, b: np.ndarray) -> bool:
+    return bool(np.abs(a - b).max() <= SAME_PLACE)

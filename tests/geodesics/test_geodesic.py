@@ -449,3 +449,16 @@ def test_paths_between_poses_far_apart_are_real_curves(trial, cmu):
         assert fine <= line
         shorter += fine < 0.9 * line
     assert shorter >= 2
+
+
+@pytest.mark.parametrize("wrap", [True, False])
+def test_limits_hold_for_joints_without_weight(wrap):
+    """Their columns follow the straight line of the angles, which is inside the limits as both ends are."""
+    limits = ((-1.2, 1.2),) * 3
+    arm = Skeleton(
+        [Bone("elbow", None, (1, 0, 0), "z", limits=((-2, 2),)), Bone("hand", None, (0, 1, 0), "xyz", limits=limits)]
+    )
+    a, b = [0.0, 1.1, 1.1, -1.1], [0.5, -1.1, 1.1, 1.1]
+    path = geodesic(a, b, arm.with_weights({"hand": 0}), joint_limits="enforce", wrap=wrap).path
+    assert (np.abs(path[:, 1:]) <= 1.2).all()
+    np.testing.assert_allclose(path[[0, -1]], [a, b], atol=1e-12)

@@ -10,7 +10,7 @@ from sklearn.manifold import Isomap
 from sklearn.metrics import silhouette_score
 from sklearn.utils import get_tags
 
-from skpose import Skeleton, SpatialMDS, pose_distances
+from skpose import Bone, Skeleton, SpatialMDS, pose_distances
 
 HUMANOID = SKELETONS["humanoid"]
 
@@ -215,3 +215,12 @@ def test_figure_4_two_peoples_walks_mix_under_the_spatial_metric(other, angle, s
     for metric, expected in (("angle", angle), ("spatial", spatial)):
         points = SpatialMDS(2, skeleton=both.skeleton, metric=metric).fit_transform(X)
         assert abs(silhouette_score(points, sequence) - expected) < 0.03
+
+
+def test_landmarks_are_chosen_by_the_weights_of_joints():
+    """What a joint of weight zero does makes no pose a landmark: two of the poses differ in the joint that counts."""
+    skeleton = Skeleton([Bone("arm", None, (1, 0, 0), "z"), Bone("leg", None, (0, 1, 0), "z")]).with_weights({"leg": 0})
+    X = np.column_stack([np.repeat([0.0, 0.1], [38, 2]), np.linspace(-2, 2, 40)])
+    X[[20, 39], 0] = 0.1, 0.0
+    mds = SpatialMDS(1, skeleton, landmarks=2, random_state=0).fit(X)
+    assert set(X[mds.landmark_indices_, 0]) == {0.0, 0.1}

@@ -111,3 +111,9 @@ def test_none_means_that_the_chunk_was_changed_in_place(X):
 def test_bad_input_is_refused_in_the_users_words(X, arguments, error, message):
     with pytest.raises(error, match=message):
         list(pose_distances_chunked(X, **({"metric": "angle"} | arguments)))
+
+
+def test_the_default_metric_is_that_of_the_matrix():
+    X = np.random.default_rng(0).uniform(-1, 1, size=(9, TREE.n_dofs))
+    chunks = np.concatenate(list(pose_distances_chunked(X, skeleton=TREE, working_memory=MEMORY)))
+    np.testing.assert_allclose(chunks, pose_distances(X, skeleton=TREE), rtol=1e-12)

@@ -4,6 +4,7 @@ import pickle
 import re
 
 import numpy as np
+import pandas as pd
 import pytest
 import reference
 from conftest import DATA, SKELETONS, random_tree, weighted
@@ -274,3 +275,46 @@ def test_two_heads_are_refused():
 
 def test_weights_of_files_are_those_of_their_skeleton():
     assert load_asf(DATA / "arm.asf").weights.min() == 1.0
+
+
+def test_a_series_with_names_gives_its_weights_by_name(arm):
+    """In whatever order; as a mapping it need not have all of them. One without names is an array."""
+    np.testing.assert_array_equal(arm.with_weights(pd.Series({"tip": 3, "wrist": 2, "elbow": 1})).weights, [1, 2, 3])
+    np.testing.assert_array_equal(arm.with_weights(pd.Series({"tip": 3})).weights, [1, 1, 3])
+    np.testing.assert_array_equal(arm.with_weights(pd.Series([4, 5, 6])).weights, [4, 5, 6])
+    with pytest.raises(ValueError, match="'writs', which no joint has"):
+        arm.with_weights(pd.Series({"writs": 3}))
+
+
+def test_a_bone_between_forearm_and_hand_belongs_to_the_forearm(tmp_path):
+    """The hand begins where its own bone does, not where that of the forearm ends; in ASF files and in BVH alike."""
+    bones = [
+        bone._replace(parent=bone.parent.replace("forearm", "wrist")) if bone.name.endswith("_hand") else bone
+        for bone in humanoid().bones
+    ]
+    skeleton = Skeleton([*bones, *((f"{s}_wrist", f"{s}_forearm", (0, -0.1, 0), "x") for s in ("left", "right"))])
+    weight = dict(zip(skeleton.joint_names, skeleton.with_weights("mass").weights, strict=True))
+    forearm, hand = ARM[1:]
+    assert weight["left_forearm"] == 0
+    assert weight["left_wrist"] == pytest.approx(forearm.mass * forearm.centre + hand.mass * (1 - hand.centre))
+    motion = Motion(skeleton, random_poses(skeleton, scale=0.5), 30)
+    save_bvh(tmp_path / "a.bvh", motion)
+    read = load_bvh(tmp_path / "a.bvh")
+    before, after = (
+        pose_distances(one.angles, skeleton=one.skeleton.with_weights("mass"), metric="position")
+        for one in (motion, read)
+    )
+    np.testing.assert_allclose(before, after, atol=1e-6)
+
+
+@pytest.mark.parametrize("z", [0.5, 0.5000000005])
+def test_joints_in_one_place_but_for_rounding_count_once(z):
+    """Wherever the place is: coordinates half-way between two that nine digits can write are no exception."""
+    ends = [
+        ("end_1", "arm", (0.1, 0.3, z)),
+        ("end_2", "arm", (0.1, 0.3, z + 1e-12)),
+        ("end_3", "arm", (0.1, 0.3, z - 1e-12)),
+    ]
+    skeleton = Skeleton([("arm", None, (1, 0, 0), "xyz"), *ends])
+    np.testing.assert_array_equal(skeleton.weights, [1, 1, 0, 0])
+    np.testing.assert_array_equal(skeleton.weights, reference.weights(skeleton))
