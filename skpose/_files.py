@@ -44,12 +44,32 @@ def new_file(path: PathLike, *, replace: bool = False) -> Iterator[Path]:
     temporary = _temporary(path)
     try:
         yield temporary
-        if not replace and os.path.lexists(path):
-            raise FileExistsError(f"{path} has been created by something else in the meantime: choose another file")
-        temporary.replace(path)
+        if replace:
+            temporary.replace(path)
+        else:
+            _rename_to_new(temporary, path)
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
+
+
+def created_meanwhile(path: PathLike) -> FileExistsError:
+    """Return the error that a file exists, which did not when it was checked."""
+    return FileExistsError(f"{path} has been created by something else in the meantime: choose another file")
+
+
+def _rename_to_new(temporary: Path, path: Path) -> None:
+    """Rename a file, unless there is one of the new name. A link and its check are one step, a replacement is not."""
+    try:
+        os.link(temporary, path)
+    except FileExistsError:
+        raise created_meanwhile(path) from None
+    except OSError:  # not every file system has links
+        if os.path.lexists(path):
+            raise created_meanwhile(path) from None
+        temporary.replace(path)
+    else:
+        temporary.unlink()
 
 
 def _temporary(path: Path) -> Path:

@@ -1,6 +1,7 @@
 """New files: whole or not at all, and never over one that exists."""
 
 import errno
+import os
 from pathlib import Path
 
 import pytest
@@ -50,9 +51,12 @@ def test_what_exists_stays(tmp_path, kind):
     assert [p.name for p in tmp_path.iterdir()] == ["a"]
 
 
-def write_both(new, path):
+def write_both(new, path, monkeypatch=None):
+    """Create both files; with `monkeypatch`, theirs after the last look."""
     new.write_text("ours")
     path.write_text("theirs")
+    if monkeypatch is not None:
+        monkeypatch.setattr(os.path, "lexists", lambda _: False)
 
 
 def test_a_file_that_is_created_in_the_meantime_stays(tmp_path):
@@ -61,6 +65,29 @@ def test_a_file_that_is_created_in_the_meantime_stays(tmp_path):
         write_both(new, path)
     assert path.read_text() == "theirs"
     assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_a_file_that_is_created_in_the_last_moment_stays(tmp_path, monkeypatch):
+    path = tmp_path / "a"
+    with pytest.raises(FileExistsError, match="a has been created by something else"), new_file(path) as new:
+        write_both(new, path, monkeypatch)
+    assert path.read_text() == "theirs"
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+def refuse_links(*_):
+    raise OSError(errno.EPERM, "Operation not permitted")
+
+
+def test_file_systems_without_links(tmp_path, monkeypatch):
+    monkeypatch.setattr(os, "link", refuse_links)
+    path = tmp_path / "a"
+    with new_file(path) as new:
+        new.write_text("all")
+    with pytest.raises(FileExistsError, match="b has been created"), new_file(tmp_path / "b") as new:
+        write_both(new, tmp_path / "b")
+    assert (path.read_text(), (tmp_path / "b").read_text()) == ("all", "theirs")
+    assert len(list(tmp_path.iterdir())) == 2
 
 
 def test_a_file_of_ones_own_is_replaced_whole(tmp_path):

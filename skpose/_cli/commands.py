@@ -15,7 +15,7 @@ from scipy.sparse import save_npz
 from skpose._cli.compare import COLUMNS, FRAME_RATE, PAPER_ACCURACY, PAPER_FIRST_COMPONENT, compare
 from skpose._cli.inputs import motion_files, name_of, read_gait, readable, reading_options
 from skpose._cli.targets import REPORT, is_unfinished
-from skpose._files import check_new, new_file
+from skpose._files import check_new, created_meanwhile, new_file
 from skpose._parallel.checkpoint import FileCheckpoint
 from skpose.datasets import make_gait, walks_and_runs
 from skpose.io import file_format, load_asf, load_motion
@@ -73,7 +73,7 @@ def distances(X: np.ndarray, skeleton: Skeleton, metric: str, out: Path, dtype: 
                 f"{out} needs {size / 1e9:.1f} GB and the disk has {free / 1e9:.1f} GB free: use a lower --rate, or "
                 "--dtype float32"
             )
-        array = np.lib.format.open_memmap(out, mode="w+", dtype=X.dtype, shape=shape)
+        array = _new_matrix(out, shape, X.dtype)
     try:
         pose_distances(X, skeleton=skeleton, metric=metric, out=array, verbose=1)
     except BaseException:
@@ -81,6 +81,19 @@ def distances(X: np.ndarray, skeleton: Skeleton, metric: str, out: Path, dtype: 
             out.unlink()
         raise
     print(f"{out}: {shape[0]:,} × {shape[1]:,} distances, {array.dtype}")
+
+
+def _new_matrix(out: Path, shape: tuple[int, int], dtype: np.dtype) -> np.memmap:
+    """Return a new matrix on disk, or leave no file if there is no room for it."""
+    try:
+        out.touch(exist_ok=False)  # numpy would empty a file that was created since the check
+    except FileExistsError:
+        raise created_meanwhile(out) from None
+    try:
+        return np.lib.format.open_memmap(out, mode="w+", dtype=dtype, shape=shape)
+    except BaseException:
+        out.unlink()
+        raise
 
 
 def neighbors(
@@ -93,8 +106,8 @@ def neighbors(
     else:
         search = PoseRadiusNeighborsTransformer(skeleton, metric=metric, radius=radius, verbose=1).fit(X)
         graph = search.radius_neighbors_graph(mode="distance")
-    with new_file(out) as new:
-        save_npz(new, graph)
+    with new_file(out) as new, new.open("wb") as file:  # to a path save_npz adds .npz, also where it ends in .NPZ
+        save_npz(file, graph)
     print(f"{out}: {graph.nnz:,} neighbours of {len(X):,} poses")
 
 

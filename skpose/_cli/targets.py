@@ -29,7 +29,7 @@ def is_unfinished(out: Path) -> bool:
 
 def check(command: str, out: Path) -> None:
     """Raise an error unless the command can write its results."""
-    if command == "distances":
+    if command == "distances" and out.parent.is_dir():
         FileCheckpoint(out).read()  # refuses another program's file
         if is_unfinished(out):
             with out.open("r+b"):  # which may not be permitted

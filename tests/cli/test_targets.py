@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import DATA
+from scipy.sparse import load_npz
 
 from skpose import Skeleton
 from skpose._cli import report, reproduce
@@ -107,6 +108,38 @@ def test_an_error_in_the_computation_leaves_no_file(command, capsys, monkeypatch
     assert main([command, "a.bvh", *options, "--metric", "position", "--out", out]) == 1
     assert "the cluster has failed" in capsys.readouterr().err
     assert os.listdir() == ["a.bvh"]
+
+
+def test_a_suffix_in_capitals_is_the_name_of_the_file():
+    assert main(["neighbors", "a.bvh", "--neighbors", "1", "--metric", "position", "--out", "G.NPZ"]) == 0
+    assert sorted(os.listdir()) == ["G.NPZ", "a.bvh"]
+    assert load_npz("G.NPZ").shape == (2, 2)
+
+
+def test_a_matrix_for_which_there_is_no_room_leaves_no_file(capsys, monkeypatch):
+    def truncated(out, **_):
+        Path(out).write_bytes(b"the header")
+        raise OSError(27, "File too large")
+
+    monkeypatch.setattr(np.lib.format, "open_memmap", truncated)
+    assert main(["distances", "a.bvh", "--metric", "position", "--out", "D.npy"]) == 1
+    assert "File too large" in capsys.readouterr().err
+    assert os.listdir() == ["a.bvh"]
+
+
+def test_a_matrix_never_replaces_a_file_that_is_created_in_the_meantime(capsys, monkeypatch):
+    monkeypatch.setattr("skpose._cli.commands.check_new", lambda out: Path(out).write_text("theirs"))
+    assert main(["distances", "a.bvh", "--metric", "position", "--out", "D.npy"]) == 1
+    assert "D.npy has been created by something else" in capsys.readouterr().err
+    assert Path("D.npy").read_text() == "theirs"
+
+
+@pytest.mark.parametrize("command", ["distances", "neighbors"])
+def test_a_file_in_the_place_of_a_folder_is_refused_in_words(command, capsys):
+    arguments, out = COMMANDS[command]
+    assert "a.bvh is a file, not a folder; choose another folder" in refusal(
+        [*arguments, "--out", f"a.bvh/{out}"], capsys
+    )
 
 
 @pytest.fixture
