@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from skpose._cli import targets  # without commands and inputs, whose imports take a second
 from skpose._cli.parser import command_line
-from skpose._cli.terminal import Interruption, discard, output_may_close
+from skpose._cli.terminal import Interruption, discard, output_may_close, standard_streams
 
 INTERRUPTED = 130  # a shell's status after Ctrl-C
 # Options of `load_motion`.
@@ -19,7 +19,7 @@ PREPARING = "rotations", "rest", "with_root", "up"  # options of what is done wi
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; return the exit status."""
-    with Interruption() as interruption:
+    with standard_streams(), Interruption() as interruption:
         try:
             return _status(arguments, interruption)
         except BaseException:

@@ -46,6 +46,25 @@ class Interruption:
 
 
 @contextmanager
+def standard_streams() -> Iterator[None]:
+    """Open those of standard input, output and error that are closed, as by `>&-`: empty, or discarded.
+
+    Python has None for them, and the next file that is opened would get their number.
+    """
+    opened = {}
+    for name, mode in {"stdin": "r", "stdout": "w", "stderr": "w"}.items():
+        if getattr(sys, name) is None:
+            opened[name] = open(os.devnull, mode, encoding="utf-8")  # noqa: SIM115  # closed below
+            setattr(sys, name, opened[name])
+    try:
+        yield
+    finally:
+        for name, stream in opened.items():
+            setattr(sys, name, None)
+            stream.close()
+
+
+@contextmanager
 def output_may_close() -> Iterator[None]:
     """Let work go on after the reader of the output, such as `head`, has closed it: the rest is discarded."""
     before = sys.stdout, sys.stderr

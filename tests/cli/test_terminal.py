@@ -176,3 +176,14 @@ def test_nor_its_errors(files):
     command = [sys.executable, "-u", "-m", "skpose", "neighbors", *files, "--metric", "position", "--neighbors", "1"]
     assert closed("-c", program, *command, "--out", "G.npz") == (0, "")
     assert Path("G.npz").exists()
+
+
+@pytest.mark.parametrize("name", ["stdin", "stdout", "stderr"])
+def test_closed_streams(files, name, monkeypatch):
+    """As of `skpose ... >&-`."""
+    monkeypatch.setattr(sys, name, None)
+    command = ["neighbors", *files, "--metric", "position", "--neighbors", "1", "--out", "G.npz"]
+    assert main(command) == 0
+    assert Path("G.npz").exists()
+    assert main(["info", "-"]) == 1 if name == "stdin" else main(["info", BVH]) == 0
+    assert getattr(sys, name) is None
