@@ -84,4 +84,5 @@ else:
         return value
 
     def __dir__():
-        return sorted({*globals(), *_PACKAGES, *__all__, "__version__"})
+        own = {name for name in globals() if name.startswith("_")}  # without what is imported here
+        return sorted({*own, *_PACKAGES, *__all__, "__version__"})

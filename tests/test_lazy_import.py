@@ -38,6 +38,7 @@ def test_type_checkers_see_the_same_names():
 
 def test_dir_has_all_names_before_they_are_used():
     names = run("import skpose; print(*dir(skpose))")
+    assert {name for name in names if not name.startswith("_")} == {*skpose.__all__, *PACKAGES}
     assert {*skpose.__all__, *PACKAGES, "__version__", "__all__", "__doc__"} <= set(names)
 
 

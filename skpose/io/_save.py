@@ -63,6 +63,9 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0) -> None:
     >>> path = geodesic([0, 0, 0], [0.5, 1, 1.5], arm).path
     >>> save_bvh("reach.bvh", Motion(arm, path, frame_rate=10))  # doctest: +SKIP
     """
+    if not isinstance(motion, Motion):
+        remedy = ": Motion(skeleton, poses, frame_rate) makes one of poses" if hasattr(motion, "shape") else ""
+        raise TypeError(f"motion must be a skpose.Motion, got {type(motion).__name__}{remedy}")
     check_new(path)
     check_positive("scale", scale)
     skeleton = motion.skeleton

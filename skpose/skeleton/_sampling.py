@@ -22,7 +22,7 @@ REMEDIES = {
 }
 
 
-def frames_of(motion: "Motion", frames: int | slice) -> "Motion":
+def frames_of(motion: "Motion", frames: int | np.integer | slice) -> "Motion":
     """Return some frames: ``motion[10:50]``, ``motion[::2]`` at half the rate, ``motion[3]`` as one frame."""
     step = 1
     if isinstance(frames, slice):

@@ -229,3 +229,9 @@ def test_another_reader_finds_the_same_positions_of_cmu_motions(cmu, tmp_path):
     motion = cmu.motions[0].resample(12)
     save_bvh(tmp_path / "a.bvh", motion)
     assert_agree(load_bvh(tmp_path / "a.bvh"), tmp_path / "a.bvh")
+
+
+def test_poses_without_a_motion_are_refused_in_words(tmp_path):
+    with pytest.raises(TypeError, match=r"motion must be a skpose\.Motion, got ndarray: Motion\(skeleton, poses, "):
+        save_bvh(tmp_path / "a.bvh", np.zeros((3, 2)))
+    assert list(tmp_path.iterdir()) == []
