@@ -19,7 +19,7 @@ from skpose.plot import MDSDisplay, PoseStripDisplay
 
 folder = os.environ.get("SKPOSE_CMU")
 dataset = walks_and_runs(load_cmu(folder) if folder else make_gait(random_state=0))
-pair = dataset[[int(np.flatnonzero(dataset.actions == action)[-1]) for action in ("walk", "run")]]
+pair = dataset[[int(np.flatnonzero(dataset.actions == action)[0]) for action in ("walk", "run")]]
 X, sequence = pair.poses(frame_rate=12)
 skeleton = pair.skeleton
 print(pair)

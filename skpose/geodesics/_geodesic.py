@@ -16,6 +16,7 @@ from skpose.kinematics._constraints import IS_SKELETON
 from skpose.kinematics._forward import weighted_positions
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of, wrapped
 from skpose.skeleton import Skeleton
+from skpose.skeleton._continuity import without_jumps
 from skpose.skeleton._interpolation import interpolate, straight_line
 from skpose.skeleton._rotations import TWO_PI
 from skpose.skeleton._units import warn_of_degrees
@@ -233,11 +234,10 @@ def geodesic(
     frees_angles = bool(wrap) and joint_limits == "ignore"
     curve = path_between(tree, begin, target, n_steps, frees_angles, bounds, max_iter, float(tol))
     steps = np.linspace(0.0, 1.0, len(curve.poses))
-    line = (
-        interpolate(skeleton.bones, np.stack([first, last]), steps)
-        if frees_angles
-        else straight_line(skeleton.bones, first, last, len(steps), TWO_PI if wrap else 0.0)
-    )
+    if frees_angles:  # columns of no weight, whose numbers must not jump at the end either
+        line = without_jumps(skeleton.bones, interpolate(skeleton.bones, np.stack([first, last]), steps))
+    else:
+        line = straight_line(skeleton.bones, first, last, len(steps), TWO_PI if wrap else 0.0)
     path = from_tree_order(tree, curve.poses, line)
     path[0] = first
     found = Geodesic(

@@ -29,6 +29,7 @@ SKELETONS = {
     "tree, offsets in the parent's frame": random_tree(1, n=6, offset_frame="parent"),
     "ball joints": random_tree(2, n=4, kinds=["rotvec"]),
     "mixed joints": random_tree(3, n=6, kinds=MIXED, offset_frame="parent"),
+    "weights": random_tree(3, n=6, kinds=MIXED).with_weights([0.5, 2.0, 0.7, 1.0, 0.3, 3.0]),
 }
 
 
@@ -102,6 +103,7 @@ def test_normal_equations_are_those_of_the_chords(substeps, skeleton, poses):
     at = np.linspace(0, N_NODES - 1, (N_NODES - 1) * substeps + 1)
     samples = np.stack([np.interp(at, np.arange(N_NODES), column) for column in poses.T], axis=1)
     J = to_tree_order(tree, position_jacobian(from_tree_order(tree, samples, samples), skeleton))
+    J *= np.repeat(np.sqrt(skeleton.weights), 3)[:, None]
     share = np.maximum(0, 1 - np.abs(at[:, None] - np.arange(1, N_NODES - 1)))  # of each sample in each free pose
     moved = np.einsum("si,srd->srid", share, J)
     A = np.diff(moved, axis=0).reshape(-1, (N_NODES - 2) * skeleton.n_dofs)

@@ -39,8 +39,12 @@ def has_free_joints(skeleton):
 
 
 def kinematics(skeleton):
-    """F and J of a path, which have tests of their own."""
-    return lambda path: (forward_kinematics(path, skeleton).reshape(len(path), -1), position_jacobian(path, skeleton))
+    """F and J of a path, which have tests of their own, with the roots of the weights."""
+    scale = np.repeat(np.sqrt(reference.weights(skeleton)), 3)
+    return lambda path: (
+        forward_kinematics(path, skeleton).reshape(len(path), -1) * scale,
+        position_jacobian(path, skeleton) * scale[:, None],
+    )
 
 
 def gradient(path, skeleton, n_steps=None):
@@ -62,8 +66,8 @@ def test_gradient_of_eq_6_keeps_the_term_that_eq_13_loses(skeleton):
             rise = reference.path_energy(path + step, skeleton) - reference.path_energy(path - step, skeleton)
             by_differences[i, d] = rise / 2e-5
     np.testing.assert_allclose(closed, by_differences, atol=1e-8)
-    F = reference.forward_kinematics(path, skeleton).reshape(5, -1)
-    as_printed = 2 * np.einsum("nr,nrd->nd", F[:-2] - F[2:], position_jacobian(path, skeleton)[1:-1])
+    F, J = kinematics(skeleton)(path)
+    as_printed = 2 * np.einsum("nr,nrd->nd", F[:-2] - F[2:], J[1:-1])
     assert np.abs(as_printed - by_differences).max() > 1e-2
 
 
@@ -148,8 +152,11 @@ def test_fact_1_between_the_chord_and_the_line(far, skeleton):
         line = pose_distances(X, Y, skeleton=skeleton, n_steps=n_steps)
         assert (chord <= shortest * (1 + 1e-12)).all()
         assert (shortest <= line).all()
-        fine = [[reference.path_length(reference.line(x, y, 1), skeleton, 400) for y in Y] for x in X]
-        assert (curves <= np.array(fine) * (1 + 1e-4)).all()
+        # Few chords may take either line for the shorter one: no curve is longer than the longer one.
+        slerps = [[reference.path_length(reference.line(x, y, 1), skeleton, 400) for y in Y] for x in X]
+        lines = [[reference.path_length(reference.line(x, y, 400, skeleton=skeleton), skeleton) for y in Y] for x in X]
+        fine = np.maximum(slerps, lines)
+        assert (curves <= fine * (1 + 1e-4)).all()
 
 
 @pytest.mark.parametrize("seed", [1, 7, 12])

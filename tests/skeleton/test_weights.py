@@ -278,7 +278,7 @@ def test_weights_of_files_are_those_of_their_skeleton():
 
 
 def test_a_series_with_names_gives_its_weights_by_name(arm):
-    """In whatever order; as a mapping it need not have all of them. One without names is an array."""
+    """In any order; as a mapping it need not have all of them. One without names is an array."""
     np.testing.assert_array_equal(arm.with_weights(pd.Series({"tip": 3, "wrist": 2, "elbow": 1})).weights, [1, 2, 3])
     np.testing.assert_array_equal(arm.with_weights(pd.Series({"tip": 3})).weights, [1, 1, 3])
     np.testing.assert_array_equal(arm.with_weights(pd.Series([4, 5, 6])).weights, [4, 5, 6])
@@ -287,7 +287,7 @@ def test_a_series_with_names_gives_its_weights_by_name(arm):
 
 
 def test_a_bone_between_forearm_and_hand_belongs_to_the_forearm(tmp_path):
-    """The hand begins where its own bone does, not where that of the forearm ends; in ASF files and in BVH alike."""
+    """The hand begins where its own bone does, not where that of the forearm ends; in ASF files and in BVH."""
     bones = [
         bone._replace(parent=bone.parent.replace("forearm", "wrist")) if bone.name.endswith("_hand") else bone
         for bone in humanoid().bones
@@ -309,7 +309,7 @@ def test_a_bone_between_forearm_and_hand_belongs_to_the_forearm(tmp_path):
 
 @pytest.mark.parametrize("z", [0.5, 0.5000000005])
 def test_joints_in_one_place_but_for_rounding_count_once(z):
-    """Wherever the place is: coordinates half-way between two that nine digits can write are no exception."""
+    """Coordinates half-way between two that nine digits can write are no exception."""
     ends = [
         ("end_1", "arm", (0.1, 0.3, z)),
         ("end_2", "arm", (0.1, 0.3, z + 1e-12)),
