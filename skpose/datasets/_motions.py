@@ -14,6 +14,7 @@ from skpose.skeleton._arguments import check_frame_rate
 from skpose.skeleton._skeleton import check_comparable
 
 WALKING_AND_RUNNING = ("walk", "run")
+MISSING = ("None", "nan", "<NA>", "NaT")  # as strings, what numpy and pandas have in the place of a missing label
 CONVERT = (
     'Convert the motions to one rest pose first: dataset.retarget(dataset.motions[0].skeleton, rest="world") keeps the '
     'directions of the bones in the world, rest="same" the numbers'
@@ -65,7 +66,15 @@ class MotionDataset:
         for name, given in {"subjects": subjects, "trials": trials, "actions": actions}.items():
             if given is None:
                 continue
-            labels = np.asarray(np.asarray(given), dtype=str)  # a series of polars makes no strings of numbers
+            values = np.asarray(given)
+            missing = [
+                i for i, label in enumerate(values.tolist()) if not isinstance(label, str) and str(label) in MISSING
+            ]
+            if missing:
+                raise ValueError(
+                    f'{name} has no label for motions[{missing[0]}], but {values[missing[0]]!r}: use a word, such as ""'
+                )
+            labels = np.asarray(values, dtype=str)  # a series of polars makes no strings of numbers
             if labels.shape != (len(self),):
                 raise ValueError(
                     f"{name} must have one label for each of the {len(self)} motions, got shape {labels.shape}"

@@ -141,5 +141,5 @@ def _refuse(expected: str, names: tuple[str, ...], found: list[str]) -> NoReturn
     got = ", ".join(map(repr, found)) or "none"
     raise ValueError(
         f'weights="mass" finds the segments of a person by the names of the joints: expected {expected} named '
-        f"{known}, got {got}. Pass a weight for each joint instead"
+        f"{known}, got {got}. Weigh the whole skeleton before a part of it is selected, or pass a weight for each joint"
     )

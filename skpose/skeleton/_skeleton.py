@@ -246,7 +246,9 @@ class Skeleton:
         return self._hash
 
     def __repr__(self) -> str:
-        return f"Skeleton(n_joints={self.n_joints}, n_dofs={self.n_dofs})"
+        given = {bone.name: bone.weight for bone in self.bones if bone.weight is not None}
+        weights = f"weights={given}" if len(given) <= 4 else f"weights of {len(given)} joints"
+        return f"Skeleton(n_joints={self.n_joints}, n_dofs={self.n_dofs}" + (f", {weights})" if given else ")")
 
     def __reduce__(self) -> tuple:
         return Skeleton, (self.bones, self.offset_frame)

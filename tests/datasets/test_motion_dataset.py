@@ -74,6 +74,13 @@ def test_labels_are_optional():
     assert pickle.loads(pickle.dumps(GAIT)).actions.tolist() == GAIT.actions.tolist()
 
 
+@pytest.mark.parametrize("missing", [None, np.nan, pd.NA], ids=str)
+def test_a_missing_label_is_no_word(missing):
+    labels = pd.Series(["a", "b", missing, "c", "d", "e"], dtype=object)
+    with pytest.raises(ValueError, match=r"actions has no label for motions\[2\], but (None|nan|<NA>): use a word"):
+        MotionDataset(GAIT.motions, actions=labels)
+
+
 @pytest.mark.parametrize("name", ["subjects", "trials", "actions"])
 def test_labels_that_are_missing_are_refused_in_words(name):
     bare = MotionDataset(GAIT.motions)

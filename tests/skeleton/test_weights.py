@@ -60,13 +60,21 @@ def test_weights_are_one_or_as_given(arm):
         ),
         ([0, 0, 0], "weights must be positive for at least one joint, but all are zero"),
         ("weight", "weights must be a mapping, an array or \"mass\", got 'weight'"),
-        ("mass", "expected two joints, left and right, named shoulder, got none"),
+        ("mass", "expected two joints, left and right, named shoulder, got none. Weigh the whole"),
         (2.0, "weights must have one number for each of the 3 joints in skeleton.joint_names, got 2.0"),
     ],
 )
 def test_weights_that_mean_nothing_are_refused(weights, message, arm):
     with pytest.raises(ValueError, match=re.escape(message)):
         arm.with_weights(weights)
+
+
+def test_weights_are_shown(arm):
+    """Skeletons among which a grid search chooses differ in what is printed."""
+    assert repr(arm) == "Skeleton(n_joints=3, n_dofs=4)"
+    assert repr(arm.with_weights({"tip": 0})) == "Skeleton(n_joints=3, n_dofs=4, weights={'tip': 0.0})"
+    person = humanoid()
+    assert repr(person.with_weights("mass")) == "Skeleton(n_joints=22, n_dofs=42, weights of 22 joints)"
 
 
 def test_skeletons_of_different_weights_have_no_mean(arm):
@@ -268,7 +276,7 @@ def test_two_heads_are_refused():
     skeleton = humanoid()
     two = Skeleton([*skeleton.bones, Bone("Head", "neck", (0, 0.1, 0))])
     with pytest.raises(
-        ValueError, match=r"expected a head named head, got 'head', 'Head'\. Pass a weight for each joint"
+        ValueError, match=r"expected a head named head, got 'head', 'Head'\. Weigh the whole skeleton before"
     ):
         two.with_weights("mass")
 
