@@ -161,7 +161,7 @@ def test_equal_poses_can_be_drawn(skeleton):
 
 
 def test_an_embedding_of_equal_poses():
-    with pytest.warns(UserWarning, match="0 positive eigenvalues"):
+    with pytest.warns(UserWarning, match="all distances are zero"):
         mds = SpatialMDS(skeleton=ARM).fit(np.zeros((4, 3)))
     display = MDSDisplay.from_estimator(mds, np.zeros((4, 3)))
     display.figure_.canvas.draw()
