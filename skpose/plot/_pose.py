@@ -35,7 +35,7 @@ def _draw(ax, flat: np.ndarray, skeleton: Skeleton, shift: float, style: dict) -
 
     style = normalize_kwargs(style, Line2D)
     side = np.array(sides(skeleton.joint_names) if "color" not in style else [""] * skeleton.n_joints)
-    colours = {"": COLOURS[0]} if not side.astype(bool).any() else SIDES
+    colours = {"": COLOURS[0]} if (side == "").all() else SIDES
     parent = np.concatenate([flat, np.zeros((1, 2))])[skeleton.parents]  # -1, the root, is the last
     segments = np.stack([parent, flat, np.full_like(flat, np.nan)], axis=1)
     defaults = {"linewidth": 2, "solid_capstyle": "round", "marker": "o", "markersize": 3}
