@@ -123,7 +123,7 @@ SKELETONS = {
     "tree, offsets in the parent's frame": random_tree(1, offset_frame="parent"),
     "ball joints": random_tree(2, kinds=["rotvec"]),
     "mixed joints": random_tree(3, kinds=MIXED, offset_frame="parent"),
-    "weights": weighted(random_tree(4, n=16, kinds=MIXED), 0),
+    "weights": weighted(random_tree(4, n=12, kinds=MIXED), 0),
 }
 
 

@@ -90,8 +90,7 @@ def test_attributes_describe_the_path(skeleton):
     if not has_free_joints(skeleton):
         np.testing.assert_allclose(found.gradient_norm, np.linalg.norm(gradient(found.path, skeleton, 10)), atol=1e-9)
     assert found.converged
-    # Or what float64 can show, which is more for skeletons whose bones add up to more, and for weights.
-    assert found.gradient_norm <= (2e-6 if any(bone.weight for bone in skeleton.bones) else 1e-7)
+    assert found.gradient_norm <= 1e-7
     assert found.length <= found.curve_length <= found.length * 1.005
     assert "converged in" in repr(found)
 
@@ -153,11 +152,8 @@ def test_fact_1_between_the_chord_and_the_line(far, skeleton):
         line = pose_distances(X, Y, skeleton=skeleton, n_steps=n_steps)
         assert (chord <= shortest * (1 + 1e-12)).all()
         assert (shortest <= line).all()
-        # Few chords may take either line for the shorter one: no curve is longer than the longer one.
-        slerps = [[reference.path_length(reference.line(x, y, 1), skeleton, 400) for y in Y] for x in X]
-        lines = [[reference.path_length(reference.line(x, y, 400, skeleton=skeleton), skeleton) for y in Y] for x in X]
-        fine = np.maximum(slerps, lines)
-        assert (curves <= fine * (1 + 1e-4)).all()
+        fine = [[reference.path_length(reference.line(x, y, 1), skeleton, 400) for y in Y] for x in X]
+        assert (curves <= np.array(fine) * (1 + 1e-4)).all()
 
 
 @pytest.mark.parametrize("seed", [1, 7, 12])
@@ -168,7 +164,7 @@ def test_discretisation_error_is_found_and_removed(seed):
     a, b = rng.uniform(-2, 2, size=(2, skeleton.n_dofs))
     naive = reference.least_energy_path(a, b, kinematics(skeleton))
     line = reference.path_length(reference.line(a, b, 10), skeleton, 8)
-    assert reference.path_length(naive, skeleton) < 0.95 * reference.path_length(naive, skeleton, 8)
+    assert reference.path_length(naive, skeleton) < 0.9 * reference.path_length(naive, skeleton, 8)
     found = geodesic(a, b, skeleton, max_iter=2000)
     assert found.converged
     assert len(found.path) > 11
