@@ -12,10 +12,12 @@ from conftest import DATA
 from scipy.sparse import load_npz
 
 from skpose import Motion, PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer, Skeleton, pose_distances
+from skpose._cli import parser
 from skpose._cli.main import main
 from skpose._parallel.backends import from_workers
 from skpose._parallel.checkpoint import IDENTITY, FileCheckpoint
 from skpose.io import load_amc, load_bvh
+from skpose.metrics._registry import METRICS
 
 BVH = str(DATA / "biped.bvh")
 
@@ -291,3 +293,8 @@ def test_the_notes_of_a_matrix_that_was_deleted_unfinished_are_too(tmp_path):
     FileCheckpoint(out).start({IDENTITY: "of other poses"}, [])
     assert main(["distances", BVH, "--metric", "position", "--out", str(out)]) == 0
     assert list(tmp_path.iterdir()) == [out]
+
+
+def test_help_names_the_metrics_of_the_registry():
+    """The parser has a copy, so that --help imports neither numba nor scikit-learn."""
+    assert tuple(METRICS) == parser.METRICS
