@@ -12,6 +12,7 @@ __all__ = [
     "Bone",
     "FrechetMean",
     "Geodesic",
+    "Keypoints",
     "MedoidShift",
     "Motion",
     "PoseDistanceTransformer",
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
     from skpose import datasets as datasets
     from skpose import geodesics as geodesics
     from skpose import io as io
+    from skpose import keypoints as keypoints
     from skpose import kinematics as kinematics
     from skpose import manifold as manifold
     from skpose import metrics as metrics
@@ -47,6 +49,7 @@ if TYPE_CHECKING:
     from skpose import skeleton as skeleton
     from skpose.cluster import MedoidShift
     from skpose.geodesics import FrechetMean, Geodesic, frechet_mean, geodesic
+    from skpose.keypoints import Keypoints
     from skpose.kinematics import forward_kinematics, metric_tensor, position_jacobian
     from skpose.manifold import SpatialMDS
     from skpose.metrics import pose_distances, pose_distances_chunked, pose_metric
@@ -61,6 +64,7 @@ else:
         "datasets": [],
         "geodesics": ["FrechetMean", "Geodesic", "frechet_mean", "geodesic"],
         "io": [],
+        "keypoints": ["Keypoints"],
         "kinematics": ["forward_kinematics", "metric_tensor", "position_jacobian"],
         "manifold": ["SpatialMDS"],
         "metrics": ["pose_distances", "pose_distances_chunked", "pose_metric"],

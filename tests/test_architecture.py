@@ -25,6 +25,7 @@ PAGES = sorted((ROOT / "docs").glob("*.md"))
 LAYERS = [
     ["_warnings"],
     ["_compat", "_files", "skeleton"],
+    ["keypoints"],
     ["_compiled", "_parallel", "io"],
     ["kinematics"],
     ["metrics", "geodesics", "datasets"],

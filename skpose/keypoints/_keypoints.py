@@ -1,0 +1,175 @@
+"""Keypoints: positions of named points in time, some of them not seen."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Literal, NoReturn
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from skpose.skeleton._arguments import check_frame_rate
+from skpose.skeleton._root import check_up
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Keypoints:
+    """Positions of named points at a constant frame rate, such as those of a pose estimator or of markers.
+
+    Parameters
+    ----------
+    positions : array-like of shape (n_frames, n_points, 3)
+        Positions, m; NaN where a point is not seen. A point of which one coordinate is NaN is not seen.
+    names : iterable of str
+        Name of each point, each once.
+    frame_rate : float
+        Frames per second, Hz.
+    confidences : array-like of shape (n_frames, n_points), default=None
+        How sure each position is, from 0, not seen, to 1; the weights in `skpose.inverse_kinematics`. None is 1 for
+        every point that is seen.
+    up : {"x", "y", "z"}, default="y"
+        The axis of the world that points up.
+
+    Attributes
+    ----------
+    times : ndarray of shape (n_frames,)
+        Time of each frame, s.
+
+    Raises
+    ------
+    ValueError
+        For shapes that do not fit each other, such as positions in two dimensions, infinite positions, names given
+        twice, confidences below 0 or above 1, a frame rate that is not positive.
+
+    See Also
+    --------
+    skpose.inverse_kinematics : The poses of a skeleton at these positions.
+
+    Notes
+    -----
+    Where a point is not seen its confidence is 0, whatever is given, and where its confidence is 0 its position is NaN.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from skpose.keypoints import Keypoints
+    >>> positions = np.zeros((50, 2, 3))
+    >>> positions[10:20, 1] = np.nan
+    >>> seen = Keypoints(positions, ["hip", "knee"], frame_rate=25)
+    >>> seen
+    Keypoints(50 frames at 25 Hz, 2.0 s, 2 points, 10.0 % not seen)
+    >>> int(seen.select(["knee"]).confidences.sum())
+    40
+    """
+
+    positions: np.ndarray
+    names: tuple[str, ...]
+    frame_rate: float
+    confidences: np.ndarray = None  # type: ignore[assignment]  # None becomes ones and zeros
+    up: Literal["x", "y", "z"] = "y"
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            positions: ArrayLike,
+            names: Iterable[str],
+            frame_rate: float,
+            confidences: ArrayLike | None = None,
+            up: Literal["x", "y", "z"] = "y",
+        ) -> None: ...
+
+    def __post_init__(self) -> None:
+        if isinstance(self.names, str):
+            raise TypeError(f"names must be a sequence of strings, got one string, {self.names!r}")
+        names = tuple(self.names)
+        for name in names:
+            if not isinstance(name, str) or not name:
+                raise ValueError(f"names must be non-empty strings, got {name!r}")
+            if names.count(name) > 1:
+                raise ValueError(f"names must differ, got {name!r} {names.count(name)} times")
+        check_frame_rate(self.frame_rate)
+        check_up(self.up)
+        positions = check_positions(self.positions, len(names), "positions")
+        seen = ~np.isnan(positions).any(axis=2)
+        confidences = np.ones(seen.shape) if self.confidences is None else np.array(self.confidences, np.float64)
+        if confidences.shape != seen.shape:
+            raise ValueError(f"confidences must have shape {seen.shape}, one a position, got {confidences.shape}")
+        if np.isnan(confidences[seen]).any() or (confidences[seen] < 0.0).any() or (confidences[seen] > 1.0).any():
+            raise ValueError("confidences must be from 0, not seen, to 1, wherever a point is seen")
+        confidences[~seen] = 0.0
+        positions[confidences == 0.0] = np.nan
+        for name, value in {"names": names, "positions": positions, "confidences": confidences}.items():
+            object.__setattr__(self, name, value)
+
+    @property
+    def times(self) -> np.ndarray:
+        return np.arange(len(self)) / self.frame_rate
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+    def __getitem__(self, frames: slice) -> "Keypoints":
+        """Return a range of frames: ``keypoints[100:200]``; with a step, at a lower frame rate."""
+        if not isinstance(frames, slice):
+            raise TypeError(f"keypoints have ranges of frames, such as keypoints[0:10], got {frames!r}")
+        step = 1 if frames.step is None else frames.step
+        if step < 1:
+            raise ValueError(f"the step of a range of frames must be 1 or more, got {step}")
+        return replace(
+            self,
+            positions=self.positions[frames],
+            confidences=self.confidences[frames],
+            frame_rate=self.frame_rate / step,
+        )
+
+    def __array__(self, *arguments: object, **options: object) -> NoReturn:
+        raise TypeError("Keypoints are no array: pass their positions, keypoints.positions")
+
+    def __repr__(self) -> str:
+        lost = f", {np.mean(self.confidences == 0.0):.1%} not seen" if (self.confidences == 0.0).any() else ""
+        seconds = len(self) / self.frame_rate
+        rate = f"{len(self)} frames at {self.frame_rate:g} Hz, {seconds:.1f} s"
+        return f"Keypoints({rate}, {len(self.names)} points{lost.replace('%', ' %')})"
+
+    def select(self, names: Iterable[str]) -> "Keypoints":
+        """Return some of the points, in the given order.
+
+        Parameters
+        ----------
+        names : iterable of str
+            Names of points, each once.
+
+        Returns
+        -------
+        Keypoints
+            With these points.
+
+        Raises
+        ------
+        KeyError
+            For a name that no point has.
+        """
+        names = (names,) if isinstance(names, str) else tuple(names)
+        missing = [name for name in names if name not in self.names]
+        if missing:
+            raise KeyError(f"there is no point named {missing[0]!r}; the points are {', '.join(self.names)}")
+        chosen = [self.names.index(name) for name in names]
+        return replace(self, positions=self.positions[:, chosen], names=names, confidences=self.confidences[:, chosen])
+
+
+def check_positions(positions: Any, n_points: int, name: str) -> np.ndarray:
+    """Return positions as a new float64 array of shape (n_frames, n_points, 3), NaN for points that are not seen."""
+    array = np.array(positions, dtype=np.float64)
+    if array.ndim == 3 and array.shape[2] == 2:
+        raise ValueError(
+            f"{name} have two coordinates for each point, shape {array.shape}, but three are needed: lengths of bones "
+            "are not known from a picture. Lift them to 3-D first, by a pose estimator that gives 3-D keypoints or by "
+            "several cameras"
+        )
+    if array.ndim != 3 or array.shape[1:] != (n_points, 3):
+        raise ValueError(f"{name} must have shape (n_frames, {n_points}, 3), got {array.shape}")
+    if np.isinf(array).any():
+        frame, point, _ = np.argwhere(np.isinf(array))[0]
+        raise ValueError(f"{name} are infinite at frame {frame}, point {point}: use NaN for a point that is not seen")
+    array[np.isnan(array).any(axis=2)] = np.nan
+    return array
