@@ -59,7 +59,7 @@ def free_tree(tree, frees_angles):
 
 
 @internal
-def _rotation_of(tree, dofs, f):
+def rotation_of(tree, dofs, f):
     """Return the rotation of a frame with three dofs, as a canonical quaternion."""
     if tree.ball[f] >= 0:
         return canonical(frame_quaternion(tree, dofs, f))
@@ -81,7 +81,7 @@ def set_references(tree, free, start, end):
     """Let the references of a free tree be half-way between two poses."""
     for f in range(1, tree.frame_parent.shape[0]):
         if free.ball[f] >= 0:
-            p, q = _rotation_of(tree, start, f), _rotation_of(tree, end, f)
+            p, q = rotation_of(tree, start, f), rotation_of(tree, end, f)
             sign = sign_towards(p, q)
             w, x, y, z = p[0] + sign * q[0], p[1] + sign * q[1], p[2] + sign * q[2], p[3] + sign * q[3]
             size = math.sqrt(w * w + x * x + y * y + z * z)
@@ -95,7 +95,7 @@ def coordinates_of(tree, free, dofs, out):
     for f in range(1, tree.frame_parent.shape[0]):
         first = tree.first_dof[f]
         if free.ball[f] >= 0:
-            p, q = _reference(free, f), _rotation_of(tree, dofs, f)
+            p, q = _reference(free, f), rotation_of(tree, dofs, f)
             sign = sign_towards(p, q)
             w, x, y, z = product(inverse(p), q)
             out[first], out[first + 1], out[first + 2] = vector_of((sign * w, sign * x, sign * y, sign * z))

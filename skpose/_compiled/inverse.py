@@ -1,0 +1,652 @@
+"""Inverse kinematics: the pose, and the place and orientation of the root, nearest to given positions of the joints.
+
+The least of ½ Σ w ‖R·F(θ) + o − p‖² + ½ ρ² ‖θ ⊖ θ₀‖² over the joints that are seen, with the root's orientation R as a
+ball joint of the tree and its position o as three dofs more. ρ is so small that it settles only what the positions
+leave open.
+
+Gauss-Newton in a trust region. Joints with three dofs are rotations, not numbers: a step turns them in their own axes
+(`retract`). Sums over the joints that a frame moves, gathered from the tips to the root, give gradient and matrix
+without any Jacobian, and the matrix is factorised along the tree (`tree_cholesky`). Where positions cannot be reached
+the terms that Gauss-Newton leaves out are added, once they count.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from skpose._compiled.chart import free_tree, rotation_of
+from skpose._compiled.forward import workspace_rows
+from skpose._compiled.jit import internal, jit, unfolded
+from skpose._compiled.path_energy import place
+from skpose._compiled.rotation import inverse, product, quaternion_of, sign_towards, vector_of
+from skpose._compiled.tree import Tree
+from skpose._compiled.tree_cholesky import N_ORIGIN, Equations, equations_of, factorise, solve
+
+MAX_ITER = 100
+PRECISION = 1e-9  # a step that brings the joints no nearer than this is no step, m
+ROUNDING = 1e-15  # relative to the energy, what float64 cannot show
+FIRST_DAMPING, LEAST_DAMPING, RAISED_DAMPING, MAX_DAMPING = 1e-3, 1e-10, 1e-8, 1e6  # relative to the mean diagonal of the matrix
+CERTAIN = 1e-6  # damping, relative again, up to which a short step means that the minimum is near
+LEAST_RATIO = 1e-4  # of actual to predicted decrease, for a step to be taken
+PULL, SHARE = 1e-5, 0.1  # ρ of the first step at least, m/rad; how far that goes to θ₀ in what is open
+TIE = 1e-6  # of a rotation's products, by which smaller rotations fit better
+NO_LEVER = 1e-2  # of a hinge whose bone lies along its axis
+REACHED = 1e-7  # distance of all joints together that is none, m
+OFF, MAX_PASSES = 2.0, 3  # times the mean square, for a hinge to be tried; how often all are
+SLOW = 0.5  # relative decrease of the energy below which the exact Hessian takes over
+
+
+class State(NamedTuple):
+    """A pose: rotations of ball joints are the references of its own tree, whose dofs are zero there."""
+
+    tree: Tree
+    dofs: np.ndarray  # (n_dofs,) angles, rad
+    origin: np.ndarray  # (3,) position of the root, m
+    P: np.ndarray  # (3 n_joints + 3,) positions from the root, m
+    screws: np.ndarray  # (6, n_dofs) see `path_energy.place`
+
+
+class Target(NamedTuple):
+    """Positions that are to be reached, and what settles the rest."""
+
+    positions: np.ndarray  # (n_joints + 1, 3) m, in the tree's order, the root's first; finite everywhere
+    weights: np.ndarray  # (n_joints + 1,) zero where not seen
+    prior: np.ndarray  # (n_frames, 4) rotations θ₀ of ball joints
+    prior_dofs: np.ndarray  # (n_dofs,) angles θ₀, rad
+    stiffness: float  # ρ², m²/rad²
+    lower: np.ndarray  # (n_dofs,) rad
+    upper: np.ndarray  # (n_dofs,) rad
+
+
+class Fit(NamedTuple):
+    """The end of the search for a pose."""
+
+    half: float  # half the weighted sum of squared distances, with the regularisation, m²
+    n_iter: int
+    converged: bool
+
+
+class Workspace(NamedTuple):
+    """Arrays that every frame uses again."""
+
+    here: State
+    there: State
+    beyond: State
+    best: State
+    kept: State  # for the caller
+    equations: Equations
+    sums: np.ndarray  # (n_frames, 22) over the joints that a frame moves: w p rᵀ, w r, w p pᵀ, w p, w
+    scratch: np.ndarray
+
+
+@internal
+def empty_state(tree, frees_angles):
+    n_dofs = tree.column.shape[0]
+    return State(
+        free_tree(tree, frees_angles),
+        np.zeros(n_dofs),
+        np.zeros(3),
+        np.zeros(3 * tree.offset.shape[0]),
+        np.zeros((6, n_dofs)),
+    )
+
+
+@jit
+def workspace_of(tree, frees_angles):
+    """Return arrays for the search for poses of a tree."""
+    return Workspace(
+        empty_state(tree, frees_angles),
+        empty_state(tree, frees_angles),
+        empty_state(tree, frees_angles),
+        empty_state(tree, frees_angles),
+        empty_state(tree, frees_angles),
+        equations_of(tree),
+        np.zeros((tree.frame_parent.shape[0], 22)),
+        np.empty(workspace_rows(tree)),
+    )
+
+
+@internal
+def copy_state(source, target):
+    """Copy a state to another one."""
+    target.tree.reference[:] = source.tree.reference
+    target.dofs[:] = source.dofs
+    target.origin[:] = source.origin
+    target.P[:] = source.P
+    target.screws[:] = source.screws
+
+
+@jit
+def set_pose(tree, dofs, rotations, angles):
+    """Write a pose as rotations of frames with three dofs, where these are free, and angles of the others."""
+    for f in range(1, tree.frame_parent.shape[0]):
+        first, end = tree.first_dof[f], tree.end_dof[f]
+        if end - first == 3:
+            w, x, y, z = rotation_of(tree, dofs, f)
+            rotations[f, 0], rotations[f, 1], rotations[f, 2], rotations[f, 3] = w, x, y, z
+    angles[:] = dofs
+
+
+@internal
+def start_at(state, rotations, angles):
+    """Let a state have the rotations and angles of a pose."""
+    free = state.tree
+    for f in range(1, free.frame_parent.shape[0]):
+        is_ball = free.ball[f] >= 0
+        for d in range(free.first_dof[f], free.end_dof[f]):
+            state.dofs[d] = 0.0 if is_ball else angles[d]
+        if is_ball:
+            for i in range(4):
+                free.reference[f, i] = rotations[f, i]
+
+
+@internal
+def _turn_from(before, now, f):
+    """Return the rotation vector of a frame from one set of rotations to another, in the rotated axes."""
+    p = before[f, 0], before[f, 1], before[f, 2], before[f, 3]
+    q = now[f, 0], now[f, 1], now[f, 2], now[f, 3]
+    sign = sign_towards(p, q)
+    w, x, y, z = product(inverse(p), q)
+    return vector_of((sign * w, sign * x, sign * y, sign * z))
+
+
+@internal
+def _away(state, target):
+    """Return half the squared distance from θ₀ in rad²; the root's frame, the first one, has no part in it."""
+    free, half = state.tree, 0.0
+    for f in range(2, free.frame_parent.shape[0]):
+        if free.ball[f] >= 0:
+            x, y, z = _turn_from(target.prior, free.reference, f)
+            half += 0.5 * (x * x + y * y + z * z)
+        else:
+            for d in range(free.first_dof[f], free.end_dof[f]):
+                half += 0.5 * (state.dofs[d] - target.prior_dofs[d]) ** 2
+    return half
+
+
+@internal
+def _evaluate(state, target, stiffness, scratch):
+    """Place the joints; return half the energy."""
+    place(state.tree, state.dofs, scratch, state.P, state.screws)
+    half = 0.0
+    for j in range(1, target.weights.shape[0]):
+        w = target.weights[j]
+        if w > 0.0:
+            x = state.P[3 * j] + state.origin[0] - target.positions[j, 0]
+            y = state.P[3 * j + 1] + state.origin[1] - target.positions[j, 1]
+            z = state.P[3 * j + 2] + state.origin[2] - target.positions[j, 2]
+            half += 0.5 * w * (x * x + y * y + z * z)
+    if stiffness > 0.0:
+        half += stiffness * _away(state, target)
+    return half
+
+
+@internal
+def _sum_joints(state, target, sums):
+    """Sum the moments of the joints that each frame moves."""
+    tree = state.tree
+    sums[:] = 0.0
+    for j in range(1, target.weights.shape[0]):
+        w = target.weights[j]
+        if w == 0.0:
+            continue
+        total = sums[tree.joint_frame[j]]
+        x, y, z = state.P[3 * j], state.P[3 * j + 1], state.P[3 * j + 2]
+        u = w * (x + state.origin[0] - target.positions[j, 0])
+        v = w * (y + state.origin[1] - target.positions[j, 1])
+        t = w * (z + state.origin[2] - target.positions[j, 2])
+        total[0] += x * u
+        total[1] += x * v
+        total[2] += x * t
+        total[3] += y * u
+        total[4] += y * v
+        total[5] += y * t
+        total[6] += z * u
+        total[7] += z * v
+        total[8] += z * t
+        total[9] += u
+        total[10] += v
+        total[11] += t
+        total[12] += w * x * x
+        total[13] += w * x * y
+        total[14] += w * x * z
+        total[15] += w * y * y
+        total[16] += w * y * z
+        total[17] += w * z * z
+        total[18] += w * x
+        total[19] += w * y
+        total[20] += w * z
+        total[21] += w
+    for f in range(tree.frame_parent.shape[0] - 1, 0, -1):
+        p = tree.frame_parent[f]
+        for i in range(22):
+            sums[p, i] += sums[f, i]
+
+
+@internal
+def _gradient(state, target, stiffness, work):
+    """Compute the gradient of half the energy by turns, angles and the root's position."""
+    tree, gradient, sums, screws = state.tree, work.equations.gradient, work.sums, state.screws
+    _sum_joints(state, target, sums)
+    for i in range(N_ORIGIN):
+        gradient[i] = sums[0, 9 + i]
+    for f in range(1, tree.frame_parent.shape[0]):
+        first = tree.first_dof[f]
+        _, xv, xt, yu, _, yt, zu, zv, _, u, v, t = sums[f, :12]
+        for d in range(first, tree.end_dof[f]):
+            slope = (yt - zv) * screws[0, d] + (zu - xt) * screws[1, d] + (xv - yu) * screws[2, d]
+            gradient[N_ORIGIN + d] = slope + u * screws[3, d] + v * screws[4, d] + t * screws[5, d]
+        if stiffness == 0.0 or f == 1:
+            continue
+        if tree.ball[f] >= 0:  # the gradient of ½ |v|² by a turn in the rotated axes is v
+            x, y, z = _turn_from(target.prior, tree.reference, f)
+            gradient[N_ORIGIN + first] += stiffness * x
+            gradient[N_ORIGIN + first + 1] += stiffness * y
+            gradient[N_ORIGIN + first + 2] += stiffness * z
+        else:
+            for d in range(first, tree.end_dof[f]):
+                gradient[N_ORIGIN + d] += stiffness * (state.dofs[d] - target.prior_dofs[d])
+
+
+@internal
+def _fill_matrix(state, stiffness, work):
+    """Compute the Gauss-Newton matrix, after the gradient."""
+    tree, sums, screws, matrix = state.tree, work.sums, state.screws, work.equations.matrix
+    for i in range(N_ORIGIN):
+        for j in range(i + 1):
+            matrix[i, j] = sums[0, 21] if i == j else 0.0
+    for f in range(1, tree.frame_parent.shape[0]):
+        xx, xy, xz, yy, yz, zz, px, py, pz, n = sums[f, 12:]
+        for d in range(tree.first_dof[f], tree.end_dof[f]):
+            a, b, c, p, q, r = screws[:, d]
+            j0 = (yy + zz) * a - xy * b - xz * c + py * r - pz * q
+            j1 = (xx + zz) * b - xy * a - yz * c + pz * p - px * r
+            j2 = (xx + yy) * c - xz * a - yz * b + px * q - py * p
+            j3 = b * pz - c * py + n * p
+            j4 = c * px - a * pz + n * q
+            j5 = a * py - b * px + n * r
+            matrix[N_ORIGIN + d, 0], matrix[N_ORIGIN + d, 1], matrix[N_ORIGIN + d, 2] = j3, j4, j5
+            for s in range(tree.first_run[f], tree.first_run[f + 1]):
+                for e in range(tree.runs[s, 0], min(tree.runs[s, 1], d + 1)):
+                    jj = j0 * screws[0, e] + j1 * screws[1, e] + j2 * screws[2, e]
+                    jj += j3 * screws[3, e] + j4 * screws[4, e] + j5 * screws[5, e]
+                    matrix[N_ORIGIN + d, N_ORIGIN + e] = jj
+            if f > 1:
+                matrix[N_ORIGIN + d, N_ORIGIN + d] += stiffness
+
+
+@internal
+def _add_second_derivatives(state, work):
+    """Add what Gauss-Newton leaves out: residuals times second derivatives.
+
+    For axes a and c, where c is a or an axis between a and the root, ∂²p = c × (a × (p − o)). The axes of a ball joint,
+    whose turn is a rotation vector at zero, have the mean of the two orders.
+    """
+    tree, sums, screws, matrix = state.tree, work.sums, state.screws, work.equations.matrix
+    for f in range(1, tree.frame_parent.shape[0]):
+        xu, xv, xt, yu, yv, yt, zu, zv, zt, u, v, t = sums[f, :12]
+        o = 3 * tree.pivot[f]
+        ox, oy, oz = state.P[o], state.P[o + 1], state.P[o + 2]
+        trace = xu + yv + zt - ox * u - oy * v - oz * t
+        for d in range(tree.first_dof[f], tree.end_dof[f]):
+            a, b, c = screws[0, d], screws[1, d], screws[2, d]
+            along = u * a + v * b + t * c
+            x = xu * a + xv * b + xt * c - along * ox - trace * a
+            y = yu * a + yv * b + yt * c - along * oy - trace * b
+            z = zu * a + zv * b + zt * c - along * oz - trace * c
+            for s in range(tree.first_run[f], tree.first_run[f + 1]):
+                for e in range(tree.runs[s, 0], min(tree.runs[s, 1], d + 1)):
+                    second = x * screws[0, e] + y * screws[1, e] + z * screws[2, e]
+                    matrix[N_ORIGIN + d, N_ORIGIN + e] += second
+        if tree.ball[f] >= 0:
+            # The two orders differ by half the moment of the residuals along the third axis.
+            m0 = yt - zv - (oy * t - oz * v)
+            m1 = zu - xt - (oz * u - ox * t)
+            m2 = xv - yu - (ox * v - oy * u)
+            for d in range(tree.first_dof[f], tree.end_dof[f]):
+                for e in range(tree.first_dof[f], d):
+                    k0 = screws[1, e] * screws[2, d] - screws[2, e] * screws[1, d]
+                    k1 = screws[2, e] * screws[0, d] - screws[0, e] * screws[2, d]
+                    k2 = screws[0, e] * screws[1, d] - screws[1, e] * screws[0, d]
+                    matrix[N_ORIGIN + d, N_ORIGIN + e] -= 0.5 * (m0 * k0 + m1 * k1 + m2 * k2)
+
+
+@internal
+def _fix_at_bounds(state, target, equations):
+    """Fix the dofs at a bound that the gradient pushes against."""
+    for d in range(state.dofs.shape[0]):
+        slope = equations.gradient[N_ORIGIN + d]
+        low = state.dofs[d] <= target.lower[d] and slope > 0.0
+        equations.fixed[N_ORIGIN + d] = low or (state.dofs[d] >= target.upper[d] and slope < 0.0)
+
+
+@internal
+def retract(state, step, target, moved):
+    """Move a state by a step: turn its ball joints in their own axes, add to angles within bounds, move the root."""
+    free = state.tree
+    for i in range(N_ORIGIN):
+        moved.origin[i] = state.origin[i] + step[i]
+    for f in range(1, free.frame_parent.shape[0]):
+        first, end = free.first_dof[f], free.end_dof[f]
+        if free.ball[f] >= 0:
+            q = free.reference[f, 0], free.reference[f, 1], free.reference[f, 2], free.reference[f, 3]
+            k = N_ORIGIN + first
+            w, x, y, z = product(q, quaternion_of(step[k], step[k + 1], step[k + 2]))
+            size = 1.0 / math.sqrt(w * w + x * x + y * y + z * z)
+            moved.tree.reference[f, 0], moved.tree.reference[f, 1] = size * w, size * x
+            moved.tree.reference[f, 2], moved.tree.reference[f, 3] = size * y, size * z
+        else:
+            for d in range(first, end):
+                angle = state.dofs[d] + step[N_ORIGIN + d]
+                moved.dofs[d] = min(max(angle, target.lower[d]), target.upper[d])
+
+
+@unfolded
+def _mean_diagonal(matrix):
+    return np.trace(matrix) / matrix.shape[0]
+
+
+@internal
+def _corrected(work, target, stiffness, damping):
+    """Take a second step from where a first one led, by the same equations; return the energy reached.
+
+    Where the energy has not fallen, the reason is most often a narrow curved valley, which a straight step leaves and
+    this one leads back to: the second-order correction of J. Nocedal, S. J. Wright, "Numerical Optimization", 2006,
+    sec. 18.3.
+    """
+    equations = work.equations
+    _gradient(work.there, target, stiffness, work)
+    solve(work.there.tree, equations, damping)
+    retract(work.there, equations.step, target, work.beyond)
+    return _evaluate(work.beyond, target, stiffness, work.scratch)
+
+
+@internal
+def minimise_pose(work, target, first_damping, max_iter):
+    """Find the minimum from the state `work.here` on, in place.
+
+    The first step also goes a part of the way to θ₀ in what the positions leave open; the others only so far as the
+    stiffness asks for.
+    """
+    here, there, equations = work.here, work.there, work.equations
+    stiffness = max(target.stiffness, PULL * PULL)
+    half = _evaluate(here, target, stiffness, work.scratch)
+    scale, damping, exact = 0.0, 0.0, False
+    for iteration in range(max_iter):
+        if iteration == 1 and stiffness > target.stiffness:
+            half -= (stiffness - target.stiffness) * _away(here, target)
+            stiffness = target.stiffness
+        _gradient(here, target, stiffness, work)
+        _fill_matrix(here, stiffness, work)
+        if iteration == 0:
+            scale = _mean_diagonal(equations.matrix)
+            damping = max(first_damping * scale, PULL * PULL / SHARE)
+        _fix_at_bounds(here, target, equations)
+        if exact:
+            _add_second_derivatives(here, work)
+        falling = True  # the energy, with this damping
+        least = max(PRECISION * PRECISION, ROUNDING * half)
+        while True:
+            if not factorise(here.tree, equations, damping):
+                if exact:
+                    exact = False
+                    _fill_matrix(here, stiffness, work)
+                    continue
+                return Fit(half, iteration, False)
+            predicted = solve(here.tree, equations, damping)
+            certain = damping <= CERTAIN * scale
+            if predicted <= least and (certain or not predicted > 0.0):
+                return Fit(half, iteration, certain)
+            retract(here, equations.step, target, there)
+            reached = _evaluate(there, target, stiffness, work.scratch)
+            if not half - reached > LEAST_RATIO * predicted:
+                again = _corrected(work, target, stiffness, damping)
+                if again < reached:
+                    reached = again
+                    copy_state(work.beyond, there)
+            ratio = (half - reached) / predicted
+            if ratio > LEAST_RATIO:
+                break
+            damping, falling = max(4.0 * damping, RAISED_DAMPING * scale), False
+            if damping > MAX_DAMPING * scale:
+                return Fit(half, iteration, False)
+            _gradient(here, target, stiffness, work)
+        exact = half - reached < SLOW * half
+        copy_state(there, here)
+        half = reached
+        if certain and abs(1.0 - ratio) * predicted <= least and ratio > 0.5:
+            return Fit(half, iteration + 1, True)
+        if ratio > 0.75:
+            damping = max((0.1 if falling else 0.5) * damping, LEAST_DAMPING * scale)
+        elif ratio < 0.25:
+            damping = max(4.0 * damping, RAISED_DAMPING * scale)
+    return Fit(half, max_iter, False)
+
+
+@internal
+def _rotation_of(S):
+    """Return the rotation Q, as a quaternion, with the largest Σ b·Q a, given S = Σ a bᵀ; of several the smallest.
+
+    B. K. P. Horn, "Closed-form solution of absolute orientation using unit quaternions", Journal of the Optical Society
+    of America A 4(4), 1987, doi:10.1364/JOSAA.4.000629.
+    """
+    size = 0.0
+    for i in range(3):
+        for k in range(3):
+            size += abs(S[i, k])
+    for i in range(3):
+        S[i, i] += TIE * size
+    N = np.zeros((4, 4))  # the lower triangle
+    N[0, 0] = S[0, 0] + S[1, 1] + S[2, 2]
+    for i in range(3):
+        following, last = (i + 1) % 3, (i + 2) % 3
+        N[i + 1, 0] = S[following, last] - S[last, following]
+        N[i + 1, i + 1] = 2.0 * S[i, i] - N[0, 0]
+        for k in range(i):
+            N[i + 1, k + 1] = S[i, k] + S[k, i]
+    best = np.linalg.eigh(N)[1]
+    return best[0, 3], best[1, 3], best[2, 3], best[3, 3]
+
+
+@internal
+def _add_products(S, weight, a, b):
+    for i in range(3):
+        for k in range(3):
+            S[i, k] += weight * a[i] * b[k]
+
+
+@internal
+def _place(state, scratch):
+    place(state.tree, state.dofs, scratch, state.P, state.screws)
+
+
+@internal
+def _align_root(work, target):
+    """Turn and move the root so that the joints that are seen are nearest to their positions, the pose as it is."""
+    state, positions = work.here, target.positions
+    _place(state, work.scratch)
+    total, a, b, S = 0.0, np.zeros(3), np.zeros(3), np.zeros((3, 3))
+    for j in range(1, target.weights.shape[0]):
+        total += target.weights[j]
+        a += target.weights[j] * state.P[3 * j : 3 * j + 3]
+        b += target.weights[j] * positions[j]
+    a, b = a / total, b / total
+    for j in range(1, target.weights.shape[0]):
+        _add_products(S, target.weights[j], state.P[3 * j : 3 * j + 3] - a, positions[j] - b)
+    _turn(state, 1, _rotation_of(S))
+    _place(state, work.scratch)
+    state.origin[:] = b
+    for j in range(1, target.weights.shape[0]):
+        state.origin[:] -= target.weights[j] / total * state.P[3 * j : 3 * j + 3]
+
+
+@internal
+def _turn(state, f, turn):
+    """Turn a ball joint's frame by a rotation in the world, a quaternion; the frames have been placed."""
+    axes, d, reference = state.screws, state.tree.first_dof[f], state.tree.reference
+    w, x, y, z = turn
+    own = (
+        w,
+        axes[0, d] * x + axes[1, d] * y + axes[2, d] * z,
+        axes[0, d + 1] * x + axes[1, d + 1] * y + axes[2, d + 1] * z,
+        axes[0, d + 2] * x + axes[1, d + 2] * y + axes[2, d + 2] * z,
+    )
+    before = reference[f, 0], reference[f, 1], reference[f, 2], reference[f, 3]
+    reference[f, 0], reference[f, 1], reference[f, 2], reference[f, 3] = product(before, own)
+
+
+@internal
+def _is_below(tree, f, ancestor):
+    while f > ancestor:
+        f = tree.frame_parent[f]
+    return f == ancestor
+
+
+@internal
+def _sum_bones(state, target, f, below, S):
+    """Sum the products of the bones that a frame carries and of the vectors to where their ends are seen.
+
+    With `below`, of the vectors to all joints that it moves.
+    """
+    tree, positions, end = state.tree, target.positions, np.zeros(3)
+    pivot = tree.pivot[f]
+    S[:] = 0.0
+    for j in range(1, target.weights.shape[0]):
+        carried = tree.joint_frame[j] == f or (below and _is_below(tree, tree.joint_frame[j], f))
+        if carried and target.weights[j] > 0.0:
+            for i in range(3):
+                end[i] = positions[j, i] - state.origin[i] - state.P[3 * pivot + i]
+                if target.weights[pivot] > 0.0:
+                    end[i] = positions[j, i] - positions[pivot, i]
+            _add_products(S, target.weights[j], state.P[3 * j : 3 * j + 3] - state.P[3 * pivot : 3 * pivot + 3], end)
+
+
+@internal
+def _point_bones(work, target, ancestor):
+    """Turn the joints below a frame so that the bones that they carry point to where their ends are seen.
+
+    Parents first.
+    """
+    state, tree, S = work.here, work.here.tree, np.zeros((3, 3))
+    for f in range(ancestor + 1, tree.frame_parent.shape[0]):
+        if not _is_below(tree, f, ancestor):
+            continue
+        if tree.ball[f] >= 0:
+            _sum_bones(state, target, f, False, S)
+            if S.any():
+                _turn(state, f, _rotation_of(S))
+                _place(state, work.scratch)
+            continue
+        for d in range(tree.first_dof[f], tree.end_dof[f]):
+            _sum_bones(state, target, f, False, S)
+            if not _turn_hinge(state, target, d, S):  # the bone lies along the axis, but others may not
+                _sum_bones(state, target, f, True, S)
+                _turn_hinge(state, target, d, S)
+            _place(state, work.scratch)
+
+
+@internal
+def _turn_hinge(state, target, d, S):
+    """Turn a hinge so that Σ b·R a is largest, given S = Σ a bᵀ; return whether that depends on its angle."""
+    cos, sin, size = S[0, 0] + S[1, 1] + S[2, 2], 0.0, np.abs(S).sum()
+    for i in range(3):
+        axis = state.screws[i, d]
+        sin += axis * (S[(i + 1) % 3, (i + 2) % 3] - S[(i + 2) % 3, (i + 1) % 3])
+        for k in range(3):
+            cos -= axis * S[i, k] * state.screws[k, d]
+    if abs(cos) + abs(sin) <= NO_LEVER * size:
+        return False
+    angle = state.dofs[d] + math.atan2(sin, cos)
+    state.dofs[d] = min(max(angle, target.lower[d]), target.upper[d])
+    return True
+
+
+@internal
+def _angle_about(axis, a, b):
+    """Return the angle about an axis from a vector to another one."""
+    sin = axis[0] * (a[1] * b[2] - a[2] * b[1])
+    sin += axis[1] * (a[2] * b[0] - a[0] * b[2]) + axis[2] * (a[0] * b[1] - a[1] * b[0])
+    return math.atan2(sin, np.dot(a, b) - np.dot(axis, a) * np.dot(axis, b))
+
+
+@internal
+def _bend_back(work, target, f):
+    """Bend a hinge to the other side, and twist the joint before it so that the hinge's bone ends where it did.
+
+    An elbow that is bent backwards, below an upper arm twisted by half a turn, is nearly as good: a local minimum.
+    So is a wrist twisted by half a turn. Returns whether the hinge is such a joint.
+    """
+    state = work.here
+    tree, P = state.tree, state.P
+    before, d, pivot, end = tree.frame_parent[f], tree.first_dof[f], 3 * tree.pivot[f], 0
+    while before > 1 and (tree.end_dof[before] == tree.first_dof[before] or tree.pivot[before] == tree.pivot[f]):
+        before = tree.frame_parent[before]
+    for j in range(1, target.weights.shape[0]):
+        if tree.joint_frame[j] == f and end == 0:
+            end = 3 * j
+    if before <= 1 or end == 0:
+        return False
+    axis, origin, hinge = state.screws[:3, d].copy(), P[pivot : pivot + 3].copy(), 3 * tree.pivot[before]
+    bone, upper = P[end : end + 3] - origin, origin - P[hinge : hinge + 3]
+    along, size = np.dot(axis, bone), np.dot(bone, bone)
+    if size - along * along <= NO_LEVER * size:
+        angle = state.dofs[d] + math.pi
+    elif tree.ball[before] >= 0 and np.any(upper != 0.0):
+        angle = state.dofs[d] + 2.0 * _angle_about(axis, bone, upper)
+    else:
+        return False
+    state.dofs[d] = min(max(angle, target.lower[d]), target.upper[d])
+    _place(state, work.scratch)
+    if size - along * along > NO_LEVER * size:
+        upper /= math.sqrt(np.dot(upper, upper))
+        twist = _angle_about(upper, P[end : end + 3] - origin, bone)
+        _turn(state, before, quaternion_of(twist * upper[0], twist * upper[1], twist * upper[2]))
+        _place(state, work.scratch)
+    _point_bones(work, target, f)
+    return True
+
+
+@internal
+def _is_off(state, target, f):
+    """Return whether the joints below a frame are much farther from their positions than all joints are."""
+    tree, here, n_here, all_of_them, n = state.tree, 0.0, 0.0, 0.0, 0.0
+    for j in range(1, target.weights.shape[0]):
+        w, square = target.weights[j], 0.0
+        for i in range(3):
+            square += w * (state.P[3 * j + i] + state.origin[i] - target.positions[j, i]) ** 2
+        all_of_them += square
+        n += w
+        if _is_below(tree, tree.joint_frame[j], f):
+            here += square
+            n_here += w
+    return here * n > OFF * all_of_them * n_here
+
+
+@internal
+def fit_afresh(work, target, rotations, angles):
+    """Find the pose from a first one on, with the root's place and orientation by the best fit of all joints.
+
+    Where the positions are not reached, hinges are tried bent to the other side.
+    """
+    start_at(work.here, rotations, angles)
+    _align_root(work, target)
+    _point_bones(work, target, 1)
+    fit = minimise_pose(work, target, FIRST_DAMPING, MAX_ITER)
+    tree, n_iter, better = work.here.tree, fit.n_iter, True
+    for _ in range(MAX_PASSES):
+        if not better or 2.0 * fit.half <= REACHED * REACHED:
+            break
+        better = False
+        for f in range(2, tree.frame_parent.shape[0]):
+            if tree.end_dof[f] - tree.first_dof[f] != 1 or not _is_off(work.here, target, tree.frame_parent[f]):
+                continue
+            copy_state(work.here, work.best)
+            if _bend_back(work, target, f):
+                again = minimise_pose(work, target, FIRST_DAMPING * FIRST_DAMPING, MAX_ITER)
+                n_iter += again.n_iter
+                if again.half < (1.0 - LEAST_RATIO) * fit.half:
+                    fit, better = again, True
+                    continue
+            copy_state(work.best, work.here)
+    return Fit(fit.half, n_iter, fit.converged)
