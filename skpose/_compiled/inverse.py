@@ -33,7 +33,7 @@ PULL, SHARE = 1e-5, 0.1  # ρ of the first step at least, m/rad; how far that go
 TIE = 1e-6  # of a rotation's products, by which smaller rotations fit better
 NO_LEVER = 1e-2  # of a hinge whose bone lies along its axis
 REACHED = 1e-7  # distance of all joints together that is none, m
-OFF, MAX_PASSES = 2.0, 3  # times the mean square, for a hinge to be tried; how often all are
+OFF, MAX_HINGES = 2.0, 3  # times the mean square, for hinges to be tried; so many of them after one ball joint
 SLOW = 0.5  # relative decrease of the energy below which the exact Hessian takes over
 
 
@@ -571,40 +571,61 @@ def _angle_about(axis, a, b):
 
 
 @internal
-def _bend_back(work, target, f):
-    """Bend a hinge to the other side, and twist the joint before it so that the hinge's bone ends where it did.
-
-    An elbow that is bent backwards, below an upper arm twisted by half a turn, is nearly as good: a local minimum.
-    So is a wrist twisted by half a turn. Returns whether the hinge is such a joint.
-    """
-    state = work.here
-    tree, P = state.tree, state.P
-    before, d, pivot, end = tree.frame_parent[f], tree.first_dof[f], 3 * tree.pivot[f], 0
+def _joint_before(tree, f):
+    """Return the frame with dofs that carries the pivot of a frame; 1, the root's, or 0 if there is none."""
+    before = tree.frame_parent[f]
     while before > 1 and (tree.end_dof[before] == tree.first_dof[before] or tree.pivot[before] == tree.pivot[f]):
         before = tree.frame_parent[before]
-    for j in range(1, target.weights.shape[0]):
-        if tree.joint_frame[j] == f and end == 0:
-            end = 3 * j
-    if before <= 1 or end == 0:
-        return False
-    axis, origin, hinge = state.screws[:3, d].copy(), P[pivot : pivot + 3].copy(), 3 * tree.pivot[before]
-    bone, upper = P[end : end + 3] - origin, origin - P[hinge : hinge + 3]
-    along, size = np.dot(axis, bone), np.dot(bone, bone)
-    if size - along * along <= NO_LEVER * size:
-        angle = state.dofs[d] + math.pi
-    elif tree.ball[before] >= 0 and np.any(upper != 0.0):
-        angle = state.dofs[d] + 2.0 * _angle_about(axis, bone, upper)
-    else:
-        return False
+    return before
+
+
+@internal
+def _hinge_bone(state, f):
+    """Return the bone that a hinge carries, from its pivot, and whether that lies along its axis."""
+    tree, bone = state.tree, np.zeros(3)
+    for j in range(tree.offset.shape[0] - 1, 0, -1):
+        if tree.joint_frame[j] == f:
+            bone[:] = state.P[3 * j : 3 * j + 3] - state.P[3 * tree.pivot[f] : 3 * tree.pivot[f] + 3]
+    along, size = np.dot(state.screws[:3, tree.first_dof[f]].copy(), bone), np.dot(bone, bone)
+    return bone, size - along * along <= NO_LEVER * size
+
+
+@internal
+def _bend_back(work, target, f):
+    """Bend a hinge to the other side, and twist the ball joint before it so that its bone ends where it did.
+
+    A hinge along its bone turns by half a turn. The joints below follow.
+    """
+    state, tree, d, before = work.here, work.here.tree, work.here.tree.first_dof[f], _joint_before(work.here.tree, f)
+    bone, is_twist = _hinge_bone(state, f)
+    axis = state.screws[:3, d].copy()
+    upper = state.P[3 * tree.pivot[f] : 3 * tree.pivot[f] + 3] - state.P[3 * tree.pivot[before] : 3 * tree.pivot[before] + 3]
+    angle = state.dofs[d] + (math.pi if is_twist else 2.0 * _angle_about(axis, bone, upper))
     state.dofs[d] = min(max(angle, target.lower[d]), target.upper[d])
     _place(state, work.scratch)
-    if size - along * along > NO_LEVER * size:
+    if not is_twist:
         upper /= math.sqrt(np.dot(upper, upper))
-        twist = _angle_about(upper, P[end : end + 3] - origin, bone)
+        twist = _angle_about(upper, _hinge_bone(state, f)[0], bone)
         _turn(state, before, quaternion_of(twist * upper[0], twist * upper[1], twist * upper[2]))
         _place(state, work.scratch)
     _point_bones(work, target, f)
-    return True
+
+
+@internal
+def _hinges_after(state, ball, hinges):
+    """Find the hinges after a ball joint that may be bent to the wrong side; return how many."""
+    tree, n = state.tree, 0
+    for f in range(ball + 1, tree.frame_parent.shape[0]):
+        above = tree.frame_parent[f]
+        while above > ball and tree.ball[above] < 0:
+            above = tree.frame_parent[above]
+        if above != ball or tree.end_dof[f] - tree.first_dof[f] != 1 or n == hinges.shape[0]:
+            continue
+        bone, is_twist = _hinge_bone(state, f)
+        if bone.any() and (is_twist or _joint_before(tree, f) == ball):
+            hinges[n] = f
+            n += 1
+    return n
 
 
 @internal
@@ -624,29 +645,36 @@ def _is_off(state, target, f):
 
 
 @internal
-def fit_afresh(work, target, rotations, angles):
-    """Find the pose from a first one on, with the root's place and orientation by the best fit of all joints.
+def _try_hinges(work, target, fit):
+    """Try the hinges on their other sides, in all combinations of those after one ball joint.
 
-    Where the positions are not reached, hinges are tried bent to the other side.
+    An elbow that is bent backwards, below an upper arm twisted by half a turn, is nearly as good as the right one: a
+    local minimum. So is a wrist twisted by half a turn.
     """
+    tree, n_iter, hinges = work.here.tree, fit.n_iter, np.zeros(MAX_HINGES, np.int64)
+    for ball in range(2, tree.frame_parent.shape[0]):
+        n_hinges = _hinges_after(work.here, ball, hinges) if tree.ball[ball] >= 0 else 0
+        if n_hinges == 0 or 2.0 * fit.half <= REACHED * REACHED or not _is_off(work.here, target, ball):
+            continue
+        copy_state(work.here, work.best)
+        for n in range(1, 2**n_hinges):  # one hinge changes at a time, as in Gray's code
+            k = 0
+            while n % 2 ** (k + 1) == 0:
+                k += 1
+            _bend_back(work, target, hinges[k])
+            again = minimise_pose(work, target, FIRST_DAMPING * FIRST_DAMPING, MAX_ITER)
+            n_iter += again.n_iter
+            if again.half < fit.half:
+                fit = again
+                copy_state(work.here, work.best)
+        copy_state(work.best, work.here)
+    return Fit(fit.half, n_iter, fit.converged)
+
+
+@internal
+def fit_afresh(work, target, rotations, angles):
+    """Find the pose from a first one on, with the root's place and orientation by the best fit of all joints."""
     start_at(work.here, rotations, angles)
     _align_root(work, target)
     _point_bones(work, target, 1)
-    fit = minimise_pose(work, target, FIRST_DAMPING, MAX_ITER)
-    tree, n_iter, better = work.here.tree, fit.n_iter, True
-    for _ in range(MAX_PASSES):
-        if not better or 2.0 * fit.half <= REACHED * REACHED:
-            break
-        better = False
-        for f in range(2, tree.frame_parent.shape[0]):
-            if tree.end_dof[f] - tree.first_dof[f] != 1 or not _is_off(work.here, target, tree.frame_parent[f]):
-                continue
-            copy_state(work.here, work.best)
-            if _bend_back(work, target, f):
-                again = minimise_pose(work, target, FIRST_DAMPING * FIRST_DAMPING, MAX_ITER)
-                n_iter += again.n_iter
-                if again.half < (1.0 - LEAST_RATIO) * fit.half:
-                    fit, better = again, True
-                    continue
-            copy_state(work.best, work.here)
-    return Fit(fit.half, n_iter, fit.converged)
+    return _try_hinges(work, target, minimise_pose(work, target, FIRST_DAMPING, MAX_ITER))
