@@ -23,10 +23,10 @@ from skpose._compiled.rotation import inverse, product, quaternion_of, sign_towa
 from skpose._compiled.tree import Tree
 from skpose._compiled.tree_cholesky import N_ORIGIN, Equations, equations_of, factorise, solve
 
-MAX_ITER = 100
+MAX_ITER = 1000
 PRECISION = 1e-9  # a step that brings the joints no nearer than this is no step, m
-ROUNDING = 1e-15  # relative to the energy, what float64 cannot show
-FIRST_DAMPING, LEAST_DAMPING, RAISED_DAMPING, MAX_DAMPING = 1e-3, 1e-10, 1e-8, 1e6  # relative to the mean diagonal of the matrix
+NEGLIGIBLE = 1e-10  # decrease relative to the energy that is none, far below what noise makes of it
+FIRST_DAMPING, LEAST_DAMPING, RAISED_DAMPING, MAX_DAMPING = 1e-3, 1e-10, 2e-9, 1e6  # relative to the mean diagonal of the matrix
 CERTAIN = 1e-6  # damping, relative again, up to which a short step means that the minimum is near
 LEAST_RATIO = 1e-4  # of actual to predicted decrease, for a step to be taken
 PULL, SHARE = 1e-5, 0.1  # ρ of the first step at least, m/rad; how far that goes to θ₀ in what is open
@@ -386,7 +386,7 @@ def minimise_pose(work, target, first_damping, max_iter):
         if exact:
             _add_second_derivatives(here, work)
         falling = True  # the energy, with this damping
-        least = max(PRECISION * PRECISION, ROUNDING * half)
+        least = max(PRECISION * PRECISION, NEGLIGIBLE * half)
         while True:
             if not factorise(here.tree, equations, damping):
                 if exact:
@@ -418,7 +418,7 @@ def minimise_pose(work, target, first_damping, max_iter):
         if certain and abs(1.0 - ratio) * predicted <= least and ratio > 0.5:
             return Fit(half, iteration + 1, True)
         if ratio > 0.75:
-            damping = max((0.1 if falling else 0.5) * damping, LEAST_DAMPING * scale)
+            damping = max((0.1 if falling and abs(1.0 - ratio) < 0.1 else 0.5) * damping, LEAST_DAMPING * scale)
         elif ratio < 0.25:
             damping = max(4.0 * damping, RAISED_DAMPING * scale)
     return Fit(half, max_iter, False)
