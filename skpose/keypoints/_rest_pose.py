@@ -1,0 +1,133 @@
+"""The rest pose in the middle of positions: each bone's mean direction, and twist, in the axes of its parent."""
+
+import numpy as np
+
+from skpose.keypoints._layout import Layout
+from skpose.keypoints._root_axes import Points, rigid_with, root_axes
+
+# Axes of a bone that points forward, in those of the root: x forward, y left, z up. Nobody's bone at the root points
+# backward, opposite to where these point, from where there is no one shortest rotation.
+FORWARD = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
+ROUNDS = 20
+ACROSS = 0.02  # distance of a point from the line of a bone, relative to the point's, that shows the bone's twist
+
+
+def rest_rotations(points: Points, layout: Layout, up: str) -> dict[str, np.ndarray]:
+    """Return the rest rotation (3, 3) of each joint but the root's."""
+    axes = {layout.root: root_axes(points, layout, up)}  # of each joint, in every frame, in those of the world
+    known = {layout.root: ~np.isnan(axes[layout.root][:, 0, 0])}
+    rests = {}
+    for name, parent in _in_tree_order(layout):
+        base = FORWARD if parent == layout.root else np.eye(3)
+        directions, weights = _directions(points, name, parent, axes[parent], known[parent])
+        if not weights.any():
+            rests[name] = np.eye(3)  # a bone of length zero
+            axes[name], known[name] = axes[parent], known[parent]
+            continue
+        mean = _mean_direction(directions, weights)
+        rest = shortest_rotations(base[:, 0], mean[None])[0] @ base
+        known[name] = known[parent] & ~np.isnan(directions[:, 0])
+        if name in layout.rigid:
+            rests[name], axes[name] = rest, axes[parent] @ rest
+            continue
+        swings = shortest_rotations(mean, np.where(np.isnan(directions), mean, directions))
+        axes[name] = axes[parent] @ swings @ rest
+        twists, middle = _twists(points, layout, name, axes[name])
+        axes[name] = axes[name] @ _about_x(twists)
+        rests[name] = rest @ _about_x(np.array([middle]))[0]
+    return rests
+
+
+def shortest_rotations(start: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """Return the rotations (n, 3, 3) by the least angle that turn a unit vector (3,) into unit vectors (n, 3)."""
+    cosine = ends @ start
+    opposite = cosine < -1.0 + 1e-12  # half a turn, about any axis across
+    across = np.cross(start, np.eye(3)[np.abs(start).argmin()])
+    across /= np.linalg.norm(across)
+    x, y, z = np.cross(start, ends).T
+    zero = np.zeros_like(x)
+    cross = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]]).transpose(2, 0, 1)
+    divisor = np.where(opposite, 1.0, 1.0 + cosine)
+    rotations = np.eye(3) + cross + cross @ cross / divisor[:, None, None]
+    rotations[opposite] = 2.0 * np.outer(across, across) - np.eye(3)
+    return rotations
+
+
+def _in_tree_order(layout: Layout) -> list[tuple[str, str]]:
+    """Return the points but for the root, each with its parent, parents before their children."""
+    order: list[tuple[str, str]] = []
+    reached = [layout.root]
+    for one in reached:
+        children = [name for name in layout.points if layout.parents[name] == one]
+        order.extend((name, one) for name in children)
+        reached.extend(children)
+    return order
+
+
+def _directions(
+    points: Points, name: str, parent: str, axes: np.ndarray, known: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the directions (n, 3) of a bone in the axes of its parent, NaN where not seen, and their weights (n,).
+
+    Frames in which the parent's axes are known count; if there are none, those in which it is taken to be at rest.
+    """
+    vectors = np.einsum("nab,na->nb", axes, points[name] - points[parent])
+    sizes = np.linalg.norm(vectors, axis=1)
+    directions = np.full_like(vectors, np.nan)
+    np.divide(vectors, sizes[:, None], out=directions, where=sizes[:, None] > 0.0)
+    shown = points.confidences[name] * points.confidences[parent] * ~np.isnan(axes[:, 0, 0])
+    if not shown.any():
+        raise ValueError(
+            f"the bone from {parent!r} to {name!r} is seen in no frame that shows how the root is turned, so that it "
+            f"has no rest pose: pass layout.without([{name!r}]), or frames that show it"
+        )
+    weights = np.where(sizes > 0.0, shown, 0.0)
+    return directions, weights * known if (weights * known).any() else weights
+
+
+def _mean_direction(directions: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Return the mean (3,) of unit vectors (n, 3); that of the largest weight if they cancel each other."""
+    total = weights @ np.where(weights[:, None] > 0.0, directions, 0.0)
+    size = np.linalg.norm(total)
+    if size <= 1e-9 * weights.sum():
+        return directions[weights.argmax()]
+    return total / size
+
+
+def _twists(points: Points, layout: Layout, name: str, axes: np.ndarray) -> tuple[np.ndarray, float]:
+    """Return the twists (n,), rad, of a bone from given axes (n, 3, 3), and their mean: zero if nothing shows them.
+
+    Points that are rigid with the bone are rotated about it onto their mean shape. Across the bone they are complex
+    numbers, and a twist by φ is the factor exp(iφ).
+    """
+    still, rigid = np.zeros(len(axes)), rigid_with(name, layout)
+    if not rigid:
+        return still, 0.0
+    vectors = np.stack([np.einsum("nab,na->nb", axes, points[one] - points[name]) for one in rigid], axis=1)
+    weights = np.stack([points.confidences[one] * points.confidences[name] for one in rigid], axis=1)
+    weights[np.isnan(vectors).any(axis=2)] = 0.0
+    vectors[weights == 0.0] = 0.0
+    if not weights.any():
+        return still, 0.0
+    numbers = vectors[..., 1] + 1j * vectors[..., 2]
+    if not np.median(np.abs(numbers[weights > 0.0])) > ACROSS * np.abs(vectors).max():
+        return still, 0.0
+    fullest = (weights * np.abs(numbers)).sum(axis=1).argmax()
+    shape = numbers[fullest]
+    for _ in range(ROUNDS):
+        overlaps = (weights * shape.conj() * numbers).sum(axis=1)
+        shown = overlaps != 0.0
+        turns = np.where(shown, overlaps / np.where(shown, np.abs(overlaps), 1.0), 1.0)
+        shape = (weights * turns.conj()[:, None] * numbers).sum(axis=0) / np.maximum(weights.sum(axis=0), 1e-300)
+    middle = turns[shown].sum()
+    middle = middle / abs(middle) if abs(middle) > 0.0 else 1.0 + 0.0j
+    return np.angle(np.where(shown, turns, middle)), float(np.angle(middle))
+
+
+def _about_x(angles: np.ndarray) -> np.ndarray:
+    """Return rotations (n, 3, 3) about x by angles (n,), rad."""
+    rotations = np.tile(np.eye(3), (len(angles), 1, 1))
+    rotations[:, 1, 1] = rotations[:, 2, 2] = np.cos(angles)
+    rotations[:, 2, 1] = np.sin(angles)
+    rotations[:, 1, 2] = -rotations[:, 2, 1]
+    return rotations
