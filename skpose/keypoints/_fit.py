@@ -150,7 +150,8 @@ def _points(keypoints: Keypoints, layout: Layout) -> Points:
         raise ValueError("no point is seen in any frame: positions are NaN, or confidences 0, everywhere")
     if never:
         remedy = f"fit the layout without it, layout.without([{never[0]!r}])"
-        if never[0] == layout.root or any(never[0] in ends for ends in layout.midpoints.values()):
+        needed = {layout.root, *layout.midpoints, *(end for ends in layout.midpoints.values() for end in ends)}
+        if needed & set(never):
             remedy = "make a Layout of your own of the points that are seen"
         raise ValueError(f"{', '.join(map(repr, never))} is never seen, in none of {len(chosen)} frames: {remedy}")
     return points

@@ -227,7 +227,7 @@ class Layout:
         array = np.array(positions, dtype=np.float64)
         self._check_shape(array)
         array = check_positions(array, len(self.names), "positions")
-        sure: np.ndarray = ~np.isnan(array).any(axis=2) * 1.0
+        sure = np.where(np.isnan(array).any(axis=2), 0.0, 1.0)
         if confidences is not None:
             sure = np.array(confidences, dtype=np.float64)
         if sure.shape != array.shape[:2]:

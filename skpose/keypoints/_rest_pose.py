@@ -3,12 +3,14 @@
 import numpy as np
 
 from skpose.keypoints._layout import Layout
+from skpose.keypoints._lengths import bone_length
 from skpose.keypoints._root_axes import Points, rigid_with, root_axes
 
 # Axes of a bone that points forward, in those of the root: x forward, y left, z up. Nobody's bone at the root points
 # backward, opposite to where these point, from where there is no one shortest rotation.
 FORWARD = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
 ROUNDS = 20
+ROUNDING = 1e-12  # of squares: points on one line have no width
 ACROSS = 0.02  # distance of a point from the line of a bone, relative to the point's, that shows the bone's twist
 
 
@@ -16,6 +18,7 @@ def rest_rotations(points: Points, layout: Layout, up: str) -> dict[str, np.ndar
     """Return the rest rotation (3, 3) of each joint but the root's."""
     axes = {layout.root: root_axes(points, layout, up)}  # of each joint, in every frame, in those of the world
     known = {layout.root: ~np.isnan(axes[layout.root][:, 0, 0])}
+    fixed = _rigid_shape(points, layout, axes[layout.root])
     rests = {}
     for name, parent in _in_tree_order(layout):
         base = FORWARD if parent == layout.root else np.eye(3)
@@ -25,17 +28,24 @@ def rest_rotations(points: Points, layout: Layout, up: str) -> dict[str, np.ndar
             axes[name], known[name] = axes[parent], known[parent]
             continue
         mean = _mean_direction(directions, weights)
+        if name in fixed:
+            vector = axes_at_rest(parent, layout, rests).T @ (fixed[name] - fixed[parent])
+            mean = vector / np.linalg.norm(vector) if vector.any() else mean
         rest = shortest_rotations(base[:, 0], mean[None])[0] @ base
-        known[name] = known[parent] & ~np.isnan(directions[:, 0])
+        rests[name], known[name] = rest, known[parent] & ~np.isnan(directions[:, 0])
         if name in layout.rigid:
-            rests[name], axes[name] = rest, axes[parent] @ rest
+            axes[name] = axes[parent] @ rest
             continue
         swings = shortest_rotations(mean, np.where(np.isnan(directions), mean, directions))
         axes[name] = axes[parent] @ swings @ rest
-        twists, middle = _twists(points, layout, name, axes[name])
-        axes[name] = axes[name] @ _about_x(twists)
-        rests[name] = rest @ _about_x(np.array([middle]))[0]
+        axes[name] = axes[name] @ _about_x(_twists(points, layout, name, axes[name]))
     return rests
+
+
+def axes_at_rest(name: str, layout: Layout, rests: dict[str, np.ndarray]) -> np.ndarray:
+    """Return the axes (3, 3) of a joint at rest as columns, in those of the root."""
+    parent = layout.parents[name]
+    return np.eye(3) if parent is None else axes_at_rest(parent, layout, rests) @ rests[name]
 
 
 def shortest_rotations(start: np.ndarray, ends: np.ndarray) -> np.ndarray:
@@ -51,6 +61,41 @@ def shortest_rotations(start: np.ndarray, ends: np.ndarray) -> np.ndarray:
     rotations = np.eye(3) + cross + cross @ cross / divisor[:, None, None]
     rotations[opposite] = 2.0 * np.outer(across, across) - np.eye(3)
     return rotations
+
+
+def _rigid_shape(points: Points, layout: Layout, axes: np.ndarray) -> dict[str, np.ndarray]:
+    """Return where the root and the points that are rigid with it are, in the axes of the root.
+
+    Mean positions in axes that follow the trunk a little are not those of one rigid shape. So the shape is that of the
+    lengths between all of its points, free of bias, by classical scaling, and is turned onto the mean positions.
+    """
+    names = rigid_with(layout.root, layout)
+    if not names:
+        return {}
+    known = ~np.isnan(axes[:, 0, 0])
+    means = np.zeros((len(names), 3))
+    squares = np.zeros((len(names) + 1, len(names) + 1))
+    everyone = [layout.root, *names]
+    for i, one in enumerate(everyone):
+        sure = points.confidences[one] * points.confidences[layout.root] * known
+        if i and sure.any():
+            vectors = np.einsum("nab,na->nb", axes, points[one] - points[layout.root])
+            means[i - 1] = sure @ np.where(sure[:, None] > 0.0, vectors, 0.0) / sure.sum()
+    for i, one in enumerate(everyone):
+        for j, other in enumerate(everyone[:i]):
+            together = points.confidences[one] * points.confidences[other]
+            length = float(np.linalg.norm((means[i - 1] if i else 0.0) - (means[j - 1] if j else 0.0)))
+            if together.any():
+                length = bone_length(np.linalg.norm(points[one] - points[other], axis=1), together).value
+            squares[i, j] = squares[j, i] = length**2
+    products = (squares[1:, :1] + squares[:1, 1:] - squares[1:, 1:]) / 2.0
+    values, vectors = np.linalg.eigh(products)
+    sizes = np.sqrt(np.where(values > ROUNDING * values[-1], values, 0.0))
+    flat = np.zeros((len(names), 3))
+    flat[:, : len(names)] = (vectors * sizes)[:, ::-1][:, :3]
+    u, _, vh = np.linalg.svd(flat.T @ means)
+    shape = dict(zip(names, flat @ u @ vh, strict=True))
+    return {layout.root: np.zeros(3)} | shape
 
 
 def _in_tree_order(layout: Layout) -> list[tuple[str, str]]:
@@ -94,24 +139,24 @@ def _mean_direction(directions: np.ndarray, weights: np.ndarray) -> np.ndarray:
     return total / size
 
 
-def _twists(points: Points, layout: Layout, name: str, axes: np.ndarray) -> tuple[np.ndarray, float]:
-    """Return the twists (n,), rad, of a bone from given axes (n, 3, 3), and their mean: zero if nothing shows them.
+def _twists(points: Points, layout: Layout, name: str, axes: np.ndarray) -> np.ndarray:
+    """Return the twists (n,), rad, of a bone from given axes (n, 3, 3), zero in the mean, and where nothing shows them.
 
     Points that are rigid with the bone are rotated about it onto their mean shape. Across the bone they are complex
     numbers, and a twist by φ is the factor exp(iφ).
     """
     still, rigid = np.zeros(len(axes)), rigid_with(name, layout)
     if not rigid:
-        return still, 0.0
+        return still
     vectors = np.stack([np.einsum("nab,na->nb", axes, points[one] - points[name]) for one in rigid], axis=1)
     weights = np.stack([points.confidences[one] * points.confidences[name] for one in rigid], axis=1)
     weights[np.isnan(vectors).any(axis=2)] = 0.0
     vectors[weights == 0.0] = 0.0
     if not weights.any():
-        return still, 0.0
+        return still
     numbers = vectors[..., 1] + 1j * vectors[..., 2]
     if not np.median(np.abs(numbers[weights > 0.0])) > ACROSS * np.abs(vectors).max():
-        return still, 0.0
+        return still
     fullest = (weights * np.abs(numbers)).sum(axis=1).argmax()
     shape = numbers[fullest]
     for _ in range(ROUNDS):
@@ -120,8 +165,7 @@ def _twists(points: Points, layout: Layout, name: str, axes: np.ndarray) -> tupl
         turns = np.where(shown, overlaps / np.where(shown, np.abs(overlaps), 1.0), 1.0)
         shape = (weights * turns.conj()[:, None] * numbers).sum(axis=0) / np.maximum(weights.sum(axis=0), 1e-300)
     middle = turns[shown].sum()
-    middle = middle / abs(middle) if abs(middle) > 0.0 else 1.0 + 0.0j
-    return np.angle(np.where(shown, turns, middle)), float(np.angle(middle))
+    return np.where(shown, np.angle(turns * middle.conj()), 0.0)
 
 
 def _about_x(angles: np.ndarray) -> np.ndarray:
