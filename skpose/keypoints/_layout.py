@@ -102,6 +102,12 @@ class Layout:
         for argument in ("names", "rigid"):
             if isinstance(getattr(self, argument), str):
                 raise TypeError(f"{argument} must be a sequence of names, got one string, {getattr(self, argument)!r}")
+        for argument in ("parents", "midpoints"):
+            if not isinstance(getattr(self, argument), Mapping):
+                raise TypeError(
+                    f"{argument} must be a mapping by name, such as {{'left_hip': 'pelvis'}}, got "
+                    f"{type(getattr(self, argument)).__name__}"
+                )
         values = {
             "names": tuple(self.names),
             "parents": MappingProxyType(dict(self.parents)),

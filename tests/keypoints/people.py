@@ -5,6 +5,7 @@ import reference
 from scipy.spatial.transform import Rotation
 
 from skpose import Bone, Skeleton
+from skpose.keypoints import Layout
 
 # Points of a standing person, m: x to the left, y up, z forward. Those of the right mirror those of the left.
 MIDDLE = {
@@ -95,3 +96,33 @@ def moving(layout, n=300, spread=0.25, seed=0):
     found += np.concatenate([np.cos(times), 0.92 + 0.05 * np.sin(4 * times), np.sin(times)], axis=1)[:, None]
     found = found[:, [skeleton.joint_names.index(name) for name in layout.names]]
     return {"y": found, "z": found[..., [2, 0, 1]], "-y": found * [1.0, -1.0, -1.0]}[layout.up]
+
+
+def lengths(skeleton):
+    """Return the length of each bone by name."""
+    return dict(zip(skeleton.joint_names, np.linalg.norm(skeleton.offsets, axis=1), strict=True))
+
+
+def true_lengths(layout):
+    """Return the length of each bone of the standing person by name."""
+    return {n: np.linalg.norm(standing(n) - standing(p)) for n, p in layout.parents.items() if p is not None}
+
+
+def errors(skeleton, truth):
+    """Return relative errors of the lengths by name."""
+    found = lengths(skeleton)
+    return {name: found[name] / length - 1.0 for name, length in truth.items()}
+
+
+def one_bone(length, n, noise, seed, change=None):
+    """Positions of a rigid bone in all directions, with noise at both ends and a second bone without noise."""
+    rng = np.random.default_rng(seed)
+    unit = rng.normal(size=(n, 3))
+    unit /= np.linalg.norm(unit, axis=1, keepdims=True)
+    length = length if change is None else length * (1.0 + change[:, None])
+    joints = np.stack([np.zeros((n, 3)), length * unit, length * unit + [0.0, 1.0, 0.0]], axis=1)
+    joints[:, :2] += noise * rng.normal(size=(n, 2, 3))
+    return joints
+
+
+ARM = Layout("arm", ["shoulder", "elbow", "wrist"], {"shoulder": None, "elbow": "shoulder", "wrist": "elbow"})

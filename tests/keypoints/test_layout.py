@@ -133,6 +133,11 @@ def test_one_string_is_no_sequence_of_names():
         Layout("mine", **{**ARM, "names": "abc"})
 
 
+def test_parents_are_found_by_name_and_not_by_number():
+    with pytest.raises(TypeError, match=r"parents must be a mapping by name, .* got list"):
+        Layout("mine", **{**ARM, "parents": [-1, 0, 1]})
+
+
 def test_a_side_without_a_partner_makes_no_pair():
     arm = Layout("arm", ["left_elbow", "left_wrist"], {"left_elbow": None, "left_wrist": "left_elbow"})
     assert arm.pairs == ()
