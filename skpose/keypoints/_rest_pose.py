@@ -9,7 +9,8 @@ from skpose.keypoints._root_axes import Points, rigid_with, root_axes
 # Axes of a bone that points forward, in those of the root: x forward, y left, z up. Nobody's bone at the root points
 # backward, opposite to where these point, from where there is no one shortest rotation.
 FORWARD = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
-ROUNDS = 20
+ROUNDS = 200  # at most; each is a few sums
+SETTLED = 1e-10  # change of a mean shape, relative to its size, at which the rounds end
 ROUNDING = 1e-12  # of squares: points on one line have no width
 ACROSS = 0.02  # distance of a point from the line of a bone, relative to the point's, that shows the bone's twist
 
@@ -38,7 +39,7 @@ def rest_rotations(points: Points, layout: Layout, up: str) -> dict[str, np.ndar
             continue
         swings = shortest_rotations(mean, np.where(np.isnan(directions), mean, directions))
         axes[name] = axes[parent] @ swings @ rest
-        axes[name] = axes[name] @ _about_x(_twists(points, layout, name, axes[name]))
+        axes[name] = axes[name] @ _about_x(_twists(points, layout, name, axes[name], known[name]))
     return rests
 
 
@@ -139,7 +140,7 @@ def _mean_direction(directions: np.ndarray, weights: np.ndarray) -> np.ndarray:
     return total / size
 
 
-def _twists(points: Points, layout: Layout, name: str, axes: np.ndarray) -> np.ndarray:
+def _twists(points: Points, layout: Layout, name: str, axes: np.ndarray, known: np.ndarray) -> np.ndarray:
     """Return the twists (n,), rad, of a bone from given axes (n, 3, 3), zero in the mean, and where nothing shows them.
 
     Points that are rigid with the bone are rotated about it onto their mean shape. Across the bone they are complex
@@ -150,7 +151,7 @@ def _twists(points: Points, layout: Layout, name: str, axes: np.ndarray) -> np.n
         return still
     vectors = np.stack([np.einsum("nab,na->nb", axes, points[one] - points[name]) for one in rigid], axis=1)
     weights = np.stack([points.confidences[one] * points.confidences[name] for one in rigid], axis=1)
-    weights[np.isnan(vectors).any(axis=2)] = 0.0
+    weights[np.isnan(vectors).any(axis=2) | ~known[:, None]] = 0.0
     vectors[weights == 0.0] = 0.0
     if not weights.any():
         return still
@@ -163,7 +164,10 @@ def _twists(points: Points, layout: Layout, name: str, axes: np.ndarray) -> np.n
         overlaps = (weights * shape.conj() * numbers).sum(axis=1)
         shown = overlaps != 0.0
         turns = np.where(shown, overlaps / np.where(shown, np.abs(overlaps), 1.0), 1.0)
-        shape = (weights * turns.conj()[:, None] * numbers).sum(axis=0) / np.maximum(weights.sum(axis=0), 1e-300)
+        before, total = shape, np.maximum(weights.sum(axis=0), 1e-300)
+        shape = (weights * turns.conj()[:, None] * numbers).sum(axis=0) / total
+        if np.abs(shape - before).max() <= SETTLED * np.abs(shape).max():
+            break
     middle = turns[shown].sum()
     return np.where(shown, np.angle(turns * middle.conj()), 0.0)
 

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from skpose import Skeleton, forward_kinematics
 from skpose.keypoints import Keypoints, fit_skeleton, layouts
+from skpose.keypoints._root_axes import Points, root_axes
 from skpose.plot import PoseDisplay
 
 
@@ -132,6 +133,38 @@ def test_a_fifth_of_the_points_may_be_missing(layout):
     for one, other in zip(whole.bones[1:], skeleton.bones[1:], strict=True):
         turn = np.array(one.rest_rotation).T @ np.array(other.rest_rotation)
         assert Rotation.from_matrix(turn).magnitude() < 0.25
+
+
+def test_rigid_points_keep_their_shape_where_points_are_missing(layout):
+    positions = moving(layout, n=400)
+    positions[np.random.default_rng(0).uniform(size=positions.shape[:2]) < 0.2] = np.nan
+    skeleton = fit_skeleton(positions, layout)
+    rest = dict(zip(skeleton.joint_names, forward_kinematics(np.zeros((1, skeleton.n_dofs)), skeleton)[0], strict=True))
+    for name in layout.rigid:
+        parent = layout.parents[name]
+        siblings = [other for other in layout.rigid if layout.parents[other] == parent]
+        for other in {*siblings, parent, layout.parents[parent] or parent}:
+            found, truth = (
+                np.linalg.norm(at[name] - at[other]) for at in (rest, {p: standing(p) for p in layout.points})
+            )
+            np.testing.assert_allclose(found, truth, atol=1e-8)
+
+
+def test_the_root_follows_the_hips_and_not_the_trunk():
+    layout = layouts["coco17"]
+    positions = np.stack([[standing(name) for name in layout.names]] * 100)
+    lean = Rotation.from_euler("z", 0.5 * np.sin(np.linspace(0, 20, 100))[:, None])  # to the left and to the right
+    legs = {"hip", "knee", "ankle"}
+    for i, name in enumerate(layout.names):
+        if name.split("_")[-1] not in legs:
+            positions[:, i] = lean.apply(positions[:, i] - standing("pelvis")) + standing("pelvis")
+    keypoints = layout.keypoints(positions, 25)
+    points = Points(
+        {name: keypoints.positions[:, i] for i, name in enumerate(layout.points)},
+        {name: keypoints.confidences[:, i] for i, name in enumerate(layout.points)},
+    )
+    axes = Rotation.from_matrix(root_axes(points, layout, "y"))
+    assert axes.magnitude().max() < 0.05
 
 
 def test_points_of_keypoints_are_found_by_name():
