@@ -13,6 +13,7 @@ __all__ = [
     "FrechetMean",
     "Geodesic",
     "Keypoints",
+    "Layout",
     "MedoidShift",
     "Motion",
     "PoseDistanceTransformer",
@@ -20,9 +21,11 @@ __all__ = [
     "PoseRadiusNeighborsTransformer",
     "Skeleton",
     "SpatialMDS",
+    "fit_skeleton",
     "forward_kinematics",
     "frechet_mean",
     "geodesic",
+    "layouts",
     "metric_tensor",
     "pose_distances",
     "pose_distances_chunked",
@@ -49,7 +52,7 @@ if TYPE_CHECKING:
     from skpose import skeleton as skeleton
     from skpose.cluster import MedoidShift
     from skpose.geodesics import FrechetMean, Geodesic, frechet_mean, geodesic
-    from skpose.keypoints import Keypoints
+    from skpose.keypoints import Keypoints, Layout, fit_skeleton, layouts
     from skpose.kinematics import forward_kinematics, metric_tensor, position_jacobian
     from skpose.manifold import SpatialMDS
     from skpose.metrics import pose_distances, pose_distances_chunked, pose_metric
@@ -64,7 +67,7 @@ else:
         "datasets": [],
         "geodesics": ["FrechetMean", "Geodesic", "frechet_mean", "geodesic"],
         "io": [],
-        "keypoints": ["Keypoints"],
+        "keypoints": ["Keypoints", "Layout", "fit_skeleton", "layouts"],
         "kinematics": ["forward_kinematics", "metric_tensor", "position_jacobian"],
         "manifold": ["SpatialMDS"],
         "metrics": ["pose_distances", "pose_distances_chunked", "pose_metric"],

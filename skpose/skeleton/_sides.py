@@ -22,7 +22,7 @@ def partners(names: Sequence[str]) -> list[int]:
     Raises a ValueError for a name with a side and without a partner, or with several.
     """
     index = {name: i for i, name in enumerate(names)}
-    found = {name: [other for other in _others(name) if other in index] for name in names}
+    found = {name: [other for other in others(name) if other in index] for name in names}
     several = [f"{name!r} ({', '.join(map(repr, others))})" for name, others in found.items() if len(others) > 1]
     if several:
         raise ValueError(
@@ -53,7 +53,7 @@ def sides(names: Sequence[str]) -> list[str]:
     return found
 
 
-def _others(name: str) -> list[str]:
+def others(name: str) -> list[str]:
     """Return names that differ by the side."""
     names = dict.fromkeys(pattern.sub(_other, name) for pattern in PATTERNS)
     names.pop(name, None)

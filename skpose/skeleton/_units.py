@@ -72,16 +72,21 @@ def size_of(skeleton: Skeleton) -> float:
     return float(np.ptp(positions, axis=0).max())
 
 
+def likely_unit(size: float) -> str:
+    """Return the unit in which a person's size is nearest to this number."""
+    return min(UNITS, key=lambda unit: abs(np.log(size * UNITS[unit] / HUMAN)))
+
+
 def complaint_of_size(skeleton: Skeleton, scale: float) -> str | None:
     """Return the warning on a file's skeleton, read at so many metres a unit; None if it has the size of a person."""
     size = size_of(skeleton)
     if SMALLEST <= size <= LARGEST or size == 0.0:
         return None
-    sizes = {unit: size / scale * factor for unit, factor in UNITS.items()}
-    unit = min(sizes, key=lambda unit: abs(np.log(sizes[unit] / HUMAN)))
+    unit = likely_unit(size / scale)
+    in_metres = size / scale * UNITS[unit]
     remedy = "pass the metres of one unit as scale="
-    if SMALLEST <= sizes[unit] <= LARGEST:
-        remedy = f"if the file is in {unit}, pass scale={UNITS[unit]:.4g}, which makes that {sizes[unit]:.3g} m"
+    if SMALLEST <= in_metres <= LARGEST:
+        remedy = f"if the file is in {unit}, pass scale={UNITS[unit]:.4g}, which makes that {in_metres:.3g} m"
     return (
         f"the skeleton is {size:.3g} m from end to end at angle zero, with scale={scale:.4g} metres a unit, and people "
         f"are between {SMALLEST} and {LARGEST:g} m: {remedy}"

@@ -1,0 +1,95 @@
+"""Lengths of bones from positions with noise, and whether they stay the same."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from skpose._warnings import warn
+
+OUTLIER = 4.0  # robust standard deviations from the median; of normal noise one length in 16,000 is as far
+LOST = 0.9  # share of the square that the correction may take: above, the bone is as short as the noise
+STRETCH = 0.1  # of the length: a slow change of this size is named; a back that bends changes by 0.08
+CHANCE = 4.0  # standard deviations of a correlation by chance
+UNCERTAIN = 0.05  # of the length: a standard error of this size is named
+FEW = 2  # frames from which a spread is known
+
+
+class Length(NamedTuple):
+    """The length of one bone, from all frames in which both of its ends are seen."""
+
+    value: float  # m
+    error: float  # its standard error by noise, m; NaN from one frame
+    stretch: float  # standard deviation of its slow change, m; zero if there is none but by chance
+
+
+def bone_length(lengths: np.ndarray, weights: np.ndarray) -> Length:
+    r"""Return the length of a bone from its lengths (n_frames,) in the frames; those of weight zero are not seen.
+
+    Noise at the ends makes the distance between them too long: with a variance σ² of the difference along each axis,
+    the same in all directions, the squares q of the distances have the mean L² + 3σ² and the variance 4L²σ² + 6σ⁴.
+    From both, L⁴ = mean(q)² − 1.5 var(q), without σ. Outliers are left out before.
+    """
+    seen = weights > 0.0
+    d, w = lengths[seen], weights[seen] / weights[seen].max()
+    median = np.median(d)
+    kept = np.abs(d - median) <= OUTLIER * 1.4826 * np.median(np.abs(d - median)) + 1e-9 * median
+    q, w = d[kept] ** 2, w[kept] / w[kept].sum()
+    n = 1.0 / np.square(w).sum()  # frames of equal weight that would do as well
+    if n < FEW * (1.0 - 1e-9) or not median > 0.0:
+        return Length(float(np.sqrt(w @ q)), np.nan, 0.0)
+    mean = w @ q
+    variance = w @ np.square(q - mean) * n / (n - 1.0)
+    value = (mean**2 - min(1.5 * variance, LOST * mean**2)) ** 0.25
+    # How much each frame moves the value: L⁴ = 2.5 mean(q)² − 1.5 mean(q²).
+    influence = (5.0 * mean * (q - mean) - 1.5 * (q**2 - w @ q**2)) / (4.0 * value**3)
+    error = np.sqrt(w @ np.square(influence) / (n - 1.0))
+    return Length(float(value), float(error), _slow_change(lengths, seen, np.flatnonzero(seen)[kept]))
+
+
+def _slow_change(lengths: np.ndarray, seen: np.ndarray, kept: np.ndarray) -> float:
+    """Return the standard deviation of what two frames, one after the other, have in common.
+
+    Noise differs from frame to frame; what lasts from one frame to the next is a change of the bone.
+    """
+    change = np.full(len(seen), np.nan)
+    change[kept] = lengths[kept] - lengths[kept].mean()
+    products = change[1:] * change[:-1]
+    products = products[~np.isnan(products)]
+    variance = np.square(change[kept]).mean()
+    if not len(products) or products.mean() <= CHANCE / np.sqrt(len(products)) * variance:
+        return 0.0
+    return float(np.sqrt(products.mean()))
+
+
+def warn_of_lengths(lengths: dict[str, Length]) -> None:
+    """Warn of bones that stretch, and of those whose length is lost in noise."""
+    longest = max(length.value for length in lengths.values())
+    stretched = {
+        name: length.stretch / length.value
+        for name, length in lengths.items()
+        if length.stretch > STRETCH * max(length.value, 1e-3 * longest)
+    }
+    if stretched:
+        warn(
+            f"bones stretch slowly, from one frame to the next, where those of a person keep their length: "
+            f"{_in_words(stretched, 'by')} (standard deviation). The skeleton has their mean lengths, and its joints "
+            "miss the positions by as much. Look for points that are swapped or slip, for a depth that is wrong at "
+            "times, for several people in one array; or give less confidence to such points"
+        )
+    uncertain = {
+        name: length.error / length.value
+        for name, length in lengths.items()
+        if length.error > UNCERTAIN * length.value and name not in stretched
+    }
+    if uncertain:
+        warn(
+            f"lengths of bones are uncertain, as they change from frame to frame by noise: {_in_words(uncertain, '±')} "
+            "(standard error). Pass more frames, or a layout without these points, layout.without([...])"
+        )
+
+
+def _in_words(shares: dict[str, float], sign: str) -> str:
+    """Return the names with the largest shares, in %."""
+    names = sorted(shares, key=lambda name: -shares[name])
+    words = [f"{name} {sign}{' ' * sign.isalpha()}{100.0 * shares[name]:.2g} %" for name in names[:6]]
+    return ", ".join(words) + (f" and {len(names) - 6} more" if len(names) > 6 else "")
