@@ -85,7 +85,7 @@ def load_motion(
     >>> load_motion("cmu/subjects/02/02_01.amc")  # doctest: +SKIP
     Motion(343 frames at 120 Hz, 2.9 s, Skeleton(n_joints=30, n_dofs=56))
     """
-    with Source(path, "a BVH, AMC or AMASS file", archive=True) as source:
+    with Source(path, "a BVH, AMC or AMASS file", binary=True) as source:
         found = _format_of(source)
         if found == "AMASS":
             if root is not None:
@@ -145,13 +145,13 @@ def file_format(path: Readable) -> Format:
     ...     file_format(path)
     'BVH'
     """
-    with Source(path, "a BVH, AMC, ASF or AMASS file", archive=True) as source:
+    with Source(path, "a BVH, AMC, ASF or AMASS file", binary=True) as source:
         return _format_of(source)
 
 
 def _format_of(source: Source) -> Format:
     """Return the format of an open file, by its first word that is not in a comment, or as a zip archive."""
-    if source.is_archive:
+    if source.binary == "zip":
         return "AMASS"
     for line in source.head.splitlines():
         word, *_ = line.partition("#")[0].lower().split() or [""]
