@@ -20,9 +20,7 @@ from skpose.keypoints import Keypoints
 UP = {"+X": "x", "+Y": "y", "+Z": "z", "X": "x", "Y": "y", "Z": "z"}
 
 
-def load_c3d(
-    path: Readable, *, up: Literal["x", "y", "z"] | None = None, scale: float | None = None
-) -> Keypoints:
+def load_c3d(path: Readable, *, up: Literal["x", "y", "z"] | None = None, scale: float | None = None) -> Keypoints:
     """Read positions of markers from a C3D file, through ezc3d: ``pip install 'skpose[c3d]'``.
 
     Parameters
@@ -61,10 +59,10 @@ def load_c3d(
 
     Notes
     -----
-    A marker is lost where its residual is negative. Numbers may be floats or scaled integers, of Intel or of DEC. Analog
-    channels, events and force plates are not read. Every count that the file states is compared with its length before
-    ezc3d reads it, from a temporary copy of the part that it needs. Files of more than 65,535 frames, and files of MIPS
-    machines, are refused, as ezc3d does not read them.
+    A marker is lost where its residual is negative. Numbers may be floats or scaled integers, of Intel or of DEC.
+    Analog channels, events and force plates are left out. Every count that the file states is compared with its length
+    before ezc3d reads it, from a temporary copy of the part that it needs. Files of more than 65,535 frames, and files
+    of MIPS machines, are refused, as ezc3d does not read them.
 
     References
     ----------
@@ -143,7 +141,9 @@ def _scale(source: Source, head: Head, scale: float | None) -> float:
 
 def _up(source: Source, head: Head) -> Literal["x", "y", "z"]:
     if not head.y_screen:
-        source.warn("it does not say which axis points up (POINT:Y_SCREEN): z is taken, as is usual; pass up= otherwise")
+        source.warn(
+            "it does not say which axis points up (POINT:Y_SCREEN): z is taken, as is usual; pass up= otherwise"
+        )
         return "z"
     if (up := UP.get(head.y_screen.upper())) is None:
         raise source.error(f"POINT:Y_SCREEN: expected +X, +Y or +Z, found {head.y_screen[:40]!r}; up= chooses the axis")

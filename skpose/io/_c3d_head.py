@@ -57,13 +57,15 @@ class Parameters:
         if len(data) < self._end:
             self._refuse(f"its {n_blocks} blocks of parameters end at byte {self._end}, the file at {len(data)}")
         groups, parameters = dict[int, str](), dict[tuple[int, str], Parameter]()
-        at = self._start + 4
+        at: int | None = self._start + 4
         while at is not None:
             at = self._record(data, at, groups, parameters)
         if len(set(groups.values())) < len(groups):
             self._refuse("two groups of parameters have one name")
-        self._by_name = {f"{groups.get(group, '')}:{name}": value for (group, name), value in parameters.items()}
-        self.groups = set(groups.values())
+        self._by_name: dict[str, Parameter] = {
+            f"{groups.get(group, '')}:{name}": value for (group, name), value in parameters.items()
+        }
+        self.groups: set[str] = set(groups.values())
 
     def _refuse(self, message: str) -> NoReturn:
         raise self._source.error(message)
@@ -199,7 +201,9 @@ def read_head(source: Source, data: bytes, length: int) -> Head:
 def _single(source: Source, parameters: Parameters, name: str, default: float | None = None) -> float:
     values = parameters.numbers(name, default)
     if len(values) != 1 or not np.isfinite(values[0]):
-        raise source.error(f"{name}: expected one finite number, found {', '.join(f'{value:g}' for value in values[:9])}")
+        raise source.error(
+            f"{name}: expected one finite number, found {', '.join(f'{value:g}' for value in values[:9])}"
+        )
     return float(values[0])
 
 

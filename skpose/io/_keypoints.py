@@ -11,6 +11,7 @@ from skpose.io._error import MocapFormatError
 from skpose.io._npz import Archive, read_array
 from skpose.io._source import Source
 from skpose.keypoints import Keypoints
+from skpose.skeleton._arguments import check_frame_rate
 
 POSITIONS = "positions", "keypoints"
 CONFIDENCES = "confidences", "scores"
@@ -97,6 +98,8 @@ def load_keypoints(
     Keypoints(50 frames at 25 Hz, 2.0 s, 3 points)
     """
     check_positive("scale", scale)
+    if frame_rate is not None:
+        check_frame_rate(frame_rate)
     if layout is not None and (names is not None or up is not None):
         raise ValueError(f"a layout states names and up: pass layout= or {'names' if up is None else 'up'}=, not both")
     with Source(path, "an .npz or .npy file", binary=True) as source:

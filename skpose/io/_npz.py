@@ -75,7 +75,7 @@ class Archive:
         with self._opened(key) as member:
             header = self._header(key, member)
             check_numbers(self.source, key, header, *shapes)
-            array = self._data(key, member, header).astype(np.float64)
+            array = as_float64(self._data(key, member, header))
         if finite and not np.isfinite(array).all():
             index = tuple(np.argwhere(~np.isfinite(array))[0].tolist())
             raise self.source.error(f"{key}: expected finite numbers, found {array[index]} at index {_shown(index)}")
@@ -155,7 +155,13 @@ def read_array(source: Source, *shapes: Sequence[int | None]) -> np.ndarray:
     if len(data) != header.n_bytes:
         found = str(len(data)) if len(data) < header.n_bytes else "more"
         raise wrong_length(source, "the array", header, found)
-    return header.array(data).astype(np.float64)
+    return as_float64(header.array(data))
+
+
+def as_float64(array: np.ndarray) -> np.ndarray:
+    """Return numbers as float64, without a warning on those that are no valid or no finite ones."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        return array.astype(np.float64)
 
 
 def read_header(source: Source, key: str, read: Callable[[int], bytes], pickled: str) -> Header:

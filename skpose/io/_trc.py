@@ -114,7 +114,7 @@ def load_trc(
         if frame_rate is None:
             _check_times(source, rows[:, 0], rate)
         with source.format_errors():
-            found = Keypoints(rows[:, 1:].reshape(len(rows), -1, 3) * head.scale, head.names, rate, up=up)
+            found = Keypoints(rows[:, 1:].reshape(len(rows), len(head.names), 3) * head.scale, head.names, rate, up=up)
         source.warn_of_extent(found.positions, head.scale)
         return found
 
@@ -125,7 +125,7 @@ def _read_head(source: Source, scale: float | None) -> Head:
         at = first[0] if first else 1
         raise source.error("expected a TRC file, which begins with PathFileType", at)
     keys = _next_cells(source)
-    values = dict(zip(keys, _next_cells(source), strict=False))
+    values: dict[str, Token] = dict(zip(keys, _next_cells(source), strict=False))
     for key in REQUIRED:
         if not values.get(key):
             raise source.error(f"expected a value of {key} below the keys of line 2", source.line)
@@ -156,8 +156,8 @@ def _read_names(source: Source, n_markers: int) -> list[str]:
     for name in names:
         if name in first:
             raise source.error(
-                f"two markers are named {str(name)!r}, in columns {first[name].column} and {name.column}: rename one, as "
-                "points are matched by name",
+                f"two markers are named {str(name)!r}, in columns {first[name].column} and {name.column}: rename one, "
+                "as points are matched by name",
                 name,
             )
         first[name] = name
@@ -188,13 +188,14 @@ def _cells(text: str, line: int) -> list[Token]:
 
 def _read_rows(source: Source, head: Head, strict: bool) -> np.ndarray:
     """Return the columns but the first, Frame#, as an array (n_frames, 1 + 3 n_markers), NaN for lost markers."""
-    rows, frame = [], None
+    rows, frame = list[np.ndarray](), None
     for line, text in _lines(source.chunks()):
         if not text.strip():
             continue  # one below the head, and at the end
         if strict and len(rows) == head.n_frames:
             raise source.error(
-                f"expected the end of the file after {head.n_frames} rows (NumFrames); trust='rows' reads them all", line
+                f"expected the end of the file after {head.n_frames} rows (NumFrames); trust='rows' reads them all",
+                line,
             )
         row = _numbers(source, text, line, head.names)
         if frame is not None and row[0] != frame + 1:
@@ -207,8 +208,8 @@ def _read_rows(source: Source, head: Head, strict: bool) -> np.ndarray:
         rows.append(row[1:])
     if strict and len(rows) != head.n_frames:
         raise source.error(
-            f"NumFrames: expected {head.n_frames} rows, found {len(rows)}; is the file cut short? trust='rows' reads the "
-            "rows that there are",
+            f"NumFrames: expected {head.n_frames} rows, found {len(rows)}; is the file cut short? trust='rows' reads "
+            "the rows that there are",
             head.claimed,
         )
     return np.array(rows) if rows else np.empty((0, 1 + 3 * len(head.names)))
@@ -236,12 +237,12 @@ def _numbers(source: Source, text: bytes, line: int, names: list[str]) -> np.nda
         row = None
     if row is None or b"_" in text or np.isinf(row).any() or np.isnan(row[:2]).any():
         tokens = _cells(text.decode("utf-8", errors="replace"), line)
-        raise next(
-            source.error(f"{'a coordinate' if i > 1 else ('Frame#', 'Time')[i]}: {complaint(token)}", token)
-            for i, token in enumerate(tokens)
-            if not (i > 1 and (not token or token.lower() == "nan"))
-            and (not NUMBER.fullmatch(token) or not np.isfinite(float(token)))
-        )
+        for i, token in enumerate(tokens):
+            lost = i > 1 and (not token or token.lower() == "nan")
+            if not lost and not (NUMBER.fullmatch(token) and np.isfinite(float(token))):
+                what = ("Frame#", "Time")[i] if i < 2 else "a coordinate"
+                raise source.error(f"{what}: {complaint(token)}", token)
+        raise source.error("expected numbers, found other characters between them", line)
     lost = np.isnan(row[2:]).reshape(-1, 3)
     partly = lost.any(axis=1) & ~lost.all(axis=1)
     if partly.any():

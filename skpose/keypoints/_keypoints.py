@@ -1,5 +1,6 @@
 """Keypoints: positions of named points in time, some of them not seen."""
 
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, NoReturn
@@ -85,8 +86,9 @@ class Keypoints:
         for name in names:
             if not isinstance(name, str) or not name:
                 raise ValueError(f"names must be non-empty strings, got {name!r}")
-            if names.count(name) > 1:
-                raise ValueError(f"names must differ, got {name!r} {names.count(name)} times")
+        name, times = max(Counter(names).items(), key=lambda item: item[1], default=("", 0))
+        if times > 1:
+            raise ValueError(f"names must differ, got {name!r} {times} times")
         check_frame_rate(self.frame_rate)
         check_up(self.up)
         positions = check_positions(self.positions, len(names), "positions")
