@@ -53,7 +53,7 @@ def c3d_file(
     processor=INTEL,
     step=None,
     analog=None,
-    y_screen=None,
+    axis_up=None,
     more=(),
     **changed,
 ):
@@ -72,7 +72,7 @@ def c3d_file(
         "LABELS": labels,
         "UNITS": units,
         "DATA_START": 0,
-        "Y_SCREEN": y_screen,
+        "Y_SCREEN": axis_up,
     }
     point |= changed
     records = [struct.pack("2b", 5, -1) + b"POINT", struct.pack("2b", 6, -2) + b"ANALOG"]

@@ -36,7 +36,7 @@ def c3d_kinds():
     """Return C3D files of all kinds that are read: floats and integers, Intel and DEC, with and without analog data."""
     analog = np.random.default_rng(6).normal(size=(20, 4, 2))
     return [
-        c3d_files.c3d_file(positions(), NAMES, processor=processor, step=step, analog=samples, y_screen="+Z")
+        c3d_files.c3d_file(positions(), NAMES, processor=processor, step=step, analog=samples, axis_up="+Z")
         for processor in (c3d_files.INTEL, c3d_files.DEC)
         for step in (None, 0.05)
         for samples in (None, analog)

@@ -1,5 +1,6 @@
-"""Readers of motion-capture files, Acclaim ASF/AMC, Biovision BVH and AMASS, and a writer of BVH.
+"""Readers of motion-capture files, and a writer of BVH.
 
+Acclaim ASF/AMC, Biovision BVH and AMASS are motions; TRC, C3D and arrays of keypoints are positions without a skeleton.
 Angles are in radians, lengths in metres. A file that does not follow its format raises `MocapFormatError` with the line
 and the column, or with the key.
 """

@@ -140,13 +140,13 @@ def _scale(source: Source, head: Head, scale: float | None) -> float:
 
 
 def _up(source: Source, head: Head) -> Literal["x", "y", "z"]:
-    if not head.y_screen:
+    if not head.axis_up:
         source.warn(
             "it does not say which axis points up (POINT:Y_SCREEN): z is taken, as is usual; pass up= otherwise"
         )
         return "z"
-    if (up := UP.get(head.y_screen.upper())) is None:
-        raise source.error(f"POINT:Y_SCREEN: expected +X, +Y or +Z, found {head.y_screen[:40]!r}; up= chooses the axis")
+    if (up := UP.get(head.axis_up.upper())) is None:
+        raise source.error(f"POINT:Y_SCREEN: expected +X, +Y or +Z, found {head.axis_up[:40]!r}; up= chooses the axis")
     return up  # type: ignore[return-value]
 
 

@@ -29,7 +29,7 @@ class Parameter(NamedTuple):
 
 
 class Head(NamedTuple):
-    """What a C3D file states about its points, in a file that is long enough for it."""
+    """Numbers, units and names that a C3D file states about its points, in a file that is long enough for it."""
 
     n_frames: int
     n_points: int
@@ -37,7 +37,7 @@ class Head(NamedTuple):
     frame_rate: float
     labels: list[str]
     unit: str
-    y_screen: str
+    axis_up: str
 
 
 class Parameters:
@@ -193,9 +193,9 @@ def read_head(source: Source, data: bytes, length: int) -> Head:
         raise source.error(f"it states {n_frames} frames of {n_points} points, and holds {there}; is it cut short?")
     if n_frames == MANY_FRAMES and length - n_bytes >= BLOCK + frame:
         raise source.error(f"it holds more frames than the {MANY_FRAMES} that it states, which ezc3d does not read")
-    units, screen = parameters.texts("POINT:UNITS"), parameters.texts("POINT:Y_SCREEN")
+    units, axes = parameters.texts("POINT:UNITS"), parameters.texts("POINT:Y_SCREEN")
     labels = parameters.texts("POINT:LABELS")[:n_points]
-    return Head(n_frames, n_points, n_bytes, rate, labels, "".join(units[:1]), "".join(screen[:1]))
+    return Head(n_frames, n_points, n_bytes, rate, labels, "".join(units[:1]), "".join(axes[:1]))
 
 
 def _single(source: Source, parameters: Parameters, name: str, default: float | None = None) -> float:

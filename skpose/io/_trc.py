@@ -18,7 +18,7 @@ AXIS = re.compile(r"([XYZ])\d*", re.IGNORECASE)
 
 
 class Head(NamedTuple):
-    """What the lines above the frames state."""
+    """The numbers and names above the frames."""
 
     frame_rate: float
     n_frames: int

@@ -47,7 +47,7 @@ class Keypoints:
 
     Notes
     -----
-    Where a point is not seen its confidence is 0, whatever is given, and where its confidence is 0 its position is NaN.
+    Where a point is not seen its confidence becomes 0, and where its confidence is 0 its position is NaN.
 
     Examples
     --------
@@ -97,7 +97,7 @@ class Keypoints:
         if confidences.shape != seen.shape:
             raise ValueError(f"confidences must have shape {seen.shape}, one a position, got {confidences.shape}")
         if np.isnan(confidences[seen]).any() or (confidences[seen] < 0.0).any() or (confidences[seen] > 1.0).any():
-            raise ValueError("confidences must be from 0, not seen, to 1, wherever a point is seen")
+            raise ValueError("confidences must be from 0, not seen, to 1, where a point is seen")
         confidences[~seen] = 0.0
         positions[confidences == 0.0] = np.nan
         for name, value in {"names": names, "positions": positions, "confidences": confidences}.items():

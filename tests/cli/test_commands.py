@@ -6,6 +6,7 @@ import sys
 import warnings
 from pathlib import Path
 
+import damaged
 import numpy as np
 import pytest
 from conftest import DATA

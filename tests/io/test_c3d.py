@@ -22,7 +22,7 @@ def load(data, **options):
 
 
 def written(**options):
-    options = {"y_screen": "+Z"} | options
+    options = {"axis_up": "+Z"} | options
     return c3d_files.c3d_file(options.pop("positions", POSITIONS), options.pop("labels", NAMES), **options)
 
 
@@ -94,10 +94,10 @@ def test_an_unknown_unit_is_refused_unless_scale_says_what_it_is(unit):
 
 def test_the_axis_that_points_up():
     for axis in "XYZ":
-        assert load(written(y_screen=f"+{axis}")).up == axis.lower()
+        assert load(written(axis_up=f"+{axis}")).up == axis.lower()
     assert load(written(), up="y").up == "y"
-    refused(written(y_screen="-Z"), r"POINT:Y_SCREEN: expected \+X, \+Y or \+Z, found '-Z'; up= chooses the axis")
-    assert load(written(y_screen="-Z"), up="z").up == "z"
+    refused(written(axis_up="-Z"), r"POINT:Y_SCREEN: expected \+X, \+Y or \+Z, found '-Z'; up= chooses the axis")
+    assert load(written(axis_up="-Z"), up="z").up == "z"
     with pytest.raises(ValueError, match="up must be 'x' or 'y' or 'z', got 'up'"):
         load(written(), up="up")
 
