@@ -16,8 +16,8 @@ from skpose.skeleton import Motion
 
 Format = Literal["BVH", "AMC", "ASF", "AMASS", "TRC", "C3D"]
 # The last line of the head of a table of OpenSim, and one before it.
-OPENSIM = re.compile(r"^\s*endheader\s*$", re.MULTILINE | re.IGNORECASE)
-OPENSIM_KEY = re.compile(r"^\s*(nrows|ncolumns|indegrees|datarows|datacolumns)\b", re.MULTILINE | re.IGNORECASE)
+OPENSIM = re.compile(r"^[ \t]*endheader[ \t\r]*$", re.MULTILINE | re.IGNORECASE)
+OPENSIM_KEY = re.compile(r"^[ \t]*(nrows|ncolumns|indegrees|datarows|datacolumns)\b", re.MULTILINE | re.IGNORECASE)
 ASF_KEYWORDS = {":version", ":name", ":units", ":documentation", ":root", ":bonedata", ":hierarchy", ":skin"}
 
 
