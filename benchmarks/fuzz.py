@@ -1,11 +1,12 @@
-"""Do readers survive any content of a file? 20,000 files with something wrong in them.
+"""Do readers survive any content of a file? 20,000 files of motions, and 20,000 of keypoints, with something wrong.
 
     pip install "skpose[bench]"
     python benchmarks/fuzz.py [HOW MANY] [--quick]
 
-The mutations are those of tests/mutations.py, drawn by hypothesis from a fixed seed. A case fails if a reader raises
-anything but MocapFormatError, warns of anything that is not about the file, takes more than ten seconds, or asks for
-more than 2 GB beyond what the process has: the operating system refuses it then, and that is an error. POSIX only.
+The mutations are those of tests/mutations.py, drawn by hypothesis from a fixed seed, and of tests/damaged.py. A case
+fails if a reader raises anything but MocapFormatError, warns of anything that is not about the file, takes more than
+ten seconds, or asks for more than 2 GB beyond what the process has: the operating system refuses it then, and that is
+an error. POSIX only.
 """
 
 import collections
@@ -16,9 +17,11 @@ import time
 from pathlib import Path
 
 import common
+import numpy as np
 from hypothesis import HealthCheck, Phase, given, seed, settings
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+import damaged
 import mutations
 
 FULL, QUICK = 20_000, 200  # files
@@ -27,6 +30,21 @@ MOST_SECONDS, MOST_BYTES = 10, 2_000_000_000
 
 def give_up(*_):
     raise TimeoutError(f"a reader took more than {MOST_SECONDS} s")
+
+
+def every_kind_of_keypoints(n_cases, outcomes):
+    """Count the outcomes of files of keypoints, as many in all; return the slowest: seconds, kind, bytes."""
+    slowest = (0.0, "", 0)
+    for kind in damaged.FILES:
+        rng = np.random.default_rng(0)
+        for _ in range(n_cases // len(damaged.FILES)):
+            data = damaged.damaged(kind, rng)
+            signal.setitimer(signal.ITIMER_REAL, MOST_SECONDS)
+            start = time.perf_counter()
+            outcomes[kind, damaged.outcome(kind, data)] += 1
+            slowest = max(slowest, (time.perf_counter() - start, kind, len(data)))
+            signal.setitimer(signal.ITIMER_REAL, 0)
+    return slowest
 
 
 def main():
@@ -38,6 +56,7 @@ def main():
     outcomes, slowest = collections.Counter(), (0.0, "", 0)
     usual = {"on_nan": "raise", "trust": "header", "stretch": "raise", "missing": "raise", "root": None}
     mutations.outcome("BVH", mutations.BVH, usual)  # imports what a reader imports when it is called
+    damaged.outcome("C3D", damaged.FILES["C3D"][0])
     limit = int(common.memory("VmSize") * 1e6) + MOST_BYTES
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
     signal.signal(signal.SIGALRM, give_up)
@@ -63,6 +82,7 @@ def main():
 
     start = time.perf_counter()
     every_case()
+    slowest = max(slowest, every_kind_of_keypoints(n_cases, outcomes))
     print(f"{sum(outcomes.values()):,} files in {time.perf_counter() - start:.0f} s, none with another outcome\n")
     for (kind, outcome), count in sorted(outcomes.items()):
         print(f"{kind}  {outcome:<8}{count:>8,}")

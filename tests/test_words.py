@@ -26,7 +26,7 @@ PLAIN = {
     "pays": "is worth it",
     "parcels?": "payload",
     "kick(s|ed|ing)?": "perturb",
-    "screen(s|ed|ing)?": "filter",
+    "(?<!Y_)screen(s|ed|ing)?": "filter",  # POINT:Y_SCREEN is a parameter of C3D files
     "(first|second|cheap|without a|one) look": "filter, lower bound",
     "blocks? of lanes|lanes? blocks?": "group of lanes",
     "(several|other|different|two|of) bodies|(a|one|mean|same) body|the body( that| on|\\.)": "skeleton",

@@ -18,7 +18,8 @@ from skpose._cli.targets import REPORT, is_unfinished
 from skpose._files import check_new, created_meanwhile, new_file
 from skpose._parallel.checkpoint import FileCheckpoint
 from skpose.datasets import make_gait, walks_and_runs
-from skpose.io import file_format, load_asf, load_motion
+from skpose.io import file_format, load_asf, load_c3d, load_motion, load_trc
+from skpose.keypoints import Keypoints
 from skpose.metrics import pose_distances
 from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
 from skpose.skeleton import Skeleton
@@ -112,8 +113,8 @@ def neighbors(
 
 
 def info(files: Sequence[Path], reading: dict[str, Any]) -> None:
-    """Print the contents of each file: frames, joints, degrees of freedom; its name, if there are several."""
-    files = motion_files(files, (".bvh", ".amc", ".asf"))
+    """Print the contents of each file: frames, joints or points, degrees of freedom; its name, if there are several."""
+    files = motion_files(files, (".bvh", ".amc", ".asf", ".trc", ".c3d"))
     reading = reading_options(reading)
     for i, path in enumerate(files):
         if len(files) > 1:
@@ -125,6 +126,12 @@ def _describe(file: Path | BytesIO, reading: dict[str, Any]) -> None:
     kind = file_format(file)
     if isinstance(file, BytesIO):
         file.seek(0)
+    if kind in ("TRC", "C3D"):
+        try:
+            _describe_points((load_trc if kind == "TRC" else load_c3d)(file, scale=reading["scale"]))
+        except ImportError as error:
+            raise ValueError(str(error)) from None
+        return
     if kind == "ASF":
         skeleton = load_asf(file, scale=reading["scale"])
     else:
@@ -137,6 +144,15 @@ def _describe(file: Path | BytesIO, reading: dict[str, Any]) -> None:
     for bone in skeleton.bones:
         length = np.linalg.norm(bone.offset)
         print(f"{bone.name:<{width}}  {bone.parent or 'root':<{width}}  {length:>8.3f}  {bone.dofs or '-'}")
+
+
+def _describe_points(points: Keypoints) -> None:
+    print(f"{len(points)} frames at {points.frame_rate:g} Hz, {len(points) / points.frame_rate:.2f} s")
+    print(f"{len(points.names)} points, {points.up} is up\n")
+    width = max(len(name) for name in ("point", *points.names))
+    print(f"{'point':<{width}}  not seen")
+    for name, confidences in zip(points.names, points.confidences.T, strict=True):
+        print(f"{name:<{width}}  {np.mean(confidences == 0.0):>8.1%}")
 
 
 def reproduce(folder: Path | None, scale: float | None, out: Path, seed: int, n_jobs: int) -> None:

@@ -74,7 +74,7 @@ def command_line() -> argparse.ArgumentParser:
         help="instead: all poses up to this distance, m (rad for angle)",
     )
 
-    info = command("info", "print the contents of BVH, AMC, ASF or AMASS files")
+    info = command("info", "print the contents of BVH, AMC, ASF, AMASS, TRC or C3D files")
     info.add_argument(
         "files",
         nargs="+",

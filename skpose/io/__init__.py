@@ -1,5 +1,6 @@
-"""Readers of motion-capture files, Acclaim ASF/AMC, Biovision BVH and AMASS, and a writer of BVH.
+"""Readers of motion-capture files, and a writer of BVH.
 
+Acclaim ASF/AMC, Biovision BVH and AMASS are motions; TRC, C3D and arrays of keypoints are positions without a skeleton.
 Angles are in radians, lengths in metres. A file that does not follow its format raises `MocapFormatError` with the line
 and the column, or with the key.
 """
@@ -8,9 +9,12 @@ from skpose.io._amass import load_amass
 from skpose.io._amc import load_amc
 from skpose.io._asf import AsfFile, load_asf
 from skpose.io._bvh import load_bvh
+from skpose.io._c3d import load_c3d
 from skpose.io._error import MocapFormatError
+from skpose.io._keypoints import load_keypoints
 from skpose.io._load import asf_path, file_format, load_motion
 from skpose.io._save import save_bvh
+from skpose.io._trc import load_trc
 
 __all__ = [
     "AsfFile",
@@ -21,6 +25,9 @@ __all__ = [
     "load_amc",
     "load_asf",
     "load_bvh",
+    "load_c3d",
+    "load_keypoints",
     "load_motion",
+    "load_trc",
     "save_bvh",
 ]

@@ -89,7 +89,7 @@ def load_amass(path: Readable, *, model: PathLike | None = None, hands: bool = T
     >>> load_amass("ACCAD/Female1Walking_c3d/B3_-_walk1_poses.npz", model="smplh/{gender}/model.npz")  # doctest: +SKIP
     Motion(415 frames at 120 Hz, 3.5 s, Skeleton(n_joints=51, n_dofs=153))
     """
-    with Source(path, "an AMASS file (.npz)", archive=True) as source:
+    with Source(path, "an AMASS file (.npz)", binary=True) as source:
         return read_amass(source, model=model, hands=hands)
 
 

@@ -1,6 +1,7 @@
 """Motions of any format, which is recognised by the file's content."""
 
 import os
+import re
 from pathlib import Path
 from typing import Literal
 
@@ -13,7 +14,10 @@ from skpose.io._source import Source
 from skpose.io._words import WHOLE
 from skpose.skeleton import Motion
 
-Format = Literal["BVH", "AMC", "ASF", "AMASS"]
+Format = Literal["BVH", "AMC", "ASF", "AMASS", "TRC", "C3D"]
+# The last line of the head of a table of OpenSim, and one before it.
+OPENSIM = re.compile(r"^[ \t]*endheader[ \t\r]*$", re.MULTILINE | re.IGNORECASE)
+OPENSIM_KEY = re.compile(r"^[ \t]*(nrows|ncolumns|indegrees|datarows|datacolumns)\b", re.MULTILINE | re.IGNORECASE)
 ASF_KEYWORDS = {":version", ":name", ":units", ":documentation", ":root", ":bonedata", ":hierarchy", ":skin"}
 
 
@@ -76,6 +80,7 @@ def load_motion(
     See Also
     --------
     file_format : Return the format of a file.
+    load_trc, load_c3d, load_keypoints : Read positions of markers and keypoints.
 
     Examples
     --------
@@ -85,7 +90,7 @@ def load_motion(
     >>> load_motion("cmu/subjects/02/02_01.amc")  # doctest: +SKIP
     Motion(343 frames at 120 Hz, 2.9 s, Skeleton(n_joints=30, n_dofs=56))
     """
-    with Source(path, "a BVH, AMC or AMASS file", archive=True) as source:
+    with Source(path, "a BVH, AMC or AMASS file", binary=True) as source:
         found = _format_of(source)
         if found == "AMASS":
             if root is not None:
@@ -98,6 +103,11 @@ def load_motion(
         if found == "BVH":
             scale = 1.0 if scale is None else scale
             return read_bvh(source, scale=scale, on_nan=on_nan, trust=trust, stretch=stretch, root=root)
+        if found in ("TRC", "C3D"):
+            raise source.error(
+                f"this is a {found} file, positions of markers without a skeleton: load_{found.lower()} reads it, "
+                "fit_skeleton and inverse_kinematics find the motion"
+            )
         if found == "ASF":
             raise source.error("this is a skeleton (ASF), which has no motion: load_asf reads it, load_motion its AMC")
         if root is not None:
@@ -124,13 +134,13 @@ def file_format(path: Readable) -> Format:
 
     Returns
     -------
-    {"BVH", "AMC", "ASF", "AMASS"}
+    {"BVH", "AMC", "ASF", "AMASS", "TRC", "C3D"}
         The format; every .npz file is "AMASS". The rest of the file is not checked.
 
     Raises
     ------
     MocapFormatError
-        If the file is none of the four.
+        If the file is none of these.
     OSError
         If it cannot be read.
 
@@ -145,16 +155,28 @@ def file_format(path: Readable) -> Format:
     ...     file_format(path)
     'BVH'
     """
-    with Source(path, "a BVH, AMC, ASF or AMASS file", archive=True) as source:
+    with Source(path, "a BVH, AMC, ASF, AMASS, TRC or C3D file", binary=True) as source:
         return _format_of(source)
 
 
 def _format_of(source: Source) -> Format:
     """Return the format of an open file, by its first word that is not in a comment, or as a zip archive."""
-    if source.is_archive:
+    if source.binary == "zip":
         return "AMASS"
+    if source.binary == "C3D":
+        return "C3D"
+    if source.binary == "npy":
+        raise source.error("this is an array (.npy), not a motion: load_keypoints reads one of keypoints")
+    if OPENSIM.search(source.head) and OPENSIM_KEY.search(source.head):
+        raise source.error(
+            "this is a table of OpenSim (.mot or .sto), whose columns have a meaning only in a model (.osim), which "
+            "is not read: load_trc reads the markers of the same trial, fit_skeleton and inverse_kinematics find the "
+            "motion"
+        )
     for line in source.head.splitlines():
         word, *_ = line.partition("#")[0].lower().split() or [""]
+        if word == "pathfiletype":
+            return "TRC"
         if word == "hierarchy":
             return "BVH"
         if word.startswith(":"):

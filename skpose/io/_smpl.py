@@ -141,7 +141,7 @@ def shaped_joints(file: Archive, name: str, model: PathLike) -> np.ndarray:
 @lru_cache(maxsize=8)
 def _read_model(path: str, _modified: int, _size: int) -> Body:
     """Read the file of a model, once for the many motions that use it, until it changes."""
-    with Source(path, "the file of an SMPL model (.npz)", archive=True) as source:
+    with Source(path, "the file of an SMPL model (.npz)", binary=True) as source:
         model = Archive(source, DENSE)
         n_joints, n_vertices = (*model.shape("J_regressor"), 0, 0)[:2]
         if n_joints not in BY_SIZE:

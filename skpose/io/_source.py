@@ -8,7 +8,7 @@ import zlib
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import IO, Any, NamedTuple, Self
+from typing import IO, Any, Literal, NamedTuple, Self
 
 import numpy as np
 
@@ -17,9 +17,11 @@ from skpose.io._arguments import Readable
 from skpose.io._error import MocapFormatError
 from skpose.io._words import NUMBER, Token, complaint
 from skpose.skeleton import Skeleton
-from skpose.skeleton._units import complaint_of_size
+from skpose.skeleton._units import complaint_of_extent, complaint_of_size
 
 ZIP = (b"PK\x03\x04", b"PK\x05\x06")  # the first bytes of an archive, and of one without members
+NPY = b"\x93NUMPY"
+C3D = re.compile(rb"[\x01-\x08]P[^\n]", re.DOTALL)  # the block of the parameters, and 80; no text begins so
 CHUNK = 1 << 18  # bytes of lines that are read at once: enough for numpy's parser, and they fit the cache
 WORD = re.compile(r"\S+")  # as str.split separates them
 
@@ -51,11 +53,18 @@ class Source:
         The path, or the open file, of text or of bytes, read from its current position; compressed by gzip or not.
     kind : str
         What the file should be, such as "a BVH file".
-    archive : bool, default=False
-        Whether it may also be a zip archive, which `seekable` returns.
+    binary : bool, default=False
+        Whether it may also be a binary file of a kind that some reader knows.
+
+    Attributes
+    ----------
+    head : str
+        The beginning, as text.
+    binary : {"zip", "npy", "C3D"} or None
+        The kind of a binary file, which `seekable` returns.
     """
 
-    def __init__(self, file: Readable, kind: str, *, archive: bool = False):
+    def __init__(self, file: Readable, kind: str, *, binary: bool = False):
         self.line = 0  # number of the last line read
         self._lines: Iterator[bytes] = iter(())
         with ExitStack() as closing:
@@ -72,10 +81,10 @@ class Source:
                     stream = closing.enter_context(gzip.GzipFile(fileobj=stream))
                 head = stream.peek(CHUNK)
                 self.head = head.removeprefix(b"\xef\xbb\xbf").decode("utf-8", errors="replace")
-                self.is_archive = archive and head.startswith(ZIP)
-                if not self.is_archive and (problem := _other_kind(head)):
+                self.binary = _binary_kind(head) if binary else None
+                if not self.binary and (problem := _other_kind(head)):
                     raise self.error(f"{problem} not {kind}")
-                if not self.is_archive and b"\r" in head and b"\n" not in head:  # lines end as on an old Macintosh
+                if not self.binary and b"\r" in head and b"\n" not in head:  # lines end as on an old Macintosh
                     stream = io.BytesIO(stream.read().replace(b"\r", b"\n"))
             self._stream = stream
             self._closing = closing.pop_all()
@@ -96,8 +105,20 @@ class Source:
     def seekable(self) -> IO[bytes]:
         """Return the whole file, of which nothing has been read, as one in which any position can be read."""
         if isinstance(self._stream, gzip.GzipFile):
-            raise self.error("a zip archive compressed by gzip once more: decompress it first, with gunzip")
+            if self.binary == "zip":
+                raise self.error("a zip archive compressed by gzip once more: decompress it first, with gunzip")
+            with self._gzip_errors():
+                return io.BytesIO(self._stream.read())
         return self._stream if self._stream.seekable() else io.BytesIO(self._stream.read())
+
+    def read(self, n: int) -> bytes:
+        """Return the next n bytes, or as many as there are; memory is proportional to these, not to n."""
+        pieces = []
+        with self._gzip_errors():
+            while n > 0 and (piece := self._stream.read(min(n, CHUNK))):
+                pieces.append(piece)
+                n -= len(piece)
+        return b"".join(pieces)
 
     def readline(self) -> str | None:
         """Return the next line, with its end; None after the last."""
@@ -166,6 +187,11 @@ class Source:
         if message := complaint_of_size(skeleton, scale):
             self.warn(message)
 
+    def warn_of_extent(self, positions: np.ndarray, scale: float) -> None:
+        """Warn if the file's points, at so many metres a unit, are not as far apart as those of a person."""
+        if message := complaint_of_extent(positions, scale):
+            self.warn(message)
+
     @contextmanager
     def format_errors(self) -> Iterator[None]:
         """Turn every ValueError, as of Skeleton, Motion and numbers past 1e308, into one that names this file."""
@@ -178,6 +204,14 @@ class Source:
             raise self.error(str(error)) from None
 
 
+def _binary_kind(head: bytes) -> Literal["zip", "npy", "C3D"] | None:
+    if head.startswith(ZIP):
+        return "zip"
+    if head.startswith(NPY):
+        return "npy"
+    return "C3D" if C3D.match(head) else None
+
+
 def _other_kind(head: bytes) -> str | None:
     """Return the start of the message on a file that holds no text, or text of another kind; None if neither."""
     if not head.strip() and len(head) < 4096:  # more blanks than that are the start of something
@@ -188,6 +222,8 @@ def _other_kind(head: bytes) -> str | None:
         return "this is UTF-16 text; save it as UTF-8. It is"
     if head.startswith(ZIP):
         return "this is a zip archive,"
+    if C3D.match(head):
+        return "this is a C3D file, which load_c3d reads,"
     if re.match(rb"\x80[\x02-\x05]", head):
         return "this is a pickle, which could run any program and is never read,"
     if b"\0" in head:

@@ -1,5 +1,6 @@
 """Keypoints: positions of named points in time, some of them not seen."""
 
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, NoReturn
@@ -46,7 +47,7 @@ class Keypoints:
 
     Notes
     -----
-    Where a point is not seen its confidence is 0, whatever is given, and where its confidence is 0 its position is NaN.
+    Where a point is not seen its confidence becomes 0, and where its confidence is 0 its position is NaN.
 
     Examples
     --------
@@ -85,8 +86,9 @@ class Keypoints:
         for name in names:
             if not isinstance(name, str) or not name:
                 raise ValueError(f"names must be non-empty strings, got {name!r}")
-            if names.count(name) > 1:
-                raise ValueError(f"names must differ, got {name!r} {names.count(name)} times")
+        name, times = max(Counter(names).items(), key=lambda item: item[1], default=("", 0))
+        if times > 1:
+            raise ValueError(f"names must differ, got {name!r} {times} times")
         check_frame_rate(self.frame_rate)
         check_up(self.up)
         positions = check_positions(self.positions, len(names), "positions")
@@ -95,7 +97,7 @@ class Keypoints:
         if confidences.shape != seen.shape:
             raise ValueError(f"confidences must have shape {seen.shape}, one a position, got {confidences.shape}")
         if np.isnan(confidences[seen]).any() or (confidences[seen] < 0.0).any() or (confidences[seen] > 1.0).any():
-            raise ValueError("confidences must be from 0, not seen, to 1, wherever a point is seen")
+            raise ValueError("confidences must be from 0, not seen, to 1, where a point is seen")
         confidences[~seen] = 0.0
         positions[confidences == 0.0] = np.nan
         for name, value in {"names": names, "positions": positions, "confidences": confidences}.items():

@@ -79,7 +79,23 @@ def likely_unit(size: float) -> str:
 
 def complaint_of_size(skeleton: Skeleton, scale: float) -> str | None:
     """Return the warning on a file's skeleton, read at so many metres a unit; None if it has the size of a person."""
-    size = size_of(skeleton)
+    return _complaint(size_of(skeleton), scale, "the skeleton is", "at angle zero")
+
+
+def complaint_of_extent(positions: np.ndarray, scale: float) -> str | None:
+    """Return the warning on a file's points, read at so many metres a unit; None if they have the size of a person.
+
+    The size is that of the median frame, in which at least two points are seen; positions have shape (n, points, 3).
+    """
+    seen = positions[(~np.isnan(positions[:, :, 0])).sum(axis=1) > 1]
+    if len(seen) == 0:
+        return None
+    seen = seen[:: -(-len(seen) // LOOKED_AT)]
+    size = float(np.median((np.nanmax(seen, axis=1) - np.nanmin(seen, axis=1)).max(axis=1)))
+    return _complaint(size, scale, "the points are", "in the median frame")
+
+
+def _complaint(size: float, scale: float, what: str, when: str) -> str | None:
     if SMALLEST <= size <= LARGEST or size == 0.0:
         return None
     unit = likely_unit(size / scale)
@@ -88,6 +104,6 @@ def complaint_of_size(skeleton: Skeleton, scale: float) -> str | None:
     if SMALLEST <= in_metres <= LARGEST:
         remedy = f"if the file is in {unit}, pass scale={UNITS[unit]:.4g}, which makes that {in_metres:.3g} m"
     return (
-        f"the skeleton is {size:.3g} m from end to end at angle zero, with scale={scale:.4g} metres a unit, and people "
+        f"{what} {size:.3g} m from end to end {when}, with scale={scale:.4g} metres a unit, and people "
         f"are between {SMALLEST} and {LARGEST:g} m: {remedy}"
     )

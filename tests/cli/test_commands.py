@@ -6,6 +6,7 @@ import sys
 import warnings
 from pathlib import Path
 
+import damaged
 import numpy as np
 import pytest
 from conftest import DATA
@@ -298,3 +299,23 @@ def test_the_notes_of_a_matrix_that_was_deleted_unfinished_are_too(tmp_path):
 def test_help_names_the_metrics_of_the_registry():
     """The parser has a copy, so that --help imports neither numba nor scikit-learn."""
     assert tuple(METRICS) == parser.METRICS
+
+
+@pytest.mark.parametrize("kind", ["TRC", "C3D"])
+def test_info_of_markers(kind, tmp_path, capsys):
+    if kind == "C3D":
+        pytest.importorskip("ezc3d")
+    (tmp_path / f"walk.{kind.lower()}").write_bytes(damaged.FILES[kind][0])
+    assert main(["info", str(tmp_path)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "20 frames at 100 Hz, 0.20 s"
+    assert lines[1] == f"3 points, {'y' if kind == 'TRC' else 'z'} is up"
+    assert [line.split() for line in lines[4:]] == [["hip", "0.0%"], ["knee", "15.0%"], ["ankle", "0.0%"]]
+    line = error_line(["distances", str(tmp_path / f"walk.{kind.lower()}"), "--out", str(tmp_path / "D.npy")], capsys)
+    assert f"this is a {kind} file, positions of markers without a skeleton: load_{kind.lower()} reads it" in line
+
+
+def test_info_of_a_c3d_file_without_ezc3d(tmp_path, capsys, monkeypatch):
+    (tmp_path / "walk.c3d").write_bytes(damaged.FILES["C3D"][0])
+    monkeypatch.setitem(sys.modules, "ezc3d", None)
+    assert "pip install 'skpose[c3d]'" in error_line(["info", str(tmp_path / "walk.c3d")], capsys)

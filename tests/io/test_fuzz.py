@@ -4,7 +4,9 @@ import io
 import tracemalloc
 from contextlib import contextmanager
 
+import damaged
 import mutations
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 
@@ -70,3 +72,18 @@ def test_a_chain_ten_thousand_joints_deep_is_read():
     data = HEAD + joint * 10_000 + b"}" * 10_001 + FOOT + b"1 " * 10_001
     motion = load_bvh(io.BytesIO(data))
     assert (motion.skeleton.n_joints, motion.skeleton.n_dofs) == (10_000, 10_000)
+
+
+@pytest.mark.parametrize("kind", damaged.FILES)
+def test_damaged_files_of_keypoints(kind):
+    """Some of each kind are read: damage to a number, a name or what is left out."""
+    if kind == "C3D":
+        pytest.importorskip("ezc3d")
+    rng = np.random.default_rng(0)
+    files = [damaged.damaged(kind, rng) for _ in range(400)]
+    assert {damaged.outcome(kind, data) for data in damaged.FILES[kind]} == {"read"}
+    outcomes = set()
+    with bounded_memory(b"".join(files)[:100_000]):
+        for data in files:
+            outcomes.add(damaged.outcome(kind, data))
+    assert outcomes == {"read", "refused"}

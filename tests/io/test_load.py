@@ -8,6 +8,7 @@ import warnings
 import zipfile
 from pathlib import Path
 
+import damaged
 import numpy as np
 import pytest
 from conftest import DATA
@@ -88,7 +89,9 @@ def test_files_of_no_format(tmp_path):
     (tmp_path / "b.txt").touch()
     with pytest.raises(MocapFormatError, match=r"a\.txt: expected HIERARCHY .*, found 'hello'"):
         file_format(tmp_path / "a.txt")
-    with pytest.raises(MocapFormatError, match=r"b\.txt: the file is empty, not a BVH, AMC, ASF or AMASS file"):
+    with pytest.raises(
+        MocapFormatError, match=r"b\.txt: the file is empty, not a BVH, AMC, ASF, AMASS, TRC or C3D file"
+    ):
         file_format(tmp_path / "b.txt")
     with pytest.raises(FileNotFoundError):
         file_format(tmp_path / "c.txt")
@@ -208,3 +211,40 @@ def test_a_directory_and_a_missing_file(tmp_path):
     for path in (tmp_path, tmp_path / "none.bvh"):
         with pytest.raises(OSError, match=Path(path).name):
             load_motion(path)
+
+
+MOT = "Coordinates\nversion=1\nnRows=2\nnColumns=3\ninDegrees=yes\n\nendheader\ntime\thip\tknee\n0\t1\t2\n0.1\t1\t2\n"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [MOT, MOT.replace("\n", "\r\n"), "name walk.mot\ndatacolumns 3\ndatarows 2\nendheader\n", "\n" * 999 + MOT],
+)
+def test_tables_of_opensim_are_refused_with_the_remedy(text, tmp_path):
+    (tmp_path / "walk.mot").write_bytes(text.encode())
+    for read in (load_motion, file_format):
+        with pytest.raises(
+            MocapFormatError,
+            match=r"walk\.mot: this is a table of OpenSim .* only in a model \(\.osim\).* load_trc reads the markers",
+        ):
+            read(tmp_path / "walk.mot")
+
+
+@pytest.mark.parametrize("kind", ["TRC", "C3D"])
+def test_files_of_markers_are_recognised_and_name_their_reader(kind, tmp_path):
+    for data in damaged.FILES[kind]:
+        (tmp_path / "walk.bvh").write_bytes(data)
+        assert file_format(tmp_path / "walk.bvh") == kind
+        with pytest.raises(
+            MocapFormatError, match=rf"walk\.bvh: this is a {kind} file, .* load_{kind.lower()} reads it"
+        ):
+            load_motion(tmp_path / "walk.bvh")
+    message = {"C3D": "this is a C3D file, which load_c3d reads, not a BVH file", "TRC": "expected HIERARCHY"}[kind]
+    with pytest.raises(MocapFormatError, match=message):
+        load_bvh(tmp_path / "walk.bvh")
+
+
+def test_an_array_names_its_reader(tmp_path):
+    np.save(tmp_path / "a.npy", np.zeros((2, 3, 3)))
+    with pytest.raises(MocapFormatError, match=r"this is an array \(\.npy\), not a motion: load_keypoints reads"):
+        load_motion(tmp_path / "a.npy")

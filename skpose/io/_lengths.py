@@ -1,0 +1,22 @@
+"""Units of length that files name."""
+
+METRES = {
+    "m": 1.0, "meter": 1.0, "metre": 1.0, "meters": 1.0, "metres": 1.0,
+    "cm": 0.01, "centimeter": 0.01, "centimetre": 0.01, "centimeters": 0.01, "centimetres": 0.01,
+    "mm": 0.001, "millimeter": 0.001, "millimetre": 0.001, "millimeters": 0.001, "millimetres": 0.001,
+    "in": 0.0254, "inch": 0.0254, "inches": 0.0254,
+    "ft": 0.3048, "foot": 0.3048, "feet": 0.3048,
+}  # fmt: skip
+
+
+def metres_of(unit: str) -> float | None:
+    """Return the metres of one unit, by its name in any case; None if it is not known."""
+    return METRES.get(unit.strip().lower())
+
+
+def complaint_of_unit(where: str, unit: str) -> str:
+    """Return the message on a unit that is not known, and `where` the file states it."""
+    return (
+        f"{where}: expected a unit of length such as mm, cm, m, in or ft, found {unit[:40]!r}; scale=, the metres of "
+        "one unit, reads the file nevertheless"
+    )

@@ -1,0 +1,203 @@
+"""C3D files: formats of numbers, units and axes; what is refused before ezc3d sees it."""
+
+import gzip
+import io
+import struct
+import sys
+
+import c3d_files
+import damaged
+import numpy as np
+import pytest
+
+from skpose.io import MocapFormatError, load_c3d
+
+ezc3d = pytest.importorskip("ezc3d")
+
+POSITIONS, NAMES = damaged.positions(), damaged.NAMES
+
+
+def load(data, **options):
+    return load_c3d(io.BytesIO(data), **options)
+
+
+def written(**options):
+    options = {"axis_up": "+Z"} | options
+    return c3d_files.c3d_file(options.pop("positions", POSITIONS), options.pop("labels", NAMES), **options)
+
+
+def refused(data, match, **options):
+    with pytest.raises(MocapFormatError, match=match):
+        load(data, **options)
+
+
+@pytest.mark.parametrize("samples", [0, 4], ids=["points", "with analog data"])
+@pytest.mark.parametrize("step", [None, 0.05], ids=["floats", "integers"])
+@pytest.mark.parametrize("processor", [c3d_files.INTEL, c3d_files.DEC], ids=["Intel", "DEC"])
+def test_formats_of_numbers(processor, step, samples):
+    analog = np.random.default_rng(0).normal(size=(20, samples, 2))
+    markers = load(written(processor=processor, step=step, analog=analog))
+    rounding = 1e-4 if step is None else step / 2 * 1.001
+    np.testing.assert_allclose(markers.positions, POSITIONS / 1000, rtol=0, atol=rounding / 1000)
+    np.testing.assert_array_equal(np.isnan(markers.positions), np.isnan(POSITIONS))
+    assert (markers.names, markers.frame_rate, markers.up) == (tuple(NAMES), 100.0, "z")
+
+
+def test_a_file_that_ezc3d_has_written(tmp_path):
+    file = ezc3d.c3d()
+    file["parameters"]["POINT"]["RATE"]["value"] = [120.0]
+    file["parameters"]["POINT"]["LABELS"]["value"] = tuple(NAMES)
+    file["parameters"]["POINT"]["UNITS"]["value"] = ("mm",)
+    file["parameters"]["ANALOG"]["RATE"]["value"] = [240.0]
+    file["parameters"]["ANALOG"]["LABELS"]["value"] = ("force",)
+    file["data"]["points"] = np.concatenate([POSITIONS.transpose(2, 1, 0), np.ones((1, 3, 20))])
+    file["data"]["analogs"] = np.zeros((1, 1, 40))
+    file.write(str(tmp_path / "a.c3d"))
+    with pytest.warns(UserWarning, match=r"a\.c3d: it does not say which axis points up .* z is taken"):
+        markers = load_c3d(tmp_path / "a.c3d")
+    np.testing.assert_allclose(markers.positions, POSITIONS / 1000, rtol=0, atol=1e-7)
+    assert (markers.names, markers.frame_rate, markers.up) == (tuple(NAMES), 120.0, "z")
+
+
+def test_sources(tmp_path):
+    data = written()
+    (tmp_path / "größe.c3d").write_bytes(data)
+    (tmp_path / "a.c3d.gz").write_bytes(gzip.compress(data))
+    for file in (tmp_path / "größe.c3d", str(tmp_path / "a.c3d.gz"), io.BytesIO(gzip.compress(data))):
+        np.testing.assert_array_equal(load_c3d(file).positions, load(data).positions)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.c3d.gz", "größe.c3d"]
+    with pytest.raises(FileNotFoundError):
+        load_c3d(tmp_path / "none.c3d")
+
+
+def test_a_negative_residual_alone_is_a_lost_marker():
+    data = bytearray(written(positions=np.full((1, 3, 3), 700.0)))
+    at = len(data) - 512
+    data[at : at + 12] = struct.pack("<3f", 0.0, 0.0, 0.0)  # seen at the origin
+    data[at + 28 : at + 32] = struct.pack("<f", -1.0)  # not seen, at (700, 700, 700)
+    markers = load(bytes(data))
+    np.testing.assert_array_equal(markers.confidences, [[1.0, 0.0, 1.0]])
+    np.testing.assert_array_equal(markers.positions[0, 0], 0.0)
+
+
+@pytest.mark.parametrize(("unit", "metres"), [("mm", 0.001), ("cm", 0.01), ("m ", 1.0), ("IN", 0.0254)])
+@pytest.mark.filterwarnings("ignore:.* m from end to end in the median frame:UserWarning")
+def test_units_are_the_files_own_word(unit, metres):
+    np.testing.assert_allclose(load(written(units=unit)).positions, POSITIONS * metres, rtol=1e-6)
+
+
+@pytest.mark.parametrize("unit", [None, "", "parsec"])
+def test_an_unknown_unit_is_refused_unless_scale_says_what_it_is(unit):
+    refused(written(units=unit), "POINT:UNITS: expected a unit of length such as mm, .* scale=")
+    np.testing.assert_allclose(load(written(units=unit), scale=0.001).positions, POSITIONS / 1000, rtol=1e-6)
+
+
+def test_the_axis_that_points_up():
+    for axis in "XYZ":
+        assert load(written(axis_up=f"+{axis}")).up == axis.lower()
+    assert load(written(), up="y").up == "y"
+    refused(written(axis_up="-Z"), r"POINT:Y_SCREEN: expected \+X, \+Y or \+Z, found '-Z'; up= chooses the axis")
+    assert load(written(axis_up="-Z"), up="z").up == "z"
+    with pytest.raises(ValueError, match="up must be 'x' or 'y' or 'z', got 'up'"):
+        load(written(), up="up")
+
+
+def test_labels_in_several_parameters():
+    positions = np.random.default_rng(1).uniform(-800, 800, (2, 300, 3))
+    names = [f"marker{i}" for i in range(300)]
+    more = [c3d_files.parameter(1, "LABELS2", names[255:])]
+    markers = load(written(positions=positions, labels=names[:255], more=more))
+    assert markers.names == tuple(names)
+    np.testing.assert_allclose(markers.positions, positions / 1000, rtol=1e-6)
+
+
+def test_points_without_a_label_and_labels_without_a_point():
+    for labels in (["hip", "", "ankle"], ["hip", "   ", "ankle", "toe"]):
+        with pytest.warns(UserWarning, match="1 of 3 points have no label and are left out"):
+            markers = load(written(labels=labels))
+        assert markers.names == ("hip", "ankle")
+        np.testing.assert_allclose(markers.positions, POSITIONS[:, [0, 2]] / 1000, rtol=1e-6)
+    refused(written(labels=["hip", "knee", "hip"]), "several points are named 'hip': rename them")
+    refused(written(labels=["", "", ""]), "none of its points has a name")
+
+
+def test_the_number_of_frames():
+    positions = np.zeros((65535, 1, 3))
+    assert len(load(written(positions=positions[:40000], labels=["a"]))) == 40000  # -25536 as a signed integer
+    assert len(load(written(positions=positions, labels=["a"]))) == 65535
+    more = written(positions=np.zeros((70000, 1, 3)), labels=["a"], FRAMES=-1)
+    refused(more, "more frames than the 65535 that it states")
+    refused(written(positions=positions, labels=["a"], LONG_FRAMES=70000.0), "more than 65535 frames")
+    assert len(load(written(FRAMES=None))) == 20  # the header states it too
+    assert len(load(written(FRAMES=12))) == 12
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (written(processor=c3d_files.MIPS), "in the format of MIPS"),
+        (written(USED=0), "it holds no points: is it a file of analog channels"),
+        (written(USED=-1), "it states 20 frames of -1 points"),
+        (written(USED=30000), "it states 20 frames of 30000 points, and holds 0; is it cut short"),
+        (
+            written(FRAMES=21, positions=np.zeros((20, 32, 3)), labels=["a"]),
+            "states 21 frames of 32 points, and holds 20",
+        ),
+        (written(USED=np.zeros(0, int)), "POINT:USED: expected a number, found nothing"),
+        (written(USED=None), "it has no parameter POINT:USED"),
+        (written(USED="three"), "POINT:USED: expected a number, found text"),
+        (written(SCALE=np.nan), "POINT:SCALE: expected one finite number, found nan"),
+        (written(SCALE=np.array([-1.0, 1.0])), "POINT:SCALE: expected one finite number, found -1, 1"),
+        (written(RATE=-5.0), "POINT:RATE: expected a positive number, found -5"),
+        (written(DATA_START=9), "the frames begin at block 3 by the header, and at 9 by POINT:DATA_START"),
+        (written(LABELS=3), "POINT:LABELS: expected text, found numbers"),
+        (written(more=[c3d_files.parameter(2, "RATE", 1e30)]), "ANALOG:RATE|analog"),
+        (
+            written(more=[struct.pack("2b", 8, -3) + b"ROTATION\x03\0\0", c3d_files.parameter(3, "USED", 2)]),
+            "rotations",
+        ),
+        (b"\x02P\0", "expected a header of 512 bytes"),
+        (b"hello", "expected a C3D file|C3D"),
+        (b"", "the file is empty, not a C3D file"),
+    ],
+)
+def test_what_is_refused(data, message):
+    refused(data, message)
+
+
+def test_analog_samples_are_where_both_counts_say():
+    data = bytearray(written(analog=np.zeros((20, 4, 2))))
+    data[18:20] = struct.pack("<H", 3)
+    refused(bytes(data), "3 analog samples a frame by the header, and 4 by ANALOG:RATE")
+
+
+def test_every_shorter_file_is_refused():
+    """ezc3d takes most of these for whole files, with fewer frames."""
+    data = written()
+    whole = len(data.rstrip(b"\0"))
+    for n in [*range(0, 512, 7), *range(512, whole - 40, 3)]:
+        refused(data[:n], r"cut short|ends|parameters|damaged|empty|is none")
+
+
+def test_damage_to_single_bytes():
+    """Bytes of the header and the parameters are zero, one, their largest values: ezc3d alone crashes."""
+    outcomes = [
+        damaged.outcome("C3D", data[:at] + bytes([value]) + data[at + 1 :])
+        for data in damaged.c3d_kinds()[1:2]
+        for at in [*range(24), *range(512, 512 + 420, 2)]
+        for value in (0, 1, 127, 255)
+    ]
+    assert {"read", "refused"} == set(outcomes)
+
+
+def test_without_ezc3d(monkeypatch):
+    monkeypatch.setitem(sys.modules, "ezc3d", None)
+    with pytest.raises(ImportError, match=r"pip install 'skpose\[c3d\]'"):
+        load(written())
+
+
+@pytest.mark.parametrize("data", damaged.c3d_kinds())
+def test_positions_are_those_of_ezc3d_itself(data, tmp_path):
+    (tmp_path / "a.c3d").write_bytes(data)
+    points = ezc3d.c3d(str(tmp_path / "a.c3d"))["data"]["points"][:3].transpose(2, 1, 0)
+    np.testing.assert_array_equal(load(data).positions, np.ascontiguousarray(points) * 0.001)

@@ -1,0 +1,176 @@
+"""Keypoints from arrays of numpy: keys, shapes, layouts, and what is refused."""
+
+import gzip
+import io
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from skpose import keypoints
+from skpose.io import MocapFormatError, load_keypoints
+from skpose.keypoints import Keypoints
+
+NAMES = ["hip", "knee", "ankle"]
+POSITIONS = np.random.default_rng(3).uniform(-0.8, 0.8, (12, 3, 3))
+POSITIONS[4, 1, 2] = np.nan
+SCORES = np.random.default_rng(4).uniform(0.1, 1.0, (12, 3))
+SCORES[5, 0] = 0.0
+
+
+def npy(array):
+    file = io.BytesIO()
+    np.save(file, array)
+    return io.BytesIO(file.getvalue())
+
+
+def npz(save=np.savez, **arrays):
+    file = io.BytesIO()
+    save(file, **arrays)
+    return io.BytesIO(file.getvalue())
+
+
+@dataclass
+class FakeLayout:
+    """A layout with a midpoint, as those of skpose.keypoints have."""
+
+    up: str = "z"
+
+    def keypoints(self, positions, frame_rate, confidences=None):
+        if positions.shape[1] != 3:
+            raise ValueError(f"the layout has 3 keypoints, got {positions.shape[1]}")
+        middle = positions[:, :2].mean(axis=1, keepdims=True)
+        if confidences is not None:
+            confidences = np.concatenate([confidences, confidences[:, :2].min(axis=1, keepdims=True)], axis=1)
+        found = np.concatenate([positions, middle], axis=1)
+        return Keypoints(found, [*NAMES, "middle"], frame_rate, confidences, self.up)
+
+
+def same(found, expected):
+    np.testing.assert_array_equal(found.positions, expected.positions)
+    np.testing.assert_array_equal(found.confidences, expected.confidences)
+    assert (found.names, found.frame_rate, found.up) == (expected.names, expected.frame_rate, expected.up)
+
+
+def refused(file, match, **options):
+    with pytest.raises(MocapFormatError, match=match):
+        load_keypoints(file, **({"names": NAMES, "frame_rate": 25} | options))
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32, ">f8", np.float16])
+@pytest.mark.parametrize("order", ["C", "F"])
+def test_arrays(dtype, order):
+    array = np.asarray(POSITIONS.astype(dtype), order=order)
+    same(load_keypoints(npy(array), names=NAMES, frame_rate=25), Keypoints(array, NAMES, 25))
+
+
+def test_keys(tmp_path):
+    expected = Keypoints(POSITIONS, NAMES, 30, SCORES)
+    for positions in ("positions", "keypoints"):
+        for confidences in ("confidences", "scores"):
+            for rate in ("frame_rate", "fps"):
+                arrays = {positions: POSITIONS, confidences: SCORES, rate: 30, "names": NAMES, "other": [object()]}
+                same(load_keypoints(npz(**arrays)), expected)
+                same(load_keypoints(npz(np.savez_compressed, **arrays)), expected)
+    np.savez(tmp_path / "a.npz", positions=POSITIONS, scores=SCORES, fps=[30.0], names=np.array(NAMES, "S"))
+    same(load_keypoints(tmp_path / "a.npz"), expected)
+    given = load_keypoints(tmp_path / "a.npz", frame_rate=60, names=["a", "b", "c"], up="x")
+    assert (given.frame_rate, given.names, given.up) == (60, ("a", "b", "c"), "x")
+
+
+def test_a_fourth_number_is_the_confidence():
+    array = np.concatenate([POSITIONS, SCORES[:, :, None]], axis=2)
+    expected = Keypoints(POSITIONS, NAMES, 25, SCORES)
+    same(load_keypoints(npy(array), names=NAMES, frame_rate=25), expected)
+    same(load_keypoints(npz(keypoints=array), names=NAMES, frame_rate=25), expected)
+    refused(npz(keypoints=array, scores=SCORES), "confidences are given twice")
+    assert np.isnan(expected.positions[5, 0]).all()
+
+
+def test_not_seen():
+    found = load_keypoints(
+        npz(positions=POSITIONS, scores=np.where(SCORES == 0, np.nan, SCORES)), names=NAMES, frame_rate=1
+    )
+    same(found, Keypoints(POSITIONS, NAMES, 1, SCORES))
+    assert np.isnan(found.positions[[4, 5], [1, 0]]).all()
+
+
+def test_layouts(monkeypatch):
+    layout = FakeLayout()
+    expected = layout.keypoints(POSITIONS, 25.0, SCORES)
+    file = {"positions": POSITIONS, "scores": SCORES, "fps": 25.0}
+    same(load_keypoints(npz(**file), layout), expected)
+    monkeypatch.setattr(keypoints, "layouts", {"fake": layout}, raising=False)
+    same(load_keypoints(npz(**file), "fake"), expected)
+    with pytest.raises(ValueError, match="layout must be one of fake, got 'coco'"):
+        load_keypoints(npz(**file), "coco")
+    with pytest.raises(TypeError, match="layout must be a Layout or the name of one, got int"):
+        load_keypoints(npz(**file), 17)
+    for options in ({"names": NAMES}, {"up": "y"}):
+        with pytest.raises(ValueError, match=f"pass layout= or {next(iter(options))}=, not both"):
+            load_keypoints(npz(**file), layout, **options)
+    refused(npy(POSITIONS[:, :2]), "the layout has 3 keypoints, got 2", layout=layout, names=None)
+
+
+def test_scale_and_its_warning():
+    np.testing.assert_array_equal(
+        load_keypoints(npy(POSITIONS * 1000), names=NAMES, frame_rate=25, scale=0.001).positions,
+        Keypoints(POSITIONS * 1000 * 0.001, NAMES, 25).positions,
+    )
+    with pytest.warns(UserWarning, match=r"the points are .* if the file is in millimetres, pass scale=0.001"):
+        load_keypoints(npy(POSITIONS * 1000), names=NAMES, frame_rate=25)
+    with pytest.raises(ValueError, match="scale must be a positive number, got -1"):
+        load_keypoints(npy(POSITIONS), names=NAMES, frame_rate=25, scale=-1)
+
+
+def test_two_dimensions_are_refused_in_words():
+    message = (
+        r"found \(12, 3, 2\): these are keypoints in two dimensions\. Lengths of bones are not known from a picture"
+    )
+    refused(npy(POSITIONS[:, :, :2]), message)
+    refused(npz(keypoints=POSITIONS[:, :, :2]), message)
+
+
+def test_what_is_missing():
+    with pytest.raises(ValueError, match="does not state its frame rate: pass frame_rate="):
+        load_keypoints(npy(POSITIONS), names=NAMES)
+    with pytest.raises(ValueError, match="does not name its points: pass layout=, or names="):
+        load_keypoints(npy(POSITIONS), frame_rate=25)
+    with pytest.raises(ValueError, match="frame_rate must be a positive number of Hz, got 0"):
+        load_keypoints(npy(POSITIONS), names=NAMES, frame_rate=0)
+
+
+class Bomb:
+    def __reduce__(self):
+        return pytest.fail, ("a file was unpickled",)
+
+
+@pytest.mark.parametrize(
+    ("file", "message"),
+    [
+        (npy(POSITIONS.reshape(12, 9)), r"the array: expected shape \(n, n, 3\) or \(n, n, 4\), found \(12, 9\)"),
+        (npy(np.array([[["a"] * 3]])), "the array: expected numbers, found an array of dtype <U1"),
+        (npy(np.array([Bomb()], dtype=object)), "the array: expected numbers, found a pickled object"),
+        (npy(np.full((2, 3, 3), np.inf)), "positions are infinite at frame 0, point 0"),
+        (npy(POSITIONS[:, :2]), r"positions must have shape \(n_frames, 3, 3\), got \(12, 2, 3\)"),
+        (npz(keypoints=np.array([Bomb()], dtype=object)), "keypoints: expected numbers, found a pickled object"),
+        (npz(poses=POSITIONS), "it has no positions or keypoints; its keys are poses"),
+        (npz(positions=POSITIONS, keypoints=POSITIONS), "it has both positions and keypoints: keep one of them"),
+        (npz(positions=POSITIONS, scores=SCORES[1:]), r"scores: expected shape \(12, 3\), found \(11, 3\)"),
+        (npz(positions=POSITIONS, scores=SCORES + 1), "confidences must be from 0, not seen, to 1"),
+        (npz(positions=POSITIONS, fps=-1.0), "fps: expected a positive number, found -1"),
+        (npz(positions=POSITIONS, names="hip"), r"names: expected texts, shape \(n,\), found dtype <U3 and shape \(\)"),
+        (
+            io.BytesIO(npy(POSITIONS).getvalue()[:-1]),
+            "its header states 864 bytes of data, .* and there are 863; is the",
+        ),
+        (io.BytesIO(npy(POSITIONS).getvalue() + b"\0"), "states 864 bytes of data, .* and there are more"),
+        (io.BytesIO(npy(POSITIONS).getvalue().replace(b"(12, 3, 3)", b"(9999999999999, 9999999, 3)")), "header|states"),
+        (io.BytesIO(npz(positions=POSITIONS).getvalue()[:-40]), "the archive: damaged or cut short"),
+        (io.BytesIO(gzip.compress(npy(POSITIONS).getvalue())[:-9]), "its gzip compression is damaged"),
+        (io.BytesIO(b"hello"), "expected an .npz file|expected an array"),
+        (io.BytesIO(b""), "the file is empty, not an .npz or .npy file"),
+    ],
+)
+def test_what_is_refused(file, message):
+    refused(file, message, names=None if "names:" in message else NAMES)

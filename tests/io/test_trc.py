@@ -1,0 +1,168 @@
+"""TRC files: what is read, and what is refused with line, column and remedy."""
+
+import gzip
+import io
+
+import damaged
+import numpy as np
+import pytest
+
+from skpose.io import MocapFormatError, load_trc
+
+TRC = damaged.trc_file().decode()
+POSITIONS = damaged.positions()
+HEAD = 6  # lines above the first frame
+
+
+def changed(line, change):
+    """Return the file with a line, from 1, changed by a function of its cells."""
+    lines = TRC.split("\n")
+    lines[line - 1] = "\t".join(change(lines[line - 1].split("\t")))
+    return io.StringIO("\n".join(lines))
+
+
+def cell(line, column, text):
+    """Return the file with another text in a cell; the column is counted from 1."""
+    return changed(line, lambda cells: [*cells[: column - 1], text, *cells[column:]])
+
+
+def refused(file, match, **options):
+    with pytest.raises(MocapFormatError, match=match) as caught:
+        load_trc(file, **options)
+    return caught.value
+
+
+def test_positions_names_and_rate():
+    markers = load_trc(io.StringIO(TRC))
+    np.testing.assert_allclose(markers.positions, POSITIONS / 1000, atol=1e-8)  # five digits of mm
+    assert (markers.names, markers.frame_rate, markers.up) == (("hip", "knee", "ankle"), 100.0, "y")
+    np.testing.assert_array_equal(markers.confidences, ~np.isnan(POSITIONS).any(axis=2))
+    assert load_trc(io.StringIO(TRC), up="z").up == "z"
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        gzip.compress(TRC.encode()),
+        b"\xef\xbb\xbf" + TRC.encode(),
+        TRC.replace("\n", "\r\n").encode(),
+        TRC.replace("\n", "\r").encode(),
+        TRC.replace("\n\n", "\n").encode(),  # no blank line below the head
+        TRC.rstrip("\n").encode(),
+        TRC.replace("\n", "\t\n").encode(),
+        TRC.replace("\t\t\t\t", "\tNaN\tNaN\tnan\t").encode(),
+        TRC.replace("\t\t\t\t", "\t \t \t \t").encode(),
+    ],
+    ids=["gzip", "BOM", "CRLF", "CR", "no blank line", "no end", "tab at the end", "NaN", "blanks"],
+)
+def test_forms_of_one_file(data, tmp_path):
+    (tmp_path / "walk.trc").write_bytes(data)
+    expected = load_trc(io.StringIO(TRC))
+    for file in (tmp_path / "walk.trc", str(tmp_path / "walk.trc"), io.BytesIO(data)):
+        np.testing.assert_array_equal(load_trc(file).positions, expected.positions)
+    assert np.isnan(expected.positions).sum() == 9  # three frames of one marker
+
+
+@pytest.mark.parametrize(
+    ("unit", "metres"),
+    [("m", 1.0), ("cm", 0.01), ("MM", 0.001), ("inches", 0.0254), ("Meters", 1.0), ("ft", 0.3048)],
+)
+@pytest.mark.filterwarnings("ignore:.* m from end to end in the median frame:UserWarning")
+def test_units_are_the_files_own_word(unit, metres):
+    markers = load_trc(cell(3, 5, unit))
+    np.testing.assert_allclose(markers.positions, POSITIONS * metres, atol=1e-5 * metres)
+
+
+def test_an_unknown_unit_is_refused_unless_scale_says_what_it_is():
+    error = refused(cell(3, 5, "furlongs"), "Units: expected a unit of length such as mm, .* found 'furlongs'; scale=")
+    assert (error.line, error.column) == (3, TRC.split("\n")[2].index("mm") + 1)
+    np.testing.assert_allclose(load_trc(cell(3, 5, "furlongs"), scale=0.001).positions, POSITIONS / 1000, atol=1e-8)
+    with pytest.raises(ValueError, match="scale must be a positive number, got 0"):
+        load_trc(io.StringIO(TRC), scale=0)
+
+
+def test_a_wrong_unit_is_noticed():
+    with pytest.warns(
+        UserWarning, match=r"open file: the points are .* if the file is in millimetres, pass scale=0.001"
+    ):
+        load_trc(cell(3, 5, "m"))
+
+
+def test_names_that_are_given_twice():
+    error = refused(cell(4, 6, "hip"), "two markers are named 'hip', in columns 13 and 19: rename one")
+    assert (error.line, error.column) == (4, 19)
+
+
+def test_the_number_of_rows():
+    error = refused(cell(3, 3, "21"), "expected 21 rows, found 20; is the file cut short")
+    assert (error.line, error.column) == (3, 15)
+    assert refused(cell(3, 3, "19"), r"expected the end of the file after 19 rows .* trust='rows'").line == HEAD + 20
+    for count in ("19", "21", "1000000000000"):
+        assert len(load_trc(cell(3, 3, count), trust="rows")) == 20
+    with pytest.raises(ValueError, match="trust must be 'header' or 'rows', got 'all'"):
+        load_trc(io.StringIO(TRC), trust="all")
+    empty = "\n".join(TRC.split("\n")[:5]).replace("\t20\t", "\t0\t")
+    assert len(load_trc(io.StringIO(empty))) == 0
+
+
+def test_a_missing_cell_is_not_a_lost_marker():
+    error = refused(changed(9, lambda cells: cells[:-1]), "expected 11 cells .* found 10: the cells of a lost marker")
+    assert error.line == 9
+    assert refused(changed(9, lambda cells: [*cells, "1.5"]), "expected 11 cells .* found 12").line == 9
+    # A cell too many and one too few: the row is as wide as the others.
+    error = refused(
+        changed(9, lambda cells: [*cells[:5], "", *cells[5:-1]]), "the marker 'knee' has 2 of 3 coordinates"
+    )
+    assert error.line == 9
+    error = refused(io.StringIO(TRC.replace("\t", " ").replace("PathFileType ", "PathFileType\t")), "expected a value")
+    assert error.line == 3
+
+
+@pytest.mark.parametrize(
+    ("file", "line", "column", "message"),
+    [
+        (cell(8, 4, "abc"), 8, None, "a coordinate: expected a number, found 'abc'"),
+        (cell(8, 4, "1,5"), 8, None, "decimal comma"),
+        (cell(8, 4, "1_0"), 8, None, "a coordinate: expected a number, found '1_0'"),
+        (cell(8, 4, "inf"), 8, None, "a coordinate: expected a finite number, found 'inf'"),
+        (cell(8, 1, ""), 8, 1, "Frame#: expected a number, found ''"),
+        (cell(8, 2, "nan"), 8, 3, "Time: expected a finite number, found 'nan'"),
+        (cell(8, 1, "7"), 8, None, "expected frame 2, found 7: frames are missing"),
+        (cell(1, 1, "hello"), 1, 1, "expected a TRC file, which begins with PathFileType"),
+        (cell(3, 1, "0"), 3, 1, "DataRate: expected a positive number, found '0'"),
+        (cell(3, 4, "x"), 3, None, "NumMarkers: expected a whole number, found 'x'"),
+        (cell(3, 4, "4"), 4, None, "expected 4 names of markers .* found 3"),
+        (cell(2, 5, "Unit"), 3, None, "expected a value of Units"),
+        (cell(4, 2, "time(s)"), 4, None, "expected Frame#, Time and the markers' names"),
+        (cell(5, 4, "Z1"), 5, None, "expected the columns X, Y, Z of each marker, found 'Z1'"),
+        (cell(5, 4, ""), 5, None, "expected 9 columns X1, Y1, Z1 and so on, found 8"),
+        (io.StringIO(""), None, None, "the file is empty, not a TRC file"),
+        (io.StringIO("PathFileType\n"), 2, None, "expected a value of DataRate"),
+    ],
+)
+def test_what_is_refused(file, line, column, message):
+    error = refused(file, message)
+    if line is not None:
+        assert error.line in (line, line - 1 if "value of" in message else line)
+    if column is not None:
+        assert error.column == column
+
+
+def at_rate(rate):
+    """Return the file with times at another rate than the 100 Hz of its head."""
+    lines = TRC.rstrip("\n").split("\n")
+    for i in range(HEAD - 1, len(lines)):
+        cells = lines[i].split("\t")
+        if len(cells) > 2:
+            lines[i] = "\t".join([cells[0], f"{(int(cells[0]) - 1) / rate + 7:.3f}", *cells[2:]])
+    return io.StringIO("\n".join(lines))
+
+
+def test_times_that_contradict_the_rate():
+    assert load_trc(at_rate(100)).frame_rate == 100  # from 7 s on
+    assert load_trc(at_rate(100.5)).frame_rate == 100
+    refused(at_rate(50), r"DataRate is 100 Hz, so frame 1 after the first is 0.01 s after it, but Time says 0.02 s")
+    refused(at_rate(110), "frame_rate= chooses the rate")
+    assert load_trc(at_rate(50), frame_rate=50).frame_rate == 50
+    with pytest.raises(ValueError, match="frame_rate must be a positive number"):
+        load_trc(io.StringIO(TRC), frame_rate=-1)
