@@ -29,6 +29,7 @@ __all__ = [
     "pose_metric",
     "poses_from_rotations",
     "position_jacobian",
+    "retarget",
     "rotations_from_poses",
 ]
 
@@ -50,7 +51,7 @@ if TYPE_CHECKING:
     from skpose.cluster import MedoidShift
     from skpose.geodesics import FrechetMean, Geodesic, frechet_mean, geodesic
     from skpose.keypoints import Keypoints
-    from skpose.kinematics import forward_kinematics, metric_tensor, position_jacobian
+    from skpose.kinematics import forward_kinematics, metric_tensor, position_jacobian, retarget
     from skpose.manifold import SpatialMDS
     from skpose.metrics import pose_distances, pose_distances_chunked, pose_metric
     from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
@@ -65,7 +66,7 @@ else:
         "geodesics": ["FrechetMean", "Geodesic", "frechet_mean", "geodesic"],
         "io": [],
         "keypoints": ["Keypoints"],
-        "kinematics": ["forward_kinematics", "metric_tensor", "position_jacobian"],
+        "kinematics": ["forward_kinematics", "metric_tensor", "position_jacobian", "retarget"],
         "manifold": ["SpatialMDS"],
         "metrics": ["pose_distances", "pose_distances_chunked", "pose_metric"],
         "neighbors": ["PoseKNeighborsTransformer", "PoseRadiusNeighborsTransformer"],
