@@ -148,7 +148,7 @@ def retarget_and_report(
         return _by_positions(motion, skeleton, there, factor, n_jobs, verbose)
     if method == "orientations":
         result, apart = by_orientations(motion, skeleton, there)
-        report = f"orientations, directions within {apart:.2g}°"
+        report = f"orientations, directions within {round(apart, 2):g}°"
     else:
         result = replace(motion, skeleton=skeleton, angles=angles)
     return replace(result, root_positions=factor * motion.root_positions), report
@@ -178,4 +178,4 @@ def _by_positions(
         wished[:, joint] = factor * (root.apply(positions[:, there[joint]]) + motion.root_positions)
     fitted = inverse_kinematics(wished, skeleton, n_jobs=n_jobs, verbose=verbose)
     result = replace(fitted.to_motion(motion.frame_rate, motion.up), frame_numbers=motion.frame_numbers)
-    return result, f"positions, joints within {100.0 * np.nanmax(fitted.residuals):.2g} cm"
+    return result, f"positions, joints within {round(100.0 * float(np.nanmax(fitted.residuals)), 2):g} cm"
