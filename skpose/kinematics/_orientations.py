@@ -277,7 +277,7 @@ def _check(bone: Bone, carried: str, reached: np.ndarray, wished: np.ndarray) ->
     if apart.max() > np.degrees(ROUNDING):
         raise ValueError(
             f"joint {bone.name!r} has the dofs {bone.dofs!r}, with which bone {carried!r} cannot keep its direction: "
-            f"at frame {apart.argmax()} it is off by {apart.max():.2g}°. {REMEDY}"
+            f'at frame {apart.argmax()} it is off by {apart.max():.2g}°. A joint with dofs="rotvec" can, and {REMEDY}'
         )
 
 

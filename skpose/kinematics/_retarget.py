@@ -20,8 +20,8 @@ from skpose.skeleton._skeleton import mismatch
 Method = Literal["numbers", "orientations", "positions", "auto", "unchecked"]
 METHODS = ("numbers", "orientations", "positions", "auto", "unchecked")
 OTHER_RIG = (
-    'method="orientations" converts between rigs, by the directions of the bones, method="positions" by those of the '
-    'joints, and "auto" takes the first method that can'
+    'retarget(..., method="orientations") converts between rigs by the directions of the bones, method="positions" by '
+    'the positions of the joints, and method="auto" by the first that can'
 )
 OTHER_REST = 'method="orientations" keeps the directions of the bones in the world, "unchecked" the numbers'
 

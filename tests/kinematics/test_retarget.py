@@ -278,7 +278,7 @@ def test_arguments_that_are_refused():
     only_far = Skeleton([Bone("spine", None, (0, 0, 0), "xyz")])
     with pytest.raises(ValueError, match='scale="lengths" needs bones that both skeletons have'):
         retarget(motion, only_far, method="orientations", scale="lengths")
-    with pytest.raises(ValueError, match=r"their offset frames are .* method=\"orientations\" converts between rigs"):
+    with pytest.raises(ValueError, match=r"their offset frames are .* method=\"orientations\"\) converts between rigs"):
         retarget(motion, rig("own"))
     swapped = rig(names={name: name.upper() for name in POINTS})
     with pytest.raises(ValueError, match="its keys are joints of the given skeleton, its values those of the motion's"):

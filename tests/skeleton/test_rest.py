@@ -242,5 +242,5 @@ def test_the_remedy_for_different_orders_of_angles_works():
         retarget(motions[0], motions[1].skeleton)
     assert len(retarget(motions[0].to_rotvec(), motions[1].to_rotvec().skeleton)) == 2
     hinge = Skeleton([Bone("a", None, (1, 0, 0), "z")])
-    with pytest.raises(ValueError, match=r"in the other\. method="):
+    with pytest.raises(ValueError, match=r"in the other\. retarget\("):
         retarget(motions[0], hinge)
