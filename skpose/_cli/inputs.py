@@ -12,7 +12,8 @@ import numpy as np
 
 from skpose.datasets import MotionDataset, load_cmu, walks_and_runs
 from skpose.datasets._index import INDEX, read_index
-from skpose.datasets._motions import ONE_REST, ONE_RIG, WALKING_AND_RUNNING
+from skpose.datasets._motions import ONE_REST, ONE_RIG
+from skpose.datasets._walks_and_runs import WALKING_AND_RUNNING
 from skpose.io import AsfFile, load_motion
 from skpose.kinematics._retarget import Method
 from skpose.skeleton import Skeleton

@@ -1,6 +1,5 @@
 """Collections of motions with their labels."""
 
-import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from operator import index
@@ -14,7 +13,6 @@ from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._arguments import check_frame_rate
 from skpose.skeleton._skeleton import check_comparable
 
-WALKING_AND_RUNNING = ("walk", "run")
 MISSING = ("None", "nan", "<NA>", "NaT")  # as strings, what numpy and pandas have in the place of a missing label
 ONE_REST = (
     'Convert the motions to one rest pose first: dataset.retarget(dataset.motions[0].skeleton, method="orientations") '
@@ -322,41 +320,3 @@ def _counted(words: Iterable[str]) -> str:
     names, counts = np.unique(list(words), return_counts=True)
     more = f" and {len(names) - 5} more actions" if len(names) > 5 else ""
     return ", ".join(f"{count} {name}" for name, count in zip(names[:5], counts[:5], strict=True)) + more
-
-
-def walks_and_runs(dataset: MotionDataset) -> MotionDataset:
-    """Return the motions of walking and of running, labelled "walk" and "run".
-
-    A motion is selected if the first word of its action is "walk" or "run", in upper or lower case, as in CMU's "walk"
-    and "Run/jog".
-
-    Parameters
-    ----------
-    dataset : MotionDataset
-        Motions of any actions.
-
-    Returns
-    -------
-    MotionDataset
-        The selected motions; their `actions` are "walk" or "run".
-
-    Raises
-    ------
-    ValueError
-        If there is no motion of walking, or none of running.
-
-    Examples
-    --------
-    >>> from skpose.datasets import make_gait, walks_and_runs
-    >>> walks_and_runs(make_gait(n_subjects=2, n_sequences=1, random_state=0))
-    MotionDataset(4 motions of 2 subjects: 2 run, 2 walk)
-    """
-    first = np.array([re.split(r"\W", action.strip().lower())[0] for action in dataset.actions])
-    chosen = np.isin(first, WALKING_AND_RUNNING)
-    missing = [action for action in WALKING_AND_RUNNING if action not in first]
-    if missing:
-        raise ValueError(
-            f"dataset must have motions of walking and of running, but none has an action that begins with "
-            f"{missing[0]!r}: write one line for each motion into an index.csv, see skpose.datasets.load_cmu"
-        )
-    return MotionDataset(dataset.motions, **dataset._labels | {"actions": first})[chosen]

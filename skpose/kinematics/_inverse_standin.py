@@ -1,54 +1,62 @@
 """Slow stand-in for inverse kinematics, until the real one is merged."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from skpose.kinematics._forward import forward_kinematics
-from skpose.skeleton import Motion
+from skpose.kinematics._forward import forward_kinematics, position_jacobian
+from skpose.skeleton import Motion, Skeleton
 
 
 class FittedPoses(NamedTuple):
-    skeleton: object
+    skeleton: Skeleton
     poses: np.ndarray
     residuals: np.ndarray
     root_positions: np.ndarray
     root_rotations: np.ndarray
 
-    def to_motion(self, frame_rate, up="y"):
-        return Motion(
-            self.skeleton,
-            self.poses,
-            frame_rate,
-            self.root_positions,
-            Rotation.from_rotvec(self.root_rotations).as_euler("xyz"),
-            "xyz",
-            up=up,
-        )
+    def to_motion(self, frame_rate: float, up: Any = "y") -> Motion:
+        angles = Rotation.from_rotvec(self.root_rotations).as_euler("xyz")
+        return Motion(self.skeleton, self.poses, frame_rate, self.root_positions, angles, "xyz", up=up)
 
 
-def inverse_kinematics(positions, skeleton, *, n_jobs=None, verbose=0, regularization=1e-9):
+def inverse_kinematics(positions: np.ndarray, skeleton: Skeleton, **_: Any) -> FittedPoses:
     n = skeleton.n_dofs
-    out, res = np.zeros((len(positions), n + 6)), np.full(positions.shape[:2], np.nan)
-    x = np.zeros(n + 6)
-    x[:3] = np.nanmean(positions[0], axis=0)
-    for i, p in enumerate(positions):
+    results = []
+    theta, R, t = np.zeros(n), None, np.zeros(3)
+    for p in positions:
         seen = ~np.isnan(p).any(axis=1)
-        if i == 0:
-            f = forward_kinematics(np.zeros((1, n)), skeleton)[0][seen]
-            q = p[seen]
-            R, _ = Rotation.align_vectors(q - q.mean(0), f - f.mean(0)) if seen.sum() > 1 else (Rotation.identity(), 0)
-            x[3:6] = R.as_rotvec()
-            x[:3] = q.mean(0) - R.apply(f.mean(0))
-        x0 = x.copy()
-
-        def function(x):
-            f = Rotation.from_rotvec(x[3:6]).apply(forward_kinematics(x[None, 6:], skeleton)[0]) + x[:3]
-            return np.concatenate([(f - p)[seen].ravel(), np.sqrt(regularization) * (x[6:] - x0[6:])])
-
-        x = least_squares(function, x0, method="trf", xtol=1e-14, ftol=1e-14, gtol=1e-14).x
-        f = Rotation.from_rotvec(x[3:6]).apply(forward_kinematics(x[None, 6:], skeleton)[0]) + x[:3]
-        out[i], res[i] = x, np.where(seen, np.linalg.norm(f - p, axis=1), np.nan)
-    return FittedPoses(skeleton, out[:, 6:], res, out[:, :3], out[:, 3:6])
+        q = p[seen]
+        if R is None:
+            f = forward_kinematics(theta[None], skeleton)[0][seen]
+            R = Rotation.align_vectors(q - q.mean(0), f - f.mean(0))[0]
+            t = q.mean(0) - R.apply(f.mean(0))
+        damping, cost, first = 1e-3, np.inf, theta
+        still = np.diag(np.r_[np.zeros(6), np.full(n, 1e-10)])
+        for _step in range(300):
+            f = R.apply(forward_kinematics(theta[None], skeleton)[0][seen])
+            r = (f + t - q).ravel()
+            J = position_jacobian(theta[None], skeleton)[0].reshape(-1, 3, n)[seen]
+            J = np.einsum("ab,jbn->jan", R.as_matrix(), J)
+            turn = np.stack([np.cross(e, f) for e in np.eye(3)], axis=2)
+            J = np.concatenate([np.tile(np.eye(3), (len(q), 1, 1)), turn, J], axis=2).reshape(-1, n + 6)
+            A, g = J.T @ J + still, J.T @ r + still @ np.r_[np.zeros(6), theta - first]
+            cost = r @ r + 1e-10 * ((theta - first) ** 2).sum()
+            while damping < 1e9:
+                step = -np.linalg.solve(A + damping * np.eye(n + 6), g)
+                new = theta + step[6:], Rotation.from_rotvec(step[3:6]) * R, t + step[:3]
+                e = new[1].apply(forward_kinematics(new[0][None], skeleton)[0][seen]) + new[2] - q
+                now = (e**2).sum() + 1e-10 * ((new[0] - first) ** 2).sum()
+                if now < cost:
+                    break
+                damping *= 4.0
+            else:
+                break
+            theta, R, t = new
+            damping = max(damping / 10.0, 1e-10)
+            if cost - now < 1e-9 * cost:
+                break
+        f = R.apply(forward_kinematics(theta[None], skeleton)[0]) + t
+        results.append((theta, np.linalg.norm(f - p, axis=1), t, R.as_rotvec()))
+    return FittedPoses(skeleton, *(np.array(x) for x in zip(*results, strict=True)))

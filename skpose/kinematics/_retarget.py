@@ -103,8 +103,8 @@ def retarget(
     >>> from skpose import Bone, Motion, Skeleton, forward_kinematics, retarget
     >>> bvh = Skeleton([Bone("Leg", None, (0, -0.4, 0), "ZXY"), Bone("Foot", "Leg", (0, -0.4, 0))], "parent")
     >>> balls = Skeleton([Bone("thigh", None, (0, 0, -0.5), "rotvec"), Bone("shank", "thigh", (0, 0, -0.5), "rotvec")])
-    >>> kick = Motion(bvh, [[0, np.pi / 2, 0]], frame_rate=30)
-    >>> there = retarget(kick, balls, method="orientations", joints={"thigh": "Leg", "shank": "Foot"}, scale="lengths")
+    >>> lift = Motion(bvh, [[0, np.pi / 2, 0]], frame_rate=30)
+    >>> there = retarget(lift, balls, method="orientations", joints={"thigh": "Leg", "shank": "Foot"}, scale="lengths")
     >>> forward_kinematics(there.angles, balls).round(3) + 0.0  # in the axes of the root
     array([[[ 0. , -0.5,  0. ],
             [ 0. , -0.5, -0.5]]])

@@ -213,31 +213,43 @@ def test_scale_leaves_out_what_only_one_has():
     np.testing.assert_allclose(result.root_positions, 1.5 * motion.root_positions, rtol=1e-12)
 
 
-def hinged(flexion_axis="x"):
+def hinged(knee="x", hip="ZXY"):
     """A leg whose knee is a hinge."""
     return Skeleton(
         [
             Bone("l_hip", None, (0.1, -0.05, 0.01)),
             Bone("r_hip", None, (-0.1, -0.05, 0.01)),
-            Bone("l_knee", "l_hip", (0, -0.4, 0), "ZXY"),
-            Bone("l_ankle", "l_knee", (0, -0.4, 0), flexion_axis),
+            Bone("chest", None, (0, 0.5, 0)),
+            Bone("l_knee", "l_hip", (0, -0.4, 0), hip),
+            Bone("l_ankle", "l_knee", (0, -0.4, 0), knee),
         ]
     )
 
 
-def test_a_hinge_that_cannot_is_refused_and_positions_come_near():
-    source, target = hinged(), hinged("z")
-    motion = random_motion(source, n=3, size=0.4)
-    with pytest.raises(
-        ValueError,
-        match=r"joint 'l_ankle' has the dofs 'z', .* cannot keep its direction: .* method=\"positions\" comes",
-    ):
+def test_hinges_that_cannot_are_refused_and_positions_can():
+    """The hip turns about the thigh, which no direction shows, so that a knee of another axis bends to the same side."""
+    motion, target = random_motion(hinged(), n=3, size=0.4), hinged("z")
+    message = (
+        r"joint 'l_ankle' has the dofs 'z', .* cannot keep .*\. A joint with dofs=\"rotvec\" can, and method=\"pos"
+    )
+    with pytest.raises(ValueError, match=message):
         retarget(motion, target, method="orientations")
-    result, report = (MotionDataset([motion]).retarget(target, method="auto") for _ in range(2))
-    assert result.retargeting[0].startswith("positions, joints within ")
-    apart = np.linalg.norm(in_space(result[0]) - in_space(motion), axis=2)
-    assert report.retargeting[0] == f"positions, joints within {round(100 * apart.max(), 2):g} cm"
-    assert 1e-3 < apart.max() < 0.15
+    dataset = MotionDataset([motion]).retarget(target, method="auto")
+    np.testing.assert_allclose(in_space(dataset[0]), in_space(motion), atol=1e-6)
+    assert dataset.retargeting == ("positions, joints within 0 cm",)
+
+
+def test_positions_that_cannot_be_reached_are_reported():
+    motion = random_motion(hinged(), n=3, size=0.4)
+    dataset = MotionDataset([motion]).retarget(hinged("x", "x"), method="auto")
+    apart = 100 * np.linalg.norm(in_space(dataset[0]) - in_space(motion), axis=2).max()
+    assert dataset.retargeting == (f"positions, joints within {round(apart, 2):g} cm",)
+    assert 1.0 < apart < 20.0
+
+
+def test_ball_joints_and_back_to_hinges():
+    source = hinged()
+    motion = random_motion(source, n=3, size=0.4)
     ball = Skeleton([b._replace(dofs="rotvec") if b.dofs == "x" else b for b in source.bones])
     exact = retarget(motion, ball, method="orientations")
     np.testing.assert_allclose(in_space(exact), in_space(motion), atol=1e-9)
@@ -357,3 +369,43 @@ def test_random_trees_of_two_frames():
     tree = random_tree(0, kinds=["rotvec"])
     same = retarget(random_motion(tree), tree.to_euler("ZXY"), method="orientations")
     np.testing.assert_allclose(in_space(same), in_space(random_motion(tree)), atol=1e-9)
+
+
+# --- recordings ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("direction", ["CMU to HDM05", "HDM05 to CMU"])
+def test_people_of_two_collections(cmu, hdm05, direction):
+    """Both are ASF files with the same names of joints; their hinges have other axes, their bones other lengths."""
+    motion, target = cmu.motions[0], hdm05.motions[0].skeleton
+    if direction == "HDM05 to CMU":
+        motion, target = hdm05.motions[0], cmu.motions[0].skeleton
+    motion = motion.resample(3)
+    with pytest.raises(ValueError, match="has the dofs 'x', with which bone"):
+        retarget(motion, target, method="orientations")
+    balls = Skeleton((b._replace(dofs="rotvec", limits=None) if b.dofs else b for b in target.bones), "own")
+    there = retarget(motion, balls, method="orientations")
+    back = Skeleton((b._replace(dofs="rotvec", limits=None) if b.dofs else b for b in motion.skeleton.bones), "own")
+    single = ["lfemur", "ltibia", "rfemur", "rtibia", "lhumerus", "lradius", "rhumerus", "rradius", "head", "lowerback"]
+    directions = bones_in_space(motion, single)
+    np.testing.assert_allclose(bones_in_space(there, single), directions, atol=1e-9)
+    there = retarget(there, back, method="orientations")
+    np.testing.assert_allclose(bones_in_space(there, single), directions, atol=1e-9)
+    dataset = MotionDataset([motion]).retarget(target, method="auto", scale="lengths")
+    # The numbers carry over too, as for people of one collection.
+    assert dataset.retargeting == ("same numbers",)
+    by_positions = MotionDataset([motion]).retarget(target, method="positions", scale="lengths")
+    reported = float(by_positions.retargeting[0].split()[-2])
+    assert 0.5 < reported < 8.0, by_positions.retargeting
+    by_numbers = np.degrees(np.arccos(np.clip((bones_in_space(dataset[0], single) * directions).sum(2), -1, 1)))
+    by_joints = np.degrees(np.arccos(np.clip((bones_in_space(by_positions[0], single) * directions).sum(2), -1, 1)))
+    assert by_joints.mean() < 4.0
+    assert by_numbers.mean() < 10.0
+
+
+def test_a_person_on_their_own_skeleton_in_another_rig(cmu):
+    """Poses whose hinges become ball joints, with positions as of a file without angles: the joints stay."""
+    motion = cmu.motions[0].resample(2)
+    balls = Skeleton((b._replace(dofs="rotvec", limits=None) if b.dofs else b for b in motion.skeleton.bones), "own")
+    result = retarget(motion, balls, method="positions")
+    np.testing.assert_allclose(in_space(result), in_space(motion), atol=1e-6)
