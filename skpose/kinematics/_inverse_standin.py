@@ -24,16 +24,14 @@ class FittedPoses(NamedTuple):
 def inverse_kinematics(positions: np.ndarray, skeleton: Skeleton, **_: Any) -> FittedPoses:
     n = skeleton.n_dofs
     results = []
-    theta, R, t = np.zeros(n), None, np.zeros(3)
     for p in positions:
         seen = ~np.isnan(p).any(axis=1)
         q = p[seen]
-        if R is None:
-            f = forward_kinematics(theta[None], skeleton)[0][seen]
-            R = Rotation.align_vectors(q - q.mean(0), f - f.mean(0))[0]
-            t = q.mean(0) - R.apply(f.mean(0))
-        damping, cost, first = 1e-3, np.inf, theta
-        still = np.diag(np.r_[np.zeros(6), np.full(n, 1e-10)])
+        theta = np.zeros(n)
+        f = forward_kinematics(theta[None], skeleton)[0][seen]
+        R = Rotation.align_vectors(q - q.mean(0), f - f.mean(0))[0]
+        t = q.mean(0) - R.apply(f.mean(0))
+        damping = 1e-3
         for _step in range(300):
             f = R.apply(forward_kinematics(theta[None], skeleton)[0][seen])
             r = (f + t - q).ravel()
@@ -41,21 +39,21 @@ def inverse_kinematics(positions: np.ndarray, skeleton: Skeleton, **_: Any) -> F
             J = np.einsum("ab,jbn->jan", R.as_matrix(), J)
             turn = np.stack([np.cross(e, f) for e in np.eye(3)], axis=2)
             J = np.concatenate([np.tile(np.eye(3), (len(q), 1, 1)), turn, J], axis=2).reshape(-1, n + 6)
-            A, g = J.T @ J + still, J.T @ r + still @ np.r_[np.zeros(6), theta - first]
-            cost = r @ r + 1e-10 * ((theta - first) ** 2).sum()
+            A, g = J.T @ J, J.T @ r
+            cost = r @ r
             while damping < 1e9:
                 step = -np.linalg.solve(A + damping * np.eye(n + 6), g)
                 new = theta + step[6:], Rotation.from_rotvec(step[3:6]) * R, t + step[:3]
                 e = new[1].apply(forward_kinematics(new[0][None], skeleton)[0][seen]) + new[2] - q
-                now = (e**2).sum() + 1e-10 * ((new[0] - first) ** 2).sum()
+                now = (e**2).sum()
                 if now < cost:
                     break
                 damping *= 4.0
             else:
                 break
             theta, R, t = new
-            damping = max(damping / 10.0, 1e-10)
-            if cost - now < 1e-9 * cost:
+            damping = max(damping / 10.0, 1e-6)
+            if cost - now < 1e-9 * cost or now < 1e-18:
                 break
         f = R.apply(forward_kinematics(theta[None], skeleton)[0]) + t
         results.append((theta, np.linalg.norm(f - p, axis=1), t, R.as_rotvec()))
