@@ -167,6 +167,28 @@ def test_orders_of_euler_angles_make_no_difference():
     np.testing.assert_allclose(D[:9, 18:], D[:9, :9], atol=1e-7)
 
 
+def test_a_root_that_carries_no_bone_is_that_of_the_motion():
+    """Its axes are those of the target: from a file with another axis up, too, and the poses are the same."""
+    free = Skeleton((b._replace(dofs="rotvec") for b in rig("own").bones), "own")
+    motion = random_motion(rig())
+    poses = [
+        retarget(m, free, method="orientations").angles
+        for m in (motion, retarget(motion, rig(world=Z_UP), method="orientations"))
+    ]
+    expected = forward_kinematics(motion.angles, motion.skeleton)
+    for X in poses:
+        np.testing.assert_allclose(forward_kinematics(X, free), expected, atol=1e-9)
+
+
+def test_twists_are_those_of_the_joint_that_carries_the_bone():
+    """The elbow of the file rotates the bone that ends at the wrist, as the wrist of the target does."""
+    source = Skeleton([Bone("elbow", None, (0.3, 0, 0), "xyz"), Bone("wrist", "elbow", (0.25, 0, 0), "xyz")], "parent")
+    target = Skeleton([Bone("elbow", None, (0.3, 0, 0)), Bone("wrist", "elbow", (0.25, 0, 0), "xyz")])
+    motion = random_motion(source)
+    there = retarget(motion, target, method="orientations")
+    np.testing.assert_allclose(there.angles, motion.angles[:, :3], atol=1e-9)
+
+
 def test_angles_are_continuous():
     """A slow motion has small steps after retargeting too, not jumps between triples of one rotation."""
     slow = Motion(rig(dofs="rotvec"), np.linspace(-1, 1, 200)[:, None] * np.full(rig().n_dofs, 2.0), 60)
