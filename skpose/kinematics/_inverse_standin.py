@@ -1,4 +1,4 @@
-"""Slow stand-in for inverse kinematics, until the real one is merged."""
+"""Slow stand-in for inverse kinematics: to be deleted when the real one is merged (one import in `_retarget`)."""
 
 from typing import Any, NamedTuple
 
