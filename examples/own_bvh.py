@@ -12,7 +12,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from skpose import Motion, Skeleton, geodesic, pose_distances
+from skpose import Motion, Skeleton, geodesic, pose_distances, retarget
 from skpose.datasets import make_gait
 from skpose.io import MocapFormatError, load_motion, save_bvh
 from skpose.plot import DistanceMatrixDisplay, PoseStripDisplay
@@ -43,7 +43,7 @@ plt.show()
 # %%
 # The poses of several people are compared on one skeleton, the mean of theirs.
 skeleton = Skeleton.mean(motion.skeleton for motion in motions)
-poses = [motion.retarget(skeleton).resample(12).angles for motion in motions]
+poses = [retarget(motion, skeleton).resample(12).angles for motion in motions]
 X, sequence = np.concatenate(poses), np.repeat(np.arange(len(poses)), [len(p) for p in poses])
 DistanceMatrixDisplay.from_poses(X, skeleton, sequence=sequence, names=[path.stem for path in paths])
 plt.show()

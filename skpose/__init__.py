@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 __all__ = [
     "Bone",
+    "FittedPoses",
     "FrechetMean",
     "Geodesic",
     "Keypoints",
@@ -25,6 +26,7 @@ __all__ = [
     "forward_kinematics",
     "frechet_mean",
     "geodesic",
+    "inverse_kinematics",
     "layouts",
     "metric_tensor",
     "pose_distances",
@@ -32,6 +34,7 @@ __all__ = [
     "pose_metric",
     "poses_from_rotations",
     "position_jacobian",
+    "retarget",
     "rotations_from_poses",
 ]
 
@@ -53,7 +56,14 @@ if TYPE_CHECKING:
     from skpose.cluster import MedoidShift
     from skpose.geodesics import FrechetMean, Geodesic, frechet_mean, geodesic
     from skpose.keypoints import Keypoints, Layout, fit_skeleton, layouts
-    from skpose.kinematics import forward_kinematics, metric_tensor, position_jacobian
+    from skpose.kinematics import (
+        FittedPoses,
+        forward_kinematics,
+        inverse_kinematics,
+        metric_tensor,
+        position_jacobian,
+        retarget,
+    )
     from skpose.manifold import SpatialMDS
     from skpose.metrics import pose_distances, pose_distances_chunked, pose_metric
     from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
@@ -68,7 +78,14 @@ else:
         "geodesics": ["FrechetMean", "Geodesic", "frechet_mean", "geodesic"],
         "io": [],
         "keypoints": ["Keypoints", "Layout", "fit_skeleton", "layouts"],
-        "kinematics": ["forward_kinematics", "metric_tensor", "position_jacobian"],
+        "kinematics": [
+            "FittedPoses",
+            "forward_kinematics",
+            "inverse_kinematics",
+            "metric_tensor",
+            "position_jacobian",
+            "retarget",
+        ],
         "manifold": ["SpatialMDS"],
         "metrics": ["pose_distances", "pose_distances_chunked", "pose_metric"],
         "neighbors": ["PoseKNeighborsTransformer", "PoseRadiusNeighborsTransformer"],

@@ -12,8 +12,10 @@ import numpy as np
 
 from skpose.datasets import MotionDataset, load_cmu, walks_and_runs
 from skpose.datasets._index import INDEX, read_index
-from skpose.datasets._motions import CONVERT, WALKING_AND_RUNNING
+from skpose.datasets._motions import ONE_REST, ONE_RIG
+from skpose.datasets._walks_and_runs import WALKING_AND_RUNNING
 from skpose.io import AsfFile, load_motion
+from skpose.kinematics._retarget import Method
 from skpose.skeleton import Skeleton
 from skpose.skeleton._skeleton import check_comparable, mismatch
 
@@ -66,13 +68,13 @@ def read_poses(
     reading: dict[str, Any],
     *,
     rotations: Literal["rotvec"] | None = None,
-    rest: Literal["raise", "world", "same"] = "raise",
+    method: Method = "numbers",
     with_root: Literal["tilt", "whole"] | None = None,
     up: Literal["x", "y", "z"] | None = None,
 ) -> tuple[np.ndarray, Skeleton]:
     """Read all files; return their poses on the mean skeleton. Print which rows belong to which file.
 
-    Poses with another `rest` than "raise" are on the skeleton of the first file.
+    Poses with another `method` than "numbers" are on the skeleton of the first file.
     """
     files = motion_files(paths)
     reading = reading_options(reading)
@@ -81,12 +83,14 @@ def read_poses(
     with files_in_messages(names):
         if rotations == "rotvec":
             dataset = dataset.to_rotvec()
-        if rest != "raise":
+        if method != "numbers":
             first = dataset.motions[0].skeleton
-            for i, motion in enumerate(dataset):
+            for i, motion in enumerate(dataset if method == "unchecked" else ()):
                 if difference := mismatch(first, motion.skeleton):
-                    raise ValueError(f"motions[{i}] does not fit the skeleton of motions[0]: {difference}")
-            dataset = dataset.retarget(first, rest=rest)
+                    raise ValueError(f"motions[{i}] does not fit the skeleton of motions[0]: {difference}. {ONE_RIG}")
+            dataset = dataset.retarget(first, method=method)
+            for name, report in zip(names, dataset.retargeting, strict=True):
+                print(f"{name}: by {report}")
         if with_root is not None:
             dataset = dataset.with_root(with_root, up=up)
         X, sequence = dataset.poses(rate)
@@ -126,7 +130,7 @@ def read_gait(folder: Path, scale: float | None) -> MotionDataset:
     skeletons: dict[Skeleton, str] = {}
     for motion in walks_and_runs(dataset):
         skeletons.setdefault(motion.skeleton, file_of[id(motion)])
-    check_comparable(list(skeletons), list(skeletons.values()), CONVERT)
+    check_comparable(list(skeletons), list(skeletons.values()), ONE_REST, ONE_RIG)
     return dataset
 
 

@@ -14,7 +14,8 @@ from skpose._cli.terminal import Interruption, discard, output_may_close, standa
 INTERRUPTED = 130  # a shell's status after Ctrl-C
 # Options of `load_motion`.
 READING = "asf", "frame_rate", "scale", "on_nan", "trust", "stretch", "missing", "root", "model", "hands"
-PREPARING = "rotations", "rest", "with_root", "up"  # options of what is done with the motions
+PREPARING = "rotations", "method", "with_root", "up"  # options of what is done with the motions
+NAMED = {"method": "retarget"}  # options that have another name than the argument
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -77,11 +78,12 @@ def _show_warnings(options: argparse.Namespace) -> None:
 def _as_options(message: str, options: argparse.Namespace) -> str:
     """Return the message in one line, with arguments of functions as options: on_nan='drop' as --on-nan drop.
 
-    Only those that the command has: `skpose compare` has no --rest, and the message's own remedy stays.
+    Only those that the command has: `skpose compare` has no --retarget, and the message's own remedy stays.
     """
 
     def option(found: re.Match) -> str:
-        name, given = found[1].replace("_", "-"), next((text for text in found.groups()[1:] if text is not None), None)
+        name = NAMED.get(found[1], found[1].replace("_", "-"))
+        given = next((text for text in found.groups()[1:] if text is not None), None)
         if given == "False":
             return f"--no-{name}"
         return f"--{name}" + (f" {shlex.quote(given)}" if given is not None else "")

@@ -130,11 +130,13 @@ def _add_poses(parser: argparse.ArgumentParser, out: str, suffix: str, result: s
     )
     _add_reading(parser)
     parser.add_argument(
-        "--rest",
-        choices=["raise", "world", "same"],
-        default="raise",
-        help="if bones point elsewhere at angle zero, as in a T-pose and an A-pose: refuse the files (default), keep "
-        "the directions of the bones in the world, or keep the numbers; the last two on the skeleton of the first file",
+        "--retarget",
+        dest="method",
+        choices=["numbers", "orientations", "positions", "auto", "unchecked"],
+        default="numbers",
+        help="bring files of different rigs or rest poses onto the skeleton of the first: by the directions of the "
+        "bones in the world, by the positions of the joints, by the first method that can (auto), or by the numbers as "
+        "they are (unchecked); default: by the numbers, on the mean skeleton, with different rest poses refused",
     )
     parser.add_argument(
         "--with-root",

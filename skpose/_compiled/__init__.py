@@ -18,6 +18,11 @@ What calls what, from Python at the top to one vector register at the bottom::
      |             |            |                               |
      |             |       path_energy                          |          energy and gradient of a path
      |             |            |                               |
+     |             |            |                               |
+     |             |            |               inverse_frames -+          poses at given positions of the joints
+     |             |            |                 inverse_start |          the first guess of a frame
+     |             |            |        inverse, tree_cholesky |          its steps
+     |             |            |                               |
      +---- step ---+            +----------- jacobian ----------+          joint positions in lanes; their derivatives
             |                                   |
             +------------- forward -------------+                          joint positions of one pose

@@ -16,12 +16,12 @@ from skpose._compiled.inverse import (
     Fit,
     Target,
     copy_state,
-    fit_afresh,
     minimise_pose,
     set_pose,
     start_at,
     workspace_of,
 )
+from skpose._compiled.inverse_start import fit_afresh
 from skpose._compiled.jit import internal, jit
 
 WORSE, MORE = 2.0, 1e-6  # a frame is tried afresh if its distance is so many times that of the one before, and so
@@ -68,14 +68,6 @@ def _write(tree, work, target, near, fit, found, i):
             square += (here.P[3 * j + k] + here.origin[k] - target.positions[j, k]) ** 2
         found.residuals[i, j] = math.sqrt(square)
     found.n_iter[i], found.converged[i] = fit.n_iter, fit.converged
-
-
-@internal
-def _joints_are_seen(weights):
-    for j in range(1, weights.shape[0]):
-        if weights[j] > 0.0:
-            return True
-    return False
 
 
 @internal
@@ -126,7 +118,7 @@ def fit_sequence(tree, observed, initial, rules, run_in, found):
             observed.positions[i], observed.weights[i], prior, prior_dofs, rules.stiffness, rules.lower, rules.upper
         )
         fit = _no_fit()
-        if _joints_are_seen(target.weights):
+        if target.weights.any():
             n_iter = 0
             if started:
                 _settle(tree, observed, i, rotations, angles, work.here, target)
@@ -162,7 +154,7 @@ def fit_frames(tree, observed, initials, rules, found):
             observed.positions[i], observed.weights[i], rotations, angles, rules.stiffness, rules.lower, rules.upper
         )
         fit = _no_fit()
-        if _joints_are_seen(target.weights):
+        if target.weights.any():
             fit = fit_afresh(work, target, rotations, angles)
         else:
             start_at(work.here, rotations, angles)

@@ -1,7 +1,6 @@
 """Collections of motions with their labels."""
 
-import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from operator import index
 from typing import Any, Literal, NoReturn, overload
@@ -9,16 +8,17 @@ from typing import Any, Literal, NoReturn, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
+from skpose.kinematics._retarget import Method, retarget_and_report
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._arguments import check_frame_rate
 from skpose.skeleton._skeleton import check_comparable
 
-WALKING_AND_RUNNING = ("walk", "run")
 MISSING = ("None", "nan", "<NA>", "NaT")  # as strings, what numpy and pandas have in the place of a missing label
-CONVERT = (
-    'Convert the motions to one rest pose first: dataset.retarget(dataset.motions[0].skeleton, rest="world") keeps the '
-    'directions of the bones in the world, rest="same" the numbers'
+ONE_REST = (
+    'Convert the motions to one rest pose first: dataset.retarget(dataset.motions[0].skeleton, method="orientations") '
+    'keeps the directions of the bones in the world, method="unchecked" the numbers'
 )
+ONE_RIG = 'dataset.retarget(skeleton, method="auto") converts motions of different rigs'
 
 
 class MotionDataset:
@@ -62,6 +62,7 @@ class MotionDataset:
         for i, motion in enumerate(self._motions):
             if not isinstance(motion, Motion):
                 raise TypeError(f"motions[{i}] must be a skpose.Motion, got {type(motion).__name__}")
+        self._retargeting = ("",) * len(self._motions)
         self._labels: dict[str, np.ndarray] = {}
         for name, given in {"subjects": subjects, "trials": trials, "actions": actions}.items():
             if given is None:
@@ -97,6 +98,15 @@ class MotionDataset:
     def actions(self) -> np.ndarray:
         return self._label("actions")
 
+    @property
+    def retargeting(self) -> tuple[str, ...]:
+        """The method by which `retarget` brought each motion onto its skeleton, and how near; "" where it did not.
+
+        "same numbers"; "orientations, directions within 0°", with the largest angle between a bone and its counterpart;
+        or "positions, joints within 1.2 cm", with the largest distance between a joint and its counterpart.
+        """
+        return self._retargeting
+
     def _label(self, name: str) -> np.ndarray:
         if name not in self._labels:
             raise AttributeError(
@@ -118,7 +128,9 @@ class MotionDataset:
         if isinstance(chosen, bool | np.bool_) or not hasattr(chosen, "__index__") or np.ndim(chosen):
             rows = np.arange(len(self))[chosen] if isinstance(chosen, slice) else self._rows(np.asarray(chosen), chosen)
             labels = {name: labels[rows] for name, labels in self._labels.items()}
-            return MotionDataset([self.motions[row] for row in rows], **labels)
+            chosen_ones = MotionDataset([self.motions[row] for row in rows], **labels)
+            chosen_ones._retargeting = tuple(self._retargeting[row] for row in rows)
+            return chosen_ones
         i = index(chosen)
         if not -len(self) <= i < len(self):
             raise IndexError(f"the dataset has {len(self)} motions, and no motion {i}")
@@ -129,16 +141,19 @@ class MotionDataset:
 
     def __repr__(self) -> str:
         subjects = f" of {len(set(self.subjects))} subjects" if "subjects" in self._labels else ""
-        if "actions" not in self._labels:
-            return f"MotionDataset({len(self)} motions{subjects})"
-        names, counts = np.unique(self.actions, return_counts=True)
-        actions = ", ".join(f"{count} {name or 'unnamed'}" for name, count in zip(names[:5], counts[:5], strict=True))
-        more = f" and {len(names) - 5} more actions" if len(names) > 5 else ""
-        return f"MotionDataset({len(self)} motions{subjects}: {actions}{more})"
+        words = f"{len(self)} motions{subjects}"
+        if "actions" in self._labels:
+            words += f": {_counted(action or 'unnamed' for action in self.actions)}"
+        methods = [report.partition(",")[0] or "not" for report in self._retargeting]
+        if len(set(methods)) > 1:
+            words += f"; retargeted by {_counted(methods)}"
+        return f"MotionDataset({words})"
 
     def _with(self, motions: Iterable[Motion]) -> "MotionDataset":
         """Return other motions with the same labels."""
-        return MotionDataset(motions, **self._labels)
+        others = MotionDataset(motions, **self._labels)
+        others._retargeting = self._retargeting
+        return others
 
     @cached_property
     def skeleton(self) -> Skeleton:
@@ -146,7 +161,7 @@ class MotionDataset:
         names: dict[Skeleton, str] = {}
         for i, motion in enumerate(self.motions):
             names.setdefault(motion.skeleton, f"motions[{i}]")
-        check_comparable(list(names), list(names.values()), CONVERT)
+        check_comparable(list(names), list(names.values()), ONE_REST, ONE_RIG)
         return Skeleton.mean(names)
 
     def select(self, joints: str | Iterable[str] | None = None, *, drop: str | Iterable[str] = ()) -> "MotionDataset":
@@ -189,22 +204,46 @@ class MotionDataset:
         """
         return self._with(motion.to_rotvec() for motion in self)
 
-    def retarget(self, skeleton: Skeleton, *, rest: Literal["raise", "world", "same"] = "raise") -> "MotionDataset":
-        """Return all motions on one skeleton, see `Motion.retarget`; an error names the motion.
+    def retarget(
+        self,
+        skeleton: Skeleton,
+        *,
+        method: Method = "numbers",
+        joints: Mapping[str, str] | Sequence[Mapping[str, str] | None] | None = None,
+        scale: float | Literal["lengths"] = 1.0,
+        n_jobs: int | None = None,
+        verbose: int = 0,
+    ) -> "MotionDataset":
+        """Return all motions on one skeleton, see `skpose.retarget`; an error names the motion.
+
+        A sequence of `joints` is one mapping for each motion, or None for equal names. `retargeting` states which
+        method it was for each motion, and how near it came.
 
         >>> from skpose.datasets import make_gait
         >>> gait = make_gait(n_subjects=2, n_sequences=1, random_state=0)
-        >>> gait = gait.retarget(gait.motions[0].skeleton, rest="world")
+        >>> gait = gait.retarget(gait.motions[0].skeleton, method="orientations")
         >>> len({motion.skeleton for motion in gait})
         1
+        >>> gait.retargeting[0]
+        'orientations, directions within 0°'
         """
-        motions = []
-        for i, motion in enumerate(self.motions):
+        if joints is None or isinstance(joints, Mapping):
+            joints = [joints] * len(self)
+        elif len(joints) != len(self):
+            raise ValueError(
+                f"joints must be one mapping, or one for each of the {len(self)} motions, got {len(joints)}"
+            )
+        motions, reports = [], []
+        for i, (motion, counterparts) in enumerate(zip(self.motions, joints, strict=True)):
             try:
-                motions.append(motion.retarget(skeleton, rest=rest))
+                result = retarget_and_report(motion, skeleton, method, counterparts, scale, n_jobs, verbose)
             except ValueError as error:
                 raise ValueError(f"motions[{i}]: {error}") from None
-        return self._with(motions)
+            motions.append(result[0])
+            reports.append(result[1])
+        there = self._with(motions)
+        there._retargeting = tuple(reports)
+        return there
 
     def with_root(
         self, part: Literal["tilt", "whole"] = "tilt", *, up: Literal["x", "y", "z"] | None = None
@@ -268,7 +307,7 @@ class MotionDataset:
         if frame_rate is not None:
             check_frame_rate(frame_rate)
         skeleton = self.skeleton if skeleton is None else skeleton
-        motions = list(self.retarget(skeleton).motions)
+        motions = list(self.retarget(skeleton, method="numbers").motions)
         if frame_rate is not None:
             motions = [motion.resample(frame_rate) for motion in motions]
         return np.concatenate([m.angles for m in motions]), np.repeat(
@@ -276,39 +315,8 @@ class MotionDataset:
         )
 
 
-def walks_and_runs(dataset: MotionDataset) -> MotionDataset:
-    """Return the motions of walking and of running, labelled "walk" and "run".
-
-    A motion is selected if the first word of its action is "walk" or "run", in upper or lower case, as in CMU's "walk"
-    and "Run/jog".
-
-    Parameters
-    ----------
-    dataset : MotionDataset
-        Motions of any actions.
-
-    Returns
-    -------
-    MotionDataset
-        The selected motions; their `actions` are "walk" or "run".
-
-    Raises
-    ------
-    ValueError
-        If there is no motion of walking, or none of running.
-
-    Examples
-    --------
-    >>> from skpose.datasets import make_gait, walks_and_runs
-    >>> walks_and_runs(make_gait(n_subjects=2, n_sequences=1, random_state=0))
-    MotionDataset(4 motions of 2 subjects: 2 run, 2 walk)
-    """
-    first = np.array([re.split(r"\W", action.strip().lower())[0] for action in dataset.actions])
-    chosen = np.isin(first, WALKING_AND_RUNNING)
-    missing = [action for action in WALKING_AND_RUNNING if action not in first]
-    if missing:
-        raise ValueError(
-            f"dataset must have motions of walking and of running, but none has an action that begins with "
-            f"{missing[0]!r}: write one line for each motion into an index.csv, see skpose.datasets.load_cmu"
-        )
-    return MotionDataset(dataset.motions, **dataset._labels | {"actions": first})[chosen]
+def _counted(words: Iterable[str]) -> str:
+    """Return how often each word occurs, the first five in the order of the alphabet."""
+    names, counts = np.unique(list(words), return_counts=True)
+    more = f" and {len(names) - 5} more actions" if len(names) > 5 else ""
+    return ", ".join(f"{count} {name}" for name, count in zip(names[:5], counts[:5], strict=True)) + more

@@ -11,7 +11,6 @@ from skpose.skeleton._arguments import check_frame_rate, check_skeleton
 from skpose.skeleton._bone import Bone, is_axes
 from skpose.skeleton._columns import check_column_names, other_than_poses
 from skpose.skeleton._continuity import without_jumps
-from skpose.skeleton._retarget import retarget
 from skpose.skeleton._root import check_up, with_root
 from skpose.skeleton._skeleton import Skeleton
 from skpose.skeleton._units import warn_of_degrees
@@ -65,6 +64,7 @@ class Motion:
     --------
     skpose.io.load_motion : Read a motion from a BVH, AMC or AMASS file.
     skpose.io.save_bvh : Write a motion as a BVH file.
+    skpose.retarget : Return the poses on another skeleton.
 
     Notes
     -----
@@ -205,56 +205,6 @@ class Motion:
 
         index = pandas.Index(self.times, name="time")
         return pandas.DataFrame(self.angles, index, list(self.skeleton.dof_names))
-
-    def retarget(self, skeleton: Skeleton, *, rest: Literal["raise", "world", "same"] = "raise") -> "Motion":
-        """Return the poses on another skeleton, columns matched by dof name.
-
-        Poses of different people are compared on one skeleton, such as `Skeleton.mean` of theirs: angles carry over
-        where joints and dofs have the same names, bone lengths do not. The same numbers are another pose where the
-        bones point elsewhere at angle zero, as in a T-pose and an A-pose; `rest` states what to do about it.
-
-        Parameters
-        ----------
-        skeleton : Skeleton
-            With the same joints, parents and dofs; lengths, directions and the order of bones may differ.
-        rest : {"raise", "world", "same"}, default="raise"
-            "raise" takes the numbers as they are, and refuses skeletons on which a bone's directions at angle zero, or
-            the rest rotations of a joint with dofs, are more than 45° apart. "world" converts the numbers, and the
-            root's orientation, so that every bone points in the same direction of the world as before. "same" takes
-            the numbers as they are, at any difference.
-
-        Returns
-        -------
-        Motion
-            Of the given skeleton.
-
-        Raises
-        ------
-        ValueError
-            If the skeletons differ in joints, parents or dofs, or in their rest poses, or if a joint with one or two
-            dofs cannot keep the direction of a bone; the message names the joint and the angle.
-
-        Notes
-        -----
-        With "world", directions are kept exactly by joints that carry a single bone; the bones of the others, such as
-        those of the pelvis, are fitted by least squares, as no joint can bend them. A bone that is shorter than a
-        thousandth of the longest has no direction.
-
-        Examples
-        --------
-        An arm that points to the side at angle zero, and one that hangs down:
-
-        >>> import numpy as np
-        >>> from skpose import Bone, Motion, Skeleton, forward_kinematics
-        >>> t_pose = Skeleton([Bone("hand", None, (0.6, 0, 0), "xyz")])
-        >>> a_pose = Skeleton([Bone("hand", None, (0, -0.6, 0), "xyz")])
-        >>> motion = Motion(t_pose, [[0, 0, 0]], frame_rate=30).retarget(a_pose, rest="world")
-        >>> np.degrees(motion.angles).round() + 0.0
-        array([[ 0.,  0., 90.]])
-        >>> forward_kinematics(motion.angles, a_pose).round(3) + 0.0
-        array([[[0.6, 0. , 0. ]]])
-        """
-        return retarget(self, skeleton, rest)
 
     def with_root(
         self, part: Literal["tilt", "whole"] = "tilt", *, up: Literal["x", "y", "z"] | None = None

@@ -25,7 +25,7 @@ def with_root(motion: "Motion", part: str, up: Literal["x", "y", "z"]) -> "Motio
     if part not in ("tilt", "whole"):
         raise ValueError(f'part must be "tilt" or "whole", got {part!r}')
     check_up(up)
-    skeleton = _with_root_joint(motion.skeleton)
+    skeleton = with_root_joint(motion.skeleton)
     axes = up if part == "tilt" else motion.root_axes
     left, vectors = np.zeros((len(motion), len(axes))), np.zeros((len(motion), 3))
     if len(motion):
@@ -63,7 +63,7 @@ def _heading(orientations: Rotation, up: str) -> np.ndarray:
     return heading - 2.0 * np.pi * np.rint(heading / (2.0 * np.pi))
 
 
-def _with_root_joint(skeleton: Skeleton) -> Skeleton:
+def with_root_joint(skeleton: Skeleton) -> Skeleton:
     """Return the skeleton with a ball joint at the root, of length zero, that is the parent of the root's children."""
     name = "root"
     while name in skeleton.joint_names:

@@ -122,7 +122,7 @@ class Skeleton:
         ValueError
             If the skeletons differ in more than lengths, directions and limits (such as weights), or if the directions
             of a bone at angle zero, or two rest rotations of a joint, are more than 45° apart, as in a T-pose and an
-            A-pose; the message names the joint. `Motion.retarget` converts motions to one rest pose.
+            A-pose; the message names the joint. `skpose.retarget` converts motions to one rest pose.
         """
         skeletons = list(skeletons)
         if not skeletons:
@@ -131,8 +131,11 @@ class Skeleton:
             if not isinstance(one, Skeleton):
                 raise TypeError(f"skeletons[{i}] must be a skpose.Skeleton, got {type(one).__name__}")
         first = skeletons[0]
-        remedy = 'Convert the motions to one rest pose first, with motion.retarget(skeletons[0], rest="world")'
-        check_comparable(skeletons, [f"skeletons[{i}]" for i in range(len(skeletons))], remedy)
+        remedy = (
+            'Convert the motions to one rest pose first: skpose.retarget(motion, skeletons[0], method="orientations")'
+        )
+        other_rig = 'skpose.retarget(motion, skeletons[0], method="auto") converts motions of different rigs'
+        check_comparable(skeletons, [f"skeletons[{i}]" for i in range(len(skeletons))], remedy, other_rig)
         by_name = [{bone.name: bone for bone in skeleton.bones} for skeleton in skeletons]
         return cls((mean_bone([bones[name] for bones in by_name]) for name in first.joint_names), first.offset_frame)
 
@@ -275,13 +278,13 @@ def mismatch(a: Skeleton, b: Skeleton) -> str:
     return ""
 
 
-def check_comparable(skeletons: Sequence[Skeleton], names: Sequence[str], remedy: str) -> None:
-    """Refuse skeletons on which equal numbers are different poses; names and a remedy are for the message."""
+def check_comparable(skeletons: Sequence[Skeleton], names: Sequence[str], other_rest: str, other_rig: str) -> None:
+    """Refuse skeletons on which equal numbers are different poses; names and two remedies are for the messages."""
     for i, other in enumerate(skeletons[1:], start=1):
         difference = mismatch(skeletons[0], other)
         if difference:
-            raise ValueError(f"{names[i]} has no bone-wise mean with {names[0]}: {difference}")
-    check_rest_poses(skeletons, names, remedy)
+            raise ValueError(f"{names[i]} has no bone-wise mean with {names[0]}: {difference}. {other_rig}")
+    check_rest_poses(skeletons, names, other_rest)
 
 
 def _frozen(values: Any, dtype: type = np.float64) -> np.ndarray:

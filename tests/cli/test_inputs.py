@@ -176,16 +176,18 @@ def lame(motion):
     return replace(motion, skeleton=Skeleton([*bones, last._replace(name="stump")], motion.skeleton.offset_frame))
 
 
-@pytest.mark.parametrize("rest", ["raise", "world", "same"])
-def test_mixed_skeletons_are_named_by_file(gait, capsys, rest):
+@pytest.mark.parametrize("method", ["numbers", "unchecked"])
+def test_mixed_skeletons_are_named_by_file(gait, capsys, method):
     write(gait[[0, 1]])
     save_bvh("lame.bvh", lame(gait.motions[0]))
     first, second = sorted(Path("takes").iterdir())
-    line = error_of(["distances", str(first), str(second), "lame.bvh", "--rest", rest, "--out", "D.npy"], capsys)
+    line = error_of(["distances", str(first), str(second), "lame.bvh", "--retarget", method, "--out", "D.npy"], capsys)
     assert "lame.bvh" in line
     assert str(first) in line
     assert "only one of them has a joint" in line
+    assert "--retarget auto" in line
     assert "motions[" not in line
+    assert "dataset" not in line
 
 
 @pytest.mark.parametrize("command", [["compare"], ["reproduce", "--out", "out"]])
@@ -203,12 +205,12 @@ def test_mixed_skeletons_of_a_folder_are_named_by_file(gait, capsys, command):
 
 
 def test_the_remedy_is_an_option_only_where_the_command_has_it(capsys):
-    """`skpose compare` has no --rest."""
+    """`skpose compare` has no --retarget."""
     Path("takes").mkdir()
     for name, x in (("anna_walk_1", 1.0), ("anna_run_2", -1.0)):
         skeleton = Skeleton([Bone("arm", None, (0, 1, 0), "ZXY"), Bone("hand", "arm", (x, 0, 0))], "parent")
         save_bvh(f"takes/{name}.bvh", Motion(skeleton, np.zeros((3, 3)), 30))
     line = error_of(["compare", "takes"], capsys)
     assert f"{Path('takes', 'anna_run_2.bvh')} and {Path('takes', 'anna_walk_1.bvh')} have different rest poses" in line
-    assert "--rest" not in line
-    assert "--rest world" in error_of(["distances", "takes", "--out", "D.npy"], capsys)
+    assert "--retarget" not in line
+    assert "--retarget orientations" in error_of(["distances", "takes", "--out", "D.npy"], capsys)

@@ -32,11 +32,11 @@ def test_files_with_different_rest_poses(files, capsys):
     assert main(files) == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert "t.bvh and a.bvh have different rest poses: bone 'hand' points in directions that are 60°" in line
-    assert "--rest world keeps the directions" in line
-    assert "--rest same the numbers" in line
+    assert "--retarget orientations keeps the directions" in line
+    assert "--retarget unchecked the numbers" in line
     assert "motions[" not in line
     assert "dataset" not in line
-    assert main([*files, "--rest", "world"]) == 0
+    assert main([*files, "--retarget", "orientations"]) == 0
     expected = np.zeros((4, 4))
     expected[2, [0, 1, 3]] = expected[[0, 1, 3], 2] = 0.3  # all but one have the arm stretched, 60° away
     np.testing.assert_allclose(np.load("D.npy"), expected, atol=1e-8)
@@ -49,7 +49,7 @@ def test_the_orientation_of_the_root(files):
         (["--with-root", "whole"], None),
     ):
         out = f"{up}.npy"
-        assert main([*files[:-1], out, "--rest", "same", *options]) == 0
+        assert main([*files[:-1], out, "--retarget", "unchecked", *options]) == 0
         positions = []
         for name in ("t", "a"):
             motion = load_bvh(f"{name}.bvh")

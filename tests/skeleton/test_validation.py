@@ -23,6 +23,7 @@ from skpose import (
     pose_metric,
     poses_from_rotations,
     position_jacobian,
+    retarget,
     rotations_from_poses,
 )
 from skpose.datasets import MotionDataset
@@ -115,7 +116,7 @@ WITH_SKELETON = {
     "rotations_from_poses": lambda skeleton: rotations_from_poses(POSES, skeleton, form="6d"),
     "poses_from_rotations": lambda skeleton: poses_from_rotations(np.zeros((5, 2, 3)), skeleton, form="rotvec"),
     "Motion": lambda skeleton: Motion(skeleton, POSES, 10),
-    "retarget": lambda skeleton: MOTION.retarget(skeleton),
+    "retarget": lambda skeleton: retarget(MOTION, skeleton),
     "MotionDataset.poses": lambda skeleton: MotionDataset([MOTION]).poses(skeleton=skeleton),
 } | {f"fit of {one!r}": lambda s, one=one: clone(one).set_params(skeleton=s).fit(POSES) for one in ESTIMATORS[:5]}
 

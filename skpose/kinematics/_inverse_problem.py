@@ -1,0 +1,233 @@
+"""The arguments of inverse kinematics, checked, as arrays in the order of compiled code; parts of the work."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+from sklearn.exceptions import ConvergenceWarning
+
+from skpose._compiled.inverse_frames import Found, Observed, Rules, fit_frames, fit_sequence
+from skpose._compiled.tree import Tree
+from skpose._warnings import warn
+from skpose.keypoints import Keypoints
+from skpose.keypoints._keypoints import check_positions
+from skpose.kinematics._fitted_poses import FittedPoses
+from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of_all_joints
+from skpose.skeleton import Skeleton
+from skpose.skeleton._root import with_root_joint
+from skpose.skeleton._validation import check_poses
+
+TASK = 512  # frames, some 50 ms; fixed, so that poses do not depend on n_jobs
+RUN_IN = 32  # frames before a task's first that it computes too, and drops: its first frame is then no start
+OTHER_UNITS = 20.0  # ratio of sizes of what is seen and of the skeleton
+N_ROOT = 3  # columns of the root's orientation
+
+
+class Task(NamedTuple):
+    """Frames that are computed together."""
+
+    first: int
+    last: int  # the one after the last
+    run_in: int  # frames before the first that are computed too
+    start: int  # first frame of the sequence
+    end: int
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Positions and all that states how to find poses at them, in the order of a tree with the root as a joint."""
+
+    skeleton: Skeleton
+    tree: Tree
+    positions: np.ndarray  # (n_frames, n_joints + 2, 3) m; finite
+    weights: np.ndarray  # (n_frames, n_joints + 2)
+    initial: np.ndarray  # (n_frames or 1, n_dofs + 3)
+    ends: np.ndarray  # (n_sequences,) number of the frame after the last of each sequence
+    rules: Rules
+
+    @property
+    def is_sequence(self) -> bool:
+        return len(self.initial) != len(self.weights) or len(self.weights) == 1
+
+    def tasks(self) -> Iterator[Task]:
+        """Yield the parts of the sequences."""
+        start = 0
+        for end in self.ends.tolist():
+            for first in range(start, end, TASK):
+                run_in = min(RUN_IN, first - start) if self.is_sequence else 0
+                yield Task(first, min(first + TASK, end), run_in, start, end)
+            start = end
+
+    def empty(self, n: int) -> Found:
+        n_dofs = len(self.tree.column)
+        residuals = np.empty((n, self.weights.shape[1]))
+        return Found(np.empty((n, n_dofs)), np.empty((n, 3)), residuals, np.zeros(n, np.int64), np.zeros(n, bool))
+
+    def solve(self, task: Task) -> Found:
+        """Find the poses of some frames."""
+        frames, found = slice(task.first - task.run_in, task.last), self.empty(task.last - task.first)
+        ever = np.asarray((self.weights[task.start : task.end] > 0.0).any(axis=0))
+        observed = Observed(self.positions[frames].copy(), self.weights[frames].copy(), ever)
+        if self.is_sequence:
+            fit_sequence(self.tree, observed, self.initial[0].copy(), self.rules, task.run_in, found)
+        else:
+            fit_frames(self.tree, observed, self.initial[frames].copy(), self.rules, found)
+        return found
+
+    def fitted(self, found: Found) -> FittedPoses:
+        """Return what has been found, in the order of the skeleton."""
+        n = len(self.weights)
+        columns = from_tree_order(self.tree, found.dofs, np.zeros((n, N_ROOT + self.skeleton.n_dofs)))
+        residuals = np.full((n, self.skeleton.n_joints + 2), np.nan)
+        residuals[:, self.tree.code_joint] = np.where(self.weights > 0.0, found.residuals, np.nan)
+        fitted = FittedPoses(
+            skeleton=self.skeleton,
+            poses=columns[:, N_ROOT:],
+            residuals=residuals[:, 2:],
+            converged=found.converged,
+            root_positions=found.origins,
+            root_rotations=columns[:, :N_ROOT],
+            n_iter=found.n_iter,
+        )
+        unseen = ~(self.weights > 0.0).any(axis=1)
+        if unseen.any():
+            held = "that of the frame before" if self.is_sequence else "the initial one"
+            warn(
+                f"in {unseen.sum()} of {n} frames, first in frame {unseen.argmax()}, no joint is seen: their pose is "
+                f"{held}, and is not converged; leave them out, or interpolate the positions"
+            )
+        left = ~fitted.converged & ~unseen
+        if left.any():
+            warn(
+                f"{left.sum()} of {n} frames did not converge, first frame {left.argmax()}; their poses are the best "
+                "found, see residuals. A regularization of 0.01 helps where positions leave the angles nearly open",
+                ConvergenceWarning,
+            )
+        return fitted
+
+
+def problem_of(
+    positions: ArrayLike | Keypoints,
+    skeleton: Skeleton,
+    weights: ArrayLike | None,
+    initial: ArrayLike | None,
+    lengths: ArrayLike | None,
+    joint_limits: str,
+    regularization: float,
+) -> Problem:
+    """Check the arguments of `inverse_kinematics`, and bring them into the order of a tree."""
+    given, confidences = _matched(positions, skeleton)
+    n = len(given)
+    seen = confidences * _weights(weights, confidences.shape)
+    seen[np.isnan(given).any(axis=2)] = 0.0
+    _warn_of_units(given, skeleton)
+    with_root = with_root_joint(skeleton)
+    tree = tree_of_all_joints(with_root)
+    order = tree.code_joint  # 0 is the root, 1 the joint that is added to turn it
+    padded, padded_weights = np.zeros((n, len(order), 3)), np.zeros((n, len(order)))
+    padded[:, 2:], padded_weights[:, 2:] = np.where(seen[:, :, None] > 0.0, given, 0.0), seen
+    start = _initial(initial, skeleton, n)
+    lower, upper = _limits(tree, skeleton, joint_limits)
+    dofs = to_tree_order(tree, np.concatenate([np.zeros((len(start), N_ROOT)), start], axis=1))
+    rules = Rules(joint_limits == "ignore", regularization**2, lower, upper)
+    return Problem(
+        skeleton,
+        tree,
+        padded[:, order],
+        padded_weights[:, order],
+        np.clip(dofs, lower, upper),
+        _ends(lengths, n),
+        rules,
+    )
+
+
+def _matched(positions: ArrayLike | Keypoints, skeleton: Skeleton) -> tuple[np.ndarray, np.ndarray]:
+    """Return positions (n_frames, n_joints, 3) and confidences (n_frames, n_joints) in the skeleton's order."""
+    if not isinstance(positions, Keypoints):
+        given = check_positions(positions, skeleton.n_joints, "positions")
+        return given, np.ones(given.shape[:2])
+    common = [name for name in skeleton.joint_names if name in positions.names]
+    if not common:
+        points, joints = (", ".join(names[:6]) for names in (positions.names, skeleton.joint_names))
+        raise ValueError(
+            f"no keypoint has the name of a joint of the skeleton: the keypoints are {points}, …, the joints {joints}, "
+            "…; name the keypoints as the joints, or find a skeleton for them with skpose.fit_skeleton"
+        )
+    chosen = [skeleton.joint_names.index(name) for name in common]
+    given = np.full((len(positions), skeleton.n_joints, 3), np.nan)
+    confidences = np.zeros(given.shape[:2])
+    part = positions.select(common)
+    given[:, chosen], confidences[:, chosen] = part.positions, part.confidences
+    return given, confidences
+
+
+def _weights(weights: ArrayLike | None, shape: tuple[int, ...]) -> np.ndarray:
+    """Return weights (n_frames, n_joints)."""
+    if weights is None:
+        return np.ones(shape)
+    array = np.asarray(weights, dtype=np.float64)
+    if array.shape not in (shape, shape[1:]):
+        raise ValueError(
+            f"weights must have shape {shape[1:]} or {shape}, (n_joints,) or one a position, got {array.shape}"
+        )
+    if not np.isfinite(array).all() or (array < 0.0).any():
+        raise ValueError("weights must be finite and nowhere negative; zero is a joint that is not seen")
+    return np.broadcast_to(array, shape)
+
+
+def _initial(initial: ArrayLike | None, skeleton: Skeleton, n: int) -> np.ndarray:
+    """Return the first poses (1, n_dofs) or (n_frames, n_dofs)."""
+    if initial is None:
+        return np.zeros((1, skeleton.n_dofs))
+    array = np.asarray(initial)
+    if array.ndim == 1:
+        array = array[None]
+    elif len(array) != n:
+        raise ValueError(f"initial must be one pose, or one for each of the {n} frames, got {len(array)}")
+    return check_poses(array, skeleton, "initial").astype(np.float64)
+
+
+def _ends(lengths: ArrayLike | None, n: int) -> np.ndarray:
+    """Return the number of the frame after the last of each sequence."""
+    if lengths is None:
+        return np.array([n])
+    array = np.asarray(lengths)
+    if array.ndim != 1 or array.dtype.kind not in "iu" or (array < 1).any() or array.sum() != n:
+        raise ValueError(
+            f"lengths must be whole numbers of frames, 1 or more, whose sum is the number of frames, {n}, got "
+            f"{array.tolist() if array.size < 10 else f'{array.size} of sum {array.sum()}'}"
+        )
+    return np.cumsum(array)
+
+
+def _limits(tree: Tree, skeleton: Skeleton, joint_limits: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return the least and the largest value of each dof, in the tree's order."""
+    lower = np.full(len(tree.column), -np.inf)
+    if joint_limits == "ignore":
+        return lower, -lower
+    if skeleton.limits is None:
+        raise ValueError(
+            'joint_limits="enforce" needs a skeleton with limits, and none of its bones has any: give limits to its '
+            'bones, or use joint_limits="ignore"'
+        )
+    upper, angles = -lower, tree.angle_dof
+    limits = skeleton.limits[tree.column[angles] - N_ROOT] * tree.sign[angles, None]  # a reversed axis swaps them
+    lower[angles], upper[angles] = limits.min(axis=1), limits.max(axis=1)
+    return lower, upper
+
+
+def _warn_of_units(positions: np.ndarray, skeleton: Skeleton) -> None:
+    """Warn if what is seen and the skeleton differ so much in size that their units differ."""
+    seen = positions[(~np.isnan(positions[:, :, 0])).sum(axis=1) > 1]
+    reach = np.linalg.norm(skeleton.offsets, axis=1).sum()
+    if not len(seen) or not reach > 0.0:
+        return
+    extent = np.nanmax(np.nanmax(seen, axis=1) - np.nanmin(seen, axis=1), axis=1)
+    ratio = float(np.median(extent)) / reach
+    if ratio > OTHER_UNITS or 0.0 < ratio < 1.0 / OTHER_UNITS / 10.0:
+        warn(
+            f"the joints of a frame are {np.median(extent):.3g} m apart, the bones of the skeleton {reach:.3g} m long "
+            "together: positions are likely in another unit; convert them to metres"
+        )

@@ -1,0 +1,286 @@
+"""Conversion of a motion to another rig by orientations: bones point in the world where their counterparts do.
+
+Let d be the direction of a bone at angle zero, and G the rotation, since angle zero, of the joint that carries it, in
+the axes of the world: the bone points along G·d. A constant rotation A of each joint takes the directions of the target
+at zero to those of the source, A·d_target = d_source. So the bones of the target point where those of the source do if
+its joints have rotated by G_target = G_source·A. Where the source bends between the two ends of a bone, as a trunk of
+three joints does for one of two, the rotation that is left to fit the direction follows, frame by frame.
+
+A joint carries the bones that rotate with it: those that end at it (offsets in its "own" axes) or start at it, and
+those of joints that do not rotate, which follow it; the root carries bones likewise. Rotations that fit are the
+shortest, beyond that of the joint before, where a joint carries one direction, and the least squares fit (Kabsch) where
+it carries several.
+"""
+
+import warnings
+from dataclasses import replace
+from itertools import permutations, product
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from skpose.kinematics._forward import forward_kinematics
+from skpose.skeleton import Bone, Motion, Skeleton
+from skpose.skeleton._continuity import continuous_columns
+from skpose.skeleton._rest import LARGEST_DIFFERENCE, NO_DIRECTION, axes_at_zero, directions_at_zero
+from skpose.skeleton._root import root_angles_of, root_orientations
+from skpose.skeleton._rotations import TWO_PI, columns_of, rotations_of
+
+ROUNDING = 1e-6  # rad
+# Least squares fit a second direction if it has this weight: bones within 2° of a line have one direction.
+LINE = 1e-3
+ROOT = -1
+REMEDY = 'method="positions" comes as near to the positions of the joints as this skeleton can, by inverse kinematics'
+
+
+def by_orientations(motion: Motion, target: Skeleton, there: np.ndarray) -> tuple[Motion, float]:
+    """Return the motion on the target, and the largest angle, degrees, between a bone and its counterpart.
+
+    There is the index of each joint's counterpart in the motion's skeleton, -1 where it has none.
+    """
+    if not len(motion):
+        return replace(motion, skeleton=target, angles=np.zeros((0, target.n_dofs))), 0.0
+    root = root_orientations(motion.root_angles, motion.root_axes)
+    bones = _bones(motion, root, target, there)
+    leaders = _leaders(motion.skeleton, target, there, bones)
+    turns = _turns(target, bones, leaders)
+    followed = _since_zero(motion.skeleton, motion.angles, root)
+    rotations, worst = {}, 0.0
+    for joint, leader in leaders.items():
+        rotations[joint], angle = _fitted(followed[leader] * turns[joint], joint, target, bones)
+        worst = max(worst, angle)
+    result = replace(motion, skeleton=target, angles=_angles(motion, target, there, rotations, bones))
+    if (root.inv() * rotations[ROOT]).magnitude().max() > 1e-12:  # more than rounding
+        root_angles, axes = root_angles_of(rotations[ROOT], motion.root_angles, motion.root_axes)
+        result = replace(result, root_angles=root_angles, root_axes=axes)
+    return result, worst
+
+
+class _Bones(NamedTuple):
+    """The bones of the target that have a direction and a counterpart with one."""
+
+    directions: np.ndarray  # (n_joints, 3) at angle zero, in the axes of the root
+    ends: list[int]  # the joint of the source at which each counterpart ends
+    wished_at_zero: np.ndarray  # (n_joints, 3) directions of the counterparts at angle zero, in the axes of their root
+    wished: np.ndarray  # (n_frames, n_joints, 3) in the world
+    carried: dict[int, list[int]]  # those that rotate with the root and with each joint that has dofs
+
+
+def _bones(motion: Motion, root: Rotation, target: Skeleton, there: np.ndarray) -> _Bones:
+    """Return the bones of the target, and the directions in which they shall point."""
+    source = motion.skeleton
+    lengths = np.linalg.norm(target.offsets, axis=1)
+    here, starts = np.flatnonzero(there >= 0), {}
+    for joint in here.tolist():
+        start = int(target.parents[joint])
+        while start >= 0 and there[start] < 0 and lengths[start] == 0.0:  # the same point as the joint before
+            start = int(target.parents[start])
+        end = int(there[joint])
+        # Both ends of the bone have counterparts; or else the bone that ends at that of the far end is the counterpart.
+        starts[joint] = -1 if start < 0 else int(there[start]) if there[start] >= 0 else int(source.parents[end])
+    n = target.n_joints
+    at_zero, wished = np.zeros((1, n, 3)), np.zeros((len(motion), n, 3))
+    longest = np.linalg.norm(source.offsets, axis=1).max()
+    for directions, angles in ((at_zero, np.zeros((1, source.n_dofs))), (wished, motion.angles)):
+        positions = forward_kinematics(angles, source)
+        positions = np.concatenate([positions, np.zeros((len(positions), 1, 3))], axis=1)  # the root's index is -1
+        for joint, start in starts.items():
+            bone = positions[:, there[joint]] - positions[:, start]
+            size = np.linalg.norm(bone, axis=1, keepdims=True)
+            if size.min() > NO_DIRECTION * longest:
+                directions[:, joint] = bone / size
+    for joint in here.tolist():
+        wished[:, joint] = root.apply(wished[:, joint])
+    directions = directions_at_zero(target)
+    known = directions.any(axis=1) & at_zero[0].any(axis=1) & wished.any(axis=(0, 2))
+    carried = {j: [k for k in bones if known[k]] for j, bones in _carried(target).items()}
+    return _Bones(directions, there.tolist(), at_zero[0], wished, carried)
+
+
+def _carried(skeleton: Skeleton) -> dict[int, list[int]]:
+    """Return the bones that rotate with the root and with each joint that has dofs."""
+    mover = {ROOT: ROOT}
+    carried: dict[int, list[int]] = {ROOT: []}
+    for j, bone in enumerate(skeleton.bones):
+        parent = int(skeleton.parents[j])
+        mover[j] = j if bone.dofs else mover[parent]
+        carried.setdefault(mover[j], [])
+        carried[mover[j if skeleton.offset_frame == "own" else parent]].append(j)
+    return carried
+
+
+def _leaders(source: Skeleton, target: Skeleton, there: np.ndarray, bones: _Bones) -> dict[int, int]:
+    """Return the joint of the source whose rotation the root, and each joint of the target with dofs, follows.
+
+    It is the one that carries the counterpart of the bone that the joint carries. A joint that carries none follows its
+    own counterpart if dofs have the same meaning in both skeletons, and otherwise stays at rest.
+    """
+    leaders = {}
+    for joint in bones.carried:
+        if bones.carried[joint]:
+            end = bones.ends[bones.carried[joint][0]]
+            leaders[joint] = end if source.offset_frame == "own" else int(source.parents[end])
+        elif joint == ROOT:
+            leaders[joint] = ROOT
+        elif there[joint] >= 0 and source.offset_frame == target.offset_frame:
+            leaders[joint] = int(there[joint])
+    return leaders
+
+
+def _since_zero(skeleton: Skeleton, angles: np.ndarray, root: Rotation) -> dict[int, Rotation]:
+    """Return the rotation (n_frames,) of the root and of each joint since angle zero, in the world."""
+    axes, zero, column = {ROOT: root}, axes_at_zero(skeleton), 0
+    rotations = {ROOT: root}
+    for j, (bone, rest) in enumerate(zip(skeleton.bones, skeleton.rest_rotations, strict=True)):
+        axes[j] = axes[int(skeleton.parents[j])] * Rotation.from_matrix(rest.copy())
+        if bone.dofs:
+            axes[j] = axes[j] * rotations_of(bone, angles[:, column : column + bone.n_dofs])
+        column += bone.n_dofs
+        rotations[j] = axes[j] * Rotation.from_matrix(zero[j].T)
+    return rotations
+
+
+def _turns(target: Skeleton, bones: _Bones, leaders: dict[int, int]) -> dict[int, Rotation]:
+    """Return the constant rotation of the root and of each joint: the A of the module's text."""
+    at_root = np.flatnonzero(target.parents == ROOT)
+    # The joint that has the orientation of the root in the poses, as `Motion.with_root` makes it.
+    in_poses = len(at_root) == 1 and at_root[0] in leaders and not target.offsets[at_root[0]].any()
+    first = int(at_root[0]) if in_poses else ROOT
+    turns: dict[int, Rotation] = {}
+    for j in (ROOT, *range(target.n_joints)):
+        turns[j] = Rotation.identity() if j == ROOT else turns[int(target.parents[j])]
+        if j == first:
+            turns[j] = _quarter_turns(bones)
+        if carried := bones.carried.get(j):
+            now = turns[j].apply(bones.directions[carried])
+            turns[j] = _fit(now[None], bones.wished_at_zero[None, carried])[0] * turns[j]
+    return turns
+
+
+def _quarter_turns(bones: _Bones) -> Rotation:
+    """Return the rotation by quarter turns that brings the two rest poses nearest to each other.
+
+    Files differ in the axis that points up and in the one that points forward. Where the bones that the root carries do
+    not show it, as a root that carries none, the whole skeleton does.
+    """
+    known = sorted(k for carried in bones.carried.values() for k in carried)
+    product_of_both = bones.wished_at_zero[known].T @ bones.directions[known]
+    if len(known) < 2 or np.linalg.svd(product_of_both, compute_uv=False)[1] < LINE * len(known):
+        return Rotation.identity()
+    signed = (
+        np.eye(3)[list(order)] * signs for order in permutations(range(3)) for signs in product((1, -1), repeat=3)
+    )
+    best, nearest = np.trace(product_of_both), np.eye(3)  # stays where others are not nearer
+    for matrix in signed:
+        agreement = (matrix * product_of_both).sum()
+        if np.linalg.det(matrix) > 0.0 and agreement > best + 1e-9:
+            best, nearest = agreement, matrix
+    return Rotation.from_matrix(nearest)
+
+
+def _fitted(predicted: Rotation, joint: int, target: Skeleton, bones: _Bones) -> tuple[Rotation, float]:
+    """Return the rotations (n_frames,) of a joint that give its bones their directions, and the largest angle left."""
+    carried = bones.carried[joint]
+    if not carried:
+        return predicted, 0.0
+    wished = bones.wished[:, carried]
+    now = np.stack([predicted.apply(bones.directions[k]) for k in carried], axis=1)
+    if np.abs(now - wished).max() > 1e-13:
+        fit = _fit(now, wished)
+        predicted = fit * predicted
+        now = np.stack([fit.apply(now[:, i]) for i in range(len(carried))], axis=1)
+    apart = _degrees_between(now, wished)
+    if apart.max() > LARGEST_DIFFERENCE:
+        frame, i = np.unravel_index(apart.argmax(), apart.shape)
+        raise ValueError(
+            f"the motion's poses have no counterpart on this skeleton: bone {target.joint_names[carried[i]]!r} is "
+            f"{apart.max():.0f}° apart from its counterpart after the best fit of all bones that move with it, at "
+            f"frame {frame}, and no joint is between them; expected at most {LARGEST_DIFFERENCE:.0f}°. {REMEDY}"
+        )
+    return predicted, float(apart.max())
+
+
+def _fit(a: np.ndarray, b: np.ndarray) -> Rotation:
+    """Return the rotations (n,) that take directions a (n, k, 3) nearest to b; the shortest where all are on a line."""
+    U, singular, Vt = np.linalg.svd(np.einsum("nka,nkb->nab", b, a))
+    sign = np.sign(np.linalg.det(U) * np.linalg.det(Vt))
+    matrices = np.stack([U[..., 0], U[..., 1], sign[:, None] * U[..., 2]], axis=2) @ Vt
+    u, v = Vt[:, 0], U[:, :, 0]
+    quaternions = np.concatenate([np.cross(u, v), 1.0 + (u * v).sum(axis=1, keepdims=True)], axis=1)  # the scalar last
+    opposite = np.linalg.norm(quaternions, axis=1) < 1e-8  # by 180° about an axis across
+    quaternions[opposite, :3] = np.cross(u, np.eye(3)[np.abs(u).argmin(axis=1)])[opposite]
+    on_a_line = singular[:, 1] + sign * singular[:, 2] <= LINE * singular[:, 0]
+    if not on_a_line.all():
+        quaternions[~on_a_line] = Rotation.from_matrix(matrices[~on_a_line]).as_quat()
+    return Rotation.from_quat(quaternions)
+
+
+def _angles(
+    motion: Motion, target: Skeleton, there: np.ndarray, rotations: dict[int, Rotation], bones: _Bones
+) -> np.ndarray:
+    """Return the angles (n_frames, n_dofs) of the target whose joints have rotated so; others are at rest."""
+    source, zero = motion.skeleton, axes_at_zero(target)
+    axes = {ROOT: rotations[ROOT]}
+    columns: list[np.ndarray] = [np.zeros((len(motion), 0))]
+    for j, bone in enumerate(target.bones):
+        before = axes[int(target.parents[j])] * Rotation.from_matrix(target.rest_rotations[j].copy())
+        if j not in rotations:
+            axes[j] = before
+            columns.append(np.zeros((len(motion), bone.n_dofs)))
+            continue
+        wished = rotations[j] * Rotation.from_matrix(zero[j])
+        near = _columns_of_counterpart(motion, bone, int(there[j]), source.offset_frame == target.offset_frame)
+        columns.append(_numbers(bone, before.inv() * wished, near))
+        axes[j] = before * rotations_of(bone, columns[-1])
+        for k in bones.carried[j] if bone.n_dofs < 3 else ():
+            along = zero[j].T @ bones.directions[k]
+            _check(bone, target.joint_names[k], axes[j].apply(along), wished.apply(along))
+    return np.concatenate(columns, axis=1)
+
+
+def _columns_of_counterpart(motion: Motion, bone: Bone, counterpart: int, same_frame: bool) -> np.ndarray | None:
+    """Return the columns of the joint's counterpart if they have the same meaning."""
+    skeleton = motion.skeleton
+    if counterpart < 0 or not same_frame or skeleton.bones[counterpart].dofs != bone.dofs:
+        return None
+    end = sum(b.n_dofs for b in skeleton.bones[: counterpart + 1])
+    return motion.angles[:, end - bone.n_dofs : end]
+
+
+def _numbers(bone: Bone, rotations: Rotation, near: np.ndarray | None) -> np.ndarray:
+    """Return the columns of a joint, near to others or continuous in time.
+
+    Those of a joint with one or two dofs are its rotations if there are such columns.
+    """
+    if bone.n_dofs == 3:
+        return continuous_columns(bone, rotations) if near is None else columns_of(bone, rotations, near)
+    if bone.n_dofs == 1:
+        quaternions = rotations.as_quat()
+        axis = "xyz".index(bone.dofs.lower())
+        angles = 2.0 * np.arctan2(quaternions[:, axis], quaternions[:, 3])[:, None]
+    else:
+        axes = "xyz" if bone.dofs.islower() else "XYZ"
+        third = next(axis for axis in axes if axis not in bone.dofs)
+        with warnings.catch_warnings():  # of gimbal lock, where the third angle becomes zero
+            warnings.simplefilter("ignore", UserWarning)
+            triples = rotations.as_euler(bone.dofs + third)
+        is_zero = np.cos(triples[:, 2:]) > 0.0  # or else that of the other triple of the same rotation
+        angles = np.where(is_zero, triples[:, :2], triples[:, :2] * [1.0, -1.0] + np.pi)
+    angles -= TWO_PI * np.rint((angles - (0.0 if near is None else near)) / TWO_PI)
+    return np.unwrap(angles, axis=0) if near is None else angles
+
+
+def _check(bone: Bone, carried: str, reached: np.ndarray, wished: np.ndarray) -> None:
+    """Refuse directions (n, 3) that a joint cannot give to a bone."""
+    apart = _degrees_between(reached, wished)
+    if apart.max() > np.degrees(ROUNDING):
+        raise ValueError(
+            f"joint {bone.name!r} has the dofs {bone.dofs!r}, with which bone {carried!r} cannot keep its direction: "
+            f'at frame {apart.argmax()} it is off by {apart.max():.2g}°. A joint with dofs="rotvec" can, and {REMEDY}'
+        )
+
+
+def _degrees_between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return the angles (...), degrees, between unit vectors (..., 3)."""
+    return np.degrees(2.0 * np.arcsin(np.minimum(np.linalg.norm(a - b, axis=-1) / 2.0, 1.0)))

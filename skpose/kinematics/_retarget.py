@@ -1,0 +1,181 @@
+"""Retargeting: the poses of a motion on another skeleton, which may be rigged differently."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from numbers import Real
+from typing import Literal
+
+import numpy as np
+
+from skpose.kinematics._counterparts import counterparts, ratio_of_lengths
+from skpose.kinematics._forward import forward_kinematics
+from skpose.kinematics._inverse import inverse_kinematics
+from skpose.kinematics._orientations import by_orientations
+from skpose.skeleton import Motion, Skeleton
+from skpose.skeleton._arguments import check_skeleton
+from skpose.skeleton._rest import check_rest_poses
+from skpose.skeleton._root import root_orientations
+from skpose.skeleton._skeleton import mismatch
+
+Method = Literal["numbers", "orientations", "positions", "auto", "unchecked"]
+METHODS = ("numbers", "orientations", "positions", "auto", "unchecked")
+OTHER_RIG = (
+    'retarget(..., method="orientations") converts between rigs by the directions of the bones, method="positions" by '
+    'the positions of the joints, and method="auto" by the first that can'
+)
+OTHER_REST = 'method="orientations" keeps the directions of the bones in the world, "unchecked" the numbers'
+
+
+def retarget(
+    motion: Motion,
+    skeleton: Skeleton,
+    *,
+    method: Method = "numbers",
+    joints: Mapping[str, str] | None = None,
+    scale: float | Literal["lengths"] = 1.0,
+    n_jobs: int | None = None,
+    verbose: int = 0,
+) -> Motion:
+    """Return the poses of a motion on another skeleton.
+
+    Poses are compared on one skeleton, such as `Skeleton.mean` of several people's. Where both skeletons have the same
+    joints and dofs, the numbers of one are poses of the other. Where they are rigged differently, by other names, dofs,
+    orders of Euler angles, rest poses or joints in between, the poses are converted.
+
+    Parameters
+    ----------
+    motion : Motion
+        The motion.
+    skeleton : Skeleton
+        The skeleton that the poses shall have.
+    method : {"numbers", "orientations", "positions", "auto", "unchecked"}, default="numbers"
+        "numbers" takes the angles as they are, columns matched by dof name; the joints, parents and dofs must be the
+        same. It refuses skeletons on which a bone's directions at angle zero, or the rest rotations of a joint with
+        dofs, are more than 45° apart, as those of a T-pose and an A-pose. "unchecked" takes them at any difference.
+
+        "orientations" converts the angles, and the root's orientation, so that every bone points in the world where its
+        counterpart does. It is exact, and refuses what cannot be. "positions" finds the poses whose joints are nearest
+        to their counterparts, by `inverse_kinematics`: joints with few dofs, such as hinges, come as near as they can.
+
+        "auto" is the first of "numbers", "orientations" and "positions" that can; `MotionDataset.retarget` states which
+        it was.
+    joints : mapping of str to str, default=None
+        The counterpart of each joint: names of joints of `skeleton` to names of joints of ``motion.skeleton``. Joints
+        that are left out have none. None matches equal names, and no others. The two roots are counterparts always.
+    scale : float or "lengths", default=1.0
+        Factor of positions in the world, m: of the root, and for "positions" of all joints. "lengths" is the ratio of
+        the lengths, summed, of the bones that both skeletons have, between joints with counterparts: the motion as a
+        person of the size of `skeleton` would perform it.
+    n_jobs, verbose : default=None, 0
+        For "positions", see `inverse_kinematics`.
+
+    Returns
+    -------
+    Motion
+        Of the given skeleton, at the same times.
+
+    Raises
+    ------
+    ValueError
+        If the method cannot, see above; the message names the joint and the remedy. If `joints` has an unknown name, or
+        one counterpart for two joints, or nothing is in common.
+
+    Notes
+    -----
+    By orientations, the counterpart of a bone is the line between the counterparts of its ends, or, where its near end
+    has none, the bone that ends at the counterpart of its far end. Joints that carry no bone with a counterpart keep
+    their rest pose relative to their parent. Twists about bones are those of the counterpart. The bones that one joint
+    carries together, such as those of the pelvis, are fitted by least squares, as no joint can bend them; beyond 45°
+    they are refused. A bone that is shorter than a thousandth of the longest has no direction.
+
+    A root that carries no bone by itself takes the orientation of the motion's root, rotated by those quarter turns
+    that bring the two rest poses nearest to each other: files differ in the axes that point up and forward.
+
+    By positions, lengths differ unless the skeletons are of one person; then no pose has the joints where their
+    counterparts are, and directions differ by some degrees. Prefer orientations where they can. Twists about bones at
+    the end of a chain are not seen, and are those of the rest pose.
+
+    Examples
+    --------
+    A leg of ZXY angles, as in BVH files, on a leg of ball joints with other names:
+
+    >>> import numpy as np
+    >>> from skpose import Bone, Motion, Skeleton, forward_kinematics, retarget
+    >>> bvh = Skeleton([Bone("Leg", None, (0, -0.4, 0), "ZXY"), Bone("Foot", "Leg", (0, -0.4, 0))], "parent")
+    >>> balls = Skeleton([Bone("thigh", None, (0, 0, -0.5), "rotvec"), Bone("shank", "thigh", (0, 0, -0.5), "rotvec")])
+    >>> lift = Motion(bvh, [[0, np.pi / 2, 0]], frame_rate=30)
+    >>> there = retarget(lift, balls, method="orientations", joints={"thigh": "Leg", "shank": "Foot"}, scale="lengths")
+    >>> forward_kinematics(there.angles, balls).round(3) + 0.0  # in the axes of the root
+    array([[[ 0. , -0.5,  0. ],
+            [ 0. , -0.5, -0.5]]])
+    """
+    return retarget_and_report(motion, skeleton, method, joints, scale, n_jobs, verbose)[0]
+
+
+def retarget_and_report(
+    motion: Motion,
+    skeleton: Skeleton,
+    method: Method,
+    joints: Mapping[str, str] | None,
+    scale: float | Literal["lengths"],
+    n_jobs: int | None,
+    verbose: int,
+) -> tuple[Motion, str]:
+    """Return the motion on another skeleton, and in words which method it was and how near it came."""
+    if not isinstance(motion, Motion):
+        raise TypeError(f"motion must be a skpose.Motion, got {type(motion).__name__}")
+    if method not in METHODS:
+        raise ValueError(f"method must be {', '.join(map(repr, METHODS[:-1]))} or {METHODS[-1]!r}, got {method!r}")
+    check_skeleton(skeleton)
+    if scale != "lengths" and not (isinstance(scale, Real) and 0.0 < scale < np.inf):
+        raise ValueError(f'scale must be a positive number, or "lengths", got {scale!r}')
+    if joints is not None and method in ("numbers", "unchecked"):
+        raise ValueError(f'method="{method}" matches dofs by name, and joints= is for other methods: {OTHER_RIG}')
+    if method == "auto":
+        # Numbers match the names of dofs: where counterparts are given they are not taken.
+        tried: list[Method] = ["numbers", "orientations"] if joints is None else ["orientations"]
+        for first in tried:
+            try:
+                return retarget_and_report(motion, skeleton, first, joints, scale, n_jobs, verbose)
+            except ValueError:
+                counterparts(motion.skeleton, skeleton, joints)  # raises what no method can mend
+        method = "positions"
+    if method in ("numbers", "unchecked"):
+        angles, report = _same_numbers(motion, skeleton, method), "same numbers"
+    there = counterparts(motion.skeleton, skeleton, joints)
+    factor = ratio_of_lengths(motion.skeleton, skeleton, there) if scale == "lengths" else float(scale)
+    if method == "positions":
+        return _by_positions(motion, skeleton, there, factor, n_jobs, verbose)
+    if method == "orientations":
+        result, apart = by_orientations(motion, skeleton, there)
+        report = f"orientations, directions within {round(apart, 2):g}°"
+    else:
+        result = replace(motion, skeleton=skeleton, angles=angles)
+    return replace(result, root_positions=factor * motion.root_positions), report
+
+
+def _same_numbers(motion: Motion, skeleton: Skeleton, method: str) -> np.ndarray:
+    """Return the angles in the order of the dofs of another skeleton with the same joints and dofs."""
+    difference = mismatch(motion.skeleton, skeleton)
+    if difference:
+        raise ValueError(f"the motion's angles do not carry over to this skeleton: {difference}. {OTHER_RIG}")
+    if method == "numbers":
+        check_rest_poses([motion.skeleton, skeleton], ["the motion's skeleton", "the given one"], OTHER_REST)
+    column = {name: i for i, name in enumerate(motion.skeleton.dof_names)}
+    return motion.angles[:, [column[name] for name in skeleton.dof_names]]
+
+
+def _by_positions(
+    motion: Motion, skeleton: Skeleton, there: np.ndarray, factor: float, n_jobs: int | None, verbose: int
+) -> tuple[Motion, str]:
+    """Return the motion whose joints are nearest to their counterparts, in the world times a factor."""
+    if not len(motion):
+        return replace(motion, skeleton=skeleton, angles=np.zeros((0, skeleton.n_dofs))), "positions"
+    root = root_orientations(motion.root_angles, motion.root_axes)
+    positions = forward_kinematics(motion.angles, motion.skeleton)
+    wished = np.full((len(motion), skeleton.n_joints, 3), np.nan)
+    for joint in np.flatnonzero(there >= 0):
+        wished[:, joint] = factor * (root.apply(positions[:, there[joint]]) + motion.root_positions)
+    fitted = inverse_kinematics(wished, skeleton, n_jobs=n_jobs, verbose=verbose)
+    result = replace(fitted.to_motion(motion.frame_rate, motion.up), frame_numbers=motion.frame_numbers)
+    return result, f"positions, joints within {round(100.0 * float(np.nanmax(fitted.residuals)), 2):g} cm"
