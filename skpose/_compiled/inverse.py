@@ -17,13 +17,12 @@ import numpy as np
 
 from skpose._compiled.chart import free_tree, rotation_of
 from skpose._compiled.forward import workspace_rows
-from skpose._compiled.jit import internal, jit, unfolded
+from skpose._compiled.jit import internal, unfolded
 from skpose._compiled.path_energy import place
 from skpose._compiled.rotation import inverse, product, quaternion_of, sign_towards, vector_of
 from skpose._compiled.tree import Tree
 from skpose._compiled.tree_cholesky import N_ORIGIN, Equations, equations_of, factorise, solve
 
-MAX_ITER = 1000
 PRECISION = 1e-9  # a step that brings the joints no nearer than this is no step, m
 NEGLIGIBLE = 1e-10  # decrease relative to the energy that is none, far below what noise makes of it
 FIRST_DAMPING, LEAST_DAMPING, RAISED_DAMPING, MAX_DAMPING = (
@@ -39,10 +38,10 @@ SLOW = 0.5  # relative decrease of the energy below which the exact Hessian take
 
 
 class State(NamedTuple):
-    """A pose: rotations of ball joints are the references of its own tree, whose dofs are zero there."""
+    """A pose, as rotations of the frames that turn freely and angles of the others."""
 
-    tree: Tree
-    dofs: np.ndarray  # (n_dofs,) angles, rad
+    rotations: np.ndarray  # (n_frames, 4) quaternions of the frames that turn freely
+    dofs: np.ndarray  # (n_dofs,) angles, rad; zero where frames turn freely
     origin: np.ndarray  # (3,) position of the root, m
     P: np.ndarray  # (3 n_joints + 3,) positions from the root, m
     screws: np.ndarray  # (6, n_dofs) see `path_energy.place`
@@ -71,6 +70,7 @@ class Fit(NamedTuple):
 class Workspace(NamedTuple):
     """Arrays that every frame uses again."""
 
+    tree: Tree  # its references are the rotations of the state that was placed last
     here: State
     there: State
     beyond: State
@@ -82,10 +82,10 @@ class Workspace(NamedTuple):
 
 
 @internal
-def empty_state(tree, frees_angles):
-    n_dofs = tree.column.shape[0]
+def _empty_state(tree):
+    n_frames, n_dofs = tree.frame_parent.shape[0], tree.column.shape[0]
     return State(
-        free_tree(tree, frees_angles),
+        np.zeros((n_frames, 4)),
         np.zeros(n_dofs),
         np.zeros(3),
         np.zeros(3 * tree.offset.shape[0]),
@@ -93,15 +93,16 @@ def empty_state(tree, frees_angles):
     )
 
 
-@jit
+@unfolded
 def workspace_of(tree, frees_angles):
     """Return arrays for the search for poses of a tree."""
     return Workspace(
-        empty_state(tree, frees_angles),
-        empty_state(tree, frees_angles),
-        empty_state(tree, frees_angles),
-        empty_state(tree, frees_angles),
-        empty_state(tree, frees_angles),
+        free_tree(tree, frees_angles),
+        _empty_state(tree),
+        _empty_state(tree),
+        _empty_state(tree),
+        _empty_state(tree),
+        _empty_state(tree),
         equations_of(tree),
         np.zeros((tree.frame_parent.shape[0], 22)),
         np.empty(workspace_rows(tree)),
@@ -111,35 +112,39 @@ def workspace_of(tree, frees_angles):
 @internal
 def copy_state(source, target):
     """Copy a state to another one."""
-    target.tree.reference[:] = source.tree.reference
+    target.rotations[:] = source.rotations
     target.dofs[:] = source.dofs
     target.origin[:] = source.origin
     target.P[:] = source.P
     target.screws[:] = source.screws
 
 
-@jit
+@internal
+def place_state(work, state):
+    """Compute the positions and the screws of a state."""
+    work.tree.reference[:] = state.rotations
+    place(work.tree, state.dofs, work.scratch, state.P, state.screws)
+
+
+@internal
 def set_pose(tree, dofs, rotations, angles):
-    """Write a pose as rotations of frames with three dofs, where these are free, and angles of the others."""
+    """Write a pose as rotations of the frames that may turn freely, and as angles."""
     for f in range(1, tree.frame_parent.shape[0]):
-        first, end = tree.first_dof[f], tree.end_dof[f]
-        if end - first == 3:
+        if tree.end_dof[f] - tree.first_dof[f] == 3:
             w, x, y, z = rotation_of(tree, dofs, f)
             rotations[f, 0], rotations[f, 1], rotations[f, 2], rotations[f, 3] = w, x, y, z
     angles[:] = dofs
 
 
 @internal
-def start_at(state, rotations, angles):
-    """Let a state have the rotations and angles of a pose."""
-    free = state.tree
-    for f in range(1, free.frame_parent.shape[0]):
-        is_ball = free.ball[f] >= 0
-        for d in range(free.first_dof[f], free.end_dof[f]):
-            state.dofs[d] = 0.0 if is_ball else angles[d]
-        if is_ball:
-            for i in range(4):
-                free.reference[f, i] = rotations[f, i]
+def start_at(tree, state, rotations, angles):
+    """Let a state have the rotations and angles of a pose, with the root at the origin."""
+    state.rotations[:] = rotations
+    state.dofs[:] = angles
+    state.origin[:] = 0.0
+    for f in range(1, tree.frame_parent.shape[0]):
+        if tree.ball[f] >= 0:
+            state.dofs[tree.first_dof[f] : tree.end_dof[f]] = 0.0
 
 
 @internal
@@ -153,23 +158,23 @@ def _turn_from(before, now, f):
 
 
 @internal
-def _away(state, target):
+def _away(tree, state, target):
     """Return half the squared distance from θ₀ in rad²; the root's frame, the first one, has no part in it."""
-    free, half = state.tree, 0.0
-    for f in range(2, free.frame_parent.shape[0]):
-        if free.ball[f] >= 0:
-            x, y, z = _turn_from(target.prior, free.reference, f)
+    half = 0.0
+    for f in range(2, tree.frame_parent.shape[0]):
+        if tree.ball[f] >= 0:
+            x, y, z = _turn_from(target.prior, state.rotations, f)
             half += 0.5 * (x * x + y * y + z * z)
         else:
-            for d in range(free.first_dof[f], free.end_dof[f]):
+            for d in range(tree.first_dof[f], tree.end_dof[f]):
                 half += 0.5 * (state.dofs[d] - target.prior_dofs[d]) ** 2
     return half
 
 
 @internal
-def _evaluate(state, target, stiffness, scratch):
+def _evaluate(work, state, target, stiffness):
     """Place the joints; return half the energy."""
-    place(state.tree, state.dofs, scratch, state.P, state.screws)
+    place_state(work, state)
     half = 0.0
     for j in range(1, target.weights.shape[0]):
         w = target.weights[j]
@@ -179,14 +184,13 @@ def _evaluate(state, target, stiffness, scratch):
             z = state.P[3 * j + 2] + state.origin[2] - target.positions[j, 2]
             half += 0.5 * w * (x * x + y * y + z * z)
     if stiffness > 0.0:
-        half += stiffness * _away(state, target)
+        half += stiffness * _away(work.tree, state, target)
     return half
 
 
 @internal
-def _sum_joints(state, target, sums):
+def _sum_joints(tree, state, target, sums):
     """Sum the moments of the joints that each frame moves."""
-    tree = state.tree
     sums[:] = 0.0
     for j in range(1, target.weights.shape[0]):
         w = target.weights[j]
@@ -228,8 +232,8 @@ def _sum_joints(state, target, sums):
 @internal
 def _gradient(state, target, stiffness, work):
     """Compute the gradient of half the energy by turns, angles and the root's position."""
-    tree, gradient, sums, screws = state.tree, work.equations.gradient, work.sums, state.screws
-    _sum_joints(state, target, sums)
+    tree, gradient, sums, screws = work.tree, work.equations.gradient, work.sums, state.screws
+    _sum_joints(tree, state, target, sums)
     for i in range(N_ORIGIN):
         gradient[i] = sums[0, 9 + i]
     for f in range(1, tree.frame_parent.shape[0]):
@@ -241,7 +245,7 @@ def _gradient(state, target, stiffness, work):
         if stiffness == 0.0 or f == 1:
             continue
         if tree.ball[f] >= 0:  # the gradient of ½ |v|² by a turn in the rotated axes is v
-            x, y, z = _turn_from(target.prior, tree.reference, f)
+            x, y, z = _turn_from(target.prior, state.rotations, f)
             gradient[N_ORIGIN + first] += stiffness * x
             gradient[N_ORIGIN + first + 1] += stiffness * y
             gradient[N_ORIGIN + first + 2] += stiffness * z
@@ -253,7 +257,7 @@ def _gradient(state, target, stiffness, work):
 @internal
 def _fill_matrix(state, stiffness, work):
     """Compute the Gauss-Newton matrix, after the gradient."""
-    tree, sums, screws, matrix = state.tree, work.sums, state.screws, work.equations.matrix
+    tree, sums, screws, matrix = work.tree, work.sums, state.screws, work.equations.matrix
     for i in range(N_ORIGIN):
         for j in range(i + 1):
             matrix[i, j] = sums[0, 21] if i == j else 0.0
@@ -277,14 +281,14 @@ def _fill_matrix(state, stiffness, work):
                 matrix[N_ORIGIN + d, N_ORIGIN + d] += stiffness
 
 
-@internal
+@unfolded
 def _add_second_derivatives(state, work):
     """Add what Gauss-Newton leaves out: residuals times second derivatives.
 
     For axes a and c, where c is a or an axis between a and the root, ∂²p = c × (a × (p − o)). The axes of a ball joint,
     whose turn is a rotation vector at zero, have the mean of the two orders.
     """
-    tree, sums, screws, matrix = state.tree, work.sums, state.screws, work.equations.matrix
+    tree, sums, screws, matrix = work.tree, work.sums, state.screws, work.equations.matrix
     for f in range(1, tree.frame_parent.shape[0]):
         xu, xv, xt, yu, yv, yt, zu, zv, zt, u, v, t = sums[f, :12]
         o = 3 * tree.pivot[f]
@@ -313,7 +317,7 @@ def _add_second_derivatives(state, work):
                     matrix[N_ORIGIN + d, N_ORIGIN + e] -= 0.5 * (m0 * k0 + m1 * k1 + m2 * k2)
 
 
-@internal
+@unfolded
 def _fix_at_bounds(state, target, equations):
     """Fix the dofs at a bound that the gradient pushes against."""
     for d in range(state.dofs.shape[0]):
@@ -323,20 +327,19 @@ def _fix_at_bounds(state, target, equations):
 
 
 @internal
-def retract(state, step, target, moved):
+def retract(tree, state, step, target, moved):
     """Move a state by a step: turn its ball joints in their own axes, add to angles within bounds, move the root."""
-    free = state.tree
     for i in range(N_ORIGIN):
         moved.origin[i] = state.origin[i] + step[i]
-    for f in range(1, free.frame_parent.shape[0]):
-        first, end = free.first_dof[f], free.end_dof[f]
-        if free.ball[f] >= 0:
-            q = free.reference[f, 0], free.reference[f, 1], free.reference[f, 2], free.reference[f, 3]
+    for f in range(1, tree.frame_parent.shape[0]):
+        first, end, q = tree.first_dof[f], tree.end_dof[f], state.rotations[f]
+        if tree.ball[f] >= 0:
             k = N_ORIGIN + first
-            w, x, y, z = product(q, quaternion_of(step[k], step[k + 1], step[k + 2]))
+            turn = quaternion_of(step[k], step[k + 1], step[k + 2])
+            w, x, y, z = product((q[0], q[1], q[2], q[3]), turn)
             size = 1.0 / math.sqrt(w * w + x * x + y * y + z * z)
-            moved.tree.reference[f, 0], moved.tree.reference[f, 1] = size * w, size * x
-            moved.tree.reference[f, 2], moved.tree.reference[f, 3] = size * y, size * z
+            moved.rotations[f, 0], moved.rotations[f, 1] = size * w, size * x
+            moved.rotations[f, 2], moved.rotations[f, 3] = size * y, size * z
         else:
             for d in range(first, end):
                 angle = state.dofs[d] + step[N_ORIGIN + d]
@@ -348,7 +351,7 @@ def _mean_diagonal(matrix):
     return np.trace(matrix) / matrix.shape[0]
 
 
-@internal
+@unfolded
 def _corrected(work, target, stiffness, damping):
     """Take a second step from where a first one led, by the same equations; return the energy reached.
 
@@ -358,9 +361,9 @@ def _corrected(work, target, stiffness, damping):
     """
     equations = work.equations
     _gradient(work.there, target, stiffness, work)
-    solve(work.there.tree, equations, damping)
-    retract(work.there, equations.step, target, work.beyond)
-    return _evaluate(work.beyond, target, stiffness, work.scratch)
+    solve(work.tree, equations, damping)
+    retract(work.tree, work.there, equations.step, target, work.beyond)
+    return _evaluate(work, work.beyond, target, stiffness)
 
 
 @internal
@@ -370,13 +373,13 @@ def minimise_pose(work, target, first_damping, max_iter):
     The first step also goes a part of the way to θ₀ in what the positions leave open; the others only so far as the
     stiffness asks for.
     """
-    here, there, equations = work.here, work.there, work.equations
+    tree, here, there, equations = work.tree, work.here, work.there, work.equations
     stiffness = max(target.stiffness, PULL * PULL)
-    half = _evaluate(here, target, stiffness, work.scratch)
+    half = _evaluate(work, here, target, stiffness)
     scale, damping, exact = 0.0, 0.0, False
     for iteration in range(max_iter):
         if iteration == 1 and stiffness > target.stiffness:
-            half -= (stiffness - target.stiffness) * _away(here, target)
+            half -= (stiffness - target.stiffness) * _away(tree, here, target)
             stiffness = target.stiffness
         _gradient(here, target, stiffness, work)
         _fill_matrix(here, stiffness, work)
@@ -389,18 +392,18 @@ def minimise_pose(work, target, first_damping, max_iter):
         falling = True  # the energy, with this damping
         least = max(PRECISION * PRECISION, NEGLIGIBLE * half)
         while True:
-            if not factorise(here.tree, equations, damping):
+            if not factorise(tree, equations, damping):
                 if exact:
                     exact = False
                     _fill_matrix(here, stiffness, work)
                     continue
                 return Fit(half, iteration, False)
-            predicted = solve(here.tree, equations, damping)
+            predicted = solve(tree, equations, damping)
             certain = damping <= CERTAIN * scale
             if predicted <= least and (certain or not predicted > 0.0):
                 return Fit(half, iteration, certain)
-            retract(here, equations.step, target, there)
-            reached = _evaluate(there, target, stiffness, work.scratch)
+            retract(tree, here, equations.step, target, there)
+            reached = _evaluate(work, there, target, stiffness)
             if not half - reached > LEAST_RATIO * predicted:
                 again = _corrected(work, target, stiffness, damping)
                 if again < reached:

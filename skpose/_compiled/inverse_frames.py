@@ -17,16 +17,16 @@ from skpose._compiled.inverse import (
     Target,
     copy_state,
     minimise_pose,
+    place_state,
     set_pose,
     start_at,
     workspace_of,
 )
 from skpose._compiled.inverse_start import fit_afresh
-from skpose._compiled.jit import internal, jit
+from skpose._compiled.jit import jit, unfolded
 
 WORSE, MORE = 2.0, 1e-6  # a frame is tried afresh if its distance is so many times that of the one before, and so
 # much more, m
-WARM_ITER = 20  # iterations from the frame before
 
 
 class Observed(NamedTuple):
@@ -41,6 +41,9 @@ class Rules(NamedTuple):
     """What holds for all frames."""
 
     frees_angles: bool  # joints of three angles are rotations, without limits
+    is_sequence: bool  # each frame starts from the one before, or else from a pose of its own
+    warm_iter: int  # iterations from the frame before
+    max_iter: int  # iterations from a first pose
     stiffness: float  # ρ², m²/rad²
     lower: np.ndarray  # (n_dofs,) rad
     upper: np.ndarray  # (n_dofs,) rad
@@ -56,11 +59,12 @@ class Found(NamedTuple):
     converged: np.ndarray  # (n_frames,) bool
 
 
-@internal
+@unfolded
 def _write(tree, work, target, near, fit, found, i):
     """Write the state as the pose of frame i; of the numbers that are one rotation, those nearest to a pose's."""
     here = work.here
-    dofs_of(tree, here.tree, here.dofs, near, found.dofs[i])
+    work.tree.reference[:] = here.rotations
+    dofs_of(tree, work.tree, here.dofs, near, found.dofs[i])
     found.origins[i] = here.origin
     for j in range(target.weights.shape[0]):
         square = 0.0
@@ -70,7 +74,7 @@ def _write(tree, work, target, near, fit, found, i):
     found.n_iter[i], found.converged[i] = fit.n_iter, fit.converged
 
 
-@internal
+@unfolded
 def _settle(tree, observed, i, rotations, angles, state, target):
     """Let the prior be the first pose; the frame before where an end of a frame's bones is lost."""
     target.prior[:] = rotations
@@ -81,12 +85,12 @@ def _settle(tree, observed, i, rotations, angles, state, target):
         frames_lost[tree.joint_frame[j]] |= lost[j]
     for f in range(2, tree.frame_parent.shape[0]):
         if frames_lost[f] or lost[tree.pivot[f]]:
-            target.prior[f] = state.tree.reference[f]
+            target.prior[f] = state.rotations[f]
             for d in range(tree.first_dof[f], tree.end_dof[f]):
                 target.prior_dofs[d] = state.dofs[d]
 
 
-@internal
+@unfolded
 def _distance(fit, weights):
     """Return the weighted root mean square of the distances."""
     total = 0.0
@@ -95,67 +99,48 @@ def _distance(fit, weights):
     return math.sqrt(2.0 * fit.half / total)
 
 
-@internal
+@unfolded
 def _no_fit():
     return Fit(0.0, 0, False)
 
 
 @jit
-def fit_sequence(tree, observed, initial, rules, run_in, found):
-    """Find the poses of a sequence; of the first frames, `run_in` of them, nothing is written.
+def fit_frames(tree, observed, initials, rules, run_in, found):
+    """Find the poses of a sequence, or of frames that each have a first pose; nothing is written of the first ones.
 
-    A frame in which nothing is seen has the pose of the frame before.
+    Of a sequence, a frame in which nothing is seen has the pose of the frame before.
     """
     work = workspace_of(tree, rules.frees_angles)
-    rotations, angles = np.zeros((tree.frame_parent.shape[0], 4)), np.zeros(initial.shape[0])
+    rotations, angles = np.zeros(work.here.rotations.shape), np.zeros(initials.shape[1])
     rotations[:, 0] = 1.0
-    set_pose(tree, initial, rotations, angles)
-    start_at(work.here, rotations, angles)
     prior, prior_dofs = rotations.copy(), angles.copy()
     started, last = False, math.inf
     for i in range(observed.positions.shape[0]):
+        initial = initials[0 if rules.is_sequence else i]
+        if i == 0 or not rules.is_sequence:
+            set_pose(tree, initial, rotations, angles)
+            start_at(work.tree, work.here, rotations, angles)
+            place_state(work, work.here)
+            prior[:], prior_dofs[:], started = rotations, angles, False
         target = Target(
             observed.positions[i], observed.weights[i], prior, prior_dofs, rules.stiffness, rules.lower, rules.upper
         )
-        fit = _no_fit()
+        fit = Fit(0.0, 0, False)
         if target.weights.any():
-            n_iter = 0
             if started:
                 _settle(tree, observed, i, rotations, angles, work.here, target)
-                fit = minimise_pose(work, target, LEAST_DAMPING, WARM_ITER)
-                n_iter = fit.n_iter
+                fit = minimise_pose(work, target, LEAST_DAMPING, rules.warm_iter)
             distance = _distance(fit, target.weights)
             if not started or not fit.converged or distance > WORSE * last + MORE:
                 copy_state(work.here, work.kept)
-                if not started:
-                    prior[:], prior_dofs[:] = rotations, angles
-                again = fit_afresh(work, target, rotations, angles)
-                n_iter += again.n_iter
-                if started and (fit.half <= again.half or not again.converged) and fit.converged:
+                again = fit_afresh(work, target, rotations, angles, rules.max_iter)
+                n_iter = fit.n_iter + again.n_iter
+                if fit.converged and (fit.half <= again.half or not again.converged):
                     copy_state(work.kept, work.here)
                 else:
                     fit = again
-            fit = Fit(fit.half, n_iter, fit.converged)
+                fit = Fit(fit.half, n_iter, fit.converged)
             distance = _distance(fit, target.weights)
             started, last = True, min(distance, WORSE * last + MORE)
         if i >= run_in:
             _write(tree, work, target, initial, fit, found, i - run_in)
-
-
-@jit
-def fit_frames(tree, observed, initials, rules, found):
-    """Find the poses of frames that have nothing to do with each other, each from a first pose of its own."""
-    work = workspace_of(tree, rules.frees_angles)
-    rotations, angles = np.zeros((tree.frame_parent.shape[0], 4)), np.zeros(initials.shape[1])
-    rotations[:, 0] = 1.0
-    for i in range(observed.positions.shape[0]):
-        set_pose(tree, initials[i], rotations, angles)
-        target = Target(
-            observed.positions[i], observed.weights[i], rotations, angles, rules.stiffness, rules.lower, rules.upper
-        )
-        fit = _no_fit()
-        if target.weights.any():
-            fit = fit_afresh(work, target, rotations, angles)
-        else:
-            start_at(work.here, rotations, angles)
-        _write(tree, work, target, initials[i], fit, found, i)

@@ -9,11 +9,11 @@ import math
 
 import numpy as np
 
-from skpose._compiled.inverse import FIRST_DAMPING, MAX_ITER, Fit, copy_state, minimise_pose, start_at
-from skpose._compiled.jit import internal
-from skpose._compiled.path_energy import place
+from skpose._compiled.inverse import FIRST_DAMPING, Fit, copy_state, minimise_pose, place_state, start_at
+from skpose._compiled.jit import internal, unfolded
 from skpose._compiled.rotation import product, quaternion_of
 
+ROOT = np.int64(1)  # frame that turns the root; not a literal, for which numba would compile its users once more
 TIE = 1e-6  # of a rotation's products, by which smaller rotations fit better
 NO_LEVER = 1e-2  # of a hinge whose bone lies along its axis
 REACHED = 1e-7  # distance of all joints together that is none, m
@@ -52,16 +52,11 @@ def _add_products(S, weight, a, b):
             S[i, k] += weight * a[i] * b[k]
 
 
-@internal
-def _place(state, scratch):
-    place(state.tree, state.dofs, scratch, state.P, state.screws)
-
-
-@internal
+@unfolded
 def _align_root(work, target):
     """Turn and move the root so that the joints that are seen are nearest to their positions, the pose as it is."""
     state, positions = work.here, target.positions
-    _place(state, work.scratch)
+    place_state(work, state)
     total, a, b, S = 0.0, np.zeros(3), np.zeros(3), np.zeros((3, 3))
     for j in range(1, target.weights.shape[0]):
         total += target.weights[j]
@@ -70,17 +65,17 @@ def _align_root(work, target):
     a, b = a / total, b / total
     for j in range(1, target.weights.shape[0]):
         _add_products(S, target.weights[j], state.P[3 * j : 3 * j + 3] - a, positions[j] - b)
-    _turn(state, 1, _rotation_of(S))
-    _place(state, work.scratch)
+    _turn(work.tree, state, ROOT, _rotation_of(S))
+    place_state(work, state)
     state.origin[:] = b
     for j in range(1, target.weights.shape[0]):
         state.origin[:] -= target.weights[j] / total * state.P[3 * j : 3 * j + 3]
 
 
 @internal
-def _turn(state, f, turn):
+def _turn(tree, state, f, turn):
     """Turn a ball joint's frame by a rotation in the world, a quaternion; the frames have been placed."""
-    axes, d, reference = state.screws, state.tree.first_dof[f], state.tree.reference
+    axes, d, rotations = state.screws, tree.first_dof[f], state.rotations
     w, x, y, z = turn
     own = (
         w,
@@ -88,8 +83,8 @@ def _turn(state, f, turn):
         axes[0, d + 1] * x + axes[1, d + 1] * y + axes[2, d + 1] * z,
         axes[0, d + 2] * x + axes[1, d + 2] * y + axes[2, d + 2] * z,
     )
-    before = reference[f, 0], reference[f, 1], reference[f, 2], reference[f, 3]
-    reference[f, 0], reference[f, 1], reference[f, 2], reference[f, 3] = product(before, own)
+    before = rotations[f, 0], rotations[f, 1], rotations[f, 2], rotations[f, 3]
+    rotations[f, 0], rotations[f, 1], rotations[f, 2], rotations[f, 3] = product(before, own)
 
 
 @internal
@@ -100,12 +95,12 @@ def _is_below(tree, f, ancestor):
 
 
 @internal
-def _sum_bones(state, target, f, below, S):
+def _sum_bones(tree, state, target, f, below, S):
     """Sum the products of the bones that a frame carries and of the vectors to where their ends are seen.
 
     With `below`, of the vectors to all joints that it moves.
     """
-    tree, positions, end = state.tree, target.positions, np.zeros(3)
+    positions, end = target.positions, np.zeros(3)
     pivot = tree.pivot[f]
     S[:] = 0.0
     for j in range(1, target.weights.shape[0]):
@@ -124,22 +119,22 @@ def _point_bones(work, target, ancestor):
 
     Parents first.
     """
-    state, tree, S = work.here, work.here.tree, np.zeros((3, 3))
+    state, tree, S = work.here, work.tree, np.zeros((3, 3))
     for f in range(ancestor + 1, tree.frame_parent.shape[0]):
         if not _is_below(tree, f, ancestor):
             continue
         if tree.ball[f] >= 0:
-            _sum_bones(state, target, f, False, S)
+            _sum_bones(tree, state, target, f, False, S)
             if S.any():
-                _turn(state, f, _rotation_of(S))
-                _place(state, work.scratch)
+                _turn(tree, state, f, _rotation_of(S))
+                place_state(work, state)
             continue
         for d in range(tree.first_dof[f], tree.end_dof[f]):
-            _sum_bones(state, target, f, False, S)
+            _sum_bones(tree, state, target, f, False, S)
             if not _turn_hinge(state, target, d, S):  # the bone lies along the axis, but others may not
-                _sum_bones(state, target, f, True, S)
+                _sum_bones(tree, state, target, f, True, S)
                 _turn_hinge(state, target, d, S)
-            _place(state, work.scratch)
+            place_state(work, state)
 
 
 @internal
@@ -176,9 +171,9 @@ def _joint_before(tree, f):
 
 
 @internal
-def _hinge_bone(state, f):
+def _hinge_bone(tree, state, f):
     """Return the bone that a hinge carries, from its pivot, and whether that lies along its axis."""
-    tree, bone = state.tree, np.zeros(3)
+    bone = np.zeros(3)
     for j in range(tree.offset.shape[0] - 1, 0, -1):
         if tree.joint_frame[j] == f:
             bone[:] = state.P[3 * j : 3 * j + 3] - state.P[3 * tree.pivot[f] : 3 * tree.pivot[f] + 3]
@@ -186,39 +181,39 @@ def _hinge_bone(state, f):
     return bone, size - along * along <= NO_LEVER * size
 
 
-@internal
+@unfolded
 def _bend_back(work, target, f):
     """Bend a hinge to the other side, and twist the ball joint before it so that its bone ends where it did.
 
     A hinge along its bone turns by half a turn. The joints below follow.
     """
-    state, tree, P = work.here, work.here.tree, work.here.P
+    state, tree, P = work.here, work.tree, work.here.P
     d, pivot, before = tree.first_dof[f], 3 * tree.pivot[f], 3 * tree.pivot[_joint_before(tree, f)]
-    bone, is_twist = _hinge_bone(state, f)
+    bone, is_twist = _hinge_bone(tree, state, f)
     axis = state.screws[:3, d].copy()
     upper = P[pivot : pivot + 3] - P[before : before + 3]
     angle = state.dofs[d] + (math.pi if is_twist else 2.0 * _angle_about(axis, bone, upper))
     state.dofs[d] = min(max(angle, target.lower[d]), target.upper[d])
-    _place(state, work.scratch)
+    place_state(work, state)
     if not is_twist:
         upper /= math.sqrt(np.dot(upper, upper))
-        twist = _angle_about(upper, _hinge_bone(state, f)[0], bone)
-        _turn(state, _joint_before(tree, f), quaternion_of(twist * upper[0], twist * upper[1], twist * upper[2]))
-        _place(state, work.scratch)
+        twist = _angle_about(upper, _hinge_bone(tree, state, f)[0], bone)
+        _turn(tree, state, _joint_before(tree, f), quaternion_of(twist * upper[0], twist * upper[1], twist * upper[2]))
+        place_state(work, state)
     _point_bones(work, target, f)
 
 
-@internal
-def _hinges_after(state, ball, hinges):
+@unfolded
+def _hinges_after(tree, state, ball, hinges):
     """Find the hinges after a ball joint that may be bent to the wrong side; return how many."""
-    tree, n = state.tree, 0
+    n = 0
     for f in range(ball + 1, tree.frame_parent.shape[0]):
         above = tree.frame_parent[f]
         while above > ball and tree.ball[above] < 0:
             above = tree.frame_parent[above]
         if above != ball or tree.end_dof[f] - tree.first_dof[f] != 1 or n == hinges.shape[0]:
             continue
-        bone, is_twist = _hinge_bone(state, f)
+        bone, is_twist = _hinge_bone(tree, state, f)
         o, p = 3 * tree.pivot[ball], 3 * tree.pivot[f]
         bends = _joint_before(tree, f) == ball and np.any(state.P[o : o + 3] != state.P[p : p + 3])
         if bone.any() and (is_twist or bends):
@@ -227,10 +222,10 @@ def _hinges_after(state, ball, hinges):
     return n
 
 
-@internal
-def _is_off(state, target, f):
+@unfolded
+def _is_off(tree, state, target, f):
     """Return whether the joints below a frame are much farther from their positions than all joints are."""
-    tree, here, n_here, all_of_them, n = state.tree, 0.0, 0.0, 0.0, 0.0
+    here, n_here, all_of_them, n = 0.0, 0.0, 0.0, 0.0
     for j in range(1, target.weights.shape[0]):
         w, square = target.weights[j], 0.0
         for i in range(3):
@@ -243,17 +238,17 @@ def _is_off(state, target, f):
     return here * n > OFF * all_of_them * n_here
 
 
-@internal
-def _try_hinges(work, target, fit):
+@unfolded
+def _try_hinges(work, target, fit, max_iter):
     """Try the hinges on their other sides, in all combinations of those after one ball joint.
 
     An elbow that is bent backwards, below an upper arm twisted by half a turn, is nearly as good as the right one: a
     local minimum. So is a wrist twisted by half a turn.
     """
-    tree, n_iter, hinges = work.here.tree, fit.n_iter, np.zeros(MAX_HINGES, np.int64)
+    tree, n_iter, hinges = work.tree, fit.n_iter, np.zeros(MAX_HINGES, np.int64)
     for ball in range(2, tree.frame_parent.shape[0]):
-        n_hinges = _hinges_after(work.here, ball, hinges) if tree.ball[ball] >= 0 else 0
-        if n_hinges == 0 or 2.0 * fit.half <= REACHED * REACHED or not _is_off(work.here, target, ball):
+        n_hinges = _hinges_after(tree, work.here, ball, hinges) if tree.ball[ball] >= 0 else 0
+        if n_hinges == 0 or 2.0 * fit.half <= REACHED * REACHED or not _is_off(tree, work.here, target, ball):
             continue
         copy_state(work.here, work.best)
         for n in range(1, 2**n_hinges):  # one hinge changes at a time, as in Gray's code
@@ -261,7 +256,7 @@ def _try_hinges(work, target, fit):
             while n % 2 ** (k + 1) == 0:
                 k += 1
             _bend_back(work, target, hinges[k])
-            again = minimise_pose(work, target, FIRST_DAMPING * FIRST_DAMPING, MAX_ITER)
+            again = minimise_pose(work, target, FIRST_DAMPING * FIRST_DAMPING, max_iter)
             n_iter += again.n_iter
             if again.half < fit.half:
                 fit = again
@@ -270,10 +265,10 @@ def _try_hinges(work, target, fit):
     return Fit(fit.half, n_iter, fit.converged)
 
 
-@internal
-def fit_afresh(work, target, rotations, angles):
+@unfolded
+def fit_afresh(work, target, rotations, angles, max_iter):
     """Find the pose from a first one on, with the root's place and orientation by the best fit of all joints."""
-    start_at(work.here, rotations, angles)
+    start_at(work.tree, work.here, rotations, angles)
     _align_root(work, target)
-    _point_bones(work, target, 1)
-    return _try_hinges(work, target, minimise_pose(work, target, FIRST_DAMPING, MAX_ITER))
+    _point_bones(work, target, ROOT)
+    return _try_hinges(work, target, minimise_pose(work, target, FIRST_DAMPING, max_iter), max_iter)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from sklearn.exceptions import ConvergenceWarning
 
-from skpose._compiled.inverse_frames import Found, Observed, Rules, fit_frames, fit_sequence
+from skpose._compiled.inverse_frames import Found, Observed, Rules, fit_frames
 from skpose._compiled.tree import Tree
 from skpose._warnings import warn
 from skpose.keypoints import Keypoints
@@ -21,6 +21,8 @@ from skpose.skeleton._validation import check_poses
 
 TASK = 512  # frames, some 50 ms; fixed, so that poses do not depend on n_jobs
 RUN_IN = 32  # frames before a task's first that it computes too, and drops: its first frame is then no start
+WARM_ITER = 20  # iterations from the frame before
+MAX_ITER = 1000  # iterations from the initial pose, of which a few frames need hundreds
 OTHER_UNITS = 20.0  # ratio of sizes of what is seen and of the skeleton
 N_ROOT = 3  # columns of the root's orientation
 
@@ -47,16 +49,12 @@ class Problem:
     ends: np.ndarray  # (n_sequences,) number of the frame after the last of each sequence
     rules: Rules
 
-    @property
-    def is_sequence(self) -> bool:
-        return len(self.initial) != len(self.weights) or len(self.weights) == 1
-
     def tasks(self) -> Iterator[Task]:
         """Yield the parts of the sequences."""
         start = 0
         for end in self.ends.tolist():
             for first in range(start, end, TASK):
-                run_in = min(RUN_IN, first - start) if self.is_sequence else 0
+                run_in = min(RUN_IN, first - start) if self.rules.is_sequence else 0
                 yield Task(first, min(first + TASK, end), run_in, start, end)
             start = end
 
@@ -70,10 +68,8 @@ class Problem:
         frames, found = slice(task.first - task.run_in, task.last), self.empty(task.last - task.first)
         ever = np.asarray((self.weights[task.start : task.end] > 0.0).any(axis=0))
         observed = Observed(self.positions[frames].copy(), self.weights[frames].copy(), ever)
-        if self.is_sequence:
-            fit_sequence(self.tree, observed, self.initial[0].copy(), self.rules, task.run_in, found)
-        else:
-            fit_frames(self.tree, observed, self.initial[frames].copy(), self.rules, found)
+        initial = self.initial if self.rules.is_sequence else self.initial[frames].copy()
+        fit_frames(self.tree, observed, initial, self.rules, task.run_in, found)
         return found
 
     def fitted(self, found: Found) -> FittedPoses:
@@ -93,7 +89,7 @@ class Problem:
         )
         unseen = ~(self.weights > 0.0).any(axis=1)
         if unseen.any():
-            held = "that of the frame before" if self.is_sequence else "the initial one"
+            held = "that of the frame before" if self.rules.is_sequence else "the initial one"
             warn(
                 f"in {unseen.sum()} of {n} frames, first in frame {unseen.argmax()}, no joint is seen: their pose is "
                 f"{held}, and is not converged; leave them out, or interpolate the positions"
@@ -131,7 +127,15 @@ def problem_of(
     start = _initial(initial, skeleton, n)
     lower, upper = _limits(tree, skeleton, joint_limits)
     dofs = to_tree_order(tree, np.concatenate([np.zeros((len(start), N_ROOT)), start], axis=1))
-    rules = Rules(joint_limits == "ignore", regularization**2, lower, upper)
+    rules = Rules(
+        frees_angles=joint_limits == "ignore",
+        is_sequence=len(start) == 1,
+        warm_iter=WARM_ITER,
+        max_iter=MAX_ITER,
+        stiffness=regularization**2,
+        lower=lower,
+        upper=upper,
+    )
     return Problem(
         skeleton,
         tree,
