@@ -1,8 +1,7 @@
 """Inverse kinematics of the frames of a sequence, each from the one before, and of frames one by one.
 
-The pose of a frame depends on the positions of that frame: what they leave open, such as twists, is settled by the
-first pose, not by the frame before, so that it cannot drift. Only where the end of a bone is lost, a joint that
-other frames see, the frame before settles what that joint leaves open.
+Angles that the positions leave open, such as twists, go back to the first pose a part of the way in each frame, so that
+they cannot drift. Where the end of a bone is lost, which other frames see, they stay as in the frame before.
 """
 
 import math
@@ -25,8 +24,7 @@ from skpose._compiled.inverse import (
 from skpose._compiled.inverse_start import fit_afresh
 from skpose._compiled.jit import jit, unfolded
 
-WORSE, MORE = 2.0, 1e-6  # a frame is tried afresh if its distance is so many times that of the one before, and so
-# much more, m
+WORSE, MORE = 2.0, 1e-6  # a frame starts afresh too if it is farther off than the one before: times, and m
 
 
 class Observed(NamedTuple):
@@ -38,7 +36,7 @@ class Observed(NamedTuple):
 
 
 class Rules(NamedTuple):
-    """What holds for all frames."""
+    """Settings for all frames."""
 
     frees_angles: bool  # joints of three angles are rotations, without limits
     is_sequence: bool  # each frame starts from the one before, or else from a pose of its own
