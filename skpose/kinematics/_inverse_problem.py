@@ -17,13 +17,14 @@ from skpose.kinematics._fitted_poses import FittedPoses
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of_all_joints
 from skpose.skeleton import Skeleton
 from skpose.skeleton._root import with_root_joint
+from skpose.skeleton._units import size_of
 from skpose.skeleton._validation import check_poses
 
 TASK = 512  # frames, some 50 ms; fixed, so that poses do not depend on n_jobs
 RUN_IN = 32  # frames before a task's first that it computes too, and drops: its first frame is then no start
 WARM_ITER = 20  # iterations from the frame before
 MAX_ITER = 1000  # iterations from the initial pose, of which a few frames need hundreds
-OTHER_UNITS = 20.0  # ratio of sizes of what is seen and of the skeleton
+LARGER, SMALLER = 10.0, 50.0  # times that what is seen may differ in size from the skeleton: few joints may be seen
 N_ROOT = 3  # columns of the root's orientation
 
 
@@ -225,13 +226,12 @@ def _limits(tree: Tree, skeleton: Skeleton, joint_limits: str) -> tuple[np.ndarr
 def _warn_of_units(positions: np.ndarray, skeleton: Skeleton) -> None:
     """Warn if the sizes of what is seen and of the skeleton are those of different units."""
     seen = positions[(~np.isnan(positions[:, :, 0])).sum(axis=1) > 1]
-    reach = np.linalg.norm(skeleton.offsets, axis=1).sum()
-    if not len(seen) or not reach > 0.0:
+    size = size_of(skeleton)
+    if not len(seen) or not size > 0.0:
         return
-    extent = np.nanmax(np.nanmax(seen, axis=1) - np.nanmin(seen, axis=1), axis=1)
-    ratio = float(np.median(extent)) / reach
-    if ratio > OTHER_UNITS or 0.0 < ratio < 1.0 / OTHER_UNITS / 10.0:
+    extent = float(np.median(np.nanmax(np.nanmax(seen, axis=1) - np.nanmin(seen, axis=1), axis=1)))
+    if extent > LARGER * size or 0.0 < extent < size / SMALLER:
         warn(
-            f"the joints of a frame are {np.median(extent):.3g} m apart, the bones of the skeleton {reach:.3g} m long "
-            "together: positions are likely in another unit; convert them to metres"
+            f"the joints that are seen extend over {extent:.3g} m, and the skeleton at rest over {size:.3g} m: one of "
+            "them is likely in another unit than metres; convert it"
         )
