@@ -2,8 +2,8 @@
 
 A fitted estimator answers as it was fitted. `fit` begins with `_checked(X, reset=True)`, which forgets a fit before and
 stores the skeleton and the metric as fitted attributes; what comes after `fit` reads these, never the parameters of the
-same meaning. Parameters that only state how to answer (`n_jobs`, `verbose`, `n_neighbors`, `radius`, `mode`; `joint_limits` and
-`regularization` of `PoseFromPositions`) are read when they are used, as in scikit-learn.
+same meaning. Parameters that only state how to answer, `HOW_TO_ANSWER`, are read when they are used, as in
+scikit-learn.
 """
 
 from numbers import Integral

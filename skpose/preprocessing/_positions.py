@@ -60,8 +60,8 @@ class PoseFromPositions(EstimatorMixin, TransformerMixin, BaseEstimator):
 
     Notes
     -----
-    `fit` learns nothing from X, and checks it. Of a row nothing but the row itself matters, so that poses are the same in
-    any fold of a cross-validation, and frames may be in any order. Frames of one recording know more: `inverse_kinematics`
+    `fit` learns nothing from X, and checks it. A pose depends on its own row alone, so that poses are the same in any
+    fold of a cross-validation, and frames may be in any order. Frames of one recording know more: `inverse_kinematics`
     finds the pose of each from the one before, faster, and keeps angles where a joint is lost for some frames.
 
     The position and the orientation of the root are found too, and left out, as they are no part of a pose. So
@@ -96,6 +96,8 @@ class PoseFromPositions(EstimatorMixin, TransformerMixin, BaseEstimator):
     >>> transformer.get_feature_names_out()
     array(['wrist_rz'], dtype=object)
     """
+
+    skeleton_: Skeleton
 
     _parameter_constraints: ClassVar[dict] = {
         "skeleton": [IS_SKELETON, None],
@@ -241,7 +243,7 @@ def _check_is_positions(X):
     """Refuse keypoints, a motion and a skeleton where an array of positions belongs."""
     remedies = {
         Keypoints: "keypoints.select(skeleton.joint_names).positions.reshape(len(keypoints), -1)",
-        Motion: "skpose.forward_kinematics(motion.angles, motion.skeleton).reshape(len(motion), -1); its angles are poses",
+        Motion: "motion.angles to the next step, as they are poses",
         Skeleton: "it as skeleton=",
     }
     for kind, remedy in remedies.items():

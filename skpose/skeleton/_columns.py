@@ -105,8 +105,9 @@ def other_than_poses(shape: Sequence[int], skeleton: Skeleton) -> str:
     # With the root or without it.
     if sizes in ([3 * n_joints], [3 * n_joints + 3], [n_joints, 3], [n_joints + 1, 3]):
         sentences.append(
-            "These look like positions of the joints, and poses are their angles, rad: skpose.PoseFromPositions(skeleton) "
-            'finds them; of positions relative to the root, sklearn.metrics.pairwise_distances is the metric "position"'
+            "These look like positions of the joints, and poses are their angles, rad, as "
+            "skpose.PoseFromPositions(skeleton) finds them; of positions relative to the root, "
+            'sklearn.metrics.pairwise_distances is the metric "position"'
         )
     form = NUMBERS_OF_A_ROTATION.get(tuple(sizes[1:]))
     if form is not None and sizes[0] == n_rotating:

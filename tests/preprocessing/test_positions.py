@@ -70,7 +70,7 @@ def test_the_movement_of_the_root_is_no_part_of_a_pose():
     )
     poses = np.random.default_rng(3).uniform(0.2, 1.0, size=(6, 4))
     F = forward_kinematics(poses, skeleton)
-    turned = Rotation.from_euler("xyz", [1.0, -2.0, 0.5]).apply(F.reshape(-1, 3)) + [3.0, 0.0, -1.0]
+    turned = Rotation.from_euler("xyz", [1.0, -2.0, 0.5]).apply(F.reshape(-1, 3)) + np.array([3.0, 0.0, -1.0])
     transformer = PoseFromPositions(skeleton).fit(F.reshape(6, -1))
     for given in (F, turned):
         found = transformer.transform(given.reshape(6, -1))
@@ -175,7 +175,7 @@ def test_other_shapes_are_refused_with_the_remedy(shape, message):
 def test_what_is_no_array_of_positions_is_refused(X):
     keypoints = Keypoints(X.reshape(12, -1, 3), HUMANOID.joint_names, 10)
     motion = Motion(HUMANOID, np.zeros((3, HUMANOID.n_dofs)), 10)
-    for other, remedy in ((keypoints, "keypoints.select"), (motion, "forward_kinematics"), (HUMANOID, "skeleton=")):
+    for other, remedy in ((keypoints, "keypoints.select"), (motion, "motion.angles"), (HUMANOID, "skeleton=")):
         with pytest.raises(TypeError, match=f"X must be an array of positions, got .*{remedy}"):
             PoseFromPositions(HUMANOID).fit(other)
 
@@ -190,7 +190,7 @@ def test_what_is_missing_fails_in_fit(X):
 def test_a_fit_that_fails_leaves_no_fit(fitted, X):
     for wrong in (np.full_like(X, np.inf), X[:, :9]):
         fitted = clone(fitted).fit(X)
-        with pytest.raises(ValueError, match="infinity|columns"):
+        with pytest.raises(ValueError, match=r"infinity|columns"):
             fitted.fit(wrong)
         for method in (fitted.transform, fitted.inverse_transform, fitted.get_feature_names_out):
             with pytest.raises(NotFittedError):
