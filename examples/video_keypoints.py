@@ -3,8 +3,8 @@ From video keypoints to distances
 =================================
 
 A pose estimator gives positions of joints, with noise, gaps and confidences. The example generates such keypoints of
-people who walk and run, finds the skeleton of each person and the poses on it, and classifies the poses by their nearest
-neighbour. If SKPOSE_CMU names a folder of CMU files, the keypoints are of these people.
+people who walk and run, finds the skeleton of each person and the poses on it, and classifies the poses by their
+nearest neighbour. If SKPOSE_CMU names a folder of CMU files, the keypoints are of these people.
 """
 
 import os
@@ -34,21 +34,19 @@ def in_world(skeleton, poses, root_positions, root_rotations):
 
 
 # %%
-# A layout states which points there are, and how bones join them. The generated people have joints for the 17 points of
-# Human3.6M, though with y up; those of CMU for its own layout.
+# A layout states which points there are, and how bones join them. These people have the joints of COCO's arms and legs,
+# under other names; the layout makes pelvis and neck from hips and shoulders.
+layout = layouts["coco17"].without(["nose", "left_eye", "right_eye", "left_ear", "right_ear"])
+points = "hip", "knee", "ankle", "shoulder", "elbow", "wrist"
 folder = os.environ.get("SKPOSE_CMU")
 if folder:
-    people = walks_and_runs(load_cmu(folder))
-    parts = "hand", "fingers", "thumb", "toes"  # bones of a few centimetres
-    layout = layouts["cmu31"].without([f"{side}{part}" for side in "lr" for part in parts])
-    joints = {name: name for name in layout.names}
+    people, left, right = walks_and_runs(load_cmu(folder)), "l", "r"
+    bones = "hipjoint", "femur", "tibia", "clavicle", "humerus", "radius"
 else:
-    people = make_gait(n_subjects=4, n_sequences=2, duration=2.0, random_state=0)
-    layout = replace(layouts["h36m17"], up="y")
-    joints = {"spine": "abdomen", "thorax": "chest", "neck": "neck", "head": "head"}
-    ends = {"hip": "pelvis", "knee": "thigh", "ankle": "shank"}
-    ends |= {"shoulder": "clavicle", "elbow": "upper_arm", "wrist": "forearm"}
-    joints |= {f"{side}_{name}": f"{side}_{bone}" for side in ("left", "right") for name, bone in ends.items()}
+    people, left, right = make_gait(n_subjects=4, n_sequences=2, duration=2.0, random_state=0), "left_", "right_"
+    bones = "pelvis", "thigh", "shank", "clavicle", "upper_arm", "forearm"
+joints = {f"left_{point}": left + bone for point, bone in zip(points, bones, strict=True)}
+joints |= {f"right_{point}": right + bone for point, bone in zip(points, bones, strict=True)}
 print(layout)
 
 
@@ -58,11 +56,8 @@ print(layout)
 def observe(motion):
     """Return the true positions of a recording, and keypoints as a pose estimator gives them."""
     root = Rotation.from_euler(motion.root_axes, motion.root_angles)
-    world = in_world(motion.skeleton, motion.angles, motion.root_positions, root)
-    truth = np.repeat(motion.root_positions[:, None], len(layout.names), axis=1)
-    for i, name in enumerate(layout.names):
-        if name != layout.root:
-            truth[:, i] = world[:, motion.skeleton.joint_names.index(joints[name])]
+    order = [motion.skeleton.joint_names.index(joints[name]) for name in layout.names]
+    truth = in_world(motion.skeleton, motion.angles, motion.root_positions, root)[:, order]
     confidences = rng.uniform(0.2, 1.0, truth.shape[:2])
     positions = truth + NOISE / np.sqrt(confidences)[..., None] * rng.normal(size=truth.shape)
     for i in range(len(layout.names)):
@@ -74,37 +69,59 @@ def observe(motion):
 truths, seen = zip(*(observe(motion.resample(RATE)) for motion in people), strict=True)
 print(seen[0])
 
-# %%
-# Each person has a skeleton, whose bones have the lengths that all their keypoints show together. Then each recording
-# gives poses on it. Noise of a centimetre needs a little stiffness, `regularization`: hips and pelvis are on one line,
-# and what turns the pelvis about it is better seen in the trunk and the thighs at once.
-motions, fits = [], []
-for person, keypoints in zip(people.subjects, seen, strict=True):
-    own = [each for each, subject in zip(seen, people.subjects, strict=True) if subject == person]
-    positions, confidences = (np.concatenate([getattr(each, name) for each in own]) for name in ("positions", "confidences"))
-    together = Keypoints(positions, keypoints.names, RATE, confidences, up=keypoints.up)
-    fits.append(inverse_kinematics(keypoints, fit_skeleton(together, layout), regularization=0.02))
-    motions.append(fits[-1].to_motion(RATE, up=keypoints.up))
-print(fits[0])
 
 # %%
-# What this is worth: the distance from the truth of the keypoints, of the fitted joints, and of those not seen.
-fitted, names = [], list(layout.names)
-for fit in fits:
-    order = [fit.skeleton.joint_names.index(name) for name in names]
+# Each person has a skeleton, whose bones have the lengths that all their keypoints show together. Then each recording
+# gives poses on it, with a little stiffness, `regularization`, against the noise.
+def poses_of(recordings):
+    """Return the poses of all recordings, each on the skeleton of its person."""
+    fits = []
+    for person, keypoints in zip(people.subjects, recordings, strict=True):
+        own = [each for each, subject in zip(seen, people.subjects, strict=True) if subject == person]
+        positions = np.concatenate([each.positions for each in own])
+        confidences = np.concatenate([each.confidences for each in own])
+        together = Keypoints(positions, keypoints.names, RATE, confidences, up=keypoints.up)
+        fits.append(inverse_kinematics(keypoints, fit_skeleton(together, layout), regularization=0.02))
+    return fits
+
+
+def filled(keypoints):
+    """Return keypoints whose gaps are bridged by straight lines, with a low confidence."""
+    positions, confidences = keypoints.positions.copy(), keypoints.confidences.copy()
+    for i in range(len(keypoints.names)):
+        gap = confidences[:, i] == 0.0
+        for k in range(3):
+            positions[gap, i, k] = np.interp(np.flatnonzero(gap), np.flatnonzero(~gap), positions[~gap, i, k])
+        confidences[gap, i] = 0.1
+    return replace(keypoints, positions=positions, confidences=confidences)
+
+
+fits = {"poses": poses_of(seen), "gaps filled": poses_of([filled(keypoints) for keypoints in seen])}
+print(fits["poses"][0])
+
+
+# %%
+# Distances from the truth: of the keypoints, of the joints of the poses, and of those that are not seen. A joint that is
+# lost keeps its angles, while people run on: a straight line from the frame before to the one after is nearer.
+def fitted_positions(fit):
+    """Return where the joints of the layout are, (n_frames, n_points, 3)."""
     world = in_world(fit.skeleton, fit.poses, fit.root_positions, Rotation.from_rotvec(fit.root_rotations))
-    fitted.append(world[:, order])
-given = np.concatenate([keypoints.select(names).positions for keypoints in seen])
-truth, found = np.concatenate(truths), np.concatenate(fitted)
+    return world[:, [fit.skeleton.joint_names.index(name) for name in layout.names]]
+
+
+given, truth = np.concatenate([keypoints.select(layout.names).positions for keypoints in seen]), np.concatenate(truths)
 lost = np.isnan(given[..., 0])
-for name, positions, which in (("keypoints", given, ~lost), ("poses", found, ~lost), ("poses, joints not seen", found, lost)):
-    print(f"{name:<24}{1e3 * np.linalg.norm(positions - truth, axis=2)[which].mean():.1f} mm from the truth")
+print(f"{'keypoints':<12}{1e3 * np.linalg.norm(given - truth, axis=2)[~lost].mean():.1f} mm")
+for name, of_all in fits.items():
+    errors = 1e3 * np.linalg.norm(np.concatenate([fitted_positions(fit) for fit in of_all]) - truth, axis=2)
+    print(f"{name:<12}{errors[~lost].mean():.1f} mm, joints not seen {errors[lost].mean():.1f} mm")
 
 # %%
 # Keypoints (dots) and fitted poses; circles are where the joints that are not seen really are.
 figure, axes = plt.subplots(1, 4, figsize=(10, 4.5), sharey=True, layout="constrained")
 for ax, frame in zip(axes, np.linspace(5, len(seen[0]) - 6, 4).astype(int), strict=True):
-    fit, root = fits[0], fits[0].root_positions[frame]
+    fit = fits["gaps filled"][0]
+    root = fit.root_positions[frame]
     positions = in_world(fit.skeleton, fit.poses, fit.root_positions, Rotation.from_rotvec(fit.root_rotations))[frame]
     PoseDisplay.from_positions(positions - root, fit.skeleton, ax=ax, view="zy")
     dots, circles = given[frame] - root, truths[0][frame][lost[frame]] - root
@@ -115,8 +132,10 @@ for ax, frame in zip(axes, np.linspace(5, len(seen[0]) - 6, 4).astype(int), stri
 plt.show()
 
 # %%
-# The skeletons differ in their rest poses, so that equal numbers are not equal poses: orientations bring all motions onto
-# one skeleton. From there on keypoints are poses like any others.
+# The skeletons differ in their rest poses, so that equal numbers are not equal poses: the directions of the bones bring
+# all motions onto one skeleton. Hips and pelvis are on one line, and nothing shows how the pelvis rotates about it: with
+# the tilt of the root as a part of the poses that plays no part. From here on these are poses like any others.
+motions = [fit.to_motion(RATE, up=seen[0].up) for fit in fits["gaps filled"]]
 dataset = MotionDataset(motions, subjects=people.subjects, actions=people.actions)
 dataset = dataset.retarget(motions[0].skeleton, method="orientations").with_root("tilt")
 X, sequence = dataset.poses(frame_rate=12)
