@@ -101,8 +101,8 @@ print(fits["poses"][0])
 
 
 # %%
-# Distances from the truth: of the keypoints, of the joints of the poses, and of those that are not seen. A joint that is
-# lost keeps its angles, while people run on: a straight line from the frame before to the one after is nearer.
+# Distances from the truth: of the keypoints, of the joints of the poses, and of those that are not seen. A joint that
+# is lost keeps its angles, while people run on: a straight line from the frame before to the one after is nearer.
 def fitted_positions(fit):
     """Return where the joints of the layout are, (n_frames, n_points, 3)."""
     world = in_world(fit.skeleton, fit.poses, fit.root_positions, Rotation.from_rotvec(fit.root_rotations))
@@ -132,8 +132,8 @@ for ax, frame in zip(axes, np.linspace(5, len(seen[0]) - 6, 4).astype(int), stri
 plt.show()
 
 # %%
-# The skeletons differ in their rest poses, so that equal numbers are not equal poses: the directions of the bones bring
-# all motions onto one skeleton. Hips and pelvis are on one line, and nothing shows how the pelvis rotates about it: with
+# The skeletons differ in their rest poses, so that equal numbers are not equal poses: the directions of the bones
+# bring all motions onto one skeleton. Hips and pelvis are on one line, and nothing shows how the pelvis rotates about it: with
 # the tilt of the root as a part of the poses that plays no part. From here on these are poses like any others.
 motions = [fit.to_motion(RATE, up=seen[0].up) for fit in fits["gaps filled"]]
 dataset = MotionDataset(motions, subjects=people.subjects, actions=people.actions)
