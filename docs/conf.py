@@ -38,7 +38,9 @@ html_theme_options = {
     "show_prev_next": False,
     "show_toc_level": 2,
 }
-html_sidebars = {page: [] for page in ("index", "guide", "theory", "metrics", "scaling", "formats", "changelog")}
+html_sidebars = {
+    page: [] for page in ("index", "guide", "keypoints", "theory", "metrics", "scaling", "formats", "changelog")
+}
 
 sphinx_gallery_conf = {
     "examples_dirs": "../examples",

@@ -18,6 +18,7 @@ __all__ = [
     "MedoidShift",
     "Motion",
     "PoseDistanceTransformer",
+    "PoseFromPositions",
     "PoseKNeighborsTransformer",
     "PoseRadiusNeighborsTransformer",
     "Skeleton",
@@ -67,7 +68,7 @@ if TYPE_CHECKING:
     from skpose.manifold import SpatialMDS
     from skpose.metrics import pose_distances, pose_distances_chunked, pose_metric
     from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
-    from skpose.preprocessing import PoseDistanceTransformer
+    from skpose.preprocessing import PoseDistanceTransformer, PoseFromPositions
     from skpose.skeleton import Bone, Motion, Skeleton, poses_from_rotations, rotations_from_poses
 
     __version__: str
@@ -90,7 +91,7 @@ else:
         "metrics": ["pose_distances", "pose_distances_chunked", "pose_metric"],
         "neighbors": ["PoseKNeighborsTransformer", "PoseRadiusNeighborsTransformer"],
         "plot": [],
-        "preprocessing": ["PoseDistanceTransformer"],
+        "preprocessing": ["PoseDistanceTransformer", "PoseFromPositions"],
         "skeleton": ["Bone", "Motion", "Skeleton", "poses_from_rotations", "rotations_from_poses"],
     }
     _PACKAGE_OF = {name: package for package, names in _PACKAGES.items() for name in names}

@@ -2,8 +2,8 @@
 
 A fitted estimator answers as it was fitted. `fit` begins with `_checked(X, reset=True)`, which forgets a fit before and
 stores the skeleton and the metric as fitted attributes; what comes after `fit` reads these, never the parameters of the
-same meaning. Parameters that only state how to answer (`n_jobs`, `verbose`, `n_neighbors`, `radius`, `mode`) are read
-when they are used, as in scikit-learn.
+same meaning. Parameters that only state how to answer, `HOW_TO_ANSWER`, are read when they are used, as in
+scikit-learn.
 """
 
 from numbers import Integral
@@ -25,7 +25,28 @@ POSE_CONSTRAINTS = {**METRIC_CONSTRAINTS, "n_jobs": [None, Integral], "verbose":
 ESTIMATOR_CONSTRAINTS = {**POSE_CONSTRAINTS, "metric": [StrOptions({"auto", "precomputed", *METRICS})]}
 
 
-class PoseEstimatorMixin:
+class EstimatorMixin:
+    """Mixin for all estimators: nothing is left of a fit before, and the documentation is found."""
+
+    _parameter_constraints: ClassVar[dict]
+
+    # Where scikit-learn's HTML representation finds the page of an estimator, and with it a tooltip for each parameter.
+    _doc_link_module = "skpose"
+    _doc_link_template = "https://skpose.github.io/skpose/api/skpose.{estimator_name}.html"
+
+    def _forget(self):
+        """Remove the attributes of a fit before."""
+        for name in [name for name in vars(self) if name.endswith("_") and not name.startswith("_")]:
+            delattr(self, name)
+
+    def _check_how_to_answer(self):
+        """Check the parameters that may have changed since `fit`, which checks all of them."""
+        given = {name: getattr(self, name) for name in HOW_TO_ANSWER if hasattr(self, name)}
+        constraints = {name: self._parameter_constraints[name] for name in given}
+        validate_parameter_constraints(constraints, given, type(self).__name__)
+
+
+class PoseEstimatorMixin(EstimatorMixin):
     """Mixin for estimators with the parameters of `pose_distances`.
 
     Attributes
@@ -44,15 +65,10 @@ class PoseEstimatorMixin:
     wrap: bool | str
     n_jobs: int | None
     verbose: int
-    _parameter_constraints: ClassVar[dict]
 
     skeleton_: Skeleton | None
     effective_metric_: str
     effective_metric_params_: dict[str, Any]
-
-    # Where scikit-learn's HTML representation finds the page of an estimator, and with it a tooltip for each parameter.
-    _doc_link_module = "skpose"
-    _doc_link_template = "https://skpose.github.io/skpose/api/skpose.{estimator_name}.html"
 
     def _checked(self, X, *, reset, **options):
         """Return X as an array that fits the skeleton; precomputed distances as they are.
@@ -61,8 +77,7 @@ class PoseEstimatorMixin:
         """
         check_is_array(X, "X")
         if reset:
-            for name in [name for name in vars(self) if name.endswith("_") and not name.startswith("_")]:
-                delattr(self, name)
+            self._forget()
             self._learn_metric(self.skeleton)
         else:
             self._check_how_to_answer()
@@ -94,12 +109,6 @@ class PoseEstimatorMixin:
         if chosen.wraps:
             self.effective_metric_params_["n_steps"] = self.n_steps
 
-    def _check_how_to_answer(self):
-        """Check the parameters that may have changed since `fit`, which checks all of them."""
-        given = {name: getattr(self, name) for name in HOW_TO_ANSWER if hasattr(self, name)}
-        constraints = {name: self._parameter_constraints[name] for name in given}
-        validate_parameter_constraints(constraints, given, type(self).__name__)
-
     def _distances(self, X, Y, verbose=None):
         """Distances from X to Y, or among X if Y is None, under the metric of `fit`."""
         return pose_distances(
@@ -118,4 +127,4 @@ class PoseEstimatorMixin:
         return tags
 
 
-HOW_TO_ANSWER = "n_jobs", "verbose", "n_neighbors", "radius", "mode"
+HOW_TO_ANSWER = "n_jobs", "verbose", "n_neighbors", "radius", "mode", "joint_limits", "regularization"

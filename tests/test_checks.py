@@ -2,6 +2,7 @@
 
 import warnings
 
+import numpy as np
 import pytest
 from conftest import ChainMixin
 from sklearn.base import clone
@@ -18,8 +19,10 @@ from sklearn.utils.estimator_checks import (
 from skpose import (
     MedoidShift,
     PoseDistanceTransformer,
+    PoseFromPositions,
     PoseKNeighborsTransformer,
     PoseRadiusNeighborsTransformer,
+    Skeleton,
     SpatialMDS,
 )
 
@@ -28,6 +31,9 @@ pytestmark = [
     pytest.mark.filterwarnings("ignore:the distances have only:UserWarning"),  # data of one dimension
     pytest.mark.filterwarnings("ignore:all distances are zero:UserWarning"),
     pytest.mark.filterwarnings("ignore:no bandwidth was found:sklearn.exceptions.ConvergenceWarning"),
+    # Any numbers are no positions of a chain.
+    pytest.mark.filterwarnings("ignore:the joints of a frame are .* apart:UserWarning"),
+    pytest.mark.filterwarnings("ignore:.* frames did not converge:sklearn.exceptions.ConvergenceWarning"),
 ]
 
 
@@ -51,6 +57,24 @@ class ChainRadiusNeighbors(ChainMixin, PoseRadiusNeighborsTransformer):
     """The same."""
 
 
+class ChainPositions(PoseFromPositions):
+    """Positions of a planar chain of as many joints as columns need, the last ones zero."""
+
+    def _given_skeleton(self):
+        """Wait for the width of X."""
+        return Skeleton.chain(1)
+
+    def _positions(self, X, skeleton):
+        X = np.pad(X, ((0, 0), (0, -X.shape[1] % 3)))
+        return super()._positions(X, Skeleton.chain(X.shape[1] // 3))
+
+    def _checked(self, X, *, reset):
+        positions = super()._checked(X, reset=reset)
+        if reset:
+            self.skeleton_ = Skeleton.chain(positions.shape[1])
+        return positions
+
+
 DEFAULT = [
     PoseDistanceTransformer(),
     SpatialMDS(),
@@ -59,6 +83,7 @@ DEFAULT = [
     PoseRadiusNeighborsTransformer(),
 ]
 SPATIAL = [ChainDistances(), ChainMDS(), ChainShift(), ChainKNeighbors(), ChainRadiusNeighbors(radius=3.0)]
+POSITIONS = [ChainPositions(), ChainPositions(regularization=0.1, n_jobs=2)]
 OTHERS = [
     PoseDistanceTransformer(kernel="rbf"),
     ChainDistances(kernel="laplacian", psd="clip"),
@@ -79,15 +104,15 @@ EXPECTED_FAILURES = {
 
 
 def expected_failures(estimator):
-    return EXPECTED_FAILURES.get(type(estimator), {}) if estimator.metric == "precomputed" else {}
+    return EXPECTED_FAILURES.get(type(estimator), {}) if getattr(estimator, "metric", None) == "precomputed" else {}
 
 
-@parametrize_with_checks(DEFAULT + SPATIAL + OTHERS + PRECOMPUTED, expected_failed_checks=expected_failures)
+@parametrize_with_checks(DEFAULT + SPATIAL + POSITIONS + OTHERS + PRECOMPUTED, expected_failed_checks=expected_failures)
 def test_every_check_of_scikit_learn(estimator, check):
     check(estimator)
 
 
-@pytest.mark.parametrize("estimator", DEFAULT + SPATIAL, ids=lambda estimator: type(estimator).__name__)
+@pytest.mark.parametrize("estimator", DEFAULT + SPATIAL + POSITIONS[:1], ids=lambda estimator: type(estimator).__name__)
 @pytest.mark.parametrize(
     "check",
     [check_param_validation, check_set_output_transform, check_transformer_get_feature_names_out],

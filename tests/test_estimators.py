@@ -18,10 +18,12 @@ from sklearn.utils import estimator_html_repr
 from skpose import (
     MedoidShift,
     PoseDistanceTransformer,
+    PoseFromPositions,
     PoseKNeighborsTransformer,
     PoseRadiusNeighborsTransformer,
     Skeleton,
     SpatialMDS,
+    forward_kinematics,
     frechet_mean,
     geodesic,
     pose_distances,
@@ -43,7 +45,9 @@ CLASSES = [
     PoseKNeighborsTransformer,
     PoseRadiusNeighborsTransformer,
 ]
+ALL = [*CLASSES, PoseFromPositions]
 HOW_TO_ANSWER = {"n_jobs": 2, "verbose": 0, "n_neighbors": 3, "radius": 0.4, "mode": "connectivity"}
+HOW_TO_ANSWER |= {"joint_limits": "enforce", "regularization": 0.1}
 # Estimators, and another value of each parameter that determines what they learn.
 OTHER = {"skeleton": LONGER, "metric": "angle", "n_steps": 2, "wrap": False}
 LEARNT = {
@@ -53,6 +57,7 @@ LEARNT = {
     MedoidShift(3.0, ARM): OTHER | {"bandwidth": 9.0, "n_clusters": 2},
     PoseKNeighborsTransformer(ARM, n_neighbors=2): OTHER | {"algorithm": "brute"},
     PoseRadiusNeighborsTransformer(ARM, radius=3.0): OTHER | {"algorithm": "brute"},
+    PoseFromPositions(ARM): {"skeleton": LONGER},
 }
 ESTIMATORS = list(LEARNT)
 METHODS = "transform", "predict", "kneighbors", "kneighbors_graph", "radius_neighbors", "radius_neighbors_graph"
@@ -66,6 +71,13 @@ def X():
 @pytest.fixture(scope="module")
 def queries():
     return np.random.default_rng(1).uniform(-3, 3, size=(7, 3))
+
+
+def data_for(estimator, poses):
+    """Return poses as an estimator takes them: the positions of their joints, distances between them."""
+    if isinstance(estimator, PoseFromPositions):
+        return forward_kinematics(poses, ARM).reshape(len(poses), -1)
+    return pose_distances(poses, skeleton=ARM) if estimator.metric == "precomputed" else poses.copy()
 
 
 def answers(estimator, X):
@@ -102,6 +114,7 @@ def test_every_parameter_is_learnt_or_states_how_to_answer():
     ids=str,
 )
 def test_a_fitted_estimator_answers_as_it_was_fitted(estimator, change, X, queries):
+    X, queries = data_for(estimator, X), data_for(estimator, queries)
     fitted = clone(estimator).fit(X)
     expected = answers(fitted, queries)
     assert_same_answers(answers(fitted.set_params(**change), queries), expected)
@@ -109,7 +122,7 @@ def test_a_fitted_estimator_answers_as_it_was_fitted(estimator, change, X, queri
 
 @pytest.mark.parametrize("estimator", ESTIMATORS, ids=str)
 def test_poses_that_change_after_fit_change_nothing(estimator, X, queries):
-    poses = X.copy()
+    poses, queries = data_for(estimator, X), data_for(estimator, queries)
     fitted = clone(estimator).fit(poses)
     expected = answers(fitted, queries)
     poses += 1.0
@@ -123,16 +136,18 @@ def test_parameters_that_state_how_to_answer_are_read_when_they_are_used(X, quer
     near = PoseRadiusNeighborsTransformer(ARM).fit(X).set_params(radius=0.0)
     assert near.transform(X).nnz == len(X)
     for estimator in ESTIMATORS:
-        fitted = clone(estimator).fit(X)
+        given = data_for(estimator, X)
+        fitted = clone(estimator).fit(given)
         for name in set(HOW_TO_ANSWER) & set(estimator.get_params()):
-            changed = clone(estimator).fit(X).set_params(**{name: "much"})
+            changed = clone(estimator).fit(given).set_params(**{name: "much"})
             method = next(name for name in METHODS if hasattr(fitted, name))
             with pytest.raises(ValueError, match=rf"'{name}' parameter of {type(estimator).__name__} must be"):
-                getattr(changed, method)(queries)
+                getattr(changed, method)(data_for(estimator, queries))
 
 
 @pytest.mark.parametrize("estimator", ESTIMATORS, ids=str)
 def test_only_fit_changes_an_estimator(estimator, X, queries):
+    X, queries = data_for(estimator, X), data_for(estimator, queries)
     fitted = clone(estimator).fit(X)
     before = joblib.hash(fitted)
     answers(fitted, queries)
@@ -177,9 +192,10 @@ def test_a_second_fit_leaves_nothing_of_the_first(first, second, X):
 
 @pytest.mark.parametrize("estimator", ESTIMATORS, ids=str)
 def test_a_fit_that_fails_leaves_no_fit(estimator, X, queries):
+    X, queries = data_for(estimator, X), data_for(estimator, queries)
     fitted = clone(estimator).fit(X)
-    with pytest.raises(ValueError, match="contains NaN"):
-        fitted.fit(np.full((4, 3), np.nan))
+    with pytest.raises(ValueError, match="contains infinity"):
+        fitted.fit(np.full((4, X.shape[1]), np.inf))
     for name in METHODS:
         if hasattr(fitted, name):
             with pytest.raises(NotFittedError):
@@ -259,7 +275,7 @@ def test_warnings_are_at_the_users_line(call, X):
 # --- documentation ---------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("each", CLASSES)
+@pytest.mark.parametrize("each", ALL)
 def test_html_links_to_our_documentation_and_describes_every_parameter(each):
     (documentation,) = re.findall(r'^Documentation = "(.*)"', (ROOT / "pyproject.toml").read_text("utf-8"), flags=re.M)
     page = f"{documentation}/api/skpose.{each.__name__}.html"
@@ -274,7 +290,7 @@ def test_html_links_to_our_documentation_and_describes_every_parameter(each):
 
 @pytest.mark.parametrize("estimator", [*ESTIMATORS, SpatialMDS(metric="precomputed")], ids=str)
 def test_every_fitted_attribute_is_described(estimator, X):
-    fitted = clone(estimator).fit(pose_distances(X, skeleton=ARM) if estimator.metric == "precomputed" else X)
+    fitted = clone(estimator).fit(data_for(estimator, X))
     described = inspect.getdoc(type(estimator)).split("Attributes\n----------\n")[1].split("\n\n")[0]
     for name in vars(fitted):
         if name.endswith("_") and not name.startswith("_"):

@@ -13,12 +13,16 @@ from sklearn.svm import SVC
 from skpose import (
     MedoidShift,
     PoseDistanceTransformer,
+    PoseFromPositions,
     PoseKNeighborsTransformer,
     PoseRadiusNeighborsTransformer,
+    fit_skeleton,
+    forward_kinematics,
     pose_distances,
 )
 from skpose._cli.compare import COMPARED
 from skpose.datasets import make_gait
+from skpose.keypoints import Layout
 
 
 @pytest.fixture(scope="module")
@@ -99,6 +103,34 @@ def test_k_nearest_neighbours_from_a_graph_are_those_from_a_matrix(gait, data):
     grid = {"posekneighborstransformer__metric": ["angle", "spatial"]}
     search = GridSearchCV(graphs, grid, cv=GroupKFold(3), n_jobs=2).fit(X, y, groups=sequence)
     assert search.cv_results_["mean_test_score"].min() > 0.8
+
+
+def test_grid_search_from_keypoints_to_classes(gait):
+    """A layout of the joints, noisy positions with gaps, the skeleton that fits them, poses, neighbours, classes."""
+    X, sequence = gait.poses(frame_rate=5)
+    person, rng = gait.skeleton, np.random.default_rng(0)
+    parents = {"root": None} | {bone.name: bone.parent or "root" for bone in person.bones}
+    layout = Layout("humanoid", parents, parents, rigid=["left_pelvis", "right_pelvis"])
+    positions = np.concatenate([np.zeros((len(X), 1, 3)), forward_kinematics(X, person)], axis=1)
+    positions += rng.normal(scale=0.005, size=positions.shape)
+    positions[rng.uniform(size=positions.shape[:2]) < 0.1] = np.nan
+    skeleton = fit_skeleton(positions, layout)
+    assert skeleton.joint_names == layout.points
+    keypoints = positions.reshape(len(X), -1)
+
+    knn = make_pipeline(
+        PoseFromPositions(skeleton, regularization=0.02),
+        PoseKNeighborsTransformer(skeleton, n_neighbors=5),
+        KNeighborsClassifier(5, metric="precomputed"),
+    )
+    grid = {"posefrompositions__regularization": [0.0, 0.02], "posekneighborstransformer__metric": ["angle", "spatial"]}
+    searches = [
+        GridSearchCV(knn, grid, cv=GroupKFold(3), n_jobs=n_jobs).fit(keypoints, gait.actions[sequence], groups=sequence)
+        for n_jobs in (1, 2)
+    ]
+    one, two = (search.cv_results_["mean_test_score"] for search in searches)
+    np.testing.assert_array_equal(one, two)
+    assert one.min() > 0.9
 
 
 def test_outlier_factors_of_a_graph_are_those_of_a_matrix(gait, data, distances):

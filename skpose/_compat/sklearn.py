@@ -1,4 +1,4 @@
-"""Private parts of scikit-learn: validation of parameters, the context of `fit`, the callback protocol."""
+"""Private parts of scikit-learn: validation of parameters and of names, the context of `fit`, the callback protocol."""
 
 import inspect
 from collections.abc import Callable
@@ -13,6 +13,7 @@ from sklearn.utils._param_validation import (
     validate_parameter_constraints,
 )
 from sklearn.utils._param_validation import validate_params as _validate_params
+from sklearn.utils.validation import _check_feature_names_in as check_feature_names_in
 
 if TYPE_CHECKING:
     Function = TypeVar("Function", bound=Callable)
@@ -108,6 +109,7 @@ __all__ = [
     "Interval",
     "StrOptions",
     "callback_context",
+    "check_feature_names_in",
     "fit_context",
     "validate_parameter_constraints",
     "validate_params",

@@ -16,6 +16,7 @@ from skpose.kinematics._constraints import IS_SKELETON
 from skpose.kinematics._forward import weighted_positions
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of, wrapped
 from skpose.skeleton import Skeleton
+from skpose.skeleton._arguments import limits_of
 from skpose.skeleton._continuity import without_jumps
 from skpose.skeleton._interpolation import interpolate, straight_line
 from skpose.skeleton._rotations import TWO_PI
@@ -280,13 +281,8 @@ def _bounds(tree: Tree, skeleton: Skeleton, begin: np.ndarray, target: np.ndarra
     bounds = Bounds(-free, free)
     if joint_limits == "ignore":
         return bounds
-    if skeleton.limits is None:
-        raise ValueError(
-            'joint_limits="enforce" needs a skeleton with limits, and none of its bones has any: give limits to its '
-            'bones, or use joint_limits="ignore"'
-        )
     angles = tree.angle_dof  # an axis that the tree reverses swaps its limits
-    limits = skeleton.limits[tree.column[angles]] * tree.sign[angles, None]
+    limits = limits_of(skeleton)[tree.column[angles]] * tree.sign[angles, None]
     bounds.lower[angles] = np.minimum(limits.min(axis=1), np.minimum(begin, target)[angles])
     bounds.upper[angles] = np.maximum(limits.max(axis=1), np.maximum(begin, target)[angles])
     return bounds

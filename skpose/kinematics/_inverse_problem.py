@@ -16,6 +16,7 @@ from skpose.keypoints._keypoints import check_positions
 from skpose.kinematics._fitted_poses import FittedPoses
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of_all_joints
 from skpose.skeleton import Skeleton
+from skpose.skeleton._arguments import limits_of
 from skpose.skeleton._root import with_root_joint
 from skpose.skeleton._units import size_of
 from skpose.skeleton._validation import check_poses
@@ -212,13 +213,8 @@ def _limits(tree: Tree, skeleton: Skeleton, joint_limits: str) -> tuple[np.ndarr
     lower = np.full(len(tree.column), -np.inf)
     if joint_limits == "ignore":
         return lower, -lower
-    if skeleton.limits is None:
-        raise ValueError(
-            'joint_limits="enforce" needs a skeleton with limits, and none of its bones has any: give limits to its '
-            'bones, or use joint_limits="ignore"'
-        )
     upper, angles = -lower, tree.angle_dof
-    limits = skeleton.limits[tree.column[angles] - N_ROOT] * tree.sign[angles, None]  # a reversed axis swaps them
+    limits = limits_of(skeleton)[tree.column[angles] - N_ROOT] * tree.sign[angles, None]  # a reversed axis swaps them
     lower[angles], upper[angles] = limits.min(axis=1), limits.max(axis=1)
     return lower, upper
 

@@ -1,5 +1,6 @@
-"""Distances to the training poses as a step of a scikit-learn pipeline."""
+"""Steps of a scikit-learn pipeline: positions to poses, poses to distances."""
 
 from skpose.preprocessing._distances import PoseDistanceTransformer
+from skpose.preprocessing._positions import PoseFromPositions
 
-__all__ = ["PoseDistanceTransformer"]
+__all__ = ["PoseDistanceTransformer", "PoseFromPositions"]

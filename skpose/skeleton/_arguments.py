@@ -1,4 +1,4 @@
-"""Checks of single arguments that several functions share: a skeleton, a frame rate."""
+"""Checks of single arguments that several functions share: a skeleton, its limits, a frame rate."""
 
 from numbers import Real
 
@@ -30,6 +30,16 @@ def _remedy(value: object) -> str:
     if hasattr(value, "__array__") or isinstance(value, list | tuple):
         return ": poses come first, then the skeleton"
     return ""
+
+
+def limits_of(skeleton: Skeleton) -> np.ndarray:
+    """Return the limits (n_dofs, 2) that are to be enforced, or refuse a skeleton without any."""
+    if skeleton.limits is None:
+        raise ValueError(
+            'joint_limits="enforce" needs a skeleton with limits, and none of its bones has any: give limits to its '
+            'bones, or use joint_limits="ignore"'
+        )
+    return skeleton.limits
 
 
 def check_frame_rate(frame_rate: object) -> float:
