@@ -400,8 +400,11 @@ def minimise_pose(work, target, first_damping, max_iter):
                 return Fit(half, iteration, False)
             predicted = solve(tree, equations, damping)
             certain = damping <= CERTAIN * scale
-            if predicted <= least and (certain or not predicted > 0.0):
-                return Fit(half, iteration, certain)
+            if predicted <= least:
+                if certain or not falling:
+                    return Fit(half, iteration, certain)
+                damping = CERTAIN * scale
+                continue
             retract(tree, here, equations.step, target, there)
             reached = _evaluate(work, there, target, stiffness)
             if not half - reached > LEAST_RATIO * predicted:
