@@ -10,7 +10,9 @@ from scipy.spatial.transform import Rotation
 from skpose import forward_kinematics
 
 TOLERANCE, MAX_ITER = 1e-6, 100  # m, steps
-LM_DAMPING = 1e-3  # times the square of the error
+# Twists of the ends of limbs move no joint: without the second damping steps do not settle. Of eighteen settings on CMU
+# frames these two are among the fastest, and converge.
+LM_DAMPING, DAMPING = 1e-3, 1e-6  # the first times the square of the error
 
 
 class Mink:
@@ -69,7 +71,7 @@ class Mink:
         for _ in range(MAX_ITER):
             if np.linalg.norm(self.positions() - given, axis=1).max() < TOLERANCE:
                 break
-            velocity = self.mink.solve_ik(self.configuration, self.tasks, 1.0, "daqp", limits=[])
+            velocity = self.mink.solve_ik(self.configuration, self.tasks, 1.0, "daqp", damping=DAMPING, limits=[])
             self.configuration.integrate_inplace(velocity, 1.0)
         q = self.configuration.q
         self.last = np.empty(len(start))
