@@ -27,13 +27,15 @@ from skpose._compiled.jit import internal, jit
 WORSE, MORE = 2.0, 1e-6  # a frame is tried afresh if its distance is so many times that of the one before, and so
 # much more, m
 WARM_ITER = 20  # iterations from the frame before
+TURN = 2.0 * math.pi
 
 
 class Observed(NamedTuple):
     """Positions of the joints in a sequence, in the tree's order, the root's first."""
 
     positions: np.ndarray  # (n_frames, n_joints + 1, 3) m; finite everywhere
-    weights: np.ndarray  # (n_frames, n_joints + 1) zero where not seen
+    weights: np.ndarray  # (n_frames, n_joints + 1) zero where not seen; the largest of a frame is 1
+    stiffness: np.ndarray  # (n_frames,) ρ² of these weights, m²/rad²
     ever: np.ndarray  # (n_joints + 1,) bool: seen in some frame
 
 
@@ -41,7 +43,6 @@ class Rules(NamedTuple):
     """What holds for all frames."""
 
     frees_angles: bool  # joints of three angles are rotations, without limits
-    stiffness: float  # ρ², m²/rad²
     lower: np.ndarray  # (n_dofs,) rad
     upper: np.ndarray  # (n_dofs,) rad
 
@@ -54,6 +55,16 @@ class Found(NamedTuple):
     residuals: np.ndarray  # (n_frames, n_joints + 1) distances from the given positions, m
     n_iter: np.ndarray  # (n_frames,)
     converged: np.ndarray  # (n_frames,) bool
+
+
+@internal
+def _unwind(state, near, target):
+    """Take whole turns off angles without bounds: a hinge that the positions leave nearly open may go through many."""
+    free = state.tree
+    for f in range(2, free.frame_parent.shape[0]):
+        for d in range(free.first_dof[f], free.end_dof[f]):
+            if free.ball[f] < 0 and target.lower[d] == -math.inf and target.upper[d] == math.inf:
+                state.dofs[d] -= TURN * np.rint((state.dofs[d] - near[d]) / TURN)
 
 
 @internal
@@ -115,7 +126,13 @@ def fit_sequence(tree, observed, initial, rules, run_in, found):
     started, last = False, math.inf
     for i in range(observed.positions.shape[0]):
         target = Target(
-            observed.positions[i], observed.weights[i], prior, prior_dofs, rules.stiffness, rules.lower, rules.upper
+            observed.positions[i],
+            observed.weights[i],
+            prior,
+            prior_dofs,
+            observed.stiffness[i],
+            rules.lower,
+            rules.upper,
         )
         fit = _no_fit()
         if target.weights.any():
@@ -127,9 +144,7 @@ def fit_sequence(tree, observed, initial, rules, run_in, found):
             distance = _distance(fit, target.weights)
             if not started or not fit.converged or distance > WORSE * last + MORE:
                 copy_state(work.here, work.kept)
-                if not started:
-                    prior[:], prior_dofs[:] = rotations, angles
-                again = fit_afresh(work, target, rotations, angles)
+                again = fit_afresh(work, target, prior, prior_dofs)  # what is lost keeps the angles of the frame before
                 n_iter += again.n_iter
                 if started and (fit.half <= again.half or not again.converged) and fit.converged:
                     copy_state(work.kept, work.here)
@@ -138,6 +153,7 @@ def fit_sequence(tree, observed, initial, rules, run_in, found):
             fit = Fit(fit.half, n_iter, fit.converged)
             distance = _distance(fit, target.weights)
             started, last = True, min(distance, WORSE * last + MORE)
+            _unwind(work.here, initial, target)
         if i >= run_in:
             _write(tree, work, target, initial, fit, found, i - run_in)
 
@@ -151,11 +167,19 @@ def fit_frames(tree, observed, initials, rules, found):
     for i in range(observed.positions.shape[0]):
         set_pose(tree, initials[i], rotations, angles)
         target = Target(
-            observed.positions[i], observed.weights[i], rotations, angles, rules.stiffness, rules.lower, rules.upper
+            observed.positions[i],
+            observed.weights[i],
+            rotations,
+            angles,
+            observed.stiffness[i],
+            rules.lower,
+            rules.upper,
         )
         fit = _no_fit()
         if target.weights.any():
             fit = fit_afresh(work, target, rotations, angles)
+            _unwind(work.here, initials[i], target)
         else:
             start_at(work.here, rotations, angles)
+            work.here.origin[:] = 0.0
         _write(tree, work, target, initials[i], fit, found, i)

@@ -20,7 +20,7 @@ from skpose.skeleton._root import with_root_joint
 from skpose.skeleton._validation import check_poses
 
 TASK = 512  # frames, some 50 ms; fixed, so that poses do not depend on n_jobs
-RUN_IN = 32  # frames before a task's first that it computes too, and drops: its first frame is then no start
+RUN_IN = 32  # frames before a task that it computes too, and drops: its first frame is then no start
 OTHER_UNITS = 20.0  # ratio of sizes of what is seen and of the skeleton
 N_ROOT = 3  # columns of the root's orientation
 
@@ -30,7 +30,6 @@ class Task(NamedTuple):
 
     first: int
     last: int  # the one after the last
-    run_in: int  # frames before the first that are computed too
     start: int  # first frame of the sequence
     end: int
 
@@ -42,7 +41,8 @@ class Problem:
     skeleton: Skeleton
     tree: Tree
     positions: np.ndarray  # (n_frames, n_joints + 2, 3) m; finite
-    weights: np.ndarray  # (n_frames, n_joints + 2)
+    weights: np.ndarray  # (n_frames, n_joints + 2); the largest of a frame is 1
+    stiffness: np.ndarray  # (n_frames,) ρ² of these weights, m²/rad²
     initial: np.ndarray  # (n_frames or 1, n_dofs + 3)
     ends: np.ndarray  # (n_sequences,) number of the frame after the last of each sequence
     rules: Rules
@@ -56,8 +56,7 @@ class Problem:
         start = 0
         for end in self.ends.tolist():
             for first in range(start, end, TASK):
-                run_in = min(RUN_IN, first - start) if self.is_sequence else 0
-                yield Task(first, min(first + TASK, end), run_in, start, end)
+                yield Task(first, min(first + TASK, end), start, end)
             start = end
 
     def empty(self, n: int) -> Found:
@@ -67,14 +66,27 @@ class Problem:
 
     def solve(self, task: Task) -> Found:
         """Find the poses of some frames."""
-        frames, found = slice(task.first - task.run_in, task.last), self.empty(task.last - task.first)
+        run_in = self.run_in(task) if self.is_sequence else np.array([], np.int64)
+        frames, found = np.concatenate([run_in, np.arange(task.first, task.last)]), self.empty(task.last - task.first)
         ever = np.asarray((self.weights[task.start : task.end] > 0.0).any(axis=0))
-        observed = Observed(self.positions[frames].copy(), self.weights[frames].copy(), ever)
+        observed = Observed(self.positions[frames], self.weights[frames], self.stiffness[frames], ever)
         if self.is_sequence:
-            fit_sequence(self.tree, observed, self.initial[0].copy(), self.rules, task.run_in, found)
+            fit_sequence(self.tree, observed, self.initial[0].copy(), self.rules, len(run_in), found)
         else:
-            fit_frames(self.tree, observed, self.initial[frames].copy(), self.rules, found)
+            fit_frames(self.tree, observed, self.initial[frames], self.rules, found)
         return found
+
+    def run_in(self, task: Task) -> np.ndarray:
+        """Return the frames before a task from which it starts.
+
+        They are those just before it, and just before the last sight of each joint: a joint that is lost keeps the
+        angles that it had then, however long ago.
+        """
+        before = self.weights[task.start : task.first] > 0.0
+        sights = task.first - np.argmax(before[::-1, before.any(axis=0)], axis=0) if len(before) else task.first
+        ends = np.unique(np.append(sights, task.first))
+        chosen = [np.arange(max(end - RUN_IN, task.start), end) for end in ends.tolist()]
+        return np.unique(np.concatenate(chosen))
 
     def fitted(self, found: Found) -> FittedPoses:
         """Return what has been found, in the order of the skeleton."""
@@ -130,13 +142,16 @@ def problem_of(
     padded[:, 2:], padded_weights[:, 2:] = np.where(seen[:, :, None] > 0.0, given, 0.0), seen
     start = _initial(initial, skeleton, n)
     lower, upper = _limits(tree, skeleton, joint_limits)
+    scales = seen.max(axis=1, initial=0.0)  # tolerances are distances, so weights are relative
+    scales[scales == 0.0] = 1.0
     dofs = to_tree_order(tree, np.concatenate([np.zeros((len(start), N_ROOT)), start], axis=1))
-    rules = Rules(joint_limits == "ignore", regularization**2, lower, upper)
+    rules = Rules(joint_limits == "ignore", lower, upper)
     return Problem(
         skeleton,
         tree,
         padded[:, order],
-        padded_weights[:, order],
+        padded_weights[:, order] / scales[:, None],
+        regularization**2 / scales,
         np.clip(dofs, lower, upper),
         _ends(lengths, n),
         rules,
