@@ -397,8 +397,14 @@ def minimise_pose(work, target, first_damping, max_iter):
                 return Fit(half, iteration, False)
             predicted = solve(here.tree, equations, damping)
             certain = damping <= CERTAIN * scale
-            if predicted <= least and (certain or not predicted > 0.0):
-                return Fit(half, iteration, certain)
+            if predicted <= least:
+                if certain:
+                    return Fit(half, iteration, True)
+                if falling:  # is the step so short because of the damping, or because this is the minimum?
+                    damping = CERTAIN * scale
+                    continue
+                if not predicted > 0.0:
+                    return Fit(half, iteration, False)
             retract(here, equations.step, target, there)
             reached = _evaluate(there, target, stiffness, work.scratch)
             if not half - reached > LEAST_RATIO * predicted:

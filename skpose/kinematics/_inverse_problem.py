@@ -92,6 +92,9 @@ class Problem:
         """Return what has been found, in the order of the skeleton."""
         n = len(self.weights)
         columns = from_tree_order(self.tree, found.dofs, np.zeros((n, N_ROOT + self.skeleton.n_dofs)))
+        unseen = ~(self.weights > 0.0).any(axis=1)
+        held = self.last_seen(unseen) if self.is_sequence else np.arange(n)
+        columns = columns[held]
         residuals = np.full((n, self.skeleton.n_joints + 2), np.nan)
         residuals[:, self.tree.code_joint] = np.where(self.weights > 0.0, found.residuals, np.nan)
         fitted = FittedPoses(
@@ -99,16 +102,15 @@ class Problem:
             poses=columns[:, N_ROOT:],
             residuals=residuals[:, 2:],
             converged=found.converged,
-            root_positions=found.origins,
+            root_positions=found.origins[held],
             root_rotations=columns[:, :N_ROOT],
             n_iter=found.n_iter,
         )
-        unseen = ~(self.weights > 0.0).any(axis=1)
         if unseen.any():
-            held = "that of the frame before" if self.is_sequence else "the initial one"
+            kept = "that of the frame before" if self.is_sequence else "the initial one"
             warn(
                 f"in {unseen.sum()} of {n} frames, first in frame {unseen.argmax()}, no joint is seen: their pose is "
-                f"{held}, and is not converged; leave them out, or interpolate the positions"
+                f"{kept}, and is not converged; leave them out, or interpolate the positions"
             )
         left = ~fitted.converged & ~unseen
         if left.any():
@@ -118,6 +120,11 @@ class Problem:
                 ConvergenceWarning,
             )
         return fitted
+
+    def last_seen(self, unseen: np.ndarray) -> np.ndarray:
+        """Return the last frame up to each one in which something is seen; without one, the sequence's first."""
+        starts = np.repeat(np.append(0, self.ends[:-1]), np.diff(self.ends, prepend=0))
+        return np.asarray(np.maximum.accumulate(np.where(unseen, starts, np.arange(len(unseen)))))
 
 
 def problem_of(

@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from placed import FIGURE
+from placed import FIGURE, at_random
 
 from skpose import Motion, Skeleton, inverse_kinematics
 from skpose.keypoints import Keypoints
@@ -69,7 +69,7 @@ def test_limits_that_no_bone_has():
 
 
 def test_what_is_no_skeleton():
-    with pytest.raises(ValueError, match="skeleton must be a skpose.Skeleton, got Motion: pass its skeleton"):
+    with pytest.raises(ValueError, match=r"skeleton must be a skpose\.Skeleton, got Motion: pass its skeleton"):
         inverse_kinematics(POSITIONS, MOTION)
     with pytest.raises(TypeError, match="a Motion is no array"):
         inverse_kinematics(MOTION, FIGURE)
@@ -80,7 +80,5 @@ def test_what_is_no_skeleton():
 @pytest.mark.parametrize("scale", [1e3, 1e-3])
 @pytest.mark.filterwarnings("ignore:.*did not converge")
 def test_other_units_are_warned_of(scale):
-    from placed import at_random
-
     with pytest.warns(UserWarning, match="positions are likely in another unit; convert them to metres"):
         inverse_kinematics(scale * at_random(FIGURE, 3)[1], FIGURE)
