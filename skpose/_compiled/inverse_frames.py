@@ -13,6 +13,7 @@ import numpy as np
 from skpose._compiled.chart import dofs_of
 from skpose._compiled.inverse import (
     LEAST_DAMPING,
+    MAX_ITER,
     Fit,
     Target,
     copy_state,
@@ -58,13 +59,28 @@ class Found(NamedTuple):
 
 
 @internal
-def _unwind(state, near, target):
-    """Take whole turns off angles without bounds: a hinge that the positions leave nearly open may go through many."""
-    free = state.tree
+def _unwind(state, target):
+    """Take whole turns off angles without bounds, so that they are within half a turn of θ₀; return whether any had."""
+    free, any_turn = state.tree, False
     for f in range(2, free.frame_parent.shape[0]):
         for d in range(free.first_dof[f], free.end_dof[f]):
             if free.ball[f] < 0 and target.lower[d] == -math.inf and target.upper[d] == math.inf:
-                state.dofs[d] -= TURN * np.rint((state.dofs[d] - near[d]) / TURN)
+                turns = np.rint((state.dofs[d] - target.prior_dofs[d]) / TURN)
+                state.dofs[d] -= TURN * turns
+                any_turn = any_turn or turns != 0.0
+    return any_turn
+
+
+@internal
+def _without_turns(work, target, fit):
+    """Take whole turns off the angles of a fit: a hinge that the positions leave nearly open may go through many.
+
+    With a stiffness they cost, so without them the minimum is elsewhere.
+    """
+    while _unwind(work.here, target) and target.stiffness > 0.0:
+        again = minimise_pose(work, target, LEAST_DAMPING, MAX_ITER)
+        fit = Fit(again.half, fit.n_iter + again.n_iter, again.converged)
+    return fit
 
 
 @internal
@@ -151,9 +167,9 @@ def fit_sequence(tree, observed, initial, rules, run_in, found):
                 else:
                     fit = again
             fit = Fit(fit.half, n_iter, fit.converged)
+            fit = _without_turns(work, target, fit)
             distance = _distance(fit, target.weights)
             started, last = True, min(distance, WORSE * last + MORE)
-            _unwind(work.here, initial, target)
         if i >= run_in:
             _write(tree, work, target, initial, fit, found, i - run_in)
 
@@ -177,8 +193,7 @@ def fit_frames(tree, observed, initials, rules, found):
         )
         fit = _no_fit()
         if target.weights.any():
-            fit = fit_afresh(work, target, rotations, angles)
-            _unwind(work.here, initials[i], target)
+            fit = _without_turns(work, target, fit_afresh(work, target, rotations, angles))
         else:
             start_at(work.here, rotations, angles)
             work.here.origin[:] = 0.0
