@@ -109,7 +109,7 @@ def inverse_kinematics(
     -----
     *What the positions leave open.* A twist of a bone at the end of a chain moves no joint, and joints may not be seen.
     With ``regularization=0`` such angles do not matter to the sum. They follow the frame before, and go back to the
-    initial pose by a tenth from frame to frame: so they do not drift. Where the end of a bone is lost for some frames,
+    initial pose by a tenth from frame to frame at most: so they do not drift. Where the end of a bone is lost for some frames,
     its joint keeps the angles of the frame before. Positions between the frames in which a joint is seen are a better
     guess than that: interpolate them first if gaps are long.
 
