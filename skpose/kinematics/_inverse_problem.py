@@ -92,7 +92,7 @@ class Problem:
         """Return what has been found, in the order of the skeleton."""
         n = len(self.weights)
         columns = from_tree_order(self.tree, found.dofs, np.zeros((n, N_ROOT + self.skeleton.n_dofs)))
-        unseen = ~(self.weights > 0.0).any(axis=1)
+        unseen = np.asarray(~(self.weights > 0.0).any(axis=1))
         held = self.last_seen(unseen) if self.is_sequence else np.arange(n)
         columns = columns[held]
         residuals = np.full((n, self.skeleton.n_joints + 2), np.nan)
