@@ -25,7 +25,7 @@ from skpose._compiled.inverse import (
 from skpose._compiled.inverse_start import fit_afresh
 from skpose._compiled.jit import internal, jit
 
-WORSE, MORE = 2.0, 1e-6  # a frame is tried afresh if its distance is so many times that of the one before, and so
+WORSE, MORE = 2.0, 1e-6  # a frame is tried afresh if its distance is so many times that of the one before, and this
 # much more, m
 WARM_ITER = 20  # iterations from the frame before
 TURN = 2.0 * math.pi
@@ -41,7 +41,7 @@ class Observed(NamedTuple):
 
 
 class Rules(NamedTuple):
-    """What holds for all frames."""
+    """Rules that hold for all frames."""
 
     frees_angles: bool  # joints of three angles are rotations, without limits
     lower: np.ndarray  # (n_dofs,) rad
@@ -67,7 +67,7 @@ def _unwind(state, target):
             if free.ball[f] < 0 and target.lower[d] == -math.inf and target.upper[d] == math.inf:
                 turns = np.rint((state.dofs[d] - target.prior_dofs[d]) / TURN)
                 state.dofs[d] -= TURN * turns
-                any_turn = any_turn or turns != 0.0
+                any_turn = any_turn or abs(turns) > 0.0  # false for NaN
     return any_turn
 
 

@@ -241,7 +241,7 @@ def _limits(tree: Tree, skeleton: Skeleton, joint_limits: str) -> tuple[np.ndarr
 
 
 def _warn_of_units(positions: np.ndarray, skeleton: Skeleton) -> None:
-    """Warn if what is seen and the skeleton differ so much in size that their units differ."""
+    """Warn if what is seen and the skeleton differ in size by as much as units do."""
     seen = positions[(~np.isnan(positions[:, :, 0])).sum(axis=1) > 1]
     reach = np.linalg.norm(skeleton.offsets, axis=1).sum()
     if not len(seen) or not reach > 0.0:

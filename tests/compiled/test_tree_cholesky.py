@@ -82,7 +82,7 @@ def test_fixed_dofs_do_not_move_and_the_others_as_without_them(system):
     np.testing.assert_allclose(lowered, -(equations.gradient[free] @ step + 0.5 * step @ part @ step), rtol=1e-8)
 
 
-def test_what_is_not_positive_definite_is_told(system):
+def test_a_matrix_that_is_not_positive_definite_is_refused(system):
     tree, equations, dense = system
     least = np.linalg.eigvalsh(dense)[0]
     assert factorise(tree, equations, -0.5 * least)

@@ -113,11 +113,11 @@ def test_progress_is_shown_if_requested(small_tasks, capsys, walk, verbose):
 
 @pytest.mark.parametrize("n_jobs", [1, 2])
 def test_an_interrupt_ends_the_work_between_tasks(small_tasks, monkeypatch, walk, n_jobs):
-    solve, begun = _inverse_problem.Problem.solve, []
+    solve, started = _inverse_problem.Problem.solve, []
 
     def interrupted(self, task):
-        begun.append(task)
-        if len(begun) == 2:
+        started.append(task)
+        if len(started) == 2:
             raise KeyboardInterrupt
         return solve(self, task)
 
@@ -125,7 +125,7 @@ def test_an_interrupt_ends_the_work_between_tasks(small_tasks, monkeypatch, walk
     monkeypatch.setattr(_inverse_problem.Problem, "solve", interrupted)
     with pytest.raises(KeyboardInterrupt):
         inverse_kinematics(positions, skeleton, n_jobs=n_jobs)
-    assert len(begun) <= 1 + n_jobs < len(positions) / TASK
+    assert len(started) <= 1 + n_jobs < len(positions) / TASK
 
 
 def test_the_frames_before_a_task_are_few(walk):
