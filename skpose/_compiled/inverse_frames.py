@@ -23,6 +23,7 @@ from skpose._compiled.inverse import (
 )
 from skpose._compiled.inverse_start import fit_afresh
 from skpose._compiled.jit import jit, unfolded
+from skpose._compiled.tree import TWO_PI
 
 WORSE, MORE = 2.0, 1e-6  # a frame starts afresh too if it is farther off than the one before: times, and m
 
@@ -31,7 +32,8 @@ class Observed(NamedTuple):
     """Positions of the joints in a sequence, in the tree's order, the root's first."""
 
     positions: np.ndarray  # (n_frames, n_joints + 1, 3) m; finite everywhere
-    weights: np.ndarray  # (n_frames, n_joints + 1) zero where not seen
+    weights: np.ndarray  # (n_frames, n_joints + 1) zero where not seen; the largest of a frame is 1
+    stiffness: np.ndarray  # (n_frames,) ρ² of these weights, m²/rad²
     ever: np.ndarray  # (n_joints + 1,) bool: seen in some frame
 
 
@@ -42,7 +44,6 @@ class Rules(NamedTuple):
     is_sequence: bool  # each frame starts from the one before, or else from a pose of its own
     warm_iter: int  # iterations from the frame before
     max_iter: int  # iterations from a first pose
-    stiffness: float  # ρ², m²/rad²
     lower: np.ndarray  # (n_dofs,) rad
     upper: np.ndarray  # (n_dofs,) rad
 
@@ -55,6 +56,31 @@ class Found(NamedTuple):
     residuals: np.ndarray  # (n_frames, n_joints + 1) distances from the given positions, m
     n_iter: np.ndarray  # (n_frames,)
     converged: np.ndarray  # (n_frames,) bool
+
+
+@unfolded
+def _unwind(tree, state, target):
+    """Take whole turns off angles without bounds, so that they are within half a turn of θ₀; return whether any had."""
+    any_turn = False
+    for f in range(2, tree.frame_parent.shape[0]):
+        for d in range(tree.first_dof[f], tree.end_dof[f]):
+            if tree.ball[f] < 0 and target.lower[d] == -math.inf and target.upper[d] == math.inf:
+                turns = np.rint((state.dofs[d] - target.prior_dofs[d]) / TWO_PI)
+                state.dofs[d] -= TWO_PI * turns
+                any_turn = any_turn or abs(turns) > 0.0  # false for NaN
+    return any_turn
+
+
+@unfolded
+def _without_turns(work, target, fit, max_iter):
+    """Take whole turns off the angles of a fit: a hinge that the positions leave nearly open may go through many.
+
+    With a stiffness they cost, so without them the minimum is elsewhere.
+    """
+    while _unwind(work.tree, work.here, target) and target.stiffness > 0.0:
+        again = minimise_pose(work, target, LEAST_DAMPING, max_iter)
+        fit = Fit(again.half, fit.n_iter + again.n_iter, again.converged)
+    return fit
 
 
 @unfolded
@@ -74,13 +100,15 @@ def _write(tree, work, target, near, fit, found, i):
 
 @unfolded
 def _settle(tree, observed, i, rotations, angles, state, target):
-    """Let the prior be the first pose; the frame before where an end of a frame's bones is lost."""
+    """Let the prior be the first pose; the frame before for joints that carry a lost one, or turn about one."""
     target.prior[:] = rotations
     target.prior_dofs[:] = angles
     lost = observed.ever & (observed.weights[i] == 0.0)
     frames_lost = np.zeros(tree.frame_parent.shape[0], np.bool_)
     for j in range(1, lost.shape[0]):
         frames_lost[tree.joint_frame[j]] |= lost[j]
+    for f in range(tree.frame_parent.shape[0] - 1, 1, -1):
+        frames_lost[tree.frame_parent[f]] |= frames_lost[f]
     for f in range(2, tree.frame_parent.shape[0]):
         if frames_lost[f] or lost[tree.pivot[f]]:
             target.prior[f] = state.rotations[f]
@@ -121,7 +149,13 @@ def fit_frames(tree, observed, initials, rules, run_in, found):
             place_state(work, work.here)
             prior[:], prior_dofs[:], started = rotations, angles, False
         target = Target(
-            observed.positions[i], observed.weights[i], prior, prior_dofs, rules.stiffness, rules.lower, rules.upper
+            observed.positions[i],
+            observed.weights[i],
+            prior,
+            prior_dofs,
+            observed.stiffness[i],
+            rules.lower,
+            rules.upper,
         )
         fit = Fit(0.0, 0, False)
         if target.weights.any():
@@ -131,13 +165,14 @@ def fit_frames(tree, observed, initials, rules, run_in, found):
             distance = _distance(fit, target.weights)
             if not started or not fit.converged or distance > WORSE * last + MORE:
                 copy_state(work.here, work.kept)
-                again = fit_afresh(work, target, rotations, angles, rules.max_iter)
+                again = fit_afresh(work, target, prior, prior_dofs, rules.max_iter)
                 n_iter = fit.n_iter + again.n_iter
                 if fit.converged and (fit.half <= again.half or not again.converged):
                     copy_state(work.kept, work.here)
                 else:
                     fit = again
                 fit = Fit(fit.half, n_iter, fit.converged)
+            fit = _without_turns(work, target, fit, rules.max_iter)
             distance = _distance(fit, target.weights)
             started, last = True, min(distance, WORSE * last + MORE)
         if i >= run_in:

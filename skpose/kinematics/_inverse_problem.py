@@ -22,7 +22,7 @@ from skpose.skeleton._units import size_of
 from skpose.skeleton._validation import check_poses
 
 TASK = 512  # frames, some 50 ms; fixed, so that poses do not depend on n_jobs
-RUN_IN = 32  # frames before a task's first that it computes too, and drops: its first frame is then no start
+RUN_IN = 32  # frames before a task that it computes too, and drops: its first frame is then no start
 WARM_ITER = 20  # iterations from the frame before
 MAX_ITER = 1000  # iterations from the initial pose, of which a few frames need hundreds
 LARGER, SMALLER = 10.0, 50.0  # times that what is seen may differ in size from the skeleton: few joints may be seen
@@ -34,7 +34,6 @@ class Task(NamedTuple):
 
     first: int
     last: int  # the one after the last
-    run_in: int  # frames before the first that are computed too
     start: int  # first frame of the sequence
     end: int
 
@@ -46,7 +45,8 @@ class Problem:
     skeleton: Skeleton
     tree: Tree
     positions: np.ndarray  # (n_frames, n_joints + 2, 3) m; finite
-    weights: np.ndarray  # (n_frames, n_joints + 2)
+    weights: np.ndarray  # (n_frames, n_joints + 2); the largest of a frame is 1
+    stiffness: np.ndarray  # (n_frames,) ρ² of these weights, m²/rad²
     initial: np.ndarray  # (n_frames or 1, n_dofs + 3)
     ends: np.ndarray  # (n_sequences,) number of the frame after the last of each sequence
     rules: Rules
@@ -56,8 +56,7 @@ class Problem:
         start = 0
         for end in self.ends.tolist():
             for first in range(start, end, TASK):
-                run_in = min(RUN_IN, first - start) if self.rules.is_sequence else 0
-                yield Task(first, min(first + TASK, end), run_in, start, end)
+                yield Task(first, min(first + TASK, end), start, end)
             start = end
 
     def empty(self, n: int) -> Found:
@@ -67,17 +66,33 @@ class Problem:
 
     def solve(self, task: Task) -> Found:
         """Find the poses of some frames."""
-        frames, found = slice(task.first - task.run_in, task.last), self.empty(task.last - task.first)
+        run_in = self.run_in(task) if self.rules.is_sequence else np.array([], np.int64)
+        frames, found = np.concatenate([run_in, np.arange(task.first, task.last)]), self.empty(task.last - task.first)
         ever = np.asarray((self.weights[task.start : task.end] > 0.0).any(axis=0))
-        observed = Observed(self.positions[frames].copy(), self.weights[frames].copy(), ever)
-        initial = self.initial if self.rules.is_sequence else self.initial[frames].copy()
-        fit_frames(self.tree, observed, initial, self.rules, task.run_in, found)
+        observed = Observed(self.positions[frames], self.weights[frames], self.stiffness[frames], ever)
+        initial = self.initial if self.rules.is_sequence else self.initial[frames]
+        fit_frames(self.tree, observed, initial, self.rules, len(run_in), found)
         return found
+
+    def run_in(self, task: Task) -> np.ndarray:
+        """Return the frames before a task from which it starts.
+
+        They are those just before it, and just before the last sight of each joint: a joint that is lost keeps the
+        angles that it had then, however long ago.
+        """
+        before = self.weights[task.start : task.first] > 0.0
+        sights = task.first - np.argmax(before[::-1, before.any(axis=0)], axis=0) if len(before) else task.first
+        ends = np.unique(np.append(sights, task.first))
+        chosen = [np.arange(max(end - RUN_IN, task.start), end) for end in ends.tolist()]
+        return np.unique(np.concatenate(chosen))
 
     def fitted(self, found: Found) -> FittedPoses:
         """Return what has been found, in the order of the skeleton."""
         n = len(self.weights)
         columns = from_tree_order(self.tree, found.dofs, np.zeros((n, N_ROOT + self.skeleton.n_dofs)))
+        unseen = np.asarray(~(self.weights > 0.0).any(axis=1))
+        held = self.last_seen(unseen) if self.rules.is_sequence else np.arange(n)
+        columns = columns[held]
         residuals = np.full((n, self.skeleton.n_joints + 2), np.nan)
         residuals[:, self.tree.code_joint] = np.where(self.weights > 0.0, found.residuals, np.nan)
         fitted = FittedPoses(
@@ -85,16 +100,15 @@ class Problem:
             poses=columns[:, N_ROOT:],
             residuals=residuals[:, 2:],
             converged=found.converged,
-            root_positions=found.origins,
+            root_positions=found.origins[held],
             root_rotations=columns[:, :N_ROOT],
             n_iter=found.n_iter,
         )
-        unseen = ~(self.weights > 0.0).any(axis=1)
         if unseen.any():
-            held = "that of the frame before" if self.rules.is_sequence else "the initial one"
+            kept = "that of the frame before" if self.rules.is_sequence else "the initial one"
             warn(
                 f"in {unseen.sum()} of {n} frames, first in frame {unseen.argmax()}, no joint is seen: their pose is "
-                f"{held}, and is not converged; leave them out, or interpolate the positions"
+                f"{kept}, and is not converged; leave them out, or interpolate the positions"
             )
         left = ~fitted.converged & ~unseen
         if left.any():
@@ -104,6 +118,11 @@ class Problem:
                 ConvergenceWarning,
             )
         return fitted
+
+    def last_seen(self, unseen: np.ndarray) -> np.ndarray:
+        """Return the last frame up to each one in which something is seen; without one, the sequence's first."""
+        starts = np.repeat(np.append(0, self.ends[:-1]), np.diff(self.ends, prepend=0))
+        return np.asarray(np.maximum.accumulate(np.where(unseen, starts, np.arange(len(unseen)))))
 
 
 def problem_of(
@@ -128,24 +147,26 @@ def problem_of(
     padded[:, 2:], padded_weights[:, 2:] = np.where(seen[:, :, None] > 0.0, given, 0.0), seen
     start = _initial(initial, skeleton, n)
     lower, upper = _limits(tree, skeleton, joint_limits)
+    scales = seen.max(axis=1, initial=0.0)  # tolerances are distances, so weights are relative
+    scales[scales == 0.0] = 1.0
     dofs = to_tree_order(tree, np.concatenate([np.zeros((len(start), N_ROOT)), start], axis=1))
     rules = Rules(
         frees_angles=joint_limits == "ignore",
         is_sequence=len(start) == 1,
         warm_iter=WARM_ITER,
         max_iter=MAX_ITER,
-        stiffness=regularization**2,
         lower=lower,
         upper=upper,
     )
     return Problem(
-        skeleton,
-        tree,
-        padded[:, order],
-        padded_weights[:, order],
-        np.clip(dofs, lower, upper),
-        _ends(lengths, n),
-        rules,
+        skeleton=skeleton,
+        tree=tree,
+        positions=padded[:, order],
+        weights=padded_weights[:, order] / scales[:, None],
+        stiffness=regularization**2 / scales,
+        initial=np.clip(dofs, lower, upper),
+        ends=_ends(lengths, n),
+        rules=rules,
     )
 
 

@@ -1,0 +1,128 @@
+"""The pieces of inverse kinematics against differences: gradient, Hessian, steps; and one fit from end to end."""
+
+import numpy as np
+import pytest
+import reference
+from conftest import MIXED, random_tree
+from scipy.spatial.transform import Rotation
+
+from skpose import Bone, Skeleton, inverse_kinematics
+from skpose._compiled import inverse
+from skpose._compiled.inverse import Target, retract, set_pose, start_at, workspace_of
+from skpose._compiled.tree_cholesky import N_ORIGIN
+from skpose.kinematics._tree import tree_of_all_joints
+from skpose.skeleton._root import with_root_joint
+
+# Small, so that the tests run without compilation too.
+SKELETONS = {
+    "chain": Skeleton.chain(2),
+    "ball joints": random_tree(2, n=4, kinds=["rotvec"]),
+    "mixed joints": random_tree(3, n=6, kinds=MIXED, offset_frame="parent"),
+}
+
+
+@pytest.fixture(params=SKELETONS)
+def case(request):
+    """A workspace whose state is a random pose, and a target far from it, some joints without weight."""
+    tree = tree_of_all_joints(with_root_joint(SKELETONS[request.param]))
+    rng, n, n_frames = np.random.default_rng(0), len(tree.column), len(tree.frame_parent)
+    work = workspace_of(tree, True)
+    prior = np.tile([1.0, 0.0, 0.0, 0.0], (n_frames, 1)), np.zeros(n)
+    set_pose(tree, rng.normal(0, 0.3, n), *prior)
+    now = np.tile([1.0, 0.0, 0.0, 0.0], (n_frames, 1)), np.zeros(n)
+    set_pose(tree, rng.normal(0, 0.3, n), *now)
+    start_at(work.tree, work.here, *now)
+    weights = rng.uniform(0.5, 2.0, len(tree.offset))
+    weights[:2] = weights[-1] = 0.0
+    bounds = np.full(n, np.inf)
+    return work, Target(rng.normal(size=(len(weights), 3)), weights, *prior, 0.3, -bounds, bounds)
+
+
+def energy(work, target, step, stiffness):
+    retract(work.tree, work.here, step, target, work.there)
+    return inverse._evaluate(work, work.there, target, stiffness)
+
+
+def dense(work):
+    """Return the matrix, whose entries that no two dofs share are zero."""
+    lower = np.tril(work.equations.matrix)
+    return lower + np.tril(lower, -1).T
+
+
+@pytest.mark.parametrize("stiffness", [0.0, 0.3])
+def test_the_gradient_is_that_of_the_energy(case, stiffness):
+    work, target = case
+    inverse._evaluate(work, work.here, target, stiffness)
+    inverse._gradient(work.here, target, stiffness, work)
+    n, h = len(work.equations.gradient), 1e-6
+    differences = [
+        (energy(work, target, h * e, stiffness) - energy(work, target, -h * e, stiffness)) / (2 * h) for e in np.eye(n)
+    ]
+    np.testing.assert_allclose(work.equations.gradient, differences, atol=1e-7)
+
+
+def test_the_matrix_with_second_derivatives_is_the_hessian(case):
+    work, target = case
+    inverse._evaluate(work, work.here, target, 0.0)
+    inverse._gradient(work.here, target, 0.0, work)
+    inverse._fill_matrix(work.here, 0.0, work)
+    inverse._add_second_derivatives(work.here, work)
+    n, h = len(work.equations.gradient), 1e-4
+    hessian, steps = np.empty((n, n)), h * np.eye(n)
+    for i, a in enumerate(steps):
+        for k, b in enumerate(steps):
+            terms = (s * t * energy(work, target, s * a + t * b, 0.0) for s in (1, -1) for t in (1, -1))
+            hessian[i, k] = sum(terms) / (4 * h * h)
+    np.testing.assert_allclose(dense(work), hessian, atol=1e-5)
+
+
+def test_the_gauss_newton_matrix_is_of_first_derivatives(case):
+    work, target = case
+    stiffness, n, h = 0.3, len(work.equations.gradient), 1e-6
+    inverse._evaluate(work, work.here, target, stiffness)
+    inverse._gradient(work.here, target, stiffness, work)
+    inverse._fill_matrix(work.here, stiffness, work)
+    seen, columns = target.weights > 0, []
+    for e in np.eye(n):
+        ends = []
+        for sign in (1, -1):
+            energy(work, target, sign * h * e, 0.0)
+            ends.append(work.there.P.reshape(-1, 3) + work.there.origin)
+        columns.append((np.sqrt(target.weights)[:, None] * (ends[0] - ends[1]))[seen].ravel() / (2 * h))
+    J = np.array(columns).T
+    stiff = np.r_[np.zeros(N_ORIGIN + 3), np.full(n - N_ORIGIN - 3, stiffness)]  # the root is free
+    np.testing.assert_allclose(dense(work), J.T @ J + np.diag(stiff), atol=1e-6)
+
+
+def test_steps_keep_angles_within_bounds(case):
+    work, target = case
+    n = len(target.lower)
+    bounds = target._replace(lower=np.full(n, -0.1), upper=np.full(n, 0.2))
+    for sign, bound in ((-1, -0.1), (1, 0.2)):
+        retract(work.tree, work.here, np.full(n + N_ORIGIN, sign * 9.0), bounds, work.there)
+        angles = [d for f in range(2, len(work.tree.frame_parent)) if work.tree.ball[f] < 0
+                  for d in range(work.tree.first_dof[f], work.tree.end_dof[f])]  # fmt: skip
+        np.testing.assert_array_equal(work.there.dofs[angles], bound)
+
+
+@pytest.mark.parametrize("limits", ["ignore", "enforce"])
+def test_a_small_arm_is_fitted(limits):
+    arm = Skeleton(
+        [
+            Bone("hip", None, (0.2, 0, 0)),
+            Bone("back", None, (0, 0, 0.2)),
+            Bone("elbow", None, (0, 0.3, 0), "rotvec"),
+            Bone("wrist", "elbow", (0, 0.25, 0), "x", limits=[(0.0, 1.0)]),
+        ]
+    )
+    poses = np.array([[0.3, 0.1, -0.5, 0.7], [0.4, 0.1, -0.6, 0.8], [0.4, 0.1, -0.6, 1.4]])
+    turn = Rotation.from_rotvec([0.1, 0.2, 0.3])
+    positions = np.stack([turn.apply(p) for p in reference.forward_kinematics(poses, arm)]) + np.array([1.0, 2.0, 3.0])
+    fitted = inverse_kinematics(positions, arm, joint_limits=limits)
+    free = inverse_kinematics(positions, arm, joint_limits=limits, initial=np.zeros((3, 4)))
+    for found in (fitted, free):
+        assert found.converged.all()
+        np.testing.assert_allclose(found.poses[:2, 3], poses[:2, 3], atol=1e-6)
+        np.testing.assert_allclose(found.residuals[:2], 0, atol=1e-6)
+        np.testing.assert_allclose(found.root_rotations[:2], [[0.1, 0.2, 0.3]] * 2, atol=1e-6)
+        assert found.poses[2, 3] == pytest.approx(1.0 if limits == "enforce" else 1.4, abs=1e-6)
