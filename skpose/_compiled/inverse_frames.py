@@ -100,7 +100,7 @@ def _write(tree, work, target, near, fit, found, i):
 
 @unfolded
 def _settle(tree, observed, i, rotations, angles, state, target):
-    """Let the prior be the first pose; the frame before for joints that carry a lost one, or turn about one."""
+    """Let the prior be the first pose; the frame before for joints before a lost one, and for one that starts at it."""
     target.prior[:] = rotations
     target.prior_dofs[:] = angles
     lost = observed.ever & (observed.weights[i] == 0.0)

@@ -80,5 +80,5 @@ def test_what_is_no_skeleton():
 @pytest.mark.parametrize("scale", [1e3, 1e-3])
 @pytest.mark.filterwarnings("ignore:.*did not converge")
 def test_other_units_are_warned_of(scale):
-    with pytest.warns(UserWarning, match="positions are likely in another unit; convert them to metres"):
+    with pytest.warns(UserWarning, match="likely in another unit than metres; convert it"):
         inverse_kinematics(scale * at_random(FIGURE, 3)[1], FIGURE)
