@@ -8,7 +8,6 @@ nearest neighbour. If SKPOSE_CMU names a folder of CMU files, the keypoints are 
 """
 
 import os
-from dataclasses import replace
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -85,18 +84,7 @@ def poses_of(recordings):
     return fits
 
 
-def filled(keypoints):
-    """Return keypoints whose gaps are bridged by straight lines, with a low confidence."""
-    positions, confidences = keypoints.positions.copy(), keypoints.confidences.copy()
-    for i in range(len(keypoints.names)):
-        gap = confidences[:, i] == 0.0
-        for k in range(3):
-            positions[gap, i, k] = np.interp(np.flatnonzero(gap), np.flatnonzero(~gap), positions[~gap, i, k])
-        confidences[gap, i] = 0.1
-    return replace(keypoints, positions=positions, confidences=confidences)
-
-
-fits = {"poses": poses_of(seen), "gaps filled": poses_of([filled(keypoints) for keypoints in seen])}
+fits = {"poses": poses_of(seen), "gaps filled": poses_of([keypoints.fill_gaps() for keypoints in seen])}
 print(fits["poses"][0])
 
 

@@ -158,6 +158,54 @@ class Keypoints:
         chosen = [self.names.index(name) for name in names]
         return replace(self, positions=self.positions[:, chosen], names=names, confidences=self.confidences[:, chosen])
 
+    def fill_gaps(self, longest: float | None = None, *, confidence: float = 0.1) -> "Keypoints":
+        """Return the keypoints with gaps filled by straight lines in time, from the frame before to the one after.
+
+        Parameters
+        ----------
+        longest : float, default=None
+            Longest gap that is filled, s; None fills gaps of any length.
+        confidence : float, default=0.1
+            Confidence of the positions that are filled in, above 0 and at most 1.
+
+        Returns
+        -------
+        Keypoints
+            Points that are not seen before or after a gap stay as they are: nothing is extrapolated.
+
+        Raises
+        ------
+        ValueError
+            If `longest` is negative or `confidence` out of range.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from skpose.keypoints import Keypoints
+        >>> x = [0.0, np.nan, np.nan, 0.3, np.nan]
+        >>> seen = Keypoints([[[x_i, 1.0, 0.0]] for x_i in x], ["hand"], frame_rate=30)
+        >>> seen.fill_gaps().positions[:, 0, 0]
+        array([0. , 0.1, 0.2, 0.3, nan])
+        """
+        if longest is not None and not longest >= 0.0:
+            raise ValueError(f"longest must be a time in s, zero or more, or None for any, got {longest!r}")
+        if not 0.0 < confidence <= 1.0:
+            raise ValueError(f"confidence must be above 0 and at most 1, got {confidence!r}")
+        positions, confidences, frames = self.positions.copy(), self.confidences.copy(), np.arange(len(self))
+        for point in range(len(self.names)):
+            seen = np.flatnonzero(self.confidences[:, point] > 0.0)
+            if len(seen) < 2:
+                continue
+            after = np.searchsorted(seen, frames)
+            inside = (after > 0) & (after < len(seen)) & (self.confidences[:, point] == 0.0)
+            after = after.clip(1, len(seen) - 1)
+            if longest is not None:
+                inside &= (seen[after] - seen[after - 1] - 1) / self.frame_rate <= longest * (1.0 + 1e-9)
+            for axis in range(3):
+                positions[inside, point, axis] = np.interp(frames[inside], seen, self.positions[seen, point, axis])
+            confidences[inside, point] = confidence
+        return replace(self, positions=positions, confidences=confidences)
+
 
 def check_positions(positions: Any, n_points: int, name: str) -> np.ndarray:
     """Return positions as a new float64 array of shape (n_frames, n_points, 3), NaN for points that are not seen."""

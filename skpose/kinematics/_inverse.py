@@ -109,9 +109,9 @@ def inverse_kinematics(
     -----
     *What the positions leave open.* A twist of a bone at the end of a chain moves no joint, and joints may not be seen.
     With ``regularization=0`` such angles do not matter to the sum. They follow the frame before, and go back to the
-    initial pose by a tenth from frame to frame at most: so they do not drift. Where the end of a bone is lost for some
-    frames, its joint keeps the angles of the frame before. Positions between the frames in which a joint is seen are a
-    better guess than that: interpolate them first if gaps are long.
+    initial pose by a tenth from frame to frame at most: so they do not drift. Where a joint is lost for some frames,
+    the joints before it keep the angles of the frame before, but for what other joints say of them. Positions between
+    the frames in which it is seen are a better guess, see `skpose.keypoints.Keypoints.fill_gaps`.
 
     *Method.* Gauss-Newton steps in a trust region, with turns of joints instead of angles; JᵀJ is summed along the
     skeleton and factorised along it without filling in [2]_; where positions cannot be reached the exact Hessian takes

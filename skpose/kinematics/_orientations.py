@@ -28,8 +28,9 @@ from skpose.skeleton._root import root_angles_of, root_orientations
 from skpose.skeleton._rotations import TWO_PI, columns_of, rotations_of
 
 ROUNDING = 1e-6  # rad
-# Least squares fit a second direction if it has this weight: bones within 2° of a line have one direction.
-LINE = 1e-3
+# Least squares fit a second direction if it has this weight: bones bent by up to 16° have one direction, since a few
+# degrees, as of hips from noisy keypoints, say nothing about the rotation about their line.
+LINE = 2e-2
 ROOT = -1
 REMEDY = 'method="positions" comes as near to the positions of the joints as this skeleton can, by inverse kinematics'
 

@@ -429,3 +429,18 @@ def test_a_person_on_their_own_skeleton_in_another_rig(cmu):
     balls = Skeleton((b._replace(dofs="rotvec", limits=None) if b.dofs else b for b in motion.skeleton.bones), "own")
     result = retarget(motion, balls, method="positions")
     np.testing.assert_allclose(in_space(result), in_space(motion), atol=1e-6)
+
+
+@pytest.mark.parametrize("bent", [4.0, 12.0])
+def test_hips_that_are_bent_a_little_do_not_turn_the_pelvis_over(bent):
+    # A few degrees, as by noise in keypoints, bent forward on one skeleton and backward on the other.
+    def pelvis(angle):
+        c, s = 0.1 * np.cos(np.radians(angle)), 0.1 * np.sin(np.radians(angle))
+        thighs = [Bone(f"{side}_knee", f"{side}_hip", (0.0, -0.4, 0.0), "rotvec") for side in ("left", "right")]
+        hips = [Bone("left_hip", None, (c, 0.0, s)), Bone("right_hip", None, (-c, 0.0, s))]
+        return Skeleton([*hips, *thighs, Bone("neck", None, (0.0, 0.5, 0.0), "rotvec")])
+
+    motion = Motion(pelvis(bent / 2), np.zeros((3, 9)), 30)
+    found = retarget(motion, pelvis(-bent / 2), method="orientations")
+    np.testing.assert_allclose(found.root_angles, 0.0, atol=1e-9)
+    np.testing.assert_allclose(found.angles, 0.0, atol=1e-9)
