@@ -125,11 +125,6 @@ def _distance(fit, weights):
     return math.sqrt(2.0 * fit.half / total)
 
 
-@unfolded
-def _no_fit():
-    return Fit(0.0, 0, False)
-
-
 @jit
 def fit_frames(tree, observed, initials, rules, run_in, found):
     """Find the poses of a sequence, or of frames that each have a first pose; nothing is written of the first ones.

@@ -8,7 +8,7 @@ from typing import Any, Literal, NoReturn, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skpose.kinematics._retarget import Method, retarget_and_report
+from skpose.kinematics._retarget import UNCHANGED, Method, retarget_and_report
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._arguments import check_frame_rate
 from skpose.skeleton._skeleton import check_comparable
@@ -144,8 +144,8 @@ class MotionDataset:
         words = f"{len(self)} motions{subjects}"
         if "actions" in self._labels:
             words += f": {_counted(action or 'unnamed' for action in self.actions)}"
-        methods = [report.partition(",")[0] or "not" for report in self._retargeting]
-        if len(set(methods)) > 1:
+        methods = [report.partition(",")[0] for report in self._retargeting]
+        if set(methods) - {"", UNCHANGED}:
             words += f"; retargeted by {_counted(methods)}"
         return f"MotionDataset({words})"
 
@@ -240,7 +240,8 @@ class MotionDataset:
             except ValueError as error:
                 raise ValueError(f"motions[{i}]: {error}") from None
             motions.append(result[0])
-            reports.append(result[1])
+            # Numbers that stay the same came here as they did before.
+            reports.append((result[1] == UNCHANGED and self._retargeting[i]) or result[1])
         there = self._with(motions)
         there._retargeting = tuple(reports)
         return there

@@ -10,8 +10,9 @@ from skpose.io._arguments import Readable, check_positive
 from skpose.io._error import MocapFormatError
 from skpose.io._npz import Archive, read_array
 from skpose.io._source import Source
-from skpose.keypoints import Keypoints
+from skpose.keypoints import Keypoints, Layout, layouts
 from skpose.skeleton._arguments import check_frame_rate
+from skpose.skeleton._root import check_up
 
 POSITIONS = "positions", "keypoints"
 CONFIDENCES = "confidences", "scores"
@@ -102,6 +103,9 @@ def load_keypoints(
         check_frame_rate(frame_rate)
     if layout is not None and (names is not None or up is not None):
         raise ValueError(f"a layout states names and up: pass layout= or {'names' if up is None else 'up'}=, not both")
+    if up is not None:
+        check_up(up)
+    layout = None if layout is None else _layout(layout)
     with Source(path, "an .npz or .npy file", binary=True) as source:
         if source.binary == "npy":
             array, confidences = _explained(source, lambda: read_array(source, *SHAPES)), None
@@ -109,6 +113,9 @@ def load_keypoints(
             array, confidences, stated_rate, stated_names = _from_archive(source)
             frame_rate = stated_rate if frame_rate is None else frame_rate
             names = stated_names if names is None else names
+            if layout is not None and stated_names is not None:
+                order = _order(source, stated_names, layout)
+                array, confidences = array[:, order], None if confidences is None else confidences[:, order]
         if frame_rate is None:
             raise ValueError(f"{source.name} does not state its frame rate: pass frame_rate=, in Hz")
         if layout is None and names is None:
@@ -119,7 +126,7 @@ def load_keypoints(
             array, confidences = array[:, :, :3], np.nan_to_num(array[:, :, 3])
         with source.format_errors():
             if layout is not None:
-                found = _layout(layout).keypoints(array * scale, frame_rate, confidences)
+                found = layout.keypoints(array * scale, frame_rate, confidences)
             else:
                 found = Keypoints(array * scale, names or (), frame_rate, confidences, up or "y")
         source.warn_of_extent(found.positions, scale)
@@ -145,6 +152,20 @@ def _from_archive(source: Source) -> tuple[np.ndarray, np.ndarray | None, float 
     return array, confidences, rate, names
 
 
+def _order(source: Source, names: list[str], layout: Layout) -> list[int]:
+    """Return the columns of a file in the order of a layout, by the names that the file states."""
+    if sorted(names) != sorted(layout.names):
+        other = next((name for name in names if name not in layout.names), None)
+        found = (
+            f"the point {other!r}, which it does not have" if other else f"{len(names)} of {len(layout.names)} points"
+        )
+        raise source.error(
+            f"{NAMES}: expected those of the layout {layout.name!r}, found {found}; pass the layout that the file has, "
+            "or none"
+        )
+    return [names.index(name) for name in layout.names]
+
+
 def _one_of(file: Archive, keys: tuple[str, str]) -> str | None:
     found = [key for key in keys if key in file.keys]
     if len(found) > 1:
@@ -165,15 +186,12 @@ def _explained(source: Source, read: Callable[[], np.ndarray]) -> np.ndarray:
         raise
 
 
-def _layout(layout: Any) -> Any:
+def _layout(layout: Any) -> Layout:
     """Return a layout, which may be named."""
     if not isinstance(layout, str):
-        if not hasattr(layout, "keypoints"):
+        if not isinstance(layout, Layout):
             raise TypeError(f"layout must be a Layout or the name of one, got {type(layout).__name__}")
         return layout
-    from skpose import keypoints
-
-    layouts = getattr(keypoints, "layouts", {})
     if layout not in layouts:
-        raise ValueError(f"layout must be one of {', '.join(sorted(layouts)) or 'none'}, got {layout!r}")
+        raise ValueError(f"layout must be one of {', '.join(sorted(layouts))}, got {layout!r}")
     return layouts[layout]

@@ -12,6 +12,7 @@ from skpose.io._source import Chunk, Source
 from skpose.io._words import NUMBER, WHOLE, Token, complaint
 from skpose.keypoints import Keypoints
 from skpose.skeleton._arguments import check_frame_rate
+from skpose.skeleton._root import check_up
 
 REQUIRED = "DataRate", "NumFrames", "NumMarkers", "Units"
 AXIS = re.compile(r"([XYZ])\d*", re.IGNORECASE)
@@ -103,6 +104,7 @@ def load_trc(
     array([0. , 0.9, 0. ])
     """
     check_choice("trust", trust, ("header", "rows"))
+    check_up(up)
     if scale is not None:
         check_positive("scale", scale)
     if frame_rate is not None:

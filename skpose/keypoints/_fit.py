@@ -6,6 +6,7 @@ from numpy.typing import ArrayLike
 from skpose._warnings import warn
 from skpose.keypoints._keypoints import Keypoints
 from skpose.keypoints._layout import Layout
+from skpose.keypoints._layouts import layouts
 from skpose.keypoints._lengths import bone_length, warn_of_lengths
 from skpose.keypoints._rest_pose import rest_rotations
 from skpose.keypoints._root_axes import Points
@@ -96,7 +97,9 @@ def fit_skeleton(keypoints: Keypoints | ArrayLike, layout: Layout) -> Skeleton:
     ('elbow_rotvec_x', 'elbow_rotvec_y', 'elbow_rotvec_z', 'wrist_rotvec_x', 'wrist_rotvec_y', 'wrist_rotvec_z')
     """
     if not isinstance(layout, Layout):
-        remedy = f": pass skpose.keypoints.layouts[{layout!r}]" if isinstance(layout, str) else ""
+        remedy = ": pass one of skpose.keypoints.layouts, or a Layout of your own"
+        if isinstance(layout, str) and layout in layouts:
+            remedy = f": pass skpose.keypoints.layouts[{layout!r}]"
         raise TypeError(f"layout must be a skpose.keypoints.Layout, got {type(layout).__name__}{remedy}")
     if not isinstance(keypoints, Keypoints):
         keypoints = layout.keypoints(keypoints, frame_rate=1.0)  # the rate plays no part
@@ -149,11 +152,11 @@ def _points(keypoints: Keypoints, layout: Layout) -> Points:
     if len(never) == len(layout.points):
         raise ValueError("no point is seen in any frame: positions are NaN, or confidences 0, everywhere")
     if never:
-        remedy = f"fit the layout without it, layout.without([{never[0]!r}])"
+        remedy = f"fit the layout without what is never seen, layout.without({never})"
         needed = {layout.root, *layout.midpoints, *(end for ends in layout.midpoints.values() for end in ends)}
         if needed & set(never):
             remedy = "make a Layout of your own of the points that are seen"
-        raise ValueError(f"{', '.join(map(repr, never))} is never seen, in none of {len(chosen)} frames: {remedy}")
+        raise ValueError(f"never seen in {len(chosen)} frames: {', '.join(map(repr, never))}; {remedy}")
     return points
 
 

@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from numbers import Real
 from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 import numpy as np
@@ -93,7 +94,9 @@ class Keypoints:
         check_up(self.up)
         positions = check_positions(self.positions, len(names), "positions")
         seen = ~np.isnan(positions).any(axis=2)
-        confidences = np.ones(seen.shape) if self.confidences is None else np.array(self.confidences, np.float64)
+        confidences = np.ones(seen.shape)
+        if self.confidences is not None:
+            confidences = as_numbers(self.confidences, "confidences", masked=0.0)
         if confidences.shape != seen.shape:
             raise ValueError(f"confidences must have shape {seen.shape}, one a position, got {confidences.shape}")
         if np.isnan(confidences[seen]).any() or (confidences[seen] < 0.0).any() or (confidences[seen] > 1.0).any():
@@ -187,9 +190,9 @@ class Keypoints:
         >>> seen.fill_gaps().positions[:, 0, 0]
         array([0. , 0.1, 0.2, 0.3, nan])
         """
-        if longest is not None and not longest >= 0.0:
+        if longest is not None and not (isinstance(longest, Real) and longest >= 0.0):
             raise ValueError(f"longest must be a time in s, zero or more, or None for any, got {longest!r}")
-        if not 0.0 < confidence <= 1.0:
+        if not (isinstance(confidence, Real) and 0.0 < confidence <= 1.0):
             raise ValueError(f"confidence must be above 0 and at most 1, got {confidence!r}")
         positions, confidences, frames = self.positions.copy(), self.confidences.copy(), np.arange(len(self))
         for point in range(len(self.names)):
@@ -207,9 +210,22 @@ class Keypoints:
         return replace(self, positions=positions, confidences=confidences)
 
 
+def as_numbers(values: Any, name: str, masked: float = np.nan) -> np.ndarray:
+    """Return a new float64 array of real numbers; those that a masked array masks are NaN, or another number."""
+    if np.ma.isMaskedArray(values):
+        values = np.ma.filled(values.astype(np.float64), masked)
+    try:
+        array = np.asarray(values)
+        if array.dtype.kind not in "fiuO":
+            raise TypeError
+        return np.array(array, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} must be an array of real numbers, got {type(values).__name__} of others") from None
+
+
 def check_positions(positions: Any, n_points: int, name: str) -> np.ndarray:
     """Return positions as a new float64 array of shape (n_frames, n_points, 3), NaN for points that are not seen."""
-    array = np.array(positions, dtype=np.float64)
+    array = as_numbers(positions, name)
     if array.ndim == 3 and array.shape[2] == 2:
         raise ValueError(
             f"{name} have two coordinates for each point, shape {array.shape}, but three are needed: lengths of bones "
@@ -217,7 +233,8 @@ def check_positions(positions: Any, n_points: int, name: str) -> np.ndarray:
             "several cameras"
         )
     if array.ndim != 3 or array.shape[1:] != (n_points, 3):
-        raise ValueError(f"{name} must have shape (n_frames, {n_points}, 3), got {array.shape}")
+        remedy = f": pass {name}[None] for one frame" if array.shape == (n_points, 3) else ""
+        raise ValueError(f"{name} must have shape (n_frames, {n_points}, 3), got {array.shape}{remedy}")
     if np.isinf(array).any():
         frame, point, _ = np.argwhere(np.isinf(array))[0]
         raise ValueError(f"{name} are infinite at frame {frame}, point {point}: use NaN for a point that is not seen")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skpose.keypoints._keypoints import Keypoints, check_positions
+from skpose.keypoints._keypoints import Keypoints, as_numbers, check_positions
 from skpose.skeleton._sides import others, partners, sides
 
 UPS = ("x", "y", "z", "-x", "-y", "-z")
@@ -230,12 +230,12 @@ class Layout:
         >>> seen.names[-2:]
         ('pelvis', 'neck')
         """
-        array = np.array(positions, dtype=np.float64)
+        array = as_numbers(positions, "positions")
         self._check_shape(array)
         array = check_positions(array, len(self.names), "positions")
         sure = np.where(np.isnan(array).any(axis=2), 0.0, 1.0)
         if confidences is not None:
-            sure = np.array(confidences, dtype=np.float64)
+            sure = as_numbers(confidences, "confidences", masked=0.0)
         if sure.shape != array.shape[:2]:
             raise ValueError(f"confidences must have shape {array.shape[:2]}, one a position, got {sure.shape}")
         if self.up.startswith("-"):

@@ -76,7 +76,7 @@ def _rigid_shape(points: Points, layout: Layout, axes: np.ndarray) -> dict[str, 
     known = ~np.isnan(axes[:, 0, 0])
     means = np.zeros((len(names), 3))
     squares = np.zeros((len(names) + 1, len(names) + 1))
-    everyone = [layout.root, *names]
+    everyone, noise = [layout.root, *names], 0.0  # of a length in one frame, m
     for i, one in enumerate(everyone):
         sure = points.confidences[one] * points.confidences[layout.root] * known
         if i and sure.any():
@@ -87,11 +87,15 @@ def _rigid_shape(points: Points, layout: Layout, axes: np.ndarray) -> dict[str, 
             together = points.confidences[one] * points.confidences[other]
             length = float(np.linalg.norm((means[i - 1] if i else 0.0) - (means[j - 1] if j else 0.0)))
             if together.any():
-                length = bone_length(np.linalg.norm(points[one] - points[other], axis=1), together).value
+                known_length = bone_length(np.linalg.norm(points[one] - points[other], axis=1), together)
+                length = known_length.value
+                noise = np.fmax(noise, known_length.error * np.sqrt(np.count_nonzero(together)))
             squares[i, j] = squares[j, i] = length**2
     products = (squares[1:, :1] + squares[:1, 1:] - squares[1:, 1:]) / 2.0
     values, vectors = np.linalg.eigh(products)
-    sizes = np.sqrt(np.where(values > ROUNDING * values[-1], values, 0.0))
+    # What is smaller than the noise of one frame cannot show a rotation: a line of hips has no bend.
+    sizes = np.sqrt(np.where(values > np.fmax(ROUNDING * values[-1], (3.0 * noise) ** 2), values, 0.0))
+    sizes[-1] = np.sqrt(max(values[-1], 0.0))
     flat = np.zeros((len(names), 3))
     flat[:, : len(names)] = (vectors * sizes)[:, ::-1][:, :3]
     u, _, vh = np.linalg.svd(flat.T @ means)

@@ -12,7 +12,7 @@ from skpose._compiled.inverse_frames import Found, Observed, Rules, fit_frames
 from skpose._compiled.tree import Tree
 from skpose._warnings import warn
 from skpose.keypoints import Keypoints
-from skpose.keypoints._keypoints import check_positions
+from skpose.keypoints._keypoints import as_numbers, check_positions
 from skpose.kinematics._fitted_poses import FittedPoses
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of_all_joints
 from skpose.skeleton import Skeleton
@@ -194,7 +194,7 @@ def _weights(weights: ArrayLike | None, shape: tuple[int, ...]) -> np.ndarray:
     """Return weights (n_frames, n_joints)."""
     if weights is None:
         return np.ones(shape)
-    array = np.asarray(weights, dtype=np.float64)
+    array = as_numbers(weights, "weights", masked=0.0)
     if array.shape not in (shape, shape[1:]):
         raise ValueError(
             f"weights must have shape {shape[1:]} or {shape}, (n_joints,) or one a position, got {array.shape}"

@@ -18,6 +18,7 @@ from skpose.skeleton._root import root_orientations
 from skpose.skeleton._skeleton import mismatch
 
 Method = Literal["numbers", "orientations", "positions", "auto", "unchecked"]
+UNCHANGED = "same numbers"  # the report
 METHODS = ("numbers", "orientations", "positions", "auto", "unchecked")
 OTHER_RIG = (
     'retarget(..., method="orientations") converts between rigs by the directions of the bones, method="positions" by '
@@ -93,7 +94,8 @@ def retarget(
 
     By positions, lengths differ unless the skeletons are of one person; then no pose has the joints where their
     counterparts are, and directions differ by some degrees. Prefer orientations where they can. Twists about bones at
-    the end of a chain are not seen, and are those of the rest pose.
+    the end of a chain are not seen, and are those of the rest pose. The root's place and orientation follow from
+    the joints that have counterparts, not from the motion's root: fewer than three joints do not show them.
 
     Examples
     --------
@@ -127,7 +129,7 @@ def retarget_and_report(
     if method not in METHODS:
         raise ValueError(f"method must be {', '.join(map(repr, METHODS[:-1]))} or {METHODS[-1]!r}, got {method!r}")
     check_skeleton(skeleton)
-    if scale != "lengths" and not (isinstance(scale, Real) and 0.0 < scale < np.inf):
+    if not (isinstance(scale, str) and scale == "lengths") and not (isinstance(scale, Real) and 0.0 < scale < np.inf):
         raise ValueError(f'scale must be a positive number, or "lengths", got {scale!r}')
     if joints is not None and method in ("numbers", "unchecked"):
         raise ValueError(f'method="{method}" matches dofs by name, and joints= is for other methods: {OTHER_RIG}')
@@ -141,7 +143,7 @@ def retarget_and_report(
                 counterparts(motion.skeleton, skeleton, joints)  # raises what no method can mend
         method = "positions"
     if method in ("numbers", "unchecked"):
-        angles, report = _same_numbers(motion, skeleton, method), "same numbers"
+        angles, report = _same_numbers(motion, skeleton, method), UNCHANGED
     there = counterparts(motion.skeleton, skeleton, joints)
     factor = ratio_of_lengths(motion.skeleton, skeleton, there) if scale == "lengths" else float(scale)
     if method == "positions":

@@ -116,7 +116,7 @@ def test_info_of_a_folder(capsys):
     assert np.load("D.npy").shape == (4, 4)
     capsys.readouterr()
     Path("empty").mkdir()
-    message = "the folder empty holds no files named *.bvh, *.amc, *.asf"
+    message = "the folder empty holds no files named *.bvh, *.amc, *.asf, *.trc, *.c3d"
     assert error_of(["info", "empty"], capsys) == message
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from skpose import keypoints
 from skpose.io import MocapFormatError, load_keypoints
-from skpose.keypoints import Keypoints
+from skpose.keypoints import Keypoints, layouts
 
 NAMES = ["hip", "knee", "ankle"]
 POSITIONS = np.random.default_rng(3).uniform(-0.8, 0.8, (12, 3, 3))
@@ -174,3 +174,22 @@ class Bomb:
 )
 def test_what_is_refused(file, message):
     refused(file, message, names=None if "names:" in message else NAMES)
+
+
+def test_the_files_own_names_are_brought_into_the_order_of_the_layout(tmp_path):
+    layout, positions = layouts["coco17"], np.random.default_rng(0).random((4, 17, 3))
+    np.savez(tmp_path / "a.npz", positions=positions, names=layout.names[::-1], fps=25)
+    found = load_keypoints(tmp_path / "a.npz", layout)
+    np.testing.assert_array_equal(found.positions[:, :17], positions[:, ::-1])
+    np.savez(tmp_path / "b.npz", positions=positions, names=[*layout.names[:-1], "tail"], fps=25)
+    with pytest.raises(MocapFormatError, match="expected those of the layout 'coco17', found the point 'tail'"):
+        load_keypoints(tmp_path / "b.npz", layout)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"), [({"layout": "h36m"}, "layout must be one of"), ({"up": "w"}, "up must")]
+)
+def test_a_wrong_argument_is_no_fault_of_the_file(options, message):
+    with pytest.raises(ValueError, match=message) as caught:
+        load_keypoints("no such file.npy", frame_rate=5, **options)
+    assert not isinstance(caught.value, MocapFormatError)

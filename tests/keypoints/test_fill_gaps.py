@@ -45,3 +45,21 @@ def test_a_point_that_is_seen_once_or_never_stays():
 def test_options_out_of_range_are_refused(line, options, message):
     with pytest.raises(ValueError, match=message):
         line[1].fill_gaps(**options)
+
+
+def test_masked_points_are_not_seen(line):
+    truth, _ = line
+    mask = np.zeros(truth.shape, bool)
+    mask[3, 0] = True
+    keypoints = Keypoints(np.ma.array(truth, mask=mask), ["hand", "foot"], RATE)
+    assert np.argwhere(keypoints.confidences == 0.0).tolist() == [[3, 0]]
+    unsure = Keypoints(truth, ["hand", "foot"], RATE, np.ma.array(np.ones(truth.shape[:2]), mask=mask[:, :, 0]))
+    assert np.argwhere(unsure.confidences == 0.0).tolist() == [[3, 0]]
+
+
+@pytest.mark.parametrize(
+    "positions", ["hello", [[["1", "2", "3"]]], [[[True, False, True]]], [[[1j, 0, 0]]], [[[1, 2]], 3]]
+)
+def test_what_is_no_numbers_is_refused(positions):
+    with pytest.raises(ValueError, match="positions must be an array of real numbers"):
+        Keypoints(positions, ["hand"], RATE)
