@@ -2,14 +2,12 @@
 
 import gzip
 import io
-from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
-from skpose import keypoints
 from skpose.io import MocapFormatError, load_keypoints
-from skpose.keypoints import Keypoints, layouts
+from skpose.keypoints import Keypoints, Layout, layouts
 
 NAMES = ["hip", "knee", "ankle"]
 POSITIONS = np.random.default_rng(3).uniform(-0.8, 0.8, (12, 3, 3))
@@ -30,20 +28,13 @@ def npz(save=np.savez, **arrays):
     return io.BytesIO(file.getvalue())
 
 
-@dataclass
-class FakeLayout:
-    """A layout with a midpoint, as those of skpose.keypoints have."""
-
-    up: str = "z"
-
-    def keypoints(self, positions, frame_rate, confidences=None):
-        if positions.shape[1] != 3:
-            raise ValueError(f"the layout has 3 keypoints, got {positions.shape[1]}")
-        middle = positions[:, :2].mean(axis=1, keepdims=True)
-        if confidences is not None:
-            confidences = np.concatenate([confidences, confidences[:, :2].min(axis=1, keepdims=True)], axis=1)
-        found = np.concatenate([positions, middle], axis=1)
-        return Keypoints(found, [*NAMES, "middle"], frame_rate, confidences, self.up)
+LAYOUT = Layout(
+    "three",
+    names=NAMES,
+    parents={NAMES[0]: None, NAMES[1]: NAMES[0], NAMES[2]: NAMES[1], "middle": NAMES[0]},
+    midpoints={"middle": (NAMES[0], NAMES[1])},
+    up="z",
+)
 
 
 def same(found, expected):
@@ -95,21 +86,20 @@ def test_not_seen():
     assert np.isnan(found.positions[[4, 5], [1, 0]]).all()
 
 
-def test_layouts(monkeypatch):
-    layout = FakeLayout()
-    expected = layout.keypoints(POSITIONS, 25.0, SCORES)
+def test_layouts():
+    expected = LAYOUT.keypoints(POSITIONS, 25.0, SCORES)
     file = {"positions": POSITIONS, "scores": SCORES, "fps": 25.0}
-    same(load_keypoints(npz(**file), layout), expected)
-    monkeypatch.setattr(keypoints, "layouts", {"fake": layout}, raising=False)
-    same(load_keypoints(npz(**file), "fake"), expected)
-    with pytest.raises(ValueError, match="layout must be one of fake, got 'coco'"):
+    same(load_keypoints(npz(**file), LAYOUT), expected)
+    coco = np.random.default_rng(0).random((3, 17, 3))
+    same(load_keypoints(npz(positions=coco, fps=25.0), "coco17"), layouts["coco17"].keypoints(coco, 25.0))
+    with pytest.raises(ValueError, match=r"layout must be one of body25, .*, got 'coco'"):
         load_keypoints(npz(**file), "coco")
     with pytest.raises(TypeError, match="layout must be a Layout or the name of one, got int"):
         load_keypoints(npz(**file), 17)
     for options in ({"names": NAMES}, {"up": "y"}):
         with pytest.raises(ValueError, match=f"pass layout= or {next(iter(options))}=, not both"):
-            load_keypoints(npz(**file), layout, **options)
-    refused(npy(POSITIONS[:, :2]), "the layout has 3 keypoints, got 2", layout=layout, names=None)
+            load_keypoints(npz(**file), LAYOUT, **options)
+    refused(npy(POSITIONS[:, :2]), "2 points, and the layout 'three' has 3", layout=LAYOUT, names=None)
 
 
 def test_scale_and_its_warning():
