@@ -214,13 +214,17 @@ def as_numbers(values: Any, name: str, masked: float = np.nan) -> np.ndarray:
     """Return a new float64 array of real numbers; those that a masked array masks are NaN, or another number."""
     if np.ma.isMaskedArray(values):
         values = np.ma.filled(values.astype(np.float64), masked)
+    refused = ValueError(f"{name} must be an array of real numbers, got {type(values).__name__} of others")
     try:
         array = np.asarray(values)
-        if array.dtype.kind not in "fiuO":
-            raise TypeError
+    except ValueError:  # rows of other lengths; a Motion says itself what to pass
+        raise refused from None
+    if array.dtype.kind not in "fiuO":
+        raise refused
+    try:
         return np.array(array, dtype=np.float64)
     except (TypeError, ValueError):
-        raise ValueError(f"{name} must be an array of real numbers, got {type(values).__name__} of others") from None
+        raise refused from None
 
 
 def check_positions(positions: Any, n_points: int, name: str) -> np.ndarray:
