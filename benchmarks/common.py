@@ -28,6 +28,14 @@ def parser(doc, *, folder=True):
     return arguments
 
 
+def parser_of_both(doc):
+    """Arguments of a benchmark of both CMU and HDM05."""
+    arguments = parser(doc, folder=False)
+    arguments.add_argument("--cmu", help="CMU files, see load_cmu")
+    arguments.add_argument("--hdm05", help="HDM05 files, see load_hdm05")
+    return arguments
+
+
 def start(doc):
     """Parse the arguments of a benchmark without others, and print the machine."""
     options = parser(doc).parse_args()

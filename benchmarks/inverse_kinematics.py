@@ -172,10 +172,7 @@ def in_the_world(fitted):
 
 
 def main():
-    arguments = common.parser(__doc__, folder=False)
-    arguments.add_argument("--cmu", help="CMU files, see load_cmu")
-    arguments.add_argument("--hdm05", help="HDM05 files, see load_hdm05")
-    options = arguments.parse_args()
+    options = common.parser_of_both(__doc__).parse_args()
     common.print_machine()
     size = QUICK if options.quick else FULL
     datasets = {}

@@ -64,10 +64,7 @@ def compare(label, motion, skeleton):
 
 
 def main():
-    arguments = common.parser(__doc__, folder=False)
-    arguments.add_argument("--cmu", help="CMU files, see load_cmu")
-    arguments.add_argument("--hdm05", help="HDM05 files, see load_hdm05")
-    options = arguments.parse_args()
+    options = common.parser_of_both(__doc__).parse_args()
     common.print_machine()
     if options.quick or not (options.cmu and options.hdm05):
         first, second = make_gait(n_subjects=2, n_sequences=1, random_state=0).motions[::2]

@@ -22,6 +22,7 @@ What calls what, from Python at the top to one vector register at the bottom::
      |             |            |               inverse_frames -+          poses at given positions of the joints
      |             |            |                 inverse_start |          the first guess of a frame
      |             |            |        inverse, tree_cholesky |          its steps
+     |             |            |                inverse_energy |          energy, gradient and Hessian of a pose
      |             |            |                               |
      +---- step ---+            +----------- jacobian ----------+          joint positions in lanes; their derivatives
             |                                   |

@@ -10,17 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._compiled.chart import dofs_of
-from skpose._compiled.inverse import (
-    LEAST_DAMPING,
-    Fit,
-    Target,
-    copy_state,
-    minimise_pose,
-    place_state,
-    set_pose,
-    start_at,
-    workspace_of,
-)
+from skpose._compiled.inverse import LEAST_DAMPING, Fit, minimise_pose
+from skpose._compiled.inverse_energy import Target, copy_state, place_state, set_pose, start_at, workspace_of
 from skpose._compiled.inverse_start import fit_afresh
 from skpose._compiled.jit import jit, unfolded
 from skpose._compiled.tree import TWO_PI

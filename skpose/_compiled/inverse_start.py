@@ -9,7 +9,8 @@ import math
 
 import numpy as np
 
-from skpose._compiled.inverse import FIRST_DAMPING, Fit, copy_state, minimise_pose, place_state, start_at
+from skpose._compiled.inverse import FIRST_DAMPING, Fit, minimise_pose
+from skpose._compiled.inverse_energy import copy_state, place_state, start_at
 from skpose._compiled.jit import internal, unfolded
 from skpose._compiled.rotation import product, quaternion_of
 

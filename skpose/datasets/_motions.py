@@ -229,10 +229,9 @@ class MotionDataset:
         """
         if joints is None or isinstance(joints, Mapping):
             joints = [joints] * len(self)
-        elif len(joints) != len(self):
-            raise ValueError(
-                f"joints must be one mapping, or one for each of the {len(self)} motions, got {len(joints)}"
-            )
+        elif not isinstance(joints, Sequence) or len(joints) != len(self):
+            got = len(joints) if isinstance(joints, Sequence) else type(joints).__name__
+            raise ValueError(f"joints must be one mapping, or one for each of the {len(self)} motions, got {got}")
         motions, reports = [], []
         for i, (motion, counterparts) in enumerate(zip(self.motions, joints, strict=True)):
             try:

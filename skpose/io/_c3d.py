@@ -17,7 +17,7 @@ from skpose.io._lengths import complaint_of_unit, metres_of
 from skpose.io._source import Source
 from skpose.keypoints import Keypoints
 
-UP = {"+X": "x", "+Y": "y", "+Z": "z", "X": "x", "Y": "y", "Z": "z"}
+UP: dict[str, Literal["x", "y", "z"]] = {"+X": "x", "+Y": "y", "+Z": "z", "X": "x", "Y": "y", "Z": "z"}
 
 
 def load_c3d(path: Readable, *, up: Literal["x", "y", "z"] | None = None, scale: float | None = None) -> Keypoints:
@@ -147,7 +147,7 @@ def _up(source: Source, head: Head) -> Literal["x", "y", "z"]:
         return "z"
     if (up := UP.get(head.axis_up.upper())) is None:
         raise source.error(f"POINT:Y_SCREEN: expected +X, +Y or +Z, found {head.axis_up[:40]!r}; up= chooses the axis")
-    return up  # type: ignore[return-value]
+    return up
 
 
 def _check_names(source: Source, head: Head) -> None:

@@ -214,7 +214,7 @@ def as_numbers(values: Any, name: str, masked: float = np.nan) -> np.ndarray:
     """Return a new float64 array of real numbers; those that a masked array masks are NaN, or another number."""
     if np.ma.isMaskedArray(values):
         values = np.ma.filled(values.astype(np.float64), masked)
-    refused = ValueError(f"{name} must be an array of real numbers, got {type(values).__name__} of others")
+    refused = ValueError(f"{name} must be an array of real numbers, got {type(values).__name__} of other values")
     try:
         array = np.asarray(values)
     except ValueError:  # rows of other lengths; a Motion says itself what to pass

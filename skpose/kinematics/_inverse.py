@@ -51,7 +51,7 @@ def inverse_kinematics(
 
     .. math:: \min_{\theta, R, o} \sum_j w_j \|R F_j(\theta) + o - p_j\|^2 + \rho^2 \|\theta \ominus \theta_0\|^2
 
-    over the joints j that are seen, with the position o and the orientation R of the root, which nobody need know.
+    over the joints j that are seen. The position o and the orientation R of the root are found along with the pose.
 
     Parameters
     ----------
