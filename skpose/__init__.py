@@ -30,6 +30,7 @@ __all__ = [
     "inverse_kinematics",
     "layouts",
     "metric_tensor",
+    "motion_distances",
     "pose_distances",
     "pose_distances_chunked",
     "pose_metric",
@@ -50,6 +51,7 @@ if TYPE_CHECKING:
     from skpose import kinematics as kinematics
     from skpose import manifold as manifold
     from skpose import metrics as metrics
+    from skpose import motions as motions
     from skpose import neighbors as neighbors
     from skpose import plot as plot
     from skpose import preprocessing as preprocessing
@@ -67,6 +69,7 @@ if TYPE_CHECKING:
     )
     from skpose.manifold import SpatialMDS
     from skpose.metrics import pose_distances, pose_distances_chunked, pose_metric
+    from skpose.motions import motion_distances
     from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
     from skpose.preprocessing import PoseDistanceTransformer, PoseFromPositions
     from skpose.skeleton import Bone, Motion, Skeleton, poses_from_rotations, rotations_from_poses
@@ -89,6 +92,7 @@ else:
         ],
         "manifold": ["SpatialMDS"],
         "metrics": ["pose_distances", "pose_distances_chunked", "pose_metric"],
+        "motions": ["motion_distances"],
         "neighbors": ["PoseKNeighborsTransformer", "PoseRadiusNeighborsTransformer"],
         "plot": [],
         "preprocessing": ["PoseDistanceTransformer", "PoseFromPositions"],

@@ -31,6 +31,7 @@ LAYERS = [
     ["metrics", "geodesics", "datasets"],
     ["_base"],
     ["neighbors", "preprocessing", "manifold", "cluster"],
+    ["motions"],
     ["plot"],
     ["__init__"],
     ["_cli"],

@@ -2,12 +2,13 @@
 
 Each file is visited once, from left to right::
 
-    _pairwise --+-----------> _matrix --> _output --> skpose._parallel.checkpoint
-                +--> _dask --/   |           |
-                                 +-- _tiles -+
+    _pairwise --+-----------> _matrix --> _tiled --> _output --> skpose._parallel.checkpoint
+                +--> _dask --/               |          |
+                                             +-- _tiles +
 
-`_pairwise` holds the public functions and checks their arguments; `_matrix` knows what is to be computed and hands each
-tile to `_output`, which knows only arrays, tiles and checksums. `_registry` defines the five metrics.
+`_pairwise` holds the public functions and checks their arguments; `_matrix` knows what is to be computed, `_tiled` in
+which tiles and where, and hands each tile to `_output`, which knows only arrays, tiles and checksums. `_registry`
+defines the five metrics.
 """
 
 from skpose.metrics._pairwise import pose_distances, pose_distances_chunked

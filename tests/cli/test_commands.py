@@ -41,8 +41,8 @@ def sent(monkeypatch):
         numbers.append(len(tasks))
         return from_workers(function, shared, tasks, n_jobs)
 
-    monkeypatch.setattr("skpose.metrics._matrix.WORTH_SENDING", 0)
-    monkeypatch.setattr("skpose.metrics._matrix.from_workers", counted)
+    monkeypatch.setattr("skpose.metrics._tiled.WORTH_SENDING", 0)
+    monkeypatch.setattr("skpose.metrics._tiled.from_workers", counted)
     return numbers
 
 

@@ -216,7 +216,7 @@ def test_notes_of_an_older_checkout_are_refused_with_that_reason(tmp_path, X, mo
     path = tmp_path / "D.npy.progress"
     head, *notes = path.read_text().split("\n")
     content = json.loads(head)
-    monkeypatch.setattr("skpose.metrics._matrix.version", lambda name: "9.9")
+    monkeypatch.setattr("skpose.metrics._tiled.version", lambda name: "9.9")
     with pytest.raises(ValueError, match="other distances, with another version of skpose: finish"):
         pose_distances(X, skeleton=TREE, out=out)
     path.write_text("\n".join([json.dumps(content | {"fingerprint": "0123"}), *notes]))  # as they were once

@@ -82,7 +82,7 @@ def small_tasks(monkeypatch):
         sent.append(len(tasks))
         return from_workers(function, shared, tasks, n_jobs)
 
-    for module in ("skpose.metrics._matrix", "skpose.neighbors._queries"):
+    for module in ("skpose.metrics._tiled", "skpose.neighbors._queries"):
         monkeypatch.setattr(f"{module}.from_workers", counted)
         monkeypatch.setattr(f"{module}.WORTH_SENDING", 0)
     monkeypatch.setattr("skpose.metrics._matrix.ENCODED_AT_ONCE", 64)
@@ -287,8 +287,8 @@ import joblib, numpy as np, ray
 from ray.util.joblib import register_ray
 from skpose import PoseKNeighborsTransformer, pose_distances
 from skpose.datasets import humanoid
-import skpose._parallel.backends, skpose.metrics._matrix, skpose.neighbors._queries
-skpose.metrics._matrix.WORTH_SENDING = skpose.neighbors._queries.WORTH_SENDING = 0
+import skpose._parallel.backends, skpose.metrics._matrix, skpose.metrics._tiled, skpose.neighbors._queries
+skpose.metrics._tiled.WORTH_SENDING = skpose.neighbors._queries.WORTH_SENDING = 0
 skpose.metrics._matrix.ENCODED_AT_ONCE = 64
 skeleton = humanoid()
 X = np.random.default_rng(0).normal(0, 0.3, size=(200, skeleton.n_dofs))

@@ -1,0 +1,227 @@
+"""Dynamic time warping: the least sum of distances along a monotone path from frame to frame of two motions.
+
+A path goes through pairs of frames (i, j), the *cells*, by steps (1, 0), (0, 1) and (1, 1), each of weight one. With
+c(i, j) the distance of a cell, the least sum of all paths to it is S(i, j) = c(i, j) + min(S(i − 1, j), S(i, j − 1),
+S(i − 1, j − 1)) (H. Sakoe, S. Chiba, 1978, doi:10.1109/TASSP.1978.1163055). A *closed* path goes from the first cell
+to the last one. An *open* one takes all rows and begins and ends at any column: the one motion inside the other.
+
+`warped_loop` has no matrix of distances. The columns are the frames of many motions, one after another in groups of
+lanes, so that no lane is left empty between two of them. A block of groups that fits into the cache is taken for one
+row after the other: distances by the measure, then the sums, of which only those of the row above and those of the last
+column of the block before are kept.
+
+The band
+--------
+With a window w, a path stays where the times of its cells, as shares of the durations, are no more than w apart:
+|i/(n − 1) − j/(m − 1)| ≤ w. So that there is a path for every w, half a frame of the shorter motion is always allowed.
+The comparison is one of integers, |i (m − 1) − j (n − 1)| ≤ reach, so that it is the same from both sides.
+"""
+
+import functools
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import from_dtype, types
+
+from skpose._compiled.forward import workspace_rows
+from skpose._compiled.jit import inlined, jit
+from skpose._compiled.lanes import any_greater, rows
+from skpose._compiled.loops import GROUPS_IN_CACHE, array_type, measure_type, shared_types
+from skpose._compiled.results import aligned, results_of
+
+
+class MotionPairs(NamedTuple):
+    """A part of all pairs of motions: rows first:last with columns left:right."""
+
+    first: int
+    last: int
+    left: int
+    right: int
+    triangle: bool  # rows and columns are the same motions: only columns behind the row's are computed
+
+
+class Paths(NamedTuple):
+    """The paths that are allowed."""
+
+    window: float  # largest distance of two relative times; 1 or more: all
+    is_open: bool
+
+
+@inlined
+def reach_of(n, m, window):
+    """Return the reach of the band of n rows and m columns."""
+    half_a_frame = max(n, m) // 2
+    return max(half_a_frame, math.floor(min(window, 1.0) * ((n - 1) * (m - 1))))
+
+
+@inlined
+def band(i, n, m, reach):
+    """Return the first column of row i in the band, and the one behind the last."""
+    if n == 1 or m == 1:
+        return 0, m
+    return max(0, -((reach - i * (m - 1)) // (n - 1))), min(m, (i * (m - 1) + reach) // (n - 1) + 1)
+
+
+@inlined
+def skip_outside(results, group, end, start, stop):
+    """Request the frames start:stop, and no others, of the groups group:end."""
+    width = results.skip.shape[1]
+    for k in range(group, end):
+        if k == group or k == end - 1:
+            for w in range(width):
+                results.skip[k - group, w] = not start <= k * width + w < stop
+        else:
+            for w in range(width):
+                results.skip[k - group, w] = False
+
+
+@inlined
+def _add_gaps(results, n_groups, count, worst):
+    """Add the requested geodesics of the groups that did not converge; clear their gaps."""
+    gaps = rows(results.gap, 0)
+    for k in range(n_groups):
+        if any_greater(gaps[k], 0.0):
+            for w in range(results.gap.shape[1]):
+                if results.gap[k, w] > 0.0 and not results.skip[k, w]:
+                    count += 1
+                    worst = max(worst, results.gap[k, w])
+                results.gap[k, w] = 0.0
+    return count, worst
+
+
+@inlined
+def _warp_row(costs, first_cost, above, start, stop, diagonal, left):
+    """Replace the sums of the row above by those of this row, in the slots start:stop.
+
+    The distance of the first cell stands at costs[first_cost]; `diagonal` and `left` are the sums of its neighbours.
+    """
+    for k in range(stop - start):
+        up = above[start + k]
+        left = costs[first_cost + k] + min(min(up, diagonal), left)
+        above[start + k] = left
+        diagonal = up
+
+
+def _warped(X, x_starts, Y, y_starts, pairs, paths, measure, tree, steps, sums):
+    width, in_band = Y.shape[1], paths.window < 1.0
+    block = GROUPS_IN_CACHE * width
+    scratch = aligned(workspace_rows(tree), width, X.dtype)
+    results = results_of(GROUPS_IN_CACHE, width, X.dtype)
+    costs = results.distances.reshape(-1)
+    above = np.empty(block + 1)  # sums of a row: in slot 0 of the column before the block, then of its columns
+    edge = np.empty(np.diff(x_starts).max())  # of each row, the sum in the last column of the block before
+    n_unconverged, worst = 0, 0.0
+    for r in range(pairs.first, pairs.last):
+        n, left = x_starts[r + 1] - x_starts[r], max(pairs.left, r + 1) if pairs.triangle else pairs.left
+        c_first, begin, end = left, y_starts[left], y_starts[max(left, pairs.right)]
+        sums[r, left : pairs.right] = np.inf
+        for block_start in range(begin // width * width, end, block):
+            start, stop = max(begin, block_start), min(end, block_start + block)
+            while y_starts[c_first + 1] <= start:
+                c_first += 1
+            group, last_group = block_start // width, (stop + width - 1) // width
+            skip_outside(results, group, last_group, start, stop)
+            above[:] = 0.0 if paths.is_open else np.inf
+            above[0] = np.inf
+            for i in range(n):
+                x = X[x_starts[r] + i]
+                if not in_band:
+                    measure(x, Y, group, last_group, tree, steps, scratch, results)
+                    n_unconverged, worst = _add_gaps(results, last_group - group, n_unconverged, worst)
+                c = c_first
+                while c < pairs.right and y_starts[c] < stop:
+                    origin, m = y_starts[c], y_starts[c + 1] - y_starts[c]
+                    s, e = max(origin, start), min(origin + m, stop)
+                    first_cost, below = s - block_start, s
+                    if in_band:
+                        reach = reach_of(n, m, paths.window)
+                        low, high = band(i, n, m, reach)
+                        below = max(s, origin + band(max(i - 1, 0), n, m, reach)[0])
+                        s, e = min(max(s, origin + low), e), min(e, origin + high)
+                        first_cost = s % width
+                        if s < e:
+                            some, last = s // width, (e + width - 1) // width
+                            skip_outside(results, some, last, s, e)
+                            measure(x, Y, some, last, tree, steps, scratch, results)
+                            n_unconverged, worst = _add_gaps(results, last - some, n_unconverged, worst)
+                    slot = s - block_start + 1
+                    if s == origin:
+                        before, diagonal = np.inf, 0.0 if i == 0 else np.inf
+                    else:
+                        before, diagonal = edge[i] if s == block_start else np.inf, above[slot - 1]
+                    if in_band:
+                        above[below - block_start + 1 : slot] = np.inf  # the band has left these columns
+                    _warp_row(costs, first_cost, above, slot, max(slot, e - block_start + 1), diagonal, before)
+                    if i == n - 1 and paths.is_open:
+                        sums[r, c] = min(sums[r, c], above[slot : e - block_start + 1].min())
+                    elif i == n - 1 and origin + m <= stop:
+                        sums[r, c] = above[origin + m - block_start]
+                    c += 1
+                above[0], edge[i] = edge[i], above[stop - block_start]
+    return n_unconverged, worst
+
+
+@functools.cache
+def warped_loop(dtype):
+    """``loop(X, x_starts, Y, y_starts, pairs, paths, measure, tree, steps, sums)``: least sums of some MotionPairs.
+
+    X holds the codes of all frames of the rows as rows, frames x_starts[r]:x_starts[r + 1] of motion r; Y those of the
+    columns as groups of n_codes rows of lanes. Returns how many geodesics did not converge, and the largest of their
+    gaps. A closed path may have a window, an open one none.
+    """
+    real, whole = from_dtype(dtype), types.int64
+    tree, steps = shared_types(dtype)
+    X, Y = array_type(real, 2, readonly=True), array_type(real, 2, readonly=True)
+    starts = array_type(whole, 1, readonly=True)
+    pairs = types.NamedTuple([whole, whole, whole, whole, types.boolean], MotionPairs)
+    paths = types.NamedTuple([types.float64, types.boolean], Paths)
+    sums = array_type(types.float64, 2, readonly=False, layout="A")
+    unconverged = types.Tuple((whole, types.float64))
+    signature = unconverged(X, starts, Y, starts, pairs, paths, measure_type(dtype), tree, steps, sums)
+    return jit(_warped, signatures=[signature])
+
+
+@jit
+def accumulate(costs, paths):
+    """Replace distances (n, m) by the least sums of the paths to each cell, in place."""
+    n, m = costs.shape
+    reach = reach_of(n, m, paths.window)
+    for i in range(n):
+        low, high = band(i, n, m, reach)
+        costs[i, :low] = np.inf
+        costs[i, high:] = np.inf
+        for j in range(low, high):
+            best = 0.0 if i == 0 and (paths.is_open or j == 0) else np.inf
+            if i > 0:
+                best = min(best, costs[i - 1, j])
+            if j > 0:
+                best = min(best, costs[i, j - 1])
+            if i > 0 and j > 0:
+                best = min(best, costs[i - 1, j - 1])
+            costs[i, j] += best
+
+
+@jit
+def path_to(sums, is_open, column):
+    """Return the cells (i, j) of the path to a column of the last row, from the first cell on.
+
+    Of equal sums before a cell, the diagonal one is taken, then the one above.
+    """
+    n, m = sums.shape
+    path = np.empty((n + m, 2), np.int64)
+    i, j, first = n - 1, column, n + m - 1
+    path[first, 0], path[first, 1] = i, j
+    while i > 0 or (j > 0 and not is_open):
+        up = sums[i - 1, j] if i > 0 else np.inf
+        left = sums[i, j - 1] if j > 0 else np.inf
+        diagonal = sums[i - 1, j - 1] if i > 0 and j > 0 else np.inf
+        if diagonal <= up and diagonal <= left:
+            i, j = i - 1, j - 1
+        elif up <= left:
+            i -= 1
+        else:
+            j -= 1
+        first -= 1
+        path[first, 0], path[first, 1] = i, j
+    return path[first:]

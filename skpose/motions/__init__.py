@@ -1,0 +1,11 @@
+"""Whole motions: distances by dynamic time warping, alignment, exact search.
+
+| module       |                                                                                  |
+|--------------|----------------------------------------------------------------------------------|
+| `_inputs`    | motions that the user gives, as one array of frames on one skeleton              |
+| `_distances` | the matrix of distances as a function; `_matrix` knows its tiles and their cost  |
+"""
+
+from skpose.motions._distances import motion_distances
+
+__all__ = ["motion_distances"]

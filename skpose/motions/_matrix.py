@@ -1,0 +1,172 @@
+"""A matrix of distances between motions: the numbers of each tile, and their cost."""
+
+import functools
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from skpose._compiled import loops
+from skpose._compiled.tree import Steps
+from skpose._compiled.warping import MotionPairs, Paths, warped_loop
+from skpose._parallel.tasks import LITTLE_WORK, TASKS_PER_JOB, WORK_PER_TASK
+from skpose._parallel.threads import in_threads
+from skpose.kinematics._tree import tree_of
+from skpose.metrics._convergence import Unconverged
+from skpose.metrics._matrix import ENCODED_AT_ONCE, DistanceMatrix
+from skpose.metrics._registry import METRICS
+from skpose.metrics._tiled import TiledMatrix, digest, metric_fingerprint, mirror
+from skpose.metrics._tiles import Tile
+from skpose.motions._inputs import Sequences
+from skpose.skeleton import Skeleton
+
+ALIGNMENTS = ("dtw", "subsequence", "frames")
+WORK_PER_CELL = 6.0  # of the recursion, beside that of the distance
+
+
+class MotionMatrix(TiledMatrix):
+    """The distances between motions A and motions B, where B=None is A.
+
+    `alignment` and `window` are those of `motion_distances`; `normalize` divides by the number of frames.
+    """
+
+    smallest_edge = 1
+
+    def __init__(
+        self,
+        A: Sequences,
+        B: Sequences | None,
+        metric: str,
+        skeleton: Skeleton | None,
+        steps: Steps,
+        *,
+        alignment: str = "dtw",
+        window: float | None = None,
+        normalize: bool = True,
+    ):
+        self.A, self.B, self.metric, self.steps = A, B, metric, steps
+        self.alignment, self.window, self.normalize = alignment, 1.0 if window is None else float(window), normalize
+        self.skeleton = skeleton if METRICS[metric].needs_skeleton else None
+        self.result_dtype = np.result_type(A.poses, (A if B is None else B).poses)
+        self.dtype = np.dtype(np.float64) if METRICS[metric].always_float64 else self.result_dtype
+        self.shape = A.n_motions, (A if B is None else B).n_motions
+
+    @property
+    def columns(self) -> Sequences:
+        return self.A if self.B is None else self.B
+
+    @property
+    def symmetric(self) -> bool:
+        return self.B is None and self.alignment != "subsequence"
+
+    @property
+    def n_cells(self) -> int:
+        """The number of pairs of frames, those outside the window and of the lower triangle too."""
+        if self.alignment == "frames":
+            return len(self.A.poses) * self.columns.n_motions
+        return len(self.A.poses) * len(self.columns.poses)
+
+    @functools.cached_property
+    def work_per_cell(self) -> float:
+        metric = METRICS[self.metric]
+        return WORK_PER_CELL + metric.n_codes(tree_of(self.skeleton), self.A.poses.shape[1]) * metric.measure_work
+
+    @property
+    def work_per_pair(self) -> float:
+        return self.work_per_cell * self.n_cells / (self.shape[0] * self.shape[1])
+
+    @property
+    def largest_edge(self) -> int:
+        """As many motions as have, in the mean, ENCODED_AT_ONCE frames."""
+        longest = max(self.A.lengths.mean(), self.columns.lengths.mean())
+        return 2 ** int(np.log2(max(1.0, ENCODED_AT_ONCE / longest)))
+
+    def fingerprint(self) -> dict[str, Any]:
+        return metric_fingerprint(self.metric, self.steps) | {
+            "dtype": self.dtype.str,
+            "alignment, window or normalize": [self.alignment, self.window, self.normalize],
+            "A": digest(*self.A),
+            "B": "A" if self.B is None else digest(*self.B),
+            "skeleton": digest(*tree_of(self.skeleton)),
+        }
+
+    def distances(self, tile: Tile, n_jobs: int = 1, out: np.ndarray | None = None) -> tuple[np.ndarray, Unconverged]:
+        """Return the distances of a tile, in `out` if that is given, and how many geodesics did not converge."""
+        rows, columns = self.A.part(tile.top, tile.bottom), self.columns.part(tile.left, tile.right)
+        diagonal = self.symmetric and tile.top == tile.left
+        if self.alignment == "frames":
+            sums, unconverged = self._sums_of_frames(rows, None if diagonal else columns, n_jobs)
+        else:
+            sums = np.zeros(tile.shape)
+            tasks = self._tasks(rows, columns, diagonal, n_jobs, sums)
+            unconverged = Unconverged.joined(in_threads(tasks, n_jobs))
+        if diagonal:
+            mirror(sums)
+        if self.normalize:
+            sums /= self._frames_counted(rows.lengths[:, np.newaxis], columns.lengths)
+        if out is None:
+            return sums.astype(self.dtype, copy=False), unconverged
+        out[...] = sums
+        return out, unconverged
+
+    def _frames_counted(self, n: np.ndarray, m: np.ndarray) -> np.ndarray:
+        """Return by what the sums are divided."""
+        return n + m if self.alignment == "dtw" else n
+
+    def _sums_of_frames(
+        self, rows: Sequences, columns: Sequences | None, n_jobs: int
+    ) -> tuple[np.ndarray, Unconverged]:
+        """Return the sums of the distances of equal frames; all motions have equally many."""
+        n_rows, n_columns = rows.n_motions, (rows if columns is None else columns).n_motions
+        sums, parts = np.zeros((n_rows, n_columns)), []
+        X = rows.poses.reshape(n_rows, -1, rows.poses.shape[1])
+        Y = None if columns is None else columns.poses.reshape(n_columns, -1, X.shape[2])
+        for frame in range(X.shape[1]):
+            poses = np.ascontiguousarray(X[:, frame]), None if Y is None else np.ascontiguousarray(Y[:, frame])
+            matrix = DistanceMatrix(*poses, self.metric, self.skeleton, self.steps)
+            distances, unconverged = matrix.distances(Tile(0, n_rows, 0, n_columns), n_jobs)
+            sums += distances
+            parts.append(unconverged)
+        return sums, Unconverged.joined(parts)
+
+    def _tasks(
+        self, rows: Sequences, columns: Sequences, diagonal: bool, n_jobs: int, sums: np.ndarray
+    ) -> Iterator[Callable[[], tuple[int, float]]]:
+        """Yield the tasks of a tile as functions to call."""
+        metric, loop, tree = METRICS[self.metric], warped_loop(self.dtype), tree_of(self.skeleton, self.dtype)
+        X = self._encoded(rows.poses)
+        Y = loops.in_lanes(X if diagonal else self._encoded(columns.poses))
+        paths = Paths(self.window, self.alignment == "subsequence")
+        work = WORK_PER_TASK
+        if n_jobs > 1:
+            whole = len(rows.poses) * len(columns.poses) * self.work_per_cell
+            work = min(work, max(LITTLE_WORK, whole / (TASKS_PER_JOB * n_jobs)))
+        for pairs in motion_pairs(rows.lengths, columns.lengths, diagonal, work / self.work_per_cell):
+            yield functools.partial(
+                loop, X, rows.starts, Y, columns.starts, pairs, paths, metric.measure, tree, self.steps, sums
+            )
+
+    def _encoded(self, poses: np.ndarray) -> np.ndarray:
+        codes = METRICS[self.metric].encoded(poses, self.skeleton, self.steps)
+        return codes.astype(self.dtype, copy=False)
+
+
+def motion_pairs(n: np.ndarray, m: np.ndarray, triangle: bool, most_cells: float) -> Iterator[MotionPairs]:
+    """Yield ranges of rows of n frames and columns of m frames: no more than so many cells each, or one pair."""
+    ends_n, ends_m = np.cumsum(n), np.cumsum(m)
+
+    def end_of(ends: np.ndarray, start: int, most: float) -> int:
+        before = ends[start - 1] if start else 0
+        return max(start + 1, int(np.searchsorted(ends, before + most, side="right")))
+
+    first = 0
+    while first < len(n):
+        left = first + 1 if triangle else 0
+        whole = ends_m[-1] - (ends_m[left - 1] if left else 0)
+        last = end_of(ends_n, first, most_cells / max(1, whole))
+        frames = ends_n[last - 1] - (ends_n[first - 1] if first else 0)
+        while left < len(m):
+            right = end_of(ends_m, left, most_cells / frames)
+            yield MotionPairs(first, last, left, right, triangle)
+            left = right
+        first = last
