@@ -17,6 +17,7 @@ __all__ = [
     "Layout",
     "MedoidShift",
     "Motion",
+    "MotionDistanceTransformer",
     "PoseDistanceTransformer",
     "PoseFromPositions",
     "PoseKNeighborsTransformer",
@@ -69,7 +70,7 @@ if TYPE_CHECKING:
     )
     from skpose.manifold import SpatialMDS
     from skpose.metrics import pose_distances, pose_distances_chunked, pose_metric
-    from skpose.motions import motion_distances
+    from skpose.motions import MotionDistanceTransformer, motion_distances
     from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
     from skpose.preprocessing import PoseDistanceTransformer, PoseFromPositions
     from skpose.skeleton import Bone, Motion, Skeleton, poses_from_rotations, rotations_from_poses
@@ -92,7 +93,7 @@ else:
         ],
         "manifold": ["SpatialMDS"],
         "metrics": ["pose_distances", "pose_distances_chunked", "pose_metric"],
-        "motions": ["motion_distances"],
+        "motions": ["MotionDistanceTransformer", "motion_distances"],
         "neighbors": ["PoseKNeighborsTransformer", "PoseRadiusNeighborsTransformer"],
         "plot": [],
         "preprocessing": ["PoseDistanceTransformer", "PoseFromPositions"],

@@ -16,13 +16,13 @@ from skpose.skeleton import Skeleton
 ALIGNMENT_CONSTRAINTS = {
     "alignment": [StrOptions(set(ALIGNMENTS))],
     "window": [Interval(Real, 0, 1, closed="both"), None],
-    "normalize": ["boolean"],
 }
 MOTION_CONSTRAINTS = METRIC_CONSTRAINTS | ALIGNMENT_CONSTRAINTS | {"n_jobs": [None, Integral], "verbose": ["verbose"]}
 
 
 @validate_params(
-    MOTION_CONSTRAINTS | {"out": [HasMethods(["__getitem__", "__setitem__"]), None]}, prefer_skip_nested_validation=True
+    MOTION_CONSTRAINTS | {"normalize": ["boolean"], "out": [HasMethods(["__getitem__", "__setitem__"]), None]},
+    prefer_skip_nested_validation=True,
 )
 def motion_distances(
     A: Any,
