@@ -39,7 +39,7 @@ class MotionEstimatorMixin(PoseEstimatorMixin):
 
     frame_rate_: float | None
 
-    def _checked(self, X, *, reset):
+    def _checked(self, X, *, reset):  # type: ignore[override]  # validate_data has no options for motions
         """Return the motions of X as `Sequences`, on the skeleton in use; the poses are a copy if `reset`.
 
         With `reset` forget what was learnt before, and learn the skeleton, the frame rate and the metric.
@@ -118,5 +118,6 @@ def _is_rows(X: Any) -> bool:
     if isinstance(X, Motion | MotionDataset | Skeleton):
         return False
     if hasattr(X, "shape"):
-        return len(X.shape) == 2 or (len(X.shape) < 2 and getattr(X, "dtype", None) != object)
+        is_list = len(X.shape) == 1 and getattr(X, "dtype", None) == np.dtype(object)
+        return len(X.shape) < 3 and not is_list
     return hasattr(X, "__array__") and np.asarray(X).ndim < 3
