@@ -101,7 +101,7 @@ def command_line() -> argparse.ArgumentParser:
         ". Motions of several skeletons are compared on their mean skeleton",
     )
     find.add_argument("query", type=Path, metavar="QUERY", help="file of the motion to find; - is standard input")
-    _add_files(find)
+    _add_files(find, order="")
     for name, does in (("from", "begins"), ("to", "ends")):
         find.add_argument(
             f"--{name}",
@@ -168,14 +168,13 @@ def _add_poses(parser: argparse.ArgumentParser, out: str, suffix: str, result: s
     _add_jobs(parser)
 
 
-def _add_files(parser: argparse.ArgumentParser) -> None:
+def _add_files(parser: argparse.ArgumentParser, order: str = ", in the order of the rows") -> None:
     parser.add_argument(
         "files",
         nargs="+",
         type=Path,
         metavar="FILE",
-        help="BVH, AMC or AMASS files, in the order of the rows; for a folder its BVH and AMC files, sorted; - is "
-        "standard input",
+        help=f"BVH, AMC or AMASS files{order}; for a folder its BVH and AMC files, sorted; - is standard input",
     )
 
 
