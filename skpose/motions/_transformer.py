@@ -76,7 +76,7 @@ class MotionDistanceTransformer(MotionEstimatorMixin, ClassNamePrefixFeaturesOut
     X is a list of motions, arrays (n_frames, n_dofs) or `Motion`, whose lengths may differ; a `MotionDataset`; or an
     array (n_motions, n_frames, n_dofs). Each row of an array of two dimensions is a motion of one frame. What follows
     `fit` must be of the same kind: Motions have a frame rate and a skeleton, by whose names their columns are
-    recognised, and arrays do not. Cross-validation splits lists, collections and arrays alike.
+    recognised, and arrays do not. Cross-validation can split lists, collections and arrays.
 
     All frames of the training motions are stored. Time O(frames of X · frames of the training motions) distances
     between poses, memory O(n_samples · n_samples_fit).
