@@ -12,7 +12,7 @@ import numpy as np
 
 from skpose._compiled import loops
 from skpose._compiled.warping import Paths
-from skpose._compiled.warping_within import warped_within_loop
+from skpose._compiled.warping_within import path_sum_loop, warped_within_loop
 from skpose.kinematics._tree import tree_of
 from skpose.metrics._registry import METRICS, Metric
 from skpose.motions._bounds import Bounds, left_over
@@ -58,6 +58,11 @@ class Aligner:
         self.evaluations += MotionEvaluations(1, n_cells)
         self.unconverged.append(tuple(unconverged))
         return sums, starts
+
+    def path_sum(self, codes: np.ndarray, lanes: np.ndarray, path: np.ndarray) -> float:
+        """Return the sum of the distances along one path to encoded frames."""
+        loop = path_sum_loop(FLOAT64)
+        return loop(codes, lanes, path, self.metric.measure, self._tree, self.index.steps)
 
 
 class MotionSearch:
