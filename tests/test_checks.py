@@ -19,6 +19,7 @@ from sklearn.utils.estimator_checks import (
 from skpose import (
     MedoidShift,
     MotionDistanceTransformer,
+    MotionKNeighborsTransformer,
     PoseDistanceTransformer,
     PoseFromPositions,
     PoseKNeighborsTransformer,
@@ -62,6 +63,10 @@ class ChainMotionDistances(ChainMixin, MotionDistanceTransformer):
     """The same; each row is a motion of one frame."""
 
 
+class ChainMotionNeighbors(ChainMixin, MotionKNeighborsTransformer):
+    """The same; each row is a motion of one frame."""
+
+
 class ChainPositions(PoseFromPositions):
     """Positions of a planar chain of as many joints as columns need, the last ones zero."""
 
@@ -87,6 +92,7 @@ DEFAULT = [
     PoseKNeighborsTransformer(),
     PoseRadiusNeighborsTransformer(),
     MotionDistanceTransformer(),
+    MotionKNeighborsTransformer(),
 ]
 SPATIAL = [
     ChainDistances(),
@@ -95,6 +101,7 @@ SPATIAL = [
     ChainKNeighbors(),
     ChainRadiusNeighbors(radius=3.0),
     ChainMotionDistances(),
+    ChainMotionNeighbors(),
 ]
 POSITIONS = [ChainPositions(), ChainPositions(regularization=0.1, n_jobs=2)]
 OTHERS = [
@@ -106,6 +113,7 @@ OTHERS = [
     MotionDistanceTransformer(alignment="frames"),
     MotionDistanceTransformer(alignment="subsequence"),
     ChainMotionDistances(window=0.1, n_jobs=2),
+    ChainMotionNeighbors(algorithm="brute", mode="connectivity"),
 ]
 PRECOMPUTED = [SpatialMDS(metric="precomputed"), MedoidShift(metric="precomputed")]
 # Estimators of scikit-learn that take distances, and fail the same checks.
