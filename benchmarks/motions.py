@@ -3,12 +3,11 @@
     pip install "skpose[peers]"
     python benchmarks/motions.py --hdm05 FOLDER_OF_HDM05_FILES [--quick]
 
-A cell is a pair of frames of two motions; all motions against all, one triangle, one thread, the programs in turns. What
-others get is made before: the positions of the joints, in the form that each of them takes without a copy, of two orders
-of the axes the faster one. Ours get joint angles: forward kinematics and the conversions are a part of their time. The
-others sum squared distances, and dtaidistance also plain ones; each answer is checked in the same run, against ours or
-against the recursion on squared distances. Tools that are not installed are left out. The search for motions is in
-`motion_search.py`.
+A cell is a pair of frames of two motions; all motions against all, one triangle, one thread, the programs in turns.
+What others get is made before: the positions of the joints, in the form that each takes without a copy; aeon gets both
+orders of the axes. Ours get joint angles: forward kinematics and the conversions are a part of their time. The others
+sum squared distances, and dtaidistance also plain ones; their answers are checked in the same run, against ours or
+against the recursion on squared distances. Tools that are not installed are left out.
 """
 
 import importlib
@@ -32,7 +31,7 @@ class Size(NamedTuple):
     repeats: int
 
 
-FULL, QUICK = Size(24, common.REPEATS), Size(4, 1)
+FULL, QUICK = Size(16, 3), Size(4, 1)
 
 
 def installed(name):

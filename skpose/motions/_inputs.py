@@ -250,7 +250,7 @@ def _poses(motion: Any, skeleton: Skeleton | None, name: str) -> np.ndarray:
     described = None
     if shape is not None and len(shape) < 2:
         described = f"an array of shape {shape}" if shape else _described(motion)
-    elif isinstance(motion, MotionDataset) or (shape is None and not hasattr(motion, "__array__")):
+    elif isinstance(motion, MotionDataset | Skeleton) or (shape is None and not hasattr(motion, "__array__")):
         described = _described(motion)
     if described and not hasattr(motion, "collect"):  # what has no values yet has a remedy of its own
         raise TypeError(f"{name} {ONE_MOTION}{described}{_remedy(motion)}")

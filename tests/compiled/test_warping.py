@@ -94,7 +94,5 @@ def test_fused_and_from_a_matrix_agree(metric):
     for alignment, is_open in (("dtw", False), ("subsequence", True)):
         accumulate(sums := costs.copy(), paths(None, is_open))
         expected = sums[-1].min() if is_open else sums[-1, -1]
-        distance = motion_distances(
-            [a], [b], skeleton=chain, metric=metric, alignment=alignment, normalize=False
-        )
+        distance = motion_distances([a], [b], skeleton=chain, metric=metric, alignment=alignment, normalize=False)
         assert distance[0, 0] == pytest.approx(expected, rel=1e-12)

@@ -1,6 +1,8 @@
 """Distances between motions: the definition, at all lengths and tilings, and what must change nothing."""
 
-import sys
+import tracemalloc
+from contextlib import contextmanager, nullcontext
+from itertools import pairwise
 
 import joblib
 import numpy as np
@@ -15,6 +17,7 @@ from skpose._compiled.warping import Paths, accumulate
 from skpose._parallel.backends import from_workers
 from skpose._parallel.progress import report_to
 from skpose.metrics._convergence import Unconverged
+from skpose.metrics._matrix import DistanceMatrix
 from skpose.metrics._registry import METRICS
 from skpose.motions import _matrix
 from skpose.motions._inputs import Sequences
@@ -50,9 +53,9 @@ def plain(A, B, skeleton, metric, window=None, alignment="dtw"):
 @pytest.mark.parametrize("alignment", ALIGNMENTS)
 @pytest.mark.parametrize("metric", METRICS)
 def test_the_definition(metric, alignment):
-    skeleton, lengths = for_geodesics(metric)
-    lengths = [4] * 3 if alignment == "frames" else lengths[:4]
-    A, B = motions(lengths, skeleton), motions(lengths[:3], skeleton, seed=1)
+    skeleton, _ = for_geodesics(metric)
+    lengths = [4] * 3 if alignment == "frames" else [6, 1, 3]
+    A, B = motions(lengths, skeleton), motions(lengths[:2], skeleton, seed=1)
     parameters = {"skeleton": skeleton, "metric": metric, "alignment": alignment}
     D = motion_distances(A, B, **parameters)
     np.testing.assert_allclose(D, plain(A, B, skeleton, metric, alignment=alignment), rtol=1e-10)
@@ -147,7 +150,7 @@ def test_a_narrower_window_is_never_nearer():
     A = motions([30, 41, 56])
     D = [motion_distances(A, skeleton=TREE, window=w) for w in (None, 1, 0.5, 0.2, 0.1, 0.05, 0)]
     np.testing.assert_array_equal(D[0], D[1])
-    for wide, narrow in zip(D, D[1:], strict=False):
+    for wide, narrow in pairwise(D):
         assert (wide <= narrow).all()
     assert (D[0] < D[-1])[np.triu_indices(3, 1)].all()
 
@@ -221,9 +224,7 @@ def test_tasks_are_all_pairs_once(triangle, most_cells):
 
 @pytest.mark.parametrize("dtypes", [("f4", "f4"), ("f4", "f8"), ("f8", "f4")])
 def test_float32_in_float32_out(dtypes):
-    A, B = (
-        [m.astype(dtype) for m in motions([5, 9, 40], seed=seed)] for seed, dtype in enumerate(dtypes)
-    )
+    A, B = ([m.astype(dtype) for m in motions([5, 9, 40], seed=seed)] for seed, dtype in enumerate(dtypes))
     D = motion_distances(A, B, skeleton=TREE)
     assert D.dtype == np.result_type(*dtypes)
     exact = motion_distances([a.astype(float) for a in A], [b.astype(float) for b in B], skeleton=TREE)
@@ -255,37 +256,29 @@ def test_auto_is_spatial_with_a_skeleton_and_angle_without():
 
 @pytest.mark.parametrize("alignment", ALIGNMENTS)
 def test_unconverged_geodesics_are_counted_once_and_warned_of(alignment, monkeypatch):
-    """Those of pairs of frames that are requested: not those of lanes beside them."""
-    A = motions([3, 3, 3], CHAIN, scale=2.0)
+    A = motions([3, 3, 3], CHAIN)
     n_cells = 3 * 9 if alignment == "frames" else 81
-    monkeypatch.setattr("skpose._compiled.geodesic.CONVERGED", 0.0, raising=False)
     compute = MotionMatrix.distances
     monkeypatch.setattr(MotionMatrix, "distances", lambda *args: (compute(*args)[0], Unconverged(2, 0.25)))
     with pytest.warns(ConvergenceWarning, match=f"2 of {n_cells} geodesics did not converge.* is 0.25"):
         motion_distances(A, skeleton=CHAIN, metric="geodesic", alignment=alignment)
 
 
-def far_poses(rng, n):
-    return rng.uniform(-3, 3, size=(n, 6))
-
-
 @pytest.mark.parametrize("window", [None, 0.4])
-def test_as_many_unconverged_as_the_pairs_of_frames_have(window):
-    skeleton, rng = Skeleton.chain(6), np.random.default_rng(4)
-    a, b = far_poses(rng, 5), far_poses(rng, 7)
-    steps = Steps.of(2, True)
-    matrix = MotionMatrix(Sequences.of([a]), Sequences.of([b, b]), "geodesic", skeleton, steps, window=window)
-    _, parts = matrix.written(None, 1)
-    costs, found = _matrix.DistanceMatrix(a, b, "geodesic", skeleton, steps).written(None, 1)
-    each = [
-        _matrix.DistanceMatrix(a[[i]], b[[j]], "geodesic", skeleton, steps).written(None, 1)[1]
-        for i in range(5)
-        for j in range(7)
-        if window is None or abs(i / 4 - j / 6) <= max(window, 0.5 / 4)
-    ]
-    expected = Unconverged.joined(part for parts in each for part in parts)
+def test_as_many_geodesics_did_not_converge_as_there_are_such_pairs_of_frames(window):
+    """Those of pairs of frames that are requested, and not of what else is in their group of lanes."""
+    skeleton, rng, steps = SKELETONS["ball joints"], np.random.default_rng(0), Steps.of(2, True)
+    a, b = (rng.uniform(-3, 3, size=(n, skeleton.n_dofs)) for n in (3, 4))
+
+    def unconverged(matrix):
+        return Unconverged.joined(matrix.written(None, 1)[1])
+
+    pairs = [(i, j) for i in range(3) for j in range(4) if window is None or abs(i / 2 - j / 3) <= window]
+    each = [unconverged(DistanceMatrix(a[[i]], b[[j]], "geodesic", skeleton, steps)) for i, j in pairs]
+    expected = Unconverged.joined(each)
     assert expected.count > 0
-    assert Unconverged.joined(parts) == (2 * expected.count, expected.gap)
+    matrix = MotionMatrix(Sequences.of([a]), Sequences.of([b, b]), "geodesic", skeleton, steps, window=window)
+    assert unconverged(matrix) == (2 * expected.count, expected.gap)
 
 
 class Stop(BaseException):
@@ -293,7 +286,7 @@ class Stop(BaseException):
 
 
 def stopped_after(n_tiles):
-    from contextlib import contextmanager
+    """Let so many tiles be written, and no more."""
 
     @contextmanager
     def reporter(_, n_steps):
@@ -329,9 +322,13 @@ def test_the_same_call_continues_where_it_stopped(tmp_path, alignment, triangle,
         motion_distances(A, B, out=out, **parameters)
     assert not np.array_equal(out, expected)
     del out
-    tiles = []
-    compute = MotionMatrix.distances
-    monkeypatch.setattr(MotionMatrix, "distances", lambda self, tile, *args: (tiles.append(tile), compute(self, tile, *args))[1])
+    tiles, compute = [], MotionMatrix.distances
+
+    def counted(matrix, tile, *args):
+        tiles.append(tile)
+        return compute(matrix, tile, *args)
+
+    monkeypatch.setattr(MotionMatrix, "distances", counted)
     out = np.lib.format.open_memmap(path, mode="r+")
     assert motion_distances(A, B, out=out, **parameters) is out
     np.testing.assert_array_equal(out, expected)
@@ -370,6 +367,17 @@ def test_an_out_that_does_not_fit_is_refused():
             motion_distances(motions([3, 4]), skeleton=TREE, out=wrong)
 
 
+@contextmanager
+def dask_cluster():
+    from dask.distributed import Client, LocalCluster
+
+    with (
+        LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0") as cluster,
+        Client(cluster),
+    ):
+        yield
+
+
 @pytest.mark.parametrize(
     "backend", ["loky", *(pytest.param(name, marks=pytest.mark.slow) for name in ("multiprocessing", "dask"))]
 )
@@ -385,15 +393,7 @@ def test_backends_give_the_same_to_the_last_bit(backend, monkeypatch):
     monkeypatch.setattr(_matrix, "ENCODED_AT_ONCE", 32)
     A, same = motions([12, 15, 9, 20, 15, 8, 14, 30, 11]), motions([6] * 7)
     cases = [(A, None, "dtw"), (A, [a[::-1] for a in A[:3]], "subsequence"), (same, None, "frames")]
-    if backend == "dask":
-        from dask.distributed import Client, LocalCluster
-
-        cluster = LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0")
-    else:
-        from contextlib import nullcontext as Client  # noqa: N812
-
-        cluster = Client()
-    with cluster, Client(cluster):
+    with dask_cluster() if backend == "dask" else nullcontext():
         for one, other, alignment in cases:
             parameters = {"skeleton": TREE, "alignment": alignment}
             expected = motion_distances(one, other, **parameters)
@@ -404,11 +404,8 @@ def test_backends_give_the_same_to_the_last_bit(backend, monkeypatch):
     assert len(sent) == len(cases)
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="there is no VmHWM")
 def test_memory_is_that_of_some_frames():
     """No matrix of the distances between frames: 16 million of them would be 128 MB."""
-    import tracemalloc
-
     (long,) = motions([4000], CHAIN)
     motion_distances([long[:10]], [long[:10]], skeleton=CHAIN, metric="position")
     tracemalloc.start()
