@@ -51,8 +51,9 @@ class Paths(NamedTuple):
 @inlined
 def reach_of(n, m, window):
     """Return the reach of the band of n rows and m columns."""
-    half_a_frame = max(n, m) // 2
-    return max(half_a_frame, math.floor(min(window, 1.0) * ((n - 1) * (m - 1))))
+    half_a_frame = (max(n, m) - 1) // 2
+    # A share such as 0.7 of 9 × 10 is 62.99999999999999, and 63 is meant.
+    return max(half_a_frame, math.floor(min(window, 1.0) * (1.0 + 1e-14) * ((n - 1) * (m - 1))))
 
 
 @inlined
@@ -114,7 +115,9 @@ def _warped(X, x_starts, Y, y_starts, pairs, paths, measure, tree, steps, sums):
     n_unconverged, worst = 0, 0.0
     for r in range(pairs.first, pairs.last):
         n, left = x_starts[r + 1] - x_starts[r], max(pairs.left, r + 1) if pairs.triangle else pairs.left
-        c_first, begin, end = left, y_starts[left], y_starts[max(left, pairs.right)]
+        if left >= pairs.right:
+            break
+        c_first, begin, end = left, y_starts[left], y_starts[pairs.right]
         sums[r, left : pairs.right] = np.inf
         for block_start in range(begin // width * width, end, block):
             start, stop = max(begin, block_start), min(end, block_start + block)
