@@ -9,6 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 __all__ = [
+    "Alignment",
     "Bone",
     "FittedPoses",
     "FrechetMean",
@@ -23,6 +24,7 @@ __all__ = [
     "PoseRadiusNeighborsTransformer",
     "Skeleton",
     "SpatialMDS",
+    "align_motions",
     "fit_skeleton",
     "forward_kinematics",
     "frechet_mean",
@@ -69,7 +71,7 @@ if TYPE_CHECKING:
     )
     from skpose.manifold import SpatialMDS
     from skpose.metrics import pose_distances, pose_distances_chunked, pose_metric
-    from skpose.motions import motion_distances
+    from skpose.motions import Alignment, align_motions, motion_distances
     from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
     from skpose.preprocessing import PoseDistanceTransformer, PoseFromPositions
     from skpose.skeleton import Bone, Motion, Skeleton, poses_from_rotations, rotations_from_poses
@@ -92,7 +94,7 @@ else:
         ],
         "manifold": ["SpatialMDS"],
         "metrics": ["pose_distances", "pose_distances_chunked", "pose_metric"],
-        "motions": ["motion_distances"],
+        "motions": ["Alignment", "align_motions", "motion_distances"],
         "neighbors": ["PoseKNeighborsTransformer", "PoseRadiusNeighborsTransformer"],
         "plot": [],
         "preprocessing": ["PoseDistanceTransformer", "PoseFromPositions"],

@@ -11,6 +11,7 @@ from skpose.metrics._registry import METRIC_CONSTRAINTS, resolve, warn_of_no_ske
 from skpose.motions._inputs import Sequences, check_motions
 from skpose.motions._matrix import ALIGNMENTS, MotionMatrix
 from skpose.skeleton import Skeleton
+from skpose.skeleton._units import warn_of_degrees
 
 # Constraints of the parameters that every function and estimator of distances between motions has.
 ALIGNMENT_CONSTRAINTS = {
@@ -147,6 +148,8 @@ def motion_distances(
     skeleton = checked[0].skeleton
     name, _, steps = resolve(metric, skeleton, n_steps, wrap)
     sequences = [one.sequences for one in checked]
+    if skeleton is not None:
+        warn_of_degrees(**{name: one.poses for name, one in zip(given, sequences, strict=True)})
     check_alignment(alignment, window, **dict(zip(given, sequences, strict=True)))
     matrix = MotionMatrix(
         sequences[0],

@@ -56,6 +56,8 @@ class Checked(NamedTuple):
 def check_motions(given: dict[str, Any], skeleton: Skeleton | None, *, rows: bool = False) -> list[Checked]:
     """Return the given motions, by name, on one skeleton and at one frame rate.
 
+    Functions call `warn_of_degrees` themselves, as only what the user calls warns; for estimators it is called here.
+
     Parameters
     ----------
     given : dict
@@ -66,21 +68,61 @@ def check_motions(given: dict[str, Any], skeleton: Skeleton | None, *, rows: boo
     rows : bool
         Whether a two-dimensional array is motions of one frame each, as estimators take it, and no mistake.
     """
+    lists = {name: _listed(motions, name, rows) for name, motions in given.items()}
+    named = {name: {f"{name}[{i}]": motion for i, motion in enumerate(one)} for name, one in lists.items()}
+    return _on_one_skeleton(named, skeleton, [m for m in given.values() if isinstance(m, MotionDataset)], rows)
+
+
+def check_single_motions(given: dict[str, Any], skeleton: Skeleton | None) -> list[Checked]:
+    """Return motions that are given one by one, each a Motion or an array (n_frames, n_dofs)."""
+    for name, motion in given.items():
+        _check_is_one(motion, name)
+    return _on_one_skeleton({name: {name: motion} for name, motion in given.items()}, skeleton, [], rows=False)
+
+
+def check_motion(motion: Any, skeleton: Skeleton | None, name: str) -> Checked:
+    """Return one motion, a Motion or an array (n_frames, n_dofs)."""
+    return check_single_motions({name: motion}, skeleton)[0]
+
+
+def _check_is_one(motion: Any, name: str) -> None:
+    """Refuse several motions where one belongs."""
+    expected = f"{name} must be one motion, a skpose.Motion or an array (n_frames, n_dofs), got "
+    if isinstance(motion, MotionDataset):
+        raise TypeError(f"{expected}a MotionDataset: pass one of its motions, such as {name}[0]")
+    if isinstance(motion, Motion) and not len(motion):
+        raise ValueError(f"{expected}one without frames")
+    if isinstance(motion, list | tuple):
+        if motion and (isinstance(motion[0], Motion) or np.ndim(motion[0]) > 1):
+            raise TypeError(f"{expected}a {type(motion).__name__} of {len(motion)}: pass one, such as {name}[0]")
+    elif not isinstance(motion, Motion | Skeleton):  # a skeleton has a message of its own
+        shape = getattr(motion, "shape", None)
+        if not isinstance(shape, tuple):
+            raise TypeError(f"{expected}{motion!r}")
+        if len(shape) != 2:
+            remedy = f": pass one of them, such as {name}[0]" if len(shape) == 3 else ""
+            raise ValueError(f"{expected}an array of shape {shape}{remedy}")
+
+
+def _on_one_skeleton(
+    given: dict[str, dict[str, Any]], skeleton: Skeleton | None, datasets: list[MotionDataset], rows: bool
+) -> list[Checked]:
+    """Return motions by argument and by name on one skeleton and at one frame rate, see `check_motions`."""
     if skeleton is not None:
         check_skeleton(skeleton)
-    lists = {name: _listed(motions, name, rows) for name, motions in given.items()}
-    found = {f"{name}[{i}]": m for name, one in lists.items() for i, m in enumerate(one) if isinstance(m, Motion)}
-    _check_one_kind(lists, len(found))
+    everything = {name: motion for named in given.values() for name, motion in named.items()}
+    found = {name: motion for name, motion in everything.items() if isinstance(motion, Motion)}
+    _check_one_kind(list(given), everything, len(found))
     frame_rate = _common_frame_rate(found)
     if found and skeleton is None:
-        skeleton = _common_skeleton(found, [m for m in given.values() if isinstance(m, MotionDataset)])
+        skeleton = _common_skeleton(found, datasets)
     checked = []
-    for name, motions in lists.items():
-        arrays = [_poses(m, skeleton, f"{name}[{i}]") for i, m in enumerate(motions)]
-        _check_same_width(arrays, name)
-        sequences = Sequences.of(arrays)
-        if skeleton is not None:
-            warn_of_degrees(in_estimator=rows, **{name: sequences.poses})
+    for argument, named in given.items():
+        arrays = {name: _poses(motion, skeleton, name) for name, motion in named.items()}
+        _check_same_width(arrays)
+        sequences = Sequences.of(list(arrays.values()))
+        if rows and skeleton is not None:
+            warn_of_degrees(in_estimator=True, **{argument: sequences.poses})
         checked.append(Checked(sequences, skeleton, frame_rate))
     widths = [one.sequences.poses.shape[1] for one in checked]
     if len(set(widths)) > 1:
@@ -89,13 +131,6 @@ def check_motions(given: dict[str, Any], skeleton: Skeleton | None, *, rows: boo
             f"{first} has {widths[0]} columns and {second} has {widths[1]}; poses of one skeleton have equally many"
         )
     return checked
-
-
-def check_motion(motion: Any, skeleton: Skeleton | None, name: str) -> Checked:
-    """Return one motion, a Motion or an array (n_frames, n_dofs)."""
-    if isinstance(motion, MotionDataset) or (isinstance(motion, list | tuple) and motion and np.ndim(motion[0]) > 1):
-        raise TypeError(f"{name} must be one motion, got {len(motion)}: pass one of them")
-    return check_motions({name: [motion]}, skeleton)[0]
 
 
 def _listed(motions: Any, name: str, rows: bool) -> list[Any]:
@@ -130,12 +165,12 @@ def _rows_of(array: Any, shape: tuple[int, ...], name: str, rows: bool) -> list[
     )
 
 
-def _check_one_kind(lists: dict[str, list[Any]], n_motions: int) -> None:
+def _check_one_kind(arguments: list[str], motions: dict[str, Any], n_motions: int) -> None:
     """Refuse Motions and arrays together, as an array has neither a skeleton nor a frame rate."""
-    if 0 < n_motions < sum(map(len, lists.values())):
-        arrays = [f"{name}[{i}]" for name, one in lists.items() for i, m in enumerate(one) if not isinstance(m, Motion)]
+    if 0 < n_motions < len(motions):
+        arrays = [name for name, motion in motions.items() if not isinstance(motion, Motion)]
         raise TypeError(
-            f"{' and '.join(lists)} must be all skpose.Motion or all arrays, got {n_motions} Motions, and "
+            f"{' and '.join(arguments)} must be all skpose.Motion or all arrays, got {n_motions} Motions, and "
             f"{len(arrays)} others, {arrays[0]} among them: pass motion.angles of all, or Motions alone"
         )
 
@@ -176,10 +211,10 @@ def _poses(motion: Any, skeleton: Skeleton | None, name: str) -> np.ndarray:
     return check_poses(motion, skeleton, name)
 
 
-def _check_same_width(arrays: list[np.ndarray], name: str) -> None:
-    for i, array in enumerate(arrays):
-        if array.shape[1] != arrays[0].shape[1]:
+def _check_same_width(arrays: dict[str, np.ndarray]) -> None:
+    (first, width), *others = ((name, array.shape[1]) for name, array in arrays.items())
+    for name, other in others:
+        if other != width:
             raise ValueError(
-                f"{name}[0] has {arrays[0].shape[1]} columns and {name}[{i}] has {array.shape[1]}; poses of one "
-                "skeleton have equally many"
+                f"{first} has {width} columns and {name} has {other}; poses of one skeleton have equally many"
             )
