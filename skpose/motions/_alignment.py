@@ -23,7 +23,7 @@ Quantity = Literal["distance", "rotation"]
 
 
 class JointDifference(NamedTuple):
-    """How far one joint is off in two aligned motions, and when; `Alignment.joint_differences` lists them.
+    """The difference of one joint in two aligned motions, and when it is largest; see `Alignment.joint_differences`.
 
     Attributes
     ----------
@@ -35,6 +35,13 @@ class JointDifference(NamedTuple):
         The mean of the differences along the path, m or rad.
     frame_a, frame_b : int
         Frames of the two motions where it is largest; over the frame rate they are times.
+
+    Examples
+    --------
+    >>> from skpose import Skeleton, align_motions
+    >>> alignment = align_motions([[0.0], [1.0]], [[0.0], [1.5]], skeleton=Skeleton.chain(1))
+    >>> alignment.joint_differences("rotation")
+    [JointDifference(joint='joint_1', largest=0.5, mean=0.25, frame_a=1, frame_b=1)]
     """
 
     joint: str
@@ -264,8 +271,10 @@ def align_motions(
         warn_of_degrees(a=poses_a, b=poses_b)
     warn_of_no_skeleton(metric, skeleton)
     dtype = np.result_type(poses_a, poses_b)
-    in_dtype = [poses.astype(np.float64 if chosen.always_float64 else dtype) for poses in (poses_a, poses_b)]
-    costs, unconverged = DistanceMatrix(*in_dtype, name, skeleton, steps).written(None, None)
+    rows, columns = poses_a, poses_b
+    if chosen.always_float64:  # so that the distances are not rounded before they are added
+        rows, columns = rows.astype(np.float64), columns.astype(np.float64)
+    costs, unconverged = DistanceMatrix(rows, columns, name, skeleton, steps).written(None, None)
     warn_of_unconverged(unconverged, costs.size)
     is_open = alignment == "subsequence"
     sums = costs.astype(np.float64)
