@@ -77,7 +77,7 @@ def skip_outside(results, group, end, start, stop):
 
 
 @inlined
-def _add_gaps(results, n_groups, count, worst):
+def add_gaps(results, n_groups, count, worst):
     """Add the requested geodesics of the groups that did not converge; clear their gaps."""
     gaps = rows(results.gap, 0)
     for k in range(n_groups):
@@ -128,7 +128,7 @@ def _warped(X, x_starts, Y, y_starts, pairs, paths, measure, tree, steps, sums):
                 x = X[x_starts[r] + i]
                 if not in_band:
                     measure(x, Y, group, last_group, tree, steps, scratch, results)
-                    n_unconverged, worst = _add_gaps(results, last_group - group, n_unconverged, worst)
+                    n_unconverged, worst = add_gaps(results, last_group - group, n_unconverged, worst)
                 c = c_first
                 while c < pairs.right and y_starts[c] < stop:
                     origin, m = y_starts[c], y_starts[c + 1] - y_starts[c]
@@ -144,7 +144,7 @@ def _warped(X, x_starts, Y, y_starts, pairs, paths, measure, tree, steps, sums):
                             some, last = s // width, (e + width - 1) // width
                             skip_outside(results, some, last, s, e)
                             measure(x, Y, some, last, tree, steps, scratch, results)
-                            n_unconverged, worst = _add_gaps(results, last - some, n_unconverged, worst)
+                            n_unconverged, worst = add_gaps(results, last - some, n_unconverged, worst)
                     slot = s - block_start + 1
                     if s == origin:
                         before, diagonal = np.inf, 0.0 if i == 0 else np.inf
