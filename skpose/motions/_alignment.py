@@ -39,9 +39,9 @@ class JointDifference(NamedTuple):
     Examples
     --------
     >>> from skpose import Skeleton, align_motions
-    >>> alignment = align_motions([[0.0], [1.0]], [[0.0], [1.5]], skeleton=Skeleton.chain(1))
-    >>> alignment.joint_differences("rotation")
-    [JointDifference(joint='joint_1', largest=0.5, mean=0.25, frame_a=1, frame_b=1)]
+    >>> alignment = align_motions([[0.0], [1.0]], [[0.0], [1.0]], skeleton=Skeleton.chain(1))
+    >>> alignment.joint_differences()
+    [JointDifference(joint='joint_1', largest=0.0, mean=0.0, frame_a=0, frame_b=0)]
     """
 
     joint: str

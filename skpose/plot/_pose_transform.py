@@ -13,7 +13,7 @@ class PoseTransform(Affine2DBase):
     ----------
     ax : matplotlib Axes
         The axes.
-    centre : tuple of two floats
+    centre : ndarray of shape (2,)
         The point of the pose, m, that is at `point`.
     point : tuple of two floats
         Where this is: horizontally in data, vertically as a share of the axes.
@@ -32,7 +32,5 @@ class PoseTransform(Affine2DBase):
     def get_matrix(self):
         pixels = self._room * self._ax.bbox.size
         scale = min((pixels[i] / self._size[i] for i in range(2) if self._size[i] > 0.0), default=1.0)
-        x, y = self._where.transform(self._point)
-        return np.array(
-            [[scale, 0.0, x - scale * self._centre[0]], [0.0, scale, y - scale * self._centre[1]], [0, 0, 1]]
-        )
+        x, y = self._where.transform(self._point) - scale * self._centre
+        return np.array([[scale, 0.0, x], [0.0, scale, y], [0.0, 0.0, 1.0]])
