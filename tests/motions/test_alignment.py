@@ -29,11 +29,21 @@ def test_the_distance_is_that_of_motion_distances_to_the_last_bit(metric, alignm
     a, b = two_motions(SKELETONS["mixed joints"], 7, 10, dtype=dtype)
     parameters = {"skeleton": SKELETONS["mixed joints"], "metric": metric, "alignment": alignment, "n_steps": 4}
     found = align_motions(a, b, **parameters)
-    assert found.distance == motion_distances([a], [b], **parameters)[0, 0]
+    expected = motion_distances([a], [b], **parameters)[0, 0]
+    assert expected.dtype == dtype
+    assert found.distance == float(expected)  # else numpy would compare in float32
     n_counted = len(a) if alignment == "subsequence" else len(a) + len(b)
     rounding = 1e-6 if dtype == "float32" else 1e-13
     np.testing.assert_allclose(found.distances.sum(dtype=float) / n_counted, found.distance, rtol=rounding)
     assert found.metric == metric
+
+
+def test_geodesics_are_added_before_they_are_rounded():
+    """They are computed in float64 in any case; rounded to float32 first, some of these sums would differ."""
+    for seed in range(20):
+        a, b = two_motions(ARM, 3, 4, seed=seed, dtype="float32")
+        found = align_motions(a, b, skeleton=ARM, metric="geodesic", n_steps=2)
+        assert found.distance == float(motion_distances([a], [b], skeleton=ARM, metric="geodesic", n_steps=2)[0, 0])
 
 
 @pytest.mark.parametrize("seed", range(4))
