@@ -18,6 +18,9 @@ __all__ = [
     "Layout",
     "MedoidShift",
     "Motion",
+    "MotionDistanceTransformer",
+    "MotionIndex",
+    "MotionKNeighborsTransformer",
     "PoseDistanceTransformer",
     "PoseFromPositions",
     "PoseKNeighborsTransformer",
@@ -25,6 +28,7 @@ __all__ = [
     "Skeleton",
     "SpatialMDS",
     "align_motions",
+    "find_motion",
     "fit_skeleton",
     "forward_kinematics",
     "frechet_mean",
@@ -71,7 +75,15 @@ if TYPE_CHECKING:
     )
     from skpose.manifold import SpatialMDS
     from skpose.metrics import pose_distances, pose_distances_chunked, pose_metric
-    from skpose.motions import Alignment, align_motions, motion_distances
+    from skpose.motions import (
+        Alignment,
+        MotionDistanceTransformer,
+        MotionIndex,
+        MotionKNeighborsTransformer,
+        align_motions,
+        find_motion,
+        motion_distances,
+    )
     from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
     from skpose.preprocessing import PoseDistanceTransformer, PoseFromPositions
     from skpose.skeleton import Bone, Motion, Skeleton, poses_from_rotations, rotations_from_poses
@@ -94,7 +106,15 @@ else:
         ],
         "manifold": ["SpatialMDS"],
         "metrics": ["pose_distances", "pose_distances_chunked", "pose_metric"],
-        "motions": ["Alignment", "align_motions", "motion_distances"],
+        "motions": [
+            "Alignment",
+            "MotionDistanceTransformer",
+            "MotionIndex",
+            "MotionKNeighborsTransformer",
+            "align_motions",
+            "find_motion",
+            "motion_distances",
+        ],
         "neighbors": ["PoseKNeighborsTransformer", "PoseRadiusNeighborsTransformer"],
         "plot": [],
         "preprocessing": ["PoseDistanceTransformer", "PoseFromPositions"],

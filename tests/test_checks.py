@@ -18,6 +18,7 @@ from sklearn.utils.estimator_checks import (
 
 from skpose import (
     MedoidShift,
+    MotionDistanceTransformer,
     PoseDistanceTransformer,
     PoseFromPositions,
     PoseKNeighborsTransformer,
@@ -57,6 +58,10 @@ class ChainRadiusNeighbors(ChainMixin, PoseRadiusNeighborsTransformer):
     """The same."""
 
 
+class ChainMotionDistances(ChainMixin, MotionDistanceTransformer):
+    """The same; each row is a motion of one frame."""
+
+
 class ChainPositions(PoseFromPositions):
     """Positions of a planar chain of as many joints as columns need, the last ones zero."""
 
@@ -81,8 +86,16 @@ DEFAULT = [
     MedoidShift(),
     PoseKNeighborsTransformer(),
     PoseRadiusNeighborsTransformer(),
+    MotionDistanceTransformer(),
 ]
-SPATIAL = [ChainDistances(), ChainMDS(), ChainShift(), ChainKNeighbors(), ChainRadiusNeighbors(radius=3.0)]
+SPATIAL = [
+    ChainDistances(),
+    ChainMDS(),
+    ChainShift(),
+    ChainKNeighbors(),
+    ChainRadiusNeighbors(radius=3.0),
+    ChainMotionDistances(),
+]
 POSITIONS = [ChainPositions(), ChainPositions(regularization=0.1, n_jobs=2)]
 OTHERS = [
     PoseDistanceTransformer(kernel="rbf"),
@@ -90,6 +103,9 @@ OTHERS = [
     ChainDistances(kernel="rbf", psd="shift"),
     SpatialMDS(landmarks=4),
     PoseKNeighborsTransformer(mode="connectivity", algorithm="brute"),
+    MotionDistanceTransformer(alignment="frames"),
+    MotionDistanceTransformer(alignment="subsequence"),
+    ChainMotionDistances(window=0.1, n_jobs=2),
 ]
 PRECOMPUTED = [SpatialMDS(metric="precomputed"), MedoidShift(metric="precomputed")]
 # Estimators of scikit-learn that take distances, and fail the same checks.

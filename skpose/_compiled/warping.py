@@ -183,23 +183,35 @@ def warped_loop(dtype):
 
 
 @jit
-def accumulate(costs, paths):
-    """Replace distances (n, m) by the least sums of the paths to each cell, in place."""
+def accumulate_from(costs, paths, edge):
+    """Replace distances by sums as `accumulate`, with the sums (n,) of the column before the first one.
+
+    Only open paths have one; a closed one begins in the first cell.
+    """
     n, m = costs.shape
     reach = reach_of(n, m, paths.window)
     for i in range(n):
         low, high = band(i, n, m, reach)
         costs[i, :low] = np.inf
         costs[i, high:] = np.inf
+        left, diagonal = np.inf, np.inf
+        if low == 0:
+            left, diagonal = edge[i], edge[i - 1] if i > 0 else np.inf
+        elif i > 0:
+            diagonal = costs[i - 1, low - 1]
         for j in range(low, high):
-            best = 0.0 if i == 0 and (paths.is_open or j == 0) else np.inf
-            if i > 0:
-                best = min(best, costs[i - 1, j])
-            if j > 0:
-                best = min(best, costs[i, j - 1])
-            if i > 0 and j > 0:
-                best = min(best, costs[i - 1, j - 1])
-            costs[i, j] += best
+            up = costs[i - 1, j] if i > 0 else np.inf
+            if i == 0 and (paths.is_open or j == 0):
+                up = 0.0
+            left = costs[i, j] + min(min(up, diagonal), left)
+            costs[i, j] = left
+            diagonal = up if i > 0 else np.inf
+
+
+@jit
+def accumulate(costs, paths):
+    """Replace distances (n, m) by the least sums of the paths to each cell, in place."""
+    accumulate_from(costs, paths, np.full(costs.shape[0], np.inf))
 
 
 @jit

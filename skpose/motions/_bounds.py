@@ -23,10 +23,10 @@ import numpy as np
 from skpose._compiled import loops
 from skpose._compiled.measure import measure_boxes
 from skpose._compiled.tree import Steps
-from skpose._compiled.warping import MotionPairs, Paths, accumulate, warped_loop
+from skpose._compiled.warping import MotionPairs, Paths, accumulate_from, warped_loop
 from skpose.kinematics._tree import tree_of
 from skpose.metrics._registry import METRICS
-from skpose.motions._index import FRAMES_PER_BOX, SequenceIndex
+from skpose.motions._index import SequenceIndex
 from skpose.neighbors._filter import FLOAT32, ChordFilter, FilterPoints
 
 CLOSED, OPEN = Paths(1.0, False), Paths(1.0, True)
@@ -94,11 +94,12 @@ class Bounds:
         return np.maximum(sums - n_cells * self.slack, 0.0) * self.scale
 
 
-def left_over(bounds: np.ndarray, paths: Paths) -> np.ndarray:
-    """Return the least sums (n, m) of the bounds from each cell, itself included, to the end of a path."""
+def left_over(bounds: np.ndarray, paths: Paths, behind: np.ndarray | None = None) -> np.ndarray:
+    """Return the least sums (n, m) of the bounds from each cell, itself included, to the end of a path.
+
+    `behind` are those of the column behind the last one, of open paths.
+    """
     reverse = np.ascontiguousarray(bounds[::-1, ::-1])
-    accumulate(reverse, paths)
+    edge = np.full(len(bounds), np.inf) if behind is None else np.ascontiguousarray(behind[::-1])
+    accumulate_from(reverse, paths, edge)
     return np.ascontiguousarray(reverse[::-1, ::-1])
-
-
-__all__ = ["CLOSED", "FRAMES_PER_BOX", "OPEN", "Bounds", "left_over"]

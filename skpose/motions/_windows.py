@@ -1,36 +1,41 @@
 """Exact search of the windows of long motions in which a query lies best, by filter and refine.
 
-A *window* ends at a frame of a motion and begins where the least path of the query to that frame begins, an open path of
-`skpose._compiled.warping`. The best window is the one with the least sum; then the best of those that overlap no more
-than half with it, and so on: the k best.
+A *window* ends at a frame of a motion and begins where the least path of the query to that frame begins, an open path
+of `skpose._compiled.warping`. The best window is the one with the least sum; then the best of those that overlap no
+more than half with it, and so on: the k best.
 
-1. Every box of frames gets a lower bound of all paths through it: the sums of the boxes before it and behind it.
-2. Around the boxes with the least bounds, k windows are found by the frames' bounds, and their paths are measured. The
-   largest of these sums is a limit: k windows that are no further away exist.
-3. Where the bounds of boxes are within the limit, runs of them are regions, and no path within the limit leaves one.
-   Each is searched cell by cell. All windows within the limit are known then, and so the k best.
+1. Every *box* of frames gets a lower bound of all paths through it: what the least path costs that comes to it, and
+   what the least one costs from there on. The boxes with the least bounds are scanned first.
+2. To *scan* frames is to do the same with the bounds of the frames themselves. In the order of the bounds of their
+   ends, windows are measured along the path that is best by the bounds, until k of them are better than the next
+   bound. The k-th is a limit: no path with a larger sum is one of the k best. Boxes within it are scanned too.
+3. Runs of frames whose bounds are within the limit are *regions*, and no path within the limit leaves one. They are
+   searched cell by cell: all windows within the limit are known then, and so the k best.
 
 Windows that overlap may leave fewer than k within the limit; it is then raised.
 """
 
+import functools
+import itertools
 from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from skpose._compiled.loops import in_lanes
-from skpose._compiled.warping import accumulate, path_to
-from skpose._compiled.warping_within import path_sum_loop
+from skpose._compiled.warping import accumulate, accumulate_from, path_to
 from skpose._parallel.progress import progress
 from skpose._parallel.threads import in_threads
-from skpose.motions._bounds import FRAMES_PER_BOX, OPEN, Bounds, left_over
-from skpose.motions._index import SequenceIndex
+from skpose.motions._bounds import OPEN, Bounds, left_over
+from skpose.motions._index import FRAMES_PER_BOX, SequenceIndex
 from skpose.motions._results import MotionEvaluations
-from skpose.motions._search import FLOAT64, ROUNDING, Aligner
+from skpose.motions._search import ROUNDING, Aligner
 
-RAISED = 1.25  # factor of a limit that left too few windows
-ROUNDS = 12  # with a limit; the next is without
-TRIES = 6  # places for each window that is wanted, where the first windows are looked for
+FIRST_SHARE = 0.05  # of the boxes, which are scanned first
+SCANNED_AT_ONCE = 2**17  # cells
+LONGEST = 3  # times the query: of the windows that are measured for the limit
+NEAR = 8  # frames between two regions that are searched as one
+RAISED = 1.1  # factor of a limit that left too few windows
 
 
 class Window(NamedTuple):
@@ -57,20 +62,26 @@ class WindowSearch:
 
     def best(self, query: np.ndarray, k: int) -> list[Window]:
         """Return the k best windows, or all if there are fewer, by their sums."""
-        codes = Aligner(self.index, self.index.metric, OPEN).encoded(query)
-        whole = list(zip(self.index.sequences.starts[:-1], self.index.sequences.starts[1:], strict=True))
+        codes = self._aligner().encoded(query)
         if self.index.filter is None:
-            return chosen(self._within(codes, None, whole, np.inf), k)
+            starts = self.index.sequences.starts.tolist()
+            return chosen(self._within(codes, None, itertools.pairwise(starts), np.inf), k)
         bounds = Bounds(self.index, query)
         by_boxes = self._bounds_of_boxes(bounds)
-        limit = self._first_limit(bounds, by_boxes, codes, k)
-        for _ in range(ROUNDS):
-            regions = self._regions(by_boxes, limit * (1.0 + ROUNDING))
-            found = chosen(self._within(codes, bounds, regions, limit), k)
-            if len(found) == k or np.isinf(limit):
-                return found
-            limit *= RAISED
-        return chosen(self._within(codes, bounds, whole, np.inf), k)
+        covered = float(np.quantile(by_boxes, FIRST_SHARE))  # all paths up to this sum are in what is scanned
+        while True:
+            by_frames, ends = self._scanned(bounds, by_boxes, covered)
+            limit = self._limit(bounds, codes, ends, k)
+            while limit <= covered:
+                regions = self._runs(by_frames <= limit * (1.0 + ROUNDING), NEAR)
+                found = chosen(self._within(codes, bounds, regions, limit), k)
+                if len(found) == k or np.isinf(limit):
+                    return found
+                limit = limit * RAISED if limit < by_boxes.max() else np.inf
+            covered = limit
+
+    def _aligner(self) -> Aligner:
+        return Aligner(self.index, self.index.metric, OPEN)
 
     def _run(self, what: str, tasks: list[Callable[[], Any]]) -> list[Any]:
         with progress(what, len(tasks), self.verbose) as advance:
@@ -80,83 +91,90 @@ class WindowSearch:
                 advance()
                 return result
 
-            return in_threads([lambda task=task: counted(task) for task in tasks], self.n_jobs)
+            return in_threads([functools.partial(counted, task) for task in tasks], self.n_jobs)
 
     def _bounds_of_boxes(self, bounds: Bounds) -> np.ndarray:
         """Return, for each box, a lower bound of the sums of all paths through it."""
-        through = np.empty(len(self.index.boxes))
+        least = np.empty(len(self.index.boxes))
 
         def fill(first: int, last: int) -> None:
             distances = bounds.of_boxes(first, last)
-            to, onwards = distances.copy(), left_over(distances, OPEN)
-            accumulate(to, OPEN)
-            to += onwards
-            to -= distances
-            through[first:last] = to.min(axis=0)
+            least[first:last] = through(distances, left_over(distances, OPEN), np.full(bounds.n, np.inf))[0]
 
-        starts = self.index.box_starts
-        self._run("bounds", [lambda a=a, b=b: fill(a, b) for a, b in zip(starts[:-1], starts[1:], strict=True)])
-        return through
+        starts = self.index.box_starts.tolist()
+        self._run("bounds of boxes", [functools.partial(fill, *ends) for ends in itertools.pairwise(starts)])
+        return least
 
-    def _first_limit(self, bounds: Bounds, by_boxes: np.ndarray, codes: np.ndarray, k: int) -> float:
+    def _scanned(self, bounds: Bounds, by_boxes: np.ndarray, limit: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return lower bounds of the sums of all paths through each frame, and of those that end there.
+
+        Only boxes within the limit are scanned; elsewhere the bounds are infinite.
+        """
+        box_of = np.arange(len(by_boxes)) - np.repeat(self.index.box_starts[:-1], np.diff(self.index.box_starts))
+        firsts = np.repeat(self.index.sequences.starts[:-1], np.diff(self.index.box_starts)) + FRAMES_PER_BOX * box_of
+        frames = np.repeat(by_boxes, np.diff(np.append(firsts, self.index.sequences.starts[-1])))
+        by_frames, ends = np.full(len(frames), np.inf), np.full(len(frames), np.inf)
+        regions = self._runs(frames <= limit * (1.0 + ROUNDING), 0)
+
+        def scan(start: int, stop: int) -> None:
+            step = max(FRAMES_PER_BOX, SCANNED_AT_ONCE // bounds.n)
+            chunks = [(at, min(at + step, stop)) for at in range(start, stop, step)]
+            none = np.full(bounds.n, np.inf)
+            behind = [none]  # what is left over in the first column of each chunk, from the last chunk on
+            for chunk in chunks[:0:-1]:
+                behind.append(left_over(bounds.of_frames(*chunk), OPEN, behind[-1])[:, 0])
+            edge = none
+            for chunk in chunks:
+                distances = bounds.of_frames(*chunk)
+                onwards = left_over(distances, OPEN, behind.pop())
+                by_frames[slice(*chunk)], to = through(distances, onwards, edge)
+                ends[slice(*chunk)], edge = to[-1], to[:, -1].copy()
+
+        self._run("bounds of frames", [functools.partial(scan, *region) for region in regions])
+        return by_frames, ends
+
+    def _limit(self, bounds: Bounds, codes: np.ndarray, ends: np.ndarray, k: int) -> float:
         """Return the largest sum of k windows that exist; infinity where k are not found."""
         found: list[Window] = []
-        free = np.ones(len(by_boxes), np.bool_)
-        order = by_boxes.argsort(kind="stable")
-        n_tries = 0
-        for box in order:
-            if len(found) == k or n_tries == TRIES * k:
-                break
-            if not free[box]:
+        best: list[Window] = []
+        free = np.isfinite(ends)
+        for end in ends.argsort(kind="stable"):
+            if not free[end]:
+                if np.isinf(ends[end]):
+                    break
                 continue
-            n_tries += 1
-            window, boxes = self._window_around(int(box), bounds, codes)
-            free[boxes] = False
-            free[box] = False
-            if not any(window.overlaps(other) for other in found):
-                found.append(window)
-        return max(window.sum for window in found) if len(found) == k else np.inf
+            if len(best) == k and ends[end] > best[-1].sum:
+                break
+            window = self._measured(bounds, codes, int(end))
+            found.append(window)
+            best = chosen(found, k)
+            half = max(1, (window.stop - window.start) // 4)
+            free[max(0, end - half) : end + half] = False
+        return best[-1].sum if len(best) == k else np.inf
 
-    def _window_around(self, box: int, bounds: Bounds, codes: np.ndarray) -> tuple[Window, slice]:
-        """Return a window near a box, measured along the path that is best by the bounds, and the boxes in it."""
-        sequences, box_starts = self.index.sequences, self.index.box_starts
-        motion = int(np.searchsorted(box_starts, box, side="right")) - 1
-        origin, end = int(sequences.starts[motion]), int(sequences.starts[motion + 1])
-        at = origin + (box - int(box_starts[motion])) * FRAMES_PER_BOX
-        start, stop = max(origin, at - 2 * bounds.n), min(end, at + FRAMES_PER_BOX + 2 * bounds.n)
-        distances = bounds.of_frames(start, stop)
-        onwards = left_over(distances, OPEN)
-        accumulate(distances, OPEN)
-        through = distances + onwards - bounds.of_frames(start, stop)
-        inside = slice(max(0, at - start), at - start + FRAMES_PER_BOX)
-        # The path through the box: from its best cell back to the first row, and on to the last one.
-        row, column = np.unravel_index(through[:, inside].argmin(), through[:, inside].shape)
-        column += inside.start
-        before = path_to(np.ascontiguousarray(distances[: row + 1]), True, column)
-        reverse = np.ascontiguousarray(onwards[row:, ::-1][::-1])
-        behind = path_to(reverse, True, stop - start - 1 - column)[:-1][::-1]
-        behind = np.column_stack([len(onwards) - 1 - behind[:, 0], stop - start - 1 - behind[:, 1]])
-        path = np.ascontiguousarray(np.concatenate([before, behind]))
-        aligner = Aligner(self.index, self.index.metric, OPEN)
-        lanes = in_lanes(aligner.encoded(sequences.poses[start:stop]))
-        total = aligner.path_sum(codes, lanes, path)
-        window = Window(total, motion, start + int(path[0, 1]), start + int(path[-1, 1]) + 1)
-        first = int(box_starts[motion]) + (window.start - origin) // FRAMES_PER_BOX
-        return window, slice(first, int(box_starts[motion]) + -(-(window.stop - origin) // FRAMES_PER_BOX))
+    def _measured(self, bounds: Bounds, codes: np.ndarray, end: int) -> Window:
+        """Return the window that ends at a frame, with the sum along the path that is best by the bounds."""
+        starts = self.index.sequences.starts
+        motion = int(np.searchsorted(starts, end, side="right")) - 1
+        start = max(int(starts[motion]), end + 1 - LONGEST * bounds.n)
+        sums = bounds.of_frames(start, end + 1)
+        accumulate(sums, OPEN)
+        path = path_to(sums, True, end - start)
+        first = start + int(path[0, 1])
+        aligner = self._aligner()
+        lanes = in_lanes(aligner.encoded(self.index.sequences.poses[first : end + 1]))
+        total = aligner.path_sum(codes, lanes, path - [0, first - start])
+        return Window(total, motion, first, end + 1)
 
-    def _regions(self, by_boxes: np.ndarray, limit: float) -> list[tuple[int, int]]:
-        """Return the frames of runs of boxes that are within a limit, as first and last, which is not included."""
-        starts, box_starts = self.index.sequences.starts, self.index.box_starts
-        boxes = np.flatnonzero(by_boxes <= limit)
-        motions = np.searchsorted(box_starts, boxes, side="right") - 1
-        if not len(boxes):
+    def _runs(self, chosen_frames: np.ndarray, near: int) -> list[tuple[int, int]]:
+        """Return runs of chosen frames, as first and last, which is not included; near ones of a motion are joined."""
+        frames = np.flatnonzero(chosen_frames)
+        if not len(frames):
             return []
-        begins = np.concatenate([[True], (np.diff(boxes) > 1) | (np.diff(motions) > 0)])
-        firsts, lasts = np.flatnonzero(begins), np.append(np.flatnonzero(begins)[1:], len(boxes)) - 1
-        offsets = starts[motions] - FRAMES_PER_BOX * box_starts[motions]
-        frames = offsets + FRAMES_PER_BOX * boxes
-        ends = np.minimum(frames + FRAMES_PER_BOX, starts[motions + 1])
-        return list(zip(frames[firsts].tolist(), ends[lasts].tolist(), strict=True))
+        motions = np.searchsorted(self.index.sequences.starts, frames, side="right")
+        begins = np.flatnonzero((np.diff(frames) > near + 1) | (np.diff(motions) > 0)) + 1
+        firsts, lasts = np.append(0, begins), np.append(begins, len(frames)) - 1
+        return list(zip(frames[firsts].tolist(), (frames[lasts] + 1).tolist(), strict=True))
 
     def _within(
         self, codes: np.ndarray, bounds: Bounds | None, regions: Iterable[tuple[int, int]], limit: float
@@ -164,19 +182,29 @@ class WindowSearch:
         """Return, for each frame of the regions, the best window that ends there, if it is within the limit."""
 
         def windows(start: int, stop: int) -> tuple[list[Window], Aligner]:
-            aligner = Aligner(self.index, self.index.metric, OPEN)
+            aligner = self._aligner()
             sums, starts = aligner.sums(codes, start, stop, bounds, limit)
             motion = int(np.searchsorted(self.index.sequences.starts, start, side="right")) - 1
             ends = np.flatnonzero(np.isfinite(sums))
-            found = [Window(float(sums[e]), motion, start + int(starts[e]), start + int(e) + 1) for e in ends]
-            return found, aligner
+            return [Window(float(sums[e]), motion, start + int(starts[e]), start + int(e) + 1) for e in ends], aligner
 
-        tasks = [lambda a=int(a), b=int(b): windows(a, b) for a, b in regions]
-        results = self._run("windows", tasks)
+        results = self._run("windows", [functools.partial(windows, *region) for region in regions])
         for _, aligner in results:
             self.evaluations += aligner.evaluations
             self.unconverged += aligner.unconverged
         return [window for found, _ in results for window in found]
+
+
+def through(distances: np.ndarray, onwards: np.ndarray, edge: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the least sum of the open paths through each column, and the sums of those to each cell.
+
+    `onwards` are the sums from each cell on, `edge` those to the column before the first one.
+    """
+    to = distances.copy()
+    accumulate_from(to, OPEN, edge)
+    onwards -= distances
+    onwards += to
+    return onwards.min(axis=0), to
 
 
 def chosen(windows: list[Window], k: int) -> list[Window]:

@@ -6,7 +6,17 @@ from conftest import SKELETONS
 from scipy.spatial.transform import Rotation
 from sklearn.exceptions import ConvergenceWarning
 
-from skpose import Bone, Motion, Skeleton, align_motions, forward_kinematics, motion_distances, pose_distances
+from skpose import (
+    Bone,
+    Motion,
+    MotionIndex,
+    Skeleton,
+    align_motions,
+    find_motion,
+    forward_kinematics,
+    motion_distances,
+    pose_distances,
+)
 from skpose.datasets import MotionDataset, humanoid, make_gait
 from skpose.metrics._registry import METRICS
 from skpose.motions import JointDifference
@@ -252,6 +262,12 @@ def test_degrees_are_noticed_at_the_users_line():
     assert [warning.filename for warning in found] == [__file__]
     with pytest.warns(UserWarning, match="^values of A reach") as found:
         motion_distances([a], [b], skeleton=ARM)
+    assert [warning.filename for warning in found] == [__file__]
+    with pytest.warns(UserWarning, match="^values of motions reach") as found:
+        index = MotionIndex([b], skeleton=ARM)
+    assert [warning.filename for warning in found] == [__file__]
+    with pytest.warns(UserWarning, match="^values of query reach") as found:
+        find_motion(a, index, k=1)
     assert [warning.filename for warning in found] == [__file__]
 
 

@@ -288,6 +288,8 @@ def test_an_embedding_has_a_colour_and_a_marker_for_each_label():
     order = np.argsort(labels, kind="stable")
     np.testing.assert_allclose(drawn, mds.transform(X)[order])
     assert len({tuple(dots.get_facecolor()[0]) for dots in display.ax_.collections}) == 4
+    many = MDSDisplay.from_embedding(X, np.arange(20)).ax_.collections  # more labels than colours
+    assert len({(*dots.get_facecolor()[0], dots.get_paths()[0].vertices.tobytes()) for dots in many}) == 20
     share = mds.explained_variance_ratio_[0]
     assert display.ax_.get_xlabel() == f"component 1 (m), {share:.0%} of the variance"
     assert MDSDisplay.from_estimator(SpatialMDS(metric="angle").fit(X), X).unit == "rad"
