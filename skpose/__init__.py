@@ -9,6 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 __all__ = [
+    "Alignment",
     "Bone",
     "FittedPoses",
     "FrechetMean",
@@ -26,6 +27,7 @@ __all__ = [
     "PoseRadiusNeighborsTransformer",
     "Skeleton",
     "SpatialMDS",
+    "align_motions",
     "find_motion",
     "fit_skeleton",
     "forward_kinematics",
@@ -74,9 +76,11 @@ if TYPE_CHECKING:
     from skpose.manifold import SpatialMDS
     from skpose.metrics import pose_distances, pose_distances_chunked, pose_metric
     from skpose.motions import (
+        Alignment,
         MotionDistanceTransformer,
         MotionIndex,
         MotionKNeighborsTransformer,
+        align_motions,
         find_motion,
         motion_distances,
     )
@@ -103,9 +107,11 @@ else:
         "manifold": ["SpatialMDS"],
         "metrics": ["pose_distances", "pose_distances_chunked", "pose_metric"],
         "motions": [
+            "Alignment",
             "MotionDistanceTransformer",
             "MotionIndex",
             "MotionKNeighborsTransformer",
+            "align_motions",
             "find_motion",
             "motion_distances",
         ],

@@ -273,3 +273,24 @@ def medoid_shift(D, bandwidth):
         if all(rest[i] == i for i in alive):
             return modes
         modes = np.array([rest[i] for i in modes])
+
+
+def dtw(costs, window=None, kind="dtw"):
+    """Return the least sum along a monotone path through a matrix, and such a path, by trying every path."""
+    (n, m), best = np.shape(costs), (np.inf, None)
+    reach = np.inf if window is None else max(max(n, m) // 2, window * (n - 1) * (m - 1))
+
+    def follow(path):
+        nonlocal best
+        i, j = path[-1]
+        if abs(i * (m - 1) - j * (n - 1)) > reach:
+            return
+        if i == n - 1 and (j == m - 1 or kind == "subsequence"):
+            best = min(best, (sum(costs[cell] for cell in path), path))
+        for step in ((i + 1, j), (i, j + 1), (i + 1, j + 1)):
+            if step[0] < n and step[1] < m:
+                follow([*path, step])
+
+    for j in range(m if kind == "subsequence" else 1):
+        follow([(0, j)])
+    return best

@@ -12,6 +12,7 @@ from skpose.motions._index import SequenceIndex
 from skpose.motions._inputs import check_motion, check_motions
 from skpose.motions._windows import WindowSearch
 from skpose.skeleton import Skeleton
+from skpose.skeleton._units import warn_of_degrees
 
 DEFAULTS = {"skeleton": None, "metric": "auto", "n_steps": 10, "wrap": "auto"}
 
@@ -94,6 +95,8 @@ class MotionIndex:
     ):
         (checked,) = check_motions({"motions": motions}, skeleton)
         name, _, steps = resolve(metric, checked.skeleton, n_steps, wrap)
+        if checked.skeleton is not None:
+            warn_of_degrees(motions=checked.sequences.poses)
         warn_of_no_skeleton(metric, checked.skeleton)
         self.skeleton, self.frame_rate = checked.skeleton, checked.frame_rate
         self._index = SequenceIndex(checked.sequences, checked.skeleton, name, steps)
@@ -214,6 +217,8 @@ shape (n_motions, n_frames, n_dofs)
             if value != DEFAULTS[name]:
                 raise ValueError(f"{name} is that of the MotionIndex, got {name}={value!r}: pass it to MotionIndex")
     checked = check_motion(query, index.skeleton, "query")
+    if index.skeleton is not None:
+        warn_of_degrees(query=checked.sequences.poses)
     if None not in (checked.frame_rate, index.frame_rate) and checked.frame_rate != index.frame_rate:
         raise ValueError(
             f"query has {checked.frame_rate:g} Hz and motions have {index.frame_rate:g} Hz, and the distance counts "
