@@ -158,7 +158,7 @@ def find(dataset: MotionDataset, begins: float | None, ends: float | None, k: in
 
 def _part(motion: Motion, begins: float | None, ends: float | None, name: str) -> Motion:
     """Return the frames between two times, s."""
-    first, last = np.searchsorted(motion.times, np.array([begins or 0.0, np.inf if ends is None else ends]) - 1e-9)
+    first, last = np.searchsorted(motion.times, [begins or 0.0, np.inf if ends is None else ends])
     if first == last:
         until = "" if ends is None else f" and before {ends:g} s"
         raise ValueError(
