@@ -18,12 +18,15 @@ __all__ = [
     "MedoidShift",
     "Motion",
     "MotionDistanceTransformer",
+    "MotionIndex",
+    "MotionKNeighborsTransformer",
     "PoseDistanceTransformer",
     "PoseFromPositions",
     "PoseKNeighborsTransformer",
     "PoseRadiusNeighborsTransformer",
     "Skeleton",
     "SpatialMDS",
+    "find_motion",
     "fit_skeleton",
     "forward_kinematics",
     "frechet_mean",
@@ -70,7 +73,13 @@ if TYPE_CHECKING:
     )
     from skpose.manifold import SpatialMDS
     from skpose.metrics import pose_distances, pose_distances_chunked, pose_metric
-    from skpose.motions import MotionDistanceTransformer, motion_distances
+    from skpose.motions import (
+        MotionDistanceTransformer,
+        MotionIndex,
+        MotionKNeighborsTransformer,
+        find_motion,
+        motion_distances,
+    )
     from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
     from skpose.preprocessing import PoseDistanceTransformer, PoseFromPositions
     from skpose.skeleton import Bone, Motion, Skeleton, poses_from_rotations, rotations_from_poses
@@ -93,7 +102,13 @@ else:
         ],
         "manifold": ["SpatialMDS"],
         "metrics": ["pose_distances", "pose_distances_chunked", "pose_metric"],
-        "motions": ["MotionDistanceTransformer", "motion_distances"],
+        "motions": [
+            "MotionDistanceTransformer",
+            "MotionIndex",
+            "MotionKNeighborsTransformer",
+            "find_motion",
+            "motion_distances",
+        ],
         "neighbors": ["PoseKNeighborsTransformer", "PoseRadiusNeighborsTransformer"],
         "plot": [],
         "preprocessing": ["PoseDistanceTransformer", "PoseFromPositions"],

@@ -141,7 +141,7 @@ def neighbors(
 
 def find(dataset: MotionDataset, begins: float | None, ends: float | None, k: int, metric: str, n_jobs: int) -> None:
     """Print where a motion is found in others. It is the first of the dataset, or its part between two times in s."""
-    from skpose.motions import find_motion  # type: ignore[attr-defined]
+    from skpose.motions import find_motion
 
     query, *recordings = dataset.motions
     name, *names = dataset.subjects

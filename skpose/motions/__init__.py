@@ -1,13 +1,27 @@
 """Whole motions: distances by dynamic time warping, alignment, exact search.
 
-| module       |                                                                                  |
-|--------------|----------------------------------------------------------------------------------|
-| `_inputs`    | motions that the user gives, as one array of frames on one skeleton              |
-| `_distances` | the matrix of distances as a function; `_matrix` knows its tiles and their cost  |
-| `_transformer` | the distances as a step of a pipeline; `_base` is what the estimators share     |
+| module         |                                                                                             |
+|----------------|---------------------------------------------------------------------------------------------|
+| `_inputs`      | motions that the user gives, as one array of frames on one skeleton                         |
+| `_distances`   | the matrix of distances as a function; `_matrix` knows its tiles and their cost             |
+| `_transformer` | the distances as a step of a pipeline; `_base` is what the estimators share                 |
+| `_kneighbors`  | the graph of the nearest motions; `_queries` splits its requests, `_search` answers one     |
+| `_find`        | the best windows of long motions; `_windows` finds them                                     |
+| `_index`       | motions that are searched; `_bounds` are lower bounds of the distances to them              |
 """
 
 from skpose.motions._distances import motion_distances
+from skpose.motions._find import MotionIndex, MotionMatch, find_motion
+from skpose.motions._kneighbors import MotionKNeighborsTransformer
+from skpose.motions._results import MotionEvaluations
 from skpose.motions._transformer import MotionDistanceTransformer
 
-__all__ = ["MotionDistanceTransformer", "motion_distances"]
+__all__ = [
+    "MotionDistanceTransformer",
+    "MotionEvaluations",
+    "MotionIndex",
+    "MotionKNeighborsTransformer",
+    "MotionMatch",
+    "find_motion",
+    "motion_distances",
+]

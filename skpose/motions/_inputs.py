@@ -39,6 +39,9 @@ class Sequences(NamedTuple):
         starts = self.starts[first : last + 1]
         return Sequences(self.poses[starts[0] : starts[-1]], starts - starts[0])
 
+    def in_float64(self) -> "Sequences":
+        return self._replace(poses=self.poses.astype(np.float64, copy=False))
+
     @classmethod
     def of(cls, arrays: Sequence[np.ndarray]) -> "Sequences":
         starts = np.concatenate([[0], np.cumsum([len(array) for array in arrays])]).astype(np.int64)

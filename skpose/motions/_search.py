@@ -1,8 +1,8 @@
 """Exact search of the nearest motions, by filter and refine.
 
 The bounds of `skpose.motions._bounds` are taken in order of their cost. The ends bound all motions of the index. The
-motions that come first by them are bounded by their frames, and the k first of these are aligned: the k-th distance is a
-limit. What is within the limit by its ends is bounded by boxes, what is left then by frames, and what is left then is
+motions that come first by them are bounded by their frames, and the k first of these are aligned: the k-th distance is
+a limit. What is within the limit by its ends is bounded by boxes, what is left then by frames, and what is left then is
 aligned in the order of its bound, cell by cell, until no bound is within the k-th distance so far.
 """
 
@@ -130,4 +130,3 @@ class MotionSearch:
 
 def encoded(metric: Metric, poses: np.ndarray, index: SequenceIndex) -> np.ndarray:
     return metric.encoded(poses, index.skeleton if metric.needs_skeleton else None, index.steps)
-

@@ -1,14 +1,14 @@
 """Exact search of the windows of long motions in which a query lies best, by filter and refine.
 
-A *window* ends at a frame of a motion and begins where the least path of the query to that frame begins, an open path of
-`skpose._compiled.warping`. The best window is the one with the least sum; then the best of those that overlap no more
-than half with it, and so on: the k best.
+A *window* ends at a frame of a motion and begins where the least path of the query to that frame begins, an open path
+of `skpose._compiled.warping`. The best window is the one with the least sum; then the best of those that overlap no
+more than half with it, and so on: the k best.
 
-1. Every *box* of frames gets a lower bound of all paths through it: what the least path costs that comes to it, and what
-   the least one costs from there on. The boxes with the least bounds are scanned first.
-2. To *scan* frames is to do the same with the bounds of the frames themselves. In the order of the bounds of their ends,
-   windows are measured along the path that is best by the bounds, until k of them are better than the next bound.
-   The k-th is a limit: no path with a larger sum is one of the k best. Boxes within it are scanned too.
+1. Every *box* of frames gets a lower bound of all paths through it: what the least path costs that comes to it, and
+   what the least one costs from there on. The boxes with the least bounds are scanned first.
+2. To *scan* frames is to do the same with the bounds of the frames themselves. In the order of the bounds of their
+   ends, windows are measured along the path that is best by the bounds, until k of them are better than the next
+   bound. The k-th is a limit: no path with a larger sum is one of the k best. Boxes within it are scanned too.
 3. Runs of frames whose bounds are within the limit are *regions*, and no path within the limit leaves one. They are
    searched cell by cell: all windows within the limit are known then, and so the k best.
 
@@ -16,6 +16,7 @@ Windows that overlap may leave fewer than k within the limit; it is then raised.
 """
 
 import functools
+import itertools
 from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
@@ -64,7 +65,7 @@ class WindowSearch:
         codes = self._aligner().encoded(query)
         if self.index.filter is None:
             starts = self.index.sequences.starts.tolist()
-            return chosen(self._within(codes, None, zip(starts[:-1], starts[1:], strict=True), np.inf), k)
+            return chosen(self._within(codes, None, itertools.pairwise(starts), np.inf), k)
         bounds = Bounds(self.index, query)
         by_boxes = self._bounds_of_boxes(bounds)
         covered = float(np.quantile(by_boxes, FIRST_SHARE))  # all paths up to this sum are in what is scanned
@@ -101,7 +102,7 @@ class WindowSearch:
             least[first:last] = through(distances, left_over(distances, OPEN), np.full(bounds.n, np.inf))[0]
 
         starts = self.index.box_starts.tolist()
-        self._run("bounds of boxes", [functools.partial(fill, *ends) for ends in zip(starts, starts[1:], strict=False)])
+        self._run("bounds of boxes", [functools.partial(fill, *ends) for ends in itertools.pairwise(starts)])
         return least
 
     def _scanned(self, bounds: Bounds, by_boxes: np.ndarray, limit: float) -> tuple[np.ndarray, np.ndarray]:
