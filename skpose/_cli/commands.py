@@ -21,7 +21,7 @@ from skpose.datasets import MotionDataset, make_gait, walks_and_runs
 from skpose.io import file_format, load_asf, load_c3d, load_motion, load_trc
 from skpose.keypoints import Keypoints
 from skpose.metrics import pose_distances
-from skpose.motions import motion_distances
+from skpose.motions import find_motion, motion_distances
 from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
 from skpose.skeleton import Motion, Skeleton
 
@@ -141,8 +141,6 @@ def neighbors(
 
 def find(dataset: MotionDataset, begins: float | None, ends: float | None, k: int, metric: str, n_jobs: int) -> None:
     """Print where a motion is found in others. It is the first of the dataset, or its part between two times in s."""
-    from skpose.motions import find_motion
-
     query, *recordings = dataset.motions
     name, *names = dataset.subjects
     query = _part(query, begins, ends, name)
