@@ -21,7 +21,7 @@ from skpose.datasets import MotionDataset, make_gait, walks_and_runs
 from skpose.io import file_format, load_asf, load_c3d, load_motion, load_trc
 from skpose.keypoints import Keypoints
 from skpose.metrics import pose_distances
-from skpose.motions import motion_distances
+from skpose.motions import find_motion, motion_distances
 from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
 from skpose.skeleton import Motion, Skeleton
 
@@ -141,8 +141,6 @@ def neighbors(
 
 def find(dataset: MotionDataset, begins: float | None, ends: float | None, k: int, metric: str, n_jobs: int) -> None:
     """Print where a motion is found in others. It is the first of the dataset, or its part between two times in s."""
-    from skpose.motions import find_motion
-
     query, *recordings = dataset.motions
     name, *names = dataset.subjects
     query = _part(query, begins, ends, name)
@@ -158,7 +156,7 @@ def find(dataset: MotionDataset, begins: float | None, ends: float | None, k: in
 
 def _part(motion: Motion, begins: float | None, ends: float | None, name: str) -> Motion:
     """Return the frames between two times, s."""
-    first, last = np.searchsorted(motion.times, np.array([begins or 0.0, np.inf if ends is None else ends]) - 1e-9)
+    first, last = np.searchsorted(motion.times, [begins or 0.0, np.inf if ends is None else ends])
     if first == last:
         until = "" if ends is None else f" and before {ends:g} s"
         raise ValueError(

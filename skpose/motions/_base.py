@@ -14,7 +14,7 @@ from skpose._compiled.tree import Steps
 from skpose.datasets import MotionDataset
 from skpose.metrics._convergence import warn_of_unconverged
 from skpose.metrics._registry import resolve, warn_of_no_skeleton
-from skpose.motions._inputs import Sequences, check_motions
+from skpose.motions._inputs import Sequences, check_motions, rates_differ
 from skpose.motions._matrix import MotionMatrix
 from skpose.skeleton import Motion, Skeleton
 
@@ -63,23 +63,23 @@ class MotionEstimatorMixin(PoseEstimatorMixin):
 
     def _check_kind(self, frame_rate, reset):
         """Learn the frame rate, or refuse another one; None is that of arrays, whose rate nobody knows."""
+        name, fitted = type(self).__name__, None if reset else self.frame_rate_
         if reset:
             self.frame_rate_ = frame_rate
-        elif frame_rate != self.frame_rate_:
-            name = type(self).__name__
-            if frame_rate is None:
-                raise TypeError(
-                    f"X holds arrays, but {name} was fitted on Motions: pass Motions, or fit it on arrays too, "
-                    "[motion.angles for motion in motions] with skeleton="
-                )
-            if self.frame_rate_ is None:
-                raise TypeError(
-                    f"X holds Motions, but {name} was fitted on arrays: pass [motion.angles for motion in X], or fit "
-                    "it on Motions too"
-                )
+        elif frame_rate is None and fitted is not None:
+            raise TypeError(
+                f"X holds arrays, but {name} was fitted on Motions: pass Motions, or fit it on arrays too, "
+                "[motion.angles for motion in motions] with skeleton="
+            )
+        elif frame_rate is not None and fitted is None:
+            raise TypeError(
+                f"X holds Motions, but {name} was fitted on arrays: pass [motion.angles for motion in X], or fit "
+                "it on Motions too"
+            )
+        elif frame_rate is not None and rates_differ(frame_rate, fitted):
             raise ValueError(
-                f"X has {frame_rate:g} Hz, but {name} was fitted on motions of {self.frame_rate_:g} Hz, and the "
-                f"distance counts frames: pass [motion.resample({self.frame_rate_:g}) for motion in X]"
+                f"X has {frame_rate:g} Hz, but {name} was fitted on motions of {fitted:g} Hz, and the "
+                f"distance counts frames: pass [motion.resample({fitted:g}) for motion in X]"
             )
 
     def _learn_metric(self, skeleton):

@@ -9,9 +9,10 @@ from skpose._compat.sklearn import Interval, validate_params
 from skpose.metrics._convergence import warn_of_unconverged
 from skpose.metrics._registry import METRIC_CONSTRAINTS, resolve, warn_of_no_skeleton
 from skpose.motions._index import SequenceIndex
-from skpose.motions._inputs import check_motion, check_motions
+from skpose.motions._inputs import check_motion, check_motions, rates_differ
 from skpose.motions._windows import WindowSearch
 from skpose.skeleton import Skeleton
+from skpose.skeleton._units import warn_of_degrees
 from skpose.skeleton._units import warn_of_degrees
 
 DEFAULTS = {"skeleton": None, "metric": "auto", "n_steps": 10, "wrap": "auto"}
@@ -98,6 +99,8 @@ class MotionIndex:
         if checked.skeleton is not None:
             warn_of_degrees(motions=checked.sequences.poses)
         warn_of_no_skeleton(metric, checked.skeleton)
+        if checked.skeleton is not None:
+            warn_of_degrees(motions=checked.sequences.poses)
         self.skeleton, self.frame_rate = checked.skeleton, checked.frame_rate
         self._index = SequenceIndex(checked.sequences, checked.skeleton, name, steps)
 
@@ -219,11 +222,14 @@ shape (n_motions, n_frames, n_dofs)
     checked = check_motion(query, index.skeleton, "query")
     if index.skeleton is not None:
         warn_of_degrees(query=checked.sequences.poses)
-    if None not in (checked.frame_rate, index.frame_rate) and checked.frame_rate != index.frame_rate:
+    here, there = checked.frame_rate, index.frame_rate
+    if here is not None and there is not None and rates_differ(here, there):
         raise ValueError(
-            f"query has {checked.frame_rate:g} Hz and motions have {index.frame_rate:g} Hz, and the distance counts "
-            f"frames: pass query.resample({index.frame_rate:g})"
+            f"query has {here:g} Hz and motions have {there:g} Hz, and the distance counts frames: pass "
+            f"query.resample({there:g})"
         )
+    if index.skeleton is not None:
+        warn_of_degrees(query=checked.sequences.poses)
     search = WindowSearch(index._index, effective_n_jobs(n_jobs), verbose)
     poses, starts = checked.sequences.poses, index._index.sequences.starts
     if poses.shape[1] != index._index.sequences.poses.shape[1]:

@@ -141,7 +141,7 @@ def _listed(motions: Any, name: str, rows: bool) -> list[Any]:
     if isinstance(motions, Skeleton | str | bytes) or not isinstance(motions, Iterable):
         raise TypeError(f"{expected}{_described(motions)}{_remedy(motions)}")
     shape = None if isinstance(motions, MotionDataset) else getattr(motions, "shape", None)
-    holds_motions = shape is not None and len(shape) == 1 and motions.dtype == object
+    holds_motions = shape is not None and len(shape) == 1 and getattr(motions, "dtype", None) == object
     if shape is not None and not holds_motions:
         return _rows_of(motions, tuple(shape), name, rows)
     listed = list(motions)
@@ -218,13 +218,18 @@ def _common_frame_rate(found: dict[str, Motion]) -> float | None:
     rates: dict[float, str] = {}
     for name, motion in found.items():
         rates.setdefault(motion.frame_rate, name)
-    if rates and max(rates) > (1 + RATES_DIFFER) * min(rates):
+    if rates and rates_differ(min(rates), max(rates)):
         (one, first), (other, second) = min(rates.items()), max(rates.items())
         raise ValueError(
             f"motions must have one frame rate, as the distance counts frames, but {first} has {one:g} Hz and {second} "
             f"{other:g} Hz: pass motion.resample({one:g}) of each"
         )
     return next(iter(rates), None)
+
+
+def rates_differ(one: float, other: float) -> bool:
+    """Return whether two frame rates differ by more than the digits of files."""
+    return max(one, other) > (1.0 + RATES_DIFFER) * min(one, other)
 
 
 def _common_skeleton(found: dict[str, Motion], datasets: list[MotionDataset]) -> Skeleton:

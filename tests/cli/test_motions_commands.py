@@ -3,7 +3,6 @@
 import os
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -13,6 +12,7 @@ from skpose._cli.main import main
 from skpose._parallel.checkpoint import IDENTITY, FileCheckpoint
 from skpose.datasets import make_gait
 from skpose.io import load_bvh, save_bvh
+from skpose.motions import MotionMatch, find_motion
 
 FILES = ["a.bvh", "b.bvh", "c.bvh"]
 
@@ -143,13 +143,6 @@ def test_options_of_motions_are_checked(options, message, capsys):
 # --- skpose find -----------------------------------------------------------------------------------------------------
 
 
-class Match(NamedTuple):
-    motion: int
-    start: int
-    stop: int
-    distance: float
-
-
 @pytest.fixture
 def calls(monkeypatch):
     """Arguments of `find_motion`, in the place of which a stand-in answers."""
@@ -157,9 +150,9 @@ def calls(monkeypatch):
 
     def find_motion(query, motions, **options):
         found.append((query, motions, options))
-        return [Match(1, 4, 8, 0.0123), Match(0, 0, 7, 1.5)]
+        return [MotionMatch(1, 4, 8, 0.0123), MotionMatch(0, 0, 7, 1.5)]
 
-    monkeypatch.setattr("skpose.motions.find_motion", find_motion, raising=False)
+    monkeypatch.setattr("skpose._cli.commands.find_motion", find_motion)
     return found
 
 
@@ -179,6 +172,19 @@ def test_find_prints_the_best_places(motions, calls, capsys):
     for recording, motion in zip(recordings, motions[1:], strict=True):
         np.testing.assert_array_equal(recording.angles, motion.angles)
     assert (options["k"], options["metric"], options["n_jobs"]) == (2, "spatial", 1)
+
+
+@pytest.mark.parametrize("options", [[], ["--metric", "position", "--k", "3"], ["--metric", "angle", "--jobs", "2"]])
+def test_places_are_those_of_find_motion(motions, options, capsys):
+    assert main(["find", "b.bvh", *FILES, "--from", "0.2", "--to", "0.5", *options]) == 0
+    rows = [line.split() for line in capsys.readouterr().out.splitlines()[1:]]
+    metric, k = options[1] if options else "spatial", 3 if "--k" in options else 10
+    found = find_motion(motions[1][4:10], motions, k=k, metric=metric)
+    assert rows == [
+        [str(rank), FILES[i], f"{start / 20:.2f}", f"{stop / 20:.2f}", f"{distance:.4f}"]
+        for rank, (i, start, stop, distance) in enumerate(found, start=1)
+    ]
+    assert rows[0] == ["1", "b.bvh", "0.20", "0.50", "0.0000"]
 
 
 def test_find_a_part_of_a_file(motions, calls, capsys):

@@ -11,6 +11,7 @@ from sklearn.exceptions import NotFittedError
 from sklearn.model_selection import GridSearchCV, GroupKFold, LeaveOneGroupOut, cross_val_score, train_test_split
 from sklearn.neighbors import KNeighborsClassifier
 from sklearn.pipeline import make_pipeline
+from sklearn.utils import get_tags
 
 from skpose import (
     MedoidShift,
@@ -144,6 +145,15 @@ def test_the_skeleton_and_the_frame_rate_of_motions_are_learnt(gait):
     given = MotionDistanceTransformer(gait[0].skeleton).fit(gait)
     assert given.skeleton_ == gait[0].skeleton
     assert MotionDistanceTransformer(gait.skeleton).fit([m.angles for m in gait]).frame_rate_ is None
+
+
+def test_angles_that_are_not_asked_for_are_said_in_words_once(motions):
+    with pytest.warns(UserWarning, match='"auto" without a skeleton means "angle"') as caught:
+        fitted = MotionDistanceTransformer().fit(motions)
+    assert [warning.filename for warning in caught] == [__file__]
+    fitted.transform(motions)  # without a warning, which would be an error
+    assert get_tags(fitted).input_tags.three_d_array
+    assert not get_tags(fitted).input_tags.pairwise
 
 
 def test_motions_of_other_people_are_compared_on_the_learnt_skeleton(gait):
