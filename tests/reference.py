@@ -278,7 +278,7 @@ def medoid_shift(D, bandwidth):
 def dtw(costs, window=None, kind="dtw"):
     """Return the least sum along a monotone path through a matrix, and such a path, by trying every path."""
     (n, m), best = np.shape(costs), (np.inf, None)
-    reach = np.inf if window is None else max(max(n, m) // 2, window * (n - 1) * (m - 1))
+    reach = np.inf if window is None else max((max(n, m) - 1) // 2, window * (n - 1) * (m - 1))
 
     def follow(path):
         nonlocal best
