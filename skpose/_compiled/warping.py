@@ -31,6 +31,13 @@ from skpose._compiled.loops import GROUPS_IN_CACHE, array_type, measure_type, sh
 from skpose._compiled.results import aligned, results_of
 
 
+class Encoded(NamedTuple):
+    """Codes of the frames of motions, one motion after another."""
+
+    codes: np.ndarray  # of all frames: as rows, or as groups of n_codes rows of lanes
+    starts: np.ndarray  # (n_motions + 1,) the frames of motion i are starts[i]:starts[i + 1]
+
+
 class MotionPairs(NamedTuple):
     """A part of all pairs of motions: rows first:last with columns left:right."""
 
@@ -104,7 +111,8 @@ def _warp_row(costs, first_cost, above, start, stop, diagonal, left):
         diagonal = up
 
 
-def _warped(X, x_starts, Y, y_starts, pairs, paths, measure, tree, steps, sums):
+def _warped(x, y, pairs, paths, measure, tree, steps, sums):
+    X, x_starts, Y, y_starts = x.codes, x.starts, y.codes, y.starts
     width, in_band = Y.shape[1], paths.window < 1.0
     block = GROUPS_IN_CACHE * width
     scratch = aligned(workspace_rows(tree), width, X.dtype)
@@ -128,9 +136,9 @@ def _warped(X, x_starts, Y, y_starts, pairs, paths, measure, tree, steps, sums):
             above[:] = 0.0 if paths.is_open else np.inf
             above[0] = np.inf
             for i in range(n):
-                x = X[x_starts[r] + i]
+                frame = X[x_starts[r] + i]
                 if not in_band:
-                    measure(x, Y, group, last_group, tree, steps, scratch, results)
+                    measure(frame, Y, group, last_group, tree, steps, scratch, results)
                     n_unconverged, worst = add_gaps(results, last_group - group, n_unconverged, worst)
                 c = c_first
                 while c < pairs.right and y_starts[c] < stop:
@@ -146,7 +154,7 @@ def _warped(X, x_starts, Y, y_starts, pairs, paths, measure, tree, steps, sums):
                         if s < e:
                             some, last = s // width, (e + width - 1) // width
                             skip_outside(results, some, last, s, e)
-                            measure(x, Y, some, last, tree, steps, scratch, results)
+                            measure(frame, Y, some, last, tree, steps, scratch, results)
                             n_unconverged, worst = add_gaps(results, last - some, n_unconverged, worst)
                     slot = s - block_start + 1
                     if s == origin:
@@ -167,21 +175,20 @@ def _warped(X, x_starts, Y, y_starts, pairs, paths, measure, tree, steps, sums):
 
 @functools.cache
 def warped_loop(dtype):
-    """``loop(X, x_starts, Y, y_starts, pairs, paths, measure, tree, steps, sums)``: least sums of some MotionPairs.
+    """``loop(x, y, pairs, paths, measure, tree, steps, sums)``: least sums of some MotionPairs.
 
-    X holds the codes of all frames of the rows as rows, frames x_starts[r]:x_starts[r + 1] of motion r; Y those of the
-    columns as groups of n_codes rows of lanes. Returns how many geodesics did not converge, and the largest of their
+    Both x and y are Encoded: the motions of the rows, whose codes are rows, and those of the columns, whose codes are
+    groups of lanes. Returns how many geodesics did not converge, and the largest of their
     gaps. A closed path may have a window, an open one none.
     """
     real, whole = from_dtype(dtype), types.int64
     tree, steps = shared_types(dtype)
-    X, Y = array_type(real, 2, readonly=True), array_type(real, 2, readonly=True)
-    starts = array_type(whole, 1, readonly=True)
+    motions = types.NamedTuple([array_type(real, 2, readonly=False), array_type(whole, 1, readonly=False)], Encoded)
     pairs = types.NamedTuple([whole, whole, whole, whole, types.boolean], MotionPairs)
     paths = types.NamedTuple([types.float64, types.boolean], Paths)
     sums = array_type(types.float64, 2, readonly=False, layout="A")
     unconverged = types.Tuple((whole, types.float64))
-    signature = unconverged(X, starts, Y, starts, pairs, paths, measure_type(dtype), tree, steps, sums)
+    signature = unconverged(motions, motions, pairs, paths, measure_type(dtype), tree, steps, sums)
     return jit(_warped, signatures=[signature])
 
 

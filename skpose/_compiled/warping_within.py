@@ -7,6 +7,7 @@ that is within the limit is, to the last bit, the one that `skpose._compiled.war
 """
 
 import functools
+from typing import NamedTuple
 
 import numpy as np
 from numba import from_dtype, types
@@ -18,12 +19,27 @@ from skpose._compiled.results import aligned, results_of
 from skpose._compiled.warping import Paths, add_gaps, band, reach_of
 
 
-def _warped_within(X, Y, paths, left_over, limit, measure, tree, steps, sums, starts):
+class Within(NamedTuple):
+    """The largest sum that is of interest, and lower bounds of what is left of a path."""
+
+    limit: float
+    left_over: np.ndarray  # (n, n_columns) from each cell, itself included, to the end; (0, 0) for no bounds
+
+
+class Ends(NamedTuple):
+    """The paths that end in the last row, by their last column."""
+
+    sums: np.ndarray  # (n_columns,) the least sum; infinity where it is above the limit
+    starts: np.ndarray  # (n_columns,) the column at which that path begins
+
+
+def _warped_within(X, Y, paths, within, measure, tree, steps, ends):
+    limit, left_over, sums, starts = within.limit, within.left_over, ends.sums, ends.starts
     n, n_columns, width, n_codes = X.shape[0], sums.shape[0], Y.shape[1], X.shape[1]
     n_groups, reach = Y.shape[0] // n_codes, reach_of(n, n_columns, paths.window)
     scratch = aligned(workspace_rows(tree), width, X.dtype)
     results = results_of(1, width, X.dtype)
-    above, begun = np.full(n_groups * width, np.inf), np.zeros(n_groups * width, np.int64)
+    above, origins = np.full(n_groups * width, np.inf), np.zeros(n_groups * width, np.int64)
     first, stop = 0, n_columns if paths.is_open else 0  # reached cells of the row above, the last one not included
     n_measured, n_unconverged, worst = 0, 0, 0.0
     for i in range(n):
@@ -31,7 +47,7 @@ def _warped_within(X, Y, paths, left_over, limit, measure, tree, steps, sums, st
         group = max(first, low) // width
         diagonal, diagonal_start = np.inf, 0
         if group > 0:
-            diagonal, diagonal_start = above[group * width - 1], begun[group * width - 1]
+            diagonal, diagonal_start = above[group * width - 1], origins[group * width - 1]
         above[first : group * width] = np.inf  # the band has left these columns
         left, left_start = np.inf, 0
         new_first, new_stop = n_columns, 0
@@ -51,7 +67,7 @@ def _warped_within(X, Y, paths, left_over, limit, measure, tree, steps, sums, st
                 n_measured += min(width, n_columns - group * width)
             for w in range(width):
                 j = group * width + w
-                up, up_start = above[j], begun[j]
+                up, up_start = above[j], origins[j]
                 value, start = np.inf, j
                 if not results.skip[0, w]:
                     if i == 0 and (paths.is_open or j == 0):
@@ -69,14 +85,14 @@ def _warped_within(X, Y, paths, left_over, limit, measure, tree, steps, sums, st
                         value = np.inf
                     if value < np.inf:
                         new_first, new_stop = min(new_first, j), j + 1
-                above[j], begun[j] = value, start
+                above[j], origins[j] = value, start
                 left, left_start, diagonal, diagonal_start = value, start, up, up_start
             group += 1
         first, stop = new_first, new_stop
         if stop == 0:
             break
     for j in range(n_columns):
-        sums[j], starts[j] = above[j], begun[j]
+        sums[j], starts[j] = above[j], origins[j]
     return n_measured, n_unconverged, worst
 
 
@@ -96,22 +112,19 @@ def _path_sum(X, Y, path, measure, tree, steps):
 
 @functools.cache
 def warped_within_loop(dtype):
-    """``loop(X, Y, paths, left_over, limit, measure, tree, steps, sums, starts)``: sums of one pair up to a limit.
+    """``loop(X, Y, paths, within, measure, tree, steps, ends)``: the Ends of the paths of one pair within a limit.
 
-    X holds the codes of the rows, Y those of the columns in groups of lanes, `left_over` (n, n_columns) the lower
-    bounds of what is left, or (0, 0) for none. Written are, for each column, the least sum of the paths that end there
-    in the last row, infinity where that is above the limit, and the column at which that path begins. Returns the
-    numbers of cells measured and of geodesics that did not converge, and the largest of their gaps.
+    X holds the codes of the rows, Y those of the columns in groups of lanes. Returns the numbers of cells measured and
+    of geodesics that did not converge, and the largest of their gaps.
     """
     real, whole = from_dtype(dtype), types.int64
     tree, steps = shared_types(dtype)
     X, Y = array_type(real, 2, readonly=True), array_type(real, 2, readonly=True)
     paths = types.NamedTuple([types.float64, types.boolean], Paths)
-    left_over = array_type(types.float64, 2, readonly=True)
-    sums, starts = array_type(types.float64, 1, readonly=False), array_type(whole, 1, readonly=False)
+    within = types.NamedTuple([types.float64, array_type(types.float64, 2, readonly=False)], Within)
+    ends = types.NamedTuple([array_type(types.float64, 1, readonly=False), array_type(whole, 1, readonly=False)], Ends)
     counts = types.Tuple((whole, whole, types.float64))
-    measure = measure_type(dtype)
-    signature = counts(X, Y, paths, left_over, types.float64, measure, tree, steps, sums, starts)
+    signature = counts(X, Y, paths, within, measure_type(dtype), tree, steps, ends)
     return jit(_warped_within, signatures=[signature])
 
 

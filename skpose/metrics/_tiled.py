@@ -39,7 +39,7 @@ class TiledMatrix:
 
     @property
     def symmetric(self) -> bool:
-        """Whether one triangle is computed, and the diagonal is zero."""
+        """True where one triangle is computed, and the diagonal is zero."""
         raise NotImplementedError
 
     @property

@@ -23,7 +23,7 @@ import numpy as np
 from skpose._compiled import loops
 from skpose._compiled.measure import measure_boxes
 from skpose._compiled.tree import Steps
-from skpose._compiled.warping import MotionPairs, Paths, accumulate_from, warped_loop
+from skpose._compiled.warping import Encoded, MotionPairs, Paths, accumulate_from, warped_loop
 from skpose.kinematics._tree import tree_of
 from skpose.metrics._registry import METRICS
 from skpose.motions._index import SequenceIndex
@@ -64,9 +64,8 @@ class Bounds:
     def _warped(self, lanes: np.ndarray, starts: np.ndarray, measure: object, paths: Paths) -> np.ndarray:
         n_motions = len(starts) - 1
         sums = np.empty((1, n_motions))
-        x_starts, pairs = np.array([0, self.n]), MotionPairs(0, 1, 0, n_motions, triangle=False)
-        points = self.points.coordinates
-        warped_loop(FLOAT32)(points, x_starts, lanes, starts, pairs, paths, measure, NO_TREE, NO_WRAP, sums)
+        query, pairs = Encoded(self.points.coordinates, np.array([0, self.n])), MotionPairs(0, 1, 0, n_motions, False)
+        warped_loop(FLOAT32)(query, Encoded(lanes, starts), pairs, paths, measure, NO_TREE, NO_WRAP, sums)
         return self._in_units(sums[0], self.n + np.diff(starts))
 
     def of_frames(self, start: int, stop: int) -> np.ndarray:

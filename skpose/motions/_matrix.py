@@ -8,7 +8,7 @@ import numpy as np
 
 from skpose._compiled import loops
 from skpose._compiled.tree import Steps
-from skpose._compiled.warping import MotionPairs, Paths, warped_loop
+from skpose._compiled.warping import Encoded, MotionPairs, Paths, warped_loop
 from skpose._parallel.tasks import LITTLE_WORK, TASKS_PER_JOB, WORK_PER_TASK
 from skpose._parallel.threads import in_threads
 from skpose.kinematics._tree import tree_of
@@ -21,7 +21,7 @@ from skpose.motions._inputs import Sequences
 from skpose.skeleton import Skeleton
 
 ALIGNMENTS = ("dtw", "subsequence", "frames")
-WORK_PER_CELL = 6.0  # of the recursion, beside that of the distance
+WORK_PER_CELL = 6.0  # of the recursion, in addition to that of the distance
 
 
 class MotionMatrix(TiledMatrix):
@@ -77,7 +77,7 @@ class MotionMatrix(TiledMatrix):
 
     @property
     def largest_edge(self) -> int:
-        """As many motions as have, in the mean, ENCODED_AT_ONCE frames."""
+        """The number of motions that have, in the mean, ENCODED_AT_ONCE frames; a power of two."""
         longest = max(self.A.lengths.mean(), self.columns.lengths.mean())
         return 2 ** int(np.log2(max(1.0, ENCODED_AT_ONCE / longest)))
 
@@ -142,9 +142,8 @@ class MotionMatrix(TiledMatrix):
             whole = len(rows.poses) * len(columns.poses) * self.work_per_cell
             work = min(work, max(LITTLE_WORK, whole / (TASKS_PER_JOB * n_jobs)))
         for pairs in motion_pairs(rows.lengths, columns.lengths, diagonal, work / self.work_per_cell):
-            yield functools.partial(
-                loop, X, rows.starts, Y, columns.starts, pairs, paths, metric.measure, tree, self.steps, sums
-            )
+            x, y = Encoded(X, rows.starts), Encoded(Y, columns.starts)
+            yield functools.partial(loop, x, y, pairs, paths, metric.measure, tree, self.steps, sums)
 
     def _encoded(self, poses: np.ndarray) -> np.ndarray:
         codes = METRICS[self.metric].encoded(poses, self.skeleton, self.steps)

@@ -12,7 +12,7 @@ import numpy as np
 
 from skpose._compiled import loops
 from skpose._compiled.warping import Paths
-from skpose._compiled.warping_within import path_sum_loop, warped_within_loop
+from skpose._compiled.warping_within import Ends, Within, path_sum_loop, warped_within_loop
 from skpose.kinematics._tree import tree_of
 from skpose.metrics._registry import METRICS, Metric
 from skpose.motions._bounds import Bounds, left_over
@@ -38,10 +38,8 @@ class Aligner:
     def encoded(self, poses: np.ndarray) -> np.ndarray:
         return encoded(self.metric, poses, self.index)
 
-    def sums(
-        self, codes: np.ndarray, start: int, stop: int, bounds: Bounds | None, limit: float
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return, for each of the frames start:stop, the least sum of the paths that end there, and their beginnings.
+    def ends(self, codes: np.ndarray, start: int, stop: int, bounds: Bounds | None, limit: float) -> Ends:
+        """Return the paths that end at the frames start:stop.
 
         Sums above the limit are infinite. `bounds` are those of the query whose codes are given, None for none.
         """
@@ -49,15 +47,15 @@ class Aligner:
         left = NOTHING_LEFT
         if bounds is not None and np.isfinite(limit) and len(codes) * n_columns <= MOST_CELLS:
             left = left_over(bounds.of_frames(start, stop), self.paths)
-        sums, starts = np.empty(n_columns), np.empty(n_columns, np.int64)
+        ends = Ends(np.empty(n_columns), np.empty(n_columns, np.int64))
         lanes = loops.in_lanes(self.encoded(self.index.sequences.poses[start:stop]))
-        rest = self.metric.measure, self._tree, self.index.steps, sums, starts
+        within = Within(limit * (1.0 + ROUNDING), left)
         n_cells, *unconverged = warped_within_loop(FLOAT64)(
-            codes, lanes, self.paths, left, limit * (1.0 + ROUNDING), *rest
+            codes, lanes, self.paths, within, self.metric.measure, self._tree, self.index.steps, ends
         )
         self.evaluations += MotionEvaluations(1, n_cells)
         self.unconverged.append(tuple(unconverged))
-        return sums, starts
+        return ends
 
     def path_sum(self, codes: np.ndarray, lanes: np.ndarray, path: np.ndarray) -> float:
         """Return the sum of the distances along one path to encoded frames."""
@@ -124,8 +122,8 @@ class MotionSearch:
         """Return the distance to a motion; infinity where it is above the limit."""
         start, stop = self.index.sequences.starts[motion : motion + 2]
         n_frames = len(codes) + int(stop - start)
-        sums, _ = self._aligner.sums(codes, int(start), int(stop), bounds, limit * n_frames)
-        return float(sums[-1] / n_frames)
+        ends = self._aligner.ends(codes, int(start), int(stop), bounds, limit * n_frames)
+        return float(ends.sums[-1] / n_frames)
 
 
 def encoded(metric: Metric, poses: np.ndarray, index: SequenceIndex) -> np.ndarray:

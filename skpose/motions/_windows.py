@@ -183,7 +183,7 @@ class WindowSearch:
 
         def windows(start: int, stop: int) -> tuple[list[Window], Aligner]:
             aligner = self._aligner()
-            sums, starts = aligner.sums(codes, start, stop, bounds, limit)
+            sums, starts = aligner.ends(codes, start, stop, bounds, limit)
             motion = int(np.searchsorted(self.index.sequences.starts, start, side="right")) - 1
             ends = np.flatnonzero(np.isfinite(sums))
             return [Window(float(sums[e]), motion, start + int(starts[e]), start + int(e) + 1) for e in ends], aligner

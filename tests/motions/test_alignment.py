@@ -279,31 +279,35 @@ DATASET = MotionDataset([MOTION, MOTION])
 @pytest.mark.parametrize(
     ("call", "error", "message"),
     [
-        (lambda: align_motions([A, B], B, skeleton=ARM), TypeError, r"^a must be one motion, .* got a list of 2"),
+        (
+            lambda: align_motions([A, B], B, skeleton=ARM),
+            TypeError,
+            r"^a must be one motion, .* got an array of shape \(2, 12, 2\)",
+        ),
         (
             lambda: align_motions(A, [MOTION]),
             TypeError,
-            r"^b must be one motion, .* got a list of 1: pass one",
+            r"^b must be one motion, .* got a list of Motion: pass one",
         ),
         (
             lambda: align_motions(DATASET, B),
             TypeError,
-            r"^a must be one motion, .* a MotionDataset: .* such as",
+            r"^a must be one motion, .* a MotionDataset of 2: .* such as",
         ),
         (
             lambda: align_motions(A, B[None], skeleton=ARM),
-            ValueError,
+            TypeError,
             r"^b must be .* array of shape \(1, 12, 2\)",
         ),
-        (lambda: align_motions(A[0], B, skeleton=ARM), ValueError, r"^a must be one motion, .* of shape \(2,\)$"),
+        (lambda: align_motions(A[0], B, skeleton=ARM), TypeError, r"^a must be one motion, .* of shape \(2,\)$"),
         (lambda: align_motions(A, None, skeleton=ARM), TypeError, "^b must be one motion, .* got None"),
         (
             lambda: align_motions(A, ARM),
             TypeError,
-            "^b must be an array of poses, got a Skeleton",
+            "^b must be one motion, .* got a Skeleton: pass it as skeleton=",
         ),
-        (lambda: align_motions(A, MOTION), TypeError, "^a and b must be all .* 1 Motions, and 1 others, a among them"),
-        (lambda: align_motions(MOTION, MOTION[:0]), ValueError, "^b must be one motion, .* got one without frames"),
+        (lambda: align_motions(A, MOTION), TypeError, "^a and b must be all .* 1 Motion, and 1 other, a among them"),
+        (lambda: align_motions(MOTION, MOTION[:0]), ValueError, "^b has no frames: leave it out"),
         (
             lambda: align_motions(MOTION, Motion(ARM, B, 20)),
             ValueError,

@@ -126,11 +126,11 @@ def test_motions_and_datasets():
 @pytest.mark.parametrize(
     ("change", "error", "match"),
     [
-        ({"query": lambda q, m: [q, q]}, TypeError, "query must be one motion, got 2"),
-        ({"query": lambda q, m: m}, TypeError, "query must be one motion, got"),
+        ({"query": lambda q, m: [q, q]}, TypeError, r"query must be one motion, .* got an array of shape \(2, 9, 3\)"),
+        ({"query": lambda q, m: m}, TypeError, "query must be one motion, .* got a list of ndarray: pass one"),
         ({"query": lambda q, m: q[:, :2]}, ValueError, "query.* has 2 columns"),
-        ({"query": lambda q, m: q[0]}, ValueError, "query"),
-        ({"query": lambda q, m: q[:0]}, ValueError, "0 sample"),
+        ({"query": lambda q, m: q[0]}, TypeError, r"query must be one motion, .* of shape \(3,\)"),
+        ({"query": lambda q, m: q[:0]}, ValueError, "query has no frames: leave it out"),
         ({"query": lambda q, m: q * np.nan}, ValueError, "query.* contains NaN"),
         ({"motions": lambda q, m: q}, ValueError, "motions must be motions.*pass \\[motions\\]"),
         ({"motions": lambda q, m: []}, ValueError, "motions must be motions"),

@@ -170,7 +170,7 @@ def test_an_alignment_up_to_a_limit_is_exact_or_infinite(window):
                 codes = aligner.encoded(query)
                 for i, expected in enumerate(row):
                     start, stop = index.sequences.starts[i : i + 2]
-                    found, _ = aligner.sums(codes, start, stop, with_bounds, factor * expected)
+                    found, _ = aligner.ends(codes, start, stop, with_bounds, factor * expected)
                     assert found[-1] == (expected if factor >= 1.0 else np.inf)
                 assert aligner.evaluations.alignments == len(row)
 
