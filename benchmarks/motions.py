@@ -95,7 +95,7 @@ def check(name, distances, motions, skeleton, ours):
 
 
 def race(title, dataset, repeats):
-    """Print million cells a second of all, and what "spatial" costs next to its pairs alone."""
+    """Print million cells a second of all, and what "spatial" costs beside its pairs alone."""
     motions, skeleton = on_one_skeleton(dataset)
     positions = [forward_kinematics(X, skeleton).reshape(len(X), -1) for X in motions]
     lengths, frames = np.array([len(X) for X in motions]), np.concatenate(motions)

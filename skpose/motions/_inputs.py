@@ -94,7 +94,7 @@ def check_motion(motion: Any, skeleton: Skeleton | None, name: str) -> Checked:
 
 
 def _check_is_one(motion: Any, name: str) -> None:
-    """Refuse several motions where one belongs; anything else that is no motion is refused as in a list."""
+    """Refuse several motions where one belongs; whatever else is no motion is refused with the lists' elements."""
     shape = _shape(motion)
     if isinstance(motion, MotionDataset) or (isinstance(motion, list | tuple) and motion and shape is None):
         raise TypeError(f"{name} {ONE_MOTION}{_described(motion)}: pass one of them, such as {name}[0]")

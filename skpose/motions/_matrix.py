@@ -21,7 +21,7 @@ from skpose.motions._inputs import Sequences
 from skpose.skeleton import Skeleton
 
 ALIGNMENTS = ("dtw", "subsequence", "frames")
-WORK_PER_CELL = 6.0  # of the recursion, next to that of the distance
+WORK_PER_CELL = 6.0  # of the recursion, beside that of the distance
 
 
 class MotionMatrix(TiledMatrix):
