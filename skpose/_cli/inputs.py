@@ -16,6 +16,7 @@ from skpose.datasets._motions import ONE_REST, ONE_RIG
 from skpose.datasets._walks_and_runs import WALKING_AND_RUNNING
 from skpose.io import AsfFile, load_motion
 from skpose.kinematics._retarget import Method
+from skpose.motions._inputs import rates_differ
 from skpose.skeleton import Skeleton
 from skpose.skeleton._skeleton import check_comparable, mismatch
 
@@ -125,7 +126,7 @@ def _check_one_rate(dataset: MotionDataset) -> None:
     for name, motion in zip(dataset.subjects, dataset, strict=True):
         if not len(motion):
             raise ValueError(f"{name} has no frames: leave it out")
-        if motion.frame_rate != rate:
+        if rates_differ(motion.frame_rate, rate):
             raise ValueError(
                 f"{first} has {rate:g} frames a second and {name} {motion.frame_rate:g}, which changes the distances: "
                 f"resample all with --rate, such as --rate {min(rate, motion.frame_rate):g}"

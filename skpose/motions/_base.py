@@ -76,7 +76,7 @@ class MotionEstimatorMixin(PoseEstimatorMixin):
                 f"X holds Motions, but {name} was fitted on arrays: pass [motion.angles for motion in X], or fit "
                 "it on Motions too"
             )
-        elif frame_rate is not None and rates_differ(frame_rate, fitted):
+        elif frame_rate is not None and fitted is not None and rates_differ(frame_rate, fitted):
             raise ValueError(
                 f"X has {frame_rate:g} Hz, but {name} was fitted on motions of {fitted:g} Hz, and the "
                 f"distance counts frames: pass [motion.resample({fitted:g}) for motion in X]"

@@ -13,7 +13,6 @@ from skpose.motions._inputs import check_motion, check_motions, rates_differ
 from skpose.motions._windows import WindowSearch
 from skpose.skeleton import Skeleton
 from skpose.skeleton._units import warn_of_degrees
-from skpose.skeleton._units import warn_of_degrees
 
 DEFAULTS = {"skeleton": None, "metric": "auto", "n_steps": 10, "wrap": "auto"}
 

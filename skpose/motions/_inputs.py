@@ -141,7 +141,7 @@ def _listed(motions: Any, name: str, rows: bool) -> list[Any]:
     if isinstance(motions, Skeleton | str | bytes) or not isinstance(motions, Iterable):
         raise TypeError(f"{expected}{_described(motions)}{_remedy(motions)}")
     shape = None if isinstance(motions, MotionDataset) else getattr(motions, "shape", None)
-    holds_motions = shape is not None and len(shape) == 1 and getattr(motions, "dtype", None) == object
+    holds_motions = shape is not None and len(shape) == 1 and getattr(motions, "dtype", None) == np.dtype(object)
     if shape is not None and not holds_motions:
         return _rows_of(motions, tuple(shape), name, rows)
     listed = list(motions)

@@ -125,6 +125,8 @@ def test_motions_of_different_rates_are_refused_by_file(motions, capsys):
         assert line.startswith("skpose: a.bvh has 20 frames a second and fast.bvh 40, which changes the distances:")
         assert line.endswith("resample all with --rate, such as --rate 20")
     assert main(["motions", *FILES, "fast.bvh", "--rate", "20", "--out", "D.npy"]) == 0
+    save_bvh("digits.bvh", replace(motions[0], frame_rate=20.0005), scale=1.0)  # as a file that writes fewer digits
+    assert main(["motions", *FILES, "digits.bvh", "--out", "E.npy"]) == 0
 
 
 @pytest.mark.parametrize(
