@@ -98,8 +98,6 @@ class MotionIndex:
         if checked.skeleton is not None:
             warn_of_degrees(motions=checked.sequences.poses)
         warn_of_no_skeleton(metric, checked.skeleton)
-        if checked.skeleton is not None:
-            warn_of_degrees(motions=checked.sequences.poses)
         self.skeleton, self.frame_rate = checked.skeleton, checked.frame_rate
         self._index = SequenceIndex(checked.sequences, checked.skeleton, name, steps)
 
@@ -227,8 +225,6 @@ shape (n_motions, n_frames, n_dofs)
             f"query has {here:g} Hz and motions have {there:g} Hz, and the distance counts frames: pass "
             f"query.resample({there:g})"
         )
-    if index.skeleton is not None:
-        warn_of_degrees(query=checked.sequences.poses)
     search = WindowSearch(index._index, effective_n_jobs(n_jobs), verbose)
     poses, starts = checked.sequences.poses, index._index.sequences.starts
     if poses.shape[1] != index._index.sequences.poses.shape[1]:
