@@ -15,12 +15,14 @@ __all__ = [
     "Geodesic",
     "Keypoints",
     "Layout",
+    "MeanMotion",
     "MedoidShift",
     "Motion",
     "PoseDistanceTransformer",
     "PoseFromPositions",
     "PoseKNeighborsTransformer",
     "PoseRadiusNeighborsTransformer",
+    "Repetitions",
     "Skeleton",
     "SpatialMDS",
     "fit_skeleton",
@@ -29,6 +31,7 @@ __all__ = [
     "geodesic",
     "inverse_kinematics",
     "layouts",
+    "mean_motion",
     "metric_tensor",
     "motion_distances",
     "pose_distances",
@@ -38,6 +41,7 @@ __all__ = [
     "position_jacobian",
     "retarget",
     "rotations_from_poses",
+    "segment_repetitions",
 ]
 
 # Each package is imported when it or one of its names is first used (PEP 562): the command line prints its help without
@@ -69,7 +73,7 @@ if TYPE_CHECKING:
     )
     from skpose.manifold import SpatialMDS
     from skpose.metrics import pose_distances, pose_distances_chunked, pose_metric
-    from skpose.motions import motion_distances
+    from skpose.motions import MeanMotion, Repetitions, mean_motion, motion_distances, segment_repetitions
     from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
     from skpose.preprocessing import PoseDistanceTransformer, PoseFromPositions
     from skpose.skeleton import Bone, Motion, Skeleton, poses_from_rotations, rotations_from_poses
@@ -92,7 +96,7 @@ else:
         ],
         "manifold": ["SpatialMDS"],
         "metrics": ["pose_distances", "pose_distances_chunked", "pose_metric"],
-        "motions": ["motion_distances"],
+        "motions": ["MeanMotion", "Repetitions", "mean_motion", "motion_distances", "segment_repetitions"],
         "neighbors": ["PoseKNeighborsTransformer", "PoseRadiusNeighborsTransformer"],
         "plot": [],
         "preprocessing": ["PoseDistanceTransformer", "PoseFromPositions"],
