@@ -3,10 +3,11 @@
 A path goes through cells (i, k), frame i of the motion with frame k of the template, by steps (1, 1), (1, 2) and (2,
 1), so that the tempo differs by a factor of two at most. It takes the whole template. A family is a set of paths whose
 segments of the motion do not overlap. The best one has the largest score, the sum of the similarities of all its cells
-(M. Müller, N. Jiang, P. Grosche, 2013, doi:10.1109/TASL.2012.2227732).
+(M. Müller, N. Jiang, P. Grosche, 2013, doi:10.1109/TASL.2012.2227732). The template's own path is no part of it here:
+the frames before the template and those behind it have families of their own.
 
-It follows row by row. Between two paths a family *waits*, in a state beside the cells: there it goes on without a cell,
-or begins a path, and there a path arrives that has taken the last frame of the template.
+It follows row by row. Between two paths a family *waits*, in a state next to the cells: there it goes on without a
+cell, or begins a path, and there a path arrives that has taken the last frame of the template.
 """
 
 from typing import NamedTuple
@@ -25,7 +26,7 @@ class Family(NamedTuple):
 
 
 class States(NamedTuple):
-    """Of each cell of a row, the best family that ends there."""
+    """The best family that ends in each cell of a row."""
 
     score: np.ndarray  # (m,)
     n_cells: np.ndarray  # (m,)
@@ -62,9 +63,9 @@ def _step(similarities, one, two, row):
 
 
 @jit
-def family_of(similarities, start, stop):
-    """Return the best family of a template, frames start:stop of the motion; three rows of states are kept."""
-    n, m = similarities.shape[0], stop - start
+def family_of(similarities, first, last, start, stop):
+    """Return the best family in frames first:last of a template, frames start:stop; three rows of states are kept."""
+    n, m = last - first, stop - start
     row, one, two = _states(m), _states(m), _states(m)
     waiting = Family(0.0, 0, 0)
     for i in range(n + 1):
@@ -72,8 +73,9 @@ def family_of(similarities, start, stop):
             waiting = Family(one.score[m - 1], one.n_cells[m - 1], one.n_covered[m - 1] + i)
         if i == n:
             break
-        _step(similarities[i, start:stop], one, two, row)
-        row.score[0] = waiting.score + similarities[i, start]
+        here = similarities[first + i, start:stop]
+        _step(here, one, two, row)
+        row.score[0] = waiting.score + here[0]
         row.n_cells[0], row.n_covered[0] = waiting.n_cells + 1, waiting.n_covered - i
         row, one, two = two, row, one
     return waiting
@@ -91,12 +93,12 @@ def _step_to(score, row, k):
 
 
 @jit
-def segments_of(similarities, start, stop):
-    """Return the segments of the best family of a template (n_paths, 2), and the mean similarity along each path.
+def segments_of(similarities, first, last, start, stop):
+    """Return the segments of that family (n_paths, 2), and the mean similarity along each path.
 
-    A segment is its first frame and the one behind the last.
+    A segment is its first frame and the one behind its last.
     """
-    n, m = similarities.shape[0], stop - start
+    n, m = last - first, stop - start
     score = np.full((n + 2, m), -np.inf)  # two rows without a path, then those of the frames
     waiting, arrives = np.zeros(n + 1), np.zeros(n + 1, np.bool_)  # before each frame, and whether by a path's end
     for i in range(n + 1):
@@ -105,22 +107,21 @@ def segments_of(similarities, start, stop):
             waiting[i] = score[i + 1, m - 1] if arrives[i] else waiting[i - 1]
         if i == n:
             break
-        score[i + 2, 0] = waiting[i] + similarities[i, start]
+        here = similarities[first + i, start:stop]
+        score[i + 2, 0] = waiting[i] + here[0]
         for k in range(1, m):
-            score[i + 2, k] = _step_to(score, i + 2, k)[0] + similarities[i, start + k]
+            score[i + 2, k] = _step_to(score, i + 2, k)[0] + here[k]
     segments, means, at = np.empty((n, 2), np.int64), np.empty(n), n
     i = n
     while i > 0:
         if not arrives[i]:
             i -= 1
             continue
-        at -= 1
-        segments[at, 1] = i
-        row, k, n_cells = i + 1, m - 1, 1
+        end, row, k, n_cells = i, i + 1, m - 1, 1
         while k > 0:
             _, row, k = _step_to(score, row, k)
             n_cells += 1
-        end = i
-        i = row - 2
-        segments[at, 0], means[at] = i, (waiting[end] - waiting[i]) / n_cells
+        i, at = row - 2, at - 1
+        segments[at, 0], segments[at, 1] = first + i, first + end
+        means[at] = (waiting[end] - waiting[i]) / n_cells
     return segments[at:], means[at:]

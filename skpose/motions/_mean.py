@@ -37,7 +37,7 @@ class MeanMotion:
     std : ndarray of shape (n_frames,)
         How much each phase varies: root of the mean squared distance between a frame and the poses aligned to it, m.
     joint_std : ndarray of shape (n_frames, n_joints)
-        The same for the position of each joint, m, whatever the metric and the weights of the joints.
+        The same for the position of each joint, m, for every metric, and without the weights of the joints.
     n_poses : ndarray of shape (n_frames,) of int
         Number of poses aligned to each frame: at least one of each motion.
     objectives : ndarray of shape (n_iter + 1,)
@@ -71,7 +71,8 @@ class MeanMotion:
         frames = f"{len(self)} frame{'s' if len(self) != 1 else ''}"
         state = "converged" if self.converged else "not converged"
         deviation = float(np.sqrt(np.average(self.std**2, weights=self.n_poses)))
-        return f"MeanMotion({frames}, standard deviation {deviation:.3f} m, {state} in {self.n_iter} iterations)"
+        iterations = f"{self.n_iter} iteration{'s' if self.n_iter != 1 else ''}"
+        return f"MeanMotion({frames}, standard deviation {deviation:.3f} m, {state} in {iterations})"
 
     @property
     def objective(self) -> float:
@@ -220,14 +221,14 @@ def mean_motion(
     >>> mean.to_motion()
     Motion(22 frames at 20 Hz, 1.1 s, Skeleton(n_joints=22, n_dofs=42))
     >>> mean.skeleton.joint_names[mean.joint_std.mean(axis=0).argmax()]
-    'left_foot'
+    'right_toes'
     """
     checked = check_motions({"motions": motions}, skeleton)[0]
     skeleton, frame_rate = checked.skeleton, checked.frame_rate
     if skeleton is None:
         raise ValueError(
-            "mean_motion needs a skeleton to place the joints, got arrays and skeleton=None: pass the Skeleton that the "
-            "poses belong to, or Motions"
+            "mean_motion needs a skeleton to place the joints, got arrays and skeleton=None: pass the Skeleton that "
+            "the poses belong to, or Motions"
         )
     name, _, steps = resolve(metric, skeleton, n_steps, wrap)
     sequences = Sequences(checked.sequences.poses.astype(np.float64), checked.sequences.starts)

@@ -12,7 +12,7 @@ from skpose.metrics._convergence import warn_of_unconverged
 from skpose.metrics._matrix import DistanceMatrix
 from skpose.metrics._registry import METRIC_CONSTRAINTS, resolve, warn_of_no_skeleton
 from skpose.motions._inputs import check_motion
-from skpose.motions._template import Found, Templates
+from skpose.motions._template import Templates
 from skpose.skeleton import Motion, Skeleton
 
 MOST_FRAMES = 2000  # that are compared; longer motions are thinned
@@ -79,7 +79,7 @@ def segment_repetitions(
     metric: str = "auto",
     min_frames: int | None = None,
     max_frames: int | None = None,
-    min_fitness: float = 0.25,
+    min_fitness: float = 0.3,
     n_steps: int = 10,
     wrap: bool | str = "auto",
     n_jobs: int | None = None,
@@ -88,15 +88,15 @@ def segment_repetitions(
 
     Any segment may be the *template*. Its *path family* [1]_ are paths through the matrix of similarities, each of
     which aligns the whole template to another segment, at between half and twice its tempo; the segments do not
-    overlap, and the sum of the similarities of all cells is the largest. Without the template's own path, which takes m
-    cells and m frames,
+    overlap, nor the template, and the sum of the similarities of all cells is the largest. With m frames in the
+    template and n in all,
 
-    .. math:: \bar\sigma = \frac{\text{sum of similarities} - m}{\text{number of cells}}, \quad
-              \bar\gamma = \frac{\text{covered frames} - m}{\text{number of frames}}, \quad
-              \text{fitness} = \frac{2 \bar\sigma \bar\gamma}{\bar\sigma + \bar\gamma}.
+    .. math:: \sigma = \frac{\text{sum of similarities}}{\text{number of cells} + m}, \quad
+              \gamma = \frac{\text{frames of the segments}}{n}, \quad
+              \text{fitness} = \frac{2 \sigma \gamma}{\sigma + \gamma}.
 
-    The repetitions are the segments of the fittest template. Twice the movement explains less than the movement, as one
-    repetition more is the template itself.
+    The repetitions are the fittest template and its segments. Twice the movement is less fit than the movement: more of
+    it is the template itself, which does not count.
 
     Stillness is no repetition: frames whose speed is below a fifth of that of fast frames (95th percentile) are left
     out. With D the median distance between the frames that are left, the similarity of two poses at distance d is
@@ -115,7 +115,7 @@ def segment_repetitions(
     min_frames, max_frames : int, default=None
         Least and largest number of frames of the template. None is no limit but this: it is at least 5 frames that
         move, and at most half of these.
-    min_fitness : float between 0 and 1, default=0.25
+    min_fitness : float between 0 and 1, default=0.3
         Fitness below which nothing is found. Where k equal repetitions are all of the motion, the fitness is 1 − 1/k;
         people differ, and reach 0.4 to 0.7. Recordings in which little of the motion repeats need a lower one.
     n_steps : int, default=10
@@ -191,17 +191,11 @@ def segment_repetitions(
     warn_of_unconverged(unconverged, distances.size)
     templates = Templates(distances, (min_frames or 1) / k, (max_frames or np.inf) / k)
     best = templates.best(effective_n_jobs(n_jobs))
-    if best.fitness == 0.0 or best.fitness < min_fitness:
-        found = Found(np.zeros((0, 2), dtype=np.int64), np.zeros(0), best.fitness)
+    if best.fitness > 0.0 and best.fitness >= min_fitness:
+        segments, near, template = templates.repetitions(best)
     else:
-        found = templates.repetitions(best)
-    starts, stops = k * found.segments[:, 0], np.minimum(k * found.segments[:, 1], len(poses))
+        segments, near, template = np.zeros((0, 2), dtype=np.int64), np.zeros(0), None
+    starts, stops = k * segments[:, 0], np.minimum(k * segments[:, 1], len(poses))
     given = motion if isinstance(motion, Motion) else poses
-    return Repetitions(
-        starts,
-        stops,
-        found.distances,
-        int(found.distances.argmin()) if len(starts) else None,
-        found.fitness,
-        [given[start:stop] for start, stop in zip(starts, stops, strict=True)],
-    )
+    repeated = [given[start:stop] for start, stop in zip(starts, stops, strict=True)]
+    return Repetitions(starts, stops, near, template, best.fitness, repeated)

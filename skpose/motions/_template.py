@@ -17,6 +17,7 @@ ZERO = 0.9  # distance of similarity zero
 EXTENT = 1.25  # distance that a template must have between two of its frames
 # Candidates for templates: lengths in a geometric series, starts a part of the length apart.
 LEAST_LENGTH, GROWTH, STARTS_PER_LENGTH = 5, 1.15, 4
+SLIVER = 0.25  # of a segment: the most that is cut off behind a pause
 REFINED = 3  # the best of them, whose start and length are then varied in steps from an eighth of the length to 1
 
 
@@ -33,7 +34,7 @@ class Found(NamedTuple):
 
     segments: np.ndarray  # (n_repetitions, 2) first frame, and the one behind the last
     distances: np.ndarray  # (n_repetitions,) mean distance from the template
-    fitness: float
+    template: int
 
 
 def moving_frames(distances: np.ndarray) -> np.ndarray:
@@ -67,11 +68,8 @@ class Templates:
         median = np.median(moving) if self.n else 0.0
         self.zero = ZERO * median
         self.least, self.most = least, most
-        far = np.triu(moving >= EXTENT * median) if median > 0.0 else np.zeros(moving.shape, dtype=bool)
-        nearest = np.where(far.any(axis=1), far.argmax(axis=1), self.n)
-        # The first frame behind each start, up to which a template must reach to move far enough.
-        self.reach = np.minimum.accumulate(nearest[::-1])[::-1]
-        self.similarities = 1.0 - moving / self.zero if self.zero > 0.0 else moving
+        self.similarities = 1.0 - moving / self.zero if median > 0.0 else np.ones(moving.shape)
+        self.reach = _first_far(moving, EXTENT * median) if median > 0.0 else np.full(self.n, self.n)
 
     def best(self, n_jobs: int) -> Template:
         """Return the template of the largest fitness; its fitness is zero where nothing repeats."""
@@ -87,11 +85,14 @@ class Templates:
         return max(map(self._refined, found[:REFINED]), default=Template(0.0, 0, 0))
 
     def repetitions(self, template: Template) -> Found:
-        """Return the segments of the template's path family."""
+        """Return the template and the segments of its path families, in their order."""
         start, stop = template.start, template.start + template.length
-        rows, similarities = segments_of(self.similarities, start, stop)
-        segments = np.stack([self.frames[rows[:, 0]], self.frames[rows[:, 1] - 1] + 1], axis=1)
-        return Found(segments, np.maximum(0.0, self.zero * (1.0 - similarities)), template.fitness)
+        before, near_before = segments_of(self.similarities, 0, start, start, stop)
+        after, near_after = segments_of(self.similarities, stop, self.n, start, stop)
+        rows = np.concatenate([before, [(start, stop)], after])
+        segments = np.array([_without_slivers(self.frames[first:last]) for first, last in rows])
+        similarities = np.concatenate([near_before, [1.0], near_after])
+        return Found(segments, self.zero * np.maximum(0.0, 1.0 - similarities), len(before))
 
     def _lengths(self) -> Iterator[int]:
         length = LEAST_LENGTH
@@ -100,16 +101,17 @@ class Templates:
             length = max(length + 1, int(GROWTH * length))
 
     def _rated(self, start: int, length: int) -> Template:
-        """Return a template with its fitness, the harmonic mean of score and coverage; zero for one not allowed.
-
-        The template's own path is left out of both.
-        """
+        """Return a template with its fitness, the harmonic mean of score and coverage; zero for one not allowed."""
+        none = Template(0.0, start, length)
         if not self._is_allowed(start, length):
-            return Template(0.0, start, length)
-        score, n_cells, n_covered = family_of(self.similarities, start, start + length)
-        if score <= length or n_covered <= length:
-            return Template(0.0, start, length)
-        mean_score, coverage = (score - length) / n_cells, (n_covered - length) / self.n
+            return none
+        stop = start + length
+        before = family_of(self.similarities, 0, start, start, stop)
+        after = family_of(self.similarities, stop, self.n, start, stop)
+        score, n_cells, n_covered = (sum(both) for both in zip(before, after, strict=True))
+        if score <= 0.0:
+            return none
+        mean_score, coverage = score / (n_cells + length), n_covered / self.n
         return Template(2.0 * mean_score * coverage / (mean_score + coverage), start, length)
 
     def _is_allowed(self, start: int, length: int) -> bool:
@@ -133,3 +135,25 @@ class Templates:
             else:
                 step //= 2
         return template
+
+
+def _first_far(distances: np.ndarray, far: float) -> np.ndarray:
+    """Return, of each first frame, the last one that a segment needs so that two of its frames are far apart."""
+    is_far = np.triu(distances >= far)
+    nearest = np.where(is_far.any(axis=1), is_far.argmax(axis=1), len(distances))
+    return np.minimum.accumulate(nearest[::-1])[::-1]
+
+
+def _without_slivers(frames: np.ndarray) -> tuple[int, int]:
+    """Return the first frame of a segment, given those of it that move, and the one behind its last.
+
+    What lies at an edge, apart from the rest by a pause that is longer than itself, belongs to the repetition before or
+    behind: a template explains no less with a few frames of it.
+    """
+    most = int(SLIVER * len(frames))
+    before, behind = np.arange(1, most + 1), np.arange(len(frames) - most, len(frames))
+    pauses = np.diff(frames)  # frames from one that moves to the next
+    starts = before[pauses[before - 1] > frames[before - 1] - frames[0] + 1]
+    stops = behind[pauses[behind - 1] > frames[-1] - frames[behind] + 1]
+    first, last = max(starts, default=0), min(stops, default=len(frames))
+    return int(frames[first]), int(frames[last - 1]) + 1
