@@ -8,6 +8,14 @@ Needs matplotlib: ``pip install "skpose[plot]"``.
 from skpose.plot._distances import DistanceMatrixDisplay
 from skpose.plot._geodesic import GeodesicDisplay
 from skpose.plot._mds import MDSDisplay
+from skpose.plot._mean_motion import MeanMotionDisplay
 from skpose.plot._pose import PoseDisplay, PoseStripDisplay
 
-__all__ = ["DistanceMatrixDisplay", "GeodesicDisplay", "MDSDisplay", "PoseDisplay", "PoseStripDisplay"]
+__all__ = [
+    "DistanceMatrixDisplay",
+    "GeodesicDisplay",
+    "MDSDisplay",
+    "MeanMotionDisplay",
+    "PoseDisplay",
+    "PoseStripDisplay",
+]

@@ -149,7 +149,7 @@ def test_one_that_repeats_among_others_that_do_not():
     poses, truth = recording([60, 60, 60], [30, 30, 30, 30])
     other = np.linspace([3.0, -1.5, 2.0], [0.0, 0.0, 0.0], 120)
     found = segment_repetitions(np.concatenate([other, poses]), skeleton=ARM, metric="position")
-    assert_found(found, truth + len(other), 8)
+    assert_found(found, truth + len(other), 14)
 
 
 def test_a_fitness_that_is_asked_for():
