@@ -10,6 +10,7 @@ from sklearn.exceptions import ConvergenceWarning
 
 from skpose import MeanMotion, Motion, Skeleton, forward_kinematics, frechet_mean, mean_motion, pose_distances
 from skpose.datasets import make_gait
+from skpose.motions._barycenter import Barycenter
 
 ARM = Skeleton.chain(3)
 METRICS = ["position", "geodesic"]
@@ -109,6 +110,24 @@ def test_each_frame_is_the_frechet_mean_of_equal_frames(metric):
         np.testing.assert_allclose(mean.std[frame] ** 2, expected.variance, rtol=1e-4)
         distance = pose_distances(mean.poses[[frame]], expected.pose[None], skeleton=ARM, metric="position")
         assert distance[0, 0] < (1e-7 if metric == "position" else 0.01 * mean.std[frame])
+
+
+def test_a_frame_whose_poses_stay_the_same_is_computed_once(monkeypatch):
+    calls = []
+    nearest = Barycenter._nearest_to_mean
+    monkeypatch.setattr(Barycenter, "_nearest_to_mean", lambda *given: calls.append(0) or nearest(*given))
+    (motion,) = swings(1)
+    mean = mean_motion([motion, motion + 0.1, motion - 0.2], skeleton=ARM, window=0.0)
+    assert mean.n_iter == 2
+    assert len(calls) == len(motion)
+
+
+def test_a_frame_stays_where_its_new_pose_would_be_worse(monkeypatch):
+    monkeypatch.setattr(Barycenter, "_nearest_to_mean", lambda self, pose, group: pose + 1.0)
+    motions = swings(3)
+    mean = mean_motion(motions, skeleton=ARM)
+    assert any(np.array_equal(mean.poses, m) for m in motions)
+    assert mean.objectives[0] == mean.objective
 
 
 def test_the_spread_of_each_joint_is_that_of_its_positions():

@@ -166,6 +166,13 @@ def test_lengths_that_are_asked_for():
     template = half.stops[half.template] - half.starts[half.template]
     assert template <= 40
     assert_found(segment_repetitions(poses, skeleton=ARM, metric="position", min_frames=40, max_frames=80), truth, 8)
+    walk = make_gait(1, 1, activities=["walk"], duration=8, frame_rate=40, random_state=0)[0]
+    one, more = (
+        segment_repetitions(walk, metric="position"),
+        segment_repetitions(walk, metric="position", min_frames=60),
+    )
+    assert (one.stops - one.starts)[one.template] < 50
+    assert (more.stops - more.starts)[more.template] >= 60
 
 
 @pytest.mark.parametrize(("activity", "seed"), [("walk", 0), ("walk", 1), ("run", 0), ("run", 1)])
@@ -200,7 +207,9 @@ def test_long_motions_are_thinned(monkeypatch):
     found = segment_repetitions(poses, skeleton=ARM, metric="position", max_frames=70)
     assert_found(found, truth, 10)
     assert (found.starts % 2 == 0).all()
-    assert found.stops[-1] <= len(poses)
+    walk = make_gait(1, 1, activities=["walk"], duration=241 / 40, frame_rate=40, random_state=0)[0]
+    strides = segment_repetitions(walk, metric="position")
+    assert strides.stops[-1] == len(walk) == 241
 
 
 def test_without_a_skeleton_angles_and_a_warning():
