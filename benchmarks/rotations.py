@@ -58,8 +58,9 @@ def actions(dataset):
             X, sequence = converted.poses(RATE)
             cells = []
             for parameters in METRICS.values():
-                distances = pose_distances(X, skeleton=converted.skeleton, **parameters)
-                cells.append("{:.1f} / {:.1f}".format(*shares(distances, sequence, dataset)))
+                given = {"skeleton": converted.skeleton, **parameters}
+                found = shares(pose_distances(X, **given), X, sequence, dataset, **given)
+                cells.append("{:.1f} / {:.1f}".format(*found))
             print(f"{joints + ', root: ' + (root or 'none'):<34}" + "".join(f"{cell:>18}" for cell in cells))
 
 

@@ -76,8 +76,10 @@ def actions(dataset):
         for metric in METRICS:
             squares, plain = {}, None
             for name, skeleton in weighted(converted.skeleton).items():
-                distances = pose_distances(X, skeleton=skeleton, metric=metric, n_jobs=-1)
-                cells[name] += "{:>18}".format("{:.1f} / {:.1f}".format(*shares(distances, sequence, dataset)))
+                given = {"skeleton": skeleton, "metric": metric}
+                distances = pose_distances(X, n_jobs=-1, **given)
+                found = shares(distances, X, sequence, dataset, **given)
+                cells[name] += "{:>18}".format("{:.1f} / {:.1f}".format(*found))
                 squares[name] = np.square(distances).mean()
                 plain = distances if plain is None else plain
                 if name == ADDED_LEFT_OUT:

@@ -53,7 +53,8 @@ sphinx_gallery_conf = {
     "abort_on_example_error": True,
 }
 
-os.environ.pop("SKPOSE_CMU", None)  # the same figures for everyone, from generated motions
+for name in ("SKPOSE_CMU", "SKPOSE_HDM05"):
+    os.environ.pop(name, None)  # the same figures for everyone, from generated motions
 
 # Warnings of packages; a warning of an example is an error in the tests.
 warnings.filterwarnings("ignore", category=DeprecationWarning)

@@ -9,6 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 __all__ = [
+    "Alignment",
     "Bone",
     "FittedPoses",
     "FrechetMean",
@@ -18,6 +19,9 @@ __all__ = [
     "MeanMotion",
     "MedoidShift",
     "Motion",
+    "MotionDistanceTransformer",
+    "MotionIndex",
+    "MotionKNeighborsTransformer",
     "PoseDistanceTransformer",
     "PoseFromPositions",
     "PoseKNeighborsTransformer",
@@ -25,6 +29,8 @@ __all__ = [
     "Repetitions",
     "Skeleton",
     "SpatialMDS",
+    "align_motions",
+    "find_motion",
     "fit_skeleton",
     "forward_kinematics",
     "frechet_mean",
@@ -73,7 +79,19 @@ if TYPE_CHECKING:
     )
     from skpose.manifold import SpatialMDS
     from skpose.metrics import pose_distances, pose_distances_chunked, pose_metric
-    from skpose.motions import MeanMotion, Repetitions, mean_motion, motion_distances, segment_repetitions
+    from skpose.motions import (
+        Alignment,
+        MeanMotion,
+        MotionDistanceTransformer,
+        MotionIndex,
+        MotionKNeighborsTransformer,
+        Repetitions,
+        align_motions,
+        find_motion,
+        mean_motion,
+        motion_distances,
+        segment_repetitions,
+    )
     from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
     from skpose.preprocessing import PoseDistanceTransformer, PoseFromPositions
     from skpose.skeleton import Bone, Motion, Skeleton, poses_from_rotations, rotations_from_poses
@@ -96,7 +114,19 @@ else:
         ],
         "manifold": ["SpatialMDS"],
         "metrics": ["pose_distances", "pose_distances_chunked", "pose_metric"],
-        "motions": ["MeanMotion", "Repetitions", "mean_motion", "motion_distances", "segment_repetitions"],
+        "motions": [
+            "Alignment",
+            "MeanMotion",
+            "MotionDistanceTransformer",
+            "MotionIndex",
+            "MotionKNeighborsTransformer",
+            "Repetitions",
+            "align_motions",
+            "find_motion",
+            "mean_motion",
+            "motion_distances",
+            "segment_repetitions",
+        ],
         "neighbors": ["PoseKNeighborsTransformer", "PoseRadiusNeighborsTransformer"],
         "plot": [],
         "preprocessing": ["PoseDistanceTransformer", "PoseFromPositions"],

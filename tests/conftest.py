@@ -143,12 +143,12 @@ def poses(skeleton):
 
 
 class ChainMixin:
-    """Mixin that gives a pose estimator a planar chain as wide as X, for scikit-learn's checks."""
+    """Mixin that gives an estimator of poses or motions a planar chain as wide as X, for scikit-learn's checks."""
 
     def _checked(self, X, *, reset, **options):
         X = super()._checked(X, reset=reset, **options)
         if reset:
-            super()._learn_metric(Skeleton.chain(X.shape[1]))
+            super()._learn_metric(Skeleton.chain(self.n_features_in_))
         return X
 
     def _learn_metric(self, skeleton):

@@ -5,6 +5,7 @@ regular expressions.
 """
 
 import re
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -167,6 +168,40 @@ def distances(X, Y, skeleton, metric, **parameters):
     return np.array([[distance(x, y, skeleton, metric, **parameters) for y in Y] for x in X])
 
 
+def least_sum(costs, window=None, kind="dtw"):
+    """Return the least sum of costs (n, m) along a path of steps (1, 0), (0, 1), (1, 1), by the recursion.
+
+    A "dtw" path has all frames of both, of which the window, a decimal number, admits pairs whose relative times differ
+    by no more, or by no more than half a frame of the shorter motion. A "subsequence" path begins and ends at any
+    column. "frames" takes the pairs (i, i).
+    """
+    n, m = np.shape(costs)
+    if kind == "frames":
+        return sum(costs[i][i] for i in range(n))
+    sums = {}
+    for i, j in np.ndindex(n, m):
+        if window is not None and min(n, m) > 1:
+            apart = abs(Fraction(i, n - 1) - Fraction(j, m - 1))
+            if apart > max(Fraction(str(window)), Fraction(1, 2 * (min(n, m) - 1))):
+                continue
+        steps = [sums[cell] for cell in ((i - 1, j), (i, j - 1), (i - 1, j - 1)) if cell in sums]
+        if i == 0 and (j == 0 or kind == "subsequence"):
+            steps = [0.0]
+        if steps:
+            sums[i, j] = min(steps) + costs[i][j]
+    return min(sums[n - 1, j] for j in range(m)) if kind == "subsequence" else sums[n - 1, m - 1]
+
+
+def motion_distances(A, B, skeleton, metric, window=None, kind="dtw", **parameters):
+    """Return least sums over n + m frames, or over n but for "dtw"."""
+    D = np.zeros((len(A), len(B)))
+    for i, j in np.ndindex(D.shape):
+        n, m = len(A[i]), len(B[j])
+        costs = distances(A[i], B[j], skeleton, metric, **parameters)
+        D[i, j] = least_sum(costs, window, kind) / (n + m if kind == "dtw" else n)
+    return D
+
+
 def asf_amc_positions(asf, amc):
     """Return joint positions (n_frames, n_bones, 3), m, and the bones' names, from R_b = R_parent · C · M · C⁻¹."""
     text = Path(asf).read_text()
@@ -238,3 +273,24 @@ def medoid_shift(D, bandwidth):
         if all(rest[i] == i for i in alive):
             return modes
         modes = np.array([rest[i] for i in modes])
+
+
+def dtw(costs, window=None, kind="dtw"):
+    """Return the least sum along a monotone path through a matrix, and such a path, by trying every path."""
+    (n, m), best = np.shape(costs), (np.inf, None)
+    reach = np.inf if window is None else max(max(n, m) // 2, window * (n - 1) * (m - 1))
+
+    def follow(path):
+        nonlocal best
+        i, j = path[-1]
+        if abs(i * (m - 1) - j * (n - 1)) > reach:
+            return
+        if i == n - 1 and (j == m - 1 or kind == "subsequence"):
+            best = min(best, (sum(costs[cell] for cell in path), path))
+        for step in ((i + 1, j), (i, j + 1), (i + 1, j + 1)):
+            if step[0] < n and step[1] < m:
+                follow([*path, step])
+
+    for j in range(m if kind == "subsequence" else 1):
+        follow([(0, j)])
+    return best

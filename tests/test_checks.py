@@ -18,6 +18,8 @@ from sklearn.utils.estimator_checks import (
 
 from skpose import (
     MedoidShift,
+    MotionDistanceTransformer,
+    MotionKNeighborsTransformer,
     PoseDistanceTransformer,
     PoseFromPositions,
     PoseKNeighborsTransformer,
@@ -57,6 +59,14 @@ class ChainRadiusNeighbors(ChainMixin, PoseRadiusNeighborsTransformer):
     """The same."""
 
 
+class ChainMotionDistances(ChainMixin, MotionDistanceTransformer):
+    """The same; each row is a motion of one frame."""
+
+
+class ChainMotionNeighbors(ChainMixin, MotionKNeighborsTransformer):
+    """The same; each row is a motion of one frame."""
+
+
 class ChainPositions(PoseFromPositions):
     """Positions of a planar chain of as many joints as columns need, the last ones zero."""
 
@@ -81,8 +91,18 @@ DEFAULT = [
     MedoidShift(),
     PoseKNeighborsTransformer(),
     PoseRadiusNeighborsTransformer(),
+    MotionDistanceTransformer(),
+    MotionKNeighborsTransformer(),
 ]
-SPATIAL = [ChainDistances(), ChainMDS(), ChainShift(), ChainKNeighbors(), ChainRadiusNeighbors(radius=3.0)]
+SPATIAL = [
+    ChainDistances(),
+    ChainMDS(),
+    ChainShift(),
+    ChainKNeighbors(),
+    ChainRadiusNeighbors(radius=3.0),
+    ChainMotionDistances(),
+    ChainMotionNeighbors(),
+]
 POSITIONS = [ChainPositions(), ChainPositions(regularization=0.1, n_jobs=2)]
 OTHERS = [
     PoseDistanceTransformer(kernel="rbf"),
@@ -90,6 +110,10 @@ OTHERS = [
     ChainDistances(kernel="rbf", psd="shift"),
     SpatialMDS(landmarks=4),
     PoseKNeighborsTransformer(mode="connectivity", algorithm="brute"),
+    MotionDistanceTransformer(alignment="frames"),
+    MotionDistanceTransformer(alignment="subsequence"),
+    ChainMotionDistances(window=0.1, n_jobs=2),
+    ChainMotionNeighbors(algorithm="brute", mode="connectivity"),
 ]
 PRECOMPUTED = [SpatialMDS(metric="precomputed"), MedoidShift(metric="precomputed")]
 # Estimators of scikit-learn that take distances, and fail the same checks.

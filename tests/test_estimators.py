@@ -17,6 +17,8 @@ from sklearn.utils import estimator_html_repr
 
 from skpose import (
     MedoidShift,
+    MotionDistanceTransformer,
+    MotionKNeighborsTransformer,
     PoseDistanceTransformer,
     PoseFromPositions,
     PoseKNeighborsTransformer,
@@ -44,6 +46,8 @@ CLASSES = [
     MedoidShift,
     PoseKNeighborsTransformer,
     PoseRadiusNeighborsTransformer,
+    MotionDistanceTransformer,
+    MotionKNeighborsTransformer,
 ]
 ALL = [*CLASSES, PoseFromPositions]
 HOW_TO_ANSWER = {"n_jobs": 2, "verbose": 0, "n_neighbors": 3, "radius": 0.4, "mode": "connectivity"}
@@ -58,6 +62,8 @@ LEARNT = {
     PoseKNeighborsTransformer(ARM, n_neighbors=2): OTHER | {"algorithm": "brute"},
     PoseRadiusNeighborsTransformer(ARM, radius=3.0): OTHER | {"algorithm": "brute"},
     PoseFromPositions(ARM): {"skeleton": LONGER},
+    MotionDistanceTransformer(ARM): OTHER | {"alignment": "subsequence", "window": 0.1},
+    MotionKNeighborsTransformer(ARM, n_neighbors=2): OTHER | {"algorithm": "brute", "window": 0.1},
 }
 ESTIMATORS = list(LEARNT)
 METHODS = "transform", "predict", "kneighbors", "kneighbors_graph", "radius_neighbors", "radius_neighbors_graph"
@@ -74,9 +80,11 @@ def queries():
 
 
 def data_for(estimator, poses):
-    """Return poses as an estimator takes them: the positions of their joints, distances between them."""
+    """Return poses as an estimator takes them: positions of their joints, distances between them, or motions."""
     if isinstance(estimator, PoseFromPositions):
         return forward_kinematics(poses, ARM).reshape(len(poses), -1)
+    if isinstance(estimator, MotionDistanceTransformer | MotionKNeighborsTransformer):
+        return np.stack([poses, poses[::-1]], axis=1)
     return pose_distances(poses, skeleton=ARM) if estimator.metric == "precomputed" else poses.copy()
 
 
@@ -179,6 +187,7 @@ def test_searches_at_the_same_time_count_for_themselves(X):
         (MedoidShift(3.0, ARM), {"metric": "precomputed"}),
         (PoseKNeighborsTransformer(ARM), {"metric": "angle", "algorithm": "brute"}),
         (PoseRadiusNeighborsTransformer(ARM), {"metric": "position", "skeleton": LONGER}),
+        (MotionDistanceTransformer(ARM), {"metric": "position", "alignment": "subsequence"}),
     ],
     ids=str,
 )

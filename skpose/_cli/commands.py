@@ -1,7 +1,7 @@
 """The commands of the command line."""
 
 import shutil
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from importlib.util import find_spec
 from io import BytesIO
@@ -13,16 +13,17 @@ import numpy as np
 from scipy.sparse import save_npz
 
 from skpose._cli.compare import COLUMNS, FRAME_RATE, PAPER_ACCURACY, PAPER_FIRST_COMPONENT, compare
-from skpose._cli.inputs import motion_files, name_of, read_gait, readable, reading_options
+from skpose._cli.inputs import files_in_messages, motion_files, name_of, read_gait, readable, reading_options
 from skpose._cli.targets import REPORT, is_unfinished
 from skpose._files import check_new, created_meanwhile, new_file
 from skpose._parallel.checkpoint import FileCheckpoint
-from skpose.datasets import make_gait, walks_and_runs
+from skpose.datasets import MotionDataset, make_gait, walks_and_runs
 from skpose.io import file_format, load_asf, load_c3d, load_motion, load_trc
 from skpose.keypoints import Keypoints
 from skpose.metrics import pose_distances
+from skpose.motions import find_motion, motion_distances
 from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
-from skpose.skeleton import Skeleton
+from skpose.skeleton import Motion, Skeleton
 
 
 @contextmanager
@@ -54,34 +55,60 @@ def backend(name: str, scheduler: str | None, n_jobs: int) -> Iterator[None]:
 
 def distances(X: np.ndarray, skeleton: Skeleton, metric: str, out: Path, dtype: str) -> None:
     """Write the matrix of distances to a file, or finish an interrupted one."""
-    X, shape = X.astype(dtype), (len(X), len(X))
-    notes = FileCheckpoint(out)
+    X = X.astype(dtype)
+    remedy = "use a lower --rate, or --dtype float32"
+    _write_matrix(
+        out,
+        len(X),
+        X.dtype,
+        remedy,
+        lambda new: pose_distances(X, skeleton=skeleton, metric=metric, out=new, verbose=1),
+    )
+
+
+def motions(
+    dataset: MotionDataset, metric: str, alignment: str, window: float | None, *, out: Path, dtype: str
+) -> None:
+    """Write the matrix of distances between whole motions to a file, or finish an interrupted one. Print the rows."""
+    for row, (name, motion) in enumerate(zip(dataset.subjects, dataset, strict=True)):
+        print(f"{row:>8} {len(motion):>8} frames  {name}")
+    arrays, skeleton = [motion.angles.astype(dtype) for motion in dataset], dataset.motions[0].skeleton
+
+    def compute(new: np.memmap) -> None:
+        motion_distances(
+            arrays, skeleton=skeleton, metric=metric, alignment=alignment, window=window, out=new, verbose=1
+        )
+
+    with files_in_messages(list(dataset.subjects), "A"):
+        _write_matrix(out, len(arrays), np.dtype(dtype), "use --dtype float32", compute)
+
+
+def _write_matrix(out: Path, n: int, dtype: np.dtype, remedy: str, compute: Callable[[np.memmap], object]) -> None:
+    """Compute an n × n matrix in a new file, or finish an interrupted one; the remedy is for a disk that is full."""
+    shape, notes = (n, n), FileCheckpoint(out)
     if is_unfinished(out):
         array = np.lib.format.open_memmap(out, mode="r+")
-        if (array.shape, array.dtype) != (shape, X.dtype):
+        if (array.shape, array.dtype) != (shape, dtype):
             raise ValueError(
                 f"{out} is an unfinished matrix of {array.shape[0]:,} × {array.shape[-1]:,} {array.dtype}, expected "
-                f"{len(X):,} × {len(X):,} {X.dtype}: finish it with the command that started it, or delete it"
+                f"{n:,} × {n:,} {dtype}: finish it with the command that started it, or delete it"
             )
         print(f"{out} is unfinished: continuing")
     else:
         check_new(out)
         if notes.read() is not None:  # on a matrix that has been deleted
             notes.remove()
-        size, free = shape[0] * shape[1] * X.dtype.itemsize, shutil.disk_usage(out.absolute().parent).free
+        size, free = n * n * dtype.itemsize, shutil.disk_usage(out.absolute().parent).free
         if size > free:
-            raise ValueError(
-                f"{out} needs {size / 1e9:.1f} GB and the disk has {free / 1e9:.1f} GB free: use a lower --rate, or "
-                "--dtype float32"
-            )
-        array = _new_matrix(out, shape, X.dtype)
+            raise ValueError(f"{out} needs {size / 1e9:.1f} GB and the disk has {free / 1e9:.1f} GB free: {remedy}")
+        array = _new_matrix(out, shape, dtype)
     try:
-        pose_distances(X, skeleton=skeleton, metric=metric, out=array, verbose=1)
+        compute(array)
     except BaseException:
         if not notes.path.exists() and not array[:1].any():  # stopped before anything was computed
             out.unlink()
         raise
-    print(f"{out}: {shape[0]:,} × {shape[1]:,} distances, {array.dtype}")
+    print(f"{out}: {n:,} × {n:,} distances, {array.dtype}")
 
 
 def _new_matrix(out: Path, shape: tuple[int, int], dtype: np.dtype) -> np.memmap:
@@ -110,6 +137,38 @@ def neighbors(
     with new_file(out) as new, new.open("wb") as file:  # to a path save_npz adds .npz, also where it ends in .NPZ
         save_npz(file, graph)
     print(f"{out}: {graph.nnz:,} neighbours of {len(X):,} poses")
+
+
+def find(dataset: MotionDataset, begins: float | None, ends: float | None, k: int, metric: str, n_jobs: int) -> None:
+    """Print where a motion is found in others. It is the first of the dataset, or its part between two times in s."""
+    query, *recordings = dataset.motions
+    name, *names = dataset.subjects
+    query = _part(query, begins, ends, name)
+    with files_in_messages(names):
+        found = find_motion(query, recordings, k=k, skeleton=query.skeleton, metric=metric, n_jobs=n_jobs, verbose=1)
+    width = max(len(name) for name in ("file", *names))
+    distance = f"distance, {'rad' if metric == 'angle' else 'm'}"
+    print(f"{'rank':>6}  {'file':<{width}}  {'start, s':>10}  {'end, s':>10}  {distance:>14}")
+    for rank, (i, start, stop, far) in enumerate(found, start=1):
+        times = f"{recordings[i].times[start]:>10.2f}  {_end(recordings[i], stop - 1):>10.2f}"
+        print(f"{rank:>6}  {names[i]:<{width}}  {times}  {far:>14.4f}")
+
+
+def _part(motion: Motion, begins: float | None, ends: float | None, name: str) -> Motion:
+    """Return the frames between two times, s."""
+    first, last = np.searchsorted(motion.times, [begins or 0.0, np.inf if ends is None else ends])
+    if first == last:
+        until = "" if ends is None else f" and before {ends:g} s"
+        raise ValueError(
+            f"{name} has no frame from {begins or 0:g} s on{until}, as it lasts {_end(motion, -1):.2f} s: choose other "
+            "times for --from and --to"
+        )
+    return motion[first:last]
+
+
+def _end(motion: Motion, row: int) -> float:
+    """Return the time at which a frame ends, s."""
+    return motion.times[row] + 1.0 / motion.frame_rate
 
 
 def info(files: Sequence[Path], reading: dict[str, Any]) -> None:

@@ -62,19 +62,37 @@ def reading_options(reading: dict[str, Any]) -> dict[str, Any]:
     return reading | {"asf": AsfFile(asf, scale=reading["scale"])}
 
 
-def read_poses(
+def query_file(path: Path) -> Path:
+    """Return the path of the one motion that is to be found; refuse a folder."""
+    if path.is_dir():
+        raise IsADirectoryError(f"QUERY must be one file, and {path} is a folder: choose a file in it")
+    return path
+
+
+def read_poses(paths: Sequence[Path], rate: float | None, **preparing: Any) -> tuple[np.ndarray, Skeleton]:
+    """Read all files, see `read_motions`; return all poses and the skeleton. Print which rows belong to which file."""
+    dataset = read_motions(paths, rate, **preparing)
+    ends = np.cumsum([len(motion) for motion in dataset])
+    for name, first_row, end in zip(dataset.subjects, [0, *ends], ends, strict=False):
+        print(f"{first_row:>8} to {end - 1:<8} {name}")
+    return np.concatenate([motion.angles for motion in dataset]), dataset.motions[0].skeleton
+
+
+def read_motions(
     paths: Sequence[Path],
     rate: float | None,
-    reading: dict[str, Any],
     *,
+    reading: dict[str, Any],
     rotations: Literal["rotvec"] | None = None,
     method: Method = "numbers",
     with_root: Literal["tilt", "whole"] | None = None,
     up: Literal["x", "y", "z"] | None = None,
-) -> tuple[np.ndarray, Skeleton]:
-    """Read all files; return their poses on the mean skeleton. Print which rows belong to which file.
+    one_rate: bool = False,
+) -> MotionDataset:
+    """Read all files; return their motions on the mean skeleton. Their labels are the names of the files.
 
-    Poses with another `method` than "numbers" are on the skeleton of the first file.
+    Motions with another `method` than "numbers" are on the skeleton of the first file. With `one_rate` refuse motions
+    of different frame rates, and without frames.
     """
     files = motion_files(paths)
     reading = reading_options(reading)
@@ -93,20 +111,34 @@ def read_poses(
                 print(f"{name}: by {report}")
         if with_root is not None:
             dataset = dataset.with_root(with_root, up=up)
-        X, sequence = dataset.poses(rate)
-    ends = np.searchsorted(sequence, np.arange(len(files)), side="right")
-    for name, first_row, end in zip(names, [0, *ends], ends, strict=False):
-        print(f"{first_row:>8} to {end - 1:<8} {name}")
-    return X, dataset.skeleton
+        dataset = dataset.retarget(dataset.skeleton, method="numbers")
+    if rate is not None:
+        dataset = MotionDataset([motion.resample(rate) for motion in dataset], names, names, names)
+    if one_rate:
+        _check_one_rate(dataset)
+    return dataset
+
+
+def _check_one_rate(dataset: MotionDataset) -> None:
+    """Refuse motions that are not comparable in time."""
+    first, rate = dataset.subjects[0], dataset.motions[0].frame_rate
+    for name, motion in zip(dataset.subjects, dataset, strict=True):
+        if not len(motion):
+            raise ValueError(f"{name} has no frames: leave it out")
+        if motion.frame_rate != rate:
+            raise ValueError(
+                f"{first} has {rate:g} frames a second and {name} {motion.frame_rate:g}, which changes the distances: "
+                f"resample all with --rate, such as --rate {min(rate, motion.frame_rate):g}"
+            )
 
 
 @contextmanager
-def files_in_messages(names: Sequence[str]) -> Iterator[None]:
-    """Name files in the errors of a collection, which name motions by their index."""
+def files_in_messages(names: Sequence[str], collection: str = "motions") -> Iterator[None]:
+    """Name files in the errors about a collection, which name motions by their index."""
     try:
         yield
     except ValueError as error:
-        message = re.sub(r"(?<![\w.])motions\[(\d+)\]", lambda found: names[int(found[1])], str(error))
+        message = re.sub(rf"(?<![\w.]){collection}\[(\d+)\]", lambda found: names[int(found[1])], str(error))
         raise ValueError(message) from None
 
 

@@ -6,6 +6,7 @@ import shlex
 import sys
 import warnings
 from collections.abc import Sequence
+from typing import Any
 
 from skpose._cli import targets  # without commands and inputs, whose imports take a second
 from skpose._cli.parser import command_line
@@ -15,6 +16,7 @@ INTERRUPTED = 130  # a shell's status after Ctrl-C
 # Options of `load_motion`.
 READING = "asf", "frame_rate", "scale", "on_nan", "trust", "stretch", "missing", "root", "model", "hands"
 PREPARING = "rotations", "method", "with_root", "up"  # options of what is done with the motions
+ALIGNING = "alignment", "window"
 NAMED = {"method": "retarget"}  # options that have another name than the argument
 
 
@@ -36,6 +38,10 @@ def _status(arguments: Sequence[str] | None, interruption: Interruption) -> int:
         parser.error(f"--scheduler is for --backend dask or ray, not {options.backend}")
     if getattr(options, "up", None) is not None and options.with_root is None:
         parser.error("--up is for --with-root tilt or whole")
+    if getattr(options, "window", None) is not None and options.alignment != "dtw":
+        parser.error(f"--window is the band of --alignment dtw, not {options.alignment}")
+    if getattr(options, "ends", None) is not None and options.ends <= (options.begins or 0.0):
+        parser.error(f"--to {options.ends:g} must be after --from {options.begins or 0:g}")
     try:
         with warnings.catch_warnings():
             _show_warnings(options)
@@ -57,7 +63,7 @@ def _status(arguments: Sequence[str] | None, interruption: Interruption) -> int:
 
 
 def _continuation(options: argparse.Namespace) -> str:
-    if options.command == "distances" and targets.is_unfinished(options.out):
+    if options.command in targets.MATRICES and targets.is_unfinished(options.out):
         return "; run the same command again to continue"
     return ""
 
@@ -89,7 +95,7 @@ def _as_options(message: str, options: argparse.Namespace) -> str:
         return f"--{name}" + (f" {shlex.quote(given)}" if given is not None else "")
 
     message = " ".join(message.split())
-    names = "|".join(name for name in (*READING, *PREPARING) if hasattr(options, name))
+    names = "|".join(name for name in (*READING, *PREPARING, *ALIGNING) if hasattr(options, name))
     if not names:
         return message
     call = rf"[\w.]+\([^()]*\b((?:{names})=(?:\"\w+\"|False))\)"
@@ -98,7 +104,7 @@ def _as_options(message: str, options: argparse.Namespace) -> str:
 
 
 def _run(options: argparse.Namespace) -> None:
-    if options.command in ("info", "compare"):
+    if options.command in ("info", "compare", "find"):
         _print(options)
         return
     targets.check(options.command, options.out)
@@ -108,26 +114,41 @@ def _run(options: argparse.Namespace) -> None:
 
 def _print(options: argparse.Namespace) -> None:
     """Run a command whose output is all that there is of it."""
-    from skpose._cli import commands
+    from skpose._cli import commands, inputs
 
     if options.command == "compare":
         commands.compare_metrics(options.folder, options.scale, options.jobs)
+    elif options.command == "find":
+        query = inputs.query_file(options.query)
+        dataset = inputs.read_motions([query, *options.files], options.rate, **_reading(options), one_rate=True)
+        commands.find(dataset, options.begins, options.ends, options.k, options.metric, options.jobs)
     else:
         commands.info(options.files, {name: getattr(options, name) for name in READING})
 
 
 def _write(options: argparse.Namespace) -> None:
     """Run a command that writes files."""
-    from skpose._cli import commands
-    from skpose._cli.inputs import read_poses
+    from skpose._cli import commands, inputs
 
     if options.command == "reproduce":
         commands.reproduce(options.folder, options.scale, options.out, options.seed, options.jobs)
         return
-    reading, preparing = ({name: getattr(options, name) for name in names} for names in (READING, PREPARING))
-    X, skeleton = read_poses(options.files, options.rate, reading, **preparing)
+    if options.command == "motions":
+        dataset = inputs.read_motions(options.files, options.rate, **_reading(options), one_rate=True)
+        with commands.backend(options.backend, options.scheduler, options.jobs):
+            commands.motions(
+                dataset, options.metric, options.alignment, options.window, out=options.out, dtype=options.dtype
+            )
+        return
+    X, skeleton = inputs.read_poses(options.files, options.rate, **_reading(options))
     with commands.backend(options.backend, options.scheduler, options.jobs):
         if options.command == "distances":
             commands.distances(X, skeleton, options.metric, options.out, options.dtype)
         else:
             commands.neighbors(X, skeleton, options.metric, options.out, options.neighbors, options.radius)
+
+
+def _reading(options: argparse.Namespace) -> dict[str, Any]:
+    """Return the arguments of how files are read and prepared."""
+    reading, preparing = ({name: getattr(options, name) for name in names} for names in (READING, PREPARING))
+    return {"reading": reading, **preparing}

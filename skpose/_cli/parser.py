@@ -8,11 +8,12 @@ import skpose
 from skpose._cli.targets import file_named
 
 METRICS = "angle", "position", "rotation", "spatial", "geodesic"  # the registry's, without numba and scikit-learn
+ALIGNMENTS = "dtw", "subsequence", "frames"  # those of motion_distances
 EXIT_STATUS = "Exit status: 0 success, 1 error in the files or the computation, 2 wrong options, 130 interrupted."
 
 
 def command_line() -> argparse.ArgumentParser:
-    """Return the parser of ``skpose compare``, ``reproduce``, ``distances``, ``neighbors`` and ``info``."""
+    """Return the parser of ``skpose`` and its commands."""
     parser = argparse.ArgumentParser(prog="skpose", description=skpose.__doc__.splitlines()[0], epilog=EXIT_STATUS)
     parser.add_argument("--version", action=_Version, nargs=0, help="print the version and exit")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
@@ -53,9 +54,7 @@ def command_line() -> argparse.ArgumentParser:
         "to continue",
     )
     _add_poses(distances, "D.npy", ".npy", "the matrix, in numpy's format; open it with numpy.load(..., mmap_mode='r')")
-    distances.add_argument(
-        "--dtype", choices=["float32", "float64"], default="float64", help="precision; default: float64"
-    )
+    _add_dtype(distances)
 
     neighbors = command(
         "neighbors",
@@ -73,6 +72,48 @@ def command_line() -> argparse.ArgumentParser:
         metavar="R",
         help="instead: all poses up to this distance, m (rad for angle)",
     )
+
+    motions = command(
+        "motions",
+        "write the distances between the motions of some files, by dynamic time warping, to a file",
+        ", with a row for each file. Motions of several skeletons are compared on their mean skeleton. If the command "
+        "is interrupted, run it again to continue",
+    )
+    _add_poses(motions, "D.npy", ".npy", "the matrix, in numpy's format; open it with numpy.load")
+    _add_dtype(motions)
+    motions.add_argument(
+        "--alignment",
+        choices=ALIGNMENTS,
+        default="dtw",
+        help="dtw: warp the whole of both; subsequence: find the motion of the row inside that of the column; frames: "
+        "frame by frame, for motions of equal length; default: dtw",
+    )
+    motions.add_argument(
+        "--window",
+        type=_share,
+        metavar="SHARE",
+        help="band of dtw: times may differ by this share of the durations, 0 to 1; default: no limit",
+    )
+
+    find = command(
+        "find",
+        "print the places in some files where a motion is found, the best first",
+        ". Motions of several skeletons are compared on their mean skeleton",
+    )
+    find.add_argument("query", type=Path, metavar="QUERY", help="file of the motion to find; - is standard input")
+    _add_files(find, order="")
+    for name, does in (("from", "begins"), ("to", "ends")):
+        find.add_argument(
+            f"--{name}",
+            dest=does,
+            type=_seconds,
+            metavar="S",
+            help=f"where the motion to find {does} in its file, s; default: where the file {does}",
+        )
+    find.add_argument("--k", type=_positive(int), default=10, metavar="K", help="number of places; default: 10")
+    _add_metric(find)
+    _add_preparing(find)
+    _add_jobs(find)
 
     info = command("info", "print the contents of BVH, AMC, ASF, AMASS, TRC or C3D files")
     info.add_argument(
@@ -108,17 +149,47 @@ def _add_folder(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_poses(parser: argparse.ArgumentParser, out: str, suffix: str, result: str) -> None:
-    """Add the options of a computation on poses: input, output, metric, backend."""
+    """Add the options of a computation on poses that writes a file: input, output, metric, backend."""
+    _add_files(parser)
+    parser.add_argument("--out", type=file_named(suffix), required=True, metavar=out, help=result)
+    _add_metric(parser)
+    _add_preparing(parser)
+    parser.add_argument(
+        "--backend",
+        choices=["threads", "loky", "dask", "ray"],
+        default="threads",
+        help="threads (default), processes (loky), or a cluster, for which dask or ray must be installed",
+    )
+    parser.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="address of the cluster, such as tcp://10.0.0.1:8786; default: start one on this machine",
+    )
+    _add_jobs(parser)
+
+
+def _add_files(parser: argparse.ArgumentParser, order: str = ", in the order of the rows") -> None:
     parser.add_argument(
         "files",
         nargs="+",
         type=Path,
         metavar="FILE",
-        help="BVH, AMC or AMASS files, in the order of the rows; for a folder its BVH and AMC files, sorted; - is "
-        "standard input",
+        help=f"BVH, AMC or AMASS files{order}; for a folder its BVH and AMC files, sorted; - is standard input",
     )
-    parser.add_argument("--out", type=file_named(suffix), required=True, metavar=out, help=result)
+
+
+def _add_metric(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--metric", choices=METRICS, default="spatial", help="default: spatial")
+
+
+def _add_dtype(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--dtype", choices=["float32", "float64"], default="float64", help="precision; default: float64"
+    )
+
+
+def _add_preparing(parser: argparse.ArgumentParser) -> None:
+    """Add the options of what is read, and of what is done with it before the computation."""
     parser.add_argument(
         "--rate", type=_positive(float), metavar="HZ", help="resample to this many poses a second; default: every frame"
     )
@@ -149,18 +220,6 @@ def _add_poses(parser: argparse.ArgumentParser, out: str, suffix: str, result: s
         help="the axis of the world that points up, for --with-root; default: y for BVH and AMC files, z for AMASS "
         "files",
     )
-    parser.add_argument(
-        "--backend",
-        choices=["threads", "loky", "dask", "ray"],
-        default="threads",
-        help="threads (default), processes (loky), or a cluster, for which dask or ray must be installed",
-    )
-    parser.add_argument(
-        "--scheduler",
-        metavar="ADDRESS",
-        help="address of the cluster, such as tcp://10.0.0.1:8786; default: start one on this machine",
-    )
-    _add_jobs(parser)
 
 
 def _add_reading(parser: argparse.ArgumentParser) -> None:
@@ -219,6 +278,26 @@ def _jobs(text: str) -> int:
 
 
 _jobs.__name__ = "number of jobs"  # in argparse's error message
+
+
+def _share(text: str) -> float:
+    share = float(text)
+    if not 0 <= share <= 1:
+        raise ValueError
+    return share
+
+
+_share.__name__ = "share from 0 to 1"
+
+
+def _seconds(text: str) -> float:
+    seconds = float(text)
+    if not 0 <= seconds < float("inf"):
+        raise ValueError
+    return seconds
+
+
+_seconds.__name__ = "time in seconds"
 
 
 def _positive(kind: type) -> Callable[[str], float]:

@@ -8,6 +8,7 @@ from pathlib import Path
 from skpose._files import check_new
 from skpose._parallel.checkpoint import FileCheckpoint
 
+MATRICES = "distances", "motions"  # commands that write a matrix tile by tile, and continue it
 REPORT = ("report.md", "table.txt", "figure_3.png", "figure_4.png")  # of `skpose reproduce`
 
 
@@ -29,7 +30,7 @@ def is_unfinished(out: Path) -> bool:
 
 def check(command: str, out: Path) -> None:
     """Raise an error unless the command can write its results."""
-    if command == "distances" and out.parent.is_dir():
+    if command in MATRICES and out.parent.is_dir():
         FileCheckpoint(out).read()  # refuses another program's file
         if is_unfinished(out):
             with out.open("r+b"):  # which may not be permitted

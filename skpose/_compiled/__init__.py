@@ -4,7 +4,8 @@ What calls what, from Python at the top to one vector register at the bottom::
 
     metrics, neighbors, motions    geodesics                kinematics   cluster    motions
             |                          |                        |           |          |
-    loops, nearest, warping     +------+------+                 |      graph_shift  path_family
+      loops, nearest,           +------+------+                 |      graph_shift  path_family
+      warping(_within)          |             |                 |
             |                   |             |                 |
      +------+------+            |            mean               |          poses nearest to a mean position
      |             |            |             |                 |
@@ -77,6 +78,6 @@ processor meets the same instructions again and again.
 Two stages
 ----------
 A metric is a pair of functions. Its *encode* writes the code of a pose: all that the metric needs of it. Its *measure*
-computes the distances from one encoded pose to others. The loops over poses and over pairs exist once (`loops`, and
-`nearest` for searches) and take the two as arguments.
+computes the distances from one encoded pose to others. The loops over poses and over pairs exist once (`loops`,
+`nearest` for searches, `warping` for motions) and take the two as arguments.
 """

@@ -40,6 +40,24 @@ def measure_euclidean(x, Y, first, last, tree, steps, scratch, results):
         rows(results.distances, k - first)[0] = sqrt(one + two + three)
 
 
+@jit
+def measure_boxes(x, Y, first, last, tree, steps, scratch, results):
+    """Compute the Euclidean distances from a point x to boxes, whose codes are the lower corner, then the upper one."""
+    a, n = flat(x), x.shape[0]
+    for k in range(first, last):
+        low, high = rows(Y, 2 * n * k), rows(Y, 2 * n * k + n)
+        zero = full_like(low, 0.0)
+        one, two = zero, zero
+        for d in range(0, n - 1, 2):
+            p = minimum(minimum(a[d] - low[d], high[d] - a[d]), zero)
+            q = minimum(minimum(a[d + 1] - low[d + 1], high[d + 1] - a[d + 1]), zero)
+            one, two = one + p * p, two + q * q
+        if n % 2 == 1:
+            p = minimum(minimum(a[n - 1] - low[n - 1], high[n - 1] - a[n - 1]), zero)
+            one = one + p * p
+        rows(results.distances, k - first)[0] = sqrt(one + two)
+
+
 def _squared_angle_series(degree=24):
     """Return the coefficients in t of φ² / 4m for two unit quaternions at squared distance m = 1 + t, 0 ≤ m ≤ 2.
 

@@ -51,8 +51,9 @@ class Paths(NamedTuple):
 @inlined
 def reach_of(n, m, window):
     """Return the reach of the band of n rows and m columns."""
-    half_a_frame = max(n, m) // 2
-    return max(half_a_frame, math.floor(min(window, 1.0) * ((n - 1) * (m - 1))))
+    half_a_frame = (max(n, m) - 1) // 2
+    # A share such as 0.7 of 9 × 10 is 62.99999999999999, and 63 is meant.
+    return max(half_a_frame, math.floor(min(window, 1.0) * (1.0 + 1e-14) * ((n - 1) * (m - 1))))
 
 
 @inlined
@@ -77,7 +78,7 @@ def skip_outside(results, group, end, start, stop):
 
 
 @inlined
-def _add_gaps(results, n_groups, count, worst):
+def add_gaps(results, n_groups, count, worst):
     """Add the requested geodesics of the groups that did not converge; clear their gaps."""
     gaps = rows(results.gap, 0)
     for k in range(n_groups):
@@ -114,7 +115,9 @@ def _warped(X, x_starts, Y, y_starts, pairs, paths, measure, tree, steps, sums):
     n_unconverged, worst = 0, 0.0
     for r in range(pairs.first, pairs.last):
         n, left = x_starts[r + 1] - x_starts[r], max(pairs.left, r + 1) if pairs.triangle else pairs.left
-        c_first, begin, end = left, y_starts[left], y_starts[max(left, pairs.right)]
+        if left >= pairs.right:
+            break
+        c_first, begin, end = left, y_starts[left], y_starts[pairs.right]
         sums[r, left : pairs.right] = np.inf
         for block_start in range(begin // width * width, end, block):
             start, stop = max(begin, block_start), min(end, block_start + block)
@@ -128,7 +131,7 @@ def _warped(X, x_starts, Y, y_starts, pairs, paths, measure, tree, steps, sums):
                 x = X[x_starts[r] + i]
                 if not in_band:
                     measure(x, Y, group, last_group, tree, steps, scratch, results)
-                    n_unconverged, worst = _add_gaps(results, last_group - group, n_unconverged, worst)
+                    n_unconverged, worst = add_gaps(results, last_group - group, n_unconverged, worst)
                 c = c_first
                 while c < pairs.right and y_starts[c] < stop:
                     origin, m = y_starts[c], y_starts[c + 1] - y_starts[c]
@@ -144,7 +147,7 @@ def _warped(X, x_starts, Y, y_starts, pairs, paths, measure, tree, steps, sums):
                             some, last = s // width, (e + width - 1) // width
                             skip_outside(results, some, last, s, e)
                             measure(x, Y, some, last, tree, steps, scratch, results)
-                            n_unconverged, worst = _add_gaps(results, last - some, n_unconverged, worst)
+                            n_unconverged, worst = add_gaps(results, last - some, n_unconverged, worst)
                     slot = s - block_start + 1
                     if s == origin:
                         before, diagonal = np.inf, 0.0 if i == 0 else np.inf
@@ -183,23 +186,35 @@ def warped_loop(dtype):
 
 
 @jit
-def accumulate(costs, paths):
-    """Replace distances (n, m) by the least sums of the paths to each cell, in place."""
+def accumulate_from(costs, paths, edge):
+    """Replace distances by sums as `accumulate`, with the sums (n,) of the column before the first one.
+
+    Only open paths have one; a closed one begins in the first cell.
+    """
     n, m = costs.shape
     reach = reach_of(n, m, paths.window)
     for i in range(n):
         low, high = band(i, n, m, reach)
         costs[i, :low] = np.inf
         costs[i, high:] = np.inf
+        left, diagonal = np.inf, np.inf
+        if low == 0:
+            left, diagonal = edge[i], edge[i - 1] if i > 0 else np.inf
+        elif i > 0:
+            diagonal = costs[i - 1, low - 1]
         for j in range(low, high):
-            best = 0.0 if i == 0 and (paths.is_open or j == 0) else np.inf
-            if i > 0:
-                best = min(best, costs[i - 1, j])
-            if j > 0:
-                best = min(best, costs[i, j - 1])
-            if i > 0 and j > 0:
-                best = min(best, costs[i - 1, j - 1])
-            costs[i, j] += best
+            up = costs[i - 1, j] if i > 0 else np.inf
+            if i == 0 and (paths.is_open or j == 0):
+                up = 0.0
+            left = costs[i, j] + min(min(up, diagonal), left)
+            costs[i, j] = left
+            diagonal = up if i > 0 else np.inf
+
+
+@jit
+def accumulate(costs, paths):
+    """Replace distances (n, m) by the least sums of the paths to each cell, in place."""
+    accumulate_from(costs, paths, np.full(costs.shape[0], np.inf))
 
 
 @jit

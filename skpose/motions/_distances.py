@@ -11,18 +11,19 @@ from skpose.metrics._registry import METRIC_CONSTRAINTS, resolve, warn_of_no_ske
 from skpose.motions._inputs import Sequences, check_motions
 from skpose.motions._matrix import ALIGNMENTS, MotionMatrix
 from skpose.skeleton import Skeleton
+from skpose.skeleton._units import warn_of_degrees
 
 # Constraints of the parameters that every function and estimator of distances between motions has.
 ALIGNMENT_CONSTRAINTS = {
     "alignment": [StrOptions(set(ALIGNMENTS))],
     "window": [Interval(Real, 0, 1, closed="both"), None],
-    "normalize": ["boolean"],
 }
 MOTION_CONSTRAINTS = METRIC_CONSTRAINTS | ALIGNMENT_CONSTRAINTS | {"n_jobs": [None, Integral], "verbose": ["verbose"]}
 
 
 @validate_params(
-    MOTION_CONSTRAINTS | {"out": [HasMethods(["__getitem__", "__setitem__"]), None]}, prefer_skip_nested_validation=True
+    MOTION_CONSTRAINTS | {"normalize": ["boolean"], "out": [HasMethods(["__getitem__", "__setitem__"]), None]},
+    prefer_skip_nested_validation=True,
 )
 def motion_distances(
     A: Any,
@@ -66,7 +67,7 @@ def motion_distances(
         frames of A, and begins and ends at any frame of B; the sum is divided by n. It is not symmetric. "frames" takes
         the pairs (i, i) of motions of equal length, and is the mean over the frames.
     window : float between 0 and 1, default=None
-        Sakoe–Chiba band of "dtw": times of a pair, as shares of the two durations, may differ by so much; half a frame
+        Sakoe–Chiba band of "dtw": times of a pair, as shares of the two durations, may differ by this; half a frame
         of the shorter motion is always allowed. None is no limit.
     normalize : bool, default=True
         Whether to divide by the number of frames. False gives the sums.
@@ -115,7 +116,7 @@ def motion_distances(
     -----
     Time O(frames of A · frames of B) distances between poses; the recursion adds some nanoseconds to each. Memory O(n_a
     · n_b), and the codes of some thousand frames of each side: there is no matrix of the distances between frames. DTW
-    obeys no triangle inequality, whatever the metric.
+    obeys no triangle inequality, under any metric.
 
     The distance counts frames: motions should have one frame rate, and a lower one costs less: 12 Hz is enough for most
     actions.
@@ -136,9 +137,9 @@ def motion_distances(
     >>> swing = np.sin(np.linspace(0, np.pi, 21))[:, None]
     >>> slow = np.sin(np.linspace(0, np.pi, 41))[:, None]
     >>> motion_distances([swing, slow, 0.5 * swing], skeleton=Skeleton.chain(1)).round(3)
-    array([[0.   , 0.011, 0.115],
-           [0.011, 0.   , 0.134],
-           [0.115, 0.134, 0.   ]])
+    array([[0.   , 0.015, 0.118],
+           [0.015, 0.   , 0.144],
+           [0.118, 0.144, 0.   ]])
     """
     if B is A:
         B = None
@@ -147,6 +148,8 @@ def motion_distances(
     skeleton = checked[0].skeleton
     name, _, steps = resolve(metric, skeleton, n_steps, wrap)
     sequences = [one.sequences for one in checked]
+    if skeleton is not None:
+        warn_of_degrees(in_estimator=False, **{name: one.poses for name, one in zip(given, sequences, strict=True)})
     check_alignment(alignment, window, **dict(zip(given, sequences, strict=True)))
     matrix = MotionMatrix(
         sequences[0],

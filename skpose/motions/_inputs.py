@@ -1,6 +1,8 @@
 """Motions that are given by the user: checked, on one skeleton, as one array of frames."""
 
 from collections.abc import Iterable, Sequence
+from numbers import Number
+from os import PathLike
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,6 +15,9 @@ from skpose.skeleton._arguments import check_skeleton
 from skpose.skeleton._skeleton import check_comparable
 from skpose.skeleton._units import warn_of_degrees
 from skpose.skeleton._validation import check_poses
+
+RATES_DIFFER = 1e-3  # as a share: files state the time between two frames with few digits, 0.00833 s for 120 Hz
+ONE_MOTION = "must be one motion, a skpose.Motion or an array (n_frames, n_dofs), got "
 
 
 class Sequences(NamedTuple):
@@ -39,6 +44,9 @@ class Sequences(NamedTuple):
         starts = self.starts[first : last + 1]
         return Sequences(self.poses[starts[0] : starts[-1]], starts - starts[0])
 
+    def in_float64(self) -> "Sequences":
+        return self._replace(poses=self.poses.astype(np.float64, copy=False))
+
     @classmethod
     def of(cls, arrays: Sequence[np.ndarray]) -> "Sequences":
         starts = np.concatenate([[0], np.cumsum([len(array) for array in arrays])]).astype(np.int64)
@@ -56,6 +64,8 @@ class Checked(NamedTuple):
 def check_motions(given: dict[str, Any], skeleton: Skeleton | None, *, rows: bool = False) -> list[Checked]:
     """Return the given motions, by name, on one skeleton and at one frame rate.
 
+    Functions call `warn_of_degrees` themselves, as only what the user calls warns; for estimators it is called here.
+
     Parameters
     ----------
     given : dict
@@ -66,21 +76,51 @@ def check_motions(given: dict[str, Any], skeleton: Skeleton | None, *, rows: boo
     rows : bool
         Whether a two-dimensional array is motions of one frame each, as estimators take it, and no mistake.
     """
+    lists = {name: _listed(motions, name, rows) for name, motions in given.items()}
+    named = {name: {f"{name}[{i}]": motion for i, motion in enumerate(one)} for name, one in lists.items()}
+    return _on_one_skeleton(named, skeleton, [m for m in given.values() if isinstance(m, MotionDataset)], rows)
+
+
+def check_single_motions(given: dict[str, Any], skeleton: Skeleton | None) -> list[Checked]:
+    """Return motions that are given one by one, each a Motion or an array (n_frames, n_dofs)."""
+    for name, motion in given.items():
+        _check_is_one(motion, name)
+    return _on_one_skeleton({name: {name: motion} for name, motion in given.items()}, skeleton, [], rows=False)
+
+
+def check_motion(motion: Any, skeleton: Skeleton | None, name: str) -> Checked:
+    """Return one motion, a Motion or an array (n_frames, n_dofs)."""
+    return check_single_motions({name: motion}, skeleton)[0]
+
+
+def _check_is_one(motion: Any, name: str) -> None:
+    """Refuse several motions where one belongs; whatever else is no motion is refused with the lists' elements."""
+    shape = _shape(motion)
+    if isinstance(motion, MotionDataset) or (isinstance(motion, list | tuple) and motion and shape is None):
+        raise TypeError(f"{name} {ONE_MOTION}{_described(motion)}: pass one of them, such as {name}[0]")
+    if shape is not None and len(shape) == 3:
+        raise TypeError(f"{name} {ONE_MOTION}an array of shape {shape}: pass one of them, such as {name}[0]")
+
+
+def _on_one_skeleton(
+    given: dict[str, dict[str, Any]], skeleton: Skeleton | None, datasets: list[MotionDataset], rows: bool
+) -> list[Checked]:
+    """Return motions by argument and by name on one skeleton and at one frame rate, see `check_motions`."""
     if skeleton is not None:
         check_skeleton(skeleton)
-    lists = {name: _listed(motions, name, rows) for name, motions in given.items()}
-    found = {f"{name}[{i}]": m for name, one in lists.items() for i, m in enumerate(one) if isinstance(m, Motion)}
-    _check_one_kind(lists, len(found))
+    everything = {name: motion for named in given.values() for name, motion in named.items()}
+    found = {name: motion for name, motion in everything.items() if isinstance(motion, Motion)}
+    _check_one_kind(list(given), everything, len(found))
     frame_rate = _common_frame_rate(found)
     if found and skeleton is None:
-        skeleton = _common_skeleton(found, [m for m in given.values() if isinstance(m, MotionDataset)])
+        skeleton = _common_skeleton(found, datasets)
     checked = []
-    for name, motions in lists.items():
-        arrays = [_poses(m, skeleton, f"{name}[{i}]") for i, m in enumerate(motions)]
-        _check_same_width(arrays, name)
-        sequences = Sequences.of(arrays)
-        if skeleton is not None:
-            warn_of_degrees(in_estimator=rows, **{name: sequences.poses})
+    for argument, named in given.items():
+        arrays = {name: _poses(motion, skeleton, name) for name, motion in named.items()}
+        _check_same_width(arrays)
+        sequences = Sequences.of(list(arrays.values()))
+        if rows and skeleton is not None:
+            warn_of_degrees(in_estimator=True, **{argument: sequences.poses})
         checked.append(Checked(sequences, skeleton, frame_rate))
     widths = [one.sequences.poses.shape[1] for one in checked]
     if len(set(widths)) > 1:
@@ -91,30 +131,60 @@ def check_motions(given: dict[str, Any], skeleton: Skeleton | None, *, rows: boo
     return checked
 
 
-def check_motion(motion: Any, skeleton: Skeleton | None, name: str) -> Checked:
-    """Return one motion, a Motion or an array (n_frames, n_dofs)."""
-    if isinstance(motion, MotionDataset) or (isinstance(motion, list | tuple) and motion and np.ndim(motion[0]) > 1):
-        raise TypeError(f"{name} must be one motion, got {len(motion)}: pass one of them")
-    return check_motions({name: [motion]}, skeleton)[0]
-
-
 def _listed(motions: Any, name: str, rows: bool) -> list[Any]:
     """Return motions as a list, each a Motion or what may be an array of poses."""
     expected = f"{name} must be motions: a list of arrays (n_frames, n_dofs) or of skpose.Motion, got "
     if isinstance(motions, Motion):
         raise TypeError(f"{expected}one Motion: pass [{name}]")
-    if isinstance(motions, Skeleton | str | bytes | dict) or not isinstance(motions, Iterable):
-        raise TypeError(f"{expected}{motions!r}" if not isinstance(motions, Skeleton) else f"{expected}a Skeleton")
-    if isinstance(motions, np.ndarray) and motions.dtype == object and motions.ndim == 1:
-        motions = list(motions)
-    if hasattr(motions, "shape") and not isinstance(motions, MotionDataset):
-        return _rows_of(motions, tuple(motions.shape), name, rows)
+    if isinstance(motions, dict):
+        raise TypeError(f"{expected}a dict: pass list({name}.values())")
+    if isinstance(motions, Skeleton | str | bytes) or not isinstance(motions, Iterable):
+        raise TypeError(f"{expected}{_described(motions)}{_remedy(motions)}")
+    shape = None if isinstance(motions, MotionDataset) else getattr(motions, "shape", None)
+    holds_motions = shape is not None and len(shape) == 1 and getattr(motions, "dtype", None) == object
+    if shape is not None and not holds_motions:
+        return _rows_of(motions, tuple(shape), name, rows)
     listed = list(motions)
     if not listed:
         raise ValueError(f"{expected}none")
-    if not isinstance(listed[0], Motion) and np.ndim(listed[0]) == 1:
-        return _rows_of(np.asarray(listed), (len(listed), len(listed[0])), name, rows)
+    if len(_shape(listed[0]) or ()) == 1 and (shape := _shape(listed)):
+        return _rows_of(np.asarray(listed), shape, name, rows)
     return listed
+
+
+def _shape(value: Any) -> tuple[int, ...] | None:
+    """Return the shape of an array or of a list of numbers; None for what has none."""
+    if isinstance(value, list | tuple):
+        try:
+            return np.shape(value)
+        except (TypeError, ValueError):  # Motions; rows of different lengths
+            return None
+    shape = getattr(value, "shape", None)
+    return None if shape is None else tuple(shape)
+
+
+def _described(value: Any) -> str:
+    """Return what a value is, for errors."""
+    if isinstance(value, Skeleton):
+        return "a Skeleton"
+    if isinstance(value, MotionDataset):
+        return f"a MotionDataset of {len(value)}"
+    if isinstance(value, list | tuple):
+        kinds = sorted({type(item).__name__ for item in value})
+        return f"a {type(value).__name__} of {' and '.join(kinds) or 'nothing'}"
+    known = value is None or isinstance(value, Number | str | bytes | PathLike)
+    return repr(value) if known else f"a {type(value).__name__}"
+
+
+def _remedy(value: Any) -> str:
+    """Return what to pass instead of a value that is no motion, where that is known."""
+    if isinstance(value, Skeleton):
+        return ": pass it as skeleton="
+    if isinstance(value, str | bytes | PathLike):
+        return ": skpose.io.load_motion(path) reads a motion from a file"
+    if isinstance(value, MotionDataset):
+        return ": join datasets by [*first, *second]"
+    return ""
 
 
 def _rows_of(array: Any, shape: tuple[int, ...], name: str, rows: bool) -> list[Any]:
@@ -123,32 +193,43 @@ def _rows_of(array: Any, shape: tuple[int, ...], name: str, rows: bool) -> list[
         return list(np.asarray(array))
     if len(shape) == 2 and rows:
         return [row[np.newaxis] for row in np.asarray(array)]
-    remedy = f": pass [{name}] for one motion, {name}[:, None] for motions of one frame" if len(shape) == 2 else ""
+    remedy = f": pass [{name}] for one motion" if len(shape) == 2 else ""
+    if remedy and isinstance(array, np.ndarray):
+        remedy += f", {name}[:, None] for motions of one frame"
     raise ValueError(
         f"{name} must be motions: a list of arrays (n_frames, n_dofs), a list of skpose.Motion, or an array "
         f"(n_motions, n_frames, n_dofs), got an array of shape {shape}{remedy}"
     )
 
 
-def _check_one_kind(lists: dict[str, list[Any]], n_motions: int) -> None:
+def _check_one_kind(arguments: list[str], motions: dict[str, Any], n_motions: int) -> None:
     """Refuse Motions and arrays together, as an array has neither a skeleton nor a frame rate."""
-    if 0 < n_motions < sum(map(len, lists.values())):
-        arrays = [f"{name}[{i}]" for name, one in lists.items() for i, m in enumerate(one) if not isinstance(m, Motion)]
+    if 0 < n_motions < len(motions):
+        others = [name for name, motion in motions.items() if not isinstance(motion, Motion)]
         raise TypeError(
-            f"{' and '.join(lists)} must be all skpose.Motion or all arrays, got {n_motions} Motions, and "
-            f"{len(arrays)} others, {arrays[0]} among them: pass motion.angles of all, or Motions alone"
+            f"{' and '.join(arguments)} must be all skpose.Motion or all arrays, got {n_motions} "
+            f"Motion{'s' * (n_motions > 1)}, and {len(others)} other{'s' * (len(others) > 1)}, {others[0]} among them: "
+            "pass motion.angles of all, or Motions alone"
         )
 
 
 def _common_frame_rate(found: dict[str, Motion]) -> float | None:
-    rates = {motion.frame_rate: name for name, motion in found.items()}
-    if len(rates) > 1:
-        (one, first), (other, second) = sorted(rates.items())[:2]
+    """Return the rate of the first Motion, which the others have too, but for the rounding of files."""
+    rates: dict[float, str] = {}
+    for name, motion in found.items():
+        rates.setdefault(motion.frame_rate, name)
+    if rates and rates_differ(min(rates), max(rates)):
+        (one, first), (other, second) = min(rates.items()), max(rates.items())
         raise ValueError(
             f"motions must have one frame rate, as the distance counts frames, but {first} has {one:g} Hz and {second} "
             f"{other:g} Hz: pass motion.resample({one:g}) of each"
         )
     return next(iter(rates), None)
+
+
+def rates_differ(one: float, other: float) -> bool:
+    """Return whether two frame rates differ by more than the digits of files."""
+    return max(one, other) > (1.0 + RATES_DIFFER) * min(one, other)
 
 
 def _common_skeleton(found: dict[str, Motion], datasets: list[MotionDataset]) -> Skeleton:
@@ -164,22 +245,30 @@ def _common_skeleton(found: dict[str, Motion], datasets: list[MotionDataset]) ->
 
 def _poses(motion: Any, skeleton: Skeleton | None, name: str) -> np.ndarray:
     """Return the poses of a motion, float32 if they were and else float64, in columns of the skeleton."""
+    shape = (len(motion),) if isinstance(motion, Motion) else _shape(motion)
+    if shape and shape[0] == 0:
+        raise ValueError(f"{name} has no frames: leave it out")
     if isinstance(motion, Motion):
-        if len(motion) == 0:
-            raise ValueError(f"{name} has no frames: leave it out")
         if skeleton is not None and motion.skeleton != skeleton:
             try:
                 motion = retarget(motion, skeleton, method="numbers")
             except ValueError as error:
                 raise ValueError(f"{name}: {error}") from None
         return motion.angles
+    described = None
+    if shape is not None and len(shape) < 2:
+        described = f"an array of shape {shape}" if shape else _described(motion)
+    elif isinstance(motion, MotionDataset | Skeleton) or (shape is None and not hasattr(motion, "__array__")):
+        described = _described(motion)
+    if described and not hasattr(motion, "collect"):  # what has no values yet has a remedy of its own
+        raise TypeError(f"{name} {ONE_MOTION}{described}{_remedy(motion)}")
     return check_poses(motion, skeleton, name)
 
 
-def _check_same_width(arrays: list[np.ndarray], name: str) -> None:
-    for i, array in enumerate(arrays):
-        if array.shape[1] != arrays[0].shape[1]:
+def _check_same_width(arrays: dict[str, np.ndarray]) -> None:
+    (first, width), *others = ((name, array.shape[1]) for name, array in arrays.items())
+    for name, other in others:
+        if other != width:
             raise ValueError(
-                f"{name}[0] has {arrays[0].shape[1]} columns and {name}[{i}] has {array.shape[1]}; poses of one "
-                "skeleton have equally many"
+                f"{first} has {width} columns and {name} has {other}; poses of one skeleton have equally many"
             )

@@ -231,7 +231,7 @@ def mean_motion(
             "the poses belong to, or Motions"
         )
     name, _, steps = resolve(metric, skeleton, n_steps, wrap)
-    sequences = Sequences(checked.sequences.poses.astype(np.float64), checked.sequences.starts)
+    sequences = checked.sequences.in_float64()
     mean = sequences.motion(_medoid(sequences, skeleton, window, n_jobs))
     if n_frames is not None and n_frames != len(mean):
         if frame_rate is not None and n_frames > 1 and len(mean) > 1:

@@ -1,5 +1,6 @@
 """The common base of the transformers into graphs of neighbours: the index, its searches, and graphs of the results."""
 
+from numbers import Integral
 from typing import ClassVar
 
 import numpy as np
@@ -84,10 +85,29 @@ class GraphTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Tran
         neighbors = found.neighbors
         data = neighbors.distances if mode == "distance" else np.ones(len(neighbors.indices))
         indptr = np.searchsorted(neighbors.queries, np.arange(n_queries + 1))
-        shape = n_queries, self.n_samples_fit_
-        sparse = csr_array if get_config().get("sparse_interface") == "sparray" else csr_matrix
-        return sparse((data, neighbors.indices, indptr), shape=shape)
+        return sparse_graph(data, neighbors.indices, indptr, (n_queries, self.n_samples_fit_))
 
     @property
     def _n_features_out(self):
         return self.n_samples_fit_
+
+
+def checked_k(n_neighbors, excludes_itself, n_samples_fit):
+    """Return a number of neighbours, as an int, that the training data have."""
+    if not isinstance(n_neighbors, Integral):
+        raise TypeError(f"n_neighbors must be a whole number, got {n_neighbors!r}")
+    k = int(n_neighbors)
+    if k < 1:
+        raise ValueError(f"n_neighbors must be 1 or more, got {k}")
+    if k > n_samples_fit - excludes_itself:
+        raise ValueError(
+            f"Expected n_neighbors {'<' if excludes_itself else '<='} n_samples_fit, but n_neighbors = {k}, "
+            f"n_samples_fit = {n_samples_fit}"
+        )
+    return k
+
+
+def sparse_graph(data, indices, indptr, shape):
+    """Return a graph in CSR format, as the array or the matrix that scikit-learn is configured for."""
+    sparse = csr_array if get_config().get("sparse_interface") == "sparray" else csr_matrix
+    return sparse((data, indices, indptr), shape=shape)

@@ -6,7 +6,7 @@ from typing import ClassVar
 from sklearn.utils.validation import check_is_fitted
 
 from skpose._compat.sklearn import Interval
-from skpose.neighbors._graph import GraphTransformer
+from skpose.neighbors._graph import GraphTransformer, checked_k
 from skpose.neighbors._queries import KNearest
 from skpose.neighbors._results import requested
 
@@ -217,16 +217,4 @@ class PoseKNeighborsTransformer(GraphTransformer):
 
     def _k_nearest(self, X, n_neighbors):
         k = self.n_neighbors if n_neighbors is None else n_neighbors
-        if not isinstance(k, Integral):
-            raise TypeError(f"n_neighbors must be a whole number, got {k!r}")
-        k = int(k)
-        if k < 1:
-            raise ValueError(f"n_neighbors must be 1 or more, got {k}")
-
-        most = self.n_samples_fit_ - (X is None)
-        if k > most:
-            raise ValueError(
-                f"Expected n_neighbors {'<' if X is None else '<='} n_samples_fit, but n_neighbors = {k}, "
-                f"n_samples_fit = {self.n_samples_fit_}"
-            )
-        return KNearest(k)
+        return KNearest(checked_k(k, X is None, self.n_samples_fit_))

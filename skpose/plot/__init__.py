@@ -1,10 +1,11 @@
-"""Plots of poses and of distances between them, as displays like those of scikit-learn.
+"""Plots of poses, of distances between them and of aligned motions, as displays like those of scikit-learn.
 
 A display is made by one of its ``from_...`` methods, which draw it into the given axes, or into new ones. It keeps
 these as ``ax_`` and ``figure_``, and its data, so that ``plot`` can draw it again elsewhere. No window is opened.
 Needs matplotlib: ``pip install "skpose[plot]"``.
 """
 
+from skpose.plot._alignment import AlignmentDisplay
 from skpose.plot._distances import DistanceMatrixDisplay
 from skpose.plot._geodesic import GeodesicDisplay
 from skpose.plot._mds import MDSDisplay
@@ -12,6 +13,7 @@ from skpose.plot._mean_motion import MeanMotionDisplay
 from skpose.plot._pose import PoseDisplay, PoseStripDisplay
 
 __all__ = [
+    "AlignmentDisplay",
     "DistanceMatrixDisplay",
     "GeodesicDisplay",
     "MDSDisplay",

@@ -66,7 +66,8 @@ class MDSDisplay:
         for i, label in enumerate(np.unique(labels)):
             chosen = labels == label
             defaults = {"s": 16, "alpha": 0.8, "linewidths": 0, "color": COLOURS[i % len(COLOURS)]}
-            defaults |= {"marker": MARKERS[i % len(MARKERS)], "label": str(label)}
+            marker = MARKERS[(i + i // len(COLOURS)) % len(MARKERS)]  # another one when the colours begin again
+            defaults |= {"marker": marker, "label": str(label)}
             self.ax_.scatter(*self.embedding[chosen, :2].T, **defaults | style)
         if self.labels is not None:
             self.ax_.legend()

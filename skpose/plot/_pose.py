@@ -19,13 +19,13 @@ SIDES = {"": "#606060", "left": COLOURS[0], "right": COLOURS[1]}
 GAP = 0.15  # between two figures of a strip, relative to the width of the widest
 
 
-def _check_view(view: str) -> list[int]:
+def check_view(view: str) -> list[int]:
     if not isinstance(view, str) or len(view) != 2 or not set(view) <= set("xyz") or view[0] == view[1]:
         raise ValueError(f'view must be two of the axes x, y, z, horizontal and vertical, such as "xy", got {view!r}')
     return ["xyz".index(axis) for axis in view]
 
 
-def _draw(ax, flat: np.ndarray, skeleton: Skeleton, shift: float, style: dict) -> None:
+def draw_pose(ax, flat: np.ndarray, skeleton: Skeleton, shift: float, style: dict) -> None:
     """Draw one pose, (n_joints, 2) with the root at the origin, shifted to the right.
 
     Each side is one line with gaps. Where all is in one colour, by style or as the names state no side, that is one.
@@ -95,9 +95,9 @@ class PoseDisplay:
         PoseDisplay
             The display itself.
         """
-        horizontal, vertical = _check_view(view)
+        horizontal, vertical = check_view(view)
         self.ax_, self.figure_ = axes(ax, "PoseDisplay.plot")
-        _draw(self.ax_, self.positions[:, [horizontal, vertical]], self.skeleton, 0.0, style)
+        draw_pose(self.ax_, self.positions[:, [horizontal, vertical]], self.skeleton, 0.0, style)
         self.ax_.set(xlabel=f"{view[0]} (m)", ylabel=f"{view[1]} (m)")
         self.ax_.set_aspect("equal", adjustable="datalim")
         return self
@@ -160,14 +160,14 @@ class PoseStripDisplay:
 
     def plot(self, ax=None, *, view: str = "xy", **style) -> "PoseStripDisplay":
         """Draw the poses; the parameters are those of `PoseDisplay.plot`."""
-        horizontal, vertical = _check_view(view)
+        horizontal, vertical = check_view(view)
         self.ax_, self.figure_ = axes(ax, "PoseStripDisplay.plot", (max(4.0, 1.4 * len(self.positions)), 3.5))
         flat = self.positions[:, :, [horizontal, vertical]]
         low, high = (edge(flat[..., 0], axis=1, initial=0.0) for edge in (np.min, np.max))
         step = (1.0 + GAP) * max((high - low).max(), 0.25 * np.ptp(flat[..., 1])) or 1.0  # bones along the view
         centres = np.arange(len(flat)) * step
         for pose, centre, middle in zip(flat, centres, (low + high) / 2, strict=True):
-            _draw(self.ax_, pose, self.skeleton, centre - middle, style)
+            draw_pose(self.ax_, pose, self.skeleton, centre - middle, style)
         self.ax_.set_xticks(centres, self.labels)
         self.ax_.set(xlabel=self.title, ylabel=f"{view[1]} (m)")
         self.ax_.set_aspect("equal", adjustable="datalim")

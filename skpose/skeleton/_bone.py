@@ -148,6 +148,8 @@ def mean_bone(bones: Sequence[Bone]) -> Bone:
     if lengths.any() and spread < ROTATION_TOLERANCE:
         raise ValueError(f"bone {first.name!r} points in opposite directions and has no mean direction")
     offset = direction * (lengths.mean() / spread) if spread > 0 else offsets[0]
+    if (offsets == offsets[0]).all():  # to the last bit, so that the mean of one skeleton is that skeleton
+        offset = offsets[0]
     rest = first.rest_rotation
     if any(bone.rest_rotation != rest for bone in bones):
         from scipy.spatial.transform import Rotation  # 0.1 s to import, and rarely needed

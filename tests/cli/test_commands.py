@@ -19,6 +19,7 @@ from skpose._parallel.backends import from_workers
 from skpose._parallel.checkpoint import IDENTITY, FileCheckpoint
 from skpose.io import load_amc, load_bvh
 from skpose.metrics._registry import METRICS
+from skpose.motions._matrix import ALIGNMENTS
 
 BVH = str(DATA / "biped.bvh")
 
@@ -198,7 +199,7 @@ def test_an_amc_file_with_the_name_of_hdm05_finds_its_skeleton(tmp_path, capsys)
     assert "upperarm" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("command", [[], ["distances"], ["neighbors"], ["info"], ["compare"]])
+@pytest.mark.parametrize("command", [[], ["distances"], ["neighbors"], ["motions"], ["find"], ["info"], ["compare"]])
 def test_help(command, capsys):
     with pytest.raises(SystemExit) as stop:
         main([*command, "--help"])
@@ -299,6 +300,7 @@ def test_the_notes_of_a_matrix_that_was_deleted_unfinished_are_too(tmp_path):
 def test_help_names_the_metrics_of_the_registry():
     """The parser has a copy, so that --help imports neither numba nor scikit-learn."""
     assert tuple(METRICS) == parser.METRICS
+    assert ALIGNMENTS == parser.ALIGNMENTS
 
 
 @pytest.mark.parametrize("kind", ["TRC", "C3D"])

@@ -22,6 +22,7 @@ from skpose.metrics import pose_distances
 COMMANDS = {
     "distances": (["distances", "none.bvh"], "D.npy"),
     "neighbors": (["neighbors", "none.bvh"], "G.npz"),
+    "motions": (["motions", "none.bvh"], "D.npy"),
     "reproduce": (["reproduce", "nowhere"], "out"),
 }
 
@@ -102,6 +103,7 @@ def test_an_error_in_the_computation_leaves_no_file(command, capsys, monkeypatch
         raise RuntimeError("the cluster has failed")
 
     monkeypatch.setattr("skpose._cli.commands.pose_distances", fails)
+    monkeypatch.setattr("skpose._cli.commands.motion_distances", fails)
     monkeypatch.setattr("skpose._cli.commands.save_npz", fails)
     out = COMMANDS[command][1]
     options = ["--neighbors", "1"] if command == "neighbors" else []

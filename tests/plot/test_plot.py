@@ -11,7 +11,14 @@ from conftest import SKELETONS
 from sklearn.decomposition import PCA
 
 from skpose import Motion, Skeleton, SpatialMDS, forward_kinematics, geodesic, plot, pose_distances
-from skpose.plot import DistanceMatrixDisplay, GeodesicDisplay, MDSDisplay, PoseDisplay, PoseStripDisplay
+from skpose.plot import (
+    AlignmentDisplay,
+    DistanceMatrixDisplay,
+    GeodesicDisplay,
+    MDSDisplay,
+    PoseDisplay,
+    PoseStripDisplay,
+)
 from skpose.plot._axes import COLOURS
 from skpose.plot._geodesic import _Plane
 from skpose.plot._pose import SIDES
@@ -52,6 +59,7 @@ DISPLAYS = {
     "embedding": lambda ax: MDSDisplay.from_estimator(SpatialMDS(skeleton=ARM).fit(X), X, X[:, 0] > 0, ax=ax),
     "matrix": lambda ax: DistanceMatrixDisplay.from_poses(X, ARM, sequence=np.repeat([0, 1], 10), ax=ax),
     "geodesic": lambda ax: GeodesicDisplay.from_poses(START, END, ARM, ax=ax, resolution=5),
+    "alignment": lambda ax: AlignmentDisplay.from_motions(X[:8], X[8:], skeleton=ARM, ax=ax),
 }
 
 
@@ -72,15 +80,19 @@ def test_draws_into_the_given_axes_or_new_ones_and_opens_no_window(name, monkeyp
 
 @pytest.mark.parametrize("name", DISPLAYS)
 def test_axes_have_labels_with_units(name):
-    ax = DISPLAYS[name](None).ax_
-    if name == "matrix":
+    display = DISPLAYS[name](None)
+    ax = display.ax_
+    if name == "alignment":
+        assert [part.get_xlabel() for part in (display.map_ax_, display.strips_ax_)] == ["frame of a", "frame of b"]
+        assert "distance of positions (cm)" in [part.get_ylabel() for part in ax.child_axes]
+    elif name == "matrix":
         label = ax.figure.axes[1].get_ylabel()  # of the colour bar
         assert label == "distance (m)"
     else:
         assert {"(m)", "(rad)", "(s)", "pose"} & set(
             (ax.get_xlabel() + " " + ax.get_ylabel()).replace(",", " ").split()
         )
-    if name not in ("matrix", "geodesic"):
+    if name not in ("matrix", "geodesic", "alignment"):
         assert ax.get_aspect() == 1  # horizontal and vertical lengths are equally long
 
 
@@ -276,6 +288,8 @@ def test_an_embedding_has_a_colour_and_a_marker_for_each_label():
     order = np.argsort(labels, kind="stable")
     np.testing.assert_allclose(drawn, mds.transform(X)[order])
     assert len({tuple(dots.get_facecolor()[0]) for dots in display.ax_.collections}) == 4
+    many = MDSDisplay.from_embedding(X, np.arange(20)).ax_.collections  # more labels than colours
+    assert len({(*dots.get_facecolor()[0], dots.get_paths()[0].vertices.tobytes()) for dots in many}) == 20
     share = mds.explained_variance_ratio_[0]
     assert display.ax_.get_xlabel() == f"component 1 (m), {share:.0%} of the variance"
     assert MDSDisplay.from_estimator(SpatialMDS(metric="angle").fit(X), X).unit == "rad"

@@ -1,0 +1,125 @@
+"""Dynamic time warping up to a limit: only the cells that a path within the limit can go through are measured.
+
+A cell (i, j) has a lower bound of what is left: the least sum, under a lower bound of the distance, of the paths from
+it to the end, itself included. A path whose sum so far, added to that, is above the limit cannot end within the limit.
+Cells that no other path reaches are left out, and the groups of lanes in which all are left out are not measured. A sum
+that is within the limit is, to the last bit, the one that `skpose._compiled.warping` finds.
+"""
+
+import functools
+
+import numpy as np
+from numba import from_dtype, types
+
+from skpose._compiled.forward import workspace_rows
+from skpose._compiled.jit import jit
+from skpose._compiled.loops import array_type, measure_type, shared_types
+from skpose._compiled.results import aligned, results_of
+from skpose._compiled.warping import Paths, add_gaps, band, reach_of
+
+
+def _warped_within(X, Y, paths, left_over, limit, measure, tree, steps, sums, starts):
+    n, n_columns, width, n_codes = X.shape[0], sums.shape[0], Y.shape[1], X.shape[1]
+    n_groups, reach = Y.shape[0] // n_codes, reach_of(n, n_columns, paths.window)
+    scratch = aligned(workspace_rows(tree), width, X.dtype)
+    results = results_of(1, width, X.dtype)
+    above, begun = np.full(n_groups * width, np.inf), np.zeros(n_groups * width, np.int64)
+    first, stop = 0, n_columns if paths.is_open else 0  # reached cells of the row above, the last one not included
+    n_measured, n_unconverged, worst = 0, 0, 0.0
+    for i in range(n):
+        low, high = band(i, n, n_columns, reach)
+        group = max(first, low) // width
+        diagonal, diagonal_start = np.inf, 0
+        if group > 0:
+            diagonal, diagonal_start = above[group * width - 1], begun[group * width - 1]
+        above[first : group * width] = np.inf  # the band has left these columns
+        left, left_start = np.inf, 0
+        new_first, new_stop = n_columns, 0
+        while group < n_groups and group * width < high and (group * width <= stop or left < np.inf):
+            n_requested, entry = 0, min(left, diagonal)
+            for w in range(width):
+                j = group * width + w
+                entry = 0.0 if i == 0 and (paths.is_open or j == 0) else min(entry, above[j])  # the sum is no less
+                requested = low <= j < high and entry < np.inf
+                if requested and left_over.shape[0] > 0:
+                    requested = entry + left_over[i, j] <= limit
+                results.skip[0, w] = not requested
+                n_requested += requested
+            if n_requested > 0:
+                measure(X[i], Y, group, group + 1, tree, steps, scratch, results)
+                n_unconverged, worst = add_gaps(results, 1, n_unconverged, worst)
+                n_measured += min(width, n_columns - group * width)
+            for w in range(width):
+                j = group * width + w
+                up, up_start = above[j], begun[j]
+                value, start = np.inf, j
+                if not results.skip[0, w]:
+                    if i == 0 and (paths.is_open or j == 0):
+                        entry = 0.0
+                    elif diagonal <= up and diagonal <= left:
+                        entry, start = diagonal, diagonal_start
+                    elif up <= left:
+                        entry, start = up, up_start
+                    else:
+                        entry, start = left, left_start
+                    value = results.distances[0, w] + entry
+                    if left_over.shape[0] > 0 and entry + left_over[i, j] > limit:
+                        value = np.inf
+                    if value > limit:
+                        value = np.inf
+                    if value < np.inf:
+                        new_first, new_stop = min(new_first, j), j + 1
+                above[j], begun[j] = value, start
+                left, left_start, diagonal, diagonal_start = value, start, up, up_start
+            group += 1
+        first, stop = new_first, new_stop
+        if stop == 0:
+            break
+    for j in range(n_columns):
+        sums[j], starts[j] = above[j], begun[j]
+    return n_measured, n_unconverged, worst
+
+
+def _path_sum(X, Y, path, measure, tree, steps):
+    width = Y.shape[1]
+    scratch = aligned(workspace_rows(tree), width, X.dtype)
+    results = results_of(1, width, X.dtype)
+    total = 0.0
+    for cell in range(path.shape[0]):
+        i, j = path[cell, 0], path[cell, 1]
+        for w in range(width):
+            results.skip[0, w] = w != j % width
+        measure(X[i], Y, j // width, j // width + 1, tree, steps, scratch, results)
+        total += results.distances[0, j % width]
+    return total
+
+
+@functools.cache
+def warped_within_loop(dtype):
+    """``loop(X, Y, paths, left_over, limit, measure, tree, steps, sums, starts)``: sums of one pair up to a limit.
+
+    X holds the codes of the rows, Y those of the columns in groups of lanes, `left_over` (n, n_columns) the lower
+    bounds of what is left, or (0, 0) for none. Written are, for each column, the least sum of the paths that end there
+    in the last row, infinity where that is above the limit, and the column at which that path begins. Returns the
+    numbers of cells measured and of geodesics that did not converge, and the largest of their gaps.
+    """
+    real, whole = from_dtype(dtype), types.int64
+    tree, steps = shared_types(dtype)
+    X, Y = array_type(real, 2, readonly=True), array_type(real, 2, readonly=True)
+    paths = types.NamedTuple([types.float64, types.boolean], Paths)
+    left_over = array_type(types.float64, 2, readonly=True)
+    sums, starts = array_type(types.float64, 1, readonly=False), array_type(whole, 1, readonly=False)
+    counts = types.Tuple((whole, whole, types.float64))
+    measure = measure_type(dtype)
+    signature = counts(X, Y, paths, left_over, types.float64, measure, tree, steps, sums, starts)
+    return jit(_warped_within, signatures=[signature])
+
+
+@functools.cache
+def path_sum_loop(dtype):
+    """``loop(X, Y, path, measure, tree, steps)``: the sum of the distances along one path (n_cells, 2)."""
+    real = from_dtype(dtype)
+    tree, steps = shared_types(dtype)
+    X, Y = array_type(real, 2, readonly=True), array_type(real, 2, readonly=True)
+    path = array_type(types.int64, 2, readonly=True)
+    return jit(_path_sum, signatures=[types.float64(X, Y, path, measure_type(dtype), tree, steps)])

@@ -1,0 +1,316 @@
+"""The alignment of two motions: which frame of the one belongs to which of the other, and where they differ."""
+
+from dataclasses import dataclass
+from numbers import Real
+from typing import Literal, NamedTuple, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from skpose._compat.sklearn import Interval, StrOptions, validate_params
+from skpose._compiled.warping import Paths, accumulate, path_to
+from skpose.kinematics import forward_kinematics
+from skpose.metrics._convergence import warn_of_unconverged
+from skpose.metrics._matrix import DistanceMatrix
+from skpose.metrics._registry import METRIC_CONSTRAINTS, resolve, warn_of_no_skeleton
+from skpose.motions._distances import check_alignment
+from skpose.motions._inputs import check_single_motions
+from skpose.skeleton import Motion, Skeleton
+from skpose.skeleton._rotations import rotations_of
+from skpose.skeleton._units import warn_of_degrees
+
+Quantity = Literal["distance", "rotation"]
+
+
+class JointDifference(NamedTuple):
+    """The difference of one joint in two aligned motions, and when it is largest; see `Alignment.joint_differences`.
+
+    Attributes
+    ----------
+    joint : str
+        Name of the joint.
+    largest : float
+        The largest difference along the path, m or rad.
+    mean : float
+        The mean of the differences along the path, m or rad.
+    frame_a, frame_b : int
+        Frames of the two motions where it is largest; over the frame rate they are times.
+
+    Examples
+    --------
+    >>> from skpose import Skeleton, align_motions
+    >>> alignment = align_motions([[0.0], [1.0]], [[0.0], [1.0]], skeleton=Skeleton.chain(1))
+    >>> alignment.joint_differences()
+    [JointDifference(joint='joint_1', largest=0.0, mean=0.0, frame_a=0, frame_b=0)]
+    """
+
+    joint: str
+    largest: float
+    mean: float
+    frame_a: int
+    frame_b: int
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Alignment:
+    """The path that aligns two motions, and the difference of every joint along it, as `align_motions` finds them.
+
+    Attributes
+    ----------
+    path : ndarray of shape (n_pairs, 2) of ints
+        Pairs of frames (i, j) of the two motions, from the first on. Both never decrease, and no frame between is left
+        out.
+    distance : float
+        Sum of `distances` divided by the number of frames, as `motion_distances` has it, m, or rad for "angle".
+    distances : ndarray of shape (n_pairs,)
+        Distance between the poses of each pair, m, or rad for "angle".
+    joint_distances : ndarray of shape (n_pairs, n_joints) or None
+        Distance between the positions of each joint in the two poses, the root at the origin, m; weights of joints
+        have no effect. The columns are ``skeleton.joint_names``. None without a skeleton.
+    joint_rotations : ndarray of shape (n_pairs, n_joints) or None
+        Angle between the rotations of each joint relative to its parent, rad, at most π; zero for joints without dofs.
+        None without a skeleton.
+    a, b : ndarray of shape (n_frames, n_dofs)
+        The poses of the two motions, rad, on `skeleton`.
+    skeleton : Skeleton or None
+        The skeleton on which the motions are compared.
+    frame_rate : float or None
+        Frame rate of both, Hz; None for arrays, which have none.
+    metric : str
+        The distance between poses: "spatial" where "auto" was given with a skeleton.
+
+    See Also
+    --------
+    skpose.plot.AlignmentDisplay : Joints against time as a picture.
+
+    Notes
+    -----
+    A joint whose rotation is off moves all joints behind it: a hip that bends less is seen in the distances of knee,
+    ankle and toes. The rotations show the joint itself.
+
+    Examples
+    --------
+    An arm that swings, and once more with an elbow (the second joint) that bends in between:
+
+    >>> import numpy as np
+    >>> from skpose import Motion, Skeleton, align_motions
+    >>> swing = np.linspace([0, 0], [2, 0], 21)
+    >>> bent = swing.copy()
+    >>> bent[12, 1] = 0.5
+    >>> arm = Skeleton.chain(2)
+    >>> alignment = align_motions(Motion(arm, swing, 10), Motion(arm, bent, 10))
+    >>> alignment
+    Alignment(distance=0.0119 m, 21 pairs of 21 and 21 frames, joint_2 differs most: by 0.495 m at 1.2 s)
+    >>> most = alignment.joint_differences("rotation")[0]
+    >>> most.joint, round(most.largest, 3), most.frame_a
+    ('joint_2', 0.5, 12)
+    """
+
+    path: np.ndarray
+    distance: float
+    distances: np.ndarray
+    joint_distances: np.ndarray | None
+    joint_rotations: np.ndarray | None
+    a: np.ndarray
+    b: np.ndarray
+    skeleton: Skeleton | None
+    frame_rate: float | None
+    metric: str
+
+    def __repr__(self) -> str:
+        frames = f"{len(self.path)} pairs of {len(self.a)} and {len(self.b)} frames"
+        unit = "rad" if self.metric == "angle" else "m"
+        most = ""
+        if self.joint_distances is not None and self.joint_distances.any():
+            off = self.joint_differences()[0]
+            when = f"frame {off.frame_a}" if self.frame_rate is None else f"{off.frame_a / self.frame_rate:.4g} s"
+            most = f", {off.joint} differs most: by {off.largest:.3g} m at {when}"
+        return f"Alignment(distance={self.distance:.4g} {unit}, {frames}{most})"
+
+    def joint_differences(self, quantity: Quantity = "distance") -> list[JointDifference]:
+        """Return which joint is off, when, and by how much.
+
+        Parameters
+        ----------
+        quantity : {"distance", "rotation"}, default="distance"
+            "distance" is that between the positions of a joint, m. "rotation" is the angle between a joint's own
+            rotations, rad; joints without dofs are left out.
+
+        Returns
+        -------
+        list of JointDifference
+            One for each joint, that of the largest difference first.
+
+        Raises
+        ------
+        ValueError
+            For another quantity, and without a skeleton.
+        """
+        names, values = self._of_joints(quantity)
+        rows = values.argmax(axis=0)
+        found = [
+            JointDifference(name, float(column[row]), float(column.mean()), *map(int, self.path[row]))
+            for name, column, row in zip(names, values.T, rows, strict=True)
+        ]
+        return sorted(found, key=lambda difference: -difference.largest)
+
+    def _of_joints(self, quantity: Quantity) -> tuple[list[str], np.ndarray]:
+        """Return names of joints, and their differences along the path (n_pairs, n), m or rad."""
+        if quantity not in get_args(Quantity):
+            raise ValueError(f'quantity must be "distance" or "rotation", got {quantity!r}')
+        if self.skeleton is None or self.joint_distances is None or self.joint_rotations is None:
+            raise ValueError("the alignment has no skeleton and so no joints: pass skeleton= to align_motions")
+        if quantity == "distance":
+            return list(self.skeleton.joint_names), self.joint_distances
+        rotating = [j for j, bone in enumerate(self.skeleton.bones) if bone.dofs]
+        return [self.skeleton.joint_names[j] for j in rotating], self.joint_rotations[:, rotating]
+
+
+@validate_params(
+    METRIC_CONSTRAINTS
+    | {
+        "alignment": [StrOptions({"dtw", "subsequence"})],
+        "window": [Interval(Real, 0, 1, closed="both"), None],
+    },
+    prefer_skip_nested_validation=True,
+)
+def align_motions(
+    a: Motion | ArrayLike,
+    b: Motion | ArrayLike,
+    *,
+    skeleton: Skeleton | None = None,
+    metric: str = "auto",
+    alignment: str = "dtw",
+    window: float | None = None,
+    n_steps: int = 10,
+    wrap: bool | str = "auto",
+) -> Alignment:
+    """Align two motions by dynamic time warping: which frames belong together, and which joints differ there.
+
+    Of all paths of pairs of frames by steps (1, 0), (0, 1) and (1, 1), it is the one with the least sum of the
+    distances between the poses [1]_, see `motion_distances`.
+
+    Parameters
+    ----------
+    a, b : Motion or array-like of shape (n_frames, n_dofs)
+        Two motions: joint angles, and rotation vectors of ball joints, rad.
+    skeleton : Skeleton, default=None
+        The skeleton of both. None is that of the `Motion` objects, where they differ their mean. Arrays need it; with
+        the metric "angle" they do without, but then there are no joints to compare.
+    metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
+        The distance between poses, see `pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a
+        warning.
+    alignment : {"dtw", "subsequence"}, default="dtw"
+        "dtw" aligns the whole of both. "subsequence" looks for `a` inside `b`: the path takes all frames of `a`, and
+        begins and ends at any frame of `b`.
+    window : float between 0 and 1, default=None
+        Sakoe–Chiba band of "dtw", see `motion_distances`. None is no limit.
+    n_steps : int, default=10
+        Chords along the curve of "spatial" and "geodesic".
+    wrap : bool or "auto", default="auto"
+        Whether differences of angles are wrapped to [−π, π] in the distance, see `pose_distances`.
+
+    Returns
+    -------
+    Alignment
+        Path, distance, and the differences of the joints along the path.
+
+    Raises
+    ------
+    TypeError
+        For several motions in the place of one, and for a Motion and an array together.
+    ValueError
+        For poses that `pose_distances` refuses, motions of different frame rates, skeletons that are not comparable;
+        for a window with "subsequence".
+
+    Warns
+    -----
+    ConvergenceWarning
+        If geodesics did not converge.
+    UserWarning
+        If the poses look like degrees, see `pose_distances`.
+
+    See Also
+    --------
+    motion_distances : The distances alone, of many motions.
+    skpose.plot.AlignmentDisplay : The alignment as a picture.
+
+    Notes
+    -----
+    Time O(n · m) distances between poses, for n and m frames; all are computed, with a window too. Memory 16 n · m
+    bytes: unlike in `motion_distances` all distances between the frames are in memory, twice. Two motions of 5,000
+    frames take 400 MB; resample long ones.
+
+    `distance` is that of ``motion_distances([a], [b])``, to the last bit. Where several paths have the same sum, it is
+    the one that ends with diagonal steps.
+
+    References
+    ----------
+    .. [1] H. Sakoe, S. Chiba, "Dynamic programming algorithm optimization for spoken word recognition", IEEE
+       Transactions on Acoustics, Speech, and Signal Processing 26(1), 1978, :doi:`10.1109/TASSP.1978.1163055`.
+
+    Examples
+    --------
+    The same movement, but slower at first:
+
+    >>> import numpy as np
+    >>> from skpose import Skeleton, align_motions
+    >>> quick, slow = [[0.0], [1.0], [2.0]], [[0.0], [0.1], [1.0], [2.0]]
+    >>> alignment = align_motions(quick, slow, skeleton=Skeleton.chain(1))
+    >>> alignment.path.tolist()
+    [[0, 0], [0, 1], [1, 2], [2, 3]]
+    >>> alignment.joint_distances.ravel().round(3)
+    array([0. , 0.1, 0. , 0. ])
+    """
+    first, second = check_single_motions({"a": a, "b": b}, skeleton)
+    skeleton = first.skeleton
+    name, chosen, steps = resolve(metric, skeleton, n_steps, wrap)
+    check_alignment(alignment, window)
+    poses_a, poses_b = first.sequences.poses, second.sequences.poses
+    if skeleton is not None:
+        warn_of_degrees(a=poses_a, b=poses_b)
+    warn_of_no_skeleton(metric, skeleton)
+    dtype = np.result_type(poses_a, poses_b)
+    rows, columns = poses_a, poses_b
+    if chosen.always_float64:  # so that the distances are not rounded before they are added
+        rows, columns = rows.astype(np.float64), columns.astype(np.float64)
+    costs, unconverged = DistanceMatrix(rows, columns, name, skeleton, steps).written(None, None)
+    warn_of_unconverged(unconverged, costs.size)
+    is_open = alignment == "subsequence"
+    sums = costs.astype(np.float64)
+    accumulate(sums, Paths(1.0 if window is None else float(window), is_open))
+    column = int(sums[-1].argmin()) if is_open else sums.shape[1] - 1
+    path = path_to(sums, is_open, column)
+    n_counted = len(poses_a) if is_open else len(poses_a) + len(poses_b)
+    return Alignment(
+        path=path,
+        distance=float((sums[-1, column] / n_counted).astype(dtype)),
+        distances=costs[path[:, 0], path[:, 1]],
+        joint_distances=None if skeleton is None else _joint_distances(poses_a, poses_b, path, skeleton),
+        joint_rotations=None if skeleton is None else _joint_rotations(poses_a, poses_b, path, skeleton),
+        a=poses_a,
+        b=poses_b,
+        skeleton=skeleton,
+        frame_rate=first.frame_rate,
+        metric=name,
+    )
+
+
+def _joint_distances(a: np.ndarray, b: np.ndarray, path: np.ndarray, skeleton: Skeleton) -> np.ndarray:
+    """Return the distances (n_pairs, n_joints) between the positions of each joint, m."""
+    positions_a, positions_b = (forward_kinematics(poses.astype(np.float64), skeleton) for poses in (a, b))
+    return np.linalg.norm(positions_a[path[:, 0]] - positions_b[path[:, 1]], axis=2)
+
+
+def _joint_rotations(a: np.ndarray, b: np.ndarray, path: np.ndarray, skeleton: Skeleton) -> np.ndarray:
+    """Return the angles (n_pairs, n_joints) between the rotations of each joint relative to its parent, rad.
+
+    The constant rest rotation before the joint's own is the same in both, so that it has no effect.
+    """
+    angles, first = np.zeros((len(path), skeleton.n_joints)), 0
+    for j, bone in enumerate(skeleton.bones):
+        columns, first = slice(first, first + bone.n_dofs), first + bone.n_dofs
+        if bone.dofs:
+            of_a, of_b = (rotations_of(bone, poses[:, columns].astype(np.float64)) for poses in (a, b))
+            angles[:, j] = (of_a[path[:, 0]].inv() * of_b[path[:, 1]]).magnitude()
+    return angles

@@ -1,0 +1,245 @@
+"""The best places of a motion in long recordings: the public function, and the index of recordings."""
+
+from numbers import Integral
+from typing import Any, NamedTuple
+
+from joblib import effective_n_jobs
+
+from skpose._compat.sklearn import Interval, validate_params
+from skpose.metrics._convergence import warn_of_unconverged
+from skpose.metrics._registry import METRIC_CONSTRAINTS, resolve, warn_of_no_skeleton
+from skpose.motions._index import SequenceIndex
+from skpose.motions._inputs import check_motion, check_motions, rates_differ
+from skpose.motions._windows import WindowSearch
+from skpose.skeleton import Skeleton
+from skpose.skeleton._units import warn_of_degrees
+from skpose.skeleton._units import warn_of_degrees
+
+DEFAULTS = {"skeleton": None, "metric": "auto", "n_steps": 10, "wrap": "auto"}
+
+
+class MotionMatch(NamedTuple):
+    """A place where `find_motion` found the query.
+
+    Attributes
+    ----------
+    motion : int
+        Index of the motion.
+    start, stop : int
+        Its frames; `stop` is behind the last one, as in a slice: ``motions[match.motion][match.start : match.stop]``.
+    distance : float
+        The least sum of distances between frames, divided by the frames of the query, m, or rad for "angle".
+
+    Examples
+    --------
+    >>> from skpose.motions import MotionMatch
+    >>> MotionMatch(motion=3, start=120, stop=180, distance=0.2)
+    MotionMatch(motion=3, start=120, stop=180, distance=0.2)
+    """
+
+    motion: int
+    start: int
+    stop: int
+    distance: float
+
+
+class MotionIndex:
+    """Motions that are searched by `find_motion` more than once: their joint positions along principal axes.
+
+    Parameters
+    ----------
+    motions : list of array-like of shape (n_frames, n_dofs), list of Motion, MotionDataset, or array of shape \
+(n_motions, n_frames, n_dofs)
+        Motions, as for `motion_distances`.
+    skeleton : Skeleton, default=None
+        The skeleton of all motions. None is that of the `Motion` objects; arrays need it, but for "angle".
+    metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
+        The distance between poses, see `pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a
+        warning.
+    n_steps : int, default=10
+        Chords along the curve of "spatial" and "geodesic".
+    wrap : bool or "auto", default="auto"
+        Whether differences of angles are wrapped to [−π, π], see `pose_distances`.
+
+    Attributes
+    ----------
+    skeleton : Skeleton or None
+        The skeleton in use.
+    frame_rate : float or None
+        Frame rate of the motions, Hz; None for arrays.
+
+    Notes
+    -----
+    Time O(frames), some microseconds each; memory: a copy of the poses, and about 90 bytes a frame.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from skpose import MotionIndex, Skeleton, find_motion
+    >>> wave = np.sin(np.linspace(0, 20, 400))[:, None]
+    >>> index = MotionIndex([wave, 2.0 * wave], skeleton=Skeleton.chain(1))
+    >>> index
+    MotionIndex(2 motions, 800 frames, metric='spatial')
+    >>> [match.motion for match in find_motion(2.0 * wave[30:70], index, k=2)]
+    [1, 1]
+    """
+
+    @validate_params(METRIC_CONSTRAINTS, prefer_skip_nested_validation=True)
+    def __init__(
+        self,
+        motions: Any,
+        *,
+        skeleton: Skeleton | None = None,
+        metric: str = "auto",
+        n_steps: int = 10,
+        wrap: bool | str = "auto",
+    ):
+        (checked,) = check_motions({"motions": motions}, skeleton)
+        name, _, steps = resolve(metric, checked.skeleton, n_steps, wrap)
+        if checked.skeleton is not None:
+            warn_of_degrees(motions=checked.sequences.poses)
+        warn_of_no_skeleton(metric, checked.skeleton)
+        if checked.skeleton is not None:
+            warn_of_degrees(motions=checked.sequences.poses)
+        self.skeleton, self.frame_rate = checked.skeleton, checked.frame_rate
+        self._index = SequenceIndex(checked.sequences, checked.skeleton, name, steps)
+
+    def __len__(self) -> int:
+        return self._index.sequences.n_motions
+
+    def __repr__(self) -> str:
+        n_frames = len(self._index.sequences.poses)
+        return f"MotionIndex({len(self):,} motions, {n_frames:,} frames, metric={self._index.metric!r})"
+
+
+@validate_params(
+    METRIC_CONSTRAINTS
+    | {
+        "k": [Interval(Integral, 1, None, closed="left")],
+        "n_jobs": [None, Integral],
+        "verbose": ["verbose"],
+    },
+    prefer_skip_nested_validation=True,
+)
+def find_motion(
+    query: Any,
+    motions: Any,
+    *,
+    k: int = 5,
+    skeleton: Skeleton | None = None,
+    metric: str = "auto",
+    n_steps: int = 10,
+    wrap: bool | str = "auto",
+    n_jobs: int | None = None,
+    verbose: int = 0,
+) -> list[MotionMatch]:
+    """Find the k places in long recordings that are most like a short motion: exact subsequence search.
+
+    A *window* ends at some frame of a recording, and begins where the best path of the query to that frame begins: the
+    path takes all frames of the query and warps time freely, see "subsequence" of `motion_distances`. The best window
+    is the first match; the best of those that overlap no more than half with it (of the shorter of the two) is the
+    second, and so on.
+
+    Parameters
+    ----------
+    query : array-like of shape (n_frames, n_dofs) or Motion
+        What is looked for: joint angles, and rotation vectors of ball joints, rad.
+    motions : list of array-like of shape (n_frames, n_dofs), list of Motion, MotionDataset, MotionIndex, or array of \
+shape (n_motions, n_frames, n_dofs)
+        Where to look. A `MotionIndex` is made once for many queries.
+    k : int, default=5
+        Number of matches.
+    skeleton, metric, n_steps, wrap
+        As for `motion_distances`; with a `MotionIndex` they are its own, and not given here.
+    n_jobs : int, default=None
+        Threads; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors.
+    verbose : int, default=0
+        Whether to show the progress.
+
+    Returns
+    -------
+    list of MotionMatch
+        The k best windows, by distance; fewer if the recordings have no more that overlap so little.
+
+    Raises
+    ------
+    TypeError
+        For several motions as the query, or one in the place of several.
+    ValueError
+        For poses that `pose_distances` refuses; for another frame rate of the query than of the recordings.
+
+    Warns
+    -----
+    ConvergenceWarning
+        If geodesics did not converge.
+
+    See Also
+    --------
+    motion_distances : Distances of whole motions.
+    MotionKNeighborsTransformer : The nearest of whole motions.
+
+    Notes
+    -----
+    The answer is that of brute force, which measures each frame of the query against each of the recordings. *Filter
+    and refine* finds it at a fraction of the cost. The chord is never longer than the curve, ‖F(a) − F(b)‖ ≤ "geodesic"
+    ≤ "spatial", so that the least sum of chords along the paths through a frame of the recording bounds the sum of
+    every window that contains it. Such bounds are computed with boxes around eight frames along the principal axes of
+    the joint positions first, then with the frames themselves where the boxes leave any, and the metric is measured
+    only where a path within the k-th distance can go. "rotation", and "angle" with `wrap`, have no bound and are
+    searched by brute force.
+
+    Time O(frames of the query · frames of the recordings): for the boxes an eighth of that, for the rest what they
+    leave. Memory O(frames of the recordings), and the pairs of frames of one region.
+
+    References
+    ----------
+    .. [1] M. Müller, "Information retrieval for music and motion", Springer, 2007, sec. 4.4,
+       :doi:`10.1007/978-3-540-74048-3`.
+    .. [2] T. Rakthanmanon et al., "Searching and mining trillions of time series subsequences under dynamic time
+       warping", KDD 2012, :doi:`10.1145/2339530.2339576`, for bounds in order of their cost.
+
+    Examples
+    --------
+    A wave of the arm, twice in a recording:
+
+    >>> import numpy as np
+    >>> from skpose import Skeleton, find_motion
+    >>> wave, rest = np.sin(np.linspace(0, 2 * np.pi, 30)), np.zeros(50)
+    >>> recording = np.concatenate([rest, wave, rest, 0.9 * wave, rest])[:, None]
+    >>> for match in find_motion(wave[:, None], [recording], k=2, skeleton=Skeleton.chain(1)):
+    ...     print(match.start, match.stop, round(match.distance, 3))
+    50 80 0.0
+    130 160 0.051
+    """
+    given = {"skeleton": skeleton, "metric": metric, "n_steps": n_steps, "wrap": wrap}
+    if not isinstance(motions, MotionIndex):
+        index = MotionIndex(motions, **given)  # type: ignore[arg-type]
+    else:
+        index = motions
+        for name, value in given.items():
+            if value != DEFAULTS[name]:
+                raise ValueError(f"{name} is that of the MotionIndex, got {name}={value!r}: pass it to MotionIndex")
+    checked = check_motion(query, index.skeleton, "query")
+    if index.skeleton is not None:
+        warn_of_degrees(query=checked.sequences.poses)
+    here, there = checked.frame_rate, index.frame_rate
+    if here is not None and there is not None and rates_differ(here, there):
+        raise ValueError(
+            f"query has {here:g} Hz and motions have {there:g} Hz, and the distance counts frames: pass "
+            f"query.resample({there:g})"
+        )
+    if index.skeleton is not None:
+        warn_of_degrees(query=checked.sequences.poses)
+    search = WindowSearch(index._index, effective_n_jobs(n_jobs), verbose)
+    poses, starts = checked.sequences.poses, index._index.sequences.starts
+    if poses.shape[1] != index._index.sequences.poses.shape[1]:
+        raise ValueError(
+            f"query has {poses.shape[1]} columns and motions have {index._index.sequences.poses.shape[1]}; poses of "
+            "one skeleton have equally many"
+        )
+    windows = search.best(poses, int(k))
+    warn_of_unconverged(search.unconverged, search.evaluations.cells)
+    return [
+        MotionMatch(w.motion, w.start - int(starts[w.motion]), w.stop - int(starts[w.motion]), w.sum / len(poses))
+        for w in windows
+    ]

@@ -1,0 +1,295 @@
+"""The graph of the k nearest motions."""
+
+from numbers import Integral
+from typing import ClassVar
+
+import numpy as np
+from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, TransformerMixin
+from sklearn.utils.validation import check_is_fitted
+
+from skpose._base import POSE_CONSTRAINTS
+from skpose._compat.sklearn import Interval, StrOptions, fit_context
+from skpose.metrics._convergence import warn_of_unconverged
+from skpose.motions._base import MotionEstimatorMixin
+from skpose.motions._distances import ALIGNMENT_CONSTRAINTS
+from skpose.motions._index import SequenceIndex
+from skpose.motions._queries import Request, find
+from skpose.neighbors._graph import checked_k, sparse_graph
+from skpose.neighbors._results import requested
+
+
+class MotionKNeighborsTransformer(
+    MotionEstimatorMixin, ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator
+):
+    """Transform motions into the sparse graph of their exact k nearest training motions.
+
+    The counterpart of scikit-learn's ``KNeighborsTransformer`` under dynamic time warping with a distance of poses.
+    Every estimator that takes a sparse precomputed graph can use it::
+
+        make_pipeline(MotionKNeighborsTransformer(skeleton), KNeighborsClassifier(metric="precomputed"))
+
+    Parameters
+    ----------
+    skeleton : Skeleton, default=None
+        The skeleton of all motions. None is that of the `Motion` objects; arrays need it, but for "angle".
+    mode : {"distance", "connectivity"}, default="distance"
+        Whether the graph holds distances or ones.
+    n_neighbors : int, default=5
+        Neighbours of each motion in the graph. As each training motion counts as its own neighbour, there is one more
+        with ``mode="distance"``, as in scikit-learn.
+    algorithm : {"auto", "brute"}, default="auto"
+        "auto" aligns only what lower bounds do not rule out, "brute" every pair. The result is the same.
+    metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
+        The distance between poses, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a
+        warning. "rotation", and "angle" with `wrap`, have no bound and are searched by brute force.
+    window : float between 0 and 1, default=None
+        Sakoe–Chiba band, see `skpose.motion_distances`; None is no limit.
+    n_steps : int, default=10
+        Chords along the curve of "spatial" and "geodesic".
+    wrap : bool or "auto", default="auto"
+        Whether differences of angles are wrapped to [−π, π], see `skpose.pose_distances`.
+    n_jobs : int, default=None
+        Threads; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors. Where that context names
+        a backend of processes or a cluster, the search runs there. The result does not depend on it.
+    verbose : int, default=0
+        Whether to show the progress of a search.
+
+    Attributes
+    ----------
+    effective_metric_ : str
+        The metric in use.
+    effective_metric_params_ : dict
+        Its parameters: `window`, and `n_steps` and `wrap` where the metric has them.
+    skeleton_ : Skeleton or None
+        The skeleton in use.
+    frame_rate_ : float or None
+        Frame rate of the training motions, Hz; None for arrays, which have none.
+    n_samples_fit_ : int
+        Number of training motions.
+    n_features_in_ : int
+        Number of degrees of freedom seen during `fit`.
+    feature_names_in_ : ndarray of shape (`n_features_in_`,)
+        Names of features seen during `fit`. Defined only when `X` is a data frame of motions of one frame.
+
+    Warns
+    -----
+    ConvergenceWarning
+        From a search, if geodesics did not converge.
+
+    See Also
+    --------
+    MotionDistanceTransformer : All distances.
+    motion_distances : All distances, as a function.
+    find_motion : The best windows of long motions.
+    PoseKNeighborsTransformer : The same of poses.
+
+    Notes
+    -----
+    The search is *filter and refine*. For every pair of frames the chord is never longer than the curve, ‖F(a) − F(b)‖
+    ≤ "geodesic" ≤ "spatial", and so is the least sum along a path, cell by cell. The bounds are taken in order of their
+    cost: the pairs of first and of last frames; the query's frames against boxes around eight frames along the
+    principal axes of the joint positions; dynamic time warping of the components along these axes [2]_. What is left is
+    aligned under the metric in order of its bound, until no bound is within the k-th distance. Of an alignment only
+    those pairs of frames are measured that a path within that distance can go through [3]_.
+
+    Every distance is computed in float64, also for float32 poses: indices and distances are equal, to the last bit, to
+    those from ``motion_distances(X, X_fit)`` in float64, sorted by distance and then by index.
+
+    Time O(n_samples · n_samples_fit) for the first bound, and for what it leaves O(frames · frames) some nanoseconds.
+    Memory O(frames of the training motions): the poses and 90 bytes for each, and O(frames · frames) of one alignment.
+
+    References
+    ----------
+    .. [1] H. Sakoe, S. Chiba, "Dynamic programming algorithm optimization for spoken word recognition", IEEE
+       Transactions on Acoustics, Speech, and Signal Processing 26(1), 1978, :doi:`10.1109/TASSP.1978.1163055`.
+    .. [2] E. Keogh, C. A. Ratanamahatana, "Exact indexing of dynamic time warping", Knowledge and Information Systems
+       7, 2005, :doi:`10.1007/s10115-004-0154-9`, for bounds of a band by boxes.
+    .. [3] M. Herrmann, G. I. Webb, "Early abandoning and pruning for elastic distances including dynamic time warping",
+       Data Mining and Knowledge Discovery 35, 2021, :doi:`10.1007/s10618-021-00782-4`.
+
+    Examples
+    --------
+    Two swings of an arm that go far, and two that do not:
+
+    >>> import numpy as np
+    >>> from sklearn.neighbors import KNeighborsClassifier
+    >>> from sklearn.pipeline import make_pipeline
+    >>> from skpose import MotionKNeighborsTransformer, Skeleton
+    >>> X = [np.linspace([0.0, 0.0], [reach, 0.0], n) for reach, n in ((1.0, 12), (1.1, 15), (2.0, 12), (2.1, 9))]
+    >>> neighbors = MotionKNeighborsTransformer(Skeleton.chain(2), n_neighbors=1).fit(X)
+    >>> neighbors.transform(X).toarray().round(3)
+    array([[0.   , 0.035, 0.   , 0.   ],
+           [0.035, 0.   , 0.   , 0.   ],
+           [0.   , 0.   , 0.   , 0.082],
+           [0.   , 0.   , 0.082, 0.   ]])
+    >>> knn = make_pipeline(neighbors, KNeighborsClassifier(1, metric="precomputed"))
+    >>> knn.fit(X, ["near", "near", "far", "far"]).predict([np.linspace([0.0, 0.0], [1.9, 0.1], 20)])
+    array(['far'], dtype='<U4')
+    """
+
+    _parameter_constraints: ClassVar[dict] = {
+        **POSE_CONSTRAINTS,
+        "mode": [StrOptions({"distance", "connectivity"})],
+        "n_neighbors": [Interval(Integral, 1, None, closed="left")],
+        "algorithm": [StrOptions({"auto", "brute"})],
+        "window": ALIGNMENT_CONSTRAINTS["window"],
+    }
+
+    def __init__(
+        self,
+        skeleton=None,
+        *,
+        mode="distance",
+        n_neighbors=5,
+        algorithm="auto",
+        metric="auto",
+        window=None,
+        n_steps=10,
+        wrap="auto",
+        n_jobs=None,
+        verbose=0,
+    ):
+        self.skeleton = skeleton
+        self.mode = mode
+        self.n_neighbors = n_neighbors
+        self.algorithm = algorithm
+        self.metric = metric
+        self.window = window
+        self.n_steps = n_steps
+        self.wrap = wrap
+        self.n_jobs = n_jobs
+        self.verbose = verbose
+
+    @fit_context(prefer_skip_nested_validation=True)
+    def fit(self, X, y=None):
+        """Index the training motions.
+
+        Parameters
+        ----------
+        X : list of array-like of shape (n_frames, n_dofs), list of Motion, MotionDataset, or array of three dimensions
+            Motions, see `skpose.motion_distances`. Each row of an array of two dimensions is a motion of one frame.
+        y : Ignored
+            Not used, present for API consistency by convention.
+
+        Returns
+        -------
+        self : MotionKNeighborsTransformer
+            The fitted transformer.
+        """
+        X = self._checked(X, reset=True)
+        brute = self.algorithm == "brute"
+        self._index = SequenceIndex(X, self.skeleton_, self.effective_metric_, self._steps(), brute=brute)
+        self.n_samples_fit_ = X.n_motions
+        return self
+
+    def fit_transform(self, X, y=None):
+        """Index the training motions and compute the graph of neighbours among them.
+
+        Parameters
+        ----------
+        X : list of array-like, list of Motion, MotionDataset, or array of three dimensions
+            Motions, as for `fit`.
+        y : Ignored
+            Not used, present for API consistency by convention.
+
+        Returns
+        -------
+        sparse matrix of shape (n_samples_fit, n_samples_fit)
+            As from `transform`: every motion is among its own neighbours.
+        """
+        return self.fit(X).transform(X)
+
+    def transform(self, X):
+        """Compute the graph of the nearest training motions.
+
+        Parameters
+        ----------
+        X : list of array-like, list of Motion, MotionDataset, or array of three dimensions
+            Motions, as for `fit`.
+
+        Returns
+        -------
+        sparse matrix of shape (n_samples, n_samples_fit)
+            In CSR format, each row by distance; zero distances are stored explicitly.
+        """
+        check_is_fitted(self, "n_samples_fit_")
+        self._check_how_to_answer()
+        return self.kneighbors_graph(X, self.n_neighbors + (self.mode == "distance"), self.mode)
+
+    def kneighbors(self, X=None, n_neighbors=None, return_distance=True, *, return_evaluations=False):
+        """Find the k nearest training motions.
+
+        Parameters
+        ----------
+        X : list of array-like, list of Motion, MotionDataset, or array of three dimensions, default=None
+            Motions, as for `fit`. None is the training motions; a motion is then not its own neighbour.
+        n_neighbors : int, default=None
+            Number of neighbours; None takes the constructor's.
+        return_distance : bool, default=True
+            Whether to return the distances too.
+        return_evaluations : bool, default=False
+            Whether to return the numbers of alignments and distances that the search evaluated, too.
+
+        Returns
+        -------
+        distances : ndarray of shape (n_queries, n_neighbors)
+            In m, or rad for "angle", divided by the frames as in `motion_distances`; only if requested.
+        indices : ndarray of shape (n_queries, n_neighbors)
+            By distance, those equally far away by index.
+        evaluations : MotionEvaluations
+            Named tuple, see `skpose.motions.MotionEvaluations`; only if requested.
+
+        Raises
+        ------
+        ValueError
+            For more neighbours than there are training motions.
+        """
+        check_is_fitted(self, "n_samples_fit_")
+        found = self._find(X, n_neighbors)
+        return requested(
+            (return_distance, found.distances), (True, found.indices), (return_evaluations, found.evaluations)
+        )
+
+    def kneighbors_graph(self, X=None, n_neighbors=None, mode="connectivity"):
+        """Compute the graph of the k nearest training motions.
+
+        Parameters
+        ----------
+        X : list of array-like, list of Motion, MotionDataset, or array of three dimensions, default=None
+            Motions, as for `kneighbors`.
+        n_neighbors : int, default=None
+            Number of neighbours; None takes the constructor's.
+        mode : {"connectivity", "distance"}, default="connectivity"
+            Whether the graph holds ones or distances.
+
+        Returns
+        -------
+        sparse matrix of shape (n_queries, n_samples_fit)
+            In CSR format, each row by distance.
+        """
+        check_is_fitted(self, "n_samples_fit_")
+        if mode not in ("connectivity", "distance"):
+            raise ValueError(f'mode must be "connectivity" or "distance", got {mode!r}')
+        found = self._find(X, n_neighbors)
+        n_queries, k = found.indices.shape
+        data = found.distances.ravel() if mode == "distance" else np.ones(n_queries * k)
+        indptr = np.arange(0, n_queries * k + 1, k)
+        return sparse_graph(data, found.indices.ravel(), indptr, (n_queries, self.n_samples_fit_))
+
+    def _find(self, X, n_neighbors):
+        """Return the nearest training motions of X, as for `kneighbors`."""
+        k = checked_k(self.n_neighbors if n_neighbors is None else n_neighbors, X is None, self.n_samples_fit_)
+        if X is None:
+            self._check_how_to_answer()
+            queries, excluded = self._index.sequences, np.arange(self.n_samples_fit_)
+        else:
+            queries = self._checked(X, reset=False)
+            excluded = np.full(queries.n_motions, -1)
+        window = self.effective_metric_params_["window"]
+        found = find(Request(self._index, queries, excluded, k, window), self.n_jobs, self.verbose)
+        warn_of_unconverged(found.unconverged, found.evaluations.cells)
+        return found
+
+    @property
+    def _n_features_out(self):
+        return self.n_samples_fit_

@@ -1,0 +1,191 @@
+"""Distances to the training motions as a step of a scikit-learn pipeline."""
+
+from typing import ClassVar
+
+from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, TransformerMixin
+from sklearn.utils.validation import check_is_fitted
+
+from skpose._compat.sklearn import fit_context
+from skpose.motions._base import MotionEstimatorMixin
+from skpose.motions._distances import MOTION_CONSTRAINTS, check_alignment
+
+
+class MotionDistanceTransformer(MotionEstimatorMixin, ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator):
+    """Transform whole motions to their distances from the training motions, by dynamic time warping.
+
+    The result is what scikit-learn calls precomputed, so that every estimator that takes a matrix of distances works on
+    motions of different lengths::
+
+        make_pipeline(MotionDistanceTransformer(skeleton), KNeighborsClassifier(metric="precomputed"))
+
+    Parameters
+    ----------
+    skeleton : Skeleton, default=None
+        The skeleton of all motions. None is that of the `Motion` objects of `fit`, where they differ their mean; arrays
+        need it, but for "angle".
+    metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
+        The distance between poses, see `pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a
+        warning.
+    alignment : {"dtw", "subsequence", "frames"}, default="dtw"
+        "dtw" warps the whole of both motions, "subsequence" looks for the motion of X inside the training motion, and
+        "frames" takes the pairs (i, i) of motions of equal length, see `motion_distances`.
+    window : float between 0 and 1, default=None
+        Sakoe–Chiba band of "dtw", as a share of the durations; None is no limit.
+    n_steps : int, default=10
+        Chords along the curve of "spatial" and "geodesic".
+    wrap : bool or "auto", default="auto"
+        Whether differences of angles are wrapped to [−π, π], see `pose_distances`.
+    n_jobs : int, default=None
+        Threads, or workers of a ``joblib.parallel_config`` context, see `motion_distances`.
+    verbose : int, default=0
+        Whether to show progress.
+
+    Attributes
+    ----------
+    effective_metric_ : str
+        The distance between poses in use.
+    effective_metric_params_ : dict
+        Its parameters, `alignment` and `window`; `n_steps` and `wrap` where it has them.
+    skeleton_ : Skeleton or None
+        The skeleton in use.
+    frame_rate_ : float or None
+        Frame rate of the training motions, Hz; None for arrays, which have none.
+    n_samples_fit_ : int
+        Number of training motions.
+    n_features_in_ : int
+        Number of features seen during `fit`: the degrees of freedom of a frame.
+    feature_names_in_ : ndarray of shape (`n_features_in_`,)
+        Names of features seen during `fit`. Defined only when `X` has two dimensions, and feature names that are all
+        strings.
+
+    Warns
+    -----
+    ConvergenceWarning
+        If geodesics did not converge.
+    UserWarning
+        If the poses look like degrees, see `pose_distances`.
+
+    See Also
+    --------
+    motion_distances : The distances as a function.
+    MotionKNeighborsTransformer : The nearest motions without most of the distances.
+    PoseDistanceTransformer : The same for single poses.
+
+    Notes
+    -----
+    X is a list of motions, arrays (n_frames, n_dofs) or `Motion`, whose lengths may differ; a `MotionDataset`; or an
+    array (n_motions, n_frames, n_dofs). Each row of an array of two dimensions is a motion of one frame. What follows
+    `fit` must be of the same kind: Motions have a frame rate and a skeleton, by whose names their columns are
+    recognised, and arrays do not. Cross-validation can split lists, collections and arrays.
+
+    All frames of the training motions are stored. Time O(frames of X · frames of the training motions) distances
+    between poses, memory O(n_samples · n_samples_fit).
+
+    Dynamic time warping obeys no triangle inequality: keep ``algorithm="brute"`` or ``metric="precomputed"`` in the
+    steps that follow.
+
+    Examples
+    --------
+    The arm goes up once or twice, at any speed; the first frames alone do not show which:
+
+    >>> import numpy as np
+    >>> from sklearn.neighbors import KNeighborsClassifier
+    >>> from sklearn.pipeline import make_pipeline
+    >>> from skpose import MotionDistanceTransformer, Skeleton
+    >>> def swings(times, n_frames):
+    ...     return np.sin(np.linspace(0, times * np.pi, n_frames))[:, np.newaxis] ** 2
+    >>> X = [swings(1, 20), swings(1, 33), swings(2, 20), swings(2, 41)]
+    >>> knn = make_pipeline(MotionDistanceTransformer(Skeleton.chain(1)), KNeighborsClassifier(1, metric="precomputed"))
+    >>> knn.fit(X, ["once", "once", "twice", "twice"]).predict([swings(1, 50), swings(2, 30)])
+    array(['once', 'twice'], dtype='<U5')
+    """
+
+    _parameter_constraints: ClassVar[dict] = {**MOTION_CONSTRAINTS}
+
+    def __init__(
+        self,
+        skeleton=None,
+        *,
+        metric="auto",
+        alignment="dtw",
+        window=None,
+        n_steps=10,
+        wrap="auto",
+        n_jobs=None,
+        verbose=0,
+    ):
+        self.skeleton = skeleton
+        self.metric = metric
+        self.alignment = alignment
+        self.window = window
+        self.n_steps = n_steps
+        self.wrap = wrap
+        self.n_jobs = n_jobs
+        self.verbose = verbose
+
+    @fit_context(prefer_skip_nested_validation=True)
+    def fit(self, X, y=None):
+        """Store the training motions.
+
+        Parameters
+        ----------
+        X : list of array-like of shape (n_frames, n_dofs), list of Motion, MotionDataset, or array
+            Motions: joint angles, and rotation vectors of ball joints, rad.
+        y : Ignored
+            Not used, present for API consistency by convention.
+
+        Returns
+        -------
+        self : MotionDistanceTransformer
+            The fitted transformer.
+        """
+        self._motions = self._checked(X, reset=True)
+        check_alignment(self.alignment, self.window, X=self._motions)
+        self.n_samples_fit_ = self._motions.n_motions
+        return self
+
+    def fit_transform(self, X, y=None):
+        """Return distances among the training motions; each pair is computed once.
+
+        Parameters
+        ----------
+        X : list of array-like of shape (n_frames, n_dofs), list of Motion, MotionDataset, or array
+            Motions: joint angles, and rotation vectors of ball joints, rad.
+        y : Ignored
+            Not used, present for API consistency by convention.
+
+        Returns
+        -------
+        ndarray of shape (n_samples_fit, n_samples_fit)
+            Exactly symmetric with a zero diagonal, but for "subsequence".
+        """
+        self.fit(X, y)
+        return self._distances(self._motions, None)
+
+    def transform(self, X):
+        """Return distances from motions to the training motions.
+
+        Parameters
+        ----------
+        X : list of array-like of shape (n_frames, n_dofs), list of Motion, MotionDataset, or array
+            Motions, of the kind and the frame rate of those in `fit`.
+
+        Returns
+        -------
+        ndarray of shape (n_samples, n_samples_fit)
+            In m, or rad for "angle": float32 where both X and the training motions are, else float64.
+        """
+        check_is_fitted(self, "n_samples_fit_")
+        motions = self._checked(X, reset=False)
+        params = self.effective_metric_params_
+        check_alignment(params["alignment"], params["window"], X=motions, X_fit=self._motions)
+        return self._distances(motions, self._motions)
+
+    @property
+    def _n_features_out(self):
+        return self.n_samples_fit_
+
+    def __sklearn_tags__(self):
+        tags = super().__sklearn_tags__()
+        tags.transformer_tags.preserves_dtype = ["float64", "float32"]
+        return tags

@@ -1,0 +1,218 @@
+"""Exact search of the windows of long motions in which a query lies best, by filter and refine.
+
+A *window* ends at a frame of a motion and begins where the least path of the query to that frame begins, an open path
+of `skpose._compiled.warping`. The best window is the one with the least sum; then the best of those that overlap no
+more than half with it, and so on: the k best.
+
+1. Every *box* of frames gets a lower bound of all paths through it: what the least path costs that comes to it, and
+   what the least one costs from there on. The boxes with the least bounds are scanned first.
+2. To *scan* frames is to do the same with the bounds of the frames themselves. In the order of the bounds of their
+   ends, windows are measured along the path that is best by the bounds, until k of them are better than the next
+   bound. The k-th is a limit: no path with a larger sum is one of the k best. Boxes within it are scanned too.
+3. Runs of frames whose bounds are within the limit are *regions*, and no path within the limit leaves one. They are
+   searched cell by cell: all windows within the limit are known then, and so the k best.
+
+Windows that overlap may leave fewer than k within the limit; it is then raised.
+"""
+
+import functools
+import itertools
+from collections.abc import Callable, Iterable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from skpose._compiled.loops import in_lanes
+from skpose._compiled.warping import accumulate, accumulate_from, path_to
+from skpose._parallel.progress import progress
+from skpose._parallel.threads import in_threads
+from skpose.motions._bounds import OPEN, Bounds, left_over
+from skpose.motions._index import FRAMES_PER_BOX, SequenceIndex
+from skpose.motions._results import MotionEvaluations
+from skpose.motions._search import ROUNDING, Aligner
+
+FIRST_SHARE = 0.05  # of the boxes, which are scanned first
+SCANNED_AT_ONCE = 2**17  # cells
+LONGEST = 3  # times the query: of the windows that are measured for the limit
+NEAR = 8  # frames between two regions that are searched as one
+RAISED = 1.1  # factor of a limit that left too few windows
+
+
+class Window(NamedTuple):
+    """A part of a motion, and the sum of the path that takes the query through it."""
+
+    sum: float
+    motion: int
+    start: int  # frames of the index
+    stop: int
+
+    def overlaps(self, other: "Window") -> bool:
+        """Return whether more than half of the shorter window lies in the other one."""
+        common = min(self.stop, other.stop) - max(self.start, other.start)
+        return 2 * common > min(self.stop - self.start, other.stop - other.start)
+
+
+class WindowSearch:
+    """A search of an index for the windows in which one motion lies best."""
+
+    def __init__(self, index: SequenceIndex, n_jobs: int, verbose: int = 0):
+        self.index, self.n_jobs, self.verbose = index, n_jobs, verbose
+        self.evaluations = MotionEvaluations(0, 0)
+        self.unconverged: list[tuple[int, float]] = []
+
+    def best(self, query: np.ndarray, k: int) -> list[Window]:
+        """Return the k best windows, or all if there are fewer, by their sums."""
+        codes = self._aligner().encoded(query)
+        if self.index.filter is None:
+            starts = self.index.sequences.starts.tolist()
+            return chosen(self._within(codes, None, itertools.pairwise(starts), np.inf), k)
+        bounds = Bounds(self.index, query)
+        by_boxes = self._bounds_of_boxes(bounds)
+        covered = float(np.quantile(by_boxes, FIRST_SHARE))  # all paths up to this sum are in what is scanned
+        while True:
+            by_frames, ends = self._scanned(bounds, by_boxes, covered)
+            limit = self._limit(bounds, codes, ends, k)
+            while limit <= covered:
+                regions = self._runs(by_frames <= limit * (1.0 + ROUNDING), NEAR)
+                found = chosen(self._within(codes, bounds, regions, limit), k)
+                if len(found) == k or np.isinf(limit):
+                    return found
+                limit = limit * RAISED if limit < by_boxes.max() else np.inf
+            covered = limit
+
+    def _aligner(self) -> Aligner:
+        return Aligner(self.index, self.index.metric, OPEN)
+
+    def _run(self, what: str, tasks: list[Callable[[], Any]]) -> list[Any]:
+        with progress(what, len(tasks), self.verbose) as advance:
+
+            def counted(task: Callable[[], Any]) -> Any:
+                result = task()
+                advance()
+                return result
+
+            return in_threads([functools.partial(counted, task) for task in tasks], self.n_jobs)
+
+    def _bounds_of_boxes(self, bounds: Bounds) -> np.ndarray:
+        """Return, for each box, a lower bound of the sums of all paths through it."""
+        least = np.empty(len(self.index.boxes))
+
+        def fill(first: int, last: int) -> None:
+            distances = bounds.of_boxes(first, last)
+            least[first:last] = through(distances, left_over(distances, OPEN), np.full(bounds.n, np.inf))[0]
+
+        starts = self.index.box_starts.tolist()
+        self._run("bounds of boxes", [functools.partial(fill, *ends) for ends in itertools.pairwise(starts)])
+        return least
+
+    def _scanned(self, bounds: Bounds, by_boxes: np.ndarray, limit: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return lower bounds of the sums of all paths through each frame, and of those that end there.
+
+        Only boxes within the limit are scanned; elsewhere the bounds are infinite.
+        """
+        box_of = np.arange(len(by_boxes)) - np.repeat(self.index.box_starts[:-1], np.diff(self.index.box_starts))
+        firsts = np.repeat(self.index.sequences.starts[:-1], np.diff(self.index.box_starts)) + FRAMES_PER_BOX * box_of
+        frames = np.repeat(by_boxes, np.diff(np.append(firsts, self.index.sequences.starts[-1])))
+        by_frames, ends = np.full(len(frames), np.inf), np.full(len(frames), np.inf)
+        regions = self._runs(frames <= limit * (1.0 + ROUNDING), 0)
+
+        def scan(start: int, stop: int) -> None:
+            step = max(FRAMES_PER_BOX, SCANNED_AT_ONCE // bounds.n)
+            chunks = [(at, min(at + step, stop)) for at in range(start, stop, step)]
+            none = np.full(bounds.n, np.inf)
+            behind = [none]  # what is left over in the first column of each chunk, from the last chunk on
+            for chunk in chunks[:0:-1]:
+                behind.append(left_over(bounds.of_frames(*chunk), OPEN, behind[-1])[:, 0])
+            edge = none
+            for chunk in chunks:
+                distances = bounds.of_frames(*chunk)
+                onwards = left_over(distances, OPEN, behind.pop())
+                by_frames[slice(*chunk)], to = through(distances, onwards, edge)
+                ends[slice(*chunk)], edge = to[-1], to[:, -1].copy()
+
+        self._run("bounds of frames", [functools.partial(scan, *region) for region in regions])
+        return by_frames, ends
+
+    def _limit(self, bounds: Bounds, codes: np.ndarray, ends: np.ndarray, k: int) -> float:
+        """Return the largest sum of k windows that exist; infinity where k are not found."""
+        found: list[Window] = []
+        best: list[Window] = []
+        free = np.isfinite(ends)
+        for end in ends.argsort(kind="stable"):
+            if not free[end]:
+                if np.isinf(ends[end]):
+                    break
+                continue
+            if len(best) == k and ends[end] > best[-1].sum:
+                break
+            window = self._measured(bounds, codes, int(end))
+            found.append(window)
+            best = chosen(found, k)
+            half = max(1, (window.stop - window.start) // 4)
+            free[max(0, end - half) : end + half] = False
+        return best[-1].sum if len(best) == k else np.inf
+
+    def _measured(self, bounds: Bounds, codes: np.ndarray, end: int) -> Window:
+        """Return the window that ends at a frame, with the sum along the path that is best by the bounds."""
+        starts = self.index.sequences.starts
+        motion = int(np.searchsorted(starts, end, side="right")) - 1
+        start = max(int(starts[motion]), end + 1 - LONGEST * bounds.n)
+        sums = bounds.of_frames(start, end + 1)
+        accumulate(sums, OPEN)
+        path = path_to(sums, True, end - start)
+        first = start + int(path[0, 1])
+        aligner = self._aligner()
+        lanes = in_lanes(aligner.encoded(self.index.sequences.poses[first : end + 1]))
+        total = aligner.path_sum(codes, lanes, path - [0, first - start])
+        return Window(total, motion, first, end + 1)
+
+    def _runs(self, chosen_frames: np.ndarray, near: int) -> list[tuple[int, int]]:
+        """Return runs of chosen frames, as first and last, which is not included; near ones of a motion are joined."""
+        frames = np.flatnonzero(chosen_frames)
+        if not len(frames):
+            return []
+        motions = np.searchsorted(self.index.sequences.starts, frames, side="right")
+        begins = np.flatnonzero((np.diff(frames) > near + 1) | (np.diff(motions) > 0)) + 1
+        firsts, lasts = np.append(0, begins), np.append(begins, len(frames)) - 1
+        return list(zip(frames[firsts].tolist(), (frames[lasts] + 1).tolist(), strict=True))
+
+    def _within(
+        self, codes: np.ndarray, bounds: Bounds | None, regions: Iterable[tuple[int, int]], limit: float
+    ) -> list[Window]:
+        """Return, for each frame of the regions, the best window that ends there, if it is within the limit."""
+
+        def windows(start: int, stop: int) -> tuple[list[Window], Aligner]:
+            aligner = self._aligner()
+            sums, starts = aligner.sums(codes, start, stop, bounds, limit)
+            motion = int(np.searchsorted(self.index.sequences.starts, start, side="right")) - 1
+            ends = np.flatnonzero(np.isfinite(sums))
+            return [Window(float(sums[e]), motion, start + int(starts[e]), start + int(e) + 1) for e in ends], aligner
+
+        results = self._run("windows", [functools.partial(windows, *region) for region in regions])
+        for _, aligner in results:
+            self.evaluations += aligner.evaluations
+            self.unconverged += aligner.unconverged
+        return [window for found, _ in results for window in found]
+
+
+def through(distances: np.ndarray, onwards: np.ndarray, edge: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the least sum of the open paths through each column, and the sums of those to each cell.
+
+    `onwards` are the sums from each cell on, `edge` those to the column before the first one.
+    """
+    to = distances.copy()
+    accumulate_from(to, OPEN, edge)
+    onwards -= distances
+    onwards += to
+    return onwards.min(axis=0), to
+
+
+def chosen(windows: list[Window], k: int) -> list[Window]:
+    """Return the k best windows of which no two overlap by more than half; of equal sums the first comes first."""
+    best: list[Window] = []
+    for window in sorted(windows, key=lambda window: (window.sum, window.stop)):
+        if not any(window.overlaps(other) for other in best):
+            best.append(window)
+            if len(best) == k:
+                break
+    return best

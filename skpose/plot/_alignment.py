@@ -1,0 +1,214 @@
+"""Display of two aligned motions: where their joints differ, and the poses that belong together."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from skpose.kinematics import forward_kinematics
+from skpose.motions import Alignment, align_motions
+from skpose.motions._alignment import Quantity
+from skpose.plot._axes import axes, check_kind, check_whole
+from skpose.plot._pose import GAP, SIDES, check_view, draw_pose
+from skpose.skeleton import Motion, Skeleton
+from skpose.skeleton._sides import sides
+
+WIDTH, ROW, STRIPS, LABELS = 10.0, 0.17, 3.6, 0.5  # inches: the figure, a joint, all poses, labels of time
+# Shares of the height of the strips: for the poses of one motion, and where lines end. Between them is a little room.
+FIGURES, LINES = 0.4, 0.42
+MOST_LINES = 80
+LARGEST_FONT = 9.0  # points
+TICKS: dict[str, Any] = {"nbins": 8, "steps": [1, 2, 5, 10]}
+QUANTITIES = {"distance": (100.0, "distance of positions (cm)"), "rotation": (180 / np.pi, "angle of rotations (°)")}
+
+
+class AlignmentDisplay:
+    """Two aligned motions: a map of the differences of all joints in time, and below it poses that belong together.
+
+    Each column of the map is a frame of the first motion, with the largest difference of the pairs that the frame is
+    in. Poses of the first motion stand below their columns. Lines join pairs of the path, the black ones the poses that
+    are drawn. The second motion, with "subsequence" its part on the path, is stretched to the same width. Names of
+    joints have the colours of `PoseDisplay`.
+
+    Parameters
+    ----------
+    alignment : Alignment
+        The path of the two motions, and the differences along it.
+
+    Attributes
+    ----------
+    ax_ : matplotlib Axes
+        The axes in whose place all is drawn.
+    map_ax_, strips_ax_ : matplotlib Axes
+        The axes of the map and of the poses, inside `ax_`. Their horizontal unit is s of the first motion, or frames
+        without a frame rate.
+    figure_ : matplotlib Figure
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from skpose import Motion, Skeleton
+    >>> from skpose.plot import AlignmentDisplay
+    >>> arm, swing = Skeleton.chain(2), np.linspace([0, 0], [2, 0], 21)
+    >>> display = AlignmentDisplay.from_motions(Motion(arm, swing, 10), Motion(arm, swing**2 / 2, 10))
+    >>> display.map_ax_.get_xlabel(), display.strips_ax_.get_xlabel()
+    ('time of a (s)', 'time of b (s)')
+    """
+
+    def __init__(self, alignment: Alignment):
+        self.alignment = alignment
+
+    def plot(
+        self, ax=None, *, quantity: Quantity = "distance", n_poses: int = 8, view: str = "xy", **style
+    ) -> "AlignmentDisplay":
+        """Draw the display.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, default=None
+            The axes in whose place all is drawn; None makes new ones.
+        quantity : {"distance", "rotation"}, default="distance"
+            "distance" shows that between the positions of each joint, cm; "rotation" the angle between the joint's own
+            rotations, degrees, of joints with dofs.
+        n_poses : int, default=8
+            Pairs of poses to draw, fewer where the motions have fewer.
+        view : str, default="xy"
+            The horizontal and the vertical axis of the poses, see `PoseDisplay.plot`.
+        **style
+            Style of the map, such as cmap, vmax; see `matplotlib.axes.Axes.imshow`.
+
+        Returns
+        -------
+        AlignmentDisplay
+            The display itself.
+        """
+        names, differences = self.alignment._of_joints(quantity)
+        check_whole(n_poses, 1, "n_poses")
+        plane = check_view(view)
+        rows = ROW * len(names)
+        self.ax_, self.figure_ = axes(ax, "AlignmentDisplay.plot", (WIDTH, rows + STRIPS + 2 * LABELS))
+        self.ax_.set_axis_off()
+        between = min(0.5, LABELS * self.figure_.dpi / self.ax_.get_window_extent().height)
+        top, bottom = (1.0 - between) * np.array([rows, STRIPS]) / (rows + STRIPS)
+        self.strips_ax_ = self.ax_.inset_axes([0.0, 0.0, 1.0, bottom])
+        self.map_ax_ = self.ax_.inset_axes([0.0, 1.0 - top, 1.0, top])
+        bar_ax = self.ax_.inset_axes([1.015, 1.0 - top, 0.02, top])
+        self._draw_map(names, differences, quantity, style, bar_ax)
+        self._draw_strips(self.alignment.skeleton, n_poses, plane)
+        return self
+
+    def _draw_map(self, names, differences, quantity, style, bar_ax) -> None:
+        """Draw the joints against the frames of the first motion."""
+        factor, label = QUANTITIES[quantity]
+        path, ax = self.alignment.path, self.map_ax_
+        first_pairs = np.flatnonzero(np.diff(path[:, 0], prepend=-1))
+        of_frames = factor * np.maximum.reduceat(differences, first_pairs, axis=0)
+        extent = (*self._edges(), len(names) - 0.5, -0.5)
+        defaults = {"cmap": "viridis", "interpolation": "nearest", "vmin": 0.0}
+        image = ax.imshow(of_frames.T, extent=extent, aspect="auto", **defaults | style)
+        self.figure_.colorbar(image, cax=bar_ax, label=label)
+        row = ax.get_window_extent().height / self.figure_.dpi * 72 / len(names)  # points
+        ax.set_yticks(np.arange(len(names)), names, fontsize=min(LARGEST_FONT, 0.8 * row))
+        for text, side in zip(ax.get_yticklabels(), sides(names), strict=True):
+            text.set_color(SIDES[side] if side else "black")
+        ax.tick_params(axis="y", length=0)
+        ax.set_xlabel(self._label("a"))
+        ax.locator_params(axis="x", **TICKS)
+        ax.xaxis.set_major_formatter("{x:g}")
+
+    def _draw_strips(self, skeleton, n_poses, plane) -> None:
+        """Draw pairs of poses, lines of the path between the two motions, and the time of the second."""
+        from matplotlib.collections import LineCollection
+        from matplotlib.ticker import MaxNLocator
+
+        from skpose.plot._pose_transform import PoseTransform
+
+        found, ax = self.alignment, self.strips_ax_
+        ax.set(xlim=self._edges(), ylim=(0.0, 1.0), xlabel=self._label("b"))
+        ax.set_yticks([1.0 - FIGURES / 2, FIGURES / 2], ["a", "b"])
+        ax.tick_params(axis="y", length=0)
+        ax.spines[["top", "left", "right"]].set_visible(False)
+        where = np.stack([self._times(found.path[:, 0]), self._below(found.path[:, 1])], axis=1)
+        pairs = self._spread(n_poses)
+        for some, colour, width in ((self._spread(MOST_LINES), "0.75", 0.6), (pairs, "black", 1.0)):
+            ends = np.stack([where[some], np.tile([1.0 - LINES, LINES], (len(some), 1))], axis=2)
+            ax.add_collection(LineCollection(list(ends), colors=colour, linewidths=width), autolim=False)
+        positions = [
+            forward_kinematics(poses[found.path[pairs, i]], skeleton)[:, :, plane]
+            for i, poses in enumerate((found.a, found.b))
+        ]
+        low, high = (edge(np.stack(positions), axis=2, initial=0.0) for edge in (np.min, np.max))  # with the root
+        middle = (low + high) / 2
+        bottom, top = low[..., 1].min(), high[..., 1].max()
+        middle[..., 1] = (bottom + top) / 2  # of all, so that the roots have one height
+        size = ((high - low)[..., 0].max(), top - bottom)
+        room = 1.0 / ((1.0 + GAP) * len(pairs)), FIGURES
+        for i, height in enumerate((1.0 - FIGURES / 2, FIGURES / 2)):
+            for k, pair in enumerate(pairs):
+                transform = PoseTransform(ax, middle[i, k], (where[pair, i], height), room, size)
+                style = {"transform": transform, "linewidth": 1.5, "markersize": 2, "clip_on": False}
+                draw_pose(ax, positions[i][k], skeleton, 0.0, style)
+        first, last = self._times(found.path[[0, -1], 1])
+        ticks = [t for t in MaxNLocator(**TICKS).tick_values(first, last) if first <= t <= last]
+        rate = found.frame_rate or 1.0
+        ax.set_xticks(self._below(rate * np.array(ticks)), [f"{t:g}" for t in ticks])
+
+    def _times(self, frames):
+        """Return the times of frames, s, or the frames where there is no frame rate."""
+        return np.asarray(frames) / (self.alignment.frame_rate or 1.0)
+
+    def _edges(self):
+        """Return the left edge of the first frame of the first motion, and the right edge of the last one."""
+        return self._times([-0.5, len(self.alignment.a) - 0.5])
+
+    def _below(self, frames):
+        """Return where frames of the second motion are: their part on the path is as wide as the first motion."""
+        first, last = self.alignment.path[[0, -1], 1]
+        whole = self._times(len(self.alignment.a) - 1)
+        share = (np.asarray(frames) - first) / (last - first) if last > first else np.full(np.shape(frames), 0.5)
+        return whole * share
+
+    def _spread(self, n):
+        """Return at most n pairs of the path, spread evenly over both motions: each in the middle of an equal part."""
+        path = self.alignment.path
+        travelled = ((path - path[0]) / np.maximum(path[-1] - path[0], 1)).sum(axis=1)
+        centres = travelled[-1] * (np.arange(n) + 0.5) / n
+        return np.unique(np.abs(travelled - centres[:, None]).argmin(axis=1))
+
+    def _label(self, name):
+        return f"frame of {name}" if self.alignment.frame_rate is None else f"time of {name} (s)"
+
+    @classmethod
+    def from_motions(
+        cls,
+        a: Motion | ArrayLike,
+        b: Motion | ArrayLike,
+        *,
+        skeleton: Skeleton | None = None,
+        metric: str = "auto",
+        alignment: str = "dtw",
+        window: float | None = None,
+        quantity: Quantity = "distance",
+        n_poses: int = 8,
+        ax=None,
+        view: str = "xy",
+        **style,
+    ) -> "AlignmentDisplay":
+        """Align two motions and draw them; the parameters are those of `skpose.align_motions` and of `plot`."""
+        found = align_motions(a, b, skeleton=skeleton, metric=metric, alignment=alignment, window=window)
+        return cls.from_alignment(found, quantity=quantity, n_poses=n_poses, ax=ax, view=view, **style)
+
+    @classmethod
+    def from_alignment(
+        cls,
+        alignment: Alignment,
+        *,
+        quantity: Quantity = "distance",
+        n_poses: int = 8,
+        ax=None,
+        view: str = "xy",
+        **style,
+    ) -> "AlignmentDisplay":
+        """Draw an alignment; the other parameters are those of `plot`."""
+        check_kind(alignment, Alignment, "alignment", "from_motions(a, b) aligns two motions")
+        return cls(alignment).plot(ax, quantity=quantity, n_poses=n_poses, view=view, **style)

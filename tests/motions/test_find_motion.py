@@ -1,0 +1,159 @@
+"""The best windows of long motions: equal to brute force, beginnings and ends too."""
+
+import numpy as np
+import pytest
+
+from skpose import Motion, MotionIndex, Skeleton, find_motion, pose_distances
+from skpose.datasets import MotionDataset, make_gait
+from skpose.metrics._registry import METRICS, resolve
+from skpose.motions import MotionMatch
+from skpose.motions._index import SequenceIndex
+from skpose.motions._inputs import Sequences
+from skpose.motions._windows import WindowSearch
+
+ARM = Skeleton.chain(3)
+
+
+def wander(n_frames, rng):
+    return np.cumsum(rng.normal(size=(n_frames, 3)) * 0.2, axis=0) + rng.normal(size=3) * 0.5
+
+
+@pytest.fixture(scope="module")
+def recordings():
+    rng = np.random.default_rng(0)
+    return [wander(n, rng) for n in (300, 1, 7, 120, 9, 41, 260)]
+
+
+def best_windows(query, motions, k, **parameters):
+    """All frames of all motions as ends, then the best, then the best of the others: brute force, frame by frame."""
+    windows = []
+    for number, motion in enumerate(motions):
+        D = pose_distances(query, motion, **parameters)
+        sums, begins = D.copy(), np.tile(np.arange(len(motion)), (len(query), 1))
+        for i in range(1, len(query)):
+            for j in range(len(motion)):
+                before = [(i - 1, j - 1), (i - 1, j), (i, j - 1)] if j else [(i - 1, j)]
+                best = min(before, key=lambda cell: sums[cell])  # the first of equal ones
+                sums[i, j], begins[i, j] = D[i, j] + sums[best], begins[best]
+        windows += [
+            MotionMatch(number, int(begins[-1, e]), e + 1, float(sums[-1, e] / len(query))) for e in range(len(motion))
+        ]
+    chosen = []
+    for window in sorted(windows, key=lambda w: (w.distance, w.motion, w.stop)):
+        frames = set(range(window.start, window.stop))
+        others = [set(range(w.start, w.stop)) for w in chosen if w.motion == window.motion]
+        if all(2 * len(frames & other) <= min(len(frames), len(other)) for other in others):
+            chosen.append(window)
+    return chosen[:k]
+
+
+@pytest.mark.parametrize("metric", sorted(METRICS.keys() - {"geodesic"}))
+@pytest.mark.parametrize("n_frames", [1, 2, 5, 30])
+def test_equals_brute_force(recordings, metric, n_frames):
+    rng = np.random.default_rng(n_frames)
+    for query in (wander(n_frames, rng), recordings[0][100 : 100 + n_frames], recordings[3][40 : 40 + n_frames] + 0.01):
+        expected = best_windows(query, recordings, 30, skeleton=ARM, metric=metric)
+        index = MotionIndex(recordings, skeleton=ARM, metric=metric)
+        for k in (1, 4, 30):
+            assert find_motion(query, index, k=k) == expected[:k]
+
+
+def test_geodesics_equal_brute_force(recordings):
+    some, query = [motion[:9] for motion in recordings[:4]], recordings[0][3:6] + 0.05
+    expected = best_windows(query, some, 3, skeleton=ARM, metric="geodesic")
+    assert find_motion(query, some, k=3, skeleton=ARM, metric="geodesic") == expected
+
+
+def test_there_may_be_fewer_windows(recordings):
+    query, short = recordings[0][:20], [recordings[1], recordings[2]]
+    expected = best_windows(query, short, 50, skeleton=ARM)
+    assert find_motion(query, short, k=50, skeleton=ARM) == expected
+    assert 2 <= len(expected) < 50
+
+
+def test_equal_windows_come_in_their_order():
+    rng = np.random.default_rng(1)
+    piece, rest = wander(20, rng), np.zeros((30, 3))
+    recording = np.concatenate([rest, piece, rest, piece, rest])
+    found = find_motion(piece, [recording, recording], k=4, skeleton=ARM)
+    assert [(m.motion, m.start, m.stop) for m in found] == [(0, 30, 50), (0, 80, 100), (1, 30, 50), (1, 80, 100)]
+    assert [m.distance for m in found] == [0.0] * 4
+
+
+def test_long_recordings_are_scanned_in_parts(recordings, monkeypatch):
+    query = recordings[3][40:70] + 0.01
+    expected = find_motion(query, recordings, k=8, skeleton=ARM)
+    monkeypatch.setattr("skpose.motions._windows.SCANNED_AT_ONCE", 1)
+    assert find_motion(query, recordings, k=8, skeleton=ARM) == expected
+    monkeypatch.setattr("skpose.motions._search.MOST_CELLS", 1)  # without what is left over
+    assert find_motion(query, recordings, k=8, skeleton=ARM) == expected
+    monkeypatch.setattr("skpose.motions._windows.FIRST_SHARE", 1.0)
+    assert find_motion(query, recordings, k=8, skeleton=ARM) == expected
+
+
+def test_threads_change_nothing(recordings):
+    query = recordings[6][40:70] + 0.01
+    index = MotionIndex(recordings, skeleton=ARM)
+    assert find_motion(query, index, n_jobs=3) == find_motion(query, index)
+
+
+def test_few_cells_are_measured():
+    """A hundred waves, ten of them like the query: most pairs of frames are ruled out."""
+    rng = np.random.default_rng(2)
+    waves = [rng.normal(size=3) * np.sin(np.linspace(0, 2 * np.pi, 60))[:, None] for _ in range(90)]
+    query = np.array([1.0, -0.7, 0.4]) * np.sin(np.linspace(0, 2 * np.pi, 60))[:, None]
+    waves += [query * rng.uniform(0.9, 1.1) for _ in range(10)]
+    recording = np.concatenate([waves[i] for i in rng.permutation(100)])
+    _, _, steps = resolve("spatial", ARM, 10, "auto")
+    search = WindowSearch(SequenceIndex(Sequences.of([recording]), ARM, "spatial", steps), 1)
+    windows = search.best(query, 10)
+    assert len(windows) == 10
+    assert search.evaluations.cells < 0.05 * len(query) * len(recording)
+
+
+def test_motions_and_datasets():
+    gait = make_gait(n_subjects=2, n_sequences=1, duration=3, frame_rate=24, random_state=0)
+    query = gait.motions[2][10:30]
+    index = MotionIndex(gait)
+    assert (len(index), index.frame_rate, index.skeleton) == (4, 24, gait.skeleton)
+    (best,) = find_motion(query, index, k=1)
+    assert best == MotionMatch(2, 10, 30, 0.0)
+    assert find_motion(query, list(gait), k=1, skeleton=gait.skeleton) == [best]
+    angles = [motion.angles for motion in gait]
+    assert find_motion(query.angles, angles, k=1, skeleton=gait.skeleton) == [best]
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "match"),
+    [
+        ({"query": lambda q, m: [q, q]}, TypeError, "query must be one motion, got 2"),
+        ({"query": lambda q, m: m}, TypeError, "query must be one motion, got"),
+        ({"query": lambda q, m: q[:, :2]}, ValueError, "query.* has 2 columns"),
+        ({"query": lambda q, m: q[0]}, ValueError, "query"),
+        ({"query": lambda q, m: q[:0]}, ValueError, "0 sample"),
+        ({"query": lambda q, m: q * np.nan}, ValueError, "query.* contains NaN"),
+        ({"motions": lambda q, m: q}, ValueError, "motions must be motions.*pass \\[motions\\]"),
+        ({"motions": lambda q, m: []}, ValueError, "motions must be motions"),
+        ({"k": 0}, ValueError, "'k' parameter of find_motion"),
+        ({"metric": "euclidean"}, ValueError, "'metric' parameter"),
+        ({"skeleton": None, "metric": "spatial"}, ValueError, "needs a skeleton"),
+    ],
+)
+def test_refused(recordings, change, error, match):
+    arguments = {"query": recordings[0][:9], "motions": recordings, "skeleton": ARM}
+    changed = {n: v(arguments["query"], recordings) if callable(v) else v for n, v in change.items()}
+    with pytest.raises(error, match=match):
+        find_motion(**arguments | changed)
+
+
+def test_an_index_has_a_metric_and_a_frame_rate(recordings):
+    index = MotionIndex(recordings, skeleton=ARM)
+    with pytest.raises(ValueError, match=r"metric is that of the MotionIndex, got metric='position'"):
+        find_motion(recordings[0][:9], index, metric="position")
+    with pytest.raises(ValueError, match="query has 2 columns"):
+        find_motion(recordings[0][:9, :2], MotionIndex(recordings, metric="angle"))
+    there = MotionIndex([Motion(ARM, motion, 30) for motion in recordings])
+    with pytest.raises(ValueError, match=r"query has 60 Hz and motions have 30 Hz.*query.resample\(30\)"):
+        find_motion(Motion(ARM, recordings[0][:9], 60), there)
+    dataset = MotionDataset([Motion(ARM, motion, 30) for motion in recordings])
+    assert find_motion(Motion(ARM, recordings[0][:9], 30), dataset, k=1)[0].distance == 0.0
