@@ -20,6 +20,7 @@ from skpose.motions._matrix import MotionMatrix
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._arguments import check_frame_rate
 from skpose.skeleton._interpolation import interpolate
+from skpose.skeleton._units import warn_of_degrees
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -232,6 +233,7 @@ def mean_motion(
         )
     name, _, steps = resolve(metric, skeleton, n_steps, wrap)
     sequences = checked.sequences.in_float64()
+    warn_of_degrees(motions=sequences.poses)
     mean = sequences.motion(_medoid(sequences, skeleton, window, n_jobs))
     if n_frames is not None and n_frames != len(mean):
         if frame_rate is not None and n_frames > 1 and len(mean) > 1:

@@ -14,6 +14,7 @@ from skpose.metrics._registry import METRIC_CONSTRAINTS, resolve, warn_of_no_ske
 from skpose.motions._inputs import check_motion
 from skpose.motions._template import Templates
 from skpose.skeleton import Motion, Skeleton
+from skpose.skeleton._units import warn_of_degrees
 
 MOST_FRAMES = 2000  # that are compared; longer motions are thinned
 
@@ -186,6 +187,8 @@ def segment_repetitions(
     name, _, steps = resolve(metric, checked.skeleton, n_steps, wrap)
     warn_of_no_skeleton(metric, checked.skeleton)
     poses = checked.sequences.poses
+    if checked.skeleton is not None:
+        warn_of_degrees(motion=poses)
     k = -(-len(poses) // MOST_FRAMES)
     distances, unconverged = DistanceMatrix(poses[::k], None, name, checked.skeleton, steps).written(None, n_jobs)
     warn_of_unconverged(unconverged, distances.size)

@@ -234,6 +234,11 @@ def test_warns_once_where_it_did_not_converge():
     assert isinstance(mean, MeanMotion)
 
 
+def test_warns_of_degrees():
+    with pytest.warns(UserWarning, match="values of motions reach"):
+        mean_motion([np.degrees(m) for m in swings()], skeleton=ARM)
+
+
 @pytest.mark.parametrize(
     ("given", "options", "expected"),
     [

@@ -219,10 +219,15 @@ def test_without_a_skeleton_angles_and_a_warning():
     assert_found(found, truth, 8)
 
 
+def test_warns_of_degrees():
+    with pytest.warns(UserWarning, match="values of motion reach"):
+        segment_repetitions(np.degrees(exercise(30)), skeleton=ARM)
+
+
 @pytest.mark.parametrize(
     ("given", "options", "expected"),
     [
-        ([exercise(9), exercise(9)], {"skeleton": ARM}, "motion must be one motion, got 2: pass one of them"),
+        ([exercise(9), exercise(9)], {"skeleton": ARM}, "motion must be one motion, a skpose.Motion or an array"),
         (exercise(9), {"metric": "position"}, 'metric="position" needs a skeleton'),
         (exercise(9), {"skeleton": humanoid()}, "3 columns"),
         (
