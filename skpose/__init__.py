@@ -16,6 +16,7 @@ __all__ = [
     "Geodesic",
     "Keypoints",
     "Layout",
+    "MeanMotion",
     "MedoidShift",
     "Motion",
     "MotionDistanceTransformer",
@@ -25,6 +26,7 @@ __all__ = [
     "PoseFromPositions",
     "PoseKNeighborsTransformer",
     "PoseRadiusNeighborsTransformer",
+    "Repetitions",
     "Skeleton",
     "SpatialMDS",
     "align_motions",
@@ -35,6 +37,7 @@ __all__ = [
     "geodesic",
     "inverse_kinematics",
     "layouts",
+    "mean_motion",
     "metric_tensor",
     "motion_distances",
     "pose_distances",
@@ -44,6 +47,7 @@ __all__ = [
     "position_jacobian",
     "retarget",
     "rotations_from_poses",
+    "segment_repetitions",
 ]
 
 # Each package is imported when it or one of its names is first used (PEP 562): the command line prints its help without
@@ -77,12 +81,16 @@ if TYPE_CHECKING:
     from skpose.metrics import pose_distances, pose_distances_chunked, pose_metric
     from skpose.motions import (
         Alignment,
+        MeanMotion,
         MotionDistanceTransformer,
         MotionIndex,
         MotionKNeighborsTransformer,
+        Repetitions,
         align_motions,
         find_motion,
+        mean_motion,
         motion_distances,
+        segment_repetitions,
     )
     from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
     from skpose.preprocessing import PoseDistanceTransformer, PoseFromPositions
@@ -108,12 +116,16 @@ else:
         "metrics": ["pose_distances", "pose_distances_chunked", "pose_metric"],
         "motions": [
             "Alignment",
+            "MeanMotion",
             "MotionDistanceTransformer",
             "MotionIndex",
             "MotionKNeighborsTransformer",
+            "Repetitions",
             "align_motions",
             "find_motion",
+            "mean_motion",
             "motion_distances",
+            "segment_repetitions",
         ],
         "neighbors": ["PoseKNeighborsTransformer", "PoseRadiusNeighborsTransformer"],
         "plot": [],

@@ -2,9 +2,9 @@
 
 What calls what, from Python at the top to one vector register at the bottom::
 
-    metrics, neighbors, motions    geodesics                kinematics   cluster
-            |                          |                        |           |
-      loops, nearest,           +------+------+                 |      graph_shift
+    metrics, neighbors, motions    geodesics                kinematics   cluster    motions
+            |                          |                        |           |          |
+      loops, nearest,           +------+------+                 |      graph_shift  path_family
       warping(_within)          |             |                 |
             |                   |             |                 |
      +------+------+            |            mean               |          poses nearest to a mean position

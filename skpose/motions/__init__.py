@@ -1,4 +1,4 @@
-"""Whole motions: distances by dynamic time warping, alignment, exact search.
+"""Whole motions: distances by dynamic time warping, alignment, exact search, means, repetitions.
 
 | module         |                                                                                             |
 |----------------|---------------------------------------------------------------------------------------------|
@@ -9,24 +9,32 @@
 | `_kneighbors`  | the graph of the nearest motions; `_queries` splits its requests, `_search` answers one     |
 | `_find`        | the best windows of long motions; `_windows` finds them                                     |
 | `_index`       | motions that are searched; `_bounds` are lower bounds of the distances to them              |
+| `_mean`        | the mean of motions; `_barycenter` has its two steps                                        |
+| `_repetitions` | repetitions in one motion; `_template` finds what is repeated                               |
 """
 
 from skpose.motions._alignment import Alignment, JointDifference, align_motions
 from skpose.motions._distances import motion_distances
 from skpose.motions._find import MotionIndex, MotionMatch, find_motion
 from skpose.motions._kneighbors import MotionKNeighborsTransformer
+from skpose.motions._mean import MeanMotion, mean_motion
+from skpose.motions._repetitions import Repetitions, segment_repetitions
 from skpose.motions._results import MotionEvaluations
 from skpose.motions._transformer import MotionDistanceTransformer
 
 __all__ = [
     "Alignment",
     "JointDifference",
+    "MeanMotion",
     "MotionDistanceTransformer",
     "MotionEvaluations",
     "MotionIndex",
     "MotionKNeighborsTransformer",
     "MotionMatch",
+    "Repetitions",
     "align_motions",
     "find_motion",
+    "mean_motion",
     "motion_distances",
+    "segment_repetitions",
 ]

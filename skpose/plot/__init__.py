@@ -9,6 +9,7 @@ from skpose.plot._alignment import AlignmentDisplay
 from skpose.plot._distances import DistanceMatrixDisplay
 from skpose.plot._geodesic import GeodesicDisplay
 from skpose.plot._mds import MDSDisplay
+from skpose.plot._mean_motion import MeanMotionDisplay
 from skpose.plot._pose import PoseDisplay, PoseStripDisplay
 
 __all__ = [
@@ -16,6 +17,7 @@ __all__ = [
     "DistanceMatrixDisplay",
     "GeodesicDisplay",
     "MDSDisplay",
+    "MeanMotionDisplay",
     "PoseDisplay",
     "PoseStripDisplay",
 ]

@@ -1,0 +1,166 @@
+"""The two steps of a mean motion: align all motions to it, and move each of its frames to the mean of what it met.
+
+Both lower one sum, that of the squared distances of all pairs of frames that are aligned, so it never rises (F.
+Petitjean, A. Ketterlin, P. Gançarski, 2011, doi:10.1016/j.patcog.2010.09.013).
+"""
+
+from collections.abc import Callable
+from functools import cached_property, partial
+from typing import NamedTuple
+
+import numpy as np
+
+from skpose._compiled.mean import place_all, project
+from skpose._compiled.tree import Steps
+from skpose._compiled.warping import Paths, accumulate, path_to
+from skpose._parallel.threads import in_threads
+from skpose.geodesics._karcher import Poses, karcher_mean
+from skpose.geodesics._mean import TOL_PROJECTION
+from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
+from skpose.metrics._convergence import Unconverged
+from skpose.metrics._matrix import DistanceMatrix
+from skpose.motions._inputs import Sequences
+from skpose.skeleton import Skeleton
+
+STEPS_OF_A_POSE = 200  # Newton's, or Karcher's; from the mean before, a few are enough
+TOL_GEODESIC = 1e-3  # as `frechet_mean`
+
+
+class Aligned(NamedTuple):
+    """The pairs of frames along all paths, those of the mean's first frame first."""
+
+    mean_frames: np.ndarray  # (n_pairs,) frames of the mean, ascending, none left out
+    frames: np.ndarray  # (n_pairs,) rows of all motions' poses
+    squares: np.ndarray  # (n_pairs,) squared distances, m²
+    unconverged: Unconverged
+
+    @property
+    def objective(self) -> float:
+        """The sum of all squared distances, m²."""
+        return float(self.squares.sum())
+
+    @property
+    def n_poses(self) -> np.ndarray:
+        """The number of poses aligned to each frame of the mean."""
+        return np.bincount(self.mean_frames)
+
+    def groups(self) -> list[np.ndarray]:
+        """Return the rows that are aligned to each frame of the mean."""
+        return np.split(self.frames, np.cumsum(self.n_poses)[:-1])
+
+
+class Barycenter:
+    """The motions of a mean, and the two steps that bring it nearer to them.
+
+    `metric` is "position" or "geodesic", `steps` those of the latter.
+    """
+
+    def __init__(
+        self, motions: Sequences, skeleton: Skeleton, metric: str, steps: Steps, window: float | None, n_jobs: int
+    ):
+        self.motions, self.skeleton, self.metric, self.steps = motions, skeleton, metric, steps
+        self.paths = Paths(1.0 if window is None else float(window), False)
+        self.n_jobs = n_jobs
+        self.tree = tree_of(skeleton)
+        self.dofs = to_tree_order(self.tree, motions.poses)
+
+    @cached_property
+    def positions(self) -> np.ndarray:
+        """Joint positions of all frames, in the tree's order."""
+        positions = np.empty((len(self.dofs), 3 * len(self.tree.offset)))
+        place_all(self.tree, self.dofs, positions)
+        return positions
+
+    def align(self, mean: np.ndarray) -> Aligned:
+        """Return the pairs of the best path of every motion, under squared distances."""
+        bounds, _ = DistanceMatrix(mean, self.motions.poses, "position", self.skeleton, self.steps).written(None, 1)
+        bounds **= 2
+        found: list[tuple[int, np.ndarray, np.ndarray, Unconverged]] = []
+
+        def align_one(k: int) -> None:
+            start = self.motions.starts[k]
+            costs = np.ascontiguousarray(bounds[:, start : self.motions.starts[k + 1]])
+            if self.metric == "position":
+                path, unconverged = _best_path(costs.copy(), self.paths), Unconverged(0, 0.0)
+            else:
+                path, unconverged = self._path_of_geodesics(costs, mean, self.motions.motion(k))
+            found.append((k, path + np.array([0, start]), costs[path[:, 0], path[:, 1]], unconverged))
+
+        in_threads((partial(align_one, k) for k in range(self.motions.n_motions)), self.n_jobs)
+        found.sort(key=lambda one: one[0])  # so that sums do not depend on the threads
+        pairs, squares = np.concatenate([one[1] for one in found]), np.concatenate([one[2] for one in found])
+        order = np.argsort(pairs[:, 0], kind="stable")
+        unconverged = Unconverged.joined(one[3] for one in found)
+        return Aligned(pairs[order, 0], pairs[order, 1], squares[order], unconverged)
+
+    def _path_of_geodesics(
+        self, costs: np.ndarray, mean: np.ndarray, motion: np.ndarray
+    ) -> tuple[np.ndarray, Unconverged]:
+        """Return the best path, with geodesics in the place of lower bounds, in `costs` too, as far as it takes.
+
+        While the best path meets a bound, that is replaced. A best path without one is the best of all: no other path
+        has a smaller sum of bounds.
+        """
+        known = np.zeros(costs.shape, dtype=bool)
+        parts: list[Unconverged] = []
+        while True:
+            path = _best_path(costs.copy(), self.paths)
+            missing = path[~known[path[:, 0], path[:, 1]]]
+            if not len(missing):
+                return path, Unconverged.joined(parts)
+            for i in np.unique(missing[:, 0]):
+                columns = missing[missing[:, 0] == i, 1]
+                squares, some = self._squares(mean[i], motion[columns])
+                # No geodesic is shorter than the chord, but for rounding.
+                costs[i, columns] = np.maximum(squares, costs[i, columns])
+                known[i, columns] = True
+                parts += some
+
+    def _squares(self, pose: np.ndarray, others: np.ndarray) -> tuple[np.ndarray, list[Unconverged]]:
+        """Return the squared distances of a pose to others."""
+        matrix = DistanceMatrix(pose[np.newaxis], others, self.metric, self.skeleton, self.steps)
+        distances, unconverged = matrix.written(None, 1)
+        return distances[0] ** 2, unconverged
+
+    def move(self, mean: np.ndarray, aligned: Aligned, before: Aligned | None) -> np.ndarray:
+        """Return the mean with each frame at the `frechet_mean` of the poses that are aligned to it.
+
+        Each one is found from the frame itself: so it is no farther from the poses, the motion stays continuous in
+        angles that move no joint, and a frame whose poses are those `before` is left as it is.
+        """
+        moved = mean.copy()
+        earlier = [] if before is None else before.groups()
+        squares = np.split(aligned.squares, np.cumsum(aligned.n_poses)[:-1])
+        pose_of = self._nearest_to_mean if self.metric == "position" else self._karcher_mean
+
+        def move_one(frame: int, group: np.ndarray) -> None:
+            pose = pose_of(mean[frame], group)
+            if self._squares(pose, self.motions.poses[group])[0].sum() <= squares[frame].sum():
+                moved[frame] = pose
+
+        tasks: list[Callable[[], None]] = [
+            partial(move_one, frame, group)
+            for frame, group in enumerate(aligned.groups())
+            if not earlier or not np.array_equal(earlier[frame], group)
+        ]
+        in_threads(tasks, self.n_jobs)
+        return moved
+
+    def _nearest_to_mean(self, pose: np.ndarray, group: np.ndarray) -> np.ndarray:
+        start = to_tree_order(self.tree, pose[np.newaxis])[0]
+        found, _ = project(self.tree, self.positions[group].mean(axis=0), start, STEPS_OF_A_POSE, TOL_PROJECTION)
+        return from_tree_order(self.tree, found, pose)
+
+    def _karcher_mean(self, pose: np.ndarray, group: np.ndarray) -> np.ndarray:
+        weights = np.full(len(group), 1.0 / len(group))
+        wraps = self.steps.half_turn < np.inf
+        poses = Poses(self.tree, self.dofs[group], weights, self.steps.n_steps, wraps, 1)
+        start = to_tree_order(self.tree, pose[np.newaxis])[0]
+        spread, _, _ = karcher_mean(poses, start, STEPS_OF_A_POSE, TOL_GEODESIC)
+        return from_tree_order(self.tree, spread.pose, pose)
+
+
+def _best_path(costs: np.ndarray, paths: Paths) -> np.ndarray:
+    """Return the cells (i, j) of the best path; the costs are overwritten by sums."""
+    accumulate(costs, paths)
+    return path_to(costs, paths.is_open, costs.shape[1] - 1)

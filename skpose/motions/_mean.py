@@ -1,0 +1,277 @@
+"""Mean motions: a typical motion whose bones keep their lengths, and how much the motions differ from it."""
+
+from dataclasses import dataclass
+from numbers import Integral, Real
+from typing import Any
+
+import numpy as np
+from joblib import effective_n_jobs
+from sklearn.exceptions import ConvergenceWarning
+
+from skpose._compat.sklearn import Interval, StrOptions, validate_params
+from skpose._warnings import warn
+from skpose.kinematics import forward_kinematics
+from skpose.kinematics._constraints import IS_SKELETON
+from skpose.metrics._convergence import warn_of_unconverged
+from skpose.metrics._registry import resolve
+from skpose.motions._barycenter import Aligned, Barycenter
+from skpose.motions._inputs import Sequences, check_motions
+from skpose.motions._matrix import MotionMatrix
+from skpose.skeleton import Motion, Skeleton
+from skpose.skeleton._arguments import check_frame_rate
+from skpose.skeleton._interpolation import interpolate
+from skpose.skeleton._units import warn_of_degrees
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MeanMotion:
+    """A mean of motions, as `mean_motion` finds it.
+
+    Attributes
+    ----------
+    skeleton : Skeleton
+        The skeleton.
+    poses : ndarray of shape (n_frames, n_dofs)
+        The mean: joint angles, rad.
+    frame_rate : float or None
+        Frames per second, Hz; None where the motions were arrays.
+    std : ndarray of shape (n_frames,)
+        How much each phase varies: root of the mean squared distance between a frame and the poses aligned to it, m.
+    joint_std : ndarray of shape (n_frames, n_joints)
+        The same for the position of each joint, m, for every metric, and without the weights of the joints.
+    n_poses : ndarray of shape (n_frames,) of int
+        Number of poses aligned to each frame: at least one of each motion.
+    objectives : ndarray of shape (n_iter + 1,)
+        Sum of the squared distances along the paths of all motions, m²: from the motion that the mean starts at, and
+        after each iteration.
+    converged : bool
+        Whether the objective stopped decreasing before `max_iter`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from skpose import Skeleton, mean_motion
+    >>> swing = np.linspace(0.0, 1.0, 9)[:, None]
+    >>> mean_motion([swing, swing + 0.2], skeleton=Skeleton.chain(1))
+    MeanMotion(9 frames, standard deviation 0.054 m, converged in 3 iterations)
+    """
+
+    skeleton: Skeleton
+    poses: np.ndarray
+    frame_rate: float | None
+    std: np.ndarray
+    joint_std: np.ndarray
+    n_poses: np.ndarray
+    objectives: np.ndarray
+    converged: bool
+
+    def __len__(self) -> int:
+        return len(self.poses)
+
+    def __repr__(self) -> str:
+        frames = f"{len(self)} frame{'s' if len(self) != 1 else ''}"
+        state = "converged" if self.converged else "not converged"
+        deviation = float(np.sqrt(np.average(self.std**2, weights=self.n_poses)))
+        iterations = f"{self.n_iter} iteration{'s' if self.n_iter != 1 else ''}"
+        return f"MeanMotion({frames}, standard deviation {deviation:.3f} m, {state} in {iterations})"
+
+    @property
+    def objective(self) -> float:
+        """Sum of the squared distances along the paths of all motions, m²."""
+        return float(self.objectives[-1])
+
+    @property
+    def n_iter(self) -> int:
+        """Iterations."""
+        return len(self.objectives) - 1
+
+    def to_motion(self, frame_rate: float | None = None) -> Motion:
+        """Return the mean as a motion, its root at rest.
+
+        Parameters
+        ----------
+        frame_rate : float, default=None
+            Frames per second, Hz. None is that of the motions; arrays have none, and need it.
+
+        Returns
+        -------
+        Motion
+            With the poses of the mean.
+        """
+        frame_rate = self.frame_rate if frame_rate is None else frame_rate
+        if frame_rate is None:
+            raise ValueError("to_motion needs frame_rate=, as the mean is one of arrays, which have none")
+        check_frame_rate(frame_rate)
+        return Motion(self.skeleton, self.poses, frame_rate)
+
+
+@validate_params(
+    {
+        "skeleton": [IS_SKELETON, None],
+        "metric": [StrOptions({"position", "geodesic"})],
+        "n_frames": [Interval(Integral, 1, None, closed="left"), None],
+        "window": [Interval(Real, 0, 1, closed="both"), None],
+        "n_steps": [Interval(Integral, 2, None, closed="left")],
+        "wrap": ["boolean", StrOptions({"auto"})],
+        "max_iter": [Interval(Integral, 1, None, closed="left")],
+        "tol": [Interval(Real, 0, None, closed="left")],
+        "n_jobs": [None, Integral],
+    },
+    prefer_skip_nested_validation=True,
+)
+def mean_motion(
+    motions: Any,
+    *,
+    skeleton: Skeleton | None = None,
+    metric: str = "position",
+    n_frames: int | None = None,
+    window: float | None = None,
+    n_steps: int = 10,
+    wrap: bool | str = "auto",
+    max_iter: int = 100,
+    tol: float = 1e-4,
+    n_jobs: int | None = None,
+) -> MeanMotion:
+    r"""Return the motion with the least squared distances to given motions, by dynamic time warping.
+
+    DTW barycentre averaging [1]_, on the manifold of poses: with :math:`P_k` the monotone path that aligns motion k to
+    the mean, whose frames are :math:`\mu_i`,
+
+    .. math:: \min_{\mu, P} \sum_k \sum_{(i, j) \in P_k} d(\mu_i, a_{kj})^2.
+
+    Two steps alternate. All motions are aligned to the mean, and each frame of the mean moves to the `frechet_mean` of
+    the poses that are aligned to it: a pose, so that bones keep their lengths. Both lower the same sum; so it never
+    rises. For that the path is the best one for *squared* distances, unlike that of `motion_distances`.
+
+    Parameters
+    ----------
+    motions : list of array-like of shape (n_frames, n_dofs), list of Motion, MotionDataset, or array of shape \
+(n_motions, n_frames, n_dofs)
+        Motions: joint angles, and rotation vectors of ball joints, rad. Lengths may differ. The movement of the root is
+        no part of the mean.
+    skeleton : Skeleton, default=None
+        The skeleton of all motions, and of the mean. None is that of the `Motion` objects, where they differ their
+        mean, as ``MotionDataset.skeleton``; arrays need it.
+    metric : {"position", "geodesic"}, default="position"
+        The distance d between poses, as in `frechet_mean`.
+    n_frames : int, default=None
+        Number of frames of the mean; None is that of the motion that it starts at.
+    window : float between 0 and 1, default=None
+        Sakoe–Chiba band of the paths, see `motion_distances`. None is no limit.
+    n_steps : int, default=10
+        Steps of the geodesics; of no effect for "position".
+    wrap : bool or "auto", default="auto"
+        Whether geodesics start from the wrapped line, see `frechet_mean`. Of no effect for "position".
+    max_iter : int, default=100
+        Iterations at most.
+    tol : float, default=1e-4
+        Decrease of the sum in an iteration, relative to the sum, at which the mean has converged.
+    n_jobs : int, default=None
+        Threads, as in scikit-learn.
+
+    Returns
+    -------
+    MeanMotion
+        The poses of the mean, and how much each phase and each joint varies.
+
+    Warns
+    -----
+    ConvergenceWarning
+        If `max_iter` was too small, or if geodesics did not converge. It is then still a motion.
+    UserWarning
+        If the poses look like degrees, see `pose_distances`.
+
+    Raises
+    ------
+    TypeError
+        For one motion in the place of several, and for Motions and arrays together.
+    ValueError
+        For arrays without a skeleton, poses of the wrong width or not finite, motions of different frame rates,
+        skeletons that are not comparable.
+
+    See Also
+    --------
+    frechet_mean : The mean of poses.
+    motion_distances : The distances between motions.
+    segment_repetitions : The repetitions of a movement in one recording.
+
+    Notes
+    -----
+    The mean starts at the medoid: the motion with the least sum of distances to the others, by `motion_distances` under
+    "position". It is a local minimum. Frames of the mean are phases of the movement, not equal times: the mean has the
+    frame rate of the motions, or with `n_frames` the duration of the medoid.
+
+    An iteration takes O(n_frames · frames of all motions) distances between poses, and a fraction of a millisecond for
+    each frame whose poses have changed. "geodesic" computes only those distances that "position", a lower bound, does
+    not exclude from the path, and some ten geodesics for each aligned pose: milliseconds each, so minutes for some
+    motions of 100 frames. Lower frame rates cost less: 12 to 30 Hz are enough for most actions.
+
+    References
+    ----------
+    .. [1] F. Petitjean, A. Ketterlin, P. Gançarski, "A global averaging method for dynamic time warping, with
+       applications to clustering", Pattern Recognition 44(3), 2011, :doi:`10.1016/j.patcog.2010.09.013`.
+
+    Examples
+    --------
+    The typical stride of a generated walk, and the joint whose place varies most:
+
+    >>> from skpose import mean_motion, segment_repetitions
+    >>> from skpose.datasets import make_gait
+    >>> walk = make_gait(1, 1, activities=["walk"], duration=6, frame_rate=20, random_state=0)[0]
+    >>> mean = mean_motion(segment_repetitions(walk).motions)
+    >>> mean.to_motion()
+    Motion(22 frames at 20 Hz, 1.1 s, Skeleton(n_joints=22, n_dofs=42))
+    >>> mean.skeleton.joint_names[mean.joint_std.mean(axis=0).argmax()]
+    'right_toes'
+    """
+    checked = check_motions({"motions": motions}, skeleton)[0]
+    skeleton, frame_rate = checked.skeleton, checked.frame_rate
+    if skeleton is None:
+        raise ValueError(
+            "mean_motion needs a skeleton to place the joints, got arrays and skeleton=None: pass the Skeleton that "
+            "the poses belong to, or Motions"
+        )
+    name, _, steps = resolve(metric, skeleton, n_steps, wrap)
+    sequences = checked.sequences.in_float64()
+    warn_of_degrees(motions=sequences.poses)
+    mean = sequences.motion(_medoid(sequences, skeleton, window, n_jobs))
+    if n_frames is not None and n_frames != len(mean):
+        if frame_rate is not None and n_frames > 1 and len(mean) > 1:
+            frame_rate *= (n_frames - 1) / (len(mean) - 1)
+        mean = interpolate(skeleton.bones, mean, np.linspace(0, len(mean) - 1, n_frames))
+    barycenter = Barycenter(sequences, skeleton, name, steps, window, effective_n_jobs(n_jobs))
+    aligned, before = barycenter.align(mean), None
+    objectives, converged = [aligned.objective], False
+    while not converged and len(objectives) <= max_iter:
+        mean, before = barycenter.move(mean, aligned, before), aligned
+        aligned = barycenter.align(mean)
+        objectives.append(aligned.objective)
+        converged = bool(objectives[-1] >= (1.0 - tol) * objectives[-2])
+    if not converged:
+        warn(
+            f"the mean motion did not converge: its objective still fell by more than tol={tol:g} of itself after "
+            f"max_iter={max_iter} iterations; raise max_iter, or tol. It is a motion nevertheless",
+            ConvergenceWarning,
+        )
+    warn_of_unconverged([aligned.unconverged], len(aligned.frames))
+    n_poses = aligned.n_poses
+    std = np.sqrt(np.bincount(aligned.mean_frames, aligned.squares) / n_poses)
+    joint_std = _joint_std(mean, sequences.poses, aligned, skeleton)
+    return MeanMotion(skeleton, mean, frame_rate, std, joint_std, n_poses, np.array(objectives), converged)
+
+
+def _medoid(sequences: Sequences, skeleton: Skeleton, window: float | None, n_jobs: int | None) -> int:
+    """Return the motion with the least sum of distances to the others; of equal ones the first."""
+    name, _, steps = resolve("position", skeleton, 1, "auto")
+    matrix = MotionMatrix(sequences, None, name, skeleton, steps, window=window)
+    distances, _ = matrix.written(None, n_jobs)
+    return int(distances.sum(axis=0).argmin())
+
+
+def _joint_std(mean: np.ndarray, poses: np.ndarray, aligned: Aligned, skeleton: Skeleton) -> np.ndarray:
+    """Return the standard deviation of each joint (n_frames, n_joints) about the mean's, m."""
+    squares = np.zeros((len(mean), skeleton.n_joints))
+    at, positions = forward_kinematics(mean, skeleton), forward_kinematics(poses, skeleton)
+    for frame, group in enumerate(aligned.groups()):
+        squares[frame] = ((positions[group] - at[frame]) ** 2).sum(axis=2).mean(axis=0)
+    return np.sqrt(squares)

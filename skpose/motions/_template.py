@@ -1,0 +1,159 @@
+"""The search for the segment of a motion that its repetitions resemble most, from the distances between its frames."""
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from skpose._compiled.path_family import family_of, segments_of
+from skpose._parallel.threads import in_threads
+
+FAST, FAR = 0.95, 0.95  # quantiles: of speeds, and of distances between frames, that stand for the largest
+TRAVEL = 0.3  # speed is measured over so many frames that fast ones travel this share of a far distance
+STILL = 0.2  # speed below which a frame is still, relative to a fast one
+# Relative to the median distance between moving frames:
+ZERO = 0.9  # distance of similarity zero
+EXTENT = 1.25  # distance that a template must have between two of its frames
+# Candidates for templates: lengths in a geometric series, starts a part of the length apart.
+LEAST_LENGTH, GROWTH, STARTS_PER_LENGTH = 5, 1.15, 4
+SLIVER = 0.25  # of a segment: the most that is cut off behind a pause
+REFINED = 3  # the best of them, whose start and length are then varied in steps from an eighth of the length to 1
+
+
+class Template(NamedTuple):
+    """A segment of the frames that move, and how well it explains them."""
+
+    fitness: float
+    start: int
+    length: int
+
+
+class Found(NamedTuple):
+    """The repetitions of a template, in frames of the whole motion."""
+
+    segments: np.ndarray  # (n_repetitions, 2) first frame, and the one behind the last
+    distances: np.ndarray  # (n_repetitions,) mean distance from the template
+    template: int
+
+
+def moving_frames(distances: np.ndarray) -> np.ndarray:
+    """Return the frames that move, given the distances between all frames of a motion.
+
+    The speed of a frame is the distance between the frames `reach` before and after it; noise counts little where
+    `reach` is long enough.
+    """
+    n, frames = len(distances), np.arange(len(distances))
+    far, reach = np.quantile(distances, FAR), 1
+    while True:
+        before, after = np.maximum(frames - reach, 0), np.minimum(frames + reach, n - 1)
+        speeds = distances[before, after] * (2 * reach / np.maximum(after - before, 1))
+        fast = np.quantile(speeds, FAST)
+        if fast >= TRAVEL * far or reach > n // 8:
+            break
+        reach += 1 + reach // 4
+    return np.flatnonzero(speeds > STILL * fast)
+
+
+class Templates:
+    """All segments of a motion as templates, with the distances between its frames.
+
+    `least` and `most` are the numbers of frames that a template may have, those that are still among them.
+    """
+
+    def __init__(self, distances: np.ndarray, least: float, most: float):
+        self.frames = moving_frames(distances)
+        moving = distances[np.ix_(self.frames, self.frames)].astype(np.float64)
+        self.n = len(self.frames)
+        median = np.median(moving) if self.n else 0.0
+        self.zero = ZERO * median
+        self.least, self.most = least, most
+        self.similarities = 1.0 - moving / self.zero if median > 0.0 else np.ones(moving.shape)
+        self.reach = _first_far(moving, EXTENT * median) if median > 0.0 else np.full(self.n, self.n)
+
+    def best(self, n_jobs: int) -> Template:
+        """Return the template of the largest fitness; its fitness is zero where nothing repeats."""
+        found: list[Template] = []
+
+        def rate(length: int) -> None:
+            step = max(1, length // STARTS_PER_LENGTH)
+            found.extend(self._rated(start, length) for start in range(0, self.n - length + 1, step))
+
+        tasks: Iterator[Callable[[], None]] = (partial(rate, length) for length in self._lengths())
+        in_threads(tasks, n_jobs)
+        found.sort(reverse=True)
+        return max(map(self._refined, found[:REFINED]), default=Template(0.0, 0, 0))
+
+    def repetitions(self, template: Template) -> Found:
+        """Return the template and the segments of its path families, in their order."""
+        start, stop = template.start, template.start + template.length
+        before, near_before = segments_of(self.similarities, 0, start, start, stop)
+        after, near_after = segments_of(self.similarities, stop, self.n, start, stop)
+        rows = np.concatenate([before, [(start, stop)], after])
+        segments = np.array([_without_slivers(self.frames[first:last]) for first, last in rows])
+        similarities = np.concatenate([near_before, [1.0], near_after])
+        return Found(segments, self.zero * np.maximum(0.0, 1.0 - similarities), len(before))
+
+    def _lengths(self) -> Iterator[int]:
+        length = LEAST_LENGTH
+        while length <= self.n // 2:
+            yield length
+            length = max(length + 1, int(GROWTH * length))
+
+    def _rated(self, start: int, length: int) -> Template:
+        """Return a template with its fitness, the harmonic mean of score and coverage; zero for one not allowed."""
+        none = Template(0.0, start, length)
+        if not self._is_allowed(start, length):
+            return none
+        stop = start + length
+        before = family_of(self.similarities, 0, start, start, stop)
+        after = family_of(self.similarities, stop, self.n, start, stop)
+        score, n_cells, n_covered = (sum(both) for both in zip(before, after, strict=True))
+        if score <= 0.0:
+            return none
+        mean_score, coverage = score / (n_cells + length), n_covered / self.n
+        return Template(2.0 * mean_score * coverage / (mean_score + coverage), start, length)
+
+    def _is_allowed(self, start: int, length: int) -> bool:
+        if not (0 <= start <= self.n - length and LEAST_LENGTH <= length <= self.n // 2):
+            return False
+        last = start + length - 1
+        return self.reach[start] <= last and self.least <= self.frames[last] - self.frames[start] + 1 <= self.most
+
+    def _refined(self, template: Template) -> Template:
+        """Return the best template near one."""
+        step = max(1, template.length // 8)
+        while step and template.fitness > 0.0:
+            near = [
+                self._rated(template.start + shift, template.length + growth)
+                for shift in (-step, 0, step)
+                for growth in (-step, 0, step)
+            ]
+            better = max(near)
+            if better.fitness > template.fitness:
+                template = better
+            else:
+                step //= 2
+        return template
+
+
+def _first_far(distances: np.ndarray, far: float) -> np.ndarray:
+    """Return, of each first frame, the last one that a segment needs so that two of its frames are far apart."""
+    is_far = np.triu(distances >= far)
+    nearest = np.where(is_far.any(axis=1), is_far.argmax(axis=1), len(distances))
+    return np.minimum.accumulate(nearest[::-1])[::-1]
+
+
+def _without_slivers(frames: np.ndarray) -> tuple[int, int]:
+    """Return the first frame of a segment, given those of it that move, and the one behind its last.
+
+    What lies at an edge, apart from the rest by a pause that is longer than itself, belongs to the repetition before or
+    behind: a template explains no less with a few frames of it.
+    """
+    most = int(SLIVER * len(frames))
+    before, behind = np.arange(1, most + 1), np.arange(len(frames) - most, len(frames))
+    pauses = np.diff(frames)  # frames from one that moves to the next
+    starts = before[pauses[before - 1] > frames[before - 1] - frames[0] + 1]
+    stops = behind[pauses[behind - 1] > frames[-1] - frames[behind] + 1]
+    first, last = max(starts, default=0), min(stops, default=len(frames))
+    return int(frames[first]), int(frames[last - 1]) + 1
