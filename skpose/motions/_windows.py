@@ -7,8 +7,8 @@ more than half with it, and so on: the k best.
 1. Every *box* of frames gets a lower bound of all paths through it: what the least path costs that comes to it, and
    what the least one costs from there on. The boxes with the least bounds are scanned first.
 2. To *scan* frames is to do the same with the bounds of the frames themselves. In the order of the bounds of their
-   ends, windows are measured along the path that is best by the bounds, until k of them are better than the next
-   bound. The k-th is a limit: no path with a larger sum is one of the k best. Boxes within it are scanned too.
+   ends, windows are measured along the path that is best by the bounds, until the k best of them do not change for
+   a while. The k-th is a limit: no path with a larger sum is one of the k best. Boxes within it are scanned too.
 3. Runs of frames whose bounds are within the limit are *regions*, and no path within the limit leaves one. They are
    searched cell by cell: all windows within the limit are known then, and so the k best.
 
@@ -34,7 +34,8 @@ from skpose.motions._search import ROUNDING, Aligner
 FIRST_SHARE = 0.05  # of the boxes, which are scanned first
 SCANNED_AT_ONCE = 2**17  # cells
 LONGEST = 3  # times the query: of the windows that are measured for the limit
-NEAR = 8  # frames between two regions that are searched as one
+NEAR = 4  # two regions that are less than this part of a query apart are searched as one, which takes less time
+PATIENCE = 2  # times k: of windows that are measured for the limit and are not among the best
 RAISED = 1.1  # factor of a limit that left too few windows
 
 
@@ -73,7 +74,8 @@ class WindowSearch:
             by_frames, ends = self._scanned(bounds, by_boxes, covered)
             limit = self._limit(bounds, codes, ends, k)
             while limit <= covered:
-                regions = self._runs(by_frames <= limit * (1.0 + ROUNDING), NEAR)
+                near = max(FRAMES_PER_BOX, len(query) // NEAR)
+                regions = self._runs(by_frames <= limit * (1.0 + ROUNDING), near)
                 found = chosen(self._within(codes, bounds, regions, limit), k)
                 if len(found) == k or np.isinf(limit):
                     return found
@@ -137,18 +139,20 @@ class WindowSearch:
         """Return the largest sum of k windows that exist; infinity where k are not found."""
         found: list[Window] = []
         best: list[Window] = []
+        n_in_vain = 0  # windows since one was among the best
         free = np.isfinite(ends)
         for end in ends.argsort(kind="stable"):
             if not free[end]:
                 if np.isinf(ends[end]):
                     break
                 continue
-            if len(best) == k and ends[end] > best[-1].sum:
+            if len(best) == k and (ends[end] > best[-1].sum or n_in_vain == PATIENCE * k):
                 break
             window = self._measured(bounds, codes, int(end))
             found.append(window)
             best = chosen(found, k)
-            half = max(1, (window.stop - window.start) // 4)
+            n_in_vain = 0 if window in best else n_in_vain + 1
+            half = max(1, (window.stop - window.start) // 2)  # where windows end that overlap this one
             free[max(0, end - half) : end + half] = False
         return best[-1].sum if len(best) == k else np.inf
 
