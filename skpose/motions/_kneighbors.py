@@ -95,6 +95,8 @@ class MotionKNeighborsTransformer(
     Every distance is computed in float64, also for float32 poses: indices and distances are equal, to the last bit, to
     those from ``motion_distances(X, X_fit)`` in float64, sorted by distance and then by index.
 
+    A search takes some milliseconds a query in any case; where all alignments take less, they are computed.
+
     Time O(n_samples · n_samples_fit) for the first bound, and for what it leaves O(frames · frames) some nanoseconds.
     Memory O(frames of the training motions): the poses and 90 bytes for each, and O(frames · frames) of one alignment.
 

@@ -19,6 +19,7 @@ from skpose.motions._search import MotionSearch
 
 FEWEST_QUERIES = 4  # in a task
 MOST_DISTANCES = 2**22  # of brute force, in memory at once
+WORTH_FILTERING = 2e7  # work of brute force for a query, 4 ms: a search takes some milliseconds in any case
 WORTH_SENDING = 1e8  # pairs of frames; geodesics always are
 
 
@@ -75,7 +76,8 @@ def find(request: Request, n_jobs: int | None, verbose: int) -> Nearest:
 def find_some(request: Request, rows: tuple[int, int]) -> Nearest:
     """Find the nearest motions of the queries first:last."""
     queries, excluded = request.queries.part(*rows), request.excluded[slice(*rows)]
-    if request.index.filter is None:
+    brute = _matrix(request, queries)
+    if request.index.filter is None or brute.n_cells * brute.work_per_cell < WORTH_FILTERING * queries.n_motions:
         return _by_brute_force(request, queries, excluded)
     search = MotionSearch(request.index, 1.0 if request.window is None else request.window)
     found = [search.nearest(queries.motion(i), excluded[i], request.k) for i in range(queries.n_motions)]
@@ -83,22 +85,23 @@ def find_some(request: Request, rows: tuple[int, int]) -> Nearest:
     return Nearest(distances, indices, search.evaluations, search.unconverged)
 
 
-def _by_brute_force(request: Request, queries: Sequences, excluded: np.ndarray) -> Nearest:
-    index, k = request.index, request.k
+def _matrix(request: Request, queries: Sequences) -> MotionMatrix:
+    """Return the matrix of all distances of some queries, in float64."""
+    index = request.index
     motions = index.sequences.in_float64()
-    step = max(1, MOST_DISTANCES // motions.n_motions)
+    return MotionMatrix(queries.in_float64(), motions, index.metric, index.skeleton, index.steps, window=request.window)
+
+
+def _by_brute_force(request: Request, queries: Sequences, excluded: np.ndarray) -> Nearest:
+    n_motions, n_frames = request.index.sequences.n_motions, len(request.index.sequences.poses)
     parts, unconverged = [], []
-    for rows in gen_batches(queries.n_motions, step):
-        some = queries.part(rows.start, rows.stop).in_float64()
-        matrix = MotionMatrix(some, motions, index.metric, index.skeleton, index.steps, window=request.window)
-        distances, counts = matrix.written(None, 1)
+    for rows in gen_batches(queries.n_motions, max(1, MOST_DISTANCES // n_motions)):
+        distances, counts = _matrix(request, queries.part(rows.start, rows.stop)).written(None, 1)
         left_out = np.flatnonzero(excluded[rows] >= 0)
         distances[left_out, excluded[rows][left_out]] = np.inf
-        order = distances.argsort(axis=1, kind="stable")[:, :k]
+        order = distances.argsort(axis=1, kind="stable")[:, : request.k]
         parts.append((np.take_along_axis(distances, order, axis=1), order))
         unconverged += [(one.count, one.gap) for one in counts]
     nearest, indices = (np.concatenate(part) for part in zip(*parts, strict=True))
-    evaluations = MotionEvaluations(
-        queries.n_motions * motions.n_motions, len(queries.poses) * len(index.sequences.poses)
-    )
+    evaluations = MotionEvaluations(queries.n_motions * n_motions, len(queries.poses) * n_frames)
     return Nearest(nearest, indices, evaluations, unconverged)

@@ -22,6 +22,12 @@ from skpose.motions._search import FIRST_MOTIONS, Aligner
 ARM = Skeleton.chain(3)
 
 
+@pytest.fixture(autouse=True)
+def searched(monkeypatch):
+    """Search also where brute force takes less time."""
+    monkeypatch.setattr("skpose.motions._queries.WORTH_FILTERING", 0.0)
+
+
 def smooth_motions(n_motions, longest, seed, centres=4):
     """Random walks around a few poses, of one frame to `longest`."""
     rng = np.random.default_rng(seed)
@@ -173,6 +179,17 @@ def test_an_alignment_up_to_a_limit_is_exact_or_infinite(window):
                     found, _ = aligner.ends(codes, start, stop, with_bounds, factor * expected)
                     assert found[-1] == (expected if factor >= 1.0 else np.inf)
                 assert aligner.evaluations.alignments == len(row)
+
+
+def test_brute_force_where_it_takes_less_time(monkeypatch):
+    motions = smooth_motions(60, 9, seed=15)
+    search = MotionKNeighborsTransformer(ARM).fit(motions)
+    searched = search.kneighbors(n_neighbors=2, return_evaluations=True)
+    monkeypatch.setattr("skpose.motions._queries.WORTH_FILTERING", np.inf)
+    computed = search.kneighbors(n_neighbors=2, return_evaluations=True)
+    for found, expected in zip(searched[:2], computed[:2], strict=True):
+        np.testing.assert_array_equal(found, expected)
+    assert searched[2].alignments < computed[2].alignments == 60 * 60
 
 
 def test_the_number_of_threads_changes_nothing():
