@@ -185,6 +185,9 @@ shape (n_motions, n_frames, n_dofs)
     only where a path within the k-th distance can go. "rotation", and "angle" with `wrap`, have no bound and are
     searched by brute force.
 
+    Time warps freely: a frame of the recording may stand for many of the query. Where the recordings hold nothing like
+    the query, the best windows are much shorter than it; look at ``match.stop - match.start`` and at the distance.
+
     Time O(frames of the query · frames of the recordings): for the boxes an eighth of that, for the rest what they
     leave. Memory O(frames of the recordings), and the pairs of frames of one region.
 
