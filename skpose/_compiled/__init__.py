@@ -2,7 +2,7 @@
 
 What calls what, from Python at the top to one vector register at the bottom::
 
-    metrics, neighbors, motions    geodesics                kinematics   cluster    motions
+    metrics, neighbors, motions    geodesics, motions       kinematics   cluster    motions
             |                          |                        |           |          |
       loops, nearest,           +------+------+                 |      graph_shift  path_family
       warping(_within)          |             |                 |

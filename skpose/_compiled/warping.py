@@ -54,6 +54,11 @@ class Paths(NamedTuple):
     window: float  # largest distance of two relative times; 1 or more: all
     is_open: bool
 
+    @classmethod
+    def of(cls, window: float | None, is_open: bool = False) -> "Paths":
+        """Return the paths of a window as the user gives it, None for all."""
+        return cls(1.0 if window is None else float(window), is_open)
+
 
 @inlined
 def reach_of(n, m, window):
@@ -238,9 +243,9 @@ def path_to(sums, is_open, column):
         up = sums[i - 1, j] if i > 0 else np.inf
         left = sums[i, j - 1] if j > 0 else np.inf
         diagonal = sums[i - 1, j - 1] if i > 0 and j > 0 else np.inf
-        if diagonal <= up and diagonal <= left:
+        if i > 0 and j > 0 and diagonal <= up and diagonal <= left:
             i, j = i - 1, j - 1
-        elif up <= left:
+        elif i > 0 and (up <= left or j == 0):
             i -= 1
         else:
             j -= 1

@@ -278,7 +278,7 @@ def align_motions(
     warn_of_unconverged(unconverged, costs.size)
     is_open = alignment == "subsequence"
     sums = costs.astype(np.float64)
-    accumulate(sums, Paths(1.0 if window is None else float(window), is_open))
+    accumulate(sums, Paths.of(window, is_open))
     column = int(sums[-1].argmin()) if is_open else sums.shape[1] - 1
     path = path_to(sums, is_open, column)
     n_counted = len(poses_a) if is_open else len(poses_a) + len(poses_b)

@@ -1,11 +1,11 @@
-"""The two steps of a mean motion: align all motions to it, and move each of its frames to the mean of what it met.
+"""The two steps of a mean motion: align all motions, and move each frame to the mean of the poses aligned to it.
 
 Both lower one sum, that of the squared distances of all pairs of frames that are aligned, so it never rises (F.
 Petitjean, A. Ketterlin, P. Gançarski, 2011, doi:10.1016/j.patcog.2010.09.013).
 """
 
 from collections.abc import Callable
-from functools import cached_property, partial
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -33,6 +33,7 @@ class Aligned(NamedTuple):
     frames: np.ndarray  # (n_pairs,) rows of all motions' poses
     squares: np.ndarray  # (n_pairs,) squared distances, m²
     unconverged: Unconverged
+    n_geodesics: int  # that were measured; zero for "position"
 
     @property
     def objective(self) -> float:
@@ -52,50 +53,48 @@ class Aligned(NamedTuple):
 class Barycenter:
     """The motions of a mean, and the two steps that bring it nearer to them.
 
-    `metric` is "position" or "geodesic", `steps` those of the latter.
+    `metric` is "position" or "geodesic", `steps` those of the latter. `unconverged` are the frames whose mean did not
+    converge when they moved last; they move again in the next step.
     """
 
     def __init__(
         self, motions: Sequences, skeleton: Skeleton, metric: str, steps: Steps, window: float | None, n_jobs: int
     ):
         self.motions, self.skeleton, self.metric, self.steps = motions, skeleton, metric, steps
-        self.paths = Paths(1.0 if window is None else float(window), False)
+        self.paths = Paths.of(window)
         self.n_jobs = n_jobs
         self.tree = tree_of(skeleton)
         self.dofs = to_tree_order(self.tree, motions.poses)
-
-    @cached_property
-    def positions(self) -> np.ndarray:
-        """Joint positions of all frames, in the tree's order."""
-        positions = np.empty((len(self.dofs), 3 * len(self.tree.offset)))
-        place_all(self.tree, self.dofs, positions)
-        return positions
+        self.positions = np.empty((len(self.dofs), 3 * len(self.tree.offset)))  # in the tree's order
+        place_all(self.tree, self.dofs, self.positions)
+        self.unconverged: set[int] = set()
 
     def align(self, mean: np.ndarray) -> Aligned:
         """Return the pairs of the best path of every motion, under squared distances."""
         bounds, _ = DistanceMatrix(mean, self.motions.poses, "position", self.skeleton, self.steps).written(None, 1)
         bounds **= 2
-        found: list[tuple[int, np.ndarray, np.ndarray, Unconverged]] = []
+        found: list[tuple[int, np.ndarray, np.ndarray, Unconverged, int]] = []
 
         def align_one(k: int) -> None:
             start = self.motions.starts[k]
             costs = np.ascontiguousarray(bounds[:, start : self.motions.starts[k + 1]])
             if self.metric == "position":
-                path, unconverged = _best_path(costs.copy(), self.paths), Unconverged(0, 0.0)
+                path, unconverged, n_geodesics = _best_path(costs, self.paths), Unconverged(0, 0.0), 0
             else:
-                path, unconverged = self._path_of_geodesics(costs, mean, self.motions.motion(k))
-            found.append((k, path + np.array([0, start]), costs[path[:, 0], path[:, 1]], unconverged))
+                path, unconverged, n_geodesics = self._path_of_geodesics(costs, mean, self.motions.motion(k))
+            found.append((k, path + np.array([0, start]), costs[path[:, 0], path[:, 1]], unconverged, n_geodesics))
 
         in_threads((partial(align_one, k) for k in range(self.motions.n_motions)), self.n_jobs)
         found.sort(key=lambda one: one[0])  # so that sums do not depend on the threads
         pairs, squares = np.concatenate([one[1] for one in found]), np.concatenate([one[2] for one in found])
         order = np.argsort(pairs[:, 0], kind="stable")
         unconverged = Unconverged.joined(one[3] for one in found)
-        return Aligned(pairs[order, 0], pairs[order, 1], squares[order], unconverged)
+        n_geodesics = sum(one[4] for one in found)
+        return Aligned(pairs[order, 0], pairs[order, 1], squares[order], unconverged, n_geodesics)
 
     def _path_of_geodesics(
         self, costs: np.ndarray, mean: np.ndarray, motion: np.ndarray
-    ) -> tuple[np.ndarray, Unconverged]:
+    ) -> tuple[np.ndarray, Unconverged, int]:
         """Return the best path, with geodesics in the place of lower bounds, in `costs` too, as far as it takes.
 
         While the best path meets a bound, that is replaced. A best path without one is the best of all: no other path
@@ -104,10 +103,10 @@ class Barycenter:
         known = np.zeros(costs.shape, dtype=bool)
         parts: list[Unconverged] = []
         while True:
-            path = _best_path(costs.copy(), self.paths)
+            path = _best_path(costs, self.paths)
             missing = path[~known[path[:, 0], path[:, 1]]]
             if not len(missing):
-                return path, Unconverged.joined(parts)
+                return path, Unconverged.joined(parts), int(known.sum())
             for i in np.unique(missing[:, 0]):
                 columns = missing[missing[:, 0] == i, 1]
                 squares, some = self._squares(mean[i], motion[columns])
@@ -134,33 +133,36 @@ class Barycenter:
         pose_of = self._nearest_to_mean if self.metric == "position" else self._karcher_mean
 
         def move_one(frame: int, group: np.ndarray) -> None:
-            pose = pose_of(mean[frame], group)
+            pose, converged = pose_of(mean[frame], group)
+            (self.unconverged.discard if converged else self.unconverged.add)(frame)
             if self._squares(pose, self.motions.poses[group])[0].sum() <= squares[frame].sum():
                 moved[frame] = pose
 
         tasks: list[Callable[[], None]] = [
             partial(move_one, frame, group)
             for frame, group in enumerate(aligned.groups())
-            if not earlier or not np.array_equal(earlier[frame], group)
+            if not earlier or frame in self.unconverged or not np.array_equal(earlier[frame], group)
         ]
         in_threads(tasks, self.n_jobs)
         return moved
 
-    def _nearest_to_mean(self, pose: np.ndarray, group: np.ndarray) -> np.ndarray:
+    def _nearest_to_mean(self, pose: np.ndarray, group: np.ndarray) -> tuple[np.ndarray, bool]:
         start = to_tree_order(self.tree, pose[np.newaxis])[0]
-        found, _ = project(self.tree, self.positions[group].mean(axis=0), start, STEPS_OF_A_POSE, TOL_PROJECTION)
-        return from_tree_order(self.tree, found, pose)
+        target = self.positions[group].mean(axis=0)
+        found, (_, _, converged) = project(self.tree, target, start, STEPS_OF_A_POSE, TOL_PROJECTION)
+        return from_tree_order(self.tree, found, pose), bool(converged)
 
-    def _karcher_mean(self, pose: np.ndarray, group: np.ndarray) -> np.ndarray:
+    def _karcher_mean(self, pose: np.ndarray, group: np.ndarray) -> tuple[np.ndarray, bool]:
         weights = np.full(len(group), 1.0 / len(group))
         wraps = self.steps.half_turn < np.inf
         poses = Poses(self.tree, self.dofs[group], weights, self.steps.n_steps, wraps, 1)
         start = to_tree_order(self.tree, pose[np.newaxis])[0]
-        spread, _, _ = karcher_mean(poses, start, STEPS_OF_A_POSE, TOL_GEODESIC)
-        return from_tree_order(self.tree, spread.pose, pose)
+        spread, _, reason = karcher_mean(poses, start, STEPS_OF_A_POSE, TOL_GEODESIC)
+        return from_tree_order(self.tree, spread.pose, pose), not reason
 
 
 def _best_path(costs: np.ndarray, paths: Paths) -> np.ndarray:
-    """Return the cells (i, j) of the best path; the costs are overwritten by sums."""
-    accumulate(costs, paths)
-    return path_to(costs, paths.is_open, costs.shape[1] - 1)
+    """Return the cells (i, j) of the best path."""
+    sums = costs.copy()
+    accumulate(sums, paths)
+    return path_to(sums, paths.is_open, sums.shape[1] - 1)

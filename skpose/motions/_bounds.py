@@ -9,8 +9,8 @@ the least sum of the distances, cell by cell.
    A path that goes through a frame of a box goes at least as far as the box; each pair of a frame and a box that it
    touches counts once.
 3. *Frames*: dynamic time warping under the filter's bound, a fifth of the coordinates and in float32.
-4. *Cells*: the same from the end backwards, which states for each pair of frames what a path through it has still to
-   pay. `skpose._compiled.warping_within` measures the cells that are left.
+4. *Cells*: the same from the end backwards, which states for each pair of frames what is left of the sum of a path
+   through it. `skpose._compiled.warping_within` measures the cells that are left.
 
 Rounding: every distance of the filter may be too long by its *slack*, see `skpose.neighbors._filter`. A path of n rows
 and m columns has fewer than n + m cells, so that n + m slacks are subtracted from its sum.
@@ -57,7 +57,7 @@ class Bounds:
         return self._warped(lanes, starts, measure_boxes, CLOSED)
 
     def frames(self, motions: np.ndarray, paths: Paths) -> np.ndarray:
-        """Return bounds of closed paths to some motions, by frames."""
+        """Return bounds of the paths to some motions, by frames."""
         lanes, starts = self.index.frame_lanes(motions)
         return self._warped(lanes, starts, EUCLIDEAN, paths)
 

@@ -149,7 +149,8 @@ def motion_distances(
     name, _, steps = resolve(metric, skeleton, n_steps, wrap)
     sequences = [one.sequences for one in checked]
     if skeleton is not None:
-        warn_of_degrees(in_estimator=False, **{name: one.poses for name, one in zip(given, sequences, strict=True)})
+        poses = {argument: one.poses for argument, one in zip(given, sequences, strict=True)}
+        warn_of_degrees(in_estimator=False, **poses)
     check_alignment(alignment, window, **dict(zip(given, sequences, strict=True)))
     matrix = MotionMatrix(
         sequences[0],

@@ -177,26 +177,27 @@ shape (n_motions, n_frames, n_dofs)
 
     Notes
     -----
-    The answer is that of brute force, which measures each frame of the query against each of the recordings. *Filter
-    and refine* finds it at a fraction of the cost. The chord is never longer than the curve, ‖F(a) − F(b)‖ ≤ "geodesic"
-    ≤ "spatial", so that the least sum of chords along the paths through a frame of the recording bounds the sum of
-    every window that contains it. Such bounds are computed with boxes around eight frames along the principal axes of
-    the joint positions first, then with the frames themselves where the boxes leave any, and the metric is measured
-    only where a path within the k-th distance can go. "rotation", and "angle" with `wrap`, have no bound and are
-    searched by brute force.
+    The answer is that of brute force, which measures each frame of the query against each of the recordings [1]_.
+    *Filter and refine*, with bounds in order of their cost [2]_, finds it at a fraction of the cost. The chord is never
+    longer than the curve, ‖F(a) − F(b)‖ ≤ "geodesic" ≤ "spatial", so that the least sum of chords along the paths
+    through a frame of the recording bounds the sum of every window that contains it. Such bounds are computed with
+    boxes around eight frames along the principal axes of the joint positions first, then with the frames themselves
+    where the boxes leave any, and the metric is measured only where a path within the k-th distance can go. "rotation",
+    and "angle" with `wrap`, have no bound and are searched by brute force.
 
     Time warps freely: a frame of the recording may stand for many of the query. Where the recordings hold nothing like
     the query, the best windows are much shorter than it; look at ``match.stop - match.start`` and at the distance.
 
     Time O(frames of the query · frames of the recordings): for the boxes an eighth of that, for the rest what they
-    leave. Memory O(frames of the recordings), and the pairs of frames of one region.
+    leave. Memory O(frames of the recordings), and some 4 bytes for each pair of a frame of the query and one of the
+    longest recording.
 
     References
     ----------
     .. [1] M. Müller, "Information retrieval for music and motion", Springer, 2007, sec. 4.4,
        :doi:`10.1007/978-3-540-74048-3`.
     .. [2] T. Rakthanmanon et al., "Searching and mining trillions of time series subsequences under dynamic time
-       warping", KDD 2012, :doi:`10.1145/2339530.2339576`, for bounds in order of their cost.
+       warping", KDD 2012, :doi:`10.1145/2339530.2339576`.
 
     Examples
     --------

@@ -85,15 +85,17 @@ class MotionKNeighborsTransformer(
 
     Notes
     -----
-    The search is *filter and refine*. For every pair of frames the chord is never longer than the curve, ‖F(a) − F(b)‖
-    ≤ "geodesic" ≤ "spatial", and so is the least sum along a path, cell by cell. The bounds are taken in order of their
-    cost: the pairs of first and of last frames; the query's frames against boxes around eight frames along the
-    principal axes of the joint positions; dynamic time warping of the components along these axes [2]_. What is left is
-    aligned under the metric in order of its bound, until no bound is within the k-th distance. Of an alignment only
-    those pairs of frames are measured that a path within that distance can go through [3]_.
+    The search is *filter and refine* of dynamic time warping [1]_. For every pair of frames the chord is never longer
+    than the curve, ‖F(a) − F(b)‖ ≤ "geodesic" ≤ "spatial", and so is the least sum along a path, cell by cell. The
+    bounds are taken in order of their cost: the pairs of first and of last frames; the query's frames against boxes
+    around eight frames along the principal axes of the joint positions; dynamic time warping of the components along
+    these axes [2]_. What is left is aligned under the metric in order of its bound, until no bound is within the k-th
+    distance. Of an alignment only those pairs of frames are measured that a path within that distance can go through
+    [3]_.
 
     Every distance is computed in float64, also for float32 poses: indices and distances are equal, to the last bit, to
-    those from ``motion_distances(X, X_fit)`` in float64, sorted by distance and then by index.
+    those from ``motion_distances(X, X_fit)`` in float64, sorted by distance and then by index. (Of one list with itself
+    that computes a triangle, whose mirror image differs in the last bits.)
 
     A search takes some milliseconds a query in any case; where all alignments take less, they are computed.
 

@@ -45,7 +45,8 @@ class MotionMatrix(TiledMatrix):
         normalize: bool = True,
     ):
         self.A, self.B, self.metric, self.steps = A, B, metric, steps
-        self.alignment, self.window, self.normalize = alignment, 1.0 if window is None else float(window), normalize
+        self.alignment, self.normalize = alignment, normalize
+        self.paths = Paths.of(window, alignment == "subsequence")
         self.skeleton = skeleton if METRICS[metric].needs_skeleton else None
         self.result_dtype = np.result_type(A.poses, (A if B is None else B).poses)
         self.dtype = np.dtype(np.float64) if METRICS[metric].always_float64 else self.result_dtype
@@ -61,19 +62,22 @@ class MotionMatrix(TiledMatrix):
 
     @property
     def n_cells(self) -> int:
-        """The number of pairs of frames, those outside the window and of the lower triangle too."""
+        """The number of pairs of frames; of symmetric distances, those of one triangle."""
         if self.alignment == "frames":
-            return len(self.A.poses) * self.columns.n_motions
-        return len(self.A.poses) * len(self.columns.poses)
+            return len(self.A.poses) // self.A.n_motions * self.n_pairs
+        n_frames = len(self.A.poses)
+        if self.symmetric:
+            return (n_frames * n_frames - int((self.A.lengths**2).sum())) // 2
+        return n_frames * len(self.columns.poses)
 
     @functools.cached_property
     def work_per_cell(self) -> float:
-        metric = METRICS[self.metric]
-        return WORK_PER_CELL + metric.n_codes(tree_of(self.skeleton), self.A.poses.shape[1]) * metric.measure_work
+        return work_per_cell(self.metric, self.skeleton, self.A)
 
     @property
     def work_per_pair(self) -> float:
-        return self.work_per_cell * self.n_cells / (self.shape[0] * self.shape[1])
+        work = self.work_per_cell * share_of_band(self.paths.window) * self.n_cells
+        return max(1.0, work / max(1, self.n_pairs))
 
     @property
     def largest_edge(self) -> int:
@@ -84,7 +88,7 @@ class MotionMatrix(TiledMatrix):
     def fingerprint(self) -> dict[str, Any]:
         return metric_fingerprint(self.metric, self.steps) | {
             "dtype": self.dtype.str,
-            "alignment, window or normalize": [self.alignment, self.window, self.normalize],
+            "alignment, window or normalize": [self.alignment, self.paths.window, self.normalize],
             "A": digest(*self.A),
             "B": "A" if self.B is None else digest(*self.B),
             "skeleton": digest(*tree_of(self.skeleton)),
@@ -136,18 +140,30 @@ class MotionMatrix(TiledMatrix):
         metric, loop, tree = METRICS[self.metric], warped_loop(self.dtype), tree_of(self.skeleton, self.dtype)
         X = self._encoded(rows.poses)
         Y = loops.in_lanes(X if diagonal else self._encoded(columns.poses))
-        paths = Paths(self.window, self.alignment == "subsequence")
         work = WORK_PER_TASK
         if n_jobs > 1:
             whole = len(rows.poses) * len(columns.poses) * self.work_per_cell
             work = min(work, max(LITTLE_WORK, whole / (TASKS_PER_JOB * n_jobs)))
         for pairs in motion_pairs(rows.lengths, columns.lengths, diagonal, work / self.work_per_cell):
             x, y = Encoded(X, rows.starts), Encoded(Y, columns.starts)
-            yield functools.partial(loop, x, y, pairs, paths, metric.measure, tree, self.steps, sums)
+            yield functools.partial(loop, x, y, pairs, self.paths, metric.measure, tree, self.steps, sums)
 
     def _encoded(self, poses: np.ndarray) -> np.ndarray:
         codes = METRICS[self.metric].encoded(poses, self.skeleton, self.steps)
         return codes.astype(self.dtype, copy=False)
+
+
+def work_per_cell(metric: str, skeleton: Skeleton | None, motions: Sequences) -> float:
+    """Return the work of a pair of frames, in the unit of `skpose._parallel.tasks`."""
+    chosen = METRICS[metric]
+    tree = tree_of(skeleton if chosen.needs_skeleton else None)
+    return WORK_PER_CELL + chosen.n_codes(tree, motions.poses.shape[1]) * chosen.measure_work
+
+
+def share_of_band(window: float | None) -> float:
+    """Return the share of all pairs of frames that are in the band, of long motions."""
+    w = 1.0 if window is None else min(1.0, window)
+    return max(0.01, w * (2.0 - w))
 
 
 def motion_pairs(n: np.ndarray, m: np.ndarray, triangle: bool, most_cells: float) -> Iterator[MotionPairs]:

@@ -253,7 +253,13 @@ def mean_motion(
             f"max_iter={max_iter} iterations; raise max_iter, or tol. It is a motion nevertheless",
             ConvergenceWarning,
         )
-    warn_of_unconverged([aligned.unconverged], len(aligned.frames))
+    if barycenter.unconverged:
+        warn(
+            f"in {len(barycenter.unconverged)} of {len(mean)} frames the mean of the poses that are aligned to it did "
+            "not converge; it is no farther from them than before. A narrower window or fewer frames may help",
+            ConvergenceWarning,
+        )
+    warn_of_unconverged([aligned.unconverged], aligned.n_geodesics)
     n_poses = aligned.n_poses
     std = np.sqrt(np.bincount(aligned.mean_frames, aligned.squares) / n_poses)
     joint_std = _joint_std(mean, sequences.poses, aligned, skeleton)

@@ -13,7 +13,7 @@ from skpose._parallel.tasks import TASKS_PER_WORKER
 from skpose._parallel.threads import in_threads
 from skpose.motions._index import SequenceIndex
 from skpose.motions._inputs import Sequences
-from skpose.motions._matrix import MotionMatrix
+from skpose.motions._matrix import MotionMatrix, share_of_band, work_per_cell
 from skpose.motions._results import MotionEvaluations
 from skpose.motions._search import MotionSearch
 
@@ -76,27 +76,25 @@ def find(request: Request, n_jobs: int | None, verbose: int) -> Nearest:
 def find_some(request: Request, rows: tuple[int, int]) -> Nearest:
     """Find the nearest motions of the queries first:last."""
     queries, excluded = request.queries.part(*rows), request.excluded[slice(*rows)]
-    brute = _matrix(request, queries)
-    if request.index.filter is None or brute.n_cells * brute.work_per_cell < WORTH_FILTERING * queries.n_motions:
+    index = request.index
+    work = work_per_cell(index.metric, index.skeleton, index.sequences) * share_of_band(request.window)
+    work *= len(queries.poses) * len(index.sequences.poses)
+    if index.filter is None or work < WORTH_FILTERING * queries.n_motions:
         return _by_brute_force(request, queries, excluded)
-    search = MotionSearch(request.index, 1.0 if request.window is None else request.window)
+    search = MotionSearch(index, request.window)
     found = [search.nearest(queries.motion(i), excluded[i], request.k) for i in range(queries.n_motions)]
     distances, indices = (np.stack(part) for part in zip(*found, strict=True))
     return Nearest(distances, indices, search.evaluations, search.unconverged)
 
 
-def _matrix(request: Request, queries: Sequences) -> MotionMatrix:
-    """Return the matrix of all distances of some queries, in float64."""
-    index = request.index
-    motions = index.sequences.in_float64()
-    return MotionMatrix(queries.in_float64(), motions, index.metric, index.skeleton, index.steps, window=request.window)
-
-
 def _by_brute_force(request: Request, queries: Sequences, excluded: np.ndarray) -> Nearest:
-    n_motions, n_frames = request.index.sequences.n_motions, len(request.index.sequences.poses)
+    index, motions = request.index, request.index.sequences.in_float64()
+    n_motions, n_frames = motions.n_motions, len(motions.poses)
     parts, unconverged = [], []
     for rows in gen_batches(queries.n_motions, max(1, MOST_DISTANCES // n_motions)):
-        distances, counts = _matrix(request, queries.part(rows.start, rows.stop)).written(None, 1)
+        some = queries.part(rows.start, rows.stop).in_float64()
+        matrix = MotionMatrix(some, motions, index.metric, index.skeleton, index.steps, window=request.window)
+        distances, counts = matrix.written(None, 1)
         left_out = np.flatnonzero(excluded[rows] >= 0)
         distances[left_out, excluded[rows][left_out]] = np.inf
         order = distances.argsort(axis=1, kind="stable")[:, : request.k]

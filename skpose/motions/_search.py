@@ -14,7 +14,7 @@ from skpose._compiled import loops
 from skpose._compiled.warping import Paths
 from skpose._compiled.warping_within import Ends, Within, path_sum_loop, warped_within_loop
 from skpose.kinematics._tree import tree_of
-from skpose.metrics._registry import METRICS, Metric
+from skpose.metrics._registry import METRICS
 from skpose.motions._bounds import Bounds, left_over
 from skpose.motions._index import SequenceIndex
 from skpose.motions._results import MotionEvaluations
@@ -23,20 +23,21 @@ FLOAT64 = np.dtype(np.float64)
 FIRST_MOTIONS = 48  # that are bounded by their frames before there is a limit, in addition to 2 k
 MOST_CELLS = 2**24  # of which what is left over is kept, 128 MB
 ROUNDING = 1e-9  # relative, of sums that are compared with a limit
-NOTHING_LEFT = np.zeros((0, 0))
+NO_BOUNDS = np.zeros((0, 0))
 
 
 class Aligner:
     """Sums of distances under the metric of an index, up to a limit, and what they cost."""
 
-    def __init__(self, index: SequenceIndex, metric: str, paths: Paths):
-        self.index, self.paths, self.metric = index, paths, METRICS[metric]
+    def __init__(self, index: SequenceIndex, paths: Paths):
+        self.index, self.paths, self.metric = index, paths, METRICS[index.metric]
         self._tree = tree_of(index.skeleton if self.metric.needs_skeleton else None, FLOAT64)
         self.evaluations = MotionEvaluations(0, 0)
         self.unconverged: list[tuple[int, float]] = []
 
     def encoded(self, poses: np.ndarray) -> np.ndarray:
-        return encoded(self.metric, poses, self.index)
+        skeleton = self.index.skeleton if self.metric.needs_skeleton else None
+        return self.metric.encoded(poses, skeleton, self.index.steps)
 
     def ends(self, codes: np.ndarray, start: int, stop: int, bounds: Bounds | None, limit: float) -> Ends:
         """Return the paths that end at the frames start:stop.
@@ -44,12 +45,12 @@ class Aligner:
         Sums above the limit are infinite. `bounds` are those of the query whose codes are given, None for none.
         """
         n_columns = stop - start
-        left = NOTHING_LEFT
+        remaining = NO_BOUNDS
         if bounds is not None and np.isfinite(limit) and len(codes) * n_columns <= MOST_CELLS:
-            left = left_over(bounds.of_frames(start, stop), self.paths)
+            remaining = left_over(bounds.of_frames(start, stop), self.paths)
         ends = Ends(np.empty(n_columns), np.empty(n_columns, np.int64))
         lanes = loops.in_lanes(self.encoded(self.index.sequences.poses[start:stop]))
-        within = Within(limit * (1.0 + ROUNDING), left)
+        within = Within(limit * (1.0 + ROUNDING), remaining)
         n_cells, *unconverged = warped_within_loop(FLOAT64)(
             codes, lanes, self.paths, within, self.metric.measure, self._tree, self.index.steps, ends
         )
@@ -66,10 +67,11 @@ class Aligner:
 class MotionSearch:
     """A search of an index with a filter for the motions nearest to one motion at a time."""
 
-    def __init__(self, index: SequenceIndex, window: float):
-        self.index, self.paths = index, Paths(window, False)
-        self._aligner = Aligner(index, index.metric, self.paths)
-        # Whose distance is an upper bound, and costs a thousandth.
+    def __init__(self, index: SequenceIndex, window: float | None):
+        self.index, self.paths = index, Paths.of(window)
+        self._aligner = Aligner(index, self.paths)
+        # The distance along lines costs a thousandth, and is an upper bound: `measure_geodesic` returns the length of
+        # the straight line where that is the shorter one. So k motions are within the k-th of these.
         self._lines = MotionSearch(index.under("spatial"), window) if index.metric == "geodesic" else None
 
     @property
@@ -110,11 +112,11 @@ class MotionSearch:
         rest = rest[by_ends[rest] <= limit()]
         if len(rest):
             rest = rest[bounds.boxes(rest) / n_frames[rest] <= limit()]
-        left, by = first[nearest[k:]], by_frames[nearest[k:]]
+        candidates, by_frames = first[nearest[k:]], by_frames[nearest[k:]]
         if len(rest):
-            left = np.concatenate([left, rest])
-            by = np.concatenate([by, bounds.frames(rest, self.paths) / n_frames[rest]])
-        align(left, by)
+            candidates = np.concatenate([candidates, rest])
+            by_frames = np.concatenate([by_frames, bounds.frames(rest, self.paths) / n_frames[rest]])
+        align(candidates, by_frames)
         distances, indices = zip(*best, strict=True)
         return np.array(distances), np.array(indices)
 
@@ -124,7 +126,3 @@ class MotionSearch:
         n_frames = len(codes) + int(stop - start)
         ends = self._aligner.ends(codes, int(start), int(stop), bounds, limit * n_frames)
         return float(ends.sums[-1] / n_frames)
-
-
-def encoded(metric: Metric, poses: np.ndarray, index: SequenceIndex) -> np.ndarray:
-    return metric.encoded(poses, index.skeleton if metric.needs_skeleton else None, index.steps)

@@ -79,11 +79,12 @@ class WindowSearch:
                 found = chosen(self._within(codes, bounds, regions, limit), k)
                 if len(found) == k or np.isinf(limit):
                     return found
-                limit = limit * RAISED if limit < by_boxes.max() else np.inf
+                # A limit of zero is not raised by a factor.
+                limit = limit * RAISED if 0.0 < limit < by_boxes.max() else np.inf
             covered = limit
 
     def _aligner(self) -> Aligner:
-        return Aligner(self.index, self.index.metric, OPEN)
+        return Aligner(self.index, OPEN)
 
     def _run(self, what: str, tasks: list[Callable[[], Any]]) -> list[Any]:
         with progress(what, len(tasks), self.verbose) as advance:
@@ -139,19 +140,19 @@ class WindowSearch:
         """Return the largest sum of k windows that exist; infinity where k are not found."""
         found: list[Window] = []
         best: list[Window] = []
-        n_in_vain = 0  # windows since one was among the best
+        n_unsuccessful = 0  # windows since one was among the best
         free = np.isfinite(ends)
         for end in ends.argsort(kind="stable"):
             if not free[end]:
                 if np.isinf(ends[end]):
                     break
                 continue
-            if len(best) == k and (ends[end] > best[-1].sum or n_in_vain == PATIENCE * k):
+            if len(best) == k and (ends[end] > best[-1].sum or n_unsuccessful == PATIENCE * k):
                 break
             window = self._measured(bounds, codes, int(end))
             found.append(window)
             best = chosen(found, k)
-            n_in_vain = 0 if window in best else n_in_vain + 1
+            n_unsuccessful = 0 if window in best else n_unsuccessful + 1
             half = max(1, (window.stop - window.start) // 2)  # where windows end that overlap this one
             free[max(0, end - half) : end + half] = False
         return best[-1].sum if len(best) == k else np.inf
@@ -202,7 +203,7 @@ class WindowSearch:
 def through(distances: np.ndarray, onwards: np.ndarray, edge: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the least sum of the open paths through each column, and the sums of those to each cell.
 
-    `onwards` are the sums from each cell on, `edge` those to the column before the first one.
+    `onwards` are the sums from each cell on, which are overwritten, `edge` those to the column before the first one.
     """
     to = distances.copy()
     accumulate_from(to, OPEN, edge)

@@ -39,7 +39,7 @@ def test_ends_within_a_limit(lengths, paths):
     ends = expected[-1] if paths.is_open else expected[-1, -1:]
     for limit in (np.inf, ends.max(), np.median(ends), 0.999 * ends.min()):
         for bounds in (Bounds(index, query), None):
-            aligner = Aligner(index, "spatial", paths)
+            aligner = Aligner(index, paths)
             found = aligner.ends(aligner.encoded(query), 0, len(other), bounds, limit)
             sums = found.sums if paths.is_open else found.sums[-1:]
             np.testing.assert_array_equal(sums, np.where(ends <= limit * (1 + 1e-9), ends, np.inf))
@@ -51,7 +51,7 @@ def test_a_tight_limit_leaves_groups_out():
     query = motion(8, 1)
     other = np.concatenate([motion(24, 2) + 2.0, query, motion(24, 3) - 2.0])
     index = SequenceIndex(Sequences.of([other]), TREE, "spatial", STEPS)
-    aligner = Aligner(index, "spatial", Paths(1.0, True))
+    aligner = Aligner(index, Paths(1.0, True))
     found = aligner.ends(aligner.encoded(query), 0, len(other), Bounds(index, query), 1e-3)
     assert (found.sums.argmin(), found.starts[found.sums.argmin()]) == (31, 24)
     assert aligner.evaluations.cells <= 2 * loops.FLOAT64_LANES * len(query)
@@ -60,7 +60,7 @@ def test_a_tight_limit_leaves_groups_out():
 def test_the_sum_along_a_path():
     query, other = motion(6, 1), motion(11, 2)
     index = SequenceIndex(Sequences.of([other]), TREE, "spatial", STEPS)
-    aligner = Aligner(index, "spatial", Paths(1.0, True))
+    aligner = Aligner(index, Paths(1.0, True))
     path = np.array([[0, 2], [1, 2], [1, 3], [2, 9], [5, 10]])
     lanes = loops.in_lanes(aligner.encoded(other))
     expected = costs_of(query, other)[path[:, 0], path[:, 1]].sum()

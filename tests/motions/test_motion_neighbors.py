@@ -172,7 +172,7 @@ def test_an_alignment_up_to_a_limit_is_exact_or_infinite(window):
         bounds = Bounds(index, query)
         for with_bounds in (bounds, None):
             for factor in (0.5, 0.999, 1.0, 1.5):
-                aligner = Aligner(index, "spatial", Paths(window, False))
+                aligner = Aligner(index, Paths(window, False))
                 codes = aligner.encoded(query)
                 for i, expected in enumerate(row):
                     start, stop = index.sequences.starts[i : i + 2]
