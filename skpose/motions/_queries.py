@@ -20,6 +20,7 @@ from skpose.motions._search import MotionSearch
 FEWEST_QUERIES = 4  # in a task
 MOST_DISTANCES = 2**22  # of brute force, in memory at once
 WORTH_FILTERING = 2e7  # work of brute force for a query, 4 ms: a search takes some milliseconds in any case
+FEWEST_PER_NEIGHBOR = 5  # motions: with fewer, most have to be aligned, and that is faster all at once
 WORTH_SENDING = 1e8  # pairs of frames; geodesics always are
 
 
@@ -79,7 +80,8 @@ def find_some(request: Request, rows: tuple[int, int]) -> Nearest:
     index = request.index
     work = work_per_cell(index.metric, index.skeleton, index.sequences) * share_of_band(request.window)
     work *= len(queries.poses) * len(index.sequences.poses)
-    if index.filter is None or work < WORTH_FILTERING * queries.n_motions:
+    most = index.sequences.n_motions / FEWEST_PER_NEIGHBOR
+    if index.filter is None or work < WORTH_FILTERING * queries.n_motions or request.k > most:
         return _by_brute_force(request, queries, excluded)
     search = MotionSearch(index, request.window)
     found = [search.nearest(queries.motion(i), excluded[i], request.k) for i in range(queries.n_motions)]

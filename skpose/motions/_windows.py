@@ -15,6 +15,7 @@ more than half with it, and so on: the k best.
 Windows that overlap may leave fewer than k within the limit; it is then raised.
 """
 
+import bisect
 import functools
 import itertools
 from collections.abc import Callable, Iterable
@@ -28,6 +29,7 @@ from skpose._parallel.progress import progress
 from skpose._parallel.threads import in_threads
 from skpose.motions._bounds import OPEN, Bounds, left_over
 from skpose.motions._index import FRAMES_PER_BOX, SequenceIndex
+from skpose.motions._matrix import work_per_cell
 from skpose.motions._results import MotionEvaluations
 from skpose.motions._search import ROUNDING, Aligner
 
@@ -35,7 +37,9 @@ FIRST_SHARE = 0.05  # of the boxes, which are scanned first
 SCANNED_AT_ONCE = 2**17  # cells
 LONGEST = 3  # times the query: of the windows that are measured for the limit
 NEAR = 4  # two regions that are less than this part of a query apart are searched as one, which takes less time
-PATIENCE = 2  # times k: of windows that are measured for the limit and are not among the best
+PATIENCE = 20  # windows in a row, at least, that are measured for the limit and leave the best as they were
+# The cost of the limit, in the unit of `skpose._parallel.tasks`: a millisecond for each window that is measured.
+WORK_PER_WINDOW, FEWEST_WINDOWS, WINDOWS_PER_K = 5e6, 10, 3
 RAISED = 1.1  # factor of a limit that left too few windows
 
 
@@ -64,15 +68,16 @@ class WindowSearch:
     def best(self, query: np.ndarray, k: int) -> list[Window]:
         """Return the k best windows, or all if there are fewer, by their sums."""
         codes = self._aligner().encoded(query)
-        if self.index.filter is None:
+        if self.index.filter is None or not self._is_worth_it(query, k):
             starts = self.index.sequences.starts.tolist()
             return chosen(self._within(codes, None, itertools.pairwise(starts), np.inf), k)
         bounds = Bounds(self.index, query)
         by_boxes = self._bounds_of_boxes(bounds)
         covered = float(np.quantile(by_boxes, FIRST_SHARE))  # all paths up to this sum are in what is scanned
+        measured: dict[int, Window] = {}
         while True:
             by_frames, ends = self._scanned(bounds, by_boxes, covered)
-            limit = self._limit(bounds, codes, ends, k)
+            limit = self._limit(bounds, codes, ends, k, measured)
             while limit <= covered:
                 near = max(FRAMES_PER_BOX, len(query) // NEAR)
                 regions = self._runs(by_frames <= limit * (1.0 + ROUNDING), near)
@@ -82,6 +87,12 @@ class WindowSearch:
                 # A limit of zero is not raised by a factor.
                 limit = limit * RAISED if 0.0 < limit < by_boxes.max() else np.inf
             covered = limit
+
+    def _is_worth_it(self, query: np.ndarray, k: int) -> bool:
+        """Return whether brute force takes longer than to measure the windows for the limit."""
+        index = self.index
+        work = work_per_cell(index.metric, index.skeleton, index.sequences)
+        return len(query) * len(index.sequences.poses) * work > WORK_PER_WINDOW * (FEWEST_WINDOWS + WINDOWS_PER_K * k)
 
     def _aligner(self) -> Aligner:
         return Aligner(self.index, OPEN)
@@ -136,25 +147,33 @@ class WindowSearch:
         self._run("bounds of frames", [functools.partial(scan, *region) for region in regions])
         return by_frames, ends
 
-    def _limit(self, bounds: Bounds, codes: np.ndarray, ends: np.ndarray, k: int) -> float:
-        """Return the largest sum of k windows that exist; infinity where k are not found."""
+    def _limit(self, bounds: Bounds, codes: np.ndarray, ends: np.ndarray, k: int, measured: dict[int, Window]) -> float:
+        """Return the largest sum of k windows that exist; infinity where k are not found.
+
+        Windows that are `measured` already, by their last frame, are not measured again.
+        """
         found: list[Window] = []
         best: list[Window] = []
-        n_unsuccessful = 0  # windows since one was among the best
+        batch = max(PATIENCE, k // 4)
         free = np.isfinite(ends)
-        for end in ends.argsort(kind="stable"):
+        for end in ends.argsort(kind="stable").tolist():
             if not free[end]:
                 if np.isinf(ends[end]):
                     break
                 continue
-            if len(best) == k and (ends[end] > best[-1].sum or n_unsuccessful == PATIENCE * k):
+            if len(best) == k and ends[end] > best[-1].sum:
                 break
-            window = self._measured(bounds, codes, int(end))
+            if end not in measured:
+                measured[end] = self._measured(bounds, codes, end)
+            window = measured[end]
             found.append(window)
-            best = chosen(found, k)
-            n_unsuccessful = 0 if window in best else n_unsuccessful + 1
             half = max(1, (window.stop - window.start) // 2)  # where windows end that overlap this one
             free[max(0, end - half) : end + half] = False
+            if len(found) % batch == 0:
+                before, best = best, chosen(found, k)
+                if len(best) == k and best == before:
+                    break
+        best = chosen(found, k)
         return best[-1].sum if len(best) == k else np.inf
 
     def _measured(self, bounds: Bounds, codes: np.ndarray, end: int) -> Window:
@@ -212,12 +231,19 @@ def through(distances: np.ndarray, onwards: np.ndarray, edge: np.ndarray) -> tup
     return onwards.min(axis=0), to
 
 
-def chosen(windows: list[Window], k: int) -> list[Window]:
+def chosen(windows: Iterable[Window], k: int) -> list[Window]:
     """Return the k best windows of which no two overlap by more than half; of equal sums the first comes first."""
     best: list[Window] = []
+    # Of each motion those that are chosen, by start. As none lies in another one, they are in order of stop too.
+    of_motion: dict[int, list[Window]] = {}
     for window in sorted(windows, key=lambda window: (window.sum, window.stop)):
-        if not any(window.overlaps(other) for other in best):
-            best.append(window)
-            if len(best) == k:
-                break
+        others = of_motion.setdefault(window.motion, [])
+        behind = bisect.bisect_left(others, window.stop, key=lambda other: other.start)
+        first = bisect.bisect_right(others, window.start, key=lambda other: other.stop)
+        if any(window.overlaps(other) for other in others[first:behind]):
+            continue
+        best.append(window)
+        if len(best) == k:
+            break
+        bisect.insort(others, window, key=lambda other: other.start)
     return best

@@ -9,9 +9,15 @@ from skpose.metrics._registry import METRICS, resolve
 from skpose.motions import MotionMatch
 from skpose.motions._index import SequenceIndex
 from skpose.motions._inputs import Sequences
-from skpose.motions._windows import WindowSearch
+from skpose.motions._windows import Window, WindowSearch, chosen
 
 ARM = Skeleton.chain(3)
+
+
+@pytest.fixture(autouse=True)
+def searched(monkeypatch):
+    """Search also where brute force takes less time."""
+    monkeypatch.setattr("skpose.motions._windows.WORK_PER_WINDOW", 0.0)
 
 
 def wander(n_frames, rng):
@@ -89,6 +95,30 @@ def test_long_recordings_are_scanned_in_parts(recordings, monkeypatch):
     assert find_motion(query, recordings, k=8, skeleton=ARM) == expected
     monkeypatch.setattr("skpose.motions._windows.FIRST_SHARE", 1.0)
     assert find_motion(query, recordings, k=8, skeleton=ARM) == expected
+
+
+def test_brute_force_where_it_takes_less_time(recordings, monkeypatch):
+    query = recordings[6][40:70] + 0.01
+    _, _, steps = resolve("spatial", ARM, 10, "auto")
+    index = SequenceIndex(Sequences.of(recordings), ARM, "spatial", steps)
+    searched, computed = WindowSearch(index, 1), WindowSearch(index, 1)
+    expected = searched.best(query, 3)
+    monkeypatch.setattr("skpose.motions._windows.WORK_PER_WINDOW", np.inf)
+    assert computed.best(query, 3) == expected
+    assert searched.evaluations.cells < computed.evaluations.cells == len(query) * sum(map(len, recordings))
+
+
+def test_the_best_windows_of_many():
+    """Against the definition: each next one overlaps no better one by more than half of the shorter."""
+    rng = np.random.default_rng(3)
+    starts = rng.integers(0, 200, size=3000)
+    many = [Window(float(rng.integers(50)), int(rng.integers(2)), int(s), int(s + rng.integers(1, 40))) for s in starts]
+    best = []
+    for window in sorted(many, key=lambda w: (w.sum, w.stop)):
+        if not any(window.motion == other.motion and window.overlaps(other) for other in best):
+            best.append(window)
+    for k in (1, 5, 1000):
+        assert chosen(many, k) == best[:k]
 
 
 def test_threads_change_nothing(recordings):

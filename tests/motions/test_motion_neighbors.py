@@ -26,6 +26,7 @@ ARM = Skeleton.chain(3)
 def searched(monkeypatch):
     """Search also where brute force takes less time."""
     monkeypatch.setattr("skpose.motions._queries.WORTH_FILTERING", 0.0)
+    monkeypatch.setattr("skpose.motions._queries.FEWEST_PER_NEIGHBOR", 1)
 
 
 def smooth_motions(n_motions, longest, seed, centres=4):
