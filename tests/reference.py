@@ -168,11 +168,22 @@ def distances(X, Y, skeleton, metric, **parameters):
     return np.array([[distance(x, y, skeleton, metric, **parameters) for y in Y] for x in X])
 
 
+def in_window(i, j, shape, window):
+    """Return whether a window, a decimal number, admits the pair of frames i of n and j of m, exactly.
+
+    It admits pairs whose relative times differ by no more, or by no more than half a frame of the shorter motion.
+    """
+    n, m = shape
+    if window is None or min(n, m) == 1:
+        return True
+    apart = abs(Fraction(i, n - 1) - Fraction(j, m - 1))
+    return apart <= max(Fraction(str(window)), Fraction(1, 2 * (min(n, m) - 1)))
+
+
 def least_sum(costs, window=None, kind="dtw"):
     """Return the least sum of costs (n, m) along a path of steps (1, 0), (0, 1), (1, 1), by the recursion.
 
-    A "dtw" path has all frames of both, of which the window, a decimal number, admits pairs whose relative times differ
-    by no more, or by no more than half a frame of the shorter motion. A "subsequence" path begins and ends at any
+    A "dtw" path has all frames of both, in pairs that the window admits. A "subsequence" path begins and ends at any
     column. "frames" takes the pairs (i, i).
     """
     n, m = np.shape(costs)
@@ -180,10 +191,8 @@ def least_sum(costs, window=None, kind="dtw"):
         return sum(costs[i][i] for i in range(n))
     sums = {}
     for i, j in np.ndindex(n, m):
-        if window is not None and min(n, m) > 1:
-            apart = abs(Fraction(i, n - 1) - Fraction(j, m - 1))
-            if apart > max(Fraction(str(window)), Fraction(1, 2 * (min(n, m) - 1))):
-                continue
+        if not in_window(i, j, (n, m), window):
+            continue
         steps = [sums[cell] for cell in ((i - 1, j), (i, j - 1), (i - 1, j - 1)) if cell in sums]
         if i == 0 and (j == 0 or kind == "subsequence"):
             steps = [0.0]
@@ -278,12 +287,11 @@ def medoid_shift(D, bandwidth):
 def dtw(costs, window=None, kind="dtw"):
     """Return the least sum along a monotone path through a matrix, and such a path, by trying every path."""
     (n, m), best = np.shape(costs), (np.inf, None)
-    reach = np.inf if window is None else max((max(n, m) - 1) // 2, window * (n - 1) * (m - 1))
 
     def follow(path):
         nonlocal best
         i, j = path[-1]
-        if abs(i * (m - 1) - j * (n - 1)) > reach:
+        if not in_window(i, j, (n, m), window):
             return
         if i == n - 1 and (j == m - 1 or kind == "subsequence"):
             best = min(best, (sum(costs[cell] for cell in path), path))

@@ -9,15 +9,14 @@ from skpose.kinematics import forward_kinematics
 from skpose.motions import Alignment, align_motions
 from skpose.motions._alignment import Quantity
 from skpose.plot._axes import axes, check_kind, check_whole
-from skpose.plot._pose import GAP, SIDES, check_view, draw_pose
+from skpose.plot._joint_map import ROW, draw_joint_map
+from skpose.plot._pose import GAP, check_view, draw_pose
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._sides import sides
 
-WIDTH, ROW, STRIPS, LABELS = 10.0, 0.17, 3.6, 0.5  # inches: the figure, a joint, all poses, labels of time
+WIDTH, STRIPS, LABELS = 10.0, 3.6, 0.5  # inches: the figure, all poses, labels of time
 # Shares of the height of the strips: for the poses of one motion, and where lines end. Between them is a little room.
 FIGURES, LINES = 0.4, 0.42
 MOST_LINES = 80
-LARGEST_FONT = 9.0  # points
 TICKS: dict[str, Any] = {"nbins": 8, "steps": [1, 2, 5, 10]}
 QUANTITIES = {"distance": (100.0, "distance of positions (cm)"), "rotation": (180 / np.pi, "angle of rotations (°)")}
 
@@ -103,15 +102,7 @@ class AlignmentDisplay:
         path, ax = self.alignment.path, self.map_ax_
         first_pairs = np.flatnonzero(np.diff(path[:, 0], prepend=-1))
         of_frames = factor * np.maximum.reduceat(differences, first_pairs, axis=0)
-        extent = (*self._edges(), len(names) - 0.5, -0.5)
-        defaults = {"cmap": "viridis", "interpolation": "nearest", "vmin": 0.0}
-        image = ax.imshow(of_frames.T, extent=extent, aspect="auto", **defaults | style)
-        self.figure_.colorbar(image, cax=bar_ax, label=label)
-        row = ax.get_window_extent().height / self.figure_.dpi * 72 / len(names)  # points
-        ax.set_yticks(np.arange(len(names)), names, fontsize=min(LARGEST_FONT, 0.8 * row))
-        for text, side in zip(ax.get_yticklabels(), sides(names), strict=True):
-            text.set_color(SIDES[side] if side else "black")
-        ax.tick_params(axis="y", length=0)
+        draw_joint_map(ax, of_frames, names, self._edges(), label, style, bar_ax)
         ax.set_xlabel(self._label("a"))
         ax.locator_params(axis="x", **TICKS)
         ax.xaxis.set_major_formatter("{x:g}")

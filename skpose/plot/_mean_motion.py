@@ -4,11 +4,9 @@ import numpy as np
 
 from skpose.motions import MeanMotion
 from skpose.plot._axes import axes, check_kind
-from skpose.plot._pose import SIDES
-from skpose.skeleton._sides import sides
+from skpose.plot._joint_map import ROW, draw_joint_map
 
-WIDTH, ROW, REST = 8.0, 0.19, 1.0  # inches: the figure, a joint, what is above and below the joints
-LARGEST_FONT = 9.0  # points
+WIDTH, REST = 8.0, 1.0  # inches: the figure, what is above and below the joints
 
 
 class MeanMotionDisplay:
@@ -57,16 +55,8 @@ class MeanMotionDisplay:
         """
         names = self.mean.skeleton.joint_names
         self.ax_, self.figure_ = axes(ax, "MeanMotionDisplay.plot", (WIDTH, ROW * len(names) + REST))
-        left, right = np.array([-0.5, len(self.mean) - 0.5]) / (self.mean.frame_rate or 1.0)
-        defaults = {"cmap": "viridis", "interpolation": "nearest", "vmin": 0.0, "aspect": "auto"}
-        extent = (left, right, len(names) - 0.5, -0.5)
-        image = self.ax_.imshow(100.0 * self.mean.joint_std.T, extent=extent, **defaults | style)
-        self.figure_.colorbar(image, ax=self.ax_, label="standard deviation (cm)")
-        row = self.ax_.get_window_extent().height / self.figure_.dpi * 72 / len(names)  # points
-        self.ax_.set_yticks(np.arange(len(names)), names, fontsize=min(LARGEST_FONT, 0.8 * row))
-        for text, side in zip(self.ax_.get_yticklabels(), sides(names), strict=True):
-            text.set_color(SIDES[side] if side else "black")
-        self.ax_.tick_params(axis="y", length=0)
+        edges = np.array([-0.5, len(self.mean) - 0.5]) / (self.mean.frame_rate or 1.0)
+        draw_joint_map(self.ax_, 100.0 * self.mean.joint_std, names, edges, "standard deviation (cm)", style)
         self.ax_.set_xlabel("frame of the mean" if self.mean.frame_rate is None else "time of the mean (s)")
         return self
 

@@ -28,19 +28,9 @@ def swings(n_motions=4, seed=0, skeleton=ARM, spread=0.15, least=9):
     return motions
 
 
-def least_sum(costs):
-    """The sum along the best path, by its definition."""
-    n, m = costs.shape
-    sums = np.full((n + 1, m + 1), np.inf)
-    sums[0, 0] = 0.0
-    for i in range(n):
-        for j in range(m):
-            sums[i + 1, j + 1] = costs[i, j] + min(sums[i, j], sums[i, j + 1], sums[i + 1, j])
-    return sums[n, m]
-
-
 def objective_of(poses, motions, skeleton, metric="position"):
-    return sum(least_sum(pose_distances(poses, m, skeleton=skeleton, metric=metric) ** 2) for m in motions)
+    costs = [pose_distances(poses, motion, skeleton=skeleton, metric=metric) ** 2 for motion in motions]
+    return sum(map(reference.least_sum, costs))
 
 
 def bone_lengths(poses, skeleton):

@@ -12,6 +12,7 @@ from sklearn.pipeline import make_pipeline
 
 from skpose import MotionKNeighborsTransformer, Skeleton, motion_distances
 from skpose._compiled.warping import Paths
+from skpose._parallel.backends import from_workers
 from skpose.datasets import make_gait
 from skpose.metrics._registry import METRICS, resolve
 from skpose.motions._bounds import CLOSED, Bounds
@@ -203,12 +204,21 @@ def test_the_number_of_threads_changes_nothing():
 
 @pytest.mark.slow
 def test_processes_find_the_same(monkeypatch):
+    sent = []
+
+    def counted(function, shared, tasks, n_jobs):
+        sent.append(len(tasks))
+        return from_workers(function, shared, tasks, n_jobs)
+
+    monkeypatch.setattr("skpose.motions._queries.from_workers", counted)
     monkeypatch.setattr("skpose.motions._queries.WORTH_SENDING", 0)
     motions = smooth_motions(40, 12, seed=13)
     search = MotionKNeighborsTransformer(ARM).fit(motions)
     here = search.kneighbors()
     with parallel_config("loky", n_jobs=2):
         there = search.kneighbors()
+    (n_tasks,) = sent  # once, in many tasks
+    assert n_tasks > 1
     np.testing.assert_array_equal(here[0], there[0])
     np.testing.assert_array_equal(here[1], there[1])
 

@@ -10,12 +10,13 @@ import pytest
 from conftest import SKELETONS
 from sklearn.decomposition import PCA
 
-from skpose import Motion, Skeleton, SpatialMDS, forward_kinematics, geodesic, plot, pose_distances
+from skpose import Motion, Skeleton, SpatialMDS, forward_kinematics, geodesic, mean_motion, plot, pose_distances
 from skpose.plot import (
     AlignmentDisplay,
     DistanceMatrixDisplay,
     GeodesicDisplay,
     MDSDisplay,
+    MeanMotionDisplay,
     PoseDisplay,
     PoseStripDisplay,
 )
@@ -32,6 +33,11 @@ X = np.random.default_rng(0).normal(size=(20, 3))
 @functools.cache
 def shortest_path():
     return geodesic(START, END, ARM)
+
+
+@functools.cache
+def mean_of_motions():
+    return mean_motion([Motion(ARM, np.linspace(START, END, n), 10) for n in (6, 8)])
 
 
 @pytest.fixture(autouse=True)
@@ -60,6 +66,7 @@ DISPLAYS = {
     "matrix": lambda ax: DistanceMatrixDisplay.from_poses(X, ARM, sequence=np.repeat([0, 1], 10), ax=ax),
     "geodesic": lambda ax: GeodesicDisplay.from_poses(START, END, ARM, ax=ax, resolution=5),
     "alignment": lambda ax: AlignmentDisplay.from_motions(X[:8], X[8:], skeleton=ARM, ax=ax),
+    "mean": lambda ax: MeanMotionDisplay.from_mean(mean_of_motions(), ax=ax),
 }
 
 
@@ -85,6 +92,9 @@ def test_axes_have_labels_with_units(name):
     if name == "alignment":
         assert [part.get_xlabel() for part in (display.map_ax_, display.strips_ax_)] == ["frame of a", "frame of b"]
         assert "distance of positions (cm)" in [part.get_ylabel() for part in ax.child_axes]
+    elif name == "mean":
+        assert ax.get_xlabel() == "time of the mean (s)"
+        assert ax.figure.axes[1].get_ylabel() == "standard deviation (cm)"  # of the colour bar
     elif name == "matrix":
         label = ax.figure.axes[1].get_ylabel()  # of the colour bar
         assert label == "distance (m)"
@@ -92,7 +102,7 @@ def test_axes_have_labels_with_units(name):
         assert {"(m)", "(rad)", "(s)", "pose"} & set(
             (ax.get_xlabel() + " " + ax.get_ylabel()).replace(",", " ").split()
         )
-    if name not in ("matrix", "geodesic", "alignment"):
+    if name not in ("matrix", "geodesic", "alignment", "mean"):
         assert ax.get_aspect() == 1  # horizontal and vertical lengths are equally long
 
 
