@@ -10,7 +10,7 @@ LARGEST_FONT = 9.0  # points
 
 
 def draw_joint_map(ax, values, names, edges, label, style, bar_ax=None) -> None:
-    """Draw values (n_frames, n_joints) from the left to the right edge, and a colour bar into its own axes or beside.
+    """Draw values (n_frames, n_joints) from the left to the right edge, and a colour bar in `bar_ax` or next to it.
 
     Names of joints are as small as their rows need, and have the colours of their sides.
     """
