@@ -16,6 +16,8 @@ def draw_joint_map(ax, values, names, edges, label, style, bar_ax=None) -> None:
     """
     extent = (*edges, len(names) - 0.5, -0.5)
     defaults = {"cmap": "viridis", "interpolation": "nearest", "vmin": 0.0, "aspect": "auto"}
+    if not values.any():
+        defaults["vmax"] = 1.0  # else matplotlib makes room below zero
     image = ax.imshow(values.T, extent=extent, **defaults | style)
     ax.figure.colorbar(image, ax=ax, cax=bar_ax, label=label)
     row = ax.get_window_extent().height / ax.figure.dpi * 72 / len(names)  # points

@@ -8,6 +8,7 @@ from conftest import SKELETONS
 from matplotlib.collections import LineCollection
 
 from skpose import Motion, Skeleton, align_motions, forward_kinematics
+from skpose.datasets import make_gait
 from skpose.plot import AlignmentDisplay
 from skpose.plot._pose import SIDES
 
@@ -200,7 +201,7 @@ SWING = align_motions(np.zeros((3, 2)), np.ones((4, 2)), skeleton=ARM)
         (
             lambda: AlignmentDisplay.from_motions(ARM, SWING.b),
             TypeError,
-            "^a must be an array of poses, got a Skeleton",
+            "^a must be one motion, .* got a Skeleton: pass it as skeleton=",
         ),
     ],
 )
@@ -208,3 +209,10 @@ def test_errors_say_what_was_expected(draw, error, message):
     with pytest.raises(error, match=message):
         draw()
     assert not plt.get_fignums()  # no empty figure is left
+
+
+def test_equal_motions_have_no_negative_distances():
+    motion = make_gait(1, 1, activities=["walk"], duration=1, frame_rate=12, random_state=0)[0]
+    display = AlignmentDisplay.from_motions(motion, motion)
+    (image,) = display.map_ax_.get_images()
+    assert image.get_clim() == (0.0, 1.0)
