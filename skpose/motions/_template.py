@@ -91,7 +91,8 @@ class Templates:
         after, near_after = segments_of(self.similarities, stop, self.n, start, stop)
         rows = np.concatenate([before, [(start, stop)], after])
         segments = np.array([_without_slivers(self.frames[first:last]) for first, last in rows])
-        segments[len(before)] = self.frames[start], self.frames[stop - 1] + 1  # it has the length that is allowed
+        if np.ptp(segments[len(before)]) < self.least:
+            segments[len(before)] = self.frames[start], self.frames[stop - 1] + 1  # the template is long enough whole
         similarities = np.concatenate([near_before, [1.0], near_after])
         return Found(segments, self.zero * np.maximum(0.0, 1.0 - similarities), len(before))
 

@@ -113,7 +113,7 @@ def test_a_frame_whose_poses_stay_the_same_is_computed_once(monkeypatch):
 
 
 def test_a_frame_stays_where_its_new_pose_would_be_worse(monkeypatch):
-    monkeypatch.setattr(Barycenter, "_nearest_to_mean", lambda self, pose, group: pose + 1.0)
+    monkeypatch.setattr(Barycenter, "_nearest_to_mean", lambda self, pose, group: (pose + 1.0, True))
     motions = swings(3)
     mean = mean_motion(motions, skeleton=ARM)
     assert any(np.array_equal(mean.poses, m) for m in motions)
@@ -259,3 +259,18 @@ def test_the_mean_squat_of_hdm05(hdm05):
     assert legs[0][middle - 3 : middle + 3].min() < 0.75 * legs[0][0]
     assert legs[0][-1] > 0.95 * legs[0][0]
     np.testing.assert_allclose(bone_lengths(mean.poses, mean.skeleton).std(axis=0), 0.0, atol=1e-12)
+
+
+def test_frames_whose_mean_does_not_converge_are_warned_of_once_and_tried_again(monkeypatch):
+    found = Barycenter._nearest_to_mean
+    tried = []
+
+    def unconverged(self, pose, group):
+        tried.append(len(group))
+        return found(self, pose, group)[0], False
+
+    monkeypatch.setattr(Barycenter, "_nearest_to_mean", unconverged)
+    with pytest.warns(ConvergenceWarning, match=r"in \d+ of \d+ frames the mean .* did not converge") as caught:
+        mean = mean_motion(swings(3), skeleton=ARM)
+    assert len(caught) == 1
+    assert len(tried) == len(mean) * mean.n_iter

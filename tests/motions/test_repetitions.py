@@ -175,6 +175,15 @@ def test_lengths_that_are_asked_for():
     assert (more.stops - more.starts)[more.template] >= 60
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_the_template_is_as_long_as_is_asked_for_with_pauses_too(seed):
+    poses, _ = recording([60, 44, 80, 66, 52], [20, 40, 30, 60, 30, 10], seed, noise=0.01)
+    for least in range(30, 90, 5):
+        found = segment_repetitions(poses, skeleton=ARM, metric="position", min_frames=least, min_fitness=0.0)
+        if len(found):
+            assert found.stops[found.template] - found.starts[found.template] >= least
+
+
 @pytest.mark.parametrize(("activity", "seed"), [("walk", 0), ("walk", 1), ("run", 0), ("run", 1)])
 def test_strides_of_generated_gait(activity, seed):
     """As many as the knee bends, as far apart, on both sides and in both orders of the angles."""
