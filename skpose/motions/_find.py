@@ -183,7 +183,8 @@ shape (n_motions, n_frames, n_dofs)
     through a frame of the recording bounds the sum of every window that contains it. Such bounds are computed with
     boxes around eight frames along the principal axes of the joint positions first, then with the frames themselves
     where the boxes leave any, and the metric is measured only where a path within the k-th distance can go. "rotation",
-    and "angle" with `wrap`, have no bound and are searched by brute force.
+    and "angle" with `wrap`, have no bound and are searched by brute force, as are recordings so short, or k so large,
+    that it takes less time.
 
     Time warps freely: a frame of the recording may stand for many of the query. Where the recordings hold nothing like
     the query, the best windows are much shorter than it; look at ``match.stop - match.start`` and at the distance.

@@ -97,7 +97,8 @@ class MotionKNeighborsTransformer(
     those from ``motion_distances(X, X_fit)`` in float64, sorted by distance and then by index. (Of one list with itself
     that computes a triangle, whose mirror image differs in the last bits.)
 
-    A search takes some milliseconds a query in any case; where all alignments take less, they are computed.
+    A search takes some milliseconds a query in any case; where all alignments take less, or k is more than a fifth of
+    the training motions, all are computed.
 
     Time O(n_samples · n_samples_fit) for the first bound, and for what it leaves O(frames · frames) some nanoseconds.
     Memory O(frames of the training motions): the poses and 90 bytes for each, and O(frames · frames) of one alignment.
