@@ -80,8 +80,9 @@ def find_some(request: Request, rows: tuple[int, int]) -> Nearest:
     index = request.index
     work = work_per_cell(index.metric, index.skeleton, index.sequences) * share_of_band(request.window)
     work *= len(queries.poses) * len(index.sequences.poses)
-    most = index.sequences.n_motions / FEWEST_PER_NEIGHBOR
-    if index.filter is None or work < WORTH_FILTERING * queries.n_motions or request.k > most:
+    # A pair of frames of "geodesic" takes so long that to leave out a few is worth it.
+    many = index.metric != "geodesic" and request.k * FEWEST_PER_NEIGHBOR > index.sequences.n_motions
+    if index.filter is None or work < WORTH_FILTERING * queries.n_motions or many:
         return _by_brute_force(request, queries, excluded)
     search = MotionSearch(index, request.window)
     found = [search.nearest(queries.motion(i), excluded[i], request.k) for i in range(queries.n_motions)]
