@@ -185,8 +185,9 @@ def actions(dataset):
             skeleton = skeleton.with_weights(without) if without else skeleton
             cells = []
             for metric in METRICS:
-                distances = pose_distances(X, skeleton=skeleton, metric=metric, n_jobs=-1)
-                cells.append("{:.1f} / {:.1f}".format(*shares(distances, sequence, dataset)))
+                given = {"skeleton": skeleton, "metric": metric}
+                distances = pose_distances(X, n_jobs=-1, **given)
+                cells.append("{:.1f} / {:.1f}".format(*shares(distances, X, sequence, dataset, **given)))
             print(f"{title + tilt:<44}" + "".join(f"{cell:>18}" for cell in cells))
 
 
