@@ -51,9 +51,9 @@ def motion_distances(
 
     Parameters
     ----------
-    A : list of array-like of shape (n_frames, n_dofs), list of Motion, MotionDataset, or array of shape \
-(n_motions, n_frames, n_dofs)
-        Motions: joint angles, and rotation vectors of ball joints, rad. Lengths may differ.
+    A : list of array-like or of Motion, MotionDataset, or array of shape (n_motions, n_frames, n_dofs)
+        Motions of shape (n_frames, n_dofs) each: joint angles, and rotation vectors of ball joints, rad. Lengths may
+        differ.
     B : as A, default=None
         Other motions; None is A, of which one triangle is then computed.
     skeleton : Skeleton, default=None

@@ -145,10 +145,9 @@ def mean_motion(
 
     Parameters
     ----------
-    motions : list of array-like of shape (n_frames, n_dofs), list of Motion, MotionDataset, or array of shape \
-(n_motions, n_frames, n_dofs)
-        Motions: joint angles, and rotation vectors of ball joints, rad. Lengths may differ. The movement of the root is
-        no part of the mean.
+    motions : list of array-like or of Motion, MotionDataset, or array of shape (n_motions, n_frames, n_dofs)
+        Motions of shape (n_frames, n_dofs) each: joint angles, and rotation vectors of ball joints, rad. Lengths may
+        differ. The movement of the root is no part of the mean.
     skeleton : Skeleton, default=None
         The skeleton of all motions, and of the mean. None is that of the `Motion` objects, where they differ their
         mean, as ``MotionDataset.skeleton``; arrays need it.
