@@ -14,7 +14,7 @@ from skpose.motions._base import MotionEstimatorMixin
 from skpose.motions._distances import ALIGNMENT_CONSTRAINTS
 from skpose.motions._index import SequenceIndex
 from skpose.motions._queries import Request, find
-from skpose.neighbors._graph import checked_k, sparse_graph
+from skpose.neighbors._graph import check_mode, checked_k, sparse_graph
 from skpose.neighbors._results import requested
 
 
@@ -273,8 +273,7 @@ class MotionKNeighborsTransformer(
             In CSR format, each row by distance.
         """
         check_is_fitted(self, "n_samples_fit_")
-        if mode not in ("connectivity", "distance"):
-            raise ValueError(f'mode must be "connectivity" or "distance", got {mode!r}')
+        check_mode(mode)
         found = self._find(X, n_neighbors)
         n_queries, k = found.indices.shape
         data = found.distances.ravel() if mode == "distance" else np.ones(n_queries * k)

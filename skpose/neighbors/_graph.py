@@ -79,8 +79,7 @@ class GraphTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Tran
 
     def _graph(self, X, criterion, mode):
         """Return the graph of the neighbours of X."""
-        if mode not in ("connectivity", "distance"):
-            raise ValueError(f'mode must be "connectivity" or "distance", got {mode!r}')
+        check_mode(mode)
         found, n_queries = self._find(X, criterion)
         neighbors = found.neighbors
         data = neighbors.distances if mode == "distance" else np.ones(len(neighbors.indices))
@@ -105,6 +104,12 @@ def checked_k(n_neighbors, excludes_itself, n_samples_fit):
             f"n_samples_fit = {n_samples_fit}"
         )
     return k
+
+
+def check_mode(mode):
+    """Refuse what is no mode of a graph."""
+    if mode not in ("connectivity", "distance"):
+        raise ValueError(f'mode must be "connectivity" or "distance", got {mode!r}')
 
 
 def sparse_graph(data, indices, indptr, shape):

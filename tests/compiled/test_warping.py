@@ -96,3 +96,11 @@ def test_fused_and_from_a_matrix_agree(metric):
         expected = sums[-1].min() if is_open else sums[-1, -1]
         distance = motion_distances([a], [b], skeleton=chain, metric=metric, alignment=alignment, normalize=False)
         assert distance[0, 0] == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("shape", [(1, 3), (3, 1), (3, 4)])
+def test_a_path_of_infinite_sums_stays_in_the_matrix(shape):
+    path = path_to(np.full(shape, np.inf), False, shape[1] - 1)
+    assert path[0].tolist() == [0, 0]
+    assert path[-1].tolist() == [shape[0] - 1, shape[1] - 1]
+    assert set(map(tuple, np.diff(path, axis=0).tolist())) <= {(1, 0), (0, 1), (1, 1)}

@@ -10,13 +10,13 @@ from sklearn.model_selection import GridSearchCV, LeaveOneGroupOut, cross_val_sc
 from sklearn.neighbors import KNeighborsClassifier
 from sklearn.pipeline import make_pipeline
 
-from skpose import MotionKNeighborsTransformer, Skeleton, motion_distances
+from skpose import MotionKNeighborsTransformer, Skeleton, motion_distances, pose_distances
 from skpose._compiled.warping import Paths
 from skpose._parallel.backends import from_workers
 from skpose.datasets import make_gait
 from skpose.metrics._registry import METRICS, resolve
 from skpose.motions._bounds import CLOSED, Bounds
-from skpose.motions._index import SequenceIndex
+from skpose.motions._index import FRAMES_PER_BOX, SequenceIndex
 from skpose.motions._inputs import Sequences
 from skpose.motions._search import FIRST_MOTIONS, Aligner
 
@@ -150,6 +150,28 @@ def test_every_bound_is_a_lower_bound(metric, window):
         assert (by_boxes <= bounds.frames(everything, CLOSED) * (1 + 1e-9) + 1e-4).all()
         assert (by_boxes <= unbounded * (1 + 1e-9) + 1e-12).all()
         assert (by_frames <= expected * (1 + 1e-9) + 1e-12).all()
+
+
+@pytest.mark.parametrize("metric", ["position", "spatial", "geodesic"])
+@pytest.mark.parametrize("scale", [1e-2, 1.0, 1e2])
+def test_bounds_of_frames_and_boxes_hold_cell_by_cell(metric, scale):
+    """Poses that lie far from each other and near themselves: rounding in float32 is larger than many distances."""
+    bones = [(bone.name, bone.parent, scale * np.array(bone.offset), bone.dofs) for bone in ARM.bones]
+    arm, rng = Skeleton(bones), np.random.default_rng(0)
+    motions = [np.concatenate([one, one + 1e-7 * rng.normal(size=one.shape)]) for one in smooth_motions(4, 4, seed=16)]
+    query = motions[0] + 1e-6
+    _, _, steps = resolve(metric, arm, 10, "auto")
+    index = SequenceIndex(Sequences.of(motions), arm, metric, steps)
+    bounds, frames = Bounds(index, query), index.sequences.poses
+    distances = pose_distances(query, frames, skeleton=arm, metric=metric)
+    size = scale * 1e-9
+    assert (bounds.of_frames(0, len(frames)) <= distances + size).all()
+    by_boxes = bounds.of_boxes(0, len(index.boxes))
+    for i in range(len(motions)):
+        for k, box in enumerate(range(index.box_starts[i], index.box_starts[i + 1])):
+            start = index.sequences.starts[i] + FRAMES_PER_BOX * k
+            stop = min(start + FRAMES_PER_BOX, index.sequences.starts[i + 1])
+            assert (by_boxes[:, box, None] <= distances[:, start:stop] + size).all()
 
 
 def test_bounds_are_tight_on_motions_of_people():
