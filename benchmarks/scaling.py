@@ -41,6 +41,7 @@ FULL = Size((1000, 2000, 5000, 10_000, 20_000, 50_000), 5000, 20_000, common.REP
 QUICK = Size((300, 4200), 300, 1000, 1)
 TILE = 4096  # rows and columns of a tile of a matrix that is written to a file
 MILLION, N_CORES = 1_000_000, 64
+ATTEMPTS = 5  # to kill a run half-way
 RNG = np.random.default_rng(0)
 
 
@@ -96,15 +97,27 @@ def run(options, n, name):
     return json.loads(out.splitlines()[-1])
 
 
+def tiles_in(notes):
+    """Return how many tiles the notes of a matrix hold; none without notes, as before the first tile and at the end."""
+    try:
+        return max(notes.read_text().count("\n") - 1, 0)
+    except FileNotFoundError:
+        return 0
+
+
 def kill_half_way(options, n, n_tiles):
     """Start a matrix and kill its process when half of the tiles are done; return their number."""
-    process = begin(options, n, "killed.npy")
     notes = Path(options.scratch, "killed.npy.progress")
-    while not notes.exists() or notes.read_text().count("\n") - 1 < n_tiles // 2:
-        time.sleep(0.2)
-    process.send_signal(signal.SIGKILL)
-    process.communicate()
-    return notes.read_text().count("\n") - 1
+    for _ in range(ATTEMPTS):
+        process = begin(options, n, "killed.npy")
+        while process.poll() is None and tiles_in(notes) < n_tiles // 2:
+            time.sleep(0.002)
+        process.send_signal(signal.SIGKILL)
+        process.communicate()
+        if n_done := tiles_in(notes):
+            return n_done
+        Path(options.scratch, "killed.npy").unlink(missing_ok=True)  # it was complete before it was killed
+    sys.exit(f"{n} poses: {ATTEMPTS} runs ended before they could be killed")
 
 
 def backends(X, skeleton, repeats):
