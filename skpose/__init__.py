@@ -66,6 +66,7 @@ if TYPE_CHECKING:
     from skpose import plot as plot
     from skpose import preprocessing as preprocessing
     from skpose import skeleton as skeleton
+    from skpose import statistics as statistics
     from skpose.cluster import MedoidShift
     from skpose.geodesics import FrechetMean, Geodesic, frechet_mean, geodesic
     from skpose.keypoints import Keypoints, Layout, fit_skeleton, layouts
@@ -131,6 +132,7 @@ else:
         "plot": [],
         "preprocessing": ["PoseDistanceTransformer", "PoseFromPositions"],
         "skeleton": ["Bone", "Motion", "Skeleton", "poses_from_rotations", "rotations_from_poses"],
+        "statistics": [],
     }
     _PACKAGE_OF = {name: package for package, names in _PACKAGES.items() for name in names}
 

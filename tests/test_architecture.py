@@ -32,6 +32,7 @@ LAYERS = [
     ["_base"],
     ["neighbors", "preprocessing", "manifold", "cluster"],
     ["motions"],
+    ["statistics"],
     ["plot"],
     ["__init__"],
     ["_cli"],
