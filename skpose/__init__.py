@@ -30,6 +30,7 @@ __all__ = [
     "Skeleton",
     "SpatialMDS",
     "align_motions",
+    "exp_map",
     "find_motion",
     "fit_skeleton",
     "forward_kinematics",
@@ -37,6 +38,7 @@ __all__ = [
     "geodesic",
     "inverse_kinematics",
     "layouts",
+    "log_map",
     "mean_motion",
     "metric_tensor",
     "motion_distances",
@@ -68,7 +70,7 @@ if TYPE_CHECKING:
     from skpose import skeleton as skeleton
     from skpose import statistics as statistics
     from skpose.cluster import MedoidShift
-    from skpose.geodesics import FrechetMean, Geodesic, frechet_mean, geodesic
+    from skpose.geodesics import FrechetMean, Geodesic, exp_map, frechet_mean, geodesic, log_map
     from skpose.keypoints import Keypoints, Layout, fit_skeleton, layouts
     from skpose.kinematics import (
         FittedPoses,
@@ -102,7 +104,7 @@ else:
     _PACKAGES = {
         "cluster": ["MedoidShift"],
         "datasets": [],
-        "geodesics": ["FrechetMean", "Geodesic", "frechet_mean", "geodesic"],
+        "geodesics": ["FrechetMean", "Geodesic", "exp_map", "frechet_mean", "geodesic", "log_map"],
         "io": [],
         "keypoints": ["Keypoints", "Layout", "fit_skeleton", "layouts"],
         "kinematics": [

@@ -63,11 +63,20 @@ def tree_of(skeleton: Skeleton | None, dtype: np.dtype = FLOAT64) -> Tree:
     """
     if skeleton is None:
         return _as_arrays(None, np.zeros(0, dtype=int), np.zeros(0), dtype)
+    part = _counted(skeleton)
+    return _as_arrays(part, part.columns_in(skeleton), skeleton.weights[counted_joints(skeleton)], dtype)
+
+
+def counted_joints(skeleton: Skeleton) -> np.ndarray:
+    """Return the indices of the joints that `tree_of` has, in the order of the positions that it computes."""
+    number = {name: j for j, name in enumerate(skeleton.joint_names)}
+    return np.array([number[name] for name in _counted(skeleton).joint_names])
+
+
+def _counted(skeleton: Skeleton) -> Skeleton:
+    """Return the part of a skeleton that counts: joints with weight, and those that carry them."""
     bones = with_carriers(skeleton, np.array(skeleton.joint_names)[skeleton.weights > 0.0])
-    part = replace(skeleton, bones=bones) if any(bone.dofs for bone in bones) else skeleton
-    weight = dict(zip(skeleton.joint_names, skeleton.weights, strict=True))
-    weights = np.array([weight[name] for name in part.joint_names])
-    return _as_arrays(part, part.columns_in(skeleton), weights, dtype)
+    return replace(skeleton, bones=bones) if any(bone.dofs for bone in bones) else skeleton
 
 
 @functools.lru_cache(maxsize=64)

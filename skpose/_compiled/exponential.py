@@ -1,0 +1,196 @@
+"""Logarithms and exponentials: the first velocity of a geodesic, and the geodesic of a first velocity.
+
+Both use one discrete geodesic of N chords, a path on which the second difference of the positions is normal to the
+manifold at every pose between the ends (eq. 13): P_i (F_{i+1} − F_i) = P_i (F_i − F_{i−1}), P_i the projection onto the
+tangent space at F_i, the range of J_i. (M. Rumpf, B. Wirth, "Variational time discretization of geodesic calculus", IMA
+Journal of Numerical Analysis 35(3), 2015.) The logarithm has the direction of P_0 (F_1 − F_0) and N times the length of
+the first chord. The exponential finds F_1 from it, and then pose after pose.
+
+Velocities are those of the positions and not of the angles. Where a limb is straight, a small movement of its end
+needs a large twist: the angles turn fast and the positions do not, as near the pole of a sphere. So each next pose is
+found by positions: nearest to F_i + P_i (F_i − F_{i−1}) first, then such that its tangential part is met.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from skpose._compiled.chart import chart_at, free_tree, pose_of
+from skpose._compiled.forward import orient, place_joints, workspace, workspace_rows
+from skpose._compiled.geodesic import MAX_ITER, NEVER, TOL, find_geodesic, shorter_line
+from skpose._compiled.jacobian import fill_jacobian, rotation_axes
+from skpose._compiled.jit import internal, jit
+from skpose._compiled.minimiser import LEAST_DAMPING as LEAST_OF_PATHS
+from skpose._compiled.minimiser import Settings, minimise, unbounded
+from skpose._compiled.path_energy import path_of
+
+TOL_CHORDS = 1e-6  # norm of the gradient at which a path of so many chords has converged, m²/rad
+MOVES = 1e-9  # eigenvalue of the metric tensor, relative to the largest, above which a direction moves joints
+NEAREST = 1e-2  # distance from its positions at which a nearest pose is a good start, relative to the step
+LEAST_DAMPING, FIRST_DAMPING, LARGEST_DAMPING, FACTOR = (
+    1e-12,
+    1e-8,
+    1e3,
+    10.0,
+)  # of a step, relative to the mean diagonal of its matrix
+MAX_STEPS = 40  # to the next pose
+STALLED = 1e-3  # relative decrease of an error below which it does not come down to zero
+MAX_CHORDS = 8  # first chords that are tried for the one of the right length
+ROUNDING = 1e-10  # error of a tangential part, relative to the length of the velocity
+
+
+class Logarithms(NamedTuple):
+    """Logarithms of n poses at one pose."""
+
+    velocities: np.ndarray  # (n, 3 n_joints) of the scaled positions, m
+    converged: np.ndarray  # (n,) bool
+
+
+@internal
+def _positions(tree, dofs, scratch, positions):
+    """Compute the scaled joint positions of a pose."""
+    C, S, H, P = workspace(tree, scratch)
+    orient(tree, dofs, C, S, H)
+    place_joints(tree, H, P)
+    for j in range(1, tree.offset.shape[0]):
+        for i in range(3):
+            positions[3 * tree.code_joint[j] - 3 + i] = P[3 * j + i] * tree.scale[j]
+
+
+@internal
+def _derivatives(tree, dofs, scratch):
+    """Return the Jacobian of the scaled positions."""
+    n_dofs = dofs.shape[0]
+    C, S, H, P = workspace(tree, scratch)
+    axes, jacobian = np.empty((n_dofs, 3)), np.zeros((3 * tree.offset.shape[0] - 3, n_dofs))
+    orient(tree, dofs, C, S, H)
+    place_joints(tree, H, P)
+    rotation_axes(tree, C, S, H, axes)
+    fill_jacobian(tree, P, axes, jacobian)
+    return jacobian
+
+
+@internal
+def _tangent_space(jacobian):
+    """Return an orthonormal basis of the tangent space, (3 n_joints, rank)."""
+    values, vectors = np.linalg.eigh(jacobian.T @ jacobian)
+    first = 0
+    while first < values.shape[0] and values[first] <= MOVES * values[-1]:
+        first += 1
+    return jacobian @ (vectors[:, first:] / np.sqrt(values[first:]))
+
+
+@jit
+def tangent_space(tree, pose):
+    """Return an orthonormal basis of the tangent space at a pose, (3 n_joints, rank)."""
+    free, coordinates = chart_at(tree, pose, True)
+    return _tangent_space(_derivatives(free, coordinates, np.empty(workspace_rows(tree))))
+
+
+@jit
+def logarithms_from(tree, pose, ends, first, last, n_steps, found):
+    """Compute the logarithms at a pose of the ends first:last, the difference of angles wrapped already."""
+    n_dofs, n = pose.shape[0], found.velocities.shape[1]
+    free, bounds, scratch = free_tree(tree, True), unbounded(n_dofs), np.empty(workspace_rows(tree))
+    basis = tangent_space(tree, pose)
+    here, following, nodes = np.empty(n), np.empty(n), np.empty((n_steps + 1, n_dofs))
+    # From a path that is nearly the one that is looked for: the exact Hessian all along.
+    settings = Settings(MAX_ITER, TOL_CHORDS, LEAST_OF_PATHS, math.inf, math.inf, True, NEVER)
+    for i in range(first, last):
+        line, _ = shorter_line(tree, free, pose, ends[i], n_steps)
+        curve = find_geodesic(free, line, bounds, MAX_ITER, TOL)
+        n_samples = (curve.poses.shape[0] - 1) // n_steps
+        for k in range(n_steps + 1):
+            for d in range(n_dofs):
+                nodes[k, d] = curve.poses[k * n_samples, d]
+        path = path_of(free, nodes, 1)
+        found.converged[i] = curve.converged
+        if n_samples > 1:  # refined, so of other chords
+            found.converged[i] = minimise(free, path, bounds, settings).converged and curve.converged
+        _positions(free, path.poses[0], scratch, here)
+        _positions(free, path.poses[1], scratch, following)
+        chord = following - here
+        tangential = basis @ (basis.T @ chord)
+        size = math.sqrt((tangential**2).sum())
+        share = n_steps * math.sqrt((chord**2).sum()) / size if size > 0.0 else 0.0
+        for k in range(n):
+            found.velocities[i, k] = share * tangential[k]
+
+
+@internal
+def _advance(tree, pose, basis, step, near, tol):
+    """Find the pose whose chord from a pose has given components in a basis, from a pose near to it on.
+
+    Returns the pose, its positions and the error of the components.
+    """
+    n, n_dofs = basis.shape[0], pose.shape[0]
+    scratch, start, positions = np.empty(workspace_rows(tree)), np.empty(n), np.empty(n)
+    _positions(tree, pose, scratch, start)
+    found, damping = near, FIRST_DAMPING
+    _positions(tree, found, scratch, positions)
+    error = basis.T @ (positions - start) - step
+    last = math.inf
+    for _ in range(MAX_STEPS):
+        size = math.sqrt((error**2).sum())
+        if size <= tol or size > (1.0 - STALLED) * last or damping > LARGEST_DAMPING:
+            break
+        free, coordinates = chart_at(tree, found, True)
+        A = basis.T @ _derivatives(free, coordinates, scratch)
+        matrix, slope = A.T @ A, A.T @ error
+        mean = np.trace(matrix) / n_dofs
+        while damping <= LARGEST_DAMPING:
+            damped = matrix.copy()
+            for d in range(n_dofs):
+                damped[d, d] += damping * mean
+            trial = pose_of(tree, free, coordinates - np.linalg.solve(damped, slope), found)
+            _positions(tree, trial, scratch, positions)
+            trial_error = basis.T @ (positions - start) - step
+            if (trial_error**2).sum() < size * size:
+                last, found, error, damping = size, trial, trial_error, max(damping / FACTOR, LEAST_DAMPING)
+                break
+            damping *= FACTOR
+    _positions(tree, found, scratch, positions)
+    return found, positions, math.sqrt((error**2).sum())
+
+
+@internal
+def _following(tree, pose, basis, tangential, tol):
+    """Find the pose whose chord from a pose has a given tangential part; see `_advance`.
+
+    It begins at the pose nearest to the positions of that tangential step, a good start where limbs are straight.
+    """
+    step = basis @ tangential
+    near, _, _ = _advance(tree, pose, np.eye(step.shape[0]), step, pose, NEAREST * math.sqrt((step**2).sum()))
+    return _advance(tree, pose, basis, tangential, near, tol)
+
+
+@jit
+def exponential(tree, pose, velocity, n_steps):
+    """Follow the geodesic of n chords that begins at a pose with a velocity of the scaled positions.
+
+    Returns the pose at its end and the largest error of a tangential part, relative to the length of a chord.
+    """
+    n = velocity.shape[0]
+    scratch, before, positions = np.empty(workspace_rows(tree)), np.empty(n), np.empty(n)
+    basis = tangent_space(tree, pose)
+    tangential = basis.T @ velocity / n_steps
+    length = math.sqrt((tangential**2).sum())
+    if length == 0.0:
+        return pose, 0.0
+    tol, worst, share = ROUNDING * length, 0.0, 1.0
+    _positions(tree, pose, scratch, before)
+    found, positions, worst = _following(tree, pose, basis, tangential, tol)
+    for _ in range(MAX_CHORDS):  # until the first chord has the length
+        chord = math.sqrt(((positions - before) ** 2).sum())
+        if chord == 0.0 or abs(chord - length) <= tol:
+            break
+        share *= length / chord
+        found, positions, worst = _advance(tree, pose, basis, share * tangential, found, tol)
+    for _ in range(1, n_steps):
+        basis = tangent_space(tree, found)
+        tangential = basis.T @ (positions - before)
+        before = positions
+        found, positions, error = _following(tree, found, basis, tangential, tol)
+        worst = max(worst, error)
+    return found, worst / length
