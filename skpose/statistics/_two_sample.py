@@ -13,7 +13,7 @@ from skpose.metrics._registry import METRIC_CONSTRAINTS, resolve, warn_of_no_ske
 from skpose.skeleton import Skeleton
 from skpose.skeleton._units import warn_of_degrees
 from skpose.statistics._permutations import Design, permutation_test
-from skpose.statistics._unit_means import Distances, mean_distances, mean_kernel
+from skpose.statistics._unit_means import Distances, negative_distances, repaired_kernel
 from skpose.statistics._units import check_units
 
 
@@ -47,7 +47,7 @@ class TwoSampleTest:
     --------
     >>> from skpose import Skeleton, two_sample_test
     >>> two_sample_test([[0.0], [0.2], [0.1]], [[0.9], [0.8], [1.1]], skeleton=Skeleton.chain(1))
-    TwoSampleTest(statistic=1.45, pvalue=0.1, the least possible, exact, 3 against 3)
+    TwoSampleTest(statistic=1.44, pvalue=0.1, the least possible, exact, 3 against 3)
     """
 
     statistic: float
@@ -102,25 +102,26 @@ def two_sample_test(
     - "mmd", the squared maximum mean discrepancy [2]_, :math:`E\, k(a, a') + E\, k(b, b') - 2 E\, k(a, b)`, with the
       kernel :math:`k = \exp(-d^2 / 2 \sigma^2)`, σ the median distance.
 
-    The p-value is the share of the ways to split all of A and B into two such sets whose statistic is at least as large.
+    The p-value is the share of the splits of all of A and B into two such sets whose statistic is at least as large.
 
-    **The elements of A and B are permuted**: the rows of an array, or whole motions of a list. They must be exchangeable,
-    that is, if A and B do not differ, any of them could as well be in the other set. Consecutive frames of a
-    recording are not: permuted one by one, they give small p-values to any two recordings. So pass motions, or
-    an array of poses that are independent, such as one of each recording. The question decides further:
+    **The elements of A and B are permuted**: the rows of an array, or whole motions of a list. They must be
+    exchangeable: if A and B do not differ, any of them could as well be in the other set. Consecutive frames of a
+    recording are not: permuted one by one, they mostly give a small p to any two recordings, and whole cycles of a
+    walk a large one. So pass motions, or an array of poses that are independent, such as one of each recording. The
+    question decides what a motion is:
 
-    - Two people's walks: the motions are the recordings. The test is about these two people, of whom more
-      recordings can be taken.
-    - Two groups of people: the people are exchangeable, not their recordings. Join the recordings of each into one motion,
-      with ``Motion.concatenate``.
-    - The same people before and after: ``paired=True``, with A[i] before and B[i] after of one person. Only A[i] and
-      B[i] change places, and what differs between people is no noise.
+    - Two people's walks: a recording. The test is about these two people, of whom more recordings could be taken.
+    - Two groups of people: all recordings of a person, joined by ``Motion.concatenate``, as people are exchangeable
+      and recordings of one person belong together.
+    - The same people before and after: ``paired=True``, where A[i] is before and B[i] after of one person. Only A[i]
+      and B[i] change places, and the differences between people cancel.
 
     Parameters
     ----------
-    A : list of array-like or of Motion, MotionDataset, array of shape (n_motions, n_frames, n_dofs) or (n_poses, n_dofs)
+    A : list of array-like or of Motion, MotionDataset, or array of shape (n_poses, n_dofs)
         Motions of shape (n_frames, n_dofs) each, or poses that are exchangeable: joint angles, and rotation vectors of
-        ball joints, rad. Lengths may differ: each motion counts once, with the mean over its poses.
+        ball joints, rad. An array of shape (n_motions, n_frames, n_dofs) is motions too. Lengths may differ: each
+        motion counts once, with the mean over its poses.
     B : as A
         The other set; the number may be another one.
     skeleton : Skeleton, default=None
@@ -129,7 +130,7 @@ def two_sample_test(
     metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
         The distance, see `pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a warning.
     statistic : {"energy", "mmd"}, default="energy"
-        "energy" sees large differences, such as of the means; "mmd" sees those within the width of its kernel as well.
+        "energy" has no parameter; "mmd" weighs distances well above σ less.
     paired : bool, default=False
         Whether A[i] and B[i] belong together, and only they are exchanged.
     n_permutations : int, default=999
@@ -171,13 +172,13 @@ def two_sample_test(
 
     Notes
     -----
-    The test is about sets of poses: the order of the frames has no part in the statistic. It says that the distributions
-    differ, not where. All poses are compared on one skeleton, so that the lengths of people's bones have no part either.
+    The test is about sets of poses: the order of the frames has no part in it. It says that the distributions differ,
+    not in what. All poses are compared on one skeleton, so that the lengths of people's bones have no part either.
 
     The p-value is valid under any metric and either statistic: if A and B are exchangeable, it is at most α with a
     probability of no more than α. It is never zero [5]_. Ties count as larger. With few elements it cannot be small:
-    three motions against three have 20 splits, and as A and B exchanged give the same statistic, p is at least 0.1; four
-    against four 0.029, five pairs 0.0625, six 0.031; see `TwoSampleTest.least_pvalue`.
+    three motions against three have 20 splits, of which any two that exchange A and B have the same statistic, so
+    that p is at least 0.1; four against four 0.029, five pairs 0.0625, six 0.031; see `TwoSampleTest.least_pvalue`.
 
     Whether *any* difference is found, given enough data, depends on the metric. "position" and "angle" (without `wrap`)
     are Euclidean distances, which are of strong negative type [3]_, and the Gaussian kernel is characteristic on them:
@@ -186,9 +187,9 @@ def two_sample_test(
     ones. The two statistics are one family: an energy statistic is an MMD with another kernel [4]_.
 
     The kernel is averaged over the pairs of poses of every two elements, and then repaired: negative eigenvalues of the
-    matrix become zero, as with ``PoseDistanceTransformer(psd="clip")``, so that the squared MMD is not negative. σ is the
-    median distance between different poses of two elements, from 500 poses evenly spread over all of them, or one of
-    each. Both are functions of A and B together, whatever the split.
+    matrix become zero, as with ``PoseDistanceTransformer(psd="clip")``, so that the squared MMD is not negative. σ is
+    the median distance between different poses of two elements, of some 500 poses evenly spread over the motions, or
+    of all poses where these are permuted. Neither depends on the split.
 
     Pairs of a pose with itself, and of one motion with itself, are counted, as in `scipy.stats.energy_distance`: in one
     dimension, "energy" is the square of it.
@@ -217,13 +218,13 @@ def two_sample_test(
     >>> from skpose.datasets import make_gait
     >>> walks = make_gait(n_subjects=2, n_sequences=5, activities=["walk"], frame_rate=12, random_state=0)
     >>> two_sample_test(walks[walks.subjects == "01"], walks[walks.subjects == "02"])
-    TwoSampleTest(statistic=0.111, pvalue=0.00794, the least possible, exact, 5 against 5)
+    TwoSampleTest(statistic=0.213, pvalue=0.00794, the least possible, exact, 5 against 5)
 
     The first three recordings of one person against the last two:
 
     >>> one = walks[walks.subjects == "01"]
     >>> two_sample_test(one[:3], one[3:])
-    TwoSampleTest(statistic=0.00833, pvalue=0.8, at least 0.1, exact, 3 against 2)
+    TwoSampleTest(statistic=0.052, pvalue=0.5, at least 0.1, exact, 3 against 2)
     """
     units = check_units(A, B, skeleton, paired)
     skeleton = units.skeleton
@@ -232,15 +233,9 @@ def two_sample_test(
     chosen = resolve(metric, skeleton, n_steps, wrap)
     warn_of_no_skeleton(metric, skeleton)
     distances = Distances(chosen, skeleton, n_jobs)
-    n_pairs = len(units.sequences.poses) * (len(units.sequences.poses) - 1) // 2
-    if statistic == "energy":
-        means, unconverged = mean_distances(units.sequences, distances)
-        G, of_kernel = -means, {}
-    else:
-        kernel = mean_kernel(units.sequences, distances)
-        G, unconverged = kernel.matrix, kernel.unconverged
-        of_kernel = {"width": kernel.width, "negative_share": kernel.negative_share}
+    means = (negative_distances if statistic == "energy" else repaired_kernel)(units.sequences, distances)
     design = Design(units.n_a, units.n_b, paired)
-    outcome = permutation_test(G, design, n_permutations, check_random_state(random_state))
-    warn_of_unconverged([unconverged], n_pairs)
-    return TwoSampleTest(*outcome, n_a=units.n_a, n_b=units.n_b, **of_kernel)
+    outcome = permutation_test(means.matrix, design, n_permutations, check_random_state(random_state))
+    n_poses = len(units.sequences.poses)
+    warn_of_unconverged([means.unconverged], n_poses * (n_poses - 1) // 2)
+    return TwoSampleTest(*outcome, units.n_a, units.n_b, means.width, means.negative_share)
