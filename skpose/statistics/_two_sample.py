@@ -37,6 +37,8 @@ class TwoSampleTest:
         Whether `null_distribution` has all splits. If not, the given one is counted in addition to it.
     n_a, n_b : int
         The number of motions, or of single poses, in A and in B.
+    paired : bool
+        Whether only the two of each pair were exchanged.
     width : float or None
         The σ of the kernel, in the unit of the metric; None for "energy".
     negative_share : float or None
@@ -57,16 +59,15 @@ class TwoSampleTest:
     exact: bool
     n_a: int
     n_b: int
+    paired: bool
     width: float | None = None
     negative_share: float | None = None
 
     def __repr__(self) -> str:
         least = "the least possible" if self.pvalue <= self.least_pvalue else f"at least {self.least_pvalue:.3g}"
         how = "exact" if self.exact else f"{len(self.null_distribution)} permutations"
-        return (
-            f"TwoSampleTest(statistic={self.statistic:.3g}, pvalue={self.pvalue:.3g}, {least}, {how}, "
-            f"{self.n_a} against {self.n_b})"
-        )
+        sets = f"{self.n_a} pairs" if self.paired else f"{self.n_a} against {self.n_b}"
+        return f"TwoSampleTest(statistic={self.statistic:.3g}, pvalue={self.pvalue:.3g}, {least}, {how}, {sets})"
 
 
 @validate_params(
@@ -238,4 +239,4 @@ def two_sample_test(
     outcome = permutation_test(means.matrix, design, n_permutations, check_random_state(random_state))
     n_poses = len(units.sequences.poses)
     warn_of_unconverged([means.unconverged], n_poses * (n_poses - 1) // 2)
-    return TwoSampleTest(*outcome, units.n_a, units.n_b, means.width, means.negative_share)
+    return TwoSampleTest(*outcome, units.n_a, units.n_b, paired, means.width, means.negative_share)

@@ -421,6 +421,7 @@ def test_p_is_never_zero_and_the_least_is_reported():
     assert "pvalue=0.001, the least possible, 999 permutations, 20 against 20" in repr(found)
     three = two_sample_test(A[:3], A[3:6], metric="angle")
     assert three.least_pvalue == 0.1
+    assert repr(two_sample_test(A[:5], A[5:10] + 1, metric="angle", paired=True)).endswith("exact, 5 pairs)")
     assert re.search(r"pvalue=\S+, (at least 0.1|the least possible), exact, 3 against 3", repr(three))
 
 
