@@ -4,7 +4,7 @@
 
 All motions are on ball joints, at 12 Hz, on the mean skeleton of their database; recordings are permuted whole. A test
 rejects at p ≤ 0.05. There are two statistics, and four metrics; "geodesic", of milliseconds a pair, has part in the
-first table alone, at 2 Hz. Without folders the study runs on generated gait.
+first table alone, at 1 Hz. Without folders the study runs on generated gait.
 
 1. Named comparisons of CMU. Subject 35 has 23 walks and 10 runs, the four others 5 walks (two on uneven terrain) among
    them, so that this is one person against others. "odd, even" and "first, last" split the recordings of one person, by
@@ -33,7 +33,7 @@ from skpose.datasets import load_cmu, load_hdm05, make_gait
 METRICS = ("angle", "position", "rotation", "spatial")
 STATISTICS = ("energy", "mmd")
 LEVEL = 0.05
-FRAME_RATE, OF_GEODESICS = 12.0, 2.0  # Hz
+FRAME_RATE, OF_GEODESICS = 12.0, 1.0  # Hz
 N_LEVEL = 5  # recordings in each set
 N_POWER = (3, 4, 6, 8)
 
