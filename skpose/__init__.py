@@ -29,6 +29,7 @@ __all__ = [
     "Repetitions",
     "Skeleton",
     "SpatialMDS",
+    "TwoSampleTest",
     "align_motions",
     "exp_map",
     "find_motion",
@@ -50,6 +51,7 @@ __all__ = [
     "retarget",
     "rotations_from_poses",
     "segment_repetitions",
+    "two_sample_test",
 ]
 
 # Each package is imported when it or one of its names is first used (PEP 562): the command line prints its help without
@@ -98,6 +100,7 @@ if TYPE_CHECKING:
     from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
     from skpose.preprocessing import PoseDistanceTransformer, PoseFromPositions
     from skpose.skeleton import Bone, Motion, Skeleton, poses_from_rotations, rotations_from_poses
+    from skpose.statistics import TwoSampleTest, two_sample_test
 
     __version__: str
 else:
@@ -134,7 +137,7 @@ else:
         "plot": [],
         "preprocessing": ["PoseDistanceTransformer", "PoseFromPositions"],
         "skeleton": ["Bone", "Motion", "Skeleton", "poses_from_rotations", "rotations_from_poses"],
-        "statistics": [],
+        "statistics": ["TwoSampleTest", "two_sample_test"],
     }
     _PACKAGE_OF = {name: package for package, names in _PACKAGES.items() for name in names}
 

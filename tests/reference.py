@@ -302,3 +302,17 @@ def dtw(costs, window=None, kind="dtw"):
     for j in range(m if kind == "subsequence" else 1):
         follow([(0, j)])
     return best
+
+
+def mean_over_pairs(A, B, function):
+    """Return the mean of a function over all pairs of poses of two motions."""
+    return float(np.mean([[function(a, b) for b in B] for a in A]))
+
+
+def two_sample_statistic(A, B, function):
+    """Return twice the mean over pairs from A and B, minus the means within A and within B; each motion counts once."""
+
+    def mean(one, other):
+        return float(np.mean([[mean_over_pairs(a, b, function) for b in other] for a in one]))
+
+    return 2.0 * mean(A, B) - mean(A, A) - mean(B, B)

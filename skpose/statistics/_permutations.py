@@ -1,0 +1,102 @@
+"""Permutation test of a quadratic form: what it would be, had the labels "A" and "B" fallen otherwise.
+
+A split is a vector c over the units of both sets, 1 / n for those that it counts to A and −1 / m for the others. All
+splits that the design admits are equally likely where A and B do not differ.
+"""
+
+from collections.abc import Iterator
+from itertools import combinations, islice
+from math import comb
+from typing import NamedTuple
+
+import numpy as np
+
+VALUES_AT_ONCE = 2**21  # of the vectors of a chunk of splits: 16 MB, and as much for their products
+ROUNDING = 100 * np.finfo(np.float64).eps  # of a value, relative to the largest entry of G: less is a tie
+
+
+class Outcome(NamedTuple):
+    """Result of a permutation test."""
+
+    statistic: float
+    pvalue: float
+    null_distribution: np.ndarray
+    least_pvalue: float
+    exact: bool
+
+
+class Design(NamedTuple):
+    """The splits that are equally likely where the sets do not differ."""
+
+    n_a: int
+    n_b: int
+    paired: bool  # whether labels change only within a pair: A[i] and B[i]
+
+    @property
+    def n_splits(self) -> int:
+        return 2**self.n_a if self.paired else comb(self.n_a + self.n_b, self.n_a)
+
+    @property
+    def n_equal(self) -> int:
+        """The number of splits that have the value of any one: it and, in sets of equal size, A and B exchanged."""
+        return 2 if self.n_a == self.n_b else 1
+
+    @property
+    def given(self) -> np.ndarray:
+        """The split that the user gives."""
+        return np.repeat([1.0 / self.n_a, -1.0 / self.n_b], [self.n_a, self.n_b])
+
+    def all(self) -> Iterator[np.ndarray]:
+        """Yield all splits, in chunks (n, n_units)."""
+        if self.paired:
+            for first in range(0, self.n_splits, self._at_once):
+                numbers = np.arange(first, min(first + self._at_once, self.n_splits))
+                yield self._flipped((numbers[:, None] >> np.arange(self.n_a)) & 1 == 1)
+            return
+        subsets = combinations(range(self.n_a + self.n_b), self.n_a)
+        while chunk := list(islice(subsets, self._at_once)):
+            yield self._with_in_a(np.array(chunk))
+
+    def drawn(self, n_permutations: int, rng: np.random.RandomState) -> Iterator[np.ndarray]:
+        """Yield so many random splits, in chunks (n, n_units), which do not depend on the size of a chunk."""
+        for first in range(0, n_permutations, self._at_once):
+            n = min(self._at_once, n_permutations - first)
+            if self.paired:
+                yield self._flipped(rng.random_sample((n, self.n_a)) < 0.5)
+            else:
+                order = rng.random_sample((n, self.n_a + self.n_b)).argsort(axis=1)
+                yield self._with_in_a(order[:, : self.n_a])
+
+    @property
+    def _at_once(self) -> int:
+        return max(1, VALUES_AT_ONCE // (self.n_a + self.n_b))
+
+    def _flipped(self, flips: np.ndarray) -> np.ndarray:
+        signs = np.where(flips, -1.0, 1.0)
+        return np.concatenate([signs, signs], axis=1) * self.given
+
+    def _with_in_a(self, units: np.ndarray) -> np.ndarray:
+        splits = np.full((len(units), self.n_a + self.n_b), -1.0 / self.n_b)
+        np.put_along_axis(splits, units, 1.0 / self.n_a, axis=1)
+        return splits
+
+
+def permutation_test(G: np.ndarray, design: Design, n_permutations: int, rng: np.random.RandomState) -> Outcome:
+    """Test with the statistic cᵀGc, of which large values speak against equal sets.
+
+    The p-value is that of `scipy.stats.permutation_test`: the share of all splits, if there are no more than
+    `n_permutations`; else of random ones, the given one counted among them.
+    """
+    exact = design.n_splits <= n_permutations
+    chunks = design.all() if exact else design.drawn(n_permutations, rng)
+    (statistic,) = _values(design.given[None], G)
+    null = np.concatenate([_values(splits, G) for splits in chunks])
+    n_as_large = int((null >= statistic - ROUNDING * np.abs(G).max()).sum())
+    counted = 0 if exact else 1
+    pvalue = (n_as_large + counted) / (len(null) + counted)
+    least = design.n_equal / design.n_splits if exact else 1.0 / (n_permutations + 1)
+    return Outcome(float(statistic), pvalue, null, least, exact)
+
+
+def _values(splits: np.ndarray, G: np.ndarray) -> np.ndarray:
+    return np.einsum("su,su->s", splits @ G, splits)

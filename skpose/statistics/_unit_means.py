@@ -1,0 +1,124 @@
+"""Means of a function of the distance over all pairs of poses of two units, tile by tile.
+
+The two statistics are quadratic forms of such a matrix G, and need no more than it: with c = 1 / n for the units of A
+and −1 / m for those of B, both are cᵀGc: the energy statistic with minus the mean distances, and the squared MMD
+with mean kernels, which are the inner products of the mean embeddings of the units.
+"""
+
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+from sklearn.utils import gen_batches
+
+from skpose.metrics._convergence import Unconverged
+from skpose.metrics._matrix import DistanceMatrix
+from skpose.metrics._registry import Chosen
+from skpose.motions._inputs import Sequences
+from skpose.preprocessing._kernels import Kernel, repaired
+from skpose.skeleton import Skeleton
+
+TILE = 4096  # frames, the edge of a tile: 134 MB in float64
+POSES_FOR_WIDTH = 500  # from which the width of the kernel is taken: more than that only where there are more units
+
+
+class Distances(NamedTuple):
+    """The distance between poses that the user chooses."""
+
+    chosen: Chosen
+    skeleton: Skeleton | None
+    n_jobs: int | None
+
+    def between(self, X: np.ndarray, Y: np.ndarray | None) -> tuple[np.ndarray, Unconverged]:
+        """Return the distances, in float64, and how many of them did not converge."""
+        matrix = DistanceMatrix(X, Y, self.chosen.name, self.skeleton, self.chosen.steps)
+        distances, unconverged = matrix.written(None, self.n_jobs)
+        return distances.astype(np.float64, copy=False), Unconverged.joined(unconverged)
+
+
+class UnitMeans(NamedTuple):
+    """The matrix G of a statistic, and how it came about."""
+
+    matrix: np.ndarray  # (n_units, n_units)
+    unconverged: Unconverged
+    width: float | None = None  # σ of the kernel
+    negative_share: float | None = None  # of the kernel before its repair
+
+
+def negative_distances(sequences: Sequences, distances: Distances) -> UnitMeans:
+    """Return minus the mean distance between the poses of every two units."""
+    return UnitMeans(*_means(sequences, distances, lambda d: np.negative(d, out=d)))
+
+
+def repaired_kernel(sequences: Sequences, distances: Distances) -> UnitMeans:
+    """Return the mean of exp(−d² / 2σ²) over the pairs of poses of every two units, repaired.
+
+    The width σ is the median distance between different poses of two units. It must not depend on which units are those
+    of A, so every unit gives as many poses, evenly spread over it.
+    """
+    chosen, unit = _spread(sequences)
+    d, unconverged = distances.between(sequences.poses[chosen], None)
+    apart = d[np.triu(unit[:, None] != unit, 1)]
+    apart = apart[apart > 0]
+    width = float(np.median(apart)) if len(apart) else 1.0  # all poses equal: every width gives the same
+    kernel = Kernel("rbf", 0.5 / width**2)
+    if len(chosen) == len(sequences.poses):  # all distances are known
+        means = _of_units(_summed(kernel.of(d), sequences.starts[:-1], sequences.starts[:-1]), sequences)
+    else:
+        means, unconverged = _means(sequences, distances, kernel.of)
+    matrix, repair = repaired(means, np.eye(len(means), dtype=bool), "clip")
+    return UnitMeans(matrix, unconverged, width, repair.negative_share)
+
+
+def _spread(sequences: Sequences) -> tuple[np.ndarray, np.ndarray]:
+    """Return poses for the width of the kernel, and the unit of each."""
+    n_each = np.minimum(max(1, POSES_FOR_WIDTH // sequences.n_motions), sequences.lengths)
+    middles = [
+        start + ((np.arange(k) + 0.5) * n / k).astype(int)
+        for start, n, k in zip(sequences.starts[:-1], sequences.lengths, n_each, strict=True)
+    ]
+    return np.concatenate(middles), np.repeat(np.arange(sequences.n_motions), n_each)
+
+
+def _means(
+    sequences: Sequences, distances: Distances, function: Callable[[np.ndarray], np.ndarray]
+) -> tuple[np.ndarray, Unconverged]:
+    """Return the means of a function of the distance; each pair of poses is computed once."""
+    n = sequences.n_motions
+    sums, unconverged = np.zeros((n, n)), []
+    for rows, columns in _tiles(len(sequences.poses)):
+        other = None if rows == columns else sequences.poses[columns]
+        d, found = distances.between(sequences.poses[rows], other)
+        unconverged.append(found)
+        (at, starts), (to, others) = _units_in(sequences, rows), _units_in(sequences, columns)
+        tile = _summed(function(d), starts, others)
+        sums[at, to] += tile
+        if other is not None:
+            sums[to, at] += tile.T
+    return _of_units(sums, sequences), Unconverged.joined(unconverged)
+
+
+def _summed(values: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """Return the sums over rectangles that begin at these rows and columns."""
+    return np.add.reduceat(np.add.reduceat(values, columns, axis=1), rows, axis=0)
+
+
+def _of_units(sums: np.ndarray, sequences: Sequences) -> np.ndarray:
+    """Return means from sums over all pairs of poses of two units, exactly symmetric."""
+    means = sums / np.outer(sequences.lengths, sequences.lengths)
+    return 0.5 * (means + means.T)
+
+
+def _tiles(n_frames: int) -> Iterator[tuple[slice, slice]]:
+    """Yield rows and columns of tiles of the upper triangle."""
+    batches = list(gen_batches(n_frames, TILE))
+    for i, rows in enumerate(batches):
+        for columns in batches[i:]:
+            yield rows, columns
+
+
+def _units_in(sequences: Sequences, frames: slice) -> tuple[slice, np.ndarray]:
+    """Return which units have frames in a range, and where these begin in it."""
+    first = np.searchsorted(sequences.starts, frames.start, side="right") - 1
+    last = np.searchsorted(sequences.starts, frames.stop, side="left")
+    return slice(first, last), np.maximum(sequences.starts[first:last] - frames.start, 0)
