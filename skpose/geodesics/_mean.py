@@ -9,16 +9,14 @@ from numpy.typing import ArrayLike
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose._compat.sklearn import Interval, StrOptions, validate_params
-from skpose._compiled.mean import place_all, project
 from skpose._warnings import warn
+from skpose.geodesics._extrinsic import ExtrinsicMeans
 from skpose.geodesics._karcher import Poses, karcher_mean
 from skpose.kinematics._constraints import IS_SKELETON
-from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
+from skpose.kinematics._tree import from_tree_order
 from skpose.skeleton import Skeleton
 from skpose.skeleton._units import warn_of_degrees
 from skpose.skeleton._validation import check_poses
-
-TOL_PROJECTION = 1e-9  # norm of the gradient at which the extrinsic mean has converged, m²/rad
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,31 +177,21 @@ def frechet_mean(
     >>> round(frechet_mean(X, arm, metric="geodesic").variance, 3)  # that of the angle, for a bone of 1 m
     0.34
     """
-    tree = tree_of(skeleton)
     X = check_poses(X, skeleton, "X").astype(np.float64)
     warn_of_degrees(X=X)
     weights = _weights(sample_weight, len(X))
     counted = weights > 0.0
     X, weights = X[counted], weights[counted]
-    poses = to_tree_order(tree, X)
-    positions, scale = np.empty((len(X), 3 * len(tree.offset))), np.repeat(tree.scale, 3)
-    place_all(tree, poses, positions)
-    target = weights @ positions
-    nearest = (((positions - target) * scale) ** 2).sum(axis=1).argmin()
-    pose = poses[nearest].copy()
-    pose, outcome = project(tree, target, pose, max_iter, TOL_PROJECTION)
-    norm, n_iter, converged = outcome
+    means = ExtrinsicMeans.of(X, skeleton)
+    extrinsic = means.mean(weights, max_iter)
     if metric == "position":
-        at = np.empty((1, len(target)))
-        place_all(tree, pose[None], at)
-        variance = weights @ (((positions - at) * scale) ** 2).sum(axis=1)
-        reason = "" if converged else _reason(n_iter, max_iter)
+        reason = "" if extrinsic.converged else _reason(extrinsic.n_iter, max_iter)
+        mean = FrechetMean(extrinsic.pose, extrinsic.variance, extrinsic.gradient_norm, extrinsic.n_iter, not reason)
     else:
-        given = Poses(tree, poses, weights, n_steps, bool(wrap), effective_n_jobs(n_jobs))
-        spread, n_iter, reason = karcher_mean(given, pose, max_iter, tol)
-        pose, variance, norm = spread.pose, spread.variance, spread.norm
-    found = from_tree_order(tree, pose, X[nearest])
-    mean = FrechetMean(found, float(variance), float(norm), n_iter, not reason)
+        given = Poses(means.tree, means.dofs, weights, n_steps, bool(wrap), effective_n_jobs(n_jobs))
+        spread, n_iter, reason = karcher_mean(given, extrinsic.dofs, max_iter, tol)
+        pose = from_tree_order(means.tree, spread.pose, X[extrinsic.nearest])
+        mean = FrechetMean(pose, float(spread.variance), float(spread.norm), n_iter, not reason)
     if reason:
         warn(
             f"the mean did not converge, its gradient_norm is {mean.gradient_norm:.2g}, but it is a pose: {reason}",
