@@ -61,6 +61,7 @@ class Spread(NamedTuple):
     )
     slope: float  # norm of the gradient by coordinates
     root: np.ndarray  # (n, n_dofs) square root of the metric tensor, for the lengths of steps
+    lengths: np.ndarray  # (n_poses,) distances
     unconverged: int
     nearest: int = -1  # the pose that is nearest
     gap: float = 0.0  # the distance to it
@@ -103,6 +104,7 @@ def spread_from(poses: Viewed, pose: np.ndarray, power: int, slope: float = np.i
         float(scale),
         slope,
         root,
+        view.lengths,
         view.n_unconverged,
         nearest,
         float(np.sqrt(view.energies[nearest])),

@@ -78,7 +78,10 @@ class Given(NamedTuple):
         """Return the mean or median from a start, the iterations, and why it did not converge: empty if it did."""
         if isinstance(poses, DifferencePoses) and poses.metric == "spatial":
             return minimise_sum(poses, start, power, max_iter, tol)
-        return descend(poses, start, power, max_iter, tol)
+        spread, n_iter, reason = descend(poses, start, power, max_iter, tol)
+        if isinstance(poses, GeodesicPoses):
+            spread = poses.measured_again(spread, power)
+        return spread, n_iter, reason
 
     def columns_of(self, metric: str, pose: np.ndarray, others: np.ndarray) -> np.ndarray:
         """Return a pose that was found in the columns of the skeleton; what moves no joint is as in the others."""

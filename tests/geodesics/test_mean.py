@@ -133,7 +133,7 @@ def test_poses_of_weight_zero_cost_nothing(metric, monkeypatch):
 
 def spread(pose, norm, unconverged=0, objective=1.0):
     step = -np.ones_like(pose)
-    return _descent.Spread(pose, objective, 1.0, step, norm, 1.0, norm, np.eye(len(pose)), unconverged)
+    return _descent.Spread(pose, objective, 1.0, step, norm, 1.0, norm, np.eye(len(pose)), np.ones(7), unconverged)
 
 
 class Poses(NamedTuple):
