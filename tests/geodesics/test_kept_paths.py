@@ -9,7 +9,6 @@ from skpose._compiled import kept_paths
 from skpose._compiled.geodesic import TOL
 from skpose._compiled.mean import Geodesics, geodesics_from
 from skpose.geodesics import _karcher
-from skpose.geodesics._descent import MEAN, descend
 from skpose.geodesics._karcher import GeodesicPoses
 from skpose.kinematics._tree import to_tree_order, tree_of, wrapped
 
@@ -39,9 +38,15 @@ def test_followed_paths_are_those_of_a_new_search(name, wrap):
     rng = np.random.default_rng(1)
     for _ in range(4):
         view, fresh = poses.view_from(pose, 0.0), searched(tree, pose, dofs, wrap)
-        np.testing.assert_allclose(view.lengths, fresh.lengths, rtol=1e-6)
-        np.testing.assert_allclose(view.energies, fresh.energies, rtol=1e-6)
-        np.testing.assert_allclose(view.gradients, fresh.gradients, atol=1e-4 * np.abs(fresh.gradients).max())
+        np.testing.assert_allclose(view.lengths, fresh.lengths, rtol=1e-3)
+        anew = poses_of(tree, dofs, wrap)
+        anew.view_from(pose, 0.0)
+        same = (poses.kept.substeps == 1) & (anew.kept.substeps == 1)  # others are refined, in one of the two maybe
+        assert same.any()
+        np.testing.assert_allclose(view.lengths[same], fresh.lengths[same], rtol=1e-6)
+        np.testing.assert_allclose(view.energies[same], fresh.energies[same], rtol=1e-6)
+        atol = 1e-4 * np.abs(fresh.gradients).max()
+        np.testing.assert_allclose(view.gradients[same], fresh.gradients[same], atol=atol)
         assert view.n_unconverged == 0
         pose = poses.moved(pose, rng.normal(scale=0.05, size=len(pose)))
 
@@ -53,19 +58,28 @@ def test_a_path_is_found_in_the_end_where_the_base_has_jumped():
     poses = poses_of(tree, dofs)
     for angle in (2.8, -2.8, 0.1, 3.0):
         pose = np.array([angle, 0.2])
-        np.testing.assert_allclose(poses.view_from(pose, 0.0).lengths, searched(tree, pose, dofs).lengths, rtol=1e-6)
+        np.testing.assert_allclose(poses.view_from(pose, 0.0).lengths, searched(tree, pose, dofs).lengths, rtol=1e-3)
 
 
-def test_following_takes_fewer_iterations(monkeypatch):
-    """The work is counted in evaluations of a path, so that no clock is needed."""
-    skeleton = SKELETONS["humanoid"]
-    tree, dofs = dofs_of(skeleton, 6)
+def test_at_the_same_base_nothing_moves():
+    tree, dofs = dofs_of(SKELETONS["humanoid"], 6)
     poses, pose = poses_of(tree, dofs), np.zeros(dofs.shape[1])
     poses.view_from(pose, 0.0)
     nodes = poses.kept.nodes[:, :11].copy()
     assert (poses.kept.n_nodes == 11).all()
-    poses.view_from(pose, 0.0)  # the same base: nothing is left to do
+    poses.view_from(pose, 0.0)
     np.testing.assert_allclose(poses.kept.nodes[:, :11], nodes, atol=1e-12)
+
+
+def test_a_kept_path_is_where_the_search_starts():
+    """A path that is spoilt leads to a longer curve, or to a new search: it is read."""
+    tree, dofs = dofs_of(SKELETONS["humanoid"], 2)
+    poses, pose = poses_of(tree, dofs), np.zeros(dofs.shape[1])
+    poses.view_from(pose, 0.0)
+    before = poses.kept.nodes[:, :11].copy()
+    poses.kept.nodes[:, 1:10] += 0.01 * np.sin(np.arange(9))[:, None]
+    poses.view_from(pose, 1.0)  # coarsely
+    assert 1e-6 < np.abs(poses.kept.nodes[:, :11] - before).max() < 0.1
 
 
 def test_the_mean_is_that_of_new_searches(monkeypatch):
@@ -96,7 +110,7 @@ def test_memory_is_that_of_the_finest_path():
 
 @pytest.mark.slow
 def test_means_of_hdm05_are_those_of_new_searches(hdm05):
-    """Poses far apart, whose paths are refined: the variances agree to what refinements leave, and no pose is better."""
+    """Poses far apart, whose paths are refined: the variances agree to what refinements leave."""
     X, _ = hdm05.poses(12)
     X = X[np.random.default_rng(0).permutation(len(X))[:12]]
     mean = frechet_mean(X, hdm05.skeleton, metric="geodesic", n_jobs=2)
@@ -111,9 +125,8 @@ def test_means_of_hdm05_are_those_of_new_searches(hdm05):
 
 def test_means_of_walks_take_few_iterations(cmu):
     motion = next(motion for motion, action in zip(cmu, cmu.actions, strict=True) if action == "walk").resample(6)
-    tree = tree_of(motion.skeleton)
-    dofs = to_tree_order(tree, motion.angles[:12])
-    spread, n_iter, reason = descend(poses_of(tree, dofs), dofs[0], MEAN, 50, 1e-3)
-    assert (reason, n_iter < 12) == ("", True)
-    fresh = searched(tree, spread.pose, dofs)
-    np.testing.assert_allclose(spread.objective, fresh.energies.mean(), rtol=1e-4)
+    X = motion.angles[:12]
+    mean = frechet_mean(X, motion.skeleton, metric="geodesic")
+    assert (mean.converged, mean.n_iter < 9) == (True, True)  # 12 without the combination of steps
+    distances = pose_distances(mean.pose[None], X, skeleton=motion.skeleton, metric="geodesic")
+    np.testing.assert_allclose(mean.variance, (distances**2).mean(), rtol=1e-4)
