@@ -43,7 +43,7 @@ class KeptPaths(NamedTuple):
 
 
 class Search(NamedTuple):
-    """How geodesics are found."""
+    """Settings of the search for geodesics."""
 
     n_steps: int
     frees_angles: bool  # joints of three angles turn freely, see `chart`

@@ -1,4 +1,4 @@
-"""Derivatives at a pose and steps from it, in the chart at the pose: ball joints turn about their rotated axes."""
+"""Derivatives at a pose and steps from it, in the chart at the pose: rotations of ball joints about their own axes."""
 
 import numpy as np
 

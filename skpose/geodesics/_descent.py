@@ -50,7 +50,7 @@ class Viewed(Protocol):
 
 
 class Spread(NamedTuple):
-    """How far the poses are from one pose, and the step that brings it nearer to them."""
+    """Distances of the poses from one pose, and the step that brings it nearer to them."""
 
     pose: np.ndarray  # (n_dofs,)
     objective: float  # the sum that is minimised, of energies for squared distances
@@ -69,7 +69,7 @@ class Spread(NamedTuple):
 
     @property
     def relative_norm(self) -> float:
-        """How far the pose is from being stationary."""
+        """The distance from being stationary: zero at a mean or median."""
         return self.norm / max(self.scale, np.finfo(float).tiny)
 
 

@@ -17,8 +17,6 @@ from skpose.kinematics._constraints import IS_SKELETON
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 from skpose.metrics._registry import METRICS, resolve
 from skpose.skeleton import Skeleton
-from skpose.skeleton._units import warn_of_degrees
-from skpose.skeleton._validation import check_poses
 
 CONSTRAINTS = {
     "skeleton": [IS_SKELETON],
@@ -40,10 +38,8 @@ class Given(NamedTuple):
     skeleton: Skeleton
 
     @classmethod
-    def of(cls, X: ArrayLike, skeleton: Skeleton, sample_weight: ArrayLike | None) -> "Given":
-        """Check poses and weights, and leave out poses of weight zero."""
-        poses = check_poses(X, skeleton, "X").astype(np.float64)
-        warn_of_degrees(X=poses)
+    def of(cls, poses: np.ndarray, skeleton: Skeleton, sample_weight: ArrayLike | None) -> "Given":
+        """Check the weights of poses, which are checked already, and leave out those of weight zero."""
         weights = _weights(sample_weight, len(poses))
         counted = weights > 0.0
         return cls(poses[counted], weights[counted], skeleton)

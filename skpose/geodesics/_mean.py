@@ -11,6 +11,8 @@ from skpose._warnings import warn
 from skpose.geodesics._descent import MEAN
 from skpose.geodesics._given import CONSTRAINTS, Given
 from skpose.skeleton import Skeleton
+from skpose.skeleton._units import warn_of_degrees
+from skpose.skeleton._validation import check_poses
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +125,7 @@ def frechet_mean(
 
     See Also
     --------
-    geometric_median : The pose with the least mean distance, which outliers hardly move.
+    geometric_median : The pose with the least mean distance, which is robust to outliers.
     geodesic : The shortest path from pose to pose.
     Skeleton.mean : The mean of several skeletons.
 
@@ -177,6 +179,8 @@ def frechet_mean(
     >>> round(frechet_mean(X, arm, metric="geodesic").variance, 3)  # that of the angle, for a bone of 1 m
     0.34
     """
+    X = check_poses(X, skeleton, "X").astype(np.float64)
+    warn_of_degrees(X=X)
     given = Given.of(X, skeleton, sample_weight)
     if metric == "position":
         found = given.extrinsic_mean(max_iter)

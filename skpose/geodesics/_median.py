@@ -11,6 +11,8 @@ from skpose._warnings import warn
 from skpose.geodesics._descent import MEDIAN, descend
 from skpose.geodesics._given import CONSTRAINTS, Given
 from skpose.skeleton import Skeleton
+from skpose.skeleton._units import warn_of_degrees
+from skpose.skeleton._validation import check_poses
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +122,7 @@ def geometric_median(
     Weiszfeld's iteration, on manifolds [1]_: each step is that of a mean with weights w/d, and successive steps are
     combined as Anderson does, which takes fewer. A pose that the iterate comes close to is tried itself, and is the
     median if its weight exceeds the pull of the others [2]_. It starts at the extrinsic mean for "position", at the
-    median of the columns' mean for "angle", and for other metrics at the median under "position". What is found is a
+    arithmetic mean of the columns for "angle", and for other metrics at the median under "position". What is found is a
     local minimum, no worse than the start; see `frechet_mean` for what a local minimum means for each metric, and for
     the cost of an iteration.
 
@@ -141,8 +143,10 @@ def geometric_median(
     >>> arm = Skeleton.chain(1)
     >>> median = geometric_median(X, arm)
     >>> float(median.pose[0].round(2)), float(frechet_mean(X, arm).pose[0].round(2))
-    (0.07, 0.43)
+    (0.03, 0.41)
     """
+    X = check_poses(X, skeleton, "X").astype(np.float64)
+    warn_of_degrees(X=X)
     given = Given.of(X, skeleton, sample_weight)
     poses, start, others = given.viewed(metric, n_steps, wrap, n_jobs)
     if metric not in ("angle", "position"):

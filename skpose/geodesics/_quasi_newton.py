@@ -1,7 +1,7 @@
 """Means and medians under "spatial" by scipy's BFGS: its sum has kinks and jumps, where Weiszfeld's steps fail.
 
 A line jumps to another one where a difference of angles is half a turn. Quasi-Newton methods with a line search come to
-a minimum all the same, mostly (A. S. Lewis, M. L. Overton, 2013, doi:10.1007/s10107-012-0514-2).
+a minimum nevertheless, mostly (A. S. Lewis, M. L. Overton, 2013, doi:10.1007/s10107-012-0514-2).
 """
 
 import numpy as np

@@ -71,7 +71,7 @@ def test_no_pose_near_it_or_given_is_better(name, metric):
 
 
 @pytest.mark.parametrize("metric", ALL)
-def test_outliers_hardly_move_it(metric):
+def test_it_is_robust_to_outliers(metric):
     """Three poses of ten are far off: the mean goes a third of the way, the median stays among the seven."""
     good = arms(7, scale=0.05)
     bad = arms(3, scale=0.05, seed=1) + np.array([1.2, 0.6, -0.5])
