@@ -130,7 +130,7 @@ def by_geomstats(X):
     """Return the mean of SO(3)²⁸ by geomstats, as rotation vectors, and its iterations; None where it is missing."""
     try:
         special = importlib.import_module("geomstats.geometry.special_orthogonal").SpecialOrthogonal
-        n_fold = importlib.import_module("geomstats.geometry.product_manifold").NFoldManifold
+        n_fold = importlib.import_module("geomstats.geometry.nfold_manifold").NFoldManifold
         learning = importlib.import_module("geomstats.learning.frechet_mean")
     except ImportError as error:
         print(f"  geomstats is left out: {error}")
