@@ -140,7 +140,7 @@ def by_geomstats(X):
     calls = []
     original = space.metric.log
     space.metric.log = lambda *a, **k: (calls.append(1), original(*a, **k))[1]
-    estimator = learning.FrechetMean(space)
+    estimator = learning.FrechetMean(space).set(epsilon=1e-8, max_iter=200)
     result, seconds = timed(lambda: estimator.fit(points).estimate_)
     return np.asarray(result).ravel(), len(calls), seconds
 
