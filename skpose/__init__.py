@@ -14,6 +14,7 @@ __all__ = [
     "FittedPoses",
     "FrechetMean",
     "Geodesic",
+    "GeometricMedian",
     "Keypoints",
     "Layout",
     "MeanMotion",
@@ -37,6 +38,7 @@ __all__ = [
     "forward_kinematics",
     "frechet_mean",
     "geodesic",
+    "geometric_median",
     "inverse_kinematics",
     "layouts",
     "log_map",
@@ -72,7 +74,16 @@ if TYPE_CHECKING:
     from skpose import skeleton as skeleton
     from skpose import statistics as statistics
     from skpose.cluster import MedoidShift
-    from skpose.geodesics import FrechetMean, Geodesic, exp_map, frechet_mean, geodesic, log_map
+    from skpose.geodesics import (
+        FrechetMean,
+        Geodesic,
+        GeometricMedian,
+        exp_map,
+        frechet_mean,
+        geodesic,
+        geometric_median,
+        log_map,
+    )
     from skpose.keypoints import Keypoints, Layout, fit_skeleton, layouts
     from skpose.kinematics import (
         FittedPoses,
@@ -107,7 +118,16 @@ else:
     _PACKAGES = {
         "cluster": ["MedoidShift"],
         "datasets": [],
-        "geodesics": ["FrechetMean", "Geodesic", "exp_map", "frechet_mean", "geodesic", "log_map"],
+        "geodesics": [
+            "FrechetMean",
+            "Geodesic",
+            "GeometricMedian",
+            "exp_map",
+            "frechet_mean",
+            "geodesic",
+            "geometric_median",
+            "log_map",
+        ],
         "io": [],
         "keypoints": ["Keypoints", "Layout", "fit_skeleton", "layouts"],
         "kinematics": [

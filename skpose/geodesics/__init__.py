@@ -3,5 +3,15 @@
 from skpose.geodesics._geodesic import Geodesic, geodesic
 from skpose.geodesics._logarithm import exp_map, log_map
 from skpose.geodesics._mean import FrechetMean, frechet_mean
+from skpose.geodesics._median import GeometricMedian, geometric_median
 
-__all__ = ["FrechetMean", "Geodesic", "exp_map", "frechet_mean", "geodesic", "log_map"]
+__all__ = [
+    "FrechetMean",
+    "Geodesic",
+    "GeometricMedian",
+    "exp_map",
+    "frechet_mean",
+    "geodesic",
+    "geometric_median",
+    "log_map",
+]

@@ -1,24 +1,18 @@
 """Means of poses that are poses: bones keep their lengths."""
 
 from dataclasses import dataclass
-from numbers import Integral, Real
 
 import numpy as np
-from joblib import effective_n_jobs
 from numpy.typing import ArrayLike
 from sklearn.exceptions import ConvergenceWarning
 
-from skpose._compat.sklearn import Interval, StrOptions, validate_params
-from skpose._compiled.mean import place_all, project
+from skpose._compat.sklearn import validate_params
 from skpose._warnings import warn
-from skpose.geodesics._karcher import Poses, karcher_mean
-from skpose.kinematics._constraints import IS_SKELETON
-from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
+from skpose.geodesics._descent import MEAN
+from skpose.geodesics._given import CONSTRAINTS, Given
 from skpose.skeleton import Skeleton
 from skpose.skeleton._units import warn_of_degrees
 from skpose.skeleton._validation import check_poses
-
-TOL_PROJECTION = 1e-9  # norm of the gradient at which the extrinsic mean has converged, m²/rad
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,16 +24,17 @@ class FrechetMean:
     pose : ndarray of shape (n_dofs,)
         The mean: joint angles, rad.
     variance : float
-        Mean of the squared distances to it, m².
+        Mean of the squared distances to it, m²; rad² for "angle".
     gradient_norm : float
-        How far it is from being stationary: norm of the gradient of the variance, m²/rad, for "position"; length
-        of the mean logarithm of the poses, m, for "geodesic".
+        How far it is from being stationary. For "position" the norm of the gradient of the variance, m²/rad. For other
+        metrics the length of the mean logarithm of the poses, m, rad for "angle": half that gradient, measured in the
+        metric tensor.
     n_iter : int
         Iterations.
     converged : bool
         Whether `gradient_norm` came down to what `tol` asks, or to what is possible: to what float64 can show, and for
-        "geodesic" to 2 % of the standard deviation, as paths that are refined at one pose and not at the next leave
-        the variance uneven. And whether all geodesics converged.
+        "geodesic" and "spatial" to 2 % of the standard deviation, as new paths at the next pose leave the variance
+        uneven. And whether all geodesics converged.
 
     Examples
     --------
@@ -59,19 +54,7 @@ class FrechetMean:
         return f"FrechetMean(variance={self.variance:.4g}, {state} in {self.n_iter} iterations)"
 
 
-@validate_params(
-    {
-        "skeleton": [IS_SKELETON],
-        "metric": [StrOptions({"position", "geodesic"})],
-        "sample_weight": ["array-like", None],
-        "n_steps": [Interval(Integral, 2, None, closed="left")],
-        "wrap": ["boolean", StrOptions({"auto"})],
-        "max_iter": [Interval(Integral, 1, None, closed="left")],
-        "tol": [Interval(Real, 0, None, closed="left")],
-        "n_jobs": [None, Integral],
-    },
-    prefer_skip_nested_validation=True,
-)
+@validate_params(CONSTRAINTS, prefer_skip_nested_validation=True)
 def frechet_mean(
     X: ArrayLike,
     skeleton: Skeleton,
@@ -87,13 +70,15 @@ def frechet_mean(
     r"""Return the pose with the least mean squared distance to given poses.
 
     The mean of the joint *positions* is no pose: its limbs are too short (figure 1 (b) of the paper). This one is a
-    pose, since only poses are considered:
+    pose, since only poses are considered: :math:`\arg\min_\theta \sum_i w_i \, d(\theta, \theta_i)^2` with d
 
-    - "position", the *extrinsic* mean: the pose nearest to the mean of the positions,
+    - "position": the *extrinsic* mean, the pose nearest to the mean of the positions, as
       :math:`\arg\min_\theta \sum_i w_i \|F(\theta) - F(\theta_i)\|^2
       = \arg\min_\theta \|F(\theta) - \sum_i w_i F(\theta_i)\|^2`.
-    - "geodesic", the *intrinsic* (Karcher) mean: :math:`\arg\min_\theta \sum_i w_i \, d(\theta, \theta_i)^2` with d the
-      geodesic distance, eq. 3.
+    - "geodesic": the *intrinsic* (Karcher) mean, d the geodesic distance, eq. 3.
+    - "rotation": the mean of the world orientations of the bones.
+    - "spatial": d the length of the straight line.
+    - "angle": the arithmetic mean of the columns, as other tools have it.
 
     Parameters
     ----------
@@ -101,23 +86,24 @@ def frechet_mean(
         Joint angles, rad.
     skeleton : Skeleton
         The skeleton of the poses.
-    metric : {"position", "geodesic"}, default="position"
-        The distance.
+    metric : {"angle", "position", "rotation", "spatial", "geodesic"}, default="position"
+        The distance, see `pose_distances`.
     sample_weight : array-like of shape (n_poses,), default=None
         Weights of the poses, which are divided by their sum; None is equal ones. Poses of weight zero are left out,
         and cost nothing.
     n_steps : int, default=10
-        Steps of the geodesics; of no effect for "position".
+        Steps of lines and geodesics; of no effect for "angle", "position" and "rotation".
     wrap : bool or "auto", default="auto"
-        Whether geodesics start from the line whose differences of angles are wrapped to [−π, π], see
-        `skpose.geodesic`; "auto" is True. Of no effect for "position".
+        Whether lines, and the lines that geodesics start from, are those whose differences of angles are wrapped to
+        [−π, π], see `skpose.pose_distances`; "auto" is True for both. For "angle" it is False; True makes the mean one
+        of directions. Of no effect for "position" and "rotation", which whole turns do not change.
     max_iter : int, default=200
         Iterations at most.
     tol : float, default=1e-3
-        For "geodesic", the length of the mean logarithm of the poses at which the mean has converged, relative to the
-        standard deviation. The extrinsic mean goes to a gradient of 1e-9 m²/rad.
+        Length of the mean logarithm of the poses at which the mean has converged, relative to the standard deviation.
+        The extrinsic mean goes to a gradient of 1e-9 m²/rad.
     n_jobs : int, default=None
-        Threads for geodesics, as in scikit-learn.
+        Threads for distances and geodesics, as in scikit-learn.
 
     Returns
     -------
@@ -139,20 +125,32 @@ def frechet_mean(
 
     See Also
     --------
+    geometric_median : The pose with the least mean distance, which is robust to outliers.
     geodesic : The shortest path from pose to pose.
     Skeleton.mean : The mean of several skeletons.
 
     Notes
     -----
-    Both are local minima: the iteration starts at the given pose that is nearest to the mean of the positions, and for
-    the intrinsic mean at the extrinsic one. Angles that move no joint stay as they are at the start, so
-    poses are not unique where positions are; limits are not enforced.
+    All but the mean of the columns are local minima. The extrinsic mean starts at the given pose that is nearest to the
+    mean of the positions, and the others start at the extrinsic mean. Angles that move no joint stay as they are at
+    the start, so poses are not unique where positions are; limits are not enforced.
 
-    The extrinsic mean is found by Newton's method in a trust region, in well under a millisecond an iteration, for any
-    number of poses. The intrinsic one takes a geodesic to each pose in each of some ten iterations: a few
-    milliseconds a pose and iteration, a hundred where poses are far apart. Its step is the mean of the logarithms, as
-    for every Karcher mean, damped, and halved while it brings the poses no nearer. The logarithms are those of
-    geodesics of `n_steps` chords, which makes an error of some 0.1 % of their length.
+    *"position"* takes Newton's method in a trust region: well under a millisecond an iteration, for any number of
+    poses.
+
+    *"geodesic"* takes a geodesic to each pose in each of some ten iterations. The step is the mean of the logarithms,
+    as for every Karcher mean, damped, combined with those before as D. G. Anderson does [4]_, and halved while it
+    brings the poses no nearer. Each path is kept, and is minimised from where it was when the mean moves: one or a
+    few milliseconds a pose and iteration, and more where a path has to be refined. The first search takes a few
+    milliseconds, a hundred where poses are far apart. The logarithms are those of geodesics of `n_steps` chords, which
+    makes an error of some 0.1 % of their length.
+
+    *"rotation"* takes the same steps. The gradient is that of differences: two distances for each dof and pose.
+
+    *"spatial"* is not smooth everywhere. Where a difference of angles is half a turn, the line jumps to another one,
+    and its length with it. So scipy's BFGS with a line search finds the mean, from the extrinsic one or from one of a
+    hundred given poses where that is better, and never one that is worse than these. Poses within half a turn of each
+    other have no such jumps. Where they have, expect a ConvergenceWarning.
 
     References
     ----------
@@ -162,6 +160,8 @@ def frechet_mean(
        Mathematics 30(5), 1977, :doi:`10.1002/cpa.3160300502`.
     .. [3] R. Bhattacharya, V. Patrangenaru, "Large sample theory of intrinsic and extrinsic sample means on
        manifolds", Annals of Statistics 31(1), 2003, :doi:`10.1214/aos/1046294456`.
+    .. [4] H. F. Walker, P. Ni, "Anderson acceleration for fixed-point iterations", SIAM Journal on Numerical Analysis
+       49(4), 2011, :doi:`10.1137/10078356X`.
 
     Examples
     --------
@@ -179,31 +179,18 @@ def frechet_mean(
     >>> round(frechet_mean(X, arm, metric="geodesic").variance, 3)  # that of the angle, for a bone of 1 m
     0.34
     """
-    tree = tree_of(skeleton)
     X = check_poses(X, skeleton, "X").astype(np.float64)
     warn_of_degrees(X=X)
-    weights = _weights(sample_weight, len(X))
-    counted = weights > 0.0
-    X, weights = X[counted], weights[counted]
-    poses = to_tree_order(tree, X)
-    positions, scale = np.empty((len(X), 3 * len(tree.offset))), np.repeat(tree.scale, 3)
-    place_all(tree, poses, positions)
-    target = weights @ positions
-    nearest = (((positions - target) * scale) ** 2).sum(axis=1).argmin()
-    pose = poses[nearest].copy()
-    pose, outcome = project(tree, target, pose, max_iter, TOL_PROJECTION)
-    norm, n_iter, converged = outcome
+    given = Given.of(X, skeleton, sample_weight)
     if metric == "position":
-        at = np.empty((1, len(target)))
-        place_all(tree, pose[None], at)
-        variance = weights @ (((positions - at) * scale) ** 2).sum(axis=1)
-        reason = "" if converged else _reason(n_iter, max_iter)
+        found = given.extrinsic_mean(max_iter)
+        reason = "" if found.converged else _reason(found.n_iter, max_iter)
+        mean = FrechetMean(found.pose, found.variance, found.gradient_norm, found.n_iter, not reason)
     else:
-        given = Poses(tree, poses, weights, n_steps, bool(wrap), effective_n_jobs(n_jobs))
-        spread, n_iter, reason = karcher_mean(given, pose, max_iter, tol)
-        pose, variance, norm = spread.pose, spread.variance, spread.norm
-    found = from_tree_order(tree, pose, X[nearest])
-    mean = FrechetMean(found, float(variance), float(norm), n_iter, not reason)
+        poses, start, others = given.viewed(metric, n_steps, wrap, n_jobs)
+        spread, n_iter, reason = given.minimised(poses, start, MEAN, max_iter, tol)
+        pose = given.columns_of(metric, spread.pose, others)
+        mean = FrechetMean(pose, spread.value, spread.norm, n_iter, not reason)
     if reason:
         warn(
             f"the mean did not converge, its gradient_norm is {mean.gradient_norm:.2g}, but it is a pose: {reason}",
@@ -217,15 +204,3 @@ def _reason(n_iter: int, max_iter: int) -> str:
     if n_iter >= max_iter:
         return f"it was still moving after max_iter={max_iter} iterations; raise max_iter"
     return f"after {n_iter} iterations no step brought it nearer; a larger max_iter does not help"
-
-
-def _weights(sample_weight: ArrayLike | None, n_poses: int) -> np.ndarray:
-    """Return weights whose sum is one."""
-    if sample_weight is None:
-        return np.full(n_poses, 1.0 / n_poses)
-    weights = np.asarray(sample_weight, dtype=np.float64)
-    if weights.shape != (n_poses,):
-        raise ValueError(f"sample_weight must have shape ({n_poses},), one for each pose, got {weights.shape}")
-    if not (np.isfinite(weights).all() and (weights >= 0).all() and weights.any()):
-        raise ValueError("sample_weight must be finite, nowhere negative, and somewhere positive")
-    return weights / weights.sum()
