@@ -24,7 +24,9 @@ __all__ = [
     "MotionKNeighborsTransformer",
     "PoseDistanceTransformer",
     "PoseFromPositions",
+    "PoseKMeans",
     "PoseKNeighborsTransformer",
+    "PoseKernelRegressor",
     "PoseRadiusNeighborsTransformer",
     "Repetitions",
     "Skeleton",
@@ -67,7 +69,7 @@ if TYPE_CHECKING:
     from skpose import preprocessing as preprocessing
     from skpose import skeleton as skeleton
     from skpose import statistics as statistics
-    from skpose.cluster import MedoidShift
+    from skpose.cluster import MedoidShift, PoseKMeans
     from skpose.geodesics import FrechetMean, Geodesic, frechet_mean, geodesic
     from skpose.keypoints import Keypoints, Layout, fit_skeleton, layouts
     from skpose.kinematics import (
@@ -96,11 +98,12 @@ if TYPE_CHECKING:
     from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
     from skpose.preprocessing import PoseDistanceTransformer, PoseFromPositions
     from skpose.skeleton import Bone, Motion, Skeleton, poses_from_rotations, rotations_from_poses
+    from skpose.statistics import PoseKernelRegressor
 
     __version__: str
 else:
     _PACKAGES = {
-        "cluster": ["MedoidShift"],
+        "cluster": ["MedoidShift", "PoseKMeans"],
         "datasets": [],
         "geodesics": ["FrechetMean", "Geodesic", "frechet_mean", "geodesic"],
         "io": [],
@@ -132,7 +135,7 @@ else:
         "plot": [],
         "preprocessing": ["PoseDistanceTransformer", "PoseFromPositions"],
         "skeleton": ["Bone", "Motion", "Skeleton", "poses_from_rotations", "rotations_from_poses"],
-        "statistics": [],
+        "statistics": ["PoseKernelRegressor"],
     }
     _PACKAGE_OF = {name: package for package, names in _PACKAGES.items() for name in names}
 
