@@ -193,13 +193,12 @@ class PoseKMeans(
         masses = np.bincount(pose_of.ravel(), weights[counted])
         means = WeightedMeans(poses, self.skeleton_, self.effective_metric_, self.effective_metric_params_, self.n_jobs)
         squared = partial(self._squared, poses)
-        fit_progress, best = FitReport(self, None, X), None
+        fit_progress, runs = FitReport(self, None, X), []
         for _ in range(self.n_init):
             with fit_progress.step("first centres"):
                 chosen = first_centers(poses, masses, squared, self.n_clusters, rng)
-            run = lloyd(poses[chosen], masses, squared, means.means, self.max_iter, self.tol, fit_progress)
-            if best is None or run.inertia < best.inertia:
-                best = run
+            runs.append(lloyd(poses[chosen], masses, squared, means.means, self.max_iter, self.tol, fit_progress))
+        best = min(runs, key=lambda run: run.inertia)
         self.labels_ = self._squared(X, best.centers).argmin(axis=1)
         self.inertia_, self.n_iter_ = best.inertia, best.n_iter
         self.cluster_centers_ = best.centers
@@ -271,8 +270,8 @@ class PoseKMeans(
         n_distinct = len(np.unique(self.labels_))
         if n_distinct < self.n_clusters:
             warn(
-                f"{n_distinct} distinct clusters were found, fewer than n_clusters={self.n_clusters}, as no more samples "
-                "of positive weight are apart; the other centres are equal to one of these",
+                f"{n_distinct} distinct clusters were found, fewer than n_clusters={self.n_clusters}, as no more "
+                "samples of positive weight are apart; the other centres are equal to one of these",
                 ConvergenceWarning,
             )
         if not run.converged:

@@ -49,7 +49,7 @@ def lloyd(centers, weights, squared, means, max_iter, tol, fit_progress):
     several minima, is not taken. A cluster without samples gets the one that is farthest from its centre.
     """
     n_clusters = len(centers)
-    rows, each = np.arange(len(weights)), np.arange(n_clusters)
+    rows = np.arange(len(weights))
     distances = squared(centers)
     labels = distances.argmin(axis=1)
     inertia = _cost(weights, distances, labels)

@@ -1,6 +1,7 @@
 """Means of many weightings of one set of poses, under every metric, with or without a skeleton."""
 
 import warnings
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -38,7 +39,13 @@ class WeightedMeans:
     def __init__(self, poses: np.ndarray, skeleton: Skeleton | None, metric: str, parameters: dict, n_jobs: int | None):
         self.poses = poses.astype(np.float64, copy=False)
         self.skeleton, self.metric, self.parameters, self.n_jobs = skeleton, metric, parameters, n_jobs
-        self._extrinsic = ExtrinsicMeans.of(self.poses, skeleton) if skeleton and metric == "position" else None
+        self._find: Callable[[np.ndarray], tuple[np.ndarray, bool]] = self._mean_of_angles
+        self._n_threads = 1
+        if metric == "position" and skeleton is not None:
+            self._find = partial(_extrinsic_mean, ExtrinsicMeans.of(self.poses, skeleton))
+            self._n_threads = effective_n_jobs(n_jobs)
+        elif metric != "angle":  # one mean after the other, each on all threads
+            self._find = self._intrinsic_mean
 
     def means(self, weightings: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the means (n_means, n_dofs) under weightings (n_means, n_poses), and whether each one converged.
@@ -47,22 +54,13 @@ class WeightedMeans:
         """
         means = np.empty((len(weightings), self.poses.shape[1]))
         converged = np.ones(len(weightings), dtype=bool)
-        find, n_jobs = self._intrinsic_mean, 1  # which has threads itself
-        if self.metric == "angle":
-            find = self._mean_of_angles
-        elif self._extrinsic is not None:
-            find, n_jobs = self._extrinsic_mean, effective_n_jobs(self.n_jobs)
 
         def find_some(start: int) -> None:
             for i in range(start, min(start + TASK, len(weightings))):
-                means[i], converged[i] = find(weightings[i])
+                means[i], converged[i] = self._find(weightings[i])
 
-        in_threads((partial(find_some, start) for start in range(0, len(weightings), TASK)), n_jobs)
+        in_threads((partial(find_some, start) for start in range(0, len(weightings), TASK)), self._n_threads)
         return means, converged
-
-    def _extrinsic_mean(self, weights: np.ndarray) -> tuple[np.ndarray, bool]:
-        found = self._extrinsic.mean(weights)
-        return found.pose, found.converged
 
     def _mean_of_angles(self, weights: np.ndarray) -> tuple[np.ndarray, bool]:
         return _mean_of_angles(self.poses, weights, self.parameters["wrap"]), True
@@ -72,13 +70,18 @@ class WeightedMeans:
             warnings.simplefilter("ignore", ConvergenceWarning)  # the caller counts them
             found = frechet_mean(
                 self.poses,
-                self.skeleton,
+                self.skeleton,  # type: ignore[arg-type]  # None with "angle" alone
                 metric=self.metric,
                 sample_weight=weights,
                 **self.parameters,
                 n_jobs=self.n_jobs,
             )
         return found.pose, found.converged
+
+
+def _extrinsic_mean(means: ExtrinsicMeans, weights: np.ndarray) -> tuple[np.ndarray, bool]:
+    found = means.mean(weights)
+    return found.pose, found.converged
 
 
 def _mean_of_angles(poses: np.ndarray, weights: np.ndarray, wrap: bool) -> np.ndarray:
