@@ -14,6 +14,7 @@ __all__ = [
     "FittedPoses",
     "FrechetMean",
     "Geodesic",
+    "GeometricMedian",
     "Keypoints",
     "Layout",
     "MeanMotion",
@@ -37,6 +38,7 @@ __all__ = [
     "forward_kinematics",
     "frechet_mean",
     "geodesic",
+    "geometric_median",
     "inverse_kinematics",
     "layouts",
     "mean_motion",
@@ -70,7 +72,7 @@ if TYPE_CHECKING:
     from skpose import skeleton as skeleton
     from skpose import statistics as statistics
     from skpose.cluster import MedoidShift, PoseKMeans
-    from skpose.geodesics import FrechetMean, Geodesic, frechet_mean, geodesic
+    from skpose.geodesics import FrechetMean, Geodesic, GeometricMedian, frechet_mean, geodesic, geometric_median
     from skpose.keypoints import Keypoints, Layout, fit_skeleton, layouts
     from skpose.kinematics import (
         FittedPoses,
@@ -105,7 +107,7 @@ else:
     _PACKAGES = {
         "cluster": ["MedoidShift", "PoseKMeans"],
         "datasets": [],
-        "geodesics": ["FrechetMean", "Geodesic", "frechet_mean", "geodesic"],
+        "geodesics": ["FrechetMean", "Geodesic", "GeometricMedian", "frechet_mean", "geodesic", "geometric_median"],
         "io": [],
         "keypoints": ["Keypoints", "Layout", "fit_skeleton", "layouts"],
         "kinematics": [

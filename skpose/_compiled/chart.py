@@ -140,7 +140,7 @@ def dofs_of(tree, free, coordinates, near, out):
         rotation = frame_quaternion(free, coordinates, f)
         if tree.ball[f] >= 0:
             out[first], out[first + 1], out[first + 2] = vector_of(product(inverse(_reference(tree, f)), rotation))
-            _follow(near[first : first + 3], out[first : first + 3])
+            follow(near[first : first + 3], out[first : first + 3])
             continue
         for i in range(3):
             angles[i] = near[first + i] + tree.shift[first + i]
@@ -203,12 +203,12 @@ def line_of_angles(tree, free, start, end, path):
                 for d in range(first, first + 3):
                     path[i, d] = begin[d] + (i / last) * (target[d] - begin[d])
             elif free.ball[f] >= 0 and i > 0:
-                within = _follow(path[i - 1, first : first + 3], path[i, first : first + 3]) and within
+                within = follow(path[i - 1, first : first + 3], path[i, first : first + 3]) and within
     return within
 
 
 @internal
-def _follow(before, vector):
+def follow(before, vector):
     """Write a rotation vector as the one of its rotation that is nearest to the one before; return if it is short."""
     size, along = 0.0, 0.0
     for i in range(3):

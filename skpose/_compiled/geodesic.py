@@ -78,13 +78,27 @@ def _curve_length(tree, local, poses):
 
 
 @internal
+def checked(line_tree, line, tree, samples, outcome, n_iter):
+    """Return the samples of a path as a curve, and whether it passes the discretisation check.
+
+    It also has to be no longer than the line, whose coordinates may be others.
+    """
+    local, noise = free_tree(tree, False), rounding_length(tree)
+    length, energy = chords(tree, samples)
+    along = _curve_length(tree, local, samples)
+    passes = along - length <= MAX_GAP * along + noise
+    if passes and along > chords(line_tree, line)[0]:
+        finer = divided(line, (samples.shape[0] - 1) // (line.shape[0] - 1))
+        passes = along <= curve_length(line_tree, finer) + noise
+    return Curve(samples, energy, length, along, outcome.gradient_norm, n_iter, outcome.converged), passes
+
+
+@internal
 def find_geodesic(tree, line, bounds, max_iter, tol):
     """Find a path of least energy that passes the discretisation check, from a line of poses on.
 
     Where none is found that is no longer than that line, the path is the line, unconverged.
     """
-    n_steps, local = line.shape[0] - 1, free_tree(tree, False)
-    noise, straight = rounding_length(tree), chords(tree, line)[0]
     n_iter, poses = 0, line
     for factor, substeps in REFINEMENTS:
         if substeps > 1:
@@ -94,14 +108,11 @@ def find_geodesic(tree, line, bounds, max_iter, tol):
         outcome = minimise(tree, path, bounds, settings)
         n_iter += outcome.n_iter
         poses = path.poses
-        samples = divided(poses, substeps)
-        length, energy = chords(tree, samples)
-        along = _curve_length(tree, local, samples)
-        if along - length <= MAX_GAP * along + noise and (
-            along <= straight or along <= curve_length(tree, divided(line, (samples.shape[0] - 1) // n_steps)) + noise
-        ):
-            return Curve(samples, energy, length, along, outcome.gradient_norm, n_iter, outcome.converged)
+        curve, passes = checked(tree, line, tree, divided(poses, substeps), outcome, n_iter)
+        if passes:
+            return curve
     length, energy = chords(tree, line)
+    local = free_tree(tree, False)
     return Curve(line, energy, length, _curve_length(tree, local, line), math.nan, n_iter, False)
 
 

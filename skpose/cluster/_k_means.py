@@ -53,7 +53,7 @@ class PoseKMeans(
     metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
         The distance, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a warning.
     n_steps : int, default=10
-        Chords along the curve of "spatial" and "geodesic".
+        Chords along the curve of "spatial" and "geodesic", at least two.
     wrap : bool or "auto", default="auto"
         Whether differences of angles are wrapped to [−π, π], see `skpose.pose_distances`.
     n_jobs : int, default=None
@@ -130,6 +130,7 @@ class PoseKMeans(
 
     _parameter_constraints: ClassVar[dict] = {
         **POSE_CONSTRAINTS,
+        "n_steps": [Interval(Integral, 2, None, closed="left")],
         "n_clusters": [Interval(Integral, 1, None, closed="left")],
         "n_init": [Interval(Integral, 1, None, closed="left")],
         "max_iter": [Interval(Integral, 1, None, closed="left")],

@@ -1,22 +1,16 @@
 """Means of poses that are poses: bones keep their lengths."""
 
 from dataclasses import dataclass
-from numbers import Integral, Real
 
 import numpy as np
-from joblib import effective_n_jobs
 from numpy.typing import ArrayLike
 from sklearn.exceptions import ConvergenceWarning
 
-from skpose._compat.sklearn import Interval, StrOptions, validate_params
+from skpose._compat.sklearn import validate_params
 from skpose._warnings import warn
-from skpose.geodesics._extrinsic import ExtrinsicMeans
-from skpose.geodesics._karcher import Poses, karcher_mean
-from skpose.kinematics._constraints import IS_SKELETON
-from skpose.kinematics._tree import from_tree_order
+from skpose.geodesics._descent import MEAN
+from skpose.geodesics._given import CONSTRAINTS, Given
 from skpose.skeleton import Skeleton
-from skpose.skeleton._units import warn_of_degrees
-from skpose.skeleton._validation import check_poses
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,19 +51,7 @@ class FrechetMean:
         return f"FrechetMean(variance={self.variance:.4g}, {state} in {self.n_iter} iterations)"
 
 
-@validate_params(
-    {
-        "skeleton": [IS_SKELETON],
-        "metric": [StrOptions({"position", "geodesic"})],
-        "sample_weight": ["array-like", None],
-        "n_steps": [Interval(Integral, 2, None, closed="left")],
-        "wrap": ["boolean", StrOptions({"auto"})],
-        "max_iter": [Interval(Integral, 1, None, closed="left")],
-        "tol": [Interval(Real, 0, None, closed="left")],
-        "n_jobs": [None, Integral],
-    },
-    prefer_skip_nested_validation=True,
-)
+@validate_params(CONSTRAINTS, prefer_skip_nested_validation=True)
 def frechet_mean(
     X: ArrayLike,
     skeleton: Skeleton,
@@ -177,21 +159,16 @@ def frechet_mean(
     >>> round(frechet_mean(X, arm, metric="geodesic").variance, 3)  # that of the angle, for a bone of 1 m
     0.34
     """
-    X = check_poses(X, skeleton, "X").astype(np.float64)
-    warn_of_degrees(X=X)
-    weights = _weights(sample_weight, len(X))
-    counted = weights > 0.0
-    X, weights = X[counted], weights[counted]
-    means = ExtrinsicMeans.of(X, skeleton)
-    extrinsic = means.mean(weights, max_iter)
+    given = Given.of(X, skeleton, sample_weight)
     if metric == "position":
-        reason = "" if extrinsic.converged else _reason(extrinsic.n_iter, max_iter)
-        mean = FrechetMean(extrinsic.pose, extrinsic.variance, extrinsic.gradient_norm, extrinsic.n_iter, not reason)
+        found = given.extrinsic_mean(max_iter)
+        reason = "" if found.converged else _reason(found.n_iter, max_iter)
+        mean = FrechetMean(found.pose, found.variance, found.gradient_norm, found.n_iter, not reason)
     else:
-        given = Poses(means.tree, means.dofs, weights, n_steps, bool(wrap), effective_n_jobs(n_jobs))
-        spread, n_iter, reason = karcher_mean(given, extrinsic.dofs, max_iter, tol)
-        pose = from_tree_order(means.tree, spread.pose, X[extrinsic.nearest])
-        mean = FrechetMean(pose, float(spread.variance), float(spread.norm), n_iter, not reason)
+        poses, start, others = given.viewed(metric, n_steps, wrap, n_jobs)
+        spread, n_iter, reason = given.minimised(poses, start, MEAN, max_iter, tol)
+        pose = given.columns_of(metric, spread.pose, others)
+        mean = FrechetMean(pose, spread.value, spread.norm, n_iter, not reason)
     if reason:
         warn(
             f"the mean did not converge, its gradient_norm is {mean.gradient_norm:.2g}, but it is a pose: {reason}",
@@ -205,15 +182,3 @@ def _reason(n_iter: int, max_iter: int) -> str:
     if n_iter >= max_iter:
         return f"it was still moving after max_iter={max_iter} iterations; raise max_iter"
     return f"after {n_iter} iterations no step brought it nearer; a larger max_iter does not help"
-
-
-def _weights(sample_weight: ArrayLike | None, n_poses: int) -> np.ndarray:
-    """Return weights whose sum is one."""
-    if sample_weight is None:
-        return np.full(n_poses, 1.0 / n_poses)
-    weights = np.asarray(sample_weight, dtype=np.float64)
-    if weights.shape != (n_poses,):
-        raise ValueError(f"sample_weight must have shape ({n_poses},), one for each pose, got {weights.shape}")
-    if not (np.isfinite(weights).all() and (weights >= 0).all() and weights.any()):
-        raise ValueError("sample_weight must be finite, nowhere negative, and somewhere positive")
-    return weights / weights.sum()

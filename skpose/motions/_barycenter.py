@@ -14,8 +14,9 @@ from skpose._compiled.mean import place_all, project
 from skpose._compiled.tree import Steps
 from skpose._compiled.warping import Paths, accumulate, path_to
 from skpose._parallel.threads import in_threads
+from skpose.geodesics._descent import MEAN, descend
 from skpose.geodesics._extrinsic import TOL
-from skpose.geodesics._karcher import Poses, karcher_mean
+from skpose.geodesics._karcher import GeodesicPoses
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 from skpose.metrics._convergence import Unconverged
 from skpose.metrics._matrix import DistanceMatrix
@@ -155,9 +156,9 @@ class Barycenter:
     def _karcher_mean(self, pose: np.ndarray, group: np.ndarray) -> tuple[np.ndarray, bool]:
         weights = np.full(len(group), 1.0 / len(group))
         wraps = self.steps.half_turn < np.inf
-        poses = Poses(self.tree, self.dofs[group], weights, self.steps.n_steps, wraps, 1)
+        poses = GeodesicPoses.of(self.tree, self.dofs[group], weights, self.steps.n_steps, wraps, 1)
         start = to_tree_order(self.tree, pose[np.newaxis])[0]
-        spread, _, reason = karcher_mean(poses, start, STEPS_OF_A_POSE, TOL_GEODESIC)
+        spread, _, reason = descend(poses, start, MEAN, STEPS_OF_A_POSE, TOL_GEODESIC)
         return from_tree_order(self.tree, spread.pose, pose), not reason
 
 

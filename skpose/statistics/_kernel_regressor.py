@@ -52,7 +52,7 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
         The distance d between poses, see `skpose.pose_distances`. "auto" is "position", as in `skpose.frechet_mean`,
         with a skeleton, else "angle" and a warning: the mean of the columns.
     n_steps : int, default=10
-        Chords along the curve of "spatial" and "geodesic".
+        Chords along the curve of "spatial" and "geodesic", at least two.
     wrap : bool or "auto", default="auto"
         Whether differences of angles are wrapped to [−π, π], see `skpose.pose_distances`.
     n_jobs : int, default=None
@@ -122,6 +122,7 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
 
     _parameter_constraints: ClassVar[dict] = {
         **POSE_CONSTRAINTS,
+        "n_steps": [Interval(Integral, 2, None, closed="left")],
         "gamma": [StrOptions({"scott"}), Interval(Real, 0, None, closed="left")],
         "n_neighbors": [Interval(Integral, 1, None, closed="left"), None],
     }

@@ -11,7 +11,7 @@ from sklearn.exceptions import ConvergenceWarning
 
 from skpose import Skeleton, forward_kinematics, frechet_mean, geodesic, pose_distances, position_jacobian
 from skpose.datasets import make_gait
-from skpose.geodesics import _karcher
+from skpose.geodesics import _descent, _karcher
 
 METRICS = ["position", "geodesic"]
 ONE_BONE = Skeleton.chain(1)
@@ -115,8 +115,8 @@ def test_weights_count_poses(metric):
 def test_poses_of_weight_zero_cost_nothing(metric, monkeypatch):
     """They are no poses of the mean: it is that of the others bit for bit, with as many geodesics."""
     n_geodesics = []
-    original = _karcher.geodesics_from
-    monkeypatch.setattr(_karcher, "geodesics_from", lambda *a: (n_geodesics.append(a[4] - a[3]), original(*a))[1])
+    original = _karcher.follow_geodesics
+    monkeypatch.setattr(_karcher, "follow_geodesics", lambda *a: (n_geodesics.append(a[4] - a[3]), original(*a))[1])
     skeleton, X = swing(12)
     weights = np.random.default_rng(0).integers(0, 3, 12)
     assert (weights == 0).sum() > 2
@@ -131,18 +131,15 @@ def test_poses_of_weight_zero_cost_nothing(metric, monkeypatch):
     assert (count > 0) == (metric == "geodesic")
 
 
-def spread(pose, norm, unconverged=0, energy=1.0):
-    return _karcher.Spread(pose, energy, 1.0, -np.ones_like(pose), norm, unconverged)
+def spread(pose, norm, unconverged=0, objective=1.0):
+    step = -np.ones_like(pose)
+    return _descent.Spread(pose, objective, 1.0, step, norm, 1.0, norm, np.eye(len(pose)), np.ones(7), unconverged)
 
 
 class Poses(NamedTuple):
-    """Poses with given spreads, in the order in which they are asked for; the last one again and again."""
+    """Seven poses, whose spreads are given by the test."""
 
-    spreads: list
-    dofs: np.ndarray
-
-    def spread_from(self, pose):
-        return self.spreads.pop(0) if len(self.spreads) > 1 else self.spreads[0]
+    dofs: np.ndarray = np.zeros((7, 1))
 
     def moved(self, pose, step):
         return pose + step
@@ -156,16 +153,17 @@ class Poses(NamedTuple):
         ([spread(np.zeros(1), 0.5)], 5, "^after 0 iterations no step brought the poses nearer, .* n_steps may help"),
         ([spread(np.zeros(1), 0.01)], 5, "^$"),  # no step either, but at 1 % of the standard deviation
         (
-            [spread(np.zeros(1), 1.0 - 0.1 * i, energy=1.0 - 0.1 * i) for i in range(4)],
+            [spread(np.zeros(1), 1.0 - 0.1 * i, objective=1.0 - 0.1 * i) for i in range(4)],
             2,
             "^it was still moving after max_iter=2 iterations; raise max_iter$",
         ),
     ],
 )
-def test_the_advice_of_the_warning_fits_the_reason(spreads, max_iter, reason):
+def test_the_advice_of_the_warning_fits_the_reason(spreads, max_iter, reason, monkeypatch):
     """max_iter is named as a remedy only where it is one."""
-    poses = Poses(list(spreads), np.zeros((7, 1)))
-    _, _, found = _karcher.karcher_mean(poses, np.zeros(1), max_iter, 1e-3)
+    left = list(spreads)  # in the order in which they are asked for; the last one again and again
+    monkeypatch.setattr(_descent, "spread_from", lambda *a: left.pop(0) if len(left) > 1 else left[0])
+    _, _, found = _descent.descend(Poses(), np.zeros(1), _descent.MEAN, max_iter, 1e-3)
     assert re.search(reason, found)
     assert ("raise max_iter" in found) == ("still moving" in found)
 
@@ -254,7 +252,7 @@ def test_warns_when_it_does_not_converge():
         ({"X": np.zeros((2, 5))}, ValueError, "X has 5 columns, but the skeleton has 3 degrees of freedom"),
         ({"X": np.zeros((0, 3))}, ValueError, "minimum of 1 is required"),
         ({"X": [[np.nan, 0, 0]]}, ValueError, "Input X contains NaN"),
-        ({"metric": "spatial"}, ValueError, "'metric' parameter of frechet_mean must be a str among"),
+        ({"metric": "auto"}, ValueError, "'metric' parameter of frechet_mean must be a str among"),
         (
             {"sample_weight": [1, 2]},
             ValueError,

@@ -1,0 +1,110 @@
+"""Geodesics from a pose that moves a little at a time to poses that stay: each starts from the one before.
+
+An intrinsic mean asks for the geodesics to the same poses from one base after another. The path to a pose is kept, in
+the coordinates in which it was found. At the next base its first node is there, and the others move by a share of that
+change that falls to zero at the other end. Then it is minimised again, refined as it is: some steps, where a new
+search takes tens, or fails at several refinements first. A new search starts from the straight line where this one did
+not converge, where the path fails the discretisation check, and where it has become longer than the line.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from skpose._compiled.chart import coordinates_of, follow, free_tree
+from skpose._compiled.forward import workspace_rows
+from skpose._compiled.geodesic import (
+    LEAST_CHANGE,
+    MAX_ITER,
+    PATIENCE,
+    REFINEMENTS,
+    SUBSTEPS,
+    checked,
+    find_geodesic,
+    shorter_line,
+)
+from skpose._compiled.jit import internal, jit
+from skpose._compiled.mean import record
+from skpose._compiled.minimiser import FIRST_DAMPING, Settings, minimise, unbounded
+from skpose._compiled.path_energy import divided, path_of
+
+MOST_NODES = REFINEMENTS[-1][0]  # steps of the finest path, over n_steps
+SAME = 1e-9  # difference of angles of one end, rad; another is a whole turn
+MAX_STEPS = 200  # of the minimiser; where these are not enough, the straight line may be the better start
+
+
+class KeptPaths(NamedTuple):
+    """The paths from a pose to n others, in the coordinates in which they were found."""
+
+    nodes: np.ndarray  # (n, MOST_NODES n_steps + 1, n_dofs)
+    references: np.ndarray  # (n, n_frames, 4) of the ball joints, see `chart`
+    n_nodes: np.ndarray  # (n,) nodes of each path; zero: none is kept
+    substeps: np.ndarray  # (n,) chords between two nodes
+
+
+class Search(NamedTuple):
+    """How geodesics are found."""
+
+    n_steps: int
+    frees_angles: bool  # joints of three angles turn freely, see `chart`
+    tol: float  # norm of the energy's gradient, m²/rad
+
+
+@internal
+def _follow_base(tree, own, pose, end, nodes):
+    """Move a path to a new first pose; return whether its coordinates still suit the two poses."""
+    last, start = nodes.shape[0] - 1, np.empty(pose.shape[0])
+    coordinates_of(tree, own, pose, start)
+    for f in range(1, own.frame_parent.shape[0]):
+        first = own.first_dof[f]
+        if own.ball[f] >= 0:
+            if not follow(nodes[0, first : first + 3], start[first : first + 3]):
+                return False
+            continue
+        for d in range(first, own.end_dof[f]):
+            if abs(end[d] - nodes[last, d]) > SAME:  # wrapped by another turn from here
+                return False
+    for d in range(start.shape[0]):
+        change = start[d] - nodes[0, d]
+        nodes[0, d] = start[d]
+        for k in range(1, last):
+            nodes[k, d] += (1.0 - k / last) * change
+    return True
+
+
+@internal
+def _keep(kept, i, free, curve, n_steps):
+    """Keep the path of a curve, or none where it is the straight line."""
+    n_chords = curve.poses.shape[0] - 1
+    substeps = 1 if n_chords == n_steps else SUBSTEPS
+    kept.n_nodes[i] = n_chords // substeps + 1 if np.isfinite(curve.gradient_norm) else 0
+    kept.substeps[i] = substeps
+    for k in range(kept.n_nodes[i]):
+        for d in range(curve.poses.shape[1]):
+            kept.nodes[i, k, d] = curve.poses[k * substeps, d]
+    kept.references[i] = free.reference
+
+
+@jit
+def follow_geodesics(tree, pose, ends, first, last, search, kept, found):
+    """Compute the geodesics from a pose to the ends first:last, as `geodesics_from`, and keep their paths."""
+    free, own = free_tree(tree, search.frees_angles), free_tree(tree, search.frees_angles)
+    bounds, scratch = unbounded(pose.shape[0]), np.empty(workspace_rows(tree))
+    settings = Settings(MAX_STEPS, search.tol, FIRST_DAMPING, 0.0, LEAST_CHANGE, False, PATIENCE)
+    for i in range(first, last):
+        line, _ = shorter_line(tree, free, pose, ends[i], search.n_steps)
+        if kept.n_nodes[i] > 0:
+            own.reference[:] = kept.references[i]
+            nodes = kept.nodes[i, : kept.n_nodes[i]].copy()
+            if _follow_base(tree, own, pose, ends[i], nodes):
+                path = path_of(own, nodes, kept.substeps[i])
+                outcome = minimise(own, path, bounds, settings)
+                samples = divided(path.poses, kept.substeps[i])
+                curve, passes = checked(free, line, own, samples, outcome, outcome.n_iter)
+                if passes and curve.converged:
+                    _keep(kept, i, own, curve, search.n_steps)
+                    record(own, curve, search.n_steps, scratch, i, found)
+                    continue
+        curve = find_geodesic(free, line, bounds, MAX_ITER, search.tol)
+        _keep(kept, i, free, curve, search.n_steps)
+        record(free, curve, search.n_steps, scratch, i, found)

@@ -1,0 +1,21 @@
+"""Derivatives at a pose and steps from it, in the chart at the pose: ball joints turn about their rotated axes."""
+
+import numpy as np
+
+from skpose._compiled.chart import chart_at, pose_of
+from skpose._compiled.jacobian import position_jacobians
+from skpose._compiled.tree import Tree
+
+
+def jacobian_at(tree: Tree, pose: np.ndarray, frees_angles: bool) -> np.ndarray:
+    """Return the derivative (3 n_joints, n_dofs) of scaled positions in the chart at a pose."""
+    free, coordinates = chart_at(tree, pose, frees_angles)
+    jacobians = np.empty((1, 3 * len(tree.offset) - 3, len(pose)))
+    position_jacobians(coordinates[None], free, jacobians)
+    return jacobians[0]
+
+
+def moved(tree: Tree, pose: np.ndarray, step: np.ndarray, frees_angles: bool) -> np.ndarray:
+    """Return a pose that is a step away from another one, in the chart at that."""
+    free, coordinates = chart_at(tree, pose, frees_angles)
+    return pose_of(tree, free, coordinates + step, pose)

@@ -1,0 +1,196 @@
+"""Means and medians by one iteration: a step along the mean logarithm of the poses, as seen from the pose so far.
+
+The mean has the least sum of w d², and its gradient is the weighted sum of those of d²/2. The median has the least sum
+of w d: the same sum with weights w/d, which is Weiszfeld's iteration. The step is that gradient in the metric tensor.
+Steps are combined as D. G. Anderson does (H. F. Walker, P. Ni, 2011, doi:10.1137/10078356X).
+"""
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+FLAT = 1e-6  # eigenvalue of the metric tensor, relative to the largest, below which a direction moves no joint
+DAMPING = 1e-4  # of steps, relative to the largest eigenvalue of the metric tensor
+HALVINGS = 6  # of a step that does not bring the poses nearer
+MEMORY = 5  # steps that are combined
+INDEPENDENT = 1e-6  # relative size below which a change of the steps is the same as others but for rounding
+KINK = 0.02  # length of the mean logarithm, relative to the standard deviation, where no step makes it shorter
+COINCIDES = 1e-9  # distance to a pose, relative to the mean of all distances, at which the median is that pose
+NEAR = 0.1  # the same, at which that pose itself is tried
+MEAN, MEDIAN = 2, 1  # the power of the distances whose sum is minimised
+
+
+class View(NamedTuple):
+    """The poses as seen from one pose."""
+
+    lengths: np.ndarray  # (n_poses,) distances
+    energies: np.ndarray  # (n_poses,) their squares, or squares of other lengths that they approach
+    gradients: np.ndarray  # (n_poses, n_dofs) of half the energies by the coordinates of the one pose
+    tensor: np.ndarray  # (n_dofs, n_dofs) the metric tensor there
+    n_unconverged: int  # distances that are not to be trusted
+
+
+class Viewed(Protocol):
+    """Poses that can be seen from any pose, under one metric."""
+
+    @property
+    def dofs(self) -> np.ndarray:
+        """The poses (n_poses, n_dofs)."""
+
+    @property
+    def weights(self) -> np.ndarray:
+        """Their weights (n_poses,), of sum 1."""
+
+    def view_from(self, pose: np.ndarray, slope: float) -> View:
+        """Return the view from a pose; a slope is the norm of the gradient that was found before it, or inf."""
+
+    def moved(self, pose: np.ndarray, step: np.ndarray) -> np.ndarray:
+        """Return a pose that is a step of its coordinates away from another one."""
+
+
+class Spread(NamedTuple):
+    """How far the poses are from one pose, and the step that brings it nearer to them."""
+
+    pose: np.ndarray  # (n_dofs,)
+    objective: float  # the sum that is minimised, of energies for squared distances
+    value: float  # mean squared distance, or mean distance
+    step: np.ndarray  # (n_dofs,) the mean logarithm, as a change of the pose's coordinates
+    norm: float  # its length
+    scale: (
+        float  # to which that is compared: the standard deviation; 1 for the median, whose logarithms are of length 1
+    )
+    slope: float  # norm of the gradient by coordinates
+    root: np.ndarray  # (n, n_dofs) square root of the metric tensor, for the lengths of steps
+    lengths: np.ndarray  # (n_poses,) distances
+    unconverged: int
+    nearest: int = -1  # the pose that is nearest
+    gap: float = 0.0  # the distance to it
+
+    @property
+    def relative_norm(self) -> float:
+        """How far the pose is from being stationary."""
+        return self.norm / self.scale if self.norm > 0.0 else 0.0
+
+
+def spread_from(poses: Viewed, pose: np.ndarray, power: int, slope: float = np.inf) -> Spread:
+    """Return the spread of the poses about a pose."""
+    view = poses.view_from(pose, slope)
+    weights, coincident = poses.weights, 0.0
+    if power == MEAN:
+        objective, value = weights @ view.energies, weights @ view.lengths**2
+        scale = np.sqrt(value)
+    else:
+        distances = np.sqrt(view.energies)
+        objective, value, scale = weights @ distances, weights @ view.lengths, 1.0
+        here = distances <= COINCIDES * objective
+        coincident = weights[here].sum()
+        weights = np.where(here, 0.0, weights) / np.where(here, 1.0, distances)
+    total = weights.sum()
+    gradient = weights @ view.gradients
+    step, norm, root = mean_logarithm(view.tensor, gradient)
+    if power == MEDIAN:
+        step = step / total if total > 0.0 else step
+        # A pose that the median coincides with holds it there, by a force of its weight (Vardi and Zhang).
+        step = max(0.0, 1.0 - coincident / norm) * step if norm > 0.0 else step
+        norm = max(0.0, norm - coincident)
+    slope = float(np.linalg.norm(gradient)) / total if total > 0.0 else 0.0
+    nearest = int(view.energies.argmin())
+    return Spread(
+        pose,
+        float(objective),
+        float(value),
+        step,
+        norm,
+        float(scale),
+        slope,
+        root,
+        view.lengths,
+        view.n_unconverged,
+        nearest,
+        float(np.sqrt(view.energies[nearest])),
+    )
+
+
+def mean_logarithm(tensor: np.ndarray, gradient: np.ndarray) -> tuple[np.ndarray, float, np.ndarray]:
+    """Return the mean logarithm as a step of coordinates, its length, and a square root of the metric tensor.
+
+    The step is zero along what moves no joint.
+    """
+    values, vectors = np.linalg.eigh(tensor)
+    largest = values.max(initial=0.0)
+    moving = values > FLAT * largest
+    values, vectors = values[moving], vectors[:, moving]
+    along = gradient @ vectors
+    # Damped: otherwise a dof that moves joints very little would change much, and lead to other geodesics.
+    step = -vectors @ (along / (values + DAMPING * largest))
+    return step, float(np.sqrt((along**2 / values).sum())), np.sqrt(values)[:, None] * vectors.T
+
+
+def descend(poses: Viewed, pose: np.ndarray, power: int, max_iter: int, tol: float) -> tuple[Spread, int, str]:
+    """Follow the mean logarithm from a pose on; return the last spread, the iterations and why it did not converge.
+
+    The reason, with its remedy, is empty if it converged.
+    """
+    here = spread_from(poses, pose, power)
+    falling = True  # the objective, until a path that is refined at one pose and not at the next makes it rise
+    history: list[tuple[np.ndarray, np.ndarray]] = []  # steps taken, and what they changed in the next step
+    tried: set[int] = set()
+    for iteration in range(max_iter):
+        if power == MEDIAN:
+            here = at_pose_if_lower(poses, here, tried)
+        if here.relative_norm <= tol:
+            return here, iteration, _unconverged(here, len(poses.dofs))
+        step, combined = _combined(here, history), bool(history)
+        for halving in range(HALVINGS + 1):
+            trial = spread_from(poses, poses.moved(here.pose, step), power, here.slope)
+            lower = trial.objective < here.objective
+            if not history:
+                falling = falling and lower
+            if lower if falling else trial.norm < here.norm:
+                break
+            step, history = here.step / 2 ** (halving if combined else halving + 1), []
+        else:
+            if here.relative_norm <= KINK:
+                return here, iteration, _unconverged(here, len(poses.dofs))
+            return (
+                here,
+                iteration,
+                (
+                    f"after {iteration} iterations no step brought the poses nearer, as from some poses to others the "
+                    "geodesics jump; a larger n_steps may help, a larger max_iter does not"
+                ),
+            )
+        history = [*history[1 - MEMORY :], (step, trial.step - here.step)]
+        here = trial
+    return here, max_iter, f"it was still moving after max_iter={max_iter} iterations; raise max_iter"
+
+
+def _combined(here: Spread, history: list[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
+    """Return the step that goes where the next step is shortest, if steps change as they did before."""
+    if not history:
+        return here.step
+    taken, changes = (np.stack(column, axis=1) for column in zip(*history, strict=True))
+    shares = np.linalg.lstsq(here.root @ changes, here.root @ here.step, rcond=INDEPENDENT)[0]
+    return here.step - (taken + changes) @ shares
+
+
+def at_pose_if_lower(poses: Viewed, here: Spread, tried: set[int]) -> Spread:
+    """Return the spread about the given pose that is nearest, if the iterate is near and the sum is lower there.
+
+    Steps towards a median that is one of the poses become ever shorter.
+    """
+    if here.nearest in tried or here.gap > NEAR * here.objective:
+        return here
+    tried.add(here.nearest)
+    there = spread_from(poses, poses.dofs[here.nearest], MEDIAN, here.slope)
+    return there if there.objective < here.objective else here
+
+
+def _unconverged(here: Spread, n_poses: int) -> str:
+    """Return the reason not to trust what has been reached: geodesics that did not converge."""
+    if not here.unconverged:
+        return ""
+    return (
+        f"{here.unconverged} of the geodesics from it to the {n_poses} poses did not converge; a larger n_steps may "
+        "help, a larger max_iter does not"
+    )

@@ -1,0 +1,159 @@
+"""The geometric median of poses: a centre that far poses do not move."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from sklearn.exceptions import ConvergenceWarning
+
+from skpose._compat.sklearn import validate_params
+from skpose._warnings import warn
+from skpose.geodesics._descent import MEDIAN, descend
+from skpose.geodesics._given import CONSTRAINTS, Given
+from skpose.skeleton import Skeleton
+
+
+@dataclass(frozen=True, eq=False)
+class GeometricMedian:
+    """A median of poses, as `geometric_median` finds it.
+
+    Attributes
+    ----------
+    pose : ndarray of shape (n_dofs,)
+        The median: joint angles, rad.
+    deviation : float
+        Mean of the distances to it, m; rad for "angle".
+    gradient_norm : float
+        How far it is from being stationary: length of the mean of the unit vectors towards the poses, between 0 and 1;
+        where the median is one of the poses, what exceeds that pose's weight.
+    n_iter : int
+        Iterations.
+    converged : bool
+        Whether `gradient_norm` came down to `tol`, or no step brought the poses nearer from where it is at most 2 %,
+        and for "geodesic" whether all geodesics converged.
+
+    Examples
+    --------
+    >>> from skpose import Skeleton, geometric_median
+    >>> geometric_median([[0.0], [0.1], [2.0]], Skeleton.chain(1)).pose.round(3)
+    array([0.1])
+    """
+
+    pose: np.ndarray
+    deviation: float
+    gradient_norm: float
+    n_iter: int
+    converged: bool
+
+    def __repr__(self) -> str:
+        state = "converged" if self.converged else "not converged"
+        return f"GeometricMedian(deviation={self.deviation:.4g}, {state} in {self.n_iter} iterations)"
+
+
+@validate_params(CONSTRAINTS, prefer_skip_nested_validation=True)
+def geometric_median(
+    X: ArrayLike,
+    skeleton: Skeleton,
+    *,
+    metric: str = "position",
+    sample_weight: ArrayLike | None = None,
+    n_steps: int = 10,
+    wrap: bool | str = "auto",
+    max_iter: int = 200,
+    tol: float = 1e-3,
+    n_jobs: int | None = None,
+) -> GeometricMedian:
+    r"""Return the pose with the least mean distance to given poses: a robust mean.
+
+    .. math:: \arg\min_\theta \sum_i w_i \, d(\theta, \theta_i)
+
+    A mean follows every outlier, such as frames where tracking failed, in proportion to its distance. The median is
+    moved no more by a far pose than by a near one: it stays among the others while less than half of the weight is far
+    from them [1]_.
+
+    Parameters
+    ----------
+    X : array-like of shape (n_poses, n_dofs)
+        Joint angles, rad.
+    skeleton : Skeleton
+        The skeleton of the poses.
+    metric : {"angle", "position", "rotation", "spatial", "geodesic"}, default="position"
+        The distance d, see `pose_distances`.
+    sample_weight : array-like of shape (n_poses,), default=None
+        Weights of the poses, which are divided by their sum; None is equal ones. Poses of weight zero are left out,
+        and cost nothing.
+    n_steps : int, default=10
+        Steps of lines and geodesics; of no effect for "angle", "position" and "rotation".
+    wrap : bool or "auto", default="auto"
+        Whether differences of angles are wrapped to [−π, π], see `frechet_mean`.
+    max_iter : int, default=200
+        Iterations at most.
+    tol : float, default=1e-3
+        Length of the mean of the unit vectors towards the poses at which the median has converged.
+    n_jobs : int, default=None
+        Threads for distances, as in scikit-learn.
+
+    Returns
+    -------
+    GeometricMedian
+        The pose, the mean distance, and how far to trust it.
+
+    Warns
+    -----
+    ConvergenceWarning
+        If it did not converge, with the reason. It is then still a pose.
+    UserWarning
+        If the poses look like degrees, see `skpose.pose_distances`.
+
+    Raises
+    ------
+    ValueError
+        For poses of the wrong width, out of order by name or not finite; for weights that are negative or all zero.
+
+    See Also
+    --------
+    frechet_mean : The pose with the least mean squared distance.
+    MedoidShift : Medoids, which are given poses, and clusters.
+
+    Notes
+    -----
+    Weiszfeld's iteration, on manifolds [1]_: each step is that of a mean with weights w/d, and successive steps are
+    combined as Anderson does, which takes fewer. A pose that the iterate comes close to is tried itself, and is the
+    median if its weight exceeds the pull of the others [2]_. It starts at the extrinsic mean for "position", at the
+    median of the columns' mean for "angle", and for other metrics at the median under "position". What is found is a
+    local minimum, no worse than the start; see `frechet_mean` for what a local minimum means for each metric, and for
+    the cost of an iteration.
+
+    References
+    ----------
+    .. [1] P. T. Fletcher, S. Venkatasubramanian, S. Joshi, "The geometric median on Riemannian manifolds with
+       application to robust atlas estimation", NeuroImage 45(1), 2009, :doi:`10.1016/j.neuroimage.2008.10.052`.
+    .. [2] Y. Vardi, C.-H. Zhang, "The multivariate L1-median and associated data depth", PNAS 97(4), 2000,
+       :doi:`10.1073/pnas.97.4.1423`.
+
+    Examples
+    --------
+    An arm that hangs, and three of ten frames where it was tracked wrongly:
+
+    >>> import numpy as np
+    >>> from skpose import Skeleton, frechet_mean, geometric_median
+    >>> X = np.append(np.linspace(-0.1, 0.1, 7), [1.5, 1.6, 1.7])[:, None]
+    >>> arm = Skeleton.chain(1)
+    >>> median = geometric_median(X, arm)
+    >>> float(median.pose[0].round(2)), float(frechet_mean(X, arm).pose[0].round(2))
+    (0.07, 0.43)
+    """
+    given = Given.of(X, skeleton, sample_weight)
+    poses, start, others = given.viewed(metric, n_steps, wrap, n_jobs)
+    if metric not in ("angle", "position"):
+        placed, _, _ = given.viewed("position", n_steps, wrap, n_jobs)
+        start = descend(placed, start, MEDIAN, max_iter, tol)[0].pose
+    spread, n_iter, reason = given.minimised(poses, start, MEDIAN, max_iter, tol)
+    pose = given.columns_of(metric, spread.pose, others)
+    median = GeometricMedian(pose, spread.value, spread.norm, n_iter, not reason)
+    if reason:
+        warn(
+            f"the median did not converge, its gradient_norm is {median.gradient_norm:.2g}, but it is a pose: {reason}",
+            ConvergenceWarning,
+        )
+    return median

@@ -1,0 +1,152 @@
+"""Poses as seen under the metrics whose distances have a formula: what their means and medians need."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from skpose._compiled.tree import TWO_PI, Steps
+from skpose.geodesics._charts import jacobian_at, moved
+from skpose.geodesics._descent import View
+from skpose.kinematics._forward import weighted_positions
+from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
+from skpose.metrics._matrix import DistanceMatrix
+from skpose.metrics._registry import METRICS
+from skpose.skeleton import Skeleton
+
+STEP = 1e-5  # of differences, rad: their error is some 1e-10 relative to the derivative
+SOME = 100  # poses whose metric tensors are averaged, and at which a search may start
+
+
+class AnglePoses(NamedTuple):
+    """Poses under "angle": points whose coordinates are the columns; wrapped ones are points of a torus."""
+
+    dofs: np.ndarray  # (n_poses, n_dofs)
+    weights: np.ndarray  # (n_poses,) of sum 1
+    wrap: bool
+
+    def start(self) -> np.ndarray:
+        """Return the weighted arithmetic mean of the columns, of wrapped ones the mean direction."""
+        if self.wrap:
+            return np.arctan2(self.weights @ np.sin(self.dofs), self.weights @ np.cos(self.dofs))
+        return self.weights @ self.dofs
+
+    def view_from(self, pose: np.ndarray, slope: float) -> View:
+        """Return distances and gradients, both exact."""
+        gaps = pose - self.dofs
+        if self.wrap:
+            gaps -= TWO_PI * np.rint(gaps / TWO_PI)
+        energies = (gaps**2).sum(axis=1)
+        return View(np.sqrt(energies), energies, gaps, np.eye(len(pose)), 0)
+
+    def moved(self, pose: np.ndarray, step: np.ndarray) -> np.ndarray:
+        """Return the sum."""
+        return pose + step
+
+
+class PositionPoses(NamedTuple):
+    """Poses under "position", in the tree's order."""
+
+    dofs: np.ndarray  # (n_poses, n_tree_dofs)
+    weights: np.ndarray  # (n_poses,) of sum 1
+    X: np.ndarray  # (n_poses, n_dofs) the same in the columns of the skeleton
+    positions: np.ndarray  # (n_poses, 3 n_joints) of the joints, scaled, m
+    skeleton: Skeleton
+
+    @classmethod
+    def of(cls, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton) -> "PositionPoses":
+        """Place the joints of the poses."""
+        return cls(to_tree_order(tree_of(skeleton), X), weights, X, weighted_positions(X, skeleton), skeleton)
+
+    def view_from(self, pose: np.ndarray, slope: float) -> View:
+        """Return distances and gradients, both exact."""
+        tree = tree_of(self.skeleton)
+        at = weighted_positions(from_tree_order(tree, pose, self.X[0])[None], self.skeleton)
+        gaps, jacobian = at - self.positions, jacobian_at(tree, pose, True)
+        energies = (gaps**2).sum(axis=1)
+        return View(np.sqrt(energies), energies, gaps @ jacobian, jacobian.T @ jacobian, 0)
+
+    def moved(self, pose: np.ndarray, step: np.ndarray) -> np.ndarray:
+        """Return a pose that is a step of its coordinates away from another one."""
+        return moved(tree_of(self.skeleton), pose, step, True)
+
+
+class DifferencePoses(NamedTuple):
+    """Poses under a metric whose gradient is taken by differences: "rotation" and "spatial", in the tree's order.
+
+    Joints with three angles are moved by these angles, since they are what the line of "spatial" is straight in.
+    """
+
+    dofs: np.ndarray  # (n_poses, n_tree_dofs)
+    weights: np.ndarray  # (n_poses,) of sum 1
+    X: np.ndarray  # (n_poses, n_dofs) the same in the columns of the skeleton
+    metric: str
+    skeleton: Skeleton
+    steps: Steps
+    n_jobs: int
+    mean_tensor: np.ndarray  # (n_tree_dofs, n_tree_dofs) mean of JᵀJ at the poses
+
+    @classmethod
+    def of(
+        cls, X: np.ndarray, weights: np.ndarray, metric: str, skeleton: Skeleton, steps: Steps, n_jobs: int
+    ) -> "DifferencePoses":
+        """Return poses of the skeleton's columns."""
+        tree = tree_of(skeleton)
+        dofs = to_tree_order(tree, X)
+        tensor, rows = np.zeros((dofs.shape[1], dofs.shape[1])), _some(len(dofs))
+        for row in rows:
+            jacobian = jacobian_at(tree, dofs[row], False)
+            tensor += jacobian.T @ jacobian / len(rows)
+        return cls(dofs, weights, X, metric, skeleton, steps, n_jobs, tensor)
+
+    def view_from(self, pose: np.ndarray, slope: float) -> View:
+        """Measure the distances from the pose, and from those a little before and behind it along each coordinate."""
+        n = len(pose)
+        columns = self._columns_along(pose, np.zeros((1, n)), STEP * np.eye(n))
+        energies = self._distances(columns) ** 2
+        gradients = (energies[1 : n + 1] - energies[n + 1 :]).T / (4.0 * STEP)
+        tensor = self._tensor(pose, columns[1 : n + 1], columns[n + 1 :])
+        return View(np.sqrt(energies[0]), energies[0], gradients, tensor, 0)
+
+    def sum_along(self, x: np.ndarray, pose: np.ndarray, steps: np.ndarray, power: int) -> tuple[float, np.ndarray]:
+        """Return the sum of powers of distances, and its gradient, at a pose plus steps (n_dofs, n) times x (n,)."""
+        n = len(x)
+        columns = self._columns_along(pose, (steps @ x)[None], STEP * steps.T)
+        sums = self._distances(columns) ** power @ self.weights
+        return float(sums[0]) / power, (sums[1 : n + 1] - sums[n + 1 :]) / (2.0 * power * STEP)
+
+    def best_pose(self, power: int) -> tuple[np.ndarray, float]:
+        """Return the pose with the least sum to all, of some of the given ones, and that sum."""
+        rows = _some(len(self.X))
+        sums = self._distances(self.X[rows]) ** power @ self.weights
+        return self.dofs[rows[sums.argmin()]], float(sums.min())
+
+    def _columns_along(self, pose: np.ndarray, step: np.ndarray, shifts: np.ndarray) -> np.ndarray:
+        """Return the columns of the pose that is a step away, and of those a shift before and behind it."""
+        near = np.stack([self.moved(pose, one) for one in np.concatenate([step, step + shifts, step - shifts])])
+        return from_tree_order(tree_of(self.skeleton), near, np.repeat(self.X[:1], len(near), axis=0))
+
+    def _distances(self, columns: np.ndarray) -> np.ndarray:
+        matrix = DistanceMatrix(columns, self.X, self.metric, self.skeleton, self.steps)
+        return matrix.written(None, self.n_jobs)[0]
+
+    def _tensor(self, pose: np.ndarray, before: np.ndarray, behind: np.ndarray) -> np.ndarray:
+        """Return the metric tensor of short steps: JᵀJ, for "rotation" that of the orientations."""
+        tree = tree_of(self.skeleton)
+        if self.metric != "rotation":
+            jacobian = jacobian_at(tree, pose, False)
+            return 0.5 * (jacobian.T @ jacobian + self.mean_tensor)
+        one, other = (METRICS["rotation"].encoded(poses, self.skeleton, self.steps) for poses in (before, behind))
+        one, other = (quaternions.reshape(len(pose), -1, 4) for quaternions in (one, other))
+        other = np.where((one * other).sum(axis=2, keepdims=True) < 0.0, -other, other)  # q and −q are one rotation
+        # A quaternion changes by half the angle of a small rotation.
+        slopes = (one - other) / STEP * np.sqrt(tree.weight[1:])[:, None]
+        return np.einsum("dfi,efi->de", slopes, slopes)
+
+    def moved(self, pose: np.ndarray, step: np.ndarray) -> np.ndarray:
+        """Return a pose that is a step of its coordinates away from another one."""
+        return moved(tree_of(self.skeleton), pose, step, False)
+
+
+def _some(n_poses: int) -> np.ndarray:
+    """Return the rows of some of the poses, evenly."""
+    return np.unique(np.linspace(0, n_poses - 1, min(n_poses, SOME)).astype(int))
