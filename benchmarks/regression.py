@@ -8,7 +8,8 @@ model are searched for among the others, by `GridSearchCV`, leaving one of them 
 distance between predicted and true positions of all joints, cm, and of the 5 % worst frames; the bone error is the
 largest difference between the length of a predicted bone and its length on the skeleton, cm.
 
-Models of angles predict the Euler angles of the files, models of positions the coordinates of all joints.
+Models of angles predict the Euler angles of the files, models of positions the coordinates of all joints; the poses
+nearest to such positions are those of `PoseFromPositions`, which also moves the root.
 `PoseKernelRegressor` works on ball joints. Without folders the poses are generated gait.
 """
 
@@ -18,12 +19,11 @@ from typing import NamedTuple
 
 import common
 import numpy as np
-from sklearn.kernel_ridge import KernelRidge
 from sklearn.linear_model import Ridge
 from sklearn.model_selection import GridSearchCV, LeaveOneGroupOut
 from sklearn.neighbors import KNeighborsRegressor
 
-from skpose import Motion, PoseKernelRegressor, forward_kinematics
+from skpose import Motion, PoseFromPositions, PoseKernelRegressor, forward_kinematics
 from skpose.datasets import load_cmu, load_hdm05, make_gait, walks_and_runs
 
 ENDS = ("hand", "foot", "head")
@@ -48,6 +48,9 @@ class Task(NamedTuple):
         """Return the joint positions of predicted targets."""
         if form == "positions":
             return predicted.reshape(len(predicted), -1, 3)
+        if form == "fitted":
+            inverse = PoseFromPositions(self.balls).fit(predicted)
+            return inverse.inverse_transform(inverse.transform(predicted)).reshape(len(predicted), -1, 3)
         return forward_kinematics(predicted, self.balls if form == "poses" else self.skeleton)
 
 
@@ -59,27 +62,23 @@ def task(dataset, rate):
     assert np.allclose(positions, forward_kinematics(poses, balls), atol=1e-9)
     ends = [j for j, name in enumerate(skeleton.joint_names) if name.endswith(ENDS)]
     assert len(ends) == 5
-    targets = {"angles": X, "positions": positions.reshape(len(X), -1), "poses": poses}
+    flat = positions.reshape(len(X), -1)
+    targets = {"angles": X, "positions": flat, "fitted": flat, "poses": poses}
     return Task(positions[:, ends].reshape(len(X), -1), targets, positions, dataset.subjects[sequence], skeleton, balls)
 
 
 def models(balls):
     """Estimators with the form of their targets and their grids."""
-    ridge, kernel = {"alpha": ALPHAS}, {"alpha": ALPHAS, "gamma": GAMMAS[:-1]}
+    ridge = {"alpha": ALPHAS}
     yield "Ridge, angles", "angles", Ridge(), ridge
     yield "Ridge, positions", "positions", Ridge(), ridge
-    yield "KernelRidge, angles", "angles", KernelRidge(kernel="rbf"), kernel
-    yield "KernelRidge, positions", "positions", KernelRidge(kernel="rbf"), kernel
+    yield "the same, inverse kinematics", "fitted", Ridge(), ridge
     for form in ("angles", "positions"):
         grid = {"n_neighbors": NEIGHBORS, "weights": ["uniform", "distance"]}
         yield f"KNeighborsRegressor, {form}", form, KNeighborsRegressor(), grid
     grid = {"gamma": GAMMAS, "n_neighbors": [5, None]}
     yield "PoseKernelRegressor, angle", "angles", PoseKernelRegressor(metric="angle"), grid
-    for metric in METRICS:
-        yield f"PoseKernelRegressor, {metric}", "poses", PoseKernelRegressor(balls, metric=metric, n_jobs=2), grid
-
-
-METRICS = ("position",)
+    yield "PoseKernelRegressor, position", "poses", PoseKernelRegressor(balls, n_jobs=-1), grid
 
 
 def lengths(positions, skeleton):

@@ -18,7 +18,7 @@ from skpose.geodesics._weightings import WeightedMeans
 
 SILENT = SimpleNamespace(step=lambda name: nullcontext())
 ARM = Skeleton.chain(3)
-METRICS = ["angle", "position", "geodesic"]
+METRICS = ["angle", "position", "rotation", "spatial", "geodesic"]
 
 
 @pytest.fixture(scope="module")
@@ -143,8 +143,10 @@ def test_a_mean_that_is_no_nearer_is_not_taken(blobs):
 def test_centres_are_means_and_samples_are_with_the_nearest(metric, poses):
     weights = np.random.default_rng(0).uniform(0.5, 2.0, len(poses))
     k_means = PoseKMeans(3, ARM, metric=metric, tol=0.0, random_state=0).fit(poses, sample_weight=weights)
-    D = reference.distances(poses, k_means.cluster_centers_, ARM, "position" if metric == "geodesic" else metric)
-    if metric != "geodesic":  # for which the reference takes minutes
+    D = reference.distances(
+        poses, k_means.cluster_centers_, ARM, "position" if metric in ("geodesic", "spatial") else metric
+    )
+    if metric not in ("geodesic", "spatial"):  # for which the reference takes minutes
         np.testing.assert_array_equal(k_means.labels_, D.argmin(axis=1))
         assert k_means.inertia_ == pytest.approx(weights @ D.min(axis=1) ** 2)
     np.testing.assert_array_equal(np.unique(k_means.labels_), [0, 1, 2])
@@ -156,7 +158,7 @@ def test_centres_are_means_and_samples_are_with_the_nearest(metric, poses):
         else:
             mean = frechet_mean(poses[own], ARM, metric=metric, sample_weight=weights[own]).pose
         apart = pose_distances(center[None], mean[None], skeleton=ARM, metric="position").item()
-        assert apart < (5e-3 if metric == "geodesic" else 1e-7)
+        assert apart < (1e-6 if metric in ("angle", "position") else 5e-3)
 
 
 def test_the_best_of_several_runs_is_taken(blobs):

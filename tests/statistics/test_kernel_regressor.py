@@ -88,11 +88,12 @@ def test_positions_do_not_depend_on_the_numbers_of_the_file():
     np.testing.assert_allclose(F[2], F[0], rtol=0, atol=1e-6)
 
 
-def test_of_geodesics_it_is_the_intrinsic_mean(data):
+@pytest.mark.parametrize("metric", ["rotation", "spatial", "geodesic"])
+def test_it_is_the_mean_of_the_metric(metric, data):
     X, y, queries, _ = data
-    predicted = PoseKernelRegressor(ARM, gamma=2.0, metric="geodesic", n_steps=8).fit(X, y).predict(queries[:2])
+    predicted = PoseKernelRegressor(ARM, gamma=2.0, metric=metric, n_steps=8).fit(X, y).predict(queries[:2])
     for pose, weights in zip(predicted, kernel(queries[:2], X, 2.0), strict=True):
-        mean = frechet_mean(y, ARM, metric="geodesic", n_steps=8, sample_weight=weights)
+        mean = frechet_mean(y, ARM, metric=metric, n_steps=8, sample_weight=weights)
         apart = pose_distances(pose[None], mean.pose[None], skeleton=ARM, metric="position").item()
         assert apart < 5e-3 * mean.variance**0.5
 
