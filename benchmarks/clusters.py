@@ -10,9 +10,9 @@ Protocols, poses on the mean skeleton, as many clusters as labels:
   pose are in most actions, so that no clusters of single frames can agree with the labels altogether.
 
 "angle" takes the Euler angles of the files, the other metrics ball joints. K-means runs from ten seeds ("rotation":
-three), one start each: the median and the range. It leaves "spatial" out, whose means take minutes. Medoid shift has no seed; its bandwidth is the one that gives the number of clusters. The
-silhouette is that of the clusters under the metric itself, and under "position", the same for all rows. Without folders
-the poses are generated gait.
+three), one start each: the median and the range. It leaves "spatial" out, whose means take minutes. Medoid shift has no
+seed; its bandwidth is the one that gives the number of clusters. The silhouette is that of the clusters under the
+metric itself, and under "position", the same for all rows. Without folders the poses are generated gait.
 """
 
 import time

@@ -67,6 +67,8 @@ class WeightedMeans:
 
     def _descended(self, weights: np.ndarray) -> tuple[np.ndarray, bool]:
         counted = weights > 0.0
+        if counted.sum() == 1:
+            return self.poses[counted][0], True
         shares = weights[counted] / weights.sum()
         given = Given(self.poses[counted], shares, self.skeleton)  # type: ignore[arg-type]  # None with "angle" alone
         n_steps, wrap = self.parameters.get("n_steps", FEWEST_STEPS), self.parameters.get("wrap", "auto")
