@@ -15,6 +15,7 @@ HALVINGS = 6  # of a step that does not bring the poses nearer
 MEMORY = 5  # steps that are combined
 INDEPENDENT = 1e-6  # relative size below which a change of the steps is the same as others but for rounding
 KINK = 0.02  # length of the mean logarithm, relative to the standard deviation, where no step makes it shorter
+ROUNDING = 1e-9  # standard deviation of poses that are one but for rounding, relative to the speed of the joints, rad
 COINCIDES = 1e-9  # distance to a pose, relative to the mean of all distances, at which the median is that pose
 NEAR = 0.1  # the same, at which that pose itself is tried
 MEAN, MEDIAN = 2, 1  # the power of the distances whose sum is minimised
@@ -69,7 +70,7 @@ class Spread(NamedTuple):
     @property
     def relative_norm(self) -> float:
         """How far the pose is from being stationary."""
-        return self.norm / self.scale if self.norm > 0.0 else 0.0
+        return self.norm / max(self.scale, np.finfo(float).tiny)
 
 
 def spread_from(poses: Viewed, pose: np.ndarray, power: int, slope: float = np.inf) -> Spread:
@@ -78,7 +79,7 @@ def spread_from(poses: Viewed, pose: np.ndarray, power: int, slope: float = np.i
     weights, coincident = poses.weights, 0.0
     if power == MEAN:
         objective, value = weights @ view.energies, weights @ view.lengths**2
-        scale = np.sqrt(value)
+        scale = max(np.sqrt(value), ROUNDING * np.sqrt(np.trace(view.tensor)))
     else:
         distances = np.sqrt(view.energies)
         objective, value, scale = weights @ distances, weights @ view.lengths, 1.0

@@ -22,16 +22,17 @@ class FrechetMean:
     pose : ndarray of shape (n_dofs,)
         The mean: joint angles, rad.
     variance : float
-        Mean of the squared distances to it, m².
+        Mean of the squared distances to it, m²; rad² for "angle".
     gradient_norm : float
-        How far it is from being stationary: norm of the gradient of the variance, m²/rad, for "position"; length
-        of the mean logarithm of the poses, m, for "geodesic".
+        How far it is from being stationary. For "position" the norm of the gradient of the variance, m²/rad. For other
+        metrics the length of the mean logarithm of the poses, m, rad for "angle": half that gradient, measured in the
+        metric tensor.
     n_iter : int
         Iterations.
     converged : bool
         Whether `gradient_norm` came down to what `tol` asks, or to what is possible: to what float64 can show, and for
-        "geodesic" to 2 % of the standard deviation, as paths that are refined at one pose and not at the next leave
-        the variance uneven. And whether all geodesics converged.
+        "geodesic" and "spatial" to 2 % of the standard deviation, as new paths at the next pose leave the variance
+        uneven. And whether all geodesics converged.
 
     Examples
     --------
@@ -67,13 +68,15 @@ def frechet_mean(
     r"""Return the pose with the least mean squared distance to given poses.
 
     The mean of the joint *positions* is no pose: its limbs are too short (figure 1 (b) of the paper). This one is a
-    pose, since only poses are considered:
+    pose, since only poses are considered: :math:`\arg\min_\theta \sum_i w_i \, d(\theta, \theta_i)^2` with d
 
-    - "position", the *extrinsic* mean: the pose nearest to the mean of the positions,
+    - "position": the *extrinsic* mean, the pose nearest to the mean of the positions, as
       :math:`\arg\min_\theta \sum_i w_i \|F(\theta) - F(\theta_i)\|^2
       = \arg\min_\theta \|F(\theta) - \sum_i w_i F(\theta_i)\|^2`.
-    - "geodesic", the *intrinsic* (Karcher) mean: :math:`\arg\min_\theta \sum_i w_i \, d(\theta, \theta_i)^2` with d the
-      geodesic distance, eq. 3.
+    - "geodesic": the *intrinsic* (Karcher) mean, d the geodesic distance, eq. 3.
+    - "rotation": the mean of the world orientations of the bones.
+    - "spatial": d the length of the straight line.
+    - "angle": the arithmetic mean of the columns, as other tools have it.
 
     Parameters
     ----------
@@ -81,23 +84,24 @@ def frechet_mean(
         Joint angles, rad.
     skeleton : Skeleton
         The skeleton of the poses.
-    metric : {"position", "geodesic"}, default="position"
-        The distance.
+    metric : {"angle", "position", "rotation", "spatial", "geodesic"}, default="position"
+        The distance, see `pose_distances`.
     sample_weight : array-like of shape (n_poses,), default=None
         Weights of the poses, which are divided by their sum; None is equal ones. Poses of weight zero are left out,
         and cost nothing.
     n_steps : int, default=10
-        Steps of the geodesics; of no effect for "position".
+        Steps of lines and geodesics; of no effect for "angle", "position" and "rotation".
     wrap : bool or "auto", default="auto"
-        Whether geodesics start from the line whose differences of angles are wrapped to [−π, π], see
-        `skpose.geodesic`; "auto" is True. Of no effect for "position".
+        Whether lines, and the lines that geodesics start from, are those whose differences of angles are wrapped to
+        [−π, π], see `skpose.pose_distances`; "auto" is True for both. For "angle" it is False; True makes the mean one
+        of directions. Of no effect for "position" and "rotation", which whole turns do not change.
     max_iter : int, default=200
         Iterations at most.
     tol : float, default=1e-3
-        For "geodesic", the length of the mean logarithm of the poses at which the mean has converged, relative to the
-        standard deviation. The extrinsic mean goes to a gradient of 1e-9 m²/rad.
+        Length of the mean logarithm of the poses at which the mean has converged, relative to the standard deviation.
+        The extrinsic mean goes to a gradient of 1e-9 m²/rad.
     n_jobs : int, default=None
-        Threads for geodesics, as in scikit-learn.
+        Threads for distances and geodesics, as in scikit-learn.
 
     Returns
     -------
@@ -119,20 +123,32 @@ def frechet_mean(
 
     See Also
     --------
+    geometric_median : The pose with the least mean distance, which outliers hardly move.
     geodesic : The shortest path from pose to pose.
     Skeleton.mean : The mean of several skeletons.
 
     Notes
     -----
-    Both are local minima: the iteration starts at the given pose that is nearest to the mean of the positions, and for
-    the intrinsic mean at the extrinsic one. Angles that move no joint stay as they are at the start, so
-    poses are not unique where positions are; limits are not enforced.
+    All but the mean of the columns are local minima. The extrinsic mean starts at the given pose that is nearest to the
+    mean of the positions, and the others start at the extrinsic mean. Angles that move no joint stay as they are at
+    the start, so poses are not unique where positions are; limits are not enforced.
 
-    The extrinsic mean is found by Newton's method in a trust region, in well under a millisecond an iteration, for any
-    number of poses. The intrinsic one takes a geodesic to each pose in each of some ten iterations: a few
-    milliseconds a pose and iteration, a hundred where poses are far apart. Its step is the mean of the logarithms, as
-    for every Karcher mean, damped, and halved while it brings the poses no nearer. The logarithms are those of
-    geodesics of `n_steps` chords, which makes an error of some 0.1 % of their length.
+    *"position"* takes Newton's method in a trust region: well under a millisecond an iteration, for any number of
+    poses.
+
+    *"geodesic"* takes a geodesic to each pose in each of some ten iterations. The step is the mean of the logarithms,
+    as for every Karcher mean, damped, combined with those before as D. G. Anderson does [4]_, and halved while it
+    brings the poses no nearer. Each path is kept, and is minimised from where it was when the mean moves: one or a
+    few milliseconds a pose and iteration, and more where a path has to be refined. The first search takes a few
+    milliseconds, a hundred where poses are far apart. The logarithms are those of geodesics of `n_steps` chords, which
+    makes an error of some 0.1 % of their length.
+
+    *"rotation"* takes the same steps. The gradient is that of differences: two distances for each dof and pose.
+
+    *"spatial"* is not smooth everywhere. Where a difference of angles is half a turn, the line jumps to another one,
+    and its length with it. So scipy's BFGS with a line search finds the mean, from the extrinsic one or from one of a
+    hundred given poses where that is better, and never one that is worse than these. Poses within half a turn of each
+    other have no such jumps. Where they have, expect a ConvergenceWarning.
 
     References
     ----------
@@ -142,6 +158,8 @@ def frechet_mean(
        Mathematics 30(5), 1977, :doi:`10.1002/cpa.3160300502`.
     .. [3] R. Bhattacharya, V. Patrangenaru, "Large sample theory of intrinsic and extrinsic sample means on
        manifolds", Annals of Statistics 31(1), 2003, :doi:`10.1214/aos/1046294456`.
+    .. [4] H. F. Walker, P. Ni, "Anderson acceleration for fixed-point iterations", SIAM Journal on Numerical Analysis
+       49(4), 2011, :doi:`10.1137/10078356X`.
 
     Examples
     --------

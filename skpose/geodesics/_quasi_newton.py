@@ -11,7 +11,7 @@ from skpose.geodesics._descent import DAMPING, MEDIAN, Spread, at_pose_if_lower,
 from skpose.geodesics._views import DifferencePoses
 
 HALVINGS = 12  # of a step along the gradient, where BFGS ends at a jump
-LEAST_DECREASE = 1e-6  # of the sum, relative, for which the search goes on
+LEAST_DECREASE = 0.1  # of the sum, relative, over the square of the tolerance, for which the search goes on
 KINK = 0.02  # of the pull of the poses, relative to a standard deviation, that a minimum at a kink may have
 
 
@@ -26,7 +26,7 @@ def minimise_sum(
     candidate, objective = poses.best_pose(power)
     if objective < here.objective:
         here = spread_from(poses, candidate, power)
-    n_iter, tried = 0, set[int]()
+    n_iter, tried, kept = 0, set[int](), 1.0 - LEAST_DECREASE * tol**2
     while True:
         if power == MEDIAN:
             here = at_pose_if_lower(poses, here, tried)
@@ -46,9 +46,9 @@ def minimise_sum(
         )
         n_iter += max(1, int(found.nit))
         there = spread_from(poses, poses.moved(here.pose, steps @ found.x), power)
-        if there.objective > (1.0 - LEAST_DECREASE) * here.objective:
+        if there.objective > kept * here.objective:
             there = _across(poses, there if there.objective < here.objective else here, power)
-        if there.objective > (1.0 - LEAST_DECREASE) * here.objective:
+        if there.objective > kept * here.objective:
             break
         here = there
     if here.relative_norm <= KINK:

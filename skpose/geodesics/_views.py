@@ -14,6 +14,7 @@ from skpose.metrics._registry import METRICS
 from skpose.skeleton import Skeleton
 
 STEP = 1e-5  # of differences, rad: their error is some 1e-10 relative to the derivative
+TWIST = 1e-2  # of the mean of the metric tensor's diagonal, for dofs that move no joint
 SOME = 100  # poses whose metric tensors are averaged, and at which a search may start
 
 
@@ -134,7 +135,9 @@ class DifferencePoses(NamedTuple):
         tree = tree_of(self.skeleton)
         if self.metric != "rotation":
             jacobian = jacobian_at(tree, pose, False)
-            return 0.5 * (jacobian.T @ jacobian + self.mean_tensor)
+            tensor = 0.5 * (jacobian.T @ jacobian + self.mean_tensor)
+            # A twist that moves no joint moves the lines to other poses.
+            return tensor + TWIST * np.trace(tensor) / len(pose) * np.eye(len(pose))
         one, other = (METRICS["rotation"].encoded(poses, self.skeleton, self.steps) for poses in (before, behind))
         one, other = (quaternions.reshape(len(pose), -1, 4) for quaternions in (one, other))
         other = np.where((one * other).sum(axis=2, keepdims=True) < 0.0, -other, other)  # q and −q are one rotation

@@ -1,0 +1,132 @@
+"""Geodesics from a pose that moves: each path starts from the one before, and ends where a new search ends."""
+
+import numpy as np
+import pytest
+from conftest import SKELETONS
+
+from skpose import Skeleton, frechet_mean, pose_distances
+from skpose._compiled import kept_paths
+from skpose._compiled.geodesic import TOL
+from skpose._compiled.mean import Geodesics, geodesics_from
+from skpose.geodesics import _karcher
+from skpose.geodesics._karcher import GeodesicPoses
+from skpose.kinematics._tree import to_tree_order, tree_of, wrapped
+
+
+def dofs_of(skeleton, n=6, scale=0.3, seed=0):
+    tree = tree_of(skeleton)
+    return tree, to_tree_order(tree, np.random.default_rng(seed).normal(scale=scale, size=(n, skeleton.n_dofs)))
+
+
+def poses_of(tree, dofs, wrap=True):
+    return GeodesicPoses.of(tree, dofs, np.full(len(dofs), 1 / len(dofs)), 10, wrap, 1)
+
+
+def searched(tree, pose, dofs, wrap=True):
+    """Geodesics by a new search each."""
+    n = len(dofs)
+    found = Geodesics(np.empty(n), np.empty(n), np.empty(dofs.shape), np.empty(n, dtype=bool))
+    geodesics_from(tree, pose, wrapped(tree, dofs, pose[None]) if wrap else dofs, 0, n, 10, wrap, found)
+    return found
+
+
+@pytest.mark.parametrize("wrap", [True, False])
+@pytest.mark.parametrize("name", ["chain", "bvh", "tree", "mixed joints", "weights"])
+def test_followed_paths_are_those_of_a_new_search(name, wrap):
+    tree, dofs = dofs_of(SKELETONS[name])
+    poses, pose = poses_of(tree, dofs, wrap), np.zeros(dofs.shape[1])
+    rng = np.random.default_rng(1)
+    for _ in range(4):
+        view, fresh = poses.view_from(pose, 0.0), searched(tree, pose, dofs, wrap)
+        np.testing.assert_allclose(view.lengths, fresh.lengths, rtol=1e-3)
+        anew = poses_of(tree, dofs, wrap)
+        anew.view_from(pose, 0.0)
+        same = (poses.kept.substeps == 1) & (anew.kept.substeps == 1)  # others are refined, in one of the two maybe
+        assert same.any()
+        np.testing.assert_allclose(view.lengths[same], fresh.lengths[same], rtol=1e-6)
+        np.testing.assert_allclose(view.energies[same], fresh.energies[same], rtol=1e-6)
+        atol = 1e-4 * np.abs(fresh.gradients).max()
+        np.testing.assert_allclose(view.gradients[same], fresh.gradients[same], atol=atol)
+        assert view.n_unconverged == 0
+        pose = poses.moved(pose, rng.normal(scale=0.05, size=len(pose)))
+
+
+def test_a_path_is_found_in_the_end_where_the_base_has_jumped():
+    """To the other side of a half turn: the kept path goes the long way, and a new search replaces it."""
+    skeleton = Skeleton.chain(2)
+    tree, dofs = dofs_of(skeleton, 1, 0.0)
+    poses = poses_of(tree, dofs)
+    for angle in (2.8, -2.8, 0.1, 3.0):
+        pose = np.array([angle, 0.2])
+        np.testing.assert_allclose(poses.view_from(pose, 0.0).lengths, searched(tree, pose, dofs).lengths, rtol=1e-3)
+
+
+def test_at_the_same_base_nothing_moves():
+    tree, dofs = dofs_of(SKELETONS["humanoid"], 6)
+    poses, pose = poses_of(tree, dofs), np.zeros(dofs.shape[1])
+    poses.view_from(pose, 0.0)
+    nodes = poses.kept.nodes[:, :11].copy()
+    assert (poses.kept.n_nodes == 11).all()
+    poses.view_from(pose, 0.0)
+    np.testing.assert_allclose(poses.kept.nodes[:, :11], nodes, atol=1e-12)
+
+
+def test_a_kept_path_is_where_the_search_starts():
+    """A path that is spoilt leads to a longer curve, or to a new search: it is read."""
+    tree, dofs = dofs_of(SKELETONS["humanoid"], 2)
+    poses, pose = poses_of(tree, dofs), np.zeros(dofs.shape[1])
+    poses.view_from(pose, 0.0)
+    before = poses.kept.nodes[:, :11].copy()
+    poses.kept.nodes[:, 1:10] += 0.01 * np.sin(np.arange(9))[:, None]
+    poses.view_from(pose, 1.0)  # coarsely
+    assert 1e-6 < np.abs(poses.kept.nodes[:, :11] - before).max() < 0.1
+
+
+def test_the_mean_is_that_of_new_searches(monkeypatch):
+    """As if no path were kept."""
+    skeleton = Skeleton.chain(3)
+    X = np.linspace(-1.2, 1.2, 15)[:, None] * [1.0, 0.4, 0.2] + np.random.default_rng(0).normal(
+        scale=0.05, size=(15, 3)
+    )
+    kept = frechet_mean(X, skeleton, metric="geodesic", tol=1e-5)
+    original = _karcher.follow_geodesics
+
+    def forgetful(tree, pose, ends, first, last, search, paths, found):
+        paths.n_nodes[:] = 0
+        original(tree, pose, ends, first, last, search._replace(tol=TOL), paths, found)
+
+    monkeypatch.setattr(_karcher, "follow_geodesics", forgetful)
+    anew = frechet_mean(X, skeleton, metric="geodesic", tol=1e-5)
+    np.testing.assert_allclose(kept.pose, anew.pose, atol=1e-3)
+    np.testing.assert_allclose(kept.variance, anew.variance, rtol=1e-4)
+
+
+def test_memory_is_that_of_the_finest_path():
+    tree, dofs = dofs_of(Skeleton.chain(3))
+    kept = poses_of(tree, dofs).kept
+    assert kept.nodes.shape == (6, kept_paths.MOST_NODES * 10 + 1, 3)
+    assert not kept.n_nodes.any()
+
+
+@pytest.mark.slow
+def test_means_of_hdm05_are_those_of_new_searches(hdm05):
+    """Poses far apart, whose paths are refined: the variances agree to what refinements leave."""
+    X, _ = hdm05.poses(12)
+    X = X[np.random.default_rng(0).permutation(len(X))[:12]]
+    mean = frechet_mean(X, hdm05.skeleton, metric="geodesic", n_jobs=2)
+    assert mean.converged
+    tree = tree_of(hdm05.skeleton)
+    dofs = to_tree_order(tree, X)
+    fresh = searched(tree, to_tree_order(tree, mean.pose), dofs)
+    np.testing.assert_allclose(mean.variance, (fresh.lengths**2).mean(), rtol=5e-3)
+    D = pose_distances(X, skeleton=hdm05.skeleton, metric="geodesic", n_jobs=2)
+    assert mean.variance < (D**2).mean(axis=1).min()
+
+
+def test_means_of_walks_take_few_iterations(cmu):
+    motion = next(motion for motion, action in zip(cmu, cmu.actions, strict=True) if action == "walk").resample(6)
+    X = motion.angles[:12]
+    mean = frechet_mean(X, motion.skeleton, metric="geodesic")
+    assert (mean.converged, mean.n_iter < 9) == (True, True)  # 12 without the combination of steps
+    distances = pose_distances(mean.pose[None], X, skeleton=motion.skeleton, metric="geodesic")
+    np.testing.assert_allclose(mean.variance, (distances**2).mean(), rtol=1e-4)
