@@ -8,8 +8,7 @@ model are searched for among the others, by `GridSearchCV`, leaving one of them 
 distance between predicted and true positions of all joints, cm, and of the 5 % worst frames; the bone error is the
 largest difference between the length of a predicted bone and its length on the skeleton, cm.
 
-Models of angles predict the Euler angles of the files, models of positions the coordinates of all joints; the poses
-nearest to such positions are those of `PoseFromPositions`, which also moves the root.
+Models of angles predict the Euler angles of the files, models of positions the coordinates of all joints.
 `PoseKernelRegressor` works on ball joints. Without folders the poses are generated gait.
 """
 
@@ -23,7 +22,7 @@ from sklearn.linear_model import Ridge
 from sklearn.model_selection import GridSearchCV, LeaveOneGroupOut
 from sklearn.neighbors import KNeighborsRegressor
 
-from skpose import Motion, PoseFromPositions, PoseKernelRegressor, forward_kinematics
+from skpose import Motion, PoseKernelRegressor, forward_kinematics
 from skpose.datasets import load_cmu, load_hdm05, make_gait, walks_and_runs
 
 ENDS = ("hand", "foot", "head")
@@ -48,9 +47,6 @@ class Task(NamedTuple):
         """Return the joint positions of predicted targets."""
         if form == "positions":
             return predicted.reshape(len(predicted), -1, 3)
-        if form == "fitted":
-            inverse = PoseFromPositions(self.balls).fit(predicted)
-            return inverse.inverse_transform(inverse.transform(predicted)).reshape(len(predicted), -1, 3)
         return forward_kinematics(predicted, self.balls if form == "poses" else self.skeleton)
 
 
@@ -63,7 +59,7 @@ def task(dataset, rate):
     ends = [j for j, name in enumerate(skeleton.joint_names) if name.endswith(ENDS)]
     assert len(ends) == 5
     flat = positions.reshape(len(X), -1)
-    targets = {"angles": X, "positions": flat, "fitted": flat, "poses": poses}
+    targets = {"angles": X, "positions": flat, "poses": poses}
     return Task(positions[:, ends].reshape(len(X), -1), targets, positions, dataset.subjects[sequence], skeleton, balls)
 
 
@@ -72,7 +68,6 @@ def models(balls):
     ridge = {"alpha": ALPHAS}
     yield "Ridge, angles", "angles", Ridge(), ridge
     yield "Ridge, positions", "positions", Ridge(), ridge
-    yield "the same, inverse kinematics", "fitted", Ridge(), ridge
     for form in ("angles", "positions"):
         grid = {"n_neighbors": NEIGHBORS, "weights": ["uniform", "distance"]}
         yield f"KNeighborsRegressor, {form}", form, KNeighborsRegressor(), grid

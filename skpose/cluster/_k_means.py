@@ -121,12 +121,12 @@ class PoseKMeans(
     >>> X = [[0.0, 0.0], [0.1, 0.0], [0.2, 0.1], [1.5, 0.0], [1.6, 0.2], [1.7, 0.1]]
     >>> k_means = PoseKMeans(2, Skeleton.chain(2), random_state=0).fit(X)
     >>> k_means.labels_
-    array([0, 0, 0, 1, 1, 1])
+    array([1, 1, 1, 0, 0, 0])
     >>> k_means.cluster_centers_.round(2)
-    array([[0.1 , 0.03],
-           [1.6 , 0.1 ]])
+    array([[1.6 , 0.1 ],
+           [0.1 , 0.03]])
     >>> k_means.predict([[1.0, 0.0]])
-    array([1])
+    array([0])
     """
 
     _auto_metric = "position"
