@@ -3,8 +3,8 @@ Clusters of poses
 =================
 
 Section 3.4 of the paper: a walk and a run, clustered by medoid shift at a bandwidth that gives two clusters. The
-centre of each cluster is a pose of the data, which can be drawn. If SKPOSE_CMU names a folder of CMU files, the example
-runs on these.
+centre of each cluster is a pose of the data, which can be drawn. K-means has means as centres, which are poses too. If
+SKPOSE_CMU names a folder of CMU files, the example runs on these.
 """
 
 import os
@@ -13,7 +13,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from sklearn.metrics import adjusted_rand_score
 
-from skpose import MedoidShift, SpatialMDS
+from skpose import MedoidShift, PoseKMeans, SpatialMDS
 from skpose.datasets import load_cmu, make_gait, walks_and_runs
 from skpose.plot import MDSDisplay, PoseStripDisplay
 
@@ -44,4 +44,17 @@ plt.show()
 PoseStripDisplay.from_poses(
     X[shift.cluster_centers_indices_], skeleton, labels=["cluster 0", "cluster 1"], title="medoids", view="zy"
 )
+plt.show()
+
+# %%
+# K-means with two clusters separates the phases of the stride, left leg ahead or right, as joints move farther within a
+# walk than between a walk and a run. With six clusters the centres are key poses, most of them of one action.
+two = PoseKMeans(2, skeleton, random_state=0).fit(X)
+print(f"k-means, 2 clusters: adjusted Rand index {adjusted_rand_score(sequence, two.labels_):.2f}")
+k_means = PoseKMeans(6, skeleton, n_init=10, random_state=0).fit(X)
+shares = [np.mean(pair.actions[sequence[k_means.labels_ == k]] == "run") for k in range(6)]
+print(f"k-means, 6 clusters: inertia {k_means.inertia_:.1f} m², {k_means.n_iter_} iterations")
+order = np.argsort(shares)
+labels = [f"{shares[k]:.0%} run" for k in order]
+PoseStripDisplay.from_poses(k_means.cluster_centers_[order], skeleton, labels=labels, title="k-means", view="zy")
 plt.show()

@@ -25,7 +25,9 @@ __all__ = [
     "MotionKNeighborsTransformer",
     "PoseDistanceTransformer",
     "PoseFromPositions",
+    "PoseKMeans",
     "PoseKNeighborsTransformer",
+    "PoseKernelRegressor",
     "PoseRadiusNeighborsTransformer",
     "Repetitions",
     "Skeleton",
@@ -73,7 +75,7 @@ if TYPE_CHECKING:
     from skpose import preprocessing as preprocessing
     from skpose import skeleton as skeleton
     from skpose import statistics as statistics
-    from skpose.cluster import MedoidShift
+    from skpose.cluster import MedoidShift, PoseKMeans
     from skpose.geodesics import (
         FrechetMean,
         Geodesic,
@@ -111,12 +113,12 @@ if TYPE_CHECKING:
     from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
     from skpose.preprocessing import PoseDistanceTransformer, PoseFromPositions
     from skpose.skeleton import Bone, Motion, Skeleton, poses_from_rotations, rotations_from_poses
-    from skpose.statistics import TwoSampleTest, two_sample_test
+    from skpose.statistics import PoseKernelRegressor, TwoSampleTest, two_sample_test
 
     __version__: str
 else:
     _PACKAGES = {
-        "cluster": ["MedoidShift"],
+        "cluster": ["MedoidShift", "PoseKMeans"],
         "datasets": [],
         "geodesics": [
             "FrechetMean",
@@ -157,7 +159,7 @@ else:
         "plot": [],
         "preprocessing": ["PoseDistanceTransformer", "PoseFromPositions"],
         "skeleton": ["Bone", "Motion", "Skeleton", "poses_from_rotations", "rotations_from_poses"],
-        "statistics": ["TwoSampleTest", "two_sample_test"],
+        "statistics": ["PoseKernelRegressor", "TwoSampleTest", "two_sample_test"],
     }
     _PACKAGE_OF = {name: package for package, names in _PACKAGES.items() for name in names}
 

@@ -59,6 +59,8 @@ class PoseEstimatorMixin(EstimatorMixin):
         Its parameters: `n_steps` and `wrap` where it has them.
     """
 
+    _auto_metric: ClassVar[str] = "spatial"  # with a skeleton; "position" where means are taken, which are quick then
+
     skeleton: Skeleton | None
     metric: str
     n_steps: int
@@ -102,7 +104,8 @@ class PoseEstimatorMixin(EstimatorMixin):
         if self.metric == "precomputed":
             self.skeleton_, self.effective_metric_ = None, "precomputed"
             return
-        self.effective_metric_, chosen, steps = resolve(self.metric, skeleton, self.n_steps, self.wrap)
+        metric = self._auto_metric if self.metric == "auto" and skeleton is not None else self.metric
+        self.effective_metric_, chosen, steps = resolve(metric, skeleton, self.n_steps, self.wrap)
         self.skeleton_ = skeleton
         if chosen.wraps is not None:
             self.effective_metric_params_["wrap"] = steps.half_turn < np.inf

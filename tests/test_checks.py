@@ -22,6 +22,8 @@ from skpose import (
     MotionKNeighborsTransformer,
     PoseDistanceTransformer,
     PoseFromPositions,
+    PoseKernelRegressor,
+    PoseKMeans,
     PoseKNeighborsTransformer,
     PoseRadiusNeighborsTransformer,
     Skeleton,
@@ -33,6 +35,7 @@ pytestmark = [
     pytest.mark.filterwarnings("ignore:the distances have only:UserWarning"),  # data of one dimension
     pytest.mark.filterwarnings("ignore:all distances are zero:UserWarning"),
     pytest.mark.filterwarnings("ignore:no bandwidth was found:sklearn.exceptions.ConvergenceWarning"),
+    pytest.mark.filterwarnings("ignore:. distinct clusters were found:sklearn.exceptions.ConvergenceWarning"),
     # Any numbers are no positions of a chain.
     pytest.mark.filterwarnings("ignore:the joints of a frame are .* apart:UserWarning"),
     pytest.mark.filterwarnings("ignore:.* frames did not converge:sklearn.exceptions.ConvergenceWarning"),
@@ -67,6 +70,24 @@ class ChainMotionNeighbors(ChainMixin, MotionKNeighborsTransformer):
     """The same; each row is a motion of one frame."""
 
 
+class ChainKMeans(ChainMixin, PoseKMeans):
+    """The same."""
+
+
+class ChainRegressor(PoseKernelRegressor):
+    """Targets that are poses of a planar chain as wide as y."""
+
+    def _checked_poses(self, y):
+        poses = super()._checked_poses(y)
+        if self.skeleton_ is None:
+            super()._learn_metric(Skeleton.chain(poses.shape[1]))
+        return poses
+
+    def _learn_metric(self, skeleton):
+        """Wait for the width of y."""
+        self.skeleton_ = None
+
+
 class ChainPositions(PoseFromPositions):
     """Positions of a planar chain of as many joints as columns need, the last ones zero."""
 
@@ -89,6 +110,8 @@ DEFAULT = [
     PoseDistanceTransformer(),
     SpatialMDS(),
     MedoidShift(),
+    PoseKMeans(),
+    PoseKernelRegressor(),
     PoseKNeighborsTransformer(),
     PoseRadiusNeighborsTransformer(),
     MotionDistanceTransformer(),
@@ -98,6 +121,8 @@ SPATIAL = [
     ChainDistances(),
     ChainMDS(),
     ChainShift(),
+    ChainKMeans(),
+    ChainRegressor(),
     ChainKNeighbors(),
     ChainRadiusNeighbors(radius=3.0),
     ChainMotionDistances(),
@@ -109,6 +134,11 @@ OTHERS = [
     ChainDistances(kernel="laplacian", psd="clip"),
     ChainDistances(kernel="rbf", psd="shift"),
     SpatialMDS(landmarks=4),
+    PoseKMeans(n_init=3, wrap=True),
+    ChainKMeans(metric="rotation", n_clusters=3, n_jobs=2),
+    ChainRegressor(metric="rotation", n_jobs=2),
+    ChainRegressor(gamma=0.5, n_neighbors=5),
+    PoseKernelRegressor(wrap=True),
     PoseKNeighborsTransformer(mode="connectivity", algorithm="brute"),
     MotionDistanceTransformer(alignment="frames"),
     MotionDistanceTransformer(alignment="subsequence"),

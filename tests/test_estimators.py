@@ -21,6 +21,8 @@ from skpose import (
     MotionKNeighborsTransformer,
     PoseDistanceTransformer,
     PoseFromPositions,
+    PoseKernelRegressor,
+    PoseKMeans,
     PoseKNeighborsTransformer,
     PoseRadiusNeighborsTransformer,
     Skeleton,
@@ -44,6 +46,8 @@ CLASSES = [
     PoseDistanceTransformer,
     SpatialMDS,
     MedoidShift,
+    PoseKMeans,
+    PoseKernelRegressor,
     PoseKNeighborsTransformer,
     PoseRadiusNeighborsTransformer,
     MotionDistanceTransformer,
@@ -59,6 +63,9 @@ LEARNT = {
     PoseDistanceTransformer(ARM): OTHER | {"kernel": "rbf", "gamma": 0.1, "psd": "clip"},
     SpatialMDS(1, ARM): OTHER | {"n_components": 3, "landmarks": 5, "landmark_selection": "random", "random_state": 1},
     MedoidShift(3.0, ARM): OTHER | {"bandwidth": 9.0, "n_clusters": 2},
+    PoseKMeans(3, ARM, metric="position", random_state=0): OTHER
+    | {"n_clusters": 2, "n_init": 2, "max_iter": 9, "tol": 1.0, "random_state": 1},
+    PoseKernelRegressor(ARM, n_neighbors=6): OTHER | {"gamma": 9.0},
     PoseKNeighborsTransformer(ARM, n_neighbors=2): OTHER | {"algorithm": "brute"},
     PoseRadiusNeighborsTransformer(ARM, radius=3.0): OTHER | {"algorithm": "brute"},
     PoseFromPositions(ARM): {"skeleton": LONGER},
@@ -66,6 +73,7 @@ LEARNT = {
     MotionKNeighborsTransformer(ARM, n_neighbors=2): OTHER | {"algorithm": "brute", "window": 0.1},
 }
 ESTIMATORS = list(LEARNT)
+# `fit` gets the poses as targets too, which all but the regressor ignore.
 METHODS = "transform", "predict", "kneighbors", "kneighbors_graph", "radius_neighbors", "radius_neighbors_graph"
 
 
@@ -123,7 +131,7 @@ def test_every_parameter_is_learnt_or_states_how_to_answer():
 )
 def test_a_fitted_estimator_answers_as_it_was_fitted(estimator, change, X, queries):
     X, queries = data_for(estimator, X), data_for(estimator, queries)
-    fitted = clone(estimator).fit(X)
+    fitted = clone(estimator).fit(X, X)
     expected = answers(fitted, queries)
     assert_same_answers(answers(fitted.set_params(**change), queries), expected)
 
@@ -131,7 +139,7 @@ def test_a_fitted_estimator_answers_as_it_was_fitted(estimator, change, X, queri
 @pytest.mark.parametrize("estimator", ESTIMATORS, ids=str)
 def test_poses_that_change_after_fit_change_nothing(estimator, X, queries):
     poses, queries = data_for(estimator, X), data_for(estimator, queries)
-    fitted = clone(estimator).fit(poses)
+    fitted = clone(estimator).fit(poses, poses)
     expected = answers(fitted, queries)
     poses += 1.0
     assert_same_answers(answers(fitted, queries), expected)
@@ -145,9 +153,9 @@ def test_parameters_that_state_how_to_answer_are_read_when_they_are_used(X, quer
     assert near.transform(X).nnz == len(X)
     for estimator in ESTIMATORS:
         given = data_for(estimator, X)
-        fitted = clone(estimator).fit(given)
+        fitted = clone(estimator).fit(given, given)
         for name in set(HOW_TO_ANSWER) & set(estimator.get_params()):
-            changed = clone(estimator).fit(given).set_params(**{name: "much"})
+            changed = clone(estimator).fit(given, given).set_params(**{name: "much"})
             method = next(name for name in METHODS if hasattr(fitted, name))
             with pytest.raises(ValueError, match=rf"'{name}' parameter of {type(estimator).__name__} must be"):
                 getattr(changed, method)(data_for(estimator, queries))
@@ -156,7 +164,7 @@ def test_parameters_that_state_how_to_answer_are_read_when_they_are_used(X, quer
 @pytest.mark.parametrize("estimator", ESTIMATORS, ids=str)
 def test_only_fit_changes_an_estimator(estimator, X, queries):
     X, queries = data_for(estimator, X), data_for(estimator, queries)
-    fitted = clone(estimator).fit(X)
+    fitted = clone(estimator).fit(X, X)
     before = joblib.hash(fitted)
     answers(fitted, queries)
     assert joblib.hash(fitted) == before
@@ -185,6 +193,8 @@ def test_searches_at_the_same_time_count_for_themselves(X):
         (PoseDistanceTransformer(ARM, kernel="rbf", psd="clip"), {"psd": "ignore"}),
         (SpatialMDS(2, ARM), {"metric": "precomputed"}),
         (MedoidShift(3.0, ARM), {"metric": "precomputed"}),
+        (PoseKMeans(3, ARM, metric="position", random_state=0), {"metric": "angle", "n_clusters": 2}),
+        (PoseKernelRegressor(ARM), {"metric": "angle", "gamma": 0.5}),
         (PoseKNeighborsTransformer(ARM), {"metric": "angle", "algorithm": "brute"}),
         (PoseRadiusNeighborsTransformer(ARM), {"metric": "position", "skeleton": LONGER}),
         (MotionDistanceTransformer(ARM), {"metric": "position", "alignment": "subsequence"}),
@@ -193,8 +203,8 @@ def test_searches_at_the_same_time_count_for_themselves(X):
 )
 def test_a_second_fit_leaves_nothing_of_the_first(first, second, X):
     data = pose_distances(X, skeleton=ARM) if second.get("metric") == "precomputed" else X
-    twice = clone(first).fit(X).set_params(**second).fit(data)
-    once = clone(first).set_params(**second).fit(data)
+    twice = clone(first).fit(X, X).set_params(**second).fit(data, data)
+    once = clone(first).set_params(**second).fit(data, data)
     assert set(vars(twice)) == set(vars(once))
     assert joblib.hash(twice) == joblib.hash(once)
 
@@ -202,9 +212,9 @@ def test_a_second_fit_leaves_nothing_of_the_first(first, second, X):
 @pytest.mark.parametrize("estimator", ESTIMATORS, ids=str)
 def test_a_fit_that_fails_leaves_no_fit(estimator, X, queries):
     X, queries = data_for(estimator, X), data_for(estimator, queries)
-    fitted = clone(estimator).fit(X)
+    fitted = clone(estimator).fit(X, X)
     with pytest.raises(ValueError, match="contains infinity"):
-        fitted.fit(np.full((4, X.shape[1]), np.inf))
+        fitted.fit(np.full((4, X.shape[1]), np.inf), np.zeros((4, X.shape[1])))
     for name in METHODS:
         if hasattr(fitted, name):
             with pytest.raises(NotFittedError):
@@ -218,11 +228,11 @@ def test_a_fit_that_fails_leaves_no_fit(estimator, X, queries):
 @pytest.mark.parametrize("each", CLASSES)
 def test_a_metric_that_needs_a_skeleton_fails_in_fit(each, metric, X):
     with pytest.raises(ValueError, match=f'metric="{metric}" needs a skeleton'):
-        each(metric=metric).fit(X)
+        each(metric=metric).fit(X, X)
 
 
 IMPLICIT_ANGLE = 'metric="auto" without a skeleton means "angle": .* in rad.* Pass skeleton='
-IMPLICIT = {each.__name__: lambda X, each=each, **kw: each(**kw).fit(X) for each in CLASSES} | {
+IMPLICIT = {each.__name__: lambda X, each=each, **kw: each(**kw).fit(X, X) for each in CLASSES} | {
     "fit_transform": lambda X, **kw: PoseDistanceTransformer(**kw).fit_transform(X),
     "pose_distances": pose_distances,
     "pose_distances_chunked": lambda X, **kw: list(pose_distances_chunked(X, **kw)),
@@ -244,7 +254,7 @@ def test_angles_that_are_not_asked_for_are_said_in_words_once(call, X):
 def test_a_fitted_estimator_does_not_repeat_it(X, queries):
     for each in CLASSES:
         with pytest.warns(UserWarning, match="without a skeleton"):
-            fitted = each().fit(X)
+            fitted = each().fit(X, X)
         answers(fitted, queries)
         assert fitted.effective_metric_ == "angle"
 
@@ -299,7 +309,8 @@ def test_html_links_to_our_documentation_and_describes_every_parameter(each):
 
 @pytest.mark.parametrize("estimator", [*ESTIMATORS, SpatialMDS(metric="precomputed")], ids=str)
 def test_every_fitted_attribute_is_described(estimator, X):
-    fitted = clone(estimator).fit(data_for(estimator, X))
+    data = data_for(estimator, X)
+    fitted = clone(estimator).fit(data, data)
     described = inspect.getdoc(type(estimator)).split("Attributes\n----------\n")[1].split("\n\n")[0]
     for name in vars(fitted):
         if name.endswith("_") and not name.startswith("_"):

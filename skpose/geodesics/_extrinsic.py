@@ -47,7 +47,7 @@ class ExtrinsicMeans(NamedTuple):
         dofs = to_tree_order(tree, X)
         return cls(tree, X, dofs, positions_of(tree, dofs), np.repeat(tree.scale, 3))
 
-    def mean(self, weights: np.ndarray, max_iter: int = MAX_ITER) -> ExtrinsicMean:
+    def mean(self, weights: np.ndarray, max_iter: int = MAX_ITER, tol: float = TOL) -> ExtrinsicMean:
         """Return the mean under weights (n_poses,) that are not negative and not all zero.
 
         Newton's method starts at the nearest of the poses with weight. Those without cost nothing.
@@ -58,7 +58,7 @@ class ExtrinsicMeans(NamedTuple):
         target = shares @ positions
         squares = self._squares(positions, target)
         nearest = int(rows[squares.argmin()])
-        dofs, outcome = project(self.tree, target, self.dofs[nearest].copy(), max_iter, TOL)
+        dofs, outcome = project(self.tree, target, self.dofs[nearest].copy(), max_iter, tol)
         at = positions_of(self.tree, dofs[None])[0]
         return ExtrinsicMean(
             from_tree_order(self.tree, dofs, self.X[nearest]),

@@ -1,0 +1,300 @@
+"""K-means on the manifold of poses, as an estimator."""
+
+from functools import partial
+from numbers import Integral, Real
+from typing import ClassVar
+
+import numpy as np
+from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, ClusterMixin, TransformerMixin
+from sklearn.exceptions import ConvergenceWarning
+from sklearn.utils import check_random_state
+from sklearn.utils.validation import _check_sample_weight, check_is_fitted
+
+from skpose._base import POSE_CONSTRAINTS, PoseEstimatorMixin
+from skpose._compat.sklearn import Interval, fit_context
+from skpose._parallel.callbacks import CallbackSupportMixin, FitReport, with_callbacks
+from skpose._warnings import warn
+from skpose.cluster._lloyd import first_centers, lloyd
+from skpose.geodesics._weightings import WeightedMeans
+
+
+class PoseKMeans(
+    PoseEstimatorMixin,
+    CallbackSupportMixin,
+    ClassNamePrefixFeaturesOutMixin,
+    TransformerMixin,
+    ClusterMixin,
+    BaseEstimator,
+):
+    r"""K-means clustering of poses: each centre is the Fréchet mean of its cluster, and a pose.
+
+    It minimises the *inertia*, the sum of the squared distances of the samples to the nearest centre,
+
+    .. math:: \min_{\mu} \sum_i w_i \min_k d(\theta_i, \mu_k)^2
+
+    by Lloyd's iteration: samples are assigned to the nearest centre, centres move to the means of their samples. As
+    the centres are poses, their bones have their lengths. Under "angle" it is `sklearn.cluster.KMeans`.
+
+    Parameters
+    ----------
+    n_clusters : int, default=8
+        Number of clusters.
+    skeleton : Skeleton, default=None
+        The skeleton of all poses. Needed by all metrics but "angle".
+    n_init : int, default=1
+        Number of runs from different starts; the one of the least inertia is the result.
+    max_iter : int, default=300
+        Iterations of a run at most.
+    tol : float, default=1e-4
+        Decrease of the inertia in an iteration, relative to the inertia, at which a run ends. It also ends where no
+        sample changes its cluster.
+    random_state : int, RandomState instance or None, default=None
+        Determines the first centres. An int gives the same result in every call.
+    metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
+        The distance, see `skpose.pose_distances`. "auto" is "position", as in `skpose.frechet_mean`, with a skeleton,
+        else "angle" and a warning.
+    n_steps : int, default=10
+        Chords along the curve of "spatial" and "geodesic", at least two.
+    wrap : bool or "auto", default="auto"
+        Whether differences of angles are wrapped to [−π, π], see `skpose.pose_distances`.
+    n_jobs : int, default=None
+        Threads, or for distances workers of a ``joblib.parallel_config`` context, see `skpose.pose_distances`. The
+        result does not depend on it.
+    verbose : int, default=0
+        Whether to show the progress of the distances.
+
+    Attributes
+    ----------
+    effective_metric_ : str
+        The metric in use.
+    effective_metric_params_ : dict
+        Its parameters: `n_steps` and `wrap` where it has them.
+    skeleton_ : Skeleton or None
+        The skeleton in use.
+    cluster_centers_ : ndarray of shape (n_clusters, n_dofs)
+        The centres: joint angles, rad.
+    labels_ : ndarray of shape (n_samples,)
+        Cluster of each sample: that of the nearest centre, of equally near ones the first.
+    inertia_ : float
+        Weighted sum of the squared distances of the samples to the nearest centre, m², or rad² for "angle".
+    n_iter_ : int
+        Number of iterations of the run that was chosen.
+    n_features_in_ : int
+        Number of features seen during `fit`.
+    feature_names_in_ : ndarray of shape (`n_features_in_`,)
+        Names of features seen during `fit`. Defined only when `X` has feature names that are all strings.
+
+    Warns
+    -----
+    ConvergenceWarning
+        From `fit`: if the run that was chosen did not end within `max_iter`, if the mean of a cluster did not converge,
+        or if there are fewer different poses than clusters.
+
+    See Also
+    --------
+    MedoidShift : Clusters whose number follows from a bandwidth, and whose centres are samples.
+    frechet_mean : The mean of poses.
+
+    Notes
+    -----
+    The first centres are samples, drawn by k-means++ [1]_: each with a chance in proportion to its squared distance
+    from the centres before, the best of 2 + log(n_clusters) candidates. The inertia never rises: where a mean is no
+    nearer to its cluster than the centre before, as may be under distances with several minima, that stays. A cluster
+    that has lost all its samples gets the one that is farthest from its centre, as in scikit-learn.
+
+    Equal poses count as one of the sum of their weights, and samples are drawn in an order of their own. So the result
+    depends neither on the order of the samples nor on whether one is given twice or with twice the weight.
+
+    Time of an iteration: n_samples · n_clusters distances, and a mean for each cluster that has changed. That is some
+    milliseconds under "position", which is why it is the default; about a second under "rotation" for hundreds of
+    poses, and minutes under "spatial" and "geodesic".
+
+    References
+    ----------
+    .. [1] D. Arthur, S. Vassilvitskii, "k-means++: the advantages of careful seeding", SODA 2007.
+    .. [2] X. Pennec, "Intrinsic statistics on Riemannian manifolds: basic tools for geometric measurements", Journal of
+       Mathematical Imaging and Vision 25, 2006, :doi:`10.1007/s10851-006-6228-4`.
+
+    Examples
+    --------
+    >>> from skpose import PoseKMeans, Skeleton
+    >>> X = [[0.0, 0.0], [0.1, 0.0], [0.2, 0.1], [1.5, 0.0], [1.6, 0.2], [1.7, 0.1]]
+    >>> k_means = PoseKMeans(2, Skeleton.chain(2), random_state=0).fit(X)
+    >>> k_means.labels_
+    array([1, 1, 1, 0, 0, 0])
+    >>> k_means.cluster_centers_.round(2)
+    array([[1.6 , 0.1 ],
+           [0.1 , 0.03]])
+    >>> k_means.predict([[1.0, 0.0]])
+    array([0])
+    """
+
+    _auto_metric = "position"
+    _parameter_constraints: ClassVar[dict] = {
+        **POSE_CONSTRAINTS,
+        "n_steps": [Interval(Integral, 2, None, closed="left")],
+        "n_clusters": [Interval(Integral, 1, None, closed="left")],
+        "n_init": [Interval(Integral, 1, None, closed="left")],
+        "max_iter": [Interval(Integral, 1, None, closed="left")],
+        "tol": [Interval(Real, 0, None, closed="left")],
+        "random_state": ["random_state"],
+    }
+
+    def __init__(
+        self,
+        n_clusters=8,
+        skeleton=None,
+        *,
+        n_init=1,
+        max_iter=300,
+        tol=1e-4,
+        random_state=None,
+        metric="auto",
+        n_steps=10,
+        wrap="auto",
+        n_jobs=None,
+        verbose=0,
+    ):
+        self.n_clusters = n_clusters
+        self.skeleton = skeleton
+        self.n_init = n_init
+        self.max_iter = max_iter
+        self.tol = tol
+        self.random_state = random_state
+        self.metric = metric
+        self.n_steps = n_steps
+        self.wrap = wrap
+        self.n_jobs = n_jobs
+        self.verbose = verbose
+
+    @with_callbacks
+    @fit_context(prefer_skip_nested_validation=True)
+    def fit(self, X, y=None, sample_weight=None):
+        """Find the centres.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_samples, n_dofs)
+            Poses: joint angles, rad.
+        y : Ignored
+            Not used, present for API consistency by convention.
+        sample_weight : array-like of shape (n_samples,), default=None
+            Weights of the samples, not negative. None is equal ones. Samples of weight zero get labels, and nothing
+            else depends on them.
+
+        Returns
+        -------
+        self : PoseKMeans
+            The fitted estimator.
+        """
+        X = self._checked(X, reset=True).astype(np.float64, copy=False)
+        if self.n_clusters > len(X):
+            raise ValueError(f"n_clusters={self.n_clusters} is more than the {len(X)} samples")
+        weights = _check_sample_weight(sample_weight, X, dtype=np.float64, ensure_non_negative=True)
+        rng, counted = check_random_state(self.random_state), weights > 0.0
+        poses, pose_of = np.unique(X[counted], axis=0, return_inverse=True)
+        masses = np.bincount(pose_of.ravel(), weights[counted])
+        means = WeightedMeans(poses, self.skeleton_, self.effective_metric_, self.effective_metric_params_, self.n_jobs)
+        squared = partial(self._squared, poses)
+        fit_progress, runs = FitReport(self, None, X), []
+        for _ in range(self.n_init):
+            with fit_progress.step("first centres"):
+                chosen = first_centers(poses, masses, squared, self.n_clusters, rng)
+            runs.append(lloyd(poses[chosen], masses, squared, means.means, self.max_iter, self.tol, fit_progress))
+        best = min(runs, key=lambda run: run.inertia)
+        self.labels_ = self._squared(X, best.centers).argmin(axis=1)
+        self.inertia_, self.n_iter_ = best.inertia, best.n_iter
+        self.cluster_centers_ = best.centers
+        self._warn(best)
+        fit_progress.end()
+        return self
+
+    def predict(self, X):
+        """Return the cluster whose centre is nearest to each pose.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_samples, n_dofs)
+            Poses: joint angles, rad.
+
+        Returns
+        -------
+        ndarray of shape (n_samples,)
+            Labels; of equally near centres the first.
+        """
+        check_is_fitted(self, "cluster_centers_")
+        return self._squared(self._checked(X, reset=False), self.cluster_centers_).argmin(axis=1)
+
+    def transform(self, X):
+        """Return the distances to the centres.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_samples, n_dofs)
+            Poses: joint angles, rad.
+
+        Returns
+        -------
+        ndarray of shape (n_samples, n_clusters)
+            Distances, m, or rad for "angle"; float32 for float32 poses, else float64.
+        """
+        check_is_fitted(self, "cluster_centers_")
+        X = self._checked(X, reset=False)
+        return np.sqrt(self._squared(X, self.cluster_centers_)).astype(X.dtype, copy=False)
+
+    def score(self, X, y=None, sample_weight=None):
+        """Return the inertia of poses with the centres, times −1: the larger, the better.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_samples, n_dofs)
+            Poses: joint angles, rad.
+        y : Ignored
+            Not used, present for API consistency by convention.
+        sample_weight : array-like of shape (n_samples,), default=None
+            Weights of the samples.
+
+        Returns
+        -------
+        float
+            The weighted sum of the squared distances to the nearest centre, times −1.
+        """
+        check_is_fitted(self, "cluster_centers_")
+        X = self._checked(X, reset=False)
+        weights = _check_sample_weight(sample_weight, X, dtype=np.float64, ensure_non_negative=True)
+        return -float(weights @ self._squared(X, self.cluster_centers_).min(axis=1))
+
+    def _squared(self, X, centers):
+        """Squared distances (n_samples, n_centers), in float64, as close samples differ by little."""
+        return np.square(self._distances(X.astype(np.float64, copy=False), centers))
+
+    def _warn(self, run):
+        """Warn of centres that are not what they are meant to be."""
+        n_distinct = len(np.unique(self.labels_))
+        if n_distinct < self.n_clusters:
+            warn(
+                f"{n_distinct} distinct clusters were found, fewer than n_clusters={self.n_clusters}, as no more "
+                "samples of positive weight are apart; the other centres are equal to one of these",
+                ConvergenceWarning,
+            )
+        if not run.converged:
+            warn(
+                f"k-means did not converge: the inertia still fell by more than tol={self.tol:g} of itself after "
+                f"max_iter={self.max_iter} iterations; raise max_iter, or tol. The centres are poses nevertheless",
+                ConvergenceWarning,
+            )
+        if run.n_unconverged:
+            warn(
+                f"the means of {run.n_unconverged} of {self.n_clusters} clusters did not converge; each centre is no "
+                "farther from its cluster than in the iteration before",
+                ConvergenceWarning,
+            )
+
+    @property
+    def _n_features_out(self):
+        return len(self.cluster_centers_)
+
+    def __sklearn_tags__(self):
+        tags = super().__sklearn_tags__()
+        tags.transformer_tags.preserves_dtype = ["float64", "float32"]
+        return tags

@@ -1,0 +1,280 @@
+from contextlib import nullcontext
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+import reference
+from conftest import HAS_CALLBACKS, SKELETONS, Recorder, random_tree
+from sklearn.cluster import KMeans
+from sklearn.datasets import make_blobs
+from sklearn.exceptions import ConvergenceWarning
+from sklearn.metrics import adjusted_rand_score
+
+from skpose import PoseKMeans, Skeleton, frechet_mean, pose_distances
+from skpose.cluster._lloyd import first_centers, lloyd
+from skpose.datasets import make_gait
+from skpose.geodesics._weightings import WeightedMeans
+
+SILENT = SimpleNamespace(step=lambda name: nullcontext())
+ARM = Skeleton.chain(3)
+METRICS = ["angle", "position", "rotation", "spatial", "geodesic"]
+
+
+@pytest.fixture(scope="module")
+def blobs():
+    return make_blobs(300, centers=5, n_features=3, cluster_std=1.2, random_state=3)
+
+
+@pytest.fixture(scope="module")
+def poses():
+    """Three groups of poses of an arm."""
+    rng = np.random.default_rng(0)
+    middles = np.array([[0.0, 0.0, 0.0], [2.0, 0.3, 0.3], [-2.0, -0.3, -0.3]])
+    return np.concatenate([middle + rng.normal(scale=0.2, size=(15, 3)) for middle in middles])
+
+
+def run(X, centers, weights=None, skeleton=None, metric="angle", max_iter=300, tol=0.0, means=None):
+    """Run Lloyd's iteration from given centres."""
+    weights = np.ones(len(X)) if weights is None else weights
+    parameters = {"angle": {"wrap": False}, "position": {}, "rotation": {}}.get(metric, {"wrap": True, "n_steps": 5})
+    if means is None:
+        means = WeightedMeans(X, skeleton, metric, parameters, None).means
+
+    def squared(centers):
+        return pose_distances(X, centers, skeleton=skeleton, metric=metric, **parameters) ** 2
+
+    return lloyd(centers.copy(), weights, squared, means, max_iter, tol, SILENT)
+
+
+# --- against scikit-learn --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_of_angles_it_is_k_means(seed, blobs):
+    X, _ = blobs
+    rng = np.random.default_rng(seed)
+    start, weights = X[rng.choice(len(X), 5, replace=False)], rng.uniform(0.1, 2.0, len(X))
+    expected = KMeans(5, init=start, n_init=1, tol=0.0).fit(X, sample_weight=weights)
+    found = run(X, start, weights)
+    np.testing.assert_allclose(found.centers, expected.cluster_centers_, rtol=0, atol=1e-9)
+    assert found.inertia == pytest.approx(expected.inertia_, rel=1e-12)
+    assert found.converged
+
+
+def test_a_cluster_without_samples_gets_the_farthest_one_as_in_scikit_learn(blobs):
+    X, _ = blobs
+    start = X[:5].copy()
+    start[3] = 1e3
+    expected = KMeans(5, init=start, n_init=1, tol=0.0).fit(X)
+    found = run(X, start)
+    np.testing.assert_allclose(found.centers, expected.cluster_centers_, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("metric", METRICS[:4])
+def test_no_cluster_stays_empty(metric, poses):
+    start = poses[[0, 20, 40, 41]]
+    start[2:] = start[1] + np.array([[1e-9, 0, 0], [2e-9, 0, 0]])
+    found = run(poses, start, skeleton=ARM, metric=metric)
+    nearest = pose_distances(poses, found.centers, skeleton=ARM, metric=metric).argmin(axis=1)
+    assert len(np.unique(nearest)) == 4
+
+
+def test_first_centers_are_as_good_as_those_of_scikit_learn(blobs):
+    """The cost of one iteration from them, in the mean over many draws."""
+    X, _ = blobs
+    rng, costs = np.random.RandomState(0), []
+
+    def squared(centers):
+        return pose_distances(X, centers, metric="angle") ** 2
+
+    for _ in range(60):
+        rows = first_centers(X, np.ones(len(X)), squared, 5, rng)
+        assert len(set(rows)) == 5
+        costs.append(squared(X[rows]).min(axis=1).sum())
+    expected = [-KMeans(5, n_init=1, max_iter=1, random_state=i).fit(X).score(X) for i in range(60)]
+    after = [run(X, X[first_centers(X, np.ones(len(X)), squared, 5, rng)], max_iter=1).inertia for _ in range(60)]
+    assert np.mean(after) < np.mean(expected) * 1.1
+    uniform = [squared(X[rng.choice(len(X), 5, replace=False)]).min(axis=1).sum() for _ in range(60)]
+    assert np.mean(costs) < 0.8 * np.mean(uniform)
+
+
+def test_samples_of_weight_zero_are_never_drawn(blobs):
+    X, weights = blobs[0], np.zeros(300)
+    weights[100:110] = 1.0
+
+    def squared(centers):
+        return pose_distances(X, centers, metric="angle") ** 2
+
+    for seed in range(20):
+        rows = first_centers(X, weights, squared, 6, np.random.RandomState(seed))
+        assert len(set(rows)) == 6
+        assert set(rows) <= set(range(100, 110))
+
+
+# --- the objective ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("metric", METRICS)
+@pytest.mark.parametrize("name", ["chain", "mixed joints"])
+def test_inertia_never_rises(metric, name):
+    skeleton = SKELETONS[name]
+    X = np.random.default_rng(1).uniform(-1.5, 1.5, size=(16, skeleton.n_dofs))
+    inertias = [run(X, X[:3], skeleton=skeleton, metric=metric, max_iter=n).inertia for n in (1, 2, 3, 4)]
+    start = pose_distances(X, X[:3], skeleton=skeleton, metric=metric, n_steps=5) ** 2
+    assert (np.diff([start.min(axis=1).sum(), *inertias]) <= 1e-12).all()
+    assert inertias[0] < 0.95 * start.min(axis=1).sum()
+
+
+def test_a_mean_that_is_no_nearer_is_not_taken(blobs):
+    X, _ = blobs
+    rng = np.random.default_rng(0)
+
+    def anything(weightings):
+        return rng.uniform(X.min(), X.max(), size=(len(weightings), 3)), np.zeros(len(weightings), dtype=bool)
+
+    found = [run(X, X[:5], means=anything, max_iter=n) for n in range(1, 12)]
+    before = (pose_distances(X, X[:5], metric="angle") ** 2).min(axis=1).sum()
+    assert all(one.inertia <= before for one in found)
+    assert all(one.n_unconverged == 5 for one in found)
+
+
+@pytest.mark.parametrize("metric", METRICS)
+def test_centres_are_means_and_samples_are_with_the_nearest(metric, poses):
+    weights = np.random.default_rng(0).uniform(0.5, 2.0, len(poses))
+    k_means = PoseKMeans(3, ARM, metric=metric, tol=0.0, random_state=0).fit(poses, sample_weight=weights)
+    D = reference.distances(
+        poses, k_means.cluster_centers_, ARM, "position" if metric in ("geodesic", "spatial") else metric
+    )
+    if metric not in ("geodesic", "spatial"):  # for which the reference takes minutes
+        np.testing.assert_array_equal(k_means.labels_, D.argmin(axis=1))
+        assert k_means.inertia_ == pytest.approx(weights @ D.min(axis=1) ** 2)
+    np.testing.assert_array_equal(np.unique(k_means.labels_), [0, 1, 2])
+    assert adjusted_rand_score(np.repeat([0, 1, 2], 15), k_means.labels_) == 1.0
+    for k, center in enumerate(k_means.cluster_centers_):
+        own = k_means.labels_ == k
+        if metric == "angle":
+            mean = np.average(poses[own], axis=0, weights=weights[own])
+        else:
+            mean = frechet_mean(poses[own], ARM, metric=metric, sample_weight=weights[own]).pose
+        apart = pose_distances(center[None], mean[None], skeleton=ARM, metric="position").item()
+        assert apart < {"angle": 1e-9, "position": 1e-4}.get(metric, 5e-3)
+
+
+def test_the_best_of_several_runs_is_taken(blobs):
+    X, _ = blobs
+    one = [PoseKMeans(8, metric="angle", random_state=seed).fit(X).inertia_ for seed in range(5)]
+    rng = np.random.RandomState(0)
+    best = PoseKMeans(8, metric="angle", n_init=6, random_state=0).fit(X).inertia_
+    each = [PoseKMeans(8, metric="angle", random_state=rng).fit(X).inertia_ for _ in range(6)]
+    assert best == min(each)
+    assert len(set(one)) > 1
+
+
+# --- samples ---------------------------------------------------------------------------------------------------------
+
+
+def test_a_sample_twice_is_a_sample_of_twice_the_weight_in_any_order(poses):
+    counts = np.random.default_rng(2).integers(0, 4, size=len(poses))
+    order = np.random.default_rng(3).permutation(counts.sum())
+    repeated = np.repeat(poses, counts, axis=0)[order]
+    for seed in range(4):
+        k_means = PoseKMeans(4, ARM, metric="position", random_state=seed)
+        a = k_means.fit(poses, sample_weight=counts)
+        expected, labels = a.cluster_centers_, a.labels_
+        np.testing.assert_allclose(k_means.fit(repeated).cluster_centers_, expected, rtol=0, atol=1e-9)
+        np.testing.assert_array_equal(k_means.labels_, np.repeat(labels, counts)[order])
+        kept = counts > 0
+        k_means.fit(poses[kept], sample_weight=counts[kept])
+        np.testing.assert_array_equal(k_means.cluster_centers_, expected)
+        assert len(labels) == len(poses)
+
+
+def test_the_same_seed_gives_the_same_result(poses):
+    for metric in METRICS:
+        a, b = (PoseKMeans(4, ARM, metric=metric, random_state=5).fit(poses[:20]) for _ in range(2))
+        np.testing.assert_array_equal(a.cluster_centers_, b.cluster_centers_)
+        two = PoseKMeans(4, ARM, metric=metric, random_state=5, n_jobs=2).fit(poses[:20])
+        np.testing.assert_array_equal(a.cluster_centers_, two.cluster_centers_)
+
+
+def test_equal_distances_are_decided_by_index():
+    X = np.array([[0.0], [1.0], [2.0]])
+    k_means = PoseKMeans(2, metric="angle", random_state=0).fit(X[[0, 2]])
+    np.testing.assert_array_equal(k_means.predict([[1.0]]), [0])
+
+
+def test_fewer_different_samples_than_clusters():
+    X = np.repeat([[0.0, 0.0], [1.0, 1.0]], 3, axis=0)
+    with pytest.warns(ConvergenceWarning, match="2 distinct clusters were found, fewer than n_clusters=4"):
+        k_means = PoseKMeans(4, metric="angle", random_state=0).fit(X)
+    assert k_means.inertia_ == 0.0
+    assert k_means.cluster_centers_.shape == (4, 2)
+    assert {tuple(center) for center in k_means.cluster_centers_} == {(0.0, 0.0), (1.0, 1.0)}
+    with pytest.raises(ValueError, match="n_clusters=7 is more than the 6 samples"):
+        PoseKMeans(7, metric="angle").fit(X)
+
+
+def test_poses_that_differ_in_nothing_that_is_seen():
+    """A twist about the last bone moves no joint: two poses for each of two places."""
+    skeleton = random_tree(1, offset_frame="parent")
+    X = np.zeros((4, skeleton.n_dofs))
+    X[2:, 0] = 1.0
+    X[1::2, -1] = 0.5
+    assert pose_distances(X[:1], X[1:2], skeleton=skeleton, metric="position").item() == 0.0
+    with pytest.warns(ConvergenceWarning, match="2 distinct clusters"):
+        k_means = PoseKMeans(3, skeleton, metric="position", random_state=0).fit(X)
+    assert k_means.inertia_ < 1e-20
+    np.testing.assert_array_equal(k_means.labels_[[0, 2]], k_means.labels_[[1, 3]])
+
+
+def test_an_end_by_max_iter_is_said(blobs):
+    with pytest.warns(ConvergenceWarning, match="k-means did not converge: .* max_iter=1 iterations; raise max_iter"):
+        PoseKMeans(8, metric="angle", max_iter=1, random_state=0).fit(blobs[0])
+
+
+def test_wrapped_angles_form_one_cluster_around_half_a_turn():
+    rng = np.random.default_rng(0)
+    X = np.concatenate([rng.normal(np.pi, 0.2, size=(20, 1)), rng.normal(0.0, 0.2, size=(20, 1))])
+    X = (X + np.pi) % (2 * np.pi) - np.pi
+    truth = np.repeat([0, 1], 20)
+    wrapped = PoseKMeans(2, metric="angle", wrap=True, random_state=0).fit(X)
+    assert adjusted_rand_score(truth, wrapped.labels_) == 1.0
+    assert adjusted_rand_score(truth, PoseKMeans(2, metric="angle", random_state=0).fit_predict(X)) < 0.9
+
+
+# --- as an estimator -------------------------------------------------------------------------------------------------
+
+
+def test_methods_agree_with_distances(poses):
+    k_means = PoseKMeans(3, ARM, metric="position", random_state=0).fit(poses)
+    new = poses[:9] + 0.1
+    D = pose_distances(new, k_means.cluster_centers_, skeleton=ARM, metric="position")
+    np.testing.assert_allclose(k_means.transform(new), D, rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(k_means.predict(new), D.argmin(axis=1))
+    weights = np.arange(9.0)
+    assert k_means.score(new, sample_weight=weights) == pytest.approx(-weights @ D.min(axis=1) ** 2)
+    assert k_means.score(poses) == pytest.approx(-k_means.inertia_)
+    np.testing.assert_array_equal(k_means.predict(poses), k_means.labels_)
+    assert k_means.transform(new.astype(np.float32)).dtype == np.float32
+    assert list(k_means.get_feature_names_out()) == ["posekmeans0", "posekmeans1", "posekmeans2"]
+
+
+def test_poses_of_a_skeleton():
+    gait = make_gait(2, 1, duration=1.0, random_state=0)
+    X, _ = gait.poses(frame_rate=12)
+    frame = pd.DataFrame(X, columns=gait.skeleton.dof_names)
+    k_means = PoseKMeans(3, gait.skeleton, metric="position", random_state=0).fit(frame)
+    assert k_means.cluster_centers_.shape == (3, X.shape[1])
+    with pytest.raises(ValueError, match="columns of X are named after degrees of freedom"):
+        PoseKMeans(3, gait.skeleton).fit(frame[frame.columns[::-1]])
+    with pytest.raises(ValueError, match="'n_clusters' parameter of PoseKMeans must be an int"):
+        PoseKMeans(gait.skeleton).fit(X)
+
+
+@pytest.mark.skipif(not HAS_CALLBACKS, reason="this scikit-learn has no callbacks")
+def test_callbacks_are_called_for_every_step(blobs):
+    recorder = Recorder()
+    k_means = PoseKMeans(5, metric="angle", random_state=0).set_callbacks(recorder).fit(blobs[0])
+    assert recorder.tasks == ["fit", "first centres", *["iteration"] * k_means.n_iter_]
+    assert recorder.open == 0
