@@ -6,7 +6,7 @@ What calls what, from Python at the top to one vector register at the bottom::
             |                          |                        |           |          |
       loops, nearest,           +------+------+                 |      graph_shift  path_family
       warping(_within)          |             |                 |
-            |                   |         kept_paths            |          geodesics from a pose that moves a little
+            |              exponential    kept_paths            |          logarithms; geodesics from a pose that moves
             |                   |             |                 |
      +------+------+            |            mean               |          poses nearest to a mean position
      |             |            |             |                 |

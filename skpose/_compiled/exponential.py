@@ -28,12 +28,8 @@ from skpose._compiled.path_energy import path_of
 TOL_CHORDS = 1e-6  # norm of the gradient at which a path of so many chords has converged, m²/rad
 MOVES = 1e-9  # eigenvalue of the metric tensor, relative to the largest, above which a direction moves joints
 NEAREST = 1e-2  # distance from its positions at which a nearest pose is a good start, relative to the step
-LEAST_DAMPING, FIRST_DAMPING, LARGEST_DAMPING, FACTOR = (
-    1e-12,
-    1e-8,
-    1e3,
-    10.0,
-)  # of a step, relative to the mean diagonal of its matrix
+# Of a step: relative to the mean diagonal of its matrix; by what it changes.
+LEAST_DAMPING, FIRST_DAMPING, LARGEST_DAMPING, FACTOR = 1e-12, 1e-8, 1e3, 10.0
 MAX_STEPS = 40  # to the next pose
 STALLED = 1e-3  # relative decrease of an error below which it does not come down to zero
 MAX_CHORDS = 8  # first chords that are tried for the one of the right length
