@@ -36,6 +36,7 @@ __all__ = [
     "forward_kinematics",
     "frechet_mean",
     "geodesic",
+    "interpolate",
     "inverse_kinematics",
     "layouts",
     "log_map",
@@ -70,7 +71,7 @@ if TYPE_CHECKING:
     from skpose import skeleton as skeleton
     from skpose import statistics as statistics
     from skpose.cluster import MedoidShift
-    from skpose.geodesics import FrechetMean, Geodesic, exp_map, frechet_mean, geodesic, log_map
+    from skpose.geodesics import FrechetMean, Geodesic, exp_map, frechet_mean, geodesic, interpolate, log_map
     from skpose.keypoints import Keypoints, Layout, fit_skeleton, layouts
     from skpose.kinematics import (
         FittedPoses,
@@ -104,7 +105,7 @@ else:
     _PACKAGES = {
         "cluster": ["MedoidShift"],
         "datasets": [],
-        "geodesics": ["FrechetMean", "Geodesic", "exp_map", "frechet_mean", "geodesic", "log_map"],
+        "geodesics": ["FrechetMean", "Geodesic", "exp_map", "frechet_mean", "geodesic", "interpolate", "log_map"],
         "io": [],
         "keypoints": ["Keypoints", "Layout", "fit_skeleton", "layouts"],
         "kinematics": [

@@ -1,0 +1,159 @@
+"""A smooth curve through key poses: a cubic spline of the keys' geodesics, laid out flat and back.
+
+P. E. Jupp, J. T. Kent, "Fitting smooth paths to spherical data", Applied Statistics 36(1), 1987: the curve of geodesics
+through the keys is unrolled onto one flat space by parallel transport, a spline is drawn there, and is rolled up again.
+Only what differs from the geodesics is transported: with s from 0 to 1 between two keys h seconds apart, a cubic with
+slopes m at the keys, where the geodesic has slopes a, is off the geodesic by
+
+    D(s) = h (s (1 − s)² (m − a) − s² (1 − s) (m' − a')),
+
+a velocity at the geodesic's pose at s, that the exponential follows. The slopes are those of the natural cubic spline,
+from its tridiagonal equations, in which a vector of one key comes to the next by transport.
+"""
+
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from skpose._compiled.exponential import exponential, tangent_space
+from skpose._compiled.tree import Tree
+from skpose._parallel.threads import in_threads
+from skpose.geodesics._geodesic import Geodesic
+from skpose.geodesics._logarithm import NOT_MET
+from skpose.kinematics._forward import weighted_positions
+from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
+from skpose.skeleton import Skeleton
+
+BESIDE = 1e-4  # share of a geodesic's length from its ends to poses that give its first and its last velocity
+CHORDS = 3  # of the exponentials, which are short
+ORTHONORMAL = 2  # iterations after which products of two bases are so, up to 1e-4 for a turn by 20°
+
+
+class Piece(NamedTuple):
+    """The geodesic from one key to the next, as what a spline needs of it; bases are those of tangent spaces."""
+
+    path: Geodesic
+    first: np.ndarray  # (n, rank) basis at the first key
+    last: np.ndarray
+    leaving: np.ndarray  # (rank,) first velocity per unit of s, in the basis
+    arriving: np.ndarray
+    forth: np.ndarray  # (rank at the last key, rank at the first) parallel transport
+
+
+def spline_between(
+    geodesics: list[Geodesic], hours: np.ndarray, shares: list[np.ndarray], skeleton: Skeleton, n_jobs: int
+) -> tuple[list[np.ndarray], int]:
+    """Return poses between keys, and how many of them the exponential could not reach.
+
+    `hours` are the times between the keys; `shares` are the poses of each piece, as s from 0 to 1.
+    """
+    pieces: list[Piece | None] = [None] * len(geodesics)
+
+    def prepare(i: int) -> None:
+        pieces[i] = _piece(geodesics[i], skeleton)
+
+    in_threads((partial(prepare, i) for i in range(len(geodesics))), n_jobs)
+    known = [piece for piece in pieces if piece is not None]
+    slopes = natural_slopes(known, hours)
+    poses, missed = [np.empty(0)] * len(known), np.zeros(len(known), dtype=int)
+
+    def draw(i: int) -> None:
+        piece, h = known[i], hours[i]
+        start = h * slopes[i] - piece.leaving
+        end = h * slopes[i + 1] - piece.arriving
+        poses[i], missed[i] = _drawn(piece, start, end, shares[i], skeleton)
+
+    in_threads((partial(draw, i) for i in range(len(known))), n_jobs)
+    return poses, int(missed.sum())
+
+
+def natural_slopes(pieces: list[Piece], hours: np.ndarray) -> list[np.ndarray]:
+    """Return the slopes of the natural cubic spline at the keys, each in the basis of its key, per unit of time.
+
+    The equations of the keys, h' m₋ + 2 (h + h') m + h m₊ = 3 (h' a + h a'), h the time before and h' that after,
+    by elimination from the first key to the last and back.
+    """
+    n = len(pieces)
+    share, right = np.empty(n), []
+    share[0], slope = 0.5, 1.5 * pieces[0].leaving / hours[0]
+    right.append(slope)
+    for i in range(1, n + 1):
+        before = pieces[i - 1]
+        arriving, brought = before.arriving / hours[i - 1], before.forth @ right[i - 1]
+        if i == n:
+            right.append((3.0 * arriving - brought) / (2.0 - share[i - 1]))
+            break
+        h, after = hours[i - 1], hours[i]
+        pivot = 2.0 * (h + after) - after * share[i - 1]
+        leaving = pieces[i].leaving / after
+        share[i] = h / pivot
+        right.append((3.0 * (after * arriving + h * leaving) - after * brought) / pivot)
+    slopes = [right[n]]
+    for i in range(n - 1, -1, -1):
+        slopes.append(right[i] - share[i] * (pieces[i].forth.T @ slopes[-1]))
+    return slopes[::-1]
+
+
+def _piece(path: Geodesic, skeleton: Skeleton) -> Piece:
+    """Return what the spline needs of a geodesic."""
+    tree = tree_of(skeleton)
+    shares = np.linspace(0.0, 1.0, len(path.path))
+    ends = np.array([BESIDE, 2.0 * BESIDE])
+    poses = path._at(np.concatenate([shares, ends, 1.0 - ends]))
+    beside = weighted_positions(poses[[0, -4, -3, len(shares) - 1, -2, -1]], skeleton)
+    difference = np.array([-1.5, 2.0, -0.5]) / BESIDE
+    bases = _bases(tree, poses[: len(shares)])
+    forth = np.eye(bases[0].shape[1])
+    for before, after in zip(bases[:-1], bases[1:], strict=True):
+        forth = _step(before, after) @ forth
+    first, last = bases[0], bases[-1]
+    leaving, arriving = first.T @ (difference @ beside[:3]), -last.T @ (difference @ beside[3:])
+    return Piece(path, first, last, leaving, arriving, forth)
+
+
+def _drawn(
+    piece: Piece, start: np.ndarray, end: np.ndarray, shares: np.ndarray, skeleton: Skeleton
+) -> tuple[np.ndarray, int]:
+    """Return the poses of the spline between two keys, given how much its slopes differ from the geodesic's."""
+    tree = tree_of(skeleton)
+    nodes, at = np.unique(
+        np.concatenate([np.linspace(0.0, 1.0, len(piece.path.path)), shares]), return_inverse=True
+    )
+    base = piece.path._at(nodes)
+    bases = _bases(tree, base)
+    steps = [_step(before, after) for before, after in zip(bases[:-1], bases[1:], strict=True)]
+    forth = _carried(bases[0].T @ (piece.first @ start), steps)
+    back = _carried(bases[-1].T @ (piece.last @ end), [step.T for step in steps[::-1]])[::-1]
+    poses, dofs, n_missed = base.copy(), to_tree_order(tree, base), 0
+    for k in sorted(set(at[-len(shares) :])):
+        s = nodes[k]
+        off = bases[k] @ (s * (1.0 - s) ** 2 * forth[k] - s**2 * (1.0 - s) * back[k])
+        reached, error = exponential(tree, dofs[k], off, CHORDS)
+        poses[k] = from_tree_order(tree, reached, base[k])
+        n_missed += error > NOT_MET
+    return poses[at[-len(shares) :]], n_missed
+
+
+def _carried(vector: np.ndarray, steps: list[np.ndarray]) -> list[np.ndarray]:
+    """Return a vector at all poses of a path, by transport from the first one."""
+    carried = [vector]
+    for step in steps:
+        carried.append(step @ carried[-1])
+    return carried
+
+
+def _bases(tree: Tree, poses: np.ndarray) -> list[np.ndarray]:
+    dofs = to_tree_order(tree, poses)
+    return [tangent_space(tree, pose) for pose in dofs]
+
+
+def _step(before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """Return the transport from one tangent space to one near it: the projection, made orthonormal (Newton, Schulz).
+
+    A direction that is in one of the two only, as near a straight limb, stays short.
+    """
+    matrix = after.T @ before
+    for _ in range(ORTHONORMAL):
+        matrix = 1.5 * matrix - 0.5 * matrix @ (matrix.T @ matrix)
+    return matrix
