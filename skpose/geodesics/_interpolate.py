@@ -59,7 +59,7 @@ def interpolate(
         Frames a second of the motion.
     method : {"spline", "geodesic"}, default="spline"
         "geodesic" goes along the geodesic to each next key at constant speed; directions and speeds change at the keys.
-        "spline" has continuous velocities and accelerations of the joints, and swings out further than the keys.
+        "spline" has continuous velocities of the joints, and may swing out further than the keys.
     n_steps : int, default=10
         Chords of the geodesics, at least two.
     n_jobs : int, default=None
@@ -75,7 +75,7 @@ def interpolate(
     Warns
     -----
     ConvergenceWarning
-        If geodesics did not converge, or could not be followed: the motion is still one through the keys.
+        If geodesics did not converge: the motion is still one through the keys.
     UserWarning
         If the poses look like degrees, see `skpose.pose_distances`.
 
@@ -93,20 +93,22 @@ def interpolate(
     Notes
     -----
     *Spline.* The curve of geodesics is unrolled onto one flat space by parallel transport, a natural cubic spline is
-    drawn through the keys there, and is rolled up again [1]_: each frame is reached by `exp_map` from the pose of the
-    geodesic at its time. Between keys on a plane it is the natural cubic spline. Of the splines of the angles through
-    every tenth frame of CMU motions, the natural one was nearest to the frames left out, nearer than those of
-    Catmull and Rom, Akima, or Fritsch and Carlson, and than "not-a-knot", which has no slopes of its own at the ends.
-    De Casteljau's algorithm [2]_ takes three geodesics for each frame, and slopes that somebody chooses.
+    drawn through the keys there, and is rolled up again [1]_. Rolled up, a difference from the geodesics is a velocity
+    of the joints, which these follow for a unit of time, each by its own turn. For one joint with one angle it is the
+    natural cubic spline of the angle. Of the splines of angles through some frames of CMU motions, the natural one was
+    nearest to the frames left out: nearer than the local ones of Catmull and Rom, Akima, and Fritsch and Carlson, and
+    than the "not-a-knot" one. De Casteljau's algorithm [2]_ would take three geodesics for each frame, and slopes from
+    elsewhere. ``benchmarks/in_betweening.py`` compares with other methods.
 
-    *Twists.* Where no joint shows an angle, it turns as on the line to the next key, by slerp for joints with three
-    dofs, and its speed may change at keys. Joints without weight do so too.
+    *Twists.* What no joint shows turns as on the line to the next key, by slerp for joints with three dofs, and its
+    speed may change at keys; so do joints without weight. Where a limb is nearly straight, small movements may need
+    large turns: geodesics take them, and the spline adds none, so that there its velocity may change at keys.
 
-    *Velocities.* They are those of the positions. Geodesics are made of `n_steps` slerps, so that velocities change at
-    their ends by small steps, which are smaller for more of them.
+    *Velocities.* They are those of the positions. A geodesic is made of `n_steps` slerps, between which velocities
+    change a little; less with more of them.
 
-    The time is that of a geodesic for each key, some milliseconds or a hundred where it is refined, and for "spline"
-    that of an exponential for each frame, some milliseconds.
+    The time is that of a geodesic for each key, some milliseconds or a hundred where it is refined; "spline" takes some
+    milliseconds for each frame too.
 
     References
     ----------
@@ -137,13 +139,7 @@ def interpolate(
     piece, shares = _places(at, rate)
     in_pieces = [shares[piece == i] for i in range(len(geodesics))]
     if method == "spline":
-        between, n_missed = spline_between(geodesics, np.diff(at), in_pieces, skeleton, n_threads)
-        if n_missed:
-            warn(
-                f"{n_missed} of the {len(shares)} frames lie too far from the geodesics between the keys to be reached "
-                'precisely; keys nearer to each other in time help, and method="geodesic"',
-                ConvergenceWarning,
-            )
+        between = spline_between(geodesics, np.diff(at), in_pieces, skeleton, n_threads)
     else:
         between = [path._at(share) for path, share in zip(geodesics, in_pieces, strict=True)]
     frames = np.concatenate(between)

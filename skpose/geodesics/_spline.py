@@ -7,8 +7,10 @@ slopes m at the keys, where the geodesic has slopes a, is off the geodesic by
 
     D(s) = h (s (1 − s)² (m − a) − s² (1 − s) (m' − a')),
 
-a velocity at the geodesic's pose at s, that the exponential follows. The slopes are those of the natural cubic spline,
-from its tridiagonal equations, in which a vector of one key comes to the next by transport.
+a velocity at the geodesic's pose at s, which the joints follow for one unit of time, each by its own turn: the
+exponential map would do so too, but costs as much as a geodesic, and turns straight limbs far for small movements. The
+slopes are those of the natural cubic spline, from its tridiagonal equations, in which a vector of one key comes to the
+next by transport.
 """
 
 from functools import partial
@@ -16,17 +18,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._compiled.exponential import exponential, tangent_space
+from skpose._compiled.chart import chart_at, pose_of
+from skpose._compiled.exponential import _derivatives, tangent_space
+from skpose._compiled.forward import workspace_rows
 from skpose._compiled.tree import Tree
 from skpose._parallel.threads import in_threads
 from skpose.geodesics._geodesic import Geodesic
-from skpose.geodesics._logarithm import NOT_MET
 from skpose.kinematics._forward import weighted_positions
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 from skpose.skeleton import Skeleton
 
 BESIDE = 1e-4  # share of a geodesic's length from its ends to poses that give its first and its last velocity
-CHORDS = 3  # of the exponentials, which are short
+DAMPING = 0.5  # 1/rad, of turns that move the joints little, relative to the size of the whole displacement
+SOLUTIONS = 3  # of one system, each for what the one before left over
+ROUNDING = 1e-13  # of the metric tensor, relative to its trace
 ORTHONORMAL = 2  # iterations after which products of two bases are so, up to 1e-4 for a turn by 20°
 
 
@@ -42,11 +47,11 @@ class Piece(NamedTuple):
 
 
 def spline_between(
-    geodesics: list[Geodesic], hours: np.ndarray, shares: list[np.ndarray], skeleton: Skeleton, n_jobs: int
-) -> tuple[list[np.ndarray], int]:
-    """Return poses between keys, and how many of them the exponential could not reach.
+    geodesics: list[Geodesic], spans: np.ndarray, shares: list[np.ndarray], skeleton: Skeleton, n_jobs: int
+) -> list[np.ndarray]:
+    """Return poses between keys.
 
-    `hours` are the times between the keys; `shares` are the poses of each piece, as s from 0 to 1.
+    `spans` are the times between the keys; `shares` are the poses of each piece, as s from 0 to 1.
     """
     pieces: list[Piece | None] = [None] * len(geodesics)
 
@@ -55,20 +60,20 @@ def spline_between(
 
     in_threads((partial(prepare, i) for i in range(len(geodesics))), n_jobs)
     known = [piece for piece in pieces if piece is not None]
-    slopes = natural_slopes(known, hours)
-    poses, missed = [np.empty(0)] * len(known), np.zeros(len(known), dtype=int)
+    slopes = natural_slopes(known, spans)
+    poses = [np.empty(0)] * len(known)
 
     def draw(i: int) -> None:
-        piece, h = known[i], hours[i]
+        piece, h = known[i], spans[i]
         start = h * slopes[i] - piece.leaving
         end = h * slopes[i + 1] - piece.arriving
-        poses[i], missed[i] = _drawn(piece, start, end, shares[i], skeleton)
+        poses[i] = _drawn(piece, start, end, shares[i], skeleton)
 
     in_threads((partial(draw, i) for i in range(len(known))), n_jobs)
-    return poses, int(missed.sum())
+    return poses
 
 
-def natural_slopes(pieces: list[Piece], hours: np.ndarray) -> list[np.ndarray]:
+def natural_slopes(pieces: list[Piece], spans: np.ndarray) -> list[np.ndarray]:
     """Return the slopes of the natural cubic spline at the keys, each in the basis of its key, per unit of time.
 
     The equations of the keys, h' m₋ + 2 (h + h') m + h m₊ = 3 (h' a + h a'), h the time before and h' that after,
@@ -76,15 +81,15 @@ def natural_slopes(pieces: list[Piece], hours: np.ndarray) -> list[np.ndarray]:
     """
     n = len(pieces)
     share, right = np.empty(n), []
-    share[0], slope = 0.5, 1.5 * pieces[0].leaving / hours[0]
+    share[0], slope = 0.5, 1.5 * pieces[0].leaving / spans[0]
     right.append(slope)
     for i in range(1, n + 1):
         before = pieces[i - 1]
-        arriving, brought = before.arriving / hours[i - 1], before.forth @ right[i - 1]
+        arriving, brought = before.arriving / spans[i - 1], before.forth @ right[i - 1]
         if i == n:
             right.append((3.0 * arriving - brought) / (2.0 - share[i - 1]))
             break
-        h, after = hours[i - 1], hours[i]
+        h, after = spans[i - 1], spans[i]
         pivot = 2.0 * (h + after) - after * share[i - 1]
         leaving = pieces[i].leaving / after
         share[i] = h / pivot
@@ -109,30 +114,58 @@ def _piece(path: Geodesic, skeleton: Skeleton) -> Piece:
         forth = _step(before, after) @ forth
     first, last = bases[0], bases[-1]
     leaving, arriving = first.T @ (difference @ beside[:3]), -last.T @ (difference @ beside[3:])
-    return Piece(path, first, last, leaving, arriving, forth)
+    return Piece(path, first, last, leaving, arriving, _turn(forth @ leaving, arriving) @ forth)
 
 
-def _drawn(
-    piece: Piece, start: np.ndarray, end: np.ndarray, shares: np.ndarray, skeleton: Skeleton
-) -> tuple[np.ndarray, int]:
+def _turn(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return the smallest rotation that takes the direction of a to that of b.
+
+    A geodesic transports its own velocity: so the transport along its chords is made to do so exactly.
+    """
+    lengths = np.linalg.norm(a), np.linalg.norm(b)
+    if min(lengths) == 0.0:
+        return np.eye(len(a))
+    u, v = a / lengths[0], b / lengths[1]
+    if u @ v < 0.0:  # chords that are too long to say which rotation it is
+        return np.eye(len(a))
+    return np.eye(len(a)) - np.outer(u + v, u + v) / (1.0 + u @ v) + 2.0 * np.outer(v, u)
+
+
+def _drawn(piece: Piece, start: np.ndarray, end: np.ndarray, shares: np.ndarray, skeleton: Skeleton) -> np.ndarray:
     """Return the poses of the spline between two keys, given how much its slopes differ from the geodesic's."""
     tree = tree_of(skeleton)
-    nodes, at = np.unique(
-        np.concatenate([np.linspace(0.0, 1.0, len(piece.path.path)), shares]), return_inverse=True
-    )
+    nodes, at = np.unique(np.concatenate([np.linspace(0.0, 1.0, len(piece.path.path)), shares]), return_inverse=True)
     base = piece.path._at(nodes)
     bases = _bases(tree, base)
     steps = [_step(before, after) for before, after in zip(bases[:-1], bases[1:], strict=True)]
     forth = _carried(bases[0].T @ (piece.first @ start), steps)
     back = _carried(bases[-1].T @ (piece.last @ end), [step.T for step in steps[::-1]])[::-1]
-    poses, dofs, n_missed = base.copy(), to_tree_order(tree, base), 0
+    poses, dofs = base.copy(), to_tree_order(tree, base)
     for k in sorted(set(at[-len(shares) :])):
         s = nodes[k]
         off = bases[k] @ (s * (1.0 - s) ** 2 * forth[k] - s**2 * (1.0 - s) * back[k])
-        reached, error = exponential(tree, dofs[k], off, CHORDS)
-        poses[k] = from_tree_order(tree, reached, base[k])
-        n_missed += error > NOT_MET
-    return poses[at[-len(shares) :]], n_missed
+        poses[k] = from_tree_order(tree, _moved(tree, dofs[k], off), base[k])
+    return poses[at[-len(shares) :]]
+
+
+def _moved(tree: Tree, pose: np.ndarray, displacement: np.ndarray) -> np.ndarray:
+    """Return a pose whose joints are displaced, as far as the bones allow: one step of Gauss and Newton.
+
+    It is damped, by iterated Tikhonov regularisation: a straight limb does not twist far for a small movement, and
+    turns that move the joints well stay what they are. The damping falls to zero with the displacement, so that a curve
+    has the velocity that it is given where it is on the geodesic.
+    """
+    size = np.linalg.norm(displacement)
+    if size == 0.0:
+        return pose
+    free, coordinates = chart_at(tree, pose, True)
+    jacobian = _derivatives(free, coordinates, np.empty(workspace_rows(tree)))
+    matrix = jacobian.T @ jacobian
+    matrix[np.diag_indices(len(matrix))] += max((DAMPING * size) ** 2, ROUNDING * np.trace(matrix))
+    inverse, turns = np.linalg.inv(matrix), np.zeros(len(matrix))
+    for _ in range(SOLUTIONS):
+        turns += inverse @ (jacobian.T @ (displacement - jacobian @ turns))
+    return pose_of(tree, free, coordinates + turns, pose)
 
 
 def _carried(vector: np.ndarray, steps: list[np.ndarray]) -> list[np.ndarray]:
