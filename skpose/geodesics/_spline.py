@@ -14,6 +14,7 @@ next by transport.
 """
 
 from functools import partial
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -31,7 +32,7 @@ from skpose.skeleton import Skeleton
 BESIDE = 1e-4  # share of a geodesic's length from its ends to poses that give its first and its last velocity
 DAMPING = 0.5  # 1/rad, of turns that move the joints little, relative to the size of the whole displacement
 SOLUTIONS = 3  # of one system, each for what the one before left over
-ROUNDING = 1e-13  # of the metric tensor, relative to its trace
+ROUNDING = 1e-12  # of the metric tensor, relative to its trace
 ORTHONORMAL = 2  # iterations after which products of two bases are so, up to 1e-4 for a turn by 20°
 
 
@@ -110,7 +111,7 @@ def _piece(path: Geodesic, skeleton: Skeleton) -> Piece:
     difference = np.array([-1.5, 2.0, -0.5]) / BESIDE
     bases = _bases(tree, poses[: len(shares)])
     forth = np.eye(bases[0].shape[1])
-    for before, after in zip(bases[:-1], bases[1:], strict=True):
+    for before, after in pairwise(bases):
         forth = _step(before, after) @ forth
     first, last = bases[0], bases[-1]
     leaving, arriving = first.T @ (difference @ beside[:3]), -last.T @ (difference @ beside[3:])
@@ -137,7 +138,7 @@ def _drawn(piece: Piece, start: np.ndarray, end: np.ndarray, shares: np.ndarray,
     nodes, at = np.unique(np.concatenate([np.linspace(0.0, 1.0, len(piece.path.path)), shares]), return_inverse=True)
     base = piece.path._at(nodes)
     bases = _bases(tree, base)
-    steps = [_step(before, after) for before, after in zip(bases[:-1], bases[1:], strict=True)]
+    steps = [_step(before, after) for before, after in pairwise(bases)]
     forth = _carried(bases[0].T @ (piece.first @ start), steps)
     back = _carried(bases[-1].T @ (piece.last @ end), [step.T for step in steps[::-1]])[::-1]
     poses, dofs = base.copy(), to_tree_order(tree, base)
