@@ -39,15 +39,15 @@ for name, found in places.items():
 # The path of the left foot as seen from the side, and how far all joints are off at each time.
 foot = skeleton.joint_names.index("left_foot")
 colours = {"slerp": "#999999", "geodesic": "#e69f00", "cubic Euler": "#56b4e9", "spline": "#d55e00"}
-figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.5), layout="constrained")
+figure, (left, right) = plt.subplots(2, 1, figsize=(9, 8), layout="constrained")
 left.plot(truth[:, foot, 2], truth[:, foot, 1], color="black", linewidth=3, label="left out")
 left.plot(truth[::every, foot, 2], truth[::every, foot, 1], "o", color="black", label="keys")
 for name, found in places.items():
     left.plot(found[:, foot, 2], found[:, foot, 1], color=colours[name], label=name)
     error = 100 * np.sqrt(np.square(found - truth).sum(axis=2).mean(axis=1))
     right.plot(np.arange(len(walk)) / rate, error, color=colours[name], label=name)
-left.set(xlabel="forwards, m", ylabel="up, m", aspect="equal", title="path of the left foot, seen from the hips")
-left.legend()
+left.set(xlabel="forwards, m", ylabel="up, m", title="path of the left foot, seen from the hips")
+left.legend(ncols=3)
 right.set(xlabel="time, s", ylabel="root of the mean square over joints, cm", title="error of the joint positions")
 right.legend()
 plt.show()
