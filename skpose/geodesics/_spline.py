@@ -29,7 +29,7 @@ from skpose.kinematics._forward import weighted_positions
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 from skpose.skeleton import Skeleton
 
-BESIDE = 1e-4  # share of a geodesic's length from its ends to poses that give its first and its last velocity
+NEAR_END = 1e-4  # share of a geodesic's length from its ends to poses that give its first and its last velocity
 DAMPING = 0.5  # 1/rad, of turns that move the joints little, relative to the size of the whole displacement
 SOLUTIONS = 3  # of one system, each for what the one before left over
 ROUNDING = 1e-12  # of the metric tensor, relative to its trace
@@ -105,16 +105,16 @@ def _piece(path: Geodesic, skeleton: Skeleton) -> Piece:
     """Return what the spline needs of a geodesic."""
     tree = tree_of(skeleton)
     shares = np.linspace(0.0, 1.0, len(path.path))
-    ends = np.array([BESIDE, 2.0 * BESIDE])
+    ends = np.array([NEAR_END, 2.0 * NEAR_END])
     poses = path._at(np.concatenate([shares, ends, 1.0 - ends]))
-    beside = weighted_positions(poses[[0, -4, -3, len(shares) - 1, -2, -1]], skeleton)
-    difference = np.array([-1.5, 2.0, -0.5]) / BESIDE
+    near = weighted_positions(poses[[0, -4, -3, len(shares) - 1, -2, -1]], skeleton)
+    difference = np.array([-1.5, 2.0, -0.5]) / NEAR_END
     bases = _bases(tree, poses[: len(shares)])
     forth = np.eye(bases[0].shape[1])
     for before, after in pairwise(bases):
         forth = _step(before, after) @ forth
     first, last = bases[0], bases[-1]
-    leaving, arriving = first.T @ (difference @ beside[:3]), -last.T @ (difference @ beside[3:])
+    leaving, arriving = first.T @ (difference @ near[:3]), -last.T @ (difference @ near[3:])
     return Piece(path, first, last, leaving, arriving, _turn(forth @ leaving, arriving) @ forth)
 
 

@@ -108,7 +108,7 @@ def test_transport_is_the_orthonormal_matrix_nearest_to_the_projection():
     np.testing.assert_allclose(step, u @ v, atol=1e-3)
 
 
-def velocities_beside_keys(skeleton, X, method):
+def velocities_at_key(skeleton, X, method):
     """Velocities of the joints just before the second key and just after it, to second order."""
     rate = 20_000
     motion = interpolate(X[:3], [0.0, 0.01, 0.02], skeleton, frame_rate=rate, method=method)
@@ -120,10 +120,10 @@ def velocities_beside_keys(skeleton, X, method):
 def test_velocities_are_continuous_at_keys(name):
     skeleton = SKELETONS[name]
     X = 0.7 + keys_of(skeleton, size=0.2)  # bent
-    before, after = velocities_beside_keys(skeleton, X, "spline")
+    before, after = velocities_at_key(skeleton, X, "spline")
     size = np.linalg.norm(after)
     assert np.linalg.norm(after - before) < 0.02 * size
-    before, after = velocities_beside_keys(skeleton, X, "geodesic")
+    before, after = velocities_at_key(skeleton, X, "geodesic")
     assert np.linalg.norm(after - before) > 0.3 * size
 
 
@@ -170,7 +170,7 @@ def test_whole_turns_of_keys_change_no_position_and_make_no_jump(method):
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("what", ["a twist", "no weight"])
 def test_what_moves_no_joint_turns_by_slerp(method, what):
-    """The last joint: a ball joint that turns about its own bone, or has no weight."""
+    """The last joint: a ball joint that twists its own bone, or has no weight."""
     last = Bone("hand", "arm", (1.0, 0.0, 0.0), "rotvec", weight=0.0 if what == "no weight" else 1.0)
     skeleton = Skeleton([Bone("arm", None, (1.0, 0.0, 0.0), "z"), last])
     turns = np.array([0.2, 1.0, 0.5, 0.9])
