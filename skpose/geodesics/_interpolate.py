@@ -102,7 +102,7 @@ def interpolate(
 
     *Twists.* What no joint shows turns as on the line to the next key, by slerp for joints with three dofs, and its
     speed may change at keys; so do joints without weight. Where a limb is nearly straight, small movements may need
-    large turns: geodesics take them, and the spline adds none, so that there its velocity may change at keys.
+    large turns: geodesics take them, and the spline adds little to these.
 
     *Velocities.* They are those of the positions. A geodesic is made of `n_steps` slerps, between which velocities
     change a little; less with more of them.
