@@ -41,6 +41,7 @@ __all__ = [
     "frechet_mean",
     "geodesic",
     "geometric_median",
+    "interpolate",
     "inverse_kinematics",
     "layouts",
     "log_map",
@@ -84,6 +85,7 @@ if TYPE_CHECKING:
         frechet_mean,
         geodesic,
         geometric_median,
+        interpolate,
         log_map,
     )
     from skpose.keypoints import Keypoints, Layout, fit_skeleton, layouts
@@ -128,6 +130,7 @@ else:
             "frechet_mean",
             "geodesic",
             "geometric_median",
+            "interpolate",
             "log_map",
         ],
         "io": [],

@@ -1,6 +1,18 @@
-"""Shortest paths between poses, and the means of poses that they define."""
+"""Shortest paths between poses, and what rests on them: logarithms, means and medians, motions through key poses.
+
+| module                                    |                                                                         |
+|-------------------------------------------|-------------------------------------------------------------------------|
+| `_geodesic`                               | the path between two poses                                              |
+| `_logarithm`                              | poses as vectors at a base, and back                                    |
+| `_interpolate`, `_spline`                 | motions through key poses                                               |
+| `_mean`, `_median`                        | Fréchet means and geometric medians; `_given` checks the poses          |
+| `_extrinsic`, `_descent`, `_quasi_newton` | how they are found                                                      |
+| `_views`, `_karcher`, `_charts`           | distances and gradients from a pose, by metric; coordinates there       |
+| `_weightings`                             | means of many weightings of one set of poses                            |
+"""
 
 from skpose.geodesics._geodesic import Geodesic, geodesic
+from skpose.geodesics._interpolate import interpolate
 from skpose.geodesics._logarithm import exp_map, log_map
 from skpose.geodesics._mean import FrechetMean, frechet_mean
 from skpose.geodesics._median import GeometricMedian, geometric_median
@@ -13,5 +25,6 @@ __all__ = [
     "frechet_mean",
     "geodesic",
     "geometric_median",
+    "interpolate",
     "log_map",
 ]

@@ -93,6 +93,10 @@ class Geodesic:
         """
         if not isinstance(n, Integral) or n < 2:
             raise ValueError(f"n must be a whole number of at least 2 poses, got {n!r}")
+        return self._at(np.linspace(0.0, 1.0, n))
+
+    def _at(self, shares: np.ndarray) -> np.ndarray:
+        """Return the poses at shares of the length of the curve, from 0 to 1."""
         n_fine = SPEED_GRID * (len(self.path) - 1) + 1
         steps = np.arange(n_fine) / SPEED_GRID
         fine = interpolate(self._skeleton.bones, self.path, steps)
@@ -100,9 +104,7 @@ class Geodesic:
         travelled = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(positions, axis=0), axis=1))])
         if travelled[-1] == 0.0:  # no joint moves, though angles may
             travelled = steps
-        return interpolate(
-            self._skeleton.bones, self.path, np.interp(np.linspace(0.0, travelled[-1], n), travelled, steps)
-        )
+        return interpolate(self._skeleton.bones, self.path, np.interp(shares * travelled[-1], travelled, steps))
 
 
 @validate_params(
@@ -225,9 +227,30 @@ def geodesic(
     >>> pose_distances([[0.2, 0.3, 0.0]], [[2.4, 0.2, 0.1]], skeleton=arm).round(2)  # straight in angle space
     array([[8.02]])
     """
-    tree = tree_of(skeleton)
     first, last = check_pose(start, skeleton, "start"), check_pose(end, skeleton, "end")
     warn_of_degrees(start=first[None], end=last[None])
+    found = shortest_path(first, last, skeleton, n_steps, wrap, joint_limits, max_iter, tol)
+    if not found.converged:
+        warn(
+            f"the geodesic did not converge: length {found.length:.6g} by its chords and {found.curve_length:.6g} as a "
+            f"curve. It is a real path, but may not be the shortest. {_reason(found, n_steps, max_iter, tol)}",
+            ConvergenceWarning,
+        )
+    return found
+
+
+def shortest_path(
+    first: np.ndarray,
+    last: np.ndarray,
+    skeleton: Skeleton,
+    n_steps: int,
+    wrap: bool | str = "auto",
+    joint_limits: str = "ignore",
+    max_iter: int = MAX_ITER,
+    tol: float = TOL,
+) -> Geodesic:
+    """Return the geodesic between two poses, without a warning."""
+    tree = tree_of(skeleton)
     begin, target = to_tree_order(tree, first), to_tree_order(tree, last)
     if wrap:
         target = wrapped(tree, target, begin)
@@ -241,7 +264,7 @@ def geodesic(
         line = straight_line(skeleton.bones, first, last, len(steps), TWO_PI if wrap else 0.0)
     path = from_tree_order(tree, curve.poses, line)
     path[0] = first
-    found = Geodesic(
+    return Geodesic(
         path=path,
         length=curve.length,
         curve_length=curve.curve_length,
@@ -251,13 +274,6 @@ def geodesic(
         converged=curve.converged,
         _skeleton=skeleton,
     )
-    if not found.converged:
-        warn(
-            f"the geodesic did not converge: length {found.length:.6g} by its chords and {found.curve_length:.6g} as a "
-            f"curve. It is a real path, but may not be the shortest. {_reason(found, n_steps, max_iter, tol)}",
-            ConvergenceWarning,
-        )
-    return found
 
 
 def _reason(found: Geodesic, n_steps: int, max_iter: int, tol: float) -> str:

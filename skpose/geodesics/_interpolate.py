@@ -1,0 +1,192 @@
+"""Motions through key poses: along geodesics, or along a smooth curve."""
+
+from functools import partial
+from numbers import Integral
+
+import numpy as np
+from joblib import effective_n_jobs
+from numpy.typing import ArrayLike
+from sklearn.exceptions import ConvergenceWarning
+
+from skpose._compat.sklearn import Interval, StrOptions, validate_params
+from skpose._parallel.threads import in_threads
+from skpose._warnings import warn
+from skpose.geodesics._geodesic import Geodesic, shortest_path
+from skpose.geodesics._spline import spline_between
+from skpose.kinematics._constraints import IS_SKELETON
+from skpose.skeleton import Motion, Skeleton
+from skpose.skeleton._arguments import check_frame_rate
+from skpose.skeleton._continuity import without_jumps
+from skpose.skeleton._units import warn_of_degrees
+from skpose.skeleton._validation import check_poses
+
+ON_KEY = 1e-6  # frames between a frame and a key that are at one time
+
+
+@validate_params(
+    {
+        "skeleton": [IS_SKELETON],
+        "method": [StrOptions({"geodesic", "spline"})],
+        "n_steps": [Interval(Integral, 2, None, closed="left")],
+        "n_jobs": [None, Integral],
+    },
+    prefer_skip_nested_validation=True,
+)
+def interpolate(
+    poses: ArrayLike,
+    times: ArrayLike,
+    skeleton: Skeleton,
+    *,
+    frame_rate: float,
+    method: str = "spline",
+    n_steps: int = 10,
+    n_jobs: int | None = None,
+) -> Motion:
+    r"""Return a motion through key poses at given times.
+
+    The shortest paths from key to key, at constant speed, or a smooth curve on the kinematic manifold. Every frame is
+    a pose of the skeleton, so that bones keep their lengths.
+
+    Parameters
+    ----------
+    poses : array-like of shape (n_poses, n_dofs)
+        Key poses, at least two: joint angles, rad.
+    times : array-like of shape (n_poses,)
+        Their times, s, increasing.
+    skeleton : Skeleton
+        The skeleton of the poses.
+    frame_rate : float
+        Frames a second of the motion.
+    method : {"spline", "geodesic"}, default="spline"
+        "geodesic" goes along the geodesic to each next key at constant speed; directions and speeds change at the keys.
+        "spline" has continuous velocities of the joints, and may swing out further than the keys.
+    n_steps : int, default=10
+        Chords of the geodesics, at least two.
+    n_jobs : int, default=None
+        Threads, as in scikit-learn.
+
+    Returns
+    -------
+    Motion
+        Frames at ``times[0] + i / frame_rate`` up to ``times[-1]``, the root at rest. A key pose that falls on a frame
+        is met exactly. The numbers of the angles do not jump from frame to frame; those of a key may be others of the
+        same rotations.
+
+    Warns
+    -----
+    ConvergenceWarning
+        If geodesics did not converge: the motion is still one through the keys.
+    UserWarning
+        If the poses look like degrees, see `skpose.pose_distances`.
+
+    Raises
+    ------
+    ValueError
+        For fewer than two poses, poses of the wrong width, out of order by name or not finite; for times of the wrong
+        shape, not finite or not increasing; for a frame rate that is not positive.
+
+    See Also
+    --------
+    geodesic : The path between two poses.
+    Motion.resample : Another frame rate, each joint by itself.
+
+    Notes
+    -----
+    *Spline.* The curve of geodesics is unrolled onto one flat space by parallel transport, a natural cubic spline is
+    drawn through the keys there, and is rolled up again [1]_. Rolled up, a difference from the geodesics is a velocity
+    of the joints, which these follow for a unit of time, each by its own turn. For one joint with one angle it is the
+    natural cubic spline of the angle. Of the splines of angles through some frames of CMU motions, the natural one was
+    nearest to the frames left out: nearer than the local ones of Catmull and Rom, Akima, and Fritsch and Carlson, and
+    than the "not-a-knot" one. De Casteljau's algorithm [2]_ would take three geodesics for each frame, and slopes from
+    elsewhere. ``benchmarks/in_betweening.py`` compares with other methods.
+
+    *Twists.* What no joint shows turns as on the line to the next key, by slerp for joints with three dofs, and its
+    speed may change at keys; so do joints without weight. Where a limb is nearly straight, small movements may need
+    large turns: geodesics take them, and the spline adds little to these.
+
+    *Velocities.* They are those of the positions. A geodesic is made of `n_steps` slerps, between which velocities
+    change a little; less with more of them.
+
+    The time is that of a geodesic for each key, some milliseconds or a hundred where it is refined; "spline" takes some
+    milliseconds for each frame too.
+
+    References
+    ----------
+    .. [1] P. E. Jupp, J. T. Kent, "Fitting smooth paths to spherical data", Applied Statistics 36(1), 1987,
+       :doi:`10.2307/2347843`.
+    .. [2] F. C. Park, B. Ravani, "Bézier curves on Riemannian manifolds and Lie groups with kinematics applications",
+       Journal of Mechanical Design 117(1), 1995, :doi:`10.1115/1.2826114`.
+
+    Examples
+    --------
+    An arm that goes up, and down again:
+
+    >>> from skpose import Skeleton, interpolate
+    >>> arm = Skeleton.chain(1)
+    >>> keys, times = [[0.0], [1.0], [0.0]], [0.0, 1.0, 2.0]
+    >>> interpolate(keys, times, arm, frame_rate=2, method="geodesic").angles.ravel().round(3)
+    array([0. , 0.5, 1. , 0.5, 0. ])
+    >>> interpolate(keys, times, arm, frame_rate=2).angles.ravel().round(2)  # slows down at the top
+    array([0.  , 0.69, 1.  , 0.69, 0.  ])
+    """
+    X = check_poses(poses, skeleton, "poses").astype(np.float64)
+    if len(X) < 2:
+        raise ValueError(f"poses must be at least two key poses, got {len(X)}: one pose is no motion")
+    warn_of_degrees(poses=X)
+    at, rate = _checked_times(times, len(X)), check_frame_rate(frame_rate)
+    n_threads = effective_n_jobs(n_jobs)
+    geodesics = _geodesics(X, skeleton, n_steps, n_threads)
+    piece, shares = _places(at, rate)
+    in_pieces = [shares[piece == i] for i in range(len(geodesics))]
+    if method == "spline":
+        between = spline_between(geodesics, np.diff(at), in_pieces, skeleton, n_threads)
+    else:
+        between = [path._at(share) for path, share in zip(geodesics, in_pieces, strict=True)]
+    frames = np.concatenate(between)
+    on_key = np.isin(shares, [0.0, 1.0])
+    frames[on_key] = X[(piece + shares.astype(int))[on_key]]
+    return Motion(skeleton, without_jumps(skeleton.bones, frames), rate)
+
+
+def _checked_times(times: ArrayLike, n_poses: int) -> np.ndarray:
+    """Return the times of the keys as an array that increases."""
+    at = np.asarray(times, dtype=np.float64)
+    if at.shape != (n_poses,):
+        raise ValueError(f"times must have shape ({n_poses},), one for each of the poses, got {at.shape}")
+    if not np.isfinite(at).all():
+        raise ValueError("times must be finite numbers of seconds, got NaN or infinity")
+    if (np.diff(at) <= 0.0).any():
+        i = int(np.argmax(np.diff(at) <= 0.0))
+        raise ValueError(
+            f"times must increase, got {at[i]:g} s and then {at[i + 1]:g} s; sort poses and times by time, and keep "
+            "one pose of each time"
+        )
+    return at
+
+
+def _geodesics(X: np.ndarray, skeleton: Skeleton, n_steps: int, n_jobs: int) -> list[Geodesic]:
+    """Return the geodesics from each key to the next; one warning for all that did not converge."""
+    found: dict[int, Geodesic] = {}
+
+    def find(i: int) -> None:
+        found[i] = shortest_path(X[i], X[i + 1], skeleton, n_steps)
+
+    in_threads((partial(find, i) for i in range(len(X) - 1)), n_jobs)
+    n_unconverged = sum(not path.converged for path in found.values())
+    if n_unconverged:
+        warn(
+            f"{n_unconverged} of the {len(found)} geodesics between the keys did not converge, so that they may not be "
+            "the shortest paths; a larger n_steps may help",
+            ConvergenceWarning,
+        )
+    return [found[i] for i in range(len(X) - 1)]
+
+
+def _places(times: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return of each frame the piece between keys that it is in, and its share of the time there, 0 or 1 on keys."""
+    keys = (times - times[0]) * rate  # in frames
+    frames = np.arange(np.floor(keys[-1] + ON_KEY) + 1)
+    nearest = np.abs(keys - np.rint(keys)) < ON_KEY
+    keys[nearest] = np.rint(keys[nearest])
+    piece = np.clip(np.searchsorted(keys, frames, side="right") - 1, 0, len(keys) - 2)
+    return piece, (frames - keys[piece]) / np.diff(keys)[piece]

@@ -1,0 +1,191 @@
+"""A smooth curve through key poses: a cubic spline of the keys' geodesics, laid out flat and back.
+
+P. E. Jupp, J. T. Kent, "Fitting smooth paths to spherical data", Applied Statistics 36(1), 1987: the curve of geodesics
+through the keys is unrolled onto one flat space by parallel transport, a spline is drawn there, and is rolled up again.
+Only what differs from the geodesics is transported: with s from 0 to 1 between two keys h seconds apart, a cubic with
+slopes m at the keys, where the geodesic has slopes a, is off the geodesic by
+
+    D(s) = h (s (1 − s)² (m − a) − s² (1 − s) (m' − a')),
+
+a velocity at the geodesic's pose at s, which the joints follow for one unit of time, each by its own turn: the
+exponential map would do so too, but costs as much as a geodesic, and turns straight limbs far for small movements. The
+slopes are those of the natural cubic spline, from its tridiagonal equations, in which a vector of one key comes to the
+next by transport.
+"""
+
+from functools import partial
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from skpose._compiled.exponential import tangent_space
+from skpose._compiled.tree import Tree
+from skpose._parallel.threads import in_threads
+from skpose.geodesics._charts import jacobian_at, moved
+from skpose.geodesics._geodesic import Geodesic
+from skpose.kinematics._forward import weighted_positions
+from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
+from skpose.skeleton import Skeleton
+
+NEAR_END = 1e-4  # share of a geodesic's length from its ends to poses that give its first and its last velocity
+DAMPING = 0.5  # 1/rad, of turns that move the joints little, relative to the size of the whole displacement
+SOLUTIONS = 3  # of one system, each for what the one before left over
+ROUNDING = 1e-12  # of the metric tensor, relative to its trace
+ORTHONORMAL = 2  # iterations after which products of two bases are so, up to 1e-4 for a turn by 20°
+
+
+class Piece(NamedTuple):
+    """The geodesic from one key to the next, as what a spline needs of it; bases are those of tangent spaces."""
+
+    path: Geodesic
+    first: np.ndarray  # (n, rank) basis at the first key
+    last: np.ndarray
+    leaving: np.ndarray  # (rank,) first velocity per unit of s, in the basis
+    arriving: np.ndarray
+    forth: np.ndarray  # (rank at the last key, rank at the first) parallel transport
+
+
+def spline_between(
+    geodesics: list[Geodesic], spans: np.ndarray, shares: list[np.ndarray], skeleton: Skeleton, n_jobs: int
+) -> list[np.ndarray]:
+    """Return poses between keys.
+
+    `spans` are the times between the keys; `shares` are the poses of each piece, as s from 0 to 1.
+    """
+    pieces: list[Piece | None] = [None] * len(geodesics)
+
+    def prepare(i: int) -> None:
+        pieces[i] = _piece(geodesics[i], skeleton)
+
+    in_threads((partial(prepare, i) for i in range(len(geodesics))), n_jobs)
+    known = [piece for piece in pieces if piece is not None]
+    slopes = natural_slopes(known, spans)
+    poses = [np.empty(0)] * len(known)
+
+    def draw(i: int) -> None:
+        piece, h = known[i], spans[i]
+        start = h * slopes[i] - piece.leaving
+        end = h * slopes[i + 1] - piece.arriving
+        poses[i] = _drawn(piece, start, end, shares[i], skeleton)
+
+    in_threads((partial(draw, i) for i in range(len(known))), n_jobs)
+    return poses
+
+
+def natural_slopes(pieces: list[Piece], spans: np.ndarray) -> list[np.ndarray]:
+    """Return the slopes of the natural cubic spline at the keys, each in the basis of its key, per unit of time.
+
+    The equations of the keys, h' m₋ + 2 (h + h') m + h m₊ = 3 (h' a + h a'), h the time before and h' that after,
+    by elimination from the first key to the last and back.
+    """
+    n = len(pieces)
+    share, right = np.empty(n), []
+    share[0], slope = 0.5, 1.5 * pieces[0].leaving / spans[0]
+    right.append(slope)
+    for i in range(1, n + 1):
+        before = pieces[i - 1]
+        arriving, brought = before.arriving / spans[i - 1], before.forth @ right[i - 1]
+        if i == n:
+            right.append((3.0 * arriving - brought) / (2.0 - share[i - 1]))
+            break
+        h, after = spans[i - 1], spans[i]
+        pivot = 2.0 * (h + after) - after * share[i - 1]
+        leaving = pieces[i].leaving / after
+        share[i] = h / pivot
+        right.append((3.0 * (after * arriving + h * leaving) - after * brought) / pivot)
+    slopes = [right[n]]
+    for i in range(n - 1, -1, -1):
+        slopes.append(right[i] - share[i] * (pieces[i].forth.T @ slopes[-1]))
+    return slopes[::-1]
+
+
+def _piece(path: Geodesic, skeleton: Skeleton) -> Piece:
+    """Return what the spline needs of a geodesic."""
+    tree = tree_of(skeleton)
+    shares = np.linspace(0.0, 1.0, len(path.path))
+    ends = np.array([NEAR_END, 2.0 * NEAR_END])
+    poses = path._at(np.concatenate([shares, ends, 1.0 - ends]))
+    near = weighted_positions(poses[[0, -4, -3, len(shares) - 1, -2, -1]], skeleton)
+    difference = np.array([-1.5, 2.0, -0.5]) / NEAR_END
+    bases = _bases(tree, poses[: len(shares)])
+    forth = np.eye(bases[0].shape[1])
+    for before, after in pairwise(bases):
+        forth = _step(before, after) @ forth
+    first, last = bases[0], bases[-1]
+    leaving, arriving = first.T @ (difference @ near[:3]), -last.T @ (difference @ near[3:])
+    return Piece(path, first, last, leaving, arriving, _turn(forth @ leaving, arriving) @ forth)
+
+
+def _turn(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return the smallest rotation that takes the direction of a to that of b.
+
+    A geodesic transports its own velocity: so the transport along its chords is made to do so exactly.
+    """
+    lengths = np.linalg.norm(a), np.linalg.norm(b)
+    if min(lengths) == 0.0:
+        return np.eye(len(a))
+    u, v = a / lengths[0], b / lengths[1]
+    if u @ v < 0.0:  # chords that are too long to say which rotation it is
+        return np.eye(len(a))
+    return np.eye(len(a)) - np.outer(u + v, u + v) / (1.0 + u @ v) + 2.0 * np.outer(v, u)
+
+
+def _drawn(piece: Piece, start: np.ndarray, end: np.ndarray, shares: np.ndarray, skeleton: Skeleton) -> np.ndarray:
+    """Return the poses of the spline between two keys, given how much its slopes differ from the geodesic's."""
+    tree = tree_of(skeleton)
+    nodes, at = np.unique(np.concatenate([np.linspace(0.0, 1.0, len(piece.path.path)), shares]), return_inverse=True)
+    base = piece.path._at(nodes)
+    bases = _bases(tree, base)
+    steps = [_step(before, after) for before, after in pairwise(bases)]
+    forth = _carried(bases[0].T @ (piece.first @ start), steps)
+    back = _carried(bases[-1].T @ (piece.last @ end), [step.T for step in steps[::-1]])[::-1]
+    poses, dofs = base.copy(), to_tree_order(tree, base)
+    for k in sorted(set(at[-len(shares) :])):
+        s = nodes[k]
+        off = bases[k] @ (s * (1.0 - s) ** 2 * forth[k] - s**2 * (1.0 - s) * back[k])
+        poses[k] = from_tree_order(tree, _displaced(tree, dofs[k], off), base[k])
+    return poses[at[-len(shares) :]]
+
+
+def _displaced(tree: Tree, pose: np.ndarray, displacement: np.ndarray) -> np.ndarray:
+    """Return a pose whose joints are displaced, as far as the bones allow: one step of Gauss and Newton.
+
+    It is damped, by iterated Tikhonov regularisation: a straight limb does not twist far for a small movement, and
+    turns that move the joints well stay what they are. The damping falls to zero with the displacement, so that a curve
+    has the velocity that it is given where it is on the geodesic.
+    """
+    size = np.linalg.norm(displacement)
+    if size == 0.0:
+        return pose
+    jacobian = jacobian_at(tree, pose, True)
+    matrix = jacobian.T @ jacobian
+    matrix[np.diag_indices(len(matrix))] += max((DAMPING * size) ** 2, ROUNDING * np.trace(matrix))
+    inverse, turns = np.linalg.inv(matrix), np.zeros(len(matrix))
+    for _ in range(SOLUTIONS):
+        turns += inverse @ (jacobian.T @ (displacement - jacobian @ turns))
+    return moved(tree, pose, turns, True)
+
+
+def _carried(vector: np.ndarray, steps: list[np.ndarray]) -> list[np.ndarray]:
+    """Return a vector at all poses of a path, by transport from the first one."""
+    carried = [vector]
+    for step in steps:
+        carried.append(step @ carried[-1])
+    return carried
+
+
+def _bases(tree: Tree, poses: np.ndarray) -> list[np.ndarray]:
+    dofs = to_tree_order(tree, poses)
+    return [tangent_space(tree, pose) for pose in dofs]
+
+
+def _step(before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """Return the transport from one tangent space to one near it: the projection, made orthonormal (Newton, Schulz).
+
+    A direction that is in one of the two only, as near a straight limb, stays short.
+    """
+    matrix = after.T @ before
+    for _ in range(ORTHONORMAL):
+        matrix = 1.5 * matrix - 0.5 * matrix @ (matrix.T @ matrix)
+    return matrix
