@@ -26,6 +26,7 @@ __all__ = [
     "PoseFromPositions",
     "PoseKNeighborsTransformer",
     "PoseRadiusNeighborsTransformer",
+    "PoseTangentPCA",
     "Repetitions",
     "Skeleton",
     "SpatialMDS",
@@ -98,6 +99,7 @@ if TYPE_CHECKING:
     from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
     from skpose.preprocessing import PoseDistanceTransformer, PoseFromPositions
     from skpose.skeleton import Bone, Motion, Skeleton, poses_from_rotations, rotations_from_poses
+    from skpose.statistics import PoseTangentPCA
 
     __version__: str
 else:
@@ -134,7 +136,7 @@ else:
         "plot": [],
         "preprocessing": ["PoseDistanceTransformer", "PoseFromPositions"],
         "skeleton": ["Bone", "Motion", "Skeleton", "poses_from_rotations", "rotations_from_poses"],
-        "statistics": [],
+        "statistics": ["PoseTangentPCA"],
     }
     _PACKAGE_OF = {name: package for package, names in _PACKAGES.items() for name in names}
 
