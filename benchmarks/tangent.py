@@ -58,8 +58,8 @@ def check(label, skeleton, X, n_pairs):
             seconds += middle - start, time.perf_counter() - middle
         unconverged += bool(caught)
         logarithms.append(logarithm[0])
-    print(f"\n{label}: {n_pairs} pairs, {unconverged} with a warning; ms: log {1e3 * seconds[0] / n_pairs:.1f}, exp ", end="")
-    print(f"{1e3 * seconds[1] / n_pairs:.1f}")
+    log_ms, exp_ms = 1e3 * seconds / n_pairs
+    print(f"\n{label}: {n_pairs} pairs, {unconverged} with a warning; log {log_ms:.1f} ms, exp {exp_ms:.1f} ms")
     print(f"  {'quantile':34}" + "".join(f"{share:>10}" for share in SHARES))
     lengths = length(np.array(logarithms), skeleton)
     distances = np.array([distance(X[a], X[b], skeleton, "geodesic") for a, b in pairs])

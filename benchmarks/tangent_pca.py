@@ -6,7 +6,8 @@ All frames at 12 Hz, CMU with Euler angles and HDM05 with ball joints, each pers
 others'. The error is the root mean square of the distances of joints, over joints and frames; of all people, and the
 median of the people's own. Bones are measured in the poses of the scores: the largest error of a length, in any frame.
 
-- "angles": scikit-learn's PCA of the columns as they are; "angles, wrapped": of those wrapped about their circular mean;
+- "angles": scikit-learn's PCA of the columns as they are; "angles, wrapped": of Euler angles wrapped about their
+  circular mean;
 - "positions": scikit-learn's PCA of the positions of all joints, which need not be a pose;
 - "tangent": `PoseTangentPCA`, metric="position"; "tangent, geodesic": metric="geodesic", on every so-many-th frame.
 

@@ -24,6 +24,7 @@ from skpose import (
     PoseFromPositions,
     PoseKNeighborsTransformer,
     PoseRadiusNeighborsTransformer,
+    PoseTangentPCA,
     Skeleton,
     SpatialMDS,
 )
@@ -67,6 +68,10 @@ class ChainMotionNeighbors(ChainMixin, MotionKNeighborsTransformer):
     """The same; each row is a motion of one frame."""
 
 
+class ChainTangentPCA(ChainMixin, PoseTangentPCA):
+    """The same, under "position" or "geodesic"."""
+
+
 class ChainPositions(PoseFromPositions):
     """Positions of a planar chain of as many joints as columns need, the last ones zero."""
 
@@ -93,6 +98,7 @@ DEFAULT = [
     PoseRadiusNeighborsTransformer(),
     MotionDistanceTransformer(),
     MotionKNeighborsTransformer(),
+    PoseTangentPCA(),
 ]
 SPATIAL = [
     ChainDistances(),
@@ -102,6 +108,7 @@ SPATIAL = [
     ChainRadiusNeighbors(radius=3.0),
     ChainMotionDistances(),
     ChainMotionNeighbors(),
+    ChainTangentPCA(),
 ]
 POSITIONS = [ChainPositions(), ChainPositions(regularization=0.1, n_jobs=2)]
 OTHERS = [
@@ -114,6 +121,9 @@ OTHERS = [
     MotionDistanceTransformer(alignment="subsequence"),
     ChainMotionDistances(window=0.1, n_jobs=2),
     ChainMotionNeighbors(algorithm="brute", mode="connectivity"),
+    PoseTangentPCA(n_components=0.9),
+    ChainTangentPCA(n_components=1),
+    ChainTangentPCA(metric="geodesic", n_steps=3),
 ]
 PRECOMPUTED = [SpatialMDS(metric="precomputed"), MedoidShift(metric="precomputed")]
 # Estimators of scikit-learn that take distances, and fail the same checks.

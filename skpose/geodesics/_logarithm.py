@@ -279,7 +279,7 @@ def to_joints(skeleton: Skeleton, scaled: np.ndarray) -> np.ndarray:
     weights = np.asarray(skeleton.weights)[counted]
     roots = np.where(weights > 0.0, np.sqrt(weights), 1.0)
     out = np.zeros((*scaled.shape[:-1], skeleton.n_joints, 3))
-    out[..., counted, :] = scaled.reshape(*scaled.shape[:-1], -1, 3) / roots[:, None]
+    out[..., counted, :] = scaled.reshape(*scaled.shape[:-1], len(counted), 3) / roots[:, None]
     return out
 
 
@@ -287,4 +287,4 @@ def from_joints(skeleton: Skeleton, velocities: np.ndarray) -> np.ndarray:
     """Invert `to_joints`."""
     counted = counted_joints(skeleton)
     roots = np.sqrt(np.asarray(skeleton.weights)[counted])
-    return (velocities[..., counted, :] * roots[:, None]).reshape(*velocities.shape[:-2], -1)
+    return (velocities[..., counted, :] * roots[:, None]).reshape(*velocities.shape[:-2], 3 * len(counted))

@@ -44,9 +44,7 @@ class TangentPCADisplay:
     ['−2', '−1', '0', '+1', '+2']
     """
 
-    def __init__(
-        self, positions: np.ndarray, skeleton: Skeleton, deviations: np.ndarray, component: int, share: float
-    ):
+    def __init__(self, positions: np.ndarray, skeleton: Skeleton, deviations: np.ndarray, component: int, share: float):
         self.positions, self.skeleton, self.deviations = positions, skeleton, deviations
         self.component, self.share = component, share
 

@@ -1,7 +1,7 @@
 """Spaces of vectors at a base pose, in which principal components are found: one for each metric of `PoseTangentPCA`.
 
-Each has `vectors` of poses, whose Euclidean lengths are distances from the base; `steps`, directions in the space as what
-`moved` takes; and `motions`, the same as velocities of the joints.
+Each has `vectors` of poses, whose Euclidean lengths are distances from the base; `steps`, directions in the space as
+what `moved` takes; and `motions`, the same as velocities of the joints.
 """
 
 from typing import NamedTuple, Protocol

@@ -18,7 +18,8 @@ from skpose.kinematics._forward import weighted_positions
 from skpose.metrics._registry import resolve
 from skpose.statistics._spaces import Columns, Geodesics, Lines, line_mean
 
-VARIES = 1e-7  # singular value, relative to the largest, below which there is only rounding
+VARIES = 1e-7  # singular value, relative to the largest, above which poses vary
+ROUNDING = 1e-12  # root mean square of all scores, m or rad, below which there is only rounding
 
 
 class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator):
@@ -283,7 +284,7 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
     def _chosen(self, sizes, variances, shape):
         """Return the number of components that the parameter asks for, from all singular values and variances."""
         n_varying = int((sizes > VARIES * sizes[0]).sum())
-        if n_varying == 0:
+        if sizes[0] <= ROUNDING * np.sqrt(shape[0]):
             raise ValueError(
                 f"all {shape[0]} poses of X are equal under metric={self.effective_metric_!r}, got no variance to "
                 "explain: pass poses that differ in joints that have weight"
