@@ -64,7 +64,7 @@ def skeleton_at(skeleton: Skeleton, base: np.ndarray) -> tuple[Skeleton, np.ndar
         rest = rests[bone.name] @ rotations_of(bone, base[None, columns]).as_matrix()[0]
         bones[place[bone.name]] = bone._replace(dofs="rotvec", rest_rotation=rest, limits=None)
         pose[columns] = 0.0
-    return replace(skeleton, bones=bones), pose
+    return replace(skeleton, bones=tuple(bones)), pose
 
 
 def _turning(bones: Sequence[Bone]) -> Iterator[tuple[Bone, slice]]:

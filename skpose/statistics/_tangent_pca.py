@@ -1,7 +1,7 @@
 """Principal components of poses, in the tangent space at their mean."""
 
-from numbers import Integral, Real
-from typing import ClassVar
+from numbers import Integral
+from typing import Any, ClassVar
 
 import numpy as np
 from joblib import effective_n_jobs
@@ -10,7 +10,7 @@ from sklearn.utils.extmath import svd_flip
 from sklearn.utils.validation import check_array, check_is_fitted
 
 from skpose._base import PoseEstimatorMixin
-from skpose._compat.sklearn import Interval, StrOptions, fit_context
+from skpose._compat.sklearn import Interval, RealNotInt, StrOptions, fit_context
 from skpose.geodesics import frechet_mean
 from skpose.geodesics._logarithm import TangentSpace
 from skpose.kinematics._constraints import IS_SKELETON
@@ -126,7 +126,7 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
         "skeleton": [IS_SKELETON, None],
         "n_components": [
             Interval(Integral, 1, None, closed="left"),
-            Interval(Real, 0, 1, closed="neither"),
+            Interval(RealNotInt, 0, 1, closed="neither"),
             None,
         ],
         "metric": [StrOptions({"auto", "angle", "position", "geodesic"})],
@@ -265,21 +265,23 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
 
     def _mean(self, X):
         """Return the mean of poses that belongs to the metric."""
+        skeleton: Any = self.skeleton_  # which all metrics but "angle" have
         if self.effective_metric_ == "angle":
             return X.mean(axis=0)
         if self.effective_metric_ == "position":
-            return line_mean(X, self.skeleton_)
+            return line_mean(X, skeleton)
         parameters = self.effective_metric_params_
-        return frechet_mean(X, self.skeleton_, metric="geodesic", **parameters, n_jobs=self.n_jobs).pose
+        return frechet_mean(X, skeleton, metric="geodesic", **parameters, n_jobs=self.n_jobs).pose
 
     def _space(self):
         """Return the space of vectors at the mean."""
+        skeleton: Any = self.skeleton_
         if self.effective_metric_ == "angle":
             return Columns(self.mean_)
         if self.effective_metric_ == "position":
-            return Lines(self.skeleton_, self.mean_)
+            return Lines(skeleton, self.mean_)
         n_steps = self.effective_metric_params_["n_steps"]
-        return Geodesics(TangentSpace(self.skeleton_, self.mean_, n_steps, effective_n_jobs(self.n_jobs)))
+        return Geodesics(TangentSpace(skeleton, self.mean_, n_steps, effective_n_jobs(self.n_jobs)))
 
     def _chosen(self, sizes, variances, shape):
         """Return the number of components that the parameter asks for, from all singular values and variances."""
@@ -292,7 +294,7 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
         if self.n_components is None:
             return n_varying
         if isinstance(self.n_components, Integral):
-            if self.n_components > n_varying:
+            if int(self.n_components) > n_varying:
                 raise ValueError(
                     f"n_components must be at most {n_varying}, the number of components in which the {shape[0]} poses "
                     f"of {shape[1]} columns vary, got {self.n_components}; None keeps all of them"
