@@ -22,7 +22,7 @@ TOL = 1e-10  # mean step at which it has converged, rad
 
 def steps_from(bones: Sequence[Bone], base: np.ndarray, poses: np.ndarray) -> np.ndarray:
     """Return the steps (n_poses, n_dofs) from a base (n_dofs,) to poses."""
-    steps = linear(np.zeros_like(base), poses - base, 1.0, TWO_PI)
+    steps = linear(np.zeros_like(base), poses - base, np.ones(1), TWO_PI)
     for bone, columns in _turning(bones):
         at = rotations_of(bone, base[None, columns])
         steps[:, columns] = (at.inv() * rotations_of(bone, poses[:, columns])).as_rotvec()
