@@ -130,7 +130,7 @@ def test_velocities_are_in_the_tangent_space():
 
 
 def test_what_bones_do_not_allow_is_left_out():
-    up, along = [[[0.0, 1.0, 0.0]]], [[[3.0, 1.0, -2.0]]]  # the bone is along x and turns about z
+    up, along = [[[0.0, 1.0, 0.0]]], [[[3.0, 1.0, -2.0]]]  # the bone is along x, its hinge along z
     np.testing.assert_allclose(exp_map([0.0], along, ONE_BONE), exp_map([0.0], up, ONE_BONE), atol=1e-12)
 
 
