@@ -26,7 +26,7 @@ from skpose.datasets import load_cmu, load_hdm05, make_gait
 
 RATE = 12  # Hz
 COMPONENTS = (2, 3, 5, 8, 12, 20)
-FIT, TEST = 150, 40  # poses of a person on which geodesics are tried, in fit and out of it
+FIT, TEST = 60, 30  # poses of a person on which geodesics are tried, in fit and out of it
 
 
 class Result(NamedTuple):
