@@ -40,7 +40,9 @@ def length(velocities, skeleton):
 
 
 def distance(base, pose, skeleton, metric):
-    return pose_distances(base[None], pose[None], skeleton=skeleton, metric=metric)[0, 0]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConvergenceWarning)  # those of the logarithms are counted
+        return pose_distances(base[None], pose[None], skeleton=skeleton, metric=metric)[0, 0]
 
 
 def check(label, skeleton, X, n_pairs):
@@ -96,7 +98,7 @@ def main():
         for kind, one in (("Euler angles", dataset), ("ball joints", dataset.to_rotvec())):
             X, _ = one.poses(frame_rate=RATE)
             relative = check(f"{label}, {kind}", one.skeleton, X, n_pairs)
-            assert np.median(relative) < 1e-5, "exp(log) does not come back"
+            assert np.median(relative) < 1e-4, "exp(log) does not come back"
 
 
 if __name__ == "__main__":

@@ -233,6 +233,9 @@ def exp_map(
     the joints where X has them, up to rounding in well-posed cases. Errors grow where paths pass straight limbs, and
     with the distance; ``benchmarks/tangent.py`` measures them. Angles that move no joint are not those of X.
 
+    From a limb that is exactly straight at the base, with a hinge, velocities do not state the plane in which it bends,
+    so that the joints are not where X has them; one that is bent by 0.001 rad has a plane.
+
     Some milliseconds a pose: each chord takes some evaluations of the positions, their Jacobian and eigenvalues of a
     matrix of n_dofs.
 
