@@ -29,6 +29,7 @@ __all__ = [
     "PoseKNeighborsTransformer",
     "PoseKernelRegressor",
     "PoseRadiusNeighborsTransformer",
+    "PoseTangentPCA",
     "Repetitions",
     "Skeleton",
     "SpatialMDS",
@@ -115,7 +116,7 @@ if TYPE_CHECKING:
     from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
     from skpose.preprocessing import PoseDistanceTransformer, PoseFromPositions
     from skpose.skeleton import Bone, Motion, Skeleton, poses_from_rotations, rotations_from_poses
-    from skpose.statistics import PoseKernelRegressor, TwoSampleTest, two_sample_test
+    from skpose.statistics import PoseKernelRegressor, PoseTangentPCA, TwoSampleTest, two_sample_test
 
     __version__: str
 else:
@@ -162,7 +163,7 @@ else:
         "plot": [],
         "preprocessing": ["PoseDistanceTransformer", "PoseFromPositions"],
         "skeleton": ["Bone", "Motion", "Skeleton", "poses_from_rotations", "rotations_from_poses"],
-        "statistics": ["PoseKernelRegressor", "TwoSampleTest", "two_sample_test"],
+        "statistics": ["PoseKernelRegressor", "PoseTangentPCA", "TwoSampleTest", "two_sample_test"],
     }
     _PACKAGE_OF = {name: package for package, names in _PACKAGES.items() for name in names}
 

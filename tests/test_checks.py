@@ -26,6 +26,7 @@ from skpose import (
     PoseKMeans,
     PoseKNeighborsTransformer,
     PoseRadiusNeighborsTransformer,
+    PoseTangentPCA,
     Skeleton,
     SpatialMDS,
 )
@@ -39,6 +40,9 @@ pytestmark = [
     # Any numbers are no positions of a chain.
     pytest.mark.filterwarnings("ignore:the joints of a frame are .* apart:UserWarning"),
     pytest.mark.filterwarnings("ignore:.* frames did not converge:sklearn.exceptions.ConvergenceWarning"),
+    # Nor are they poses of people: chains that roll up have no mean but local ones.
+    pytest.mark.filterwarnings("ignore:the mean did not converge:sklearn.exceptions.ConvergenceWarning"),
+    pytest.mark.filterwarnings("ignore:.* poses are too far from the mean:sklearn.exceptions.ConvergenceWarning"),
 ]
 
 
@@ -88,6 +92,10 @@ class ChainRegressor(PoseKernelRegressor):
         self.skeleton_ = None
 
 
+class ChainTangentPCA(ChainMixin, PoseTangentPCA):
+    """The same, under "position" or "geodesic"."""
+
+
 class ChainPositions(PoseFromPositions):
     """Positions of a planar chain of as many joints as columns need, the last ones zero."""
 
@@ -116,6 +124,7 @@ DEFAULT = [
     PoseRadiusNeighborsTransformer(),
     MotionDistanceTransformer(),
     MotionKNeighborsTransformer(),
+    PoseTangentPCA(),
 ]
 SPATIAL = [
     ChainDistances(),
@@ -127,6 +136,7 @@ SPATIAL = [
     ChainRadiusNeighbors(radius=3.0),
     ChainMotionDistances(),
     ChainMotionNeighbors(),
+    ChainTangentPCA(),
 ]
 POSITIONS = [ChainPositions(), ChainPositions(regularization=0.1, n_jobs=2)]
 OTHERS = [
@@ -144,6 +154,9 @@ OTHERS = [
     MotionDistanceTransformer(alignment="subsequence"),
     ChainMotionDistances(window=0.1, n_jobs=2),
     ChainMotionNeighbors(algorithm="brute", mode="connectivity"),
+    PoseTangentPCA(n_components=0.9),
+    ChainTangentPCA(n_components=1),
+    ChainTangentPCA(metric="geodesic", n_steps=3),
 ]
 PRECOMPUTED = [SpatialMDS(metric="precomputed"), MedoidShift(metric="precomputed")]
 # Estimators of scikit-learn that take distances, and fail the same checks.

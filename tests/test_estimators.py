@@ -25,6 +25,7 @@ from skpose import (
     PoseKMeans,
     PoseKNeighborsTransformer,
     PoseRadiusNeighborsTransformer,
+    PoseTangentPCA,
     Skeleton,
     SpatialMDS,
     forward_kinematics,
@@ -53,7 +54,7 @@ CLASSES = [
     MotionDistanceTransformer,
     MotionKNeighborsTransformer,
 ]
-ALL = [*CLASSES, PoseFromPositions]
+ALL = [*CLASSES, PoseFromPositions, PoseTangentPCA]
 HOW_TO_ANSWER = {"n_jobs": 2, "verbose": 0, "n_neighbors": 3, "radius": 0.4, "mode": "connectivity"}
 HOW_TO_ANSWER |= {"joint_limits": "enforce", "regularization": 0.1}
 # Estimators, and another value of each parameter that determines what they learn.
@@ -69,6 +70,7 @@ LEARNT = {
     PoseKNeighborsTransformer(ARM, n_neighbors=2): OTHER | {"algorithm": "brute"},
     PoseRadiusNeighborsTransformer(ARM, radius=3.0): OTHER | {"algorithm": "brute"},
     PoseFromPositions(ARM): {"skeleton": LONGER},
+    PoseTangentPCA(ARM): {"skeleton": LONGER, "metric": "angle", "n_components": 1, "n_steps": 3},
     MotionDistanceTransformer(ARM): OTHER | {"alignment": "subsequence", "window": 0.1},
     MotionKNeighborsTransformer(ARM, n_neighbors=2): OTHER | {"algorithm": "brute", "window": 0.1},
 }
@@ -198,6 +200,7 @@ def test_searches_at_the_same_time_count_for_themselves(X):
         (PoseKNeighborsTransformer(ARM), {"metric": "angle", "algorithm": "brute"}),
         (PoseRadiusNeighborsTransformer(ARM), {"metric": "position", "skeleton": LONGER}),
         (MotionDistanceTransformer(ARM), {"metric": "position", "alignment": "subsequence"}),
+        (PoseTangentPCA(ARM), {"metric": "angle", "n_components": 1}),
     ],
     ids=str,
 )

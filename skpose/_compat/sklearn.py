@@ -9,6 +9,7 @@ from sklearn.utils._param_validation import (
     HasMethods,
     Interval,
     InvalidParameterError,
+    RealNotInt,
     StrOptions,
     validate_parameter_constraints,
 )
@@ -107,6 +108,7 @@ __all__ = [
     "HasMethods",
     "InstanceOf",
     "Interval",
+    "RealNotInt",
     "StrOptions",
     "callback_context",
     "check_feature_names_in",

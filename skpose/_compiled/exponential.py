@@ -32,7 +32,7 @@ NEAREST = 1e-2  # distance from its positions at which a nearest pose is a good 
 LEAST_DAMPING, FIRST_DAMPING, LARGEST_DAMPING, FACTOR = 1e-12, 1e-8, 1e3, 10.0
 MAX_STEPS = 40  # to the next pose
 STALLED = 1e-3  # relative decrease of an error below which it does not come down to zero
-MAX_CHORDS = 8  # first chords that are tried for the one of the right length
+MAX_CHORDS = 40  # first chords that are tried for the one of the right length
 ROUNDING = 1e-10  # error of a tangential part, relative to the length of the velocity
 
 
@@ -161,6 +161,35 @@ def _following(tree, pose, basis, tangential, tol):
     return _advance(tree, pose, basis, tangential, near, tol)
 
 
+@internal
+def _first_pose(tree, pose, basis, tangential, tol):
+    """Find the pose whose chord from a pose is as long as a tangential step, and has its direction.
+
+    Chords grow with their tangential parts up to a right angle: the part is found between one whose chord is too short
+    and one whose chord is too long, or which the joints cannot reach. Returns what `_advance` does, with the larger of
+    both errors.
+    """
+    length, n = math.sqrt((tangential**2).sum()), basis.shape[0]
+    start = np.empty(n)
+    _positions(tree, pose, np.empty(workspace_rows(tree)), start)
+    found, positions, error = _following(tree, pose, basis, tangential, tol)
+    share, low, high, near = 1.0, 0.0, math.inf, pose
+    for _ in range(MAX_CHORDS):
+        chord = math.sqrt(((positions - start) ** 2).sum())
+        missed = max(error, abs(chord - length))
+        if missed <= tol:
+            break
+        following = share * length / max(chord, tol)
+        if error <= tol and chord < length:
+            low, near = share, found
+        else:
+            high = share
+        share = following if error <= tol and low < following < high else 0.5 * (low + min(high, 1.0))
+        found, positions, error = _advance(tree, pose, basis, share * tangential, near, tol)
+    chord = math.sqrt(((positions - start) ** 2).sum())
+    return found, positions, max(error, abs(chord - length))
+
+
 @jit
 def exponential(tree, pose, velocity, n_steps):
     """Follow the geodesic of n chords that begins at a pose with a velocity of the scaled positions.
@@ -174,15 +203,9 @@ def exponential(tree, pose, velocity, n_steps):
     length = math.sqrt((tangential**2).sum())
     if length == 0.0:
         return pose, 0.0
-    tol, worst, share = ROUNDING * length, 0.0, 1.0
+    tol = ROUNDING * length
     _positions(tree, pose, scratch, before)
-    found, positions, worst = _following(tree, pose, basis, tangential, tol)
-    for _ in range(MAX_CHORDS):  # until the first chord has the length
-        chord = math.sqrt(((positions - before) ** 2).sum())
-        if chord == 0.0 or abs(chord - length) <= tol:
-            break
-        share *= length / chord
-        found, positions, worst = _advance(tree, pose, basis, share * tangential, found, tol)
+    found, positions, worst = _first_pose(tree, pose, basis, tangential, tol)
     for _ in range(1, n_steps):
         basis = tangent_space(tree, found)
         tangential = basis.T @ (positions - before)

@@ -233,6 +233,9 @@ def exp_map(
     the joints where X has them, up to rounding in well-posed cases. Errors grow where paths pass straight limbs, and
     with the distance; ``benchmarks/tangent.py`` measures them. Angles that move no joint are not those of X.
 
+    From a limb that is exactly straight at the base, with a hinge, velocities do not state the plane in which it bends,
+    so that the joints are not where X has them; one that is bent by 0.001 rad has a plane.
+
     Some milliseconds a pose: each chord takes some evaluations of the positions, their Jacobian and eigenvalues of a
     matrix of n_dofs.
 
@@ -279,7 +282,7 @@ def to_joints(skeleton: Skeleton, scaled: np.ndarray) -> np.ndarray:
     weights = np.asarray(skeleton.weights)[counted]
     roots = np.where(weights > 0.0, np.sqrt(weights), 1.0)
     out = np.zeros((*scaled.shape[:-1], skeleton.n_joints, 3))
-    out[..., counted, :] = scaled.reshape(*scaled.shape[:-1], -1, 3) / roots[:, None]
+    out[..., counted, :] = scaled.reshape(*scaled.shape[:-1], len(counted), 3) / roots[:, None]
     return out
 
 
@@ -287,4 +290,4 @@ def from_joints(skeleton: Skeleton, velocities: np.ndarray) -> np.ndarray:
     """Invert `to_joints`."""
     counted = counted_joints(skeleton)
     roots = np.sqrt(np.asarray(skeleton.weights)[counted])
-    return (velocities[..., counted, :] * roots[:, None]).reshape(*velocities.shape[:-2], -1)
+    return (velocities[..., counted, :] * roots[:, None]).reshape(*velocities.shape[:-2], 3 * len(counted))

@@ -11,6 +11,7 @@ from skpose.plot._geodesic import GeodesicDisplay
 from skpose.plot._mds import MDSDisplay
 from skpose.plot._mean_motion import MeanMotionDisplay
 from skpose.plot._pose import PoseDisplay, PoseStripDisplay
+from skpose.plot._tangent_pca import TangentPCADisplay
 
 __all__ = [
     "AlignmentDisplay",
@@ -20,4 +21,5 @@ __all__ = [
     "MeanMotionDisplay",
     "PoseDisplay",
     "PoseStripDisplay",
+    "TangentPCADisplay",
 ]

@@ -2,12 +2,14 @@
 
 | module              |                                                                                          |
 |---------------------|------------------------------------------------------------------------------------------|
+| `_tangent_pca`      | principal components; `_spaces` has the vectors that stand for poses, by metric          |
 | `_kernel_regressor` | poses as targets; `_kernel_weights` has the weights of the training poses                |
 | `_two_sample`       | the test of two sets; `_units` checks them, `_unit_means` compares them, `_permutations` |
 |                     | has the p-value                                                                          |
 """
 
 from skpose.statistics._kernel_regressor import PoseKernelRegressor
+from skpose.statistics._tangent_pca import PoseTangentPCA
 from skpose.statistics._two_sample import TwoSampleTest, two_sample_test
 
-__all__ = ["PoseKernelRegressor", "TwoSampleTest", "two_sample_test"]
+__all__ = ["PoseKernelRegressor", "PoseTangentPCA", "TwoSampleTest", "two_sample_test"]

@@ -1,0 +1,123 @@
+"""Spaces of vectors at a base pose, in which principal components are found: one for each metric of `PoseTangentPCA`.
+
+Each has `vectors` of poses, whose Euclidean lengths are distances from the base; `steps`, directions in the space as
+what `moved` takes; and `motions`, the same as velocities of the joints.
+"""
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from sklearn.exceptions import ConvergenceWarning
+
+from skpose._warnings import warn
+from skpose.geodesics._logarithm import TangentSpace, to_joints
+from skpose.kinematics._forward import _jacobians
+from skpose.kinematics._tree import tree_of_all_joints
+from skpose.skeleton import Skeleton
+from skpose.skeleton._chart import mean_of_joints, moved, skeleton_at, steps_from
+
+
+class Space(Protocol):
+    """Vectors at a base pose."""
+
+    def vectors(self, X: np.ndarray) -> np.ndarray:
+        """Return the vectors (n_poses, n) of poses."""
+
+    def steps(self, X: np.ndarray, mixing: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        """Return directions (k, n) as steps; they are the vectors of X in the proportions `mixing`, (n_poses, k)."""
+
+    def motions(self, steps: np.ndarray) -> np.ndarray:
+        """Return steps as velocities of the joints, (k, 3 n_joints), or of the columns without a skeleton."""
+
+    def moved(self, steps: np.ndarray) -> np.ndarray:
+        """Return the poses at steps from the base."""
+
+
+class Columns(NamedTuple):
+    """Numbers as they are: the space of scikit-learn's PCA."""
+
+    pose: np.ndarray
+
+    def vectors(self, X: np.ndarray) -> np.ndarray:
+        return X - self.pose
+
+    def steps(self, X: np.ndarray, mixing: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        return directions
+
+    def motions(self, steps: np.ndarray) -> np.ndarray:
+        return steps
+
+    def moved(self, steps: np.ndarray) -> np.ndarray:
+        return self.pose + steps
+
+
+class Lines(NamedTuple):
+    """Positions along straight lines from the base, to first order: F ≈ F₀ + J δ.
+
+    Steps δ have twists, which J does not show. A component has those that its poses have on average.
+    """
+
+    skeleton: Skeleton
+    pose: np.ndarray
+
+    def jacobian(self) -> np.ndarray:
+        """Return the velocities of all joints, (3 n_joints, n_dofs), by the numbers of steps."""
+        skeleton, pose = skeleton_at(self.skeleton, self.pose)
+        return _jacobians(pose[None], tree_of_all_joints(skeleton))[0]
+
+    def vectors(self, X: np.ndarray) -> np.ndarray:
+        roots = np.repeat(np.sqrt(self.skeleton.weights), 3)
+        return steps_from(self.skeleton.bones, self.pose, X) @ (roots[:, None] * self.jacobian()).T
+
+    def steps(self, X: np.ndarray, mixing: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        return mixing.T @ steps_from(self.skeleton.bones, self.pose, X)
+
+    def motions(self, steps: np.ndarray) -> np.ndarray:
+        return steps @ self.jacobian().T
+
+    def moved(self, steps: np.ndarray) -> np.ndarray:
+        return moved(self.skeleton.bones, self.pose, steps)
+
+
+class Geodesics(NamedTuple):
+    """Logarithms: the first velocities of geodesics."""
+
+    space: TangentSpace
+
+    def vectors(self, X: np.ndarray) -> np.ndarray:
+        found, n_unconverged = self.space.logarithms(X)
+        if n_unconverged:
+            warn(
+                f"{n_unconverged} of the {len(X)} geodesics from the mean did not converge, so that their vectors may "
+                "not be those of the shortest paths; a larger n_steps may help",
+                ConvergenceWarning,
+            )
+        return found
+
+    def steps(self, X: np.ndarray, mixing: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        return directions
+
+    def motions(self, steps: np.ndarray) -> np.ndarray:
+        return to_joints(self.space.skeleton, steps).reshape(len(steps), -1)
+
+    def moved(self, steps: np.ndarray) -> np.ndarray:
+        poses, n_missed = self.space.exponentials(steps)
+        if n_missed:
+            warn(
+                f"{n_missed} of the {len(steps)} poses are too far from the mean for n_steps={self.space.n_steps}: the "
+                "joints cannot reach where a step would lead them; raise n_steps, and fit again",
+                ConvergenceWarning,
+            )
+        return poses
+
+
+def line_mean(X: np.ndarray, skeleton: Skeleton) -> np.ndarray:
+    """Return the joint-wise mean of poses, the base of `Lines`."""
+    mean, converged = mean_of_joints(skeleton.bones, X)
+    if not converged:
+        warn(
+            "the joint-wise mean of the poses did not converge, as the rotations of a joint spread over half a turn or "
+            "more; it is a pose, but the components are about another one than the mean",
+            ConvergenceWarning,
+        )
+    return mean

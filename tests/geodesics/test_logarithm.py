@@ -1,0 +1,249 @@
+import re
+
+import numpy as np
+import pytest
+import reference
+from conftest import MIXED, SKELETONS, random_tree, weighted
+from scipy.spatial.transform import Rotation
+from sklearn.exceptions import ConvergenceWarning
+
+from skpose import Bone, Motion, Skeleton, exp_map, forward_kinematics, geodesic, log_map, pose_distances
+from skpose import position_jacobian as jacobian_of
+from skpose.datasets import make_gait
+
+ONE_BONE = Skeleton.chain(1)
+BALL = Skeleton([Bone("hand", None, (0.0, 0.0, 0.5), "rotvec")])
+# A straight arm at angle zero: the shoulder's twist moves no joint until the elbow bends.
+ARM = Skeleton([Bone("elbow", None, (0.3, 0.0, 0.0), "rotvec"), Bone("wrist", "elbow", (0.25, 0.0, 0.0), "y")])
+
+
+def arc(angle, n_steps):
+    """Length of n equal chords of an arc of radius one."""
+    return 2.0 * n_steps * np.sin(angle / (2.0 * n_steps))
+
+
+def lengths(velocities, skeleton):
+    weights = reference.weights(skeleton)
+    return np.sqrt(np.square(velocities).sum(axis=-1) @ weights)
+
+
+def poses_near(skeleton, n=6, scale=0.4, seed=0):
+    return np.random.default_rng(seed).normal(scale=scale, size=(n, skeleton.n_dofs))
+
+
+def assert_same_joints(X, Y, skeleton, atol=1e-6):
+    np.testing.assert_allclose(reference.F(X, skeleton), reference.F(Y, skeleton), atol=atol)
+
+
+# --- closed forms ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("n_steps", [2, 10])
+def test_one_bone_moves_on_a_circle(n_steps):
+    base, angles = np.array([0.4]), np.array([0.4, 0.9, -1.1, 1.9])
+    velocities = log_map(base, angles[:, None], ONE_BONE, n_steps=n_steps)
+    tangent = [-np.sin(0.4), np.cos(0.4), 0.0]
+    np.testing.assert_allclose(velocities[:, 0], arc(angles - 0.4, n_steps)[:, None] * tangent, atol=1e-6)
+    np.testing.assert_allclose(exp_map(base, velocities, ONE_BONE, n_steps=n_steps)[:, 0], angles, atol=1e-5)
+
+
+def test_a_ball_joint_moves_on_great_circles():
+    rng = np.random.default_rng(0)
+    base, X = rng.normal(scale=0.5, size=3), rng.normal(scale=0.8, size=(5, 3))
+    start, ends = reference.forward_kinematics(base, BALL)[0, 0], reference.forward_kinematics(X, BALL)[:, 0]
+    angles = np.arccos(ends @ start / 0.25)
+    across = ends - (ends @ start / 0.25)[:, None] * start
+    expected = 0.5 * arc(angles, 10)[:, None] * across / np.linalg.norm(across, axis=1, keepdims=True)
+    velocities = log_map(base, X, BALL)
+    np.testing.assert_allclose(velocities[:, 0], expected, atol=1e-5)
+    found = exp_map(base, velocities, BALL)
+    np.testing.assert_allclose(reference.forward_kinematics(found, BALL)[:, 0], ends, atol=1e-5)
+
+
+# --- log and exp -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["chain", "asf", "bvh"])
+def test_exp_inverts_log(name):
+    skeleton = SKELETONS[name]
+    base, *X = poses_near(skeleton)
+    found = exp_map(base, log_map(base, X, skeleton), skeleton)
+    assert_same_joints(found, np.array(X), skeleton, atol=2e-4)
+
+
+@pytest.mark.slow
+def test_exp_inverts_log_on_any_tree_and_on_gait():
+    for seed in range(3):
+        skeleton = weighted(random_tree(seed, n=7, kinds=MIXED), seed)
+        base, *X = poses_near(skeleton, n=3, scale=0.2, seed=seed)
+        assert_same_joints(exp_map(base, log_map(base, X, skeleton), skeleton), np.array(X), skeleton, atol=1e-4)
+    gait = make_gait(2, 1, random_state=0)
+    X = gait.poses(frame_rate=3)[0]
+    assert_same_joints(exp_map(X[0], log_map(X[0], X, gait.skeleton), gait.skeleton), X, gait.skeleton, atol=1e-4)
+
+
+def test_the_base_is_zero():
+    base = poses_near(ARM)[0]
+    np.testing.assert_allclose(log_map(base, base[None], ARM), 0.0, atol=1e-12)
+    np.testing.assert_array_equal(exp_map(base, np.zeros((1, 2, 3)), ARM), base[None])
+
+
+def test_lengths_are_distances():
+    for skeleton in (Skeleton.chain(4), ARM, weighted(random_tree(1, n=6), 1)):
+        base, *X = poses_near(skeleton)
+        expected = pose_distances(base[None], X, skeleton=skeleton, metric="geodesic")[0]
+        np.testing.assert_allclose(lengths(log_map(base, X, skeleton), skeleton), expected, rtol=5e-3)
+
+
+def test_a_part_of_a_logarithm_leads_to_a_pose_of_the_geodesic():
+    skeleton = Skeleton.chain(3)
+    start, end = np.array([0.2, 0.3, 0.1]), np.array([1.6, -0.4, 0.5])
+    path = geodesic(start, end, skeleton, n_steps=10).path
+    velocity = log_map(start, end[None], skeleton, n_steps=10)
+    for k in (3, 7):  # with as many chords as are walked: the same chords
+        found = exp_map(start, k / 10 * velocity, skeleton, n_steps=k)[0]
+        np.testing.assert_allclose(found, path[k], atol=1e-4)
+        finer = exp_map(start, k / 10 * velocity, skeleton)
+        apart = pose_distances(start[None], finer, skeleton=skeleton, metric="geodesic")[0]
+        np.testing.assert_allclose(apart, k / 10 * lengths(velocity, skeleton), rtol=1e-2)
+
+
+def test_the_logarithm_is_the_gradient_of_half_the_squared_distance():
+    for skeleton, scale in ((Skeleton.chain(4), 0.4), (ARM, 0.7)):
+        base, end = poses_near(skeleton, 2, scale, seed=3)
+        velocity = log_map(base, end[None], skeleton, n_steps=40)[0]
+        weights, J = reference.weights(skeleton), jacobian_of(base[None], skeleton)[0]
+        for d in range(skeleton.n_dofs):
+            moved = base + 1e-3 * np.eye(skeleton.n_dofs)[d] * np.array([[1.0], [-1.0]])
+            near = pose_distances(moved, end[None], skeleton=skeleton, metric="geodesic", n_steps=40)[:, 0]
+            slope = 0.5 * (near[0] ** 2 - near[1] ** 2) / 2e-3
+            expected = -(velocity * J[:, d].reshape(-1, 3) * weights[:, None]).sum()
+            size = lengths(velocity, skeleton) * np.linalg.norm(J[:, d])
+            np.testing.assert_allclose(slope, expected, atol=2e-3 * size)
+
+
+def test_velocities_are_in_the_tangent_space():
+    base, *X = poses_near(ARM)
+    J = jacobian_of(base[None], ARM)[0]
+    for velocity in log_map(base, X, ARM).reshape(5, -1):
+        np.testing.assert_allclose(J @ np.linalg.lstsq(J, velocity, rcond=1e-8)[0], velocity, atol=1e-9)
+
+
+def test_what_bones_do_not_allow_is_left_out():
+    up, along = [[[0.0, 1.0, 0.0]]], [[[3.0, 1.0, -2.0]]]  # the bone is along x, its hinge along z
+    np.testing.assert_allclose(exp_map([0.0], along, ONE_BONE), exp_map([0.0], up, ONE_BONE), atol=1e-12)
+
+
+def test_a_straight_limb_at_the_base():
+    """The twist of the shoulder, and so the plane of the elbow, is no part of the tangent space at a straight arm."""
+    X = np.array([[0.3, 0.2, -0.4, 0.9], [1.2, 0.0, 0.1, 0.5]])
+    straight, bent = np.zeros(4), np.array([0.0, 0.0, 0.0, 1e-3])
+    velocities = log_map(straight, X, ARM)
+    assert (np.abs(velocities[..., 0]) < 1e-9).all()  # no bone grows
+    expected = pose_distances(straight[None], X, skeleton=ARM, metric="geodesic")[0]
+    np.testing.assert_allclose(lengths(velocities, ARM), expected, rtol=1e-2)
+    missed = pose_distances(exp_map(straight, velocities, ARM), X, skeleton=ARM, metric="position").diagonal()
+    assert (missed < 0.5 * expected).all()
+    # Bent by 0.06 degrees it has a plane.
+    assert_same_joints(exp_map(bent, log_map(bent, X, ARM), ARM), X, ARM, atol=1e-5)
+
+
+# --- weights, conventions of angles ----------------------------------------------------------------------------------
+
+
+def test_weights_scale_lengths_and_not_velocities():
+    chain = Skeleton.chain(3)
+    base, *X = poses_near(chain)
+    heavy = chain.with_weights([4.0, 4.0, 4.0])
+    velocities = log_map(base, X, heavy)
+    np.testing.assert_allclose(velocities, log_map(base, X, chain), atol=1e-6)
+    expected = pose_distances(base[None], X, skeleton=heavy, metric="geodesic")[0]
+    np.testing.assert_allclose(lengths(velocities, heavy), expected, rtol=5e-3)
+    np.testing.assert_allclose(exp_map(base, velocities, heavy), X, atol=1e-5)
+
+
+def test_joints_without_weight_are_left_out():
+    chain, short = Skeleton.chain(4).with_weights([1.0, 2.0, 0.0, 0.0]), Skeleton.chain(2).with_weights([1.0, 2.0])
+    base, *X = poses_near(chain)
+    velocities = log_map(base, X, chain)
+    np.testing.assert_array_equal(velocities[:, 2:], 0.0)
+    np.testing.assert_allclose(velocities[:, :2], log_map(base[:2], np.array(X)[:, :2], short), atol=1e-9)
+    found = exp_map(base, velocities, chain)
+    np.testing.assert_allclose(found[:, :2], np.array(X)[:, :2], atol=1e-5)
+    np.testing.assert_array_equal(found[:, 2:], np.tile(base[2:], (5, 1)))
+
+
+def test_a_carrying_joint_without_weight_has_no_velocity():
+    chain = Skeleton.chain(2).with_weights([0.0, 1.0])
+    base, *X = np.array([[0.3, 0.8], [0.5, 1.0], [0.1, 0.9]])
+    velocities = log_map(base, X, chain)
+    np.testing.assert_array_equal(velocities[:, 0], 0.0)
+    assert_same_joints(exp_map(base, velocities, chain), np.array(X), chain)
+
+
+def test_the_order_of_euler_angles_has_no_effect():
+    balls = random_tree(2, n=4, kinds=("rotvec",))
+    motion = Motion(balls, poses_near(balls, 4, 0.3), 10.0)
+    velocities = []
+    for order in ("xyz", "ZXY", "rotvec"):
+        same = motion if order == "rotvec" else motion.to_euler(order)
+        velocities.append(log_map(same.angles[0], same.angles[1:], same.skeleton))
+        back = exp_map(same.angles[0], velocities[-1], same.skeleton)
+        assert_same_joints(back, same.angles[1:], same.skeleton, atol=1e-5)
+    np.testing.assert_allclose(velocities[0], velocities[2], atol=1e-6)
+    np.testing.assert_allclose(velocities[1], velocities[2], atol=1e-6)
+
+
+def test_whole_turns_have_no_effect():
+    base, end = np.array([0.1, 0.2, -0.3, 0.4]), np.array([[0.4, 0.1, 0.2, 0.1]])
+    turned = end.copy()
+    turned[0, 3] += 2.0 * np.pi
+    turned[0, :3] = Rotation.from_rotvec(end[0, :3]).as_rotvec() * (1.0 + 2.0 * np.pi / np.linalg.norm(end[0, :3]))
+    np.testing.assert_allclose(log_map(base, turned, ARM), log_map(base, end, ARM), atol=1e-6)
+
+
+# --- conduct ---------------------------------------------------------------------------------------------------------
+
+
+def test_threads_change_no_bit():
+    chain = Skeleton.chain(3)
+    base, *X = poses_near(chain, 20)
+    velocities = log_map(base, X, chain)
+    np.testing.assert_array_equal(log_map(base, X, chain, n_jobs=2), velocities)
+    np.testing.assert_array_equal(exp_map(base, velocities, chain, n_jobs=2), exp_map(base, velocities, chain))
+
+
+def test_too_large_velocities_are_said_in_words():
+    with pytest.warns(ConvergenceWarning, match="1 of the 2 velocities are too large for n_steps=2.* raise n_steps"):
+        found = exp_map([0.0], [[[0.0, 9.0, 0.0]], [[0.0, 0.5, 0.0]]], ONE_BONE, n_steps=2)
+    assert np.isfinite(found).all()
+    exp_map([0.0], [[[0.0, 9.0, 0.0]]], ONE_BONE, n_steps=20)
+
+
+def test_errors_are_in_the_users_words():
+    chain = Skeleton.chain(2)
+    for shape in ((2, 3), (1, 3, 3), (1, 6)):
+        with pytest.raises(ValueError, match=re.escape("shape (n_poses, 2, 3), one velocity for each joint") + ".*got"):
+            exp_map([0.0, 0.0], np.zeros(shape), chain)
+    with pytest.raises(ValueError, match="velocities must be finite"):
+        exp_map([0.0, 0.0], np.full((1, 2, 3), np.nan), chain)
+    with pytest.raises(ValueError, match="base"):
+        log_map([0.0], [[0.0, 0.0]], chain)
+    with pytest.raises(ValueError, match="poses"):
+        log_map([0.0, 0.0], [[0.0, 0.0, 0.0]], chain)
+    for function, argument in ((log_map, [[0.0, 0.0]]), (exp_map, np.zeros((1, 2, 3)))):
+        with pytest.raises(ValueError, match="'n_steps' parameter"):
+            function([0.0, 0.0], argument, chain, n_steps=1)
+        with pytest.warns(UserWarning, match="degrees"):
+            function([90.0, 45.0], argument, chain)
+
+
+def test_no_poses_and_no_velocities():
+    chain = Skeleton.chain(2)
+    assert exp_map([0.0, 0.0], np.zeros((0, 2, 3)), chain).shape == (0, 2)
+
+
+def test_positions_of_the_example_are_those_of_forward_kinematics():
+    velocity = log_map([0.0, 0.0], [[0.2, 0.1]], Skeleton.chain(2))
+    step = forward_kinematics([[0.002, 0.001]], Skeleton.chain(2)) - forward_kinematics([[0.0, 0.0]], Skeleton.chain(2))
+    np.testing.assert_allclose(velocity, 100.0 * step, atol=0.02)

@@ -1,0 +1,312 @@
+import re
+
+import numpy as np
+import pandas as pd
+import pytest
+import reference
+from conftest import MIXED, random_tree, weighted
+from sklearn.decomposition import PCA
+from sklearn.exceptions import ConvergenceWarning, NotFittedError
+from sklearn.linear_model import LinearRegression
+from sklearn.pipeline import make_pipeline
+
+from skpose import Bone, Motion, PoseTangentPCA, Skeleton, forward_kinematics, frechet_mean, log_map, pose_distances
+from skpose import position_jacobian as jacobian_of
+from skpose.datasets import make_gait
+from skpose.skeleton import _chart
+
+CHAIN = Skeleton.chain(3)
+METRICS = ["angle", "position", "geodesic"]
+TREES = {
+    "angles": random_tree(0, n=7),
+    "mixed": random_tree(1, n=7, kinds=MIXED),
+    "weighted": weighted(random_tree(2, n=7, kinds=MIXED), 2),
+}
+
+
+def poses_of(skeleton, n=30, scale=0.4, seed=0):
+    """Poses with variances that differ, about a pose that is not zero."""
+    rng = np.random.default_rng(seed)
+    scales = scale * rng.uniform(0.2, 1.0, skeleton.n_dofs)
+    return rng.normal(scale=0.5, size=skeleton.n_dofs) + rng.normal(size=(n, skeleton.n_dofs)) * scales
+
+
+def bone_lengths(X, skeleton):
+    joints = forward_kinematics(X, skeleton)
+    near = np.concatenate([joints, np.zeros_like(joints[:, :1])], axis=1)[:, skeleton.parents]
+    return np.linalg.norm(joints - near, axis=2)
+
+
+# --- against other PCAs ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("n_components", [None, 2, 0.8])
+def test_without_a_skeleton_it_is_scikit_learns(n_components):
+    X, new = poses_of(CHAIN), poses_of(CHAIN, seed=1)
+    pca, other = PoseTangentPCA(n_components=n_components, metric="angle").fit(X), PCA(n_components).fit(X)
+    for name in ("mean_", "components_", "explained_variance_", "explained_variance_ratio_", "singular_values_"):
+        np.testing.assert_allclose(getattr(pca, name), getattr(other, name), atol=1e-12, err_msg=name)
+    assert pca.n_components_ == other.n_components_
+    np.testing.assert_allclose(pca.transform(new), other.transform(new), atol=1e-12)
+    scores = other.transform(new)
+    np.testing.assert_allclose(pca.inverse_transform(scores), other.inverse_transform(scores), atol=1e-12)
+    off = np.square(other.inverse_transform(scores) - new).mean(axis=1)
+    np.testing.assert_allclose(pca.reconstruction_error(new), np.sqrt(off), atol=1e-12)
+
+
+def test_small_movements_are_pca_of_positions():
+    """The positions are linear then, and both find the same variances and components."""
+    skeleton = TREES["mixed"]
+    X = poses_of(skeleton, scale=1e-5, n=60)
+    F = reference.F(X, skeleton)
+    pca, other = PoseTangentPCA(skeleton, n_components=4).fit(X), PCA(4).fit(F)
+    np.testing.assert_allclose(pca.explained_variance_, other.explained_variance_, rtol=1e-3)
+    cosines = np.abs((other.components_ * pca.components_ * roots(skeleton)).sum(axis=1))
+    np.testing.assert_allclose(cosines, 1.0, atol=1e-4)
+
+
+def roots(skeleton):
+    return np.repeat(np.sqrt(reference.weights(skeleton)), 3)
+
+
+def test_the_vectors_of_position_are_the_jacobian_times_the_wrapped_differences():
+    """By the definition, for joints of one angle, whose mean step is the circular mean of the differences."""
+    X = poses_of(CHAIN) + 2.0 * np.pi * np.random.default_rng(3).integers(-2, 3, (30, 3))
+    pca = PoseTangentPCA(CHAIN).fit(X)
+    steps = reference.differences(pca.mean_, X, wrap=True)
+    np.testing.assert_allclose(steps.mean(axis=0), 0.0, atol=1e-9)
+    vectors = steps @ jacobian_of(pca.mean_[None], CHAIN)[0].T
+    U, S, Vt = np.linalg.svd(vectors, full_matrices=False)
+    np.testing.assert_allclose(pca.singular_values_, S[: pca.n_components_], rtol=1e-9)
+    np.testing.assert_allclose(np.abs(pca.transform(X)), np.abs(U * S)[:, : pca.n_components_], atol=1e-9)
+    np.testing.assert_allclose(np.abs(pca.components_), np.abs(Vt[: pca.n_components_]), atol=1e-9)
+
+
+def test_the_vectors_of_geodesic_are_logarithms_at_the_intrinsic_mean():
+    skeleton = Skeleton.chain(3).with_weights([1.0, 2.0, 0.5])
+    X = poses_of(skeleton, n=12)
+    pca = PoseTangentPCA(skeleton, metric="geodesic").fit(X)
+    np.testing.assert_array_equal(pca.mean_, frechet_mean(X, skeleton, metric="geodesic").pose)
+    vectors = log_map(pca.mean_, X, skeleton).reshape(12, -1) * roots(skeleton)
+    sizes = np.linalg.svd(vectors, compute_uv=False)[: pca.n_components_]
+    np.testing.assert_allclose(pca.singular_values_, sizes, rtol=1e-9)
+    expected = pose_distances(pca.mean_[None], X, skeleton=skeleton, metric="geodesic")[0]
+    np.testing.assert_allclose(np.linalg.norm(pca.transform(X), axis=1), expected, rtol=5e-3)
+
+
+# --- properties ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", TREES)
+def test_components_are_motions_of_the_joints(name):
+    """The derivative of the positions by a score, orthonormal when scaled by the roots of the weights."""
+    skeleton = TREES[name]
+    pca = PoseTangentPCA(skeleton, n_components=3).fit(poses_of(skeleton))
+    scaled = pca.components_ * roots(skeleton)
+    np.testing.assert_allclose(scaled @ scaled.T, np.eye(3), atol=1e-9)
+    for k in range(3):
+        scores = 1e-5 * np.array([[1.0], [-1.0]]) * np.eye(3)[k]
+        up, down = reference.forward_kinematics(pca.inverse_transform(scores), skeleton).reshape(2, -1)
+        np.testing.assert_allclose((up - down) / 2e-5, pca.components_[k], atol=1e-6)
+        assert scaled[k, np.abs(scaled[k]).argmax()] > 0
+
+
+def test_components_of_geodesics_are_motions_of_the_joints():
+    skeleton = Skeleton.chain(3).with_weights([1.0, 2.0, 0.0])
+    pca = PoseTangentPCA(skeleton, n_components=2, metric="geodesic").fit(poses_of(skeleton, n=12))
+    motions = pca.components_.reshape(2, 3, 3)
+    np.testing.assert_array_equal(motions[:, 2], 0.0)
+    scaled = pca.components_ * roots(skeleton)
+    np.testing.assert_allclose(scaled @ scaled.T, np.eye(2), atol=1e-9)
+    scores = np.array([[1e-4, 0.0], [-1e-4, 0.0]])
+    up, down = reference.forward_kinematics(pca.inverse_transform(scores), skeleton)[:, :2]
+    np.testing.assert_allclose((up - down) / 2e-4, motions[0, :2], atol=1e-4)
+
+
+@pytest.mark.parametrize("name", TREES)
+def test_scores_come_back_and_bones_keep_their_lengths(name):
+    skeleton = TREES[name]
+    pca = PoseTangentPCA(skeleton, n_components=3).fit(poses_of(skeleton))
+    scores = np.random.default_rng(1).normal(size=(5, 3)) * np.sqrt(pca.explained_variance_)
+    X = pca.inverse_transform(scores)
+    np.testing.assert_allclose(pca.transform(X), scores, atol=1e-9)
+    np.testing.assert_allclose(bone_lengths(X, skeleton), np.tile(np.linalg.norm(skeleton.offsets, axis=1), (5, 1)))
+
+
+def test_scores_of_geodesics_come_back():
+    pca = PoseTangentPCA(CHAIN, n_components=3, metric="geodesic").fit(poses_of(CHAIN, n=12))
+    scores = np.random.default_rng(1).normal(size=(5, 3)) * np.sqrt(pca.explained_variance_)
+    np.testing.assert_allclose(pca.transform(pca.inverse_transform(scores)), scores, atol=1e-4)
+    X = poses_of(CHAIN, n=5, seed=2)
+    assert (pca.reconstruction_error(X) < 1e-4).all()  # three components are all
+
+
+@pytest.mark.parametrize("metric", METRICS)
+def test_the_mean_has_no_scores_and_no_scores_are_the_mean(metric):
+    pca = PoseTangentPCA(CHAIN, n_components=2, metric=metric).fit(poses_of(CHAIN, n=12))
+    np.testing.assert_allclose(pca.transform(pca.mean_[None]), 0.0, atol=1e-9)
+    np.testing.assert_allclose(pca.inverse_transform(np.zeros((1, 2))), pca.mean_[None], atol=1e-9)
+
+
+@pytest.mark.parametrize("metric", METRICS)
+def test_variances_are_those_of_the_scores(metric):
+    X = poses_of(CHAIN, n=12)
+    pca = PoseTangentPCA(CHAIN, metric=metric)
+    scores = pca.fit_transform(X)
+    np.testing.assert_array_equal(scores, pca.transform(X))
+    np.testing.assert_allclose(pca.explained_variance_, np.square(scores).sum(axis=0) / 11, rtol=1e-9)
+    np.testing.assert_allclose(pca.singular_values_, np.linalg.norm(scores, axis=0), rtol=1e-9)
+    np.testing.assert_allclose(pca.explained_variance_ratio_.sum(), 1.0)
+    assert (np.diff(pca.explained_variance_) <= 0).all()
+
+
+def test_more_components_come_nearer_and_all_come_back():
+    gait = make_gait(2, 1, random_state=0)
+    X = gait.poses(frame_rate=6)[0]
+    errors = [PoseTangentPCA(gait.skeleton, n_components=k).fit(X).reconstruction_error(X).mean() for k in (1, 4, 16)]
+    assert errors[0] > errors[1] > errors[2]
+    assert PoseTangentPCA(gait.skeleton).fit(X).reconstruction_error(X).max() < 0.01
+
+
+def test_the_error_of_the_joints_is_what_it_says():
+    skeleton = TREES["weighted"]
+    X, new = poses_of(skeleton), poses_of(skeleton, n=4, seed=5)
+    pca = PoseTangentPCA(skeleton, n_components=2).fit(X)
+    found = pca.inverse_transform(pca.transform(new))
+    w = reference.weights(skeleton)
+    gaps = reference.forward_kinematics(new, skeleton) - reference.forward_kinematics(found, skeleton)
+    expected = np.sqrt(np.square(gaps).sum(axis=2) @ w / w.sum())
+    np.testing.assert_allclose(pca.reconstruction_error(new), expected, rtol=1e-9)
+
+
+def test_a_twist_comes_back_as_it_varies_with_the_scores():
+    """At the mean the arm is straight, and its twist, which moves no joint there, rises with the shoulder."""
+    arm = Skeleton([Bone("elbow", None, (0.3, 0.0, 0.0), "rotvec"), Bone("wrist", "elbow", (0.25, 0.0, 0.0), "y")])
+    rise = np.linspace(-1.0, 1.0, 21)
+    X = np.stack([0.5 * rise, 0.0 * rise, rise, 0.0 * rise], axis=1)
+    pca = PoseTangentPCA(arm).fit(X)
+    assert pca.n_components_ == 1
+    np.testing.assert_allclose(pca.inverse_transform(pca.transform(X)), X, atol=1e-9)
+
+
+# --- weights, conventions of angles ----------------------------------------------------------------------------------
+
+
+def test_weights_count_in_the_variance():
+    X = poses_of(CHAIN)
+    heavy = CHAIN.with_weights([4.0, 4.0, 4.0])
+    light, pca = PoseTangentPCA(CHAIN).fit(X), PoseTangentPCA(heavy).fit(X)
+    np.testing.assert_allclose(pca.explained_variance_, 4.0 * light.explained_variance_)
+    np.testing.assert_allclose(pca.components_, light.components_ / 2.0)
+    np.testing.assert_allclose(pca.reconstruction_error(X), light.reconstruction_error(X), atol=1e-12)
+    hand = PoseTangentPCA(CHAIN.with_weights([0.0, 0.0, 1.0])).fit(X)
+    assert hand.n_components_ == 2  # the velocities of a hand in the plane
+    assert (np.abs(hand.components_.reshape(2, 3, 3)[:, :2]).max(axis=(1, 2)) > 0.01).all()  # the others move along
+
+
+@pytest.mark.parametrize("metric", ["position", "geodesic"])
+def test_the_order_of_euler_angles_has_no_effect(metric):
+    balls = random_tree(3, n=4, kinds=("rotvec",))
+    motion = Motion(balls, poses_of(balls, n=10, scale=0.3), 10.0)
+    found = {}
+    for order in ("rotvec", "ZXY", "xyz"):
+        same = motion if order == "rotvec" else motion.to_euler(order)
+        pca = PoseTangentPCA(same.skeleton, n_components=2, metric=metric)
+        scores = pca.fit_transform(same.angles)
+        found[order] = scores, pca.components_, forward_kinematics(pca.inverse_transform(scores), same.skeleton)
+    for order in ("ZXY", "xyz"):
+        for a, b in zip(found[order], found["rotvec"], strict=True):
+            np.testing.assert_allclose(a, b, atol=1e-7 if metric == "position" else 1e-3)
+
+
+@pytest.mark.parametrize("metric", ["position", "geodesic"])
+def test_whole_turns_have_no_effect(metric):
+    X = poses_of(CHAIN, n=12)
+    turned = X + 2.0 * np.pi * np.random.default_rng(0).integers(-1, 2, X.shape)
+    pca = PoseTangentPCA(CHAIN, n_components=2, metric=metric)
+    scores, others = pca.fit_transform(X), pca.fit_transform(turned)
+    np.testing.assert_allclose(others, scores, atol=1e-6)
+
+
+# --- conduct ---------------------------------------------------------------------------------------------------------
+
+
+def test_shares_of_the_variance_choose_components():
+    X = poses_of(CHAIN)
+    ratios = np.cumsum(PoseTangentPCA(CHAIN).fit(X).explained_variance_ratio_)
+    for k in (1, 2):
+        between = (ratios[k - 1] + ratios[k]) / 2
+        assert PoseTangentPCA(CHAIN, n_components=between).fit(X).n_components_ == k + 1
+
+
+def test_names_of_columns_and_pipelines():
+    frame = pd.DataFrame(poses_of(CHAIN), columns=list(CHAIN.dof_names))
+    pca = PoseTangentPCA(CHAIN, n_components=2).set_output(transform="pandas")
+    assert list(pca.fit_transform(frame).columns) == ["posetangentpca0", "posetangentpca1"]
+    assert list(pca.get_feature_names_out()) == ["posetangentpca0", "posetangentpca1"]
+    with pytest.raises(ValueError, match="order"):
+        pca.transform(frame[frame.columns[::-1]])
+    model = make_pipeline(PoseTangentPCA(CHAIN, n_components=2), LinearRegression())
+    assert model.fit(frame, frame.iloc[:, 0]).predict(frame).shape == (30,)
+
+
+@pytest.mark.parametrize("metric", METRICS)
+def test_threads_and_repetition_change_no_bit(metric):
+    X = poses_of(CHAIN, n=12)
+    pca = PoseTangentPCA(CHAIN, n_components=2, metric=metric)
+    scores = pca.fit_transform(X)
+    np.testing.assert_array_equal(pca.set_params(n_jobs=2).fit_transform(X), scores)
+    np.testing.assert_array_equal(pca.inverse_transform(scores), pca.set_params(n_jobs=1).inverse_transform(scores))
+
+
+def test_single_precision():
+    X = poses_of(CHAIN).astype(np.float32)
+    pca = PoseTangentPCA(CHAIN, n_components=2).fit(X)
+    scores = pca.transform(X)
+    assert scores.dtype == np.float32
+    assert pca.inverse_transform(scores).dtype == np.float32
+    assert pca.inverse_transform(scores.astype(float)).dtype == np.float64
+    np.testing.assert_allclose(scores, pca.transform(X.astype(float)), atol=1e-6)
+
+
+def test_errors_are_in_the_users_words():
+    X = poses_of(CHAIN)
+    with pytest.raises(ValueError, match=re.escape("n_components must be at most 3") + ".*30 poses.*got 4"):
+        PoseTangentPCA(CHAIN, n_components=4).fit(X)
+    with pytest.raises(ValueError, match="at most 1, the number of components in which the 2 poses"):
+        PoseTangentPCA(metric="angle", n_components=2).fit(X[:2])
+    for metric in METRICS:
+        with pytest.raises(ValueError, match="all 4 poses of X are equal"):
+            PoseTangentPCA(CHAIN, metric=metric).fit(np.tile([0.1, 0.2, 0.3], (4, 1)))
+        with pytest.raises(ValueError, match="minimum of 2 is required"):
+            PoseTangentPCA(CHAIN, metric=metric).fit(X[:1])
+    for metric in ("position", "geodesic"):
+        with pytest.raises(ValueError, match=f'metric="{metric}" needs a skeleton'):
+            PoseTangentPCA(metric=metric).fit(X)
+    for n_components in (0, 1.0, -0.5, "mle"):
+        with pytest.raises(ValueError, match="'n_components' parameter of PoseTangentPCA must be"):
+            PoseTangentPCA(CHAIN, n_components=n_components).fit(X)
+    with pytest.raises(NotFittedError):
+        PoseTangentPCA(CHAIN).inverse_transform([[0.0]])
+    with pytest.raises(NotFittedError):
+        PoseTangentPCA(CHAIN).reconstruction_error(X)
+    pca = PoseTangentPCA(CHAIN, n_components=2).fit(X)
+    with pytest.raises(ValueError, match=r"X must have 2 columns, one score for each component.*got 3"):
+        pca.inverse_transform([[0.0, 0.0, 0.0]])
+    with pytest.raises(ValueError, match="has 2 features"):
+        pca.transform([[0.0, 0.0]])
+
+
+def test_warnings_are_in_the_users_words(monkeypatch):
+    X = poses_of(CHAIN)
+    with pytest.warns(UserWarning, match='"auto" without a skeleton means "angle"'):
+        PoseTangentPCA().fit(X)
+    pca = PoseTangentPCA(CHAIN, n_components=1, metric="geodesic", n_steps=2).fit(X[:8])
+    with pytest.warns(
+        ConvergenceWarning, match="1 of the 2 poses are too far from the mean for n_steps=2.*raise n_steps"
+    ):
+        pca.inverse_transform([[0.0], [60.0]])
+    ball = Skeleton([Bone("hand", None, (0.5, 0.0, 0.0), "rotvec")])
+    monkeypatch.setattr(_chart, "MAX_ITER", 1)
+    with pytest.warns(ConvergenceWarning, match=r"joint-wise mean of the poses did not converge.*half a turn"):
+        PoseTangentPCA(ball).fit(poses_of(ball, scale=1.5))
