@@ -33,7 +33,7 @@ FRAME_RATE = 12
 
 
 def timed(function):
-    """Return a result and the seconds that it takes, the second time, after compilation."""
+    """Return a result and the seconds that it takes; the caller has compiled before."""
     start = time.perf_counter()
     result = function()
     return result, time.perf_counter() - start

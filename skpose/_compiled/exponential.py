@@ -19,21 +19,23 @@ import numpy as np
 from skpose._compiled.chart import chart_at, free_tree, pose_of
 from skpose._compiled.forward import orient, place_joints, workspace, workspace_rows
 from skpose._compiled.geodesic import MAX_ITER, NEVER, TOL, find_geodesic, shorter_line
-from skpose._compiled.jacobian import fill_jacobian, rotation_axes
+from skpose._compiled.jacobian import write_jacobian
 from skpose._compiled.jit import internal, jit
 from skpose._compiled.minimiser import LEAST_DAMPING as LEAST_OF_PATHS
 from skpose._compiled.minimiser import Settings, minimise, unbounded
 from skpose._compiled.path_energy import path_of
 
 TOL_CHORDS = 1e-6  # norm of the gradient at which a path of so many chords has converged, m²/rad
-MOVES = 1e-9  # eigenvalue of the metric tensor, relative to the largest, above which a direction moves joints
+# Eigenvalue of the metric tensor, relative to the largest, above which a direction moves joints: less than for steps of
+# angles (`FLAT` of the means), as velocities of positions stay small along it.
+MOVES = 1e-9
 NEAREST = 1e-2  # distance from its positions at which a nearest pose is a good start, relative to the step
 # Of a step: relative to the mean diagonal of its matrix; by what it changes.
 LEAST_DAMPING, FIRST_DAMPING, LARGEST_DAMPING, FACTOR = 1e-12, 1e-8, 1e3, 10.0
 MAX_STEPS = 40  # to the next pose
 STALLED = 1e-3  # relative decrease of an error below which it does not come down to zero
 MAX_CHORDS = 40  # first chords that are tried for the one of the right length
-ROUNDING = 1e-10  # error of a tangential part, relative to the length of the velocity
+ROUNDING = 1e-10  # error of a tangential part, relative to the length of a step
 
 
 class Logarithms(NamedTuple):
@@ -57,13 +59,8 @@ def _positions(tree, dofs, scratch, positions):
 @internal
 def _derivatives(tree, dofs, scratch):
     """Return the Jacobian of the scaled positions."""
-    n_dofs = dofs.shape[0]
-    C, S, H, P = workspace(tree, scratch)
-    axes, jacobian = np.empty((n_dofs, 3)), np.zeros((3 * tree.offset.shape[0] - 3, n_dofs))
-    orient(tree, dofs, C, S, H)
-    place_joints(tree, H, P)
-    rotation_axes(tree, C, S, H, axes)
-    fill_jacobian(tree, P, axes, jacobian)
+    jacobian = np.zeros((3 * tree.offset.shape[0] - 3, dofs.shape[0]))
+    write_jacobian(tree, dofs, scratch, jacobian)
     return jacobian
 
 

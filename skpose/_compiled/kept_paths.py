@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._compiled.chart import coordinates_of, follow, free_tree
+from skpose._compiled.chart import coordinates_of, follow, free_tree, slopes_of_turns
 from skpose._compiled.forward import workspace_rows
 from skpose._compiled.geodesic import (
     LEAST_CHANGE,
@@ -24,13 +24,21 @@ from skpose._compiled.geodesic import (
     shorter_line,
 )
 from skpose._compiled.jit import internal, jit
-from skpose._compiled.mean import record
 from skpose._compiled.minimiser import FIRST_DAMPING, Settings, minimise, unbounded
-from skpose._compiled.path_energy import divided, path_of
+from skpose._compiled.path_energy import add_gradient, divided, empty_path, path_of, place, sum_moments
 
 MOST_NODES = REFINEMENTS[-1][0]  # steps of the finest path, over n_steps
 SAME = 1e-9  # difference of angles of one end, rad; another is a whole turn
 MAX_STEPS = 200  # of the minimiser; where these are not enough, the straight line may be the better start
+
+
+class Geodesics(NamedTuple):
+    """Geodesics from one pose to n others."""
+
+    energies: np.ndarray  # (n,) times the number of chords, which makes them squares of lengths, m²
+    lengths: np.ndarray  # (n,) m
+    gradients: np.ndarray  # (n, n_dofs) of half that energy by the one pose's coordinates, m²/rad
+    converged: np.ndarray  # (n,) bool
 
 
 class KeptPaths(NamedTuple):
@@ -85,9 +93,30 @@ def _keep(kept, i, free, curve, n_steps):
     kept.references[i] = free.reference
 
 
+@internal
+def _record(free, curve, n_steps, scratch, i, found):
+    """Write energy, length and gradient of the geodesic to pose i, a curve in the coordinates of the free tree."""
+    n_dofs = curve.poses.shape[1]
+    moments, gradient = np.empty((free.frame_parent.shape[0], 12)), np.zeros((2, n_dofs))
+    start = empty_path(free, 2, SUBSTEPS)  # the samples that move with the first pose
+    n_chords = curve.poses.shape[0] - 1
+    substeps = 1 if n_chords == n_steps else SUBSTEPS
+    for k in range(substeps + 1):
+        place(free, curve.poses[k], scratch, start.P[k], start.screws[k])
+    for k in range(substeps):
+        sum_moments(free, start.P[max(k - 1, 0)], start.P[k], start.P[k + 1], moments)
+        add_gradient(free, start.screws[k], moments, k / substeps, gradient)
+    slopes_of_turns(free, curve.poses[0], gradient[0])
+    found.energies[i] = n_chords * curve.energy
+    found.lengths[i] = curve.length
+    for d in range(n_dofs):
+        found.gradients[i, d] = n_chords * gradient[0, d]
+    found.converged[i] = curve.converged
+
+
 @jit
 def follow_geodesics(tree, pose, ends, first, last, search, kept, found):
-    """Compute the geodesics from a pose to the ends first:last, as `geodesics_from`, and keep their paths."""
+    """Compute the geodesics from a pose to the ends first:last, whose angles are wrapped already; keep their paths."""
     free, own = free_tree(tree, search.frees_angles), free_tree(tree, search.frees_angles)
     bounds, scratch = unbounded(pose.shape[0]), np.empty(workspace_rows(tree))
     settings = Settings(MAX_STEPS, search.tol, FIRST_DAMPING, 0.0, LEAST_CHANGE, False, PATIENCE)
@@ -103,8 +132,8 @@ def follow_geodesics(tree, pose, ends, first, last, search, kept, found):
                 curve, passes = checked(free, line, own, samples, outcome, outcome.n_iter)
                 if passes and curve.converged:
                     _keep(kept, i, own, curve, search.n_steps)
-                    record(own, curve, search.n_steps, scratch, i, found)
+                    _record(own, curve, search.n_steps, scratch, i, found)
                     continue
         curve = find_geodesic(free, line, bounds, MAX_ITER, search.tol)
         _keep(kept, i, free, curve, search.n_steps)
-        record(free, curve, search.n_steps, scratch, i, found)
+        _record(free, curve, search.n_steps, scratch, i, found)

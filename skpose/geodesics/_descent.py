@@ -42,6 +42,10 @@ class Viewed(Protocol):
     def weights(self) -> np.ndarray:
         """Their weights (n_poses,), of sum 1."""
 
+    @property
+    def is_uneven(self) -> bool:
+        """Whether distances change by jumps, as where a path is refined at one pose and not at the next."""
+
     def view_from(self, pose: np.ndarray, slope: float) -> View:
         """Return the view from a pose; a slope is the norm of the gradient that was found before it, or inf."""
 
@@ -57,9 +61,7 @@ class Spread(NamedTuple):
     value: float  # mean squared distance, or mean distance
     step: np.ndarray  # (n_dofs,) the mean logarithm, as a change of the pose's coordinates
     norm: float  # its length
-    scale: (
-        float  # to which that is compared: the standard deviation; 1 for the median, whose logarithms are of length 1
-    )
+    scale: float  # to which that is compared: the standard deviation; 1 for the median
     slope: float  # norm of the gradient by coordinates
     root: np.ndarray  # (n, n_dofs) square root of the metric tensor, for the lengths of steps
     lengths: np.ndarray  # (n_poses,) distances
@@ -97,18 +99,18 @@ def spread_from(poses: Viewed, pose: np.ndarray, power: int, slope: float = np.i
     slope = float(np.linalg.norm(gradient)) / total if total > 0.0 else 0.0
     nearest = int(view.energies.argmin())
     return Spread(
-        pose,
-        float(objective),
-        float(value),
-        step,
-        norm,
-        float(scale),
-        slope,
-        root,
-        view.lengths,
-        view.n_unconverged,
-        nearest,
-        float(np.sqrt(view.energies[nearest])),
+        pose=pose,
+        objective=float(objective),
+        value=float(value),
+        step=step,
+        norm=norm,
+        scale=float(scale),
+        slope=slope,
+        root=root,
+        lengths=view.lengths,
+        unconverged=view.n_unconverged,
+        nearest=nearest,
+        gap=float(np.sqrt(view.energies[nearest])),
     )
 
 
@@ -145,21 +147,21 @@ def descend(poses: Viewed, pose: np.ndarray, power: int, max_iter: int, tol: flo
         for halving in range(HALVINGS + 1):
             trial = spread_from(poses, poses.moved(here.pose, step), power, here.slope)
             lower = trial.objective < here.objective
-            if not history:
+            if poses.is_uneven and not history:
                 falling = falling and lower
             if lower if falling else trial.norm < here.norm:
                 break
             step, history = here.step / 2 ** (halving if combined else halving + 1), []
         else:
+            if not poses.is_uneven:
+                return here, iteration, f"after {iteration} iterations no step brought it nearer to the poses"
             if here.relative_norm <= KINK:
                 return here, iteration, _unconverged(here, len(poses.dofs))
             return (
                 here,
                 iteration,
-                (
-                    f"after {iteration} iterations no step brought the poses nearer, as from some poses to others the "
-                    "geodesics jump; a larger n_steps may help, a larger max_iter does not"
-                ),
+                f"after {iteration} iterations no step brought it nearer to the poses, as from some poses to others "
+                "the geodesics jump; a larger n_steps may help, a larger max_iter does not",
             )
         history = [*history[1 - MEMORY :], (step, trial.step - here.step)]
         here = trial

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from skpose._compat.sklearn import Interval, StrOptions
 from skpose.geodesics._descent import Spread, Viewed, descend
 from skpose.geodesics._extrinsic import MAX_ITER, ExtrinsicMean, ExtrinsicMeans
-from skpose.geodesics._karcher import GeodesicPoses
+from skpose.geodesics._geodesic_view import GeodesicPoses
 from skpose.geodesics._quasi_newton import minimise_sum
 from skpose.geodesics._views import AnglePoses, DifferencePoses, PositionPoses
 from skpose.kinematics._constraints import IS_SKELETON

@@ -95,10 +95,8 @@ def interpolate(
     *Spline.* The curve of geodesics is unrolled onto one flat space by parallel transport, a natural cubic spline is
     drawn through the keys there, and is rolled up again [1]_. Rolled up, a difference from the geodesics is a velocity
     of the joints, which these follow for a unit of time, each by its own turn. For one joint with one angle it is the
-    natural cubic spline of the angle. Of the splines of angles through some frames of CMU motions, the natural one was
-    nearest to the frames left out: nearer than the local ones of Catmull and Rom, Akima, and Fritsch and Carlson, and
-    than the "not-a-knot" one. De Casteljau's algorithm [2]_ would take three geodesics for each frame, and slopes from
-    elsewhere. ``benchmarks/in_betweening.py`` compares with other methods.
+    natural cubic spline of the angle. De Casteljau's algorithm [2]_ would take three geodesics for each frame, and
+    slopes from elsewhere. ``benchmarks/in_betweening.py`` compares with other methods.
 
     *Twists.* What no joint shows turns as on the line to the next key, by slerp for joints with three dofs, and its
     speed may change at keys; so do joints without weight. Where a limb is nearly straight, small movements may need
@@ -133,7 +131,8 @@ def interpolate(
     if len(X) < 2:
         raise ValueError(f"poses must be at least two key poses, got {len(X)}: one pose is no motion")
     warn_of_degrees(poses=X)
-    at, rate = _checked_times(times, len(X)), check_frame_rate(frame_rate)
+    rate = check_frame_rate(frame_rate)
+    at = _checked_times(times, len(X), rate)
     n_threads = effective_n_jobs(n_jobs)
     geodesics = _geodesics(X, skeleton, n_steps, n_threads)
     piece, shares = _places(at, rate)
@@ -148,7 +147,7 @@ def interpolate(
     return Motion(skeleton, without_jumps(skeleton.bones, frames), rate)
 
 
-def _checked_times(times: ArrayLike, n_poses: int) -> np.ndarray:
+def _checked_times(times: ArrayLike, n_poses: int, rate: float) -> np.ndarray:
     """Return the times of the keys as an array that increases."""
     at = np.asarray(times, dtype=np.float64)
     if at.shape != (n_poses,):
@@ -159,6 +158,12 @@ def _checked_times(times: ArrayLike, n_poses: int) -> np.ndarray:
         i = int(np.argmax(np.diff(at) <= 0.0))
         raise ValueError(
             f"times must increase, got {at[i]:g} s and then {at[i + 1]:g} s; sort poses and times by time, and keep "
+            "one pose of each time"
+        )
+    if (np.diff(at) * rate <= 2.0 * ON_KEY).any():
+        i = int(np.argmin(np.diff(at)))
+        raise ValueError(
+            f"times must be farther apart than a millionth of a frame, got {at[i]!r} s and then {at[i + 1]!r} s; keep "
             "one pose of each time"
         )
     return at

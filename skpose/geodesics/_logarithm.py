@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose._compat.sklearn import Interval, validate_params
-from skpose._compiled.exponential import Logarithms, exponential, logarithms_from, tangent_space
+from skpose._compiled.exponential import Logarithms, exponential, logarithms_from
 from skpose._compiled.tree import Tree
 from skpose._parallel.threads import in_threads
 from skpose._warnings import warn
@@ -35,10 +35,6 @@ class TangentSpace(NamedTuple):
     @property
     def tree(self) -> Tree:
         return tree_of(self.skeleton)
-
-    def basis(self) -> np.ndarray:
-        """Return an orthonormal basis, (n, rank)."""
-        return tangent_space(self.tree, to_tree_order(self.tree, self.pose))
 
     def logarithms(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
         """Return the logarithms of poses, (n_poses, n), and how many of their geodesics did not converge."""
@@ -269,8 +265,9 @@ def exp_map(
     poses, n_missed = space.exponentials(from_joints(skeleton, given))
     if n_missed:
         warn(
-            f"{n_missed} of the {len(poses)} velocities are too large for n_steps={n_steps}: the joints cannot reach "
-            "where a step would lead them; raise n_steps, in log_map too",
+            f"{n_missed} of the {len(poses)} geodesics miss a step by more than {NOT_MET:g} of it: the joints cannot "
+            f"reach where it would lead them, as with velocities too large for n_steps={n_steps}, or near straight "
+            "limbs; a larger n_steps, in log_map too, may help",
             ConvergenceWarning,
         )
     return poses

@@ -25,6 +25,11 @@ class AnglePoses(NamedTuple):
     weights: np.ndarray  # (n_poses,) of sum 1
     wrap: bool
 
+    @property
+    def is_uneven(self) -> bool:
+        """Return whether distances change by jumps."""
+        return False
+
     def start(self) -> np.ndarray:
         """Return the weighted arithmetic mean of the columns, of wrapped ones the mean direction."""
         if self.wrap:
@@ -52,6 +57,11 @@ class PositionPoses(NamedTuple):
     X: np.ndarray  # (n_poses, n_dofs) the same in the columns of the skeleton
     positions: np.ndarray  # (n_poses, 3 n_joints) of the joints, scaled, m
     skeleton: Skeleton
+
+    @property
+    def is_uneven(self) -> bool:
+        """Return whether distances change by jumps."""
+        return False
 
     @classmethod
     def of(cls, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton) -> "PositionPoses":
@@ -86,6 +96,11 @@ class DifferencePoses(NamedTuple):
     n_jobs: int
     mean_tensor: np.ndarray  # (n_tree_dofs, n_tree_dofs) mean of JᵀJ at the poses
 
+    @property
+    def is_uneven(self) -> bool:
+        """Return whether distances change by jumps."""
+        return False
+
     @classmethod
     def of(
         cls, X: np.ndarray, weights: np.ndarray, metric: str, skeleton: Skeleton, steps: Steps, n_jobs: int
@@ -93,14 +108,14 @@ class DifferencePoses(NamedTuple):
         """Return poses of the skeleton's columns."""
         tree = tree_of(skeleton)
         dofs = to_tree_order(tree, X)
-        tensor, rows = np.zeros((dofs.shape[1], dofs.shape[1])), _some(len(dofs))
+        tensor, rows = np.zeros((dofs.shape[1], dofs.shape[1])), _some(X)
         for row in rows:
             jacobian = jacobian_at(tree, dofs[row], False)
             tensor += jacobian.T @ jacobian / len(rows)
         return cls(dofs, weights, X, metric, skeleton, steps, n_jobs, tensor)
 
     def view_from(self, pose: np.ndarray, slope: float) -> View:
-        """Measure the distances from the pose, and from those a little before and behind it along each coordinate."""
+        """Measure the distances from the pose, and from those a little more and less along each coordinate."""
         n = len(pose)
         columns = self._columns_along(pose, np.zeros((1, n)), STEP * np.eye(n))
         energies = self._distances(columns) ** 2
@@ -117,12 +132,12 @@ class DifferencePoses(NamedTuple):
 
     def best_pose(self, power: int) -> tuple[np.ndarray, float]:
         """Return the pose with the least sum to all, of some of the given ones, and that sum."""
-        rows = _some(len(self.X))
+        rows = _some(self.X)
         sums = self._distances(self.X[rows]) ** power @ self.weights
         return self.dofs[rows[sums.argmin()]], float(sums.min())
 
     def _columns_along(self, pose: np.ndarray, step: np.ndarray, shifts: np.ndarray) -> np.ndarray:
-        """Return the columns of the pose that is a step away, and of those a shift before and behind it."""
+        """Return the columns of the pose that is a step away, and of those a shift more and less."""
         near = np.stack([self.moved(pose, one) for one in np.concatenate([step, step + shifts, step - shifts])])
         return from_tree_order(tree_of(self.skeleton), near, np.repeat(self.X[:1], len(near), axis=0))
 
@@ -130,7 +145,7 @@ class DifferencePoses(NamedTuple):
         matrix = DistanceMatrix(columns, self.X, self.metric, self.skeleton, self.steps)
         return matrix.written(None, self.n_jobs)[0]
 
-    def _tensor(self, pose: np.ndarray, before: np.ndarray, behind: np.ndarray) -> np.ndarray:
+    def _tensor(self, pose: np.ndarray, plus: np.ndarray, minus: np.ndarray) -> np.ndarray:
         """Return the metric tensor of short steps: JᵀJ, for "rotation" that of the orientations."""
         tree = tree_of(self.skeleton)
         if self.metric != "rotation":
@@ -138,7 +153,7 @@ class DifferencePoses(NamedTuple):
             tensor = 0.5 * (jacobian.T @ jacobian + self.mean_tensor)
             # A twist that moves no joint moves the lines to other poses.
             return tensor + TWIST * np.trace(tensor) / len(pose) * np.eye(len(pose))
-        one, other = (METRICS["rotation"].encoded(poses, self.skeleton, self.steps) for poses in (before, behind))
+        one, other = (METRICS["rotation"].encoded(poses, self.skeleton, self.steps) for poses in (plus, minus))
         one, other = (quaternions.reshape(len(pose), -1, 4) for quaternions in (one, other))
         other = np.where((one * other).sum(axis=2, keepdims=True) < 0.0, -other, other)  # q and −q are one rotation
         # A quaternion changes by half the angle of a small rotation.
@@ -150,6 +165,7 @@ class DifferencePoses(NamedTuple):
         return moved(tree_of(self.skeleton), pose, step, False)
 
 
-def _some(n_poses: int) -> np.ndarray:
-    """Return the rows of some of the poses, evenly."""
-    return np.unique(np.linspace(0, n_poses - 1, min(n_poses, SOME)).astype(int))
+def _some(X: np.ndarray) -> np.ndarray:
+    """Return the rows of some of the poses, whatever the order of the rows."""
+    shares = np.linspace(0, len(X) - 1, min(len(X), SOME))
+    return np.lexsort(X.T)[np.unique(shares.astype(int))]

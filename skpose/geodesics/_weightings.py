@@ -14,8 +14,8 @@ from skpose.skeleton import Skeleton
 
 TASK = 16  # means; some milliseconds
 MAX_ITER, TOL, FEWEST_STEPS = 200, 1e-3, 2  # as `frechet_mean`
-# Norm of the gradient at which an extrinsic mean has converged, m²/rad: joints are within 0.2 mm of those at 1e-9,
-# which takes three times as many iterations where an angle moves joints very little.
+# Norm of the gradient at which an extrinsic mean has converged, m²/rad: less exact than `frechet_mean`, which goes on
+# for many iterations where an angle moves joints very little.
 TOL_EXTRINSIC = 1e-6
 
 

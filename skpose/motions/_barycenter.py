@@ -15,8 +15,8 @@ from skpose._compiled.tree import Steps
 from skpose._compiled.warping import Paths, accumulate, path_to
 from skpose._parallel.threads import in_threads
 from skpose.geodesics._descent import MEAN, descend
-from skpose.geodesics._extrinsic import TOL
-from skpose.geodesics._karcher import GeodesicPoses
+from skpose.geodesics._extrinsic import TOL as TOL_EXTRINSIC
+from skpose.geodesics._geodesic_view import GeodesicPoses
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 from skpose.metrics._convergence import Unconverged
 from skpose.metrics._matrix import DistanceMatrix
@@ -150,7 +150,7 @@ class Barycenter:
     def _nearest_to_mean(self, pose: np.ndarray, group: np.ndarray) -> tuple[np.ndarray, bool]:
         start = to_tree_order(self.tree, pose[np.newaxis])[0]
         target = self.positions[group].mean(axis=0)
-        found, (_, _, converged) = project(self.tree, target, start, STEPS_OF_A_POSE, TOL)
+        found, (_, _, converged) = project(self.tree, target, start, STEPS_OF_A_POSE, TOL_EXTRINSIC)
         return from_tree_order(self.tree, found, pose), bool(converged)
 
     def _karcher_mean(self, pose: np.ndarray, group: np.ndarray) -> tuple[np.ndarray, bool]:

@@ -7,10 +7,9 @@ from conftest import SKELETONS
 from skpose import Skeleton, frechet_mean, pose_distances
 from skpose._compiled import kept_paths
 from skpose._compiled.geodesic import TOL
-from skpose._compiled.mean import Geodesics, geodesics_from
-from skpose.geodesics import _karcher
-from skpose.geodesics._karcher import GeodesicPoses
-from skpose.kinematics._tree import to_tree_order, tree_of, wrapped
+from skpose.geodesics import _geodesic_view
+from skpose.geodesics._geodesic_view import GeodesicPoses
+from skpose.kinematics._tree import to_tree_order, tree_of
 
 
 def dofs_of(skeleton, n=6, scale=0.3, seed=0):
@@ -24,10 +23,7 @@ def poses_of(tree, dofs, wrap=True):
 
 def searched(tree, pose, dofs, wrap=True):
     """Geodesics by a new search each."""
-    n = len(dofs)
-    found = Geodesics(np.empty(n), np.empty(n), np.empty(dofs.shape), np.empty(n, dtype=bool))
-    geodesics_from(tree, pose, wrapped(tree, dofs, pose[None]) if wrap else dofs, 0, n, 10, wrap, found)
-    return found
+    return poses_of(tree, dofs, wrap).view_from(pose, 0.0)
 
 
 @pytest.mark.parametrize("wrap", [True, False])
@@ -89,13 +85,13 @@ def test_the_mean_is_that_of_new_searches(monkeypatch):
         scale=0.05, size=(15, 3)
     )
     kept = frechet_mean(X, skeleton, metric="geodesic", tol=1e-5)
-    original = _karcher.follow_geodesics
+    original = _geodesic_view.follow_geodesics
 
     def forgetful(tree, pose, ends, first, last, search, paths, found):
         paths.n_nodes[:] = 0
         original(tree, pose, ends, first, last, search._replace(tol=TOL), paths, found)
 
-    monkeypatch.setattr(_karcher, "follow_geodesics", forgetful)
+    monkeypatch.setattr(_geodesic_view, "follow_geodesics", forgetful)
     anew = frechet_mean(X, skeleton, metric="geodesic", tol=1e-5)
     np.testing.assert_allclose(kept.pose, anew.pose, atol=1e-3)
     np.testing.assert_allclose(kept.variance, anew.variance, rtol=1e-4)

@@ -11,7 +11,7 @@ from sklearn.exceptions import ConvergenceWarning
 
 from skpose import Skeleton, forward_kinematics, frechet_mean, geodesic, pose_distances, position_jacobian
 from skpose.datasets import make_gait
-from skpose.geodesics import _descent, _karcher
+from skpose.geodesics import _descent, _geodesic_view
 
 METRICS = ["position", "geodesic"]
 ONE_BONE = Skeleton.chain(1)
@@ -115,8 +115,10 @@ def test_weights_count_poses(metric):
 def test_poses_of_weight_zero_cost_nothing(metric, monkeypatch):
     """They are no poses of the mean: it is that of the others bit for bit, with as many geodesics."""
     n_geodesics = []
-    original = _karcher.follow_geodesics
-    monkeypatch.setattr(_karcher, "follow_geodesics", lambda *a: (n_geodesics.append(a[4] - a[3]), original(*a))[1])
+    followed = _geodesic_view.follow_geodesics
+    monkeypatch.setattr(
+        _geodesic_view, "follow_geodesics", lambda *a: (n_geodesics.append(a[4] - a[3]), followed(*a))[1]
+    )
     skeleton, X = swing(12)
     weights = np.random.default_rng(0).integers(0, 3, 12)
     assert (weights == 0).sum() > 2

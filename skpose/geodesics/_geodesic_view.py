@@ -6,8 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._compiled.geodesic import TOL
-from skpose._compiled.kept_paths import MOST_NODES, KeptPaths, Search, follow_geodesics
-from skpose._compiled.mean import Geodesics
+from skpose._compiled.kept_paths import MOST_NODES, Geodesics, KeptPaths, Search, follow_geodesics
 from skpose._compiled.tree import Tree
 from skpose._parallel.threads import in_threads
 from skpose.geodesics._charts import jacobian_at, moved
@@ -29,6 +28,11 @@ class GeodesicPoses(NamedTuple):
     wrap: bool
     n_jobs: int
     kept: KeptPaths
+
+    @property
+    def is_uneven(self) -> bool:
+        """Return whether distances change by jumps."""
+        return True
 
     @classmethod
     def of(
