@@ -36,6 +36,8 @@ MAX_STEPS = 40  # to the next pose
 STALLED = 1e-3  # relative decrease of an error below which it does not come down to zero
 MAX_CHORDS = 40  # first chords that are tried for the one of the right length
 ROUNDING = 1e-10  # error of a tangential part, relative to the length of a step
+NOTHING = 1e-12  # length of the tangential part of a velocity, relative to it, at which there is none
+REACHED = 1e-6  # the same, above which the joints cannot reach that part
 
 
 class Logarithms(NamedTuple):
@@ -173,15 +175,17 @@ def _first_pose(tree, pose, basis, tangential, tol):
     share, low, high, near = 1.0, 0.0, math.inf, pose
     for _ in range(MAX_CHORDS):
         chord = math.sqrt(((positions - start) ** 2).sum())
-        missed = max(error, abs(chord - length))
-        if missed <= tol:
+        is_reached = error <= REACHED * length
+        if is_reached and abs(chord - length) <= tol:
             break
-        following = share * length / max(chord, tol)
-        if error <= tol and chord < length:
+        if is_reached and chord < length:
             low, near = share, found
         else:
             high = share
-        share = following if error <= tol and low < following < high else 0.5 * (low + min(high, 1.0))
+        following = share * length / max(chord, tol)
+        if not (is_reached and low < following < high):
+            following = 0.5 * (low + min(high, 1.0))
+        share = following
         found, positions, error = _advance(tree, pose, basis, share * tangential, near, tol)
     chord = math.sqrt(((positions - start) ** 2).sum())
     return found, positions, max(error, abs(chord - length))
@@ -198,7 +202,7 @@ def exponential(tree, pose, velocity, n_steps):
     basis = tangent_space(tree, pose)
     tangential = basis.T @ velocity / n_steps
     length = math.sqrt((tangential**2).sum())
-    if length == 0.0:
+    if length <= NOTHING * math.sqrt((velocity**2).sum()) / n_steps:
         return pose, 0.0
     tol = ROUNDING * length
     _positions(tree, pose, scratch, before)

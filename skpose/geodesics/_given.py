@@ -93,4 +93,5 @@ def _weights(sample_weight: ArrayLike | None, n_poses: int) -> np.ndarray:
         raise ValueError(f"sample_weight must have shape ({n_poses},), one for each pose, got {weights.shape}")
     if not (np.isfinite(weights).all() and (weights >= 0).all() and weights.any()):
         raise ValueError("sample_weight must be finite, nowhere negative, and somewhere positive")
+    weights = weights / weights.max()  # whose sum is finite
     return weights / weights.sum()

@@ -62,7 +62,7 @@ class TangentSpace(NamedTuple):
 
         in_threads((partial(follow, i) for i in range(len(velocities))), self.n_jobs)
         poses = from_tree_order(tree, dofs, np.tile(self.pose, (len(velocities), 1)))
-        return poses, int((errors > NOT_MET).sum())
+        return poses, int((~(errors <= NOT_MET)).sum())  # NaN too
 
 
 @validate_params(

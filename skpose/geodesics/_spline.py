@@ -141,11 +141,12 @@ def _drawn(piece: Piece, start: np.ndarray, end: np.ndarray, shares: np.ndarray,
     forth = _carried(bases[0].T @ (piece.first @ start), steps)
     back = _carried(bases[-1].T @ (piece.last @ end), [step.T for step in steps[::-1]])[::-1]
     poses, dofs = base.copy(), to_tree_order(tree, base)
-    for k in sorted(set(at[-len(shares) :])):
+    drawn = at[len(at) - len(shares) :]
+    for k in sorted(set(drawn)):
         s = nodes[k]
         off = bases[k] @ (s * (1.0 - s) ** 2 * forth[k] - s**2 * (1.0 - s) * back[k])
         poses[k] = from_tree_order(tree, _displaced(tree, dofs[k], off), base[k])
-    return poses[at[-len(shares) :]]
+    return poses[drawn]
 
 
 def _displaced(tree: Tree, pose: np.ndarray, displacement: np.ndarray) -> np.ndarray:

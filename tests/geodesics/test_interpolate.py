@@ -269,3 +269,17 @@ def test_looks_like_degrees():
 def test_errors(poses, times, options, match):
     with pytest.raises(ValueError, match=match):
         interpolate(poses, times, Skeleton.chain(2), **{"frame_rate": 10, **options})
+
+
+@pytest.mark.parametrize("method", ["geodesic", "spline"])
+def test_keys_may_be_nearer_than_frames(method):
+    """No frame is between some of them."""
+    motion = interpolate(
+        [[0.0], [0.1], [0.2], [0.0]], [0.0, 0.4, 0.6, 1.0], Skeleton.chain(1), frame_rate=1, method=method
+    )
+    np.testing.assert_array_equal(motion.angles, [[0.0], [0.0]])
+
+
+def test_keys_at_one_time_but_for_rounding_are_refused():
+    with pytest.raises(ValueError, match="times must be farther apart"):
+        interpolate([[0.0], [0.1], [0.2]], [0.0, 1.0, 1.0 + 1e-9], Skeleton.chain(1), frame_rate=1)

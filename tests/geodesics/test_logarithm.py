@@ -247,3 +247,16 @@ def test_positions_of_the_example_are_those_of_forward_kinematics():
     velocity = log_map([0.0, 0.0], [[0.2, 0.1]], Skeleton.chain(2))
     step = forward_kinematics([[0.002, 0.001]], Skeleton.chain(2)) - forward_kinematics([[0.0, 0.0]], Skeleton.chain(2))
     np.testing.assert_allclose(velocity, 100.0 * step, atol=0.02)
+
+
+@pytest.mark.parametrize("angle", [0.5, 2.0, 2.5, 2.9])
+def test_two_chords_of_a_circle_are_enough(angle):
+    """The first chord has its length, though its tangential part is near the largest that there is."""
+    arm = Skeleton.chain(1)
+    velocity = log_map([0.4], [[0.4 + angle]], arm, n_steps=2)
+    np.testing.assert_allclose(exp_map([0.4], velocity, arm, n_steps=2), [[0.4 + angle]], atol=1e-6)
+
+
+def test_velocities_that_no_joint_can_have_lead_nowhere():
+    arm = Skeleton.chain(1)
+    np.testing.assert_array_equal(exp_map([0.0], [[[1.0, 0.0, 0.0]]], arm), [[0.0]])
