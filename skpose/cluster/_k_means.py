@@ -8,10 +8,10 @@ import numpy as np
 from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, ClusterMixin, TransformerMixin
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.utils import check_random_state
-from sklearn.utils.validation import _check_sample_weight, check_is_fitted
+from sklearn.utils.validation import check_is_fitted
 
 from skpose._base import POSE_CONSTRAINTS, PoseEstimatorMixin
-from skpose._compat.sklearn import Interval, fit_context
+from skpose._compat.sklearn import Interval, check_sample_weight, fit_context
 from skpose._parallel.callbacks import CallbackSupportMixin, FitReport, with_callbacks
 from skpose._warnings import warn
 from skpose.cluster._lloyd import first_centers, lloyd
@@ -179,8 +179,8 @@ class PoseKMeans(
         y : Ignored
             Not used, present for API consistency by convention.
         sample_weight : array-like of shape (n_samples,), default=None
-            Weights of the samples, not negative. None is equal ones. Samples of weight zero get labels, and nothing
-            else depends on them.
+            Weights of the samples, not negative, and somewhere positive. None is equal ones. Samples of weight zero get
+            labels, and nothing else depends on them.
 
         Returns
         -------
@@ -190,7 +190,7 @@ class PoseKMeans(
         X = self._checked(X, reset=True).astype(np.float64, copy=False)
         if self.n_clusters > len(X):
             raise ValueError(f"n_clusters={self.n_clusters} is more than the {len(X)} samples")
-        weights = _check_sample_weight(sample_weight, X, dtype=np.float64, ensure_non_negative=True)
+        weights = check_sample_weight(sample_weight, X)
         rng, counted = check_random_state(self.random_state), weights > 0.0
         poses, pose_of = np.unique(X[counted], axis=0, return_inverse=True)
         masses = np.bincount(pose_of.ravel(), weights[counted])
@@ -261,7 +261,7 @@ class PoseKMeans(
         """
         check_is_fitted(self, "cluster_centers_")
         X = self._checked(X, reset=False)
-        weights = _check_sample_weight(sample_weight, X, dtype=np.float64, ensure_non_negative=True)
+        weights = check_sample_weight(sample_weight, X)
         return -float(weights @ self._squared(X, self.cluster_centers_).min(axis=1))
 
     def _squared(self, X, centers):

@@ -228,6 +228,14 @@ def test_poses_that_differ_in_nothing_that_is_seen():
     np.testing.assert_array_equal(k_means.labels_[[0, 2]], k_means.labels_[[1, 3]])
 
 
+def test_weights_that_are_all_zero_are_refused(blobs):
+    X, zeros = blobs[0], np.zeros(len(blobs[0]))
+    k_means = PoseKMeans(2, metric="angle", random_state=0).fit(X)
+    for method in (k_means.score, k_means.fit):
+        with pytest.raises(ValueError, match="sample_weight must be somewhere positive"):
+            method(X, sample_weight=zeros)
+
+
 def test_an_end_by_max_iter_is_said(blobs):
     with pytest.warns(ConvergenceWarning, match="k-means did not converge: .* max_iter=1 iterations; raise max_iter"):
         PoseKMeans(8, metric="angle", max_iter=1, random_state=0).fit(blobs[0])

@@ -257,6 +257,14 @@ def test_targets_are_checked_as_poses(data):
         PoseKernelRegressor().fit(X, y)
 
 
+def test_weights_that_are_all_zero_are_refused(data):
+    X, y, _, w = data
+    model = PoseKernelRegressor(metric="angle").fit(X, y)
+    for method in (model.score, model.fit):
+        with pytest.raises(ValueError, match="sample_weight must be somewhere positive"):
+            method(X, y, sample_weight=0.0 * w)
+
+
 def test_one_dof_and_the_dtype_of_poses_come_back(data):
     X, y, queries, _ = data
     hinge = Skeleton.chain(1)
