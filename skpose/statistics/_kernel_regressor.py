@@ -92,9 +92,9 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
     kernel is computed relative to the largest, so that it never underflows. Rows whose weight is less than a
     millionth of the largest count as zero. Predictions beyond the training rows do not extrapolate.
 
-    Under "position" a prediction takes the mean of the positions, O(n_samples_fit · n_joints), and some ten iterations
-    of Newton's method, one to three milliseconds for 30 joints; joints are within some 0.2 mm of the minimum. A mean of
-    five poses takes some 0.2 s under "rotation", and seconds under "spatial" and "geodesic": choose `n_neighbors`.
+    Under "position" a prediction takes the mean of the positions, O(n_samples_fit · n_joints), and some iterations of
+    Newton's method. The means of the other metrics take distances to every training pose in every iteration, and far
+    longer, "spatial" and "geodesic" the longest: choose a small `n_neighbors`.
     Memory O(n_samples_fit) and 16 MB for weights.
 
     References
@@ -240,6 +240,11 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
         -------
         float
             The share; of poses that are all equal 1.0 if the predictions are equal to them, else 0.0.
+
+        Warns
+        -----
+        ConvergenceWarning
+            If predicted means did not converge, or the mean of the given poses.
         """
         check_is_fitted(self, "gamma_")
         predicted = self.predict(X)
@@ -250,7 +255,13 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
             warn("the share of variance of less than two poses is not defined", UndefinedMetricWarning)
             return float("nan")
         weights = check_sample_weight(sample_weight, y)
-        mean, _ = self._means_of(y).means(weights[np.newaxis])
+        mean, converged = self._means_of(y).means(weights[np.newaxis])
+        if not converged.all():
+            warn(
+                f"the mean of the {len(y)} given poses did not converge, so that their variance, and with it the share "
+                "explained, may be too large; compare it with scores of the same poses only",
+                ConvergenceWarning,
+            )
         unexplained = weights @ self._squares(y, predicted.reshape(y.shape))
         total = weights @ self._squares(y, np.broadcast_to(mean, y.shape))
         if total == 0.0:

@@ -209,6 +209,16 @@ def test_means_that_do_not_converge_are_counted(data, monkeypatch):
         model.predict(queries)
 
 
+def test_a_score_by_a_mean_that_did_not_converge_is_said(data, monkeypatch):
+    X, y, _, _ = data
+    model = PoseKernelRegressor(ARM).fit(X, y)
+    expected, found = model.score(X, y), WeightedMeans.means
+    # One mean is that of the given poses; the predictions are 40.
+    monkeypatch.setattr(WeightedMeans, "means", lambda self, w: (found(self, w)[0], np.full(len(w), len(w) > 1)))
+    with pytest.warns(ConvergenceWarning, match="the mean of the 40 given poses did not converge"):
+        assert model.score(X, y) == expected
+
+
 # --- as scikit-learn's -----------------------------------------------------------------------------------------------
 
 
