@@ -161,8 +161,8 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
         y : array-like of shape (n_samples, n_dofs)
             Poses: joint angles, rad; (n_samples,) for one dof.
         sample_weight : array-like of shape (n_samples,), default=None
-            Weights of the samples, not negative, and somewhere positive. None is equal ones; a weight of two is a sample
-            twice.
+            Weights of the samples, not negative, and somewhere positive. None is equal ones; a weight of two is a
+            sample twice.
 
         Returns
         -------
