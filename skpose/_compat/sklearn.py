@@ -93,7 +93,7 @@ class InstanceOf(HasMethods):
         return f"an instance of {self.name!r}"
 
 
-# scikit-learn refuses weights that are all zero since 1.9, in other words than ours.
+# Newer versions of scikit-learn refuse weights that are all zero, in other words than ours; older ones let them pass.
 _ZEROS = "allow_all_zero_weights"
 _MAY_BE_ZEROS = {_ZEROS: True} if _ZEROS in inspect.signature(_check_sample_weight).parameters else {}
 

@@ -93,8 +93,8 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
     millionth of the largest count as zero. Predictions beyond the training rows do not extrapolate.
 
     Under "position" a prediction takes the mean of the positions, O(n_samples_fit · n_joints), and some iterations of
-    Newton's method. The means of the other metrics take distances to every training pose in every iteration, and far
-    longer, "spatial" and "geodesic" the longest: choose a small `n_neighbors`.
+    Newton's method. Under "rotation", "spatial" and "geodesic" every iteration takes distances to all poses that count,
+    and so far longer, the longest under the last two: choose a small `n_neighbors`.
     Memory O(n_samples_fit) and 16 MB for weights.
 
     References
