@@ -104,13 +104,16 @@ class PoseEstimatorMixin(EstimatorMixin):
         if self.metric == "precomputed":
             self.skeleton_, self.effective_metric_ = None, "precomputed"
             return
-        metric = self._auto_metric if self.metric == "auto" and skeleton is not None else self.metric
-        self.effective_metric_, chosen, steps = resolve(metric, skeleton, self.n_steps, self.wrap)
+        self.effective_metric_, chosen, steps = resolve(self._metric_on(skeleton), skeleton, self.n_steps, self.wrap)
         self.skeleton_ = skeleton
         if chosen.wraps is not None:
             self.effective_metric_params_["wrap"] = steps.half_turn < np.inf
         if chosen.wraps:
             self.effective_metric_params_["n_steps"] = self.n_steps
+
+    def _metric_on(self, skeleton):
+        """Return the name that the parameter stands for on a skeleton: "auto" is the estimator's own metric."""
+        return self._auto_metric if self.metric == "auto" and skeleton is not None else self.metric
 
     def _distances(self, X, Y, verbose=None):
         """Distances from X to Y, or among X if Y is None, under the metric of `fit`."""

@@ -1,9 +1,10 @@
-"""Private parts of scikit-learn: validation of parameters and of names, the context of `fit`, the callback protocol."""
+"""Private parts of scikit-learn: validation of parameters, names and weights, the context of `fit`, the callbacks."""
 
 import inspect
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
+import numpy as np
 from sklearn.base import _fit_context as fit_context
 from sklearn.utils._param_validation import (
     HasMethods,
@@ -15,6 +16,7 @@ from sklearn.utils._param_validation import (
 )
 from sklearn.utils._param_validation import validate_params as _validate_params
 from sklearn.utils.validation import _check_feature_names_in as check_feature_names_in
+from sklearn.utils.validation import _check_sample_weight
 
 if TYPE_CHECKING:
     Function = TypeVar("Function", bound=Callable)
@@ -91,6 +93,22 @@ class InstanceOf(HasMethods):
         return f"an instance of {self.name!r}"
 
 
+# Newer versions of scikit-learn refuse weights that are all zero, in other words than ours; older ones let them pass.
+_ZEROS = "allow_all_zero_weights"
+_MAY_BE_ZEROS = {_ZEROS: True} if _ZEROS in inspect.signature(_check_sample_weight).parameters else {}
+
+
+def check_sample_weight(sample_weight: Any, X: np.ndarray) -> np.ndarray:
+    """Return the weights of the rows of X in float64: not negative, and somewhere positive; ones for None."""
+    weights = _check_sample_weight(sample_weight, X, dtype=np.float64, ensure_non_negative=True, **_MAY_BE_ZEROS)
+    if not weights.any():
+        raise ValueError(
+            f"sample_weight must be somewhere positive, but the weights of all {len(weights)} samples are zero; leave "
+            "it out for equal ones"
+        )
+    return weights
+
+
 try:
     from sklearn.callback import CallbackSupportMixin, with_callbacks
 except ImportError:  # before scikit-learn 1.9
@@ -112,6 +130,7 @@ __all__ = [
     "StrOptions",
     "callback_context",
     "check_feature_names_in",
+    "check_sample_weight",
     "fit_context",
     "validate_parameter_constraints",
     "validate_params",

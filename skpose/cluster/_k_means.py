@@ -8,10 +8,10 @@ import numpy as np
 from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, ClusterMixin, TransformerMixin
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.utils import check_random_state
-from sklearn.utils.validation import _check_sample_weight, check_is_fitted
+from sklearn.utils.validation import check_is_fitted
 
 from skpose._base import POSE_CONSTRAINTS, PoseEstimatorMixin
-from skpose._compat.sklearn import Interval, fit_context
+from skpose._compat.sklearn import Interval, check_sample_weight, fit_context
 from skpose._parallel.callbacks import CallbackSupportMixin, FitReport, with_callbacks
 from skpose._warnings import warn
 from skpose.cluster._lloyd import first_centers, lloyd
@@ -33,7 +33,8 @@ class PoseKMeans(
     .. math:: \min_{\mu} \sum_i w_i \min_k d(\theta_i, \mu_k)^2
 
     by Lloyd's iteration: samples are assigned to the nearest centre, centres move to the means of their samples. As
-    the centres are poses, their bones have their lengths. Under "angle" it is `sklearn.cluster.KMeans`.
+    the centres are poses, their bones have their lengths. Under "angle" without `wrap` an iteration is that of
+    `sklearn.cluster.KMeans`; how the first centres are drawn, and when a run ends, differ.
 
     Parameters
     ----------
@@ -88,7 +89,7 @@ class PoseKMeans(
     -----
     ConvergenceWarning
         From `fit`: if the run that was chosen did not end within `max_iter`, if the mean of a cluster did not converge,
-        or if there are fewer different poses than clusters.
+        or if there are fewer distinct clusters than `n_clusters`, as for fewer different poses.
 
     See Also
     --------
@@ -105,9 +106,9 @@ class PoseKMeans(
     Equal poses count as one of the sum of their weights, and samples are drawn in an order of their own. So the result
     depends neither on the order of the samples nor on whether one is given twice or with twice the weight.
 
-    Time of an iteration: n_samples · n_clusters distances, and a mean for each cluster that has changed. That is some
-    milliseconds under "position", which is why it is the default; about a second under "rotation" for hundreds of
-    poses, and minutes under "spatial" and "geodesic".
+    Time of an iteration: n_samples · n_clusters distances, and a mean for each cluster that has changed. Means are
+    quick under "position", which is why it is the default; they take far longer under "rotation", and longest under
+    "spatial" and "geodesic".
 
     References
     ----------
@@ -179,8 +180,8 @@ class PoseKMeans(
         y : Ignored
             Not used, present for API consistency by convention.
         sample_weight : array-like of shape (n_samples,), default=None
-            Weights of the samples, not negative. None is equal ones. Samples of weight zero get labels, and nothing
-            else depends on them.
+            Weights of the samples, not negative, and somewhere positive. None is equal ones. Samples of weight zero get
+            labels, and nothing else depends on them.
 
         Returns
         -------
@@ -190,7 +191,7 @@ class PoseKMeans(
         X = self._checked(X, reset=True).astype(np.float64, copy=False)
         if self.n_clusters > len(X):
             raise ValueError(f"n_clusters={self.n_clusters} is more than the {len(X)} samples")
-        weights = _check_sample_weight(sample_weight, X, dtype=np.float64, ensure_non_negative=True)
+        weights = check_sample_weight(sample_weight, X)
         rng, counted = check_random_state(self.random_state), weights > 0.0
         poses, pose_of = np.unique(X[counted], axis=0, return_inverse=True)
         masses = np.bincount(pose_of.ravel(), weights[counted])
@@ -205,7 +206,7 @@ class PoseKMeans(
         self.labels_ = self._squared(X, best.centers).argmin(axis=1)
         self.inertia_, self.n_iter_ = best.inertia, best.n_iter
         self.cluster_centers_ = best.centers
-        self._warn(best)
+        self._warn(best, len(poses))
         fit_progress.end()
         return self
 
@@ -261,20 +262,26 @@ class PoseKMeans(
         """
         check_is_fitted(self, "cluster_centers_")
         X = self._checked(X, reset=False)
-        weights = _check_sample_weight(sample_weight, X, dtype=np.float64, ensure_non_negative=True)
+        weights = check_sample_weight(sample_weight, X)
         return -float(weights @ self._squared(X, self.cluster_centers_).min(axis=1))
 
     def _squared(self, X, centers):
         """Squared distances (n_samples, n_centers), in float64, as close samples differ by little."""
         return np.square(self._distances(X.astype(np.float64, copy=False), centers))
 
-    def _warn(self, run):
-        """Warn of centres that are not what they are meant to be."""
+    def _warn(self, run, n_poses):
+        """Warn of centres that are not what they are meant to be, after a fit to so many different poses."""
         n_distinct = len(np.unique(self.labels_))
         if n_distinct < self.n_clusters:
+            if n_poses < self.n_clusters:
+                why = f"as the samples of positive weight are {n_poses} different poses; lower n_clusters"
+            else:
+                why = (
+                    f"though the samples of positive weight are {n_poses} different poses: no sample is nearest to the "
+                    "other centres. Lower n_clusters, or raise n_init for other starts"
+                )
             warn(
-                f"{n_distinct} distinct clusters were found, fewer than n_clusters={self.n_clusters}, as no more "
-                "samples of positive weight are apart; the other centres are equal to one of these",
+                f"{n_distinct} distinct clusters were found, fewer than n_clusters={self.n_clusters}, {why}",
                 ConvergenceWarning,
             )
         if not run.converged:

@@ -131,7 +131,10 @@ def warn_of_no_skeleton(metric: str, skeleton: Skeleton | None) -> None:
 
 
 def resolve(metric: str, skeleton: Skeleton | None, n_steps: int, wrap: bool | str) -> Chosen:
-    """Return the metric that parameters choose; "auto" is "spatial" with a skeleton and "angle" without one."""
+    """Return the metric that parameters choose; "auto" is "spatial" with a skeleton and "angle" without one.
+
+    Estimators that take means have "position" for "auto", and pass that: `PoseEstimatorMixin._auto_metric`.
+    """
     if metric == "auto":
         metric = "angle" if skeleton is None else "spatial"
     chosen = METRICS[metric]

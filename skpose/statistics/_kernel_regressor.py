@@ -8,10 +8,10 @@ from joblib import effective_n_jobs
 from sklearn.base import BaseEstimator, RegressorMixin
 from sklearn.exceptions import ConvergenceWarning, UndefinedMetricWarning
 from sklearn.utils import check_array, gen_batches
-from sklearn.utils.validation import _check_sample_weight, check_consistent_length, check_is_fitted, validate_data
+from sklearn.utils.validation import check_consistent_length, check_is_fitted, validate_data
 
 from skpose._base import POSE_CONSTRAINTS, PoseEstimatorMixin
-from skpose._compat.sklearn import Interval, StrOptions, fit_context
+from skpose._compat.sklearn import Interval, StrOptions, check_sample_weight, fit_context
 from skpose._parallel.progress import progress
 from skpose._warnings import warn
 from skpose.geodesics._weightings import WeightedMeans
@@ -92,9 +92,9 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
     kernel is computed relative to the largest, so that it never underflows. Rows whose weight is less than a
     millionth of the largest count as zero. Predictions beyond the training rows do not extrapolate.
 
-    Under "position" a prediction takes the mean of the positions, O(n_samples_fit · n_joints), and some ten iterations
-    of Newton's method, one to three milliseconds for 30 joints; joints are within some 0.2 mm of the minimum. A mean of
-    five poses takes some 0.2 s under "rotation", and seconds under "spatial" and "geodesic": choose `n_neighbors`.
+    Under "position" a prediction takes the mean of the positions, O(n_samples_fit · n_joints), and some iterations of
+    Newton's method. Under "rotation", "spatial" and "geodesic" every iteration takes distances to all poses that count,
+    and so far longer, the longest under the last two: choose a small `n_neighbors`.
     Memory O(n_samples_fit) and 16 MB for weights.
 
     References
@@ -161,7 +161,8 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
         y : array-like of shape (n_samples, n_dofs)
             Poses: joint angles, rad; (n_samples,) for one dof.
         sample_weight : array-like of shape (n_samples,), default=None
-            Weights of the samples, not negative. None is equal ones; a weight of two is a sample twice.
+            Weights of the samples, not negative, and somewhere positive. None is equal ones; a weight of two is a
+            sample twice.
 
         Returns
         -------
@@ -174,7 +175,7 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
         X, y = validate_data(self, X, y, dtype=np.float64, multi_output=True, y_numeric=True)
         poses = self._checked_poses(y)
         warn_of_no_skeleton(self.metric, self.skeleton)
-        weights = _check_sample_weight(sample_weight, X, dtype=np.float64, ensure_non_negative=True)
+        weights = check_sample_weight(sample_weight, X)
         counted = weights > 0.0
         self.y_fit_, self._is_column = poses[counted], y.ndim == 1  # a copy
         self._kernel = KernelWeights(X[counted], weights[counted], self.gamma)
@@ -239,6 +240,11 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
         -------
         float
             The share; of poses that are all equal 1.0 if the predictions are equal to them, else 0.0.
+
+        Warns
+        -----
+        ConvergenceWarning
+            If predicted means did not converge, or the mean of the given poses.
         """
         check_is_fitted(self, "gamma_")
         predicted = self.predict(X)
@@ -248,8 +254,14 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
         if len(y) < 2:
             warn("the share of variance of less than two poses is not defined", UndefinedMetricWarning)
             return float("nan")
-        weights = _check_sample_weight(sample_weight, y, dtype=np.float64, ensure_non_negative=True)
-        mean, _ = self._means_of(y).means(weights[np.newaxis])
+        weights = check_sample_weight(sample_weight, y)
+        mean, converged = self._means_of(y).means(weights[np.newaxis])
+        if not converged.all():
+            warn(
+                f"the mean of the {len(y)} given poses did not converge, so that their variance, and with it the share "
+                "explained, may be too large; compare it with scores of the same poses only",
+                ConvergenceWarning,
+            )
         unexplained = weights @ self._squares(y, predicted.reshape(y.shape))
         total = weights @ self._squares(y, np.broadcast_to(mean, y.shape))
         if total == 0.0:

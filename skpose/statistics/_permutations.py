@@ -1,4 +1,4 @@
-"""Permutation test of a quadratic form: what it would be, had the labels "A" and "B" fallen otherwise.
+"""Permutation test of a quadratic form: its value as given, and with the labels "A" and "B" exchanged at random.
 
 A split is a vector c over the units of both sets, 1 / n for those that it counts to A and −1 / m for the others. All
 splits that the design admits are equally likely where A and B do not differ.

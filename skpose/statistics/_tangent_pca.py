@@ -38,8 +38,8 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
         keeps all in which the poses vary.
     metric : {"auto", "angle", "position", "geodesic"}, default="auto"
         The vectors that stand for poses. "position" linearises the positions along the straight line from the
-        joint-wise mean; "geodesic" takes the logarithms at the intrinsic mean, some milliseconds a pose; "angle" takes
-        the columns as they are, so that it is scikit-learn's PCA. "auto" is "position" with a skeleton, else "angle"
+        joint-wise mean; "geodesic" takes the logarithms at the intrinsic mean, a geodesic a pose; "angle" takes the
+        columns as they are, so that it is scikit-learn's PCA. "auto" is "position" with a skeleton, else "angle"
         and a warning.
     n_steps : int, default=10
         Chords of the geodesics of "geodesic", at least two.
@@ -91,9 +91,12 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
     steps of the training poses. So twists that no joint shows at the mean, as of a straight arm, come back as they vary
     with the scores. ``transform(inverse_transform(scores))`` gives the scores, up to half a turn of each joint.
 
+    The base is this joint-wise mean, not ``frechet_mean(metric="position")``. As its mean step is zero, the scores of
+    the training poses have mean zero; and twists, which positions do not show, have a mean too.
+
     *Geodesic.* Lengths of vectors are distances. `inverse_transform` follows geodesics, `exp_map`.
 
-    "position" takes O(n_samples · n_joints²) time, some microseconds a pose.
+    "position" takes O(n_samples · n_joints²) time.
 
     References
     ----------
@@ -122,6 +125,7 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
     True
     """
 
+    _auto_metric = "position"
     _parameter_constraints: ClassVar[dict] = {
         "skeleton": [IS_SKELETON, None],
         "n_components": [
@@ -258,8 +262,7 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
 
     def _learn_metric(self, skeleton):
         """Store the metric that the parameters choose on a skeleton."""
-        metric = "position" if self.metric == "auto" and skeleton is not None else self.metric
-        self.effective_metric_, _, _ = resolve(metric, skeleton, self.n_steps, "auto")
+        self.effective_metric_, _, _ = resolve(self._metric_on(skeleton), skeleton, self.n_steps, "auto")
         self.effective_metric_params_ = {"n_steps": self.n_steps} if self.effective_metric_ == "geodesic" else {}
         self.skeleton_ = skeleton
 

@@ -239,4 +239,11 @@ def two_sample_test(
     outcome = permutation_test(means.matrix, design, n_permutations, check_random_state(random_state))
     n_poses = len(units.sequences.poses)
     warn_of_unconverged([means.unconverged], n_poses * (n_poses - 1) // 2)
-    return TwoSampleTest(*outcome, units.n_a, units.n_b, paired, means.width, means.negative_share)
+    return TwoSampleTest(
+        **outcome._asdict(),
+        n_a=units.n_a,
+        n_b=units.n_b,
+        paired=paired,
+        width=means.width,
+        negative_share=means.negative_share,
+    )

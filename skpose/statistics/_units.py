@@ -9,7 +9,7 @@ from skpose.motions._inputs import Sequences, check_motions
 from skpose.skeleton import Skeleton
 from skpose.skeleton._validation import check_poses
 
-FRAMES_OF_A_RECORDING = 0.4  # ratio of `_warn_of_frames`: CMU at 12 Hz has 0.26 in the median, at 30 Hz at most 0.2
+FRAMES_OF_A_RECORDING = 0.4  # ratio of `_warn_of_frames`: recordings at usual frame rates mostly have less
 
 
 class Units(NamedTuple):

@@ -206,7 +206,9 @@ def test_equal_distances_are_decided_by_index():
 
 def test_fewer_different_samples_than_clusters():
     X = np.repeat([[0.0, 0.0], [1.0, 1.0]], 3, axis=0)
-    with pytest.warns(ConvergenceWarning, match="2 distinct clusters were found, fewer than n_clusters=4"):
+    with pytest.warns(
+        ConvergenceWarning, match="2 distinct .* n_clusters=4, as the samples .* are 2 different poses; lower"
+    ):
         k_means = PoseKMeans(4, metric="angle", random_state=0).fit(X)
     assert k_means.inertia_ == 0.0
     assert k_means.cluster_centers_.shape == (4, 2)
@@ -222,10 +224,20 @@ def test_poses_that_differ_in_nothing_that_is_seen():
     X[2:, 0] = 1.0
     X[1::2, -1] = 0.5
     assert pose_distances(X[:1], X[1:2], skeleton=skeleton, metric="position").item() == 0.0
-    with pytest.warns(ConvergenceWarning, match="2 distinct clusters"):
+    with pytest.warns(
+        ConvergenceWarning, match="2 distinct .* though the samples .* are 4 different poses: no sample is nearest"
+    ):
         k_means = PoseKMeans(3, skeleton, metric="position", random_state=0).fit(X)
     assert k_means.inertia_ < 1e-20
     np.testing.assert_array_equal(k_means.labels_[[0, 2]], k_means.labels_[[1, 3]])
+
+
+def test_weights_that_are_all_zero_are_refused(blobs):
+    X, zeros = blobs[0], np.zeros(len(blobs[0]))
+    k_means = PoseKMeans(2, metric="angle", random_state=0).fit(X)
+    for method in (k_means.score, k_means.fit):
+        with pytest.raises(ValueError, match="sample_weight must be somewhere positive"):
+            method(X, sample_weight=zeros)
 
 
 def test_an_end_by_max_iter_is_said(blobs):

@@ -209,6 +209,16 @@ def test_means_that_do_not_converge_are_counted(data, monkeypatch):
         model.predict(queries)
 
 
+def test_a_score_by_a_mean_that_did_not_converge_is_said(data, monkeypatch):
+    X, y, _, _ = data
+    model = PoseKernelRegressor(ARM).fit(X, y)
+    expected, found = model.score(X, y), WeightedMeans.means
+    # One mean is that of the given poses; the predictions are 40.
+    monkeypatch.setattr(WeightedMeans, "means", lambda self, w: (found(self, w)[0], np.full(len(w), len(w) > 1)))
+    with pytest.warns(ConvergenceWarning, match="the mean of the 40 given poses did not converge"):
+        assert model.score(X, y) == expected
+
+
 # --- as scikit-learn's -----------------------------------------------------------------------------------------------
 
 
@@ -255,6 +265,14 @@ def test_targets_are_checked_as_poses(data):
         PoseKernelRegressor(metric="position").fit(X, y)
     with pytest.warns(UserWarning, match='"auto" without a skeleton means "angle"'):
         PoseKernelRegressor().fit(X, y)
+
+
+def test_weights_that_are_all_zero_are_refused(data):
+    X, y, _, w = data
+    model = PoseKernelRegressor(metric="angle").fit(X, y)
+    for method in (model.score, model.fit):
+        with pytest.raises(ValueError, match="sample_weight must be somewhere positive"):
+            method(X, y, sample_weight=0.0 * w)
 
 
 def test_one_dof_and_the_dtype_of_poses_come_back(data):
