@@ -22,6 +22,7 @@ from skpose.skeleton._units import warn_of_degrees
 from skpose.skeleton._validation import check_is_array
 from skpose.statistics._kernel_weights import KernelWeights
 
+EQUAL = 1e-9  # difference of predicted angles that is rounding, rad
 WEIGHTS = 1 << 21  # weights in memory at once
 
 
@@ -264,8 +265,8 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
             )
         unexplained = weights @ self._squares(y, predicted.reshape(y.shape))
         total = weights @ self._squares(y, np.broadcast_to(mean, y.shape))
-        if total == 0.0:
-            return float(unexplained == 0.0)
+        if total == 0.0 or (y == y[:1]).all():  # rounding may be left of the total
+            return float(np.allclose(predicted.reshape(y.shape), y, rtol=0.0, atol=EQUAL))
         return float(1.0 - unexplained / total)
 
     def _checked_poses(self, y):

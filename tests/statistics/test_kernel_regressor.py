@@ -299,3 +299,12 @@ def test_angles_that_move_no_joint_are_those_of_the_nearest_pose():
     np.testing.assert_allclose(
         pose_distances(y, seen, skeleton=skeleton, metric="position").diagonal(), 0.0, rtol=0, atol=1e-12
     )
+
+
+@pytest.mark.parametrize("metric", ["angle", "position"])
+def test_score_of_equal_poses_is_one_where_they_are_predicted(metric):
+    """Rounding is not divided by rounding."""
+    x, y = np.arange(10.0)[:, np.newaxis], np.tile([0.3, 0.1], (10, 1))
+    regressor = PoseKernelRegressor(Skeleton.chain(2), metric=metric).fit(x, y)
+    assert regressor.score(x, y) == 1.0
+    assert regressor.score(x, y + 0.5) == 0.0
