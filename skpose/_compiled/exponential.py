@@ -172,21 +172,23 @@ def _first_pose(tree, pose, basis, tangential, tol):
     start = np.empty(n)
     _positions(tree, pose, np.empty(workspace_rows(tree)), start)
     found, positions, error = _following(tree, pose, basis, tangential, tol)
-    share, low, high, near = 1.0, 0.0, math.inf, pose
+    share, low, high = 1.0, 0.0, math.inf
     for _ in range(MAX_CHORDS):
         chord = math.sqrt(((positions - start) ** 2).sum())
         is_reached = error <= REACHED * length
         if is_reached and abs(chord - length) <= tol:
             break
         if is_reached and chord < length:
-            low, near = share, found
+            low = share
         else:
             high = share
-        following = share * length / max(chord, tol)
-        if not (is_reached and low < following < high):
-            following = 0.5 * (low + min(high, 1.0))
-        share = following
-        found, positions, error = _advance(tree, pose, basis, share * tangential, near, tol)
+        share *= length / max(chord, tol)
+        if not low < share < high:
+            share = 0.5 * (low + min(high, 1.0))
+        if is_reached:
+            found, positions, error = _advance(tree, pose, basis, share * tangential, found, tol)
+        else:
+            found, positions, error = _following(tree, pose, basis, share * tangential, tol)
     chord = math.sqrt(((positions - start) ** 2).sum())
     return found, positions, max(error, abs(chord - length))
 

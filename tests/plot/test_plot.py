@@ -10,7 +10,17 @@ import pytest
 from conftest import SKELETONS
 from sklearn.decomposition import PCA
 
-from skpose import Motion, Skeleton, SpatialMDS, forward_kinematics, geodesic, mean_motion, plot, pose_distances
+from skpose import (
+    Motion,
+    PoseTangentPCA,
+    Skeleton,
+    SpatialMDS,
+    forward_kinematics,
+    geodesic,
+    mean_motion,
+    plot,
+    pose_distances,
+)
 from skpose.plot import (
     AlignmentDisplay,
     DistanceMatrixDisplay,
@@ -19,6 +29,7 @@ from skpose.plot import (
     MeanMotionDisplay,
     PoseDisplay,
     PoseStripDisplay,
+    TangentPCADisplay,
 )
 from skpose.plot._axes import COLOURS
 from skpose.plot._geodesic import _Plane
@@ -67,6 +78,7 @@ DISPLAYS = {
     "geodesic": lambda ax: GeodesicDisplay.from_poses(START, END, ARM, ax=ax, resolution=5),
     "alignment": lambda ax: AlignmentDisplay.from_motions(X[:8], X[8:], skeleton=ARM, ax=ax),
     "mean": lambda ax: MeanMotionDisplay.from_mean(mean_of_motions(), ax=ax),
+    "component": lambda ax: TangentPCADisplay.from_estimator(PoseTangentPCA(ARM).fit(X), ax=ax),
 }
 
 
