@@ -44,7 +44,7 @@ class Viewed(Protocol):
 
     @property
     def is_uneven(self) -> bool:
-        """Whether distances change by jumps, as where a path is refined at one pose and not at the next."""
+        """True if distances change by jumps, as where a path is refined at one pose and not at the next."""
 
     def view_from(self, pose: np.ndarray, slope: float) -> View:
         """Return the view from a pose; a slope is the norm of the gradient that was found before it, or inf."""
@@ -154,13 +154,13 @@ def descend(poses: Viewed, pose: np.ndarray, power: int, max_iter: int, tol: flo
             step, history = here.step / 2 ** (halving if combined else halving + 1), []
         else:
             if not poses.is_uneven:
-                return here, iteration, f"after {iteration} iterations no step brought it nearer to the poses"
+                return here, iteration, f"after {iteration} iterations no step brought the poses nearer"
             if here.relative_norm <= KINK:
                 return here, iteration, _unconverged(here, len(poses.dofs))
             return (
                 here,
                 iteration,
-                f"after {iteration} iterations no step brought it nearer to the poses, as from some poses to others "
+                f"after {iteration} iterations no step brought the poses nearer, as from some poses to others "
                 "the geodesics jump; a larger n_steps may help, a larger max_iter does not",
             )
         history = [*history[1 - MEMORY :], (step, trial.step - here.step)]

@@ -166,6 +166,6 @@ class DifferencePoses(NamedTuple):
 
 
 def _some(X: np.ndarray) -> np.ndarray:
-    """Return the rows of some of the poses, whatever the order of the rows."""
+    """Return the rows of some of the poses, the same poses in any order of the rows."""
     shares = np.linspace(0, len(X) - 1, min(len(X), SOME))
     return np.lexsort(X.T)[np.unique(shares.astype(int))]

@@ -142,6 +142,7 @@ class Poses(NamedTuple):
     """Seven poses, whose spreads are given by the test."""
 
     dofs: np.ndarray = np.zeros((7, 1))
+    is_uneven: bool = True
 
     def moved(self, pose, step):
         return pose + step
@@ -168,6 +169,13 @@ def test_the_advice_of_the_warning_fits_the_reason(spreads, max_iter, reason, mo
     _, _, found = _descent.descend(Poses(), np.zeros(1), _descent.MEAN, max_iter, 1e-3)
     assert re.search(reason, found)
     assert ("raise max_iter" in found) == ("still moving" in found)
+
+
+def test_where_distances_do_not_jump_a_mean_that_no_step_improves_has_not_converged(monkeypatch):
+    """At 1 % of the standard deviation either."""
+    monkeypatch.setattr(_descent, "spread_from", lambda *a: spread(np.zeros(1), 0.01))
+    _, _, found = _descent.descend(Poses(is_uneven=False), np.zeros(1), _descent.MEAN, 5, 1e-3)
+    assert found == "after 0 iterations no step brought the poses nearer"
 
 
 @pytest.mark.parametrize("metric", METRICS)
