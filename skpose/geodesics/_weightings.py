@@ -7,9 +7,10 @@ import numpy as np
 from joblib import effective_n_jobs
 
 from skpose._parallel.threads import in_threads
-from skpose.geodesics._descent import MEAN
+from skpose.geodesics._descent import MEAN, descend
 from skpose.geodesics._extrinsic import ExtrinsicMeans
 from skpose.geodesics._given import Given
+from skpose.geodesics._views import AnglePoses
 from skpose.skeleton import Skeleton
 
 TASK = 16  # means; some milliseconds
@@ -39,13 +40,15 @@ class WeightedMeans:
     def __init__(self, poses: np.ndarray, skeleton: Skeleton | None, metric: str, parameters: dict, n_jobs: int | None):
         self.poses = poses.astype(np.float64, copy=False)
         self.skeleton, self.metric, self.parameters, self.n_jobs = skeleton, metric, parameters, n_jobs
-        self._find: Callable[[np.ndarray], tuple[np.ndarray, bool]] = self._descended
+        self._find: Callable[[np.ndarray], tuple[np.ndarray, bool]]
         self._n_threads = 1  # one mean after the other, each on all threads
-        if metric == "position" and skeleton is not None:
+        if skeleton is None or metric == "angle":
+            self._find = self._mean_of_wrapped if parameters["wrap"] else self._mean_of_columns
+        elif metric == "position":
             self._find = partial(_extrinsic_mean, ExtrinsicMeans.of(self.poses, skeleton))
             self._n_threads = effective_n_jobs(n_jobs)
-        elif metric == "angle" and not parameters["wrap"]:
-            self._find = self._mean_of_columns
+        else:
+            self._find = partial(self._descended, skeleton)
 
     def means(self, weightings: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the means (n_means, n_dofs) under weightings (n_means, n_poses), and whether each one converged.
@@ -65,12 +68,19 @@ class WeightedMeans:
     def _mean_of_columns(self, weights: np.ndarray) -> tuple[np.ndarray, bool]:
         return weights @ self.poses / weights.sum(), True
 
-    def _descended(self, weights: np.ndarray) -> tuple[np.ndarray, bool]:
+    def _mean_of_wrapped(self, weights: np.ndarray) -> tuple[np.ndarray, bool]:
         counted = weights > 0.0
         if counted.sum() == 1:
             return self.poses[counted][0], True
-        shares = weights[counted] / weights.sum()
-        given = Given(self.poses[counted], shares, self.skeleton)  # type: ignore[arg-type]  # None with "angle" alone
+        angles = AnglePoses(self.poses[counted], weights[counted] / weights.sum(), True)
+        spread, _, reason = descend(angles, angles.start(), MEAN, MAX_ITER, TOL)
+        return spread.pose, not reason
+
+    def _descended(self, skeleton: Skeleton, weights: np.ndarray) -> tuple[np.ndarray, bool]:
+        counted = weights > 0.0
+        if counted.sum() == 1:
+            return self.poses[counted][0], True
+        given = Given(self.poses[counted], weights[counted] / weights.sum(), skeleton)
         n_steps, wrap = self.parameters.get("n_steps", FEWEST_STEPS), self.parameters.get("wrap", "auto")
         poses, start, others = given.viewed(self.metric, n_steps, wrap, self.n_jobs)
         spread, _, reason = given.minimised(poses, start, MEAN, MAX_ITER, TOL)
