@@ -60,7 +60,11 @@ class WeightedMeans:
 
         def find_some(start: int) -> None:
             for i in range(start, min(start + TASK, len(weightings))):
-                means[i], converged[i] = self._find(weightings[i])
+                counted = np.flatnonzero(weightings[i])
+                if len(counted) == 1:
+                    means[i] = self.poses[counted[0]]
+                else:
+                    means[i], converged[i] = self._find(weightings[i])
 
         in_threads((partial(find_some, start) for start in range(0, len(weightings), TASK)), self._n_threads)
         return means, converged
@@ -70,16 +74,12 @@ class WeightedMeans:
 
     def _mean_of_wrapped(self, weights: np.ndarray) -> tuple[np.ndarray, bool]:
         counted = weights > 0.0
-        if counted.sum() == 1:
-            return self.poses[counted][0], True
         angles = AnglePoses(self.poses[counted], weights[counted] / weights.sum(), True)
         spread, _, reason = descend(angles, angles.start(), MEAN, MAX_ITER, TOL)
         return spread.pose, not reason
 
     def _descended(self, skeleton: Skeleton, weights: np.ndarray) -> tuple[np.ndarray, bool]:
         counted = weights > 0.0
-        if counted.sum() == 1:
-            return self.poses[counted][0], True
         given = Given(self.poses[counted], weights[counted] / weights.sum(), skeleton)
         n_steps, wrap = self.parameters.get("n_steps", FEWEST_STEPS), self.parameters.get("wrap", "auto")
         poses, start, others = given.viewed(self.metric, n_steps, wrap, self.n_jobs)
