@@ -132,7 +132,8 @@ def log_map(
 
     *Twists.* Where the Jacobian is singular, the angles are no function of the positions: twists of last bones, and
     of straight limbs. So velocities are those of positions, in which a geodesic through a straight knee is smooth.
-    What moves joints less than 3e-5 times as much as the largest movement is no part of the tangent space.
+    At a straight knee the Jacobian knows one plane in which it bends; a twist of the leg moves no joint, and turns that
+    plane. So the tangent space is spanned by the velocities of the Jacobian, and by those after such turns.
 
     Some milliseconds a pose, a hundred where a geodesic has to be refined.
 
@@ -229,9 +230,6 @@ def exp_map(
     is as long as the velocity divided by `n_steps` [1]_. So ``exp_map(base, log_map(base, X, skeleton), skeleton)`` has
     the joints where X has them, up to rounding in well-posed cases. Errors grow where paths pass straight limbs, and
     with the distance; ``benchmarks/tangent.py`` measures them. Angles that move no joint are not those of X.
-
-    From a limb that is exactly straight at the base, with a hinge, velocities do not state the plane in which it bends,
-    so that the joints are not where X has them; one that is bent by 0.001 rad has a plane.
 
     Some milliseconds a pose: each chord takes some evaluations of the positions, their Jacobian and eigenvalues of a
     matrix of n_dofs.

@@ -135,17 +135,33 @@ def test_what_bones_do_not_allow_is_left_out():
 
 
 def test_a_straight_limb_at_the_base():
-    """The twist of the shoulder, and so the plane of the elbow, is no part of the tangent space at a straight arm."""
-    X = np.array([[0.3, 0.2, -0.4, 0.9], [1.2, 0.0, 0.1, 0.5]])
-    straight, bent = np.zeros(4), np.array([0.0, 0.0, 0.0, 1e-3])
-    velocities = log_map(straight, X, ARM)
-    assert (np.abs(velocities[..., 0]) < 1e-9).all()  # no bone grows
-    expected = pose_distances(straight[None], X, skeleton=ARM, metric="geodesic")[0]
-    np.testing.assert_allclose(lengths(velocities, ARM), expected, rtol=1e-2)
-    missed = pose_distances(exp_map(straight, velocities, ARM), X, skeleton=ARM, metric="position").diagonal()
-    assert (missed < 0.5 * expected).all()
-    # Bent by 0.06 degrees it has a plane.
-    assert_same_joints(exp_map(bent, log_map(bent, X, ARM), ARM), X, ARM, atol=1e-5)
+    """The twist of a straight arm moves no joint, but turns the plane in which the elbow bends."""
+    X = np.array([[0.3, 0.2, -0.4, 0.9], [1.2, 0.0, 0.1, 0.5], [0.0, 0.4, 0.0, -0.7]])
+    for base in (np.zeros(4), np.array([0.7, 0.0, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 1e-3])):
+        velocities = log_map(base, X, ARM)
+        assert (np.abs(velocities[..., 0]) < 2e-3).all()  # no bone grows
+        expected = pose_distances(base[None], X, skeleton=ARM, metric="geodesic")[0]
+        np.testing.assert_allclose(lengths(velocities, ARM), expected, rtol=1e-2)
+        assert_same_joints(exp_map(base, velocities, ARM), X, ARM, atol=1e-5)
+
+
+def test_straight_limbs_do_not_hide_each_other():
+    arms = [Bone(f"{bone.name}_{side}", bone.parent and f"{bone.parent}_{side}", bone.offset, bone.dofs)
+            for side in "lr" for bone in ARM.bones]  # fmt: skip
+    both = Skeleton(arms)
+    X = np.array([[0.3, 0.2, -0.4, 0.9, 0.1, -0.3, 0.6, -0.8]])
+    velocities = log_map(np.zeros(8), X, both)
+    one = np.concatenate([log_map(np.zeros(4), X[:, :4], ARM), log_map(np.zeros(4), X[:, 4:], ARM)], axis=1)
+    np.testing.assert_allclose(velocities, one, atol=1e-3)  # of one geodesic of both, and of two
+    assert_same_joints(exp_map(np.zeros(8), velocities, both), X, both, atol=1e-5)
+
+
+def test_a_stretched_limb_whose_elbow_has_no_weight():
+    """A hand leaves the farthest point that it reaches along a straight line, though at first order it cannot."""
+    arm = Skeleton.chain(2).with_weights([0.0, 1.0])
+    X = np.array([[0.3, 0.9], [-0.4, 0.8]])
+    chords = reference.forward_kinematics(X, arm)[:, 1] - [2.0, 0.0, 0.0]
+    np.testing.assert_allclose(log_map([0.0, 0.0], X, arm)[:, 1], chords, atol=1e-3)
 
 
 # --- weights, conventions of angles ----------------------------------------------------------------------------------
