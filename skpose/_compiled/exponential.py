@@ -30,7 +30,7 @@ TOL_CHORDS = 1e-6  # norm of the gradient at which a path of so many chords has 
 # angles (`FLAT` of the means), as velocities of positions stay small along it.
 MOVES = 1e-9
 TURN = 1e-5  # along directions that move no joint, rad
-OPENS = (
+OPENS = 1e-7  # eigenvalue, relative to the same, above which joints move in a new direction after a turn; others: 5e-9
     1e-7  # eigenvalue, relative to the same, above which joints move in a new direction after a turn; rounding: 1e-10
 )
 NEAREST = 1e-2  # distance from its positions at which a nearest pose is a good start, relative to the step
@@ -88,7 +88,7 @@ def _range(jacobian):
 
 
 @internal
-def _after_turns(tree, coordinates, scratch, basis, still, largest):
+def _after_turns(tree, coordinates, scratch, jacobian, basis, still, largest):
     """Return directions (3 n_joints, n), normal to a basis, in which joints move after a turn that moves none.
 
     The twist of a straight leg moves no joint, but turns the plane in which the knee bends.
@@ -96,7 +96,7 @@ def _after_turns(tree, coordinates, scratch, basis, still, largest):
     n = basis.shape[0]
     gram, is_empty = np.zeros((n, n)), True
     for k in range(still.shape[1]):
-        turned = _derivatives(tree, coordinates + TURN * still[:, k], scratch) / TURN
+        turned = (_derivatives(tree, coordinates + TURN * still[:, k], scratch) - jacobian) / TURN
         turned -= basis @ (basis.T @ turned)
         if (turned**2).sum() > OPENS * largest:
             gram += turned @ turned.T
@@ -118,8 +118,9 @@ def tangent_space(tree, pose):
     """
     free, coordinates = chart_at(tree, pose, True)
     scratch = np.empty(workspace_rows(tree))
-    basis, still, largest = _range(_derivatives(free, coordinates, scratch))
-    return np.hstack((basis, _after_turns(free, coordinates, scratch, basis, still, largest)))
+    jacobian = _derivatives(free, coordinates, scratch)
+    basis, still, largest = _range(jacobian)
+    return np.hstack((basis, _after_turns(free, coordinates, scratch, jacobian, basis, still, largest)))
 
 
 @jit
