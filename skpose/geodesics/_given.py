@@ -18,6 +18,7 @@ from skpose.kinematics._constraints import IS_SKELETON
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 from skpose.metrics._registry import METRICS, resolve
 from skpose.skeleton import Skeleton
+from skpose.skeleton._validation import check_numbers
 
 CONSTRAINTS = {
     "skeleton": [IS_SKELETON],
@@ -91,7 +92,7 @@ def _weights(sample_weight: ArrayLike | None, n_poses: int) -> np.ndarray:
     """Return weights whose sum is one."""
     if sample_weight is None:
         return np.full(n_poses, 1.0 / n_poses)
-    weights = np.asarray(sample_weight, dtype=np.float64)
+    weights = check_numbers(sample_weight, "sample_weight")
     if weights.shape != (n_poses,):
         raise ValueError(f"sample_weight must have shape ({n_poses},), one for each pose, got {weights.shape}")
     if not (np.isfinite(weights).all() and (weights >= 0).all() and weights.any()):

@@ -18,7 +18,7 @@ from skpose.kinematics._constraints import IS_SKELETON
 from skpose.kinematics._tree import counted_joints, from_tree_order, to_tree_order, tree_of, wrapped
 from skpose.skeleton import Skeleton
 from skpose.skeleton._units import warn_of_degrees
-from skpose.skeleton._validation import check_is_array, check_pose, check_poses
+from skpose.skeleton._validation import check_is_array, check_numbers, check_pose, check_poses
 
 TASK = 8  # poses; some tens of milliseconds
 NOT_MET = 1e-3  # error of a chord of an exponential, relative to its length, that is worth a warning
@@ -251,7 +251,7 @@ def exp_map(
     first = check_pose(base, skeleton, "base")
     warn_of_degrees(base=first[None])
     check_is_array(velocities, "velocities")
-    given = np.asarray(velocities, dtype=np.float64)
+    given = check_numbers(velocities, "velocities")
     expected = (skeleton.n_joints, 3)
     if given.ndim != 3 or given.shape[1:] != expected:
         raise ValueError(

@@ -7,9 +7,20 @@ from conftest import MIXED, SKELETONS, random_tree, weighted
 from scipy.spatial.transform import Rotation
 from sklearn.exceptions import ConvergenceWarning
 
-from skpose import Bone, Motion, Skeleton, exp_map, forward_kinematics, geodesic, log_map, pose_distances
+from skpose import (
+    Bone,
+    Motion,
+    PoseTangentPCA,
+    Skeleton,
+    exp_map,
+    forward_kinematics,
+    geodesic,
+    log_map,
+    pose_distances,
+)
 from skpose import position_jacobian as jacobian_of
 from skpose.datasets import make_gait
+from skpose.geodesics._logarithm import TangentSpace
 
 ONE_BONE = Skeleton.chain(1)
 BALL = Skeleton([Bone("hand", None, (0.0, 0.0, 0.5), "rotvec")])
@@ -236,7 +247,20 @@ def test_too_large_velocities_are_said_in_words():
     exp_map([0.0], [[[0.0, 9.0, 0.0]]], ONE_BONE, n_steps=20)
 
 
+def test_geodesics_that_did_not_converge_are_counted(monkeypatch):
+    chain = Skeleton.chain(2)
+    base, *X = poses_near(chain, 4)
+    found = TangentSpace.logarithms
+    monkeypatch.setattr(TangentSpace, "logarithms", lambda space, poses: (found(space, poses)[0], 2))
+    with pytest.warns(ConvergenceWarning, match="2 of the 3 geodesics did not converge.*larger n_steps may help"):
+        assert log_map(base, X, chain).shape == (3, 2, 3)
+    with pytest.warns(ConvergenceWarning, match="2 of the 4 geodesics from the mean did not converge.*larger n_steps"):
+        PoseTangentPCA(chain, metric="geodesic").fit([base, *X])
+
+
 def test_errors_are_in_the_users_words():
+    with pytest.raises(ValueError, match="velocities must be an array of numbers, got one that is not"):
+        exp_map([0.0], [[["fast"]]], ONE_BONE)
     chain = Skeleton.chain(2)
     for shape in ((2, 3), (1, 3, 3), (1, 6)):
         with pytest.raises(ValueError, match=re.escape("shape (n_poses, 2, 3), one velocity for each joint") + ".*got"):
