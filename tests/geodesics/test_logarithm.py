@@ -175,6 +175,18 @@ def test_a_stretched_limb_whose_elbow_has_no_weight():
     np.testing.assert_allclose(log_map([0.0, 0.0], X, arm)[:, 1], chords, atol=1e-3)
 
 
+@pytest.mark.slow
+def test_real_walks_whose_knees_are_straight(cmu):
+    for dataset in (cmu[cmu.actions == "walk"], cmu[cmu.actions == "walk"].to_rotvec()):
+        X, skeleton = dataset.poses(frame_rate=12)[0], dataset.skeleton
+        knees = [i for i, name in enumerate(skeleton.dof_names) if "tibia" in name]
+        straight = np.flatnonzero((np.abs(X[:, knees]) < 1e-9).any(axis=1))
+        assert len(straight) > 10
+        for base in straight[:3]:
+            ends = X[np.random.default_rng(base).choice(len(X), 2)]
+            assert_same_joints(exp_map(X[base], log_map(X[base], ends, skeleton), skeleton), ends, skeleton, atol=1e-3)
+
+
 # --- weights, conventions of angles ----------------------------------------------------------------------------------
 
 
