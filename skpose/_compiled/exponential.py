@@ -30,7 +30,7 @@ TOL_CHORDS = 1e-6  # norm of the gradient at which a path of so many chords has 
 # angles (`FLAT` of the means), as velocities of positions stay small along it.
 MOVES = 1e-9
 TURN = 1e-5  # along directions that move no joint, rad
-OPENS = 1e-7  # the same, above which joints move in a new direction after a turn; in others it is below 5e-9
+OPENS = 1e-7  # eigenvalue, relative to the same, of what a turn adds to the tangent space; of others it is below 5e-9
 NEAREST = 1e-2  # distance from its positions at which a nearest pose is a good start, relative to the step
 # Of a step: relative to the mean diagonal of its matrix; by what it changes.
 LEAST_DAMPING, FIRST_DAMPING, LARGEST_DAMPING, FACTOR = 1e-12, 1e-8, 1e3, 10.0
@@ -78,11 +78,8 @@ def _range(jacobian):
     first = 0
     while first < values.shape[0] and values[first] <= MOVES * values[-1]:
         first += 1
-    return (
-        jacobian @ (vectors[:, first:] / np.sqrt(values[first:])),
-        np.ascontiguousarray(vectors[:, :first]),
-        values[-1],
-    )
+    basis = jacobian @ (vectors[:, first:] / np.sqrt(values[first:]))
+    return basis, np.ascontiguousarray(vectors[:, :first]), values[-1]
 
 
 @internal
