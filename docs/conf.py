@@ -1,8 +1,12 @@
 """Configuration of the site. Build it with sphinx-build -W docs docs/_build; no network is needed."""
 
 import os
+import sys
 import warnings
 from importlib.metadata import version as installed
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent / "_extensions"))
 
 project = "skpose"
 author = copyright = "The skpose developers"
@@ -12,16 +16,20 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
     "sphinx.ext.extlinks",
-    "sphinx.ext.mathjax",
     "numpydoc",
     "myst_parser",
     "sphinx_gallery.gen_gallery",
+    "api_links",
+    "column_names",
+    "mathml",
+    "player",
 ]
+html_math_renderer = "mathml"
 extlinks = {"doi": ("https://doi.org/%s", "doi:%s")}
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
-exclude_patterns = ["_build"]
+exclude_patterns = ["_build", "_extensions"]
 templates_path = ["_templates"]
-myst_enable_extensions = ["dollarmath"]
+myst_enable_extensions = ["attrs_block", "attrs_inline", "colon_fence", "dollarmath"]
 myst_heading_anchors = 3
 default_role = "py:obj"
 autosummary_generate = True
@@ -32,15 +40,17 @@ numpydoc_class_members_toctree = False
 html_theme = "pydata_sphinx_theme"
 html_title = f"skpose {version}"
 html_show_sourcelink = False
+html_static_path = ["_static"]
+html_css_files = ["skpose.css"]
+html_js_files = ["offline.js"]
 html_theme_options = {
-    "header_links_before_dropdown": 8,
+    "logo": {"text": "skpose"},
+    "navbar_align": "left",
     "navigation_with_keys": False,
     "show_prev_next": False,
     "show_toc_level": 2,
 }
-html_sidebars = {
-    page: [] for page in ("index", "guide", "keypoints", "theory", "metrics", "scaling", "formats", "changelog")
-}
+html_sidebars = {page: [] for page in ("index", "theory", "changelog", "search", "genindex", "examples/**")}
 
 sphinx_gallery_conf = {
     "examples_dirs": "../examples",
