@@ -5,11 +5,6 @@ Each is written twice, for pages in light and in dark colours; what the README s
 
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("svg")
-matplotlib.rcParams |= {"svg.hashsalt": "skpose", "font.size": 11, "savefig.transparent": True}
-
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -64,9 +59,8 @@ def draw_walk(ax, ink):
     frames = np.arange(6) * 4
     joints = forward_kinematics(motion.angles[frames], motion.skeleton)
     for k, pose in enumerate(joints):
-        pose = pose + [0, 0, 0.75 * k]
-        root = np.array([[0, 0, 0.75 * k]])
-        ends = np.concatenate([pose, root])[motion.skeleton.parents]
+        pose = np.vstack([pose, np.zeros(3)]) + 0.75 * k * np.eye(3)[2]  # the root is the last
+        pose, ends = pose[:-1], pose[motion.skeleton.parents]
         for side, colour in (("", "grey"), ("right", "orange"), ("left", "blue")):
             chosen = [name.startswith(side) if side else "_" not in name for name in motion.skeleton.joint_names]
             lines = np.stack([ends, pose, np.full_like(pose, np.nan)], axis=1)[chosen].reshape(-1, 3)
@@ -87,7 +81,7 @@ def draw_path(ax, ink):
         hand = forward_kinematics(poses, arm)
         ax.plot(*hand[:, -1, :2].T, color=ink[colour], linewidth=3)
         for pose in hand[::10]:
-            bones = np.concatenate([[[0, 0, 0]], pose])
+            bones = np.vstack([np.zeros(3), pose])
             ax.plot(*bones[:, :2].T, ".-", color=ink["grey"], linewidth=1.5, alpha=0.5)
     ax.set_aspect("equal")
     ax.set_axis_off()
@@ -102,6 +96,28 @@ def draw_embedding(ax, ink):
         chosen = gait.actions[sequence] == action
         ax.scatter(*points[chosen].T, s=22, color=ink[colour], marker=marker, linewidths=0, alpha=0.8)
     ax.set_aspect("equal")
+    ax.set_axis_off()
+
+
+def draw_angles(ax, ink):
+    """Draw an arm of two bones with its two angles."""
+    first, second = np.radians([40, 60])
+    elbow = np.array([np.cos(first), np.sin(first)])
+    hand = elbow + np.array([np.cos(first + second), np.sin(first + second)])
+    ax.plot([0, 0.75], [0, 0], "--", color=ink["grey"], linewidth=1.5)
+    ax.plot(*np.stack([elbow, 1.6 * elbow]).T, "--", color=ink["grey"], linewidth=1.5)
+    ax.plot(*np.stack([np.zeros(2), elbow, hand]).T, color=ink["grey"], linewidth=5, solid_capstyle="round")
+    for (x, y), start, end, colour in (((0, 0), 0, first, "blue"), (elbow, first, first + second, "orange")):
+        arc = np.linspace(start, end, 30)
+        ax.plot(x + 0.4 * np.cos(arc), y + 0.4 * np.sin(arc), color=ink[colour], linewidth=3)
+        middle = (start + end) / 2
+        text = {"ha": "center", "va": "center", "fontsize": 15, "color": ink[colour], "weight": "bold"}
+        ax.text(x + 0.58 * np.cos(middle), y + 0.58 * np.sin(middle), f"{np.degrees(end - start):.0f}°", **text)
+    for (x, y), name in (((0, 0), "shoulder"), (elbow, "elbow"), (hand, "hand")):
+        ax.plot(x, y, "o", color=ink["grey"], markersize=11)
+        ax.text(x - 0.12, y + 0.03, name, ha="right", va="center", fontsize=13, color=ink["grey"])
+    ax.set_aspect("equal")
+    ax.margins(0.08)
     ax.set_axis_off()
 
 
@@ -135,8 +151,10 @@ def save_for_readme():
 
 
 if __name__ == "__main__":
+    plt.rcParams |= {"svg.hashsalt": "skpose", "savefig.transparent": True}  # the same files each time
     for joint, column in TURNS.items():
         save(joint, (3.0, 4.0), draw_turn, column)
+    save("angles", (4.6, 3.4), draw_angles)
     save("walk", (4.0, 1.6), draw_walk)
     save("path", (4.0, 1.6), draw_path)
     save("embedding", (4.0, 1.6), draw_embedding)

@@ -5,8 +5,8 @@ from sphinx.util.docutils import SphinxDirective
 
 
 def html_of(name):
-    """Return the HTML that shows a motion, or None as long as the library has no player."""
-    return None
+    """Return the HTML that shows the motion of a name; empty as long as the library has no player."""
+    return ""
 
 
 class Player(SphinxDirective):
@@ -17,7 +17,7 @@ class Player(SphinxDirective):
 
     def run(self):
         html = html_of(self.arguments[0])
-        if html is not None:
+        if html:
             return [nodes.raw("", html, format="html")]
         box = nodes.container(classes=["player"])
         self.state.nested_parse(self.content, self.content_offset, box)

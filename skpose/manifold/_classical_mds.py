@@ -26,8 +26,8 @@ class SpatialMDS(
     r"""Classical (Torgerson) multidimensional scaling of pose distances.
 
     Finds the points whose Euclidean distances are nearest, in the sense of their inner products, to the distances of
-    the poses: the leading eigenvectors of :math:`B = -\tfrac{1}{2} J D^2 J`, with D the distances and J the centring. For
-    Euclidean distances ("angle", "position") that is PCA; for others it generalises PCA, sec. 3.2 of [1]_.
+    the poses: the leading eigenvectors of :math:`B = -\tfrac{1}{2} J D^2 J`, with D the distances and J the centring.
+    For Euclidean distances ("angle", "position") that is PCA; for others it generalises PCA, sec. 3.2 of [1]_.
 
     Parameters
     ----------

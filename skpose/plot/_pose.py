@@ -125,13 +125,12 @@ class PoseDisplay:
         """
         seen = check_view_of_axes(view, ax)
         self.ax_, self.figure_ = axes(ax, "PoseDisplay.plot", projection="3d" if len(seen) == 3 else None)
+        if ax is None and len(seen) == 3:
+            self.ax_.set_box_aspect((3, 3, 4))  # people are taller than wide
+            self.ax_.locator_params(nbins=5)
         draw_pose(self.ax_, self.positions[:, seen], self.skeleton, 0.0, style)
         self.ax_.set(**{f"{axis}label": f"{name} (m)" for axis, name in zip("xyz", view, strict=False)})
-        if len(seen) == 2:
-            self.ax_.set_aspect("equal", adjustable="datalim")
-        else:
-            self.ax_.set_aspect("equal")
-            self.ax_.locator_params(nbins=4)  # numbers of narrow axes do not run into each other
+        self.ax_.set_aspect("equal", adjustable="datalim")
         return self
 
     @classmethod
