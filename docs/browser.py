@@ -106,12 +106,12 @@ class Browser:
         self.call("Page.navigate", url=url)
         self.wait_for("document.readyState === 'complete'")
 
-    def wait_for(self, condition):
+    def wait_for(self, condition, patience=PATIENCE):
         """Wait until an expression of JavaScript is true."""
-        end = time.monotonic() + PATIENCE
+        end = time.monotonic() + patience
         while not self.run(condition):
             if time.monotonic() > end:
-                raise TimeoutError(f"{condition} is not true within {PATIENCE:g} s")
+                raise TimeoutError(f"{condition} is not true within {patience:g} s")
             time.sleep(0.02)
 
     def run(self, expression):

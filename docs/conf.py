@@ -58,6 +58,8 @@ sphinx_gallery_conf = {
     "filename_pattern": r"\.py$",
     "download_all_examples": False,
     "show_memory": False,
+    "write_computation_times": False,
+    "reference_url": {"skpose": None},
     "min_reported_time": 1,
     "within_subsection_order": "ExampleTitleSortKey",
     "abort_on_example_error": True,
@@ -68,3 +70,12 @@ for name in ("SKPOSE_CMU", "SKPOSE_HDM05"):
 
 # Warnings of packages; a warning of an example is an error in the tests.
 warnings.filterwarnings("ignore", category=DeprecationWarning)
+
+
+def skip_fields(app, what, name, value, skip, options):
+    """Leave out the fields of named tuples, which their class describes."""
+    return skip or (value.__doc__ or "").startswith("Alias for field number")
+
+
+def setup(app):
+    app.connect("autodoc-skip-member", skip_fields)

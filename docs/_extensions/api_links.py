@@ -46,7 +46,7 @@ class LinkLiterals(SphinxPostTransform):
         names = short_names(objects)
         for literal in list(self.document.findall(nodes.literal)):
             parent = literal.parent
-            if isinstance(parent, nodes.reference | nodes.title) or "xref" in literal["classes"]:
+            if isinstance(parent, nodes.reference | nodes.title):
                 continue
             full = names.get(name_in(literal.astext()))
             if full is None or objects[full].docname == self.env.docname:
