@@ -1,9 +1,11 @@
 """Check a built site: `python docs/check_pages.py docs/_build` prints what is wrong, and fails if anything is.
 
 Of each page, as text: it loads nothing from the network, has a title of its own and no empty header of a table, shows
-no LaTeX, links the names of functions, and has pictures that exist; each entry of the gallery has a picture. In
-Chromium, if there is one: at the widths of a phone and of a laptop nothing is cut off or wider than the window, no request leaves
-the folder, no script fails, the search finds pages. Without Chromium it says so, and `--browser` makes that an error.
+no LaTeX, links the names of functions, and has pictures that exist; each entry of the gallery has a picture.
+
+In Chromium, if there is one: at the widths of a phone and of a laptop nothing is cut off or wider than the window, no
+request leaves the folder, no script fails, the search finds pages. Without Chromium it says so, and `--browser` makes
+that an error.
 """
 
 import argparse
@@ -14,7 +16,7 @@ from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote
 
-from browser import Browser, chromium
+from devtools import Window, chromium
 
 WIDTHS = (420, 1300)
 VOID = {"area", "base", "br", "col", "embed", "hr", "img", "input", "link", "meta", "source", "track", "wbr"}
@@ -131,8 +133,8 @@ MEASURE = """
     if (box.width < 2 || box.height < 2) continue;
     if (!e.checkVisibility({visibilityProperty: true, opacityProperty: true})) continue;
     const apart = e.closest("svg *, math *, .bd-sidebar-primary, .pst-sidebar-drawer");
-    const whole = /^(H[1-6]|PRE)$/.test(e.tagName);
-    if (!apart && (whole || !scrolls(e.parentElement)) && (box.right > width + 1 || box.left < -1)) found.push(`sticks out: ${name(e)}`);
+    const whole = /^(H[1-6]|PRE)$/.test(e.tagName), out = box.right > width + 1 || box.left < -1;
+    if (out && !apart && (whole || !scrolls(e.parentElement))) found.push(`sticks out: ${name(e)}`);
     if ((whole || overflow(e, "hidden", "clip")) && e.scrollWidth > e.clientWidth + 1)
       found.push(`cut off: ${name(e)}`);
     if (e.tagName === "IMG" && e.complete && !e.naturalWidth) found.push(`no picture: ${e.src}`);
@@ -144,46 +146,46 @@ MEASURE = """
 """
 
 
-def problems_in_browser(browser, path, width):
+def problems_in_browser(window, path, width):
     """Yield what is wrong with a page in a window of a width in pixels."""
-    browser.open(path.as_uri(), width)
-    for text in browser.run(MEASURE):
+    window.open(path.as_uri(), width)
+    for text in window.run(MEASURE):
         yield f"{width} px: {text}"
-    for address in browser.requests():
+    for address in window.requests():
         if not address.startswith(("file:", "data:", "blob:")):
             yield f"asks the network for {address}"
-    for text in browser.errors():
+    for text in window.errors():
         yield f"{width} px: error in the console: {text.splitlines()[0]}"
 
 
-def problems_of_search(browser, site, word, patience):
+def problems_of_search(window, site, word, patience):
     """Yield what is wrong with the search of the site, which answers within some seconds."""
-    browser.open((site / "search.html").as_uri() + f"?q={word}")
+    window.open((site / "search.html").as_uri() + f"?q={word}")
     try:
-        browser.wait_for("document.querySelectorAll('#search-results li a').length > 0", patience)
+        window.wait_for("document.querySelectorAll('#search-results li a').length > 0", patience)
     except TimeoutError:
         yield f"finds nothing for {word!r}"
-    for address in browser.requests():
+    for address in window.requests():
         if not address.startswith(("file:", "data:")):
             yield f"asks the network for {address}"
-    for text in browser.errors():
+    for text in window.errors():
         yield f"error in the console: {text.splitlines()[0]}"
 
 
-def check(site, browser=None, widths=WIDTHS, search="geodesic", patience=20.0):
+def check(site, window=None, widths=WIDTHS, search="geodesic", patience=20.0):
     """Return "page: problem" for all that is wrong with a site; its pages in a browser too, if there is one."""
     site = Path(site).resolve()
     pages = sorted(path for path in site.rglob("*.html") if "_static" not in path.relative_to(site).parts)
     names, found = public_names(site), []
     for path in pages:
         problems = list(problems_of_text(site, path, names))
-        for width in widths if browser else ():
-            problems += problems_in_browser(browser, path, width)
+        for width in widths if window else ():
+            problems += problems_in_browser(window, path, width)
         found += [f"{path.relative_to(site)}: {text}" for text in dict.fromkeys(problems)]
     titles = Counter("".join(Page(path.read_text(encoding="utf-8")).titles).strip() for path in pages)
     found += [f"{n} pages have the title {title!r}" for title, n in titles.items() if n > 1]
-    if browser and search and (site / "search.html").is_file():
-        found += [f"search.html: {text}" for text in problems_of_search(browser, site, search, patience)]
+    if window and search and (site / "search.html").is_file():
+        found += [f"search.html: {text}" for text in problems_of_search(window, site, search, patience)]
     return found, len(pages)
 
 
@@ -195,7 +197,7 @@ if __name__ == "__main__":
     if not (options.site / "index.html").is_file():
         sys.exit(f"{options.site} is no built site: it has no index.html")
     if chromium():
-        with Browser() as window:
+        with Window() as window:
             problems, n_pages = check(options.site, window)
         how = f"in Chromium, {' and '.join(map(str, WIDTHS))} px wide"
     elif options.browser:

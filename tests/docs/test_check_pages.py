@@ -10,8 +10,8 @@ import pytest
 DOCS = Path(__file__).parents[2] / "docs"
 sys.path.insert(0, str(DOCS))
 
-from browser import Browser, chromium  # noqa: E402
 from check_pages import check  # noqa: E402
+from devtools import Window, chromium  # noqa: E402
 
 NARROW = 420
 RIGHT = """<!doctype html><html><head><title>{title}</title><meta name="viewport" content="width=device-width"></head>
@@ -36,16 +36,16 @@ def site(folder, body, title="A page", **files):
     return folder
 
 
-def problems(folder, browser=None):
-    return check(folder, browser, widths=(NARROW,), search=None)[0]
+def problems(folder, window=None):
+    return check(folder, window, widths=(NARROW,), search=None)[0]
 
 
 @pytest.fixture(scope="module")
-def browser():
+def window():
     if chromium() is None:
         pytest.skip("no Chromium: install it, or name it in the variable CHROMIUM")
-    with Browser() as window:
-        yield window
+    with Window() as one:
+        yield one
 
 
 def test_a_page_that_is_right(tmp_path):
@@ -87,8 +87,8 @@ def test_an_entry_of_the_gallery_without_a_picture(tmp_path):
     assert problems(folder) == []
 
 
-def test_a_page_that_is_right_in_a_browser(tmp_path, browser):
-    assert problems(site(tmp_path, GOOD), browser) == []
+def test_a_page_that_is_right_in_a_browser(tmp_path, window):
+    assert problems(site(tmp_path, GOOD), window) == []
 
 
 CUT_OFF = {
@@ -108,29 +108,29 @@ CUT_OFF = {
 
 
 @pytest.mark.parametrize("name", CUT_OFF)
-def test_what_is_wrong_in_a_window(tmp_path, browser, name):
+def test_what_is_wrong_in_a_window(tmp_path, window, name):
     body, expected = CUT_OFF[name]
-    found = problems(site(tmp_path, GOOD + body), browser)
+    found = problems(site(tmp_path, GOOD + body), window)
     for text in expected:
         assert any(text in line for line in found), found
 
 
-def test_the_top_bar_has_one_line(tmp_path, browser):
+def test_the_top_bar_has_one_line(tmp_path, window):
     bar = '<div class="bd-header" style="height: {}px">bar</div>'
     (tmp_path / "one").mkdir()
     (tmp_path / "two").mkdir()
-    assert problems(site(tmp_path / "one", GOOD + bar.format(80)), browser) == []
-    (found,) = problems(site(tmp_path / "two", GOOD + bar.format(130)), browser)
+    assert problems(site(tmp_path / "one", GOOD + bar.format(80)), window) == []
+    (found,) = problems(site(tmp_path / "two", GOOD + bar.format(130)), window)
     assert found == "index.html: 420 px: the top bar has two lines"
 
 
-def test_the_search_must_find_something(tmp_path, browser):
+def test_the_search_must_find_something(tmp_path, window):
     folder = site(tmp_path, GOOD)
     page = '<h1>Search</h1><div id="search-results">{} pages found<ul>{}</ul></div>'
     for links, wrong in (('<li><a href="index.html">A title</a></li>', 0), ("", 1)):
         text = RIGHT.format(title="Search", body=page.format(1 - wrong, links))
         (folder / "search.html").write_text(text, encoding="utf-8")
-        found, _ = check(folder, browser, widths=(NARROW,), patience=0.3)
+        found, _ = check(folder, window, widths=(NARROW,), patience=0.3)
         assert found == ["search.html: finds nothing for 'geodesic'"] * wrong
 
 

@@ -1,6 +1,6 @@
 """Headless Chromium for checks of pages and for pictures of them, with nothing but the standard library.
 
-It is driven by the DevTools protocol over two pipes: `Browser.call` sends a command and waits for its answer, and keeps
+It is driven by the DevTools protocol over two pipes: `Window.call` sends a command and waits for its answer, and keeps
 the events that come before it. https://chromedevtools.github.io/devtools-protocol describes both.
 """
 
@@ -14,7 +14,7 @@ import tempfile
 import time
 from pathlib import Path
 
-NAMES = ("chromium", "chromium-browser", "google-chrome")
+NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 PATIENCE = 30.0  # seconds, for one answer and for one page
 
 
@@ -23,7 +23,7 @@ def chromium():
     return os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, NAMES)), None)
 
 
-class Browser:
+class Window:
     """One window of Chromium, with a profile of its own that is removed at the end; a context manager."""
 
     def __init__(self):
@@ -35,7 +35,8 @@ class Browser:
         self._in, from_browser = os.pipe()
         self._rest, self._number, self.events = b"", 0, []
         ends = f"exec 3<&{to_browser} 4>&{from_browser}"  # the numbers that the option below expects
-        options = ["--headless=new", "--remote-debugging-pipe", "--no-sandbox", "--disable-gpu", "--hide-scrollbars"]
+        options = ["--headless=new", "--remote-debugging-pipe", "--disable-gpu", "--hide-scrollbars"]
+        options += ["--no-sandbox"] if getattr(os, "geteuid", lambda: 1)() == 0 else []  # which root must not have
         options += ["--disable-background-networking", "--no-first-run", f"--user-data-dir={self._profile}"]
         self._process = subprocess.Popen(
             ["bash", "-c", f'{ends}; exec "$0" "$@"', executable, *options, "about:blank"],
