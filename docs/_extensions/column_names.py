@@ -1,4 +1,4 @@
-"""Tables of the class "cards" have in each cell the name of its column, which only narrow screens show.
+"""Tables of the class "cards" have in each cell the name of its column, which only narrow windows show.
 
 There each row is a card of its own: text of five columns has no room next to each other. `skpose.css` does it.
 """

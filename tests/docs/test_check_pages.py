@@ -21,7 +21,7 @@ GOOD = """<h1>A title</h1><p>Text, 5 $ and <code class="literal">C:\\\\new</code
 <div style="overflow-x: auto"><table><tr><th>name</th></tr><tr><td style="min-width: 900px">wide</td></tr></table></div>
 <p><a href="https://example.org">a link</a> to
 <a href="api/skpose.geodesic.html"><code class="literal">geodesic(a, b)</code></a></p>
-<div style="width: 1px; height: 1px; overflow: hidden">for readers of screens</div>"""
+<div style="width: 1px; height: 1px; overflow: hidden">read aloud</div>"""
 
 
 def site(folder, body, title="A page", **files):
