@@ -119,8 +119,8 @@ def problems_of_text(site, path, names):
                 yield f"names {code!r} without a link"
 
 
-# The elements that are cut off or stick out. What scrolls is whole, but for titles and code, which must fit. Formulas
-# and pictures are one thing each, and the drawer of a phone waits next to the window.
+# The elements that are cut off or stick out. What scrolls is whole, but titles, code and lists of contents must fit.
+# Formulas and pictures are one thing each, and the drawer of a phone waits next to the window.
 MEASURE = """
 (() => {
   const root = document.documentElement, width = root.clientWidth, found = [];
@@ -134,7 +134,8 @@ MEASURE = """
     if (!e.checkVisibility({visibilityProperty: true, opacityProperty: true})) continue;
     const apart = e.closest("svg *, math *, .bd-sidebar-primary, .pst-sidebar-drawer");
     const whole = /^(H[1-6]|PRE)$/.test(e.tagName), out = box.right > width + 1 || box.left < -1;
-    if (out && !apart && (whole || !scrolls(e.parentElement))) found.push(`sticks out: ${name(e)}`);
+    const shown = whole || e.closest(".bd-sidebar-secondary") || !scrolls(e.parentElement);
+    if (out && shown && !apart) found.push(`sticks out: ${name(e)}`);
     if ((whole || overflow(e, "hidden", "clip")) && e.scrollWidth > e.clientWidth + 1)
       found.push(`cut off: ${name(e)}`);
     if (e.tagName === "IMG" && e.complete && !e.naturalWidth) found.push(`no picture: ${e.src}`);
