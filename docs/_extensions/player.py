@@ -1,27 +1,22 @@
-"""The directive ``player``: a player of a generated motion, or its own contents where there is none."""
+"""The directive ``player``: the player of a motion, by its name; nothing where there is none."""
 
 from docutils import nodes
 from sphinx.util.docutils import SphinxDirective
 
 
 def html_of(name):
-    """Return the HTML that shows the motion of a name; empty as long as the library has no player."""
+    """Return the HTML that plays the motion of a name; empty as long as the library has no player."""
     return ""
 
 
 class Player(SphinxDirective):
-    """Show the motion of a name in a player; the contents, such as a picture, stand in its place."""
+    """Play a motion in the page."""
 
-    has_content = True
     required_arguments = 1
 
     def run(self):
         html = html_of(self.arguments[0])
-        if html:
-            return [nodes.raw("", html, format="html")]
-        box = nodes.container(classes=["player"])
-        self.state.nested_parse(self.content, self.content_offset, box)
-        return [box]
+        return [nodes.container("", nodes.raw("", html, format="html"), classes=["player"])] if html else []
 
 
 def setup(app):
