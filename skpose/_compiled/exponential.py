@@ -29,6 +29,8 @@ TOL_CHORDS = 1e-6  # norm of the gradient at which a path of so many chords has 
 # Eigenvalue of the metric tensor, relative to the largest, above which a direction moves joints: less than for steps of
 # angles (`FLAT` of the means), as velocities of positions stay small along it.
 MOVES = 1e-9
+TURN = 1e-5  # along directions that move no joint, rad
+OPENS = 1e-7  # eigenvalue, relative to the same, of what a turn adds to the tangent space; of others it is below 5e-9
 NEAREST = 1e-2  # distance from its positions at which a nearest pose is a good start, relative to the step
 # Of a step: relative to the mean diagonal of its matrix; by what it changes.
 LEAST_DAMPING, FIRST_DAMPING, LARGEST_DAMPING, FACTOR = 1e-12, 1e-8, 1e3, 10.0
@@ -67,20 +69,53 @@ def _derivatives(tree, dofs, scratch):
 
 
 @internal
-def _tangent_space(jacobian):
-    """Return an orthonormal basis of the tangent space, (3 n_joints, rank)."""
+def _range(jacobian):
+    """Return an orthonormal basis of the range of a Jacobian, directions that move no joint, and the largest speed².
+
+    The basis has shape (3 n_joints, rank), the directions (n_dofs, n_dofs − rank).
+    """
     values, vectors = np.linalg.eigh(jacobian.T @ jacobian)
     first = 0
     while first < values.shape[0] and values[first] <= MOVES * values[-1]:
         first += 1
-    return jacobian @ (vectors[:, first:] / np.sqrt(values[first:]))
+    basis = jacobian @ (vectors[:, first:] / np.sqrt(values[first:]))
+    return basis, np.ascontiguousarray(vectors[:, :first]), values[-1]
+
+
+@internal
+def _after_turns(tree, coordinates, scratch, jacobian, basis, still, largest):
+    """Return directions (3 n_joints, n), normal to a basis, in which joints move after a turn that moves none.
+
+    The twist of a straight leg moves no joint, but turns the plane in which the knee bends.
+    """
+    n = basis.shape[0]
+    gram, is_empty = np.zeros((n, n)), True
+    for k in range(still.shape[1]):
+        turned = (_derivatives(tree, coordinates + TURN * still[:, k], scratch) - jacobian) / TURN
+        turned -= basis @ (basis.T @ turned)
+        if (turned**2).sum() > OPENS * largest:
+            gram += turned @ turned.T
+            is_empty = False
+    if is_empty:
+        return np.empty((n, 0))
+    values, vectors = np.linalg.eigh(gram)
+    first = 0
+    while first < n and values[first] <= OPENS * largest:
+        first += 1
+    return np.ascontiguousarray(vectors[:, first:])
 
 
 @jit
 def tangent_space(tree, pose):
-    """Return an orthonormal basis of the tangent space at a pose, (3 n_joints, rank)."""
+    """Return an orthonormal basis of the tangent space at a pose, (3 n_joints, rank).
+
+    Where angles are singular, it is that of the positions: it holds the velocities after turns that move no joint.
+    """
     free, coordinates = chart_at(tree, pose, True)
-    return _tangent_space(_derivatives(free, coordinates, np.empty(workspace_rows(tree))))
+    scratch = np.empty(workspace_rows(tree))
+    jacobian = _derivatives(free, coordinates, scratch)
+    basis, still, largest = _range(jacobian)
+    return np.hstack((basis, _after_turns(free, coordinates, scratch, jacobian, basis, still, largest)))
 
 
 @jit

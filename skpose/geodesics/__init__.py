@@ -7,7 +7,8 @@
 | `_interpolate`, `_spline`                 | motions through key poses                                               |
 | `_mean`, `_median`                        | Fréchet means and geometric medians; `_given` checks the poses          |
 | `_extrinsic`, `_descent`, `_quasi_newton` | how they are found                                                      |
-| `_views`, `_geodesic_view`, `_charts`     | distances and gradients from a pose, by metric; coordinates there       |
+| `_views`, `_line_view`, `_geodesic_view`  | distances and gradients from a pose, by metric                          |
+| `_charts`                                 | coordinates there                                                       |
 | `_weightings`                             | means of many weightings of one set of poses                            |
 """
 

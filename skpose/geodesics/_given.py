@@ -11,12 +11,14 @@ from skpose._compat.sklearn import Interval, StrOptions
 from skpose.geodesics._descent import Spread, Viewed, descend
 from skpose.geodesics._extrinsic import MAX_ITER, ExtrinsicMean, ExtrinsicMeans
 from skpose.geodesics._geodesic_view import GeodesicPoses
+from skpose.geodesics._line_view import LinePoses
 from skpose.geodesics._quasi_newton import minimise_sum
-from skpose.geodesics._views import AnglePoses, DifferencePoses, PositionPoses
+from skpose.geodesics._views import AnglePoses, PositionPoses, RotationPoses
 from skpose.kinematics._constraints import IS_SKELETON
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 from skpose.metrics._registry import METRICS, resolve
 from skpose.skeleton import Skeleton
+from skpose.skeleton._validation import check_numbers
 
 CONSTRAINTS = {
     "skeleton": [IS_SKELETON],
@@ -64,15 +66,17 @@ class Given(NamedTuple):
         elif name == "geodesic":
             tree = tree_of(self.skeleton)
             viewed = GeodesicPoses.of(tree, to_tree_order(tree, self.X), self.weights, n_steps, wraps, threads)
+        elif name == "rotation":
+            viewed = RotationPoses.of(self.X, self.weights, self.skeleton)
         else:
-            viewed = DifferencePoses.of(self.X, self.weights, name, self.skeleton, steps, threads)
+            viewed = LinePoses.of(self.X, self.weights, self.skeleton, steps, threads)
         return viewed, start.dofs, start.pose
 
     def minimised(
         self, poses: Viewed, start: np.ndarray, power: int, max_iter: int, tol: float
     ) -> tuple[Spread, int, str]:
         """Return the mean or median from a start, the iterations, and why it did not converge: empty if it did."""
-        if isinstance(poses, DifferencePoses) and poses.metric == "spatial":
+        if isinstance(poses, LinePoses):
             return minimise_sum(poses, start, power, max_iter, tol)
         spread, n_iter, reason = descend(poses, start, power, max_iter, tol)
         if isinstance(poses, GeodesicPoses):
@@ -88,7 +92,7 @@ def _weights(sample_weight: ArrayLike | None, n_poses: int) -> np.ndarray:
     """Return weights whose sum is one."""
     if sample_weight is None:
         return np.full(n_poses, 1.0 / n_poses)
-    weights = np.asarray(sample_weight, dtype=np.float64)
+    weights = check_numbers(sample_weight, "sample_weight")
     if weights.shape != (n_poses,):
         raise ValueError(f"sample_weight must have shape ({n_poses},), one for each pose, got {weights.shape}")
     if not (np.isfinite(weights).all() and (weights >= 0).all() and weights.any()):

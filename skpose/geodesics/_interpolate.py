@@ -18,7 +18,7 @@ from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._arguments import check_frame_rate
 from skpose.skeleton._continuity import without_jumps
 from skpose.skeleton._units import warn_of_degrees
-from skpose.skeleton._validation import check_poses
+from skpose.skeleton._validation import check_numbers, check_poses
 
 ON_KEY = 1e-6  # frames between a frame and a key that are at one time
 
@@ -149,7 +149,7 @@ def interpolate(
 
 def _checked_times(times: ArrayLike, n_poses: int, rate: float) -> np.ndarray:
     """Return the times of the keys as an array that increases."""
-    at = np.asarray(times, dtype=np.float64)
+    at = check_numbers(times, "times")
     if at.shape != (n_poses,):
         raise ValueError(f"times must have shape ({n_poses},), one for each of the poses, got {at.shape}")
     if not np.isfinite(at).all():

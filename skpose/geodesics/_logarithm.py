@@ -18,7 +18,7 @@ from skpose.kinematics._constraints import IS_SKELETON
 from skpose.kinematics._tree import counted_joints, from_tree_order, to_tree_order, tree_of, wrapped
 from skpose.skeleton import Skeleton
 from skpose.skeleton._units import warn_of_degrees
-from skpose.skeleton._validation import check_is_array, check_pose, check_poses
+from skpose.skeleton._validation import check_is_array, check_numbers, check_pose, check_poses
 
 TASK = 8  # poses; some tens of milliseconds
 NOT_MET = 1e-3  # error of a chord of an exponential, relative to its length, that is worth a warning
@@ -132,7 +132,8 @@ def log_map(
 
     *Twists.* Where the Jacobian is singular, the angles are no function of the positions: twists of last bones, and
     of straight limbs. So velocities are those of positions, in which a geodesic through a straight knee is smooth.
-    What moves joints less than 3e-5 times as much as the largest movement is no part of the tangent space.
+    At a straight knee the Jacobian knows one plane in which it bends; a twist of the leg moves no joint, and turns that
+    plane. So the tangent space is spanned by the velocities of the Jacobian, and by those after such turns.
 
     Some milliseconds a pose, a hundred where a geodesic has to be refined.
 
@@ -230,9 +231,6 @@ def exp_map(
     the joints where X has them, up to rounding in well-posed cases. Errors grow where paths pass straight limbs, and
     with the distance; ``benchmarks/tangent.py`` measures them. Angles that move no joint are not those of X.
 
-    From a limb that is exactly straight at the base, with a hinge, velocities do not state the plane in which it bends,
-    so that the joints are not where X has them; one that is bent by 0.001 rad has a plane.
-
     Some milliseconds a pose: each chord takes some evaluations of the positions, their Jacobian and eigenvalues of a
     matrix of n_dofs.
 
@@ -253,7 +251,7 @@ def exp_map(
     first = check_pose(base, skeleton, "base")
     warn_of_degrees(base=first[None])
     check_is_array(velocities, "velocities")
-    given = np.asarray(velocities, dtype=np.float64)
+    given = check_numbers(velocities, "velocities")
     expected = (skeleton.n_joints, 3)
     if given.ndim != 3 or given.shape[1:] != expected:
         raise ValueError(

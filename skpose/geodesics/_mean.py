@@ -145,7 +145,7 @@ def frechet_mean(
     milliseconds, a hundred where poses are far apart. The logarithms are those of geodesics of `n_steps` chords, which
     makes an error of some 0.1 % of their length.
 
-    *"rotation"* takes the same steps. The gradient is that of differences: two distances for each dof and pose.
+    *"rotation"* takes the same steps, along the mean of the rotations from each bone to those of the poses.
 
     *"spatial"* is not smooth everywhere. Where a difference of angles is half a turn, the line jumps to another one,
     and its length with it. So scipy's BFGS with a line search finds the mean, from the extrinsic one or from one of a

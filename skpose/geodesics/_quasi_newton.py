@@ -7,17 +7,14 @@ a minimum nevertheless, mostly (A. S. Lewis, M. L. Overton, 2013, doi:10.1007/s1
 import numpy as np
 from scipy.optimize import minimize
 
-from skpose.geodesics._descent import DAMPING, MEDIAN, Spread, at_pose_if_lower, spread_from
-from skpose.geodesics._views import DifferencePoses
+from skpose.geodesics._descent import DAMPING, KINK, MEDIAN, Spread, at_pose_if_lower, spread_from
+from skpose.geodesics._line_view import LinePoses
 
 HALVINGS = 12  # of a step along the gradient, where BFGS ends at a jump
 LEAST_DECREASE = 0.1  # of the sum, relative, over the square of the tolerance, for which the search goes on
-KINK = 0.02  # of the pull of the poses, relative to a standard deviation, that a minimum at a kink may have
 
 
-def minimise_sum(
-    poses: DifferencePoses, pose: np.ndarray, power: int, max_iter: int, tol: float
-) -> tuple[Spread, int, str]:
+def minimise_sum(poses: LinePoses, pose: np.ndarray, power: int, max_iter: int, tol: float) -> tuple[Spread, int, str]:
     """Minimise the sum from a pose on, or from a given one where that is better, and never to a larger sum.
 
     Return the last spread, the iterations and why it did not converge; the reason is empty if it did.
@@ -63,7 +60,7 @@ def minimise_sum(
     )
 
 
-def _across(poses: DifferencePoses, here: Spread, power: int) -> Spread:
+def _across(poses: LinePoses, here: Spread, power: int) -> Spread:
     """Return the spread where a step along the gradient lowers the sum, over a jump maybe, or else the same one."""
     for halving in range(HALVINGS):
         trial = spread_from(poses, poses.moved(here.pose, here.step / 2**halving), power)

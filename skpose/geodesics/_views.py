@@ -9,13 +9,11 @@ from skpose.geodesics._charts import jacobian_at, moved
 from skpose.geodesics._descent import View
 from skpose.kinematics._forward import weighted_positions
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
-from skpose.metrics._matrix import DistanceMatrix
 from skpose.metrics._registry import METRICS
 from skpose.skeleton import Skeleton
 
-STEP = 1e-5  # of differences, rad: their error is some 1e-10 relative to the derivative
-TWIST = 1e-2  # of the mean of the metric tensor's diagonal, for dofs that move no joint
-SOME = 100  # poses whose metric tensors are averaged, and at which a search may start
+STEP = 1e-5  # of differences of orientations, rad: their error is some 1e-10 relative to the derivative
+NO_STEPS = Steps.of(1, False)  # positions and orientations have no line
 
 
 class AnglePoses(NamedTuple):
@@ -81,20 +79,14 @@ class PositionPoses(NamedTuple):
         return moved(tree_of(self.skeleton), pose, step, True)
 
 
-class DifferencePoses(NamedTuple):
-    """Poses under a metric whose gradient is taken by differences: "rotation" and "spatial", in the tree's order.
-
-    Joints with three angles are moved by these angles, since they are what the line of "spatial" is straight in.
-    """
+class RotationPoses(NamedTuple):
+    """Poses under "rotation", in the tree's order."""
 
     dofs: np.ndarray  # (n_poses, n_tree_dofs)
     weights: np.ndarray  # (n_poses,) of sum 1
     X: np.ndarray  # (n_poses, n_dofs) the same in the columns of the skeleton
-    metric: str
+    orientations: np.ndarray  # (n_poses, n_frames, 4) unit quaternions, scalar first
     skeleton: Skeleton
-    steps: Steps
-    n_jobs: int
-    mean_tensor: np.ndarray  # (n_tree_dofs, n_tree_dofs) mean of JᵀJ at the poses
 
     @property
     def is_uneven(self) -> bool:
@@ -102,70 +94,40 @@ class DifferencePoses(NamedTuple):
         return False
 
     @classmethod
-    def of(
-        cls, X: np.ndarray, weights: np.ndarray, metric: str, skeleton: Skeleton, steps: Steps, n_jobs: int
-    ) -> "DifferencePoses":
-        """Return poses of the skeleton's columns."""
-        tree = tree_of(skeleton)
-        dofs = to_tree_order(tree, X)
-        tensor, rows = np.zeros((dofs.shape[1], dofs.shape[1])), _some(X)
-        for row in rows:
-            jacobian = jacobian_at(tree, dofs[row], False)
-            tensor += jacobian.T @ jacobian / len(rows)
-        return cls(dofs, weights, X, metric, skeleton, steps, n_jobs, tensor)
+    def of(cls, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton) -> "RotationPoses":
+        """Orient the bones of the poses."""
+        return cls(to_tree_order(tree_of(skeleton), X), weights, X, _orientations(X, skeleton), skeleton)
 
     def view_from(self, pose: np.ndarray, slope: float) -> View:
-        """Measure the distances from the pose, and from those a little more and less along each coordinate."""
-        n = len(pose)
-        columns = self._columns_along(pose, np.zeros((1, n)), STEP * np.eye(n))
-        energies = self._distances(columns) ** 2
-        gradients = (energies[1 : n + 1] - energies[n + 1 :]).T / (4.0 * STEP)
-        tensor = self._tensor(pose, columns[1 : n + 1], columns[n + 1 :])
-        return View(np.sqrt(energies[0]), energies[0], gradients, tensor, 0)
-
-    def sum_along(self, x: np.ndarray, pose: np.ndarray, steps: np.ndarray, power: int) -> tuple[float, np.ndarray]:
-        """Return the sum of powers of distances, and its gradient, at a pose plus steps (n_dofs, n) times x (n,)."""
-        n = len(x)
-        columns = self._columns_along(pose, (steps @ x)[None], STEP * steps.T)
-        sums = self._distances(columns) ** power @ self.weights
-        return float(sums[0]) / power, (sums[1 : n + 1] - sums[n + 1 :]) / (2.0 * power * STEP)
-
-    def best_pose(self, power: int) -> tuple[np.ndarray, float]:
-        """Return the pose with the least sum to all, of some of the given ones, and that sum."""
-        rows = _some(self.X)
-        sums = self._distances(self.X[rows]) ** power @ self.weights
-        return self.dofs[rows[sums.argmin()]], float(sums.min())
-
-    def _columns_along(self, pose: np.ndarray, step: np.ndarray, shifts: np.ndarray) -> np.ndarray:
-        """Return the columns of the pose that is a step away, and of those a shift more and less."""
-        near = np.stack([self.moved(pose, one) for one in np.concatenate([step, step + shifts, step - shifts])])
-        return from_tree_order(tree_of(self.skeleton), near, np.repeat(self.X[:1], len(near), axis=0))
-
-    def _distances(self, columns: np.ndarray) -> np.ndarray:
-        matrix = DistanceMatrix(columns, self.X, self.metric, self.skeleton, self.steps)
-        return matrix.written(None, self.n_jobs)[0]
-
-    def _tensor(self, pose: np.ndarray, plus: np.ndarray, minus: np.ndarray) -> np.ndarray:
-        """Return the metric tensor of short steps: JᵀJ, for "rotation" that of the orientations."""
-        tree = tree_of(self.skeleton)
-        if self.metric != "rotation":
-            jacobian = jacobian_at(tree, pose, False)
-            tensor = 0.5 * (jacobian.T @ jacobian + self.mean_tensor)
-            # A twist that moves no joint moves the lines to other poses.
-            return tensor + TWIST * np.trace(tensor) / len(pose) * np.eye(len(pose))
-        one, other = (METRICS["rotation"].encoded(poses, self.skeleton, self.steps) for poses in (plus, minus))
-        one, other = (quaternions.reshape(len(pose), -1, 4) for quaternions in (one, other))
-        other = np.where((one * other).sum(axis=2, keepdims=True) < 0.0, -other, other)  # q and −q are one rotation
-        # A quaternion changes by half the angle of a small rotation.
-        slopes = (one - other) / STEP * np.sqrt(tree.weight[1:])[:, None]
-        return np.einsum("dfi,efi->de", slopes, slopes)
+        """Return distances and gradients, both exact, by the angular velocities of the bones."""
+        shifts = STEP * np.eye(len(pose))
+        near = np.stack([pose, *(self.moved(pose, one) for one in (*shifts, *-shifts))])
+        columns = from_tree_order(tree_of(self.skeleton), near, np.repeat(self.X[:1], len(near), axis=0))
+        at, plus, minus = np.split(_orientations(columns, self.skeleton), [1, 1 + len(pose)])
+        turns = turns_between(at, self.orientations)
+        speeds = turns_between(minus, plus) / (2.0 * STEP)
+        scale = tree_of(self.skeleton).weight[1:, None]
+        energies = (scale * turns**2).sum(axis=(1, 2))
+        gradients = -np.tensordot(turns, scale * speeds, axes=([1, 2], [1, 2]))
+        tensor = np.tensordot(speeds, scale * speeds, axes=([1, 2], [1, 2]))
+        return View(np.sqrt(energies), energies, gradients, tensor, 0)
 
     def moved(self, pose: np.ndarray, step: np.ndarray) -> np.ndarray:
         """Return a pose that is a step of its coordinates away from another one."""
-        return moved(tree_of(self.skeleton), pose, step, False)
+        return moved(tree_of(self.skeleton), pose, step, True)
 
 
-def _some(X: np.ndarray) -> np.ndarray:
-    """Return the rows of some of the poses, the same poses in any order of the rows."""
-    shares = np.linspace(0, len(X) - 1, min(len(X), SOME))
-    return np.lexsort(X.T)[np.unique(shares.astype(int))]
+def _orientations(X: np.ndarray, skeleton: Skeleton) -> np.ndarray:
+    """Return the world orientations of the bones, (n_poses, n_frames, 4), quaternions."""
+    return METRICS["rotation"].encoded(X, skeleton, NO_STEPS).reshape(len(X), -1, 4)
+
+
+def turns_between(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Return the rotation vectors (..., 3) from unit quaternions to others, the shorter way, about the first's axes."""
+    real = (first * second).sum(axis=-1, keepdims=True)
+    vector = first[..., :1] * second[..., 1:] - second[..., :1] * first[..., 1:]
+    vector -= np.cross(first[..., 1:], second[..., 1:])
+    size = np.linalg.norm(vector, axis=-1, keepdims=True)
+    angle = 2.0 * np.arctan2(size, np.abs(real))
+    # q and −q are one rotation; of a tiny turn the vector is half of it.
+    return np.copysign(1.0, real) * vector * np.divide(angle, size, out=np.full_like(size, 2.0), where=size > 0.0)

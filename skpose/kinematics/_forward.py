@@ -133,7 +133,7 @@ def position_jacobian(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
            [2., 1.],
            [0., 0.]])
     """
-    return _jacobians(_checked(angles, skeleton), tree_of_all_joints(skeleton))
+    return jacobians_of(_checked(angles, skeleton), tree_of_all_joints(skeleton))
 
 
 def metric_tensor(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
@@ -180,11 +180,11 @@ def metric_tensor(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
     array([[5., 2.],
            [2., 1.]])
     """
-    jacobians = _jacobians(_checked(angles, skeleton), tree_of(skeleton))
+    jacobians = jacobians_of(_checked(angles, skeleton), tree_of(skeleton))
     return jacobians.transpose(0, 2, 1) @ jacobians
 
 
-def _jacobians(angles: np.ndarray, tree: Tree) -> np.ndarray:
+def jacobians_of(angles: np.ndarray, tree: Tree) -> np.ndarray:
     """Return the Jacobians (n_poses, n, n_dofs) of the positions that a tree has, by the columns of poses."""
     rates = np.empty((len(angles), 3 * len(tree.offset) - 3, len(tree.column)))
     jacobian.position_jacobians(to_tree_order(tree, angles.astype(np.float64)), tree, rates)

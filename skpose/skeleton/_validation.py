@@ -62,6 +62,14 @@ def check_is_array(X: object, name: str, *, one: bool = False) -> None:
         raise TypeError(f"{expected}{type(X).__name__}, which has no values yet: pass {name}.collect()")
 
 
+def check_numbers(values: object, name: str) -> np.ndarray:
+    """Return an argument that is no poses as float64; refuse what is not numbers."""
+    try:
+        return np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{name} must be an array of numbers, got one that is not: {error}") from None
+
+
 def check_same_width(X: np.ndarray, Y: np.ndarray) -> None:
     """Refuse X and Y of different numbers of dofs."""
     if X.shape[1] != Y.shape[1]:

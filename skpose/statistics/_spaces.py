@@ -11,7 +11,7 @@ from sklearn.exceptions import ConvergenceWarning
 
 from skpose._warnings import warn
 from skpose.geodesics._logarithm import TangentSpace, to_joints
-from skpose.kinematics._forward import _jacobians
+from skpose.kinematics._forward import jacobians_of
 from skpose.kinematics._tree import tree_of_all_joints
 from skpose.skeleton import Skeleton
 from skpose.skeleton._chart import mean_of_joints, moved, skeleton_at, steps_from
@@ -63,7 +63,7 @@ class Lines(NamedTuple):
     def jacobian(self) -> np.ndarray:
         """Return the velocities of all joints, (3 n_joints, n_dofs), by the numbers of steps."""
         skeleton, pose = skeleton_at(self.skeleton, self.pose)
-        return _jacobians(pose[None], tree_of_all_joints(skeleton))[0]
+        return jacobians_of(pose[None], tree_of_all_joints(skeleton))[0]
 
     def vectors(self, X: np.ndarray) -> np.ndarray:
         roots = np.repeat(np.sqrt(self.skeleton.weights), 3)

@@ -144,16 +144,19 @@ def test_two_keys_have_one_geodesic_and_no_spline():
 @pytest.mark.parametrize("method", METHODS)
 def test_order_of_the_angles_changes_nothing(method):
     ball = random_tree(2, kinds=["rotvec"])
-    X = keys_of(ball, size=0.3)
-    motion = Motion(ball, X, 1)  # of 3 m, on paths of 6 m
-    positions = [forward_kinematics(interpolate(X, TIMES, ball, frame_rate=10, method=method).angles, ball)]
-    for order in ("xyz", "zxy"):
-        other = motion.to_euler(order)
-        found = interpolate(other.angles, TIMES, other.skeleton, frame_rate=10, method=method)
-        positions.append(forward_kinematics(found.angles, other.skeleton))
+    keys = Motion(ball, keys_of(ball, size=0.3), 1)  # of 3 m, on paths of 6 m
+
+    def positions(order, n_steps):
+        same = keys if order == "rotvec" else keys.to_euler(order)
+        motion = interpolate(same.angles, TIMES, same.skeleton, frame_rate=10, method=method, n_steps=n_steps)
+        return forward_kinematics(motion.angles, same.skeleton)
+
+    expected = positions("rotvec", 10)
+    np.testing.assert_allclose(positions("zxy", 10), expected, atol=1e-7)
     # Of paths of one length that twist differently between their poses: less with more steps.
-    np.testing.assert_allclose(positions[1], positions[0], atol=1e-2 if method == "spline" else 2e-3)
-    np.testing.assert_allclose(positions[2], positions[0], atol=1e-7)
+    apart = np.abs(positions("xyz", 10) - expected).max()
+    assert apart < (1e-2 if method == "spline" else 2e-3)
+    assert np.abs(positions("xyz", 40) - positions("rotvec", 40)).max() < 0.5 * apart
 
 
 @pytest.mark.parametrize("method", METHODS)
