@@ -9,6 +9,7 @@ training data, or of new people. If SKPOSE_CMU names a folder of CMU files, the 
 import os
 
 import matplotlib.pyplot as plt
+import numpy as np
 from sklearn.model_selection import GridSearchCV, GroupKFold, LeaveOneGroupOut
 from sklearn.neighbors import KNeighborsClassifier
 from sklearn.pipeline import Pipeline
@@ -44,14 +45,23 @@ for name, search in searches.items():
     )
 
 # %%
-# All scores.
-figure, axes = plt.subplots(1, 2, figsize=(10, 4), sharey=True, layout="constrained")
-for ax, (name, search) in zip(axes, searches.items(), strict=True):
+# All scores, the share of poses classified right. Lines would hide each other where all are right.
+tables = {}
+for name, search in searches.items():
     results = search.cv_results_
-    for metric, marker in zip(metrics, "os^D", strict=True):
-        chosen = results["param_distances__metric"] == metric
-        ax.plot(numbers, 100 * results["mean_test_score"][chosen], marker=marker, label=metric)
-    ax.set(xlabel="neighbours", xticks=numbers, title=name)
-axes[0].set_ylabel("poses classified right (%)")
-axes[1].legend()
+    order = [
+        (results["param_distances__metric"] == metric) & (results["param_classifier__n_neighbors"] == number)
+        for metric in metrics
+        for number in numbers
+    ]
+    scores = [100 * results["mean_test_score"][chosen].item() for chosen in order]
+    tables[name] = np.reshape(scores, (len(metrics), len(numbers)))
+figure, axes = plt.subplots(1, 2, figsize=(9, 3.4), sharey=True, layout="constrained")
+for ax, (name, table) in zip(axes, tables.items(), strict=True):
+    ax.imshow(table, vmin=80, vmax=160, cmap="Blues", aspect="auto")
+    for (row, column), score in np.ndenumerate(table):
+        ax.text(column, row, f"{score:.1f} %", ha="center", va="center", size=13)
+    ax.set_xticks(range(len(numbers)), numbers)
+    ax.set_yticks(range(len(metrics)), metrics, size=12)
+    ax.set(xlabel="neighbours", title=name)
 plt.show()

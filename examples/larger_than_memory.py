@@ -11,10 +11,12 @@ import tempfile
 from pathlib import Path
 
 import joblib
+import matplotlib.pyplot as plt
 import numpy as np
 
 from skpose import PoseKNeighborsTransformer, pose_distances, pose_distances_chunked
 from skpose.datasets import load_cmu, make_gait
+from skpose.plot import DistanceMatrixDisplay, PoseDisplay
 
 folder = os.environ.get("SKPOSE_CMU")
 dataset = load_cmu(folder) if folder else make_gait(random_state=0)
@@ -30,6 +32,8 @@ sums = pose_distances_chunked(
 )
 medoid = int(np.concatenate(list(sums)).argmin())
 print(f"the medoid is a pose of a {dataset.actions[sequence[medoid]]}")
+PoseDisplay.from_pose(X[medoid], skeleton, view="zxy")
+plt.show()
 
 # %%
 # A matrix on disk is written tile by tile. After an interruption, open the file again in mode "r+" and make the same
@@ -39,7 +43,11 @@ with tempfile.TemporaryDirectory() as scratch:
     out = np.lib.format.open_memmap(path, mode="w+", dtype=X.dtype, shape=(len(X), len(X)))
     pose_distances(X, skeleton=skeleton, out=out, n_jobs=-1)
     print(f"{path.name}: {path.stat().st_size / 1e6:.0f} MB, mean distance {out.mean():.2f} m")
+    n = np.searchsorted(sequence, 8)
+    corner = np.array(out[:n, :n])  # of the first eight motions: a picture need not load the rest
     del out
+DistanceMatrixDisplay.from_distances(corner, sequence=sequence[:n], names=dataset.actions[:8])
+plt.show()
 
 # %%
 # skpose works in the backend that joblib is configured for: here two processes, likewise a cluster with
@@ -50,3 +58,5 @@ with joblib.parallel_config(backend="loky", n_jobs=2):
     in_processes = search.kneighbors()
 same = np.array_equal(in_processes[0], distances) and np.array_equal(in_processes[1], indices)
 print(f"two processes find {'the same' if same else 'other'} neighbours")
+
+# sphinx_gallery_thumbnail_number = 2

@@ -62,7 +62,7 @@ for title, joints in (("PoseKernelRegressor", poses), ("KNeighborsRegressor of p
     change = 100 * np.abs(bone_lengths(joints) - exact).max(axis=1)
     print(f"{title}: mean error {error:.1f} cm, bones change by up to {change.max():.1f} cm")
     axes[0].plot(change, label=title)
-axes[0].set(xlabel="frame of the new person", ylabel="largest change of a bone, cm")
+axes[0].set(xlabel="frame of the new person", ylabel="largest change of a bone (cm)")
 axes[0].set_ylim(top=1.3 * axes[0].get_ylim()[1])
 axes[0].legend(loc="upper left")
 worst = np.abs(bone_lengths(averages) - exact).max(axis=1).argmax()

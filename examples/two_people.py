@@ -37,7 +37,7 @@ def show(ax, test, title):
     bins = np.linspace(0, 1.05 * max(test.statistic, test.null_distribution.max()), 40)
     ax.hist(test.null_distribution, bins, color="0.75", label="permutations")
     ax.axvline(test.statistic, color="#d55e00", label="as given")
-    ax.set(title=f"{title}\np = {test.pvalue:.3f}", xlabel="energy statistic, m", ylabel="splits")
+    ax.set(title=f"{title}\np = {test.pvalue:.3f}", xlabel="energy statistic (m)", ylabel="splits")
 
 
 figure, axes = plt.subplots(1, 2, figsize=(9, 3.5), layout="constrained")

@@ -1,6 +1,6 @@
 """
-From video keypoints to distances
-=================================
+Poses of a noisy pose estimator
+===============================
 
 A pose estimator gives positions of joints, with noise, gaps and confidences. The example generates such keypoints of
 people who walk and run, finds the skeleton of each person and the poses on it, and classifies the poses by their

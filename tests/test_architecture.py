@@ -196,8 +196,29 @@ def test_links_between_pages_lead_somewhere(path):
         assert built or (path.parent / target).exists(), target
 
 
+def programs_of_the_readme():
+    return re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), flags=re.S)
+
+
+def test_the_readmes_first_program_runs_without_files(tmp_path, monkeypatch, capsys):
+    """It prints what its comments say."""
+    first = programs_of_the_readme()[0]
+    monkeypatch.chdir(tmp_path)
+    exec(compile(first, "README.md", "exec"), {})
+    printed = [[float(x) for x in re.findall(r"[\d.]+", line)] for line in capsys.readouterr().out.splitlines()]
+    stated = [[float(x) for x in re.findall(r"[\d.]+", line)] for line in re.findall(r"# \[\[(.*?)\]\]", first)]
+    assert len(printed) == len(stated) == 2
+    assert [[round(x, 2) for x in line] for line in printed] == stated
+
+
+def test_the_readmes_picture_is_small():
+    """It is shown before anything else is read."""
+    (path,) = re.findall(r"!\[[^\]]*\]\(([^)]+)\)", (ROOT / "README.md").read_text(encoding="utf-8"))
+    assert (ROOT / path).stat().st_size < 150_000
+
+
 def test_the_readmes_program_runs(tmp_path, monkeypatch, capsys):
-    (program,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), flags=re.S)
+    _, program = programs_of_the_readme()
     (tmp_path / "bvh").mkdir()
     for name in ("anna_walk_1", "anna_run_2", "ben_walk_1", "ben_run_2"):
         shutil.copy(ROOT / "tests" / "data" / "biped.bvh", tmp_path / "bvh" / f"{name}.bvh")

@@ -26,8 +26,8 @@ class SpatialMDS(
     r"""Classical (Torgerson) multidimensional scaling of pose distances.
 
     Finds the points whose Euclidean distances are nearest, in the sense of their inner products, to the distances of
-    the poses: the leading eigenvectors of :math:`B = -\tfrac12 J D^2 J`, with D the distances and J the centring. For
-    Euclidean distances ("angle", "position") that is PCA; for others it generalises PCA, sec. 3.2 of [1]_.
+    the poses: the leading eigenvectors of :math:`B = -\tfrac{1}{2} J D^2 J`, with D the distances and J the centring.
+    For Euclidean distances ("angle", "position") that is PCA; for others it generalises PCA, sec. 3.2 of [1]_.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ class SpatialMDS(
 
     Notes
     -----
-    New poses are placed by Gower's formula [2]_, :math:`y = \tfrac12 \Lambda^{-1} Z^T (\bar d^2 - d^2)`, with d the
+    New poses are placed by Gower's formula [2]_, :math:`y = \tfrac{1}{2} \Lambda^{-1} Z^T (\bar d^2 - d^2)`, with d the
     distances to the scaled poses Z and :math:`\bar d^2` the mean squared distances among these; a pose of `fit` gets
     its row of `embedding_`.
 

@@ -7,7 +7,7 @@ COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#0
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 
 
-def axes(ax, caller, figsize=None):
+def axes(ax, caller, figsize=None, projection=None):
     """Return the given axes, or new ones in a figure of a size in inches, and their figure."""
     try:
         import matplotlib.pyplot as plt
@@ -15,7 +15,7 @@ def axes(ax, caller, figsize=None):
         raise ImportError(f"{caller} needs matplotlib: pip install 'skpose[plot]'") from None
 
     if ax is None:
-        _, ax = plt.subplots(figsize=figsize, layout="constrained")
+        _, ax = plt.subplots(figsize=figsize, layout="constrained", subplot_kw={"projection": projection})
     return ax, ax.figure
 
 

@@ -14,6 +14,7 @@ from skpose.skeleton._units import warn_of_degrees
 from skpose.skeleton._validation import check_pose
 
 MARGIN = 0.2  # around the curves, relative to their extent
+ABOVE = 1.5  # times that above them, where the legend stands
 AROUND_ONE_POSE = 0.1  # rad, where the two are equal
 
 
@@ -40,7 +41,7 @@ class _Plane:
 class GeodesicDisplay:
     """A geodesic and the straight line, in the plane of most variance of the points of both.
 
-    The background is the trace of the metric tensor JᵀJ: it is large where small changes of the angles move the joints
+    The background is the trace of the metric tensor JᵀJ: it is dark where small changes of the angles move the joints
     far.
 
     Parameters
@@ -100,16 +101,18 @@ class GeodesicDisplay:
         points = plane.transform(np.concatenate([path, line]))
         extent = np.ptp(points, axis=0)
         margin = MARGIN * np.maximum(extent, 0.1 * extent.max()) if extent.any() else AROUND_ONE_POSE
-        x, y = np.linspace(points.min(axis=0) - margin, points.max(axis=0) + margin, resolution).T
+        x, y = np.linspace(
+            points.min(axis=0) - margin, points.max(axis=0) + margin * np.array([1.0, ABOVE]), resolution
+        ).T
         grid = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
         trace = np.trace(metric_tensor(plane.poses(grid), self.skeleton), axis1=1, axis2=2)
         image = self.ax_.pcolormesh(x, y, trace.reshape(len(y), len(x)), cmap="Greys", shading="gouraud")
-        self.figure_.colorbar(image, ax=self.ax_, label="trace of the metric tensor (m²/rad²)")
+        self.figure_.colorbar(image, ax=self.ax_, label="squared movement of the joints per angle (m²/rad²)")
         size = 6 if len(path) < 20 else 3
         self.ax_.plot(*plane.transform(line).T, "o--", color=COLOURS[0], ms=size, label="straight line")
         self.ax_.plot(*plane.transform(path).T, "s-", color=COLOURS[1], ms=size, label="geodesic")
         self.ax_.set(xlabel="first principal component (rad)", ylabel="second principal component (rad)")
-        self.ax_.legend()
+        self.ax_.legend(loc="upper center", ncols=2)
         return self
 
     @classmethod

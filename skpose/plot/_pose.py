@@ -25,8 +25,31 @@ def check_view(view: str) -> list[int]:
     return ["xyz".index(axis) for axis in view]
 
 
-def draw_pose(ax, flat: np.ndarray, skeleton: Skeleton, shift: float, style: dict) -> None:
-    """Draw one pose, (n_joints, 2) with the root at the origin, shifted to the right.
+def check_view_of_axes(view: str, ax) -> list[int]:
+    """Return the indices of two axes, or of three for axes of three dimensions; left is not exchanged with right."""
+    if not isinstance(view, str) or len(view) != 3:
+        if getattr(ax, "name", None) == "3d":
+            raise ValueError(
+                f'ax has three dimensions, got view={view!r}: pass three axes, the last one up, such as view="zxy"'
+            )
+        return check_view(view)
+    if sorted(view) != ["x", "y", "z"]:
+        raise ValueError(f'a view of three axes must have each of x, y, z once, such as "zxy", got {view!r}')
+    if view not in "xyzxy":  # a left-handed order shows the mirror image
+        raise ValueError(
+            f'a view of three axes must be "zxy" where y points up, "xyz" where z does, or "yzx" where x does, as '
+            f"other orders exchange left and right; got {view!r}"
+        )
+    if ax is not None and getattr(ax, "name", None) != "3d":
+        raise ValueError(
+            f"view={view!r} has three axes and needs an ax of three dimensions, got one of two: make it by "
+            'plt.subplots(subplot_kw={"projection": "3d"})'
+        )
+    return ["xyz".index(axis) for axis in view]
+
+
+def draw_pose(ax, seen: np.ndarray, skeleton: Skeleton, shift: float, style: dict) -> None:
+    """Draw one pose, (n_joints, 2 or 3) with the root at the origin, shifted along the first axis.
 
     Each side is one line with gaps. Where all is in one colour, by style or as the names state no side, that is one.
     """
@@ -36,19 +59,19 @@ def draw_pose(ax, flat: np.ndarray, skeleton: Skeleton, shift: float, style: dic
     style = normalize_kwargs(style, Line2D)
     side = np.array(sides(skeleton.joint_names) if "color" not in style else [""] * skeleton.n_joints)
     colours = {"": COLOURS[0]} if (side == "").all() else SIDES
-    parent = np.concatenate([flat, np.zeros((1, 2))])[skeleton.parents]  # -1, the root, is the last
-    segments = np.stack([parent, flat, np.full_like(flat, np.nan)], axis=1)
+    parent = np.concatenate([seen, np.zeros((1, seen.shape[1]))])[skeleton.parents]  # -1, the root, is the last
+    segments = np.stack([parent, seen, np.full_like(seen, np.nan)], axis=1)
+    segments[..., 0] += shift
     defaults = {"linewidth": 2, "solid_capstyle": "round", "marker": "o", "markersize": 3}
     for name, colour in colours.items():
         chosen = side == name
         if chosen.any():
-            horizontal, vertical = segments[chosen].reshape(-1, 2).T
-            ax.plot(horizontal + shift, vertical, **defaults | {"color": colour} | style)
+            ax.plot(*segments[chosen].reshape(-1, seen.shape[1]).T, **defaults | {"color": colour} | style)
             style = {key: value for key, value in style.items() if key != "label"}  # one entry in a legend
 
 
 class PoseDisplay:
-    """One pose as a stick figure, seen along an axis.
+    """One pose as a stick figure, seen along an axis or in three dimensions.
 
     Limbs of the left are blue, those of the right vermilion, the rest is grey, by the names of the joints; all is blue
     where the names state no side, and in one colour where ``color=`` is given.
@@ -72,6 +95,9 @@ class PoseDisplay:
     >>> display = PoseDisplay.from_pose([0.4, 0.5, 0.6], Skeleton.chain(3), label="an arm")
     >>> display.ax_.get_xlabel()
     'x (m)'
+    >>> display = PoseDisplay.from_pose([0.4, 0.5, 0.6], Skeleton.chain(3), view="zxy")
+    >>> display.ax_.get_zlabel()
+    'y (m)'
     """
 
     def __init__(self, positions: np.ndarray, skeleton: Skeleton):
@@ -83,10 +109,12 @@ class PoseDisplay:
         Parameters
         ----------
         ax : matplotlib Axes, default=None
-            The axes to draw into; None makes new ones.
+            The axes to draw into; None makes new ones. For a view of three axes they have three dimensions
+            (``projection="3d"``).
         view : str, default="xy"
             The horizontal and the vertical axis: in files whose y points up "xy" is a view from the front or the back,
-            "zy" from the side.
+            "zy" from the side. Three axes, the last one up, draw in three dimensions: "zxy" where y points up, "xyz"
+            where z does.
         **style
             Style of the lines, such as color, alpha, label; see `matplotlib.axes.Axes.plot`.
 
@@ -95,10 +123,13 @@ class PoseDisplay:
         PoseDisplay
             The display itself.
         """
-        horizontal, vertical = check_view(view)
-        self.ax_, self.figure_ = axes(ax, "PoseDisplay.plot")
-        draw_pose(self.ax_, self.positions[:, [horizontal, vertical]], self.skeleton, 0.0, style)
-        self.ax_.set(xlabel=f"{view[0]} (m)", ylabel=f"{view[1]} (m)")
+        seen = check_view_of_axes(view, ax)
+        self.ax_, self.figure_ = axes(ax, "PoseDisplay.plot", projection="3d" if len(seen) == 3 else None)
+        if ax is None and len(seen) == 3:
+            self.ax_.set_box_aspect((3, 3, 4))  # people are taller than wide
+            self.ax_.locator_params(nbins=5)
+        draw_pose(self.ax_, self.positions[:, seen], self.skeleton, 0.0, style)
+        self.ax_.set(**{f"{axis}label": f"{name} (m)" for axis, name in zip("xyz", view, strict=False)})
         self.ax_.set_aspect("equal", adjustable="datalim")
         return self
 
@@ -152,7 +183,7 @@ class PoseStripDisplay:
     >>> path = geodesic([0.2, 0.3, 0.0], [2.4, 0.2, 0.1], arm)
     >>> display = PoseStripDisplay.from_geodesic(path, arm, n_poses=5)
     >>> display.ax_.get_xlabel()
-    'length from the first pose (m)'
+    'arc length from the first pose (m)'
     """
 
     def __init__(self, positions: np.ndarray, skeleton: Skeleton, labels: Sequence[str], title: str):
@@ -220,7 +251,7 @@ class PoseStripDisplay:
             geodesic.resample(n_poses),
             skeleton,
             labels=labels,
-            title="length from the first pose (m)",
+            title="arc length from the first pose (m)",
             ax=ax,
             view=view,
             **style,
