@@ -32,7 +32,10 @@ from skpose.metrics import pose_distances
 from skpose.motions import align_motions, find_motion, motion_distances
 from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
 from skpose.skeleton import Motion, Skeleton
+from skpose.skeleton._skeleton import check_comparable
 from skpose.view import player
+
+WITHOUT_ALIGN = "Leave --align out to see them side by side"
 
 
 @contextmanager
@@ -186,10 +189,9 @@ def view(motions: list[Motion], names: list[str], out: Path, *, align: bool, ove
         raise ValueError(f"--align is for two files, got {len(motions)}: choose two, or leave --align out")
     alignment = None
     if align:
-        dataset = MotionDataset(motions, names, names, names)
-        check_one_rate(dataset)
-        with files_in_messages(names):
-            alignment = align_motions(*motions, skeleton=dataset.skeleton)
+        check_comparable([motion.skeleton for motion in motions], names, WITHOUT_ALIGN, WITHOUT_ALIGN)
+        check_one_rate(MotionDataset(motions, names, names, names))
+        alignment = align_motions(*motions)
     labels = [Path(name).name for name in names]
     page = player(
         motions, labels=labels if len(set(labels)) == len(labels) else names, alignment=alignment, overlay=overlay
