@@ -94,7 +94,7 @@ class Browser:
         """Wait until all that was asked for has been drawn."""
         code = "const done = arguments[0]; requestAnimationFrame(() => requestAnimationFrame(() => done()))"
         self.driver.execute_async_script(code)
-        self.wait("!skpose.state.stale")
+        self.wait("!window.skpose?.state.stale")
 
     def problems(self):
         """Return all messages in the console, and all requests but the one for the page itself."""
@@ -165,3 +165,13 @@ class Browser:
         self.settle()
         image = matplotlib.image.imread(BytesIO(self.find(css).screenshot_as_png))
         return np.rint(255 * image[..., :3]).astype(int)
+
+
+def pixels_near(picture, colour, tolerance=24):
+    """Return how many pixels have a colour."""
+    return int((np.abs(picture - colour).max(axis=2) <= tolerance).sum())
+
+
+def changed(before, after):
+    """Return how many pixels differ."""
+    return int((np.abs(before - after).max(axis=2) > 16).sum())

@@ -60,7 +60,7 @@ def geodesic_player(start: ArrayLike, end: ArrayLike, skeleton: Skeleton, *, ove
     >>> from skpose import Skeleton
     >>> from skpose.view import geodesic_player
     >>> geodesic_player([0.2, 0.3, 0.0], [2.4, 0.2, 0.1], Skeleton.chain(3)).title
-    'shortest path, 6.64 m and straight line, 7.46 m'
+    'shortest path, 7.17 m and straight line, 8.03 m'
     """
     first, last = check_pose(start, skeleton, "start"), check_pose(end, skeleton, "end")
     warn_of_degrees(start=first[None], end=last[None])

@@ -4,7 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from browser import changed, pixels_near
 from conftest import in_space
+from player_page import LEFT, RIGHT, projected, state_of
 from scipy.spatial.transform import Rotation
 
 from skpose import Bone, Motion, Skeleton
@@ -12,15 +14,6 @@ from skpose.datasets import make_gait
 from skpose.view import player
 
 pytestmark = pytest.mark.slow
-
-STATE = (
-    "({ticks: skpose.clock.count, tick: skpose.tick(), playing: skpose.state.playing, "
-    "azimuth: skpose.stage.camera.azimuth, elevation: skpose.stage.camera.elevation, "
-    "zoom: skpose.stage.camera.zoom, shift: skpose.stage.camera.shift, distance: skpose.stage.camera.distance, "
-    "views: skpose.stage.views.map(({area, view, figures}) => ({area, target: view.target, "
-    "points: figures.map((f) => f.points), clips: figures.map((f) => f.clip)}))})"
-)
-LEFT, RIGHT = (0, 114, 178), (204, 85, 0)  # colours of the limbs on white
 
 
 @pytest.fixture(scope="module")
@@ -45,26 +38,6 @@ def expected_points(motion, place="world"):
             _, y, _, w = Rotation.from_euler(motion.root_axes, angles).as_quat()
             points[i] = Rotation.from_rotvec([0, -2 * np.arctan2(y, w), 0]).apply(points[i])
     return points
-
-
-def projected(state, points, view=0):
-    """Project points (n, 3) by the camera, from the textbook: rotate, move away, divide by the depth; px."""
-    area = state["views"][view]["area"]
-    turn = Rotation.from_euler("yx", [-state["azimuth"], state["elevation"]])
-    seen = turn.apply(np.asarray(points) - state["views"][view]["target"])
-    seen[:, :2] -= np.multiply(state["shift"], state["distance"])
-    depth = state["distance"] / state["zoom"] - seen[:, 2]
-    focal = min(area["width"], area["height"]) / 2 / np.tan(np.radians(15))
-    middle = [area["x"] + area["width"] / 2, area["y"] + area["height"] / 2]
-    return middle + focal * seen[:, :2] / depth[:, None] * [1, -1]
-
-
-def pixels_near(picture, colour, tolerance=24):
-    return int((np.abs(picture - colour).max(axis=2) <= tolerance).sum())
-
-
-def changed(before, after):
-    return int((np.abs(before - after).max(axis=2) > 16).sum())
 
 
 # --- what is seen -----------------------------------------------------------------------------------------------------
@@ -96,7 +69,7 @@ def test_joints_are_where_forward_kinematics_has_them(browser, walk, place):
     expected = expected_points(walk, place)
     for frame, keys in [(0, ["HOME"]), (7, ["."] * 7), (19, ["END"])]:
         browser.press(*keys, css="canvas")
-        state = browser.js(STATE)
+        state = state_of(browser)
         assert state["tick"] == frame
         np.testing.assert_allclose(state["views"][0]["points"][0], expected[frame], atol=2e-4)
 
@@ -109,7 +82,7 @@ def test_what_points_up_in_the_file_points_up(browser, up):
     offset["xyz".index(up) - 1] = 0.3
     skeleton = Skeleton([Bone("head", None, offset, "z")])
     browser.open(player(Motion(skeleton, [[0.0]], 30, up=up)))
-    head = browser.js(STATE)["views"][0]["points"][0][1]
+    head = state_of(browser)["views"][0]["points"][0][1]
     np.testing.assert_allclose(head, offset[order], atol=1e-4)
     assert head[1] == pytest.approx(1.7, abs=1e-4)
 
@@ -119,7 +92,7 @@ def test_picture_has_the_limbs_in_their_colours(browser, walk):
     assert pixels_near(picture, LEFT) > 300
     assert pixels_near(picture, RIGHT) > 300
     # A joint is where it is projected: the colour of its side is there.
-    state = browser.js(STATE)
+    state = state_of(browser)
     flat = projected(state, state["views"][0]["points"][0])
     names = walk.skeleton.joint_names
     ends = [j for j in range(len(names)) if j not in walk.skeleton.parents]
@@ -153,7 +126,7 @@ def test_trails_lead_to_where_joints_were(browser, walk):
     browser.open(player(walk))
     browser.press("END", css="canvas")
     browser.choose("#place", "spot")
-    state = browser.js(STATE)
+    state = state_of(browser)
     hand = walk.skeleton.joint_names.index("left_hand")
     browser.choose("#joint", "left_hand")
     before = browser.picture()
@@ -175,15 +148,15 @@ def test_follow_keeps_the_root_in_the_middle(browser, walk):
     for frame, keys in [(0, ["HOME"]), (19, ["END"])]:
         browser.press(*keys, css="canvas")
         np.testing.assert_allclose(
-            np.array(browser.js(STATE)["views"][0]["target"])[[0, 2]], root[frame, [0, 2]], atol=1e-3
+            np.array(state_of(browser)["views"][0]["target"])[[0, 2]], root[frame, [0, 2]], atol=1e-3
         )
     browser.click("#follow")
-    fixed = [browser.js(STATE)["views"][0]["target"]]
+    fixed = [state_of(browser)["views"][0]["target"]]
     browser.press("HOME", css="canvas")
-    assert fixed == [browser.js(STATE)["views"][0]["target"]]
+    assert fixed == [state_of(browser)["views"][0]["target"]]
     for frame in (0, 19):  # and yet all of the path is in the picture
-        flat = projected(browser.js(STATE), expected_points(walk)[frame])
-        area = browser.js(STATE)["views"][0]["area"]
+        flat = projected(state_of(browser), expected_points(walk)[frame])
+        area = state_of(browser)["views"][0]["area"]
         assert ((flat > 0) & (flat < [area["width"], area["height"]])).all()
 
 
@@ -234,7 +207,7 @@ def test_scrubbing(browser, walk):
     assert browser.find("#clock").text == "0.10 s"
     browser.driver.execute_script("arguments[0].value = 11; arguments[0].dispatchEvent(new Event('input'))", slider)
     browser.settle()
-    points = browser.js(STATE)["views"][0]["points"][0]
+    points = state_of(browser)["views"][0]["points"][0]
     np.testing.assert_allclose(points, expected_points(walk)[11], atol=2e-4)
     browser.press("END", css="#time")
     assert browser.js("skpose.tick()") == 19
@@ -257,7 +230,7 @@ def test_times_of_frames_that_are_missing(browser):
 
 def test_keys_in_the_picture(browser, walk):
     browser.open(player(walk))
-    start = browser.js(STATE)
+    start = state_of(browser)
     browser.press(" ", css="canvas")
     assert browser.js("skpose.state.playing")
     browser.press(" ", "HOME", ".", ".", ".", ",", css="canvas")
@@ -272,11 +245,11 @@ def test_keys_in_the_picture(browser, walk):
         ("+", "zoom", 1),
         ("-", "zoom", -1),
     ]:
-        before = browser.js(STATE)[name]
+        before = state_of(browser)[name]
         browser.press(key, css="canvas")
-        assert np.sign(browser.js(STATE)[name] - before) == sign, key
+        assert np.sign(state_of(browser)[name] - before) == sign, key
     browser.press("+", "ARROW_LEFT", "0", css="canvas")
-    end = browser.js(STATE)
+    end = state_of(browser)
     assert [end[name] for name in ("azimuth", "elevation", "zoom", "shift")] == [
         start[name] for name in ("azimuth", "elevation", "zoom", "shift")
     ]
@@ -284,24 +257,24 @@ def test_keys_in_the_picture(browser, walk):
 
 def test_dragging_turns_the_figure(browser, walk):
     browser.open(player(walk))
-    before, start = browser.picture(), browser.js(STATE)
+    before, start = browser.picture(), state_of(browser)
     browser.mouse(("moved", 200, 200), ("pressed", 200, 200), ("moved", 260, 220), ("released", 260, 220))
-    after, end = browser.picture(), browser.js(STATE)
+    after, end = browser.picture(), state_of(browser)
     assert end["azimuth"] < start["azimuth"]  # the front follows the mouse
     assert end["elevation"] > start["elevation"]
     assert changed(before, after) > 1000
     browser.mouse(("moved", 100, 100))  # the button is up
-    assert browser.js(STATE)["azimuth"] == end["azimuth"]
+    assert state_of(browser)["azimuth"] == end["azimuth"]
     browser.click("#home")
     assert changed(before, browser.picture()) == 0
 
 
 def test_shift_and_dragging_moves_it(browser, walk):
     browser.open(player(walk))
-    start = browser.js(STATE)
+    start = state_of(browser)
     flat = projected(start, start["views"][0]["points"][0])
     browser.mouse(("moved", 200, 200), ("pressed", 200, 200), ("moved", 250, 170), ("released", 250, 170), modifiers=8)
-    end = browser.js(STATE)
+    end = state_of(browser)
     assert end["azimuth"] == start["azimuth"]
     moved = projected(end, end["views"][0]["points"][0]) - flat
     np.testing.assert_allclose(np.median(moved, axis=0), [50, -30], rtol=0.1)  # with the mouse
@@ -310,28 +283,28 @@ def test_shift_and_dragging_moves_it(browser, walk):
 def test_wheel_zooms(browser, walk):
     browser.open(player(walk))
     for delta, sign in ((-200, 1), (300, -1)):
-        before = browser.js(STATE)["zoom"]
+        before = state_of(browser)["zoom"]
         browser.wheel(300, 200, delta)
         browser.wait(f"skpose.stage.camera.zoom !== {before}")
-        assert np.sign(browser.js(STATE)["zoom"] - before) == sign
+        assert np.sign(state_of(browser)["zoom"] - before) == sign
 
 
 def test_two_fingers_zoom_and_one_turns(browser, walk):
     browser.open(player(walk), touch=True, size=(420, 800))
-    start = browser.js(STATE)
+    start = state_of(browser)
     browser.fingers([(200, 150), (200, 250)], [(200, 100), (200, 300)])
-    wide = browser.js(STATE)
+    wide = state_of(browser)
     assert wide["zoom"] == pytest.approx(2 * start["zoom"])
     assert wide["azimuth"] == start["azimuth"]
     browser.fingers([(200, 150)], [(240, 150)])
-    assert browser.js(STATE)["azimuth"] < start["azimuth"]
-    assert browser.js(STATE)["zoom"] == wide["zoom"]
+    assert state_of(browser)["azimuth"] < start["azimuth"]
+    assert state_of(browser)["zoom"] == wide["zoom"]
 
 
 def test_hovering_names_the_joint(browser, walk):
     browser.open(player(walk))
     browser.press(".", ".", ".", css="canvas")
-    state = browser.js(STATE)
+    state = state_of(browser)
     flat = projected(state, expected_points(walk)[3])
     apart = np.linalg.norm(flat[:, None] - flat, axis=2) + 1e9 * np.eye(len(flat))
     clear = np.flatnonzero(apart.min(axis=1) > 6)
@@ -346,7 +319,7 @@ def test_hovering_names_the_joint(browser, walk):
 
 def test_tapping_names_the_joint(browser, walk):
     browser.open(player(walk), touch=True, size=(420, 800))
-    state = browser.js(STATE)
+    state = state_of(browser)
     flat = projected(state, state["views"][0]["points"][0])
     foot = int(np.argmax(flat[:, 1]))
     browser.fingers([tuple(flat[foot])])
@@ -359,7 +332,7 @@ def test_choosing_a_joint_labels_it(browser, walk):
     assert options == ["none", *walk.skeleton.joint_names]
     before = browser.picture()
     browser.choose("#joint", "left_hand")
-    state = browser.js(STATE)
+    state = state_of(browser)
     x, y = projected(state, state["views"][0]["points"][0])[1 + walk.skeleton.joint_names.index("left_hand")].astype(
         int
     )
