@@ -116,6 +116,13 @@ def test_files_are_short_and_arguments_few(path):
             assert len(node.args.posonlyargs + node.args.args) <= 9, f"{node.name} has too many positional arguments"
 
 
+def test_scripts_of_pages_are_short():
+    for path in PACKAGE.rglob("assets/*"):
+        lines = path.read_text(encoding="utf-8").splitlines()
+        assert len(lines) <= 350, path
+        assert max(map(len, lines)) <= 120, path
+
+
 def test_warnings_name_the_users_line():
     for path in PACKAGE.rglob("*.py"):
         if path.name != "_warnings.py":

@@ -25,7 +25,7 @@ def play(motion: "Motion") -> "Page":
     --------
     >>> from skpose.datasets import make_gait
     >>> make_gait(1, 1, random_state=0).motions[0].play().note
-    '1 motion, positions within 0.03 mm'
+    '1 motion, positions within 0.027 mm'
     """
     from skpose.view import player
 

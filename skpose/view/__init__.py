@@ -7,7 +7,7 @@ A page is one HTML file without network, see `Page`. Nothing beyond skpose's own
 | `_player` | the player of motions; `_paths` shows a geodesic and the straight line with it           |
 | `_scene`  | motions in space, as pages draw them; `_pack` is their numbers as text                   |
 | `_strip`  | some poses of a motion as a small picture (SVG)                                          |
-| `_page`   | one HTML file of a body, styles, scripts and data                                        |
+| `_page`   | one HTML file of markup, styles, scripts and data                                        |
 | `assets`  | markup, styles and scripts: `page.js`, `figure.js` and `orbit.js` are for any page       |
 """
 

@@ -35,7 +35,7 @@ def pack(values: np.ndarray, step: float | None = None) -> Packed:
 
 
 def pack_angles(angles: np.ndarray) -> Packed:
-    """Return angles (n, k), rad, likewise: as steps of 2π / 65,536, of which whole turns are dropped."""
+    """Return angles (n, k), rad, likewise: as steps of 2π / 65,536, without whole turns."""
     turns = np.rint(angles * (TURN / (2.0 * np.pi))) % TURN
     return _packed(turns * (2.0 * np.pi / TURN), 0.0, 2.0 * np.pi / TURN, np.dtype("<u2"))
 

@@ -62,7 +62,7 @@ class Page:
     >>> from skpose.view import player
     >>> page = player(make_gait(1, 1, random_state=0).motions[0], labels=["a walk"])
     >>> page.title, page.note
-    ('a walk', '1 motion, positions within 0.03 mm')
+    ('a walk', '1 motion, positions within 0.027 mm')
     >>> page.html.startswith("<!DOCTYPE html>")
     True
     """

@@ -190,7 +190,7 @@ def test_the_system_changes_from_light_to_dark(browser, comparison):
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])
-def test_texts_and_edges_can_be_told_from_what_is_behind(browser, comparison, theme):
+def test_texts_and_edges_stand_out_from_what_is_behind(browser, comparison, theme):
     browser.open(comparison, theme=theme)
     browser.click("#help")
     parts = browser.driver.execute_async_script(CONTRAST)

@@ -48,15 +48,15 @@ class Camera {
     return { rectangle, target, distance, seen, near: NEAR * distance, project: (point) => flat(seen(point)), flat };
   }
 
-  /** The distance at which all points, relative to the target, are seen in a rectangle. */
-  distanceTo(points, { width, height }) {
+  /** The distance at which all points, relative to the target, are seen in a rectangle, but for its upper edge. */
+  distanceTo(points, { width, height }, edge = 0) {
     const side = Math.min(width, height);
     const { seen } = Object.assign(new Camera(), this, { distance: 1, zoom: 1, shift: [0, 0] })
       .view({ x: 0, y: 0, width, height }, [0, 0, 0]);
     let least = 0;
     for (const point of points) {
       const [right, up, away] = seen(point);
-      const share = Math.max((Math.abs(right) * side) / width, (Math.abs(up) * side) / height);
+      const share = Math.max((Math.abs(right) * side) / width, (Math.abs(up) * side) / (height - 2 * edge));
       least = Math.max(least, 1 - away + share / (0.86 * FIELD));
     }
     return least || 1;

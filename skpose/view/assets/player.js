@@ -1,6 +1,6 @@
 // The player of motions: time, controls, and the name of the joint under the pointer.
 
-const LONGEST = 0.25; // s between two frames of the screen; a page that slept does not jump
+const LONGEST = 0.25; // s between two frames of the display; a page that slept does not jump
 const CONTROLS = ["place", "layout", "joint", "ground", "axes", "trails", "follow", "differences"];
 
 if (typeof DecompressionStream === "undefined") {
@@ -36,7 +36,7 @@ function stop(position) {
   seek(position);
 }
 
-/** Draw again before the next frame of the screen. */
+/** Draw again before the next frame of the display. */
 function refresh() {
   state.stale = true;
   if (!state.waiting) requestAnimationFrame(step);

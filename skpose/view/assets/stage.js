@@ -28,6 +28,11 @@ class Stage {
     return this.clock.aligned && this.options.differences;
   }
 
+  /** Whether left and right have their colours in a view of motions. */
+  showsSides(members) {
+    return !this.overlaid && !this.compares && this.clips[members[0]].sides.some(Boolean);
+  }
+
   /** The motions of each view. */
   get members() {
     const all = this.clips.map((_, i) => i);
@@ -77,7 +82,7 @@ class Stage {
       Object.assign(camera, { azimuth, elevation: 0.2, zoom: 1, shift: [0, 0] });
     }
     const around = points.map((point) => point.map((value, axis) => value - this.centre[axis]));
-    camera.distance = Math.max(camera.distanceTo(around, this.areas[0]), 0.5 * this.size);
+    camera.distance = Math.max(camera.distanceTo(around, this.areas[0], LINE), 0.5 * this.size);
   }
 
   draw(tick) {
@@ -121,7 +126,7 @@ class Stage {
     }
     if (options.ground) this.text(`grid ${Number(cell.toPrecision(3))} m`, right, bottom, "right");
     if (clips.length > 1) members.forEach((i, line) => this.drawName(i, area, line));
-    if (!this.overlaid && !this.compares && clips[members[0]].sides.some(Boolean)) {
+    if (this.showsSides(members)) {
       this.text("right", right, area.y + MARGIN + 8, "right", colours.right);
       this.text("left", right - 38, area.y + MARGIN + 8, "right", colours.left);
     }
@@ -182,7 +187,7 @@ class Stage {
       context.fillRect(x, y - 10, 12, 11);
     }
     const from = x + (this.overlaid ? 19 : 0);
-    const width = area.width - 2 * MARGIN - (this.overlaid ? 19 : 80);
+    const width = area.width - 2 * MARGIN - (this.overlaid ? 19 : 0) - (this.showsSides([i]) ? 80 : 0);
     this.text(this.shortened(this.clips[i].label, width), from, y, "left", colours.ink);
   }
 
