@@ -4,7 +4,8 @@
     python benchmarks/player.py [--cmu FOLDER] [--quick]
 
 A minute at 30 Hz: walks and runs of one person one after another where no recording is that long. The page is opened in
-Chromium without a window, from a file: once in each of five new browsers, and nine times more in each. Medians; time is from the start of navigation to the first picture, by the browser's own clock.
+Chromium without a window, from a file: once in each of five new browsers, and nine times more in each. The medians are
+of the time from the start of navigation to the first picture, by the browser's own clock.
 Needs Chromium and chromedriver; without them the size alone is printed.
 """
 
@@ -30,7 +31,7 @@ MARK = "performance.getEntriesByName('skpose: first frame drawn')[0]?.startTime"
 
 
 def minute(folder, seconds):
-    """Return the longest recording at 30 Hz, joined with others of its skeleton until it is long enough, and how many."""
+    """Return the longest recording at 30 Hz, joined with others of its skeleton as needed, and how many they are."""
     motions = [motion.resample(RATE) for motion in common.motions(folder, 2, 20)]
     first = max(motions, key=len)
     joined, n = [first], int(seconds * RATE)

@@ -110,16 +110,32 @@ def test_picture_is_as_sharp_as_the_display(browser, walk, density):
     assert browser.js("skpose.stage.canvas.width / skpose.stage.canvas.clientWidth") == pytest.approx(density, 0.01)
 
 
-@pytest.mark.parametrize("control", ["ground", "axes"])
-def test_ground_and_axes_are_shown_on_request(browser, walk, control):
-    with_it = browser.open(player(walk)).picture()
-    browser.click(f"#{control}")
-    without = browser.picture()
-    assert changed(with_it, without) > 20
-    corner = changed(with_it[-80:, :80], without[-80:, :80])
-    assert (corner > 20) or control == "ground"
-    browser.click(f"#{control}")
-    assert changed(with_it, browser.picture()) == 0
+def test_ground_and_axes_are_shown_on_request(browser, walk):
+    with_them = browser.open(player(walk)).picture()
+    height = len(with_them)
+    parts = {  # of the picture, without the figure
+        "ground": (slice(height - 160, height - 80), slice(120, 300)),
+        "axes": (slice(height - 75, height), slice(0, 75)),
+    }
+    for control, others in (("ground", "axes"), ("axes", "ground")):
+        browser.click(f"#{control}")
+        without = browser.picture()
+        assert changed(with_them[parts[control]], without[parts[control]]) > 20
+        if control == "axes":
+            assert changed(with_them[parts[others]], without[parts[others]]) == 0
+        browser.click(f"#{control}")
+        assert changed(with_them, browser.picture()) == 0
+
+
+def test_the_shadow_is_on_the_ground_below(browser):
+    """Of a level bar 1 m above the ground, on one leg."""
+    bones = [Bone("leg", None, (0, -1, 0), "z"), Bone("bar", None, (1, 0, 0), "z")]
+    browser.open(player(Motion(Skeleton(bones), [[0.0, 0.0]], 30)))
+    state, picture = state_of(browser), browser.picture()
+    x, y = np.rint(projected(state, [[0.7, 0.0, 0.0]])[0]).astype(int)
+    assert pixels_near(picture[y - 2 : y + 3, x - 2 : x + 3], (223, 227, 232), 4) > 10
+    browser.click("#ground")
+    assert pixels_near(browser.picture()[y - 2 : y + 3, x - 2 : x + 3], (255, 255, 255), 4) == 25
 
 
 def test_trails_lead_to_where_joints_were(browser, walk):

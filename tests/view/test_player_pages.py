@@ -81,6 +81,9 @@ def test_frames_that_belong_together_are_shown_together(browser, walks, comparis
     browser.click("#align")
     assert state_of(browser)["ticks"] == len(walks[0])
     assert state_of(browser)["tick"] == len(walks[0]) - 1  # still the end
+    browser.press("HOME", *"....", css="canvas")
+    assert browser.js("skpose.clock.frames(skpose.tick())") == [4, 4]
+    assert path[4].tolist() != [4, 4]
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])
@@ -176,8 +179,9 @@ def test_dark_and_light(browser, comparison, theme):
     browser.click("#theme")
     other = browser.picture("body")[60, 500]
     assert (other.mean() < 60) == (theme == "light")
-    browser.set(theme=theme, still=True)  # the system says so once more: the button counts
-    browser.settle()
+    for again in ({"light": "dark", "dark": "light"}[theme], theme):  # the system changes: the button counts
+        browser.set(theme=again)
+        browser.settle()
     np.testing.assert_array_equal(browser.picture("body")[60, 500], other)
 
 
@@ -242,6 +246,7 @@ def test_every_control_is_reached_by_the_keyboard_has_a_name_and_shows_its_focus
         assert (width, style) == ("3px", "solid"), reached[-1]
         one.send_keys(Keys.TAB)
     assert sorted(reached) == sorted(one.get_attribute("id") for one in usable)
+    assert browser.find("#clock").get_attribute("aria-live") == "off"  # or else every frame is read aloud
     assert reached.index("canvas") < reached.index("play") < reached.index("time") < reached.index("speed")
 
 
@@ -344,6 +349,7 @@ def test_unusual_motions(browser, motion):
     area = state["views"][0]["area"]
     assert ((flat >= 0) & (flat <= [area["width"], area["height"]])).all()
     assert browser.find("#play").is_enabled() == (len(motion) > 1)
+    assert browser.js("skpose.stage.size > 0 && skpose.stage.camera.distance > 0")
     assert len(np.unique(browser.picture().reshape(-1, 3), axis=0)) > 5
     assert browser.problems() == []
 
