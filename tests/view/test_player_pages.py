@@ -62,11 +62,13 @@ def test_each_motion_keeps_its_own_time(browser):
     assert browser.js("skpose.clock.frames(skpose.tick())") == [20, 10, 4]  # the last frame stays
 
 
-def test_views_are_stacked_on_a_narrow_window(browser, walks):
-    browser.open(player(walks), size=(420, 900))
+@pytest.mark.parametrize(("offset", "columns"), [((0, 2, 0), 2), ((2, 0.1, 0), 1)], ids=["upright", "lying"])
+def test_views_are_placed_such_that_the_figures_are_large(browser, offset, columns):
+    pole = Motion(Skeleton([Bone("tip", None, offset, "z")]), [[0.0]], 30)
+    browser.open(player([pole, pole]), size=(500, 800))
     first, second = (view["area"] for view in state_of(browser)["views"])
-    assert (first["x"], second["x"]) == (0, 0)
-    assert second["y"] == first["height"]
+    assert (second["x"] == first["width"]) == (columns == 2)
+    assert (second["y"] == first["height"]) == (columns == 1)
 
 
 def test_frames_that_belong_together_are_shown_together(browser, walks, comparison):
@@ -205,23 +207,11 @@ def test_texts_and_edges_stand_out_from_what_is_behind(browser, comparison, them
     paper = browser.js(style, "body", "background-color")
     for css in ("#theme", "#speed", "dialog"):
         assert contrast(browser.js(style, css, "border-top-color"), paper) >= 3, css
-    limbs = [
-        "left",
-        "right",
-        "middle",
-        "motion-0",
-        "motion-1",
-        "motion-2",
-        "motion-3",
-        "motion-4",
-        "axis-x",
-        "axis-y",
-        "axis-z",
-    ]
-    for name in limbs:
-        assert contrast(str(colour_of(browser, name)), paper) >= (
-            4.5 if name in ("left", "right") or "axis" in name else 3
-        ), name
+    texts = ["left", "right", "axis-x", "axis-y", "axis-z"]
+    lines = ["middle", *(f"motion-{i}" for i in range(5)), *(f"heat-{i}" for i in range(3))]
+    for name in [*texts, *lines]:
+        least = 4.5 if name in texts else 3
+        assert contrast(str(colour_of(browser, name)), paper) >= least, name
 
 
 # --- without a mouse --------------------------------------------------------------------------------------------------

@@ -8,6 +8,7 @@ class Stage {
   camera = new Camera();
   hover = null; // motion and index of the point under the pointer
   views = []; // as drawn last
+  columns = 1; // of views
   centre = [0, 0, 0]; // of what is to be seen, in space, or relative to the target that is followed
 
   /** `options` are the values of the controls by name. */
@@ -39,15 +40,13 @@ class Stage {
     return this.overlaid ? [all] : all.map((i) => [i]);
   }
 
-  /** Rectangles of the views, such that the shorter side is as long as possible. */
-  get areas() {
-    const [{ clientWidth: width, clientHeight: height }, n] = [this.canvas, this.members.length];
-    const side = (columns) => Math.min(width / columns, height / Math.ceil(n / columns));
-    let best = 1;
-    for (let columns = 2; columns <= n; columns++) if (side(columns) > side(best)) best = columns;
-    const [w, h] = [width / best, height / Math.ceil(n / best)];
-    const place = (i) => ({ x: (i % best) * w, y: Math.floor(i / best) * h, width: w, height: h });
-    return Array.from({ length: n }, (_, i) => place(i));
+  /** Rectangles of the views, in rows of so many. */
+  areas(columns) {
+    const n = this.members.length;
+    const [width, height] = [this.canvas.clientWidth / columns, this.canvas.clientHeight / Math.ceil(n / columns)];
+    return Array.from({ length: n }, (_, i) => ({
+      x: (i % columns) * width, y: Math.floor(i / columns) * height, width, height,
+    }));
   }
 
   /** What the camera looks at: a fixed point, or one that goes with the roots. */
@@ -57,7 +56,10 @@ class Stage {
     return [mean(roots.map(([x]) => x)), this.centre[1], mean(roots.map(([, , z]) => z))];
   }
 
-  /** Place the camera such that all is seen, at equal distance in all views; with `turn` from the side of the front. */
+  /**
+   * Place the camera such that all is seen, at equal distance in all views, which are as many in a row as makes the
+   * figures largest; with `turn` from the side of the front.
+   */
   fit(turn) {
     const { clips, clock, camera, options: { place } } = this;
     const some = new Set(Array.from({ length: 60 }, (_, i) => Math.round((i * (clock.count - 1)) / 59)));
@@ -82,7 +84,16 @@ class Stage {
       Object.assign(camera, { azimuth, elevation: 0.2, zoom: 1, shift: [0, 0] });
     }
     const around = points.map((point) => point.map((value, axis) => value - this.centre[axis]));
-    camera.distance = Math.max(camera.distanceTo(around, this.areas[0], LINE), 0.5 * this.size);
+    let largest = 0;
+    for (let columns = 1; columns <= this.members.length; columns++) {
+      const [area] = this.areas(columns);
+      const distance = Math.max(camera.distanceTo(around, area, LINE), 0.5 * this.size);
+      const scale = Math.min(area.width, area.height) / distance;
+      if (scale <= largest) continue;
+      largest = scale;
+      Object.assign(this, { columns });
+      Object.assign(camera, { distance });
+    }
   }
 
   draw(tick) {
@@ -92,7 +103,7 @@ class Stage {
     if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
     context.setTransform(density, 0, 0, density, 0, 0);
     context.clearRect(0, 0, canvas.clientWidth, canvas.clientHeight);
-    const [areas, frames] = [this.areas, this.clock.frames(tick)];
+    const [areas, frames] = [this.areas(this.columns), this.clock.frames(tick)];
     this.views = this.members.map((members, v) => this.drawView(areas[v], members, frames, tick));
   }
 
