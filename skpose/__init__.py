@@ -77,6 +77,7 @@ if TYPE_CHECKING:
     from skpose import preprocessing as preprocessing
     from skpose import skeleton as skeleton
     from skpose import statistics as statistics
+    from skpose import view as view
     from skpose.cluster import MedoidShift, PoseKMeans
     from skpose.geodesics import (
         FrechetMean,
@@ -164,6 +165,7 @@ else:
         "preprocessing": ["PoseDistanceTransformer", "PoseFromPositions"],
         "skeleton": ["Bone", "Motion", "Skeleton", "poses_from_rotations", "rotations_from_poses"],
         "statistics": ["PoseKernelRegressor", "PoseTangentPCA", "TwoSampleTest", "two_sample_test"],
+        "view": [],
     }
     _PACKAGE_OF = {name: package for package, names in _PACKAGES.items() for name in names}
 

@@ -177,3 +177,13 @@ class Recorder:
 
     def teardown(self, estimator, context):
         self.torn_down = True
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory):
+    """Chromium without a window; where there is none the test is skipped."""
+    from browser import Browser
+
+    one = Browser(tmp_path_factory.mktemp("pages"))
+    yield one
+    one.close()

@@ -34,7 +34,7 @@ LAYERS = [
     ["neighbors", "preprocessing", "manifold", "cluster"],
     ["motions"],
     ["statistics"],
-    ["plot"],
+    ["plot", "view"],
     ["__init__"],
     ["_cli"],
     ["__main__"],
@@ -43,6 +43,8 @@ LAYERS = [
 PUBLIC = [skpose] + [
     importlib.import_module(f"skpose.{path.parent.name}") for path in sorted(PACKAGE.glob("[!_]*/__init__.py"))
 ]
+# The one exception: a motion shows itself, by functions that import what they need when they are called.
+UPWARDS = {("skeleton/_show.py", "view")}
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}
 
 
@@ -71,7 +73,11 @@ def imported(path):
 def test_imports_follow_the_flow_of_data(path):
     here = node_of(path)
     assert here in LEVEL, f"{here} is not in LAYERS: say where in the flow of data it stands"
+    name = path.relative_to(PACKAGE).as_posix()
     for there in set(imported(path)) - {here}:
+        if (name, there) in UPWARDS:
+            assert not any(module.startswith(f"skpose.{there}") for module in imported_modules(path)), "import it later"
+            continue
         assert LEVEL[there] < LEVEL[here], f"{path.relative_to(PACKAGE)} imports {there}, which comes after {here}"
 
 
@@ -108,6 +114,13 @@ def test_files_are_short_and_arguments_few(path):
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.FunctionDef):
             assert len(node.args.posonlyargs + node.args.args) <= 9, f"{node.name} has too many positional arguments"
+
+
+def test_scripts_of_pages_are_short():
+    for path in PACKAGE.rglob("assets/*"):
+        lines = path.read_text(encoding="utf-8").splitlines()
+        assert len(lines) <= 350, path
+        assert max(map(len, lines)) <= 120, path
 
 
 def test_warnings_name_the_users_line():

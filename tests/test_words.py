@@ -7,8 +7,18 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parent.parent
-PATTERNS = ["skpose/**/*.py", "tests/**/*.py", "benchmarks/*", "examples/*", "docs/*.*", "docs/_extensions/*"]
-PATTERNS += ["*.md", ".ci/run"]
+PATTERNS = [
+    "skpose/**/*.py",
+    "skpose/**/*.js",
+    "skpose/**/*.html",
+    "tests/**/*.py",
+    "benchmarks/*",
+    "examples/*",
+    "docs/*.*",
+    "docs/_extensions/*",
+    "*.md",
+    ".ci/run",
+]
 FILES = sorted({path for pattern in PATTERNS for path in ROOT.glob(pattern) if path.is_file()} - {Path(__file__)})
 SOURCES = sorted((ROOT / "skpose").rglob("*.py"))
 

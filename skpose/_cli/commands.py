@@ -13,7 +13,15 @@ import numpy as np
 from scipy.sparse import save_npz
 
 from skpose._cli.compare import COLUMNS, FRAME_RATE, PAPER_ACCURACY, PAPER_FIRST_COMPONENT, compare
-from skpose._cli.inputs import files_in_messages, motion_files, name_of, read_gait, readable, reading_options
+from skpose._cli.inputs import (
+    check_one_rate,
+    files_in_messages,
+    motion_files,
+    name_of,
+    read_gait,
+    readable,
+    reading_options,
+)
 from skpose._cli.targets import REPORT, is_unfinished
 from skpose._files import check_new, created_meanwhile, new_file
 from skpose._parallel.checkpoint import FileCheckpoint
@@ -21,9 +29,13 @@ from skpose.datasets import MotionDataset, make_gait, walks_and_runs
 from skpose.io import file_format, load_asf, load_c3d, load_motion, load_trc
 from skpose.keypoints import Keypoints
 from skpose.metrics import pose_distances
-from skpose.motions import find_motion, motion_distances
+from skpose.motions import align_motions, find_motion, motion_distances
 from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
 from skpose.skeleton import Motion, Skeleton
+from skpose.skeleton._skeleton import check_comparable
+from skpose.view import player
+
+WITHOUT_ALIGN = "Leave --align out to see them side by side"
 
 
 @contextmanager
@@ -169,6 +181,23 @@ def _part(motion: Motion, begins: float | None, ends: float | None, name: str) -
 def _end(motion: Motion, row: int) -> float:
     """Return the time at which a frame ends, s."""
     return motion.times[row] + 1.0 / motion.frame_rate
+
+
+def view(motions: list[Motion], names: list[str], out: Path, *, align: bool, overlay: bool) -> None:
+    """Write a page that plays the motions."""
+    if align and len(motions) != 2:
+        raise ValueError(f"--align is for two files, got {len(motions)}: choose two, or leave --align out")
+    alignment = None
+    if align:
+        check_comparable([motion.skeleton for motion in motions], names, WITHOUT_ALIGN, WITHOUT_ALIGN)
+        check_one_rate(MotionDataset(motions, names, names, names))
+        alignment = align_motions(*motions)
+    labels = [Path(name).name for name in names]
+    page = player(
+        motions, labels=labels if len(set(labels)) == len(labels) else names, alignment=alignment, overlay=overlay
+    )
+    page.save(out)
+    print(f"{out}: {page.note}, {page.n_bytes / 1e6:.2g} MB")
 
 
 def info(files: Sequence[Path], reading: dict[str, Any]) -> None:

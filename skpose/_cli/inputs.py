@@ -17,7 +17,7 @@ from skpose.datasets._walks_and_runs import WALKING_AND_RUNNING
 from skpose.io import AsfFile, load_motion
 from skpose.kinematics._retarget import Method
 from skpose.motions._inputs import rates_differ
-from skpose.skeleton import Skeleton
+from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._skeleton import check_comparable, mismatch
 
 STDIN = "-"
@@ -116,16 +116,32 @@ def read_motions(
     if rate is not None:
         dataset = MotionDataset([motion.resample(rate) for motion in dataset], names, names, names)
     if one_rate:
-        _check_one_rate(dataset)
+        check_one_rate(dataset)
     return dataset
 
 
-def _check_one_rate(dataset: MotionDataset) -> None:
+def read_separately(
+    paths: Sequence[Path], rate: float | None, reading: dict[str, Any]
+) -> tuple[list[str], list[Motion]]:
+    """Read all files; return their names, and their motions, each on its own skeleton. Refuse those without frames."""
+    files, reading = motion_files(paths), reading_options(reading)
+    names = [name_of(path) for path in files]
+    motions = [load_motion(readable(path), **reading) for path in files]
+    for name, motion in zip(names, motions, strict=True):
+        _check_has_frames(name, motion)
+    return names, motions if rate is None else [motion.resample(rate) for motion in motions]
+
+
+def _check_has_frames(name: str, motion: Motion) -> None:
+    if not len(motion):
+        raise ValueError(f"{name} has no frames: leave it out")
+
+
+def check_one_rate(dataset: MotionDataset) -> None:
     """Refuse motions that are not comparable in time."""
     first, rate = dataset.subjects[0], dataset.motions[0].frame_rate
     for name, motion in zip(dataset.subjects, dataset, strict=True):
-        if not len(motion):
-            raise ValueError(f"{name} has no frames: leave it out")
+        _check_has_frames(name, motion)
         if rates_differ(motion.frame_rate, rate):
             raise ValueError(
                 f"{first} has {rate:g} frames a second and {name} {motion.frame_rate:g}, which changes the distances: "

@@ -133,6 +133,11 @@ def _write(options: argparse.Namespace) -> None:
     if options.command == "reproduce":
         commands.reproduce(options.folder, options.scale, options.out, options.seed, options.jobs)
         return
+    if options.command == "view":
+        reading = {name: getattr(options, name) for name in READING}
+        names, shown = inputs.read_separately(options.files, options.rate, reading)
+        commands.view(shown, names, options.out, align=options.align, overlay=options.overlay)
+        return
     if options.command == "motions":
         dataset = inputs.read_motions(options.files, options.rate, **_reading(options), one_rate=True)
         with commands.backend(options.backend, options.scheduler, options.jobs):

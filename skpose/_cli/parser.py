@@ -115,6 +115,27 @@ def command_line() -> argparse.ArgumentParser:
     _add_preparing(find)
     _add_jobs(find)
 
+    view = command(
+        "view",
+        "write a page that plays the motions of some files, to turn them and to compare them",
+        ". The page is one HTML file that needs no network",
+    )
+    _add_files(view, order="")
+    view.add_argument(
+        "--out", type=file_named(".html"), required=True, metavar="VIEW.html", help="the page; open it in a browser"
+    )
+    view.add_argument(
+        "--align",
+        action="store_true",
+        help="of two files: play the frames together that belong together, by dynamic time warping, and show the "
+        "differences of the joints by colours",
+    )
+    view.add_argument(
+        "--overlay", action="store_true", help="begin with all motions in one picture instead of side by side"
+    )
+    _add_rate(view)
+    _add_reading(view)
+
     info = command("info", "print the contents of BVH, AMC, ASF, AMASS, TRC or C3D files")
     info.add_argument(
         "files",
@@ -190,9 +211,7 @@ def _add_dtype(parser: argparse.ArgumentParser) -> None:
 
 def _add_preparing(parser: argparse.ArgumentParser) -> None:
     """Add the options of what is read, and of what is done with it before the computation."""
-    parser.add_argument(
-        "--rate", type=_positive(float), metavar="HZ", help="resample to this many poses a second; default: every frame"
-    )
+    _add_rate(parser)
     parser.add_argument(
         "--rotations",
         choices=["rotvec"],
@@ -219,6 +238,12 @@ def _add_preparing(parser: argparse.ArgumentParser) -> None:
         choices=["x", "y", "z"],
         help="the axis of the world that points up, for --with-root; default: y for BVH and AMC files, z for AMASS "
         "files",
+    )
+
+
+def _add_rate(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--rate", type=_positive(float), metavar="HZ", help="resample to this many poses a second; default: every frame"
     )
 
 

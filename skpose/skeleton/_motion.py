@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Literal, NoReturn
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skpose.skeleton import _conversions, _mirror, _sampling, _selection
+from skpose.skeleton import _conversions, _mirror, _sampling, _selection, _show
 from skpose.skeleton._arguments import check_frame_rate, check_skeleton
 from skpose.skeleton._bone import Bone, is_axes
 from skpose.skeleton._columns import check_column_names, other_than_poses
@@ -182,6 +182,8 @@ class Motion:
     to_euler = _conversions.to_euler
     mirrored = _mirror.mirrored
     select = _selection.select_in
+    play = _show.play
+    _repr_html_ = _show.strip
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return the angles as a pandas DataFrame, one column for each dof and one row for each frame.

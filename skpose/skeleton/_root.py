@@ -31,7 +31,7 @@ def with_root(motion: "Motion", part: str, up: Literal["x", "y", "z"]) -> "Motio
     if len(motion):
         orientations = root_orientations(motion.root_angles, motion.root_axes)
         if part == "tilt":
-            left[:, 0] = _heading(orientations, up)
+            left[:, 0] = heading(orientations, up)
             orientations = Rotation.from_euler(up, left).inv() * orientations
         vectors = orientations.as_rotvec()
     angles = np.concatenate([vectors, motion.angles], axis=1)
@@ -52,15 +52,15 @@ def root_angles_of(orientations: Rotation, near: np.ndarray, axes: str) -> tuple
     return columns_of(Bone("root", None, (0.0, 0.0, 0.0), axes), orientations, near), axes
 
 
-def _heading(orientations: Rotation, up: str) -> np.ndarray:
+def heading(orientations: Rotation, up: str) -> np.ndarray:
     """Return the angles (n,) in [−π, π] of the twist about an axis of the world.
 
     An orientation R is twist · tilt: the tilt, a rotation about a horizontal axis, is the same for all orientations
     that differ by a rotation of the world about its vertical. Upside down there is no heading: it is zero.
     """
     quaternions = orientations.as_quat()
-    heading = 2.0 * np.arctan2(quaternions[:, "xyz".index(up)], quaternions[:, 3])
-    return heading - 2.0 * np.pi * np.rint(heading / (2.0 * np.pi))
+    twist = 2.0 * np.arctan2(quaternions[:, "xyz".index(up)], quaternions[:, 3])
+    return twist - 2.0 * np.pi * np.rint(twist / (2.0 * np.pi))
 
 
 def with_root_joint(skeleton: Skeleton) -> Skeleton:

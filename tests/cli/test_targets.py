@@ -23,6 +23,7 @@ COMMANDS = {
     "distances": (["distances", "none.bvh"], "D.npy"),
     "neighbors": (["neighbors", "none.bvh"], "G.npz"),
     "motions": (["motions", "none.bvh"], "D.npy"),
+    "view": (["view", "none.bvh"], "view.html"),
     "reproduce": (["reproduce", "nowhere"], "out"),
 }
 

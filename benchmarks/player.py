@@ -1,0 +1,119 @@
+"""How large is the player of a minute of motion, how much does rounding move the joints, and how soon is it drawn?
+
+    pip install "skpose[test]"
+    python benchmarks/player.py [--cmu FOLDER] [--quick]
+
+A minute at 30 Hz: walks and runs of one person one after another where no recording is that long. The page is opened in
+Chromium without a window, from a file: once in each of five new browsers, and nine times more in each. The medians are
+of the time from the start of navigation to the first picture, by the browser's own clock.
+Needs Chromium and chromedriver; without them the size alone is printed.
+"""
+
+import os
+import shutil
+import statistics
+import tempfile
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import common
+import numpy as np
+
+from skpose import Motion, forward_kinematics
+from skpose.skeleton._root import root_orientations
+from skpose.view import player
+from skpose.view._pack import unpack
+from skpose.view._scene import motion_data
+
+RATE, SECONDS = 30.0, 60.0
+MARK = "performance.getEntriesByName('skpose: first frame drawn')[0]?.startTime"
+
+
+def minute(folder, seconds):
+    """Return the longest recording at 30 Hz, joined with others of its skeleton as needed, and how many they are."""
+    motions = [motion.resample(RATE) for motion in common.motions(folder, 2, 20)]
+    first = max(motions, key=len)
+    joined, n = [first], int(seconds * RATE)
+    for motion in motions:
+        if sum(map(len, joined)) >= n:
+            break
+        if motion is not first and motion.skeleton == first.skeleton:
+            shift = joined[-1].root_positions[-1] - motion.root_positions[0]
+            joined.append(replace(motion, root_positions=motion.root_positions + shift))
+    while sum(map(len, joined)) < n:  # too few of one person: once more from the start
+        joined += joined
+    return Motion.concatenate(joined)[:n], len(joined)
+
+
+def check(motion):
+    """Compare the positions in the page with forward kinematics."""
+    data = motion_data(motion, "")
+    found = unpack(data["joints"]).reshape(len(motion), -1, 3)
+    turned = root_orientations(motion.root_angles, motion.root_axes).as_matrix()
+    expected = np.einsum("fij,fkj->fki", turned, forward_kinematics(motion.angles, motion.skeleton))
+    np.testing.assert_allclose(
+        found, expected[..., {"x": [2, 0, 1], "y": [0, 1, 2], "z": [1, 2, 0]}[motion.up]], atol=1e-4
+    )
+    return data["error"]
+
+
+def browser():
+    from selenium.webdriver import Chrome, ChromeOptions, ChromeService
+
+    options = ChromeOptions()
+    options.binary_location = shutil.which("chromium") or shutil.which("google-chrome")
+    root = ["--no-sandbox"] if os.geteuid() == 0 else []
+    for argument in ["--headless=new", "--disable-gpu", "--disable-dev-shm-usage", "--window-size=1300,860", *root]:
+        options.add_argument(argument)
+    return Chrome(options, ChromeService(shutil.which("chromedriver")))
+
+
+def start_up(driver, url):
+    """Return milliseconds from the start of navigation to the first picture."""
+    driver.get("about:blank")
+    driver.get(url)
+    while (drawn := driver.execute_script(f"return {MARK}")) is None:
+        time.sleep(0.01)
+    return drawn
+
+
+def main():
+    arguments = common.parser(__doc__, folder=False)
+    arguments.add_argument("--cmu", help="CMU files, see load_cmu; default: generated gait")
+    options = arguments.parse_args()
+    common.print_machine()
+    motion, n_recordings = minute(options.cmu, 4.0 if options.quick else SECONDS)
+    error = check(motion)
+    start = time.perf_counter()
+    page = player(motion, labels=["a minute"])
+    made = time.perf_counter() - start
+    print(
+        f"{len(motion)} frames at {motion.frame_rate:g} Hz of {n_recordings} recordings, "
+        f"{motion.skeleton.n_joints} joints"
+    )
+    raw = 12 * motion.skeleton.n_joints * len(motion)
+    print(f"{page.n_bytes / 1e3:.0f} kB, {page.n_bytes / raw:.2f} × the positions as float32; written in {made:.2f} s")
+    empty = player(motion[:1]).n_bytes
+    print(f"of it markup, styles and scripts: {empty / 1e3:.0f} kB; largest error of a joint: {error:.3f} mm")
+    if not shutil.which("chromedriver"):
+        print("There is no chromedriver: start-up is not measured.")
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "view.html"
+        page.save(path)
+        n = 2 if options.quick else 9
+        cold, warm = [], []
+        for _ in range(2 if options.quick else 5):
+            driver = browser()
+            driver.get("about:blank")
+            cold.append(start_up(driver, path.as_uri()))
+            warm += [start_up(driver, path.as_uri()) for _ in range(n)]
+            version = driver.capabilities["browserVersion"]
+            driver.quit()
+    print(f"Chromium {version}, first picture after: {statistics.median(cold):.0f} ms in a new browser, ", end="")
+    print(f"{statistics.median(warm):.0f} ms ({min(warm):.0f} to {max(warm):.0f}) in one that runs")
+
+
+if __name__ == "__main__":
+    main()

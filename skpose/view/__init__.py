@@ -1,0 +1,18 @@
+"""Pages for the browser: motions to look at, turn and compare.
+
+A page is one HTML file without network, see `Page`. Nothing beyond skpose's own dependencies is needed.
+
+| module    |                                                                                          |
+|-----------|------------------------------------------------------------------------------------------|
+| `_player` | the player of motions; `_paths` shows a geodesic and the straight line with it           |
+| `_scene`  | motions in space, as pages draw them; `_pack` is their numbers as text                   |
+| `_strip`  | some poses of a motion as a small picture (SVG)                                          |
+| `_page`   | one HTML file of markup, styles, scripts and data                                        |
+| `assets`  | markup, styles and scripts: `page.js`, `figure.js` and `orbit.js` are for any page       |
+"""
+
+from skpose.view._page import Page
+from skpose.view._paths import geodesic_player
+from skpose.view._player import player
+
+__all__ = ["Page", "geodesic_player", "player"]

@@ -1,0 +1,154 @@
+"""A page: one HTML file with all that it needs in it, and what can be done with one.
+
+Nothing in a page comes from the network, and its own policy (Content-Security-Policy) forbids it to ask: of scripts
+and styles only those are run whose digests it names. Data, names from files among them, are JSON in an element that is
+no program, and the scripts show them as text.
+"""
+
+import base64
+import hashlib
+import html
+import json
+import tempfile
+import webbrowser
+from collections.abc import Sequence
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from skpose._files import PathLike, new_file
+
+HEIGHT = 600  # of a page in a notebook, px
+# Characters by which text could end the element that holds it. json.dumps escapes all that is not ASCII.
+ESCAPED = {ord(character): f"\\u{ord(character):04x}" for character in "<>&"}
+
+DOCUMENT = """<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; script-src '{script_digest}'; \
+style-src '{style_digest}'; base-uri 'none'; form-action 'none'">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="generator" content="skpose">
+<title>{title}</title>
+<style>{style}</style>
+</head>
+<body>
+{body}
+<script type="application/json" id="data">{data}</script>
+<script type="module">{script}</script>
+</body>
+</html>
+"""
+
+
+class Page:
+    """One HTML file that needs neither the network nor any other file.
+
+    `skpose.view.player` makes one. In a notebook a page shows itself.
+
+    Parameters
+    ----------
+    html : str
+        The whole file.
+    title : str
+        Its title.
+    note : str
+        What is in it, in a few words.
+
+    Examples
+    --------
+    >>> from skpose.datasets import make_gait
+    >>> from skpose.view import player
+    >>> page = player(make_gait(1, 1, random_state=0).motions[0], labels=["a walk"])
+    >>> page.title, page.note
+    ('a walk', '1 motion, positions within 0.027 mm')
+    >>> page.html.startswith("<!DOCTYPE html>")
+    True
+    """
+
+    def __init__(self, html: str, title: str, note: str):
+        self.html, self.title, self.note = html, title, note
+
+    @property
+    def n_bytes(self) -> int:
+        """The size of the file, bytes."""
+        return len(self.html.encode("utf-8"))
+
+    def save(self, path: PathLike) -> None:
+        """Write the page to a new file.
+
+        Parameters
+        ----------
+        path : str or path
+            The file; nothing that exists is overwritten.
+
+        Raises
+        ------
+        OSError
+            If the file exists, or cannot be written.
+        """
+        with new_file(path) as new:
+            new.write_bytes(self.html.encode("utf-8"))
+
+    def open(self) -> Path:
+        """Write the page to a temporary file and show it in the browser; return the file, which stays."""
+        path = Path(tempfile.mkdtemp(prefix="skpose_")) / "view.html"
+        self.save(path)
+        webbrowser.open(path.as_uri())
+        return path
+
+    def _repr_html_(self) -> str:
+        """Return the page as a frame in a notebook, apart from all else that is in it."""
+        return (
+            f'<iframe srcdoc="{html.escape(self.html)}" title="{html.escape(self.title)}" sandbox="allow-scripts" '
+            f'style="width: 100%; height: {HEIGHT}px; border: 0"></iframe>'
+        )
+
+    def __repr__(self) -> str:
+        return f"Page({self.title!r}, {self.n_bytes / 1e3:.0f} kB, {self.note})"
+
+
+def page_of(title: str, note: str, data: dict[str, Any], body: str, assets: Sequence[str]) -> Page:
+    """Return the page of some data.
+
+    Parameters
+    ----------
+    title, note : str
+        See `Page`.
+    data : dict
+        What JSON can hold; the scripts find it in the element "data".
+    body : str
+        Name of the asset that is the body's markup.
+    assets : sequence of str
+        Names of the scripts and styles, each after those that it uses.
+    """
+    style, script = ("\n".join(map(asset, assets_of(assets, kind))) for kind in (".css", ".js"))
+    return Page(
+        DOCUMENT.format(
+            script_digest=_digest(script),
+            style_digest=_digest(style),
+            # A lone surrogate, of a name that was no UTF-8, has no bytes; as a reference the browser replaces it.
+            title=html.escape(title).encode("ascii", "xmlcharrefreplace").decode(),
+            style=style,
+            body=asset(body),
+            data=json.dumps(data, separators=(",", ":"), allow_nan=False).translate(ESCAPED),
+            script=script,
+        ),
+        title,
+        note,
+    )
+
+
+def assets_of(names: Sequence[str], suffix: str) -> list[str]:
+    return [name for name in names if name.endswith(suffix)]
+
+
+def asset(name: str) -> str:
+    """Return the content of a file of the folder assets."""
+    return resources.files("skpose.view").joinpath("assets", name).read_text(encoding="utf-8")
+
+
+def _digest(content: str) -> str:
+    """Return the digest by which a policy names a script or a style."""
+    return "sha256-" + base64.b64encode(hashlib.sha256(content.encode("utf-8")).digest()).decode()

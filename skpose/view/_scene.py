@@ -1,0 +1,72 @@
+"""Motions in space, as pages draw them: y points up, the lowest point is on the ground."""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from skpose.kinematics import forward_kinematics
+from skpose.skeleton import Motion
+from skpose.skeleton._root import heading, root_orientations
+from skpose.skeleton._sides import sides
+from skpose.view._pack import pack, pack_angles, unpack
+
+# For each axis that points up: which axes of the world are x, y and z here. A cyclic change does not mirror.
+AXES = {"x": (2, 0, 1), "y": (0, 1, 2), "z": (1, 2, 0)}
+
+
+class Scene(NamedTuple):
+    """Positions of a motion's joints, m."""
+
+    joints: np.ndarray  # (n_frames, n_joints, 3) minus the root's position, as the root is rotated
+    root: np.ndarray  # (n_frames, 3)
+    headings: np.ndarray  # (n_frames,) rotation of the root about y, rad
+    axes: str  # names of the axes of the world that are x, y and z here
+
+    @property
+    def size(self) -> float:
+        """The largest extent of the first pose along an axis, m; of all poses if that is zero; or else 1."""
+        extents = self.joints.max(axis=1).clip(min=0.0) - self.joints.min(axis=1).clip(max=0.0)  # the root is at zero
+        return float(extents[0].max() or extents.max() or 1.0)
+
+
+def scene_of(motion: Motion) -> Scene:
+    """Return the motion in space."""
+    order = AXES[motion.up]
+    orientations = root_orientations(motion.root_angles, motion.root_axes)
+    poses = forward_kinematics(motion.angles, motion.skeleton)
+    joints = np.einsum("fij,fkj->fki", orientations.as_matrix(), poses)[..., order]
+    root = motion.root_positions[:, order]
+    lowest = (root[:, 1] + np.minimum(joints[..., 1].min(axis=1), 0.0)).min()
+    return Scene(
+        joints, root - [0.0, lowest, 0.0], heading(orientations, motion.up), "".join("xyz"[axis] for axis in order)
+    )
+
+
+def motion_data(motion: Motion, label: str) -> dict[str, Any]:
+    """Return what a page holds of a motion, as an object of JSON."""
+    scene = scene_of(motion)
+    joints = pack(scene.joints.reshape(len(motion), -1))
+    packed = {"joints": joints, "root": pack(scene.root, joints["step"] or scene.size / 2**16)}
+    skeleton, numbers = motion.skeleton, motion.frame_numbers - motion.frame_numbers[0]
+    return {
+        "label": label,
+        "names": list(skeleton.joint_names),
+        "parents": skeleton.parents.tolist(),
+        "sides": sides(skeleton.joint_names),
+        "axes": scene.axes,
+        "size": scene.size,
+        "rate": motion.frame_rate,
+        "start": float(motion.times[0]),
+        "numbers": pack(numbers[:, None], 1.0) if numbers[-1] >= len(numbers) else None,  # frames are missing
+        "headings": pack_angles(scene.headings[:, None]),
+        "error": 1e3 * largest_error(scene, packed),
+        **packed,
+    }
+
+
+def largest_error(scene: Scene, packed: Mapping[str, Any]) -> float:
+    """Return the largest distance of a joint in the page from its position, m."""
+    root = unpack(packed["root"]) - scene.root
+    joints = unpack(packed["joints"]).reshape(scene.joints.shape) - scene.joints
+    return float(max(np.linalg.norm(joints + root[:, None], axis=2).max(), np.linalg.norm(root, axis=1).max()))

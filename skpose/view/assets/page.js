@@ -1,0 +1,58 @@
+// What every page of skpose.view needs: its data, colours for dark and light, text that stays text.
+
+/** The element of a page with an id. */
+const element = (id) => document.getElementById(id);
+
+/** What Python wrote into the page. */
+const data = JSON.parse(element("data").textContent);
+
+/**
+ * Undo `pack` of skpose/view/_pack.py. The result's `at(row, column)` is a number.
+ *
+ * The bytes are those of differences from row to row, column by column, of all numbers first the low bytes.
+ */
+async function unpack({ shape: [rows, columns], low, step, bytes, data: text }) {
+  const compressed = Uint8Array.from(atob(text), (character) => character.charCodeAt(0));
+  const stream = new Blob([compressed]).stream().pipeThrough(new DecompressionStream("deflate"));
+  const content = new Uint8Array(await new Response(stream).arrayBuffer());
+  const n = rows * columns;
+  const whole = bytes === 2 ? new Uint16Array(n) : new Uint32Array(n);
+  for (let i = 0; i < n; i++) {
+    let change = 0;
+    for (let b = bytes - 1; b >= 0; b--) change = change * 256 + content[b * n + i];
+    whole[i] = change + (i % rows ? whole[i - 1] : 0); // the array takes it modulo its number of levels
+  }
+  return { rows, columns, at: (row, column) => low + step * whole[column * rows + row] };
+}
+
+/** Colours of the style sheet by name, as they are at present. */
+const colours = new Proxy({}, {
+  get: (read, name) => (read[name] ??= getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim()),
+});
+
+/** Follow the system's choice of dark or light until the button is pressed; call `changed` after each change. */
+function followTheme(button, changed) {
+  const system = matchMedia("(prefers-color-scheme: dark)");
+  const apply = (theme) => {
+    document.documentElement.dataset.theme = theme;
+    button.textContent = theme === "dark" ? "Light" : "Dark";
+    button.setAttribute("aria-label", theme === "dark" ? "Light colours" : "Dark colours");
+    for (const name of Object.keys(colours)) delete colours[name];
+    changed();
+  };
+  const follow = () => apply(system.matches ? "dark" : "light");
+  system.addEventListener("change", follow);
+  button.addEventListener("click", () => {
+    system.removeEventListener("change", follow);
+    apply(document.documentElement.dataset.theme === "dark" ? "light" : "dark");
+  });
+  follow();
+}
+
+/** A new element that holds text, never markup; the direction of writing is that of the text. */
+function textElement(tag, text, attributes = {}) {
+  const made = Object.assign(document.createElement(tag), attributes);
+  made.textContent = text;
+  made.dir = "auto";
+  return made;
+}

@@ -1,0 +1,237 @@
+// The picture of the player: one view for each motion, or one for all, and what is in it.
+
+const TRAIL = 1; // s
+const [MARGIN, LINE] = [14, 20]; // of texts, px
+const FONT = "13px system-ui, sans-serif";
+
+class Stage {
+  camera = new Camera();
+  hover = null; // motion and index of the point under the pointer
+  views = []; // as drawn last
+  columns = 1; // of views
+  centre = [0, 0, 0]; // of what is to be seen, in space, or relative to the target that is followed
+
+  /** `options` are the values of the controls by name. */
+  constructor(canvas, clips, clock, options) {
+    Object.assign(this, { canvas, clips, clock, options, context: canvas.getContext("2d") });
+    this.size = Math.max(...clips.map((clip) => clip.size));
+  }
+
+  get overlaid() {
+    return this.clips.length > 1 && this.options.layout === "overlay";
+  }
+
+  get follows() {
+    return this.options.follow && this.options.place === "world";
+  }
+
+  get compares() {
+    return this.clock.aligned && this.options.differences;
+  }
+
+  /** Whether left and right have their colours in a view of motions. */
+  showsSides(members) {
+    return !this.overlaid && !this.compares && this.clips[members[0]].sides.some(Boolean);
+  }
+
+  /** The motions of each view. */
+  get members() {
+    const all = this.clips.map((_, i) => i);
+    return this.overlaid ? [all] : all.map((i) => [i]);
+  }
+
+  /** Rectangles of the views, in rows of so many. */
+  areas(columns) {
+    const n = this.members.length;
+    const [width, height] = [this.canvas.clientWidth / columns, this.canvas.clientHeight / Math.ceil(n / columns)];
+    return Array.from({ length: n }, (_, i) => ({
+      x: (i % columns) * width, y: Math.floor(i / columns) * height, width, height,
+    }));
+  }
+
+  /** What the camera looks at: a fixed point, or one that goes with the roots. */
+  target(members, frames) {
+    if (!this.follows) return this.centre;
+    const roots = members.map((i) => this.clips[i].point(frames[i], 0, "world"));
+    return [mean(roots.map(([x]) => x)), this.centre[1], mean(roots.map(([, , z]) => z))];
+  }
+
+  /**
+   * Place the camera such that all is seen, at equal distance in all views, which are as many in a row as makes the
+   * figures largest; with `turn` from the side of the front.
+   */
+  fit(turn) {
+    const { clips, clock, camera, options: { place } } = this;
+    const some = new Set(Array.from({ length: 60 }, (_, i) => Math.round((i * (clock.count - 1)) / 59)));
+    const points = [];
+    this.centre = [0, 0, 0];
+    for (const members of this.members) {
+      for (const tick of some) {
+        const frames = clock.frames(tick);
+        const target = this.target(members, frames);
+        const seen = members.flatMap((i) => clips[i].points(frames[i], place));
+        points.push(...seen.map((point) => point.map((value, axis) => value - target[axis])));
+      }
+    }
+    this.centre = [0, 1, 2].map((axis) => {
+      const [low, high] = points.reduce(([a, b], point) => [Math.min(a, point[axis]), Math.max(b, point[axis])],
+        [Infinity, -Infinity]);
+      return this.follows && axis !== 1 ? 0 : (low + high) / 2;
+    });
+    if (turn) {
+      const front = clips.map((clip) => clip.azimuth(place)).find((angle) => angle !== null);
+      const azimuth = front === undefined ? 0.35 : front - 0.9;
+      Object.assign(camera, { azimuth, elevation: 0.2, zoom: 1, shift: [0, 0] });
+    }
+    const around = points.map((point) => point.map((value, axis) => value - this.centre[axis]));
+    let largest = 0;
+    for (let columns = 1; columns <= this.members.length; columns++) {
+      const [area] = this.areas(columns);
+      const distance = Math.max(camera.distanceTo(around, area, LINE), 0.5 * this.size);
+      const scale = Math.min(area.width, area.height) / distance;
+      if (scale <= largest) continue;
+      largest = scale;
+      Object.assign(this, { columns });
+      Object.assign(camera, { distance });
+    }
+  }
+
+  draw(tick) {
+    const { canvas, context } = this;
+    const density = window.devicePixelRatio || 1;
+    const [width, height] = [canvas.clientWidth, canvas.clientHeight].map((length) => Math.round(length * density));
+    if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
+    context.setTransform(density, 0, 0, density, 0, 0);
+    context.clearRect(0, 0, canvas.clientWidth, canvas.clientHeight);
+    const [areas, frames] = [this.areas(this.columns), this.clock.frames(tick)];
+    this.views = this.members.map((members, v) => this.drawView(areas[v], members, frames, tick));
+  }
+
+  drawView(area, members, frames, tick) {
+    const { context, clips, options, size } = this;
+    const view = this.camera.view(area, this.target(members, frames));
+    const [right, bottom, cell] = [area.x + area.width - MARGIN, area.y + area.height - MARGIN, cellOf(size)];
+    context.save();
+    context.beginPath();
+    context.rect(area.x, area.y, area.width, area.height);
+    context.clip();
+    if (options.ground) drawGround(context, view, cell);
+    const figures = members.map((i) => {
+      const points = clips[i].points(frames[i], options.place);
+      if (options.trails) this.drawTrails(view, i, tick);
+      const flat = drawFigure(context, view, points, clips[i].parents, {
+        size,
+        shadow: options.ground && this.camera.elevation > 0,
+        colourOf: (joint) => this.colour(i, joint, tick),
+        rootColour: this.colour(i, -1, tick),
+        widthOf: (joint) => (this.compares ? 0.8 + this.clock.pairs.share(tick, i, joint) : 1),
+      });
+      const marked = clips[i].names.indexOf(options.joint);
+      if (marked >= 0) this.drawLabel(flat[marked + 1], clips[i].names[marked], area);
+      if (this.hover?.clip === i) drawRing(context, flat[this.hover.index]);
+      return { clip: i, points, flat };
+    });
+    if (options.axes) {
+      const [x, y, z] = clips[members[0]].axes;
+      drawAxes(context, view, options.place === "forward" ? ["", y, ""] : [x, y, z]); // the others turn with the root
+    }
+    if (options.ground) this.text(`grid ${Number(cell.toPrecision(3))} m`, right, bottom, "right");
+    if (clips.length > 1) members.forEach((i, line) => this.drawName(i, area, line));
+    if (this.showsSides(members)) {
+      this.text("right", right, area.y + MARGIN + 8, "right", colours.right);
+      this.text("left", right - 38, area.y + MARGIN + 8, "right", colours.left);
+    }
+    context.restore();
+    return { area, view, figures };
+  }
+
+  /** The colour of a joint of motion i, or of its root, -1. */
+  colour(i, joint, tick) {
+    const { pairs } = this.clock;
+    if (this.compares && (!this.overlaid || i === 1)) return heat(joint < 0 ? 0 : pairs.share(tick, i, joint));
+    if (this.overlaid) return this.compares ? colours.middle : colours[`motion-${i % 5}`];
+    return colours[this.clips[i].sides[joint] || "middle"];
+  }
+
+  /** Draw where joints were in the last second: the chosen one, or the ends of all limbs. */
+  drawTrails(view, i, tick) {
+    const { context, clock, options } = this;
+    const clip = this.clips[i];
+    const marked = clip.names.indexOf(options.joint);
+    const first = Math.max(0, tick - Math.round(TRAIL / clock.seconds));
+    const stride = Math.max(1, Math.floor((tick - first) / 90));
+    const point = (at, joint) => clip.point(clock.frames(at)[i], joint + 1, options.place);
+    context.lineWidth = 2;
+    for (const joint of marked >= 0 ? [marked] : clip.ends) {
+      context.strokeStyle = this.colour(i, joint, tick);
+      for (let at = tick; at > first; at -= stride) {
+        context.globalAlpha = 0.8 * (1 - (tick - at) / (tick - first + 1));
+        context.beginPath();
+        segment(context, view, point(at, joint), point(Math.max(first, at - stride), joint));
+        context.stroke();
+      }
+    }
+    context.globalAlpha = 1;
+  }
+
+  text(words, x, y, align, colour = colours.quiet) {
+    Object.assign(this.context, { font: FONT, textBaseline: "alphabetic", textAlign: align, fillStyle: colour });
+    this.context.fillText(words, x, y);
+  }
+
+  /** The beginning of a text that fits into a width, px. */
+  shortened(words, width) {
+    this.context.font = FONT;
+    const letters = [...words];
+    const beginning = (n) => letters.slice(0, n).join("") + (n < letters.length ? "…" : "");
+    let n = Math.min(letters.length, 200);
+    while (n > 1 && this.context.measureText(beginning(n)).width > width) n--;
+    return beginning(n);
+  }
+
+  /** Write the name of a motion, with its colour if all of it has one. */
+  drawName(i, area, line) {
+    const { context } = this;
+    const [x, y] = [area.x + MARGIN, area.y + MARGIN + 8 + line * LINE];
+    if (this.overlaid) {
+      context.fillStyle = this.compares && i === 1 ? colours["heat-1"] : this.colour(i, -1, 0);
+      context.fillRect(x, y - 10, 12, 11);
+    }
+    const from = x + (this.overlaid ? 19 : 0);
+    const width = area.width - 2 * MARGIN - (this.overlaid ? 19 : 0) - (this.showsSides([i]) ? 80 : 0);
+    this.text(this.shortened(this.clips[i].label, width), from, y, "left", colours.ink);
+  }
+
+  /** Mark the chosen joint and write its name, on the side where there is room. */
+  drawLabel(point, name, area) {
+    const { context } = this;
+    drawRing(context, point);
+    const words = this.shortened(name, Math.min(260, area.width / 2 - 20));
+    const side = point.x > area.x + area.width / 2 ? -1 : 1;
+    const textAlign = side < 0 ? "right" : "left";
+    Object.assign(context, { strokeStyle: colours.paper, lineWidth: 4, font: FONT, textAlign });
+    context.strokeText(words, point.x + 13 * side, point.y + 4);
+    this.text(words, point.x + 13 * side, point.y + 4, textAlign, colours.ink);
+  }
+
+  /** Note which point is under the pointer, if one is within some px. */
+  point(x, y, within) {
+    const inside = ({ area }) => x >= area.x && x < area.x + area.width && y >= area.y && y < area.y + area.height;
+    this.hover = null;
+    for (const { clip, flat } of this.views.find(inside)?.figures ?? []) {
+      const index = nearestPoint(flat, x, y, within);
+      if (index < 0) continue;
+      within = Math.hypot(flat[index].x - x, flat[index].y - y);
+      this.hover = { clip, index };
+    }
+  }
+}
+
+/** The colour of a share, 0 to 1, of the largest difference. */
+function heat(share) {
+  const [from, to] = share < 0.5 ? ["heat-0", "heat-1"] : ["heat-1", "heat-2"];
+  const channel = (colour, at) => parseInt(colours[colour].slice(at, at + 2), 16);
+  const part = share < 0.5 ? 2 * share : 2 * share - 1;
+  const mixed = [1, 3, 5].map((at) => (1 - part) * channel(from, at) + part * channel(to, at));
+  return `rgb(${mixed.map(Math.round).join(" ")})`;
+}

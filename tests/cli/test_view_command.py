@@ -1,0 +1,105 @@
+"""`skpose view`: a page of files."""
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from skpose import Bone, Motion, Skeleton, align_motions
+from skpose._cli.main import main
+from skpose.datasets import make_gait
+from skpose.io import load_bvh, save_bvh
+from skpose.view import player
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """Files of two walks of two people."""
+    monkeypatch.chdir(tmp_path)
+    gait = make_gait(n_subjects=2, n_sequences=1, duration=1.0, frame_rate=20, random_state=0)
+    walks = gait[gait.actions == "walk"].motions
+    for name, motion, n_frames in zip(("anna.bvh", "ben.bvh"), walks, (20, 14), strict=True):
+        save_bvh(name, motion[:n_frames], scale=1.0)
+    return tmp_path
+
+
+def shown():
+    """What the page's scripts read."""
+    text = Path("view.html").read_text(encoding="utf-8")
+    return json.loads(re.findall(r'id="data">(.*?)</script>', text, flags=re.S)[0])
+
+
+def refusal(arguments, capsys):
+    """Run a command that must fail and leave no page; return its line on stderr."""
+    assert main(["view", *arguments, "--out", "view.html"]) == 1
+    assert not Path("view.html").exists()
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    return captured.err.splitlines()[-1]
+
+
+def test_page_of_one_file(capsys):
+    assert main(["view", "anna.bvh", "--out", "view.html"]) == 0
+    expected = player(load_bvh("anna.bvh", scale=1.0), labels=["anna.bvh"])
+    assert Path("view.html").read_text(encoding="utf-8") == expected.html
+    assert capsys.readouterr().out == f"view.html: {expected.note}, {expected.n_bytes / 1e6:.2g} MB\n"
+
+
+def test_page_of_a_folder_at_another_rate(folder):
+    assert main(["view", ".", "--rate", "10", "--overlay", "--out", "view.html"]) == 0
+    assert [motion["label"] for motion in shown()["motions"]] == ["anna.bvh", "ben.bvh"]
+    assert [motion["rate"] for motion in shown()["motions"]] == [10, 10]
+    assert [motion["joints"]["shape"][0] for motion in shown()["motions"]] == [10, 7]
+    assert shown()["overlay"]
+    assert shown()["alignment"] is None
+
+
+def test_each_file_keeps_its_own_skeleton():
+    assert main(["view", "anna.bvh", "ben.bvh", "--out", "view.html"]) == 0
+    assert shown()["motions"][0]["size"] != shown()["motions"][1]["size"]
+
+
+def test_files_of_equal_names_have_their_folders_in_the_labels(folder):
+    (folder / "other").mkdir()
+    save_bvh("other/anna.bvh", load_bvh("ben.bvh", scale=1.0), scale=1.0)
+    assert main(["view", "anna.bvh", "other/anna.bvh", "--out", "view.html"]) == 0
+    assert [motion["label"] for motion in shown()["motions"]] == ["anna.bvh", str(Path("other/anna.bvh"))]
+
+
+def test_aligned():
+    assert main(["view", "anna.bvh", "ben.bvh", "--align", "--out", "view.html"]) == 0
+    motions = [load_bvh(name, scale=1.0) for name in ("anna.bvh", "ben.bvh")]
+    expected = player(motions, labels=["anna.bvh", "ben.bvh"], alignment=align_motions(*motions))
+    assert Path("view.html").read_text(encoding="utf-8") == expected.html
+
+
+def test_what_cannot_be_aligned_is_named_by_its_file(capsys):
+    assert refusal(["anna.bvh", "--align"], capsys).endswith(
+        "--align is for two files, got 1: choose two, or leave --align out"
+    )
+    other = Skeleton([Bone("tail", None, (0, 0.4, 0), "ZXY")], "parent")
+    save_bvh("cat.bvh", Motion(other, np.zeros((3, 3)), 20), scale=1.0)
+    line = refusal(["anna.bvh", "cat.bvh", "--align"], capsys)
+    assert line.startswith("skpose: cat.bvh has no bone-wise mean with anna.bvh: ")
+    assert line.endswith("Leave --align out to see them side by side")
+    save_bvh("fast.bvh", replace(load_bvh("ben.bvh", scale=1.0), frame_rate=40), scale=1.0)
+    assert "resample all with --rate, such as --rate 20" in refusal(["anna.bvh", "fast.bvh", "--align"], capsys)
+    assert main(["view", "anna.bvh", "cat.bvh", "fast.bvh", "--out", "view.html"]) == 0  # but all can be seen
+
+
+def test_too_many_files_and_files_without_frames_are_refused(capsys):
+    assert "shows 1 to 12 motions at once, got 13" in refusal(["anna.bvh"] * 13, capsys)
+    text = Path("anna.bvh").read_text()
+    head = text[: text.index("Frames:")]
+    Path("empty.bvh").write_text(f"{head}Frames: 0\nFrame Time: 0.05\n")
+    assert refusal(["anna.bvh", "empty.bvh"], capsys).endswith("empty.bvh has no frames: leave it out")
+
+
+def test_the_page_ends_in_html(capsys):
+    with pytest.raises(SystemExit) as stop:
+        main(["view", "anna.bvh", "--out", "view.htm"])
+    assert stop.value.code == 2
+    assert "'view.htm' does not end in .html, which is the format of the file" in capsys.readouterr().err
