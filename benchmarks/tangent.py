@@ -25,7 +25,7 @@ from skpose.datasets import load_cmu, load_hdm05, make_gait
 N_PAIRS, QUICK_PAIRS = 200, 5
 GRADIENTS = 50  # pairs whose gradient is checked: two more geodesics each, and poses near to each other
 RATE = 12  # Hz
-STEP = 1e-3  # of central differences, rad
+STEP = 1e-3  # of central differences, m of the joints
 SHARES = (0.5, 0.9, 0.95, 0.99, 1.0)
 
 

@@ -84,9 +84,10 @@ def _range(jacobian):
 
 @internal
 def _after_turns(tree, coordinates, scratch, jacobian, basis, still, largest):
-    """Return directions (3 n_joints, n), normal to a basis, in which joints move after a turn that moves none.
+    """Return directions (3 n_joints, n) in which joints move after a turn that moves none.
 
-    The twist of a straight leg moves no joint, but turns the plane in which the knee bends.
+    They are orthonormal, and normal to a basis. The twist of a straight leg moves no joint, but turns the plane in
+    which the knee bends.
     """
     n = basis.shape[0]
     gram, is_empty = np.zeros((n, n)), True
@@ -109,7 +110,8 @@ def _after_turns(tree, coordinates, scratch, jacobian, basis, still, largest):
 def tangent_space(tree, pose):
     """Return an orthonormal basis of the tangent space at a pose, (3 n_joints, rank).
 
-    Where angles are singular, it is that of the positions: it holds the velocities after turns that move no joint.
+    Where angles are singular it also holds the velocities after turns that move no joint. That may be more than the
+    joints can do at once: two hinges of one straight leg bend in the same plane.
     """
     free, coordinates = chart_at(tree, pose, True)
     scratch = np.empty(workspace_rows(tree))
@@ -200,8 +202,8 @@ def _first_pose(tree, pose, basis, tangential, tol):
     """Find the pose whose chord from a pose is as long as a tangential step, and has its direction.
 
     Chords grow with their tangential parts up to a right angle: the part is found between one whose chord is too short
-    and one whose chord is too long, or which the joints cannot reach. Returns what `_advance` does, with the larger of
-    both errors.
+    and one whose chord is too long. The joints come as near to the others as they can. Returns what `_advance` does,
+    with the larger of both errors.
     """
     length, n = math.sqrt((tangential**2).sum()), basis.shape[0]
     start = np.empty(n)
@@ -213,7 +215,7 @@ def _first_pose(tree, pose, basis, tangential, tol):
         is_reached = error <= REACHED * length
         if is_reached and abs(chord - length) <= tol:
             break
-        if is_reached and chord < length:
+        if chord < length:
             low = share
         else:
             high = share

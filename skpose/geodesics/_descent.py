@@ -14,7 +14,7 @@ DAMPING = 1e-4  # of steps, relative to the largest eigenvalue of the metric ten
 HALVINGS = 6  # of a step that does not bring the poses nearer
 MEMORY = 5  # steps that are combined
 INDEPENDENT = 1e-6  # relative size below which a change of the steps is the same as others but for rounding
-KINK = 0.02  # the pull of the poses, relative to the standard deviation, that may be left where no step lowers the sum
+KINK = 0.02  # pull of the poses, relative to the standard deviation, that may be left where no step lowers the sum
 ROUNDING = 1e-9  # standard deviation of poses that are one but for rounding, relative to the speed of the joints, rad
 COINCIDES = 1e-9  # distance to a pose, relative to the mean of all distances, at which the median is that pose
 NEAR = 0.1  # the same, at which that pose itself is tried
@@ -85,7 +85,7 @@ def spread_from(poses: Viewed, pose: np.ndarray, power: int, slope: float = np.i
     else:
         distances = np.sqrt(view.energies)
         objective, value, scale = weights @ distances, weights @ view.lengths, 1.0
-        here = distances <= COINCIDES * objective
+        here = distances <= max(COINCIDES * objective, ROUNDING * np.sqrt(np.trace(view.tensor)))
         coincident = weights[here].sum()
         weights = np.where(here, 0.0, weights) / np.where(here, 1.0, distances)
     total = weights.sum()

@@ -21,6 +21,7 @@ from skpose.skeleton._units import warn_of_degrees
 from skpose.skeleton._validation import check_is_array, check_numbers, check_pose, check_poses
 
 TASK = 8  # poses; some tens of milliseconds
+LARGEST = 1e100  # velocity whose square is finite, m
 NOT_MET = 1e-3  # error of a chord of an exponential, relative to its length, that is worth a warning
 
 
@@ -258,8 +259,8 @@ def exp_map(
             f"velocities must have shape (n_poses, {expected[0]}, 3), one velocity for each joint of the skeleton, got "
             f"{given.shape}; log_map returns them so"
         )
-    if not np.isfinite(given).all():
-        raise ValueError("velocities must be finite, got NaN or infinity")
+    if not (np.abs(given) <= LARGEST).all():  # NaN too
+        raise ValueError(f"velocities must be finite numbers below {LARGEST:g} m, got NaN, infinity or a larger one")
     space = TangentSpace(skeleton, first, n_steps, effective_n_jobs(n_jobs))
     poses, n_missed = space.exponentials(from_joints(skeleton, given))
     if n_missed:

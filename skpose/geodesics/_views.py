@@ -99,7 +99,7 @@ class RotationPoses(NamedTuple):
         return cls(to_tree_order(tree_of(skeleton), X), weights, X, _orientations(X, skeleton), skeleton)
 
     def view_from(self, pose: np.ndarray, slope: float) -> View:
-        """Return distances and gradients, both exact, by the angular velocities of the bones."""
+        """Return distances, and gradients by the angular velocities of the bones, exact to some 1e-10."""
         shifts = STEP * np.eye(len(pose))
         near = np.stack([pose, *(self.moved(pose, one) for one in (*shifts, *-shifts))])
         columns = from_tree_order(tree_of(self.skeleton), near, np.repeat(self.X[:1], len(near), axis=0))

@@ -63,11 +63,14 @@ def check_is_array(X: object, name: str, *, one: bool = False) -> None:
 
 
 def check_numbers(values: object, name: str) -> np.ndarray:
-    """Return an argument that is no poses as float64; refuse what is not numbers."""
+    """Return an argument that is no poses as float64; refuse what is not real numbers."""
     try:
-        return np.asarray(values, dtype=np.float64)
+        given = np.asarray(values)
+        if given.dtype.kind not in "mMcSU":  # times of pandas are not seconds
+            return given.astype(np.float64, copy=False)
     except (TypeError, ValueError) as error:
-        raise ValueError(f"{name} must be an array of numbers, got one that is not: {error}") from None
+        raise ValueError(f"{name} must be an array of real numbers, got one that is not: {error}") from None
+    raise ValueError(f"{name} must be an array of real numbers, got {given.dtype}")
 
 
 def check_same_width(X: np.ndarray, Y: np.ndarray) -> None:

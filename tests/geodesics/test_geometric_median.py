@@ -122,6 +122,12 @@ def test_one_pose_is_its_own_median(metric):
         assert median.deviation < 1e-8
 
 
+@pytest.mark.parametrize("metric", ["position", "rotation"])
+def test_equal_poses_have_a_median_to_rounding(metric):
+    for pose in np.random.default_rng(0).normal(size=(20, ARM.n_dofs)):
+        assert geometric_median(np.tile(pose, (3, 1)), ARM, metric=metric).converged
+
+
 def test_real_walks_with_frames_of_another_action(cmu):
     """A fifth of the poses are of another movement."""
     actions = list(zip(cmu, cmu.actions, strict=True))

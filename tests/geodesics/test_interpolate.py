@@ -134,6 +134,13 @@ def test_geodesic_pieces_are_those_of_geodesic_at_constant_speed():
     np.testing.assert_allclose(motion.angles, geodesic(X[0], X[1], skeleton).resample(9), atol=1e-9)
 
 
+def test_times_of_pandas_are_no_seconds():
+    X = keys_of(SKELETONS["chain"], n=2)
+    for times in (np.array(["2026-01-01", "2026-01-02"], dtype="M8[ns]"), np.array([0, 1], dtype="m8[s]"), [1j, 2j]):
+        with pytest.raises(ValueError, match="times must be an array of real numbers, got"):
+            interpolate(X, times, SKELETONS["chain"], frame_rate=8)
+
+
 def test_two_keys_have_one_geodesic_and_no_spline():
     skeleton = SKELETONS["humanoid"]
     X = keys_of(skeleton, n=2, size=0.3)

@@ -167,6 +167,17 @@ def test_straight_limbs_do_not_hide_each_other():
     assert_same_joints(exp_map(np.zeros(8), velocities, both), X, both, atol=1e-5)
 
 
+@pytest.mark.parametrize("n_hinges", [2, 4])
+def test_parallel_hinges_of_one_straight_limb(n_hinges):
+    """They bend in one plane, which a twist turns: velocities of two planes span more than the joints can do."""
+    limb = [Bone("b0", None, (0.0, -0.4, 0.0), "rotvec")]
+    limb += [Bone(f"b{i + 1}", f"b{i}", (0.0, -0.3 / (i + 1), 0.0), "x") for i in range(n_hinges)]
+    leg = Skeleton(limb)
+    X = poses_near(leg, 6, 0.5)
+    base = np.zeros(leg.n_dofs)
+    assert_same_joints(exp_map(base, log_map(base, X, leg), leg), X, leg, atol=2e-3)
+
+
 def test_a_stretched_limb_whose_elbow_has_no_weight():
     """A hand leaves the farthest point that it reaches along a straight line, though at first order it cannot."""
     arm = Skeleton.chain(2).with_weights([0.0, 1.0])
@@ -271,8 +282,10 @@ def test_geodesics_that_did_not_converge_are_counted(monkeypatch):
 
 
 def test_errors_are_in_the_users_words():
-    with pytest.raises(ValueError, match="velocities must be an array of numbers, got one that is not"):
+    with pytest.raises(ValueError, match="velocities must be an array of real numbers, got <U4"):
         exp_map([0.0], [[["fast"]]], ONE_BONE)
+    with pytest.raises(ValueError, match="velocities must be finite numbers below"):
+        exp_map([0.0], [[[0.0, 1e160, 0.0]]], ONE_BONE)
     chain = Skeleton.chain(2)
     for shape in ((2, 3), (1, 3, 3), (1, 6)):
         with pytest.raises(ValueError, match=re.escape("shape (n_poses, 2, 3), one velocity for each joint") + ".*got"):

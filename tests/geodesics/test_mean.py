@@ -268,7 +268,7 @@ def test_warns_when_it_does_not_converge():
             ValueError,
             r"sample_weight must have shape \(21,\), one for each pose, got \(2,\)",
         ),
-        ({"sample_weight": ["a"] * 21}, ValueError, "sample_weight must be an array of numbers, got one that is not"),
+        ({"sample_weight": ["a"] * 21}, ValueError, "sample_weight must be an array of real numbers, got <U1"),
         ({"sample_weight": np.zeros(21)}, ValueError, "finite, nowhere negative, and somewhere positive"),
         ({"sample_weight": -np.ones(21)}, ValueError, "finite, nowhere negative, and somewhere positive"),
         (
