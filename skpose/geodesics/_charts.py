@@ -5,6 +5,9 @@ import numpy as np
 from skpose._compiled.chart import chart_at, pose_of
 from skpose._compiled.jacobian import position_jacobians
 from skpose._compiled.tree import Tree
+from skpose.kinematics._tree import from_tree_order
+
+STEP = 1e-5  # of differences, rad: their error is some 1e-10 relative to the derivative
 
 
 def jacobian_at(tree: Tree, pose: np.ndarray, frees_angles: bool) -> np.ndarray:
@@ -19,3 +22,14 @@ def moved(tree: Tree, pose: np.ndarray, step: np.ndarray, frees_angles: bool) ->
     """Return a pose that is a step away from another one, in the chart at that."""
     free, coordinates = chart_at(tree, pose, frees_angles)
     return pose_of(tree, free, coordinates + step, pose)
+
+
+def columns_around(
+    tree: Tree, pose: np.ndarray, step: np.ndarray, shifts: np.ndarray, others: np.ndarray, frees_angles: bool
+) -> np.ndarray:
+    """Return the columns of the pose that is a step away, and of those that are shifts (n, n_dofs) more, and less.
+
+    What moves no joint is as in the columns of others.
+    """
+    near = np.stack([moved(tree, pose, one, frees_angles) for one in (step, *(step + shifts), *(step - shifts))])
+    return from_tree_order(tree, near, np.repeat(others[None], len(near), axis=0))

@@ -5,13 +5,12 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._compiled.tree import Steps
-from skpose.geodesics._charts import jacobian_at, moved
+from skpose.geodesics._charts import STEP, columns_around, jacobian_at, moved
 from skpose.geodesics._descent import View
-from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
+from skpose.kinematics._tree import to_tree_order, tree_of
 from skpose.metrics._matrix import DistanceMatrix
 from skpose.skeleton import Skeleton
 
-STEP = 1e-5  # of differences, rad: their error is some 1e-10 relative to the derivative
 TWIST = 1e-2  # of the mean of the metric tensor's diagonal, for dofs that move no joint
 SOME = 100  # poses whose metric tensors are averaged, and at which a search may start
 
@@ -49,16 +48,14 @@ class LinePoses(NamedTuple):
     def view_from(self, pose: np.ndarray, slope: float) -> View:
         """Measure the distances from the pose, and from those a little more and less along each coordinate."""
         n = len(pose)
-        columns = self._columns_along(pose, np.zeros((1, n)), STEP * np.eye(n))
-        energies = self._distances(columns) ** 2
+        energies = self._distances_around(pose, np.zeros(n), STEP * np.eye(n)) ** 2
         gradients = (energies[1 : n + 1] - energies[n + 1 :]).T / (4.0 * STEP)
         return View(np.sqrt(energies[0]), energies[0], gradients, self._tensor(pose), 0)
 
     def sum_along(self, x: np.ndarray, pose: np.ndarray, steps: np.ndarray, power: int) -> tuple[float, np.ndarray]:
         """Return the sum of powers of distances, and its gradient, at a pose plus steps (n_dofs, n) times x (n,)."""
         n = len(x)
-        columns = self._columns_along(pose, (steps @ x)[None], STEP * steps.T)
-        sums = self._distances(columns) ** power @ self.weights
+        sums = self._distances_around(pose, steps @ x, STEP * steps.T) ** power @ self.weights
         return float(sums[0]) / power, (sums[1 : n + 1] - sums[n + 1 :]) / (2.0 * power * STEP)
 
     def best_pose(self, power: int) -> tuple[np.ndarray, float]:
@@ -67,10 +64,9 @@ class LinePoses(NamedTuple):
         sums = self._distances(self.X[rows]) ** power @ self.weights
         return self.dofs[rows[sums.argmin()]], float(sums.min())
 
-    def _columns_along(self, pose: np.ndarray, step: np.ndarray, shifts: np.ndarray) -> np.ndarray:
-        """Return the columns of the pose that is a step away, and of those a shift more and less."""
-        near = np.stack([self.moved(pose, one) for one in np.concatenate([step, step + shifts, step - shifts])])
-        return from_tree_order(tree_of(self.skeleton), near, np.repeat(self.X[:1], len(near), axis=0))
+    def _distances_around(self, pose: np.ndarray, step: np.ndarray, shifts: np.ndarray) -> np.ndarray:
+        """Return the distances from the pose that is a step away, and from those a shift more and less."""
+        return self._distances(columns_around(tree_of(self.skeleton), pose, step, shifts, self.X[0], False))
 
     def _distances(self, columns: np.ndarray) -> np.ndarray:
         matrix = DistanceMatrix(columns, self.X, "spatial", self.skeleton, self.steps)

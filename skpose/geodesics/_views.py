@@ -5,14 +5,13 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._compiled.tree import TWO_PI, Steps
-from skpose.geodesics._charts import jacobian_at, moved
+from skpose.geodesics._charts import STEP, columns_around, jacobian_at, moved
 from skpose.geodesics._descent import View
 from skpose.kinematics._forward import weighted_positions
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 from skpose.metrics._registry import METRICS
 from skpose.skeleton import Skeleton
 
-STEP = 1e-5  # of differences of orientations, rad: their error is some 1e-10 relative to the derivative
 NO_STEPS = Steps.of(1, False)  # positions and orientations have no line
 
 
@@ -100,10 +99,11 @@ class RotationPoses(NamedTuple):
 
     def view_from(self, pose: np.ndarray, slope: float) -> View:
         """Return distances, and gradients by the angular velocities of the bones, exact to some 1e-10."""
-        shifts = STEP * np.eye(len(pose))
-        near = np.stack([pose, *(self.moved(pose, one) for one in (*shifts, *-shifts))])
-        columns = from_tree_order(tree_of(self.skeleton), near, np.repeat(self.X[:1], len(near), axis=0))
-        at, plus, minus = np.split(_orientations(columns, self.skeleton), [1, 1 + len(pose)])
+        n = len(pose)
+        columns = columns_around(
+            tree_of(self.skeleton), pose, np.zeros(n), STEP * np.eye(n), self.X[0], frees_angles=True
+        )
+        at, plus, minus = np.split(_orientations(columns, self.skeleton), [1, 1 + n])
         turns = turns_between(at, self.orientations)
         speeds = turns_between(minus, plus) / (2.0 * STEP)
         scale = tree_of(self.skeleton).weight[1:, None]
@@ -123,7 +123,7 @@ def _orientations(X: np.ndarray, skeleton: Skeleton) -> np.ndarray:
 
 
 def turns_between(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Return the rotation vectors (..., 3) from unit quaternions to others, the shorter way, about the first's axes."""
+    """Return the rotation vectors (..., 3) from unit quaternions to others, at most π long, in the axes of the first."""
     real = (first * second).sum(axis=-1, keepdims=True)
     vector = first[..., :1] * second[..., 1:] - second[..., :1] * first[..., 1:]
     vector -= np.cross(first[..., 1:], second[..., 1:])

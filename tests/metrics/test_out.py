@@ -290,11 +290,11 @@ from skpose.datasets import humanoid
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell ignores it for what it runs in the background
 skeleton = humanoid()
 rng = np.random.default_rng(0)
-X = np.cumsum(rng.normal(0, 0.05, size=(3000, skeleton.n_dofs)), axis=0).astype(np.float32)
+X = np.cumsum(rng.normal(0, 0.05, size=(5000, skeleton.n_dofs)), axis=0).astype(np.float32)
 out = np.lib.format.open_memmap("D.npy", mode="{mode}", dtype=X.dtype, shape=(len(X), len(X)))
 skpose.metrics._matrix.ENCODED_AT_ONCE = 256
 print("started", flush=True)
-pose_distances(X, skeleton=skeleton, metric="spatial", out=out)  # for a second or two
+pose_distances(X, skeleton=skeleton, metric="spatial", out=out)  # for some seconds
 """
 
 
