@@ -123,7 +123,7 @@ def _orientations(X: np.ndarray, skeleton: Skeleton) -> np.ndarray:
 
 
 def turns_between(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Return the rotation vectors (..., 3) from unit quaternions to others, at most π long, in the axes of the first."""
+    """Return the rotation vectors (..., 3) from quaternions to others, at most π long, in the axes of the first."""
     real = (first * second).sum(axis=-1, keepdims=True)
     vector = first[..., :1] * second[..., 1:] - second[..., :1] * first[..., 1:]
     vector -= np.cross(first[..., 1:], second[..., 1:])
