@@ -63,12 +63,13 @@ def line(name, seconds, n_iter, value):
     print(f"  {name:44s} {1e3 * seconds:10.1f} ms {n_iter:5d} iterations   {value:.6f}")
 
 
-def by_scipy(X, skeleton, method):
-    """Return the extrinsic mean by scipy, with the Jacobian of the positions, from the same start, and iterations."""
+def by_scipy(X, skeleton, method, start=None):
+    """Return the extrinsic mean by scipy, with the Jacobian of the positions, and iterations; None is our start."""
     scale = np.repeat(np.sqrt(skeleton.weights), 3)
     F = forward_kinematics(X, skeleton).reshape(len(X), -1) * scale
     target = F.mean(axis=0)
-    start = X[((F - target) ** 2).sum(axis=1).argmin()]
+    if start is None:
+        start = X[((F - target) ** 2).sum(axis=1).argmin()]
 
     def gap(pose):
         return scale * forward_kinematics(pose[None], skeleton).ravel() - target
@@ -103,7 +104,10 @@ def compare_means(name, X, skeleton):
         (pose, n_iter), seconds = timed(lambda method=method: by_scipy(X, skeleton, method))
         found = variance(X, skeleton, "position", pose)
         line(f'scipy, "{method}", on the same sum', seconds, n_iter, found)
-        assert mean.variance < found * (1 + 1e-3)  # it may come to another minimum: of HDM05 to one 0.02 % lower
+        # It may come to another minimum, as of HDM05 to a lower one; from ours it comes to no other.
+        polished = variance(X, skeleton, "position", by_scipy(X, skeleton, method, mean.pose)[0])
+        assert mean.variance < (found if method == "lm" else polished) * (1 + 1e-4)
+        assert mean.variance < polished * (1 + 1e-9)
     median, seconds = timed(lambda: geometric_median(X, skeleton))
     line('geometric_median, "position" (mean distance)', seconds, median.n_iter, median.deviation)
     assert median.deviation**2 <= mean.variance

@@ -40,6 +40,16 @@ def no_open_figures():
         sys.modules["matplotlib.pyplot"].close("all")
 
 
+@pytest.fixture
+def agg():
+    """A backend of matplotlib that draws."""
+    plt = pytest.importorskip("matplotlib.pyplot")
+    before = plt.get_backend()
+    plt.switch_backend("agg")
+    yield
+    plt.switch_backend(before)
+
+
 @pytest.fixture(scope="session")
 def cmu_folder():
     """The folder of CMU files named by SKPOSE_CMU; a wrong folder is a failure, and without one the test is skipped."""

@@ -1,6 +1,5 @@
 from itertools import pairwise
 
-import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
@@ -12,16 +11,9 @@ from skpose.datasets import make_gait
 from skpose.plot import AlignmentDisplay
 from skpose.plot._pose import SIDES
 
+pytestmark = pytest.mark.usefixtures("agg")
+
 ARM = Skeleton.chain(2)
-
-
-@pytest.fixture(autouse=True)
-def agg(monkeypatch):
-    """A backend that draws."""
-    before = matplotlib.get_backend()
-    plt.switch_backend("agg")
-    yield
-    plt.switch_backend(before)
 
 
 def two_motions(name="humanoid", n=20, m=30):

@@ -1,7 +1,6 @@
 import re
 from itertools import pairwise
 
-import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
@@ -11,14 +10,7 @@ from skpose.datasets import make_gait
 from skpose.plot import MeanMotionDisplay
 from skpose.plot._pose import SIDES
 
-
-@pytest.fixture(autouse=True)
-def agg():
-    """A backend that draws."""
-    before = matplotlib.get_backend()
-    plt.switch_backend("agg")
-    yield
-    plt.switch_backend(before)
+pytestmark = pytest.mark.usefixtures("agg")
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,6 @@ import subprocess
 import sys
 from itertools import combinations, pairwise
 
-import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
@@ -36,6 +35,8 @@ from skpose.plot._geodesic import _Plane
 from skpose.plot._pose import SIDES
 from skpose.skeleton._sides import sides
 
+pytestmark = pytest.mark.usefixtures("agg")
+
 ARM = Skeleton.chain(3)
 START, END = [0.2, 0.3, 0.0], [2.4, 0.2, 0.1]
 X = np.random.default_rng(0).normal(size=(20, 3))
@@ -49,15 +50,6 @@ def shortest_path():
 @functools.cache
 def mean_of_motions():
     return mean_motion([Motion(ARM, np.linspace(START, END, n), 10) for n in (6, 8)])
-
-
-@pytest.fixture(autouse=True)
-def agg(monkeypatch):
-    """A backend that draws."""
-    before = matplotlib.get_backend()
-    plt.switch_backend("agg")
-    yield
-    plt.switch_backend(before)
 
 
 def drawn_bones(line):

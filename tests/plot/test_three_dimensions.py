@@ -1,6 +1,5 @@
 """Poses in axes of three dimensions, and labels and legends that can be read."""
 
-import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
@@ -10,16 +9,9 @@ from skpose import Skeleton, forward_kinematics, geodesic
 from skpose.plot import GeodesicDisplay, PoseDisplay
 from skpose.plot._pose import SIDES
 
+pytestmark = pytest.mark.usefixtures("agg")
+
 ARM = Skeleton.chain(3)
-
-
-@pytest.fixture(autouse=True)
-def agg():
-    """A backend that draws."""
-    before = matplotlib.get_backend()
-    plt.switch_backend("agg")
-    yield
-    plt.switch_backend(before)
 
 
 def drawn_bones(ax):
