@@ -18,11 +18,11 @@ import numpy as np
 
 from skpose._compiled.chart import chart_at, free_tree, pose_of
 from skpose._compiled.forward import orient, place_joints, workspace, workspace_rows
-from skpose._compiled.geodesic import MAX_ITER, NEVER, TOL, find_geodesic, shorter_line
+from skpose._compiled.geodesic import GRADIENT_NORM, MAX_ITER, NEVER, find_geodesic, shorter_line
 from skpose._compiled.jacobian import write_jacobian
 from skpose._compiled.jit import internal, jit
 from skpose._compiled.minimiser import LEAST_DAMPING as LEAST_OF_PATHS
-from skpose._compiled.minimiser import Settings, minimise, unbounded
+from skpose._compiled.minimiser import Settings, Stop, minimise, unbounded
 from skpose._compiled.path_energy import path_of
 
 TOL_CHORDS = 1e-6  # norm of the gradient at which a path of so many chords has converged, m²/rad
@@ -128,10 +128,10 @@ def logarithms_from(tree, pose, ends, first, last, n_steps, found):
     basis = tangent_space(tree, pose)
     here, following, nodes = np.empty(n), np.empty(n), np.empty((n_steps + 1, n_dofs))
     # From a path that is nearly the one that is looked for: the exact Hessian all along.
-    settings = Settings(MAX_ITER, TOL_CHORDS, LEAST_OF_PATHS, math.inf, math.inf, True, NEVER)
+    settings = Settings(Stop(MAX_ITER, TOL_CHORDS, 0.0), LEAST_OF_PATHS, math.inf, math.inf, True, NEVER)
     for i in range(first, last):
         line, _ = shorter_line(tree, free, pose, ends[i], n_steps)
-        curve = find_geodesic(free, line, bounds, MAX_ITER, TOL)
+        curve = find_geodesic(free, line, bounds, Stop(MAX_ITER, GRADIENT_NORM, 0.0))
         n_samples = (curve.poses.shape[0] - 1) // n_steps
         for k in range(n_steps + 1):
             for d in range(n_dofs):

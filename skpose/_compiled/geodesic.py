@@ -20,12 +20,22 @@ from skpose._compiled.encode import n_line_codes
 from skpose._compiled.forward import SQRT2
 from skpose._compiled.jit import internal, jit, unfolded
 from skpose._compiled.measure import measure_line, turns_off
-from skpose._compiled.minimiser import FIRST_DAMPING, MAX_GAP, ROUNDING, Settings, minimise, rounding_length, unbounded
+from skpose._compiled.minimiser import (
+    FIRST_DAMPING,
+    MAX_GAP,
+    ROUNDING,
+    Settings,
+    Stop,
+    minimise,
+    rounding_length,
+    unbounded,
+)
 from skpose._compiled.path_energy import FINE, chords, curve_length, divided, path_of
 from skpose._compiled.rotation import product, vector_of
 from skpose._compiled.tree import TWO_PI
 
-MAX_ITER, TOL = 500, 1e-7  # iterations in each refinement; norm of the gradient, m²/rad
+MAX_ITER, TOL = 500, 1e-6  # iterations in each refinement; share of the length that is left to gain
+GRADIENT_NORM = 1e-7  # of the energy, where not only the length of a path matters but also its direction, m²/rad
 SUBSTEPS = 4
 REFINEMENTS = ((1, 1), (1, SUBSTEPS), (2, SUBSTEPS), (4, SUBSTEPS))  # free steps over n_steps, chords in each
 NEAR = 1e-3  # a relative decrease of the energy below which the exact Hessian takes over, on refined paths
@@ -45,14 +55,24 @@ class Curve(NamedTuple):
     length: float  # sum of the chords, m
     curve_length: float  # on the fine grid, m
     gradient_norm: float  # of the energy in the free poses, m²/rad
+    gain: float  # share of the length that is left to gain
     n_iter: int  # of all refinements
     converged: bool
 
 
+@internal
+def stop_at(max_iter, tol):
+    """Return where the search for a geodesic ends, tol being a share of its length.
+
+    That is twice as much of the energy. Half of this is requested, as the model often has too little left.
+    """
+    return Stop(max_iter, 0.0, tol)
+
+
 @unfolded
-def _settings_for(substeps, max_iter, tol):
+def _settings_for(substeps, stop):
     exact_below, patience = (0.0, PATIENCE) if substeps == 1 else (NEAR, NEVER)
-    return Settings(max_iter, tol, FIRST_DAMPING, exact_below, LEAST_CHANGE, False, patience)
+    return Settings(stop, FIRST_DAMPING, exact_below, LEAST_CHANGE, False, patience)
 
 
 @internal
@@ -90,11 +110,12 @@ def checked(line_tree, line, tree, samples, outcome, n_iter):
     if passes and along > chords(line_tree, line)[0]:
         finer = divided(line, (samples.shape[0] - 1) // (line.shape[0] - 1))
         passes = along <= curve_length(line_tree, finer) + noise
-    return Curve(samples, energy, length, along, outcome.gradient_norm, n_iter, outcome.converged), passes
+    gain = 0.5 * outcome.gain  # of the length, the square root of the energy
+    return Curve(samples, energy, length, along, outcome.gradient_norm, gain, n_iter, outcome.converged), passes
 
 
 @internal
-def find_geodesic(tree, line, bounds, max_iter, tol):
+def find_geodesic(tree, line, bounds, stop):
     """Find a path of least energy that passes the discretisation check, from a line of poses on.
 
     Where none is found that is no longer than that line, the path is the line, unconverged.
@@ -103,17 +124,18 @@ def find_geodesic(tree, line, bounds, max_iter, tol):
     for factor, substeps in REFINEMENTS:
         if substeps > 1:
             poses = line if factor == 1 else divided(poses, 2)
-        settings = _settings_for(substeps, max_iter, tol)
+        settings = _settings_for(substeps, stop)
         path = path_of(tree, poses, substeps)
         outcome = minimise(tree, path, bounds, settings)
         n_iter += outcome.n_iter
         poses = path.poses
         curve, passes = checked(tree, line, tree, divided(poses, substeps), outcome, n_iter)
-        if passes:
+        given_up = substeps == 1 and outcome.gain == math.inf  # in the middle of the search; refined, it may end
+        if passes and not given_up:
             return curve
     length, energy = chords(tree, line)
     local = free_tree(tree, False)
-    return Curve(line, energy, length, _curve_length(tree, local, line), math.nan, n_iter, False)
+    return Curve(line, energy, length, _curve_length(tree, local, line), math.nan, math.nan, n_iter, False)
 
 
 @internal
@@ -135,7 +157,7 @@ def path_between(tree, start, end, n_steps, frees_angles, bounds, max_iter, tol)
     """Find the geodesic between two poses, the difference of angles wrapped already; return it as poses."""
     free = free_tree(tree, frees_angles)
     line, _ = shorter_line(tree, free, start, end, n_steps)
-    curve = find_geodesic(free, line, bounds, max_iter, tol)
+    curve = find_geodesic(free, line, bounds, stop_at(max_iter, tol))
     poses, last = np.empty(curve.poses.shape), curve.poses.shape[0] - 1
     poses[0] = start
     for i in range(1, last + 1):
@@ -146,7 +168,14 @@ def path_between(tree, start, end, n_steps, frees_angles, bounds, max_iter, tol)
     if farthest < ARRIVED:
         poses[last] = end
     return Curve(
-        poses, curve.energy, curve.length, curve.curve_length, curve.gradient_norm, curve.n_iter, curve.converged
+        poses,
+        curve.energy,
+        curve.length,
+        curve.curve_length,
+        curve.gradient_norm,
+        curve.gain,
+        curve.n_iter,
+        curve.converged,
     )
 
 
@@ -197,7 +226,7 @@ def measure_geodesic(x, Y, first, last, tree, steps, scratch, results):
     codes, distances = Y.reshape((Y.shape[0], width)), results.distances.reshape((n_groups, width))
     skip, gaps = results.skip.reshape((n_groups, width)), results.gap.reshape((n_groups, width))
     bounds, noise, free = unbounded(n), rounding_length(tree), free_tree(tree, steps.half_turn < math.inf)
-    start, end = np.empty(n), np.empty(n)
+    start, end, stop = np.empty(n), np.empty(n), stop_at(MAX_ITER, TOL)
     for k in range(first, last):
         code, group = codes[k * n_codes : (k + 1) * n_codes], k - first
         for w in range(width):
@@ -223,7 +252,7 @@ def measure_geodesic(x, Y, first, last, tree, steps, scratch, results):
             if line - chord <= AGREE * line + noise:
                 distances[group, w] = max(chord, line)
                 continue
-            curve = find_geodesic(free, path, bounds, MAX_ITER, TOL)
+            curve = find_geodesic(free, path, bounds, stop)
             distances[group, w] = max(chord, min(curve.length, line))
             if not curve.converged:
                 gaps[group, w] = max((curve.curve_length - curve.length) / curve.curve_length, ROUNDING)

@@ -24,7 +24,7 @@ from skpose._compiled.geodesic import (
     shorter_line,
 )
 from skpose._compiled.jit import internal, jit
-from skpose._compiled.minimiser import FIRST_DAMPING, Settings, minimise, unbounded
+from skpose._compiled.minimiser import FIRST_DAMPING, Settings, Stop, minimise, unbounded
 from skpose._compiled.path_energy import add_gradient, divided, empty_path, path_of, place, sum_moments
 
 MOST_NODES = REFINEMENTS[-1][0]  # steps of the finest path, over n_steps
@@ -119,7 +119,7 @@ def follow_geodesics(tree, pose, ends, first, last, search, kept, found):
     """Compute the geodesics from a pose to the ends first:last, whose angles are wrapped already; keep their paths."""
     free, own = free_tree(tree, search.frees_angles), free_tree(tree, search.frees_angles)
     bounds, scratch = unbounded(pose.shape[0]), np.empty(workspace_rows(tree))
-    settings = Settings(MAX_STEPS, search.tol, FIRST_DAMPING, 0.0, LEAST_CHANGE, False, PATIENCE)
+    settings = Settings(Stop(MAX_STEPS, search.tol, 0.0), FIRST_DAMPING, 0.0, LEAST_CHANGE, False, PATIENCE)
     for i in range(first, last):
         line, _ = shorter_line(tree, free, pose, ends[i], search.n_steps)
         if kept.n_nodes[i] > 0:
@@ -134,6 +134,6 @@ def follow_geodesics(tree, pose, ends, first, last, search, kept, found):
                     _keep(kept, i, own, curve, search.n_steps)
                     _record(own, curve, search.n_steps, scratch, i, found)
                     continue
-        curve = find_geodesic(free, line, bounds, MAX_ITER, search.tol)
+        curve = find_geodesic(free, line, bounds, Stop(MAX_ITER, search.tol, 0.0))
         _keep(kept, i, free, curve, search.n_steps)
         _record(free, curve, search.n_steps, scratch, i, found)

@@ -8,7 +8,7 @@ from skpose._compiled.chart import chart_at, pose_of
 from skpose._compiled.forward import workspace_rows
 from skpose._compiled.geodesic import NEVER
 from skpose._compiled.jit import jit
-from skpose._compiled.minimiser import LEAST_DAMPING, Outcome, Settings, minimise, unbounded
+from skpose._compiled.minimiser import LEAST_DAMPING, Outcome, Settings, Stop, minimise, unbounded
 from skpose._compiled.path_energy import empty_path, place
 
 
@@ -31,7 +31,7 @@ def project(tree, target, pose, max_iter, tol):
     path = empty_path(free, 3, 2)
     path.poses[:] = coordinates
     path.P[:] = target
-    settings = Settings(max_iter, 2.0 * tol, LEAST_DAMPING, math.inf, math.inf, True, NEVER)
+    settings = Settings(Stop(max_iter, 2.0 * tol, 0.0), LEAST_DAMPING, math.inf, math.inf, True, NEVER)
     outcome = minimise(free, path, unbounded(pose.shape[0]), settings)
     found = pose_of(tree, free, path.poses[1], pose)
-    return found, Outcome(0.5 * outcome.gradient_norm, outcome.n_iter, outcome.converged)
+    return found, Outcome(0.5 * outcome.gradient_norm, outcome.gain, outcome.n_iter, outcome.converged)

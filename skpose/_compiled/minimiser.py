@@ -30,6 +30,10 @@ from skpose._compiled.path_energy import chords, copy_free, copy_of, curve_lengt
 
 # λ is relative to the mean diagonal of the normal equations.
 FIRST_DAMPING, LEAST_DAMPING, MAX_DAMPING = 1e-6, 1e-8, 1e6
+# Where some energy may be left, λ is at least so many times that share of it: smaller, steps go far along directions
+# in which almost no joint moves, and fail.
+DAMPING_OVER_GAIN = 10.0
+LONGEST = 4.0  # step that is tried, in steps of the quadratic model
 LEAST_RATIO = 1e-4  # of actual to predicted decrease, for a step to be taken
 ROUNDING = 1e-14  # relative to the energy or to the sum of the bones, what float64 cannot show
 MAX_GAP = 5e-3  # relative difference of a path's two lengths within which it passes the discretisation check
@@ -45,11 +49,18 @@ class Bounds(NamedTuple):
     upper: np.ndarray  # (n_dofs,)
 
 
+class Stop(NamedTuple):
+    """The end of the search for a minimum: one of these is reached."""
+
+    max_iter: int
+    gradient_norm: float  # of the energy, m²/rad
+    gain: float  # relative decrease of the energy that the quadratic model, the exact one, has left
+
+
 class Settings(NamedTuple):
     """Settings of the search for a minimum."""
 
-    max_iter: int
-    tol: float  # norm of the energy's gradient, m²/rad
+    stop: Stop
     damping: float  # λ at first
     exact_below: float  # relative decrease of the energy below which the Hessian is exact: 0 never, inf always
     least_change: float  # relative change of a step's length that is worth a second trial; inf: none is
@@ -61,6 +72,7 @@ class Outcome(NamedTuple):
     """The end of the search for a minimum."""
 
     gradient_norm: float  # of the energy, of the part that the bounds leave, m²/rad
+    gain: float  # relative decrease of the energy that the quadratic model has left
     n_iter: int
     converged: bool
 
@@ -186,12 +198,15 @@ def _line_search(tree, path, line, bounds, first, second, scratch):
     """
     lowest = _try(tree, path, line, 1.0, bounds, first, scratch)
     curvature = 2.0 * (lowest - line.half + line.descent)
-    size = line.descent / curvature if curvature > 0.0 else 1.0
-    if abs(size - 1.0) > line.least_change and size < 4.0:
+    size = line.descent / curvature if curvature * LONGEST > line.descent else LONGEST
+    while abs(size - 1.0) > line.least_change:
         again = _try(tree, path, line, size, bounds, second, scratch)
         if again < lowest:
             copy_free(second, first)
             return again
+        if size < LONGEST:
+            break
+        size = math.sqrt(size)
     return lowest
 
 
@@ -214,10 +229,10 @@ def _perturb(path, bounds):
 
 
 @unfolded
-def _updated_damping(damping, raised, ratio, scale):
+def _updated_damping(damping, raised, ratio, least):
     """Return the next damping: less where the decrease is as predicted, the raised one where it is not."""
     if ratio > 0.75:
-        return max(0.1 * damping, LEAST_DAMPING * scale)
+        return max(0.1 * damping, least)
     return raised if ratio < 0.25 else damping
 
 
@@ -228,46 +243,60 @@ def relative_gap(tree, poses):
     return (along - chords(tree, poses)[0]) / along if along > 0.0 else 0.0
 
 
+@unfolded
+def _model_step(tree, system, damping, scale, step):
+    """Compute the damped step; return the damping used, the decrease by the quadratic model, and minus the slope."""
+    used = _damped_step(tree, system, damping, scale, step)
+    slope = -_dot(system.equations.gradient, step)
+    return used, 0.5 * (used * _dot(step, step) + slope), slope
+
+
 @internal
 def minimise(tree, path, bounds, settings):
     """Minimise the energy of a path in place: its ends are fixed and placed already, its free poses within bounds."""
     shape = path.poses.shape
-    system, trial, second = _system_for(tree, path), copy_of(path), copy_of(path)
+    system, trial, second, stop = _system_for(tree, path), copy_of(path), copy_of(path), settings.stop
     gradient = system.equations.gradient
     step, last_step, direction = np.zeros(shape), np.zeros(shape), np.zeros(shape)
     half, noise = evaluate(tree, path, system.scratch), rounding_length(tree) ** 2
     if shape[0] < 3:
-        return Outcome(0.0, 0, True)
-    scale, damping, norm, n_perturbations = 0.0, 0.0, math.inf, 0
+        return Outcome(0.0, 0.0, 0, True)
+    scale, damping, norm, predicted, n_perturbations = 0.0, 0.0, math.inf, 0.0, 0
     last_slope = 0.0  # along the step before; zero where the conjugate directions start anew
+    verified = False  # that almost no energy is left, by the exact model with the least damping
     exact = settings.exact_below == math.inf
-    for iteration in range(settings.max_iter):
+    least_gain, least_damping = max(ROUNDING, stop.gain), max(LEAST_DAMPING, DAMPING_OVER_GAIN * stop.gain)
+    for iteration in range(stop.max_iter):
         normal_equations(tree, path, system.equations)
         if iteration == 0:
             scale = mean_diagonal(system.equations)
-            damping = settings.damping * scale
+            damping = max(settings.damping, least_damping) * scale
         if exact:
             add_second_derivatives(tree, path, system.equations)
         if _fix_at_bounds(path, bounds, system):
             last_slope = 0.0
         norm = 2.0 * math.sqrt(_dot(gradient, gradient))
-        if scale <= noise:  # nothing moves
-            return Outcome(norm, iteration, True)
-        stationary, used, predicted, slope = norm <= settings.tol, damping, 0.0, 0.0
+        if scale <= noise or half <= noise:  # nothing moves
+            return Outcome(norm, 0.0, iteration, True)
+        stationary, used, predicted, slope = norm <= stop.gradient_norm, damping, 0.0, 0.0
         if not stationary:
-            used = _damped_step(tree, system, damping, scale, step)
-            slope = -_dot(gradient, step)
-            predicted = 0.5 * (used * _dot(step, step) + slope)
-            stationary = predicted <= ROUNDING * half
-            if used == math.inf or (stationary and used > scale):  # it is the damping that leaves no step
-                return Outcome(norm, iteration, False)
+            used, predicted, slope = _model_step(tree, system, damping, scale, step)
+            if ROUNDING * half < predicted <= least_gain * half and not verified:
+                if not exact:
+                    add_second_derivatives(tree, path, system.equations)
+                verified, exact, last_slope, damping = True, True, 0.0, LEAST_DAMPING * scale
+                used, predicted, slope = _model_step(tree, system, damping, scale, step)
+            stationary = predicted <= least_gain * half
+            # Where the damping alone leaves no step.
+            if used == math.inf or (predicted <= ROUNDING * half and damping > scale):
+                return Outcome(norm, math.inf, iteration, False)
         if stationary:  # a minimum or a saddle
             if n_perturbations == MAX_PERTURBATIONS or _is_minimum(tree, path, exact, scale, system, direction):
-                return Outcome(norm, iteration, True)
+                return Outcome(norm, predicted / half if half > 0.0 else 0.0, iteration, True)
             n_perturbations += 1
             _perturb(path, bounds)
             half = evaluate(tree, path, system.scratch)
-            last_slope, damping = 0.0, settings.damping * scale
+            last_slope, damping = 0.0, max(settings.damping, least_damping) * scale
             continue
         _combine(step, last_slope, last_step, slope, gradient, direction)
         line = Line(direction, half, -_dot(gradient, direction), settings.least_change)
@@ -275,13 +304,14 @@ def minimise(tree, path, bounds, settings):
         ratio = (half - lowest) / predicted
         if ratio > LEAST_RATIO:
             exact = half - lowest < settings.exact_below * half
+            verified = half - lowest <= least_gain * half
             copy_free(trial, path)
             half = lowest
             step, last_step = last_step, step
         last_slope = slope if ratio > 0.25 and not exact else 0.0
         raised = 4.0 * (used if settings.raise_used else damping)
-        damping = _updated_damping(damping, raised, ratio, scale)
+        damping = _updated_damping(damping, raised, ratio, least_damping * scale)
         check = iteration % settings.patience == settings.patience - 1
         if check and relative_gap(tree, path.poses) > DIVERGED * MAX_GAP:
-            return Outcome(norm, iteration + 1, False)
-    return Outcome(norm, settings.max_iter, False)
+            return Outcome(norm, math.inf, iteration + 1, False)
+    return Outcome(norm, predicted / half, stop.max_iter, False)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._compiled.geodesic import TOL
+from skpose._compiled.geodesic import GRADIENT_NORM
 from skpose._compiled.kept_paths import MOST_NODES, Geodesics, KeptPaths, Search, follow_geodesics
 from skpose._compiled.tree import Tree
 from skpose._parallel.threads import in_threads
@@ -53,7 +53,7 @@ class GeodesicPoses(NamedTuple):
         tree, n = self.tree, len(self.dofs)
         found = Geodesics(np.empty(n), np.empty(n), np.empty(self.dofs.shape), np.empty(n, dtype=bool))
         ends = wrapped(tree, self.dofs, pose[None]) if self.wrap else self.dofs
-        tol = max(TOL, SHARE * slope / self.n_steps) if np.isfinite(slope) else FIRST_TOL
+        tol = max(GRADIENT_NORM, SHARE * slope / self.n_steps) if np.isfinite(slope) else FIRST_TOL
         search = Search(self.n_steps, self.wrap, tol)
         in_threads(
             (

@@ -73,8 +73,8 @@ def frechet_mean(
     pose, since only poses are considered: :math:`\arg\min_\theta \sum_i w_i \, d(\theta, \theta_i)^2` with d
 
     - "position": the *extrinsic* mean, the pose nearest to the mean of the positions, as
-      :math:`\arg\min_\theta \sum_i w_i \|F(\theta) - F(\theta_i)\|^2
-      = \arg\min_\theta \|F(\theta) - \sum_i w_i F(\theta_i)\|^2`.
+      :math:`\arg\min_\theta \sum_i w_i \|F(\theta) - F(\theta_i)\|^2` equals
+      :math:`\arg\min_\theta \|F(\theta) - \sum_i w_i F(\theta_i)\|^2`.
     - "geodesic": the *intrinsic* (Karcher) mean, d the geodesic distance, eq. 3.
     - "rotation": the mean of the world orientations of the bones.
     - "spatial": d the length of the straight line.

@@ -150,8 +150,8 @@ class Barycenter:
     def _nearest_to_mean(self, pose: np.ndarray, group: np.ndarray) -> tuple[np.ndarray, bool]:
         start = to_tree_order(self.tree, pose[np.newaxis])[0]
         target = self.positions[group].mean(axis=0)
-        found, (_, _, converged) = project(self.tree, target, start, STEPS_OF_A_POSE, TOL_EXTRINSIC)
-        return from_tree_order(self.tree, found, pose), bool(converged)
+        found, outcome = project(self.tree, target, start, STEPS_OF_A_POSE, TOL_EXTRINSIC)
+        return from_tree_order(self.tree, found, pose), bool(outcome.converged)
 
     def _karcher_mean(self, pose: np.ndarray, group: np.ndarray) -> tuple[np.ndarray, bool]:
         weights = np.full(len(group), 1.0 / len(group))

@@ -92,8 +92,9 @@ def segment_repetitions(
     overlap, nor the template, and the sum of the similarities of all cells is the largest. With m frames in the
     template and n in all,
 
-    .. math:: \sigma = \frac{\text{sum of similarities}}{\text{number of cells} + m}, \quad
-              \gamma = \frac{\text{frames of the segments}}{n}, \quad
+    .. math:: \sigma = \frac{\text{sum of similarities}}{\text{number of cells} + m},
+
+    .. math:: \gamma = \frac{\text{frames of the segments}}{n}, \quad
               \text{fitness} = \frac{2 \sigma \gamma}{\sigma + \gamma}.
 
     The repetitions are the fittest template and its segments. Twice the movement is less fit than the movement: more of
