@@ -9,7 +9,6 @@ of the time from the start of navigation to the first picture, by the browser's 
 Needs Chromium and chromedriver; without them the size alone is printed.
 """
 
-import os
 import shutil
 import statistics
 import tempfile
@@ -19,6 +18,7 @@ from pathlib import Path
 
 import common
 import numpy as np
+import pages
 
 from skpose import Motion, forward_kinematics
 from skpose.skeleton._root import root_orientations
@@ -27,7 +27,6 @@ from skpose.view._pack import unpack
 from skpose.view._scene import motion_data
 
 RATE, SECONDS = 30.0, 60.0
-MARK = "performance.getEntriesByName('skpose: first frame drawn')[0]?.startTime"
 
 
 def minute(folder, seconds):
@@ -58,26 +57,6 @@ def check(motion):
     return data["error"]
 
 
-def browser():
-    from selenium.webdriver import Chrome, ChromeOptions, ChromeService
-
-    options = ChromeOptions()
-    options.binary_location = shutil.which("chromium") or shutil.which("google-chrome")
-    root = ["--no-sandbox"] if os.geteuid() == 0 else []
-    for argument in ["--headless=new", "--disable-gpu", "--disable-dev-shm-usage", "--window-size=1300,860", *root]:
-        options.add_argument(argument)
-    return Chrome(options, ChromeService(shutil.which("chromedriver")))
-
-
-def start_up(driver, url):
-    """Return milliseconds from the start of navigation to the first picture."""
-    driver.get("about:blank")
-    driver.get(url)
-    while (drawn := driver.execute_script(f"return {MARK}")) is None:
-        time.sleep(0.01)
-    return drawn
-
-
 def main():
     arguments = common.parser(__doc__, folder=False)
     arguments.add_argument("--cmu", help="CMU files, see load_cmu; default: generated gait")
@@ -105,10 +84,10 @@ def main():
         n = 2 if options.quick else 9
         cold, warm = [], []
         for _ in range(2 if options.quick else 5):
-            driver = browser()
+            driver = pages.browser()
             driver.get("about:blank")
-            cold.append(start_up(driver, path.as_uri()))
-            warm += [start_up(driver, path.as_uri()) for _ in range(n)]
+            cold.append(pages.start_up(driver, path.as_uri()))
+            warm += [pages.start_up(driver, path.as_uri()) for _ in range(n)]
             version = driver.capabilities["browserVersion"]
             driver.quit()
     print(f"Chromium {version}, first picture after: {statistics.median(cold):.0f} ms in a new browser, ", end="")

@@ -22,6 +22,7 @@ from skpose._cli.inputs import (
     readable,
     reading_options,
 )
+from skpose._cli.labels import Labels
 from skpose._cli.targets import REPORT, is_unfinished
 from skpose._files import check_new, created_meanwhile, new_file
 from skpose._parallel.checkpoint import FileCheckpoint
@@ -33,7 +34,7 @@ from skpose.motions import align_motions, find_motion, motion_distances
 from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._skeleton import check_comparable
-from skpose.view import player
+from skpose.view import explorer, player
 
 WITHOUT_ALIGN = "Leave --align out to see them side by side"
 
@@ -192,12 +193,32 @@ def view(motions: list[Motion], names: list[str], out: Path, *, align: bool, ove
         check_comparable([motion.skeleton for motion in motions], names, WITHOUT_ALIGN, WITHOUT_ALIGN)
         check_one_rate(MotionDataset(motions, names, names, names))
         alignment = align_motions(*motions)
-    labels = [Path(name).name for name in names]
-    page = player(
-        motions, labels=labels if len(set(labels)) == len(labels) else names, alignment=alignment, overlay=overlay
+    page = player(motions, labels=_short(names), alignment=alignment, overlay=overlay)
+    page.save(out)
+    print(f"{out}: {page.note}, {page.n_bytes / 1e6:.2g} MB")
+
+
+def explore(dataset: MotionDataset, labels: Labels, metrics: Sequence[str], out: Path, n_jobs: int) -> None:
+    """Write a page of all poses; the motions of the dataset have the names of their files."""
+    names = list(dataset.subjects)
+    known = {name: getattr(labels, name) for name in ("subjects", "trials", "actions") if any(getattr(labels, name))}
+    every = all(map(any, zip(labels.subjects, labels.actions, strict=True)))
+    page = explorer(
+        MotionDataset(dataset.motions, **known),
+        metrics=metrics,
+        rate=None,  # that of the dataset
+        labels=None if every else _short(names),
+        n_jobs=n_jobs,
+        verbose=1,
     )
     page.save(out)
     print(f"{out}: {page.note}, {page.n_bytes / 1e6:.2g} MB")
+
+
+def _short(names: Sequence[str]) -> list[str]:
+    """Return the names of files without their folders, unless two are equal then."""
+    short = [Path(name).name for name in names]
+    return short if len(set(short)) == len(short) else list(names)
 
 
 def info(files: Sequence[Path], reading: dict[str, Any]) -> None:

@@ -2,7 +2,7 @@
 
 import re
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
@@ -10,10 +10,10 @@ from typing import Any, Literal
 
 import numpy as np
 
+from skpose._cli.labels import labels_of_walks_and_runs
 from skpose.datasets import MotionDataset, load_cmu, walks_and_runs
 from skpose.datasets._index import INDEX, read_index
 from skpose.datasets._motions import ONE_REST, ONE_RIG
-from skpose.datasets._walks_and_runs import WALKING_AND_RUNNING
 from skpose.io import AsfFile, load_motion
 from skpose.kinematics._retarget import Method
 from skpose.motions._inputs import rates_differ
@@ -21,7 +21,6 @@ from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._skeleton import check_comparable, mismatch
 
 STDIN = "-"
-LABELS = re.compile(r"(?P<subject>[^_]+)_(?P<action>.+)_(?P<trial>[^_]+)\.bvh(\.gz)?", re.IGNORECASE)
 
 
 def motion_files(paths: Iterable[Path], suffixes: tuple[str, ...] = (".bvh", ".amc")) -> list[Path]:
@@ -89,16 +88,19 @@ def read_motions(
     with_root: Literal["tilt", "whole"] | None = None,
     up: Literal["x", "y", "z"] | None = None,
     one_rate: bool = False,
+    rates: Mapping[Path, float] | None = None,
 ) -> MotionDataset:
     """Read all files; return their motions on the mean skeleton. Their labels are the names of the files.
 
     Motions with another `method` than "numbers" are on the skeleton of the first file. With `one_rate` refuse motions
-    of different frame rates, and without frames.
+    of different frame rates, and without frames. `rates` are those of some AMC files.
     """
     files = motion_files(paths)
     reading = reading_options(reading)
     names = [name_of(path) for path in files]
-    dataset = MotionDataset([load_motion(readable(path), **reading) for path in files], names, names, names)
+    stated = [{"frame_rate": rates[path]} if rates and path in rates else {} for path in files]
+    motions = [load_motion(readable(path), **(reading | rate)) for path, rate in zip(files, stated, strict=True)]
+    dataset = MotionDataset(motions, names, names, names)
     with files_in_messages(names):
         if rotations == "rotvec":
             dataset = dataset.to_rotvec()
@@ -171,7 +173,7 @@ def read_gait(folder: Path, scale: float | None) -> MotionDataset:
         dataset = load_cmu(folder)
     else:
         paths = _files_in(folder, (".bvh",))
-        labels = _labels(folder, paths)
+        labels = labels_of_walks_and_runs(folder, paths)
         files = [str(path) for path in paths]
         motions = [load_motion(path, scale=scale) for path in paths]
         dataset = MotionDataset(motions, labels["subject"], labels["trial"], labels["action"])
@@ -181,26 +183,3 @@ def read_gait(folder: Path, scale: float | None) -> MotionDataset:
         skeletons.setdefault(motion.skeleton, file_of[id(motion)])
     check_comparable(list(skeletons), list(skeletons.values()), ONE_REST, ONE_RIG)
     return dataset
-
-
-def _labels(folder: Path, paths: Sequence[Path]) -> dict[str, list[str]]:
-    """Return subjects, actions and trials from the names of BVH files."""
-    expected = (
-        "SUBJECT_ACTION_TRIAL.bvh, where ACTION begins with the word walk or run in some of them, such as "
-        "anna_walk_1.bvh, anna_run_2.bvh, ben_walk_fast_1.bvh"
-    )
-    if not paths:
-        raise FileNotFoundError(
-            f"{folder} holds neither an {INDEX}, see skpose.datasets.load_cmu, nor BVH files named {expected}"
-        )
-    found = [LABELS.fullmatch(path.name) for path in paths]
-    if None in found:
-        raise ValueError(f"{paths[found.index(None)]} has no labels in its name: expected {expected}")
-    labels = {key: [match[key].replace("_", " ") for match in found if match] for key in ("subject", "action", "trial")}
-    for word in WALKING_AND_RUNNING:
-        if not any(re.split(r"\W", action.lower())[0] == word for action in labels["action"]):
-            raise ValueError(
-                f"{folder} has no file whose action is {word!r}, but {', '.join(sorted(set(labels['action']))[:8])}: "
-                f"expected names like {expected}"
-            )
-    return labels

@@ -129,6 +129,7 @@ def _print(options: argparse.Namespace) -> None:
 def _write(options: argparse.Namespace) -> None:
     """Run a command that writes files."""
     from skpose._cli import commands, inputs
+    from skpose._cli.labels import labels_of
 
     if options.command == "reproduce":
         commands.reproduce(options.folder, options.scale, options.out, options.seed, options.jobs)
@@ -137,6 +138,11 @@ def _write(options: argparse.Namespace) -> None:
         reading = {name: getattr(options, name) for name in READING}
         names, shown = inputs.read_separately(options.files, options.rate, reading)
         commands.view(shown, names, options.out, align=options.align, overlay=options.overlay)
+        return
+    if options.command == "explore":
+        labels = labels_of(options.files, inputs.motion_files(options.files))
+        dataset = inputs.read_motions(options.files, options.rate, **_reading(options), rates=labels.rates)
+        commands.explore(dataset, labels, options.metrics, options.out, options.jobs)
         return
     if options.command == "motions":
         dataset = inputs.read_motions(options.files, options.rate, **_reading(options), one_rate=True)

@@ -5,14 +5,17 @@ A page is one HTML file without network, see `Page`. Nothing beyond skpose's own
 | module    |                                                                                          |
 |-----------|------------------------------------------------------------------------------------------|
 | `_player` | the player of motions; `_paths` shows a geodesic and the straight line with it           |
+| `_explorer` | all poses of a collection of motions as points in the plane                            |
 | `_scene`  | motions in space, as pages draw them; `_pack` is their numbers as text                   |
+| `_skeleton` | a skeleton for the scripts that compute poses and distances                            |
 | `_strip`  | some poses of a motion as a small picture (SVG)                                          |
 | `_page`   | one HTML file of markup, styles, scripts and data                                        |
 | `assets`  | markup, styles and scripts: `page.js`, `figure.js` and `orbit.js` are for any page       |
 """
 
+from skpose.view._explorer import explorer
 from skpose.view._page import Page
 from skpose.view._paths import geodesic_player
 from skpose.view._player import player
 
-__all__ = ["Page", "geodesic_player", "player"]
+__all__ = ["Page", "explorer", "geodesic_player", "player"]

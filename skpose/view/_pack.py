@@ -26,12 +26,14 @@ def pack(values: np.ndarray, step: float | None = None) -> Packed:
         At least one number.
     step : float, default=None
         The step; None divides the range of all values into 65,535, so that no number is off by more than a 131,070th
-        of the range. A given step is made larger where 32 bits do not reach.
+        of the range. A given step takes 16 bits a number where they reach, or 32, and is made larger where these do
+        not.
     """
     low, extent = float(values.min()), float(np.ptp(values))
     if step is None:
         return _packed(values, low, extent / LEVELS, np.dtype("<u2"))
-    return _packed(values, low, max(step, extent / MOST), np.dtype("<u4"))
+    step = max(step, extent / MOST)
+    return _packed(values, low, step, np.dtype("<u2" if extent <= LEVELS * step else "<u4"))
 
 
 def pack_angles(angles: np.ndarray) -> Packed:

@@ -12,7 +12,17 @@ from skpose.view._page import Page, page_of
 from skpose.view._scene import motion_data
 
 MOST = 12  # motions in one page; more would be too small to see
-ASSETS = ("page.css", "player.css", "page.js", "figure.js", "orbit.js", "clip.js", "stage.js", "player.js")
+ASSETS = (
+    "page.css",
+    "panels.css",
+    "player.css",
+    "page.js",
+    "figure.js",
+    "orbit.js",
+    "clip.js",
+    "stage.js",
+    "player.js",
+)
 
 
 def player(

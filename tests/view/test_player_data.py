@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from conftest import SKELETONS, in_space
+from pages import data_of
 
 from skpose import Bone, Motion, Skeleton, align_motions, forward_kinematics, geodesic, pose_distances
 from skpose.datasets import make_gait
@@ -32,6 +33,13 @@ def test_a_step_is_kept_over_a_larger_range():
     assert 4e-5 < error.max() <= 0.5e-4 * (1 + 1e-6)
 
 
+def test_a_step_takes_16_bits_where_they_reach():
+    values = np.array([[0.0], [6.5535], [3.0]])
+    assert pack(values, 1e-4)["bytes"] == 2
+    assert pack(values * 1.001, 1e-4)["bytes"] == 4
+    np.testing.assert_allclose(unpack(pack(values, 1e-4)), values, atol=0.5e-4 * (1 + 1e-6))
+
+
 def test_whole_numbers_and_constants_are_exact():
     whole = np.random.default_rng(0).integers(0, 10**6, (300, 2)).astype(float)
     np.testing.assert_array_equal(unpack(pack(whole, 1.0)), whole)
@@ -45,12 +53,6 @@ def test_angles_are_the_same_direction():
 
 
 # --- motions ----------------------------------------------------------------------------------------------------------
-
-
-def data_of(page):
-    """What the page's scripts read."""
-    (text,) = re.findall(r'<script type="application/json" id="data">(.*?)</script>', page.html, flags=re.S)
-    return json.loads(text)
 
 
 def moving(skeleton, n=40, up="y", seed=0):

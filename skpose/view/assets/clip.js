@@ -58,13 +58,7 @@ class Clip {
   azimuth(place) {
     const [a, b] = [0, this.frames - 1].map((frame) => this.point(frame, 0, place));
     if (Math.hypot(b[0] - a[0], b[2] - a[2]) > 0.5 * this.size) return Math.atan2(b[0] - a[0], b[2] - a[2]);
-    const across = [0, 0]; // from right to left
-    this.points(0, place).slice(1).forEach(([x, , z], joint) => {
-      const sign = { left: 1, right: -1 }[this.sides[joint]] ?? 0;
-      across[0] += sign * x;
-      across[1] += sign * z;
-    });
-    return Math.hypot(...across) > 1e-3 * this.size ? Math.atan2(-across[1], across[0]) : null;
+    return facing(this.points(0, place), this.sides, 1e-3 * this.size);
   }
 }
 

@@ -1,6 +1,7 @@
 // Skeletons, ground and axes in a canvas, as a camera sees them. y points up; lengths are m, angles rad.
 
 const NEAR = 0.02; // nothing nearer than this share of the camera's distance is drawn
+const FONT = "13px system-ui, sans-serif";
 const FIELD = Math.tan((15 * Math.PI) / 180); // half of what is seen, at distance one
 
 /** A camera that looks at a target from a direction, and is moved by `turn`, `zoomBy` and `pan`. */
@@ -61,6 +62,15 @@ class Camera {
     }
     return least || 1;
   }
+}
+
+/** Give a canvas the pixels of the display, empty, to be drawn in px. */
+function sharpen(canvas, context) {
+  const density = window.devicePixelRatio || 1;
+  const [width, height] = [canvas.clientWidth, canvas.clientHeight].map((length) => Math.round(length * density));
+  if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
+  context.setTransform(density, 0, 0, density, 0, 0);
+  context.clearRect(0, 0, canvas.clientWidth, canvas.clientHeight);
 }
 
 /** Draw a line between two points in space, without the part behind the camera. */
@@ -175,6 +185,15 @@ function drawFigure(context, view, points, parents, { size, colourOf, rootColour
   return flat;
 }
 
+/** Write which colours left and right have, up to a place. */
+function drawSides(context, x, y) {
+  Object.assign(context, { font: FONT, textBaseline: "alphabetic", textAlign: "right" });
+  for (const [side, at] of [["right", x], ["left", x - 38]]) {
+    context.fillStyle = colours[side];
+    context.fillText(side, at, y);
+  }
+}
+
 /** Mark a projected point with a ring. */
 function drawRing(context, { x, y }) {
   context.beginPath();
@@ -192,4 +211,15 @@ function nearestPoint(flat, x, y, within) {
     if (far < least) [best, least] = [i, far];
   });
   return best;
+}
+
+/** The direction (azimuth) that root and joints face where left and right are known and so far apart, or null. */
+function facing(points, sides, least) {
+  const across = [0, 0]; // from right to left
+  points.slice(1).forEach(([x, , z], joint) => {
+    const sign = { left: 1, right: -1 }[sides[joint]] ?? 0;
+    across[0] += sign * x;
+    across[1] += sign * z;
+  });
+  return Math.hypot(...across) > least ? Math.atan2(-across[1], across[0]) : null;
 }

@@ -30,6 +30,15 @@ const colours = new Proxy({}, {
   get: (read, name) => (read[name] ??= getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim()),
 });
 
+/** The colour of a share, 0 to 1, of the largest value. */
+function heat(share) {
+  const [from, to] = share < 0.5 ? ["heat-0", "heat-1"] : ["heat-1", "heat-2"];
+  const channel = (colour, at) => parseInt(colours[colour].slice(at, at + 2), 16);
+  const part = share < 0.5 ? 2 * share : 2 * share - 1;
+  const mixed = [1, 3, 5].map((at) => (1 - part) * channel(from, at) + part * channel(to, at));
+  return `rgb(${mixed.map(Math.round).join(" ")})`;
+}
+
 /** Follow the system's choice of dark or light until the button is pressed; call `changed` after each change. */
 function followTheme(button, changed) {
   const system = matchMedia("(prefers-color-scheme: dark)");
@@ -47,6 +56,12 @@ function followTheme(button, changed) {
     apply(document.documentElement.dataset.theme === "dark" ? "light" : "dark");
   });
   follow();
+}
+
+/** Let a button open the help, and another one close it: a form could not where a frame may not send forms. */
+function listenForHelp() {
+  element("help").addEventListener("click", () => element("about").showModal());
+  element("close").addEventListener("click", () => element("about").close());
 }
 
 /** A new element that holds text, never markup; the direction of writing is that of the text. */

@@ -113,7 +113,7 @@ function listen() {
   element("home").addEventListener("click", reset);
   for (const id of CONTROLS) element(id).addEventListener("change", choose);
   element("align").addEventListener("change", align);
-  element("help").addEventListener("click", () => element("about").showModal());
+  listenForHelp();
   new ResizeObserver(() => (stage.fit(false), refresh())).observe(stage.canvas);
 }
 

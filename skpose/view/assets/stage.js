@@ -2,7 +2,6 @@
 
 const TRAIL = 1; // s
 const [MARGIN, LINE] = [14, 20]; // of texts, px
-const FONT = "13px system-ui, sans-serif";
 
 class Stage {
   camera = new Camera();
@@ -98,11 +97,7 @@ class Stage {
 
   draw(tick) {
     const { canvas, context } = this;
-    const density = window.devicePixelRatio || 1;
-    const [width, height] = [canvas.clientWidth, canvas.clientHeight].map((length) => Math.round(length * density));
-    if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
-    context.setTransform(density, 0, 0, density, 0, 0);
-    context.clearRect(0, 0, canvas.clientWidth, canvas.clientHeight);
+    sharpen(canvas, context);
     const [areas, frames] = [this.areas(this.columns), this.clock.frames(tick)];
     this.views = this.members.map((members, v) => this.drawView(areas[v], members, frames, tick));
   }
@@ -137,10 +132,7 @@ class Stage {
     }
     if (options.ground) this.text(`grid ${Number(cell.toPrecision(3))} m`, right, bottom, "right");
     if (clips.length > 1) members.forEach((i, line) => this.drawName(i, area, line));
-    if (this.showsSides(members)) {
-      this.text("right", right, area.y + MARGIN + 8, "right", colours.right);
-      this.text("left", right - 38, area.y + MARGIN + 8, "right", colours.left);
-    }
+    if (this.showsSides(members)) drawSides(context, right, area.y + MARGIN + 8);
     context.restore();
     return { area, view, figures };
   }
@@ -225,13 +217,4 @@ class Stage {
       this.hover = { clip, index };
     }
   }
-}
-
-/** The colour of a share, 0 to 1, of the largest difference. */
-function heat(share) {
-  const [from, to] = share < 0.5 ? ["heat-0", "heat-1"] : ["heat-1", "heat-2"];
-  const channel = (colour, at) => parseInt(colours[colour].slice(at, at + 2), 16);
-  const part = share < 0.5 ? 2 * share : 2 * share - 1;
-  const mixed = [1, 3, 5].map((at) => (1 - part) * channel(from, at) + part * channel(to, at));
-  return `rgb(${mixed.map(Math.round).join(" ")})`;
 }

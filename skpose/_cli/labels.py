@@ -1,0 +1,63 @@
+"""Subjects, actions and trials of files: those of an index.csv, or of their names."""
+
+import re
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from skpose.datasets._hdm05 import NAME
+from skpose.datasets._index import INDEX, read_index
+from skpose.datasets._walks_and_runs import WALKING_AND_RUNNING
+
+LABELS = re.compile(r"(?P<subject>[^_]+)_(?P<action>.+)_(?P<trial>[^_]+)\.bvh(\.gz)?", re.IGNORECASE)
+CMU = re.compile(r"(?P<subject>\d+)_(?P<trial>\d+)(?P<action>)\.amc(\.gz)?", re.IGNORECASE)
+
+
+class Labels(NamedTuple):
+    """Labels of files, empty where they are not known, and the frame rates that an index states, Hz."""
+
+    subjects: list[str]
+    trials: list[str]
+    actions: list[str]
+    rates: dict[Path, float]
+
+
+def labels_of(folders: Iterable[Path], files: Sequence[Path]) -> Labels:
+    """Return the labels of files, by the index.csv of those of the folders that have one, or by their names."""
+    indexed = {
+        folder / row["file"]: row
+        for folder in folders
+        if (folder / INDEX).is_file()
+        for row in read_index(folder / INDEX)
+    }
+    found = []
+    for path in files:
+        matches = (pattern.fullmatch(path.name) for pattern in (LABELS, NAME, CMU))
+        named = next(filter(None, matches), None)
+        words = {} if named is None else {key: text.replace("_", " ") for key, text in named.groupdict("").items()}
+        found.append(indexed.get(path, words))
+    subjects, trials, actions = ([row.get(key, "") for row in found] for key in ("subject", "trial", "action"))
+    return Labels(subjects, trials, actions, {path: row["frames_per_second"] for path, row in indexed.items()})
+
+
+def labels_of_walks_and_runs(folder: Path, paths: Sequence[Path]) -> dict[str, list[str]]:
+    """Return subjects, actions and trials from the names of BVH files."""
+    expected = (
+        "SUBJECT_ACTION_TRIAL.bvh, where ACTION begins with the word walk or run in some of them, such as "
+        "anna_walk_1.bvh, anna_run_2.bvh, ben_walk_fast_1.bvh"
+    )
+    if not paths:
+        raise FileNotFoundError(
+            f"{folder} holds neither an {INDEX}, see skpose.datasets.load_cmu, nor BVH files named {expected}"
+        )
+    found = [LABELS.fullmatch(path.name) for path in paths]
+    if None in found:
+        raise ValueError(f"{paths[found.index(None)]} has no labels in its name: expected {expected}")
+    labels = {key: [match[key].replace("_", " ") for match in found if match] for key in ("subject", "action", "trial")}
+    for word in WALKING_AND_RUNNING:
+        if not any(re.split(r"\W", action.lower())[0] == word for action in labels["action"]):
+            raise ValueError(
+                f"{folder} has no file whose action is {word!r}, but {', '.join(sorted(set(labels['action']))[:8])}: "
+                f"expected names like {expected}"
+            )
+    return labels

@@ -1,0 +1,194 @@
+"""Options that several commands share, and the types of their values."""
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+
+from skpose._cli.targets import file_named
+
+METRICS = "angle", "position", "rotation", "spatial", "geodesic"  # the registry's, without numba and scikit-learn
+
+
+def add_folder(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "folder",
+        nargs="?",
+        type=Path,
+        metavar="FOLDER",
+        help="AMC files with an index.csv, see skpose.datasets.load_cmu, or BVH files whose names are their labels, "
+        "SUBJECT_ACTION_TRIAL.bvh, where ACTION begins with the word walk or run: anna_walk_1.bvh, ben_run_fast_2.bvh; "
+        "default: generated motions",
+    )
+    add_scale(parser, "metres per unit of length of BVH files; default: 1")
+
+
+def add_poses(parser: argparse.ArgumentParser, out: str, suffix: str, result: str) -> None:
+    """Add the options of a computation on poses that writes a file: input, output, metric, backend."""
+    add_files(parser)
+    parser.add_argument("--out", type=file_named(suffix), required=True, metavar=out, help=result)
+    add_metric(parser)
+    add_preparing(parser)
+    parser.add_argument(
+        "--backend",
+        choices=["threads", "loky", "dask", "ray"],
+        default="threads",
+        help="threads (default), processes (loky), or a cluster, for which dask or ray must be installed",
+    )
+    parser.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="address of the cluster, such as tcp://10.0.0.1:8786; default: start one on this machine",
+    )
+    add_jobs(parser)
+
+
+def add_files(parser: argparse.ArgumentParser, order: str = ", in the order of the rows") -> None:
+    parser.add_argument(
+        "files",
+        nargs="+",
+        type=Path,
+        metavar="FILE",
+        help=f"BVH, AMC or AMASS files{order}; for a folder its BVH and AMC files, sorted; - is standard input",
+    )
+
+
+def add_metric(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--metric", choices=METRICS, default="spatial", help="default: spatial")
+
+
+def add_dtype(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--dtype", choices=["float32", "float64"], default="float64", help="precision; default: float64"
+    )
+
+
+def add_preparing(parser: argparse.ArgumentParser, rate: float | None = None) -> None:
+    """Add the options of what is read, and of what is done with it before the computation."""
+    add_rate(parser, rate)
+    parser.add_argument(
+        "--rotations",
+        choices=["rotvec"],
+        help="rotvec: turn joints of two or three Euler angles into ball joints, which rotate by the shortest path; "
+        "default: the files' angles",
+    )
+    add_reading(parser)
+    parser.add_argument(
+        "--retarget",
+        dest="method",
+        choices=["numbers", "orientations", "positions", "auto", "unchecked"],
+        default="numbers",
+        help="bring files of different rigs or rest poses onto the skeleton of the first: by the directions of the "
+        "bones in the world, by the positions of the joints, by the first method that can (auto), or by the numbers as "
+        "they are (unchecked); default: by the numbers, on the mean skeleton, with different rest poses refused",
+    )
+    parser.add_argument(
+        "--with-root",
+        choices=["tilt", "whole"],
+        help="make the orientation of the root a part of the poses: without the heading, or whole; default: neither",
+    )
+    parser.add_argument(
+        "--up",
+        choices=["x", "y", "z"],
+        help="the axis of the world that points up, for --with-root; default: y for BVH and AMC files, z for AMASS "
+        "files",
+    )
+
+
+def add_rate(parser: argparse.ArgumentParser, default: float | None = None) -> None:
+    without = "every frame" if default is None else f"{default:g}"
+    parser.add_argument(
+        "--rate",
+        type=positive(float),
+        default=default,
+        metavar="HZ",
+        help=f"resample to this many poses a second; default: {without}",
+    )
+
+
+def add_reading(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the readers of files."""
+    parser.add_argument(
+        "--asf",
+        type=Path,
+        metavar="FILE",
+        help="skeleton of the AMC files; default: in the same folder, walk.asf for walk.amc, or 02.asf for 02_01.amc",
+    )
+    parser.add_argument(
+        "--frame-rate", type=positive(float), default=120.0, metavar="HZ", help="of AMC files; default: 120"
+    )
+    add_scale(parser, "metres per unit of length; default: 1 for BVH, the unit in the skeleton's file for AMC")
+    parser.add_argument(
+        "--model",
+        metavar="FILE",
+        help="body model (.npz) of AMASS files, see skpose.io.load_amass; {gender} in it is replaced by the motion's; "
+        "default: a person of mean proportions",
+    )
+    parser.add_argument(
+        "--no-hands",
+        dest="hands",
+        action="store_false",
+        help="leave out the joints beyond the wrists of AMASS files, with which SMPL and SMPL-H differ",
+    )
+    for name, choices, meaning in (
+        ("on-nan", ["raise", "drop"], "frames with NaN or infinite numbers: refuse the file, or leave them out"),
+        ("trust", ["header", "rows"], "number of frames of a BVH file: as stated after Frames:, or as it has rows"),
+        ("stretch", ["raise", "mean"], "bones of a BVH file that change their lengths: refuse it, or take the mean"),
+        ("missing", ["raise", "rest"], "bones that a frame of an AMC file leaves out: refuse it, or set them to zero"),
+    ):
+        parser.add_argument(f"--{name}", choices=choices, default=choices[0], help=f"{meaning}; default: {choices[0]}")
+    parser.add_argument(
+        "--root",
+        metavar="NAME",
+        help="joint of a BVH file that is the root; default: the first, or its moving child if it stands still",
+    )
+
+
+def add_scale(parser: argparse.ArgumentParser, meaning: str) -> None:
+    parser.add_argument("--scale", type=positive(float), metavar="M", help=meaning)
+
+
+def add_jobs(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--jobs", type=jobs, default=-1, metavar="N", help="threads or processes; -1, the default, is all processors"
+    )
+
+
+def jobs(text: str) -> int:
+    number = int(text)
+    if number == 0:
+        raise ValueError
+    return number
+
+
+jobs.__name__ = "number of jobs"  # in argparse's error message
+
+
+def share(text: str) -> float:
+    value = float(text)
+    if not 0 <= value <= 1:
+        raise ValueError
+    return value
+
+
+share.__name__ = "share from 0 to 1"
+
+
+def seconds(text: str) -> float:
+    value = float(text)
+    if not 0 <= value < float("inf"):
+        raise ValueError
+    return value
+
+
+seconds.__name__ = "time in seconds"
+
+
+def positive(kind: type) -> Callable[[str], float]:
+    def value_of(text: str) -> float:
+        number = kind(text)
+        if not 0 < number < float("inf"):
+            raise ValueError
+        return number
+
+    value_of.__name__ = "positive integer" if kind is int else "positive number"  # in argparse's error message
+    return value_of

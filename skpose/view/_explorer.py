@@ -1,0 +1,257 @@
+"""The explorer: all poses of a collection of motions as points in the plane, and what is behind each point."""
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from skpose.datasets import MotionDataset
+from skpose.kinematics import forward_kinematics
+from skpose.manifold import SpatialMDS
+from skpose.metrics._registry import METRICS
+from skpose.skeleton import Motion, Skeleton
+from skpose.skeleton._root import root_orientations
+from skpose.view._pack import TURN, pack, unpack
+from skpose.view._page import Page, page_of
+from skpose.view._scene import AXES
+from skpose.view._skeleton import NUMBERS, skeleton_data
+
+ALL = 2_000  # poses; of more, some are scaled and the others placed by their distances to these
+LANDMARKS = 1_000
+N_STEPS = 10  # chords of "spatial" and "geodesic", as the default of pose_distances
+STEP = 2.0 * np.pi / TURN  # of the numbers of a pose, rad
+MILLISECOND = 1e-3
+ASSETS = (
+    "page.css",
+    "panels.css",
+    "explorer.css",
+    "page.js",
+    "figure.js",
+    "orbit.js",
+    *NUMBERS,
+    "poses.js",
+    "pose_view.js",
+    "scatter.js",
+    "gestures.js",
+    "marks.js",
+    "comparison.js",
+    "texts.js",
+    "explorer.js",
+)
+
+
+def explorer(
+    dataset: MotionDataset,
+    *,
+    metrics: Sequence[str] = ("spatial", "position", "rotation", "angle"),
+    rate: float | None = 12.0,
+    labels: Sequence[str] | None = None,
+    title: str | None = None,
+    n_jobs: int | None = None,
+    verbose: int = 0,
+) -> Page:
+    """Return a page that shows all poses of some motions as points: near ones are similar under a metric.
+
+    A point under the pointer shows its pose, a click plays its motion from there. Two poses are compared by the
+    shortest path and the straight line between them, played side by side, and by their five distances. A lasso lists
+    the motions inside.
+
+    Parameters
+    ----------
+    dataset : MotionDataset
+        The motions. Their subjects and actions, where they have them, are choices of colour.
+    metrics : sequence of str, default=("spatial", "position", "rotation", "angle")
+        The metrics whose embeddings are in the page, see `skpose.pose_distances`; the page starts with the first.
+    rate : float, default=12.0
+        Poses a second, Hz, see `Motion.resample`; None takes every frame.
+    labels : sequence of str, default=None
+        A name for each motion; None is made of its subject, action and trial, as far as they are known.
+    title : str, default=None
+        Title of the page; None states how many poses and motions there are.
+    n_jobs : int, default=None
+        Threads for the distances, see `skpose.pose_distances`.
+    verbose : int, default=0
+        Whether to show progress.
+
+    Returns
+    -------
+    Page
+        In a notebook it shows itself; ``page.save("explore.html")`` writes it, ``page.open()`` shows it in the browser.
+
+    Raises
+    ------
+    TypeError
+        For what is no MotionDataset.
+    ValueError
+        For fewer than two poses, unknown metrics, labels that are not one each, and for motions whose poses are not
+        comparable, see `MotionDataset.poses`.
+
+    See Also
+    --------
+    player : Motions that play side by side.
+    skpose.SpatialMDS : The embedding.
+    skpose.plot.MDSDisplay : An embedding with matplotlib.
+
+    Notes
+    -----
+    The poses are those of ``dataset.poses(rate)``, on the mean skeleton: the figures in the page are what the distances
+    are about. The root is in them only after ``dataset.with_root()``. The numbers of a pose are rounded to a 65,536th
+    of a whole turn; by how much a joint is moved at most, `Page.note` and the page state.
+
+    The embedding is `SpatialMDS` with two components; of more than 2,000 poses 1,000 are landmarks, so that the cost
+    is one distance for each pose and landmark. "geodesic" takes an hour for a million distances. 10,000 poses of 56
+    numbers make a page of some 1 MB.
+
+    Examples
+    --------
+    >>> from skpose.datasets import make_gait
+    >>> from skpose.view import explorer
+    >>> page = explorer(make_gait(2, 1, random_state=0), metrics=["spatial"])
+    >>> page.title
+    '144 poses of 4 motions'
+    """
+    if not isinstance(dataset, MotionDataset):
+        raise TypeError(
+            f"dataset must be a skpose.datasets.MotionDataset, got {type(dataset).__name__}: MotionDataset(motions) "
+            "makes one of motions"
+        )
+    chosen, names = _checked_metrics(metrics), _checked_labels(labels, dataset)
+    skeleton, motions = _prepared(dataset, rate)
+    X = np.concatenate([motion.angles for motion in motions])
+    packed = pack(X, STEP)
+    error = 1e3 * _largest_error(X, unpack(packed), skeleton)
+    note = f"{len(X):,} poses of {len(motions)} motion{'s' * (len(motions) != 1)}"
+    heading = note if title is None else title
+    rates = {motion.frame_rate for motion in motions}
+    data = {
+        "title": heading,
+        "rate": rates.pop() if len(rates) == 1 else None,
+        "error": error,
+        "steps": N_STEPS,
+        "poses": packed,
+        "skeleton": skeleton_data(skeleton),
+        "size": _size(X, skeleton),
+        "up": _up(motions),
+        **_motions_data(dataset, motions, names),
+        "embeddings": _embeddings(X, skeleton, chosen, n_jobs, verbose),
+    }
+    return page_of(heading, f"{note}, positions within {error:.2g} mm", data, "explorer.html", ASSETS)
+
+
+def _checked_metrics(metrics: Sequence[str]) -> list[str]:
+    given = [] if isinstance(metrics, str) or not isinstance(metrics, Iterable) else list(metrics)
+    if not given:
+        got = repr(metrics) if isinstance(metrics, str) or not isinstance(metrics, Iterable) else "none"
+        raise ValueError(f'metrics must be a list of at least one metric, such as ["spatial"], got {got}')
+    for name in given:
+        if not isinstance(name, str) or name not in METRICS:
+            raise ValueError(f"metrics must be among {', '.join(METRICS)}, got {name!r}")
+    return list(dict.fromkeys(given))
+
+
+def _checked_labels(labels: Sequence[str] | None, dataset: MotionDataset) -> list[str]:
+    if labels is None:
+        known = [getattr(dataset, name, None) for name in ("subjects", "actions", "trials")]
+        parts = zip(*(values for values in known if values is not None), strict=True)
+        named = [" · ".join(part for part in of_one if part) for of_one in parts] or [""] * len(dataset)
+        return [name or f"motion {i}" for i, name in enumerate(named, start=1)]
+    given = None if isinstance(labels, str) else list(labels)
+    if given is None or len(given) != len(dataset):
+        got = repr(labels) if given is None else f"{len(given)} labels"
+        raise ValueError(f"labels must be a list of one name for each of the {len(dataset)} motions, got {got}")
+    return [str(label) for label in given]
+
+
+def _prepared(dataset: MotionDataset, rate: float | None) -> tuple[Skeleton, list[Motion]]:
+    """Return the mean skeleton, and the motions on it at the rate, as `MotionDataset.poses` has them."""
+    motions: list[Motion] = []
+    if len(dataset):
+        motions = list(dataset.retarget(dataset.skeleton, method="numbers"))
+        motions = motions if rate is None else [motion.resample(rate) for motion in motions]
+    if (n := sum(map(len, motions))) < 2:
+        raise ValueError(
+            f"an explorer shows at least 2 poses, got {n} of {len(dataset)} motions: choose other motions, or a higher "
+            "rate"
+        )
+    return dataset.skeleton, motions
+
+
+def _largest_error(X: np.ndarray, rounded: np.ndarray, skeleton: Skeleton) -> float:
+    """Return the largest distance between a joint of a pose and the same joint of the rounded pose, m."""
+    positions = [forward_kinematics(poses, skeleton) for poses in (X, rounded)]
+    return float(np.linalg.norm(positions[0] - positions[1], axis=2).max(initial=0.0))
+
+
+def _size(X: np.ndarray, skeleton: Skeleton) -> float:
+    """Return the largest extent of a pose along an axis, m, in the median of all; or 1 if that is zero."""
+    F = forward_kinematics(X, skeleton)
+    extents = F.max(axis=1, initial=0.0) - F.min(axis=1, initial=0.0)  # the root is at zero
+    return float(np.median(extents.max(axis=1))) or 1.0
+
+
+def _up(motions: Sequence[Motion]) -> dict[str, Any]:
+    """Return which axes of the root are x, y and z in the page, y up, with their signs, and their names.
+
+    The root's axis that points up is the one that does so in the mean of all frames.
+    """
+    mean = np.zeros(3)
+    for motion in motions:
+        vertical = np.eye(3)["xyz".index(motion.up)]
+        if len(motion):
+            mean += root_orientations(motion.root_angles, motion.root_axes).inv().apply(vertical).sum(axis=0)
+    axis = int(np.abs(mean).argmax())
+    signs = [1, 1, 1] if mean[axis] >= 0.0 else [1, -1, -1]  # half a turn does not mirror
+    order = AXES["xyz"[axis]]
+    return {
+        "order": order,
+        "signs": signs,
+        "names": ["xyz"[a] if s > 0 else "" for a, s in zip(order, signs, strict=True)],
+    }
+
+
+def _motions_data(dataset: MotionDataset, motions: Sequence[Motion], names: Sequence[str]) -> dict[str, Any]:
+    """Return what the page holds of each motion: its name, how many poses it has, their times, and its groups."""
+    groups = []
+    for word in ("subject", "action"):
+        values = getattr(dataset, f"{word}s", None)
+        if values is not None:
+            found, of = np.unique(values, return_inverse=True)
+            groups.append({"by": word, "names": found.tolist(), "of": of.tolist()})
+    times = np.concatenate([motion.times for motion in motions])
+    return {
+        "labels": names,
+        "counts": [len(motion) for motion in motions],
+        "times": pack(times[:, None], MILLISECOND),
+        "groups": groups,
+    }
+
+
+def _embeddings(
+    X: np.ndarray, skeleton: Skeleton, metrics: Sequence[str], n_jobs: int | None, verbose: int
+) -> list[dict[str, Any]]:
+    """Return the embedding of each metric; axes point to where those of the first do."""
+    found: list[dict[str, Any]] = []
+    first = None
+    for metric in metrics:
+        scaling = SpatialMDS(
+            2,
+            skeleton=skeleton,
+            metric=metric,
+            landmarks=LANDMARKS if len(X) > ALL else None,
+            random_state=0,
+            n_steps=N_STEPS,
+            n_jobs=n_jobs,
+            verbose=verbose,
+        )
+        points = scaling.fit_transform(X)
+        first = points if first is None else first
+        points = points * np.where((points * first).sum(axis=0) < 0.0, -1.0, 1.0)
+        found.append(
+            {
+                "metric": metric,
+                "unit": "rad" if metric == "angle" else "m",
+                "points": pack(points),
+                "share": float(scaling.explained_variance_ratio_.sum()),
+            }
+        )
+    return found

@@ -1,0 +1,82 @@
+"""A skeleton as an object of JSON, for the scripts that compute poses and distances in a page."""
+
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from skpose.kinematics._tree import tree_of
+from skpose.skeleton import Bone, Skeleton
+from skpose.skeleton._sides import sides
+
+# Scripts that compute and need no page, each after those that it uses.
+NUMBERS = ("rotations.js", "kinematics.js", "distances.js", "chart.js", "path.js", "band.js", "geodesic.js")
+
+
+def skeleton_data(skeleton: Skeleton) -> dict[str, Any]:
+    """Return a skeleton as an object of JSON; `new Skeleton(data)` of assets/kinematics.js reads it.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        The skeleton.
+
+    Returns
+    -------
+    dict
+        Of each joint: `names`, `parents` (−1 for the root), `offsets` (m), `dofs`, `rests`, `weights`, `sides` ("left",
+        "right" or ""), and `signs`. A rest rotation is a unit quaternion (w, x, y, z), or None for the identity. Of
+        each column of a pose: `columns`, its name, and `angles`, true for one whose difference is wrapped. And
+        `offsetFrame`, "own" or "parent".
+
+        `signs` are for ball joints: two quaternions by which a rotation is multiplied from the left and from the right,
+        before its sign decides which of two equal halves of a turn is taken, as `pose_distances` does; None elsewhere.
+
+    Examples
+    --------
+    >>> from skpose import Bone, Skeleton
+    >>> from skpose.view._skeleton import skeleton_data
+    >>> arm = Skeleton([Bone("left_arm", None, (0.3, 0, 0), "rotvec"), Bone("left_hand", "left_arm", (0.2, 0, 0), "z")])
+    >>> data = skeleton_data(arm)
+    >>> data["parents"], data["dofs"], data["angles"]
+    ([-1, 0], ['rotvec', 'z'], [False, False, False, True])
+    """
+    return {
+        "names": list(skeleton.joint_names),
+        "parents": skeleton.parents.tolist(),
+        "offsets": skeleton.offsets.tolist(),
+        "dofs": [bone.dofs for bone in skeleton.bones],
+        "rests": [_rest(bone) for bone in skeleton.bones],
+        "weights": skeleton.weights.tolist(),
+        "sides": sides(skeleton.joint_names),
+        "signs": _signs(skeleton),
+        "columns": list(skeleton.dof_names),
+        "angles": [not bone.is_ball for bone in skeleton.bones for _ in range(bone.n_dofs)],
+        "offsetFrame": skeleton.offset_frame,
+    }
+
+
+def _rest(bone: Bone) -> list[float] | None:
+    return None if bone.rest_rotation is None else _numbers(Rotation.from_matrix(np.array(bone.rest_rotation)))
+
+
+def _numbers(rotation: Rotation) -> list[float]:
+    """Return the quaternion of a rotation, (w, x, y, z)."""
+    return rotation.as_quat()[[3, 0, 1, 2]].tolist()
+
+
+def _signs(skeleton: Skeleton) -> list[list[list[float]] | None]:
+    """Return for each ball joint that has an effect on distances how the code of a pose has its rotation."""
+    tree = tree_of(skeleton)
+    first = np.cumsum([0, *(bone.n_dofs for bone in skeleton.bones)])
+    frame_of = {int(tree.column[tree.first_dof[f]]): int(f) for f in tree.ball_frame}
+    found: list[list[list[float]] | None] = []
+    for bone, column in zip(skeleton.bones, first[:-1].tolist(), strict=True):
+        f = frame_of.get(column) if bone.is_ball else None
+        if f is None:
+            found.append(None)
+            continue
+        axes = Rotation.from_matrix(tree.ball_axes[f])
+        before = Rotation.from_quat(tree.reference[f][[1, 2, 3, 0]])
+        found.append([_numbers(before * axes), _numbers(axes.inv())])
+    return found

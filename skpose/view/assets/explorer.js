@@ -1,0 +1,259 @@
+// The explorer of poses: what is chosen, time, controls, and the texts about it.
+
+const LONGEST = 0.25; // s between two frames of the display; a page that slept does not jump
+const PARTS = 60; // steps of the slider along two paths
+const SECONDS = 2; // of two paths
+const N_COLOURS = 10; // of groups; the eleventh has the colour of the first
+
+if (typeof DecompressionStream === "undefined") {
+  element("failure").textContent = "This page needs a browser of 2023 or later.";
+  element("failure").hidden = false;
+  throw new Error("DecompressionStream is missing");
+}
+const poses = await Poses.of(data);
+const tables = await Promise.all(data.embeddings.map((embedding) => unpack(embedding.points)));
+const scatter = new Scatter(element("layer"), element("canvas"), poses.count);
+const view = new PoseView(element("figure"), poses);
+const marks = element("canvas").getContext("2d");
+const calm = matchMedia("(prefers-reduced-motion: reduce)");
+const state = {
+  hover: -1, // the point under the pointer, or that the arrow keys have reached
+  clicked: -1, // the point under the pointer that was clicked, until the pointer has left it
+  first: -1, // the pose that was chosen
+  current: 0, // the pose that is shown
+  comparison: null,
+  share: 0, // of the two paths
+  lasso: [], // corners, in the plane
+  keyed: false, // whether they were chosen by keys
+  inside: null, // the poses in the lasso
+  group: -1, // that is seen alone
+  time: 0, // s since the first pose of the motion
+  playing: false, before: null, stale: false, moved: true, waiting: false, drawn: 0,
+};
+const mode = () => document.querySelector("input[name=mode]:checked").value;
+
+// --- time ------------------------------------------------------------------------------------------------------------
+
+/** Draw again before the next frame of the display; the points only where they have moved or changed. */
+function refresh(moved = false) {
+  state.stale = true;
+  state.moved ||= moved;
+  if (!state.waiting) requestAnimationFrame(step);
+  state.waiting = true;
+}
+
+function play(on) {
+  state.playing = on;
+  if (on) state.hover = -1; // what plays is seen
+  element("play").textContent = on ? "Pause" : "Play";
+  refresh();
+}
+
+/** Go to a pose of a motion. */
+function show(row) {
+  Object.assign(state, { current: row, time: poses.time(row) });
+  refresh();
+}
+
+function step(now) {
+  if (state.playing && state.before !== null) pass(Math.min((now - state.before) / 1000, LONGEST));
+  state.before = state.playing ? now : null;
+  state.waiting = state.playing;
+  if (state.playing) requestAnimationFrame(step);
+  if (!state.stale) return;
+  state.stale = false;
+  if (state.moved) scatter.draw();
+  state.moved = false;
+  drawMarks(marks, scatter, poses, state);
+  view.draw(state);
+  write();
+  if (!state.drawn++) performance.mark("skpose: first frame drawn");
+}
+
+/** Let time pass, from the end back to the start. */
+function pass(seconds) {
+  if (state.comparison) {
+    state.share = (state.share + seconds / SECONDS) % 1;
+    state.stale = true;
+    return;
+  }
+  const range = poses.range(state.current);
+  state.time += seconds;
+  const [last, n] = [poses.time(range.end - 1), range.end - range.first];
+  if (state.time > last + last / Math.max(n - 1, 1)) state.time = 0; // the last pose is as long as the others
+  const row = poses.rowAt(range, state.time);
+  state.stale ||= row !== state.current;
+  state.current = row;
+}
+
+/** Pause, and go to a step of the slider. */
+function seek(at) {
+  play(false);
+  state.hover = -1;
+  const { first, end } = poses.range(state.current);
+  if (state.comparison) state.share = Math.max(0, Math.min(PARTS, at)) / PARTS;
+  else show(Math.max(first, Math.min(end - 1, first + at)));
+}
+
+const position = () =>
+  state.comparison ? Math.round(PARTS * state.share) : state.current - poses.range(state.current).first;
+
+// --- choices ---------------------------------------------------------------------------------------------------------
+
+/** Choose a pose and play from there, or with `second` compare it with the one that was chosen before. */
+function choose(row, second) {
+  state.hover = -1;
+  state.comparison?.stop();
+  if (second && state.first >= 0) {
+    state.comparison = new Comparison(poses, state.first, row, () => (writeComparison(), announce(), refresh()));
+    state.share = 0;
+    show(row);
+  } else {
+    Object.assign(state, { first: row, comparison: null });
+    show(row);
+  }
+  play(!calm.matches);
+  announce();
+  writeComparison();
+}
+
+function endComparison() {
+  if (!state.comparison) return;
+  state.comparison.stop();
+  state.comparison = null;
+  writeComparison();
+  refresh();
+}
+
+/** Enclose points; without corners release them. */
+function enclose(corners) {
+  state.lasso = corners;
+  state.inside = corners.length > 2 ? scatter.inside(corners) : null;
+  writeInside();
+  fade();
+}
+
+/** Let points that are not chosen step back. */
+function fade() {
+  const { inside, group } = state;
+  const groups = poses.groups(element("colour").value);
+  const chosen = inside?.length ? new Set(inside) : null;
+  scatter.faded = chosen && Uint8Array.from(groups.of, (of, row) => Number(!chosen.has(row)));
+  scatter.absent = group < 0 ? null : Uint8Array.from(groups.of, (of) => Number(of !== group));
+  refresh(true);
+}
+
+function chooseMetric() {
+  const i = Number(element("metric").value);
+  scatter.place(tables[i]);
+  state.lasso = []; // its corners are places of another plane; what was inside stays chosen
+  state.hover = -1;
+  const { metric, share, unit } = data.embeddings[i];
+  state.unit = unit;
+  element("canvas").setAttribute("aria-label",
+    `Poses as points in the plane; metric ${metric}, ${(100 * share).toFixed(0)} % of the variance`);
+  refresh(true);
+}
+
+/** Colour the points by their groups, or by time. */
+function colour() {
+  const { names, of } = poses.groups(element("colour").value);
+  const palette = names && Array.from({ length: N_COLOURS }, (_, i) => packedColour(groupColour(i)));
+  const shades = names ? null : Array.from({ length: 65 }, (_, i) => packedColour(heat(i / 64)));
+  for (let row = 0; row < poses.count; row++) {
+    scatter.colours[row] = names ? palette[of[row] % N_COLOURS] : shades[Math.round(64 * of[row])];
+  }
+  for (const swatch of document.querySelectorAll(".swatch")) swatch.style.background = groupColour(swatch.group);
+  refresh(true);
+}
+
+const groupColour = (i) => colours[i % N_COLOURS < 5 ? `motion-${i % N_COLOURS}` : `group-${i % N_COLOURS}`];
+
+// --- pointer and keys ------------------------------------------------------------------------------------------------
+
+const within = () => (matchMedia("(pointer: coarse)").matches ? 24 : 14); // px
+
+function hover(row) {
+  if (row === state.hover) return;
+  state.hover = row;
+  refresh();
+}
+
+/** Do with a pose what a click does; with Shift it is the second of two. */
+function click(row, shift) {
+  if (row >= 0) choose(row, shift || mode() === "compare");
+}
+
+/** Go to the next point by an arrow key. */
+function go(right, up) {
+  const from = state.hover >= 0 ? state.hover : state.current;
+  const row = scatter.next(from, right, up);
+  scatter.show(row);
+  state.hover = row;
+  announce();
+  refresh(true);
+}
+
+function enter(shift) {
+  const row = state.hover >= 0 ? state.hover : state.current;
+  if (mode() !== "lasso") return click(row, shift);
+  enclose([...(state.keyed ? state.lasso : []), [scatter.x[row], scatter.y[row]]]);
+  state.keyed = true;
+  announce();
+}
+
+function escape() {
+  if (state.lasso.length || state.inside) enclose([]);
+  else endComparison();
+  hover(-1);
+}
+
+function listen() {
+  const home = () => (scatter.home(), view.fit(true), refresh(true));
+  followTheme(element("theme"), colour);
+  gestures(element("canvas"), scatter, {
+    moved: () => refresh(true),
+    point: (x, y) => {
+      const row = scatter.nearest(x, y, within());
+      if (row !== state.clicked) state.clicked = -1;
+      hover(state.clicked < 0 ? row : -1); // what was clicked plays on under the pointer
+    },
+    leave: () => hover(-1),
+    click: (x, y, shift) => ((state.clicked = scatter.nearest(x, y, within())), click(state.clicked, shift)),
+    lassoes: () => mode() === "lasso",
+    lasso: (corners) => ((state.keyed = false), hover(-1), enclose(corners)),
+    go,
+    keys: {
+      Enter: enter,
+      Escape: escape,
+      " ": () => play(!state.playing),
+      ",": () => seek(position() - 1),
+      ".": () => seek(position() + 1),
+      Home: () => seek(0),
+      End: () => seek(Infinity),
+      0: home,
+    },
+  });
+  orbit(view.canvas, view.camera, {
+    moved: () => refresh(), point: () => {}, leave: () => {}, home: () => (view.fit(true), refresh()), keys: {},
+  });
+  element("play").addEventListener("click", () => play(!state.playing));
+  element("time").addEventListener("input", () => seek(Number(element("time").value)));
+  element("home").addEventListener("click", home);
+  element("metric").addEventListener("change", chooseMetric);
+  element("colour").addEventListener("change", () => ((state.group = -1), writeGroups(), colour(), fade()));
+  const back = () => element("canvas").focus({ preventScroll: true }); // as the button is hidden
+  element("end").addEventListener("click", () => (endComparison(), back()));
+  element("release").addEventListener("click", () => (enclose([]), back()));
+  listenForHelp();
+  const resized = new ResizeObserver(() => (view.fit(false), refresh(true)));
+  for (const canvas of [element("canvas"), view.canvas]) resized.observe(canvas);
+}
+
+describe();
+writeGroups();
+chooseMetric();
+view.fit(true);
+listen();
+play(false);
+window.skpose = { state, stage: scatter, view, poses, position }; // for tests, and for the console of the browser

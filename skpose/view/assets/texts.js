@@ -1,0 +1,130 @@
+// The texts of an explorer. Names come from files: they are text, never markup.
+
+const count = (n, word) => `${n.toLocaleString("en")} ${word}${n === 1 ? "" : "s"}`;
+const named = (row) => [textElement("span", poses.label(row)), `, ${seconds(row)}`];
+const seconds = (row) => `${poses.time(row).toFixed(2)} s`;
+
+/** Write what the page holds. */
+function describe() {
+  const { title, error, rate, skeleton, embeddings, groups } = data;
+  const joints = count(skeleton.names.length, "joint");
+  const facts = `${count(poses.count, "pose")} of ${count(data.labels.length, "motion")}`;
+  element("title").append(textElement("span", title, { title }));
+  element("summary").textContent = title === facts ? joints : facts;
+  const lines = [
+    `${facts}${rate ? `, ${Number(rate.toPrecision(4))} poses a second` : ""}; ${joints}.`,
+    `Joints are within ${error.toPrecision(2)} mm of those of the poses, which are rounded.`,
+    ...embeddings.map(({ metric, share }) => `${metric}: the plane has ${(100 * share).toFixed(0)} % of the variance.`),
+  ];
+  element("facts").append(...lines.map((line) => textElement("li", line)));
+  const options = (pairs) => pairs.map(([value, text]) => textElement("option", text, { value }));
+  element("metric").append(...options(embeddings.map(({ metric }, i) => [i, metric])));
+  element("colour").append(...options([...groups.map(({ by }) => by), "motion", "time"].map((by) => [by, by])));
+  element("colour").value = groups.find(({ names }) => names.length > 1)?.by ?? "motion"; // one colour says nothing
+}
+
+/** Write which pose is shown, and the time. */
+function write() {
+  const { hover, current, comparison } = state;
+  const row = hover >= 0 ? hover : current;
+  const paths = hover < 0 && comparison;
+  element("paths").hidden = !paths;
+  element("caption").hidden = Boolean(paths);
+  element("caption").replaceChildren(...named(row));
+  if (paths) for (const name of ["shortest", "line"]) element(name).textContent = comparison.label(name);
+  const played = poses.range(current);
+  const [time, most] = [element("time"), comparison ? PARTS : played.end - played.first - 1];
+  if (Number(time.max) !== most) time.max = most;
+  time.value = position();
+  time.setAttribute("aria-label", comparison ? "Share of the paths" : "Time");
+  const share = `${Math.round(100 * state.share)} %`;
+  time.setAttribute("aria-valuetext", comparison ? share
+    : `${poses.time(current).toFixed(2)} seconds, pose ${current - played.first + 1} of ${most + 1}`);
+  element("clock").textContent = comparison ? share : seconds(current);
+  writeTip(hover);
+}
+
+/** Name the pose under the pointer next to it. */
+function writeTip(row) {
+  const tip = element("tip");
+  tip.hidden = row < 0;
+  if (row < 0) return;
+  const [x, y] = scatter.at(row);
+  tip.replaceChildren(...named(row));
+  const left = x + 14 + tip.offsetWidth > scatter.width ? x - 14 - tip.offsetWidth : x + 14;
+  tip.style.left = `${Math.max(4, left)}px`;
+  tip.style.top = `${Math.max(4, Math.min(y + 12, scatter.height - tip.offsetHeight - 4))}px`;
+}
+
+/** Say, to those who do not see it, which pose has been reached or chosen, what it is compared with, what is inside. */
+function announce() {
+  const { hover, current, comparison, lasso, inside } = state;
+  const words = named(hover >= 0 ? hover : current);
+  if (hover < 0 && comparison) {
+    words.push(" compared with ", ...named(comparison.first), `; ${comparison.label("shortest")}`);
+  }
+  if (lasso.length) words.push(`; lasso of ${count(lasso.length, "corner")}`);
+  if (inside) words.push(`, ${count(inside.length, "pose")} inside`);
+  element("status").replaceChildren(...words);
+}
+
+function writeComparison() {
+  const { comparison } = state;
+  element("compared").hidden = !comparison;
+  if (!comparison) return;
+  const name = (row) => `${poses.label(row)}, ${seconds(row)}`;
+  element("pair").replaceChildren(
+    "A: ", textElement("span", name(comparison.first)), "; B: ", textElement("span", name(comparison.second)),
+  );
+  element("distances").replaceChildren(...distanceRows(comparison).map((cells) => {
+    const row = document.createElement("tr");
+    row.append(...cells.map((cell, i) => textElement(i ? "td" : "th", cell, i ? {} : { scope: "row" })));
+    return row;
+  }));
+}
+
+/** A button with a name and a number in a list. */
+function listed(name, number, { swatch = -1, press, pressed }) {
+  const [item, button] = [document.createElement("li"), document.createElement("button")];
+  button.type = "button";
+  if (swatch >= 0) {
+    button.append(Object.assign(textElement("span", "", { className: "swatch" }), { group: swatch }));
+    button.setAttribute("aria-pressed", pressed);
+  }
+  button.append(textElement("span", name, { className: "name" }), textElement("span", number, { className: "number" }));
+  button.addEventListener("click", press);
+  item.append(button);
+  return item;
+}
+
+/** List the motions inside of the lasso, with how many of their poses are. */
+function writeInside() {
+  const { inside } = state;
+  element("inside").hidden = !inside;
+  if (!inside) return;
+  const found = countMotions(poses, inside);
+  element("count").textContent = `${count(inside.length, "pose")} of ${count(found.length, "motion")}`;
+  element("motions").replaceChildren(...found.map(({ motion, count: n, first }) =>
+    listed(data.labels[motion], `${n} of ${data.counts[motion]}`, { press: () => choose(first, false) })));
+}
+
+/** List the groups of the colours; one that is pressed is seen alone. */
+function writeGroups() {
+  const { names, of, longest } = poses.groups(element("colour").value);
+  element("scale").hidden = Boolean(names);
+  element("groups").hidden = !names;
+  element("most").textContent = names ? "" : `${longest.toFixed(2)} s`;
+  const counts = new Uint32Array(names?.length ?? 0);
+  if (names) for (const group of of) counts[group]++;
+  const press = (group) => () => {
+    state.group = state.group === group ? -1 : group;
+    for (const [i, button] of element("groups").querySelectorAll("button").entries()) {
+      button.setAttribute("aria-pressed", i === state.group);
+    }
+    fade();
+  };
+  element("groups").replaceChildren(...(names ?? []).map((name, group) => {
+    const number = counts[group].toLocaleString("en");
+    return listed(name || "unnamed", number, { swatch: group, press: press(group), pressed: false });
+  }));
+}
