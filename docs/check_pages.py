@@ -3,9 +3,9 @@
 Of each page, as text: it loads nothing from the network, has a title of its own and no empty header of a table, shows
 no LaTeX, links the names of functions, and has pictures that exist; each entry of the gallery has a picture.
 
-In Chromium, if there is one: at the widths of a phone and of a laptop nothing is cut off or wider than the window, no
-request leaves the folder, no script fails, the search finds pages. Without Chromium it says so, and `--browser` makes
-that an error.
+In Chromium, if there is one: at the widths of a phone and of a laptop nothing is cut off or wider than the window, text
+stands out from what is behind it in light and dark colours, no request leaves the folder, no script fails, the search
+finds pages. Without Chromium it says so, and `--browser` makes that an error.
 """
 
 import argparse
@@ -119,25 +119,29 @@ def problems_of_text(site, path, names):
                 yield f"names {code!r} without a link"
 
 
-# The elements that are cut off or stick out. What scrolls is whole, but titles, code and lists of contents must fit.
-# Formulas and pictures are one thing each, and the drawer of a phone waits next to the window.
+# The elements that are cut off or stick out. A box that scrolls is whole, but the keyboard must reach it, and it must
+# have a name; titles, code and lists of contents must fit, and the text of a page is no such box. Formulas and pictures
+# are one thing each, and the drawer of a phone waits next to the window.
 MEASURE = """
 (() => {
   const root = document.documentElement, width = root.clientWidth, found = [];
   const name = (e) => `${e.tagName.toLowerCase()}.${e.className} "${e.textContent.trim().slice(0, 40)}"`;
   const overflow = (e, ...kinds) => kinds.includes(getComputedStyle(e).overflowX);
-  const scrolls = (e) => e && (overflow(e, "auto", "scroll") || scrolls(e.parentElement));
+  const box = (e) => overflow(e, "auto", "scroll") && !e.querySelector("h1");
+  const scrolls = (e) => e && (box(e) || scrolls(e.parentElement));
   if (root.scrollWidth > width) found.push(`the page is ${root.scrollWidth} px wide`);
   for (const e of document.querySelectorAll("body *")) {
-    const box = e.getBoundingClientRect();
-    if (box.width < 2 || box.height < 2) continue;
+    const {width: wide, height: high, left, right} = e.getBoundingClientRect();
+    if (wide < 2 || high < 2) continue;
     if (!e.checkVisibility({visibilityProperty: true, opacityProperty: true})) continue;
     const apart = e.closest("svg *, math *, .bd-sidebar-primary, .pst-sidebar-drawer");
-    const whole = /^(H[1-6]|PRE)$/.test(e.tagName), out = box.right > width + 1 || box.left < -1;
+    const whole = /^(H[1-6]|PRE)$/.test(e.tagName), out = right > width + 1 || left < -1;
     const shown = whole || e.closest(".bd-sidebar-secondary") || !scrolls(e.parentElement);
     if (out && shown && !apart) found.push(`sticks out: ${name(e)}`);
     if ((whole || overflow(e, "hidden", "clip")) && e.scrollWidth > e.clientWidth + 1)
       found.push(`cut off: ${name(e)}`);
+    if (!whole && box(e) && e.scrollWidth > e.clientWidth + 1 && !(e.tabIndex === 0 && e.ariaLabel))
+      found.push(`scrolls, but has no name for the keyboard: ${name(e)}`);
     if (e.tagName === "IMG" && e.complete && !e.naturalWidth) found.push(`no picture: ${e.src}`);
   }
   const bar = document.querySelector(".bd-header");
@@ -146,12 +150,53 @@ MEASURE = """
 })()
 """
 
+# Text with less contrast than WCAG 2 asks for at level AA. One pixel blends the backgrounds behind a text, the
+# outermost first, and the text, so that colours of all notations can be compared. Gradients and pictures are not seen.
+CONTRAST = """
+(() => {
+  const canvas = Object.assign(document.createElement("canvas"), {width: 1, height: 1});
+  for (const change of document.getAnimations()) if (change instanceof CSSTransition) change.finish();
+  const pixel = canvas.getContext("2d", {willReadFrequently: true}), papers = new Map(), found = new Set();
+  const painted = (...colours) => {
+    for (const [colour, alpha] of colours) {
+      Object.assign(pixel, {fillStyle: colour, globalAlpha: alpha});
+      pixel.fillRect(0, 0, 1, 1);
+    }
+    return `rgb(${pixel.getImageData(0, 0, 1, 1).data.slice(0, 3).join()})`;
+  };
+  const paper = (e) => {
+    if (!e) return "white";
+    if (!papers.has(e)) papers.set(e, painted([paper(e.parentElement), 1], [getComputedStyle(e).backgroundColor, 1]));
+    return papers.get(e);
+  };
+  const opacity = (e) => (e ? getComputedStyle(e).opacity * opacity(e.parentElement) : 1);
+  const luminance = (rgb) => rgb.match(/\\d+/g).map((v) => v / 255)
+    .map((v) => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4))
+    .reduce((sum, v, i) => sum + v * [0.2126, 0.7152, 0.0722][i], 0.05);
+  for (const e of document.querySelectorAll("body *")) {
+    const box = e.getBoundingClientRect(), style = getComputedStyle(e);
+    const text = [...e.childNodes].filter((node) => node.nodeType === 3).map((node) => node.data.trim()).join("");
+    if (!text || box.width < 2 || e.closest("svg, script, style, :disabled")) continue;
+    if (!e.checkVisibility({visibilityProperty: true, opacityProperty: true})) continue;
+    const inks = [paper(e), painted([paper(e), 1], [style.color, opacity(e)])].map(luminance);
+    const ratio = Math.max(...inks) / Math.min(...inks);
+    const large = parseFloat(style.fontSize) >= (style.fontWeight >= 700 ? 18.66 : 24);
+    if (ratio >= (large ? 3 : 4.5)) continue;
+    const name = `${e.tagName.toLowerCase()}.${e.className} "${text.slice(0, 40)}"`;
+    found.add(`${ratio.toFixed(1)} is too little contrast: ${name}`);
+  }
+  return [...found];
+})()
+"""
 
-def problems_in_browser(window, path, width):
-    """Yield what is wrong with a page in a window of a width in pixels."""
-    window.open(path.as_uri(), width)
+
+def problems_in_browser(window, path, width, dark):
+    """Yield what is wrong with a page in a window of a width in pixels, in light or dark colours."""
+    window.open(path.as_uri(), width, dark=dark)
     for text in window.run(MEASURE):
         yield f"{width} px: {text}"
+    for text in window.run(CONTRAST):
+        yield f"{'dark' if dark else 'light'}: {text}"
     for address in window.requests():
         if not address.startswith(("file:", "data:", "blob:")):
             yield f"asks the network for {address}"
@@ -166,6 +211,8 @@ def problems_of_search(window, site, word, patience):
         window.wait_for("document.querySelectorAll('#search-results li a').length > 0", patience)
     except TimeoutError:
         yield f"finds nothing for {word!r}"
+    for text in window.run(CONTRAST):
+        yield text
     for address in window.requests():
         if not address.startswith(("file:", "data:")):
             yield f"asks the network for {address}"
@@ -180,8 +227,9 @@ def check(site, window=None, widths=WIDTHS, search="geodesic", patience=20.0):
     names, found = public_names(site), []
     for path in pages:
         problems = list(problems_of_text(site, path, names))
-        for width in widths if window else ():
-            problems += problems_in_browser(window, path, width)
+        views = [(width, False) for width in widths] + [(widths[-1], True)]
+        for width, dark in views if window else ():
+            problems += problems_in_browser(window, path, width, dark)
         found += [f"{path.relative_to(site)}: {text}" for text in dict.fromkeys(problems)]
     titles = Counter("".join(Page(path.read_text(encoding="utf-8")).titles).strip() for path in pages)
     found += [f"{n} pages have the title {title!r}" for title, n in titles.items() if n > 1]

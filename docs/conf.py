@@ -43,7 +43,7 @@ html_title = f"skpose {version}"
 html_show_sourcelink = False
 html_static_path = ["_static"]
 html_css_files = ["skpose.css"]
-html_js_files = ["offline.js"]
+html_js_files = ["offline.js", "scrolls.js"]
 html_theme_options = {
     "logo": {"text": "skpose"},
     "navbar_align": "left",

@@ -15,6 +15,7 @@ import numpy as np
 from skpose import Motion, align_motions, motion_distances
 from skpose.datasets import load_hdm05, make_gait
 from skpose.plot import AlignmentDisplay
+from skpose.view import player
 
 # %%
 # A walk, and the same walk at another tempo, first slower, then faster. From 1.0 to 1.3 s of the first one the left
@@ -34,6 +35,11 @@ alignment = align_motions(walk, other)
 print(alignment)
 AlignmentDisplay.from_alignment(alignment, view="zy")
 plt.show()
+
+# %%
+# Both in the player, in step: colours show how far each joint is from its counterpart. A notebook shows the page; in a
+# script, `player(...).open()` shows it in the browser.
+player([walk, other], labels=["walk", "other tempo, bent knee"], alignment=alignment)
 
 # %%
 # The rotations show the joint itself. The rotation of "left_shank", relative to the thigh, is that of the knee.

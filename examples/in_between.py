@@ -13,6 +13,7 @@ from scipy.interpolate import CubicSpline
 
 from skpose import Motion, forward_kinematics, interpolate
 from skpose.datasets import make_gait
+from skpose.view import player
 
 walk = make_gait(1, 1, activities=["walk"], duration=4, frame_rate=60, random_state=0).motions[0]
 skeleton, rate, every = walk.skeleton, walk.frame_rate, 12
@@ -51,3 +52,9 @@ left.legend(ncols=3)
 right.set(xlabel="time (s)", ylabel="root of the mean square over joints (cm)", title="error of the joint positions")
 right.legend()
 plt.show()
+
+# %%
+# The frames that were left out, and two of the methods, in one picture: with slerp the speed jumps at each key.
+shown = {"left out": Motion(skeleton, walk.angles, rate), "slerp": filled["slerp"], "spline": filled["spline"]}
+motions = [motion.resample(30) for motion in shown.values()]
+player(motions, labels=list(shown), overlay=True, title="in-betweens")

@@ -16,6 +16,7 @@ from skpose import Motion, Skeleton, geodesic, pose_distances, retarget
 from skpose.datasets import make_gait
 from skpose.io import MocapFormatError, load_motion, save_bvh
 from skpose.plot import DistanceMatrixDisplay, PoseStripDisplay
+from skpose.view import player
 
 folder = Path(tempfile.mkdtemp())
 generated = make_gait(n_subjects=2, n_sequences=1, random_state=0)
@@ -36,9 +37,13 @@ except MocapFormatError as error:
 
 # %%
 # A motion is a table of angles with named columns.
-print(motions[0].to_pandas().iloc[:3, :4].round(3))
+print(motions[0].to_pandas().iloc[:3, :3].round(3))
 PoseStripDisplay.from_motion(motions[0], view="zy")
 plt.show()
+
+# %%
+# The files in the player: what points up, which side is left and whether the units are right is seen at once.
+player([motion.resample(30) for motion in motions], labels=[path.stem for path in paths], title="four files")
 
 # %%
 # The poses of several people are compared on one skeleton, the mean of theirs.

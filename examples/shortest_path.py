@@ -16,6 +16,7 @@ import numpy as np
 from skpose import geodesic, pose_distances
 from skpose.datasets import load_cmu, make_gait
 from skpose.plot import GeodesicDisplay, PoseStripDisplay
+from skpose.view import geodesic_player
 
 folder = os.environ.get("SKPOSE_CMU")
 dataset = load_cmu(folder) if folder else make_gait(random_state=0)
@@ -52,3 +53,8 @@ plt.show()
 # The path itself, at constant speed.
 PoseStripDisplay.from_geodesic(geodesics[worst], skeleton, view="zy")
 plt.show()
+
+# %%
+# The path and the straight line in the player.
+start, end = pairs[worst]
+geodesic_player(X[start], X[end], skeleton)

@@ -12,9 +12,10 @@ import os
 import matplotlib.pyplot as plt
 import numpy as np
 
-from skpose import mean_motion, pose_distances, segment_repetitions
+from skpose import align_motions, mean_motion, pose_distances, segment_repetitions
 from skpose.datasets import load_hdm05, make_gait
 from skpose.plot import DistanceMatrixDisplay, MeanMotionDisplay, PoseStripDisplay
+from skpose.view import player
 
 # %%
 # A generated walk of eight seconds. Its strides, from its own distance matrix:
@@ -45,6 +46,11 @@ mean = mean_motion(strides.motions)
 print(mean)
 PoseStripDisplay.from_motion(mean.to_motion(), n_poses=9, view="zy")
 plt.show()
+
+# %%
+# In the player, with the stride that differs most from the template: colours show by how much each joint differs.
+pair = [mean.to_motion(), strides.motions[strides.distances.argmax()]]
+player(pair, labels=["typical stride", "one stride"], alignment=align_motions(*pair), title="two strides")
 
 # %%
 # How much the strides vary: the joints at the ends of the limbs most.
