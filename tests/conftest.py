@@ -57,7 +57,7 @@ def cmu_folder():
     if folder is None:
         pytest.skip("SKPOSE_CMU does not name a folder of CMU files")
     assert Path(folder, "index.csv").is_file(), f"SKPOSE_CMU={folder} has no index.csv"
-    return Path(folder)
+    return Path(folder).resolve()  # tests change the folder they work in
 
 
 @pytest.fixture(scope="session")
@@ -72,7 +72,7 @@ def hdm05_folder():
     if folder is None:
         pytest.skip("SKPOSE_HDM05 does not name a folder of HDM05 files")
     assert list(Path(folder).rglob("HDM_*.amc")), f"SKPOSE_HDM05={folder} has no files named HDM_*.amc"
-    return Path(folder)
+    return Path(folder).resolve()  # tests change the folder they work in
 
 
 @pytest.fixture(scope="session")
