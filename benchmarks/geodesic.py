@@ -39,6 +39,13 @@ FULL = Size(20, 100, 4, 3)
 QUICK = Size(2, 5, 1, 1)
 
 
+@njit
+def path_and_scratch(tree, poses):
+    """A path of these poses, with room for its kinematics and for sums over the tree."""
+    moments = np.empty((tree.frame_parent.shape[0], 12))
+    return path_of(tree, poses, 1), np.empty(workspace_rows(tree)), moments
+
+
 @njit(nogil=True)
 def energy_and_gradient(tree, path, scratch, moments, gradient):
     """Eq. 6 and its derivative in all poses."""
@@ -57,8 +64,8 @@ class Energy:
         self.tree = tree_of(skeleton)
         gap = (end - start + np.pi) % (2 * np.pi) - np.pi
         line = start + np.linspace(0, 1, N_STEPS + 1)[:, None] * gap
-        self.path = path_of(self.tree, line[:, self.tree.column] * self.tree.sign, 1)
-        self.scratch, self.moments = np.empty(workspace_rows(self.tree)), np.empty((len(self.tree.frame_parent), 12))
+        poses = line[:, self.tree.column] * self.tree.sign
+        self.path, self.scratch, self.moments = path_and_scratch(self.tree, poses)
         self.gradient = np.empty(line.shape)
         self.start = self.path.poses[1:-1].ravel().copy()
 

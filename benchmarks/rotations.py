@@ -19,7 +19,7 @@ from recognition import RATE, shares
 
 from skpose import forward_kinematics, geodesic, pose_distances
 from skpose._compiled.geodesic import MAX_ITER, TOL, path_between
-from skpose._compiled.minimiser import unbounded
+from skpose._compiled.minimiser import Bounds
 from skpose.datasets import MotionDataset, load_cmu, load_hdm05, make_gait
 from skpose.io import load_amass
 from skpose.kinematics._tree import to_tree_order, tree_of, wrapped
@@ -100,8 +100,8 @@ def geodesics(dataset, size):
         positions = forward_kinematics(path, skeleton).reshape(N_STEPS + 1, -1)
         slerps[k] = np.linalg.norm(np.diff(positions, axis=0), axis=1).sum()
         start, end = to_tree_order(tree, X[i]), to_tree_order(tree, X[j])
-        end = wrapped(tree, end, start)
-        curve = path_between(tree, start, end, N_STEPS, False, unbounded(len(start)), MAX_ITER, TOL)
+        end, free = wrapped(tree, end, start), np.full(len(start), np.inf)
+        curve = path_between(tree, start, end, N_STEPS, False, Bounds(-free, free), MAX_ITER, TOL)
         from_line[k] = min(curve.length, lines[k])
     assert (found <= np.minimum(lines, slerps) * (1 + 1e-9)).all()
     gain = 1 - found / from_line

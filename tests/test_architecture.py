@@ -4,6 +4,7 @@ import ast
 import doctest
 import graphlib
 import importlib
+import inspect
 import pkgutil
 import re
 import runpy
@@ -67,6 +68,44 @@ def imported(path):
             top, *rest = name.split(".")
             if top == "skpose":
                 yield rest[0] if rest else "__init__"
+
+
+CALLERS = [path for path in sorted(PACKAGE.rglob("*.py")) if node_of(path) != "_compiled"]
+CALLERS += sorted((ROOT / "tests").rglob("*.py")) + sorted((ROOT / "benchmarks").glob("*.py"))
+
+
+def without_entry(path):
+    """Functions that a file imports, by their names there, which only compiled functions can call."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("skpose._compiled"):
+            module = importlib.import_module(node.module)
+            for alias in node.names:
+                value, name = getattr(module, alias.name), alias.asname or alias.name
+                of_module = vars(value) if inspect.ismodule(value) else {"": value}
+                for attribute, function in of_module.items():
+                    if getattr(function, "targetoptions", {}).get("no_cpython_wrapper"):
+                        yield f"{name}.{attribute}".rstrip(".")
+
+
+def called_from_python(node):
+    """Names of the functions that are called anywhere but in compiled functions."""
+    if isinstance(node, ast.FunctionDef) and any("jit" in ast.unparse(one) for one in node.decorator_list):
+        return
+    if isinstance(node, ast.Call):
+        yield ast.unparse(node.func)
+    for child in ast.iter_child_nodes(node):
+        yield from called_from_python(child)
+
+
+@pytest.mark.parametrize(
+    "path", CALLERS, ids=lambda path: str(path.relative_to(ROOT if ROOT in path.parents else PACKAGE))
+)
+def test_python_calls_no_function_without_an_entry(path):
+    text = ast.parse(path.read_text(encoding="utf-8"))
+    assigned = (target for node in text.body if isinstance(node, ast.Assign) for target in node.targets)
+    with_entry = {name.id for target in assigned for name in ast.walk(target) if isinstance(name, ast.Name)}
+    wrong = set(without_entry(path)) & set(called_from_python(text)) - with_entry
+    assert not wrong, f"{wrong} would crash: from_python of tests/compiled/entries.py makes an entry"
 
 
 @pytest.mark.parametrize("path", sorted(PACKAGE.rglob("*.py")), ids=lambda path: str(path.relative_to(PACKAGE)))

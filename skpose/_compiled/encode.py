@@ -3,7 +3,7 @@
 import math
 
 from skpose._compiled.forward import SQRT2, rotated
-from skpose._compiled.jit import inlined, jit
+from skpose._compiled.jit import inlined, passed
 from skpose._compiled.lanes import flat, rint, rows
 from skpose._compiled.rotation import canonical, product, quaternion_of
 from skpose._compiled.step import parts_of, plan_of, take_step
@@ -59,7 +59,7 @@ def _pose_joints(pose, tree, plan, parts):
     take_step(plan, parts)
 
 
-@jit
+@passed
 def encode_angles(pose, tree, steps, scratch, code):
     """Write the angles themselves; the one code that needs no skeleton."""
     angles, put = rows(pose, 0), rows(code, 0)
@@ -67,7 +67,7 @@ def encode_angles(pose, tree, steps, scratch, code):
         put[d] = _principal(angles[d], steps)
 
 
-@jit
+@passed
 def encode_positions(pose, tree, steps, scratch, code):
     """Write F(θ): the scaled joint positions in the skeleton's order, without the root's."""
     plan, put, order = plan_of(tree), rows(code, 0), flat(tree.code_joint)
@@ -86,7 +86,7 @@ def _rotate_quaternion(Q, q, axis, cos, sin):
     Q[b], Q[c] = rotated(Q[b], Q[c], cos, sin)
 
 
-@jit
+@passed
 def encode_rotations(pose, tree, steps, scratch, code):
     """Write the world orientation of every frame but the root's, as unit quaternions (w, x, y, z) of either sign."""
     plan, angles, put, Q = plan_of(tree), rows(pose, 0), rows(code, 0), rows(scratch, 0)
@@ -115,7 +115,7 @@ def n_line_codes(tree):
     return 5 * tree.angle_dof.shape[0] + 4 * tree.ball_frame.shape[0]
 
 
-@jit
+@passed
 def encode_curve_end(pose, tree, steps, scratch, code):
     """Write what a line needs of its ends.
 

@@ -2,19 +2,19 @@
 
 import math
 
-from skpose._compiled.jit import inlined, internal, jit
+from skpose._compiled.jit import inlined, internal
 from skpose._compiled.rotation import product, quaternion_of, turned_back
 
 SQRT2 = math.sqrt(2.0)
 
 
-@jit
+@internal
 def workspace_rows(tree):
     """Return the number of rows of the scratch array that all kernels share."""
     return 4 * tree.column.shape[0] + 9 * tree.frame_parent.shape[0] + 3 * tree.offset.shape[0]
 
 
-@jit
+@internal
 def workspace(tree, scratch):
     """Return the parts of a scratch array of shape (workspace_rows,).
 
@@ -42,7 +42,7 @@ def frame_quaternion(tree, dofs, f):
     return product((before[0], before[1], before[2], before[3]), quaternion_of(dofs[d], dofs[d + 1], dofs[d + 2]))
 
 
-@jit
+@internal
 def orient(tree, dofs, C, S, H):
     """Compute the world orientation H of every frame, row by row, from dofs in the tree's order.
 
@@ -80,7 +80,7 @@ def orient(tree, dofs, C, S, H):
             H[row], H[row + 1], H[row + 2] = x, y, z
 
 
-@jit
+@internal
 def place_joints(tree, H, P):
     """Overwrite the joint positions P with those of the frames H; return the weighted square of their displacement."""
     square = 0.0

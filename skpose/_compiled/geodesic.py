@@ -18,7 +18,7 @@ import numpy as np
 from skpose._compiled.chart import coordinates_of, differs, dofs_of, free_tree, line_of_angles, set_references
 from skpose._compiled.encode import n_line_codes
 from skpose._compiled.forward import SQRT2
-from skpose._compiled.jit import internal, jit, unfolded
+from skpose._compiled.jit import internal, jit, passed, unfolded
 from skpose._compiled.measure import measure_line, turns_off
 from skpose._compiled.minimiser import (
     FIRST_DAMPING,
@@ -214,7 +214,7 @@ def _is_ahead(tree, x, y):
     return True
 
 
-@jit
+@passed
 def measure_geodesic(x, Y, first, last, tree, steps, scratch, results):
     """Compute the length of the geodesic, eq. 3; where chord and straight line agree already, that of the line.
 

@@ -43,13 +43,13 @@ CACHED = _can_cache()
 DIGEST = sources_digest()
 
 
-def jit(function: Callable | None = None, *, signatures: Sequence = (), **options: Any) -> Any:
+def _compiled(function: Callable | None = None, *, signatures: Sequence = (), **options: Any) -> Any:
     """Compile a function by numba: at once where signatures are given, else at its first call.
 
     Contraction to fused multiply-add is the one liberty taken: it moves no NaN and is the same in every lane.
     """
     if function is None:
-        return functools.partial(jit, signatures=signatures, **options)
+        return functools.partial(_compiled, signatures=signatures, **options)
     compiled = njit(nogil=True, fastmath={"contract"}, **options)(function)
     if CACHED and hasattr(compiled, "enable_caching"):
         cache_under(DIGEST, compiled)
@@ -60,9 +60,13 @@ def jit(function: Callable | None = None, *, signatures: Sequence = (), **option
     return compiled
 
 
-inlined = functools.partial(jit, forceinline=True)
-
-# Without the entry point that lets a function be an argument of another one: compiles a tenth faster.
-internal = functools.partial(jit, no_cfunc_wrapper=True)
+# The entry points of a function take longer to compile than most functions here, since each unpacks every array of a
+# tree. So a function has those that it needs: jit is called from Python, passed is an argument of a compiled function,
+# and the others are only called in compiled functions. Python crashes when it calls one that it has no entry to;
+# tests/test_architecture.py looks for such calls.
+jit = functools.partial(_compiled, no_cfunc_wrapper=True)
+passed = functools.partial(_compiled, no_cpython_wrapper=True)
+internal = functools.partial(_compiled, no_cfunc_wrapper=True, no_cpython_wrapper=True)
+inlined = functools.partial(internal, forceinline=True)
 # Part of its callers before they are compiled, and not compiled by itself: one step of a long function.
-unfolded = functools.partial(jit, inline="always")
+unfolded = functools.partial(_compiled, inline="always")

@@ -75,12 +75,20 @@ def _pair_distances(X, Y, pairs, measure, tree, steps, distances):
 
 
 def _pair_distance(x, y, n_codes, encode, measure, tree, steps):
-    scratch, codes = np.empty(workspace_rows(tree)), np.empty((2, n_codes))
-    results = Results(np.zeros(1), np.zeros(1, np.bool_), np.zeros(1), np.full(1, np.inf), np.zeros(1, np.int64))
-    encode(x, tree, steps, scratch, codes[0])
-    encode(y, tree, steps, scratch, codes[1])
-    measure(codes[0], codes[1], 0, 1, tree, steps, scratch, results)
-    return results.distances[0]
+    """The same compiled functions as in a matrix of distances: x is in the first lane, y in all others."""
+    n_dofs = x.shape[0]
+    scratch, pose = np.empty((workspace_rows(tree), FLOAT64_LANES)), np.empty((n_dofs, FLOAT64_LANES))
+    code, first = np.empty((n_codes, FLOAT64_LANES)), np.empty(n_codes)
+    results = results_of(1, FLOAT64_LANES, x.dtype)
+    for w in range(FLOAT64_LANES):
+        results.skip[0, w] = w != 1
+        for d in range(n_dofs):
+            pose[d, w] = x[d] if w == 0 else y[d]
+    encode(pose, tree, steps, scratch, code)
+    for k in range(n_codes):
+        first[k] = code[k, 0]
+    measure(first, code, 0, 1, tree, steps, scratch, results)
+    return results.distances[0, 1]
 
 
 def array_type(dtype, ndim, *, readonly, layout="C"):
@@ -99,11 +107,18 @@ def shared_types(dtype):
     return types.NamedTuple(fields, Tree), types.NamedTuple(steps, Steps)
 
 
-def results_type(dtype, ndim):
-    """Return numba's type of Results, of scalars or of lanes."""
+def results_type(dtype):
+    """Return numba's type of Results."""
     real = from_dtype(dtype)
-    kinds = (real, ndim), (types.boolean, ndim), (real, ndim), (real, 1), (types.int64, 1)
+    kinds = (real, 2), (types.boolean, 2), (real, 2), (real, 1), (types.int64, 1)
     return types.NamedTuple([array_type(*kind, readonly=False) for kind in kinds], Results)
+
+
+def encode_type():
+    """Return numba's type of a function that encodes lanes, in float64."""
+    tree, steps = shared_types(np.dtype(np.float64))
+    rows_of_lanes = array_type(types.float64, 2, readonly=False)
+    return types.FunctionType(types.void(rows_of_lanes, tree, steps, rows_of_lanes, rows_of_lanes))
 
 
 def measure_type(dtype):
@@ -112,7 +127,7 @@ def measure_type(dtype):
     tree, steps = shared_types(dtype)
     x, Y = array_type(real, 1, readonly=True), array_type(real, 2, readonly=True)
     scratch = array_type(real, 2, readonly=False)
-    return types.FunctionType(types.void(x, Y, types.intp, types.intp, tree, steps, scratch, results_type(dtype, 2)))
+    return types.FunctionType(types.void(x, Y, types.intp, types.intp, tree, steps, scratch, results_type(dtype)))
 
 
 # A function passed to a compiled function keeps it from numba's disk cache unless its type is spelled out, and what is
@@ -121,12 +136,9 @@ def measure_type(dtype):
 
 @functools.cache
 def _encode_poses_loop():
-    real = types.float64
     tree, steps = shared_types(np.dtype(np.float64))
-    row = array_type(real, 2, readonly=False)
-    encode = types.FunctionType(types.void(row, tree, steps, row, row))
-    poses, codes = array_type(real, 2, readonly=True), array_type(real, 2, readonly=False)
-    return jit(_encode_poses, signatures=[types.void(poses, encode, tree, steps, codes)])
+    poses, codes = (array_type(types.float64, 2, readonly=readonly) for readonly in (True, False))
+    return jit(_encode_poses, signatures=[types.void(poses, encode_type(), tree, steps, codes)])
 
 
 def encode_poses(poses, encode, tree, steps, codes):
@@ -137,14 +149,11 @@ def encode_poses(poses, encode, tree, steps, codes):
 @functools.cache
 def pair_distance_function():
     """``pair(x, y, n_codes, encode, measure, tree, steps)``: the distance of two poses, in float64."""
-    real, float64 = types.float64, np.dtype(np.float64)
+    float64 = np.dtype(np.float64)
     tree, steps = shared_types(float64)
-    pose, row = array_type(real, 1, readonly=True), array_type(real, 1, readonly=False)
-    encode = types.FunctionType(types.void(pose, tree, steps, row, row))
-    measure = types.FunctionType(
-        types.void(row, row, types.intp, types.intp, tree, steps, row, results_type(float64, 1))
-    )
-    return jit(_pair_distance, signatures=[real(pose, pose, types.intp, encode, measure, tree, steps)])
+    pose = array_type(types.float64, 1, readonly=True)
+    signature = types.float64(pose, pose, types.intp, encode_type(), measure_type(float64), tree, steps)
+    return jit(_pair_distance, signatures=[signature])
 
 
 @functools.cache

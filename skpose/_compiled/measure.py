@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from skpose._compiled.jit import inlined, jit
+from skpose._compiled.jit import inlined, passed
 from skpose._compiled.lanes import any_greater, flat, full_like, greater, minimum, rows, sqrt
 from skpose._compiled.rotation import TIE
 from skpose._compiled.step import advance, for_scale, no_squares, parts_of, plan_of, take_step, weighted
@@ -21,7 +21,7 @@ def turns_off(gap, steps):
     return greater(gap, steps.half_turn) - greater(0.0 - gap, steps.half_turn)
 
 
-@jit
+@passed
 def measure_euclidean(x, Y, first, last, tree, steps, scratch, results):
     """Compute ‖y − x‖₂, every difference wrapped where the metric wraps."""
     a, n = flat(x), x.shape[0]
@@ -40,7 +40,7 @@ def measure_euclidean(x, Y, first, last, tree, steps, scratch, results):
         rows(results.distances, k - first)[0] = sqrt(one + two + three)
 
 
-@jit
+@passed
 def measure_boxes(x, Y, first, last, tree, steps, scratch, results):
     """Compute the Euclidean distances from a point x to boxes, whose codes are the lower corner, then the upper one."""
     a, n = flat(x), x.shape[0]
@@ -71,7 +71,7 @@ def _squared_angle_series(degree=24):
 _SQUARED_ANGLE = _squared_angle_series()
 
 
-@jit
+@passed
 def measure_rotations(x, Y, first, last, tree, steps, scratch, results):
     """Compute √Σ ℓ² φ² over the bones, φ the angle between the orientations of the bone's frame."""
     a, weight, n_frames = flat(x), flat(tree.weight), tree.weight.shape[0]
@@ -213,7 +213,7 @@ def _two_chords(plan, a, b, steps, parts):
     return first + _last_chord(plan, b, parts.P)
 
 
-@jit
+@passed
 def measure_line(x, Y, first, last, tree, steps, scratch, results):
     """Compute the length of the straight line in the dofs, Σ ‖F(c_n) − F(c_{n−1})‖, sec. 2.2 of the paper."""
     plan, a, bare = plan_of(tree), flat(x), _without_references(steps)
@@ -222,7 +222,7 @@ def measure_line(x, Y, first, last, tree, steps, scratch, results):
         rows(results.distances, k - first)[0] = _line(plan, a, rows(Y, k * x.shape[0]), bare, parts)
 
 
-@jit
+@passed
 def measure_line_within(x, Y, first, last, tree, steps, scratch, results):
     """Compute `measure_line` where that may be within the limit, elsewhere a lower bound that is above it.
 

@@ -33,7 +33,10 @@ def aligned(n_rows, width, dtype):
 @inlined
 def results_of(n_groups, width, dtype):
     """Return results of so many groups: none skipped, no gaps, no limit."""
-    gap = aligned(n_groups, width, dtype)
-    gap[:] = 0.0
-    skip = np.zeros((n_groups, width), np.bool_)
-    return Results(aligned(n_groups, width, dtype), skip, gap, np.full(1, np.inf, dtype), np.zeros(1, np.int64))
+    distances, gap = aligned(n_groups, width, dtype), aligned(n_groups, width, dtype)
+    skip, limit, n_ruled_out = np.empty((n_groups, width), np.bool_), np.empty(1, dtype), np.empty(1, np.int64)
+    limit[0], n_ruled_out[0] = np.inf, 0
+    for k in range(n_groups):  # a loop compiles in a tenth of the time of np.zeros and a slice
+        for w in range(width):
+            gap[k, w], skip[k, w] = 0.0, False
+    return Results(distances, skip, gap, limit, n_ruled_out)

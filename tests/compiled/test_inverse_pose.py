@@ -4,15 +4,27 @@ import numpy as np
 import pytest
 import reference
 from conftest import MIXED, random_tree
+from entries import from_python
 from scipy.spatial.transform import Rotation
 
 from skpose import Bone, Skeleton, inverse_kinematics
-from skpose._compiled import inverse_energy
 from skpose._compiled.inverse import retract
-from skpose._compiled.inverse_energy import Target, set_pose, start_at, workspace_of
+from skpose._compiled.inverse_energy import (
+    Target,
+    add_second_derivatives_of_pose,
+    evaluate_pose,
+    fill_gradient,
+    fill_matrix,
+    set_pose,
+    start_at,
+    workspace_of,
+)
 from skpose._compiled.tree_cholesky import N_ORIGIN
 from skpose.kinematics._tree import tree_of_all_joints
 from skpose.skeleton._root import with_root_joint
+
+evaluate_pose, fill_gradient, fill_matrix = map(from_python, (evaluate_pose, fill_gradient, fill_matrix))
+retract, set_pose, start_at = map(from_python, (retract, set_pose, start_at))
 
 # Small, so that the tests run without compilation too.
 SKELETONS = {
@@ -41,7 +53,7 @@ def case(request):
 
 def energy(work, target, step, stiffness):
     retract(work.tree, work.here, step, target, work.there)
-    return inverse_energy.evaluate_pose(work, work.there, target, stiffness)
+    return evaluate_pose(work, work.there, target, stiffness)
 
 
 def dense(work):
@@ -53,8 +65,8 @@ def dense(work):
 @pytest.mark.parametrize("stiffness", [0.0, 0.3])
 def test_the_gradient_is_that_of_the_energy(case, stiffness):
     work, target = case
-    inverse_energy.evaluate_pose(work, work.here, target, stiffness)
-    inverse_energy.fill_gradient(work.here, target, stiffness, work)
+    evaluate_pose(work, work.here, target, stiffness)
+    fill_gradient(work.here, target, stiffness, work)
     n, h = len(work.equations.gradient), 1e-6
     differences = [
         (energy(work, target, h * e, stiffness) - energy(work, target, -h * e, stiffness)) / (2 * h) for e in np.eye(n)
@@ -64,10 +76,10 @@ def test_the_gradient_is_that_of_the_energy(case, stiffness):
 
 def test_the_matrix_with_second_derivatives_is_the_hessian(case):
     work, target = case
-    inverse_energy.evaluate_pose(work, work.here, target, 0.0)
-    inverse_energy.fill_gradient(work.here, target, 0.0, work)
-    inverse_energy.fill_matrix(work.here, 0.0, work)
-    inverse_energy.add_second_derivatives_of_pose(work.here, work)
+    evaluate_pose(work, work.here, target, 0.0)
+    fill_gradient(work.here, target, 0.0, work)
+    fill_matrix(work.here, 0.0, work)
+    add_second_derivatives_of_pose(work.here, work)
     n, h = len(work.equations.gradient), 1e-4
     hessian, steps = np.empty((n, n)), h * np.eye(n)
     for i, a in enumerate(steps):
@@ -80,9 +92,9 @@ def test_the_matrix_with_second_derivatives_is_the_hessian(case):
 def test_the_gauss_newton_matrix_is_of_first_derivatives(case):
     work, target = case
     stiffness, n, h = 0.3, len(work.equations.gradient), 1e-6
-    inverse_energy.evaluate_pose(work, work.here, target, stiffness)
-    inverse_energy.fill_gradient(work.here, target, stiffness, work)
-    inverse_energy.fill_matrix(work.here, stiffness, work)
+    evaluate_pose(work, work.here, target, stiffness)
+    fill_gradient(work.here, target, stiffness, work)
+    fill_matrix(work.here, stiffness, work)
     seen, columns = target.weights > 0, []
     for e in np.eye(n):
         ends = []

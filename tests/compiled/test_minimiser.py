@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from conftest import MIXED, random_tree
+from entries import from_python
 
 from skpose import Skeleton, position_jacobian
 from skpose._compiled.block_cholesky import band_shape, solve
@@ -18,6 +19,10 @@ from skpose._compiled.normal_equations import (
 from skpose._compiled.path_energy import evaluate, path_of
 from skpose._compiled.tree import Tree
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
+
+band_shape, solve, evaluate, path_of = map(from_python, (band_shape, solve, evaluate, path_of))
+normal_equations, add_second_derivatives = map(from_python, (normal_equations, add_second_derivatives))
+workspace_rows = from_python(workspace_rows)
 
 N_NODES = 4
 SUBSTEPS = pytest.mark.parametrize("substeps", [1, 4])

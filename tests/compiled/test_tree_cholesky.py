@@ -3,11 +3,14 @@
 import numpy as np
 import pytest
 from conftest import MIXED, random_tree
+from entries import from_python
 
 from skpose import Skeleton
 from skpose._compiled.tree_cholesky import N_ORIGIN, equations_of, factorise, solve
 from skpose.kinematics._tree import tree_of_all_joints
 from skpose.skeleton._root import with_root_joint
+
+factorise, solve = from_python(factorise), from_python(solve)
 
 SKELETONS = {
     "chain": Skeleton.chain(4),

@@ -1,0 +1,8 @@
+"""Entry points from Python to functions that only compiled functions call."""
+
+from numba import njit
+
+
+def from_python(function):
+    """Return a function for Python that calls this one, which has no entry point of its own."""
+    return njit(lambda *args: function(*args))
