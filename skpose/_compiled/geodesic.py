@@ -14,16 +14,20 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numba import types
 
 from skpose._compiled.chart import coordinates_of, differs, dofs_of, free_tree, line_of_angles, set_references
 from skpose._compiled.encode import n_line_codes
 from skpose._compiled.forward import SQRT2
-from skpose._compiled.jit import internal, jit, passed, unfolded
+from skpose._compiled.jit import internal, jit, passed, separate, unfolded
 from skpose._compiled.measure import measure_line, turns_off
 from skpose._compiled.minimiser import (
+    BOUNDS,
     FIRST_DAMPING,
     MAX_GAP,
+    OUTCOME,
     ROUNDING,
+    STOP,
     Settings,
     Stop,
     minimise,
@@ -32,6 +36,7 @@ from skpose._compiled.minimiser import (
 )
 from skpose._compiled.path_energy import FINE, chords, curve_length, divided, path_of
 from skpose._compiled.rotation import product, vector_of
+from skpose._compiled.signatures import FLAG, MATRIX, READ_VECTOR, REAL, TREE, WHOLE, named
 from skpose._compiled.tree import TWO_PI
 
 MAX_ITER, TOL = 500, 1e-6  # iterations in each refinement; share of the length that is left to gain
@@ -58,6 +63,9 @@ class Curve(NamedTuple):
     gain: float  # share of the length that is left to gain
     n_iter: int  # of all refinements
     converged: bool
+
+
+CURVE = named(Curve, MATRIX, REAL, REAL, REAL, REAL, REAL, WHOLE, FLAG)
 
 
 @internal
@@ -97,7 +105,7 @@ def _curve_length(tree, local, poses):
     return along
 
 
-@internal
+@separate(lambda: types.Tuple([CURVE, FLAG])(TREE, MATRIX, TREE, MATRIX, OUTCOME, WHOLE))
 def checked(line_tree, line, tree, samples, outcome, n_iter):
     """Return the samples of a path as a curve, and whether it passes the discretisation check.
 
@@ -114,7 +122,7 @@ def checked(line_tree, line, tree, samples, outcome, n_iter):
     return Curve(samples, energy, length, along, outcome.gradient_norm, gain, n_iter, outcome.converged), passes
 
 
-@internal
+@separate(lambda: CURVE(TREE, MATRIX, BOUNDS, STOP))
 def find_geodesic(tree, line, bounds, stop):
     """Find a path of least energy that passes the discretisation check, from a line of poses on.
 
@@ -138,7 +146,7 @@ def find_geodesic(tree, line, bounds, stop):
     return Curve(line, energy, length, _curve_length(tree, local, line), math.nan, math.nan, n_iter, False)
 
 
-@internal
+@separate(lambda: types.Tuple([MATRIX, REAL])(TREE, TREE, READ_VECTOR, READ_VECTOR, WHOLE))
 def shorter_line(tree, free, start, end, n_steps):
     """Return the shorter straight line from a pose to another, in coordinates, and its length."""
     line = slerp_line(tree, free, start, end, n_steps)

@@ -6,10 +6,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from numba import njit
+from numba import config, njit
 
 from skpose._compat.numba import cache_under
 from skpose._compiled import lanes_llvm  # noqa: F401  (it defines lanes for numba)
+from skpose._compiled.separate import Separate, load_separates
 from skpose._warnings import warn
 
 
@@ -52,7 +53,7 @@ def _compiled(function: Callable | None = None, *, signatures: Sequence = (), **
         return functools.partial(_compiled, signatures=signatures, **options)
     compiled = njit(nogil=True, fastmath={"contract"}, **options)(function)
     if CACHED and hasattr(compiled, "enable_caching"):
-        cache_under(DIGEST, compiled)
+        cache_under(DIGEST, compiled, load_separates)
     if signatures and hasattr(compiled, "compile"):
         for signature in signatures:
             compiled.compile(signature)
@@ -70,3 +71,14 @@ internal = functools.partial(_compiled, no_cfunc_wrapper=True, no_cpython_wrappe
 inlined = functools.partial(internal, forceinline=True)
 # Part of its callers before they are compiled, and not compiled by itself: one step of a long function.
 unfolded = functools.partial(_compiled, inline="always")
+
+
+def separate(signature: Callable[[], Any]) -> Callable[[Callable], Callable]:
+    """Compile a function apart from its callers, which are compiled functions, for the signature that is returned."""
+
+    def decorate(function: Callable) -> Callable:
+        if config.DISABLE_JIT:
+            return function
+        return Separate(function, lambda: internal(function, signatures=[signature()]))
+
+    return decorate

@@ -10,7 +10,7 @@ from skpose._compiled.forward import workspace_rows
 from skpose._compiled.jit import jit
 from skpose._compiled.lanes import any_greater, lanes, rows
 from skpose._compiled.results import Results, aligned, results_of
-from skpose._compiled.tree import Steps, Tree
+from skpose._compiled.signatures import array_type, named, shared_types
 
 GROUPS_IN_CACHE = 16  # groups of lanes that are used on one row after the other
 FLOAT64_LANES = lanes(np.dtype(np.float64))
@@ -91,27 +91,11 @@ def _pair_distance(x, y, n_codes, encode, measure, tree, steps):
     return results.distances[0, 1]
 
 
-def array_type(dtype, ndim, *, readonly, layout="C"):
-    return types.Array(dtype, ndim, layout, readonly=readonly)
-
-
-@functools.cache
-def shared_types(dtype):
-    """Return numba's types of a Tree and of Steps."""
-    whole, real = types.int64, from_dtype(dtype)
-    kinds = dict.fromkeys(("weight", "sign", "shift", "scale"), (real, 1))
-    kinds |= dict.fromkeys(("fixed_rotation", "reference", "offset"), (real, 2))
-    kinds |= {"ball_axes": (real, 3), "runs": (whole, 2)}
-    fields = [array_type(*kinds.get(name, (whole, 1)), readonly=False) for name in Tree._fields]
-    steps = [whole, types.float64, types.float64, types.float64, array_type(types.float64, 2, readonly=False)]
-    return types.NamedTuple(fields, Tree), types.NamedTuple(steps, Steps)
-
-
 def results_type(dtype):
     """Return numba's type of Results."""
     real = from_dtype(dtype)
     kinds = (real, 2), (types.boolean, 2), (real, 2), (real, 1), (types.int64, 1)
-    return types.NamedTuple([array_type(*kind, readonly=False) for kind in kinds], Results)
+    return named(Results, *(array_type(*kind, readonly=False) for kind in kinds))
 
 
 def encode_type():
@@ -166,7 +150,7 @@ def pair_distances_loop(dtype):
     real, at = from_dtype(dtype), types.int64
     tree, steps = shared_types(dtype)
     X, Y = array_type(real, 2, readonly=True), array_type(real, 2, readonly=True)
-    pairs = types.NamedTuple([at, at, at, at, types.boolean], PairRange)
+    pairs = named(PairRange, at, at, at, at, types.boolean)
     distances = array_type(real, 2, readonly=False, layout="A")
     unconverged = types.Tuple((types.int64, types.float64))
     signature = unconverged(X, Y, pairs, measure_type(dtype), tree, steps, distances)

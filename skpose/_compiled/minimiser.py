@@ -18,7 +18,7 @@ import numpy as np
 
 from skpose._compiled.block_cholesky import band_shape, solve
 from skpose._compiled.forward import workspace_rows
-from skpose._compiled.jit import internal, unfolded
+from skpose._compiled.jit import internal, separate, unfolded
 from skpose._compiled.normal_equations import (
     NormalEquations,
     add_second_derivatives,
@@ -26,7 +26,8 @@ from skpose._compiled.normal_equations import (
     mean_diagonal,
     normal_equations,
 )
-from skpose._compiled.path_energy import chords, copy_free, copy_of, curve_length, evaluate
+from skpose._compiled.path_energy import PATH, chords, copy_free, copy_of, curve_length, evaluate
+from skpose._compiled.signatures import FLAG, REAL, TREE, VECTOR, WHOLE, named
 
 # λ is relative to the mean diagonal of the normal equations.
 FIRST_DAMPING, LEAST_DAMPING, MAX_DAMPING = 1e-6, 1e-8, 1e6
@@ -75,6 +76,11 @@ class Outcome(NamedTuple):
     gain: float  # relative decrease of the energy that the quadratic model has left
     n_iter: int
     converged: bool
+
+
+BOUNDS, STOP = named(Bounds, VECTOR, VECTOR), named(Stop, WHOLE, REAL, REAL)
+SETTINGS = named(Settings, STOP, REAL, REAL, REAL, FLAG, WHOLE)
+OUTCOME = named(Outcome, REAL, REAL, WHOLE, FLAG)
 
 
 class Line(NamedTuple):
@@ -251,7 +257,7 @@ def _model_step(tree, system, damping, scale, step):
     return used, 0.5 * (used * _dot(step, step) + slope), slope
 
 
-@internal
+@separate(lambda: OUTCOME(TREE, PATH, BOUNDS, SETTINGS))
 def minimise(tree, path, bounds, settings):
     """Minimise the energy of a path in place: its ends are fixed and placed already, its free poses within bounds."""
     shape = path.poses.shape

@@ -17,8 +17,9 @@ from numba import from_dtype, types
 from skpose._compiled.forward import workspace_rows
 from skpose._compiled.jit import inlined, jit
 from skpose._compiled.lanes import any_greater, rows
-from skpose._compiled.loops import FLOAT64_LANES, GROUPS_IN_CACHE, array_type, measure_type, shared_types
+from skpose._compiled.loops import FLOAT64_LANES, GROUPS_IN_CACHE, encode_type, measure_type
 from skpose._compiled.results import aligned, results_of
+from skpose._compiled.signatures import array_type, named, shared_types
 
 ROWS_IN_CACHE = 1024  # rows of lanes, where a group has few of them; with less, the call of the measure shows
 
@@ -181,7 +182,7 @@ def _heaps_type(real):
     """Return numba's type of Heaps."""
     whole = types.int64
     kinds = ((real, 1), (real, 2), (whole, 2), (whole, 1))
-    return types.NamedTuple([array_type(kind, ndim, readonly=False) for kind, ndim in kinds], Heaps)
+    return named(Heaps, *(array_type(kind, ndim, readonly=False) for kind, ndim in kinds))
 
 
 # Compiled when first requested, see `skpose._compiled.loops`.
@@ -197,7 +198,7 @@ def nearest_of_tile_loop(dtype):
     real, whole = from_dtype(dtype), types.int64
     tree, steps = shared_types(dtype)
     queries, Y = array_type(real, 2, readonly=True), array_type(real, 2, readonly=True)
-    span, excluded = types.NamedUniTuple(whole, 4, Span), array_type(whole, 1, readonly=True)
+    span, excluded = named(Span, *4 * [whole]), array_type(whole, 1, readonly=True)
     signature = whole(queries, Y, span, excluded, measure_type(dtype), tree, steps, _heaps_type(real))
     return jit(_nearest_of_tile, signatures=[signature])
 
@@ -213,12 +214,12 @@ def nearest_of_candidates_loop(dtype):
     """
     real, whole, float64 = types.float64, types.int64, np.dtype(np.float64)
     tree, steps = shared_types(float64)
-    row = array_type(real, 2, readonly=False)
-    encode = types.FunctionType(types.void(row, tree, steps, row, row))
     queries, poses = array_type(real, 2, readonly=True), array_type(from_dtype(dtype), 2, readonly=True)
     kinds = (whole, 2), (real, 2), (whole, 1)
-    candidates = types.NamedTuple([array_type(*kind, readonly=False) for kind in kinds], Candidates)
-    batch = types.NamedUniTuple(whole, 3, Batch)
+    candidates = named(Candidates, *(array_type(*kind, readonly=False) for kind in kinds))
+    batch = named(Batch, *3 * [whole])
     counts = types.Tuple((whole, whole, real))
-    signature = counts(queries, poses, candidates, batch, encode, measure_type(float64), tree, steps, _heaps_type(real))
+    signature = counts(
+        queries, poses, candidates, batch, encode_type(), measure_type(float64), tree, steps, _heaps_type(real)
+    )
     return jit(_nearest_of_candidates, signatures=[signature])

@@ -9,10 +9,12 @@ the skeleton to the root.
 from typing import NamedTuple
 
 import numpy as np
+from numba import types
 
-from skpose._compiled.jit import internal, unfolded
-from skpose._compiled.path_energy import add_gradient, substeps_of, sum_moments
+from skpose._compiled.jit import internal, separate, unfolded
+from skpose._compiled.path_energy import PATH, add_gradient, substeps_of, sum_moments
 from skpose._compiled.rotation import second_derivatives
+from skpose._compiled.signatures import CUBE, MATRIX, TREE, named
 
 
 class NormalEquations(NamedTuple):
@@ -21,6 +23,9 @@ class NormalEquations(NamedTuple):
     diagonal: np.ndarray  # (n_nodes, n_dofs, n_dofs) lower triangles only
     off_diagonal: np.ndarray  # (n_nodes - 1, n_dofs, n_dofs) the block right of each diagonal one
     gradient: np.ndarray  # (n_nodes, n_dofs) of half the energy, m²/rad
+
+
+EQUATIONS = named(NormalEquations, CUBE, CUBE, MATRIX)
 
 
 @unfolded
@@ -141,7 +146,7 @@ def _subtract_products(tree, path, k, t, sums, blocks):
                         off_diagonal[e, d] += across * kj + back * jk
 
 
-@internal
+@separate(lambda: types.void(TREE, PATH, EQUATIONS))
 def normal_equations(tree, path, equations):
     """Compute the blocks of the normal equations, and the gradient of half the energy."""
     equations.diagonal[:], equations.off_diagonal[:], equations.gradient[:] = 0.0, 0.0, 0.0
@@ -217,7 +222,7 @@ def _add_ball(first, path, k, t, moment, blocks):
                 blocks.off_diagonal[0, e, d] += t * (1.0 - t) * second[j, i]
 
 
-@internal
+@separate(lambda: types.void(TREE, PATH, EQUATIONS))
 def add_second_derivatives(tree, path, equations):
     """Make the normal equations the exact Hessian."""
     substeps, moments = substeps_of(path), np.empty((tree.frame_parent.shape[0], 12))

@@ -13,10 +13,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numba import types
 
 from skpose._compiled.forward import orient, place_joints, workspace, workspace_rows
 from skpose._compiled.jacobian import rotation_axes
-from skpose._compiled.jit import internal, unfolded
+from skpose._compiled.jit import internal, separate, unfolded
+from skpose._compiled.signatures import CUBE, MATRIX, READ_MATRIX, REAL, TREE, VECTOR, named
 
 FINE = 8  # chords into which each chord of a path is divided to measure it again
 
@@ -27,6 +29,9 @@ class Path(NamedTuple):
     poses: np.ndarray  # (n_nodes, n_dofs) angles in the tree's order, rad
     P: np.ndarray  # (n_samples, 3 n_joints + 3) joint positions, the root's first, m
     screws: np.ndarray  # (n_samples, 6, n_dofs) see `place`
+
+
+PATH = named(Path, MATRIX, MATRIX, CUBE)
 
 
 @unfolded
@@ -114,7 +119,7 @@ def divided(poses, parts):
     return out
 
 
-@internal
+@separate(lambda: types.UniTuple(REAL, 2)(TREE, READ_MATRIX))
 def chords(tree, poses):
     """Return the sum of the chords between poses, and the sum of their squares."""
     C, S, H, P = workspace(tree, np.empty(workspace_rows(tree)))
@@ -134,7 +139,7 @@ def curve_length(tree, poses):
     return chords(tree, divided(poses, FINE))[0]
 
 
-@internal
+@separate(lambda: REAL(TREE, PATH, VECTOR))
 def evaluate(tree, path, scratch):
     """Place the samples between the ends; return half the energy."""
     samples = divided(path.poses, substeps_of(path))

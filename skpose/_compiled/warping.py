@@ -27,8 +27,9 @@ from numba import from_dtype, types
 from skpose._compiled.forward import workspace_rows
 from skpose._compiled.jit import inlined, jit
 from skpose._compiled.lanes import any_greater, rows
-from skpose._compiled.loops import GROUPS_IN_CACHE, array_type, measure_type, shared_types
+from skpose._compiled.loops import GROUPS_IN_CACHE, measure_type
 from skpose._compiled.results import aligned, results_of
+from skpose._compiled.signatures import array_type, named, shared_types
 
 
 class Encoded(NamedTuple):
@@ -188,9 +189,9 @@ def warped_loop(dtype):
     """
     real, whole = from_dtype(dtype), types.int64
     tree, steps = shared_types(dtype)
-    motions = types.NamedTuple([array_type(real, 2, readonly=False), array_type(whole, 1, readonly=False)], Encoded)
-    pairs = types.NamedTuple([whole, whole, whole, whole, types.boolean], MotionPairs)
-    paths = types.NamedTuple([types.float64, types.boolean], Paths)
+    motions = named(Encoded, array_type(real, 2, readonly=False), array_type(whole, 1, readonly=False))
+    pairs = named(MotionPairs, whole, whole, whole, whole, types.boolean)
+    paths = named(Paths, types.float64, types.boolean)
     sums = array_type(types.float64, 2, readonly=False, layout="A")
     unconverged = types.Tuple((whole, types.float64))
     signature = unconverged(motions, motions, pairs, paths, measure_type(dtype), tree, steps, sums)

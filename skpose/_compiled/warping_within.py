@@ -14,8 +14,9 @@ from numba import from_dtype, types
 
 from skpose._compiled.forward import workspace_rows
 from skpose._compiled.jit import jit
-from skpose._compiled.loops import array_type, measure_type, shared_types
+from skpose._compiled.loops import measure_type
 from skpose._compiled.results import aligned, results_of
+from skpose._compiled.signatures import array_type, named, shared_types
 from skpose._compiled.warping import Paths, add_gaps, band, reach_of
 
 
@@ -120,9 +121,9 @@ def warped_within_loop(dtype):
     real, whole = from_dtype(dtype), types.int64
     tree, steps = shared_types(dtype)
     X, Y = array_type(real, 2, readonly=True), array_type(real, 2, readonly=True)
-    paths = types.NamedTuple([types.float64, types.boolean], Paths)
-    within = types.NamedTuple([types.float64, array_type(types.float64, 2, readonly=False)], Within)
-    ends = types.NamedTuple([array_type(types.float64, 1, readonly=False), array_type(whole, 1, readonly=False)], Ends)
+    paths = named(Paths, types.float64, types.boolean)
+    within = named(Within, types.float64, array_type(types.float64, 2, readonly=False))
+    ends = named(Ends, array_type(types.float64, 1, readonly=False), array_type(whole, 1, readonly=False))
     counts = types.Tuple((whole, whole, types.float64))
     signature = counts(X, Y, paths, within, measure_type(dtype), tree, steps, ends)
     return jit(_warped_within, signatures=[signature])

@@ -1,0 +1,72 @@
+"""Functions that are compiled once, for one signature; their callers call them by address.
+
+numba compiles a function into each of its callers again, and these into theirs. So what is many levels below the
+function that Python calls is compiled many times, and a large function takes seconds. A separate function is not a part
+of its callers. A call of it costs some nanoseconds, and nothing of it is inlined.
+
+Callers refer to it by a symbol, which LLVM knows once the function has been compiled or loaded. numba's cache does not
+know about that: `load_separates` is for everything that is loaded from there.
+"""
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any
+
+import llvmlite.binding as llvm
+from numba import types
+from numba.core import cgutils
+from numba.core.dispatcher import Dispatcher
+from numba.core.imputils import impl_ret_new_ref, lower_builtin
+from numba.core.typing import Signature
+from numba.core.typing.templates import make_concrete_template
+from numba.extending import typeof_impl
+
+
+class Separate:
+    """A separate function, to be compiled when it is needed first."""
+
+    def __init__(self, function: Callable, compile: Callable[[], Any]):
+        self.py_func = function
+        self._compile = compile
+
+    @cached_property
+    def numba_type(self) -> types.Function:
+        """What numba sees in the function's place, once that is compiled."""
+        dispatcher = self._compile()
+        (result,) = dispatcher.overloads.values()
+        symbol = f"{self.py_func.__module__}.{self.py_func.__qualname__}"
+        llvm.add_symbol(symbol, result.library.get_pointer_to_function(result.fndesc.llvm_func_name))
+        lower_builtin(self, *result.signature.args)(_call_of(symbol))
+        return types.Function(make_concrete_template(symbol, self, [result.signature]))
+
+
+def _call_of(symbol: str) -> Callable:
+    def call(context: Any, builder: Any, signature: Signature, arguments: Any) -> Any:
+        convention = context.call_conv
+        function_type = convention.get_function_type(signature.return_type, signature.args)
+        function = cgutils.get_or_insert_function(builder.module, function_type, symbol)
+        status, result = convention.call_function(builder, function, signature.return_type, signature.args, arguments)
+        with cgutils.if_unlikely(builder, status.is_error):
+            convention.return_status_propagate(builder, status)
+        return impl_ret_new_ref(context, builder, signature.return_type, result)
+
+    return call
+
+
+@typeof_impl.register(Separate)
+def _type_of(separate: Separate, _: Any) -> types.Function:
+    return separate.numba_type
+
+
+def load_separates(function: Callable) -> None:
+    """Compile or load all separate functions that a function calls, and the compiled functions that it consists of."""
+    seen, waiting = {function}, [function]
+    while waiting:
+        caller = waiting.pop()
+        for name in caller.__code__.co_names:
+            callee = caller.__globals__.get(name)
+            if isinstance(callee, Separate):
+                _ = callee.numba_type
+            elif isinstance(callee, Dispatcher) and callee.py_func not in seen:
+                seen.add(callee.py_func)
+                waiting.append(callee.py_func)
