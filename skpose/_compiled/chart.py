@@ -10,8 +10,9 @@ import math
 import numpy as np
 
 from skpose._compiled.forward import frame_quaternion
-from skpose._compiled.jit import internal, jit
+from skpose._compiled.jit import internal, jit, separate
 from skpose._compiled.rotation import canonical, inverse, product, quaternion_of, sign_towards, slope_of_turn, vector_of
+from skpose._compiled.signatures import FLAG, TREE
 from skpose._compiled.tree import TWO_PI, Tree
 
 GIMBAL = 1e-14  # cosine of the second Euler angle below which the first one is free; larger, rotations would change
@@ -19,7 +20,7 @@ FARTHEST = 1.5 * math.pi  # rotation vectors are at their best near zero, and us
 NO_TURN = 1e-12  # rotation below which there is none but for rounding, about no axis, rad
 
 
-@internal
+@separate(lambda: TREE(TREE, FLAG))
 def free_tree(tree, frees_angles):
     """Return the tree with references of its own; with its frames of three angles as ball joints, if so asked."""
     ball, reference = tree.ball.copy(), tree.reference.copy()
@@ -179,7 +180,10 @@ def slopes_of_turns(free, coordinates, slopes):
 @internal
 def differs(tree, free):
     """Return whether frames of three angles are ball joints in the free tree: then there are two straight lines."""
-    return np.any((free.ball >= 0) & (tree.ball < 0))
+    n_free = 0
+    for f in range(free.ball.shape[0]):
+        n_free += free.ball[f] >= 0 and tree.ball[f] < 0
+    return n_free > 0
 
 
 @internal

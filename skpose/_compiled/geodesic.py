@@ -17,6 +17,7 @@ import numpy as np
 from numba import types
 
 from skpose._compiled.chart import coordinates_of, differs, dofs_of, free_tree, line_of_angles, set_references
+from skpose._compiled.copying import copy_to
 from skpose._compiled.encode import n_line_codes
 from skpose._compiled.forward import SQRT2
 from skpose._compiled.jit import internal, jit, passed, separate, unfolded
@@ -36,7 +37,7 @@ from skpose._compiled.minimiser import (
 )
 from skpose._compiled.path_energy import FINE, chords, curve_length, divided, path_of
 from skpose._compiled.rotation import product, vector_of
-from skpose._compiled.signatures import FLAG, MATRIX, READ_VECTOR, REAL, TREE, WHOLE, named
+from skpose._compiled.signatures import FLAG, MATRIX, REAL, TREE, VECTOR, WHOLE, named
 from skpose._compiled.tree import TWO_PI
 
 MAX_ITER, TOL = 500, 1e-6  # iterations in each refinement; share of the length that is left to gain
@@ -83,7 +84,7 @@ def _settings_for(substeps, stop):
     return Settings(stop, FIRST_DAMPING, exact_below, LEAST_CHANGE, False, patience)
 
 
-@internal
+@separate(lambda: MATRIX(TREE, TREE, VECTOR, VECTOR, WHOLE))
 def slerp_line(tree, free, start, end, n_steps):
     """Set the references, and return the line on which ball joints turn by slerp, in coordinates."""
     ends = np.empty((2, start.shape[0]))
@@ -146,7 +147,7 @@ def find_geodesic(tree, line, bounds, stop):
     return Curve(line, energy, length, _curve_length(tree, local, line), math.nan, math.nan, n_iter, False)
 
 
-@separate(lambda: types.Tuple([MATRIX, REAL])(TREE, TREE, READ_VECTOR, READ_VECTOR, WHOLE))
+@separate(lambda: types.Tuple([MATRIX, REAL])(TREE, TREE, VECTOR, VECTOR, WHOLE))
 def shorter_line(tree, free, start, end, n_steps):
     """Return the shorter straight line from a pose to another, in coordinates, and its length."""
     line = slerp_line(tree, free, start, end, n_steps)
@@ -167,14 +168,14 @@ def path_between(tree, start, end, n_steps, frees_angles, bounds, max_iter, tol)
     line, _ = shorter_line(tree, free, start, end, n_steps)
     curve = find_geodesic(free, line, bounds, stop_at(max_iter, tol))
     poses, last = np.empty(curve.poses.shape), curve.poses.shape[0] - 1
-    poses[0] = start
+    copy_to(poses[0], start)
     for i in range(1, last + 1):
         dofs_of(tree, free, curve.poses[i], poses[i - 1], poses[i])
     farthest = 0.0
     for d in range(end.shape[0]):
         farthest = max(farthest, abs(poses[last, d] - end[d]))
     if farthest < ARRIVED:
-        poses[last] = end
+        copy_to(poses[last], end)
     return Curve(
         poses,
         curve.energy,

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._compiled.chart import free_tree, rotation_of
+from skpose._compiled.copying import copy_to
 from skpose._compiled.forward import workspace_rows
 from skpose._compiled.jit import internal, unfolded
 from skpose._compiled.path_energy import place
@@ -88,17 +89,17 @@ def workspace_of(tree, frees_angles):
 @internal
 def copy_state(source, target):
     """Copy a state to another one."""
-    target.rotations[:] = source.rotations
-    target.dofs[:] = source.dofs
-    target.origin[:] = source.origin
-    target.P[:] = source.P
-    target.screws[:] = source.screws
+    copy_to(target.rotations, source.rotations)
+    copy_to(target.dofs, source.dofs)
+    copy_to(target.origin, source.origin)
+    copy_to(target.P, source.P)
+    copy_to(target.screws, source.screws)
 
 
 @internal
 def place_state(work, state):
     """Compute the positions and the screws of a state."""
-    work.tree.reference[:] = state.rotations
+    copy_to(work.tree.reference, state.rotations)
     place(work.tree, state.dofs, work.scratch, state.P, state.screws)
 
 
@@ -109,14 +110,14 @@ def set_pose(tree, dofs, rotations, angles):
         if tree.end_dof[f] - tree.first_dof[f] == 3:
             w, x, y, z = rotation_of(tree, dofs, f)
             rotations[f, 0], rotations[f, 1], rotations[f, 2], rotations[f, 3] = w, x, y, z
-    angles[:] = dofs
+    copy_to(angles, dofs)
 
 
 @internal
 def start_at(tree, state, rotations, angles):
     """Let a state have the rotations and angles of a pose, with the root at the origin."""
-    state.rotations[:] = rotations
-    state.dofs[:] = angles
+    copy_to(state.rotations, rotations)
+    copy_to(state.dofs, angles)
     state.origin[:] = 0.0
     for f in range(1, tree.frame_parent.shape[0]):
         if tree.ball[f] >= 0:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._compiled.chart import dofs_of
+from skpose._compiled.copying import copy_to
 from skpose._compiled.inverse import LEAST_DAMPING, Fit, minimise_pose
 from skpose._compiled.inverse_energy import Target, copy_state, place_state, set_pose, start_at, workspace_of
 from skpose._compiled.inverse_start import fit_afresh
@@ -78,9 +79,9 @@ def _without_turns(work, target, fit, max_iter):
 def _write(tree, work, target, near, fit, found, i):
     """Write the state as the pose of frame i; of the numbers that are one rotation, those nearest to a pose's."""
     here = work.here
-    work.tree.reference[:] = here.rotations
+    copy_to(work.tree.reference, here.rotations)
     dofs_of(tree, work.tree, here.dofs, near, found.dofs[i])
-    found.origins[i] = here.origin
+    copy_to(found.origins[i], here.origin)
     for j in range(target.weights.shape[0]):
         square = 0.0
         for k in range(3):
@@ -92,8 +93,8 @@ def _write(tree, work, target, near, fit, found, i):
 @unfolded
 def _settle(tree, observed, i, rotations, angles, state, target):
     """Let the prior be the first pose; the frame before for joints before a lost one, and for one that starts at it."""
-    target.prior[:] = rotations
-    target.prior_dofs[:] = angles
+    copy_to(target.prior, rotations)
+    copy_to(target.prior_dofs, angles)
     lost = observed.ever & (observed.weights[i] == 0.0)
     frames_lost = np.zeros(tree.frame_parent.shape[0], np.bool_)
     for j in range(1, lost.shape[0]):
@@ -102,7 +103,7 @@ def _settle(tree, observed, i, rotations, angles, state, target):
         frames_lost[tree.frame_parent[f]] |= frames_lost[f]
     for f in range(2, tree.frame_parent.shape[0]):
         if frames_lost[f] or lost[tree.pivot[f]]:
-            target.prior[f] = state.rotations[f]
+            copy_to(target.prior[f], state.rotations[f])
             for d in range(tree.first_dof[f], tree.end_dof[f]):
                 target.prior_dofs[d] = state.dofs[d]
 

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._compiled.chart import coordinates_of, follow, free_tree, slopes_of_turns
+from skpose._compiled.copying import copy_to
 from skpose._compiled.forward import workspace_rows
 from skpose._compiled.geodesic import (
     LEAST_CHANGE,
@@ -90,7 +91,7 @@ def _keep(kept, i, free, curve, n_steps):
     for k in range(kept.n_nodes[i]):
         for d in range(curve.poses.shape[1]):
             kept.nodes[i, k, d] = curve.poses[k * substeps, d]
-    kept.references[i] = free.reference
+    copy_to(kept.references[i], free.reference)
 
 
 @internal
@@ -123,7 +124,7 @@ def follow_geodesics(tree, pose, ends, first, last, search, kept, found):
     for i in range(first, last):
         line, _ = shorter_line(tree, free, pose, ends[i], search.n_steps)
         if kept.n_nodes[i] > 0:
-            own.reference[:] = kept.references[i]
+            copy_to(own.reference, kept.references[i])
             nodes = kept.nodes[i, : kept.n_nodes[i]].copy()
             if _follow_base(tree, own, pose, ends[i], nodes):
                 path = path_of(own, nodes, kept.substeps[i])

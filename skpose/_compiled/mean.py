@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from skpose._compiled.chart import chart_at, pose_of
+from skpose._compiled.copying import copy_to
 from skpose._compiled.forward import workspace_rows
 from skpose._compiled.geodesic import NEVER
 from skpose._compiled.jit import jit
@@ -29,8 +30,9 @@ def project(tree, target, pose, max_iter, tol):
     """
     free, coordinates = chart_at(tree, pose, True)
     path = empty_path(free, 3, 2)
-    path.poses[:] = coordinates
-    path.P[:] = target
+    for i in range(3):
+        copy_to(path.poses[i], coordinates)
+        copy_to(path.P[i], target)
     settings = Settings(Stop(max_iter, 2.0 * tol, 0.0), LEAST_DAMPING, math.inf, math.inf, True, NEVER)
     outcome = minimise(free, path, unbounded(pose.shape[0]), settings)
     found = pose_of(tree, free, path.poses[1], pose)

@@ -110,10 +110,11 @@ def unbounded(n_dofs):
 @internal
 def rounding_length(tree):
     """Return a length below which only rounding is left."""
-    reach = 0.0
+    reach, largest = 0.0, 0.0
     for j in range(tree.offset.shape[0]):
         reach += abs(tree.offset[j, 0]) + abs(tree.offset[j, 1]) + abs(tree.offset[j, 2])
-    return ROUNDING * reach * tree.scale.max()
+        largest = max(largest, tree.scale[j])
+    return ROUNDING * reach * largest
 
 
 @internal

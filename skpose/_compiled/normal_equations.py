@@ -50,7 +50,8 @@ def mean_diagonal(equations):
     """Return the mean of the diagonal over the free poses: the scale of the damping."""
     total, n_free = 0.0, equations.gradient.shape[0] - 2
     for i in range(1, n_free + 1):
-        total += np.trace(equations.diagonal[i]) / (n_free * equations.gradient.shape[1])
+        for d in range(equations.gradient.shape[1]):
+            total += equations.diagonal[i, d, d] / (n_free * equations.gradient.shape[1])
     return total
 
 

@@ -18,7 +18,7 @@ from numba import types
 from skpose._compiled.forward import orient, place_joints, workspace, workspace_rows
 from skpose._compiled.jacobian import rotation_axes
 from skpose._compiled.jit import internal, separate, unfolded
-from skpose._compiled.signatures import CUBE, MATRIX, READ_MATRIX, REAL, TREE, VECTOR, named
+from skpose._compiled.signatures import CUBE, MATRIX, REAL, TREE, VECTOR, WHOLE, named
 
 FINE = 8  # chords into which each chord of a path is divided to measure it again
 
@@ -43,7 +43,7 @@ def empty_path(tree, n_nodes, n_chords):
     )
 
 
-@internal
+@separate(lambda: PATH(TREE, MATRIX, WHOLE))
 def path_of(tree, poses, substeps):
     """Return the path of these poses with so many chords between two of them; its ends are placed."""
     path, last = empty_path(tree, poses.shape[0], (poses.shape[0] - 1) * substeps), poses.shape[0] - 1
@@ -104,7 +104,7 @@ def place(tree, angles, scratch, P, screws):
             screws[5, d] = P[o] * y - P[o + 1] * x
 
 
-@internal
+@separate(lambda: MATRIX(MATRIX, WHOLE))
 def divided(poses, parts):
     """Divide every step between poses into equal parts; return all poses, those given among them."""
     n_steps, n_dofs = poses.shape[0] - 1, poses.shape[1]
@@ -119,7 +119,7 @@ def divided(poses, parts):
     return out
 
 
-@separate(lambda: types.UniTuple(REAL, 2)(TREE, READ_MATRIX))
+@separate(lambda: types.UniTuple(REAL, 2)(TREE, MATRIX))
 def chords(tree, poses):
     """Return the sum of the chords between poses, and the sum of their squares."""
     C, S, H, P = workspace(tree, np.empty(workspace_rows(tree)))

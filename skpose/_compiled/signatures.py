@@ -34,6 +34,5 @@ def named(kind: type, *fields: Any) -> types.BaseTuple:
 
 REAL, WHOLE, FLAG = types.float64, types.int64, types.boolean
 VECTOR, MATRIX, CUBE = (array_type(REAL, ndim, readonly=False) for ndim in (1, 2, 3))
-READ_VECTOR, READ_MATRIX = (array_type(REAL, ndim, readonly=True) for ndim in (1, 2))
 FLAGS = array_type(FLAG, 2, readonly=False)
 TREE, STEPS = shared_types(np.dtype(np.float64))
