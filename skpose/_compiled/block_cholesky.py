@@ -15,7 +15,7 @@ import numpy as np
 from skpose._compiled.jit import internal, separate
 from skpose._compiled.lanes import full_like, rows
 from skpose._compiled.normal_equations import EQUATIONS
-from skpose._compiled.signatures import FLAG, FLAGS, MATRIX, REAL, TREE
+from skpose._compiled.signatures import FLAG, FLAG_MATRIX, MATRIX, REAL, TREE
 
 LANES = 8  # float64 numbers in one register
 
@@ -150,7 +150,7 @@ def _substitute(band, n_blocks, n, x):
             flat[i * m + p] = value / pivot
 
 
-@separate(lambda: FLAG(TREE, EQUATIONS, REAL, FLAGS, MATRIX, MATRIX))
+@separate(lambda: FLAG(TREE, EQUATIONS, REAL, FLAG_MATRIX, MATRIX, MATRIX))
 def solve(tree, equations, damping, fixed, band, step):
     """Compute step = −(H + λ)⁻¹ gradient for the dofs that are not fixed; return whether H + λ is positive definite."""
     n_blocks = equations.diagonal.shape[0] - 2

@@ -12,6 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._compiled.inverse_energy import (
+    TARGET,
+    WORKSPACE,
     add_second_derivatives_of_pose,
     copy_state,
     evaluate_pose,
@@ -19,8 +21,9 @@ from skpose._compiled.inverse_energy import (
     fill_matrix,
     half_square_away,
 )
-from skpose._compiled.jit import internal, unfolded
+from skpose._compiled.jit import internal, separate, unfolded
 from skpose._compiled.rotation import product, quaternion_of
+from skpose._compiled.signatures import FLAG, REAL, WHOLE, named
 from skpose._compiled.tree_cholesky import N_ORIGIN, factorise, solve
 
 PRECISION = 1e-9  # a step that brings the joints no nearer than this is no step, m
@@ -39,6 +42,9 @@ class Fit(NamedTuple):
     half: float  # half the weighted sum of squared distances, with the regularisation, m²
     n_iter: int
     converged: bool
+
+
+FIT = named(Fit, REAL, WHOLE, FLAG)
 
 
 @unfolded
@@ -90,7 +96,7 @@ def _corrected(work, target, stiffness, damping):
     return evaluate_pose(work, work.beyond, target, stiffness)
 
 
-@internal
+@separate(lambda: FIT(WORKSPACE, TARGET, REAL, WHOLE))
 def minimise_pose(work, target, first_damping, max_iter):
     """Find the minimum from the state `work.here` on, in place.
 

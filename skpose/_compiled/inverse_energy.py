@@ -11,15 +11,17 @@ matrix, as in `normal_equations`, which does so for the many poses of a path.
 from typing import NamedTuple
 
 import numpy as np
+from numba import types
 
 from skpose._compiled.chart import free_tree, rotation_of
 from skpose._compiled.copying import copy_to
 from skpose._compiled.forward import workspace_rows
-from skpose._compiled.jit import internal, unfolded
+from skpose._compiled.jit import internal, separate, unfolded
 from skpose._compiled.path_energy import place
 from skpose._compiled.rotation import inverse, product, sign_towards, vector_of
+from skpose._compiled.signatures import MATRIX, REAL, TREE, VECTOR, named
 from skpose._compiled.tree import Tree
-from skpose._compiled.tree_cholesky import N_ORIGIN, Equations, equations_of
+from skpose._compiled.tree_cholesky import EQUATIONS, N_ORIGIN, Equations, equations_of
 
 
 class State(NamedTuple):
@@ -58,6 +60,11 @@ class Workspace(NamedTuple):
     scratch: np.ndarray
 
 
+STATE = named(State, MATRIX, VECTOR, VECTOR, VECTOR, MATRIX)
+TARGET = named(Target, MATRIX, VECTOR, MATRIX, VECTOR, REAL, VECTOR, VECTOR)
+WORKSPACE = named(Workspace, TREE, STATE, STATE, STATE, STATE, STATE, EQUATIONS, MATRIX, VECTOR)
+
+
 @internal
 def _empty_state(tree):
     n_frames, n_dofs = tree.frame_parent.shape[0], tree.column.shape[0]
@@ -86,7 +93,7 @@ def workspace_of(tree, frees_angles):
     )
 
 
-@internal
+@separate(lambda: types.void(STATE, STATE))
 def copy_state(source, target):
     """Copy a state to another one."""
     copy_to(target.rotations, source.rotations)
@@ -96,7 +103,7 @@ def copy_state(source, target):
     copy_to(target.screws, source.screws)
 
 
-@internal
+@separate(lambda: types.void(WORKSPACE, STATE))
 def place_state(work, state):
     """Compute the positions and the screws of a state."""
     copy_to(work.tree.reference, state.rotations)
@@ -148,7 +155,7 @@ def half_square_away(tree, state, target):
     return half
 
 
-@internal
+@separate(lambda: REAL(WORKSPACE, STATE, TARGET, REAL))
 def evaluate_pose(work, state, target, stiffness):
     """Place the joints; return half the energy."""
     place_state(work, state)
@@ -206,7 +213,7 @@ def _sum_joints(tree, state, target, sums):
             sums[p, i] += sums[f, i]
 
 
-@internal
+@separate(lambda: types.void(STATE, TARGET, REAL, WORKSPACE))
 def fill_gradient(state, target, stiffness, work):
     """Compute the gradient of half the energy by turns, angles and the root's position."""
     tree, gradient, sums, screws = work.tree, work.equations.gradient, work.sums, state.screws
@@ -231,7 +238,7 @@ def fill_gradient(state, target, stiffness, work):
                 gradient[N_ORIGIN + d] += stiffness * (state.dofs[d] - target.prior_dofs[d])
 
 
-@internal
+@separate(lambda: types.void(STATE, REAL, WORKSPACE))
 def fill_matrix(state, stiffness, work):
     """Compute the Gauss-Newton matrix, after the gradient."""
     tree, sums, screws, matrix = work.tree, work.sums, state.screws, work.equations.matrix

@@ -134,7 +134,9 @@ def fit_frames(tree, observed, initials, rules, run_in, found):
             set_pose(tree, initial, rotations, angles)
             start_at(work.tree, work.here, rotations, angles)
             place_state(work, work.here)
-            prior[:], prior_dofs[:], started = rotations, angles, False
+            copy_to(prior, rotations)
+            copy_to(prior_dofs, angles)
+            started = False
         target = Target(
             observed.positions[i],
             observed.weights[i],

@@ -9,10 +9,11 @@ import math
 
 import numpy as np
 
-from skpose._compiled.inverse import FIRST_DAMPING, Fit, minimise_pose
-from skpose._compiled.inverse_energy import copy_state, place_state, start_at
-from skpose._compiled.jit import internal, unfolded
+from skpose._compiled.inverse import FIRST_DAMPING, FIT, Fit, minimise_pose
+from skpose._compiled.inverse_energy import TARGET, WORKSPACE, copy_state, place_state, start_at
+from skpose._compiled.jit import internal, separate, unfolded
 from skpose._compiled.rotation import product, quaternion_of
+from skpose._compiled.signatures import MATRIX, VECTOR, WHOLE
 
 ROOT = np.int64(1)  # frame that turns the root; not a literal, for which numba would compile its users once more
 TIE = 1e-6  # of a rotation's products, by which smaller rotations fit better
@@ -266,7 +267,7 @@ def _try_hinges(work, target, fit, max_iter):
     return Fit(fit.half, n_iter, fit.converged)
 
 
-@unfolded
+@separate(lambda: FIT(WORKSPACE, TARGET, MATRIX, VECTOR, WHOLE))
 def fit_afresh(work, target, rotations, angles, max_iter):
     """Find the pose from a first one on, with the root's place and orientation by the best fit of all joints."""
     start_at(work.tree, work.here, rotations, angles)

@@ -34,5 +34,6 @@ def named(kind: type, *fields: Any) -> types.BaseTuple:
 
 REAL, WHOLE, FLAG = types.float64, types.int64, types.boolean
 VECTOR, MATRIX, CUBE = (array_type(REAL, ndim, readonly=False) for ndim in (1, 2, 3))
-FLAGS = array_type(FLAG, 2, readonly=False)
+FLAG_VECTOR, FLAG_MATRIX = (array_type(FLAG, ndim, readonly=False) for ndim in (1, 2))
+WHOLE_VECTOR = array_type(WHOLE, 1, readonly=False)
 TREE, STEPS = shared_types(np.dtype(np.float64))

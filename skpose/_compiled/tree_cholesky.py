@@ -12,7 +12,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._compiled.jit import internal, jit
+from skpose._compiled.jit import internal, jit, separate
+from skpose._compiled.signatures import (
+    FLAG,
+    FLAG_VECTOR,
+    MATRIX,
+    REAL,
+    TREE,
+    VECTOR,
+    WHOLE_VECTOR,
+    named,
+)
 
 N_ORIGIN = 3  # dofs of the root's position
 
@@ -26,6 +36,9 @@ class Equations(NamedTuple):
     step: np.ndarray  # (n,)
     fixed: np.ndarray  # (n,) bool: dofs that do not move
     frame_of: np.ndarray  # (n,) the frame of each dof; 0 for the root's position
+
+
+EQUATIONS = named(Equations, MATRIX, MATRIX, VECTOR, VECTOR, FLAG_VECTOR, WHOLE_VECTOR)
 
 
 @jit
@@ -51,7 +64,7 @@ def _copy_row(tree, equations, k, damping):
     factor[k, k] = 1.0 if fixed[k] else matrix[k, k] + damping
 
 
-@internal
+@separate(lambda: FLAG(TREE, EQUATIONS, REAL))
 def factorise(tree, equations, damping):
     """Factorise the matrix plus a multiple of the identity; return whether that is positive definite."""
     factor = equations.factor
@@ -80,7 +93,7 @@ def factorise(tree, equations, damping):
     return True
 
 
-@internal
+@separate(lambda: REAL(TREE, EQUATIONS, REAL))
 def solve(tree, equations, damping):
     """Compute the step from the factors; return by how much it lowers the quadratic model, without the damping."""
     factor, step, gradient = equations.factor, equations.step, equations.gradient
