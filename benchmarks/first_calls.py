@@ -49,7 +49,9 @@ def run(call, cache, checkout):
     """Make a call twice in a new process: seconds and value of each."""
     program = f"{PREPARE}print(json.dumps([timed(lambda: {call}) for _ in range(2)]))"
     environment = os.environ | {"NUMBA_CACHE_DIR": cache, "PYTHONPATH": str(checkout)}
-    output = subprocess.run([sys.executable, "-c", program], env=environment, stdout=subprocess.PIPE, check=True)
+    output = subprocess.run(
+        [sys.executable, "-c", program], cwd=cache, env=environment, stdout=subprocess.PIPE, check=True
+    )
     return json.loads(output.stdout.splitlines()[-1])
 
 
