@@ -30,11 +30,17 @@ What calls what, from Python at the top to one vector register at the bottom::
             |                                   |
             +------------- forward -------------+                          joint positions of one pose
                               |
-              rotation, trigonometry, lanes, tree, results, jit            quaternions, registers, arrays, compilation
+    rotation, trigonometry, lanes, tree, results, copying, jit, separate   quaternions, registers, arrays, compilation
 
 Only `skpose.metrics._pose_metric` compiles elsewhere: one function for each skeleton, which calls `loops`. Every
 function here is plain Python, decorated. With the environment variable ``NUMBA_DISABLE_JIT=1`` it runs as such,
 slowly, for a debugger or for coverage. Compiled functions are cached on disk, keyed by a digest of this folder (`jit`).
+
+What is compiled with what
+--------------------------
+numba compiles a function into each of its callers, and these into theirs. So large functions are *separate*: they are
+compiled once, for the types that `signatures` spells out, and their callers call them by address. A function has no
+entry points but those that it needs (`jit`): one for Python takes longer to compile than most functions here.
 
 The skeleton as compiled code sees it
 -------------------------------------
