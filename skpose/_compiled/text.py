@@ -6,6 +6,7 @@ numbers accurately, 1990, DOI 10.1145/93542.93557). A larger w, of up to 18 digi
 its quotient; their sum rounds to the nearest double unless the number is too close to the middle between two.
 
 What is left, such as 1e-300 or 25 digits, becomes NaN here, and the caller reads it. The word nan is no number.
+A text ends with a blank, so that no loop has to look for its end.
 """
 
 import numpy as np
@@ -18,16 +19,19 @@ UPPER = POWERS.astype(np.float32).astype(np.float64)  # the first 24 bits of eac
 LOWER = POWERS - UPPER
 UNCERTAIN = 2.0**-70  # more than the relative error of a quotient that is a sum of two doubles
 
-DIGIT = np.full(256, -1)  # what each byte stands for
-DIGIT[list(b"0123456789")] = np.arange(10)
-TAB, NEWLINE, RETURN, BLANK, PLUS, MINUS, POINT, ZERO, SMALL_E = b"\t\n\r +-.0e"
+OTHER, BLANK, NEWLINE = 10, 11, 12  # kinds of bytes; those below are digits
+KIND = np.full(256, OTHER)
+KIND[list(b"0123456789")] = np.arange(10)
+KIND[list(b" \t\v\f\r")] = BLANK
+KIND[ord("\n")] = NEWLINE
+PLUS, MINUS, POINT, ZERO, SMALL_E, LARGE_E = b"+-.0eE"
 
 
 @inlined
 def quotient(w, p):
     """Return w / 10^p as the nearest double, for w up to 10^18; NaN where rounding is uncertain."""
     high = float(w)
-    low = float(w - int(high))
+    low = float(w - np.int64(high))
     q = high / POWERS[p]
     # The remainder high − q · 10^p, of parts whose products are exact: it is the same where operations are fused.
     upper = float(np.float32(q))
@@ -42,58 +46,55 @@ def quotient(w, p):
 
 
 @inlined
-def past_zeros(text, at):
-    """Return the index after zeros."""
-    while at < len(text) and text[at] == ZERO:
-        at += 1
-    return at
-
-
-@inlined
 def decimal(text, at):
     """Return the number that begins at an index, NaN where the caller has to read it, and its end, −1 if it is none."""
-    size = len(text)
     negative = text[at] == MINUS
     if negative or text[at] == PLUS:
         at += 1
     begin, w, p = at, 0, 0
-    at = past_zeros(text, at)
+    while text[at] == ZERO:
+        at += 1
     first = at
-    while at < size and DIGIT[text[at]] >= 0:
-        w = w * 10 + int(DIGIT[text[at]])
+    while KIND[text[at]] < OTHER:
+        w = w * 10 + KIND[text[at]]
         at += 1
     n_digits = at - first  # from the first that is not zero
-    if at < size and text[at] == POINT:
+    if text[at] == POINT:
         at += 1
         begin, p = begin + 1, at
-        at = past_zeros(text, at) if n_digits == 0 else at
+        if n_digits == 0:
+            while text[at] == ZERO:
+                at += 1
         first = at
-        while at < size and DIGIT[text[at]] >= 0:
-            w = w * 10 + int(DIGIT[text[at]])
+        while KIND[text[at]] < OTHER:
+            w = w * 10 + KIND[text[at]]
             at += 1
         n_digits += at - first
         p -= at
     if at == begin:
         return 0.0, -1
-    if at < size and text[at] | 32 == SMALL_E:
+    if text[at] == SMALL_E or text[at] == LARGE_E:
         at += 1
-        down = at < size and text[at] == MINUS
-        if down or (at < size and text[at] == PLUS):
+        down = text[at] == MINUS
+        if down or text[at] == PLUS:
             at += 1
         first, exponent = at, 0
-        while at < size and DIGIT[text[at]] >= 0:
-            exponent = exponent * 10 + int(DIGIT[text[at]])
+        while KIND[text[at]] < OTHER:
+            exponent = exponent * 10 + KIND[text[at]]
             at += 1
         if at == first:
             return 0.0, -1
+        if at > first + 9:  # it may have overflowed
+            n_digits = 99
         p += -exponent if down else exponent
-        n_digits += 99 * (at > first + 9)  # exponent may have overflowed
     if n_digits > 18 or p < -22 or p > 22 or (w > EXACT and p > 0):
         value = np.nan
     elif w > EXACT:
         value = quotient(w, -p)
+    elif p > 0:
+        value = w * POWERS[p]
     else:
-        value = float(w) * POWERS[p] if p > 0 else float(w) / POWERS[-p]
+        value = w / POWERS[-p]
     return (-value if negative else value), at
 
 
@@ -102,33 +103,16 @@ def decimals(text, numbers):
     """Write all numbers of a text to `numbers`; return how many, −1 where there are more or any other word."""
     n, at, size = 0, 0, len(text)
     while True:
-        while at < size and (text[at] == BLANK or TAB <= text[at] <= RETURN):
+        while at < size and KIND[text[at]] > OTHER:
             at += 1
         if at == size:
             return n
         if n == len(numbers):
             return -1
         numbers[n], at = decimal(text, at)
-        if at < 0 or (at < size and text[at] != BLANK and not TAB <= text[at] <= RETURN):
+        if at < 0 or KIND[text[at]] <= OTHER:
             return -1
         n += 1
-
-
-@inlined
-def past_blanks(text, at):
-    """Return the index after blanks inside a line."""
-    while at < len(text) and (text[at] == BLANK or text[at] == TAB or text[at] == RETURN):
-        at += 1
-    return at
-
-
-@inlined
-def past_line(text, at):
-    """Return the index after the end of the line, −1 unless only blanks come before it."""
-    at = past_blanks(text, at)
-    if at == len(text):
-        return at
-    return at + 1 if text[at] == NEWLINE else -1
 
 
 @internal
@@ -139,35 +123,46 @@ def frames(text, number, names, ends, counts, table):
     number, the first's is `number`, and one for each bone: its name, ``names[ends[i - 1] : ends[i]]``, and `counts[i]`
     numbers. Return how many frames are read, and where they end.
     """
-    n, at, begin, size = 0, 0, 0, len(text)
-    while at < size:
-        start = at
-        first = at = past_blanks(text, start)
-        found = 0
-        while at < size and DIGIT[text[at]] >= 0:
-            found = found * 10 + int(DIGIT[text[at]])
+    n, at, begin = 0, 0, 0
+    while at < len(text):
+        start, found = at, 0
+        while KIND[text[at]] == BLANK:
             at += 1
-        line = past_line(text, at)
-        if n == len(table) or not 1 <= at - first <= 18 or found != number + n or line < 0:
+        first = at
+        while KIND[text[at]] < OTHER:
+            found = found * 10 + KIND[text[at]]
+            at += 1
+        n_digits = at - first
+        while KIND[text[at]] == BLANK:
+            at += 1
+        if n == len(table) or n_digits == 0 or n_digits > 18 or found != number + n or KIND[text[at]] != NEWLINE:
             return n - (n > 0), begin  # the last frame may go on here
-        begin, at, column, k = start, line, 0, 0
+        begin, column, k = start, 0, 0
         for bone in range(len(ends)):
-            at = past_blanks(text, at)
-            while k < ends[bone] and at < size and text[at] == names[k]:
+            at += 1  # past the end of the line before
+            if at == len(text):
+                return n, begin
+            while KIND[text[at]] == BLANK:
+                at += 1
+            while k < ends[bone] and text[at] == names[k]:
                 at += 1
                 k += 1
             if k < ends[bone]:
                 return n, begin
             for _ in range(counts[bone]):
-                word = past_blanks(text, at)
-                if not at < word < size:
+                word = at
+                while KIND[text[at]] == BLANK:
+                    at += 1
+                if at == word:
                     return n, begin
-                table[n, column], at = decimal(text, word)
+                table[n, column], at = decimal(text, at)
                 if at < 0 or np.isnan(table[n, column]):
                     return n, begin
                 column += 1
-            at = past_line(text, at)
-            if at < 0:
+            while KIND[text[at]] == BLANK:
+                at += 1
+            if KIND[text[at]] != NEWLINE:
                 return n, begin
+        at += 1
         n += 1
     return n, at

@@ -61,7 +61,7 @@ class Layout:
     def rows(self, text: np.ndarray, number: int, parsers: ModuleType) -> tuple[np.ndarray, int]:
         """Return the numbers of the frames with this layout at the beginning of a text, and where they end.
 
-        The first of them is frame `number`. The text, as its bytes, ends with a whole frame.
+        The first of them is frame `number`. The text, its bytes, ends with a whole frame and a line end.
         """
         if self.n_words < 1:
             return np.empty((0, len(self.numbers))), 0
@@ -155,7 +155,7 @@ def read_frames(source: Source, layout: Layout, first: Chunk) -> np.ndarray:
 
 
 def _whole_frames(source: Source, first: Chunk) -> Iterator[Chunk]:
-    """Yield all further lines, many at a time, cut before frames."""
+    """Yield all further lines, many at a time, cut before frames; the last has an end, too."""
     line, _, text = first
     texts = [text]
     for chunk in source.chunks():
@@ -166,7 +166,8 @@ def _whole_frames(source: Source, first: Chunk) -> Iterator[Chunk]:
             yield Chunk(line, 0, b"".join([*texts, chunk.text[:cut]]))
             line, texts = chunk.line + n_lines(chunk.text[:cut]), []
         texts.append(chunk.text[cut:])
-    yield Chunk(line, 0, b"".join(texts))
+    text = b"".join(texts)
+    yield Chunk(line, 0, text if text.endswith(b"\n") else text + b"\n")
 
 
 def _lines(text: bytes, first: int) -> Iterator[Line]:

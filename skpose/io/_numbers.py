@@ -79,7 +79,8 @@ def _parse(chunk: Chunk) -> np.ndarray | None:
 
 def _parse_compiled(text: bytes, decimals: Callable) -> np.ndarray | None:
     """Return the numbers; None if any word is nan, infinity or no number."""
-    numbers = np.empty(len(text) // 2 + 1)
+    text = text if text.endswith(b"\n") else text + b"\n"
+    numbers = np.empty(len(text) // 2)  # each has two bytes, with the blank after it
     n = decimals(np.frombuffer(text, np.uint8), numbers)
     if n < 0:
         return None
