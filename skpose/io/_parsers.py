@@ -1,12 +1,12 @@
 """The compiled parsers, for those who read megabytes.
 
-They are several times as fast as numpy's, but numba has to be imported for them, half a second with all that it sets
-up, and they are compiled once on each machine, 0.7 s. So a process that reads a few small files has no use for them.
+They are several times as fast as numpy's, but need numba, half a second to import and set up, and are compiled once on
+each machine, for 0.6 to 0.9 s. A process that reads a few small files has no use for them.
 """
 
 from types import ModuleType
 
-FEW = 4_000_000  # bytes that a process reads without them: numpy's parsers take 0.03 to 0.2 s
+FEW = 4_000_000  # bytes that a process reads without them, in 0.03 to 0.2 s
 
 
 class Parsers:
