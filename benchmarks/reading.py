@@ -1,106 +1,73 @@
-"""How fast is a BVH file read, in how much memory, and what does another reader take? In one run.
+"""How fast are files read, in how much memory, how long is the first call, and what does another reader take?
 
     pip install "skpose[bench]"
-    python benchmarks/reading.py [FOLDER OF CMU FILES] [--quick]
+    python benchmarks/reading.py [--cmu FOLDER OF CMU FILES] [--hdm05 FOLDER OF HDM05 FILES] [--quick]
 
-The file has 50 MB, six digits after the point as most have, and a regular skeleton, which pybvh reads too; a second one
-has numbers of all lengths, as "%g" writes them. Readers take turns, the tables hold medians of five; joint positions
-are compared. Memory is what a process of its own holds at most beyond what it held before. Linux only.
+Large files have 50 MB: a regular skeleton, which pybvh reads too, with numbers as programs write them: six digits after
+the point, "%g", 17 digits; and frames of CMU's longest AMC file again and again. Real files are the longest recordings
+of CMU and HDM05, as AMC; CMU's also as BVH, by `save_bvh` and with "%g". Readers take turns, the tables hold medians of
+five; angles are compared with pybvh's to the last bit, those of AMC files with Python's float of each word.
+
+Each reader has read some megabytes before, so that skpose's uses its compiled parsers. First calls are those of new
+processes, with an empty folder for numba's cache and again with what the first process left there. Memory is what a
+process of its own holds at most beyond what it held before (VmHWM). Linux only.
 """
 
 import argparse
 import gzip
-import io
+import os
 import subprocess
 import sys
 import tempfile
+import time
+import warnings
 from pathlib import Path
 from typing import NamedTuple
 
 import common
 import numpy as np
 import pybvh
-from scipy.spatial.transform import Rotation
 
-from skpose import forward_kinematics
-from skpose.io import load_amc, load_bvh, save_bvh
+from skpose.io import AsfFile, _parsers, asf_path, load_amc, load_bvh, save_bvh
 
 
 class Size(NamedTuple):
-    n_bytes: float
+    n_bytes: float  # of a large file
+    n_files: int  # real ones of each collection
     repeats: int
 
 
-FULL, QUICK = Size(50e6, common.REPEATS), Size(1e6, 1)
-READERS = {"skpose": load_bvh, "pybvh": lambda path: pybvh.read_bvh_file(path, world_up="+y")}
+FULL, QUICK = Size(50e6, 3, common.REPEATS), Size(1e6, 1, 1)
+WARM = 5e6  # bytes after which skpose's parsers are the compiled ones
+FIRST = "skpose, the first 4 MB of a process"  # the speed of numpy's parsers
+FORMS = "%.6f", "%g", "%.17g"
+
+
+def pybvh_motion(path):
+    return pybvh.read_bvh_file(path, world_up="+y")
 
 
 def write(path, form, n_bytes):
-    """Write a file of so many bytes: the numbers of a generated motion with noise, so that all lines differ."""
-    motion = common.motions(None, 1, 1).motions[0]
-    save_bvh(path, motion)
-    head, _, rows = path.read_text().partition("Frames: ")
-    table = np.loadtxt(io.StringIO(rows.split("\n", 2)[2]))
-    noise = np.random.default_rng(0)
+    """Write a BVH file of so many bytes: the numbers of a generated motion with noise, so that all lines differ."""
+    path.unlink(missing_ok=True)
+    save_bvh(path, common.motions(None, 1, 1).motions[0])
+    table, noise = table_of(path), np.random.default_rng(0)
     per_frame = len(" ".join(form % x for x in table[0] + noise.normal(scale=0.1, size=len(table[0])))) + 1
-    n_frames = int(n_bytes / per_frame)
-    table = table[np.arange(n_frames) % len(table)]
-    table += noise.normal(scale=0.1, size=table.shape)
+    table = table[np.arange(int(n_bytes / per_frame)) % len(table)]
+    write_rows(path, table + noise.normal(scale=0.1, size=table.shape), form)
+
+
+def table_of(path):
+    """Return the numbers of a BVH file."""
+    return np.loadtxt(path, skiprows=first_row(path))
+
+
+def write_rows(path, table, form):
+    """Replace the frames of a BVH file."""
+    head = path.read_text().partition("Frames: ")[0]
     with path.open("w") as file:
-        file.write(f"{head}Frames: {n_frames}\nFrame Time: 0.008333\n")
+        file.write(f"{head}Frames: {len(table)}\nFrame Time: 0.008333\n")
         np.savetxt(file, table, fmt=form)
-    return table.shape
-
-
-def in_space(motion, frames):
-    """Joint positions of some frames with the root's movement."""
-    rotation = Rotation.from_euler(motion.root_axes, motion.root_angles[frames])
-    F = forward_kinematics(motion.angles[frames], motion.skeleton)
-    return np.stack([rotation.apply(F[:, i]) for i in range(F.shape[1])], axis=1) + motion.root_positions[frames, None]
-
-
-def check(path):
-    """Compare the joint positions of both readers."""
-    frames = [0, 1, 1000, -1]
-    ours = in_space(load_bvh(path), frames)
-    theirs = READERS["pybvh"](path).node_positions(centered="world")[frames, 1:]
-    np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-9)
-
-
-def print_memory(name, path):
-    """Print the megabytes at most beyond what the process held before it read the file; return what it read."""
-    READERS[name](Path(__file__).parents[1] / "tests" / "data" / "regular.bvh")  # imports what a reader needs
-    common.forget_peak_memory()
-    before = common.memory("VmRSS")
-    result = READERS[name](path)  # kept, so that it counts
-    print(common.memory("VmHWM") - before)
-    return result
-
-
-def compare(form, size):
-    """Print the table of one file: time and memory of every reader."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "big.bvh"
-        shape = write(path, form, size.n_bytes)
-        megabytes, array = path.stat().st_size / 1e6, np.prod(shape) * 8 / 1e6
-        print(f"Numbers as {form}: {megabytes:.1f} MB, {shape[0]:,} frames of {shape[1]}, as an array {array:.1f} MB\n")
-        check(path)
-        compressed = path.with_suffix(".bvh.gz")
-        compressed.write_bytes(gzip.compress(path.read_bytes(), 1))
-        contestants = {name: lambda read=read: read(path) for name, read in READERS.items()}
-        contestants["skpose, .gz"] = lambda: load_bvh(compressed)
-        contestants["numpy.loadtxt, the numbers alone"] = lambda: np.loadtxt(path, skiprows=first_row(path))
-        seconds = common.medians(contestants, size.repeats)
-        print("| | s | MB/s | times as fast as pybvh | memory, MB | memory, arrays |")
-        print("|---|---|---|---|---|---|")
-        for name, taken in seconds.items():
-            more = "- | -"
-            if name in READERS:
-                command = [sys.executable, __file__, "--memory", name, str(path)]
-                held = float(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
-                more = f"{held:.0f} | {held / array:.2f}"
-            print(f"| {name} | {taken:.2f} | {megabytes / taken:.1f} | {seconds['pybvh'] / taken:.2f} | {more} |")
-        print(flush=True)
 
 
 def first_row(path):
@@ -109,27 +76,197 @@ def first_row(path):
         return next(i for i, line in enumerate(file) if line.startswith("Frame Time")) + 1
 
 
-def amc(folder, size):
-    """Print the speed of the largest AMC file of a folder."""
-    path = max(Path(folder).rglob("*.amc"), key=lambda path: path.stat().st_size)
-    asf = path.with_name(f"{path.stem.rsplit('_', 1)[0]}.asf")
-    taken = common.medians({"amc": lambda: load_amc(path, asf)}, size.repeats)["amc"]
-    print(f"AMC, {path.name}: {taken:.2f} s, {path.stat().st_size / 1e6 / taken:.1f} MB/s")
+def write_amc(path, source, n_bytes):
+    """Write an AMC file of so many bytes: the frames of another, numbered anew."""
+    head, *lines = source.read_bytes().partition(b"\n1\n")[::2]
+    frames, frame = [], []
+    for line in [*lines[0].splitlines(), b"0"]:
+        if line.strip().isdigit():
+            frames, frame = [*frames, b"\n".join(frame)], []
+        else:
+            frame.append(line)
+    n = int(n_bytes * len(frames) / source.stat().st_size) + 1
+    rows = [b"%d\n%s\n" % (k + 1, frames[k % len(frames)]) for k in range(n)]
+    path.write_bytes(b"\n".join([head, b"".join(rows)]))
+
+
+def check_bvh(path):
+    """Compare the angles of both readers, to the last bit."""
+    ours, theirs = load_bvh(path), pybvh_motion(path)
+    np.testing.assert_array_equal(ours.angles, theirs.joint_angles[:, 1:].reshape(len(ours), -1))
+    np.testing.assert_array_equal(ours.root_positions, theirs.root_pos)
+
+
+def check_amc(path, asf):
+    """Compare the angles with those of every word, read by float; each bone has its axes in the order x, y, z."""
+    motion = load_amc(path, asf)
+    numbers: dict[str, list[list[float]]] = {}
+    for line in path.read_text(encoding="latin-1").splitlines():
+        name, *words = line.split()
+        if words and name[0] not in "#:":
+            numbers.setdefault(name, []).append([float(word) for word in words])
+    bones = [bone for bone in motion.skeleton.bones if bone.dofs]
+    angles = np.radians(np.concatenate([np.array(numbers[bone.name]) for bone in bones], axis=1))
+    np.testing.assert_array_equal(motion.angles, angles)
+
+
+def read_some(path, read):
+    """Read a file until so many bytes are read that more of them are read by compiled parsers."""
+    for _ in range(int(WARM / path.stat().st_size) + 1):
+        read(path)
+
+
+def in_a_new_process(*arguments, cache=None):
+    """Return what this program prints with these arguments."""
+    environment = os.environ | ({"NUMBA_CACHE_DIR": str(cache)} if cache else {})
+    command = [sys.executable, __file__, *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=True, env=environment).stdout.strip()
+
+
+def reader(name, asf):
+    """Return a function that reads a path."""
+    if asf:
+        content = AsfFile(asf)
+        return lambda path: load_amc(path, content)
+    return {"skpose": load_bvh, "pybvh": pybvh_motion}[name]
+
+
+def print_memory(name, path, small, asf=None):
+    """Print the megabytes at most beyond what the process held before it read the file, and those of the arrays."""
+    read = reader(name, asf)
+    read_some(Path(small), read)
+    common.forget_peak_memory()
+    before = common.memory("VmRSS")
+    motion = read(Path(path))  # kept, so that it counts
+    held = common.memory("VmHWM") - before
+    arrays = ("angles", "root_positions", "root_angles") if name == "skpose" else ("joint_angles", "root_pos")
+    print(held / (sum(getattr(motion, array).nbytes for array in arrays) / 1e6))
+
+
+def print_first(name, path, asf=None):
+    """Print the seconds of the processor of the first call of this process."""
+    read = reader(name, asf)
+    start = time.process_time()
+    read(Path(path))
+    print(time.process_time() - start)
+
+
+def compare(title, path, contestants, size, memory=()):
+    """Print the rows of one file: time of every reader, and memory of some, by names and arguments."""
+    megabytes = path.stat().st_size / 1e6
+    seconds = common.medians(contestants, size.repeats, time.process_time)
+    for name, taken in seconds.items():
+        ratio = f"{seconds['pybvh'] / taken:.2f}" if "pybvh" in seconds else ""
+        held = f"{float(in_a_new_process('--memory', name, path, *memory[name])):.2f}" if name in memory else ""
+        print(f"| {title} | {megabytes:.1f} | {name} | {taken:.4f} | {megabytes / taken:.1f} | {ratio} | {held} |")
+    sys.stdout.flush()
+
+
+def by_numpy(read):
+    """Return a function that reads as a process does at first, by numpy's parsers."""
+
+    def read_by_numpy():
+        few, _parsers.FEW = _parsers.FEW, np.inf
+        try:
+            read()
+        finally:
+            _parsers.FEW = few
+
+    return read_by_numpy
+
+
+def bvh_readers(path):
+    return {"skpose": lambda: load_bvh(path), "pybvh": lambda: pybvh_motion(path)}
+
+
+def large_bvh(folder, form, size):
+    """Print the rows of one large BVH file."""
+    path, small = folder / "large.bvh", folder / "small.bvh"
+    write(path, form, size.n_bytes)
+    write(small, form, min(size.n_bytes, WARM))
+    check_bvh(path)
+    compressed = path.with_suffix(".bvh.gz")
+    compressed.write_bytes(gzip.compress(path.read_bytes(), 1))
+    contestants = bvh_readers(path) | {"skpose, .gz": lambda: load_bvh(compressed)}
+    contestants[FIRST] = by_numpy(contestants["skpose"])
+    contestants["numpy.loadtxt, the numbers alone"] = lambda: table_of(path)
+    compare(f"generated BVH, {form}", path, contestants, size, {"skpose": [small], "pybvh": [small]})
+
+
+def real_bvh(folder, files, size):
+    """Print the rows of CMU recordings as BVH."""
+    for file in files:
+        path = folder / f"{file.stem}.bvh"
+        save_bvh(path, load_amc(file, asf_path(file)))
+        for form in FORMS[:2]:
+            if form != FORMS[0]:
+                write_rows(path, table_of(path), form)
+            check_bvh(path)
+            compare(f"{path.name}, {form}", path, bvh_readers(path), size)
+
+
+def amc(folder, files, size):
+    """Print the rows of AMC files, and of a large one."""
+    for file in files:
+        asf = AsfFile(asf_path(file))
+        check_amc(file, asf)
+        compare(file.name, file, {"skpose": lambda file=file, asf=asf: load_amc(file, asf)}, size)
+    large, file = folder / "large.amc", files[0]
+    write_amc(large, file, size.n_bytes)
+    asf = asf_path(file)
+    check_amc(large, AsfFile(asf))
+    contestants = {"skpose": lambda: load_amc(large, AsfFile(asf))}
+    contestants[FIRST] = by_numpy(contestants["skpose"])
+    compare(f"frames of {file.name}", large, contestants, size, {"skpose": [file, asf]})
+
+
+def first_calls(folder, large, amc_file):
+    """Print the seconds of first calls: a new process with an empty cache, and the next one."""
+    small, middle = folder / "first.bvh", folder / "middle.bvh"
+    write(small, "%.6f", 0.2e6)
+    write(middle, "%.6f", min(3e6, large.stat().st_size))
+    files = [("BVH", small), ("BVH", middle), ("BVH", large)]
+    if amc_file:
+        files += [("AMC", path, asf_path(amc_file)) for path in (amc_file, folder / "large.amc")]
+    print("\n| first call of a process, CPU s | MB | empty cache | filled cache | pybvh |\n|---|---|---|---|---|")
+    for kind, *arguments in files:
+        with tempfile.TemporaryDirectory() as cache:
+            empty, filled = (float(in_a_new_process("--first", "skpose", *arguments, cache=cache)) for _ in range(2))
+        theirs = f"{float(in_a_new_process('--first', 'pybvh', *arguments)):.2f}" if kind == "BVH" else ""
+        print(f"| {kind} | {arguments[0].stat().st_size / 1e6:.1f} | {empty:.2f} | {filled:.2f} | {theirs} |")
+
+
+def largest(folder, n):
+    return sorted(Path(folder).rglob("*.amc"), key=lambda path: path.stat().st_size)[-n:][::-1] if folder else []
 
 
 def main():
-    parser = common.parser(__doc__)
-    parser.add_argument("--memory", nargs=2, help=argparse.SUPPRESS)  # reader and file of a process of its own
+    parser = common.parser_of_both(__doc__)
+    parser.add_argument("--memory", nargs="+", help=argparse.SUPPRESS)  # reader and files of a process of its own
+    parser.add_argument("--first", nargs="+", help=argparse.SUPPRESS)
     options = parser.parse_args()
+    warnings.filterwarnings("ignore", message=".* from end to end at angle zero", category=UserWarning)
     if options.memory:
         print_memory(*options.memory)
         return
+    if options.first:
+        print_first(*options.first)
+        return
     common.print_machine()
     size = QUICK if options.quick else FULL
-    for form in ("%.6f", "%g"):
-        compare(form, size)
-    if options.folder:
-        amc(options.folder, size)
+    cmu, hdm05 = largest(options.cmu, size.n_files), largest(options.hdm05, size.n_files)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        write(folder / "warm.bvh", "%g", WARM)
+        load_bvh(folder / "warm.bvh")
+        print("\n| file | MB | reader | CPU s | MB/s | times as fast as pybvh | memory, arrays |")
+        print("|---|---|---|---|---|---|---|")
+        for form in FORMS:
+            large_bvh(folder, form, size)
+        real_bvh(folder, cmu, size)
+        if cmu or hdm05:
+            amc(folder, cmu + hdm05, size)
+        first_calls(folder, folder / "large.bvh", (cmu + hdm05 or [None])[0])
 
 
 if __name__ == "__main__":

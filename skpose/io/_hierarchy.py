@@ -67,7 +67,7 @@ class Lexer:
     def rest(self) -> Iterator[Chunk]:
         """Yield all lines that have not been read."""
         if text := self._text[self._at :]:
-            yield Chunk(self.source.line, self._at, [text.encode()])
+            yield Chunk(self.source.line, self._at, text.encode())
         yield from self.source.chunks()
 
 

@@ -1,10 +1,12 @@
-"""The numbers of a file's frames, read by numpy's parsers."""
+"""The numbers of a file's frames, read by compiled code or by numpy's parsers, to the same last bit."""
 
-from collections.abc import Iterable
+import sys
+from collections.abc import Callable, Iterable
 from itertools import islice
 
 import numpy as np
 
+from skpose.io._parsers import PARSERS
 from skpose.io._source import Chunk, Source
 from skpose.io._words import NUMBER, complaint
 
@@ -13,6 +15,7 @@ KINDS = bytearray(b"?" * 256)
 for kind, characters in {b" ": b" \t\n\v\f\r", b"0": b"0123456789", b".": b".", b"-": b"+-"}.items():
     for character in characters:
         KINDS[character] = ord(kind)
+OTHER = b"\x1c\x1d\x1e\x1f"  # blanks to numpy, as "_" is Python's separator of digits, but nothing of a number here
 
 
 def read_numbers(
@@ -31,9 +34,10 @@ def read_numbers(
     The count of words of each line is appended to `counts`.
     """
     numbers, n_read = np.empty(0), 0
+    most = sys.maxsize if n_frames is None else n_frames * width
     chunks = iter(chunks)
     for chunk in chunks:
-        parsed = _parse(chunk.lines)
+        parsed = _parse(chunk)
         if parsed is None:
             token = next(word for word in chunk.words() if not NUMBER.fullmatch(word))
             raise source.error(f"a frame: {complaint(token)}", token)
@@ -51,7 +55,7 @@ def read_numbers(
         if counts is not None:
             counts += [len(line.split()) for line in chunk.lines]
         if n_read + len(parsed) > len(numbers):  # twice as much each time; memory that is not written to costs nothing
-            larger = np.empty(2 * (n_read + len(parsed)))
+            larger = np.empty(min(2 * (n_read + len(parsed)), most))
             larger[:n_read] = numbers[:n_read]
             numbers = larger
         numbers[n_read : n_read + len(parsed)] = parsed
@@ -66,20 +70,42 @@ def counted(n: int, width: int) -> str:
     return frames + (f" and {left} number{'s' * (left != 1)} more" if left else "")
 
 
-def _parse(lines: list[bytes]) -> np.ndarray | None:
+def _parse(chunk: Chunk) -> np.ndarray | None:
     """Return the numbers of some lines; None if there is anything else."""
-    text = b" ".join(lines).strip()
+    compiled = PARSERS.compiled(chunk.text)
+    numbers = None if compiled is None else _parse_compiled(chunk.text, compiled.decimals)
+    return _parse_plain(chunk) if numbers is None else numbers
+
+
+def _parse_compiled(text: bytes, decimals: Callable) -> np.ndarray | None:
+    """Return the numbers; None if any word is nan, infinity or no number."""
+    text = text if text.endswith(b"\n") else text + b"\n"
+    numbers = np.empty(len(text) // 2)  # each has two bytes, with the blank after it
+    n = decimals(np.frombuffer(text, np.uint8), numbers)
+    if n < 0:
+        return None
+    numbers = numbers[:n]
+    if len(left := np.flatnonzero(np.isnan(numbers))):  # many digits, or far from 1
+        words = text.split()
+        numbers[left] = [float(words[i]) for i in left]
+    return numbers
+
+
+def _parse_plain(chunk: Chunk) -> np.ndarray | None:
+    """Return the numbers; None if any word is none."""
+    text = chunk.text.strip()
     if not text:
         return np.empty(0)
     some = text[:1000].rpartition(b" ")[0] or text  # the rest is likely to be written in the same format
     if _parse_fixed(some) is not None and (numbers := _parse_fixed(text)) is not None:
         return numbers
+    if b"_" in text or len(text) != len(text.translate(None, OTHER)):
+        return None
     try:
         # Faster than splitting into words, but requires equally many numbers on each line.
-        return np.loadtxt(lines, dtype=np.float64, comments=None, encoding="ascii", ndmin=1).ravel()
+        return np.loadtxt(chunk.lines, dtype=np.float64, comments=None, encoding="ascii", ndmin=1).ravel()
     except ValueError:
-        if b"_" in text:  # Python's digit separator
-            return None
+        pass
     try:
         return np.array(text.split(), dtype=np.float64)
     except ValueError:

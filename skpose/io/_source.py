@@ -22,6 +22,7 @@ from skpose.skeleton._units import complaint_of_extent, complaint_of_size
 ZIP = (b"PK\x03\x04", b"PK\x05\x06")  # the first bytes of an archive, and of one without members
 NPY = b"\x93NUMPY"
 C3D = re.compile(rb"[\x01-\x08]P[^\n]", re.DOTALL)  # the block of the parameters, and 80; no text begins so
+NEWLINE = ord("\n")
 CHUNK = 1 << 18  # bytes of lines that are read at once: enough for numpy's parser, and they fit the cache
 WORD = re.compile(r"\S+")  # as str.split separates them
 
@@ -31,7 +32,12 @@ class Chunk(NamedTuple):
 
     line: int  # from 1
     column: int  # characters of the first line that are left out
-    lines: list[bytes]
+    text: bytes
+
+    @property
+    def lines(self) -> list[bytes]:
+        """The lines with their ends; made at each call."""
+        return _lines_of(self.text)
 
     def words(self) -> Iterator[Token]:
         """Yield the words with their positions; slow, for error messages only."""
@@ -124,7 +130,7 @@ class Source:
         """Return the next line, with its end; None after the last."""
         line = next(self._lines, None)
         if line is None:
-            self._lines = iter(self._read_lines())
+            self._lines = iter(_lines_of(self._read_text()))
             line = next(self._lines, None)
             if line is None:
                 return None
@@ -132,20 +138,21 @@ class Source:
         # Names in these files may be in any encoding; numbers and keywords are ASCII.
         return line.decode("utf-8", errors="replace")
 
-    def _read_lines(self) -> list[bytes]:
+    def _read_text(self) -> bytes:
+        """Return some whole lines, nothing after the last."""
         with self._gzip_errors():
-            lines = self._stream.readlines(CHUNK)
-        if lines and self.line == 0:
-            lines[0] = lines[0].removeprefix(b"\xef\xbb\xbf")
-        return lines
+            text = self._stream.read(CHUNK)
+            if not text.endswith(b"\n"):
+                text += self._stream.readline()
+        return text.removeprefix(b"\xef\xbb\xbf") if self.line == 0 else text
 
     def chunks(self) -> Iterator[Chunk]:
         """Yield all further lines, many at a time."""
-        lines = list(self._lines) or self._read_lines()
-        while lines:
-            yield Chunk(self.line + 1, 0, lines)
-            self.line += len(lines)
-            lines = self._read_lines()
+        text = b"".join(self._lines) or self._read_text()
+        while text:
+            yield Chunk(self.line + 1, 0, text)
+            self.line += n_lines(text) + (not text.endswith(b"\n"))
+            text = self._read_text()
 
     def statements(self) -> Iterator[list[Token]]:
         """Yield the words of each further line that has any, without round brackets."""
@@ -202,6 +209,16 @@ class Source:
             raise
         except ValueError as error:
             raise self.error(str(error)) from None
+
+
+def n_lines(text: bytes) -> int:
+    """Return the number of line ends; six times as fast as bytes.count where lines are short."""
+    return int(np.count_nonzero(np.frombuffer(text, np.uint8) == NEWLINE))
+
+
+def _lines_of(text: bytes) -> list[bytes]:
+    """Return the lines with their ends, which bytes.splitlines would see at carriage returns, too."""
+    return io.BytesIO(text).readlines()
 
 
 def _binary_kind(head: bytes) -> Literal["zip", "npy", "C3D"] | None:

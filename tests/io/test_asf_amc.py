@@ -149,6 +149,14 @@ def test_frame_numbers_start_anywhere_without_gaps(load):
         load(amc=AMC.replace("\n2\n", "\n8\n"))
 
 
+def test_a_name_among_the_numbers_of_a_bone(load):
+    """In a frame that has as many words as the one before."""
+    head, first, *_ = re.split(r"\n\d\n", AMC)
+    second = first.replace("30 1 2 3\n", "30 1 2\ntail\n")
+    with pytest.raises(MocapFormatError, match=r"line 10, column 1: 'root' has 5 numbers, but a\.asf gives it 6"):
+        load(amc=f"{head}\n1\n{first}\n2\n{second}\n")
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

@@ -5,17 +5,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skpose.io._numbers import _parse, _parse_fixed
+from skpose._compiled.text import decimals
+from skpose.io._numbers import _parse_compiled, _parse_fixed, _parse_plain
+from skpose.io._source import Chunk
 from skpose.io._words import NUMBER
 
-decimals = st.builds(
+decimal = st.builds(
     lambda sign, whole, part: f"{sign}{whole}.{part}",
     st.sampled_from(["", "-", "+"]),
     st.integers(0, 10**12).map(str) | st.just(""),
     st.integers(0, 10**6 - 1).map("{:06}".format) | st.integers(0, 99).map("{:02}".format),
 )
 ODD = ["1", "-", "+", ".", "1e3", "1.5e-7", "nan", "-inf", "1_0.000000", "1.2.345678", "0.1-7.000000", "x", "1.12345"]
-words = decimals | st.sampled_from(ODD) | st.text("0123456789.+-eE_ \tx", max_size=9)
+words = decimal | st.sampled_from(ODD) | st.text("0123456789.+-eE_ \tx", max_size=9)
 blanks = st.sampled_from([" ", "  ", "\n", "\t", " \r\n"])
 
 
@@ -25,15 +27,25 @@ def expected(text):
     return np.array([float(token) for token in tokens]) if all(map(NUMBER.fullmatch, tokens)) else None
 
 
+def compiled(text):
+    return _parse_compiled(text.encode(), decimals)
+
+
+def plain(text):
+    return _parse_plain(Chunk(1, 0, text.encode()))
+
+
 @settings(max_examples=500, deadline=None, derandomize=True, database=None)
-@given(st.lists(decimals | words, max_size=12), st.lists(blanks, min_size=12, max_size=12))
+@given(st.lists(decimal | words, max_size=12), st.lists(blanks, min_size=12, max_size=12))
 def test_all_parsers_agree(tokens, between):
     text = "".join(a + b for a, b in zip(tokens, between, strict=False))
-    found = _parse(text.encode().splitlines(keepends=True))
     if expected(text) is None:
-        assert found is None
+        assert plain(text) is None
+        assert compiled(text) is None
     else:
-        np.testing.assert_array_equal(found, expected(text))
+        np.testing.assert_array_equal(plain(text), expected(text))
+        if np.isfinite(expected(text)).all():
+            np.testing.assert_array_equal(compiled(text), expected(text))
 
 
 @pytest.mark.parametrize("n_digits", [1, 4, 6, 9, 15])
@@ -44,7 +56,7 @@ def test_equally_many_digits_are_read_as_integers_exactly(n_digits):
     found = _parse_fixed(" ".join(tokens).encode())
     if n_digits == 15:  # some integers are past what a double holds exactly: the parser of floats
         assert found is None
-        found = _parse([" ".join(tokens).encode()])
+        found = plain(" ".join(tokens))
     np.testing.assert_array_equal(found, [float(token) for token in tokens])
 
 
@@ -65,5 +77,5 @@ def test_equally_many_digits_are_read_as_integers_exactly(n_digits):
 )
 def test_numbers_that_are_not_read_as_integers(text):
     assert _parse_fixed(text.encode()) is None
-    found = _parse([text.encode()])
+    found = plain(text)
     assert np.array_equal(found, expected(text)) if expected(text) is not None else found is None

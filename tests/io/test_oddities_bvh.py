@@ -346,6 +346,7 @@ def test_numbers_too_small_to_matter(load):
         ("-1.#IND", "expected a number, found '-1.#IND'"),
         ("４０", "expected a number, found '４０'"),
         ("\0", r"expected a number, found '\x00'"),
+        ("4\x1c", r"expected a number, found '4\x1c'"),  # a blank to numpy
         ("}", "expected a number, found '}'"),
     ],
 )
