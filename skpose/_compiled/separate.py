@@ -31,7 +31,7 @@ class Separate:
 
     @cached_property
     def numba_type(self) -> types.Function:
-        """What numba sees in the function's place, once that is compiled."""
+        """The type that numba sees in the place of the function, which is compiled for that."""
         dispatcher = self._compile()
         (result,) = dispatcher.overloads.values()
         symbol = f"{self.py_func.__module__}.{self.py_func.__qualname__}"

@@ -11,7 +11,7 @@ A text ends with a blank, so that no loop has to look for its end.
 
 import numpy as np
 
-from skpose._compiled.jit import inlined, internal
+from skpose._compiled.jit import inlined, jit
 
 EXACT = 2**53  # doubles hold all integers up to this one
 POWERS = 10.0 ** np.arange(23)
@@ -98,7 +98,7 @@ def decimal(text, at):
     return (-value if negative else value), at
 
 
-@internal
+@jit
 def decimals(text, numbers):
     """Write all numbers of a text to `numbers`; return how many, −1 where there are more or any other word."""
     n, at, size = 0, 0, len(text)
@@ -115,7 +115,7 @@ def decimals(text, numbers):
         n += 1
 
 
-@internal
+@jit
 def frames(text, number, names, ends, counts, table):
     """Write the numbers of the frames of an AMC file to `table`, a row a frame, as long as nothing is unusual.
 
