@@ -7,7 +7,7 @@ import sys
 import pytest
 from numba import config
 
-MODULE = '''
+MODULE = """
 from skpose._compiled.jit import internal, jit, separate
 from skpose._compiled.signatures import REAL
 
@@ -27,8 +27,8 @@ def twice_the_inverse(x):
 @jit
 def plus_one(x):
     return 1.0 + twice_the_inverse(x)
-'''
-PROGRAM = '''
+"""
+PROGRAM = """
 from module import plus_one
 
 print(plus_one(4.0))
@@ -37,7 +37,7 @@ try:
 except ValueError as error:
     print(error)
 print(sum(plus_one.stats.cache_hits.values()) if hasattr(plus_one, "stats") else "plain Python")
-'''
+"""
 
 
 @pytest.fixture
