@@ -1,0 +1,187 @@
+"""A matrix in progress: the tiles that are left, the notes on the others, and the worker's part of the writing.
+
+A tile is noted when its bytes are on the disk, with their checksums. A note of an earlier call counts if the bytes
+still have these.
+"""
+
+import socket
+import time
+from collections.abc import Generator, Iterable, Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from skpose._parallel.checkpoint import IDENTITY, AttributeCheckpoint, FileCheckpoint
+from skpose._parallel.lock import Token
+from skpose._parallel.threads import one_behind
+from skpose._warnings import warn
+from skpose.metrics._convergence import Unconverged
+from skpose.metrics._tiles import Tile, Tiling
+from skpose.metrics._writers import ArrayWriter, Target, Writer
+
+NOTE_LENGTH = 8  # of a tile: its four indices, two checksums, the two fields of Unconverged
+SECONDS = 1.0  # between two times that this process waits for the disk, unless a tile takes longer
+
+Checkpoint = FileCheckpoint | AttributeCheckpoint
+
+
+class Computed(NamedTuple):
+    """A tile that has been computed: its distances, or the checksums of those that a worker has written."""
+
+    unconverged: Unconverged
+    distances: np.ndarray | None
+    checksums: list[int] | None = None
+    obstacle: str | None = None  # why a worker did not write it
+
+
+class WorkerOutput(NamedTuple):
+    """The destination as it is sent to workers."""
+
+    target: Target
+    token: Token
+    tiling: Tiling
+
+    def written(self, tile: Tile, distances: np.ndarray, unconverged: Unconverged) -> Computed:
+        """Write a tile, if this worker sees the destination that the token is of, else return it to be written."""
+        if obstacle := self.token.obstacle() or self.target.obstacle():
+            return Computed(unconverged, distances, obstacle=f"{socket.gethostname()}: {obstacle}")
+        with self.target.opened() as writer:
+            checksums = writer.write(tile, self.tiling.mirror_of(tile), distances)
+            writer.sync()
+        return Computed(unconverged, None, checksums)
+
+
+class PlainRun:
+    """All tiles of an array of this process, without notes."""
+
+    def __init__(self, tiling: Tiling, writer: ArrayWriter):
+        self.tiling, self._writer = tiling, writer
+        self.tiles = tiling.tiles()
+        self.unconverged: list[Unconverged] = []
+
+    def for_workers(self) -> None:
+        """Return None: workers cannot write into the memory of this process."""
+
+    def completed(self, results: Iterable[tuple[Tile, Computed]]) -> Generator[None, None, None]:
+        """Write each tile; yields once for each."""
+        for tile, computed in results:
+            if computed.distances is not None:
+                self._writer.write(tile, self.tiling.mirror_of(tile), computed.distances)
+            self.unconverged.append(computed.unconverged)
+            yield
+
+
+class ResumedRun:
+    """The tiles of a file or an array of zarr's that are left, with notes on those that are complete.
+
+    Parameters
+    ----------
+    tiling : Tiling
+        All tiles.
+    writer : Writer
+        Writes them, if no worker does.
+    checkpoint : FileCheckpoint or AttributeCheckpoint
+        Keeps the notes.
+    notes : list of list
+        The notes on tiles that earlier calls completed.
+    """
+
+    def __init__(self, tiling: Tiling, writer: Writer, checkpoint: Checkpoint, notes: list[list]):
+        self.tiling, self._writer, self._checkpoint = tiling, writer, checkpoint
+        complete = {Tile(*note[:4]) for note in notes}
+        self.tiles = [tile for tile in tiling.tiles() if tile not in complete]
+        self.unconverged = [Unconverged(*note[6:]) for note in notes]
+        self.output: WorkerOutput | None = None  # where other processes can open the target
+        self._pending: list[list] = []  # notes that are not saved
+        self._on_disk = True  # all that this process wrote
+        self._saved = time.monotonic()
+
+    @classmethod
+    def of(
+        cls, checkpoint: Checkpoint, tiling: Tiling, fingerprint: dict[str, Any] | None, writer: Writer
+    ) -> "ResumedRun":
+        """Return the rest of the matrix that has this fingerprint, all of it if there are no notes."""
+        head: dict[str, Any] = {IDENTITY: fingerprint, "shape": list(tiling.shape), "edge": tiling.edge}
+        notes: list[list] = []
+        if (found := checkpoint.read()) is not None:
+            if differences := _differences(found[0], head):
+                raise ValueError(
+                    f"out holds the beginning of other distances, with another {' and another '.join(differences)}: "
+                    "finish those with the call that started them, in the same version or checkout of skpose, or "
+                    f"delete {checkpoint} to write over them"
+                )
+            head = found[0]
+            tiling = tiling._replace(edge=head["edge"])
+            notes = [note for note in found[1] if _is_intact(note, tiling, writer)]
+        checkpoint.start(head, notes)
+        return cls(tiling, writer, checkpoint, notes)
+
+    def for_workers(self) -> WorkerOutput | None:
+        """Return the destination as it is sent to workers; None, and a warning, if two of them would share a chunk."""
+        output, edge = self.output, self.tiling.edge
+        if output is None or self.tiling.is_in_chunks(output.target.chunk):
+            return output
+        warn(
+            f"workers cannot write into out: its chunks do not fit into tiles of {edge:,} × {edge:,}, and two writers "
+            "of one chunk lose data. This process writes all tiles, at the speed of one: create the array with chunks "
+            f"of ({edge}, {edge}), or of a divisor of that"
+        )
+        return None
+
+    def completed(self, results: Iterable[tuple[Tile, Computed]]) -> Generator[None, None, None]:
+        """Write and note each tile, while the next one is computed; yields once for each."""
+        yield from one_behind(self._finish, _warned(results))
+
+    def save(self) -> None:
+        """Wait until the disk has all tiles that are complete, and note them."""
+        if self._pending:
+            if not self._on_disk:
+                self._writer.sync()
+                self._on_disk = True
+            self._checkpoint.add(self._pending)
+            self._pending = []
+        self._saved = time.monotonic()
+
+    def _finish(self, result: tuple[Tile, Computed]) -> None:
+        tile, computed = result
+        checksums = computed.checksums
+        if computed.distances is not None:
+            self._on_disk = False
+            checksums = self._writer.write(tile, self.tiling.mirror_of(tile), computed.distances)
+        self.unconverged.append(computed.unconverged)
+        self._pending.append([*tile, *(checksums or ()), *computed.unconverged])
+        if time.monotonic() - self._saved > SECONDS:
+            self.save()
+
+
+def _is_intact(note: list, tiling: Tiling, writer: Writer) -> bool:
+    """Return whether a tile that was noted has the bytes that it had then."""
+    if len(note) != NOTE_LENGTH:
+        return False
+    tile = Tile(*note[:4])
+    return writer.checksums(tile, tiling.mirror_of(tile)) == note[4:6]
+
+
+def _warned(results: Iterable[tuple[Tile, Computed]]) -> Iterator[tuple[Tile, Computed]]:
+    """Warn, once, if a worker could not write."""
+    warned = False
+    for tile, computed in results:
+        if computed.obstacle is not None and not warned:
+            warned = True
+            warn(
+                f"a worker does not see the file of out, on {computed.obstacle}. Such tiles are sent to this process, "
+                "which writes them, at the speed of one: let workers see the same folder, under the same path"
+            )
+        yield tile, computed
+
+
+def _differences(found: dict[str, Any], expected: dict[str, Any]) -> list[str]:
+    """Return the names of what differs between the heads of two checkpoints, but for the edge of the tiles."""
+    before, now = ({"shape": head.get("shape"), **_named(head.get(IDENTITY))} for head in (found, expected))
+    if before.keys() != now.keys():
+        return ["version or checkout of skpose, whose notes have another form"]
+    return [name for name in now if before[name] != now[name]]
+
+
+def _named(fingerprint: Any) -> dict[str, Any]:
+    return fingerprint if isinstance(fingerprint, dict) else {}
