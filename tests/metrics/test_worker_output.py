@@ -263,7 +263,7 @@ def test_a_worker_reports_a_tile_when_the_disk_has_it(tmp_path, monkeypatch, kin
 
 
 def test_a_worker_writes_only_where_the_token_is(tmp_path):
-    """The run that sent the task may have ended, and another one may have begun."""
+    """The run that sent the task may have ended, and another one may have started."""
     array = created(tmp_path, "npy", (6, 6))
     target, distances = FileTarget.of(array), np.ones((3, 3))
     with locked(target.path) as token:
