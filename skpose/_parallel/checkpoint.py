@@ -104,9 +104,10 @@ class AttributeCheckpoint:
             self.save()
 
     def save(self) -> None:
-        """Write all notes to the attributes."""
-        self.attributes[ATTRIBUTE] = self._content
-        self._saved = time.monotonic()
+        """Write all notes to the attributes, once there is a start."""
+        if self._content:
+            self.attributes[ATTRIBUTE] = self._content
+            self._saved = time.monotonic()
 
     def remove(self) -> None:
         """Remove the notes, as the matrix is complete."""

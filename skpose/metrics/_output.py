@@ -13,7 +13,7 @@ import numpy as np
 
 from skpose._parallel.checkpoint import AttributeCheckpoint, FileCheckpoint
 from skpose._parallel.lock import locked
-from skpose.metrics._run import PlainRun, ResumedRun, WorkerOutput
+from skpose.metrics._run import PlainRun, ResumedRun
 from skpose.metrics._tiles import Tile, Tiling
 from skpose.metrics._writers import ArrayWriter, FileTarget
 from skpose.metrics._zarr_writer import ZarrTarget, is_zarr
@@ -87,9 +87,7 @@ class Destination:
                 target.check_mapped(self.array)
             checkpoint = AttributeCheckpoint(self.array.attrs) if path is None else FileCheckpoint(path)
             with target.opened() as writer:
-                run = ResumedRun.of(checkpoint, tiling, fingerprint, writer)
-                if token is not None:
-                    run.output = WorkerOutput(target, token, run.tiling)
+                run = ResumedRun(tiling, fingerprint, target=target, writer=writer, token=token, checkpoint=checkpoint)
                 try:
                     yield run
                 finally:

@@ -4,6 +4,7 @@ A tile is noted when its bytes are on the disk, with their checksums. A note of 
 still have these.
 """
 
+import functools
 import socket
 import time
 from collections.abc import Generator, Iterable, Iterator
@@ -11,9 +12,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from skpose._parallel.backends import from_workers
 from skpose._parallel.checkpoint import IDENTITY, AttributeCheckpoint, FileCheckpoint
 from skpose._parallel.lock import Token
-from skpose._parallel.threads import one_behind
+from skpose._parallel.threads import in_threads, one_behind
 from skpose._warnings import warn
 from skpose.metrics._convergence import Unconverged
 from skpose.metrics._tiles import Tile, Tiling
@@ -23,6 +25,7 @@ NOTE_LENGTH = 8  # of a tile: its four indices, two checksums, the two fields of
 SECONDS = 1.0  # between two times that this process waits for the disk, unless a tile takes longer
 
 Checkpoint = FileCheckpoint | AttributeCheckpoint
+Note = tuple
 
 
 class Computed(NamedTuple):
@@ -41,26 +44,40 @@ class WorkerOutput(NamedTuple):
     token: Token
     tiling: Tiling
 
+    def obstacle(self) -> str | None:
+        """Return why this worker does not see the destination that the token is of, None if it does."""
+        obstacle = self.token.obstacle() or self.target.obstacle()
+        return obstacle and f"{socket.gethostname()}: {obstacle}"
+
     def written(self, tile: Tile, distances: np.ndarray, unconverged: Unconverged) -> Computed:
-        """Write a tile, if this worker sees the destination that the token is of, else return it to be written."""
-        if obstacle := self.token.obstacle() or self.target.obstacle():
-            return Computed(unconverged, distances, obstacle=f"{socket.gethostname()}: {obstacle}")
+        """Write a tile, or return it to be written if this worker does not see the destination."""
+        if obstacle := self.obstacle():
+            return Computed(unconverged, distances, obstacle=obstacle)
         with self.target.opened() as writer:
             checksums = writer.write(tile, self.tiling.mirror_of(tile), distances)
             writer.sync()
         return Computed(unconverged, None, checksums)
 
+    def is_intact(self, note: Note) -> bool | None:
+        """Return whether a noted tile has the bytes that it had then; None if this worker does not see it."""
+        if self.obstacle():
+            return None
+        with self.target.opened() as writer:
+            return _is_intact(writer, self.tiling, note)
+
 
 class PlainRun:
     """All tiles of an array of this process, without notes."""
+
+    output = None  # workers cannot write into the memory of this process
 
     def __init__(self, tiling: Tiling, writer: ArrayWriter):
         self.tiling, self._writer = tiling, writer
         self.tiles = tiling.tiles()
         self.unconverged: list[Unconverged] = []
 
-    def for_workers(self) -> None:
-        """Return None: workers cannot write into the memory of this process."""
+    def resume(self, n_jobs: int | None, n_threads: int, remote: bool) -> None:
+        """Leave no tile out."""
 
     def completed(self, results: Iterable[tuple[Tile, Computed]]) -> Generator[None, None, None]:
         """Write each tile; yields once for each."""
@@ -77,46 +94,71 @@ class ResumedRun:
     Parameters
     ----------
     tiling : Tiling
-        All tiles.
-    writer : Writer
-        Writes them, if no worker does.
+        The tiles, unless earlier notes have others.
+    fingerprint : dict
+        Identifies the matrix.
+    target, writer : Target, Writer
+        The destination, and what writes the tiles that no worker does.
+    token : Token or None
+        Its lock, where other processes can open it.
     checkpoint : FileCheckpoint or AttributeCheckpoint
         Keeps the notes.
-    notes : list of list
-        The notes on tiles that earlier calls completed.
+
+    Raises
+    ------
+    ValueError
+        If there are notes on another matrix.
     """
 
-    def __init__(self, tiling: Tiling, writer: Writer, checkpoint: Checkpoint, notes: list[list]):
-        self.tiling, self._writer, self._checkpoint = tiling, writer, checkpoint
-        complete = {Tile(*note[:4]) for note in notes}
-        self.tiles = [tile for tile in tiling.tiles() if tile not in complete]
-        self.unconverged = [Unconverged(*note[6:]) for note in notes]
-        self.output: WorkerOutput | None = None  # where other processes can open the target
-        self._pending: list[list] = []  # notes that are not saved
-        self._on_disk = True  # all that this process wrote
-        self._saved = time.monotonic()
-
-    @classmethod
-    def of(
-        cls, checkpoint: Checkpoint, tiling: Tiling, fingerprint: dict[str, Any] | None, writer: Writer
-    ) -> "ResumedRun":
-        """Return the rest of the matrix that has this fingerprint, all of it if there are no notes."""
-        head: dict[str, Any] = {IDENTITY: fingerprint, "shape": list(tiling.shape), "edge": tiling.edge}
-        notes: list[list] = []
+    def __init__(
+        self,
+        tiling: Tiling,
+        fingerprint: dict[str, Any] | None,
+        *,
+        target: Target,
+        writer: Writer,
+        token: Token | None,
+        checkpoint: Checkpoint,
+    ):
+        self._head: dict[str, Any] = {IDENTITY: fingerprint, "shape": list(tiling.shape), "edge": tiling.edge}
+        self._noted: list[Note] = []
         if (found := checkpoint.read()) is not None:
-            if differences := _differences(found[0], head):
+            if differences := _differences(found[0], self._head):
                 raise ValueError(
                     f"out holds the beginning of other distances, with another {' and another '.join(differences)}: "
                     "finish those with the call that started them, in the same version or checkout of skpose, or "
                     f"delete {checkpoint} to write over them"
                 )
-            head = found[0]
-            tiling = tiling._replace(edge=head["edge"])
-            notes = [note for note in found[1] if _is_intact(note, tiling, writer)]
-        checkpoint.start(head, notes)
-        return cls(tiling, writer, checkpoint, notes)
+            self._head = found[0]
+            tiling = tiling._replace(edge=self._head["edge"])
+            self._noted = [tuple(note) for note in found[1] if len(note) == NOTE_LENGTH]
+        self.tiling, self._writer, self._checkpoint = tiling, writer, checkpoint
+        self.output = None if token is None else WorkerOutput(target, token, tiling)
+        self.tiles: list[Tile] = []
+        self.unconverged: list[Unconverged] = []
+        self._pending: list[list] = []  # notes that are not saved
+        self._on_disk = True  # all that this process wrote
+        self._saved = time.monotonic()
 
-    def for_workers(self) -> WorkerOutput | None:
+    def resume(self, n_jobs: int | None, n_threads: int, remote: bool) -> None:
+        """Leave out the noted tiles that still have the bytes that they had then; workers read, if they compute."""
+        self.output = self._for_workers() if remote else None
+        results: Iterable[tuple[Note, bool | None]]
+        if self.output is not None and self._noted:
+            results = from_workers(WorkerOutput.is_intact, self.output, self._noted, n_jobs)
+        else:
+            results = in_threads((functools.partial(self._checked, note) for note in self._noted), n_threads)
+        results = (self._checked(note) if intact is None else (note, intact) for note, intact in results)
+        notes = [list(note) for note, intact in results if intact]
+        self._checkpoint.start(self._head, notes)
+        complete = {Tile(*note[:4]) for note in notes}
+        self.tiles = [tile for tile in self.tiling.tiles() if tile not in complete]
+        self.unconverged = [Unconverged(*note[6:]) for note in notes]
+
+    def _checked(self, note: Note) -> tuple[Note, bool]:
+        return note, _is_intact(self._writer, self.tiling, note)
+
+    def _for_workers(self) -> WorkerOutput | None:
         """Return the destination as it is sent to workers; None, and a warning, if two of them would share a chunk."""
         output, edge = self.output, self.tiling.edge
         if output is None or self.tiling.is_in_chunks(output.target.chunk):
@@ -154,12 +196,9 @@ class ResumedRun:
             self.save()
 
 
-def _is_intact(note: list, tiling: Tiling, writer: Writer) -> bool:
-    """Return whether a tile that was noted has the bytes that it had then."""
-    if len(note) != NOTE_LENGTH:
-        return False
+def _is_intact(writer: Writer, tiling: Tiling, note: Note) -> bool:
     tile = Tile(*note[:4])
-    return writer.checksums(tile, tiling.mirror_of(tile)) == note[4:6]
+    return writer.checksums(tile, tiling.mirror_of(tile)) == [*note[4:6]]
 
 
 def _warned(results: Iterable[tuple[Tile, Computed]]) -> Iterator[tuple[Tile, Computed]]:

@@ -91,17 +91,18 @@ class TiledMatrix:
         remote = self.n_pairs * self.work_per_pair > WORTH_SENDING and in_processes(n_jobs)
         n_threads = 1 if remote else n_workers
         tiling = self.tiling(n_threads, n_workers if remote else 1, destination.chunk)
-        with (
-            destination.started(tiling, self.fingerprint() if destination.resumable else None) as run,
-            progress(str(self), len(run.tiles), verbose) as advance,
-        ):
+        with destination.started(tiling, self.fingerprint() if destination.resumable else None) as run:
+            run.resume(n_jobs, n_threads, remote)
             results: Generator[tuple[Tile, Computed], None, None]
             if remote:
-                results = from_workers(_computed, (self, run.for_workers()), run.tiles, n_jobs)
+                results = from_workers(_computed, (self, run.output), run.tiles, n_jobs)
             else:
                 results = ((t, self._computed(t, n_workers, destination.view(t, self.dtype))) for t in run.tiles)
-            # An interruption here also ends the work of others for it.
-            with closing(results), closing(run.completed(results)) as completed:
+            with (
+                progress(str(self), len(run.tiles), verbose) as advance,
+                closing(results),  # an interruption here also ends the work of others for it
+                closing(run.completed(results)) as completed,
+            ):
                 for _ in completed:
                     advance()
         return destination.array, run.unconverged

@@ -12,7 +12,7 @@ import joblib
 import numpy as np
 import pytest
 import zarr
-from test_out import TREE, counted
+from test_out import TREE, counted, stopped_after
 
 from skpose import pose_distances
 from skpose._compiled.tree import Steps
@@ -94,6 +94,26 @@ def test_float64_distances_of_float32_poses(tmp_path, only_workers_write):
     pose_distances(X, skeleton=arm, metric="geodesic", out=out)
     with joblib.parallel_config(backend="threading", n_jobs=1):
         np.testing.assert_array_equal(out, pose_distances(X, skeleton=arm, metric="geodesic"))
+
+
+@pytest.mark.parametrize("kind", ["npy", "zarr"])
+def test_workers_check_what_an_earlier_call_wrote(tmp_path, X, monkeypatch, only_workers_write, kind):
+    def refuse(*_):
+        raise AssertionError("read by this process")
+
+    out = created(tmp_path, kind, (200, 200))
+    with stopped_after(9):
+        pose_distances(X, skeleton=TREE, out=out)
+    _, notes = FileCheckpoint(tmp_path / ("D.npy" if kind == "npy" else "D.zarr")).read()
+    assert len(notes) == 9
+    top, _, left, _, *_ = notes[4]
+    out[left, top + 1] += 1e-9
+    monkeypatch.setattr(_writers.FileWriter, "checksums", refuse)
+    monkeypatch.setattr(_zarr_writer.ZarrWriter, "checksums", refuse)
+    with counted() as tiles:
+        pose_distances(X, skeleton=TREE, out=out)
+    assert len(tiles) == 28 - 8
+    np.testing.assert_array_equal(out[:], pose_distances(X, skeleton=TREE))
 
 
 @slow
@@ -242,9 +262,11 @@ def test_workers_that_do_not_see_the_destination_send_their_tiles_back_with_a_wa
     message = (
         rf"a worker does not see the file of out, on {socket.gethostname()}: .*{name} is another file there\. Such "
     )
-    with pytest.warns(UserWarning, match=message) as warned:
+    with pytest.warns(UserWarning, match=message) as warned, stopped_after(5):
         Blind(X).written(out, None)
     assert len(warned) == 1
+    with pytest.warns(UserWarning, match=message):
+        Blind(X).written(out, None)  # nor can they check what is there
     np.testing.assert_array_equal(out[:], pose_distances(X, skeleton=TREE))
     joblib.externals.loky.get_reusable_executor().shutdown(kill_workers=True)  # as they stay blind
 
