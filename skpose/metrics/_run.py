@@ -8,6 +8,7 @@ import functools
 import socket
 import time
 from collections.abc import Generator, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,7 +23,7 @@ from skpose.metrics._tiles import Tile, Tiling
 from skpose.metrics._writers import ArrayWriter, Target, Writer
 
 NOTE_LENGTH = 8  # of a tile: its four indices, two checksums, the two fields of Unconverged
-SECONDS = 1.0  # between two times that this process waits for the disk, unless a tile takes longer
+SECONDS = 1.0  # between two times that tiles are noted, at least
 
 Checkpoint = FileCheckpoint | AttributeCheckpoint
 Note = tuple
@@ -137,8 +138,10 @@ class ResumedRun:
         self.tiles: list[Tile] = []
         self.unconverged: list[Unconverged] = []
         self._pending: list[list] = []  # notes that are not saved
-        self._on_disk = True  # all that this process wrote
+        self._on_disk = True  # all that this process wrote of these
         self._saved = time.monotonic()
+        self._saver = ThreadPoolExecutor(1)
+        self._saving: Future[None] | None = None
 
     def resume(self, n_jobs: int | None, n_threads: int, remote: bool) -> None:
         """Leave out the noted tiles that still have the bytes that they had then; workers read, if they compute."""
@@ -175,14 +178,12 @@ class ResumedRun:
         yield from one_behind(self._finish, _warned(results))
 
     def save(self) -> None:
-        """Wait until the disk has all tiles that are complete, and note them."""
+        """Wait until the disk has all tiles that are complete, and note them; for the end."""
+        with self._saver:
+            if self._saving is not None:
+                self._saving.result()
         if self._pending:
-            if not self._on_disk:
-                self._writer.sync()
-                self._on_disk = True
-            self._checkpoint.add(self._pending)
-            self._pending = []
-        self._saved = time.monotonic()
+            self._save(self._pending, self._on_disk)
 
     def _finish(self, result: tuple[Tile, Computed]) -> None:
         tile, computed = result
@@ -192,8 +193,18 @@ class ResumedRun:
             checksums = self._writer.write(tile, self.tiling.mirror_of(tile), computed.distances)
         self.unconverged.append(computed.unconverged)
         self._pending.append([*tile, *(checksums or ()), *computed.unconverged])
-        if time.monotonic() - self._saved > SECONDS:
-            self.save()
+        if time.monotonic() - self._saved > SECONDS and (self._saving is None or self._saving.done()):
+            if self._saving is not None:
+                self._saving.result()  # raises its error
+            # In a thread of its own: the next tile is written while the disk is at work on the last ones.
+            self._saving = self._saver.submit(self._save, self._pending, self._on_disk)
+            self._pending, self._on_disk = [], True
+
+    def _save(self, notes: list[list], on_disk: bool) -> None:
+        if not on_disk:
+            self._writer.sync()
+        self._checkpoint.add(notes)
+        self._saved = time.monotonic()
 
 
 def _is_intact(writer: Writer, tiling: Tiling, note: Note) -> bool:

@@ -59,11 +59,11 @@ class ZarrWriter:
             return None
 
     def sync(self) -> None:
-        existing = {path for path in self._written if path.exists()}  # zarr removes a chunk of zeros
+        written, self._written = self._written, set()  # another thread may write meanwhile
+        existing = {path for path in written if path.exists()}  # zarr removes a chunk of zeros
         folders = {folder for path in existing for folder in path.parents if folder.is_relative_to(self._path or "")}
         for path in (*existing, *folders):
             sync(path)
-        self._written.clear()
 
     def _put(self, tile: Tile, distances: np.ndarray) -> None:
         self._array[tile.slices] = distances

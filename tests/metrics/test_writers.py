@@ -145,7 +145,7 @@ def test_what_is_noted_survives_a_loss_of_all_that_the_disk_did_not_have(tmp_pat
     out = np.lib.format.open_memmap(path, mode="w+", shape=(150, 150))
     with stopped_after(20):
         pose_distances(X, skeleton=TREE, out=out)
-    assert len(on_disk) == (20 if seconds < 0 else 1)  # waiting for the disk is shared by tiles
+    assert len(on_disk) <= (20 if seconds < 0 else 1)  # tiles share the time of waiting for the disk
     del out
     path.write_bytes(on_disk[-1])
     _, notes = FileCheckpoint(path).read()
@@ -209,12 +209,12 @@ def test_chunks_of_zarr_are_on_the_disk_before_they_are_noted(tmp_path, X, monke
         synced.add(path)
 
     def checked(checkpoint, notes):
-        chunks = {path for path in (folder / "c").rglob("*") if path.suffix != ".partial"}
-        assert chunks <= synced
-        assert folder in synced
+        height, width = shards or (16, 16)
+        for top, _, left, *_ in notes:
+            for i, j in (top // height, left // width), (left // height, top // width):
+                chunk = folder / "c" / str(i) / str(j)
+                assert {chunk, chunk.parent, folder / "c", folder} <= synced
         noted.extend(notes)
-        synced.clear()
-        synced.update(chunks)
         add(checkpoint, notes)
 
     monkeypatch.setattr(_zarr_writer, "sync", recorded)
