@@ -15,6 +15,7 @@ import numpy as np
 
 from skpose._parallel.backends import from_workers
 from skpose._parallel.checkpoint import IDENTITY, AttributeCheckpoint, FileCheckpoint
+from skpose._parallel.file_systems import computer
 from skpose._parallel.lock import Token
 from skpose._parallel.threads import in_threads, one_behind
 from skpose._warnings import warn
@@ -44,10 +45,11 @@ class WorkerOutput(NamedTuple):
     target: Target
     token: Token
     tiling: Tiling
+    client: str  # the computer of this process
 
     def obstacle(self) -> str | None:
-        """Return why this worker does not see the destination that the token is of, None if it does."""
-        obstacle = self.token.obstacle() or self.target.obstacle()
+        """Return why this worker does not see, or cannot write, the destination that the token is of; else None."""
+        obstacle = self.token.obstacle() or self.target.obstacle(here=self.client == computer())
         return obstacle and f"{socket.gethostname()}: {obstacle}"
 
     def written(self, tile: Tile, distances: np.ndarray, unconverged: Unconverged) -> Computed:
@@ -134,7 +136,7 @@ class ResumedRun:
             tiling = tiling._replace(edge=self._head["edge"])
             self._noted = [tuple(note) for note in found[1] if len(note) == NOTE_LENGTH]
         self.tiling, self._writer, self._checkpoint = tiling, writer, checkpoint
-        self.output = None if token is None else WorkerOutput(target, token, tiling)
+        self.output = None if token is None else WorkerOutput(target, token, tiling, computer())
         self.tiles: list[Tile] = []
         self.unconverged: list[Unconverged] = []
         self._pending: list[list] = []  # notes that are not saved
@@ -219,8 +221,8 @@ def _warned(results: Iterable[tuple[Tile, Computed]]) -> Iterator[tuple[Tile, Co
         if computed.obstacle is not None and not warned:
             warned = True
             warn(
-                f"a worker does not see the file of out, on {computed.obstacle}. Such tiles are sent to this process, "
-                "which writes them, at the speed of one: let workers see the same folder, under the same path"
+                f"a worker cannot write into out, on {computed.obstacle}. Such tiles are sent to this process, which "
+                "writes them, at the speed of one: let workers see the same folder, under the same path"
             )
         yield tile, computed
 

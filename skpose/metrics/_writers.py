@@ -15,6 +15,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from skpose._parallel.file_systems import writes_whole_pages
 from skpose.metrics._tiles import MIRROR_EDGE, Tile
 
 PAGES_NOT_NEEDED = getattr(mmap, "MADV_DONTNEED", None)  # not on Windows
@@ -47,8 +48,8 @@ class Target(Protocol):
     def chunk(self) -> int:
         """The edge of the smallest square of which no part can be written alone."""
 
-    def obstacle(self) -> str | None:
-        """Return why this process cannot write there, None if it can."""
+    def obstacle(self, here: bool) -> str | None:
+        """Return why this process cannot write there, None if it can; `here` is the computer of the client."""
 
     def opened(self) -> AbstractContextManager[Writer]:
         """Open it for writing."""
@@ -104,15 +105,19 @@ class FileTarget(NamedTuple):
     def n_bytes(self) -> int:
         return self.start + self.shape[0] * self.shape[1] * self.dtype.itemsize
 
-    def obstacle(self) -> str | None:
+    def obstacle(self, here: bool) -> str | None:
         if not os.access(self.path, os.W_OK):
             return f"{self.path} is missing there, or may not be written"
-        return None if self.path.stat().st_size >= self.n_bytes else f"{self.path} is shorter there"
+        if self.path.stat().st_size < self.n_bytes:
+            return f"{self.path} is shorter there"
+        if not here and (kind := writes_whole_pages(self.path)):
+            return f"{self.path} is on {kind}, where two computers cannot write one file, but a zarr array in a folder"
+        return None
 
     def check_mapped(self, array: np.memmap) -> None:
         """Raise an error unless a byte that changes in the array changes in the file."""
         seen = []
-        if self.obstacle() is None:
+        if self.obstacle(here=True) is None:
             last = np.asarray(array.T if self.by_columns else array).reshape(-1).view(np.uint8)[-1:]
             with open(self.path, "rb", buffering=0) as file:
                 for _ in range(2):  # the second time is as before
@@ -126,8 +131,6 @@ class FileTarget(NamedTuple):
 
     @contextmanager
     def opened(self) -> Iterator["FileWriter"]:
-        # Not for reading, as a network file system might then read a page, and write back the whole of it over what
-        # another host wrote there meanwhile.
         descriptor = os.open(self.path, os.O_WRONLY | BINARY)
         try:
             yield FileWriter(self, descriptor)

@@ -24,7 +24,7 @@ class ZarrTarget:
     def __getstate__(self) -> dict[str, Any]:
         return self.__dict__ | {"array": None}
 
-    def obstacle(self) -> str | None:
+    def obstacle(self, here: bool) -> str | None:
         can_write = self.path is not None and os.access(self.path, os.W_OK)
         return None if can_write else f"{self.path} is missing there, or may not be written"
 

@@ -18,6 +18,7 @@ from skpose import pose_distances
 from skpose._compiled.tree import Steps
 from skpose._parallel import lock
 from skpose._parallel.checkpoint import FileCheckpoint
+from skpose._parallel.file_systems import computer
 from skpose._parallel.lock import locked
 from skpose.metrics import _run, _writers, _zarr_writer
 from skpose.metrics._convergence import Unconverged
@@ -263,9 +264,7 @@ class Blind(DistanceMatrix):
 def test_workers_that_do_not_see_the_destination_send_their_tiles_back_with_a_warning(tmp_path, X, kind):
     out = created(tmp_path, kind, (200, 200))
     name = r"D\.npy\.lock" if kind == "npy" else r"D\.zarr.skpose\.lock"
-    message = (
-        rf"a worker does not see the file of out, on {socket.gethostname()}: .*{name} is another file there\. Such "
-    )
+    message = rf"a worker cannot write into out, on {socket.gethostname()}: .*{name} is another file there\. Such "
     with pytest.warns(UserWarning, match=message) as warned, stopped_after(5):
         Blind(X).written(out, None)
     assert len(warned) == 1
@@ -283,7 +282,7 @@ def test_a_worker_reports_a_tile_when_the_disk_has_it(tmp_path, monkeypatch, kin
     for module, name in (_writers, "fdatasync"), (_zarr_writer, "sync"):
         monkeypatch.setattr(module, name, lambda _: seen.append(array[:].sum()))
     with locked(target.path) as token:
-        output = WorkerOutput(target, token, Tiling((64, 64), 32, True))
+        output = WorkerOutput(target, token, Tiling((64, 64), 32, True), "here")
         output.written(Tile(0, 32, 32, 64), np.ones((32, 32)), Unconverged(0, 0.0))
     assert seen == [2 * 32 * 32] * (1 if kind == "npy" else 2 * 2 + 4)  # files of chunks, and their folders
 
@@ -293,7 +292,7 @@ def test_a_worker_writes_only_where_the_token_is(tmp_path):
     array = created(tmp_path, "npy", (6, 6))
     target, distances = FileTarget.of(array), np.ones((3, 3))
     with locked(target.path) as token:
-        output = WorkerOutput(target, token, Tiling((6, 6), 3, True))
+        output = WorkerOutput(target, token, Tiling((6, 6), 3, True), computer())
         computed = output.written(Tile(0, 3, 3, 6), distances, Unconverged(1, 0.5))
         assert (computed.distances, computed.obstacle, computed.unconverged) == (None, None, (1, 0.5))
         assert len(computed.checksums) == 2
@@ -312,6 +311,21 @@ def test_a_worker_writes_only_where_the_token_is(tmp_path):
     with locked(target.path):
         assert "another file" in output.written(Tile(0, 3, 0, 3), distances, Unconverged(0, 0.0)).obstacle
     assert array.sum() == 18
+
+
+def test_two_computers_do_not_write_one_file_on_nfs(tmp_path, monkeypatch):
+    array, distances = created(tmp_path, "npy", (6, 6)), np.ones((3, 3))
+    monkeypatch.setattr(_writers, "writes_whole_pages", lambda _: "nfs4")
+    target, folder = FileTarget.of(array), ZarrTarget(created(tmp_path, "zarr", (6, 6)))
+    with locked(target.path) as token:
+        output = WorkerOutput(target, token, Tiling((6, 6), 3, True), computer())
+        assert output.obstacle() is None
+        elsewhere = output._replace(client="another computer")
+        refused = elsewhere.written(Tile(0, 3, 3, 6), distances, Unconverged(0, 0.0))
+        assert "D.npy is on nfs4, where two computers cannot write one file, but a zarr array" in refused.obstacle
+        assert refused.distances is distances
+        assert elsewhere._replace(target=folder).obstacle() is None  # whose chunks are files of their own
+    assert not array.any()
 
 
 def test_chunks_that_two_tiles_would_share_are_written_by_this_process_with_a_warning(tmp_path, X):
