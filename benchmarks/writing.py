@@ -127,8 +127,9 @@ def written(X, folder, name):
 def race(X, folder, repeats):
     """Return for each contestant the medians of MB/s and of processor time, s/GB; matrices are compared."""
     megabytes, taken = 4 * len(X) ** 2 / 1e6, {name: [] for name in CONTESTANTS}
+    order = np.random.default_rng(0)
     for repeat in range(1 + repeats):  # the first one starts the workers and compiles
-        for name in CONTESTANTS:
+        for name in order.permutation(list(CONTESTANTS)):  # who is next finds the memory that another left
             os.sync()
             out, seconds, used = written(X, folder, name)
             taken[name].append((megabytes / seconds, 1000 * used / megabytes))
@@ -157,10 +158,12 @@ def predict(rates):
         "  this process's processor time, where workers compute: "
         f"{used['workers compute, page faults']:.1f} h; where they write too: {used['workers write']:.2f} h"
     )
+    each, needed = rates["workers write"][0] / N_WORKERS, 1000 * gigabytes / HOURS / 3600
+    hours = 1000 * gigabytes / each / N_CORES / 3600
     print(
-        f"  {N_CORES} cores that compute for {HOURS} h write {1000 * gigabytes / HOURS / 3600:.0f} MB/s together, which"
+        f"  {N_CORES} workers that write, each at 1/{N_WORKERS} of the rate here: {hours:.2f} h beyond the {HOURS} h to"
     )
-    print("  the file system that they share has to take")
+    print(f"  compute, if the file system that they share takes {needed:.0f} MB/s")
 
 
 def main():

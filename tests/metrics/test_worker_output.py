@@ -228,7 +228,7 @@ def test_a_client_that_is_killed_loses_no_noted_tile(tmp_path, X, kind, backend)
         client = subprocess.Popen(
             program,
             cwd=tmp_path,
-            env=environment | {"PYTHONPATH": paths},
+            env=environment | {"PYTHONPATH": paths, "JOBLIB_TEMP_FOLDER": str(tmp_path)},
             stdout=errors,
             stderr=errors,
             start_new_session=True,
@@ -243,7 +243,7 @@ def test_a_client_that_is_killed_loses_no_noted_tile(tmp_path, X, kind, backend)
         np.testing.assert_array_equal(out[:], pose_distances(X, skeleton=TREE))
     finally:
         with contextlib.suppress(ProcessLookupError):
-            os.killpg(client.pid, signal.SIGKILL)
+            os.killpg(client.pid, signal.SIGTERM)  # which leaves loky the process that removes its files
 
 
 class Blind(DistanceMatrix):
