@@ -161,9 +161,9 @@ def predict(rates):
     each, needed = rates["workers write"][0] / N_WORKERS, 1000 * gigabytes / HOURS / 3600
     hours = 1000 * gigabytes / each / N_CORES / 3600
     print(
-        f"  {N_CORES} workers that write, each at 1/{N_WORKERS} of the rate here: {hours:.2f} h beyond the {HOURS} h to"
+        f"  {N_CORES} workers that write, each at 1/{N_WORKERS} of the rate here: {hours:.2f} h beyond {HOURS} h to compute,"
     )
-    print(f"  compute, if the file system that they share takes {needed:.0f} MB/s")
+    print(f"  if the file system that they share takes {needed:.0f} MB/s")
 
 
 def main():
