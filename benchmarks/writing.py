@@ -161,7 +161,7 @@ def predict(rates):
     each, needed = rates["workers write"][0] / N_WORKERS, 1000 * gigabytes / HOURS / 3600
     hours = 1000 * gigabytes / each / N_CORES / 3600
     print(
-        f"  {N_CORES} workers that write, each at 1/{N_WORKERS} of the rate here: {hours:.2f} h beyond {HOURS} h to compute,"
+        f"  {N_CORES} workers writing, each at 1/{N_WORKERS} of this rate: {hours:.2f} h beyond {HOURS} h to compute,"
     )
     print(f"  if the file system that they share takes {needed:.0f} MB/s")
 
