@@ -1,4 +1,4 @@
-"""New files: written whole or not at all, and never over one that exists."""
+"""New files: written whole or not at all, and never over one that exists; and files that are on the disk for sure."""
 
 import os
 from collections.abc import Iterator
@@ -51,6 +51,18 @@ def new_file(path: PathLike, *, replace: bool = False) -> Iterator[Path]:
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
+
+
+def sync(path: PathLike) -> None:
+    """Wait until a file, or the list of the files of a folder, is on the disk."""
+    is_folder = os.path.isdir(path)
+    if is_folder and os.name != "posix":  # Windows opens no folders
+        return
+    descriptor = os.open(path, os.O_RDONLY if is_folder else os.O_RDWR)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
 
 
 def created_meanwhile(path: PathLike) -> FileExistsError:

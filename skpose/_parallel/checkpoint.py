@@ -2,26 +2,34 @@
 
 Each note holds checksums of the bytes of its piece. A note counts only if the bytes still have these checksums. So
 nothing that was half written, lost by the disk or created anew is ever taken for complete, in any order of the writes.
+Notes in a file are on the disk when they have been added; who adds one has seen to the bytes of its piece before.
 """
 
 import json
+import os
 import time
 from collections.abc import Mapping, MutableMapping
 from pathlib import Path
 from typing import Any
 
-from skpose._files import new_file
+from skpose._files import new_file, sync
 
 ATTRIBUTE = "skpose.unfinished"
 IDENTITY = "fingerprint"  # key of every head
 SECONDS = 5.0  # between two writes of the attributes, which are written as a whole
 
 
+def companion(array_path: Path, name: str) -> Path:
+    """Return the path of a file that belongs to the file or, as zarr has it, the folder of a matrix."""
+    path = Path(os.path.realpath(array_path))  # one for all links to it
+    return path / f"skpose.{name}" if path.is_dir() else Path(f"{path}.{name}")
+
+
 class FileCheckpoint:
-    """Notes in a file next to the matrix: a head, then a line of JSON for each piece."""
+    """Notes in a file next to the matrix, or in its folder: a head, then a line of JSON for each piece."""
 
     def __init__(self, array_path: Path):
-        self.path = Path(f"{array_path}.progress")
+        self.path = companion(array_path, "progress")
 
     def __str__(self) -> str:
         return f"the file {self.path}"
@@ -40,18 +48,26 @@ class FileCheckpoint:
     def start(self, head: Mapping[str, Any], notes: list[list]) -> None:
         """Replace all earlier notes, or keep all of them if that fails."""
         with new_file(self.path, replace=True) as new:
-            new.write_text("".join(json.dumps(line) + "\n" for line in [head, *notes]), encoding="utf-8")
+            new.write_text(_lines([head, *notes]), encoding="utf-8")
+            sync(new)
+        sync(self.path.parent)
 
-    def add(self, note: list) -> None:
+    def add(self, notes: list[list]) -> None:
         with self.path.open("a", encoding="utf-8") as file:
-            file.write(json.dumps(note) + "\n")
+            file.write(_lines(notes))
+            file.flush()
+            os.fsync(file.fileno())
 
     def save(self) -> None:
         """Do nothing: every note is in the file already."""
 
     def remove(self) -> None:
         """Remove the notes, as the matrix is complete."""
-        self.path.unlink(missing_ok=True)  # of two processes that wrote the same, the other may have been faster
+        self.path.unlink(missing_ok=True)
+
+
+def _lines(contents: list) -> str:
+    return "".join(json.dumps(content) + "\n" for content in contents)
 
 
 def _parsed(line: str) -> Any:
@@ -62,7 +78,7 @@ def _parsed(line: str) -> Any:
 
 
 class AttributeCheckpoint:
-    """Notes in the attributes of the array, as zarr has them."""
+    """Notes in the attributes of the array, as zarr has them; for stores that are no folder of this computer."""
 
     def __init__(self, attributes: MutableMapping):
         self.attributes = attributes
@@ -82,15 +98,16 @@ class AttributeCheckpoint:
         self._content = {"head": head, "notes": [*notes]}
         self.save()
 
-    def add(self, note: list) -> None:
-        self._content["notes"].append(note)
+    def add(self, notes: list[list]) -> None:
+        self._content["notes"] += notes
         if time.monotonic() - self._saved > SECONDS:
             self.save()
 
     def save(self) -> None:
-        """Write all notes to the attributes."""
-        self.attributes[ATTRIBUTE] = self._content
-        self._saved = time.monotonic()
+        """Write all notes to the attributes, once there is a start."""
+        if self._content:
+            self.attributes[ATTRIBUTE] = self._content
+            self._saved = time.monotonic()
 
     def remove(self) -> None:
         """Remove the notes, as the matrix is complete."""

@@ -1,11 +1,12 @@
 """Tasks in threads."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from threading import Lock
 from typing import TypeVar
 
 T = TypeVar("T")
+Item = TypeVar("Item")
 
 
 def in_threads(tasks: Iterable[Callable[[], T]], n_jobs: int) -> list[T]:
@@ -42,3 +43,15 @@ def in_threads(tasks: Iterable[Callable[[], T]], n_jobs: int) -> list[T]:
             waiting = iter(())
             raise
     return results
+
+
+def one_behind(function: Callable[[Item], T], items: Iterable[Item]) -> Generator[T, None, None]:
+    """Yield the function of each item; another thread computes it while this one makes the next item."""
+    previous = None
+    with ThreadPoolExecutor(1) as pool:
+        for item in items:
+            if previous is not None:
+                yield previous.result()
+            previous = pool.submit(function, item)
+        if previous is not None:
+            yield previous.result()

@@ -1,6 +1,7 @@
 """Matrices of distances between poses: the public functions and their arguments.
 
-`_pairwise` checks the arguments, `_matrix` computes tiles, `_output` writes them; `_dask` does the first two lazily.
+`_pairwise` checks the arguments, `_matrix` computes tiles, `_output` has them written; `_dask` does the first two
+lazily.
 """
 
 from collections.abc import Callable, Iterator
@@ -78,7 +79,8 @@ def pose_distances(
         depend on it.
     out : array of shape (n_x, n_y), default=None
         Array for the result, of its dtype: an ndarray, a ``numpy.memmap``, a zarr array. If writing into a whole
-        memmap or a zarr array is interrupted, the same call continues it, see Notes.
+        memmap or a zarr array is interrupted, the same call continues it. Workers write into these themselves, see
+        Notes.
     verbose : int, default=0
         Whether to show the progress: a bar where rich is installed, else some lines on stderr.
 
@@ -98,15 +100,19 @@ def pose_distances(
         If a skeleton is given and the angles look like degrees: 15 % of the columns go beyond three whole turns. Angles
         may leave [−π, π] by some turns, as those of recordings do that are continuous in time. Those in a
         ``dask.array`` are not looked at.
+        If workers cannot write into `out`: they do not see its file, two of them would share a chunk of zarr's, or
+        two computers a file on NFS.
 
     Raises
     ------
     ValueError
         For poses of the wrong width, out of order by column name, or not finite; for a metric that needs a skeleton
-        and got none; for an `out` of another shape or dtype, or that holds the beginning of other
-        distances.
+        and got none; for an `out` of another shape or dtype, that holds the beginning of other distances, or whose
+        file was moved or deleted after it was opened.
     RuntimeError
-        If joblib's workers die, or fail, several times in a row.
+        If joblib's workers die, or fail, several times in a row; if another process or thread writes into `out`.
+    OSError
+        If the file of `out` cannot be written, for example as the disk is full.
 
     See Also
     --------
@@ -124,14 +130,21 @@ def pose_distances(
     Time O(n_x · n_y · n_dofs), for "spatial" times n_steps; no sine or cosine is computed per pair. "geodesic" takes
     some milliseconds a pair, and a hundred for poses very far apart; pairs whose chord and straight line agree to 1e-6
     are not solved. Memory beyond the poses and the result: the codes of some 4096 poses at a time, 12 MB for "spatial"
-    and 56 dofs, a few times. A file that is written does not stay resident, except for a tile of 4096 by 4096 and its
-    mirror image: less than 0.5 GB for a matrix of any size. Workers hold the poses and a tile or two of 32 MB, and
-    this process no more than four such tiles per worker.
+    and 56 dofs, a few times. A file that is written does not stay resident, except for two or three tiles of 4096 by
+    4096: less than 0.5 GB for a matrix of any size. Workers hold the poses and a tile or two of 32 MB, and this
+    process, where they do not write themselves, no more than four such tiles per worker.
 
-    A matrix in a file is written tile by tile, and a complete tile is noted with the checksum of its bytes: for a
-    memmap in a file of the same name with ".progress" at the end, for a zarr array among its attributes. The same call
-    on the array, opened again with mode "r+", computes only the tiles that are not noted or whose bytes have another
-    checksum. The notes are removed when the matrix is complete.
+    A matrix in a file is written tile by tile. When the disk has a tile, it is noted with the checksum of its bytes:
+    for a memmap in a file of the same name with ".progress" at the end, for a zarr array in a folder in the file
+    "skpose.progress" there, for one elsewhere among its attributes. The same call on the array, opened again with mode
+    "r+", computes only the tiles that are not noted or whose bytes have another checksum. The notes are removed when
+    the matrix is complete.
+
+    Workers of joblib's backends write tiles into the file or the folder of `out` themselves, if they see it under the
+    same path. They recognise it by a token in the file of the lock (".lock", "skpose.lock"), which excludes all other
+    calls on the same `out` and ends with the process. If they do not see it, or if tiles cannot be made of whole
+    chunks, this process writes, after a warning. Other stores of zarr's, parts of a memmap and plain arrays are
+    written by this process, and have no lock.
 
     Poses in a ``dask.array`` give a lazy ``dask.array`` of distances, computed where dask computes. It takes no `out`
     and ignores `n_jobs` and `verbose`, and its warnings appear where it is computed.

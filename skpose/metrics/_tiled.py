@@ -6,6 +6,7 @@ one of distances between poses, `skpose.motions._matrix.MotionMatrix` one of dis
 
 import hashlib
 import json
+from collections.abc import Generator
 from contextlib import closing
 from importlib.metadata import version
 from typing import Any
@@ -18,8 +19,9 @@ from skpose._parallel.backends import from_workers, in_processes
 from skpose._parallel.progress import progress
 from skpose._parallel.tasks import TASKS_PER_WORKER, WORK_PER_TASK
 from skpose.metrics._convergence import Unconverged
-from skpose.metrics._output import MIRROR_EDGE, Destination
-from skpose.metrics._tiles import Tile, Tiling
+from skpose.metrics._output import Destination
+from skpose.metrics._run import Computed, WorkerOutput
+from skpose.metrics._tiles import MIRROR_EDGE, Tile, Tiling
 
 LARGEST_TILE, LARGEST_SENT = 2**27, 2**25  # bytes; the tiles that workers send back wait here to be written
 WORK_PER_TILE = 50 * WORK_PER_TASK  # lost if it is interrupted
@@ -64,40 +66,57 @@ class TiledMatrix:
         """Return the distances of a tile, in `out` if that is given, and how many geodesics did not converge."""
         raise NotImplementedError
 
-    def tiling(self, n_threads: int, n_workers: int = 1) -> Tiling:
-        """Return square tiles that take some seconds each, some for each worker; their edge is a power of two."""
+    def tiling(self, n_threads: int, n_workers: int = 1, chunk: int = 1) -> Tiling:
+        """Return square tiles that take some seconds each, some for each worker; their edge is a power of two.
+
+        Where the edge of a chunk of the destination is no longer than that, it is a multiple of the chunk's edge; for
+        workers also where it is no longer than the tiles of one process are.
+        """
         most_bytes = LARGEST_TILE if n_workers == 1 else LARGEST_SENT
         most_pairs = min(WORK_PER_TILE * n_threads / self.work_per_pair, most_bytes / self.dtype.itemsize)
         edge, smallest = self.largest_edge, self.smallest_edge
         while edge > smallest and edge * edge > most_pairs:
             edge //= 2
+        longest = edge
         if n_workers > 1:
             enough = self.n_pairs / (TASKS_PER_WORKER * n_workers)
             while edge > smallest and edge * edge > enough and edge * edge * self.work_per_pair > WORK_PER_TASK:
                 edge //= 2
-        return Tiling(self.shape, edge, self.symmetric)
+        return Tiling(self.shape, edge, self.symmetric).in_chunks(chunk, longest)
 
     def written(self, out: Any, n_jobs: int | None, verbose: int = 0) -> tuple[Any, list[Unconverged]]:
         """Compute all tiles that are not in `out` yet, None for a new array; return it and the unconverged."""
         destination = Destination(out, self.shape, self.result_dtype)
         n_workers = effective_n_jobs(n_jobs)
         remote = self.n_pairs * self.work_per_pair > WORTH_SENDING and in_processes(n_jobs)
-        tiling = self.tiling(1, n_workers) if remote else self.tiling(n_workers)
-        with (
-            destination.resumed(tiling, self.fingerprint() if destination.resumable else None) as (tiles, parts, note),
-            progress(str(self), len(tiles), verbose) as advance,
-        ):
+        n_threads = 1 if remote else n_workers
+        tiling = self.tiling(n_threads, n_workers if remote else 1, destination.chunk)
+        with destination.started(tiling, self.fingerprint() if destination.resumable else None) as run:
+            run.resume(n_jobs, n_threads, remote)
+            results: Generator[tuple[Tile, Computed], None, None]
             if remote:
-                results = from_workers(type(self).distances, self, tiles, n_jobs)
+                results = from_workers(_computed, (self, run.output), run.tiles, n_jobs)
             else:
-                results = ((t, self.distances(t, n_workers, destination.view(t, self.dtype))) for t in tiles)
-            with closing(results):  # an interruption here also ends the work of others for it
-                for tile, (distances, unconverged) in results:
-                    destination.write(tile, tiling.mirror_of(tile), distances)
-                    note(tile, unconverged)
-                    parts.append(unconverged)
+                results = ((t, self._computed(t, n_workers, destination.view(t, self.dtype))) for t in run.tiles)
+            with (
+                progress(str(self), len(run.tiles), verbose) as advance,
+                closing(results),  # an interruption here also ends the work of others for it
+                closing(run.completed(results)) as completed,
+            ):
+                for _ in completed:
                     advance()
-        return destination.array, parts
+        return destination.array, run.unconverged
+
+    def _computed(self, tile: Tile, n_jobs: int, out: np.ndarray | None) -> Computed:
+        distances, unconverged = self.distances(tile, n_jobs, out)
+        return Computed(unconverged, distances)
+
+
+def _computed(shared: tuple[TiledMatrix, WorkerOutput | None], tile: Tile) -> Computed:
+    """Compute a tile in a worker, and write it there where that is possible."""
+    matrix, output = shared
+    distances, unconverged = matrix.distances(tile)
+    return Computed(unconverged, distances) if output is None else output.written(tile, distances, unconverged)
 
 
 def metric_fingerprint(metric: str, steps: Steps) -> dict[str, Any]:

@@ -2,6 +2,8 @@
 
 from typing import NamedTuple
 
+MIRROR_EDGE = 512  # of the squares that are transposed at once, for the cache's sake
+
 
 class Tile(NamedTuple):
     """Rows top:bottom and columns left:right of a matrix."""
@@ -39,6 +41,14 @@ class Tiling(NamedTuple):
             for top in range(0, n_rows, self.edge)
             for left in range(top if self.symmetric else 0, n_columns, self.edge)
         ]
+
+    def in_chunks(self, chunk: int, longest: int) -> "Tiling":
+        """Return tiles that are made of whole square chunks of this edge, unless they would be longer than this."""
+        return self if chunk > longest else self._replace(edge=max(chunk, self.edge // chunk * chunk))
+
+    def is_in_chunks(self, chunk: int) -> bool:
+        """Return whether each chunk belongs to one tile."""
+        return self.edge % chunk == 0 or self.edge >= max(self.shape)
 
     def mirror_of(self, tile: Tile) -> Tile | None:
         """Return the tile that holds the same distances transposed, None where there is no other one."""

@@ -19,7 +19,7 @@ from sklearn.exceptions import ConvergenceWarning
 
 from skpose import Skeleton, pose_distances
 from skpose._parallel.progress import report_to
-from skpose.metrics import _output
+from skpose.metrics import _writers
 from skpose.metrics._convergence import Unconverged
 from skpose.metrics._matrix import DistanceMatrix
 from skpose.metrics._registry import METRICS
@@ -39,24 +39,25 @@ def small_tiles(monkeypatch):
     monkeypatch.setattr("skpose.metrics._matrix.ENCODED_AT_ONCE", 16)
 
 
-@pytest.fixture(params=["memmap", "npy", "zarr"])
+@pytest.fixture(params=["memmap", "npy", "columns", "zarr", "zarr in memory"])
 def array(request, tmp_path):
-    """A function that opens an array on disk, or creates it if a shape is given."""
+    """A function that opens an array that outlives its object, or creates it if a shape is given."""
 
-    kind = {}
+    kind = {"order": "F"} if request.param == "columns" else {}
+    stores = {"zarr": tmp_path / "D.zarr", "zarr in memory": zarr.storage.MemoryStore()}
 
     def opened(shape=None, dtype=np.float64):
         path, mode = tmp_path / "D.npy", "r+" if shape is None else "w+"
         if shape is not None:
             kind.update(shape=shape, dtype=dtype)
-        if request.param == "zarr":
-            store = tmp_path / "D.zarr"
+        if request.param in stores:
+            store = stores[request.param]
             return (
                 zarr.open_array(store, mode="r+")
                 if shape is None
                 else zarr.create_array(store, chunks=(40, 50), **kind)
             )
-        return (np.memmap if request.param == "memmap" else np.lib.format.open_memmap)(path, mode=mode, **kind)
+        return (np.lib.format.open_memmap if request.param == "npy" else np.memmap)(path, mode=mode, **kind)
 
     return opened
 
@@ -66,10 +67,11 @@ def notes(array, tmp_path):
     """A function that reads the notes on complete tiles; None if there are none."""
 
     def read():
-        if (tmp_path / "D.zarr").exists():
+        folder = tmp_path / "D.zarr"
+        if not folder.exists() and not (tmp_path / "D.npy").exists():
             found = array().attrs.get("skpose.unfinished")
             return found and found["notes"]
-        path = tmp_path / "D.npy.progress"
+        path = folder / "skpose.progress" if folder.exists() else tmp_path / "D.npy.progress"
         return [json.loads(line) for line in path.read_text().splitlines()[1:]] if path.exists() else None
 
     return read
@@ -340,34 +342,35 @@ def resident(path):
 
 
 @pytest.mark.skipif(not Path("/proc/self/smaps").exists(), reason="there is no /proc")
-@pytest.mark.parametrize("released", [True, False])
-def test_a_file_that_is_written_does_not_stay_resident(tmp_path, monkeypatch, released):
+@pytest.mark.parametrize("kind", ["whole", "part", "part, not released"])
+def test_a_file_that_is_written_does_not_stay_resident(tmp_path, monkeypatch, kind):
     """Of the mapping alone: what else is resident changes with the load of the machine."""
     X = np.random.default_rng(0).normal(size=(4000, 1)).astype(np.float32)
     path = tmp_path / "D.npy"
     out = np.lib.format.open_memmap(path, mode="w+", dtype=X.dtype, shape=(len(X), len(X)))
     monkeypatch.setattr("skpose.metrics._matrix.ENCODED_AT_ONCE", 256)
-    if not released:  # which the test must notice
-        monkeypatch.setattr(_output, "PAGES_NOT_NEEDED", None)
-    before, after, release = [], [], _output.Destination._release
+    if kind == "part, not released":  # which the test must notice
+        monkeypatch.setattr(_writers, "PAGES_NOT_NEEDED", None)
+    before, after, release = [], [], _writers.ArrayWriter.release
 
     def one_in_seven(calls, sizes):  # as each takes some 20 ms
         if next(calls) % 7 == 0:
             sizes.append(resident(path))
 
-    def observed(destination):
+    def observed(writer):
         one_in_seven(releases, before)
-        release(destination)
+        release(writer)
 
     releases, steps = count(), count()
-    monkeypatch.setattr(_output.Destination, "_release", observed)
+    monkeypatch.setattr(_writers.ArrayWriter, "release", observed)
     with reported(lambda: one_in_seven(steps, after)):
-        pose_distances(X, metric="angle", out=out)
-    if released:
-        assert max(before) < out.nbytes / 3
-        assert max(after) < out.nbytes / 100
-    else:
+        pose_distances(X, metric="angle", out=out if kind == "whole" else out[:])
+    if kind == "part, not released":
         assert max(after) > out.nbytes / 2
+    else:
+        assert max(before, default=0) < out.nbytes / 3
+        assert max(after) < out.nbytes / 100
+    assert (kind == "whole") == (before == [])
 
 
 @pytest.mark.slow

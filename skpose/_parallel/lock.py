@@ -1,0 +1,148 @@
+"""A lock on a destination, so that two processes, or two threads of one, do not write it at the same time.
+
+The lock is the operating system's, on a file next to the destination: it ends with the process that holds it, however
+that ends. The file also says who holds it, and a token: a worker that reads the same token sees the same destination.
+"""
+
+import contextlib
+import errno
+import json
+import os
+import socket
+import sys
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import NamedTuple
+
+from skpose._parallel.checkpoint import companion
+
+HELD = (errno.EAGAIN, errno.EACCES, errno.EDEADLK)  # by another one
+BEYOND = 2**30  # a byte after the text of the file: on Windows nobody can read a byte that is locked
+
+if sys.platform == "win32":
+    import msvcrt
+
+    def _lock(descriptor: int) -> None:
+        os.lseek(descriptor, BEYOND, os.SEEK_SET)
+        msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
+
+else:
+    import fcntl
+
+    def _lock(descriptor: int) -> None:
+        # Of the open file, not of the process, so that threads exclude each other too, and so that it does not end
+        # when something else in this process closes the same file.
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+class Token(NamedTuple):
+    """The sign by which a process recognises the destination that another one has locked."""
+
+    path: Path
+    value: str
+
+    def obstacle(self) -> str | None:
+        """Return why this process does not see the locked destination, None if it does."""
+        try:
+            found = _content(self.path)
+        except OSError as error:
+            return f"{self.path} cannot be read there ({error.strerror})"
+        return None if found.get("token") == self.value else f"{self.path} is another file there"
+
+
+@contextmanager
+def locked(array_path: Path) -> Iterator[Token]:
+    """Hold the lock of a file or a folder, in a file next to it that is removed at the end; yields its token.
+
+    Raises
+    ------
+    RuntimeError
+        If another process or thread holds it.
+    """
+    path = companion(array_path, "lock")
+    descriptor = _locked_file(path, array_path)
+    _held.add(descriptor)
+    try:
+        token = Token(path, uuid.uuid4().hex)
+        content = {"process": os.getpid(), "host": socket.gethostname(), "token": token.value}
+        os.ftruncate(descriptor, 0)
+        os.lseek(descriptor, 0, os.SEEK_SET)
+        os.write(descriptor, json.dumps(content).encode())
+        os.fsync(descriptor)  # so that other hosts see it too
+        yield token
+    finally:
+        if descriptor in _held:  # not in a process that was forked here
+            _held.remove(descriptor)
+            _remove(path, descriptor)
+
+
+def _remove(path: Path, descriptor: int) -> None:
+    """Remove the file and end its lock."""
+    if os.name == "posix":  # in this order, so that nobody locks a file that is about to be removed
+        path.unlink(missing_ok=True)
+        os.close(descriptor)
+        return
+    os.close(descriptor)  # elsewhere an open file cannot be removed
+    with contextlib.suppress(OSError):
+        path.unlink()
+
+
+def _locked_file(path: Path, array_path: Path) -> int:
+    """Return a descriptor of the lock file, with the lock."""
+    while True:
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+        try:
+            _lock(descriptor)
+        except OSError as error:
+            os.close(descriptor)
+            if error.errno in HELD:
+                raise RuntimeError(_in_use(path, array_path)) from None
+            raise OSError(
+                error.errno,
+                f"{path} cannot be locked ({error.strerror}), so that another process might write the same matrix: "
+                "mount the file system with locks, or choose another one",
+            ) from None
+        with contextlib.suppress(FileNotFoundError):
+            if os.path.samestat(os.fstat(descriptor), path.stat()):
+                return descriptor
+        os.close(descriptor)  # its holder removed it after it was opened here
+
+
+def _in_use(path: Path, array_path: Path) -> str:
+    try:
+        found = _content(path)
+    except OSError:
+        found = {}
+    holder = "a process that began just now"
+    if "process" in found:
+        holder = f"process {found['process']} on {found['host']}"
+        if (found["process"], found["host"]) == (os.getpid(), socket.gethostname()):
+            holder = f"another thread of this process ({os.getpid()})"
+    return (
+        f"{array_path} is being written by {holder}, which holds the lock {path}: wait until it has ended, or end it; "
+        "the same call then computes what is missing"
+    )
+
+
+def _content(path: Path) -> dict:
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError:
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+_held: set[int] = set()
+
+
+def _close_in_child() -> None:
+    """Close the locks in a process that was forked: it may live longer than the one that holds them."""
+    for descriptor in _held:
+        os.close(descriptor)
+    _held.clear()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_close_in_child)

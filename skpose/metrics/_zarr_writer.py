@@ -1,0 +1,97 @@
+"""A writer of tiles into a zarr array, in a folder that workers can open too, or in any other store."""
+
+import math
+import os
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from skpose._files import sync
+from skpose.metrics._tiles import MIRROR_EDGE, Tile
+
+
+class ZarrTarget:
+    """A zarr array; in another process it is opened anew, in its folder."""
+
+    def __init__(self, array: Any):
+        self.array, self.path = array, _folder_of(array)
+        self.chunk = math.lcm(*_chunks_of(array))
+
+    def __getstate__(self) -> dict[str, Any]:
+        return self.__dict__ | {"array": None}
+
+    def obstacle(self, here: bool) -> str | None:
+        can_write = self.path is not None and os.access(self.path, os.W_OK)
+        return None if can_write else f"{self.path} is missing there, or may not be written"
+
+    @contextmanager
+    def opened(self) -> Iterator["ZarrWriter"]:
+        array = self.array
+        if array is None:
+            import zarr
+
+            array = zarr.open_array(self.path, mode="r+")
+        yield ZarrWriter(array, self.path)
+
+
+class ZarrWriter:
+    """Writes into a zarr array."""
+
+    def __init__(self, array: Any, path: Path | None):
+        self._array, self._path = array, path
+        self._written: set[Path] = set()  # files that are not on the disk for sure
+
+    def write(self, tile: Tile, mirrored: Tile | None, distances: np.ndarray) -> list[int]:
+        distances = distances.astype(self._array.dtype, copy=False)
+        self._put(tile, distances)
+        if mirrored is not None:
+            self._put(mirrored, np.ascontiguousarray(distances.T))
+        return [self._checksum(tile), 0 if mirrored is None else self._checksum(mirrored)]
+
+    def checksums(self, tile: Tile, mirrored: Tile | None) -> list[int] | None:
+        try:
+            return [self._checksum(tile), 0 if mirrored is None else self._checksum(mirrored)]
+        except Exception:  # every codec has errors of its own for bytes that it did not write
+            return None
+
+    def sync(self) -> None:
+        written, self._written = self._written, set()  # another thread may write meanwhile
+        existing = {path for path in written if path.exists()}  # zarr removes a chunk of zeros
+        folders = {folder for path in existing for folder in path.parents if folder.is_relative_to(self._path or "")}
+        for path in (*existing, *folders):
+            sync(path)
+
+    def _put(self, tile: Tile, distances: np.ndarray) -> None:
+        self._array[tile.slices] = distances
+        if self._path is not None:
+            height, width = _chunks_of(self._array)
+            for i in range(tile.top // height, -(-tile.bottom // height)):
+                for j in range(tile.left // width, -(-tile.right // width)):
+                    self._written.add(self._path / self._array.metadata.encode_chunk_key((i, j)))
+
+    def _checksum(self, tile: Tile) -> int:
+        """Return the checksum of what can be read, as a codec may round."""
+        part, known = self._array[tile.slices], 0
+        for start in range(0, len(part), MIRROR_EDGE):
+            known = zlib.crc32(np.ascontiguousarray(part[start : start + MIRROR_EDGE]), known)
+        return known
+
+
+def is_zarr(array: Any) -> bool:
+    """Return whether this is an array of zarr, without importing zarr."""
+    return type(array).__module__.split(".")[0] == "zarr"
+
+
+def _folder_of(array: Any) -> Path | None:
+    """Return the folder of an array in a store that is a folder of this computer."""
+    root = getattr(array.store_path.store, "root", None)
+    return Path(os.path.realpath(root), array.store_path.path) if isinstance(root, Path) else None
+
+
+def _chunks_of(array: Any) -> tuple[int, int]:
+    """Return the shape of what zarr writes at once."""
+    return getattr(array, "shards", None) or array.chunks
