@@ -7,7 +7,7 @@ import numpy as np
 from numba import from_dtype, types
 
 from skpose._compiled.forward import workspace_rows
-from skpose._compiled.jit import jit
+from skpose._compiled.jit import jit, separate
 from skpose._compiled.lanes import any_greater, lanes, rows
 from skpose._compiled.results import Results, aligned, results_of
 from skpose._compiled.signatures import array_type, named, shared_types
@@ -74,8 +74,16 @@ def _pair_distances(X, Y, pairs, measure, tree, steps, distances):
     return n_unconverged, worst
 
 
-def _pair_distance(x, y, n_codes, encode, measure, tree, steps):
-    """The same compiled functions as in a matrix of distances: x is in the first lane, y in all others."""
+def _pair_distance_signature():
+    float64 = np.dtype(np.float64)
+    tree, steps = shared_types(float64)
+    pose = array_type(types.float64, 1, readonly=True)
+    return types.float64(pose, pose, types.intp, encode_type(), measure_type(float64), tree, steps)
+
+
+@separate(_pair_distance_signature)
+def pair_distance(x, y, n_codes, encode, measure, tree, steps):
+    """Compute the distance of two poses by the functions of matrices: x is in the first lane, y in all others."""
     n_dofs = x.shape[0]
     scratch, pose = np.empty((workspace_rows(tree), FLOAT64_LANES)), np.empty((n_dofs, FLOAT64_LANES))
     code, first = np.empty((n_codes, FLOAT64_LANES)), np.empty(n_codes)
@@ -128,16 +136,6 @@ def _encode_poses_loop():
 def encode_poses(poses, encode, tree, steps, codes):
     """Write the codes (n_poses, n_codes) of poses (n_poses, n_dofs), in float64."""
     _encode_poses_loop()(np.ascontiguousarray(poses, dtype=np.float64), encode, tree, steps, codes)
-
-
-@functools.cache
-def pair_distance_function():
-    """``pair(x, y, n_codes, encode, measure, tree, steps)``: the distance of two poses, in float64."""
-    float64 = np.dtype(np.float64)
-    tree, steps = shared_types(float64)
-    pose = array_type(types.float64, 1, readonly=True)
-    signature = types.float64(pose, pose, types.intp, encode_type(), measure_type(float64), tree, steps)
-    return jit(_pair_distance, signatures=[signature])
 
 
 @functools.cache

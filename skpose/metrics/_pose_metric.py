@@ -89,7 +89,7 @@ def _compiled(
     metric: Metric, skeleton: Skeleton | None, n_steps: int, wrap: bool
 ) -> Callable[[np.ndarray, np.ndarray], float]:
     steps = Steps.of(n_steps, wrap)
-    encode, measure, pair = metric.encode, metric.measure, loops.pair_distance_function()
+    encode, measure, pair = metric.encode, metric.measure, loops.pair_distance
     tree = tree_of(skeleton if metric.needs_skeleton else None)
     if skeleton is None:  # "angle" on poses of any length, which are their own code
         n_dofs, n_codes, refusal = -1, -1, "the two poses differ in length"
