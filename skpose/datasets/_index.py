@@ -1,6 +1,7 @@
 """The list of the motions in a folder, index.csv, and their reading."""
 
 import csv
+import io
 import math
 import os
 from collections.abc import Callable
@@ -37,7 +38,13 @@ def read_motions(
 
 def read_index(path: Path) -> list[dict]:
     """Return the rows of an index with the frame rates as numbers."""
-    with path.open(newline="", encoding="utf-8-sig") as file:
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = error.object.count(b"\n", 0, error.start) + 1
+        problem = f"expected text in UTF-8, found the byte {error.object[error.start]:#x}: save the index as UTF-8"
+        raise MocapFormatError(path, line, problem) from None
+    with io.StringIO(text, newline="") as file:
         reader = csv.DictReader(file)
         missing = [name for name in COLUMNS if name not in (reader.fieldnames or [])]
         if missing:

@@ -69,6 +69,9 @@ def test_load_cmu_names_what_is_missing(folder, tmp_path):
     (folder / "index.csv").write_text("subject,trial\n01,01\n")
     with pytest.raises(MocapFormatError, match="missing: action, frames_per_second, file"):
         load_cmu(folder)
+    (folder / "index.csv").write_bytes("subject\n01\nMüller\n".encode("latin-1"))
+    with pytest.raises(MocapFormatError, match=r"line 3: expected text in UTF-8, found the byte 0xfc: save the index"):
+        load_cmu(folder)
     with pytest.raises(FileNotFoundError, match=r"holds neither an index\.csv nor files named"):
         load_cmu(tmp_path / "nowhere")
 
