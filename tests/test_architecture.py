@@ -79,9 +79,12 @@ def without_entry(path):
     """Functions that a file imports, by their names there, which only compiled functions can call."""
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("skpose._compiled"):
-            module = importlib.import_module(node.module)
             for alias in node.names:
-                value, name = getattr(module, alias.name), alias.asname or alias.name
+                name = alias.asname or alias.name
+                if node.module == "skpose._compiled":
+                    value = importlib.import_module(f"{node.module}.{alias.name}")
+                else:
+                    value = getattr(importlib.import_module(node.module), alias.name)
                 of_module = vars(value) if inspect.ismodule(value) else {"": value}
                 for attribute, function in of_module.items():
                     if getattr(function, "targetoptions", {}).get("no_cpython_wrapper"):
