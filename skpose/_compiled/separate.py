@@ -26,8 +26,11 @@ class Separate:
     """A separate function, to be compiled when it is needed first."""
 
     def __init__(self, function: Callable, compile: Callable[[], Any]):
-        self.py_func = function
+        self.py_func, self.__module__ = function, function.__module__
         self._compile = compile
+
+    def __reduce__(self) -> str:
+        return self.py_func.__qualname__  # in another process it is the one of this name
 
     @cached_property
     def numba_type(self) -> types.Function:

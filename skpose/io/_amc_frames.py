@@ -15,6 +15,7 @@ from skpose.io._source import Chunk, Source, n_lines
 from skpose.io._words import NUMBER, WHOLE, Token, complaint
 
 Line = tuple[int, str]  # its number, and its text without a comment
+FEW = 20  # frames that compiled code may leave before it has read as many
 BEFORE_FRAME = re.compile(rb"\n(?=[0-9]{1,18}[ \t\r]*\n)")  # of most lines that `_frames` takes for a frame's number
 
 
@@ -130,13 +131,17 @@ def read_frames(source: Source, layout: Layout, first: Chunk) -> np.ndarray:
     """Return the numbers of all frames, (n_frames, n_channels), from the line after the keywords on."""
     tables: list[np.ndarray] = []
     last: int | None = None
+    n_compiled, n_left = 0, 0  # frames that compiled code has read, and left
     for line, _, text in _whole_frames(source, first):
-        at, parsers = 0, PARSERS.compiled(text)
+        at, compiled = 0, PARSERS.compiled(text)
         while at < len(text):
             end = len(text)
+            # To go back and forth costs more than compiled code saves, if most frames have something that it leaves.
+            parsers = compiled if n_left <= n_compiled + FEW else None
             if parsers is not None and last is not None:
                 table, n_bytes = layout.rows(np.frombuffer(text, np.uint8)[at:], last + 1, parsers)
                 tables.append(table)
+                n_compiled += len(table)
                 last, line, at = last + len(table), line + n_lines(text[at : at + n_bytes]), at + n_bytes
             if parsers is not None and (after := BEFORE_FRAME.search(text, at)):
                 end = after.end()
@@ -148,6 +153,7 @@ def read_frames(source: Source, layout: Layout, first: Chunk) -> np.ndarray:
                 rows.append(layout.row(number, frame))
             if rows:
                 tables.append(np.array(rows))
+                n_left += len(rows) if parsers is not None else 0
             line, at = line + n_lines(text[at:end]), end
     if not tables:
         raise source.error("the file ends without a frame; not AMC, or cut short", source.line)

@@ -136,4 +136,7 @@ def _parse_fixed(text: bytes) -> np.ndarray | None:
     whole = np.fromstring(text.replace(b".", b""), np.int64, sep=" ")
     if whole.min() <= -(2**53) or whole.max() >= 2**53:
         return None
-    return whole / 10.0**n_digits
+    numbers, zeros = whole / 10.0**n_digits, np.flatnonzero(whole == 0)
+    starts = np.flatnonzero(blank[:-1] > blank[1:])[zeros]
+    numbers[zeros[np.frombuffer(text, np.uint8)[starts] == ord("-")]] = -0.0  # integers have no such zero
+    return numbers

@@ -27,6 +27,12 @@ def expected(text):
     return np.array([float(token) for token in tokens]) if all(map(NUMBER.fullmatch, tokens)) else None
 
 
+def assert_same(found, numbers):
+    """Check that all numbers are equal, and that zeros have their signs."""
+    np.testing.assert_array_equal(found, numbers)
+    np.testing.assert_array_equal(np.signbit(found), np.signbit(numbers))
+
+
 def compiled(text):
     return _parse_compiled(text.encode(), decimals)
 
@@ -43,21 +49,21 @@ def test_all_parsers_agree(tokens, between):
         assert plain(text) is None
         assert compiled(text) is None
     else:
-        np.testing.assert_array_equal(plain(text), expected(text))
+        assert_same(plain(text), expected(text))
         if np.isfinite(expected(text)).all():
-            np.testing.assert_array_equal(compiled(text), expected(text))
+            assert_same(compiled(text), expected(text))
 
 
 @pytest.mark.parametrize("n_digits", [1, 4, 6, 9, 15])
 def test_equally_many_digits_are_read_as_integers_exactly(n_digits):
     rng = np.random.default_rng(n_digits)
     values = rng.normal(scale=[1e-6, 1, 100, 1e5], size=(5000, 4)).ravel()
-    tokens = [f"{x:.{n_digits}f}".replace("-0.", "-.") for x in values]
+    tokens = [f"{x:.{n_digits}f}".replace("-0.", "-.") for x in values] + ["-0." + n_digits * "0"]
     found = _parse_fixed(" ".join(tokens).encode())
     if n_digits == 15:  # some integers are past what a double holds exactly: the parser of floats
         assert found is None
         found = plain(" ".join(tokens))
-    np.testing.assert_array_equal(found, [float(token) for token in tokens])
+    assert_same(found, [float(token) for token in tokens])
 
 
 @pytest.mark.parametrize(

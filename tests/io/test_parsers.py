@@ -10,6 +10,7 @@ import pytest
 from conftest import DATA
 
 from skpose.io import MocapFormatError, _parsers, _source, load_amc, load_bvh, load_motion
+from skpose.io._amc_frames import FEW, Layout
 
 ASF = DATA / "arm.asf"
 BLANKS = [
@@ -165,6 +166,18 @@ def test_what_is_unusual_in_the_middle_of_a_file(old, new, missing, both):
     assert old in FRAMES
     data = b":DEGREES\n" + FRAMES.replace(old, new)
     both(load_amc, data, ASF, missing=missing, on_nan="drop")
+
+
+def test_of_frames_that_are_all_unusual_compiled_code_leaves_the_rest(both, monkeypatch):
+    n_compiled, rows = [], Layout.rows
+
+    def counted(*arguments):
+        n_compiled.append(1)
+        return rows(*arguments)
+
+    monkeypatch.setattr(Layout, "rows", counted)
+    both(load_amc, b":DEGREES\n" + FRAMES.replace(b" 2.5\n", b" 2.5e-17 # still\n"), ASF)
+    assert len(n_compiled) == FEW
 
 
 def test_real_files(cmu_folder, hdm05_folder, both):

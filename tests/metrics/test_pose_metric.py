@@ -5,7 +5,8 @@ import pickle
 import numpy as np
 import pytest
 from conftest import SKELETONS
-from numba import njit
+from joblib import Parallel, delayed
+from numba import config, njit
 from numba.core.registry import CPUDispatcher
 from sklearn.base import clone
 from sklearn.metrics import pairwise_distances
@@ -58,6 +59,12 @@ def test_is_a_dispatcher_that_compiled_code_can_call(X):
 
     D = pose_distances(X, skeleton=HUMANOID)
     np.testing.assert_allclose(total(X), D[0, 1] + D[1, 2], rtol=1e-12)
+
+
+@pytest.mark.skipif(bool(config.DISABLE_JIT), reason="a plain closure, which nothing can pickle")
+def test_in_another_process():
+    f, (x, y) = pose_metric(Skeleton.chain(2)), np.array([[0.0, 1.0], [2.0, -1.0]])
+    assert Parallel(2, "loky")(delayed(f)(x, y) for _ in range(2)) == 2 * [f(x, y)]
 
 
 def test_equal_arguments_give_the_same_function():
