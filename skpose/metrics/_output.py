@@ -15,10 +15,11 @@ import numpy as np
 
 from skpose._parallel.checkpoint import IDENTITY, AttributeCheckpoint, FileCheckpoint
 from skpose.metrics._convergence import Unconverged
+from skpose.metrics._mirror import write_transposed
 from skpose.metrics._tiles import Tile, Tiling
 
 PAGES_NOT_NEEDED = getattr(mmap, "MADV_DONTNEED", None)  # not on Windows
-MIRROR_EDGE = 512  # of the squares that are transposed at once, for the cache's sake
+ROWS_AT_ONCE = 512  # of a tile that is read for its checksum
 NOTE_LENGTH = 8  # of a tile: its four indices, two checksums, the two fields of Unconverged
 
 
@@ -57,7 +58,7 @@ class Destination:
         """Return the tile of the array itself, if distances of this dtype can be computed into it."""
         return self._plain[tile.slices] if self._plain is not None and self._plain.dtype == dtype else None
 
-    def write(self, tile: Tile, mirrored: Tile | None, distances: np.ndarray) -> None:
+    def write(self, tile: Tile, mirrored: Tile | None, distances: np.ndarray, n_threads: int) -> None:
         """Write the distances of a tile, unless they are its view, and transposed those of its mirror image."""
         if self._plain is None:
             distances = distances.astype(self.array.dtype, copy=False)
@@ -65,7 +66,7 @@ class Destination:
         elif not np.may_share_memory(distances, self._plain):
             self._plain[tile.slices] = distances
         if mirrored is not None:
-            self._write_transposed(mirrored, distances)
+            self._write_transposed(mirrored, distances, n_threads)
         self._release()
 
     def _release(self) -> None:
@@ -73,15 +74,11 @@ class Destination:
         if self._mapping is not None and PAGES_NOT_NEEDED is not None:
             self._mapping.madvise(PAGES_NOT_NEEDED)
 
-    def _write_transposed(self, tile: Tile, distances: np.ndarray) -> None:
+    def _write_transposed(self, tile: Tile, distances: np.ndarray, n_threads: int) -> None:
         if self._plain is None:
             self.array[tile.slices] = np.ascontiguousarray(distances.T)
-            return
-        target = self._plain[tile.slices]
-        for top in range(0, len(target), MIRROR_EDGE):
-            for left in range(0, target.shape[1], MIRROR_EDGE):
-                rows, columns = slice(top, top + MIRROR_EDGE), slice(left, left + MIRROR_EDGE)
-                target[rows, columns] = distances[columns, rows].T
+        else:
+            write_transposed(distances, self._plain[tile.slices], n_threads)
 
     @contextmanager
     def resumed(
@@ -144,8 +141,8 @@ class Destination:
 
     def _checksum(self, tile: Tile) -> int:
         part, known = self.array[tile.slices], 0
-        for start in range(0, len(part), MIRROR_EDGE):
-            known = zlib.crc32(np.ascontiguousarray(part[start : start + MIRROR_EDGE]), known)
+        for start in range(0, len(part), ROWS_AT_ONCE):
+            known = zlib.crc32(np.ascontiguousarray(part[start : start + ROWS_AT_ONCE]), known)
             self._release()  # to read makes more resident than is read
         return known
 

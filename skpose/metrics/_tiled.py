@@ -18,7 +18,7 @@ from skpose._parallel.backends import from_workers, in_processes
 from skpose._parallel.progress import progress
 from skpose._parallel.tasks import TASKS_PER_WORKER, WORK_PER_TASK
 from skpose.metrics._convergence import Unconverged
-from skpose.metrics._output import MIRROR_EDGE, Destination
+from skpose.metrics._output import Destination
 from skpose.metrics._tiles import Tile, Tiling
 
 LARGEST_TILE, LARGEST_SENT = 2**27, 2**25  # bytes; the tiles that workers send back wait here to be written
@@ -88,12 +88,14 @@ class TiledMatrix:
             progress(str(self), len(tiles), verbose) as advance,
         ):
             if remote:
+                n_threads = 1
                 results = from_workers(type(self).distances, self, tiles, n_jobs)
             else:
-                results = ((t, self.distances(t, n_workers, destination.view(t, self.dtype))) for t in tiles)
+                n_threads = n_workers
+                results = ((t, self.distances(t, n_threads, destination.view(t, self.dtype))) for t in tiles)
             with closing(results):  # an interruption here also ends the work of others for it
                 for tile, (distances, unconverged) in results:
-                    destination.write(tile, tiling.mirror_of(tile), distances)
+                    destination.write(tile, tiling.mirror_of(tile), distances, n_threads)
                     note(tile, unconverged)
                     parts.append(unconverged)
                     advance()
@@ -115,13 +117,3 @@ def digest(*arrays: np.ndarray) -> str:
         known.update(json.dumps([array.dtype.str, array.shape]).encode())
         known.update(np.ascontiguousarray(array))
     return known.hexdigest()
-
-
-def mirror(distances: np.ndarray) -> None:
-    """Copy the upper triangle into the lower one, a square at a time for the cache's sake, and clear the diagonal."""
-    n = len(distances)
-    for start in range(0, n, MIRROR_EDGE):
-        stop = min(start + MIRROR_EDGE, n)
-        distances[stop:, start:stop] = distances[start:stop, stop:].T
-        square = distances[start:stop, start:stop]
-        square[...] = np.triu(square, 1) + np.triu(square, 1).T

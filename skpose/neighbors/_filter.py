@@ -26,7 +26,7 @@ from skpose.metrics._matrix import ENCODED_AT_ONCE
 from skpose.metrics._registry import METRICS
 from skpose.neighbors._cost import FILTER_WORK
 from skpose.neighbors._nearest_so_far import NearestSoFar
-from skpose.neighbors._tasks import over_rows
+from skpose._parallel.rows import over_rows
 from skpose.skeleton import Skeleton
 
 N_AXES = 17  # and the rest: a multiple of three, as `measure_euclidean` takes three at a time

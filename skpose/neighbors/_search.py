@@ -31,7 +31,7 @@ from skpose.neighbors._filter import ChordFilter
 from skpose.neighbors._index import PoseIndex
 from skpose.neighbors._nearest_so_far import NearestSoFar
 from skpose.neighbors._results import Evaluations, Neighbors
-from skpose.neighbors._tasks import TASKS_PER_JOB_UNEVEN, over_rows
+from skpose._parallel.rows import TASKS_PER_JOB_UNEVEN, over_rows
 
 FLOAT64 = np.dtype(np.float64)
 QUERIES = 1024  # searched for at once; memory is proportional to it
