@@ -78,6 +78,7 @@ def kinematics(X, skeleton, tree, size):
     seconds = common.medians(
         {
             "skpose, one core": lambda: forward_kinematics(many, skeleton),
+            "skpose, all cores": lambda: forward_kinematics(many, skeleton, n_jobs=-1),
             "scalar kernel, all cores": lambda: scalar.forward_kinematics(many, tree),
         },
         size.repeats,

@@ -4,6 +4,7 @@
 |----------------|----------------------------------------------------------------------------------------|
 | `tasks`        | how large a task is                                                                    |
 | `threads`      | tasks in threads of this process                                                       |
+| `rows`         | rows of an array as such tasks                                                         |
 | `backends`     | tasks in processes or on a cluster, as the user's joblib configuration says            |
 | `progress`     | the state of long work: a bar or lines, and reports to a function that asked for them  |
 | `callbacks`    | the same reports as steps of a fit, for scikit-learn's callbacks                       |

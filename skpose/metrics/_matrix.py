@@ -12,8 +12,9 @@ from skpose._parallel.tasks import LITTLE_WORK, TASKS_PER_JOB, WORK_PER_TASK
 from skpose._parallel.threads import in_threads
 from skpose.kinematics._tree import tree_of
 from skpose.metrics._convergence import Unconverged
+from skpose.metrics._mirror import mirror
 from skpose.metrics._registry import METRICS
-from skpose.metrics._tiled import TiledMatrix, digest, metric_fingerprint, mirror
+from skpose.metrics._tiled import TiledMatrix, digest, metric_fingerprint
 from skpose.metrics._tiles import Tile
 from skpose.skeleton import Skeleton
 
@@ -63,7 +64,7 @@ class DistanceMatrix(TiledMatrix):
         diagonal = self.symmetric and tile.top == tile.left
         unconverged = Unconverged.joined(in_threads(self._tasks(tile, diagonal, n_jobs, out), n_jobs))
         if diagonal:
-            mirror(out)
+            mirror(out, n_jobs)
         return out, unconverged
 
     def _tasks(

@@ -21,7 +21,7 @@ from skpose._parallel.tasks import TASKS_PER_WORKER, WORK_PER_TASK
 from skpose.metrics._convergence import Unconverged
 from skpose.metrics._output import Destination
 from skpose.metrics._run import Computed, WorkerOutput
-from skpose.metrics._tiles import MIRROR_EDGE, Tile, Tiling
+from skpose.metrics._tiles import Tile, Tiling
 
 LARGEST_TILE, LARGEST_SENT = 2**27, 2**25  # bytes; the tiles that workers send back wait here to be written
 WORK_PER_TILE = 50 * WORK_PER_TASK  # lost if it is interrupted
@@ -134,13 +134,3 @@ def digest(*arrays: np.ndarray) -> str:
         known.update(json.dumps([array.dtype.str, array.shape]).encode())
         known.update(np.ascontiguousarray(array))
     return known.hexdigest()
-
-
-def mirror(distances: np.ndarray) -> None:
-    """Copy the upper triangle into the lower one, a square at a time for the cache's sake, and clear the diagonal."""
-    n = len(distances)
-    for start in range(0, n, MIRROR_EDGE):
-        stop = min(start + MIRROR_EDGE, n)
-        distances[stop:, start:stop] = distances[start:stop, stop:].T
-        square = distances[start:stop, start:stop]
-        square[...] = np.triu(square, 1) + np.triu(square, 1).T

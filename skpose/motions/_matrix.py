@@ -14,8 +14,9 @@ from skpose._parallel.threads import in_threads
 from skpose.kinematics._tree import tree_of
 from skpose.metrics._convergence import Unconverged
 from skpose.metrics._matrix import ENCODED_AT_ONCE, DistanceMatrix
+from skpose.metrics._mirror import mirror
 from skpose.metrics._registry import METRICS
-from skpose.metrics._tiled import TiledMatrix, digest, metric_fingerprint, mirror
+from skpose.metrics._tiled import TiledMatrix, digest, metric_fingerprint
 from skpose.metrics._tiles import Tile
 from skpose.motions._inputs import Sequences
 from skpose.skeleton import Skeleton
@@ -105,7 +106,7 @@ class MotionMatrix(TiledMatrix):
             tasks = self._tasks(rows, columns, diagonal, n_jobs, sums)
             unconverged = Unconverged.joined(in_threads(tasks, n_jobs))
         if diagonal:
-            mirror(sums)
+            mirror(sums, n_jobs)
         if self.normalize:
             sums /= self._frames_counted(rows.lengths[:, np.newaxis], columns.lengths)
         if out is None:

@@ -21,12 +21,12 @@ from skpose._compiled.lanes import lanes
 from skpose._compiled.nearest import Candidates, Span, nearest_of_tile_loop
 from skpose._compiled.results import aligned
 from skpose._compiled.tree import Steps
+from skpose._parallel.rows import over_rows
 from skpose.kinematics._tree import tree_of
 from skpose.metrics._matrix import ENCODED_AT_ONCE
 from skpose.metrics._registry import METRICS
 from skpose.neighbors._cost import FILTER_WORK
 from skpose.neighbors._nearest_so_far import NearestSoFar
-from skpose.neighbors._tasks import over_rows
 from skpose.skeleton import Skeleton
 
 N_AXES = 17  # and the rest: a multiple of three, as `measure_euclidean` takes three at a time

@@ -23,6 +23,7 @@ from numpy.typing import ArrayLike
 
 from skpose._compiled.loops import FLOAT64_LANES, in_lanes
 from skpose._compiled.nearest import Batch, Candidates, Span, nearest_of_candidates_loop, nearest_of_tile_loop
+from skpose._parallel.rows import TASKS_PER_JOB_UNEVEN, over_rows
 from skpose.kinematics._tree import tree_of
 from skpose.metrics._matrix import ENCODED_AT_ONCE
 from skpose.metrics._registry import Metric
@@ -31,7 +32,6 @@ from skpose.neighbors._filter import ChordFilter
 from skpose.neighbors._index import PoseIndex
 from skpose.neighbors._nearest_so_far import NearestSoFar
 from skpose.neighbors._results import Evaluations, Neighbors
-from skpose.neighbors._tasks import TASKS_PER_JOB_UNEVEN, over_rows
 
 FLOAT64 = np.dtype(np.float64)
 QUERIES = 1024  # searched for at once; memory is proportional to it

@@ -8,9 +8,10 @@ from conftest import SKELETONS, random_tree
 
 from skpose import Skeleton, pose_distances
 from skpose._compiled.tree import Steps
+from skpose._parallel import rows
 from skpose.datasets import make_gait
 from skpose.metrics._registry import METRICS, resolve
-from skpose.neighbors import _cost, _queries, _search, _tasks
+from skpose.neighbors import _cost, _queries, _search
 from skpose.neighbors._filter import ChordFilter
 from skpose.neighbors._index import PoseIndex
 
@@ -187,8 +188,8 @@ def test_the_split_of_the_work_changes_nothing(metric, monkeypatch):
     near = within(search_of(X, HUMANOID, metric), queries, radius)
     monkeypatch.setattr(_search, "ENCODED_AT_ONCE", 64)
     monkeypatch.setattr(_search, "QUERIES", 33)
-    monkeypatch.setattr(_tasks, "LITTLE_WORK", 1)
-    monkeypatch.setattr(_tasks, "WORK_PER_TASK", 1e5)
+    monkeypatch.setattr(rows, "LITTLE_WORK", 1)
+    monkeypatch.setattr(rows, "WORK_PER_TASK", 1e5)
     for n_jobs, brute in ((1, False), (3, False), (3, True)):
         search = search_of(X, HUMANOID, metric, n_jobs=n_jobs, brute=brute)
         for k in expected:

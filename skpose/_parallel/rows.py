@@ -1,4 +1,4 @@
-"""Rows of queries as tasks of threads."""
+"""Rows of an array as tasks of threads."""
 
 import functools
 from collections.abc import Callable
@@ -9,7 +9,7 @@ from sklearn.utils import gen_batches
 from skpose._parallel.tasks import LITTLE_WORK, TASKS_PER_JOB, WORK_PER_TASK
 from skpose._parallel.threads import in_threads
 
-TASKS_PER_JOB_UNEVEN = 16  # where some queries have many more candidates than others
+TASKS_PER_JOB_UNEVEN = 16  # where some rows, such as queries with many candidates, take much longer than others
 
 
 def over_rows(
