@@ -53,7 +53,9 @@ class FileCheckpoint:
         sync(self.path.parent)
 
     def add(self, notes: list[list]) -> None:
-        with self.path.open("a", encoding="utf-8") as file:
+        """Add notes to a file that has been started; raise a FileNotFoundError if it was removed since."""
+        with self.path.open("r+", encoding="utf-8") as file:
+            file.seek(0, os.SEEK_END)
             file.write(_lines(notes))
             file.flush()
             os.fsync(file.fileno())

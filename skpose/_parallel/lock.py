@@ -51,6 +51,16 @@ class Token(NamedTuple):
             return f"{self.path} cannot be read there ({error.strerror})"
         return None if found.get("token") == self.value else f"{self.path} is another file there"
 
+    def taken(self) -> str | None:
+        """Return which other process has a lock of this name, after the file of this one was removed; else None."""
+        try:
+            found = _content(self.path)
+        except OSError:
+            return None
+        if found.get("token") in (None, self.value):
+            return None
+        return f"{self.path} was removed, and is the lock of {_holder(found)} now"
+
 
 @contextmanager
 def locked(array_path: Path) -> Iterator[Token]:
@@ -79,9 +89,11 @@ def locked(array_path: Path) -> Iterator[Token]:
 
 
 def _remove(path: Path, descriptor: int) -> None:
-    """Remove the file and end its lock."""
+    """Remove the file, unless it is another one now, and end its lock."""
     if os.name == "posix":  # in this order, so that nobody locks a file that is about to be removed
-        path.unlink(missing_ok=True)
+        with contextlib.suppress(FileNotFoundError):
+            if os.path.samestat(os.fstat(descriptor), path.stat()):
+                path.unlink()
         os.close(descriptor)
         return
     os.close(descriptor)  # elsewhere an open file cannot be removed
@@ -115,15 +127,19 @@ def _in_use(path: Path, array_path: Path) -> str:
         found = _content(path)
     except OSError:
         found = {}
-    holder = "a process that began just now"
-    if "process" in found:
-        holder = f"process {found['process']} on {found['host']}"
-        if (found["process"], found["host"]) == (os.getpid(), socket.gethostname()):
-            holder = f"another thread of this process ({os.getpid()})"
     return (
-        f"{array_path} is being written by {holder}, which holds the lock {path}: wait until it has ended, or end it; "
-        "the same call then computes what is missing"
+        f"{array_path} is being written by {_holder(found)}, which holds the lock {path}: wait until it has ended, or "
+        "end it; the same call then computes what is missing"
     )
+
+
+def _holder(found: dict) -> str:
+    """Return who holds a lock, in words, by the content of its file."""
+    if "process" not in found or "host" not in found:
+        return "a process that began just now"
+    if (found["process"], found["host"]) == (os.getpid(), socket.gethostname()):
+        return f"another thread of this process ({os.getpid()})"
+    return f"process {found['process']} on {found['host']}"
 
 
 def _content(path: Path) -> dict:

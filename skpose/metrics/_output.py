@@ -75,7 +75,7 @@ class Destination:
         ValueError
             If the array holds the beginning of another matrix, or its file is no longer where it was.
         RuntimeError
-            If another process or thread writes it.
+            If another process or thread writes it, or something else changed it meanwhile.
         """
         target = self._target
         if target is None:
@@ -83,8 +83,7 @@ class Destination:
             return
         path = target.path
         with nullcontext() if path is None else locked(path) as token:
-            if isinstance(target, FileTarget):
-                target.check_mapped(self.array)
+            target.check(self.array)
             checkpoint = AttributeCheckpoint(self.array.attrs) if path is None else FileCheckpoint(path)
             with target.opened() as writer:
                 run = ResumedRun(tiling, fingerprint, target=target, writer=writer, token=token, checkpoint=checkpoint)
@@ -93,6 +92,7 @@ class Destination:
                 finally:
                     run.save()
                     checkpoint.save()
+                run.check()
             checkpoint.remove()
 
 
