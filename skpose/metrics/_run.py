@@ -24,6 +24,7 @@ from skpose.metrics._tiles import Tile, Tiling
 from skpose.metrics._writers import ArrayWriter, Target, Writer
 
 NOTE_LENGTH = 8  # of a tile: its four indices, two checksums, the two fields of Unconverged
+LARGEST_EDGE = 2**31  # of tiles in notes, which may be longer than the matrix
 SAMPLE = 32  # tiles that are read again at the end, at most; and no more than one of eight, but the first and the last
 SECONDS = 1.0  # between two times that tiles are noted, at least
 
@@ -134,8 +135,10 @@ class ResumedRun:
                     f"delete {checkpoint} to write over them"
                 )
             self._head = found[0]
-            tiling = tiling._replace(edge=self._head["edge"])
-            self._noted = [tuple(note) for note in found[1] if len(note) == NOTE_LENGTH]
+            tiling = tiling._replace(edge=self._head.get("edge"))
+            if not _is_whole(tiling.edge) or not 0 < tiling.edge <= LARGEST_EDGE:
+                raise checkpoint.not_notes()
+            self._noted = _valid(found[1], tiling)
         self.tiling, self._writer, self._checkpoint = tiling, writer, checkpoint
         self.output = None if token is None else WorkerOutput(target, token, tiling, computer())
         self._token = token
@@ -248,6 +251,22 @@ class ResumedRun:
         except FileNotFoundError:  # removed meanwhile
             self._checkpoint.start(self._head, [*self._notes])
         self._saved = time.monotonic()
+
+
+def _valid(notes: list[list], tiling: Tiling) -> list[Note]:
+    """Return the notes on tiles of this tiling, the last one on each: a file may hold anything."""
+    return list({note[:4]: note for note in map(tuple, notes) if _is_valid(note, tiling)}.values())
+
+
+def _is_valid(note: Note, tiling: Tiling) -> bool:
+    if len(note) != NOTE_LENGTH or not all(map(_is_whole, note[:7])) or type(note[7]) not in (int, float):
+        return False
+    tile = Tile(*note[:4])
+    return note[6] >= 0 and tiling.has(tile)
+
+
+def _is_whole(number: Any) -> bool:
+    return type(number) is int  # True is another type
 
 
 def _is_intact(writer: Writer, tiling: Tiling, note: Note) -> bool:

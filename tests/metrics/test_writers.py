@@ -1,6 +1,7 @@
 """Writers of tiles: every byte by position, notes only of what the disk has, one destination for one call at a time."""
 
 import errno
+import json
 import os
 import shutil
 import threading
@@ -434,6 +435,70 @@ def test_notes_that_are_removed_meanwhile_are_written_again(tmp_path, X):
     with counted() as tiles:
         pose_distances(X, skeleton=TREE, out=out)
     assert len(tiles) == 35
+
+
+@pytest.mark.parametrize("edge", [-16, 0, "16", 16.0, 16.5, True, None, [16], 10**30, "missing"])
+def test_notes_with_another_head_are_an_error(tmp_path, X, edge):
+    path = tmp_path / "D.npy"
+    out = np.lib.format.open_memmap(path, mode="w+", shape=(150, 150))
+    with stopped_after(5):
+        pose_distances(X, skeleton=TREE, out=out)
+    head, *notes = FileCheckpoint(path).path.read_text().splitlines()
+    head = {**json.loads(head), "edge": edge}
+    if edge == "missing":
+        del head["edge"]
+    content = "\n".join([json.dumps(head), *notes])
+    FileCheckpoint(path).path.write_text(content)
+    with pytest.raises(ValueError, match=r"D\.npy\.progress is where skpose keeps its notes, but it holds something"):
+        pose_distances(X, skeleton=TREE, out=out)
+    assert FileCheckpoint(path).path.read_text() == content
+
+
+@pytest.mark.parametrize("attribute", ["x", {}, [], 0, {"head": 1, "notes": 2}, {"head": {}, "notes": []}], ids=str)
+def test_an_attribute_that_is_no_notes_is_an_error(X, attribute):
+    out = zarr.create_array({}, shape=(150, 150), dtype="f8", chunks=(16, 16))
+    out.attrs["skpose.unfinished"] = attribute
+    with pytest.raises(ValueError, match=r"the attribute 'skpose\.unfinished' of out is where .* delete it"):
+        pose_distances(X, skeleton=TREE, out=out)
+
+
+DAMAGED = {
+    "words": ["a"] * 8,
+    "null": [None] * 8,
+    "nested": [[1]] * 8,
+    "objects": [{}] * 8,
+    "true": [False, 16, False, 16, True, True, False, 0.0],
+    "below": [-16, 0, -16, 0, 0, 0, 0, 0.0],
+    "far rows": [0, 10**15, 0, 16, 0, 0, 0, 0.0],
+    "far away": [160, 176, 160, 176, 0, 0, 0, 0.0],
+    "between": [1, 17, 16, 32, 0, 0, 0, 0.0],
+    "lower triangle": [16, 32, 0, 16, 0, 0, 0, 0.0],
+    "empty": [0, 0, 0, 0, 0, 0, 0, 0.0],
+    "short": [0, 16, 0, 16, 0, 0, 0],
+}
+
+
+@pytest.mark.parametrize("fields", [*DAMAGED, "floats", "count", "gap", "negative count", "twice", "brackets"])
+def test_notes_that_are_no_tiles_of_the_matrix_are_ignored(tmp_path, X, computed, fields):
+    path = tmp_path / "D.npy"
+    out = np.lib.format.open_memmap(path, mode="w+", shape=(150, 150))
+    with stopped_after(5):
+        pose_distances(X, skeleton=TREE, out=out)
+    head, *notes = FileCheckpoint(path).path.read_text().splitlines()
+    note = json.loads(notes[1])
+    changed = {
+        "floats": [float(number) for number in note],
+        "count": [*note[:6], "x", 0.0],
+        "gap": [*note[:7], "x"],
+        "negative count": [*note[:6], -1, 0.0],
+        "twice": note,
+    } | DAMAGED
+    notes[1] = "[" * 100_000 if fields == "brackets" else json.dumps(changed[fields])
+    FileCheckpoint(path).path.write_text("\n".join([head, *notes, notes[1], ""]))
+    computed.clear()
+    pose_distances(X, skeleton=TREE, out=out)
+    assert len(computed) == (50 if fields == "twice" else 51)
+    np.testing.assert_array_equal(out, pose_distances(X, skeleton=TREE))
 
 
 def test_the_next_tile_is_computed_while_one_is_written(tmp_path, X, monkeypatch):

@@ -162,7 +162,7 @@ def test_a_file_system_without_locks_is_an_error(path, monkeypatch):
         pass
 
 
-@pytest.mark.parametrize("content", ["", "[", "[1]", '{"process": 1', "\xff"])
+@pytest.mark.parametrize("content", ["", "[", "[1]", '{"process": 1', '{"process": 1}', "\xff"])
 def test_a_holder_that_has_not_written_its_name_yet(path, content):
     with locked(path) as token:
         token.path.write_text(content)
