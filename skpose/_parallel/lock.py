@@ -19,6 +19,7 @@ from typing import NamedTuple
 from skpose._parallel.checkpoint import companion
 
 HELD = (errno.EAGAIN, errno.EACCES, errno.EDEADLK)  # by another one
+NO_LINK = getattr(os, "O_NOFOLLOW", 0)  # a file that a link leads to would be emptied
 BEYOND = 2**30  # a byte after the text of the file: on Windows nobody can read a byte that is locked
 
 if sys.platform == "win32":
@@ -70,6 +71,8 @@ def locked(array_path: Path) -> Iterator[Token]:
     ------
     RuntimeError
         If another process or thread holds it.
+    OSError
+        If the file cannot be made, written or locked.
     """
     path = companion(array_path, "lock")
     descriptor = _locked_file(path, array_path)
@@ -77,15 +80,22 @@ def locked(array_path: Path) -> Iterator[Token]:
     try:
         token = Token(path, uuid.uuid4().hex)
         content = {"process": os.getpid(), "host": socket.gethostname(), "token": token.value}
-        os.ftruncate(descriptor, 0)
-        os.lseek(descriptor, 0, os.SEEK_SET)
-        os.write(descriptor, json.dumps(content).encode())
-        os.fsync(descriptor)  # so that other hosts see it too
+        try:
+            _write(descriptor, json.dumps(content).encode())
+        except OSError as error:
+            raise _not_made(error, path, array_path) from None
         yield token
     finally:
         if descriptor in _held:  # not in a process that was forked here
             _held.remove(descriptor)
             _remove(path, descriptor)
+
+
+def _write(descriptor: int, content: bytes) -> None:
+    os.ftruncate(descriptor, 0)
+    os.lseek(descriptor, 0, os.SEEK_SET)
+    os.write(descriptor, content)
+    os.fsync(descriptor)  # so that other hosts see it too
 
 
 def _remove(path: Path, descriptor: int) -> None:
@@ -104,7 +114,10 @@ def _remove(path: Path, descriptor: int) -> None:
 def _locked_file(path: Path, array_path: Path) -> int:
     """Return a descriptor of the lock file, with the lock."""
     while True:
-        descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+        try:
+            descriptor = os.open(path, os.O_RDWR | os.O_CREAT | NO_LINK, 0o666)
+        except OSError as error:
+            raise _not_made(error, path, array_path) from None
         try:
             _lock(descriptor)
         except OSError as error:
@@ -120,6 +133,30 @@ def _locked_file(path: Path, array_path: Path) -> int:
             if os.path.samestat(os.fstat(descriptor), path.stat()):
                 return descriptor
         os.close(descriptor)  # its holder removed it after it was opened here
+
+
+def _not_made(error: OSError, path: Path, array_path: Path) -> OSError:
+    """Return the error of a lock file that cannot be opened or written, with what to do about it."""
+    number, reason = error.errno, error.strerror
+    if number == errno.ENAMETOOLONG:
+        remedy = f"give {array_path.name} a shorter name"
+    elif path.is_symlink():
+        reason, remedy = "it is a symbolic link, which skpose does not follow", "remove the link"
+    elif path.is_dir():
+        reason, remedy = "it is a folder", "move it away"
+    elif number in (errno.ENOSPC, errno.EDQUOT):
+        remedy = "free some space there"
+    elif number == errno.ENOENT:
+        remedy = f"create the folder {path.parent} again, and {array_path.name} in it"
+    elif path.exists() and not os.access(path, os.W_OK):
+        remedy = "it may be left over from another user's call: have it removed, once that call has ended"
+    else:
+        remedy = f"get permission to write in the folder {path.parent}, or choose another one for {array_path.name}"
+    return OSError(
+        number,
+        f"{path} cannot be made ({reason}). It is the lock that keeps two processes from writing {array_path.name} at "
+        f"the same time: {remedy}",
+    )
 
 
 def _in_use(path: Path, array_path: Path) -> str:
