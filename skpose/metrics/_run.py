@@ -135,9 +135,10 @@ class ResumedRun:
                     f"delete {checkpoint} to write over them"
                 )
             self._head = found[0]
-            tiling = tiling._replace(edge=self._head.get("edge"))
-            if not _is_whole(tiling.edge) or not 0 < tiling.edge <= LARGEST_EDGE:
+            edge: Any = self._head.get("edge")
+            if not _is_whole(edge) or not 0 < edge <= LARGEST_EDGE:
                 raise checkpoint.not_notes()
+            tiling = tiling._replace(edge=edge)
             self._noted = _valid(found[1], tiling)
         self.tiling, self._writer, self._checkpoint = tiling, writer, checkpoint
         self.output = None if token is None else WorkerOutput(target, token, tiling, computer())
