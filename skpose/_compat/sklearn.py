@@ -8,6 +8,7 @@ import numpy as np
 from sklearn.base import _fit_context as fit_context
 from sklearn.utils._param_validation import (
     HasMethods,
+    Hidden,
     Interval,
     InvalidParameterError,
     RealNotInt,
@@ -124,6 +125,7 @@ except ImportError:  # before scikit-learn 1.9
 __all__ = [
     "CallbackSupportMixin",
     "HasMethods",
+    "Hidden",
     "InstanceOf",
     "Interval",
     "RealNotInt",

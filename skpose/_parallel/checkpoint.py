@@ -42,8 +42,12 @@ class FileCheckpoint:
             return None
         head = _parsed(head)
         if not isinstance(head, dict) or IDENTITY not in head:
-            raise ValueError(f"{self.path} is where skpose keeps its notes, but it holds something else; move it away")
+            raise self.not_notes()
         return head, [note for note in map(_parsed, notes) if isinstance(note, list)]
+
+    def not_notes(self) -> ValueError:
+        """Return the error for a file that is no notes."""
+        return ValueError(f"{self.path} is where skpose keeps its notes, but it holds something else; move it away")
 
     def start(self, head: Mapping[str, Any], notes: list[list]) -> None:
         """Replace all earlier notes, or keep all of them if that fails."""
@@ -53,7 +57,9 @@ class FileCheckpoint:
         sync(self.path.parent)
 
     def add(self, notes: list[list]) -> None:
-        with self.path.open("a", encoding="utf-8") as file:
+        """Add notes to a file that has been started; raise a FileNotFoundError if it was removed since."""
+        with self.path.open("r+", encoding="utf-8") as file:
+            file.seek(0, os.SEEK_END)
             file.write(_lines(notes))
             file.flush()
             os.fsync(file.fileno())
@@ -73,7 +79,7 @@ def _lines(contents: list) -> str:
 def _parsed(line: str) -> Any:
     try:
         return json.loads(line)
-    except ValueError:
+    except (ValueError, RecursionError):  # the latter of brackets in brackets
         return None
 
 
@@ -91,7 +97,16 @@ class AttributeCheckpoint:
     def read(self) -> tuple[dict[str, Any], list[list]] | None:
         """Return the head and the notes; None if there are none."""
         content = self.attributes.get(ATTRIBUTE)
-        return None if content is None else (content["head"], content["notes"])
+        if content is None:
+            return None
+        head, notes = (content.get(key) if isinstance(content, dict) else None for key in ("head", "notes"))
+        if not isinstance(head, dict) or IDENTITY not in head or not isinstance(notes, list):
+            raise self.not_notes()
+        return head, [note for note in notes if isinstance(note, list)]
+
+    def not_notes(self) -> ValueError:
+        """Return the error for an attribute that is no notes."""
+        return ValueError(f"{self} of out is where skpose keeps its notes, but it holds something else; delete it")
 
     def start(self, head: Mapping[str, Any], notes: list[list]) -> None:
         """Replace all earlier notes."""

@@ -19,6 +19,7 @@ from typing import NamedTuple
 from skpose._parallel.checkpoint import companion
 
 HELD = (errno.EAGAIN, errno.EACCES, errno.EDEADLK)  # by another one
+NO_LINK = getattr(os, "O_NOFOLLOW", 0)  # a file that a link leads to would be emptied
 BEYOND = 2**30  # a byte after the text of the file: on Windows nobody can read a byte that is locked
 
 if sys.platform == "win32":
@@ -51,6 +52,16 @@ class Token(NamedTuple):
             return f"{self.path} cannot be read there ({error.strerror})"
         return None if found.get("token") == self.value else f"{self.path} is another file there"
 
+    def taken(self) -> str | None:
+        """Return which other process has a lock of this name, after the file of this one was removed; else None."""
+        try:
+            found = _content(self.path)
+        except OSError:
+            return None
+        if found.get("token") in (None, self.value):
+            return None
+        return f"{self.path} was removed, and is the lock of {_holder(found)} now"
+
 
 @contextmanager
 def locked(array_path: Path) -> Iterator[Token]:
@@ -60,6 +71,8 @@ def locked(array_path: Path) -> Iterator[Token]:
     ------
     RuntimeError
         If another process or thread holds it.
+    OSError
+        If the file cannot be made, written or locked.
     """
     path = companion(array_path, "lock")
     descriptor = _locked_file(path, array_path)
@@ -67,10 +80,10 @@ def locked(array_path: Path) -> Iterator[Token]:
     try:
         token = Token(path, uuid.uuid4().hex)
         content = {"process": os.getpid(), "host": socket.gethostname(), "token": token.value}
-        os.ftruncate(descriptor, 0)
-        os.lseek(descriptor, 0, os.SEEK_SET)
-        os.write(descriptor, json.dumps(content).encode())
-        os.fsync(descriptor)  # so that other hosts see it too
+        try:
+            _write(descriptor, json.dumps(content).encode())
+        except OSError as error:
+            raise _not_made(error, path, array_path) from None
         yield token
     finally:
         if descriptor in _held:  # not in a process that was forked here
@@ -78,10 +91,19 @@ def locked(array_path: Path) -> Iterator[Token]:
             _remove(path, descriptor)
 
 
+def _write(descriptor: int, content: bytes) -> None:
+    os.ftruncate(descriptor, 0)
+    os.lseek(descriptor, 0, os.SEEK_SET)
+    os.write(descriptor, content)
+    os.fsync(descriptor)  # so that other hosts see it too
+
+
 def _remove(path: Path, descriptor: int) -> None:
-    """Remove the file and end its lock."""
+    """Remove the file, unless it is another one now, and end its lock."""
     if os.name == "posix":  # in this order, so that nobody locks a file that is about to be removed
-        path.unlink(missing_ok=True)
+        with contextlib.suppress(FileNotFoundError):
+            if os.path.samestat(os.fstat(descriptor), path.stat()):
+                path.unlink()
         os.close(descriptor)
         return
     os.close(descriptor)  # elsewhere an open file cannot be removed
@@ -92,7 +114,10 @@ def _remove(path: Path, descriptor: int) -> None:
 def _locked_file(path: Path, array_path: Path) -> int:
     """Return a descriptor of the lock file, with the lock."""
     while True:
-        descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+        try:
+            descriptor = os.open(path, os.O_RDWR | os.O_CREAT | NO_LINK, 0o666)
+        except OSError as error:
+            raise _not_made(error, path, array_path) from None
         try:
             _lock(descriptor)
         except OSError as error:
@@ -110,20 +135,48 @@ def _locked_file(path: Path, array_path: Path) -> int:
         os.close(descriptor)  # its holder removed it after it was opened here
 
 
+def _not_made(error: OSError, path: Path, array_path: Path) -> OSError:
+    """Return the error of a lock file that cannot be opened or written, with what to do about it."""
+    number, reason = error.errno, error.strerror
+    if number == errno.ENAMETOOLONG:
+        remedy = f"give {array_path.name} a shorter name"
+    elif path.is_symlink():
+        reason, remedy = "it is a symbolic link, which skpose does not follow", "remove the link"
+    elif path.is_dir():
+        reason, remedy = "it is a folder", "move it away"
+    elif number in (errno.ENOSPC, errno.EDQUOT):
+        remedy = "free some space there"
+    elif number == errno.ENOENT:
+        remedy = f"create the folder {path.parent} again, and {array_path.name} in it"
+    elif path.exists() and not os.access(path, os.W_OK):
+        remedy = "it may be left over from another user's call: have it removed, once that call has ended"
+    else:
+        remedy = f"get permission to write in the folder {path.parent}, or choose another one for {array_path.name}"
+    return OSError(
+        number,
+        f"{path} cannot be made ({reason}). It is the lock that keeps two processes from writing {array_path.name} at "
+        f"the same time: {remedy}",
+    )
+
+
 def _in_use(path: Path, array_path: Path) -> str:
     try:
         found = _content(path)
     except OSError:
         found = {}
-    holder = "a process that began just now"
-    if "process" in found:
-        holder = f"process {found['process']} on {found['host']}"
-        if (found["process"], found["host"]) == (os.getpid(), socket.gethostname()):
-            holder = f"another thread of this process ({os.getpid()})"
     return (
-        f"{array_path} is being written by {holder}, which holds the lock {path}: wait until it has ended, or end it; "
-        "the same call then computes what is missing"
+        f"{array_path} is being written by {_holder(found)}, which holds the lock {path}: wait until it has ended, or "
+        "end it; the same call then computes what is missing"
     )
+
+
+def _holder(found: dict) -> str:
+    """Return who holds a lock, in words, by the content of its file."""
+    if "process" not in found or "host" not in found:
+        return "a process that began just now"
+    if (found["process"], found["host"]) == (os.getpid(), socket.gethostname()):
+        return f"another thread of this process ({os.getpid()})"
+    return f"process {found['process']} on {found['host']}"
 
 
 def _content(path: Path) -> dict:

@@ -5,6 +5,7 @@ numbers of each tile, or only the checksums of those that a worker has written.
 """
 
 import mmap
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from typing import Any
@@ -32,15 +33,7 @@ class Destination:
 
     def __init__(self, array: Any, shape: tuple[int, int], dtype: np.dtype):
         self.array: Any = np.empty(shape, dtype) if array is None else array
-        flags = getattr(self.array, "flags", None)
-        usable = flags is None or (flags.writeable and flags.aligned)
-        found = tuple(getattr(self.array, "shape", ())), getattr(self.array, "dtype", None)
-        if found != (shape, dtype) or not usable or getattr(self.array, "read_only", False):
-            state = "" if flags is None or flags.writeable else ", read-only"
-            raise ValueError(
-                f"out must be a writeable {dtype} array of shape {shape}, got "
-                f"{type(array).__name__ if found[1] is None else f'{found[1]} {found[0]}{state}'}"
-            )
+        _check(self.array, shape, dtype)
         mapping = _mapping_of(self.array)
         self._plain = ArrayWriter(self.array, mapping)
         self._target = _target_of(self.array, mapping)
@@ -75,7 +68,7 @@ class Destination:
         ValueError
             If the array holds the beginning of another matrix, or its file is no longer where it was.
         RuntimeError
-            If another process or thread writes it.
+            If another process or thread writes it, or something else changed it meanwhile.
         """
         target = self._target
         if target is None:
@@ -83,8 +76,7 @@ class Destination:
             return
         path = target.path
         with nullcontext() if path is None else locked(path) as token:
-            if isinstance(target, FileTarget):
-                target.check_mapped(self.array)
+            target.check(self.array)
             checkpoint = AttributeCheckpoint(self.array.attrs) if path is None else FileCheckpoint(path)
             with target.opened() as writer:
                 run = ResumedRun(tiling, fingerprint, target=target, writer=writer, token=token, checkpoint=checkpoint)
@@ -93,7 +85,31 @@ class Destination:
                 finally:
                     run.save()
                     checkpoint.save()
+                run.check()
             checkpoint.remove()
+
+
+def _check(array: Any, shape: tuple[int, int], dtype: np.dtype) -> None:
+    """Raise an error unless this is an array of this shape and dtype that can be written."""
+    expected = f"out must be a writeable {dtype} array of shape {shape}"
+    if isinstance(array, str | os.PathLike):
+        raise TypeError(
+            f"{expected}, got the path {os.fspath(array)!r}: make the file with numpy.lib.format.open_memmap(path, "
+            f'mode="w+", dtype={str(dtype)!r}, shape={shape}), or open it with mode="r+", and give that'
+        )
+    if hasattr(array, "iloc"):  # of pandas and the like, whose items are columns
+        raise TypeError(f"{expected}, got a {type(array).__name__}: call without out, and make one of the result")
+    found = tuple(getattr(array, "shape", ())), getattr(array, "dtype", None)
+    flags = getattr(array, "flags", None)
+    read_only = getattr(array, "read_only", False) or (flags is not None and not flags.writeable)
+    state = ", read-only" if read_only else ""
+    if flags is not None and not flags.aligned:
+        state += f", not aligned: begin at a byte that is a multiple of {dtype.alignment}"
+    if found != (shape, dtype) or state:
+        file = is_zarr(array) or isinstance(array, np.memmap)
+        remedy = ': open it with mode="r+"' if read_only and file else ""
+        got = type(array).__name__ if found[1] is None else f"{found[1]} {found[0]}{state}"
+        raise ValueError(f"{expected}, got {got}{remedy}")
 
 
 def _mapping_of(array: Any) -> mmap.mmap | None:

@@ -13,12 +13,12 @@ from numpy.typing import ArrayLike
 from sklearn import get_config
 from sklearn.utils import gen_batches
 
-from skpose._compat.sklearn import HasMethods, Interval, validate_params
+from skpose._compat.sklearn import Interval, validate_params
 from skpose._parallel.progress import progress
 from skpose.metrics._convergence import warn_of_unconverged
 from skpose.metrics._dask import is_lazy, lazy_distances
 from skpose.metrics._matrix import DistanceMatrix
-from skpose.metrics._registry import METRIC_CONSTRAINTS, resolve, warn_of_no_skeleton
+from skpose.metrics._registry import METRIC_CONSTRAINTS, OUT, resolve, warn_of_no_skeleton
 from skpose.skeleton import Skeleton
 from skpose.skeleton._units import warn_of_degrees
 from skpose.skeleton._validation import check_poses, check_same_width
@@ -27,7 +27,8 @@ CONSTRAINTS = METRIC_CONSTRAINTS | {"n_jobs": [None, Integral], "verbose": ["ver
 
 
 @validate_params(
-    CONSTRAINTS | {"out": [HasMethods(["__getitem__", "__setitem__"]), None]}, prefer_skip_nested_validation=True
+    CONSTRAINTS | {"out": OUT},
+    prefer_skip_nested_validation=True,
 )
 def pose_distances(
     X: ArrayLike,
@@ -110,7 +111,8 @@ def pose_distances(
         and got none; for an `out` of another shape or dtype, that holds the beginning of other distances, or whose
         file was moved or deleted after it was opened.
     RuntimeError
-        If joblib's workers die, or fail, several times in a row; if another process or thread writes into `out`.
+        If joblib's workers die, or fail, several times in a row; if another process or thread writes into `out`,
+        or something else changes it meanwhile.
     OSError
         If the file of `out` cannot be written, for example as the disk is full.
 

@@ -2,11 +2,12 @@
 
 from collections.abc import Callable
 from numbers import Integral
+from os import PathLike
 from typing import NamedTuple
 
 import numpy as np
 
-from skpose._compat.sklearn import Interval, StrOptions
+from skpose._compat.sklearn import HasMethods, Hidden, Interval, StrOptions
 from skpose._compiled import encode, geodesic, loops, measure
 from skpose._compiled.tree import Steps, Tree
 from skpose._warnings import warn
@@ -105,6 +106,7 @@ METRICS = {
 }
 
 # Constraints of the parameters that every function and estimator of distances has, for scikit-learn's validation.
+OUT = [HasMethods(["__getitem__", "__setitem__"]), Hidden(str), Hidden(PathLike), None]  # a path has its own error
 METRIC_CONSTRAINTS = {
     "skeleton": [IS_SKELETON, None],
     "metric": [StrOptions({"auto", *METRICS})],

@@ -24,6 +24,8 @@ from skpose.metrics._tiles import Tile, Tiling
 from skpose.metrics._writers import ArrayWriter, Target, Writer
 
 NOTE_LENGTH = 8  # of a tile: its four indices, two checksums, the two fields of Unconverged
+LARGEST_EDGE = 2**31  # of tiles in notes, which may be longer than the matrix
+SAMPLE = 32  # tiles that are read again at the end, at most; and no more than one of eight, but the first and the last
 SECONDS = 1.0  # between two times that tiles are noted, at least
 
 Checkpoint = FileCheckpoint | AttributeCheckpoint
@@ -133,12 +135,17 @@ class ResumedRun:
                     f"delete {checkpoint} to write over them"
                 )
             self._head = found[0]
-            tiling = tiling._replace(edge=self._head["edge"])
-            self._noted = [tuple(note) for note in found[1] if len(note) == NOTE_LENGTH]
+            edge: Any = self._head.get("edge")
+            if not _is_whole(edge) or not 0 < edge <= LARGEST_EDGE:
+                raise checkpoint.not_notes()
+            tiling = tiling._replace(edge=edge)
+            self._noted = _valid(found[1], tiling)
         self.tiling, self._writer, self._checkpoint = tiling, writer, checkpoint
         self.output = None if token is None else WorkerOutput(target, token, tiling, computer())
+        self._token = token
         self.tiles: list[Tile] = []
         self.unconverged: list[Unconverged] = []
+        self._notes: list[list] = []  # on all tiles that are complete, saved or not
         self._pending: list[list] = []  # notes that are not saved
         self._on_disk = True  # all that this process wrote of these
         self._saved = time.monotonic()
@@ -159,6 +166,7 @@ class ResumedRun:
         complete = {Tile(*note[:4]) for note in notes}
         self.tiles = [tile for tile in self.tiling.tiles() if tile not in complete]
         self.unconverged = [Unconverged(*note[6:]) for note in notes]
+        self._notes = [*notes]
 
     def _checked(self, note: Note) -> tuple[Note, bool]:
         return note, _is_intact(self._writer, self.tiling, note)
@@ -187,6 +195,36 @@ class ResumedRun:
         if self._pending:
             self._save(self._pending, self._on_disk)
 
+    def check(self) -> None:
+        """Raise an error if something else changed the destination meanwhile; for the end.
+
+        The file at the path must be the one that was written, and a sample of its tiles have their bytes. A file that
+        was emptied has lost the first tiles, so that they are in the sample.
+
+        Raises
+        ------
+        RuntimeError
+            If so. The notes are kept.
+        """
+        n_tiles = len(self._notes)
+        n_read = min(n_tiles, max(2, min(SAMPLE, n_tiles // 8)))
+        sample = [tuple(self._notes[i]) for i in np.linspace(0, n_tiles - 1, n_read).astype(int)]
+        change = self._taken() or self._writer.change()
+        if change is None and not all(_is_intact(self._writer, self.tiling, note) for note in sample):
+            change = "a complete tile does not have the numbers any more that were written"
+        if change is not None:
+            raise self._changed(change)
+
+    def _taken(self) -> str | None:
+        return None if self._token is None else self._token.taken()
+
+    def _changed(self, change: str) -> RuntimeError:
+        return RuntimeError(
+            f"out was changed by something else while it was being written: {change}. The notes on complete tiles are "
+            f"kept in {self._checkpoint}. Find what wrote there, such as a second start of a script that creates out "
+            'again; then open out with mode="r+" and make the same call, which computes what is missing'
+        )
+
     def _finish(self, result: tuple[Tile, Computed]) -> None:
         tile, computed = result
         checksums = computed.checksums
@@ -194,7 +232,9 @@ class ResumedRun:
             self._on_disk = False
             checksums = self._writer.write(tile, self.tiling.mirror_of(tile), computed.distances)
         self.unconverged.append(computed.unconverged)
-        self._pending.append([*tile, *(checksums or ()), *computed.unconverged])
+        note = [*tile, *(checksums or ()), *computed.unconverged]
+        self._notes.append(note)
+        self._pending.append(note)
         if time.monotonic() - self._saved > SECONDS and (self._saving is None or self._saving.done()):
             if self._saving is not None:
                 self._saving.result()  # raises its error
@@ -205,8 +245,29 @@ class ResumedRun:
     def _save(self, notes: list[list], on_disk: bool) -> None:
         if not on_disk:
             self._writer.sync()
-        self._checkpoint.add(notes)
+        if taken := self._taken():  # the notes are another call's too
+            raise self._changed(taken)
+        try:
+            self._checkpoint.add(notes)
+        except FileNotFoundError:  # removed meanwhile
+            self._checkpoint.start(self._head, [*self._notes])
         self._saved = time.monotonic()
+
+
+def _valid(notes: list[list], tiling: Tiling) -> list[Note]:
+    """Return the notes on tiles of this tiling, the last one on each: a file may hold anything."""
+    return list({note[:4]: note for note in map(tuple, notes) if _is_valid(note, tiling)}.values())
+
+
+def _is_valid(note: Note, tiling: Tiling) -> bool:
+    if len(note) != NOTE_LENGTH or not all(map(_is_whole, note[:7])) or type(note[7]) not in (int, float):
+        return False
+    tile = Tile(*note[:4])
+    return note[6] >= 0 and tiling.has(tile)
+
+
+def _is_whole(number: Any) -> bool:
+    return type(number) is int  # True is another type
 
 
 def _is_intact(writer: Writer, tiling: Tiling, note: Note) -> bool:

@@ -42,6 +42,15 @@ class Tiling(NamedTuple):
             for left in range(top if self.symmetric else 0, n_columns, self.edge)
         ]
 
+    def has(self, tile: Tile) -> bool:
+        """Return whether this is one of the tiles."""
+        n_rows, n_columns = self.shape
+        top, left = tile.top, tile.left
+        inside = 0 <= top < n_rows and (top if self.symmetric else 0) <= left < n_columns
+        if not inside or top % self.edge or left % self.edge:
+            return False
+        return (tile.bottom, tile.right) == (min(top + self.edge, n_rows), min(left + self.edge, n_columns))
+
     def in_chunks(self, chunk: int, longest: int) -> "Tiling":
         """Return tiles that are made of whole square chunks of this edge, unless they would be longer than this."""
         return self if chunk > longest else self._replace(edge=max(chunk, self.edge // chunk * chunk))

@@ -36,6 +36,9 @@ class Writer(Protocol):
     def sync(self) -> None:
         """Wait until all that was written is on the disk."""
 
+    def change(self) -> str | None:
+        """Return why what others find at the path is not what is written here; None if it is."""
+
 
 class Target(Protocol):
     """A matrix that outlives this process."""
@@ -50,6 +53,9 @@ class Target(Protocol):
 
     def obstacle(self, here: bool) -> str | None:
         """Return why this process cannot write there, None if it can; `here` is the computer of the client."""
+
+    def check(self, array: Any) -> None:
+        """Raise an error unless what is written there is what is in the array."""
 
     def opened(self) -> AbstractContextManager[Writer]:
         """Open it for writing."""
@@ -114,8 +120,8 @@ class FileTarget(NamedTuple):
             return f"{self.path} is on {kind}, where two computers cannot write one file, but a zarr array in a folder"
         return None
 
-    def check_mapped(self, array: np.memmap) -> None:
-        """Raise an error unless a byte that changes in the array changes in the file."""
+    def check(self, array: np.memmap) -> None:
+        """Change a byte in the array and look for it in the file."""
         seen = []
         if self.obstacle(here=True) is None:
             last = np.asarray(array.T if self.by_columns else array).reshape(-1).view(np.uint8)[-1:]
@@ -165,6 +171,16 @@ class FileWriter:
 
     def sync(self) -> None:
         fdatasync(self._descriptor)
+
+    def change(self) -> str | None:
+        path = self._target.path
+        try:
+            found = path.stat()
+        except OSError as error:
+            return f"{path} cannot be found any more ({error.strerror})"
+        if not os.path.samestat(found, os.fstat(self._descriptor)):
+            return f"{path} is another file now"
+        return None if found.st_size >= self._target.n_bytes else f"{path} is shorter now"
 
     def _put(self, tile: Tile, distances: np.ndarray, transposed: bool) -> int:
         """Write the distances, transposed or not, where the file has this tile; return the checksum."""

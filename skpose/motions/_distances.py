@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from skpose._compat.sklearn import HasMethods, Interval, StrOptions, validate_params
+from skpose._compat.sklearn import Interval, StrOptions, validate_params
 from skpose.metrics._convergence import warn_of_unconverged
-from skpose.metrics._registry import METRIC_CONSTRAINTS, resolve, warn_of_no_skeleton
+from skpose.metrics._registry import METRIC_CONSTRAINTS, OUT, resolve, warn_of_no_skeleton
 from skpose.motions._inputs import Sequences, check_motions
 from skpose.motions._matrix import ALIGNMENTS, MotionMatrix
 from skpose.skeleton import Skeleton
@@ -22,7 +22,11 @@ MOTION_CONSTRAINTS = METRIC_CONSTRAINTS | ALIGNMENT_CONSTRAINTS | {"n_jobs": [No
 
 
 @validate_params(
-    MOTION_CONSTRAINTS | {"normalize": ["boolean"], "out": [HasMethods(["__getitem__", "__setitem__"]), None]},
+    MOTION_CONSTRAINTS
+    | {
+        "normalize": ["boolean"],
+        "out": OUT,
+    },
     prefer_skip_nested_validation=True,
 )
 def motion_distances(

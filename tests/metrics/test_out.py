@@ -283,6 +283,36 @@ def test_an_out_that_does_not_fit_is_refused(X, out, got):
         pose_distances(X, skeleton=TREE, out=out)
 
 
+@pytest.mark.parametrize("kind", ["npy", "zarr"])
+def test_a_file_that_is_open_for_reading_is_refused_with_what_to_do(tmp_path, X, kind):
+    if kind == "npy":
+        np.save(tmp_path / "D.npy", np.zeros((150, 150)))
+        out = np.load(tmp_path / "D.npy", mmap_mode="r")
+    else:
+        zarr.create_array(tmp_path / "D.zarr", shape=(150, 150), dtype="f8", chunks=(40, 50))
+        out = zarr.open_array(tmp_path / "D.zarr", mode="r")
+    with pytest.raises(ValueError, match=r'got float64 \(150, 150\), read-only: open it with mode="r\+"'):
+        pose_distances(X, skeleton=TREE, out=out)
+
+
+def test_a_file_whose_numbers_are_not_aligned_is_refused(tmp_path, X):
+    out = np.memmap(tmp_path / "D", float, "w+", shape=(150, 150), offset=3)
+    with pytest.raises(ValueError, match=r"got float64 \(150, 150\), not aligned: begin at a byte .* multiple of 8"):
+        pose_distances(X, skeleton=TREE, out=out)
+
+
+@pytest.mark.parametrize("out", ["D.npy", Path("D.npy")])
+def test_a_path_is_refused_with_the_call_that_makes_the_file(X, out):
+    with pytest.raises(TypeError, match=r"got the path 'D\.npy': make the file with numpy\.lib\.format\.open_memmap"):
+        pose_distances(X, skeleton=TREE, out=out)
+
+
+def test_a_data_frame_is_refused(X):
+    pandas = pytest.importorskip("pandas")
+    with pytest.raises(TypeError, match=r"got a DataFrame: call without out, and make one of the result"):
+        pose_distances(X, skeleton=TREE, out=pandas.DataFrame(np.zeros((150, 150))))
+
+
 PROGRAM = """
 import signal
 import numpy as np

@@ -1,9 +1,13 @@
 """Writers of tiles: every byte by position, notes only of what the disk has, one destination for one call at a time."""
 
 import errno
+import json
 import os
+import shutil
 import threading
+from contextlib import ExitStack
 from itertools import count
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +16,7 @@ from test_out import TREE, Stop, counted, reported, stopped_after
 
 from skpose import pose_distances
 from skpose._parallel.checkpoint import FileCheckpoint
+from skpose._parallel.lock import locked
 from skpose.metrics import _run, _writers, _zarr_writer
 from skpose.metrics._matrix import DistanceMatrix
 from skpose.metrics._tiles import Tile, Tiling
@@ -65,7 +70,7 @@ def test_tiles_lie_where_the_mapping_has_them(tmp_path, monkeypatch, order, offs
     array = np.memmap(tmp_path / "D", dtype, "w+", shape=(60, 60), order=order, offset=offset)
     expected = np.zeros(array.shape, dtype)
     target = FileTarget.of(array)
-    target.check_mapped(array)
+    target.check(array)
     tiles = Tile(0, 20, 0, 20), Tile(7, 31, 40, 53), Tile(59, 60, 0, 60), Tile(31, 40, 0, 60), Tile(10, 11, 55, 56)
     with target.opened() as writer:
         for tile in tiles:
@@ -276,6 +281,224 @@ def test_a_mapping_of_a_file_that_is_not_there_any_more_is_refused(tmp_path, X, 
         pose_distances(X, skeleton=TREE, out=out)
     assert not out.any()
     assert what == "deleted" or path.read_bytes() == content[: path.stat().st_size]
+
+
+@pytest.fixture(params=["npy", "zarr", "zarr in memory"])
+def created(request, tmp_path):
+    """A function that creates an array that outlives its object, or creates it again."""
+    store = zarr.storage.MemoryStore() if request.param == "zarr in memory" else tmp_path / "D.zarr"
+
+    def create(chunks=(16, 16), **kind):
+        if request.param == "npy":
+            return np.lib.format.open_memmap(tmp_path / "D.npy", mode="w+", shape=(150, 150))
+        return zarr.create_array(store, **{"shape": (150, 150), "dtype": "f8"} | kind, chunks=chunks, overwrite=True)
+
+    def opened():
+        if request.param == "npy":
+            return np.lib.format.open_memmap(tmp_path / "D.npy", mode="r+")
+        return zarr.open_array(store, mode="r+")
+
+    create.opened = opened
+    return create
+
+
+@pytest.fixture
+def before_write(monkeypatch):
+    """A function that has something done before the tile of this number is written, from zero on."""
+
+    def do(number, action):
+        monkeypatch.setattr(_run, "SECONDS", 1e9)  # no thread is at work in the folder meanwhile
+        for writer in _writers.FileWriter, _zarr_writer.ZarrWriter:
+            calls, write = count(), writer.write
+
+            def written(self, *arguments, calls=calls, write=write):
+                if next(calls) == number:
+                    action()
+                return write(self, *arguments)
+
+            monkeypatch.setattr(writer, "write", written)
+
+    return do
+
+
+@pytest.mark.parametrize("n_tiles", [1, 30, 54])
+def test_an_array_that_is_created_again_while_it_is_written_is_an_error_and_can_be_continued(
+    created, X, before_write, computed, n_tiles
+):
+    """As by a script with mode="w+" that is started a second time."""
+    out = created()
+    before_write(n_tiles, created)
+    with pytest.raises(RuntimeError, match=r"out was changed by something else .*: a complete tile does not have"):
+        pose_distances(X, skeleton=TREE, out=out)
+    again = created.opened()
+    computed.clear()
+    pose_distances(X, skeleton=TREE, out=again)
+    assert len(computed) == n_tiles
+    np.testing.assert_array_equal(again[:], pose_distances(X, skeleton=TREE))
+
+
+@pytest.mark.parametrize("what", ["deleted", "moved", "replaced"])
+@pytest.mark.skipif(os.name != "posix", reason="elsewhere a mapped file stays where it is")
+def test_a_file_that_is_replaced_while_it_is_written_is_an_error(tmp_path, X, before_write, what):
+    path = tmp_path / "D.npy"
+
+    def change():
+        path.rename(tmp_path / "E.npy") if what == "moved" else path.unlink()
+        if what == "replaced":
+            np.save(path, np.zeros((150, 150)))
+
+    out = np.lib.format.open_memmap(path, mode="w+", shape=(150, 150))
+    before_write(54, change)
+    reason = "another file now" if what == "replaced" else r"cannot be found any more \(No such file"
+    with pytest.raises(RuntimeError, match=rf"out was changed by something else .*{reason}"):
+        pose_distances(X, skeleton=TREE, out=out)
+    assert len(FileCheckpoint(path).read()[1]) == 55
+    out = np.lib.format.open_memmap(path, mode="w+", shape=(150, 150))
+    pose_distances(X, skeleton=TREE, out=out)
+    np.testing.assert_array_equal(out, pose_distances(X, skeleton=TREE))
+
+
+KINDS = [{"chunks": (30, 30)}, {"dtype": "f4"}, {"shape": (140, 150)}, {"compressors": None}]
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=str)
+@pytest.mark.parametrize("when", ["before", "meanwhile"])
+def test_a_zarr_array_that_was_created_again_otherwise_is_refused(created, X, before_write, kind, when):
+    out = created()
+    if isinstance(out, np.ndarray):
+        pytest.skip("has no chunks")
+    if when == "before":
+        created(**kind)
+        with pytest.raises(ValueError, match=r"a zarr array that is not in its store any more: .* another .*Open it"):
+            pose_distances(X, skeleton=TREE, out=out)
+        assert not created.opened()[:].any()
+        return
+    before_write(50, lambda: created(**kind))
+    # In memory the notes have the first kind written back.
+    with pytest.raises(RuntimeError, match=r"out was changed by something else .*(with another|does not have)"):
+        pose_distances(X, skeleton=TREE, out=out)
+
+
+def test_a_zarr_array_without_its_folder_is_refused(tmp_path, X, monkeypatch):
+    kind = {"shape": (150, 150), "dtype": "f8", "chunks": (16, 16)}
+    monkeypatch.chdir(tmp_path)
+    out = zarr.create_array("D.zarr", **kind)
+    (tmp_path / "other").mkdir()
+    with monkeypatch.context() as patch:
+        patch.chdir(tmp_path / "other")
+        with pytest.raises(ValueError, match=r"other.D\.zarr cannot be opened .* by its absolute path"):
+            pose_distances(X, skeleton=TREE, out=out)
+    assert list((tmp_path / "other").iterdir()) == []
+    with reported(lambda: os.chdir("other") if Path.cwd() == tmp_path else None):  # which changes nothing any more
+        pose_distances(X, skeleton=TREE, out=out)
+    assert list((tmp_path / "other").iterdir()) == []
+    np.testing.assert_array_equal(zarr.open_array(tmp_path / "D.zarr")[:], pose_distances(X, skeleton=TREE))
+    os.chdir(tmp_path)
+    shutil.rmtree("D.zarr")
+    with pytest.raises(ValueError, match="a zarr array that is not in its store any more"):
+        pose_distances(X, skeleton=TREE, out=out)
+
+
+def test_a_second_call_after_the_folder_was_emptied_stops_the_first(tmp_path, X, monkeypatch):
+    """The lock goes with the folder, so that another call can begin: it keeps its lock and its notes."""
+    kind = {"shape": (150, 150), "dtype": "f8", "chunks": (16, 16)}
+    out, calls = zarr.create_array(tmp_path / "D.zarr", **kind), count(1)
+    monkeypatch.setattr("skpose._parallel.checkpoint.SECONDS", -1.0)
+
+    def begin_again():
+        if next(calls) == 20:
+            zarr.create_array(tmp_path / "D.zarr", **kind, overwrite=True)
+            stack.enter_context(locked(tmp_path / "D.zarr"))
+
+    with ExitStack() as stack:
+        with reported(begin_again), pytest.raises(RuntimeError, match=r"skpose.lock was removed, and is the lock of"):
+            pose_distances(X, skeleton=TREE, out=out)
+        assert next(calls) < 30
+        assert (tmp_path / "D.zarr" / "skpose.lock").exists()
+        assert not (tmp_path / "D.zarr" / "skpose.progress").exists()
+
+
+def test_notes_that_are_removed_meanwhile_are_written_again(tmp_path, X):
+    path, calls = tmp_path / "D.npy", count(1)
+    out = np.lib.format.open_memmap(path, mode="w+", shape=(150, 150))
+
+    def advance():
+        n_tiles = next(calls)
+        if n_tiles == 10:
+            FileCheckpoint(path).path.unlink()
+        elif n_tiles == 20:
+            raise Stop
+
+    with reported(advance), pytest.raises(Stop):
+        pose_distances(X, skeleton=TREE, out=out)
+    assert len({tuple(note) for note in FileCheckpoint(path).read()[1]}) == 20
+    with counted() as tiles:
+        pose_distances(X, skeleton=TREE, out=out)
+    assert len(tiles) == 35
+
+
+@pytest.mark.parametrize("edge", [-16, 0, "16", 16.0, 16.5, True, None, [16], 10**30, "missing"])
+def test_notes_with_another_head_are_an_error(tmp_path, X, edge):
+    path = tmp_path / "D.npy"
+    out = np.lib.format.open_memmap(path, mode="w+", shape=(150, 150))
+    with stopped_after(5):
+        pose_distances(X, skeleton=TREE, out=out)
+    head, *notes = FileCheckpoint(path).path.read_text().splitlines()
+    head = {**json.loads(head), "edge": edge}
+    if edge == "missing":
+        del head["edge"]
+    content = "\n".join([json.dumps(head), *notes])
+    FileCheckpoint(path).path.write_text(content)
+    with pytest.raises(ValueError, match=r"D\.npy\.progress is where skpose keeps its notes, but it holds something"):
+        pose_distances(X, skeleton=TREE, out=out)
+    assert FileCheckpoint(path).path.read_text() == content
+
+
+@pytest.mark.parametrize("attribute", ["x", {}, [], 0, {"head": 1, "notes": 2}, {"head": {}, "notes": []}], ids=str)
+def test_an_attribute_that_is_no_notes_is_an_error(X, attribute):
+    out = zarr.create_array({}, shape=(150, 150), dtype="f8", chunks=(16, 16))
+    out.attrs["skpose.unfinished"] = attribute
+    with pytest.raises(ValueError, match=r"the attribute 'skpose\.unfinished' of out is where .* delete it"):
+        pose_distances(X, skeleton=TREE, out=out)
+
+
+DAMAGED = {
+    "words": ["a"] * 8,
+    "null": [None] * 8,
+    "nested": [[1]] * 8,
+    "objects": [{}] * 8,
+    "true": [False, 16, False, 16, True, True, False, 0.0],
+    "below": [-16, 0, -16, 0, 0, 0, 0, 0.0],
+    "far rows": [0, 10**15, 0, 16, 0, 0, 0, 0.0],
+    "far away": [160, 176, 160, 176, 0, 0, 0, 0.0],
+    "between": [1, 17, 16, 32, 0, 0, 0, 0.0],
+    "lower triangle": [16, 32, 0, 16, 0, 0, 0, 0.0],
+    "empty": [0, 0, 0, 0, 0, 0, 0, 0.0],
+    "short": [0, 16, 0, 16, 0, 0, 0],
+}
+
+
+@pytest.mark.parametrize("fields", [*DAMAGED, "floats", "count", "gap", "negative count", "twice", "brackets"])
+def test_notes_that_are_no_tiles_of_the_matrix_are_ignored(tmp_path, X, computed, fields):
+    path = tmp_path / "D.npy"
+    out = np.lib.format.open_memmap(path, mode="w+", shape=(150, 150))
+    with stopped_after(5):
+        pose_distances(X, skeleton=TREE, out=out)
+    head, *notes = FileCheckpoint(path).path.read_text().splitlines()
+    note = json.loads(notes[1])
+    changed = {
+        "floats": [float(number) for number in note],
+        "count": [*note[:6], "x", 0.0],
+        "gap": [*note[:7], "x"],
+        "negative count": [*note[:6], -1, 0.0],
+        "twice": note,
+    } | DAMAGED
+    notes[1] = "[" * 100_000 if fields == "brackets" else json.dumps(changed[fields])
+    FileCheckpoint(path).path.write_text("\n".join([head, *notes, notes[1], ""]))
+    computed.clear()
+    pose_distances(X, skeleton=TREE, out=out)
+    assert len(computed) == (50 if fields == "twice" else 51)
+    np.testing.assert_array_equal(out, pose_distances(X, skeleton=TREE))
 
 
 def test_the_next_tile_is_computed_while_one_is_written(tmp_path, X, monkeypatch):

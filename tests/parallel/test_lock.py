@@ -162,7 +162,73 @@ def test_a_file_system_without_locks_is_an_error(path, monkeypatch):
         pass
 
 
-@pytest.mark.parametrize("content", ["", "[", "[1]", '{"process": 1', "\xff"])
+def refused(path):
+    """Return the message of an error about the file of the lock."""
+    with pytest.raises(OSError, match="It is the lock that keeps two processes from writing") as caught, locked(path):
+        pass
+    assert str(path.with_name(f"{path.name}.lock")) in str(caught.value)
+    return str(caught.value)
+
+
+@pytest.mark.skipif(not hasattr(os, "O_NOFOLLOW"), reason="this system cannot refuse links")
+@pytest.mark.parametrize("name", ["precious", "missing"])
+def test_a_link_is_no_lock_and_what_it_leads_to_stays(path, name):
+    other = path.with_name(name)
+    if name == "precious":
+        other.write_text("precious")
+    path.with_name("D.npy.lock").symlink_to(other)
+    assert "it is a symbolic link, which skpose does not follow" in refused(path)
+    assert other.exists() == (name == "precious")
+    assert name == "missing" or other.read_text() == "precious"
+
+
+def test_a_folder_is_no_lock(path):
+    path.with_name("D.npy.lock").mkdir()
+    assert "(it is a folder)" in refused(path)
+
+
+def test_a_folder_that_is_missing_or_a_name_that_is_too_long(path):
+    assert "create the folder" in refused(path.parent / "missing" / "D.npy")
+    if os.name == "posix":
+        assert "a shorter name" in refused(path.with_name("x" * 250 + ".npy"))
+
+
+@pytest.mark.parametrize(
+    ("number", "remedy"),
+    [(errno.EACCES, "get permission to write in the folder"), (errno.EROFS, "or choose another one for D.npy")],
+)
+def test_a_folder_in_which_nobody_may_write(path, monkeypatch, number, remedy):
+    def refuse(*_):
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(lock.os, "open", refuse)
+    message = refused(path)
+    assert remedy in message
+    assert os.strerror(number) in message
+
+
+def test_a_lock_of_another_user(path, monkeypatch):
+    def refuse(*_):
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    path.with_name("D.npy.lock").touch()
+    monkeypatch.setattr(lock.os, "open", refuse)
+    monkeypatch.setattr(lock.os, "access", lambda *_: False)  # root may write everything
+    assert "have it removed, once that call has ended" in refused(path)
+
+
+def test_a_full_disk_leaves_no_lock(path, monkeypatch):
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(lock.os, "write", full)
+        assert "(No space left on device)" in (message := refused(path))
+    assert "free some space" in message
+    assert list(path.parent.iterdir()) == []
+
+
+@pytest.mark.parametrize("content", ["", "[", "[1]", '{"process": 1', '{"process": 1}', "\xff"])
 def test_a_holder_that_has_not_written_its_name_yet(path, content):
     with locked(path) as token:
         token.path.write_text(content)
