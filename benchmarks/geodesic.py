@@ -64,7 +64,7 @@ class Energy:
         self.tree = tree_of(skeleton)
         gap = (end - start + np.pi) % (2 * np.pi) - np.pi
         line = start + np.linspace(0, 1, N_STEPS + 1)[:, None] * gap
-        poses = line[:, self.tree.column] * self.tree.sign
+        poses = np.ascontiguousarray(line[:, self.tree.column] * self.tree.sign)
         self.path, self.scratch, self.moments = path_and_scratch(self.tree, poses)
         self.gradient = np.empty(line.shape)
         self.start = self.path.poses[1:-1].ravel().copy()

@@ -47,6 +47,9 @@ class PageFaults:
 
     def write(self, tile, mirrored, distances):
         self.writer.write(tile, mirrored, distances)
+        return self.checksums(tile, mirrored)
+
+    def checksums(self, tile, mirrored):
         return [self.checksum(tile), 0 if mirrored is None else self.checksum(mirrored)]
 
     def checksum(self, tile):
@@ -59,6 +62,9 @@ class PageFaults:
 
     def sync(self):
         """Leave that to the end."""
+
+    def change(self):
+        """Look for none."""
 
 
 @contextmanager
