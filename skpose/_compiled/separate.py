@@ -2,7 +2,7 @@
 
 numba compiles a function into each of its callers again, and these into theirs. So what is many levels below the
 function that Python calls is compiled many times, and a large function takes seconds. A separate function is not a part
-of its callers. A call of it costs some nanoseconds, and nothing of it is inlined.
+of its callers, and nothing of it is inlined: it is for what takes microseconds.
 
 Callers refer to it by a symbol, which LLVM knows once the function has been compiled or loaded. numba's cache does not
 know about that: `load_separates` is for everything that is loaded from there.

@@ -36,4 +36,4 @@ REAL, WHOLE, FLAG = types.float64, types.int64, types.boolean
 VECTOR, MATRIX, CUBE = (array_type(REAL, ndim, readonly=False) for ndim in (1, 2, 3))
 FLAG_VECTOR, FLAG_MATRIX = (array_type(FLAG, ndim, readonly=False) for ndim in (1, 2))
 WHOLE_VECTOR = array_type(WHOLE, 1, readonly=False)
-TREE, STEPS = shared_types(np.dtype(np.float64))
+TREE, _ = shared_types(np.dtype(np.float64))

@@ -15,7 +15,7 @@ from skpose.io._source import Chunk, Source, n_lines
 from skpose.io._words import NUMBER, WHOLE, Token, complaint
 
 Line = tuple[int, str]  # its number, and its text without a comment
-FEW = 20  # frames that compiled code may leave before it has read as many
+MOST_LEFT = 20  # frames that compiled code may leave before it has read as many
 BEFORE_FRAME = re.compile(rb"\n(?=[0-9]{1,18}[ \t\r]*\n)")  # of most lines that `_frames` takes for a frame's number
 
 
@@ -137,7 +137,7 @@ def read_frames(source: Source, layout: Layout, first: Chunk) -> np.ndarray:
         while at < len(text):
             end = len(text)
             # To go back and forth costs more than compiled code saves, if most frames have something that it leaves.
-            parsers = compiled if n_left <= n_compiled + FEW else None
+            parsers = compiled if n_left <= n_compiled + MOST_LEFT else None
             if parsers is not None and last is not None:
                 table, n_bytes = layout.rows(np.frombuffer(text, np.uint8)[at:], last + 1, parsers)
                 tables.append(table)

@@ -26,10 +26,7 @@ from skpose.skeleton._validation import check_poses, check_same_width
 CONSTRAINTS = METRIC_CONSTRAINTS | {"n_jobs": [None, Integral], "verbose": ["verbose"]}
 
 
-@validate_params(
-    CONSTRAINTS | {"out": OUT},
-    prefer_skip_nested_validation=True,
-)
+@validate_params(CONSTRAINTS | {"out": OUT}, prefer_skip_nested_validation=True)
 def pose_distances(
     X: ArrayLike,
     Y: ArrayLike | None = None,

@@ -10,7 +10,7 @@ import pytest
 from conftest import DATA
 
 from skpose.io import MocapFormatError, _parsers, _source, load_amc, load_bvh, load_motion
-from skpose.io._amc_frames import FEW, Layout
+from skpose.io._amc_frames import MOST_LEFT, Layout
 
 ASF = DATA / "arm.asf"
 BLANKS = [
@@ -177,7 +177,7 @@ def test_of_frames_that_are_all_unusual_compiled_code_leaves_the_rest(both, monk
 
     monkeypatch.setattr(Layout, "rows", counted)
     both(load_amc, b":DEGREES\n" + FRAMES.replace(b" 2.5\n", b" 2.5e-17 # still\n"), ASF)
-    assert len(n_compiled) == FEW
+    assert len(n_compiled) == MOST_LEFT
 
 
 def test_real_files(cmu_folder, hdm05_folder, both):

@@ -1,13 +1,11 @@
-import threading
-
 import numpy as np
 import pytest
 import reference
+from competition import Competition
 from joblib import parallel_config
 
 from skpose import Bone, Skeleton, forward_kinematics, metric_tensor, position_jacobian
 from skpose._parallel import rows
-from skpose._parallel.threads import in_threads
 
 
 def test_positions_agree_with_the_reference(skeleton, poses):
@@ -70,33 +68,18 @@ def test_float32_in_float32_out(skeleton, poses):
 
 
 def test_the_number_of_threads_changes_nothing(skeleton, poses, monkeypatch):
-    used = []
-
-    def in_competing_threads(tasks, n_jobs):
-        """Run tasks in threads that wait until each one has a task."""
-        tasks, barrier, threads = list(tasks), threading.Barrier(n_jobs, timeout=60), set()
-        assert len(tasks) > n_jobs
-
-        def waiting(task):
-            barrier.wait()
-            threads.add(threading.get_ident())
-            return task()
-
-        results = in_threads([lambda task=task: waiting(task) for task in tasks[:n_jobs]] + tasks[n_jobs:], n_jobs)
-        used.append(len(threads))
-        return results
-
+    competition = Competition()
     many = np.concatenate([poses + 0.01 * k for k in range(5)])  # no whole number of registers in a task
     for angles in (many, many.astype(np.float32)):
         expected = forward_kinematics(angles, skeleton)
         with monkeypatch.context() as small:
             small.setattr(rows, "LITTLE_WORK", 1.0)
-            small.setattr(rows, "in_threads", in_competing_threads)
+            small.setattr(rows, "in_threads", competition)
             for n_jobs in (2, 3):
                 np.testing.assert_array_equal(forward_kinematics(angles, skeleton, n_jobs=n_jobs), expected)
             with parallel_config(n_jobs=4):
                 np.testing.assert_array_equal(forward_kinematics(angles, skeleton), expected)
-    assert used == [2, 3, 4] * 2
+    assert competition.n_threads == [2, 3, 4] * 2
 
 
 def test_one_pose_on_all_processors():

@@ -3,18 +3,17 @@
 import os
 import subprocess
 import sys
-import threading
 import tracemalloc
 
 import numpy as np
 import pandas as pd
 import pytest
 import reference
+from competition import Competition
 from conftest import SKELETONS, random_tree
 from joblib import parallel_config
 
 from skpose import Skeleton, pose_distances
-from skpose._parallel.threads import in_threads
 from skpose.metrics import _matrix
 from skpose.metrics._registry import METRICS
 
@@ -82,27 +81,6 @@ def test_a_triangle_larger_than_what_is_mirrored_at_once():
     np.testing.assert_array_equal(D, D.T)
     rows = [0, 511, 512, 1023, 1024, 1199]
     np.testing.assert_allclose(D[rows], pose_distances(X[rows], X, skeleton=Skeleton.chain(4)), rtol=1e-10, atol=1e-12)
-
-
-class Competition:
-    """`in_threads`, in which the first tasks wait until each thread has one."""
-
-    def __init__(self):
-        self.n_threads = []
-
-    def __call__(self, tasks, n_jobs):
-        tasks, barrier, threads = list(tasks), threading.Barrier(n_jobs, timeout=60), set()
-        assert len(tasks) > n_jobs
-
-        def waiting(task):
-            barrier.wait()
-            threads.add(threading.get_ident())
-            return task()
-
-        first = [lambda task=task: waiting(task) for task in tasks[:n_jobs]]
-        results = in_threads(first + tasks[n_jobs:], n_jobs)
-        self.n_threads.append(len(threads))
-        return results
 
 
 @ALL_METRICS
