@@ -13,11 +13,10 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._compiled.jit import internal, separate
-from skpose._compiled.lanes import full_like, rows
-from skpose._compiled.normal_equations import EQUATIONS
+from skpose._compiled.lanes import full_like, rows, sum_of_lanes
+from skpose._compiled.normal_equations import EQUATIONS, first_row
+from skpose._compiled.path_energy import LANES, STEPS
 from skpose._compiled.signatures import FLAG, FLAG_MATRIX, MATRIX, REAL, TREE
-
-LANES = 8  # float64 numbers in one register
 
 
 class Rectangle(NamedTuple):
@@ -40,34 +39,40 @@ def band_shape(tree, n_nodes):
 
 
 @internal
-def _fill_band(equations, damping, fixed, lo, hi, band):
+def _fill_band(tree, equations, damping, fixed, lo, hi, band):
     """Copy the free poses' blocks, dofs lo:hi, to the block rows [D B] of the band.
 
     Padded and fixed dofs get a row of the identity. Row p of block i is band[(i · m + p) · 2 · n + c, l] for column
     c · LANES + l, m = n · LANES padded dofs.
     """
-    diagonal, off_diagonal = equations.diagonal, equations.off_diagonal
-    n = -(-(hi - lo) // LANES)
-    m = n * LANES
-    last = diagonal.shape[0] - 2
-    for i in range(1, last + 1):
-        rows = band[(i - 1) * m * 2 * n : i * m * 2 * n].reshape(m, 2 * m)
-        for p in range(hi - lo):
-            for q in range(p):
-                rows[q, p] = diagonal[i, lo + p, lo + q]
-            rows[p, p] = diagonal[i, lo + p, lo + p] + damping
-            for q in range(hi - lo, m):
-                rows[p, q] = rows[p, m + q] = 0.0
-            for q in range(hi - lo):
-                rows[p, m + q] = off_diagonal[i, lo + p, lo + q]
+    pairs, n_blocks = equations.pairs, equations.gradient.shape[0] - 2
+    m = -(-(hi - lo) // LANES) * LANES
+    cells = band.reshape(band.size)[: n_blocks * m * 2 * m].reshape(n_blocks * m, 2 * m)
+    cells[:] = 0.0
+    for i in range(n_blocks):  # the step from pose i on ends at pose i + 1, where another begins
+        before, after, top = first_row(equations, i // STEPS, 0), first_row(equations, (i + 1) // STEPS, 0), i * m
+        lane, next_lane = i % STEPS, (i + 1) % STEPS
+        for f in range(1, tree.frame_parent.shape[0]):
+            if not lo <= tree.first_dof[f] < hi:
+                continue
+            for d in range(tree.first_dof[f], tree.end_dof[f]):
+                row = 4 * equations.first_pair[d]
+                for r in range(tree.first_run[f], tree.first_run[f + 1]):
+                    for e in range(tree.runs[r, 0], min(tree.runs[r, 1], d + 1)):
+                        value = pairs[before + row + 1, lane] + pairs[after + row, next_lane]
+                        cells[top + e - lo, d - lo] = value
+                        cells[top + d - lo, m + e - lo] = pairs[after + row + 2, next_lane]
+                        cells[top + e - lo, m + d - lo] = pairs[after + row + 3, next_lane]
+                        row += 4
         for p in range(m):
-            if p >= hi - lo or fixed[i, lo + p]:
+            cells[top + p, p] += damping
+            if p >= hi - lo or fixed[i + 1, lo + p]:
                 for q in range(m):
-                    rows[p, q] = rows[q, p] = rows[p, m + q] = 0.0
-                rows[p, p] = 1.0
-            if i < last and p < hi - lo and fixed[i + 1, lo + p]:
+                    cells[top + p, q] = cells[top + q, p] = cells[top + p, m + q] = 0.0
+                cells[top + p, p] = 1.0
+            if p < hi - lo and fixed[i + 2, lo + p]:
                 for q in range(m):
-                    rows[q, m + p] = 0.0
+                    cells[top + q, m + p] = 0.0
 
 
 @internal
@@ -134,7 +139,6 @@ def _substitute(band, n_blocks, n, x):
                 # Left of the diagonal there are zeros; the pivot's own number is restored below.
                 solution[i * n + c] = solution[i * n + c] - value * chunks[row + c]
             flat[i * m + p] = value
-    partial = np.empty((1, LANES))
     for i in range(n_blocks - 1, -1, -1):
         for p in range(m - 1, -1, -1):
             row = (i * m + p) * width
@@ -144,20 +148,17 @@ def _substitute(band, n_blocks, n, x):
             flat[i * m + p] = 0.0
             for c in range(p // LANES, n if i == n_blocks - 1 else width):
                 total = total + solution[i * n + c] * chunks[row + c]
-            rows(partial, 0)[0] = total
-            for j in range(LANES):
-                value -= partial[0, j]
-            flat[i * m + p] = value / pivot
+            flat[i * m + p] = (value - sum_of_lanes(total)) / pivot
 
 
 @separate(lambda: FLAG(TREE, EQUATIONS, REAL, FLAG_MATRIX, MATRIX, MATRIX))
 def solve(tree, equations, damping, fixed, band, step):
     """Compute step = −(H + λ)⁻¹ gradient for the dofs that are not fixed; return whether H + λ is positive definite."""
-    n_blocks = equations.diagonal.shape[0] - 2
+    n_blocks = equations.gradient.shape[0] - 2
     for b in range(tree.branch.shape[0] - 1):
         lo, hi = tree.branch[b], tree.branch[b + 1]
         n = -(-(hi - lo) // LANES)
-        _fill_band(equations, damping, fixed, lo, hi, band)
+        _fill_band(tree, equations, damping, fixed, lo, hi, band)
         if not _factorise(band, n_blocks, n):
             return False
         x = np.zeros((n_blocks * n, LANES))

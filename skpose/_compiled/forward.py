@@ -1,9 +1,11 @@
-"""Forward kinematics of one pose: every frame as a whole rotation matrix."""
+"""Forward kinematics with every frame as a whole rotation matrix: of one pose, or of one pose in each lane."""
 
 import math
 
 from skpose._compiled.jit import inlined, internal
+from skpose._compiled.lanes import full_like, rows
 from skpose._compiled.rotation import product, quaternion_of, turned_back
+from skpose._compiled.trigonometry import cosine_sine
 
 SQRT2 = math.sqrt(2.0)
 
@@ -16,17 +18,18 @@ def workspace_rows(tree):
 
 @internal
 def workspace(tree, scratch):
-    """Return the parts of a scratch array of shape (workspace_rows,).
+    """Return the rows of a scratch array of shape (workspace_rows,), or (workspace_rows, lanes).
 
-    Cosines C and sines S of the angles, (n_dofs,) each; orientations H, (9 n_frames,), the root's set to the identity;
-    positions P, (3 n_joints + 3,), set to zero.
+    Cosines C and sines S of the angles, n_dofs rows each; orientations H, 9 n_frames rows, the root's set to the
+    identity; positions P, 3 n_joints + 3 rows, set to zero.
     """
     n, h = tree.column.shape[0], 9 * tree.frame_parent.shape[0]
-    H, P = scratch[2 * n : 2 * n + h], scratch[2 * n + h : 2 * n + h + 3 * tree.offset.shape[0]]
+    H, P = rows(scratch, 2 * n), rows(scratch, 2 * n + h)
     for i in range(9):
         H[i] = 1.0 if i % 4 == 0 else 0.0
-    P[:] = 0.0
-    return scratch[:n], scratch[n : 2 * n], H, P
+    for i in range(3 * tree.offset.shape[0]):
+        P[i] = 0.0
+    return rows(scratch, 0), rows(scratch, n), H, P
 
 
 @inlined
@@ -48,8 +51,8 @@ def orient(tree, dofs, C, S, H):
 
     C and S are the cosines and sines of the angles; of ball joints, whose dofs are no angles, C holds the dofs.
     """
-    for d in range(dofs.shape[0]):
-        C[d], S[d] = math.cos(dofs[d] + tree.shift[d]), math.sin(dofs[d] + tree.shift[d])
+    for d in range(tree.column.shape[0]):
+        C[d], S[d] = cosine_sine(dofs[d] + tree.shift[d])
     for f in range(1, tree.frame_parent.shape[0]):
         p, a, end = tree.frame_parent[f], tree.fixed_axis[f], tree.end_dof[f]
         if tree.ball[f] >= 0:
@@ -83,13 +86,14 @@ def orient(tree, dofs, C, S, H):
 @internal
 def place_joints(tree, H, P):
     """Overwrite the joint positions P with those of the frames H; return the weighted square of their displacement."""
-    square = 0.0
+    square = full_like(P, 0.0)
     for j in range(1, tree.offset.shape[0]):
         p, f = 3 * tree.joint_parent[j], 9 * tree.joint_frame[j]
         x, y, z = tree.offset[j, 0], tree.offset[j, 1], tree.offset[j, 2]
         for i in range(3):
             h = f + 3 * i
             new = P[p + i] + (H[h] * x + H[h + 1] * y + H[h + 2] * z)
-            square += ((new - P[3 * j + i]) * tree.scale[j]) ** 2
+            move = (new - P[3 * j + i]) * tree.scale[j]
+            square = square + move * move
             P[3 * j + i] = new
     return square

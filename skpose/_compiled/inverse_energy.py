@@ -17,7 +17,7 @@ from skpose._compiled.chart import free_tree, rotation_of
 from skpose._compiled.copying import copy_to
 from skpose._compiled.forward import workspace_rows
 from skpose._compiled.jit import internal, separate, unfolded
-from skpose._compiled.path_energy import place
+from skpose._compiled.path_energy import place_with_screws
 from skpose._compiled.rotation import inverse, product, sign_towards, vector_of
 from skpose._compiled.signatures import MATRIX, REAL, TREE, VECTOR, named
 from skpose._compiled.tree import Tree
@@ -31,7 +31,7 @@ class State(NamedTuple):
     dofs: np.ndarray  # (n_dofs,) angles, rad; zero where frames turn freely
     origin: np.ndarray  # (3,) position of the root, m
     P: np.ndarray  # (3 n_joints + 3,) positions from the root, m
-    screws: np.ndarray  # (6, n_dofs) see `path_energy.place`
+    screws: np.ndarray  # (6, n_dofs) see `path_energy.set_screws`
 
 
 class Target(NamedTuple):
@@ -107,7 +107,7 @@ def copy_state(source, target):
 def place_state(work, state):
     """Compute the positions and the screws of a state."""
     copy_to(work.tree.reference, state.rotations)
-    place(work.tree, state.dofs, work.scratch, state.P, state.screws)
+    place_with_screws(work.tree, state.dofs, work.scratch, state.P, state.screws)
 
 
 @internal

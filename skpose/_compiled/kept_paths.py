@@ -13,7 +13,6 @@ import numpy as np
 
 from skpose._compiled.chart import coordinates_of, follow, free_tree, slopes_of_turns
 from skpose._compiled.copying import copy_to
-from skpose._compiled.forward import workspace_rows
 from skpose._compiled.geodesic import (
     LEAST_CHANGE,
     MAX_ITER,
@@ -26,7 +25,8 @@ from skpose._compiled.geodesic import (
 )
 from skpose._compiled.jit import internal, jit
 from skpose._compiled.minimiser import FIRST_DAMPING, Settings, Stop, minimise, unbounded
-from skpose._compiled.path_energy import add_gradient, divided, empty_path, path_of, place, sum_moments
+from skpose._compiled.normal_equations import equations_for, normal_equations
+from skpose._compiled.path_energy import divided, path_of, samples_for
 
 MOST_NODES = REFINEMENTS[-1][0]  # steps of the finest path, over n_steps
 SAME = 1e-9  # difference of angles of one end, rad; another is a whole turn
@@ -95,23 +95,22 @@ def _keep(kept, i, free, curve, n_steps):
 
 
 @internal
-def _record(free, curve, n_steps, scratch, i, found):
+def _record(free, curve, n_steps, i, found):
     """Write energy, length and gradient of the geodesic to pose i, a curve in the coordinates of the free tree."""
-    n_dofs = curve.poses.shape[1]
-    moments, gradient = np.empty((free.frame_parent.shape[0], 12)), np.zeros((2, n_dofs))
-    start = empty_path(free, 2, SUBSTEPS)  # the samples that move with the first pose
-    n_chords = curve.poses.shape[0] - 1
+    n_dofs, n_chords = curve.poses.shape[1], curve.poses.shape[0] - 1
     substeps = 1 if n_chords == n_steps else SUBSTEPS
-    for k in range(substeps + 1):
-        place(free, curve.poses[k], scratch, start.P[k], start.screws[k])
-    for k in range(substeps):
-        sum_moments(free, start.P[max(k - 1, 0)], start.P[k], start.P[k + 1], moments)
-        add_gradient(free, start.screws[k], moments, k / substeps, gradient)
-    slopes_of_turns(free, curve.poses[0], gradient[0])
+    first_step = np.empty((2, n_dofs))  # what moves with the first pose
+    copy_to(first_step[0], curve.poses[0])
+    copy_to(first_step[1], curve.poses[substeps])
+    path = path_of(free, first_step, substeps)
+    equations = equations_for(free, path)
+    normal_equations(free, path, False, samples_for(free, path), equations)
+    gradient = equations.gradient[0]
+    slopes_of_turns(free, curve.poses[0], gradient)
     found.energies[i] = n_chords * curve.energy
     found.lengths[i] = curve.length
     for d in range(n_dofs):
-        found.gradients[i, d] = n_chords * gradient[0, d]
+        found.gradients[i, d] = n_chords * gradient[d]
     found.converged[i] = curve.converged
 
 
@@ -119,7 +118,7 @@ def _record(free, curve, n_steps, scratch, i, found):
 def follow_geodesics(tree, pose, ends, first, last, search, kept, found):
     """Compute the geodesics from a pose to the ends first:last, whose angles are wrapped already; keep their paths."""
     free, own = free_tree(tree, search.frees_angles), free_tree(tree, search.frees_angles)
-    bounds, scratch = unbounded(pose.shape[0]), np.empty(workspace_rows(tree))
+    bounds = unbounded(pose.shape[0])
     settings = Settings(Stop(MAX_STEPS, search.tol, 0.0), FIRST_DAMPING, 0.0, LEAST_CHANGE, False, PATIENCE)
     for i in range(first, last):
         line, _ = shorter_line(tree, free, pose, ends[i], search.n_steps)
@@ -133,8 +132,8 @@ def follow_geodesics(tree, pose, ends, first, last, search, kept, found):
                 curve, passes = checked(free, line, own, samples, outcome, outcome.n_iter)
                 if passes and curve.converged:
                     _keep(kept, i, own, curve, search.n_steps)
-                    _record(own, curve, search.n_steps, scratch, i, found)
+                    _record(own, curve, search.n_steps, i, found)
                     continue
         curve = find_geodesic(free, line, bounds, Stop(MAX_ITER, search.tol, 0.0))
         _keep(kept, i, free, curve, search.n_steps)
-        _record(free, curve, search.n_steps, scratch, i, found)
+        _record(free, curve, search.n_steps, i, found)

@@ -73,3 +73,13 @@ def greater(value, bound):
 def any_greater(value, bound):
     """Return whether the value is more than the bound in any lane."""
     return bool(np.any(value > bound))
+
+
+def next_lane(value):
+    """Return in every lane the value of the next one; the last lane keeps its own."""
+    return np.append(value[1:], value[-1])
+
+
+def sum_of_lanes(value):
+    """Return the sum of all lanes, one after another."""
+    return np.cumsum(value)[-1]

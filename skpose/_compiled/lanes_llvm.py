@@ -3,6 +3,7 @@
 Pointers are opaque: every load and every address names its type. That takes llvmlite 0.45, which comes with numba 0.62.
 """
 
+import functools
 import math
 import operator
 
@@ -263,3 +264,32 @@ def _overload_any_greater(value, bound):
     if isinstance(value, LanesType):
         return lambda value, bound: _any_greater_lane(value, bound)
     return lambda value, bound: value > bound
+
+
+@intrinsic
+def _next_lane(typingctx, value):
+    def codegen(context, builder, sig, args):
+        source = [*range(1, value.width), value.width - 1]
+        mask = ir.Constant(ir.VectorType(ir.IntType(32), value.width), source)
+        return builder.shuffle_vector(args[0], args[0], mask)
+
+    return value(value), codegen
+
+
+@overload(lanes.next_lane, jit_options=_INLINED)
+def _overload_next_lane(value):
+    return lambda value: _next_lane(value)
+
+
+@intrinsic
+def _sum_of_lanes(typingctx, value):
+    def codegen(context, builder, sig, args):
+        each = [builder.extract_element(args[0], ir.Constant(ir.IntType(32), lane)) for lane in range(value.width)]
+        return functools.reduce(builder.fadd, each)
+
+    return value.dtype(value), codegen
+
+
+@overload(lanes.sum_of_lanes, jit_options=_INLINED)
+def _overload_sum_of_lanes(value):
+    return lambda value: _sum_of_lanes(value)

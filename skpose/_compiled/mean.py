@@ -10,15 +10,15 @@ from skpose._compiled.forward import workspace_rows
 from skpose._compiled.geodesic import NEVER
 from skpose._compiled.jit import jit
 from skpose._compiled.minimiser import LEAST_DAMPING, Outcome, Settings, Stop, minimise, unbounded
-from skpose._compiled.path_energy import empty_path, place
+from skpose._compiled.path_energy import Path, place
 
 
 @jit
 def place_all(tree, poses, positions):
     """Compute the joint positions of poses, angles and joints in the tree's order: (n_poses, 3 n_joints + 3)."""
-    scratch, screws = np.empty(workspace_rows(tree)), np.empty((6, poses.shape[1]))
+    scratch = np.empty(workspace_rows(tree))
     for i in range(poses.shape[0]):
-        place(tree, poses[i], scratch, positions[i], screws)
+        place(tree, poses[i], scratch, positions[i])
 
 
 @jit
@@ -29,10 +29,12 @@ def project(tree, target, pose, max_iter, tol):
     Returns the pose and the outcome, with the gradient of ‖F(θ) − target‖².
     """
     free, coordinates = chart_at(tree, pose, True)
-    path = empty_path(free, 3, 2)
+    poses, ends = np.empty((3, pose.shape[0])), np.empty((2, target.shape[0]))
     for i in range(3):
-        copy_to(path.poses[i], coordinates)
-        copy_to(path.P[i], target)
+        copy_to(poses[i], coordinates)
+    for i in range(2):
+        copy_to(ends[i], target)
+    path = Path(poses, ends, 1)
     settings = Settings(Stop(max_iter, 2.0 * tol, 0.0), LEAST_DAMPING, math.inf, math.inf, True, NEVER)
     outcome = minimise(free, path, unbounded(pose.shape[0]), settings)
     found = pose_of(tree, free, path.poses[1], pose)

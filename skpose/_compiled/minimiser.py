@@ -17,16 +17,24 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._compiled.block_cholesky import band_shape, solve
-from skpose._compiled.forward import workspace_rows
 from skpose._compiled.jit import internal, separate, unfolded
 from skpose._compiled.normal_equations import (
     NormalEquations,
-    add_second_derivatives,
     equations_for,
     mean_diagonal,
     normal_equations,
 )
-from skpose._compiled.path_energy import PATH, chords, copy_free, copy_of, curve_length, evaluate
+from skpose._compiled.path_energy import (
+    PATH,
+    Samples,
+    chords,
+    copy_free,
+    copy_of,
+    curve_length,
+    evaluate,
+    samples_for,
+)
+from skpose._compiled.results import aligned
 from skpose._compiled.signatures import FLAG, REAL, TREE, VECTOR, WHOLE, named
 
 # λ is relative to the mean diagonal of the normal equations.
@@ -98,7 +106,7 @@ class System(NamedTuple):
     equations: NormalEquations
     fixed: np.ndarray  # (n_nodes, n_dofs) bool: dofs at an active bound
     band: np.ndarray  # see `block_cholesky`
-    scratch: np.ndarray  # (workspace_rows,)
+    samples: Samples
 
 
 @internal
@@ -129,8 +137,9 @@ def _dot(a, b):
 @unfolded
 def _system_for(tree, path):
     """Return the system of a path, not yet filled, no dof fixed."""
-    band, scratch = np.empty(band_shape(tree, path.poses.shape[0])), np.empty(workspace_rows(tree))
-    return System(equations_for(path), np.zeros(path.poses.shape, np.bool_), band, scratch)
+    n_rows, width = band_shape(tree, path.poses.shape[0])
+    fixed, band = np.zeros(path.poses.shape, np.bool_), aligned(n_rows, width, np.float64)
+    return System(equations_for(tree, path), fixed, band, samples_for(tree, path))
 
 
 @unfolded
@@ -188,26 +197,26 @@ def _combine(step, last_slope, last_step, slope, gradient, direction):
 
 
 @unfolded
-def _try(tree, path, line, size, bounds, trial, scratch):
+def _try(tree, path, line, size, bounds, trial, samples):
     """Move the free poses along the line, within the bounds, to another path; return half its energy."""
     for i in range(1, path.poses.shape[0] - 1):
         for d in range(path.poses.shape[1]):
             angle = path.poses[i, d] + size * line.direction[i, d]
             trial.poses[i, d] = min(max(angle, bounds.lower[d]), bounds.upper[d])
-    return evaluate(tree, trial, scratch)
+    return evaluate(tree, trial, samples)
 
 
 @unfolded
-def _line_search(tree, path, line, bounds, first, second, scratch):
+def _line_search(tree, path, line, bounds, first, second, samples):
     """Try the whole direction, then the minimum of the parabola through energy, slope and the first trial.
 
     The better of the two is left in the first path; returns half its energy.
     """
-    lowest = _try(tree, path, line, 1.0, bounds, first, scratch)
+    lowest = _try(tree, path, line, 1.0, bounds, first, samples)
     curvature = 2.0 * (lowest - line.half + line.descent)
     size = line.descent / curvature if curvature * LONGEST > line.descent else LONGEST
     while abs(size - 1.0) > line.least_change:
-        again = _try(tree, path, line, size, bounds, second, scratch)
+        again = _try(tree, path, line, size, bounds, second, samples)
         if again < lowest:
             copy_free(second, first)
             return again
@@ -221,7 +230,7 @@ def _line_search(tree, path, line, bounds, first, second, scratch):
 def _is_minimum(tree, path, exact, scale, system, direction):
     """Return whether the curvature of the energy is positive, or flat, in all directions; overwrites the direction."""
     if not exact:
-        add_second_derivatives(tree, path, system.equations)
+        normal_equations(tree, path, True, system.samples, system.equations)
     return solve(tree, system.equations, FLAT * scale, system.fixed, system.band, direction)
 
 
@@ -265,7 +274,7 @@ def minimise(tree, path, bounds, settings):
     system, trial, second, stop = _system_for(tree, path), copy_of(path), copy_of(path), settings.stop
     gradient = system.equations.gradient
     step, last_step, direction = np.zeros(shape), np.zeros(shape), np.zeros(shape)
-    half, noise = evaluate(tree, path, system.scratch), rounding_length(tree) ** 2
+    half, noise = evaluate(tree, path, system.samples), rounding_length(tree) ** 2
     if shape[0] < 3:
         return Outcome(0.0, 0.0, 0, True)
     scale, damping, norm, predicted, n_perturbations = 0.0, 0.0, math.inf, 0.0, 0
@@ -274,12 +283,10 @@ def minimise(tree, path, bounds, settings):
     exact = settings.exact_below == math.inf
     least_gain, least_damping = max(ROUNDING, stop.gain), max(LEAST_DAMPING, DAMPING_OVER_GAIN * stop.gain)
     for iteration in range(stop.max_iter):
-        normal_equations(tree, path, system.equations)
+        normal_equations(tree, path, exact, system.samples, system.equations)
         if iteration == 0:
             scale = mean_diagonal(system.equations)
             damping = max(settings.damping, least_damping) * scale
-        if exact:
-            add_second_derivatives(tree, path, system.equations)
         if _fix_at_bounds(path, bounds, system):
             last_slope = 0.0
         norm = 2.0 * math.sqrt(_dot(gradient, gradient))
@@ -290,7 +297,8 @@ def minimise(tree, path, bounds, settings):
             used, predicted, slope = _model_step(tree, system, damping, scale, step)
             if ROUNDING * half < predicted <= least_gain * half and not verified:
                 if not exact:
-                    add_second_derivatives(tree, path, system.equations)
+                    normal_equations(tree, path, True, system.samples, system.equations)
+                    _fix_at_bounds(path, bounds, system)
                 verified, exact, last_slope, damping = True, True, 0.0, LEAST_DAMPING * scale
                 used, predicted, slope = _model_step(tree, system, damping, scale, step)
             stationary = predicted <= least_gain * half
@@ -302,12 +310,12 @@ def minimise(tree, path, bounds, settings):
                 return Outcome(norm, predicted / half if half > 0.0 else 0.0, iteration, True)
             n_perturbations += 1
             _perturb(path, bounds)
-            half = evaluate(tree, path, system.scratch)
+            half = evaluate(tree, path, system.samples)
             last_slope, damping = 0.0, max(settings.damping, least_damping) * scale
             continue
         _combine(step, last_slope, last_step, slope, gradient, direction)
         line = Line(direction, half, -_dot(gradient, direction), settings.least_change)
-        lowest = _line_search(tree, path, line, bounds, trial, second, system.scratch)
+        lowest = _line_search(tree, path, line, bounds, trial, second, system.samples)
         ratio = (half - lowest) / predicted
         if ratio > LEAST_RATIO:
             exact = half - lowest < settings.exact_below * half

@@ -1,9 +1,13 @@
 """Gradient, Gauss-Newton matrix and Hessian of a path's energy, block by block.
 
-The matrix is block tridiagonal: a pose shares chords with the pose before it and the pose after it. Sample k lies at
-the fraction t from one pose to the next, so that it moves with 1 − t of the one and t of the other, and adds to four
-blocks. No Jacobian is ever formed: its products are sums over the joints that a dof moves, gathered from the tips of
-the skeleton to the root.
+The gradient of eq. 6 is 2 (2F(θ_i) − F(θ_{i−1}) − F(θ_{i+1}))ᵀ J_i. (Eq. 12 of the paper loses the sign of the first
+inner derivative, so that F(θ_i) drops out of its eq. 7 and 13.)
+
+The matrix is block tridiagonal: a pose shares chords with the pose before it and the pose after it. Each step between
+two poses adds to four blocks: sample s lies at the fraction t from one pose to the next, so that it moves with 1 − t of
+the one and t of the other. Steps are in lanes, see `path_energy`, and nothing passes from one to another. No Jacobian
+is ever formed: its products are sums over the joints that a dof moves, gathered from the tips of the skeleton to the
+root. Two dofs are coupled only where one moves what the other moves; such pairs alone have numbers.
 """
 
 from typing import NamedTuple
@@ -11,224 +15,335 @@ from typing import NamedTuple
 import numpy as np
 from numba import types
 
-from skpose._compiled.jit import internal, separate, unfolded
-from skpose._compiled.path_energy import PATH, add_gradient, substeps_of, sum_moments
+from skpose._compiled.jit import inlined, internal, separate
+from skpose._compiled.lanes import full_like, rows
+from skpose._compiled.path_energy import LANES, PATH, SAMPLES, STEPS, place_samples
+from skpose._compiled.results import aligned
 from skpose._compiled.rotation import second_derivatives
-from skpose._compiled.signatures import CUBE, MATRIX, TREE, named
+from skpose._compiled.signatures import FLAG, MATRIX, TREE, WHOLE_VECTOR, named
 
 
 class NormalEquations(NamedTuple):
-    """The system of a damped step, of all poses; the blocks of the two ends are filled but not read."""
+    """The system of a damped step, of all poses; the blocks of the two ends are filled but not read.
 
-    diagonal: np.ndarray  # (n_nodes, n_dofs, n_dofs) lower triangles only
-    off_diagonal: np.ndarray  # (n_nodes - 1, n_dofs, n_dofs) the block right of each diagonal one
+    Pairs are a dof d and each of the dofs e ≤ d of its frame and of that frame's ancestors, in the order of the dofs.
+    Lanes hold steps: lane w of group g is the step from pose g · STEPS + w on.
+    """
+
+    first_pair: np.ndarray  # (n_dofs + 1,) the pairs of dof d are first_pair[d]:first_pair[d + 1], its own the last
+    # (n_groups · n_pairs · 4, LANES): of d and e of the first pose, of d and e of the second pose, of d of the first
+    # and e of the second, and of e of the first and d of the second
+    pairs: np.ndarray
     gradient: np.ndarray  # (n_nodes, n_dofs) of half the energy, m²/rad
+    sums: np.ndarray  # ((2 substeps + 1) · n_frames · 16, LANES) see `_sum_products`
+    moments: np.ndarray  # ((substeps + 1) · n_frames · 12, LANES) see `_sum_moments`
+    forces: np.ndarray  # ((substeps + 1) · 12, LANES) see `_add_pairs_of`
 
 
-EQUATIONS = named(NormalEquations, CUBE, CUBE, MATRIX)
+EQUATIONS = named(NormalEquations, WHOLE_VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX)
 
 
-@unfolded
-def equations_for(path):
+@separate(lambda: EQUATIONS(TREE, PATH))
+def equations_for(tree, path):
     """Return normal equations for a path, not yet filled."""
     n_nodes, n = path.poses.shape
-    return NormalEquations(np.empty((n_nodes, n, n)), np.empty((n_nodes - 1, n, n)), np.empty((n_nodes, n)))
-
-
-@unfolded
-def _blocks_of(equations, node):
-    """Return the part of the equations that belongs to the samples between a pose and the next one."""
+    n_groups, n_frames = -(-(n_nodes - 1) // STEPS), tree.frame_parent.shape[0]
+    first_pair = np.zeros(n + 1, np.int64)
+    for f in range(1, n_frames):
+        for d in range(tree.first_dof[f], tree.end_dof[f]):
+            for r in range(tree.first_run[f], tree.first_run[f + 1]):
+                first_pair[d + 1] += min(tree.runs[r, 1], d + 1) - tree.runs[r, 0]
+    for d in range(n):
+        first_pair[d + 1] += first_pair[d]
     return NormalEquations(
-        equations.diagonal[node : node + 2],
-        equations.off_diagonal[node : node + 1],
-        equations.gradient[node : node + 2],
+        first_pair,
+        aligned(n_groups * first_pair[n] * 4, LANES, np.float64),
+        np.empty((n_nodes, n)),
+        aligned((2 * path.substeps + 1) * n_frames * 16, LANES, np.float64),
+        aligned((path.substeps + 1) * n_frames * 12, LANES, np.float64),
+        aligned((path.substeps + 1) * 12, LANES, np.float64),
     )
 
 
-@unfolded
+@internal
+def first_row(equations, group, pair):
+    """Return the first of the four rows of a pair, of a group of steps."""
+    return 4 * (group * equations.first_pair[-1] + pair)
+
+
+@internal
 def mean_diagonal(equations):
     """Return the mean of the diagonal over the free poses: the scale of the damping."""
-    total, n_free = 0.0, equations.gradient.shape[0] - 2
-    for i in range(1, n_free + 1):
-        for d in range(equations.gradient.shape[1]):
-            total += equations.diagonal[i, d, d] / (n_free * equations.gradient.shape[1])
-    return total
+    total, n_free, n = 0.0, equations.gradient.shape[0] - 2, equations.gradient.shape[1]
+    for d in range(n):
+        own = equations.first_pair[d + 1] - 1
+        for i in range(n_free):  # the step from pose i on ends at pose i + 1, where another begins
+            total += equations.pairs[first_row(equations, i // STEPS, own) + 1, i % STEPS]
+            total += equations.pairs[first_row(equations, (i + 1) // STEPS, own), (i + 1) % STEPS]
+    return total / (n_free * n)
+
+
+@internal
+def _gather(tree, n_sums, sums):
+    """Add the sums of every frame to those of the frame that carries it."""
+    for f in range(tree.frame_parent.shape[0] - 1, 0, -1):
+        p = tree.frame_parent[f]
+        for i in range(n_sums):
+            sums[p * n_sums + i] = sums[p * n_sums + i] + sums[f * n_sums + i]
 
 
 @internal
 def _sum_products(tree, P, Q, sums):
-    """Sum p qᵀ, p, q and 1, weighted, over the joints that each frame moves, (n_frames, 16), for two samples p, q."""
-    sums[:] = 0.0
+    """Sum p qᵀ, p, q and 1, weighted, over the joints that each frame moves, for two samples p, q: 16 rows a frame."""
+    for i in range(16 * tree.frame_parent.shape[0]):
+        sums[i] = 0.0
     for j in range(1, tree.offset.shape[0]):
-        total, weight = sums[tree.joint_frame[j]], tree.scale[j] * tree.scale[j]
+        total, weight = 16 * tree.joint_frame[j], tree.scale[j] * tree.scale[j]
         for i in range(3):
             p, q = weight * P[3 * j + i], weight * Q[3 * j + i]
             for k in range(3):
-                total[3 * i + k] += p * Q[3 * j + k]
-            total[9 + i] += p
-            total[12 + i] += q
-        total[15] += weight
-    for f in range(tree.frame_parent.shape[0] - 1, 0, -1):
-        for i in range(sums.shape[1]):
-            sums[tree.frame_parent[f], i] += sums[f, i]
+                sums[total + 3 * i + k] = sums[total + 3 * i + k] + p * Q[3 * j + k]
+            sums[total + 9 + i] = sums[total + 9 + i] + p
+            sums[total + 12 + i] = sums[total + 12 + i] + q
+        sums[total + 15] = sums[total + 15] + weight
+    _gather(tree, 16, sums)
 
 
 @internal
-def _add_square(tree, P, screws, t, sums, blocks):
-    """Add JᵀJ of one sample, twice, as it ends one chord and starts the next.
+def _sum_moments(tree, s, substeps, P, moments):
+    """Sum p wᵀ and w over the joints p that each frame moves, 12 rows a frame; w is the force on sample s.
 
-    As in the composite-rigid-body algorithm: Σ (a × p + b)·(c × p + e), over the joints p that both of two dofs with
-    screws (a, b) and (c, e) move, is linear in either screw, with coefficients made of the sums of p pᵀ and p.
+    It is the sum of those of the chords to the sample and from it, as far as they belong to the step.
     """
-    _sum_products(tree, P, P, sums)
-    diagonal, off_diagonal = blocks.diagonal, blocks.off_diagonal[0]
-    before, after, between = (1.0 - t) * (1.0 - t), t * t, t * (1.0 - t)
-    for f in range(1, tree.frame_parent.shape[0]):
-        xx, xy, xz, yx, yy, yz, zx, zy, zz, px, py, pz, _, _, _, n = sums[f]
-        trace = xx + yy + zz
-        for d in range(tree.first_dof[f], tree.end_dof[f]):
-            a, b, c, u, v, w = screws[:, d]
-            j0 = (trace - xx) * a - xy * b - xz * c + py * w - pz * v
-            j1 = (trace - yy) * b - yx * a - yz * c + pz * u - px * w
-            j2 = (trace - zz) * c - zx * a - zy * b + px * v - py * u
-            j3 = b * pz - c * py + n * u
-            j4 = c * px - a * pz + n * v
-            j5 = a * py - b * px + n * w
-            for s in range(tree.first_run[f], tree.first_run[f + 1]):
-                for e in range(tree.runs[s, 0], min(tree.runs[s, 1], d + 1)):
-                    jj = j0 * screws[0, e] + j1 * screws[1, e] + j2 * screws[2, e]
-                    jj += j3 * screws[3, e] + j4 * screws[4, e] + j5 * screws[5, e]
-                    diagonal[0, d, e] += 2.0 * before * jj
-                    diagonal[1, d, e] += 2.0 * after * jj
-                    off_diagonal[d, e] += 2.0 * between * jj
-                    if e < d:
-                        off_diagonal[e, d] += 2.0 * between * jj
+    n_coordinates = 3 * tree.offset.shape[0]
+    for i in range(12 * tree.frame_parent.shape[0]):
+        moments[i] = 0.0
+    for j in range(1, tree.offset.shape[0]):
+        total, weight, at = 12 * tree.joint_frame[j], tree.scale[j] * tree.scale[j], s * n_coordinates + 3 * j
+        for k in range(3):
+            w = full_like(P, 0.0)
+            if s > 0:
+                w = w + (P[at + k] - P[at + k - n_coordinates])
+            if s < substeps:
+                w = w + (P[at + k] - P[at + k + n_coordinates])
+            w = weight * w
+            for i in range(3):
+                moments[total + 3 * i + k] = moments[total + 3 * i + k] + P[at + i] * w
+            moments[total + 9 + k] = moments[total + 9 + k] + w
+    _gather(tree, 12, moments)
 
 
 @internal
-def _subtract_products(tree, path, k, t, sums, blocks):
-    """Subtract JᵀK and KᵀJ, J and K the Jacobians of sample k and of the next one, as a chord joins them.
+def _add_gradient(tree, first, t, screws, moments, slopes, gradient):
+    """Add the forces on one sample to the gradient of the poses where the step begins and ends.
 
-    As `_add_square`, with the sums of p qᵀ, p and q over the joints of the two samples.
+    That is their moment along each axis.
     """
-    _sum_products(tree, path.P[k], path.P[k + 1], sums)
-    screws, others = path.screws[k], path.screws[k + 1]
-    diagonal, off_diagonal = blocks.diagonal, blocks.off_diagonal[0]
-    u = t + 1.0 / substeps_of(path)  # where the next one is
-    before, after, across, back = (t - 1.0) * (1.0 - u), -t * u, (t - 1.0) * u, t * (u - 1.0)
+    n, last, slope = tree.column.shape[0], gradient.shape[0] - 1, rows(slopes, 0)
     for f in range(1, tree.frame_parent.shape[0]):
-        xx, xy, xz, yx, yy, yz, zx, zy, zz, px, py, pz, qx, qy, qz, n = sums[f]
-        trace = xx + yy + zz
+        m = 12 * f
+        x = moments[m + 5] - moments[m + 7]
+        y = moments[m + 6] - moments[m + 2]
+        z = moments[m + 1] - moments[m + 3]
         for d in range(tree.first_dof[f], tree.end_dof[f]):
-            a, b, c, u, v, w = screws[:, d]
-            j0 = (trace - xx) * a - xy * b - xz * c + qy * w - qz * v
-            j1 = (trace - yy) * b - yx * a - yz * c + qz * u - qx * w
-            j2 = (trace - zz) * c - zx * a - zy * b + qx * v - qy * u
-            j3 = b * pz - c * py + n * u
-            j4 = c * px - a * pz + n * v
-            j5 = a * py - b * px + n * w
-            a, b, c, u, v, w = others[:, d]
-            k0 = (trace - xx) * a - yx * b - zx * c + py * w - pz * v
-            k1 = (trace - yy) * b - xy * a - zy * c + pz * u - px * w
-            k2 = (trace - zz) * c - xz * a - yz * b + px * v - py * u
-            k3 = b * qz - c * qy + n * u
-            k4 = c * qx - a * qz + n * v
-            k5 = a * qy - b * qx + n * w
-            for s in range(tree.first_run[f], tree.first_run[f + 1]):
-                for e in range(tree.runs[s, 0], min(tree.runs[s, 1], d + 1)):
-                    jk = j0 * others[0, e] + j1 * others[1, e] + j2 * others[2, e]
-                    jk += j3 * others[3, e] + j4 * others[4, e] + j5 * others[5, e]
-                    kj = k0 * screws[0, e] + k1 * screws[1, e] + k2 * screws[2, e]
-                    kj += k3 * screws[3, e] + k4 * screws[4, e] + k5 * screws[5, e]
-                    diagonal[0, d, e] += before * (jk + kj)
-                    diagonal[1, d, e] += after * (jk + kj)
-                    off_diagonal[d, e] += across * jk + back * kj
-                    if e < d:
-                        off_diagonal[e, d] += across * kj + back * jk
+            turn = x * screws[d] + y * screws[n + d] + z * screws[2 * n + d]
+            move = moments[m + 9] * screws[3 * n + d] + moments[m + 10] * screws[4 * n + d]
+            slope[0] = turn + (move + moments[m + 11] * screws[5 * n + d])
+            for w in range(min(STEPS, last - first)):
+                gradient[first + w, d] += (1.0 - t) * slopes[0, w]
+                gradient[first + w + 1, d] += t * slopes[0, w]
 
 
-@separate(lambda: types.void(TREE, PATH, EQUATIONS))
-def normal_equations(tree, path, equations):
-    """Compute the blocks of the normal equations, and the gradient of half the energy."""
-    equations.diagonal[:], equations.off_diagonal[:], equations.gradient[:] = 0.0, 0.0, 0.0
-    n_frames, n_samples, substeps = tree.frame_parent.shape[0], path.P.shape[0], substeps_of(path)
-    sums, moments = np.empty((n_frames, 16)), np.empty((n_frames, 12))
-    for k in range(n_samples - 1):
-        node = k // substeps
-        t = (k - node * substeps) / substeps
-        blocks = _blocks_of(equations, node)
-        if k > 0:
-            sum_moments(tree, path.P[k - 1], path.P[k], path.P[k + 1], moments)
-            add_gradient(tree, path.screws[k], moments, t, blocks.gradient)
-            _add_square(tree, path.P[k], path.screws[k], t, sums, blocks)
-        if substeps > 1 or 0 < k < n_samples - 2:
-            _subtract_products(tree, path, k, t, sums, blocks)
+@inlined
+def _coefficients(products, at, of, n, screw):
+    """Return Σ q × v and Σ v over joints p that move by a screw, v = a × p + b: those of another screw, of joints q.
+
+    Σ (a × p + b)·(c × q + e) is linear in (c, e), as in the composite-rigid-body algorithm. The sums are those of p qᵀ,
+    of q (at) and of p (of).
+    """
+    a, b, c, u, v, w = screw
+    xx, xy, xz, yx, yy, yz, zx, zy, zz = products
+    trace = xx + yy + zz
+    return (
+        (trace - xx) * a - xy * b - xz * c + (at[1] * w - at[2] * v),
+        (trace - yy) * b - yx * a - yz * c + (at[2] * u - at[0] * w),
+        (trace - zz) * c - zx * a - zy * b + (at[0] * v - at[1] * u),
+        b * of[2] - c * of[1] + n * u,
+        c * of[0] - a * of[2] + n * v,
+        a * of[1] - b * of[0] + n * w,
+    )
+
+
+@inlined
+def _screw(screws, n, row):
+    return screws[row], screws[row + n], screws[row + 2 * n], screws[row + 3 * n], screws[row + 4 * n], screws[row + 5 * n]
+
+
+@inlined
+def _add_to(forces, row, share, coefficients):
+    """Add a share of six coefficients to six rows."""
+    for i in range(6):
+        forces[row + i] = forces[row + i] + share * coefficients[i]
 
 
 @internal
-def _add_second_derivatives(tree, path, k, t, moments, blocks):
-    """Add the term that Gauss-Newton leaves out: forces on a sample times second derivatives of its joint positions.
+def _forces_of(f, d, n_frames, n, substeps, screws, sums, forces):
+    """Compute by what forces on each sample the chords resist dof d, at the first pose and at the second.
+
+    A force is the six coefficients of the screws of other dofs; six rows for the first pose, six for the second.
+    """
+    for i in range(12 * (substeps + 1)):
+        forces[i] = 0.0
+    for s in range(substeps + 1):
+        m, row, t = 16 * (2 * s * n_frames + f), 12 * s, s / substeps
+        square = _sums_of(sums, m)
+        own = _coefficients(square[0], square[1], square[1], square[3], _screw(screws, n, 6 * n * s + d))
+        n_chords = 2.0 if 0 < s < substeps else 1.0
+        _add_to(forces, row, n_chords * (1.0 - t), own)
+        _add_to(forces, row + 6, n_chords * t, own)
+        if s < substeps:
+            (xx, xy, xz, yx, yy, yz, zx, zy, zz), p, q, count = _sums_of(sums, m + 16 * n_frames)
+            u, here = (s + 1) / substeps, _screw(screws, n, 6 * n * s + d)
+            on_next = _coefficients((xx, xy, xz, yx, yy, yz, zx, zy, zz), q, p, count, here)
+            _add_to(forces, row + 12, t - 1.0, on_next)
+            _add_to(forces, row + 18, -t, on_next)
+            following = _screw(screws, n, 6 * n * (s + 1) + d)
+            on_this = _coefficients((xx, yx, zx, xy, yy, zy, xz, yz, zz), p, q, count, following)
+            _add_to(forces, row, u - 1.0, on_this)
+            _add_to(forces, row + 6, -u, on_this)
+
+
+@inlined
+def _sums_of(sums, m):
+    """Return what `_sum_products` has of a frame: the sums of p qᵀ, p, q and 1."""
+    products = sums[m], sums[m + 1], sums[m + 2], sums[m + 3], sums[m + 4], sums[m + 5], sums[m + 6], sums[m + 7]
+    p, q = (sums[m + 9], sums[m + 10], sums[m + 11]), (sums[m + 12], sums[m + 13], sums[m + 14])
+    return (*products, sums[m + 8]), p, q, sums[m + 15]
+
+
+@internal
+def _add_second_derivatives(tree, f, d, substeps, P, screws, moments, forces):
+    """Add the terms that Gauss-Newton leaves out: forces on a sample times second derivatives of its joint positions.
 
     For axes a and c, where c is a or an axis between a and the root, ∂²p = c × (a × (p − o)). So Σ w·∂²p =
     c·(M − tr M)a with M = Σ (p − o) wᵀ over the joints that a moves.
     """
-    P, screws = path.P[k], path.screws[k]
-    diagonal, off_diagonal = blocks.diagonal, blocks.off_diagonal[0]
-    for f in range(1, tree.frame_parent.shape[0]):
-        xx, xy, xz, yx, yy, yz, zx, zy, zz, u, v, w = moments[f]
-        o = 3 * tree.pivot[f]
-        ox, oy, oz = P[o], P[o + 1], P[o + 2]
-        trace = xx + yy + zz - ox * u - oy * v - oz * w
-        for d in range(tree.first_dof[f], tree.end_dof[f]):
-            a, b, c = screws[0, d], screws[1, d], screws[2, d]
-            along = u * a + v * b + w * c
-            x = xx * a + xy * b + xz * c - along * ox - trace * a
-            y = yx * a + yy * b + yz * c - along * oy - trace * b
-            z = zx * a + zy * b + zz * c - along * oz - trace * c
-            for s in range(tree.first_run[f], tree.first_run[f + 1]):
-                for e in range(tree.runs[s, 0], min(tree.runs[s, 1], d + 1)):
-                    second = x * screws[0, e] + y * screws[1, e] + z * screws[2, e]
-                    diagonal[0, d, e] += (1.0 - t) * (1.0 - t) * second
-                    diagonal[1, d, e] += t * t * second
-                    off_diagonal[d, e] += t * (1.0 - t) * second
-                    if e < d:
-                        off_diagonal[e, d] += t * (1.0 - t) * second
-        if tree.ball[f] >= 0:
-            moment = yz - zy - (oy * w - oz * v), zx - xz - (oz * u - ox * w), xy - yx - (ox * v - oy * u)
-            _add_ball(tree.first_dof[f], path, k, t, moment, blocks)
+    n, n_frames, o = tree.column.shape[0], tree.frame_parent.shape[0], 3 * tree.pivot[f]
+    for s in range(substeps + 1):
+        m, at, row, t = 12 * (s * n_frames + f), s * 3 * tree.offset.shape[0] + o, 12 * s, s / substeps
+        ox, oy, oz = P[at], P[at + 1], P[at + 2]
+        u, v, w = moments[m + 9], moments[m + 10], moments[m + 11]
+        a, b, c = screws[6 * n * s + d], screws[6 * n * s + n + d], screws[6 * n * s + 2 * n + d]
+        trace = moments[m] + moments[m + 4] + moments[m + 8] - ox * u - oy * v - oz * w
+        along = u * a + v * b + w * c
+        x = moments[m] * a + moments[m + 1] * b + moments[m + 2] * c - along * ox - trace * a
+        y = moments[m + 3] * a + moments[m + 4] * b + moments[m + 5] * c - along * oy - trace * b
+        z = moments[m + 6] * a + moments[m + 7] * b + moments[m + 8] * c - along * oz - trace * c
+        forces[row] = forces[row] + (1.0 - t) * x
+        forces[row + 1] = forces[row + 1] + (1.0 - t) * y
+        forces[row + 2] = forces[row + 2] + (1.0 - t) * z
+        forces[row + 6] = forces[row + 6] + t * x
+        forces[row + 7] = forces[row + 7] + t * y
+        forces[row + 8] = forces[row + 8] + t * z
+
+
+@inlined
+def _set_pair(n, e, substeps, screws, forces, pairs, row):
+    """Compute the four numbers of a dof and dof e: the forces that resist the one, along the screws of the other."""
+    first, second, forward, back = (full_like(screws, 0.0), full_like(screws, 0.0), full_like(screws, 0.0), full_like(screws, 0.0))
+    for s in range(substeps + 1):
+        h, t = 12 * s, s / substeps
+        a, b, c, u, v, w = _screw(screws, n, 6 * n * s + e)
+        of_first = (forces[h] * a + forces[h + 1] * b + forces[h + 2] * c) + (
+            forces[h + 3] * u + forces[h + 4] * v + forces[h + 5] * w
+        )
+        of_second = (forces[h + 6] * a + forces[h + 7] * b + forces[h + 8] * c) + (
+            forces[h + 9] * u + forces[h + 10] * v + forces[h + 11] * w
+        )
+        first = first + (1.0 - t) * of_first
+        second = second + t * of_second
+        forward = forward + t * of_first
+        back = back + (1.0 - t) * of_second
+    pairs[row], pairs[row + 1], pairs[row + 2], pairs[row + 3] = first, second, forward, back
+
+
+@inlined
+def _add_to_pair(pairs, row, t, value):
+    """Add a number of two dofs and one sample."""
+    before, between, after = (1.0 - t) * (1.0 - t), t * (1.0 - t), t * t
+    pairs[row], pairs[row + 1] = pairs[row] + before * value, pairs[row + 1] + after * value
+    pairs[row + 2], pairs[row + 3] = pairs[row + 2] + between * value, pairs[row + 3] + between * value
 
 
 @internal
-def _add_ball(first, path, k, t, moment, blocks):
-    """Add what the axes of a ball joint, dofs first to first + 2, change with its rotation vector, times the moment."""
-    node, screws = min(k // substeps_of(path), path.poses.shape[0] - 2), path.screws[k]
-    before, after = path.poses[node], path.poses[node + 1]
-    x = before[first] + t * (after[first] - before[first])
-    y = before[first + 1] + t * (after[first + 1] - before[first + 1])
-    z = before[first + 2] + t * (after[first + 2] - before[first + 2])
-    a, b, c = moment
-    along = (
-        a * screws[0, first] + b * screws[1, first] + c * screws[2, first],
-        a * screws[0, first + 1] + b * screws[1, first + 1] + c * screws[2, first + 1],
-        a * screws[0, first + 2] + b * screws[1, first + 2] + c * screws[2, first + 2],
-    )
-    second = second_derivatives((x, y, z), along)
-    for j in range(3):
-        for i in range(j + 1):
-            d, e = first + j, first + i
-            blocks.diagonal[0, d, e] += (1.0 - t) * (1.0 - t) * second[j, i]
-            blocks.diagonal[1, d, e] += t * t * second[j, i]
-            blocks.off_diagonal[0, d, e] += t * (1.0 - t) * second[j, i]
-            if i < j:
-                blocks.off_diagonal[0, e, d] += t * (1.0 - t) * second[j, i]
+def _add_ball(tree, f, substeps, poses, P, screws, moments, pairs, rows_of):
+    """Add what the axes of a ball joint change with its rotation vector, times the moment of the forces on it.
+
+    The pairs of the joint's dofs with its first one are at these rows.
+    """
+    n, n_frames, d = tree.column.shape[0], tree.frame_parent.shape[0], tree.first_dof[f]
+    for s in range(substeps + 1):
+        m, at, k, t = 12 * (s * n_frames + f), s * 3 * tree.offset.shape[0] + 3 * tree.pivot[f], 6 * n * s + d, s / substeps
+        u, v, w = moments[m + 9], moments[m + 10], moments[m + 11]
+        a = moments[m + 5] - moments[m + 7] - (P[at + 1] * w - P[at + 2] * v)
+        b = moments[m + 6] - moments[m + 2] - (P[at + 2] * u - P[at] * w)
+        c = moments[m + 1] - moments[m + 3] - (P[at] * v - P[at + 1] * u)
+        along = (
+            a * screws[k] + b * screws[k + n] + c * screws[k + 2 * n],
+            a * screws[k + 1] + b * screws[k + n + 1] + c * screws[k + 2 * n + 1],
+            a * screws[k + 2] + b * screws[k + n + 2] + c * screws[k + 2 * n + 2],
+        )
+        vector = poses[d] + t * poses[n + d], poses[d + 1] + t * poses[n + d + 1], poses[d + 2] + t * poses[n + d + 2]
+        (xx,), (yx, yy), (zx, zy, zz) = second_derivatives(vector, along)
+        _add_to_pair(pairs, rows_of[0], t, xx)
+        _add_to_pair(pairs, rows_of[1], t, yx)
+        _add_to_pair(pairs, rows_of[1] + 4, t, yy)
+        _add_to_pair(pairs, rows_of[2], t, zx)
+        _add_to_pair(pairs, rows_of[2] + 4, t, zy)
+        _add_to_pair(pairs, rows_of[2] + 8, t, zz)
 
 
-@separate(lambda: types.void(TREE, PATH, EQUATIONS))
-def add_second_derivatives(tree, path, equations):
-    """Make the normal equations the exact Hessian."""
-    substeps, moments = substeps_of(path), np.empty((tree.frame_parent.shape[0], 12))
-    for k in range(1, path.P.shape[0] - 1):
-        node = k // substeps
-        t = (k - node * substeps) / substeps
-        sum_moments(tree, path.P[k - 1], path.P[k], path.P[k + 1], moments)
-        _add_second_derivatives(tree, path, k, t, moments, _blocks_of(equations, node))
+@internal
+def _set_pairs(tree, substeps, exact, group, samples, equations):
+    """Compute the numbers of all pairs of a group of steps."""
+    n, n_frames = tree.column.shape[0], tree.frame_parent.shape[0]
+    screws, P, sums, pairs = rows(samples.screws, 0), rows(samples.P, 0), rows(equations.sums, 0), rows(equations.pairs, 0)
+    moments, forces, poses = rows(equations.moments, 0), rows(equations.forces, 0), rows(samples.poses, 0)
+    for f in range(1, n_frames):
+        for d in range(tree.first_dof[f], tree.end_dof[f]):
+            _forces_of(f, d, n_frames, n, substeps, screws, sums, forces)
+            if exact:
+                _add_second_derivatives(tree, f, d, substeps, P, screws, moments, forces)
+            row = first_row(equations, group, equations.first_pair[d])
+            for r in range(tree.first_run[f], tree.first_run[f + 1]):
+                for e in range(tree.runs[r, 0], min(tree.runs[r, 1], d + 1)):
+                    _set_pair(n, e, substeps, screws, forces, pairs, row)
+                    row += 4
+        if exact and tree.ball[f] >= 0:
+            d = tree.first_dof[f]
+            of_first = first_row(equations, group, equations.first_pair[d + 1] - 1)
+            of_second = first_row(equations, group, equations.first_pair[d + 2] - 2)
+            of_third = first_row(equations, group, equations.first_pair[d + 3] - 3)
+            _add_ball(tree, f, substeps, poses, P, screws, moments, pairs, (of_first, of_second, of_third))
+
+
+@separate(lambda: types.void(TREE, PATH, FLAG, SAMPLES, EQUATIONS))
+def normal_equations(tree, path, exact, samples, equations):
+    """Compute the blocks of the normal equations, or of the exact Hessian, and the gradient of half the energy."""
+    n, n_frames, substeps = tree.column.shape[0], tree.frame_parent.shape[0], path.substeps
+    n_coordinates = 3 * tree.offset.shape[0]
+    equations.gradient[:] = 0.0
+    P = rows(samples.P, 0)
+    for group in range(-(-(path.poses.shape[0] - 1) // STEPS)):
+        first = group * STEPS
+        place_samples(tree, path, first, True, samples)
+        for s in range(substeps + 1):
+            moments, here = rows(equations.moments, 12 * s * n_frames), rows(samples.P, s * n_coordinates)
+            _sum_moments(tree, s, substeps, P, moments)
+            screws = rows(samples.screws, 6 * n * s)
+            _add_gradient(tree, first, s / substeps, screws, moments, equations.forces, equations.gradient)
+            _sum_products(tree, here, here, rows(equations.sums, 32 * s * n_frames))
+            if s < substeps:
+                after = rows(samples.P, (s + 1) * n_coordinates)
+                _sum_products(tree, here, after, rows(equations.sums, (32 * s + 16) * n_frames))
+        _set_pairs(tree, substeps, exact, group, samples, equations)

@@ -1,12 +1,13 @@
-"""The energy of a path, eq. 6 of the paper, and its gradient.
+"""The energy of a path, eq. 6 of the paper.
 
-A path is a sequence of poses. Its energy Σ ‖F(θ_i) − F(θ_{i−1})‖² is a sum of squares. Its gradient is
-2 (2F(θ_i) − F(θ_{i−1}) − F(θ_{i+1}))ᵀ J_i. (Eq. 12 of the paper loses the sign of the first inner derivative, so that
-F(θ_i) drops out of its eq. 7 and 13.)
+A path is a sequence of poses. Its energy Σ ‖F(θ_i) − F(θ_{i−1})‖² is a sum of squares. The two ends are fixed, the
+poses between them are free. Between two poses there may be several chords, over samples that lie evenly on the straight
+line in angle space and move with the two poses: the energy then counts what happens between them. One chord is the
+plain eq. 6.
 
-The two ends are fixed, the poses between them are free. Between two poses there may be several chords, over samples
-that lie evenly on the straight line in angle space and move with the two poses: the energy then counts what happens
-between them. One chord is the plain eq. 6.
+The steps between two poses are in lanes: sample s of eight poses, at the fraction s / substeps of the step that begins
+there, is computed at once. The last sample of a step is the first one of the next, a lane further on; so the last lane
+has no step of its own, and its pose begins the next group.
 """
 
 import math
@@ -18,90 +19,167 @@ from numba import types
 from skpose._compiled.forward import orient, place_joints, workspace, workspace_rows
 from skpose._compiled.jacobian import rotation_axes
 from skpose._compiled.jit import internal, separate, unfolded
-from skpose._compiled.signatures import CUBE, MATRIX, REAL, TREE, VECTOR, WHOLE, named
+from skpose._compiled.lanes import flat, full_like, next_lane, rows, sum_of_lanes
+from skpose._compiled.results import aligned
+from skpose._compiled.signatures import FLAG, MATRIX, REAL, TREE, VECTOR, WHOLE, named
 
 FINE = 8  # chords into which each chord of a path is divided to measure it again
+LANES = 8  # poses computed at once
+STEPS = LANES - 1  # steps computed at once
 
 
 class Path(NamedTuple):
-    """Poses from one end to the other, and the samples that the chords of the energy join, the poses among them."""
+    """Poses from one end to the other, and how many chords are between two of them."""
 
     poses: np.ndarray  # (n_nodes, n_dofs) angles in the tree's order, rad
-    P: np.ndarray  # (n_samples, 3 n_joints + 3) joint positions, the root's first, m
-    screws: np.ndarray  # (n_samples, 6, n_dofs) see `place`
+    ends: np.ndarray  # (2, 3 n_joints + 3) joint positions of the first and the last, the root's first, m
+    substeps: int
 
 
-PATH = named(Path, MATRIX, MATRIX, CUBE)
+class Samples(NamedTuple):
+    """The samples of a group of steps, one step in each lane; sample s has the s-th of equal parts of the rows."""
+
+    poses: np.ndarray  # (2 n_dofs, LANES) the poses where the steps begin, and the steps; zero where there are none
+    dofs: np.ndarray  # (n_dofs, LANES) of one sample
+    scratch: np.ndarray  # (workspace_rows, LANES)
+    P: np.ndarray  # ((substeps + 1) · (3 n_joints + 3), LANES) joint positions, the root's first, m
+    screws: np.ndarray  # ((substeps + 1) · 6 n_dofs, LANES) see `set_screws`
 
 
-@unfolded
-def empty_path(tree, n_nodes, n_chords):
-    """Return a path of so many poses and chords, not yet filled."""
-    n_samples, n_dofs = n_chords + 1, tree.column.shape[0]
-    return Path(
-        np.empty((n_nodes, n_dofs)), np.empty((n_samples, 3 * tree.offset.shape[0])), np.zeros((n_samples, 6, n_dofs))
-    )
+PATH = named(Path, MATRIX, MATRIX, WHOLE)
+SAMPLES = named(Samples, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX)
 
 
 @separate(lambda: PATH(TREE, MATRIX, WHOLE))
 def path_of(tree, poses, substeps):
-    """Return the path of these poses with so many chords between two of them; its ends are placed."""
-    path, last = empty_path(tree, poses.shape[0], (poses.shape[0] - 1) * substeps), poses.shape[0] - 1
-    scratch = np.empty(workspace_rows(tree))
-    for i in range(poses.shape[0]):
-        for d in range(poses.shape[1]):
-            path.poses[i, d] = poses[i, d]
-        if i == 0 or i == last:
-            place(tree, poses[i], scratch, path.P[i * substeps], path.screws[i * substeps])
-    return path
+    """Return the path of these poses with so many chords between two of them."""
+    ends = np.empty((2, 3 * tree.offset.shape[0]))
+    scratch, last = np.empty(workspace_rows(tree)), poses.shape[0] - 1
+    place(tree, poses[0], scratch, ends[0])
+    place(tree, poses[last], scratch, ends[1])
+    return Path(poses.copy(), ends, substeps)
 
 
 @unfolded
 def copy_of(path):
-    """Return a copy of a path."""
-    return Path(path.poses.copy(), path.P.copy(), path.screws.copy())
+    """Return a copy of a path with the same ends."""
+    return Path(path.poses.copy(), path.ends, path.substeps)
 
 
 @internal
 def copy_free(source, target):
-    """Copy what lies between the ends to another path, whose ends are the same."""
+    """Copy the poses between the ends to another path."""
     for i in range(1, source.poses.shape[0] - 1):
         for d in range(source.poses.shape[1]):
             target.poses[i, d] = source.poses[i, d]
-    for k in range(1, source.P.shape[0] - 1):
-        for i in range(source.P.shape[1]):
-            target.P[k, i] = source.P[k, i]
-        for i in range(source.screws.shape[1]):
-            for d in range(source.screws.shape[2]):
-                target.screws[k, i, d] = source.screws[k, i, d]
 
 
-@unfolded
-def substeps_of(path):
-    """Return the number of chords between two poses of the path."""
-    return (path.P.shape[0] - 1) // (path.poses.shape[0] - 1)
+@separate(lambda: SAMPLES(TREE, PATH))
+def samples_for(tree, path):
+    """Return arrays for the samples of a path."""
+    n, n_samples = tree.column.shape[0], path.substeps + 1
+    P = aligned(n_samples * 3 * tree.offset.shape[0], LANES, np.float64)
+    P[:] = 0.0
+    return Samples(
+        aligned(2 * n, LANES, np.float64),
+        aligned(n, LANES, np.float64),
+        aligned(workspace_rows(tree), LANES, np.float64),
+        P,
+        aligned(n_samples * 6 * n, LANES, np.float64),
+    )
 
 
 @internal
-def place(tree, angles, scratch, P, screws):
-    """Compute the joint positions of one pose, angles in the tree's order, and the screw of every dof, (6, n_dofs).
+def place(tree, dofs, scratch, P):
+    """Compute the joint positions of one pose, dofs in the tree's order."""
+    C, S, H, positions = workspace(tree, scratch)
+    orient(tree, dofs, C, S, H)
+    place_joints(tree, H, positions)
+    for i in range(P.shape[0]):
+        P[i] = positions[i]
+
+
+@internal
+def set_screws(tree, C, S, H, P, screws):
+    """Compute the screw of every dof: row i · n_dofs + d is number i of dof d's.
 
     The screw is the axis a and the velocity b = o × a of a point at the root, with o on the axis: the dof moves a point
     p of its frame, or of one below it, at the rate a × p + b.
     """
-    C, S, H, positions = workspace(tree, scratch)
-    orient(tree, angles, C, S, H)
-    place_joints(tree, H, positions)
-    for i in range(P.shape[0]):
-        P[i] = positions[i]
-    rotation_axes(tree, C, S, H, screws[:3].T)
+    n = tree.column.shape[0]
+    rotation_axes(tree, C, S, H, screws)
     for f in range(1, tree.frame_parent.shape[0]):
         o = 3 * tree.pivot[f]
         for d in range(tree.first_dof[f], tree.end_dof[f]):
-            x, y, z = screws[0, d], screws[1, d], screws[2, d]
-            screws[3, d] = P[o + 1] * z - P[o + 2] * y
-            screws[4, d] = P[o + 2] * x - P[o] * z
-            screws[5, d] = P[o] * y - P[o + 1] * x
+            x, y, z = screws[d], screws[n + d], screws[2 * n + d]
+            screws[3 * n + d] = P[o + 1] * z - P[o + 2] * y
+            screws[4 * n + d] = P[o + 2] * x - P[o] * z
+            screws[5 * n + d] = P[o] * y - P[o + 1] * x
+
+
+@separate(lambda: types.void(TREE, VECTOR, VECTOR, VECTOR, MATRIX))
+def place_with_screws(tree, dofs, scratch, P, screws):
+    """Compute the joint positions of one pose, and the screws of its dofs, (6, n_dofs)."""
+    C, S, H, positions = workspace(tree, scratch)
+    orient(tree, dofs, C, S, H)
+    place_joints(tree, H, positions)
+    for i in range(P.shape[0]):
+        P[i] = positions[i]
+    set_screws(tree, C, S, H, positions, flat(screws))
+
+
+@internal
+def _load(path, first, poses):
+    """Put the poses from the first on in lanes, and the steps from them; after the end, the last pose stays."""
+    n, last = path.poses.shape[1], path.poses.shape[0] - 1
+    for w in range(LANES):
+        here, following = min(first + w, last), min(first + w + 1, last)
+        for d in range(n):
+            poses[d, w] = path.poses[here, d]
+            poses[n + d, w] = path.poses[following, d] - path.poses[here, d] if w < STEPS else 0.0
+
+
+@separate(lambda: types.void(TREE, PATH, WHOLE, FLAG, SAMPLES))
+def place_samples(tree, path, first, with_screws, samples):
+    """Compute the positions of all samples of the steps from this one on, and the screws if so asked."""
+    _load(path, first, samples.poses)
+    n, n_coordinates, last = tree.column.shape[0], 3 * tree.offset.shape[0], path.poses.shape[0] - 1
+    begins, steps, dofs = rows(samples.poses, 0), rows(samples.poses, n), rows(samples.dofs, 0)
+    C, S, H, _ = workspace(tree, samples.scratch)
+    for s in range(path.substeps):
+        P, screws, t = rows(samples.P, s * n_coordinates), rows(samples.screws, s * 6 * n), s / path.substeps
+        for d in range(n):
+            dofs[d] = begins[d] + t * steps[d]
+        orient(tree, dofs, C, S, H)
+        place_joints(tree, H, P)
+        if with_screws:
+            set_screws(tree, C, S, H, P, screws)
+        for w in range(LANES):
+            if s == 0 and first + w == 0 or first + w >= last:
+                end = path.ends[0 if first + w == 0 else 1]
+                for i in range(n_coordinates):
+                    samples.P[s * n_coordinates + i, w] = end[i]
+    P, screws = rows(samples.P, 0), rows(samples.screws, 0)
+    for i in range(n_coordinates):
+        P[path.substeps * n_coordinates + i] = next_lane(P[i])
+    for i in range(6 * n if with_screws else 0):
+        screws[path.substeps * 6 * n + i] = next_lane(screws[i])
+
+
+@separate(lambda: REAL(TREE, PATH, SAMPLES))
+def evaluate(tree, path, samples):
+    """Return half the energy."""
+    n_coordinates, P, half = 3 * tree.offset.shape[0], rows(samples.P, 0), 0.0
+    for first in range(0, path.poses.shape[0] - 1, STEPS):
+        place_samples(tree, path, first, False, samples)
+        square = full_like(P, 0.0)
+        for s in range(path.substeps):
+            for j in range(1, tree.offset.shape[0]):
+                for i in range(s * n_coordinates + 3 * j, s * n_coordinates + 3 * j + 3):
+                    move = (P[i + n_coordinates] - P[i]) * tree.scale[j]
+                    square = square + move * move
+        half += 0.5 * sum_of_lanes(square)
+    return half
 
 
 @separate(lambda: MATRIX(MATRIX, WHOLE))
@@ -119,10 +197,10 @@ def divided(poses, parts):
     return out
 
 
-@separate(lambda: types.UniTuple(REAL, 2)(TREE, MATRIX))
-def chords(tree, poses):
-    """Return the sum of the chords between poses, and the sum of their squares."""
-    C, S, H, P = workspace(tree, np.empty(workspace_rows(tree)))
+@internal
+def _chords(tree, poses, scratch):
+    """Return what `chords` does; the rows of the scratch array are valid as long as it is an argument."""
+    C, S, H, P = workspace(tree, scratch)
     length, energy = 0.0, 0.0
     for i in range(poses.shape[0]):
         orient(tree, poses[i], C, S, H)
@@ -133,49 +211,13 @@ def chords(tree, poses):
     return length, energy
 
 
+@separate(lambda: types.UniTuple(REAL, 2)(TREE, MATRIX))
+def chords(tree, poses):
+    """Return the sum of the chords between poses, and the sum of their squares."""
+    return _chords(tree, poses, np.empty(workspace_rows(tree)))
+
+
 @internal
 def curve_length(tree, poses):
     """Return the length of the curve through poses, measured on a grid `FINE` times finer."""
     return chords(tree, divided(poses, FINE))[0]
-
-
-@separate(lambda: REAL(TREE, PATH, VECTOR))
-def evaluate(tree, path, scratch):
-    """Place the samples between the ends; return half the energy."""
-    samples = divided(path.poses, substeps_of(path))
-    P, last = path.P, samples.shape[0] - 1
-    half = 0.0
-    for i in range(1, last + 1):
-        if i < last:
-            place(tree, samples[i], scratch, P[i], path.screws[i])
-        for k in range(3, P.shape[1]):
-            half += 0.5 * ((P[i, k] - P[i - 1, k]) * tree.scale[k // 3]) ** 2
-    return half
-
-
-@internal
-def sum_moments(tree, before, P, after, moments):
-    """Sum p wᵀ and w over the joints p that each frame moves, (n_frames, 12); w is the weighted force 2p − p₋ − p₊."""
-    moments[:] = 0.0
-    for j in range(1, tree.offset.shape[0]):
-        total, weight = moments[tree.joint_frame[j]], tree.scale[j] * tree.scale[j]
-        for k in range(3):
-            w = weight * (2.0 * P[3 * j + k] - before[3 * j + k] - after[3 * j + k])
-            for i in range(3):
-                total[3 * i + k] += P[3 * j + i] * w
-            total[9 + k] += w
-    for f in range(tree.frame_parent.shape[0] - 1, 0, -1):
-        for i in range(moments.shape[1]):
-            moments[tree.frame_parent[f], i] += moments[f, i]
-
-
-@internal
-def add_gradient(tree, screws, moments, t, gradient):
-    """Add the forces on one sample to the gradient of the two poses next to it: their moment along each axis."""
-    for f in range(1, tree.frame_parent.shape[0]):
-        _, xy, xz, yx, _, yz, zx, zy, _, u, v, w = moments[f]
-        for d in range(tree.first_dof[f], tree.end_dof[f]):
-            slope = (yz - zy) * screws[0, d] + (zx - xz) * screws[1, d] + (xy - yx) * screws[2, d]
-            slope += u * screws[3, d] + v * screws[4, d] + w * screws[5, d]
-            gradient[0, d] += (1.0 - t) * slope
-            gradient[1, d] += t * slope

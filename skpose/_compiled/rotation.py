@@ -11,14 +11,14 @@ G. S. Chirikjian, "Stochastic Models, Information Theory, and Lie Groups", volum
 
 import math
 
-import numpy as np
-
 from skpose._compiled.jit import inlined, internal
 from skpose._compiled.lanes import greater, sqrt
-from skpose._compiled.trigonometry import cosine_sine
+from skpose._compiled.trigonometry import cosine_sine, series
 
 NEAR = 1.0  # θ² below which the series is used: above, the closed forms lose few digits
 TERMS = 12
+# Coefficients of Σ (−1)^k θ^2k / (2k + shift)! in θ², by shift.
+_SERIES = tuple(tuple((-1.0) ** k / math.factorial(2 * k + shift) for k in range(TERMS)) for shift in range(6))
 TIE = 1e-6  # a quaternion's number below which it may be zero but for rounding
 
 
@@ -95,40 +95,40 @@ def vector_of(q):
     return share * x, share * y, share * z
 
 
-@internal
-def _series(square, shift):
-    """Return Σ (−1)^k θ^2k / (2k + shift)! with θ² = square < 1."""
-    term = 1.0
-    for i in range(2, shift + 1):
-        term /= i
-    total = term
-    for k in range(1, TERMS):
-        term *= -square / ((2 * k + shift) * (2 * k + shift - 1))
-        total += term
-    return total
+@inlined
+def _near_and_far(square):
+    """Return 1 for θ² below NEAR, else 0, θ² there, else 0, and θ² elsewhere, but 1 there."""
+    far = greater(square, NEAR)
+    near = 1.0 - far
+    return near, near * square, far * square + near
 
 
-@internal
+@inlined
 def jacobian_coefficients(square):
-    """Return a and b at θ²."""
-    if square < NEAR:
-        return _series(square, 2), _series(square, 3)
-    angle = math.sqrt(square)
-    return (1.0 - math.cos(angle)) / square, (angle - math.sin(angle)) / (square * angle)
+    """Return a and b at θ²: series where θ is near zero, the closed forms elsewhere."""
+    near, t, far = _near_and_far(square)
+    angle = sqrt(far)
+    cos, sin = cosine_sine(angle)
+    a, b = (1.0 - cos) / far, (angle - sin) / (far * angle)
+    zero = 0.0 * t
+    return near * series(_SERIES[2], t, zero) + (1.0 - near) * a, near * series(_SERIES[3], t, zero) + (1.0 - near) * b
 
 
-@internal
+@inlined
 def jacobian_slopes(square):
     """Return the derivatives of a and b by θ, divided by θ."""
-    if square < NEAR:  # the derivative of a series by θ² is made of the next two
-        return 2.0 * _series(square, 4) - _series(square, 3), 3.0 * _series(square, 5) - _series(square, 4)
-    angle = math.sqrt(square)
-    sin, cos = math.sin(angle), math.cos(angle)
-    slope = (angle * sin - 2.0 * (1.0 - cos)) / (square * square)
-    return slope, (3.0 * sin - angle * cos - 2.0 * angle) / (square * square * angle)
+    near, t, far = _near_and_far(square)
+    angle = sqrt(far)
+    cos, sin = cosine_sine(angle)
+    a = (angle * sin - 2.0 * (1.0 - cos)) / (far * far)
+    b = (3.0 * sin - angle * cos - 2.0 * angle) / (far * far * angle)
+    zero = 0.0 * t
+    third, fourth, fifth = series(_SERIES[3], t, zero), series(_SERIES[4], t, zero), series(_SERIES[5], t, zero)
+    # The derivative of a series by θ² is made of the next two.
+    return near * (2.0 * fourth - third) + (1.0 - near) * a, near * (3.0 * fifth - fourth) + (1.0 - near) * b
 
 
-@internal
+@inlined
 def right_jacobian(x, y, z):
     """Return Jr of a rotation vector, row by row."""
     square = x * x + y * y + z * z
@@ -146,12 +146,16 @@ def _cross(p, q):
     return p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]
 
 
-@internal
+@inlined
 def _inverse_jacobian(v, u, half):
     """Return Jr(v)⁻¹ u for a half of ½, Jl(v)⁻¹ u = Jr(v)⁻ᵀ u for −½."""
     square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
-    h = 0.5 * math.sqrt(square)
-    c = (1.0 - h / math.tan(h)) / square if square > 1e-3 else 1.0 / 12.0 + square / 720.0 + square**2 / 30240.0
+    far = greater(square, 1e-3)
+    divisor = far * square + (1.0 - far)
+    h = 0.5 * sqrt(divisor)
+    cos, sin = cosine_sine(h)
+    t = (1.0 - far) * square
+    c = far * ((1.0 - h * cos / sin) / divisor) + (1.0 - far) * (1.0 / 12.0 + t * (1.0 / 720.0 + t * (1.0 / 30240.0)))
     s = _cross(v, u)
     r = _cross(v, s)
     return u[0] + half * s[0] + c * r[0], u[1] + half * s[1] + c * r[1], u[2] + half * s[2] + c * r[2]
@@ -163,9 +167,9 @@ def slope_of_turn(v, slope):
     return _inverse_jacobian(v, slope, -0.5)
 
 
-@internal
+@inlined
 def second_derivatives(v, moment):
-    """Return the nine numbers m·∂Jl(v)eᵢ/∂vⱼ, row j, column i, where the moment is Jl(v)ᵀ m.
+    """Return the numbers m·∂Jl(v)eᵢ/∂vⱼ for i ≤ j, where the moment is Jl(v)ᵀ m: of row 0, of row 1, of row 2.
 
     With [v]² = v vᵀ − θ² they are linear in m, v × m and v × (v × m), besides the derivatives of a and b.
     """
@@ -176,13 +180,16 @@ def second_derivatives(v, moment):
     m = _inverse_jacobian(v, moment, 0.5)
     across = _cross(v, m)
     twice = _cross(v, across)
-    along = x * m[0] + y * m[1] + z * m[2]
-    out = np.empty((3, 3))
-    for j in range(3):
-        for i in range(3):
-            out[j, i] = v[j] * (slope_b * twice[i] - slope_a * across[i]) + b * (m[j] * v[i] - 2.0 * m[i] * v[j])
-        out[j, j] += b * along
-        following, last = (j + 1) % 3, (j + 2) % 3
-        out[j, following] += a * m[last]
-        out[j, last] -= a * m[following]
-    return out
+    p = slope_b * twice[0] - slope_a * across[0]
+    q = slope_b * twice[1] - slope_a * across[1]
+    r = slope_b * twice[2] - slope_a * across[2]
+    along = b * (x * m[0] + y * m[1] + z * m[2])
+    return (
+        (x * p - b * m[0] * x + along,),
+        (y * p + b * (m[1] * x - 2.0 * m[0] * y) - a * m[2], y * q - b * m[1] * y + along),
+        (
+            z * p + b * (m[2] * x - 2.0 * m[0] * z) + a * m[1],
+            z * q + b * (m[2] * y - 2.0 * m[1] * z) - a * m[0],
+            z * r - b * m[2] * z + along,
+        ),
+    )

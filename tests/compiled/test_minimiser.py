@@ -9,20 +9,13 @@ from entries import from_python
 
 from skpose import Skeleton, position_jacobian
 from skpose._compiled.block_cholesky import band_shape, solve
-from skpose._compiled.forward import workspace_rows
-from skpose._compiled.normal_equations import (
-    NormalEquations,
-    add_second_derivatives,
-    equations_for,
-    normal_equations,
-)
-from skpose._compiled.path_energy import evaluate, path_of
+from skpose._compiled.normal_equations import NormalEquations, equations_for, normal_equations
+from skpose._compiled.path_energy import LANES, STEPS, evaluate, path_of, samples_for
 from skpose._compiled.tree import Tree
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 
 band_shape, solve, evaluate, path_of = map(from_python, (band_shape, solve, evaluate, path_of))
-normal_equations, add_second_derivatives = map(from_python, (normal_equations, add_second_derivatives))
-workspace_rows = from_python(workspace_rows)
+normal_equations, equations_for, samples_for = map(from_python, (normal_equations, equations_for, samples_for))
 
 N_NODES = 4
 SUBSTEPS = pytest.mark.parametrize("substeps", [1, 4])
@@ -53,22 +46,44 @@ class Parts(NamedTuple):
     equations: NormalEquations
 
 
+def blocks(tree, equations):
+    """Return the blocks on the diagonal, (n_nodes, n_dofs, n_dofs), and those right of them."""
+    n_nodes, n = equations.gradient.shape
+    diagonal, off_diagonal = np.zeros((n_nodes, n, n)), np.zeros((n_nodes - 1, n, n))
+    n_pairs = equations.first_pair[-1]
+    pairs = equations.pairs.reshape(-1, n_pairs, 4, LANES)
+    ancestors = [
+        [e for first, stop in tree.runs[tree.first_run[f] : tree.first_run[f + 1]] for e in range(first, stop)]
+        for f in range(len(tree.frame_parent))
+    ]
+    for f in range(1, len(tree.frame_parent)):
+        for d in range(tree.first_dof[f], tree.end_dof[f]):
+            coupled = [e for e in ancestors[f] if e <= d]
+            assert equations.first_pair[d + 1] - equations.first_pair[d] == len(coupled)
+            for k, e in enumerate(coupled):
+                for i in range(n_nodes - 1):
+                    first, second, forward, back = pairs[i // STEPS, equations.first_pair[d] + k, :, i % STEPS]
+                    diagonal[i, d, e] += first
+                    diagonal[i + 1, d, e] += second
+                    off_diagonal[i, d, e], off_diagonal[i, e, d] = forward, back
+    return diagonal, off_diagonal
+
+
 def parts(skeleton, poses, substeps, exact=False):
     tree = tree_of(skeleton)
     path = path_of(tree, poses, substeps)
-    half = evaluate(tree, path, np.empty(workspace_rows(tree)))
-    equations = equations_for(path)
-    normal_equations(tree, path, equations)
-    if exact:
-        add_second_derivatives(tree, path, equations)
-    n = skeleton.n_dofs
-    dense = np.zeros((N_NODES * n, N_NODES * n))
-    for i in range(N_NODES):
+    samples, equations = samples_for(tree, path), equations_for(tree, path)
+    half = evaluate(tree, path, samples)
+    normal_equations(tree, path, exact, samples, equations)
+    n, n_nodes = poses.shape[1], len(poses)
+    dense = np.zeros((n_nodes * n, n_nodes * n))
+    diagonal, off_diagonal = blocks(tree, equations)
+    for i in range(n_nodes):
         here, after = slice(i * n, (i + 1) * n), slice((i + 1) * n, (i + 2) * n)
-        dense[here, here] = np.tril(equations.diagonal[i]) + np.tril(equations.diagonal[i], -1).T
-        if i < N_NODES - 1:
-            dense[here, after], dense[after, here] = equations.off_diagonal[i], equations.off_diagonal[i].T
-    free = slice(n, (N_NODES - 1) * n)
+        dense[here, here] = np.tril(diagonal[i]) + np.tril(diagonal[i], -1).T
+        if i < n_nodes - 1:
+            dense[here, after], dense[after, here] = off_diagonal[i], off_diagonal[i].T
+    free = slice(n, (n_nodes - 1) * n)
     return Parts(half, equations.gradient[1:-1].ravel().copy(), dense[free, free], tree, equations)
 
 
