@@ -48,9 +48,10 @@ def _fill_band(tree, equations, damping, fixed, lo, hi, band):
     pairs, n_blocks = equations.pairs, equations.gradient.shape[0] - 2
     m = -(-(hi - lo) // LANES) * LANES
     cells = band.reshape(band.size)[: n_blocks * m * 2 * m].reshape(n_blocks * m, 2 * m)
-    cells[:] = 0.0
     for i in range(n_blocks):  # the step from pose i on ends at pose i + 1, where another begins
-        before, after, top = first_row(equations, i // STEPS, 0), first_row(equations, (i + 1) // STEPS, 0), i * m
+        block = cells[i * m : (i + 1) * m]
+        block[:] = 0.0
+        before, after = first_row(equations, i // STEPS, 0), first_row(equations, (i + 1) // STEPS, 0)
         lane, next_lane = i % STEPS, (i + 1) % STEPS
         for f in range(1, tree.frame_parent.shape[0]):
             if not lo <= tree.first_dof[f] < hi:
@@ -59,20 +60,19 @@ def _fill_band(tree, equations, damping, fixed, lo, hi, band):
                 row = 4 * equations.first_pair[d]
                 for r in range(tree.first_run[f], tree.first_run[f + 1]):
                     for e in range(tree.runs[r, 0], min(tree.runs[r, 1], d + 1)):
-                        value = pairs[before + row + 1, lane] + pairs[after + row, next_lane]
-                        cells[top + e - lo, d - lo] = value
-                        cells[top + d - lo, m + e - lo] = pairs[after + row + 2, next_lane]
-                        cells[top + e - lo, m + d - lo] = pairs[after + row + 3, next_lane]
+                        block[e - lo, d - lo] = pairs[before + row + 1, lane] + pairs[after + row, next_lane]
+                        block[d - lo, m + e - lo] = pairs[after + row + 2, next_lane]
+                        block[e - lo, m + d - lo] = pairs[after + row + 3, next_lane]
                         row += 4
         for p in range(m):
-            cells[top + p, p] += damping
+            block[p, p] += damping
             if p >= hi - lo or fixed[i + 1, lo + p]:
                 for q in range(m):
-                    cells[top + p, q] = cells[top + q, p] = cells[top + p, m + q] = 0.0
-                cells[top + p, p] = 1.0
+                    block[p, q] = block[q, p] = block[p, m + q] = 0.0
+                block[p, p] = 1.0
             if p < hi - lo and fixed[i + 2, lo + p]:
                 for q in range(m):
-                    cells[top + q, m + p] = 0.0
+                    block[q, m + p] = 0.0
 
 
 @internal

@@ -134,24 +134,28 @@ def _sum_moments(tree, s, substeps, P, moments):
 
 
 @internal
-def _add_gradient(tree, first, t, screws, moments, slopes, gradient):
-    """Add the forces on one sample to the gradient of the poses where the step begins and ends.
+def _add_gradient(tree, first, substeps, screws, moments, slopes, gradient):
+    """Add the forces on all samples to the gradient of the poses where the steps begin and end.
 
     That is their moment along each axis.
     """
-    n, last, slope = tree.column.shape[0], gradient.shape[0] - 1, rows(slopes, 0)
-    for f in range(1, tree.frame_parent.shape[0]):
-        m = 12 * f
-        x = moments[m + 5] - moments[m + 7]
-        y = moments[m + 6] - moments[m + 2]
-        z = moments[m + 1] - moments[m + 3]
+    n, n_frames, slope = tree.column.shape[0], tree.frame_parent.shape[0], rows(slopes, 0)
+    n_steps = min(STEPS, gradient.shape[0] - 1 - first)
+    for f in range(1, n_frames):
         for d in range(tree.first_dof[f], tree.end_dof[f]):
-            turn = x * screws[d] + y * screws[n + d] + z * screws[2 * n + d]
-            move = moments[m + 9] * screws[3 * n + d] + moments[m + 10] * screws[4 * n + d]
-            slope[0] = turn + (move + moments[m + 11] * screws[5 * n + d])
-            for w in range(min(STEPS, last - first)):
-                gradient[first + w, d] += (1.0 - t) * slopes[0, w]
-                gradient[first + w + 1, d] += t * slopes[0, w]
+            before, after = full_like(moments, 0.0), full_like(moments, 0.0)
+            for s in range(substeps + 1):
+                m, row, t = 12 * (s * n_frames + f), 6 * n * s + d, s / substeps
+                turn = (moments[m + 5] - moments[m + 7]) * screws[row]
+                turn = turn + (moments[m + 6] - moments[m + 2]) * screws[row + n]
+                turn = turn + (moments[m + 1] - moments[m + 3]) * screws[row + 2 * n]
+                move = moments[m + 9] * screws[row + 3 * n] + moments[m + 10] * screws[row + 4 * n]
+                along = turn + (move + moments[m + 11] * screws[row + 5 * n])
+                before, after = before + (1.0 - t) * along, after + t * along
+            slope[0], slope[1] = before, after
+            for w in range(n_steps):
+                gradient[first + w, d] += slopes[0, w]
+                gradient[first + w + 1, d] += slopes[1, w]
 
 
 @inlined
@@ -330,8 +334,7 @@ def _set_pairs(tree, substeps, exact, group, samples, equations):
 @separate(lambda: types.void(TREE, PATH, FLAG, SAMPLES, EQUATIONS))
 def normal_equations(tree, path, exact, samples, equations):
     """Compute the blocks of the normal equations, or of the exact Hessian, and the gradient of half the energy."""
-    n, n_frames, substeps = tree.column.shape[0], tree.frame_parent.shape[0], path.substeps
-    n_coordinates = 3 * tree.offset.shape[0]
+    n_frames, n_coordinates, substeps = tree.frame_parent.shape[0], 3 * tree.offset.shape[0], path.substeps
     equations.gradient[:] = 0.0
     P = rows(samples.P, 0)
     for group in range(-(-(path.poses.shape[0] - 1) // STEPS)):
@@ -340,10 +343,10 @@ def normal_equations(tree, path, exact, samples, equations):
         for s in range(substeps + 1):
             moments, here = rows(equations.moments, 12 * s * n_frames), rows(samples.P, s * n_coordinates)
             _sum_moments(tree, s, substeps, P, moments)
-            screws = rows(samples.screws, 6 * n * s)
-            _add_gradient(tree, first, s / substeps, screws, moments, equations.forces, equations.gradient)
             _sum_products(tree, here, here, rows(equations.sums, 32 * s * n_frames))
             if s < substeps:
                 after = rows(samples.P, (s + 1) * n_coordinates)
                 _sum_products(tree, here, after, rows(equations.sums, (32 * s + 16) * n_frames))
+        screws, moments = rows(samples.screws, 0), rows(equations.moments, 0)
+        _add_gradient(tree, first, substeps, screws, moments, equations.forces, equations.gradient)
         _set_pairs(tree, substeps, exact, group, samples, equations)

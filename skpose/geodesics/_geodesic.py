@@ -266,11 +266,7 @@ def shortest_path(
     bounds = _bounds(tree, skeleton, begin, target, joint_limits)
     frees_angles = bool(wrap) and joint_limits == "ignore"
     curve = path_between(tree, begin, target, n_steps, frees_angles, bounds, max_iter, float(tol))
-    steps = np.linspace(0.0, 1.0, len(curve.poses))
-    if frees_angles:  # columns of no weight, whose numbers must not jump at the end either
-        line = without_jumps(skeleton.bones, interpolate(skeleton.bones, np.stack([first, last]), steps))
-    else:
-        line = straight_line(skeleton.bones, first, last, len(steps), TWO_PI if wrap else 0.0)
+    line = _where_not_found(tree, skeleton, first, last, len(curve.poses), bool(wrap), frees_angles)
     path = from_tree_order(tree, curve.poses, line)
     path[0] = first
     return Geodesic(
@@ -284,6 +280,27 @@ def shortest_path(
         converged=curve.converged,
         _skeleton=skeleton,
     )
+
+
+def _where_not_found(
+    tree: Tree, skeleton: Skeleton, first: np.ndarray, last: np.ndarray, n_poses: int, wrap: bool, frees_angles: bool
+) -> np.ndarray:
+    """Return the straight line between two poses in the columns of the bones that the tree has left out.
+
+    It leaves out what carries no weight. What stands in the other columns is undefined.
+    """
+    line = np.empty((n_poses, skeleton.n_dofs))
+    bone_of = np.repeat(np.arange(len(skeleton.bones)), [bone.n_dofs for bone in skeleton.bones])
+    missing = np.setdiff1d(bone_of, bone_of[tree.column])
+    if len(missing) == 0:
+        return line
+    bones, columns = [skeleton.bones[i] for i in missing], np.isin(bone_of, missing)
+    if frees_angles:  # whose numbers must not jump at the end either
+        ends, steps = np.stack([first[columns], last[columns]]), np.linspace(0.0, 1.0, n_poses)
+        line[:, columns] = without_jumps(bones, interpolate(bones, ends, steps))
+    else:
+        line[:, columns] = straight_line(bones, first[columns], last[columns], n_poses, TWO_PI if wrap else 0.0)
+    return line
 
 
 def _reason(found: Geodesic, n_steps: int, max_iter: int, tol: float) -> str:
