@@ -11,6 +11,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numba import types
 
 from skpose._compiled.jit import internal, separate
 from skpose._compiled.lanes import full_like, rows, sum_of_lanes
@@ -29,13 +30,19 @@ class Rectangle(NamedTuple):
 
 
 @internal
+def _n_rows(tree, b, n_nodes):
+    """Return the number of rows in the band of a branch: block rows [U X], padded to whole lanes."""
+    n = -(-(tree.branch[b + 1] - tree.branch[b]) // LANES)
+    return (n_nodes - 2) * n * LANES * 2 * n
+
+
+@internal
 def band_shape(tree, n_nodes):
-    """Return the shape of the band of the widest branch: block rows [U X], padded to whole lanes."""
-    widest = 0
+    """Return the shape of the bands of all branches, one after another."""
+    total = 0
     for b in range(tree.branch.shape[0] - 1):
-        widest = max(widest, tree.branch[b + 1] - tree.branch[b])
-    padded = -(-widest // LANES) * LANES
-    return n_nodes * padded * 2 * (padded // LANES), LANES
+        total += _n_rows(tree, b, n_nodes)
+    return total, LANES
 
 
 @internal
@@ -47,7 +54,7 @@ def _fill_band(tree, equations, damping, fixed, lo, hi, band):
     """
     pairs, n_blocks = equations.pairs, equations.gradient.shape[0] - 2
     m = -(-(hi - lo) // LANES) * LANES
-    cells = band.reshape(band.size)[: n_blocks * m * 2 * m].reshape(n_blocks * m, 2 * m)
+    cells = band.reshape(n_blocks * m, 2 * m)
     for i in range(n_blocks):  # the step from pose i on ends at pose i + 1, where another begins
         block = cells[i * m : (i + 1) * m]
         block[:] = 0.0
@@ -151,23 +158,33 @@ def _substitute(band, n_blocks, n, x):
             flat[i * m + p] = (value - sum_of_lanes(total)) / pivot
 
 
-@separate(lambda: FLAG(TREE, EQUATIONS, REAL, FLAG_MATRIX, MATRIX, MATRIX))
-def solve(tree, equations, damping, fixed, band, step):
-    """Compute step = −(H + λ)⁻¹ gradient for the dofs that are not fixed; return whether H + λ is positive definite."""
-    n_blocks = equations.gradient.shape[0] - 2
+@separate(lambda: FLAG(TREE, EQUATIONS, REAL, FLAG_MATRIX, MATRIX))
+def factorise(tree, equations, damping, fixed, band):
+    """Factorise H + λ, without the dofs that are fixed, in the band; return whether it is positive definite."""
+    n_nodes, start = equations.gradient.shape[0], 0
     for b in range(tree.branch.shape[0] - 1):
-        lo, hi = tree.branch[b], tree.branch[b + 1]
-        n = -(-(hi - lo) // LANES)
-        _fill_band(tree, equations, damping, fixed, lo, hi, band)
-        if not _factorise(band, n_blocks, n):
+        lo, hi, stop = tree.branch[b], tree.branch[b + 1], start + _n_rows(tree, b, n_nodes)
+        _fill_band(tree, equations, damping, fixed, lo, hi, band[start:stop])
+        if not _factorise(band[start:stop], n_nodes - 2, -(-(hi - lo) // LANES)):
             return False
-        x = np.zeros((n_blocks * n, LANES))
-        flat = x.reshape(n_blocks, n * LANES)
-        for i in range(n_blocks):
+        start = stop
+    return True
+
+
+@separate(lambda: types.void(TREE, EQUATIONS, MATRIX, MATRIX))
+def solve(tree, equations, band, step):
+    """Compute step = −(H + λ)⁻¹ gradient by the factors in the band; of fixed dofs the gradient has to be zero."""
+    n_nodes, start = equations.gradient.shape[0], 0
+    for b in range(tree.branch.shape[0] - 1):
+        lo, hi, stop = tree.branch[b], tree.branch[b + 1], start + _n_rows(tree, b, n_nodes)
+        n = -(-(hi - lo) // LANES)
+        x = np.zeros(((n_nodes - 2) * n, LANES))
+        flat = x.reshape(n_nodes - 2, n * LANES)
+        for i in range(n_nodes - 2):
             for d in range(lo, hi):
                 flat[i, d - lo] = -equations.gradient[i + 1, d]
-        _substitute(band, n_blocks, n, x)
-        for i in range(n_blocks):
+        _substitute(band[start:stop], n_nodes - 2, n, x)
+        for i in range(n_nodes - 2):
             for d in range(lo, hi):
                 step[i + 1, d] = flat[i, d - lo]
-    return True
+        start = stop

@@ -119,7 +119,7 @@ def follow_geodesics(tree, pose, ends, first, last, search, kept, found):
     """Compute the geodesics from a pose to the ends first:last, whose angles are wrapped already; keep their paths."""
     free, own = free_tree(tree, search.frees_angles), free_tree(tree, search.frees_angles)
     bounds = unbounded(pose.shape[0])
-    settings = Settings(Stop(MAX_STEPS, search.tol, 0.0), FIRST_DAMPING, 0.0, LEAST_CHANGE, False, PATIENCE)
+    settings = Settings(Stop(MAX_STEPS, search.tol, 0.0), FIRST_DAMPING, 0.0, LEAST_CHANGE, False, REUSE, PATIENCE)
     for i in range(first, last):
         line, _ = shorter_line(tree, free, pose, ends[i], search.n_steps)
         if kept.n_nodes[i] > 0:

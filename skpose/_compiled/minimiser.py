@@ -16,11 +16,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._compiled.block_cholesky import band_shape, solve
+from skpose._compiled.block_cholesky import band_shape, factorise, solve
 from skpose._compiled.jit import internal, separate, unfolded
 from skpose._compiled.normal_equations import (
     NormalEquations,
     equations_for,
+    gradient_of,
     mean_diagonal,
     normal_equations,
 )
@@ -74,6 +75,7 @@ class Settings(NamedTuple):
     exact_below: float  # relative decrease of the energy below which the Hessian is exact: 0 never, inf always
     least_change: float  # relative change of a step's length that is worth a second trial; inf: none is
     raise_used: bool  # after a poor step, multiply the damping that was used, not the one before it was raised
+    reuse: int  # steps for which the same factors serve, where the Hessian is not exact
     patience: int  # a path is checked for divergence every so many iterations
 
 
@@ -87,7 +89,7 @@ class Outcome(NamedTuple):
 
 
 BOUNDS, STOP = named(Bounds, VECTOR, VECTOR), named(Stop, WHOLE, REAL, REAL)
-SETTINGS = named(Settings, STOP, REAL, REAL, REAL, FLAG, WHOLE)
+SETTINGS = named(Settings, STOP, REAL, REAL, REAL, FLAG, WHOLE, WHOLE)
 OUTCOME = named(Outcome, REAL, REAL, WHOLE, FLAG)
 
 
@@ -168,7 +170,8 @@ def _damped_step(tree, system, damping, scale, step):
     Return that damping; inf where it would be hopelessly large.
     """
     while damping < MAX_DAMPING * scale:
-        if solve(tree, system.equations, damping, system.fixed, system.band, step):
+        if factorise(tree, system.equations, damping, system.fixed, system.band):
+            solve(tree, system.equations, system.band, step)
             return damping
         damping = max(10.0 * damping, FIRST_DAMPING * scale)
     return math.inf
@@ -227,11 +230,11 @@ def _line_search(tree, path, line, bounds, first, second, samples):
 
 
 @unfolded
-def _is_minimum(tree, path, exact, scale, system, direction):
-    """Return whether the curvature of the energy is positive, or flat, in all directions; overwrites the direction."""
+def _is_minimum(tree, path, exact, scale, system):
+    """Return whether the curvature of the energy is positive, or flat, in all directions."""
     if not exact:
         normal_equations(tree, path, True, system.samples, system.equations)
-    return solve(tree, system.equations, FLAT * scale, system.fixed, system.band, direction)
+    return factorise(tree, system.equations, FLAT * scale, system.fixed, system.band)
 
 
 @unfolded
@@ -260,11 +263,10 @@ def relative_gap(tree, poses):
 
 
 @unfolded
-def _model_step(tree, system, damping, scale, step):
-    """Compute the damped step; return the damping used, the decrease by the quadratic model, and minus the slope."""
-    used = _damped_step(tree, system, damping, scale, step)
+def _predicted(system, damping, step):
+    """Return the decrease by the quadratic model for a damped step, and minus the slope along it."""
     slope = -_dot(system.equations.gradient, step)
-    return used, 0.5 * (used * _dot(step, step) + slope), slope
+    return 0.5 * (damping * _dot(step, step) + slope), slope
 
 
 @separate(lambda: OUTCOME(TREE, PATH, BOUNDS, SETTINGS))
@@ -282,36 +284,49 @@ def minimise(tree, path, bounds, settings):
     verified = False  # that almost no energy is left, by the exact model with the least damping
     exact = settings.exact_below == math.inf
     least_gain, least_damping = max(ROUNDING, stop.gain), max(LEAST_DAMPING, DAMPING_OVER_GAIN * stop.gain)
+    age, used = settings.reuse, 0.0  # of the factors, in steps; the damping in them
     for iteration in range(stop.max_iter):
-        normal_equations(tree, path, exact, system.samples, system.equations)
+        if age >= settings.reuse:
+            normal_equations(tree, path, exact, system.samples, system.equations)
+        else:
+            gradient_of(tree, path, system.samples, system.equations)
         if iteration == 0:
             scale = mean_diagonal(system.equations)
             damping = max(settings.damping, least_damping) * scale
         if _fix_at_bounds(path, bounds, system):
             last_slope = 0.0
+            if age < settings.reuse:
+                age = settings.reuse
+                normal_equations(tree, path, exact, system.samples, system.equations)
+                _fix_at_bounds(path, bounds, system)
         norm = 2.0 * math.sqrt(_dot(gradient, gradient))
         if scale <= noise or half <= noise:  # nothing moves
             return Outcome(norm, 0.0, iteration, True)
-        stationary, used, predicted, slope = norm <= stop.gradient_norm, damping, 0.0, 0.0
+        stationary, predicted, slope = norm <= stop.gradient_norm, 0.0, 0.0
         if not stationary:
-            used, predicted, slope = _model_step(tree, system, damping, scale, step)
+            if age >= settings.reuse:
+                used, age = _damped_step(tree, system, damping, scale, step), 0
+            else:
+                solve(tree, system.equations, system.band, step)
+            predicted, slope = _predicted(system, used, step)
             if ROUNDING * half < predicted <= least_gain * half and not verified:
                 if not exact:
                     normal_equations(tree, path, True, system.samples, system.equations)
                     _fix_at_bounds(path, bounds, system)
                 verified, exact, last_slope, damping = True, True, 0.0, LEAST_DAMPING * scale
-                used, predicted, slope = _model_step(tree, system, damping, scale, step)
+                used = _damped_step(tree, system, damping, scale, step)
+                predicted, slope = _predicted(system, used, step)
             stationary = predicted <= least_gain * half
             # Where the damping alone leaves no step.
             if used == math.inf or (predicted <= ROUNDING * half and damping > scale):
                 return Outcome(norm, math.inf, iteration, False)
         if stationary:  # a minimum or a saddle
-            if n_perturbations == MAX_PERTURBATIONS or _is_minimum(tree, path, exact, scale, system, direction):
+            if n_perturbations == MAX_PERTURBATIONS or _is_minimum(tree, path, exact, scale, system):
                 return Outcome(norm, predicted / half if half > 0.0 else 0.0, iteration, True)
             n_perturbations += 1
             _perturb(path, bounds)
             half = evaluate(tree, path, system.samples)
-            last_slope, damping = 0.0, max(settings.damping, least_damping) * scale
+            last_slope, damping, age = 0.0, max(settings.damping, least_damping) * scale, settings.reuse
             continue
         _combine(step, last_slope, last_step, slope, gradient, direction)
         line = Line(direction, half, -_dot(gradient, direction), settings.least_change)
@@ -326,6 +341,7 @@ def minimise(tree, path, bounds, settings):
         last_slope = slope if ratio > 0.25 and not exact else 0.0
         raised = 4.0 * (used if settings.raise_used else damping)
         damping = _updated_damping(damping, raised, ratio, least_damping * scale)
+        age = settings.reuse if exact or ratio < 0.25 else age + 1
         check = iteration % settings.patience == settings.patience - 1
         if check and relative_gap(tree, path.poses) > DIVERGED * MAX_GAP:
             return Outcome(norm, math.inf, iteration + 1, False)

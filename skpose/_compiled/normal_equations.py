@@ -43,11 +43,16 @@ class NormalEquations(NamedTuple):
 EQUATIONS = named(NormalEquations, WHOLE_VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX)
 
 
+@internal
+def _n_groups(path):
+    return -(-(path.poses.shape[0] - 1) // STEPS)
+
+
 @separate(lambda: EQUATIONS(TREE, PATH))
 def equations_for(tree, path):
     """Return normal equations for a path, not yet filled."""
     n_nodes, n = path.poses.shape
-    n_groups, n_frames = -(-(n_nodes - 1) // STEPS), tree.frame_parent.shape[0]
+    n_groups, n_frames = _n_groups(path), tree.frame_parent.shape[0]
     first_pair = np.zeros(n + 1, np.int64)
     for f in range(1, n_frames):
         for d in range(tree.first_dof[f], tree.end_dof[f]):
@@ -331,22 +336,36 @@ def _set_pairs(tree, substeps, exact, group, samples, equations):
             _add_ball(tree, f, substeps, poses, P, screws, moments, pairs, (of_first, of_second, of_third))
 
 
+@internal
+def _add_gradient_of(tree, path, group, samples, equations):
+    """Place the samples of a group of steps, and add the forces on them to the gradient."""
+    place_samples(tree, path, group * STEPS, True, samples)
+    P, screws, moments = rows(samples.P, 0), rows(samples.screws, 0), rows(equations.moments, 0)
+    for s in range(path.substeps + 1):
+        own = rows(equations.moments, 12 * s * tree.frame_parent.shape[0])
+        _sum_moments(tree, s, path.substeps, P, own)
+    _add_gradient(tree, group * STEPS, path.substeps, screws, moments, equations.forces, equations.gradient)
+
+
+@separate(lambda: types.void(TREE, PATH, SAMPLES, EQUATIONS))
+def gradient_of(tree, path, samples, equations):
+    """Compute the gradient of half the energy alone; the blocks stay as they are."""
+    equations.gradient[:] = 0.0
+    for group in range(_n_groups(path)):
+        _add_gradient_of(tree, path, group, samples, equations)
+
+
 @separate(lambda: types.void(TREE, PATH, FLAG, SAMPLES, EQUATIONS))
 def normal_equations(tree, path, exact, samples, equations):
     """Compute the blocks of the normal equations, or of the exact Hessian, and the gradient of half the energy."""
     n_frames, n_coordinates, substeps = tree.frame_parent.shape[0], 3 * tree.offset.shape[0], path.substeps
     equations.gradient[:] = 0.0
-    P = rows(samples.P, 0)
-    for group in range(-(-(path.poses.shape[0] - 1) // STEPS)):
-        first = group * STEPS
-        place_samples(tree, path, first, True, samples)
+    for group in range(_n_groups(path)):
+        _add_gradient_of(tree, path, group, samples, equations)
         for s in range(substeps + 1):
-            moments, here = rows(equations.moments, 12 * s * n_frames), rows(samples.P, s * n_coordinates)
-            _sum_moments(tree, s, substeps, P, moments)
+            here = rows(samples.P, s * n_coordinates)
             _sum_products(tree, here, here, rows(equations.sums, 32 * s * n_frames))
             if s < substeps:
                 after = rows(samples.P, (s + 1) * n_coordinates)
                 _sum_products(tree, here, after, rows(equations.sums, (32 * s + 16) * n_frames))
-        screws, moments = rows(samples.screws, 0), rows(equations.moments, 0)
-        _add_gradient(tree, first, substeps, screws, moments, equations.forces, equations.gradient)
         _set_pairs(tree, substeps, exact, group, samples, equations)
