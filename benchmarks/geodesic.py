@@ -21,8 +21,8 @@ from scipy.optimize import minimize
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose import geodesic, pose_distances
-from skpose._compiled.forward import workspace_rows
-from skpose._compiled.path_energy import add_gradient, evaluate, path_of, sum_moments
+from skpose._compiled.normal_equations import equations_for, gradient_of
+from skpose._compiled.path_energy import evaluate, path_of, samples_for
 from skpose.kinematics._tree import tree_of
 
 N_STEPS = 10
@@ -40,21 +40,17 @@ QUICK = Size(2, 5, 1, 1)
 
 
 @njit
-def path_and_scratch(tree, poses):
-    """A path of these poses, with room for its kinematics and for sums over the tree."""
-    moments = np.empty((tree.frame_parent.shape[0], 12))
-    return path_of(tree, poses, 1), np.empty(workspace_rows(tree)), moments
+def path_and_workspace(tree, poses):
+    """A path of these poses, with room for its samples and for its gradient."""
+    path = path_of(tree, poses, 1)
+    return path, samples_for(tree, path), equations_for(tree, path)
 
 
 @njit(nogil=True)
-def energy_and_gradient(tree, path, scratch, moments, gradient):
-    """Eq. 6 and its derivative in all poses."""
-    half = evaluate(tree, path, scratch)
-    gradient[:] = 0.0
-    for i in range(1, len(path.P) - 1):
-        sum_moments(tree, path.P[i - 1], path.P[i], path.P[i + 1], moments)
-        add_gradient(tree, path.screws[i], moments, 0.0, gradient[i : i + 2])
-    return 2.0 * half
+def energy_and_gradient(tree, path, samples, equations):
+    """Eq. 6, and half its derivative in all poses among the equations."""
+    gradient_of(tree, path, samples, equations)
+    return 2.0 * evaluate(tree, path, samples)
 
 
 class Energy:
@@ -65,14 +61,13 @@ class Energy:
         gap = (end - start + np.pi) % (2 * np.pi) - np.pi
         line = start + np.linspace(0, 1, N_STEPS + 1)[:, None] * gap
         poses = np.ascontiguousarray(line[:, self.tree.column] * self.tree.sign)
-        self.path, self.scratch, self.moments = path_and_scratch(self.tree, poses)
-        self.gradient = np.empty(line.shape)
+        self.path, self.samples, self.equations = path_and_workspace(self.tree, poses)
         self.start = self.path.poses[1:-1].ravel().copy()
 
     def __call__(self, x):
         self.path.poses[1:-1] = x.reshape(N_STEPS - 1, -1)
-        value = energy_and_gradient(self.tree, self.path, self.scratch, self.moments, self.gradient)
-        return value, 2.0 * self.gradient[1:-1].ravel()
+        value = energy_and_gradient(self.tree, self.path, self.samples, self.equations)
+        return value, 2.0 * self.equations.gradient[1:-1].ravel()
 
     def hessian_product(self, x, direction):
         step = 1e-6 / max(np.linalg.norm(direction), 1e-300)

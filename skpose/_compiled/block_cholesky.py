@@ -103,7 +103,10 @@ def _subtract(band, width, target, source, column):
 
 @internal
 def _factorise(band, n_blocks, n):
-    """Factorise UᵀU in place, X right of U; return whether that is possible. A block is n registers wide."""
+    """Factorise UᵀU in place, X right of U; return whether that is possible. A block is n registers wide.
+
+    The diagonal of U holds the inverses of its numbers.
+    """
     m, width = n * LANES, 2 * n
     chunks = rows(band, 0)
     for i in range(n_blocks):
@@ -128,6 +131,7 @@ def _factorise(band, n_blocks, n):
                 scale = 1.0 / math.sqrt(pivot)
                 for c in range(first, end):
                     chunks[(top + q) * width + c] = scale * chunks[(top + q) * width + c]
+                band[(top + q) * width + q // LANES, q % LANES] = scale
     return True
 
 
@@ -140,7 +144,7 @@ def _substitute(band, n_blocks, n, x):
     for i in range(n_blocks):
         for p in range(m):
             row = (i * m + p) * width
-            flat[i * m + p] /= band[row + p // LANES, p % LANES]
+            flat[i * m + p] *= band[row + p // LANES, p % LANES]
             value = flat[i * m + p]
             for c in range(p // LANES, n if i == n_blocks - 1 else width):
                 # Left of the diagonal there are zeros; the pivot's own number is restored below.
@@ -150,12 +154,12 @@ def _substitute(band, n_blocks, n, x):
         for p in range(m - 1, -1, -1):
             row = (i * m + p) * width
             total = full_like(solution, 0.0)
-            pivot = band[row + p // LANES, p % LANES]
+            inverse = band[row + p // LANES, p % LANES]
             value = flat[i * m + p]
             flat[i * m + p] = 0.0
             for c in range(p // LANES, n if i == n_blocks - 1 else width):
                 total = total + solution[i * n + c] * chunks[row + c]
-            flat[i * m + p] = (value - sum_of_lanes(total)) / pivot
+            flat[i * m + p] = (value - sum_of_lanes(total)) * inverse
 
 
 @separate(lambda: FLAG(TREE, EQUATIONS, REAL, FLAG_MATRIX, MATRIX))

@@ -128,7 +128,7 @@ def logarithms_from(tree, pose, ends, first, last, n_steps, found):
     basis = tangent_space(tree, pose)
     here, following, nodes = np.empty(n), np.empty(n), np.empty((n_steps + 1, n_dofs))
     # From a path that is nearly the one that is looked for: the exact Hessian all along.
-    settings = Settings(Stop(MAX_ITER, TOL_CHORDS, 0.0), LEAST_OF_PATHS, math.inf, math.inf, True, 1, NEVER)
+    settings = Settings(Stop(MAX_ITER, TOL_CHORDS, 0.0), LEAST_OF_PATHS, True, math.inf, True, NEVER)
     for i in range(first, last):
         line, _ = shorter_line(tree, free, pose, ends[i], n_steps)
         curve = find_geodesic(free, line, bounds, Stop(MAX_ITER, GRADIENT_NORM, 0.0))

@@ -44,8 +44,6 @@ MAX_ITER, TOL = 500, 1e-6  # iterations in each refinement; share of the length 
 GRADIENT_NORM = 1e-7  # of the energy, where not only the length of a path matters but also its direction, m²/rad
 SUBSTEPS = 4
 REFINEMENTS = ((1, 1), (1, SUBSTEPS), (2, SUBSTEPS), (4, SUBSTEPS))  # free steps over n_steps, chords in each
-import os
-REUSE = int(os.environ.get('REUSE','1'))
 LEAST_CHANGE = 0.1  # see `minimiser.Settings`
 PATIENCE = 10  # iterations, on paths that are not refined
 NEVER = 1 << 62  # iterations
@@ -81,7 +79,7 @@ def stop_at(max_iter, tol):
 
 @unfolded
 def _settings_for(substeps, stop):
-    return Settings(stop, FIRST_DAMPING, 0.0, LEAST_CHANGE, False, REUSE, PATIENCE if substeps == 1 else NEVER)
+    return Settings(stop, FIRST_DAMPING, False, LEAST_CHANGE, False, PATIENCE if substeps == 1 else NEVER)
 
 
 @separate(lambda: MATRIX(TREE, TREE, VECTOR, VECTOR, WHOLE))

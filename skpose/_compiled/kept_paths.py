@@ -25,7 +25,7 @@ from skpose._compiled.geodesic import (
 )
 from skpose._compiled.jit import internal, jit
 from skpose._compiled.minimiser import FIRST_DAMPING, Settings, Stop, minimise, unbounded
-from skpose._compiled.normal_equations import equations_for, normal_equations
+from skpose._compiled.normal_equations import equations_for, gradient_of
 from skpose._compiled.path_energy import divided, path_of, samples_for
 
 MOST_NODES = REFINEMENTS[-1][0]  # steps of the finest path, over n_steps
@@ -104,7 +104,7 @@ def _record(free, curve, n_steps, i, found):
     copy_to(first_step[1], curve.poses[substeps])
     path = path_of(free, first_step, substeps)
     equations = equations_for(free, path)
-    normal_equations(free, path, False, samples_for(free, path), equations)
+    gradient_of(free, path, samples_for(free, path), equations)
     gradient = equations.gradient[0]
     slopes_of_turns(free, curve.poses[0], gradient)
     found.energies[i] = n_chords * curve.energy
@@ -119,7 +119,7 @@ def follow_geodesics(tree, pose, ends, first, last, search, kept, found):
     """Compute the geodesics from a pose to the ends first:last, whose angles are wrapped already; keep their paths."""
     free, own = free_tree(tree, search.frees_angles), free_tree(tree, search.frees_angles)
     bounds = unbounded(pose.shape[0])
-    settings = Settings(Stop(MAX_STEPS, search.tol, 0.0), FIRST_DAMPING, 0.0, LEAST_CHANGE, False, REUSE, PATIENCE)
+    settings = Settings(Stop(MAX_STEPS, search.tol, 0.0), FIRST_DAMPING, False, LEAST_CHANGE, False, PATIENCE)
     for i in range(first, last):
         line, _ = shorter_line(tree, free, pose, ends[i], search.n_steps)
         if kept.n_nodes[i] > 0:

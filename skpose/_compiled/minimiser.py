@@ -6,7 +6,8 @@ the ratio of actual to predicted decrease, as the radius of a trust region does.
 
 The terms that Gauss-Newton leaves out make its steps too short, always by much the same factor near the end. So steps
 are combined as in conjugate gradients, with the damped normal equations as the preconditioner, and their length is at
-the minimum of the parabola through energy, slope and trial. Where more is left out, the exact Hessian takes over.
+the minimum of the parabola through energy, slope and trial. Where almost nothing is left to gain, the exact Hessian
+says whether that is true.
 
 Where the gradient is zero but the curvature is negative in some direction, the path is at a saddle: it is perturbed.
 """
@@ -21,7 +22,6 @@ from skpose._compiled.jit import internal, separate, unfolded
 from skpose._compiled.normal_equations import (
     NormalEquations,
     equations_for,
-    gradient_of,
     mean_diagonal,
     normal_equations,
 )
@@ -72,10 +72,9 @@ class Settings(NamedTuple):
 
     stop: Stop
     damping: float  # λ at first
-    exact_below: float  # relative decrease of the energy below which the Hessian is exact: 0 never, inf always
+    exact: bool  # whether the Hessian is exact throughout, and not only where almost no energy is left
     least_change: float  # relative change of a step's length that is worth a second trial; inf: none is
     raise_used: bool  # after a poor step, multiply the damping that was used, not the one before it was raised
-    reuse: int  # steps for which the same factors serve, where the Hessian is not exact
     patience: int  # a path is checked for divergence every so many iterations
 
 
@@ -89,7 +88,7 @@ class Outcome(NamedTuple):
 
 
 BOUNDS, STOP = named(Bounds, VECTOR, VECTOR), named(Stop, WHOLE, REAL, REAL)
-SETTINGS = named(Settings, STOP, REAL, REAL, REAL, FLAG, WHOLE, WHOLE)
+SETTINGS = named(Settings, STOP, REAL, FLAG, REAL, FLAG, WHOLE)
 OUTCOME = named(Outcome, REAL, REAL, WHOLE, FLAG)
 
 
@@ -279,35 +278,25 @@ def minimise(tree, path, bounds, settings):
     half, noise = evaluate(tree, path, system.samples), rounding_length(tree) ** 2
     if shape[0] < 3:
         return Outcome(0.0, 0.0, 0, True)
-    scale, damping, norm, predicted, n_perturbations = 0.0, 0.0, math.inf, 0.0, 0
+    norm, predicted, n_perturbations = math.inf, 0.0, 0
     last_slope = 0.0  # along the step before; zero where the conjugate directions start anew
     verified = False  # that almost no energy is left, by the exact model with the least damping
-    exact = settings.exact_below == math.inf
+    exact = settings.exact
     least_gain, least_damping = max(ROUNDING, stop.gain), max(LEAST_DAMPING, DAMPING_OVER_GAIN * stop.gain)
-    age, used = settings.reuse, 0.0  # of the factors, in steps; the damping in them
+    normal_equations(tree, path, False, system.samples, system.equations)
+    scale = mean_diagonal(system.equations)
+    damping = max(settings.damping, least_damping) * scale
     for iteration in range(stop.max_iter):
-        if age >= settings.reuse:
+        if exact or iteration > 0:
             normal_equations(tree, path, exact, system.samples, system.equations)
-        else:
-            gradient_of(tree, path, system.samples, system.equations)
-        if iteration == 0:
-            scale = mean_diagonal(system.equations)
-            damping = max(settings.damping, least_damping) * scale
         if _fix_at_bounds(path, bounds, system):
             last_slope = 0.0
-            if age < settings.reuse:
-                age = settings.reuse
-                normal_equations(tree, path, exact, system.samples, system.equations)
-                _fix_at_bounds(path, bounds, system)
         norm = 2.0 * math.sqrt(_dot(gradient, gradient))
         if scale <= noise or half <= noise:  # nothing moves
             return Outcome(norm, 0.0, iteration, True)
-        stationary, predicted, slope = norm <= stop.gradient_norm, 0.0, 0.0
+        stationary, used, predicted, slope = norm <= stop.gradient_norm, math.inf, 0.0, 0.0
         if not stationary:
-            if age >= settings.reuse:
-                used, age = _damped_step(tree, system, damping, scale, step), 0
-            else:
-                solve(tree, system.equations, system.band, step)
+            used = _damped_step(tree, system, damping, scale, step)
             predicted, slope = _predicted(system, used, step)
             if ROUNDING * half < predicted <= least_gain * half and not verified:
                 if not exact:
@@ -321,27 +310,26 @@ def minimise(tree, path, bounds, settings):
             if used == math.inf or (predicted <= ROUNDING * half and damping > scale):
                 return Outcome(norm, math.inf, iteration, False)
         if stationary:  # a minimum or a saddle
-            if n_perturbations == MAX_PERTURBATIONS or _is_minimum(tree, path, exact, scale, system):
+            is_known = exact and used <= FLAT * scale  # from the Hessian's factors
+            if is_known or n_perturbations == MAX_PERTURBATIONS or _is_minimum(tree, path, exact, scale, system):
                 return Outcome(norm, predicted / half if half > 0.0 else 0.0, iteration, True)
             n_perturbations += 1
             _perturb(path, bounds)
             half = evaluate(tree, path, system.samples)
-            last_slope, damping, age = 0.0, max(settings.damping, least_damping) * scale, settings.reuse
+            last_slope, damping = 0.0, max(settings.damping, least_damping) * scale
             continue
         _combine(step, last_slope, last_step, slope, gradient, direction)
         line = Line(direction, half, -_dot(gradient, direction), settings.least_change)
         lowest = _line_search(tree, path, line, bounds, trial, second, system.samples)
         ratio = (half - lowest) / predicted
         if ratio > LEAST_RATIO:
-            exact = half - lowest < settings.exact_below * half
-            verified = half - lowest <= least_gain * half
+            exact, verified = settings.exact, half - lowest <= least_gain * half
             copy_free(trial, path)
             half = lowest
             step, last_step = last_step, step
         last_slope = slope if ratio > 0.25 and not exact else 0.0
         raised = 4.0 * (used if settings.raise_used else damping)
         damping = _updated_damping(damping, raised, ratio, least_damping * scale)
-        age = settings.reuse if exact or ratio < 0.25 else age + 1
         check = iteration % settings.patience == settings.patience - 1
         if check and relative_gap(tree, path.poses) > DIVERGED * MAX_GAP:
             return Outcome(norm, math.inf, iteration + 1, False)

@@ -185,7 +185,14 @@ def _coefficients(products, at, of, n, screw):
 
 @inlined
 def _screw(screws, n, row):
-    return screws[row], screws[row + n], screws[row + 2 * n], screws[row + 3 * n], screws[row + 4 * n], screws[row + 5 * n]
+    return (
+        screws[row],
+        screws[row + n],
+        screws[row + 2 * n],
+        screws[row + 3 * n],
+        screws[row + 4 * n],
+        screws[row + 5 * n],
+    )
 
 
 @inlined
@@ -259,7 +266,12 @@ def _add_second_derivatives(tree, f, d, substeps, P, screws, moments, forces):
 @inlined
 def _set_pair(n, e, substeps, screws, forces, pairs, row):
     """Compute the four numbers of a dof and dof e: the forces that resist the one, along the screws of the other."""
-    first, second, forward, back = (full_like(screws, 0.0), full_like(screws, 0.0), full_like(screws, 0.0), full_like(screws, 0.0))
+    first, second, forward, back = (
+        full_like(screws, 0.0),
+        full_like(screws, 0.0),
+        full_like(screws, 0.0),
+        full_like(screws, 0.0),
+    )
     for s in range(substeps + 1):
         h, t = 12 * s, s / substeps
         a, b, c, u, v, w = _screw(screws, n, 6 * n * s + e)
@@ -292,7 +304,12 @@ def _add_ball(tree, f, substeps, poses, P, screws, moments, pairs, rows_of):
     """
     n, n_frames, d = tree.column.shape[0], tree.frame_parent.shape[0], tree.first_dof[f]
     for s in range(substeps + 1):
-        m, at, k, t = 12 * (s * n_frames + f), s * 3 * tree.offset.shape[0] + 3 * tree.pivot[f], 6 * n * s + d, s / substeps
+        m, at, k, t = (
+            12 * (s * n_frames + f),
+            s * 3 * tree.offset.shape[0] + 3 * tree.pivot[f],
+            6 * n * s + d,
+            s / substeps,
+        )
         u, v, w = moments[m + 9], moments[m + 10], moments[m + 11]
         a = moments[m + 5] - moments[m + 7] - (P[at + 1] * w - P[at + 2] * v)
         b = moments[m + 6] - moments[m + 2] - (P[at + 2] * u - P[at] * w)
@@ -316,7 +333,12 @@ def _add_ball(tree, f, substeps, poses, P, screws, moments, pairs, rows_of):
 def _set_pairs(tree, substeps, exact, group, samples, equations):
     """Compute the numbers of all pairs of a group of steps."""
     n, n_frames = tree.column.shape[0], tree.frame_parent.shape[0]
-    screws, P, sums, pairs = rows(samples.screws, 0), rows(samples.P, 0), rows(equations.sums, 0), rows(equations.pairs, 0)
+    screws, P, sums, pairs = (
+        rows(samples.screws, 0),
+        rows(samples.P, 0),
+        rows(equations.sums, 0),
+        rows(equations.pairs, 0),
+    )
     moments, forces, poses = rows(equations.moments, 0), rows(equations.forces, 0), rows(samples.poses, 0)
     for f in range(1, n_frames):
         for d in range(tree.first_dof[f], tree.end_dof[f]):

@@ -155,7 +155,7 @@ def place_samples(tree, path, first, with_screws, samples):
         if with_screws:
             set_screws(tree, C, S, H, P, screws)
         for w in range(LANES):
-            if s == 0 and first + w == 0 or first + w >= last:
+            if (s == 0 and first + w == 0) or first + w >= last:
                 end = path.ends[0 if first + w == 0 else 1]
                 for i in range(n_coordinates):
                     samples.P[s * n_coordinates + i, w] = end[i]

@@ -5,7 +5,19 @@ import pytest
 from numba import njit
 
 from skpose._compiled.encode import cosine_sine
-from skpose._compiled.lanes import any_greater, flat, full_like, greater, lanes, minimum, rint, rows, sqrt
+from skpose._compiled.lanes import (
+    any_greater,
+    flat,
+    full_like,
+    greater,
+    lanes,
+    minimum,
+    next_lane,
+    rint,
+    rows,
+    sqrt,
+    sum_of_lanes,
+)
 
 
 @njit
@@ -35,6 +47,21 @@ def test_operations(dtype, in_lanes):
     expected = [a + b * 2 - 0.5, np.abs(a), np.rint(a), np.minimum(a, b), (a > 0.25).astype(dtype), np.full(shape, 3.0)]
     np.testing.assert_allclose(out, np.concatenate(expected), rtol=1e-6 if dtype is np.float32 else 1e-15, atol=1e-6)
     np.testing.assert_array_equal(flags, (a > 1).any(axis=1) if in_lanes else a > 1)
+
+
+@njit
+def across(a, moved, sums):
+    x, put = rows(a, 0), rows(moved, 0)
+    for i in range(a.shape[0]):
+        put[i], sums[i] = next_lane(x[i]), sum_of_lanes(x[i])
+
+
+def test_operations_across_lanes():
+    a = np.random.default_rng(0).normal(size=(20, lanes(np.dtype(np.float64))))
+    moved, sums = np.empty_like(a), np.empty(20)
+    across(a, moved, sums)
+    np.testing.assert_array_equal(moved, np.column_stack([a[:, 1:], a[:, -1]]))
+    np.testing.assert_array_equal(sums, np.cumsum(a, axis=1)[:, -1])  # in order: the same on every processor
 
 
 @njit

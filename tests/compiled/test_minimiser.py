@@ -8,13 +8,14 @@ from conftest import MIXED, random_tree
 from entries import from_python
 
 from skpose import Skeleton, position_jacobian
-from skpose._compiled.block_cholesky import band_shape, solve
+from skpose._compiled.block_cholesky import band_shape, factorise, solve
 from skpose._compiled.normal_equations import NormalEquations, equations_for, normal_equations
 from skpose._compiled.path_energy import LANES, STEPS, evaluate, path_of, samples_for
 from skpose._compiled.tree import Tree
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 
-band_shape, solve, evaluate, path_of = map(from_python, (band_shape, solve, evaluate, path_of))
+band_shape, factorise, solve = map(from_python, (band_shape, factorise, solve))
+evaluate, path_of = from_python(evaluate), from_python(path_of)
 normal_equations, equations_for, samples_for = map(from_python, (normal_equations, equations_for, samples_for))
 
 N_NODES = 4
@@ -118,6 +119,25 @@ def test_hessian_is_the_derivative_of_the_gradient(substeps, skeleton, poses):
 
 
 @SUBSTEPS
+def test_longer_paths_than_one_register_of_steps(substeps):
+    """Fifteen nodes are in three groups of steps: energy, gradient and matrix of the whole are the sums of parts."""
+    skeleton = random_tree(3, n=6, kinds=MIXED, offset_frame="parent")
+    n, n_nodes = skeleton.n_dofs, 15
+    poses = np.cumsum(np.random.default_rng(0).normal(size=(n_nodes, n)) * 0.3, axis=0)
+    whole = parts(skeleton, poses, substeps, exact=True)
+    half, gradient, matrix = 0.0, np.zeros(whole.gradient.shape), np.zeros(whole.matrix.shape)
+    for i in range(n_nodes - 3):  # four nodes have two free ones; of these only the first is not in the part before
+        part = parts(skeleton, poses[i : i + 4], substeps, exact=True)
+        own = slice(i * n, (i + 2) * n)
+        gradient[own], matrix[own, own] = part.gradient, part.matrix
+    for i in range(n_nodes - 1):
+        half += parts(skeleton, poses[i : i + 2], substeps).half
+    np.testing.assert_allclose(whole.half, half, rtol=1e-12)
+    np.testing.assert_allclose(whole.gradient, gradient, atol=1e-12 * np.abs(gradient).max())
+    np.testing.assert_allclose(whole.matrix, matrix, atol=1e-12 * np.abs(matrix).max())
+
+
+@SUBSTEPS
 def test_normal_equations_are_those_of_the_chords(substeps, skeleton, poses):
     tree = tree_of(skeleton)
     at = np.linspace(0, N_NODES - 1, (N_NODES - 1) * substeps + 1)
@@ -137,7 +157,8 @@ def test_solution_is_the_dense_one(share_fixed, skeleton, poses):
     fixed[1:-1] = np.random.default_rng(1).random((N_NODES - 2, skeleton.n_dofs)) < share_fixed
     part.equations.gradient[fixed] = 0.0
     step, band = np.zeros(poses.shape), np.empty(band_shape(part.tree, N_NODES))
-    assert solve(part.tree, part.equations, 0.5, fixed, band, step)
+    assert factorise(part.tree, part.equations, 0.5, fixed, band)
+    solve(part.tree, part.equations, band, step)
     free = ~fixed[1:-1].ravel()
     expected = np.zeros(free.size)
     damped = part.matrix[np.ix_(free, free)] + 0.5 * np.eye(free.sum())
@@ -147,7 +168,6 @@ def test_solution_is_the_dense_one(share_fixed, skeleton, poses):
 
 def test_what_is_not_positive_definite_has_no_solution(skeleton, poses):
     part = parts(skeleton, poses, 1)
-    fixed, step = np.zeros(poses.shape, bool), np.zeros(poses.shape)
-    band = np.empty(band_shape(part.tree, N_NODES))
+    fixed, band = np.zeros(poses.shape, bool), np.empty(band_shape(part.tree, N_NODES))
     largest = np.linalg.eigvalsh(part.matrix).max()
-    assert not solve(part.tree, part.equations, -1.01 * largest, fixed, band, step)
+    assert not factorise(part.tree, part.equations, -1.01 * largest, fixed, band)

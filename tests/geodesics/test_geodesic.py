@@ -169,7 +169,7 @@ def test_fact_1_between_the_chord_and_the_line(far, skeleton):
         assert (curves <= np.array(fine) * (1 + 1e-4)).all()
 
 
-@pytest.mark.parametrize("seed", [1, 7, 12])
+@pytest.mark.parametrize("seed", [1, 7, 17])
 def test_discretisation_error_is_found_and_removed(seed):
     """Where ten points skip what is long, scipy's minimum is no curve of that length, and ours is one."""
     skeleton = SKELETONS["bvh"]
