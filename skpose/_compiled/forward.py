@@ -3,7 +3,7 @@
 import math
 
 from skpose._compiled.jit import inlined, internal
-from skpose._compiled.lanes import full_like, rows
+from skpose._compiled.lanes import rows
 from skpose._compiled.rotation import product, quaternion_of, turned_back
 from skpose._compiled.trigonometry import cosine_sine
 
@@ -21,13 +21,13 @@ def workspace(tree, scratch):
     """Return the rows of a scratch array of shape (workspace_rows,), or (workspace_rows, lanes).
 
     Cosines C and sines S of the angles, n_dofs rows each; orientations H, 9 n_frames rows, the root's set to the
-    identity; positions P, 3 n_joints + 3 rows, set to zero.
+    identity; positions P, 3 n_joints + 3 rows, the root's set to zero.
     """
     n, h = tree.column.shape[0], 9 * tree.frame_parent.shape[0]
     H, P = rows(scratch, 2 * n), rows(scratch, 2 * n + h)
     for i in range(9):
         H[i] = 1.0 if i % 4 == 0 else 0.0
-    for i in range(3 * tree.offset.shape[0]):
+    for i in range(3):
         P[i] = 0.0
     return rows(scratch, 0), rows(scratch, n), H, P
 
@@ -85,15 +85,10 @@ def orient(tree, dofs, C, S, H):
 
 @internal
 def place_joints(tree, H, P):
-    """Overwrite the joint positions P with those of the frames H; return the weighted square of their displacement."""
-    square = full_like(P, 0.0)
+    """Compute the joint positions P from the frames H; the root's stays where it is."""
     for j in range(1, tree.offset.shape[0]):
         p, f = 3 * tree.joint_parent[j], 9 * tree.joint_frame[j]
         x, y, z = tree.offset[j, 0], tree.offset[j, 1], tree.offset[j, 2]
         for i in range(3):
             h = f + 3 * i
-            new = P[p + i] + (H[h] * x + H[h + 1] * y + H[h + 2] * z)
-            move = (new - P[3 * j + i]) * tree.scale[j]
-            square = square + move * move
-            P[3 * j + i] = new
-    return square
+            P[3 * j + i] = P[p + i] + (H[h] * x + H[h + 1] * y + H[h + 2] * z)

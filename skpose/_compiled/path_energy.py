@@ -10,7 +10,6 @@ there, is computed at once. The last sample of a step is the first one of the ne
 has no step of its own, and its pose begins the next group.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +18,7 @@ from numba import types
 from skpose._compiled.forward import orient, place_joints, workspace, workspace_rows
 from skpose._compiled.jacobian import rotation_axes
 from skpose._compiled.jit import internal, separate, unfolded
-from skpose._compiled.lanes import flat, full_like, next_lane, rows, sum_of_lanes
+from skpose._compiled.lanes import flat, full_like, next_lane, rows, sqrt, sum_of_lanes
 from skpose._compiled.results import aligned
 from skpose._compiled.signatures import FLAG, MATRIX, REAL, TREE, VECTOR, WHOLE, named
 
@@ -78,13 +77,11 @@ def copy_free(source, target):
 def samples_for(tree, path):
     """Return arrays for the samples of a path."""
     n, n_samples = tree.column.shape[0], path.substeps + 1
-    P = aligned(n_samples * 3 * tree.offset.shape[0], LANES, np.float64)
-    P[:] = 0.0
     return Samples(
         aligned(2 * n, LANES, np.float64),
         aligned(n, LANES, np.float64),
         aligned(workspace_rows(tree), LANES, np.float64),
-        P,
+        aligned(n_samples * 3 * tree.offset.shape[0], LANES, np.float64),
         aligned(n_samples * 6 * n, LANES, np.float64),
     )
 
@@ -150,6 +147,8 @@ def place_samples(tree, path, first, with_screws, samples):
         P, screws, t = rows(samples.P, s * n_coordinates), rows(samples.screws, s * 6 * n), s / path.substeps
         for d in range(n):
             dofs[d] = begins[d] + t * steps[d]
+        for i in range(3):
+            P[i] = 0.0
         orient(tree, dofs, C, S, H)
         place_joints(tree, H, P)
         if with_screws:
@@ -198,23 +197,31 @@ def divided(poses, parts):
 
 
 @internal
-def _chords(tree, poses, scratch):
-    """Return what `chords` does; the rows of the scratch array are valid as long as it is an argument."""
-    C, S, H, P = workspace(tree, scratch)
-    length, energy = 0.0, 0.0
-    for i in range(poses.shape[0]):
-        orient(tree, poses[i], C, S, H)
-        square = place_joints(tree, H, P)
-        if i > 0:
-            length += math.sqrt(square)
-            energy += square
+def _chords(tree, poses, dofs, scratch):
+    """Return what `chords` does; the rows of the two arrays are valid as long as they are arguments."""
+    angles, last, length, energy = rows(dofs, 0), poses.shape[0] - 1, 0.0, 0.0
+    for first in range(0, last, STEPS):
+        for w in range(LANES):
+            for d in range(poses.shape[1]):
+                dofs[d, w] = poses[min(first + w, last), d]
+        C, S, H, P = workspace(tree, scratch)
+        orient(tree, angles, C, S, H)
+        place_joints(tree, H, P)
+        square = full_like(P, 0.0)
+        for j in range(1, tree.offset.shape[0]):
+            for i in range(3 * j, 3 * j + 3):
+                move = (next_lane(P[i]) - P[i]) * tree.scale[j]
+                square = square + move * move
+        length += sum_of_lanes(sqrt(square))
+        energy += sum_of_lanes(square)
     return length, energy
 
 
 @separate(lambda: types.UniTuple(REAL, 2)(TREE, MATRIX))
 def chords(tree, poses):
     """Return the sum of the chords between poses, and the sum of their squares."""
-    return _chords(tree, poses, np.empty(workspace_rows(tree)))
+    dofs, scratch = aligned(poses.shape[1], LANES, np.float64), aligned(workspace_rows(tree), LANES, np.float64)
+    return _chords(tree, poses, dofs, scratch)
 
 
 @internal
