@@ -10,6 +10,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from llvmlite import binding
+from numba import config
 
 from skpose.datasets import load_cmu, make_gait
 
@@ -47,15 +48,20 @@ def print_machine():
     """Print processor, instruction set, and versions: what the figures depend on."""
     features = binding.get_host_cpu_features()
     widest = next((name for name in INSTRUCTION_SETS if features.get(name)), "no vectors")
+    if config.CPU_NAME:  # by NUMBA_CPU_NAME; "haswell" has AVX2 and no AVX-512
+        widest += f", compiled for {config.CPU_NAME}"
     versions = ", ".join(f"{name} {version(name)}" for name in ("numba", "numpy", "scipy", "scikit-learn"))
     print(f"{processor()}, {widest}, {os.cpu_count()} cores; Python {platform.python_version()}, {versions}")
 
 
 def processor():
-    """Return the processor's name, where the operating system has one."""
+    """Return the processor's name, where the operating system has one, and its model, as names may say little."""
     cpuinfo = Path("/proc/cpuinfo")
-    found = cpuinfo.exists() and re.search(r"model name\s*: (.+)", cpuinfo.read_text())
-    return found[1] if found else platform.processor() or platform.machine()
+    text = cpuinfo.read_text() if cpuinfo.exists() else ""
+    name, model = re.search(r"model name\s*: (.+)", text), re.search(r"model\s*: (\d+)", text)
+    if name and model:
+        return f"{name[1]}, model {model[1]}"
+    return platform.processor() or platform.machine()
 
 
 def motions(folder, n_subjects=10, n_sequences=10):

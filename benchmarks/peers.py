@@ -1,4 +1,6 @@
-"""The spatial distance and forward kinematics with other people's tools: numpy, JAX, torch, pinocchio, scikit-learn.
+"""The spatial distance and forward kinematics with other people's tools.
+
+These are numpy, JAX, torch, pinocchio, MuJoCo and scikit-learn.
 
     pip install "skpose[bench]"
     python benchmarks/peers.py [FOLDER OF CMU FILES] [--quick]
@@ -16,6 +18,7 @@ from typing import NamedTuple
 import common
 import numpy as np
 import scalar
+from robotics import Bodies
 from sklearn.metrics import pairwise_distances
 
 from skpose import forward_kinematics, pose_distances, pose_metric
@@ -125,7 +128,26 @@ class Pinocchio:
         return np.array(out)
 
 
-def kinematics(X, skeleton, tree, jax, pin, size):
+class MuJoCo:
+    """The skeleton as `robotics.Bodies`, one pose at a time."""
+
+    def __init__(self, mujoco, skeleton):
+        self.mujoco, self.bodies = mujoco, Bodies(skeleton, mujoco)
+        self.data = mujoco.MjData(self.bodies.model)
+        self.order, self.free = self.bodies.columns, mujoco.MjData(self.bodies.model).qpos[:7].copy()
+
+    def run(self, poses):
+        for q in poses:
+            self.data.qpos[7:] = q
+            self.mujoco.mj_kinematics(self.bodies.model, self.data)
+
+    def positions(self, q):
+        self.data.qpos[:7] = self.free
+        self.run([q])
+        return self.data.site_xpos[self.bodies.sites]
+
+
+def kinematics(X, skeleton, tree, jax, robots, size):
     """Print times of the forward kinematics."""
     many = np.tile(X, (size.n_copies, 1))
     expected = scalar.forward_kinematics(many, tree)
@@ -141,10 +163,10 @@ def kinematics(X, skeleton, tree, jax, pin, size):
         jax_many = jax.numpy.asarray(many)
         np.testing.assert_allclose(np.asarray(place(jax_many)), expected, atol=1e-12)
         contestants["JAX, jit"] = lambda: place(jax_many).block_until_ready()
-    if pin:
-        np.testing.assert_allclose(pin.positions(many[7][pin.order]), expected[7], atol=1e-12)
-        ordered = np.ascontiguousarray(many[:, pin.order])
-        contestants["pinocchio, a loop"] = lambda: pin.run(ordered)
+    for name, robot in robots.items():
+        np.testing.assert_allclose(robot.positions(many[7][robot.order]), expected[7], atol=1e-12)
+        ordered = np.ascontiguousarray(many[:, robot.order])
+        contestants[f"{name}, a loop"] = lambda robot=robot, ordered=ordered: robot.run(ordered)
     seconds = common.medians(contestants, size.repeats)
     print(f"forward kinematics of {len(many):,} poses")
     for name, value in seconds.items():
@@ -218,7 +240,7 @@ def spatial(X, Y, tree, contestants, size):
 def main():
     options = common.start(__doc__)
     size = QUICK if options.quick else FULL
-    jax, torch, pinocchio = (installed(name) for name in ("jax", "torch", "pinocchio"))
+    jax, torch, pinocchio, mujoco = (installed(name) for name in ("jax", "torch", "pinocchio", "mujoco"))
     if jax:
         jax.config.update("jax_enable_x64", True)
     dataset = common.motions(options.folder)
@@ -226,9 +248,12 @@ def main():
     poses = poses[RNG.choice(len(poses), 2 * size.n_poses, replace=False)]
     X, Y = np.ascontiguousarray(poses[: size.n_poses]), np.ascontiguousarray(poses[size.n_poses :])
     tree, pin = scalar.tree_of(skeleton), Pinocchio(pinocchio, skeleton) if pinocchio else None
-    versions = ", ".join(f"{tool.__name__} {tool.__version__}" for tool in (jax, torch, pinocchio) if tool)
+    robots = {"pinocchio": pin} if pin else {}
+    if mujoco:
+        robots["MuJoCo"] = MuJoCo(mujoco, skeleton)
+    versions = ", ".join(f"{tool.__name__} {tool.__version__}" for tool in (jax, torch, pinocchio, mujoco) if tool)
     print(f"{dataset}\n{versions}\n")
-    kinematics(X, skeleton, tree, jax, pin, size)
+    kinematics(X, skeleton, tree, jax, robots, size)
     spatial(X, Y, tree, contestants_of(X, Y, skeleton, tree, jax, torch, pin, size), size)
 
 

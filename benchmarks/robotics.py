@@ -15,11 +15,10 @@ TOLERANCE, MAX_ITER = 1e-6, 100  # m, steps
 LM_DAMPING, DAMPING = 1e-3, 1e-6  # the first times the square of the error
 
 
-class Mink:
-    """One call finds one frame, and returns the positions of the joints."""
+class Bodies:
+    """The skeleton as a MuJoCo model: a free joint at the root, a hinge for each dof, a site where each bone ends."""
 
-    def __init__(self, skeleton, mink, mujoco):
-        self.skeleton, self.mink, self.last = skeleton, mink, None
+    def __init__(self, skeleton, mujoco):
         spec = mujoco.MjSpec()
         root = spec.worldbody.add_body(name="root")
         root.add_freejoint()
@@ -47,15 +46,23 @@ class Mink:
             offset = skeleton.offsets[i]
             body.add_site(name=f"end of {bone.name}", pos=offset)
             ends.append((body, offset, np.eye(3)))
-        model = spec.compile()
-        self.configuration = mink.Configuration(model)
+        self.model = model = spec.compile()
         hinges = [model.joint(i + 1).name for i in range(model.njnt - 1)]  # depth first; the free joint is the first
         self.columns = [columns[name] for name in hinges]
+        self.sites = [model.site(f"end of {name}").id for name in skeleton.joint_names]
+
+
+class Mink:
+    """One call finds one frame, and returns the positions of the joints."""
+
+    def __init__(self, skeleton, mink, mujoco):
+        self.skeleton, self.mink, self.last = skeleton, mink, None
+        bodies = Bodies(skeleton, mujoco)
+        self.configuration, self.columns, self.sites = mink.Configuration(bodies.model), bodies.columns, bodies.sites
         self.tasks = [
             mink.FrameTask(f"end of {name}", "site", position_cost=1.0, orientation_cost=0.0, lm_damping=LM_DAMPING)
             for name in skeleton.joint_names
         ]
-        self.sites = [model.site(f"end of {name}").id for name in skeleton.joint_names]
 
     def place(self, x):
         quaternion = Rotation.from_rotvec(x[3:N_ROOT]).as_quat(scalar_first=True)
