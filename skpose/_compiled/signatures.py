@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numba import from_dtype, types
 
+from skpose._compiled.shared import SharedType
 from skpose._compiled.tree import Steps, Tree
 
 
@@ -36,4 +37,5 @@ REAL, WHOLE, FLAG = types.float64, types.int64, types.boolean
 VECTOR, MATRIX, CUBE = (array_type(REAL, ndim, readonly=False) for ndim in (1, 2, 3))
 FLAG_VECTOR, FLAG_MATRIX = (array_type(FLAG, ndim, readonly=False) for ndim in (1, 2))
 WHOLE_VECTOR = array_type(WHOLE, 1, readonly=False)
-TREE, _ = shared_types(np.dtype(np.float64))
+PLAIN_TREE, _ = shared_types(np.dtype(np.float64))
+TREE = SharedType(PLAIN_TREE)
