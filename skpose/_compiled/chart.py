@@ -13,18 +13,12 @@ from skpose._compiled.forward import frame_quaternion
 from skpose._compiled.jit import internal, jit, separate
 from skpose._compiled.rotation import canonical, inverse, product, quaternion_of, sign_towards, slope_of_turn, vector_of
 from skpose._compiled.shared import shared
-from skpose._compiled.signatures import FLAG, PLAIN_TREE, TREE
+from skpose._compiled.signatures import FLAG, TREE
 from skpose._compiled.tree import TWO_PI, Tree
 
 GIMBAL = 1e-14  # cosine of the second Euler angle below which the first one is free; larger, rotations would change
 FARTHEST = 1.5 * math.pi  # rotation vectors are at their best near zero, and useless at 2π
 NO_TURN = 1e-12  # rotation below which there is none but for rounding, about no axis, rad
-
-
-@separate(lambda: TREE(PLAIN_TREE))
-def shared_tree(plain):
-    """Return a tree as compiled functions pass it to one another."""
-    return shared(plain)
 
 
 @separate(lambda: TREE(TREE, FLAG))
@@ -167,19 +161,13 @@ def pose_of(tree, free, coordinates, near):
     return pose
 
 
-@internal
-def chart_of(tree, pose, frees_angles):
+@jit
+def chart_at(tree, pose, frees_angles):
     """Return the free tree whose references are a pose, and the coordinates of the pose."""
     free, coordinates = free_tree(tree, frees_angles), np.empty(pose.shape[0])
     set_references(tree, free, pose, pose)
     coordinates_of(tree, free, pose, coordinates)
     return free, coordinates
-
-
-@jit
-def chart_at(plain, pose, frees_angles):
-    """Return what `chart_of` does, the tree as Python has it."""
-    return chart_of(shared_tree(plain), pose, frees_angles)
 
 
 @internal

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._compiled.chart import chart_of, free_tree, pose_of, shared_tree
+from skpose._compiled.chart import chart_at, free_tree, pose_of
 from skpose._compiled.forward import orient, place_joints, workspace, workspace_rows
 from skpose._compiled.geodesic import GRADIENT_NORM, MAX_ITER, NEVER, find_geodesic, shorter_line
 from skpose._compiled.jacobian import write_jacobian
@@ -106,14 +106,14 @@ def _after_turns(tree, coordinates, scratch, jacobian, basis, still, largest):
     return np.ascontiguousarray(vectors[:, first:])
 
 
-@internal
-def _tangent_space(tree, pose):
+@jit
+def tangent_space(tree, pose):
     """Return an orthonormal basis of the tangent space at a pose, (3 n_joints, rank).
 
     Where angles are singular it also holds the velocities after turns that move no joint. That may be more than the
     joints can do at once: two hinges of one straight leg bend in the same plane.
     """
-    free, coordinates = chart_of(tree, pose, True)
+    free, coordinates = chart_at(tree, pose, True)
     scratch = np.empty(workspace_rows(tree))
     jacobian = _derivatives(free, coordinates, scratch)
     basis, still, largest = _range(jacobian)
@@ -121,17 +121,11 @@ def _tangent_space(tree, pose):
 
 
 @jit
-def tangent_space(plain, pose):
-    """Return what `_tangent_space` does, of a tree as Python has it."""
-    return _tangent_space(shared_tree(plain), pose)
-
-
-@jit
-def logarithms_from(plain, pose, ends, first, last, n_steps, found):
+def logarithms_from(tree, pose, ends, first, last, n_steps, found):
     """Compute the logarithms at a pose of the ends first:last, the difference of angles wrapped already."""
-    tree, n_dofs, n = shared_tree(plain), pose.shape[0], found.velocities.shape[1]
+    n_dofs, n = pose.shape[0], found.velocities.shape[1]
     free, bounds, scratch = free_tree(tree, True), unbounded(n_dofs), np.empty(workspace_rows(tree))
-    basis = _tangent_space(tree, pose)
+    basis = tangent_space(tree, pose)
     here, following, nodes = np.empty(n), np.empty(n), np.empty((n_steps + 1, n_dofs))
     # From a path that is nearly the one that is looked for: the exact Hessian all along.
     settings = Settings(Stop(MAX_ITER, TOL_CHORDS, 0.0), LEAST_OF_PATHS, True, math.inf, True, NEVER)
@@ -151,9 +145,9 @@ def logarithms_from(plain, pose, ends, first, last, n_steps, found):
         chord = following - here
         tangential = basis @ (basis.T @ chord)
         size = math.sqrt((tangential**2).sum())
-        stretch = n_steps * math.sqrt((chord**2).sum()) / size if size > 0.0 else 0.0
+        share = n_steps * math.sqrt((chord**2).sum()) / size if size > 0.0 else 0.0
         for k in range(n):
-            found.velocities[i, k] = stretch * tangential[k]
+            found.velocities[i, k] = share * tangential[k]
 
 
 @internal
@@ -173,7 +167,7 @@ def _advance(tree, pose, basis, step, near, tol):
         size = math.sqrt((error**2).sum())
         if size <= tol or size > (1.0 - STALLED) * last or damping > LARGEST_DAMPING:
             break
-        free, coordinates = chart_of(tree, found, True)
+        free, coordinates = chart_at(tree, found, True)
         A = basis.T @ _derivatives(free, coordinates, scratch)
         matrix, slope = A.T @ A, A.T @ error
         mean = np.trace(matrix) / n_dofs
@@ -237,14 +231,14 @@ def _first_pose(tree, pose, basis, tangential, tol):
 
 
 @jit
-def exponential(plain, pose, velocity, n_steps):
+def exponential(tree, pose, velocity, n_steps):
     """Follow the geodesic of n chords that begins at a pose with a velocity of the scaled positions.
 
     Returns the pose at its end and the largest error of a tangential part, relative to the length of a chord.
     """
-    tree, n = shared_tree(plain), velocity.shape[0]
+    n = velocity.shape[0]
     scratch, before, positions = np.empty(workspace_rows(tree)), np.empty(n), np.empty(n)
-    basis = _tangent_space(tree, pose)
+    basis = tangent_space(tree, pose)
     tangential = basis.T @ velocity / n_steps
     length = math.sqrt((tangential**2).sum())
     if length <= NOTHING * math.sqrt((velocity**2).sum()) / n_steps:
@@ -253,7 +247,7 @@ def exponential(plain, pose, velocity, n_steps):
     _positions(tree, pose, scratch, before)
     found, positions, worst = _first_pose(tree, pose, basis, tangential, tol)
     for _ in range(1, n_steps):
-        basis = _tangent_space(tree, found)
+        basis = tangent_space(tree, found)
         tangential = basis.T @ (positions - before)
         before = positions
         found, positions, error = _following(tree, found, basis, tangential, tol)

@@ -16,15 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import types
 
-from skpose._compiled.chart import (
-    coordinates_of,
-    differs,
-    dofs_of,
-    free_tree,
-    line_of_angles,
-    set_references,
-    shared_tree,
-)
+from skpose._compiled.chart import coordinates_of, differs, dofs_of, free_tree, line_of_angles, set_references
 from skpose._compiled.copying import copy_to
 from skpose._compiled.encode import n_line_codes
 from skpose._compiled.forward import SQRT2
@@ -168,9 +160,8 @@ def shorter_line(tree, free, start, end, n_steps):
 
 
 @jit
-def path_between(plain, start, end, n_steps, frees_angles, bounds, max_iter, tol):
+def path_between(tree, start, end, n_steps, frees_angles, bounds, max_iter, tol):
     """Find the geodesic between two poses, the difference of angles wrapped already; return it as poses."""
-    tree = shared_tree(plain)
     free = free_tree(tree, frees_angles)
     line, _ = shorter_line(tree, free, start, end, n_steps)
     curve = find_geodesic(free, line, bounds, stop_at(max_iter, tol))
@@ -231,13 +222,12 @@ def _is_ahead(tree, x, y):
 
 
 @passed
-def measure_geodesic(x, Y, first, last, plain, steps, scratch, results):
+def measure_geodesic(x, Y, first, last, tree, steps, scratch, results):
     """Compute the length of the geodesic, eq. 3; where chord and straight line agree already, that of the line.
 
     Sets the gap of a geodesic that did not converge.
     """
-    measure_line(x, Y, first, last, plain, steps, scratch, results)
-    tree = shared_tree(plain)
+    measure_line(x, Y, first, last, tree, steps, scratch, results)
     n, n_codes = tree.column.shape[0], x.shape[0]
     width, n_groups = Y.size // Y.shape[0], results.distances.shape[0]
     codes, distances = Y.reshape((Y.shape[0], width)), results.distances.reshape((n_groups, width))

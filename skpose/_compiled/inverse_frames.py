@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._compiled.chart import dofs_of, shared_tree
+from skpose._compiled.chart import dofs_of
 from skpose._compiled.copying import copy_to
 from skpose._compiled.inverse import LEAST_DAMPING, Fit, minimise_pose
 from skpose._compiled.inverse_energy import Target, copy_state, place_state, set_pose, start_at, workspace_of
@@ -118,12 +118,11 @@ def _distance(fit, weights):
 
 
 @jit
-def fit_frames(plain, observed, initials, rules, run_in, found):
+def fit_frames(tree, observed, initials, rules, run_in, found):
     """Find the poses of a sequence, or of frames that each have a first pose; nothing is written of the first ones.
 
     Of a sequence, a frame in which nothing is seen has the pose of the frame before.
     """
-    tree = shared_tree(plain)
     work = workspace_of(tree, rules.frees_angles)
     rotations, angles = np.zeros(work.here.rotations.shape), np.zeros(initials.shape[1])
     rotations[:, 0] = 1.0

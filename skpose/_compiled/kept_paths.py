@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._compiled.chart import coordinates_of, follow, free_tree, shared_tree, slopes_of_turns
+from skpose._compiled.chart import coordinates_of, follow, free_tree, slopes_of_turns
 from skpose._compiled.copying import copy_to
 from skpose._compiled.geodesic import (
     LEAST_CHANGE,
@@ -115,9 +115,8 @@ def _record(free, curve, n_steps, i, found):
 
 
 @jit
-def follow_geodesics(plain, pose, ends, first, last, search, kept, found):
+def follow_geodesics(tree, pose, ends, first, last, search, kept, found):
     """Compute the geodesics from a pose to the ends first:last, whose angles are wrapped already; keep their paths."""
-    tree = shared_tree(plain)
     free, own = free_tree(tree, search.frees_angles), free_tree(tree, search.frees_angles)
     bounds = unbounded(pose.shape[0])
     settings = Settings(Stop(MAX_STEPS, search.tol, 0.0), FIRST_DAMPING, False, LEAST_CHANGE, False, PATIENCE)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from skpose._compiled.chart import chart_of, pose_of, shared_tree
+from skpose._compiled.chart import chart_at, pose_of
 from skpose._compiled.copying import copy_to
 from skpose._compiled.forward import workspace_rows
 from skpose._compiled.geodesic import NEVER
@@ -14,23 +14,21 @@ from skpose._compiled.path_energy import Path, place
 
 
 @jit
-def place_all(plain, poses, positions):
+def place_all(tree, poses, positions):
     """Compute the joint positions of poses, angles and joints in the tree's order: (n_poses, 3 n_joints + 3)."""
-    tree = shared_tree(plain)
     scratch = np.empty(workspace_rows(tree))
     for i in range(poses.shape[0]):
         place(tree, poses[i], scratch, positions[i])
 
 
 @jit
-def project(plain, target, pose, max_iter, tol):
+def project(tree, target, pose, max_iter, tol):
     """Find the pose nearest to given joint positions, a minimum of ‖F(θ) − target‖², from a first pose on.
 
     This is half the energy of a path of two chords with both ends at the target. The Hessian is exact throughout.
     Returns the pose and the outcome, with the gradient of ‖F(θ) − target‖².
     """
-    tree = shared_tree(plain)
-    free, coordinates = chart_of(tree, pose, True)
+    free, coordinates = chart_at(tree, pose, True)
     poses, ends = np.empty((3, pose.shape[0])), np.empty((2, target.shape[0]))
     for i in range(3):
         copy_to(poses[i], coordinates)

@@ -1,4 +1,6 @@
-"""A Tree as compiled functions pass it to one another: one address, of a structure that is shared and never changes.
+"""A Tree as compiled functions see it: one address, of a structure that is shared and never changes.
+
+In Python it is a named tuple. `shared` makes a structure of one in a compiled function.
 
 A Tree of arrays is some two hundred numbers, which every call copies and every function unpacks: most of what there is
 to compile in functions that do little else than call others.
@@ -10,19 +12,22 @@ from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.core.imputils import impl_ret_borrowed
-from numba.core.typeconv import Conversion
 from numba.core.typing.templates import AttributeTemplate
 from numba.experimental.jitclass.base import imp_dtor
 from numba.extending import (
+    NativeValue,
     box,
     infer_getattr,
     intrinsic,
-    lower_cast,
     lower_getattr_generic,
     models,
     overload,
     register_model,
+    typeof_impl,
+    unbox,
 )
+
+from skpose._compiled.tree import Tree
 
 
 class SharedType(types.StructRef):
@@ -31,10 +36,6 @@ class SharedType(types.StructRef):
     def __init__(self, plain: Any):
         self.plain = plain
         super().__init__(list(zip(plain.fields, plain.types, strict=True)))
-
-    def can_convert_from(self, typingctx: Any, other: Any) -> Any:
-        """A named tuple becomes a structure where a function takes that."""
-        return Conversion.safe if other == self.plain else None
 
 
 register_model(SharedType)(models.StructRefModel)
@@ -77,13 +78,18 @@ def _box(shared_type: Any, value: Any, c: Any) -> Any:
     return c.box(shared_type.plain, c.context.make_tuple(c.builder, shared_type.plain, fields))
 
 
-def _make(context: Any, builder: Any, shared_type: Any, values: Any) -> Any:
-    """Return a new structure with the fields of a named tuple."""
+def _allocation(context: Any, builder: Any, shared_type: Any) -> tuple[Any, Any]:
+    """Return what allocates a structure: its size, and what is called when nobody refers to it any more."""
     layout = context.data_model_manager[shared_type.get_data_type()].get_value_type()
     size = context.get_constant(types.uintp, context.get_abi_sizeof(layout))
+    return size, imp_dtor(context, builder.module, shared_type)
+
+
+def _filled(context: Any, builder: Any, shared_type: Any, meminfo: Any, values: Any) -> Any:
+    """Return a new structure with the fields of a named tuple."""
     made = cgutils.create_struct_proxy(shared_type)(context, builder)
-    made.meminfo = context.nrt.meminfo_alloc_dtor(builder, size, imp_dtor(context, builder.module, shared_type))
-    fields = _fields_of(context, builder, shared_type, made.meminfo)
+    made.meminfo = meminfo
+    fields = _fields_of(context, builder, shared_type, meminfo)
     for i, kind in enumerate(shared_type.plain.types):
         value = builder.extract_value(values, i)
         context.nrt.incref(builder, kind, value)
@@ -91,15 +97,35 @@ def _make(context: Any, builder: Any, shared_type: Any, values: Any) -> Any:
     return made._getvalue()
 
 
-@lower_cast(types.NamedTuple, SharedType)
-def _cast(context: Any, builder: Any, plain: Any, shared_type: Any, values: Any) -> Any:
-    return _make(context, builder, shared_type, values)
+@typeof_impl.register(Tree)
+def _type_of(tree: Any, context: Any) -> Any:
+    return SharedType(types.NamedTuple([typeof_impl(field, context) for field in tree], Tree))
+
+
+@unbox(SharedType)
+def _unbox(shared_type: Any, value: Any, c: Any) -> Any:
+    context, builder = c.context, c.builder
+    plain = c.unbox(shared_type.plain, value)
+    made = cgutils.alloca_once(builder, context.get_value_type(shared_type), zfill=True)
+    failed = cgutils.alloca_once_value(builder, plain.is_error)
+    with cgutils.if_likely(builder, builder.not_(plain.is_error)):
+        meminfo = context.nrt.meminfo_alloc_dtor_unchecked(builder, *_allocation(context, builder, shared_type))
+        with builder.if_else(cgutils.is_null(builder, meminfo), likely=False) as (without_memory, otherwise):
+            with without_memory:
+                c.pyapi.err_set_string("PyExc_MemoryError", "no memory for a skeleton")
+                builder.store(cgutils.true_bit, failed)
+            with otherwise:
+                builder.store(_filled(context, builder, shared_type, meminfo, plain.value), made)
+        context.nrt.decref(builder, shared_type.plain, plain.value)
+    return NativeValue(builder.load(made), is_error=builder.load(failed), cleanup=plain.cleanup)
 
 
 @intrinsic
 def _share(typingctx: Any, plain: Any) -> Any:
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        return _make(context, builder, signature.return_type, args[0])
+        allocation = _allocation(context, builder, signature.return_type)
+        meminfo = context.nrt.meminfo_alloc_dtor(builder, *allocation)
+        return _filled(context, builder, signature.return_type, meminfo, args[0])
 
     return SharedType(plain)(plain), codegen
 

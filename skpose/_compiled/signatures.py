@@ -23,7 +23,7 @@ def shared_types(dtype):
     kinds |= {"ball_axes": (real, 3), "runs": (whole, 2)}
     fields = [array_type(*kinds.get(name, (whole, 1)), readonly=False) for name in Tree._fields]
     steps = [whole, types.float64, types.float64, types.float64, array_type(types.float64, 2, readonly=False)]
-    return types.NamedTuple(fields, Tree), types.NamedTuple(steps, Steps)
+    return SharedType(types.NamedTuple(fields, Tree)), types.NamedTuple(steps, Steps)
 
 
 def named(kind: type, *fields: Any) -> types.BaseTuple:
@@ -37,5 +37,4 @@ REAL, WHOLE, FLAG = types.float64, types.int64, types.boolean
 VECTOR, MATRIX, CUBE = (array_type(REAL, ndim, readonly=False) for ndim in (1, 2, 3))
 FLAG_VECTOR, FLAG_MATRIX = (array_type(FLAG, ndim, readonly=False) for ndim in (1, 2))
 WHOLE_VECTOR = array_type(WHOLE, 1, readonly=False)
-PLAIN_TREE, _ = shared_types(np.dtype(np.float64))
-TREE = SharedType(PLAIN_TREE)
+TREE, _ = shared_types(np.dtype(np.float64))

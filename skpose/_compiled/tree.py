@@ -2,6 +2,7 @@
 
 import functools
 import math
+from collections import namedtuple
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -47,6 +48,10 @@ class Tree(NamedTuple):
     code_joint: np.ndarray  # (n_joints + 1,) place of each joint among those of the code of positions, plus one
     first_run: np.ndarray  # (n_frames + 1,) runs of frame f are runs[first_run[f]:first_run[f + 1]]
     runs: np.ndarray  # (n_runs, 2) dofs of a frame and of its ancestors, as ranges
+
+
+# The fields of a Tree as a constant of a compiled function, which what compiled functions share cannot be.
+Constants: Any = namedtuple("Constants", Tree._fields)  # noqa: PYI024
 
 
 class Plan(NamedTuple):

@@ -9,7 +9,8 @@ from numba import njit
 
 from skpose._compat.sklearn import validate_params
 from skpose._compiled import loops
-from skpose._compiled.tree import Steps
+from skpose._compiled.shared import shared
+from skpose._compiled.tree import Constants, Steps, Tree
 from skpose.kinematics._tree import tree_of
 from skpose.metrics._registry import METRIC_CONSTRAINTS, Metric, resolve, warn_of_no_skeleton
 from skpose.skeleton import Skeleton
@@ -98,6 +99,8 @@ def _compiled(
         n_codes = metric.n_codes(tree, n_dofs)
         refusal = f"a pose has the wrong length: the skeleton has {n_dofs} degrees of freedom, one number for each"
 
+    fields = Constants(*tree)
+
     @njit(nogil=True)
     def distance(x: np.ndarray, y: np.ndarray) -> float:
         width = x.shape[0] if n_dofs < 0 else n_dofs
@@ -107,6 +110,6 @@ def _compiled(
         a, b = np.empty(width), np.empty(width)
         for i in range(width):
             a[i], b[i] = x[i], y[i]
-        return pair(a, b, width if n_codes < 0 else n_codes, encode, measure, tree, steps)
+        return pair(a, b, width if n_codes < 0 else n_codes, encode, measure, shared(Tree(*fields)), steps)
 
     return distance

@@ -5,15 +5,12 @@ import pytest
 import reference
 from conftest import MIXED, random_tree
 from entries import from_python
-from numba import njit
 from scipy.spatial.transform import Rotation
 
 from skpose import Bone, Skeleton, inverse_kinematics
-from skpose._compiled.chart import shared_tree
 from skpose._compiled.inverse import retract
 from skpose._compiled.inverse_energy import (
     Target,
-    Workspace,
     add_second_derivatives_of_pose,
     evaluate_pose,
     fill_gradient,
@@ -26,25 +23,7 @@ from skpose._compiled.tree_cholesky import N_ORIGIN
 from skpose.kinematics._tree import tree_of_all_joints
 from skpose.skeleton._root import with_root_joint
 
-
-@njit
-def shared(w):
-    """Return a workspace, in which Python has the tree as a named tuple, as compiled functions take it."""
-    return Workspace(shared_tree(w.tree), w.here, w.there, w.beyond, w.best, w.kept, w.equations, w.sums, w.scratch)
-
-
-def from_python_last(function):
-    """Return a function for Python that calls this one, whose last argument is a workspace."""
-    return njit(lambda *args: function(*args[:-1], shared(args[-1])))
-
-
-def from_python_first(function):
-    """Return the same for a function whose first argument is a workspace."""
-    return njit(lambda work, *args: function(shared(work), *args))
-
-
-evaluate_pose = from_python_first(evaluate_pose)
-fill_gradient, fill_matrix = map(from_python_last, (fill_gradient, fill_matrix))
+evaluate_pose, fill_gradient, fill_matrix = map(from_python, (evaluate_pose, fill_gradient, fill_matrix))
 retract, set_pose, start_at = map(from_python, (retract, set_pose, start_at))
 
 # Small, so that the tests run without compilation too.
