@@ -4,7 +4,7 @@ import functools
 import math
 from collections import namedtuple
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -51,7 +51,7 @@ class Tree(NamedTuple):
 
 
 # The fields of a Tree as a constant of a compiled function, which what compiled functions share cannot be.
-Constants: Any = namedtuple("Constants", Tree._fields)  # noqa: PYI024
+Constants = cast(Any, namedtuple)("Constants", Tree._fields)
 
 
 class Plan(NamedTuple):
