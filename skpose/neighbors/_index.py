@@ -2,9 +2,10 @@
 
 import numpy as np
 
+from skpose._compiled.lanes import lanes
 from skpose._compiled.tree import Steps
 from skpose.metrics._registry import METRICS
-from skpose.neighbors._filter import ChordFilter
+from skpose.neighbors._filter import FLOAT32, ChordFilter
 from skpose.skeleton import Skeleton
 
 
@@ -26,3 +27,8 @@ class PoseIndex:
         if not (brute or bound_is_false or chosen.bound is None):
             chords = ChordFilter(self.poses, chosen.bound, skeleton, steps)
             self.filter = chords if np.isfinite(chords.norm) else None
+
+    def lanes_of(self, groups: np.ndarray) -> np.ndarray:
+        """Return the indices of the poses in some groups of lanes, -1 where there is none."""
+        indices = (lanes(FLOAT32) * groups[:, np.newaxis] + np.arange(lanes(FLOAT32))).ravel()
+        return np.where(indices < len(self.poses), indices, -1)

@@ -186,7 +186,7 @@ def test_the_split_of_the_work_changes_nothing(metric, monkeypatch):
     expected = {k: nearest(search_of(X, HUMANOID, metric), queries, k) for k in (3, 40)}
     radius = np.median(expected[40][0])
     near = within(search_of(X, HUMANOID, metric), queries, radius)
-    monkeypatch.setattr(_search, "ENCODED_AT_ONCE", 64)
+    monkeypatch.setattr(_search, "GROUPS_AT_ONCE", 4)
     monkeypatch.setattr(_search, "QUERIES", 33)
     monkeypatch.setattr(rows, "LITTLE_WORK", 1)
     monkeypatch.setattr(rows, "WORK_PER_TASK", 1e5)
