@@ -14,6 +14,8 @@ from skpose._compiled.step import for_scale, no_squares, parts_of, plan_of, take
 from skpose._compiled.tree import SLERP_TERMS, TWO_PI, Squares, Steps
 from skpose._compiled.trigonometry import series
 
+STEPS_PER_BOUND = 3  # of a line that may be longer than a limit; more bounds take more than they save
+
 
 @inlined
 def turns_off(gap, steps):
@@ -168,8 +170,8 @@ def last_chord(plan, b, before, P):
 def _line(plan, a, b, steps, parts, limit):
     """Return the length of the straight line from an encoded pose a to others b, and whether that was computed.
 
-    Elsewhere it is more than the limit in every lane, and so is what is returned: the length of the first half and of
-    the chord from there on, a lower bound by the triangle inequality.
+    Elsewhere it is more than the limit in every lane, and so is what is returned: the length so far and of the chord
+    from there on, a lower bound by the triangle inequality.
     """
     C, S, A, B, n = parts.C, parts.S, parts.A, parts.B, plan.n_angles
     before = 5 * n + 4 * plan.n_balls - 3
@@ -185,7 +187,7 @@ def _line(plan, a, b, steps, parts, limit):
     length = full_like(b, 0.0)
     for step in range(1, steps.n_steps):
         length = length + sqrt(take_step(plan, parts))
-        if limit < math.inf and step == steps.n_steps // 2:
+        if limit < math.inf and step % STEPS_PER_BOUND == 0 and step < steps.n_steps - 1:
             bound = length + last_chord(plan, b, before, parts.P)
             if not any_greater(0.0 - bound, 0.0 - limit):
                 return bound, False

@@ -85,8 +85,18 @@ class ChordFilter:
         self.norm = 0.0
         for start in range(0, len(poses), ENCODED_AT_ONCE):
             coordinates, norms = self._coordinates(poses[start : start + ENCODED_AT_ONCE])
-            self._groups_of(start, start + len(coordinates))[:] = loops.in_lanes(coordinates)
+            first, last = start // width, -(-(start + len(coordinates)) // width)
+            self.groups[first * self.n_coordinates : last * self.n_coordinates] = loops.in_lanes(coordinates)
             self.norm = max(self.norm, norms.max())
+
+    def coordinates(self, poses: np.ndarray) -> np.ndarray:
+        """Return the coordinates of some poses (n_poses, n_coordinates), given by their places in the groups."""
+        width = self.groups.shape[1]
+        return self.groups.reshape(-1, self.n_coordinates, width)[poses // width, :, poses % width]
+
+    def reorder(self, order: np.ndarray) -> None:
+        """Put the poses into the groups in this order."""
+        self.groups = loops.in_lanes(self.coordinates(order))
 
     def points(self, poses: np.ndarray) -> FilterPoints:
         """Return queries as points of the filter."""
@@ -133,11 +143,6 @@ class ChordFilter:
         with np.errstate(invalid="ignore", over="ignore"):
             lowest = (near.heaps.values.astype(np.float64) - points.slack[:, np.newaxis]) * self.scale
         return Candidates(near.heaps.indices, lowest, near.heaps.counts)
-
-    def _groups_of(self, start: int, stop: int) -> np.ndarray:
-        """Return the groups of lanes of some of the poses; start is a multiple of the lanes."""
-        width = self.groups.shape[1]
-        return self.groups[start // width * self.n_coordinates : -(-stop // width) * self.n_coordinates]
 
     def _coordinates(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return coordinates and their norms; zero and infinity where they are out of range."""

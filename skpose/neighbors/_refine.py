@@ -13,15 +13,15 @@ from skpose._compiled.lanes import lanes
 from skpose._compiled.loops import encode_lanes_loop, encode_poses
 from skpose._compiled.nearest import Groups, bounds_of_groups_loop, nearest_of_groups_loop
 from skpose._compiled.results import aligned
-from skpose._parallel.rows import TASKS_PER_JOB_UNEVEN, over_rows
+from skpose._parallel.rows import over_rows
 from skpose.kinematics._tree import tree_of
 from skpose.metrics._registry import Coarse, Metric
 from skpose.neighbors._filter import FLOAT32, FilterPoints
-from skpose.neighbors._index import PoseIndex
+from skpose.neighbors._index import LANES, PoseIndex
 from skpose.neighbors._nearest_so_far import NearestSoFar
 
 FLOAT64 = np.dtype(np.float64)
-LANES = lanes(FLOAT32)  # poses of a group
+MOST = 0.8  # of all pairs: where filter and coarse bound leave as many, the latter is not computed again
 
 
 @dataclass(frozen=True)
@@ -77,14 +77,17 @@ class Refinement:
 
         Near (n_queries, n_groups), of float32, is zero where a group is to be measured for a query, else infinite.
         """
-        indices = self.index.lanes_of(numbers)
+        indices = self.index.groups[numbers].ravel()
         poses = self.index.poses[np.maximum(indices, 0)].astype(FLOAT64, copy=False)
         limits = best.current_limits
         slack = np.zeros(len(queries))
         if self._coarse is not None and np.isfinite(limits).any():
             slack[:] = self._slack
             self._bound(self._coarse, queries.coarse, poses, near)
-            left = np.flatnonzero((near <= (limits + slack)[:, np.newaxis]).any(axis=0))
+            is_left = near <= (limits + slack)[:, np.newaxis]
+            if is_left.mean() > MOST:
+                self._coarse = None
+            left = np.flatnonzero(is_left.any(axis=0))
             near, rows = np.ascontiguousarray(near[:, left]), (LANES * left[:, np.newaxis] + np.arange(LANES)).ravel()
             poses, indices = poses[rows], indices[rows]
         if len(indices) == 0:
@@ -98,7 +101,6 @@ class Refinement:
                 len(queries),
                 self._work(near, queries.codes.shape[1]),
                 self.n_jobs,
-                TASKS_PER_JOB_UNEVEN,
             )
         )
 
@@ -112,7 +114,6 @@ class Refinement:
             len(codes),
             self._work(near, codes.shape[1]) / 4,
             self.n_jobs,
-            TASKS_PER_JOB_UNEVEN,
         )
 
     def _encoded(self, poses: np.ndarray, encode: Any, n_codes: int, dtype: np.dtype) -> np.ndarray:

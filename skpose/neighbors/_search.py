@@ -26,14 +26,14 @@ from skpose._parallel.rows import TASKS_PER_JOB_UNEVEN, over_rows
 from skpose.metrics._registry import Metric
 from skpose.neighbors._cost import CostModel, sample_of
 from skpose.neighbors._filter import FLOAT32, ChordFilter, FilterPoints
-from skpose.neighbors._index import PoseIndex
+from skpose.neighbors._index import LANES, PoseIndex
 from skpose.neighbors._nearest_so_far import NearestSoFar
-from skpose.neighbors._refine import LANES, Queries, Refinement
+from skpose.neighbors._refine import Queries, Refinement
 from skpose.neighbors._results import Evaluations, Neighbors
 
 QUERIES = 1024  # searched for at once; memory is proportional to it
 FIRST_CANDIDATES = 16  # of each query, in addition to 1.5 k
-FIRST_GROUPS, GROUPS_AT_ONCE = 16, 512  # 256 and 8192 poses, whose codes are in memory at once
+FIRST_GROUPS, GROUPS_AT_ONCE = 16, 512  # 256 and 8,192 poses, whose codes are in memory at once
 
 
 class Search:
@@ -124,14 +124,14 @@ class Search:
 
     def _measure_first(self, queries: Queries, bounds: np.ndarray, n_first: int, best: NearestSoFar) -> np.ndarray:
         """Measure the poses with the least bounds in the whole index; return the queries that may need more."""
-        points, indices = cast(FilterPoints, queries.points), self.index.lanes_of(np.arange(bounds.shape[1]))
+        points, indices = cast(FilterPoints, queries.points), self.index.groups.ravel()
         candidates = self._chords.least(points, bounds, indices, queries.excluded, n_first, self.n_jobs)
         self.refine(queries.codes, candidates, best)
         return np.flatnonzero(candidates.bounds[:, -1] <= best.current_limits)
 
     def _numbers(self, queries: Queries, bounds: np.ndarray | None, limits: np.ndarray) -> Iterator[np.ndarray]:
         """Yield the numbers of all groups within reach, some at a time: few as long as no limit is known."""
-        numbers = np.arange(-(-len(self.index.poses) // LANES))
+        numbers = np.arange(len(self.index.groups))
         if bounds is not None:
             numbers = np.flatnonzero(self._within_reach(queries, bounds, limits).any(axis=0))
         start, size = 0, GROUPS_AT_ONCE if np.isfinite(limits).all() else FIRST_GROUPS

@@ -51,7 +51,7 @@ def test_two_chords_are_a_line_of_two_steps(name, wrap):
 @pytest.mark.parametrize("name", [*SKELETONS, "deep", "long chain"])
 def test_two_chords_are_never_longer_than_the_line_but_for_their_slack(name, size, wrap):
     """Poses near and far, equal, whole turns apart, and half a turn apart but for a rounding of float32."""
-    deep = {"deep": lambda: random_tree(5, n=40, kinds=MIXED), "long chain": lambda: Skeleton.chain(100)}
+    deep = {"deep": lambda: random_tree(5, n=25, kinds=MIXED), "long chain": lambda: Skeleton.chain(60)}
     skeleton = deep[name]() if name in deep else SKELETONS[name]
     bones = [bone._replace(offset=tuple(size * x for x in bone.offset)) for bone in skeleton.bones]
     skeleton = Skeleton(bones).with_weights(list(skeleton.weights))

@@ -35,7 +35,9 @@ def always_filter(request, monkeypatch):
 
 def search_of(poses, skeleton, metric, *, brute=False, n_steps=10, wrap="auto", n_jobs=1):
     steps = resolve(metric, skeleton, n_steps, wrap).steps
-    return _queries.search_of(PoseIndex(poses, skeleton, metric, steps, brute=brute), n_jobs)
+    index = PoseIndex(poses, skeleton, metric, steps, brute=brute)
+    index.sort_groups()
+    return _queries.search_of(index, n_jobs)
 
 
 def nearest(search, queries, k):
