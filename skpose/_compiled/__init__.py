@@ -10,7 +10,7 @@ What calls what, from Python at the top to one vector register at the bottom::
             |                   |             |                 |
      +------+------+            |            mean               |          poses nearest to a mean position
      |             |            |             |                 |
-  encode        measure         |             |                 |          a pose -> its code; codes -> distances
+  encode     measure, middle    |             |                 |          a pose -> its code; codes -> distances
      |             |            |             |                 |
      |             +------- geodesic ---------+                 |          a path between two poses
      |             |            |                               |

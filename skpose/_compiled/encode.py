@@ -12,7 +12,7 @@ from skpose._compiled.trigonometry import cosine_sine
 
 
 @inlined
-def _principal(angle, steps):
+def principal(angle, steps):
     """Return the angle wrapped to [−π, π], where the steps wrap differences.
 
     Rounding half to even makes this an odd function, so that the distances stay symmetric at a difference of π.
@@ -37,7 +37,7 @@ def ball_rotation(pose, tree, k):
 
 
 @inlined
-def _pose_joints(pose, tree, plan, parts):
+def pose_joints(pose, tree, plan, parts):
     """Compute the joint positions of a pose, as one step of the whole angles from zero."""
     C, S, A, B, Q, _, P = parts
     sign, column, shift, dof = flat(tree.sign), flat(tree.column), flat(tree.shift), flat(tree.angle_dof)
@@ -64,7 +64,7 @@ def encode_angles(pose, tree, steps, scratch, code):
     """Write the angles themselves; the one code that needs no skeleton."""
     angles, put = rows(pose, 0), rows(code, 0)
     for d in range(pose.shape[0]):
-        put[d] = _principal(angles[d], steps)
+        put[d] = principal(angles[d], steps)
 
 
 @passed
@@ -72,7 +72,7 @@ def encode_positions(pose, tree, steps, scratch, code):
     """Write F(θ): the scaled joint positions in the skeleton's order, without the root's."""
     plan, put, order = plan_of(tree), rows(code, 0), flat(tree.code_joint)
     parts = parts_of(tree, scratch)
-    _pose_joints(rows(pose, 0), tree, plan, parts)
+    pose_joints(rows(pose, 0), tree, plan, parts)
     for j in range(1, plan.n_joints):
         for i in range(3):
             put[3 * order[j] - 3 + i] = parts.P[3 * j + i] * plan.scale[j]
@@ -125,10 +125,10 @@ def encode_curve_end(pose, tree, steps, scratch, code):
     plan, angles, put = plan_of(tree), rows(pose, 0), rows(code, 0)
     sign, column, dof, n = flat(tree.sign), flat(tree.column), flat(tree.angle_dof), plan.n_angles
     parts = parts_of(tree, scratch)
-    _pose_joints(angles, tree, plan, parts)
+    pose_joints(angles, tree, plan, parts)
     for k in range(n):
         d = dof[k]
-        angle = _principal(angles[column[d]] * sign[d], steps)
+        angle = principal(angles[column[d]] * sign[d], steps)
         put[k] = angle
         put[n + k], put[2 * n + k] = cosine_sine(angle * (0.5 / steps.n_steps))
         put[3 * n + k], put[4 * n + k] = parts.C[k], parts.S[k]

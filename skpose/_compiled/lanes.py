@@ -65,6 +65,11 @@ def minimum(a, b):
     return np.minimum(a, b)
 
 
+def least(value):
+    """Return the smallest number of all lanes."""
+    return np.min(value)
+
+
 def greater(value, bound):
     """Return 1 in the lanes where the value is more than the bound, else 0."""
     return np.where(value > bound, np.ones_like(value), np.zeros_like(value))[()]

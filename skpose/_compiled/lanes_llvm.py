@@ -226,6 +226,22 @@ def _overload_minimum(a, b):
     return lambda a, b: min(a, b)
 
 
+@intrinsic
+def _least_of_lanes(typingctx, value):
+    def codegen(context, builder, sig, args):
+        vector_type, value_type = args[0].type, sig.args[0]
+        symbol = f"llvm.vector.reduce.fmin.v{value_type.width}f{value_type.dtype.bitwidth}"
+        signature = ir.FunctionType(vector_type.element, [vector_type])
+        return builder.call(cgutils.get_or_insert_function(builder.module, signature, symbol), args, fastmath=("nnan",))
+
+    return value.dtype(value), codegen
+
+
+@overload(lanes.least, jit_options=_INLINED)
+def _overload_least(value):
+    return lambda value: _least_of_lanes(value)
+
+
 def _exceeding(context, builder, sig, args):
     """Return a flag for each lane: its value is more than the bound."""
     bound = _broadcast(context, builder, args[1], sig.args[1], sig.args[0])

@@ -10,9 +10,11 @@ import numpy as np
 from skpose._compiled.jit import inlined, passed
 from skpose._compiled.lanes import any_greater, flat, full_like, greater, minimum, rows, sqrt
 from skpose._compiled.rotation import TIE
-from skpose._compiled.step import advance, for_scale, no_squares, parts_of, plan_of, take_step, weighted
+from skpose._compiled.step import for_scale, no_squares, parts_of, plan_of, take_step, weighted
 from skpose._compiled.tree import SLERP_TERMS, TWO_PI, Squares, Steps
 from skpose._compiled.trigonometry import series
+
+STEPS_PER_BOUND = 3  # of a line that may be longer than a limit; more bounds take more than they save
 
 
 @inlined
@@ -146,20 +148,18 @@ def _start_ball(a, b, at, Q, q, slerp):
 
 
 @inlined
-def _start_joints(plan, a, P):
-    """Place the joints as in the encoded pose a."""
-    first = 5 * plan.n_angles + 4 * plan.n_balls - 3
+def start_joints(plan, a, before, P):
+    """Place the joints as in the encoded pose a, whose code has them after `before`, less the root's three."""
     for i in range(3, 3 * plan.n_joints):
-        P[i] = a[first + i]
+        P[i] = a[before + i]
 
 
 @inlined
-def _last_chord(plan, b, P):
+def last_chord(plan, b, before, P):
     """Return the distance from the joints P to those of encoded poses b."""
-    first = 5 * plan.n_angles + 4 * plan.n_balls - 3
     squares = no_squares(plan.scale[plan.n_joints - 1], P)
     for j in range(1, plan.n_joints):
-        i, k = 3 * j, first + 3 * j
+        i, k = 3 * j, before + 3 * j
         p, q, r = b[k] - P[i], b[k + 1] - P[i + 1], b[k + 2] - P[i + 2]
         scale, one, two, three, total = for_scale(plan.scale[j], P, squares)
         squares = Squares(scale, one + p * p, two + q * q, three + r * r, total)
@@ -167,9 +167,14 @@ def _last_chord(plan, b, P):
 
 
 @inlined
-def _line(plan, a, b, steps, parts):
-    """Return the length of the straight line from an encoded pose a to others b."""
+def _line(plan, a, b, steps, parts, limit):
+    """Return the length of the straight line from an encoded pose a to others b, and whether that was computed.
+
+    Elsewhere it is more than the limit in every lane, and so is what is returned: the length so far and of the chord
+    from there on, a lower bound by the triangle inequality.
+    """
     C, S, A, B, n = parts.C, parts.S, parts.A, parts.B, plan.n_angles
+    before = 5 * n + 4 * plan.n_balls - 3
     apart = full_like(b, 0.0)
     for d in range(n):
         c, s, gap = _half_step(a, b, d, n, steps)
@@ -178,39 +183,16 @@ def _line(plan, a, b, steps, parts):
         C[d], S[d] = a[3 * n + d], a[4 * n + d]
     for k in range(plan.n_balls):
         apart = apart + _start_ball(a, b, 5 * n + 4 * k, parts.Q, 9 * k, steps.slerp)
-    _start_joints(plan, a, parts.P)
+    start_joints(plan, a, before, parts.P)
     length = full_like(b, 0.0)
-    for _ in range(steps.n_steps - 1):
+    for step in range(1, steps.n_steps):
         length = length + sqrt(take_step(plan, parts))
+        if limit < math.inf and step % STEPS_PER_BOUND == 0 and step < steps.n_steps - 1:
+            bound = length + last_chord(plan, b, before, parts.P)
+            if not any_greater(0.0 - bound, 0.0 - limit):
+                return bound, False
     # From a pose to itself the samples differ by rounding; the distance is zero.
-    return (length + _last_chord(plan, b, parts.P)) * greater(apart, 0.0)
-
-
-@inlined
-def _two_chords(plan, a, b, steps, parts):
-    """Return the length of two chords: to the sample in the middle, and from there on.
-
-    It is a lower bound of the line's: by the triangle inequality a chord is no longer than the chords that it replaces.
-    """
-    C, S, A, B, n = parts.C, parts.S, parts.A, parts.B, plan.n_angles
-    for d in range(n):
-        c, s, _ = _half_step(a, b, d, n, steps)
-        u, v = full_like(b, 1.0), full_like(b, 0.0)  # of the sum of half the steps, by repeated squaring
-        m = steps.n_steps // 2
-        while m > 0:
-            if m % 2 == 1:
-                u, v = u * c - v * s, u * s + v * c
-            c, s = c * c - s * s, 2.0 * c * s
-            m //= 2
-        A[d], B[d] = 2.0 * v * v, 2.0 * u * v
-        C[d], S[d] = a[3 * n + d], a[4 * n + d]
-    for k in range(plan.n_balls):
-        _start_ball(a, b, 5 * n + 4 * k, parts.Q, 9 * k, steps.slerp)
-        for _ in range(steps.n_steps // 2 - 1):
-            advance(parts.Q, 9 * k)
-    _start_joints(plan, a, parts.P)
-    first = sqrt(take_step(plan, parts))
-    return first + _last_chord(plan, b, parts.P)
+    return (length + last_chord(plan, b, before, parts.P)) * greater(apart, 0.0), True
 
 
 @passed
@@ -219,25 +201,17 @@ def measure_line(x, Y, first, last, tree, steps, scratch, results):
     plan, a, bare = plan_of(tree), flat(x), _without_references(steps)
     parts = parts_of(tree, scratch)
     for k in range(first, last):
-        rows(results.distances, k - first)[0] = _line(plan, a, rows(Y, k * x.shape[0]), bare, parts)
+        length, _ = _line(plan, a, rows(Y, k * x.shape[0]), bare, parts, math.inf)
+        rows(results.distances, k - first)[0] = length
 
 
 @passed
 def measure_line_within(x, Y, first, last, tree, steps, scratch, results):
-    """Compute `measure_line` where that may be within the limit, elsewhere a lower bound that is above it.
-
-    A bound that ruled out neither of two groups is not tried again.
-    """
-    plan, a, n_codes, bare = plan_of(tree), flat(x), x.shape[0], _without_references(steps)
+    """Compute `measure_line` where that may be within the limit, elsewhere a lower bound that is above it."""
+    plan, a, bare = plan_of(tree), flat(x), _without_references(steps)
     parts = parts_of(tree, scratch)
-    limit, n_tried, n_ruled_out = results.limit[0], 0, 0
     for k in range(first, last):
-        b, distance = rows(Y, k * n_codes), rows(results.distances, k - first)
-        if limit < math.inf and steps.n_steps > 3 and (n_tried < 2 or n_ruled_out > 0):
-            n_tried += 1
-            distance[0] = _two_chords(plan, a, b, bare, parts)
-            if not any_greater(0.0 - distance[0], 0.0 - limit):
-                n_ruled_out += 1
-                continue
-        distance[0] = _line(plan, a, b, bare, parts)
-    results.n_ruled_out[0] += n_ruled_out
+        length, is_whole = _line(plan, a, rows(Y, k * x.shape[0]), bare, parts, results.limit[0])
+        rows(results.distances, k - first)[0] = length
+        if not is_whole:
+            results.n_ruled_out[0] += 1

@@ -3,9 +3,12 @@
 What is found is kept in `Heaps`, one row for each query. Equal values are ordered by index, so what is kept depends
 neither on the order in which poses come nor on the number of threads.
 
-Both loops pass a limit to the measure, in ``results.limit``: a distance above it is not needed. A measure that uses the
-limit writes any lower bound above it instead, for a whole group of lanes at once, and adds the number of such groups to
-``results.n_ruled_out``. These poses are then not kept.
+Poses are measured in groups of lanes, and only groups whose lower bound is within the limit of the query: the loop of
+`bounds_of_groups_loop` makes the bounds, or replaces them by sharper ones.
+
+The loops that keep pass a limit to the measure, in ``results.limit``: a distance above it is not needed. A measure that
+uses the limit writes any lower bound above it instead, for a whole group of lanes at once, and adds the number of such
+groups to ``results.n_ruled_out``. These poses are then not kept.
 """
 
 import functools
@@ -16,7 +19,7 @@ from numba import from_dtype, types
 
 from skpose._compiled.forward import workspace_rows
 from skpose._compiled.jit import inlined, jit
-from skpose._compiled.lanes import any_greater, rows
+from skpose._compiled.lanes import any_greater, least, rows
 from skpose._compiled.loops import FLOAT64_LANES, GROUPS_IN_CACHE, encode_type, measure_type
 from skpose._compiled.results import aligned, results_of
 from skpose._compiled.signatures import array_type, named, shared_types
@@ -45,13 +48,16 @@ class Candidates(NamedTuple):
     counts: np.ndarray  # (n_queries,) number of candidates
 
 
-class Span(NamedTuple):
-    """A tile: the queries first:last and the poses start:stop of an index."""
+class Groups(NamedTuple):
+    """Poses in groups of lanes, and which of them to measure: those whose bound is within the query's limit.
 
-    first: int
-    last: int
-    start: int
-    stop: int
+    A bound may be of several groups, one after another, as a group is of fewer poses in float64.
+    """
+
+    codes: np.ndarray  # (n_groups * n_codes, lanes)
+    indices: np.ndarray  # (n_groups * lanes,) of the poses, in the index; -1 where there is none
+    bounds: np.ndarray  # (n_queries, n_bounds), float32
+    slack: np.ndarray  # (n_queries,) by how much a bound may be too high
 
 
 class Batch(NamedTuple):
@@ -116,30 +122,70 @@ def _rounding(tree):
     return 1e-9 * total * tree.scale.max()
 
 
-def _nearest_of_tile(queries, Y, span, excluded, measure, tree, steps, heaps):
-    n_codes, width = queries.shape[1], Y.shape[1]
-    n_groups = (span.stop - span.start + width - 1) // width
-    n_together = max(GROUPS_IN_CACHE, ROWS_IN_CACHE // n_codes)
+@inlined
+def _run(bounds, i, limit, group, end, per_bound):
+    """Return the first run of groups, from this one on and before the end, whose bounds are within the limit."""
+    while group < end and bounds[i, group // per_bound] > limit:
+        group += 1
+    stop = group
+    while stop < end and bounds[i, stop // per_bound] <= limit:
+        stop += 1
+    return group, stop
+
+
+@inlined
+def _n_together(n_codes):
+    """Return how many groups are measured for one query after another, as they fit into the cache."""
+    return max(GROUPS_IN_CACHE, ROWS_IN_CACHE // n_codes)
+
+
+def _bounds_of_groups(queries, codes, first, last, limits, measure, tree, steps, bounds):
+    n_codes, width = queries.shape[1], codes.shape[1]
+    n_groups, n_together = bounds.shape[1], _n_together(n_codes)
+    scratch = aligned(workspace_rows(tree), width, queries.dtype)
+    results = results_of(n_together, width, queries.dtype)
+    distances = rows(results.distances, 0)
+    for group in range(0, n_groups, n_together):
+        end = min(group + n_together, n_groups)
+        for i in range(first, last):
+            start, stop = _run(bounds, i, limits[i], group, end, 1)
+            while start < stop:
+                measure(queries[i], codes, start, stop, tree, steps, scratch, results)
+                for k in range(stop - start):
+                    bounds[i, start + k] = least(distances[k])
+                start, stop = _run(bounds, i, limits[i], stop, end, 1)
+
+
+def _nearest_of_groups(queries, groups, first, last, excluded, measure, tree, steps, heaps):
+    n_codes, width = queries.shape[1], groups.codes.shape[1]
+    n_groups, n_together = len(groups.indices) // width, _n_together(n_codes)
+    per_bound = n_groups // max(1, groups.bounds.shape[1])
     scratch = aligned(workspace_rows(tree), width, queries.dtype)
     results = results_of(n_together, width, queries.dtype)
     distances, rounding, n_measured = rows(results.distances, 0), _rounding(tree), 0
     for group in range(0, n_groups, n_together):
         end = min(group + n_together, n_groups)
-        n_poses = min(end * width, span.stop - span.start) - group * width
-        for i in range(span.first, span.last):
+        for i in range(first, last):
             limit = _limit(heaps, i)
-            results.limit[0], results.n_ruled_out[0] = 1.000001 * limit + rounding, 0
-            measure(queries[i], Y, group, end, tree, steps, scratch, results)
-            n_measured += max(0, n_poses - results.n_ruled_out[0] * width)
-            for k in range(end - group):
-                # A little more than the limit, as a distance equal to it may be kept.
-                if limit < np.inf and not any_greater(0.0 - distances[k], -1.000001 * limit - 1e-37):
-                    continue
-                for w in range(width):
-                    j = span.start + (group + k) * width + w
-                    if j < span.stop and j != excluded[i]:
-                        _keep(results.distances[k, w], j, heaps, i)
-                limit = _limit(heaps, i)
+            start, stop = _run(groups.bounds, i, limit + groups.slack[i], group, end, per_bound)
+            while start < stop:
+                results.limit[0], results.n_ruled_out[0] = 1.000001 * limit + rounding, 0
+                measure(queries[i], groups.codes, start, stop, tree, steps, scratch, results)
+                n_poses = 0
+                for at in range(start * width, stop * width):
+                    n_poses += groups.indices[at] >= 0
+                n_measured += max(0, n_poses - results.n_ruled_out[0] * width)
+                for k in range(stop - start):
+                    at = (start + k) * width
+                    # A little more than the limit, as a distance equal to it may be kept.
+                    if limit < np.inf and not any_greater(0.0 - distances[k], -1.000001 * limit - 1e-37):
+                        continue
+                    for w in range(width):
+                        j = groups.indices[at + w]
+                        if j >= 0 and j != excluded[i]:
+                            _keep(results.distances[k, w], j, heaps, i)
+                    limit = _limit(heaps, i)
+                start, stop = _run(groups.bounds, i, limit + groups.slack[i], stop, end, per_bound)
     return n_measured
 
 
@@ -189,18 +235,34 @@ def _heaps_type(real):
 
 
 @functools.cache
-def nearest_of_tile_loop(dtype):
-    """``loop(queries, Y, span, excluded, measure, tree, steps, heaps)``: keep the nearest poses of a tile.
+def bounds_of_groups_loop():
+    """``loop(queries, codes, first, last, limits, measure, tree, steps, bounds)``: the least distances of groups.
 
-    `queries` holds codes as rows; Y the span's poses of the index, encoded, in groups of lanes. Query i does not keep
+    `queries` holds codes as rows, `codes` groups of lanes. Each bound (n_queries, n_groups) of a query first:last that
+    is within its limit becomes the least distance to the poses of the group. In float32.
+    """
+    real, whole, float32 = types.float32, types.int64, np.dtype(np.float32)
+    tree, steps = shared_types(float32)
+    queries, codes = array_type(real, 2, readonly=True), array_type(real, 2, readonly=True)
+    limits, bounds = array_type(real, 1, readonly=True), array_type(real, 2, readonly=False)
+    signature = types.void(queries, codes, whole, whole, limits, measure_type(float32), tree, steps, bounds)
+    return jit(_bounds_of_groups, signatures=[signature])
+
+
+@functools.cache
+def nearest_of_groups_loop(dtype):
+    """``loop(queries, groups, first, last, excluded, measure, tree, steps, heaps)``: keep the nearest poses of groups.
+
+    `queries` holds codes as rows. Only Groups within reach of a query first:last are measured. Query i does not keep
     pose excluded[i]. Returns the number of pairs measured. For measures that always converge.
     """
     real, whole = from_dtype(dtype), types.int64
     tree, steps = shared_types(dtype)
-    queries, Y = array_type(real, 2, readonly=True), array_type(real, 2, readonly=True)
-    span, excluded = named(Span, *4 * [whole]), array_type(whole, 1, readonly=True)
-    signature = whole(queries, Y, span, excluded, measure_type(dtype), tree, steps, _heaps_type(real))
-    return jit(_nearest_of_tile, signatures=[signature])
+    kinds = (real, 2), (whole, 1), (types.float32, 2), (types.float64, 1)
+    groups = named(Groups, *(array_type(*kind, readonly=False) for kind in kinds))
+    queries, excluded = array_type(real, 2, readonly=True), array_type(whole, 1, readonly=True)
+    tail = excluded, measure_type(dtype), tree, steps, _heaps_type(real)
+    return jit(_nearest_of_groups, signatures=[whole(queries, groups, whole, whole, *tail)])
 
 
 @functools.cache

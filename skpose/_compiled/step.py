@@ -207,10 +207,17 @@ def for_scale(scale, P, squares):
 @inlined
 def take_step(plan, parts):
     """Add one step to all dofs and place the joints; return the square of their displacement."""
-    C, S, A, B, _, H, P = parts
+    C, S, A, B = parts.C, parts.S, parts.A, parts.B
     for d in range(plan.n_angles):
         c, s, a, b = C[d], S[d], A[d], B[d]
         C[d], S[d] = c - a * c - b * s, s - a * s + b * c
+    return displace_joints(plan, parts)
+
+
+@inlined
+def displace_joints(plan, parts):
+    """Add one step to the ball joints, none to the angles, and place the joints; return as `take_step`."""
+    H, P = parts.H, parts.P
     _rotate_frames(plan, parts)
     squares = no_squares(plan.scale[plan.n_joints - 1], P)
     for b in range(0, plan.n_runs, 2):

@@ -8,12 +8,21 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._compat.sklearn import HasMethods, Hidden, Interval, StrOptions
-from skpose._compiled import encode, geodesic, loops, measure
+from skpose._compiled import encode, geodesic, loops, measure, middle
 from skpose._compiled.tree import Steps, Tree
 from skpose._warnings import warn
 from skpose.kinematics._constraints import IS_SKELETON
 from skpose.kinematics._tree import tree_of
 from skpose.skeleton import Skeleton
+
+
+class Coarse(NamedTuple):
+    """A lower bound of a distance between poses, in float32 and where the number of steps is even: as a Metric."""
+
+    encode: Callable
+    measure: Callable
+    n_codes: Callable[[Tree], int]
+    slack: Callable[[Tree], float]  # by how much rounding may lengthen the bound, m
 
 
 class Metric(NamedTuple):
@@ -29,6 +38,7 @@ class Metric(NamedTuple):
     measure_work: float  # for each number of a code, in each pair
     always_float64: bool = False
     measure_within: Callable | None = None  # the same up to `Results.limit`
+    coarse: Coarse | None = None
 
     def encoded(self, poses: np.ndarray, skeleton: Skeleton | None, steps: Steps) -> np.ndarray:
         """Return the codes of poses, in float64."""
@@ -48,6 +58,10 @@ def _n_quaternions(tree: Tree, n_dofs: int) -> int:
 
 def _n_curve_end(tree: Tree, n_dofs: int) -> int:
     return 5 * len(tree.angle_dof) + 4 * len(tree.ball_frame) + _n_coordinates(tree, n_dofs)
+
+
+def _n_middle(tree: Tree) -> int:
+    return 2 * len(tree.angle_dof) + 4 * len(tree.ball_frame) + 3 * (len(tree.offset) - 1)
 
 
 METRICS = {
@@ -91,6 +105,7 @@ METRICS = {
         encode_work=20,
         measure_work=16,
         measure_within=measure.measure_line_within,
+        coarse=Coarse(middle.encode_middle, middle.measure_two_chords, _n_middle, middle.middle_slack),
     ),
     "geodesic": Metric(
         encode.encode_curve_end,

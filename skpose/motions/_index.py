@@ -52,10 +52,7 @@ class SequenceIndex:
 
     def coordinates(self, frames: np.ndarray) -> np.ndarray:
         """Return the filter's coordinates of some frames, (n_frames, n_coordinates), in float32."""
-        chords = cast(ChordFilter, self.filter)
-        width = chords.groups.shape[1]
-        groups = chords.groups.reshape(-1, chords.n_coordinates, width)
-        return groups[frames // width, :, frames % width]
+        return cast(ChordFilter, self.filter).coordinates(frames)
 
     def _make_boxes(self) -> None:
         lengths, starts = self.sequences.lengths, self.sequences.starts

@@ -6,12 +6,9 @@ The times below are of CMU poses on one AVX-512 core. The choice does not change
 
 import numpy as np
 
-from skpose._compiled.loops import FLOAT64_LANES
 from skpose.metrics._registry import Metric
 
-# Work per pair of a query and a pose. Measured: 2.8 ns where the 31 poses of least bound are kept, as for k = 10, and
-# 1.3 ns where a limit is given.
-FILTER_WORK = 14
+FILTER_WORK = 6  # per pair of a query and a pose. Measured: 1.1 ns
 # Work of a search by brute force from which on a filter is tried; it then takes 20 ms or more. Below, a filter saves 15
 # ms at most ("spatial") and may take longer than brute force ("angle").
 LEAST_WORK_TO_FILTER = 400_000_000
@@ -50,25 +47,16 @@ class CostModel:
         """Return whether brute force takes so long that a filter may save something."""
         return self.work_of_tile(n_queries, self.n_poses) >= LEAST_WORK_TO_FILTER
 
-    def filter_is_worth_it(self, n_queries: int, n_sampled: int, n_candidates: int) -> bool:
+    def filter_is_worth_it(self, n_queries: int, n_first: int, share: float) -> bool:
         """Return whether filter and refine takes less than brute force.
 
-        For n_sampled of the queries the filter leaves n_candidates in all, see `count_in_lanes`. The filter is counted
-        twice: once for the first candidates, once for all that are within reach of the result.
+        n_first poses are measured for each query, and then this share of all pairs.
         """
-        refine = self.work_of_pairs(n_candidates) / (n_sampled / n_queries)
-        return refine + 2 * self.work_of_filter(n_queries, self.n_poses) < self.work_of_tile(n_queries, self.n_poses)
-
-    def refine_is_worth_it(self, counts: np.ndarray, n_poses: int) -> bool:
-        """Return whether measuring so many candidates of each query takes no more than the tile of all the poses."""
-        return self.work_of_pairs(count_in_lanes(counts)) <= self.work_of_tile(len(counts), n_poses)
+        whole = self.work_of_tile(n_queries, self.n_poses)
+        work = self.work_of_pairs(n_queries * n_first) + self.work_of_filter(n_queries, self.n_poses)
+        return work + share * whole < whole
 
 
 def sample_of(n_queries: int) -> np.ndarray:
     """Return the queries that are searched first, evenly spaced."""
     return np.arange(0, n_queries, QUERIES_PER_SAMPLE)
-
-
-def count_in_lanes(counts: np.ndarray) -> int:
-    """Return the number of pairs to measure, each query's rounded up to full lanes, as fewer take as long."""
-    return int((-(-counts // FLOAT64_LANES) * FLOAT64_LANES).sum())

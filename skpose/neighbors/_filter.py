@@ -18,7 +18,7 @@ import numpy as np
 
 from skpose._compiled import loops
 from skpose._compiled.lanes import lanes
-from skpose._compiled.nearest import Candidates, Span, nearest_of_tile_loop
+from skpose._compiled.nearest import Candidates, Groups, bounds_of_groups_loop, nearest_of_groups_loop
 from skpose._compiled.results import aligned
 from skpose._compiled.tree import Steps
 from skpose._parallel.rows import over_rows
@@ -34,6 +34,7 @@ SAMPLE = 4096  # poses from which the axes are computed
 ROUNDING = 64 * 2.0**-24
 IN_RANGE = 1e15  # largest coordinate, in units of the filter; float32 cannot sum the squares of much larger ones
 FLOAT32 = np.dtype(np.float32)
+NO_TREE, NO_WRAP = tree_of(None, FLOAT32), Steps.of(1, wrap=False)
 
 
 class FilterPoints(NamedTuple):
@@ -84,53 +85,64 @@ class ChordFilter:
         self.norm = 0.0
         for start in range(0, len(poses), ENCODED_AT_ONCE):
             coordinates, norms = self._coordinates(poses[start : start + ENCODED_AT_ONCE])
-            self._groups_of(start, start + len(coordinates))[:] = loops.in_lanes(coordinates)
+            first, last = start // width, -(-(start + len(coordinates)) // width)
+            self.groups[first * self.n_coordinates : last * self.n_coordinates] = loops.in_lanes(coordinates)
             self.norm = max(self.norm, norms.max())
+
+    def coordinates(self, poses: np.ndarray) -> np.ndarray:
+        """Return the coordinates of some poses (n_poses, n_coordinates), given by their places in the groups."""
+        width = self.groups.shape[1]
+        return self.groups.reshape(-1, self.n_coordinates, width)[poses // width, :, poses % width]
+
+    def reorder(self, order: np.ndarray) -> None:
+        """Put the poses into the groups in this order."""
+        self.groups = loops.in_lanes(self.coordinates(order))
 
     def points(self, poses: np.ndarray) -> FilterPoints:
         """Return queries as points of the filter."""
         coordinates, norms = self._coordinates(poses)
         return FilterPoints(coordinates, ROUNDING * (norms + self.norm))
 
-    def within(
-        self,
-        points: FilterPoints,
-        excluded: np.ndarray,
-        limits: np.ndarray,
-        start: int,
-        stop: int,
-        capacity: int,
-        n_jobs: int,
-    ) -> NearestSoFar:
-        """Find the poses start:stop whose lower bound is within the query's limit, at most the `capacity` least.
+    def bounds(self, points: FilterPoints, n_jobs: int) -> np.ndarray:
+        """Return the least lower bound (n_queries, n_groups) of each group of poses, in units of the filter.
 
-        Start is a multiple of the lanes. Values are in units of the filter, slack included; `candidates` converts them.
+        They may be too high by the slack; `limits` are what to compare them with.
         """
-        with np.errstate(over="ignore"):
-            limits = np.minimum(limits / self.scale + points.slack, np.finfo(FLOAT32).max)
-        near = NearestSoFar(limits, capacity, FLOAT32)
-        loop, groups = nearest_of_tile_loop(FLOAT32), self._groups_of(start, stop)
-        tail = excluded, METRICS["angle"].measure, tree_of(None, FLOAT32), Steps.of(1, wrap=False), near.heaps
+        n_queries, n_groups = len(points.slack), len(self.groups) // self.n_coordinates
+        bounds, limits = np.zeros((n_queries, n_groups), FLOAT32), np.zeros(n_queries, FLOAT32)
+        loop, tail = bounds_of_groups_loop(), (limits, METRICS["angle"].measure, NO_TREE, NO_WRAP, bounds)
         over_rows(
-            lambda first, last: loop(points.coordinates, groups, Span(first, last, start, stop), *tail),
-            len(limits),
-            FILTER_WORK * len(limits) * (stop - start),
+            lambda first, last: loop(points.coordinates, self.groups, first, last, *tail),
+            n_queries,
+            FILTER_WORK * n_queries * self.groups.size / self.n_coordinates,
             n_jobs,
         )
-        return near
+        return bounds
 
-    def candidates(self, points: FilterPoints, near: NearestSoFar) -> Candidates:
-        """Return what `within` found with lower bounds of the metric."""
-        _, values, indices, counts = near.heaps
-        n = counts.max(initial=0)
-        with np.errstate(invalid="ignore"):  # behind the last entry
-            bounds = (values[:, :n] - points.slack[:, np.newaxis]) * self.scale
-        return Candidates(indices, bounds, counts)
+    def limits(self, points: FilterPoints, limits: np.ndarray) -> np.ndarray:
+        """Return the largest bounds of poses that may be within limits of their distances."""
+        with np.errstate(over="ignore"):
+            return np.minimum(limits / self.scale + points.slack, np.finfo(FLOAT32).max)
 
-    def _groups_of(self, start: int, stop: int) -> np.ndarray:
-        """Return the groups of lanes of some of the poses; start is a multiple of the lanes."""
-        width = self.groups.shape[1]
-        return self.groups[start // width * self.n_coordinates : -(-stop // width) * self.n_coordinates]
+    def least(
+        self, points: FilterPoints, bounds: np.ndarray, indices: np.ndarray, excluded: np.ndarray, n: int, n_jobs: int
+    ) -> Candidates:
+        """Return the n poses with the least lower bounds in order, given the bounds of groups and the poses in them."""
+        # So many groups, and one for the excluded pose, have a pose within this.
+        limits = np.partition(bounds, n, axis=1)[:, n] if n < bounds.shape[1] else np.full(len(bounds), np.inf, FLOAT32)
+        near = NearestSoFar(limits, n, FLOAT32)
+        loop, groups = nearest_of_groups_loop(FLOAT32), Groups(self.groups, indices, bounds, np.zeros(len(bounds)))
+        tail = excluded, METRICS["angle"].measure, NO_TREE, NO_WRAP, near.heaps
+        over_rows(
+            lambda first, last: loop(points.coordinates, groups, first, last, *tail),
+            len(bounds),
+            FILTER_WORK * 2 * n * len(bounds) * self.groups.shape[1],
+            n_jobs,
+        )
+        near.sort_by_value()
+        with np.errstate(invalid="ignore", over="ignore"):
+            lowest = (near.heaps.values.astype(np.float64) - points.slack[:, np.newaxis]) * self.scale
+        return Candidates(near.heaps.indices, lowest, near.heaps.counts)
 
     def _coordinates(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return coordinates and their norms; zero and infinity where they are out of range."""

@@ -45,6 +45,7 @@ class GraphTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Tran
         steps = resolve(self.effective_metric_, self.skeleton_, self.n_steps, self.wrap).steps
         brute = self.algorithm == "brute"
         self._index = PoseIndex(X, self.skeleton_, self.effective_metric_, steps, brute=brute)
+        self._index.sort_groups()
         self.n_samples_fit_ = len(X)
         return self
 

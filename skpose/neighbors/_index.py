@@ -2,27 +2,47 @@
 
 import numpy as np
 
+from skpose._compiled.lanes import lanes
 from skpose._compiled.tree import Steps
 from skpose.metrics._registry import METRICS
-from skpose.neighbors._filter import ChordFilter
+from skpose.neighbors._filter import FLOAT32, ChordFilter
+from skpose.neighbors._order import order_of_groups
 from skpose.skeleton import Skeleton
+
+LANES = lanes(FLOAT32)  # poses of a group
 
 
 class PoseIndex:
-    """Poses to search under a metric, and the filter of the search.
+    """Poses to search under a metric, the filter of the search, and the groups in which they are measured.
 
     Attributes
     ----------
     filter : ChordFilter or None
         None is brute force: requested, or because nothing bounds the metric.
+    groups : ndarray of shape (n_groups, LANES)
+        Indices of the poses in each group of lanes, -1 where there is none; as the poses come, until `sort_groups`.
     """
 
     def __init__(self, poses: np.ndarray, skeleton: Skeleton | None, metric: str, steps: Steps, *, brute: bool):
         self.poses, self.skeleton, self.metric, self.steps = np.ascontiguousarray(poses), skeleton, metric, steps
         self.filter = None
+        self.groups = _groups(np.arange(len(poses)))
         chosen = METRICS[metric]
         # The bound of a metric that does not wrap by default takes differences that are not wrapped.
         bound_is_false = chosen.wraps is False and steps.half_turn < np.inf
         if not (brute or bound_is_false or chosen.bound is None):
             chords = ChordFilter(self.poses, chosen.bound, skeleton, steps)
             self.filter = chords if np.isfinite(chords.norm) else None
+
+    def sort_groups(self) -> None:
+        """Put poses that are near each other into one group, for the filter too."""
+        if self.filter is not None:
+            order = order_of_groups(self.filter.coordinates(np.arange(len(self.poses))), LANES)
+            self.groups = _groups(order)
+            self.filter.reorder(order)
+
+
+def _groups(order: np.ndarray) -> np.ndarray:
+    groups = np.full((-(-len(order) // LANES), LANES), -1)
+    groups.flat[: len(order)] = order
+    return groups

@@ -77,15 +77,19 @@ class PoseKNeighborsTransformer(GraphTransformer):
     triangle inequality and a ball tree cannot be used. The chords themselves are bounded by their components along the
     principal axes of the joint positions, in float32 and with an allowance for its rounding. The length of a straight
     line is no less than that of the two chords between its ends and its middle, by the triangle inequality between its
-    samples; where these are too long already, it is not measured. A geodesic is solved only if its interval, from the
-    chord to the length of the straight line, can change the answer.
+    samples (with an even number of steps), and than that of its first steps and one chord from there; where these are
+    too long already, it is not measured. A geodesic is solved only if its interval, from the chord to the length of the
+    straight line, can change the answer.
+
+    Poses are ruled out and measured in groups of sixteen, which `fit` makes of poses that are near each other; the
+    frames of recordings stay in their order.
 
     Every distance is computed in float64, also for float32 poses: indices and distances are equal to those from
-    ``pose_distances(X, X_fit)`` in float64, sorted by distance and then by index. Where the bound leaves many
-    candidates, whole panels are measured at once; a search never costs much more than brute force.
+    ``pose_distances(X, X_fit)`` in float64, sorted by distance and then by index. Where the bounds rule out little, all
+    poses are measured; a search never costs much more than brute force.
 
     Time O(n_samples · n_samples_fit) for the bounds, about a nanosecond each, and O(n_samples · n_neighbors · n_dofs ·
-    n_steps) for the lengths if the poses are dense. Memory O(n_samples_fit) for the index, the poses and 72 bytes for
+    n_steps) for the lengths if the poses are dense. Memory O(n_samples_fit) for the index, the poses and 80 bytes for
     each, and some 150 MB for a search, beyond its result. Of the parameters of scikit-learn's transformer `leaf_size`,
     `p` and `metric_params` are missing: there are no leaves, no Minkowski distance, and `n_steps` and `wrap` stand for
     themselves.

@@ -1,57 +1,39 @@
 """Exact search of the nearest poses, by filter and refine.
 
-The *filter* computes lower bounds of all distances, see `skpose.neighbors._filter`. Poses whose bound is within the
-limit of a query are its *candidates*. To *refine* is to measure them: a distance decides what the bound leaves open.
+The *filter* computes lower bounds of all distances, see `skpose.neighbors._filter`, and keeps the least one of each
+*group* of poses, those that fill a vector register. To *refine* is to measure: a distance decides what the bound leaves
+open.
 
-A search for the k nearest takes the candidates with the least bounds in the whole index first and measures them in that
+A search for the k nearest takes the poses with the least bounds in the whole index first and measures them in that
 order, until no bound that is left is within the k-th least distance. For most queries that is all. The others, those
-whose last candidate is still within reach, go over the whole index, one panel of poses after another: filter by the
-k-th least distance so far, and refine. A search within a radius goes over the panels from the start.
+whose last candidate is still within reach, measure all groups whose bound is within the k-th least distance so far
+(`skpose.neighbors._refine`). A search within a radius does so from the start.
 
-Where the filter leaves most of a panel, the panel is measured whole, which costs less per pair; and a sample of the
-queries is searched first to estimate whether the filter is worth its cost at all (`skpose.neighbors._cost`). So no
-search costs much more than brute force, and memory holds no more than the bounds of one panel.
+A sample of the queries is searched first to estimate whether the filter is worth its cost (`skpose.neighbors._cost`);
+without it all groups are measured. So no search costs much more than brute force, and memory holds no more than one
+bound for each query and group.
 """
 
-import itertools
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skpose._compiled.loops import FLOAT64_LANES, in_lanes
-from skpose._compiled.nearest import Batch, Candidates, Span, nearest_of_candidates_loop, nearest_of_tile_loop
+from skpose._compiled.loops import FLOAT64_LANES
+from skpose._compiled.nearest import Batch, Candidates, nearest_of_candidates_loop
 from skpose._parallel.rows import TASKS_PER_JOB_UNEVEN, over_rows
-from skpose.kinematics._tree import tree_of
-from skpose.metrics._matrix import ENCODED_AT_ONCE
 from skpose.metrics._registry import Metric
-from skpose.neighbors._cost import CostModel, count_in_lanes, sample_of
-from skpose.neighbors._filter import ChordFilter
-from skpose.neighbors._index import PoseIndex
+from skpose.neighbors._cost import CostModel, sample_of
+from skpose.neighbors._filter import FLOAT32, ChordFilter, FilterPoints
+from skpose.neighbors._index import LANES, PoseIndex
 from skpose.neighbors._nearest_so_far import NearestSoFar
+from skpose.neighbors._refine import Queries, Refinement
 from skpose.neighbors._results import Evaluations, Neighbors
 
-FLOAT64 = np.dtype(np.float64)
 QUERIES = 1024  # searched for at once; memory is proportional to it
 FIRST_CANDIDATES = 16  # of each query, in addition to 1.5 k
-
-
-@dataclass(frozen=True)
-class Queries:
-    """Poses whose neighbours are searched."""
-
-    codes: np.ndarray  # (n_queries, n_codes)
-    excluded: np.ndarray  # (n_queries,) index of a pose that is not a neighbour, or -1
-    points: Any  # FilterPoints, or None where the filter is not used
-
-    def __len__(self) -> int:
-        return len(self.codes)
-
-    def take(self, rows: np.ndarray) -> "Queries":
-        points = None if self.points is None else self.points.take(rows)
-        return Queries(self.codes[rows], self.excluded[rows], points)
+FIRST_GROUPS, GROUPS_AT_ONCE = 16, 512  # 256 and 8,192 poses, whose codes are in memory at once
 
 
 class Search:
@@ -59,22 +41,22 @@ class Search:
 
     Attributes
     ----------
-    n_measured : int
-        Pairs measured so far.
     unconverged : list of (int, float)
         Numbers of geodesics that did not converge, and the largest gap of each.
     """
 
     def __init__(self, index: PoseIndex, metric: Metric, n_jobs: int):
         self.index, self.metric, self.n_jobs = index, metric, n_jobs
-        self._measure = metric.measure
-        if index.filter is not None and metric.measure_within is not None:
-            self._measure = metric.measure_within
-        self._tree = tree_of(index.skeleton if metric.needs_skeleton else None, FLOAT64)
+        self._groups = Refinement(index, metric, n_jobs)
         n_poses, n_dofs = index.poses.shape
-        self._cost = CostModel(metric, metric.n_codes(self._tree, n_dofs), n_poses)
-        self.n_measured = 0
+        self._cost = CostModel(metric, metric.n_codes(self._groups.tree, n_dofs), n_poses)
+        self._n_measured = 0
         self.unconverged: list[tuple[int, float]] = []
+
+    @property
+    def n_measured(self) -> int:
+        """Pairs measured so far."""
+        return self._n_measured + self._groups.n_measured
 
     @property
     def evaluations(self) -> Evaluations:
@@ -83,14 +65,15 @@ class Search:
     def nearest(self, poses: np.ndarray, excluded: np.ndarray, k: int) -> Neighbors:
         """Find the k nearest poses of each query."""
         queries, n_first = self._queries(poses, excluded), FIRST_CANDIDATES + 3 * k // 2
-        best, rest = NearestSoFar(np.full(len(queries), np.inf), k), np.arange(len(queries))
-        filtered = self._filter_is_worth_it_for_nearest(queries, n_first, k)
-        if filtered:
-            rest = self._measure_first(queries, n_first, best)
+        best, rest, bounds = NearestSoFar(np.full(len(queries), np.inf), k), np.arange(len(queries)), None
+        if self._filter_is_worth_it_for_nearest(queries, n_first, k):
+            bounds = self._bounds(queries)
+            rest = self._measure_first(queries, bounds, n_first, best)
+            bounds = bounds[rest]
         if len(rest):
             queries_left, best_of_rest = queries.take(rest), NearestSoFar(best.current_limits[rest], k)
-            for start, stop in self._panels(len(rest)):
-                self._search_panel(queries_left, start, stop, filtered, best_of_rest)
+            for numbers in self._numbers(queries_left, bounds, best_of_rest.current_limits):
+                self._measure_groups(queries_left, bounds, numbers, best_of_rest)
             best.put(rest, best_of_rest)
         return Neighbors(*best.sorted_entries())
 
@@ -98,19 +81,19 @@ class Search:
         """Find all poses that are no further away from a query than its limit; distances are always measured."""
         limits, parts = np.array(np.broadcast_to(limits, len(poses))), []
         queries = self._queries(poses, excluded)
-        filtered = self._filter_is_worth_it_within(queries, limits)
-        for start, stop in self._panels(len(queries)):
-            found = NearestSoFar(limits, stop - start)
-            self._search_panel(queries, start, stop, filtered, found)
+        bounds = self._bounds(queries) if self._filter_is_worth_it_within(queries, limits) else None
+        for numbers in self._numbers(queries, bounds, limits):
+            found = NearestSoFar(limits, LANES * len(numbers))
+            self._measure_groups(queries, bounds, numbers, found)
             parts.append(found.entries())
-        return Neighbors.sorted(parts)
+        return Neighbors.sorted(parts or [NearestSoFar(limits, 1).entries()])
 
     def refine(
         self, codes: np.ndarray, candidates: Candidates, best: NearestSoFar, at_once: int = FLOAT64_LANES
     ) -> None:
         """Measure the candidates of each query in order, but for those whose bound shows that they are not kept."""
         index, loop = self.index, nearest_of_candidates_loop(self.index.poses.dtype)
-        tail = self.metric.encode, self._measure, self._tree, index.steps, best.heaps
+        tail = self.metric.encode, self._groups.measure, self._groups.tree, index.steps, best.heaps
         for n_measured, n_unconverged, worst in over_rows(
             lambda first, last: loop(codes, index.poses, candidates, Batch(first, last, at_once), *tail),
             len(codes),
@@ -118,7 +101,7 @@ class Search:
             self.n_jobs,
             TASKS_PER_JOB_UNEVEN,
         ):
-            self.n_measured += n_measured
+            self._n_measured += n_measured
             self.unconverged.append((n_unconverged, worst))
 
     @property
@@ -128,73 +111,59 @@ class Search:
 
     def _queries(self, poses: np.ndarray, excluded: np.ndarray) -> Queries:
         """Return the queries, with points of the filter if there is one and work enough to use it."""
-        codes = self.metric.encoded(poses, self.index.skeleton, self.index.steps)
         used = self.index.filter is not None and self._cost.filter_is_worth_a_trial(len(poses))
-        return Queries(codes, excluded, self._chords.points(poses) if used else None)
+        return self._groups.queries(poses, excluded, self._chords.points(poses) if used else None)
 
-    def _filter(self, queries: Queries, limits: np.ndarray, start: int, stop: int, capacity: int) -> NearestSoFar:
-        """Find the poses start:stop whose lower bound is within a limit."""
-        points, excluded = queries.points, queries.excluded
-        return self._chords.within(points, excluded, limits, start, stop, capacity, self.n_jobs)
+    def _bounds(self, queries: Queries) -> np.ndarray:
+        """Compute the bounds of all groups by the filter."""
+        return self._chords.bounds(cast(FilterPoints, queries.points), self.n_jobs)
 
-    def _measure_first(self, queries: Queries, n_first: int, best: NearestSoFar) -> np.ndarray:
+    def _within_reach(self, queries: Queries, bounds: np.ndarray, limits: np.ndarray) -> np.ndarray:
+        """Return of some groups whether their bounds are within the limit of each query."""
+        return bounds <= self._chords.limits(cast(FilterPoints, queries.points), limits)[:, np.newaxis]
+
+    def _measure_first(self, queries: Queries, bounds: np.ndarray, n_first: int, best: NearestSoFar) -> np.ndarray:
         """Measure the poses with the least bounds in the whole index; return the queries that may need more."""
-        near = self._filter(queries, np.full(len(queries), np.inf), 0, len(self.index.poses), n_first)
-        near.sort_by_value()
-        candidates = self._chords.candidates(queries.points, near)
+        points, indices = cast(FilterPoints, queries.points), self.index.groups.ravel()
+        candidates = self._chords.least(points, bounds, indices, queries.excluded, n_first, self.n_jobs)
         self.refine(queries.codes, candidates, best)
         return np.flatnonzero(candidates.bounds[:, -1] <= best.current_limits)
 
-    def _search_panel(self, queries: Queries, start: int, stop: int, filtered: bool, best: NearestSoFar) -> None:
-        """Search the poses start:stop, by filter and refine or by brute force."""
-        if filtered:
-            near = self._filter(queries, best.current_limits, start, stop, stop - start)
-            if self._cost.refine_is_worth_it(near.heaps.counts, stop - start):
-                self.refine(queries.codes, self._chords.candidates(queries.points, near), best)
-                return
-        self._measure_tile(queries, start, stop, best)
+    def _numbers(self, queries: Queries, bounds: np.ndarray | None, limits: np.ndarray) -> Iterator[np.ndarray]:
+        """Yield the numbers of all groups within reach, some at a time: few as long as no limit is known."""
+        numbers = np.arange(len(self.index.groups))
+        if bounds is not None:
+            numbers = np.flatnonzero(self._within_reach(queries, bounds, limits).any(axis=0))
+        start, size = 0, GROUPS_AT_ONCE if np.isfinite(limits).all() else FIRST_GROUPS
+        while start < len(numbers):
+            yield numbers[start : start + size]
+            start, size = start + size, min(2 * size, GROUPS_AT_ONCE)
+
+    def _measure_groups(
+        self, queries: Queries, bounds: np.ndarray | None, numbers: np.ndarray, best: NearestSoFar
+    ) -> None:
+        """Measure some groups for the queries that they are within reach of."""
+        near = np.zeros((len(queries), len(numbers)), FLOAT32)
+        if bounds is not None:
+            near[~self._within_reach(queries, bounds[:, numbers], best.current_limits)] = np.inf
+        self._groups.measure_groups(queries, numbers, near, best)
 
     def _filter_is_worth_it_for_nearest(self, queries: Queries, n_first: int, k: int) -> bool:
         """Search for the k nearest of a sample of the queries, and estimate the cost of the search from it."""
         if queries.points is None or 4 * n_first > len(self.index.poses):
             return False
         sample = queries.take(sample_of(len(queries)))
-        best = NearestSoFar(np.full(len(sample), np.inf), k)
-        rest = self._measure_first(sample, n_first, best)
-        n_candidates = n_first * len(sample) + self._n_candidates(sample.take(rest), best.current_limits[rest])
-        return self._cost.filter_is_worth_it(len(queries), len(sample), n_candidates)
+        best, bounds = NearestSoFar(np.full(len(sample), np.inf), k), self._bounds(sample)
+        rest = self._measure_first(sample, bounds, n_first, best)
+        left = np.zeros(bounds.shape, bool)
+        left[rest] = self._within_reach(sample.take(rest), bounds[rest], best.current_limits[rest])
+        return self._cost.filter_is_worth_it(len(queries), n_first, left.mean())
 
     def _filter_is_worth_it_within(self, queries: Queries, limits: np.ndarray) -> bool:
         """Filter for a sample of the queries, and estimate the cost of the search from it."""
         if queries.points is None:
             return False
         rows = sample_of(len(queries))
-        n_candidates = self._n_candidates(queries.take(rows), limits[rows])
-        return self._cost.filter_is_worth_it(len(queries), len(rows), n_candidates)
-
-    def _n_candidates(self, queries: Queries, limits: np.ndarray) -> int:
-        """Count the candidates that the filter leaves in the whole index, in full lanes."""
-        if len(queries) == 0:
-            return 0
-        return sum(
-            count_in_lanes(self._filter(queries, limits, start, stop, stop - start).heaps.counts)
-            for start, stop in self._panels(len(queries))
-        )
-
-    def _panels(self, n_queries: int) -> Iterator[tuple[int, int]]:
-        """Return parts of the index, which are larger for fewer queries."""
-        n_poses = len(self.index.poses)
-        return itertools.pairwise([*range(0, n_poses, ENCODED_AT_ONCE * max(1, QUERIES // max(1, n_queries))), n_poses])
-
-    def _measure_tile(self, queries: Queries, start: int, stop: int, best: NearestSoFar) -> None:
-        """Measure all of the poses start:stop."""
-        index, loop = self.index, nearest_of_tile_loop(FLOAT64)
-        for left, right in itertools.pairwise([*range(start, stop, ENCODED_AT_ONCE), stop]):
-            groups = in_lanes(self.metric.encoded(index.poses[left:right], index.skeleton, index.steps))
-            tail = queries.excluded, self._measure, self._tree, index.steps, best.heaps
-
-            def task(first, last, left=left, right=right, groups=groups, tail=tail):
-                return loop(queries.codes, groups, Span(first, last, left, right), *tail)
-
-            work = self._cost.work_of_tile(len(queries), right - left)
-            self.n_measured += sum(over_rows(task, len(queries), work, self.n_jobs))
+        sample = queries.take(rows)
+        left = self._within_reach(sample, self._bounds(sample), limits[rows])
+        return self._cost.filter_is_worth_it(len(queries), 0, left.mean())

@@ -14,10 +14,11 @@ from skpose._compiled.loops import FLOAT64_LANES, in_lanes
 from skpose._compiled.nearest import (
     Batch,
     Candidates,
+    Groups,
     Heaps,
-    Span,
+    bounds_of_groups_loop,
     nearest_of_candidates_loop,
-    nearest_of_tile_loop,
+    nearest_of_groups_loop,
 )
 from skpose._compiled.tree import Steps
 from skpose.kinematics._tree import tree_of
@@ -45,13 +46,20 @@ def heaps(limits, capacity, dtype=np.float64):
     )
 
 
-def search_tile(X, Y, found, *, metric="angle", skeleton=None, span=None, excluded=NONE, measure=None):
-    """Run the loop over a tile; return the number of pairs measured."""
+def search_groups(
+    X, Y, found, *, metric="angle", skeleton=None, rows=None, excluded=NONE, measure=None, bounds=None, slack=0.0
+):
+    """Run the loop over all poses in groups; return the number of pairs measured."""
     chosen, steps, dtype = METRICS[metric], Steps.of(10, wrap=metric != "angle"), found.values.dtype
-    first, last, start, stop = span or (0, len(X), 0, len(Y))
-    codes, groups = (chosen.encoded(poses, skeleton, steps).astype(dtype) for poses in (X, Y[start:stop]))
-    tail = measure or chosen.measure, tree_of(skeleton, dtype), steps, found
-    return nearest_of_tile_loop(dtype)(codes, in_lanes(groups), Span(first, last, start, stop), excluded, *tail)
+    codes, lanes_of_codes = (chosen.encoded(poses, skeleton, steps).astype(dtype) for poses in (X, Y))
+    codes_in_lanes, width = in_lanes(lanes_of_codes), lanes(dtype)
+    n_groups = -(-len(Y) // width)
+    indices = np.full(n_groups * width, -1)
+    indices[: len(Y)] = np.arange(len(Y))
+    bounds = np.zeros((len(X), n_groups), np.float32) if bounds is None else bounds
+    groups = Groups(codes_in_lanes, indices, bounds, np.full(len(X), slack))
+    tail = excluded, measure or chosen.measure, tree_of(skeleton, dtype), steps, found
+    return nearest_of_groups_loop(dtype)(codes, groups, *(rows or (0, len(X))), *tail)
 
 
 def search_candidates(X, Y, candidates, found, *, at_once=FLOAT64_LANES, rows=None, measure=None):
@@ -85,15 +93,15 @@ def all_candidates(n_queries, bounds=None, order=None):
     return Candidates(np.tile(order, (n_queries, 1)), bounds, np.full(n_queries, N_POSES))
 
 
-# --- a tile ----------------------------------------------------------------------------------------------------------
+# --- groups ----------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("dtype", DTYPES, ids=str)
 @pytest.mark.parametrize("k", [1, 2, 7, N_POSES])
-def test_k_nearest_of_a_tile_ties_by_index(grid, dtype, k):
+def test_k_nearest_of_groups_ties_by_index(grid, dtype, k):
     X, Y, D = grid
     found = heaps(np.full(N_QUERIES, np.inf), k, dtype)
-    assert search_tile(X, Y, found) == D.size
+    assert search_groups(X, Y, found) == D.size
     assert_nearest(found, D, k)
 
 
@@ -103,10 +111,10 @@ def test_a_distance_equal_to_the_limit_is_kept_and_none_above_it(grid, dtype, li
     X, Y, D = grid
     assert (limit == D).any() or limit > D.max()
     found = heaps(np.full(N_QUERIES, limit), N_POSES, dtype)
-    search_tile(X, Y, found)
+    search_groups(X, Y, found)
     assert_nearest(found, D, N_POSES, limit)
     few = heaps(np.full(N_QUERIES, limit), 3, dtype)
-    search_tile(X, Y, few)
+    search_groups(X, Y, few)
     assert_nearest(few, D, 3, limit)
 
 
@@ -114,18 +122,44 @@ def test_the_excluded_pose_is_not_kept(grid):
     X, Y, D = grid
     excluded = D.argmin(axis=1)
     found = heaps(np.full(N_QUERIES, np.inf), N_POSES)
-    search_tile(X, Y, found, excluded=excluded)
+    search_groups(X, Y, found, excluded=excluded)
     assert_nearest(found, D, N_POSES, excluded=excluded)
     assert (found.counts == N_POSES - 1).all()
 
 
-def test_tiles_one_after_another_are_one_tile_and_touch_no_other_rows(grid):
+def test_no_other_rows_are_touched(grid):
     X, Y, D = grid
     found = heaps(np.full(N_QUERIES, np.inf), 4)
-    n_measured = sum(search_tile(X, Y, found, span=(1, 4, *part)) for part in ((40, 61), (0, 16), (16, 40)))
-    assert n_measured == 3 * N_POSES
+    search_groups(X, Y, found, rows=(1, 4))
     assert_nearest(Heaps(*(part[1:4] for part in found)), D[1:4], 4)
     assert found.counts[[0, 4]].tolist() == [0, 0]
+
+
+@pytest.mark.parametrize("per_bound", [1, 2])
+@pytest.mark.parametrize("slack", [0.0, 0.5])
+def test_only_groups_whose_bound_is_within_the_limit_are_measured(grid, per_bound, slack):
+    """Even if they hold poses within it: the search relies on its bounds. One bound may be of several groups."""
+    X, Y, D = grid
+    limit, width = 3.0, per_bound * FLOAT64_LANES
+    n_bounds = -(-N_POSES // width)
+    rng = np.random.default_rng(0)
+    bounds = rng.choice([0.0, 3.0, 3.25, 4.0], size=(N_QUERIES, n_bounds)).astype(np.float32)
+    reached = np.repeat(bounds <= limit + slack, width, axis=1)
+    found = heaps(np.full(N_QUERIES, limit), N_POSES)
+    reached = reached[:, :N_POSES]
+    assert search_groups(X, Y, found, bounds=bounds, slack=slack) == reached.sum() < reached.size
+    assert_nearest(found, np.where(reached, D, np.inf), N_POSES, limit)
+
+
+def test_groups_beyond_what_was_found_meanwhile_are_not_measured(grid):
+    """After a group that is not measured; groups next to each other are measured at once."""
+    X, Y, _ = grid
+    found = heaps(np.full(N_QUERIES, 1.0), 1)
+    Y = np.concatenate([X, Y])
+    bounds = np.full((N_QUERIES, -(-len(Y) // FLOAT64_LANES)), 1e-3, np.float32)
+    bounds[:, :2] = 0.0, 2.0
+    assert search_groups(X, Y, found, bounds=bounds) == N_QUERIES * FLOAT64_LANES
+    assert found.indices[:, 0].tolist() == list(range(N_QUERIES))
 
 
 def test_what_is_ruled_out_within_a_limit_is_not_measured():
@@ -138,12 +172,29 @@ def test_what_is_ruled_out_within_a_limit_is_not_measured():
     counts = []
     for measure in (None, within):
         found = heaps([limit, limit], len(Y))
-        counts.append(search_tile(X, Y[D[0].argsort()], found, measure=measure, **options))
+        counts.append(search_groups(X, Y[D[0].argsort()], found, measure=measure, **options))
         for i, row in enumerate(D[:, D[0].argsort()]):
             values, indices = entries(found, i)
             assert set(indices) == set(np.flatnonzero(row <= limit))
             np.testing.assert_allclose(values, row[indices], rtol=1e-9)
     assert counts[0] == D.size > counts[1] > 0
+
+
+def test_bounds_within_the_limit_become_the_least_distances_of_their_groups(grid):
+    X, Y, D = grid
+    chosen, dtype = METRICS["angle"], np.dtype(np.float32)
+    width = lanes(dtype)
+    n_groups = -(-N_POSES // width)
+    least = np.full((N_QUERIES, n_groups * width), np.inf)
+    least[:, :N_POSES] = D
+    least = least.reshape(N_QUERIES, n_groups, width).min(axis=2)
+    before = np.random.default_rng(0).integers(0, 3, size=(N_QUERIES, n_groups)).astype(dtype)
+    bounds, limits = before.copy(), np.array([0, 1, 2, 0, 1], dtype)
+    tail = limits, chosen.measure, tree_of(None, dtype), Steps.of(1, wrap=False), bounds
+    bounds_of_groups_loop()(X.astype(dtype), in_lanes(Y.astype(dtype)), 0, N_QUERIES - 1, *tail)
+    expected = np.where(before <= limits[:, None], least, before)
+    expected[-1] = before[-1]
+    np.testing.assert_array_equal(bounds, expected.astype(dtype))
 
 
 # --- candidates ------------------------------------------------------------------------------------------------------

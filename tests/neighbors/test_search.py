@@ -35,7 +35,9 @@ def always_filter(request, monkeypatch):
 
 def search_of(poses, skeleton, metric, *, brute=False, n_steps=10, wrap="auto", n_jobs=1):
     steps = resolve(metric, skeleton, n_steps, wrap).steps
-    return _queries.search_of(PoseIndex(poses, skeleton, metric, steps, brute=brute), n_jobs)
+    index = PoseIndex(poses, skeleton, metric, steps, brute=brute)
+    index.sort_groups()
+    return _queries.search_of(index, n_jobs)
 
 
 def nearest(search, queries, k):
@@ -186,7 +188,7 @@ def test_the_split_of_the_work_changes_nothing(metric, monkeypatch):
     expected = {k: nearest(search_of(X, HUMANOID, metric), queries, k) for k in (3, 40)}
     radius = np.median(expected[40][0])
     near = within(search_of(X, HUMANOID, metric), queries, radius)
-    monkeypatch.setattr(_search, "ENCODED_AT_ONCE", 64)
+    monkeypatch.setattr(_search, "GROUPS_AT_ONCE", 4)
     monkeypatch.setattr(_search, "QUERIES", 33)
     monkeypatch.setattr(rows, "LITTLE_WORK", 1)
     monkeypatch.setattr(rows, "WORK_PER_TASK", 1e5)

@@ -1,0 +1,129 @@
+"""Measuring groups of poses, those that a filter has left, for many queries at once.
+
+Every pose that is left for any query is encoded once, in groups that fill the lanes of float32. The metric may have a
+coarse bound (`Metric.coarse`): it is computed first, in float32, and what it leaves is measured.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from skpose._compiled.lanes import lanes
+from skpose._compiled.loops import encode_lanes_loop, encode_poses
+from skpose._compiled.nearest import Groups, bounds_of_groups_loop, nearest_of_groups_loop
+from skpose._compiled.results import aligned
+from skpose._parallel.rows import over_rows
+from skpose.kinematics._tree import tree_of
+from skpose.metrics._registry import Coarse, Metric
+from skpose.neighbors._filter import FLOAT32, FilterPoints
+from skpose.neighbors._index import LANES, PoseIndex
+from skpose.neighbors._nearest_so_far import NearestSoFar
+
+FLOAT64 = np.dtype(np.float64)
+MOST = 0.8  # of all pairs: where filter and coarse bound leave as many, the latter is not computed again
+
+
+@dataclass(frozen=True)
+class Queries:
+    """Poses whose neighbours are searched."""
+
+    codes: np.ndarray  # (n_queries, n_codes)
+    coarse: np.ndarray  # (n_queries, n_codes) of the coarse bound, in float32; without one there are no codes
+    excluded: np.ndarray  # (n_queries,) index of a pose that is not a neighbour, or -1
+    points: FilterPoints | None  # where the filter is used
+
+    def __len__(self) -> int:
+        return len(self.codes)
+
+    def take(self, rows: np.ndarray) -> "Queries":
+        points = None if self.points is None else self.points.take(rows)
+        return Queries(self.codes[rows], self.coarse[rows], self.excluded[rows], points)
+
+
+class Refinement:
+    """Measures groups of the poses of an index, under a metric that is measured directly.
+
+    Attributes
+    ----------
+    measure : callable
+        The metric's measure; up to a limit, where the search is not by brute force.
+    n_measured : int
+        Pairs measured so far.
+    """
+
+    def __init__(self, index: PoseIndex, metric: Metric, n_jobs: int):
+        self.index, self.metric, self.n_jobs = index, metric, n_jobs
+        self.skeleton = index.skeleton if metric.needs_skeleton else None
+        self.tree = tree_of(self.skeleton, FLOAT64)
+        self.measure, self.n_measured = metric.measure, 0
+        self._coarse: Coarse | None = None
+        if index.filter is not None:
+            self.measure = metric.measure_within or metric.measure
+            if metric.coarse is not None and index.steps.n_steps % 2 == 0 and index.steps.n_steps > 2:
+                self._slack = metric.coarse.slack(self.tree)
+                self._coarse = metric.coarse if np.isfinite(self._slack) else None
+
+    def queries(self, poses: np.ndarray, excluded: np.ndarray, points: FilterPoints | None) -> Queries:
+        """Return queries, encoded."""
+        codes, coarse = self.metric.encoded(poses, self.index.skeleton, self.index.steps), np.empty((len(poses), 0))
+        if self._coarse is not None:
+            coarse = np.empty((len(poses), self._coarse.n_codes(self.tree)))
+            encode_poses(poses, self._coarse.encode, self.tree, self.index.steps, coarse)
+        return Queries(codes, coarse.astype(FLOAT32), excluded, points)
+
+    def measure_groups(self, queries: Queries, numbers: np.ndarray, near: np.ndarray, best: NearestSoFar) -> None:
+        """Measure some groups, given by their numbers, and keep the best.
+
+        Near (n_queries, n_groups), of float32, is zero where a group is to be measured for a query, else infinite.
+        """
+        indices = self.index.groups[numbers].ravel()
+        poses = self.index.poses[np.maximum(indices, 0)].astype(FLOAT64, copy=False)
+        limits = best.current_limits
+        slack = np.zeros(len(queries))
+        if self._coarse is not None and np.isfinite(limits).any():
+            slack[:] = self._slack
+            self._bound(self._coarse, queries.coarse, poses, near)
+            is_left = near <= (limits + slack)[:, np.newaxis]
+            if is_left.mean() > MOST:
+                self._coarse = None
+            left = np.flatnonzero(is_left.any(axis=0))
+            near, rows = np.ascontiguousarray(near[:, left]), (LANES * left[:, np.newaxis] + np.arange(LANES)).ravel()
+            poses, indices = poses[rows], indices[rows]
+        if len(indices) == 0:
+            return
+        codes = self._encoded(poses, self.metric.encode, queries.codes.shape[1], FLOAT64)
+        groups, loop = Groups(codes, indices, near, slack), nearest_of_groups_loop(FLOAT64)
+        tail = queries.excluded, self.measure, self.tree, self.index.steps, best.heaps
+        self.n_measured += sum(
+            over_rows(
+                lambda first, last: loop(queries.codes, groups, first, last, *tail),
+                len(queries),
+                self._work(near, queries.codes.shape[1]),
+                self.n_jobs,
+            )
+        )
+
+    def _bound(self, coarse: Coarse, codes: np.ndarray, poses: np.ndarray, near: np.ndarray) -> None:
+        """Replace zeros by coarse bounds."""
+        groups, loop = self._encoded(poses, coarse.encode, codes.shape[1], FLOAT32), bounds_of_groups_loop()
+        tail: Any = (coarse.measure, tree_of(self.skeleton, FLOAT32), self.index.steps, near)
+        limits = np.zeros(len(codes), FLOAT32)
+        over_rows(
+            lambda first, last: loop(codes, groups, first, last, limits, *tail),
+            len(codes),
+            self._work(near, codes.shape[1]) / 4,
+            self.n_jobs,
+        )
+
+    def _encoded(self, poses: np.ndarray, encode: Any, n_codes: int, dtype: np.dtype) -> np.ndarray:
+        """Return poses as groups of lanes."""
+        width = lanes(dtype)
+        n_groups, loop, tail = len(poses) // width, encode_lanes_loop(dtype), (encode, self.tree, self.index.steps)
+        codes = aligned(n_groups * n_codes, width, dtype)
+        work = len(poses) * n_codes * self.metric.encode_work
+        over_rows(lambda first, last: loop(poses, first, last, *tail, codes), n_groups, work, self.n_jobs)
+        return codes
+
+    def _work(self, near: np.ndarray, n_codes: int) -> float:
+        return float(np.count_nonzero(near < np.inf)) * LANES * n_codes * self.metric.measure_work

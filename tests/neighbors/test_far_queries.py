@@ -1,0 +1,159 @@
+"""Queries that are far from all poses, where bounds leave many: groups of poses, their order, and the coarse bound."""
+
+import numpy as np
+import pytest
+from conftest import SKELETONS
+
+from skpose import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer, pose_distances
+from skpose._compiled.tree import Steps
+from skpose.neighbors import _cost
+from skpose.neighbors._filter import ChordFilter
+from skpose.neighbors._index import LANES
+from skpose.neighbors._order import order_of_groups
+from skpose.neighbors._refine import FLOAT32, FLOAT64, Refinement
+
+HUMANOID = SKELETONS["humanoid"]
+RNG = np.random.default_rng(0)
+
+
+@pytest.fixture(autouse=True)
+def always_filter(monkeypatch):
+    monkeypatch.setattr(_cost, "LEAST_WORK_TO_FILTER", 0)
+    monkeypatch.setattr(_cost.CostModel, "filter_is_worth_it", lambda *_: True)
+
+
+def sequences(skeleton, n_sequences=6, n_frames=100, seed=0):
+    """Poses along random curves, one sequence after another; the first frames of each come twice."""
+    rng, t = np.random.default_rng(seed), np.linspace(0, 1, n_frames)[:, None]
+    X = []
+    for _ in range(n_sequences):
+        start, speed, size = (rng.normal(size=skeleton.n_dofs) for _ in range(3))
+        frames = start + size * np.sin(speed * t + start)
+        X += [frames, frames[:5]]
+    return np.concatenate(X)
+
+
+def assert_equal_to_brute_force(X, queries, skeleton, *, n_jobs=1, ks=(1, 5, 40), **metric):
+    """Indices and distances to the last bit, for some k and some radii."""
+    D = pose_distances(queries, X, skeleton=skeleton, **metric)
+    order = np.argsort(D, axis=1, kind="stable")
+    knn = PoseKNeighborsTransformer(skeleton, n_jobs=n_jobs, **metric).fit(X)
+    for k in ks:
+        distances, indices = knn.kneighbors(queries, k)
+        np.testing.assert_array_equal(indices, order[:, :k])
+        np.testing.assert_array_equal(distances, np.take_along_axis(D, order[:, :k], axis=1))
+    near = PoseRadiusNeighborsTransformer(skeleton, n_jobs=n_jobs, **metric).fit(X)
+    for radius in (0.0, *np.quantile(D, [0.01, 0.3]), D.min(axis=1).max()):
+        for row, distances, indices in zip(D, *near.radius_neighbors(queries, radius), strict=True):
+            inside = np.flatnonzero(row <= radius)
+            inside = inside[np.argsort(row[inside], kind="stable")]
+            np.testing.assert_array_equal(indices, inside)
+            np.testing.assert_array_equal(distances, row[inside])
+
+
+@pytest.mark.parametrize("shuffled", [False, True])
+def test_every_skeleton(skeleton, shuffled):
+    X = sequences(skeleton)
+    if shuffled:
+        X = np.random.default_rng(1).permutation(X)
+    queries = sequences(skeleton, n_sequences=2, seed=1)[::20]
+    assert_equal_to_brute_force(X, queries, skeleton)
+
+
+@pytest.mark.parametrize("wrap", [True, False])
+@pytest.mark.parametrize("name", ["humanoid", "mixed joints"])
+def test_half_turns_and_whole_turns(name, wrap):
+    """At half a turn either side is the shorter one, which float32 cannot see."""
+    skeleton, rng = SKELETONS[name], np.random.default_rng(0)
+    X = sequences(skeleton)
+    queries = X[::60] + np.pi * rng.integers(-2, 3, size=X[::60].shape)
+    queries = np.concatenate([queries, queries + 1e-8 * rng.normal(size=queries.shape)])
+    assert_equal_to_brute_force(X, queries, skeleton, wrap=wrap)
+
+
+def test_where_the_middle_is_no_sample_it_bounds_nothing():
+    """Each of three steps of some angles is a whole turn: the line is short, and its middle half a turn away."""
+    X = sequences(HUMANOID)
+    queries = X[::60].copy()
+    X[:, ::4] -= 3 * np.pi
+    queries[:, ::4] += 3 * np.pi
+    assert_equal_to_brute_force(X, queries, HUMANOID, n_steps=3, wrap=False)
+
+
+def test_threads_change_nothing():
+    X = np.random.default_rng(1).permutation(sequences(HUMANOID, n_sequences=20))
+    assert_equal_to_brute_force(X, sequences(HUMANOID, n_sequences=3, seed=1)[::3], HUMANOID, n_jobs=2)
+
+
+@pytest.mark.parametrize("name", ["humanoid", "ball joints"])
+def test_few_lengths_are_measured_in_any_order(name):
+    skeleton = SKELETONS[name]
+    X, queries = sequences(skeleton, 40, 200), sequences(skeleton, 4, 10, seed=1)
+    counts = []
+    for index in (X, RNG.permutation(X)):
+        knn = PoseKNeighborsTransformer(skeleton).fit(index)
+        *_, evaluations = knn.kneighbors(queries, 5, return_evaluations=True)
+        counts.append(evaluations.lengths / len(queries))
+    assert max(counts) < 0.06 * len(X)
+    assert max(counts) < 1.5 * min(counts)
+
+
+def test_the_coarse_bound_leaves_little_of_what_the_filter_leaves(monkeypatch):
+    """So little that most of it is not even encoded for lengths."""
+    encoded, n_poses = Refinement._encoded, {FLOAT32: 0, FLOAT64: 0}
+
+    def counting(self, poses, encode, n_codes, dtype):
+        n_poses[dtype] += len(poses)
+        return encoded(self, poses, encode, n_codes, dtype)
+
+    monkeypatch.setattr(Refinement, "_encoded", counting)
+    knn = PoseKNeighborsTransformer(HUMANOID).fit(sequences(HUMANOID, 40, 200))
+    for query in sequences(HUMANOID, 4, 10, seed=1):
+        knn.kneighbors(query[np.newaxis], 5)
+    assert 0 < n_poses[FLOAT64] < 0.5 * n_poses[FLOAT32]
+
+
+def test_the_poses_with_the_least_bounds_are_found_without_the_excluded_one():
+    """One pose of each group is near the query, which is one of them itself."""
+    rng = np.random.default_rng(0)
+    X = rng.normal(size=(20 * LANES, 10)) + 10.0
+    X[::LANES] -= 10.0
+    chords = ChordFilter(X, "angle", None, Steps.of(1, wrap=False))
+    points, excluded, indices = chords.points(X[:LANES:LANES]), np.zeros(1, int), np.arange(len(X))
+    bounds = chords.bounds(points, 1)
+    for n in (1, 5, 19):
+        found = chords.least(points, bounds, indices, excluded, n, 1)
+        expected = np.argsort(np.linalg.norm(X[::LANES] - X[0], axis=1), kind="stable")[1 : n + 1] * LANES
+        assert found.counts.tolist() == [n]
+        assert set(found.indices[0]) == set(expected)
+        assert (np.diff(found.bounds[0]) >= 0).all()
+
+
+def test_training_poses_are_no_neighbours_of_themselves():
+    X = sequences(HUMANOID)
+    D = pose_distances(X, X.copy(), skeleton=HUMANOID)
+    np.fill_diagonal(D, np.inf)
+    order = np.argsort(D, axis=1, kind="stable")[:, :5]
+    distances, indices = PoseKNeighborsTransformer(HUMANOID).fit(X).kneighbors(n_neighbors=5)
+    np.testing.assert_array_equal(indices, order)
+    np.testing.assert_array_equal(distances, np.take_along_axis(D, order, axis=1))
+
+
+# --- the order of groups ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("n", [1, 15, 16, 17, 100, 1000])
+def test_an_order_has_every_point_once(n):
+    points = np.random.default_rng(0).normal(size=(n, 3)).astype(np.float32)
+    for some in (points, 0 * points):
+        np.testing.assert_array_equal(np.sort(order_of_groups(some, LANES)), np.arange(n))
+
+
+def test_points_that_stand_together_stay_as_they_are():
+    t = np.linspace(0, 10, 1000)
+    curve = np.stack([np.sin(t), np.cos(3 * t), t], axis=1).astype(np.float32)
+    np.testing.assert_array_equal(order_of_groups(curve, LANES), np.arange(1000))
+    shuffled = np.random.default_rng(0).permutation(curve)
+    sorted_ = shuffled[order_of_groups(shuffled, LANES)]
+    within = sorted_[:992].reshape(-1, LANES, 3).var(axis=1).sum(axis=1).mean()
+    assert within < 0.01 * curve.var(axis=0).sum()
