@@ -16,9 +16,9 @@ What calls what, from Python at the top to one vector register at the bottom::
      |             |            |                               |
      |             |      chart, minimiser                      |          coordinates of a path; a trust region
      |             |            |                               |
-     |             |   normal_equations, block_cholesky         |          its steps
+     |             |   normal_equations, block_cholesky         |          its gradient and Hessian; its steps
      |             |            |                               |
-     |             |       path_energy                          |          energy and gradient of a path
+     |             |       path_energy                          |          energy of a path, eight poses at once
      |             |            |                               |
      |             |            |                               |
      |             |            |               inverse_frames -+          poses at given positions of the joints
@@ -28,9 +28,10 @@ What calls what, from Python at the top to one vector register at the bottom::
      |             |            |                               |
      +---- step ---+            +----------- jacobian ----------+          joint positions in lanes; their derivatives
             |                                   |
-            +------------- forward -------------+                          joint positions of one pose
+            +------------- forward -------------+                          orientations of all frames
                               |
-    rotation, trigonometry, lanes, tree, results, copying, jit, separate   quaternions, registers, arrays, compilation
+    rotation, trigonometry, lanes, tree, results, copying                  quaternions, registers, arrays
+    jit, separate, shared, signatures                                      compilation
 
 Apart from these, `text` reads the numbers of files for `io`.
 
@@ -42,7 +43,8 @@ What is compiled with what
 --------------------------
 numba compiles a function into each of its callers, and these into theirs. So large functions are *separate*: they are
 compiled once, for the types that `signatures` spells out, and their callers call them by address. A function has no
-entry points but those that it needs (`jit`): one for Python takes longer to compile than most functions here.
+entry points but those that it needs (`jit`): one for Python takes longer to compile than most functions here. And a
+`Tree` is one address (`shared`), as its arrays are some two hundred numbers that every call would copy.
 
 The skeleton as compiled code sees it
 -------------------------------------
@@ -59,7 +61,7 @@ Lanes
 -----
 A kernel is written once, with the `rows` of `lanes`. On arrays of shape (n, lanes) it computes as many poses at once as
 fill a vector register, on arrays of shape (n,) one. Lanes never mix: a distance does not depend on the other poses in
-its register, nor on the number of threads.
+its register, nor on the number of threads. (In a path lanes are the poses of the path itself; see `path_energy`.)
 
 The curve without trigonometry
 ------------------------------

@@ -202,8 +202,8 @@ def geodesic(
     from half-way between the two poses on, whichever numbers the poses have.
 
     *Method.* Damped Gauss-Newton with the damping of a trust region: the normal equations are block tridiagonal in the
-    poses and separate into the branches of the skeleton at the root. Steps are combined by conjugate gradients; on
-    refined paths the exact Hessian takes over near the end. JᵀJ is singular (a twist of a last bone moves
+    poses and separate into the branches of the skeleton at the root. Steps are combined by conjugate gradients; the
+    exact Hessian decides whether a path has converged. JᵀJ is singular (a twist of a last bone moves
     nothing), so the path is not unique where its length is. Dofs that move no joint with weight follow the straight
     line.
 
@@ -211,7 +211,7 @@ def geodesic(
     converged where the exact quadratic model has no more than `tol` of the length left to gain, and not where a
     gradient is small. On refined paths up to ten times as much was found to be left.
 
-    Time O(n_iter · n_steps · n_dofs³), some milliseconds for ten steps of 56 dofs and a hundred where the path has to
+    Time O(n_iter · n_steps · n_dofs³), some milliseconds for ten steps of 56 dofs and some tens where the path has to
     be refined; memory O(n_steps · n_dofs²). It is a local minimum: for poses far apart there may be a shorter path.
 
     References

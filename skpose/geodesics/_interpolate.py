@@ -105,7 +105,7 @@ def interpolate(
     *Velocities.* They are those of the positions. A geodesic is made of `n_steps` slerps, between which velocities
     change a little; less with more of them.
 
-    The time is that of a geodesic for each key, some milliseconds or a hundred where it is refined; "spline" takes some
+    The time is that of a geodesic for each key, some milliseconds or some tens where it is refined; "spline" takes some
     milliseconds for each frame too.
 
     References

@@ -136,7 +136,7 @@ def log_map(
     At a straight knee the Jacobian knows one plane in which it bends; a twist of the leg moves no joint, and turns that
     plane. So the tangent space is spanned by the velocities of the Jacobian, and by those after such turns.
 
-    Some milliseconds a pose, a hundred where a geodesic has to be refined.
+    Some milliseconds a pose, some tens where a geodesic has to be refined.
 
     References
     ----------

@@ -142,7 +142,7 @@ def frechet_mean(
     as for every Karcher mean, damped, combined with those before as D. G. Anderson does [4]_, and halved while it
     brings the poses no nearer. Each path is kept, and is minimised from where it was when the mean moves: one or a
     few milliseconds a pose and iteration, and more where a path has to be refined. The first search takes a few
-    milliseconds, a hundred where poses are far apart. The logarithms are those of geodesics of `n_steps` chords, which
+    milliseconds, some tens where poses are far apart. The logarithms are those of geodesics of `n_steps` chords, which
     makes an error of some 0.1 % of their length.
 
     *"rotation"* takes the same steps, along the mean of the rotations from each bone to those of the poses.
