@@ -101,6 +101,6 @@ def middle_slack(tree):
         reach[j] = reach[tree.joint_parent[j]] + np.abs(tree.offset[j]).sum()
     roundings = ROUNDINGS * (1.0 + depth[tree.joint_frame])
     size = np.linalg.norm(tree.scale * reach)
-    if not 1e-12 < size < 1e12:
+    if not size > 1e-12 or max(size, reach.max()) > 1e12:  # positions are squared before and after they are scaled
         return math.inf
     return 2.0 * 2.0**-24 * np.linalg.norm(roundings * tree.scale * reach)

@@ -94,6 +94,9 @@ def _filled(context: Any, builder: Any, shared_type: Any, meminfo: Any, values: 
         value = builder.extract_value(values, i)
         context.nrt.incref(builder, kind, value)
         builder.store(value, cgutils.gep_inbounds(builder, fields, 0, i))
+    # Loads of fields may be moved to any place where LLVM sees the address. It sees this one after the stores.
+    kind = meminfo.type
+    made.meminfo = builder.asm(ir.FunctionType(kind, [kind]), "", "=r,0", [meminfo], side_effect=True)
     return made._getvalue()
 
 

@@ -209,7 +209,7 @@ def geodesic(
 
     *Convergence.* The valley around a geodesic is flat: joints may move far and almost keep the length. So a path has
     converged where the exact quadratic model has no more than `tol` of the length left to gain, and not where a
-    gradient is small. On refined paths up to ten times as much was found to be left.
+    gradient is small. Refined paths have several minima, so that a smaller `tol` may lead to another one.
 
     Time O(n_iter · n_steps · n_dofs³), some milliseconds for ten steps of 56 dofs and some tens where the path has to
     be refined; memory O(n_steps · n_dofs²). It is a local minimum: for poses far apart there may be a shorter path.

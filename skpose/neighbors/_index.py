@@ -17,6 +17,8 @@ class PoseIndex:
 
     Attributes
     ----------
+    largest : float
+        Largest size of a number in the poses.
     filter : ChordFilter or None
         None is brute force: requested, or because nothing bounds the metric.
     groups : ndarray of shape (n_groups, LANES)
@@ -25,6 +27,7 @@ class PoseIndex:
 
     def __init__(self, poses: np.ndarray, skeleton: Skeleton | None, metric: str, steps: Steps, *, brute: bool):
         self.poses, self.skeleton, self.metric, self.steps = np.ascontiguousarray(poses), skeleton, metric, steps
+        self.largest = largest_of(self.poses)
         self.filter = None
         self.groups = _groups(np.arange(len(poses)))
         chosen = METRICS[metric]
@@ -40,6 +43,11 @@ class PoseIndex:
             order = order_of_groups(self.filter.coordinates(np.arange(len(self.poses))), LANES)
             self.groups = _groups(order)
             self.filter.reorder(order)
+
+
+def largest_of(poses: np.ndarray) -> float:
+    """Return the largest size of a number in poses."""
+    return max(poses.max(initial=0.0), -poses.min(initial=0.0))
 
 
 def _groups(order: np.ndarray) -> np.ndarray:

@@ -17,10 +17,12 @@ from skpose._parallel.rows import over_rows
 from skpose.kinematics._tree import tree_of
 from skpose.metrics._registry import Coarse, Metric
 from skpose.neighbors._filter import FLOAT32, FilterPoints
-from skpose.neighbors._index import LANES, PoseIndex
+from skpose.neighbors._index import LANES, PoseIndex, largest_of
 from skpose.neighbors._nearest_so_far import NearestSoFar
 
 FLOAT64 = np.dtype(np.float64)
+# Angles, rad, up to which half of one has the digits that a coarse bound in float32 needs.
+LARGEST_ANGLE = 1e6
 MOST = 0.8  # of all pairs: where filter and coarse bound leave as many, the latter is not computed again
 
 
@@ -62,11 +64,14 @@ class Refinement:
             self.measure = metric.measure_within or metric.measure
             if metric.coarse is not None and index.steps.n_steps % 2 == 0 and index.steps.n_steps > 2:
                 self._slack = metric.coarse.slack(self.tree)
-                self._coarse = metric.coarse if np.isfinite(self._slack) else None
+                is_used = np.isfinite(self._slack) and index.largest <= LARGEST_ANGLE
+                self._coarse = metric.coarse if is_used else None
 
     def queries(self, poses: np.ndarray, excluded: np.ndarray, points: FilterPoints | None) -> Queries:
         """Return queries, encoded."""
         codes, coarse = self.metric.encoded(poses, self.index.skeleton, self.index.steps), np.empty((len(poses), 0))
+        if largest_of(poses) > LARGEST_ANGLE:
+            self._coarse = None
         if self._coarse is not None:
             coarse = np.empty((len(poses), self._coarse.n_codes(self.tree)))
             encode_poses(poses, self._coarse.encode, self.tree, self.index.steps, coarse)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from conftest import SKELETONS
 
-from skpose import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer, pose_distances
+from skpose import Bone, PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer, Skeleton, pose_distances
 from skpose._compiled.tree import Steps
 from skpose.neighbors import _cost
 from skpose.neighbors._filter import ChordFilter
@@ -137,6 +137,33 @@ def test_training_poses_are_no_neighbours_of_themselves():
     distances, indices = PoseKNeighborsTransformer(HUMANOID).fit(X).kneighbors(n_neighbors=5)
     np.testing.assert_array_equal(indices, order)
     np.testing.assert_array_equal(distances, np.take_along_axis(D, order, axis=1))
+
+
+@pytest.mark.filterwarnings("ignore:values of X reach")  # they are no degrees
+@pytest.mark.parametrize("large", [1e5, 1e14, 1e16])
+def test_angles_without_digits(large):
+    """Half of such an angle is another direction than the angle's."""
+    skeleton = Skeleton.chain(4)
+    X = np.random.default_rng(0).normal(size=(300, 4))
+    X[::7, 0] = large
+    D = pose_distances(X[:14], X.copy(), skeleton=skeleton)
+    found = PoseRadiusNeighborsTransformer(skeleton).fit(X).radius_neighbors(X[:14], 1.0)[1]
+    for row, expected in zip(found, D, strict=True):
+        np.testing.assert_array_equal(np.sort(row), np.flatnonzero(expected <= 1.0))
+    nearest = PoseKNeighborsTransformer(skeleton, n_neighbors=5).fit(X).kneighbors(X[:14])[1]
+    np.testing.assert_array_equal(nearest, np.argsort(D, axis=1, kind="stable")[:, :5])
+
+
+@pytest.mark.parametrize("length", [1e12, 1e20, 1e22])
+def test_long_bones_of_little_weight(length):
+    """Their squares are beyond float32, but not times the weight."""
+    bones = [Bone(str(i), str(i - 1) if i else None, (1.0 if i < 4 else length, 0, 0), "z") for i in range(5)]
+    skeleton = Skeleton(bones).with_weights([1.0, 1.0, 1.0, 1.0, length**-2.0])
+    X = np.random.default_rng(0).normal(size=(300, 5))
+    D = pose_distances(X[:20], X.copy(), skeleton=skeleton)
+    radius = np.median(D)
+    found = PoseRadiusNeighborsTransformer(skeleton).fit(X).radius_neighbors(X[:20], radius)[1]
+    assert sum(map(len, found)) == (radius >= D).sum()
 
 
 # --- the order of groups ---------------------------------------------------------------------------------------------
