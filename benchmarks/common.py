@@ -12,7 +12,7 @@ from pathlib import Path
 from llvmlite import binding
 from numba import config
 
-from skpose.datasets import load_cmu, make_gait
+from skpose.datasets import load_cmu, load_hdm05, make_gait
 
 REPEATS = 5
 PAUSE = 0.1  # s, in which the threads of the contestant before, which wait for work by spinning, go to sleep
@@ -67,6 +67,13 @@ def processor():
 def motions(folder, n_subjects=10, n_sequences=10):
     """Return the CMU motions of a folder, or generated gait without one."""
     return load_cmu(folder) if folder else make_gait(n_subjects, n_sequences, random_state=0)
+
+
+def datasets(options):
+    """Return the collections of motions of a benchmark of both CMU and HDM05, by name; else generated gait."""
+    loads = {"CMU": (load_cmu, options.cmu), "HDM05": (load_hdm05, options.hdm05)}
+    found = {name: load(folder) for name, (load, folder) in loads.items() if folder}
+    return found or {"gait": make_gait(5, 2, random_state=0)}
 
 
 def medians(contestants, repeats=REPEATS, clock=time.perf_counter):

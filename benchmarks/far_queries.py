@@ -21,7 +21,6 @@ from sklearn.neighbors import NearestNeighbors
 from threadpoolctl import threadpool_limits
 
 from skpose import PoseKNeighborsTransformer, forward_kinematics, pose_distances
-from skpose.datasets import load_cmu, load_hdm05, make_gait
 
 K = 10
 N_POSES, N_QUERIES, N_BRUTE, REPEATS = 100_000, 1000, 50, 5
@@ -29,16 +28,9 @@ QUICK = 600, 40, 5, 1
 CHECKOUT = Path(__file__).resolve().parent.parent
 
 
-def datasets(options):
-    """Return collections of motions by name."""
-    loads = {"CMU": (load_cmu, options.cmu), "HDM05": (load_hdm05, options.hdm05)}
-    found = {name: load(folder) for name, (load, folder) in loads.items() if folder}
-    return found or {"gait": make_gait(5, 2, random_state=0)}
-
-
 def cases(options, n_poses, n_queries):
     """Yield name, skeleton, poses of an index and queries."""
-    for name, dataset in datasets(options).items():
+    for name, dataset in common.datasets(options).items():
         rate = max(motion.frame_rate for motion in dataset)
         rate *= max(1, int(np.ceil(n_poses / sum(len(motion) for motion in dataset))))
         for rotations, motions in (("Euler angles", dataset), ("ball joints", dataset.to_rotvec())):

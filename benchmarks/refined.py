@@ -20,7 +20,6 @@ import numpy as np
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose import geodesic
-from skpose.datasets import load_cmu, load_hdm05, make_gait
 
 N_PAIRS, REPEATS = 100, 3
 QUICK = 4, 1
@@ -31,9 +30,7 @@ CHECKOUT = Path(__file__).resolve().parent.parent
 
 def cases(options, n_pairs):
     """Yield name, skeleton and pairs of poses (2, n_pairs, n_dofs)."""
-    loads = {"CMU": (load_cmu, options.cmu), "HDM05": (load_hdm05, options.hdm05)}
-    found = {name: load(folder) for name, (load, folder) in loads.items() if folder}
-    for name, dataset in (found or {"gait": make_gait(5, 2, random_state=0)}).items():
+    for name, dataset in common.datasets(options).items():
         for rotations, motions in (("Euler angles", dataset), ("ball joints", dataset.to_rotvec())):
             poses, _ = motions.poses(frame_rate=12)
             rows = np.random.default_rng(0).choice(len(poses), (2, n_pairs))

@@ -17,7 +17,7 @@ What calls what, from Python at the top to one vector register at the bottom::
      |             |      chart, minimiser                      |          coordinates of a path; a trust region
      |             |            |                               |
      |             |   normal_equations, block_cholesky         |          its gradient and Hessian; its steps
-     |             |            |                               |
+     |             |       path_curvature                       |          what the exact Hessian adds
      |             |       path_energy                          |          energy of a path, eight poses at once
      |             |            |                               |
      |             |            |                               |

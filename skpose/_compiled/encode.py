@@ -115,6 +115,17 @@ def n_line_codes(tree):
     return 5 * tree.angle_dof.shape[0] + 4 * tree.ball_frame.shape[0]
 
 
+@inlined
+def put_balls_and_joints(plan, parts, put, at):
+    """Write the quaternions of ball joints from row `at` on, and then the joint positions but the root's."""
+    for k in range(plan.n_balls):
+        for i in range(4):
+            put[at + 4 * k + i] = parts.Q[9 * k + i]
+    first = at + 4 * plan.n_balls - 3
+    for i in range(3, 3 * plan.n_joints):
+        put[first + i] = parts.P[i]
+
+
 @passed
 def encode_curve_end(pose, tree, steps, scratch, code):
     """Write what a line needs of its ends.
@@ -132,9 +143,4 @@ def encode_curve_end(pose, tree, steps, scratch, code):
         put[k] = angle
         put[n + k], put[2 * n + k] = cosine_sine(angle * (0.5 / steps.n_steps))
         put[3 * n + k], put[4 * n + k] = parts.C[k], parts.S[k]
-    for k in range(plan.n_balls):
-        for i in range(4):
-            put[5 * n + 4 * k + i] = parts.Q[9 * k + i]
-    first = n_line_codes(tree) - 3
-    for i in range(3, 3 * plan.n_joints):
-        put[first + i] = parts.P[i]
+    put_balls_and_joints(plan, parts, put, 5 * n)

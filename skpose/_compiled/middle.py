@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from skpose._compiled.encode import pose_joints, principal
+from skpose._compiled.encode import pose_joints, principal, put_balls_and_joints
 from skpose._compiled.jit import inlined, passed
 from skpose._compiled.lanes import any_greater, flat, full_like, greater, minimum, rows, sqrt
 from skpose._compiled.measure import last_chord, start_joints
@@ -44,12 +44,7 @@ def encode_middle(pose, tree, steps, scratch, code):
     for k in range(n):
         d = dof[k]
         put[k], put[n + k] = cosine_sine((principal(angles[column[d]] * sign[d], steps) + shift[d]) * 0.5)
-    for k in range(plan.n_balls):
-        for i in range(4):
-            put[2 * n + 4 * k + i] = parts.Q[9 * k + i]
-    first = n_middle_codes(tree) - 3
-    for i in range(3, 3 * plan.n_joints):
-        put[first + i] = parts.P[i]
+    put_balls_and_joints(plan, parts, put, 2 * n)
 
 
 @inlined

@@ -17,9 +17,9 @@ from numba import types
 
 from skpose._compiled.jit import inlined, internal, separate
 from skpose._compiled.lanes import full_like, rows
+from skpose._compiled.path_curvature import add_ball, add_second_derivatives
 from skpose._compiled.path_energy import LANES, PATH, SAMPLES, STEPS, place_samples
 from skpose._compiled.results import aligned
-from skpose._compiled.rotation import second_derivatives
 from skpose._compiled.signatures import FLAG, MATRIX, TREE, WHOLE_VECTOR, named
 
 
@@ -212,18 +212,19 @@ def _forces_of(f, d, n_frames, n, substeps, screws, sums, forces):
         forces[i] = 0.0
     for s in range(substeps + 1):
         m, row, t = 16 * (2 * s * n_frames + f), 12 * s, s / substeps
-        square = _sums_of(sums, m)
-        own = _coefficients(square[0], square[1], square[1], square[3], _screw(screws, n, 6 * n * s + d))
+        products, p, _, count = _sums_of(sums, m)
+        own = _coefficients(products, p, p, count, _screw(screws, n, 6 * n * s + d))
         n_chords = 2.0 if 0 < s < substeps else 1.0
         _add_to(forces, row, n_chords * (1.0 - t), own)
         _add_to(forces, row + 6, n_chords * t, own)
         if s < substeps:
-            (xx, xy, xz, yx, yy, yz, zx, zy, zz), p, q, count = _sums_of(sums, m + 16 * n_frames)
+            products, p, q, count = _sums_of(sums, m + 16 * n_frames)
             u, here = (s + 1) / substeps, _screw(screws, n, 6 * n * s + d)
-            on_next = _coefficients((xx, xy, xz, yx, yy, yz, zx, zy, zz), q, p, count, here)
+            on_next = _coefficients(products, q, p, count, here)
             _add_to(forces, row + 12, t - 1.0, on_next)
             _add_to(forces, row + 18, -t, on_next)
             following = _screw(screws, n, 6 * n * (s + 1) + d)
+            xx, xy, xz, yx, yy, yz, zx, zy, zz = products
             on_this = _coefficients((xx, yx, zx, xy, yy, zy, xz, yz, zz), p, q, count, following)
             _add_to(forces, row, u - 1.0, on_this)
             _add_to(forces, row + 6, -u, on_this)
@@ -237,41 +238,10 @@ def _sums_of(sums, m):
     return (*products, sums[m + 8]), p, q, sums[m + 15]
 
 
-@internal
-def _add_second_derivatives(tree, f, d, substeps, P, screws, moments, forces):
-    """Add the terms that Gauss-Newton leaves out: forces on a sample times second derivatives of its joint positions.
-
-    For axes a and c, where c is a or an axis between a and the root, ∂²p = c × (a × (p − o)). So Σ w·∂²p =
-    c·(M − tr M)a with M = Σ (p − o) wᵀ over the joints that a moves.
-    """
-    n, n_frames, o = tree.column.shape[0], tree.frame_parent.shape[0], 3 * tree.pivot[f]
-    for s in range(substeps + 1):
-        m, at, row, t = 12 * (s * n_frames + f), s * 3 * tree.offset.shape[0] + o, 12 * s, s / substeps
-        ox, oy, oz = P[at], P[at + 1], P[at + 2]
-        u, v, w = moments[m + 9], moments[m + 10], moments[m + 11]
-        a, b, c = screws[6 * n * s + d], screws[6 * n * s + n + d], screws[6 * n * s + 2 * n + d]
-        trace = moments[m] + moments[m + 4] + moments[m + 8] - ox * u - oy * v - oz * w
-        along = u * a + v * b + w * c
-        x = moments[m] * a + moments[m + 1] * b + moments[m + 2] * c - along * ox - trace * a
-        y = moments[m + 3] * a + moments[m + 4] * b + moments[m + 5] * c - along * oy - trace * b
-        z = moments[m + 6] * a + moments[m + 7] * b + moments[m + 8] * c - along * oz - trace * c
-        forces[row] = forces[row] + (1.0 - t) * x
-        forces[row + 1] = forces[row + 1] + (1.0 - t) * y
-        forces[row + 2] = forces[row + 2] + (1.0 - t) * z
-        forces[row + 6] = forces[row + 6] + t * x
-        forces[row + 7] = forces[row + 7] + t * y
-        forces[row + 8] = forces[row + 8] + t * z
-
-
 @inlined
 def _set_pair(n, e, substeps, screws, forces, pairs, row):
     """Compute the four numbers of a dof and dof e: the forces that resist the one, along the screws of the other."""
-    first, second, forward, back = (
-        full_like(screws, 0.0),
-        full_like(screws, 0.0),
-        full_like(screws, 0.0),
-        full_like(screws, 0.0),
-    )
+    first = second = forward = back = full_like(screws, 0.0)
     for s in range(substeps + 1):
         h, t = 12 * s, s / substeps
         a, b, c, u, v, w = _screw(screws, n, 6 * n * s + e)
@@ -286,47 +256,6 @@ def _set_pair(n, e, substeps, screws, forces, pairs, row):
         forward = forward + t * of_first
         back = back + (1.0 - t) * of_second
     pairs[row], pairs[row + 1], pairs[row + 2], pairs[row + 3] = first, second, forward, back
-
-
-@inlined
-def _add_to_pair(pairs, row, t, value):
-    """Add a number of two dofs and one sample."""
-    before, between, after = (1.0 - t) * (1.0 - t), t * (1.0 - t), t * t
-    pairs[row], pairs[row + 1] = pairs[row] + before * value, pairs[row + 1] + after * value
-    pairs[row + 2], pairs[row + 3] = pairs[row + 2] + between * value, pairs[row + 3] + between * value
-
-
-@internal
-def _add_ball(tree, f, substeps, poses, P, screws, moments, pairs, rows_of):
-    """Add what the axes of a ball joint change with its rotation vector, times the moment of the forces on it.
-
-    The pairs of the joint's dofs with its first one are at these rows.
-    """
-    n, n_frames, d = tree.column.shape[0], tree.frame_parent.shape[0], tree.first_dof[f]
-    for s in range(substeps + 1):
-        m, at, k, t = (
-            12 * (s * n_frames + f),
-            s * 3 * tree.offset.shape[0] + 3 * tree.pivot[f],
-            6 * n * s + d,
-            s / substeps,
-        )
-        u, v, w = moments[m + 9], moments[m + 10], moments[m + 11]
-        a = moments[m + 5] - moments[m + 7] - (P[at + 1] * w - P[at + 2] * v)
-        b = moments[m + 6] - moments[m + 2] - (P[at + 2] * u - P[at] * w)
-        c = moments[m + 1] - moments[m + 3] - (P[at] * v - P[at + 1] * u)
-        along = (
-            a * screws[k] + b * screws[k + n] + c * screws[k + 2 * n],
-            a * screws[k + 1] + b * screws[k + n + 1] + c * screws[k + 2 * n + 1],
-            a * screws[k + 2] + b * screws[k + n + 2] + c * screws[k + 2 * n + 2],
-        )
-        vector = poses[d] + t * poses[n + d], poses[d + 1] + t * poses[n + d + 1], poses[d + 2] + t * poses[n + d + 2]
-        (xx,), (yx, yy), (zx, zy, zz) = second_derivatives(vector, along)
-        _add_to_pair(pairs, rows_of[0], t, xx)
-        _add_to_pair(pairs, rows_of[1], t, yx)
-        _add_to_pair(pairs, rows_of[1] + 4, t, yy)
-        _add_to_pair(pairs, rows_of[2], t, zx)
-        _add_to_pair(pairs, rows_of[2] + 4, t, zy)
-        _add_to_pair(pairs, rows_of[2] + 8, t, zz)
 
 
 @internal
@@ -344,7 +273,7 @@ def _set_pairs(tree, substeps, exact, group, samples, equations):
         for d in range(tree.first_dof[f], tree.end_dof[f]):
             _forces_of(f, d, n_frames, n, substeps, screws, sums, forces)
             if exact:
-                _add_second_derivatives(tree, f, d, substeps, P, screws, moments, forces)
+                add_second_derivatives(tree, f, d, substeps, P, screws, moments, forces)
             row = first_row(equations, group, equations.first_pair[d])
             for r in range(tree.first_run[f], tree.first_run[f + 1]):
                 for e in range(tree.runs[r, 0], min(tree.runs[r, 1], d + 1)):
@@ -355,7 +284,7 @@ def _set_pairs(tree, substeps, exact, group, samples, equations):
             of_first = first_row(equations, group, equations.first_pair[d + 1] - 1)
             of_second = first_row(equations, group, equations.first_pair[d + 2] - 2)
             of_third = first_row(equations, group, equations.first_pair[d + 3] - 3)
-            _add_ball(tree, f, substeps, poses, P, screws, moments, pairs, (of_first, of_second, of_third))
+            add_ball(tree, f, substeps, poses, P, screws, moments, pairs, (of_first, of_second, of_third))
 
 
 @internal
