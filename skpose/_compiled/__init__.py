@@ -17,7 +17,8 @@ What calls what, from Python at the top to one vector register at the bottom::
      |             |      chart, minimiser                      |          coordinates of a path; a trust region
      |             |            |                               |
      |             |   normal_equations, block_cholesky         |          its gradient and Hessian; its steps
-     |             |       path_curvature                       |          what the exact Hessian adds
+     |             |       path_curvature, band_cholesky        |          what the exact Hessian adds; the factors
+     |             |                   elimination              |          their order, limb by limb
      |             |       path_energy                          |          energy of a path, eight poses at once
      |             |            |                               |
      |             |            |                               |

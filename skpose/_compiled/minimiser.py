@@ -17,7 +17,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._compiled.block_cholesky import band_shape, factorise, solve
+from skpose._compiled.block_cholesky import factorise, solve
+from skpose._compiled.elimination import Factors, factors_for
 from skpose._compiled.jit import internal, separate, unfolded
 from skpose._compiled.normal_equations import (
     NormalEquations,
@@ -35,7 +36,6 @@ from skpose._compiled.path_energy import (
     evaluate,
     samples_for,
 )
-from skpose._compiled.results import aligned
 from skpose._compiled.signatures import FLAG, REAL, TREE, VECTOR, WHOLE, named
 
 # λ is relative to the mean diagonal of the normal equations.
@@ -106,7 +106,7 @@ class System(NamedTuple):
 
     equations: NormalEquations
     fixed: np.ndarray  # (n_nodes, n_dofs) bool: dofs at an active bound
-    band: np.ndarray  # see `block_cholesky`
+    factors: Factors
     samples: Samples
 
 
@@ -138,9 +138,8 @@ def _dot(a, b):
 @unfolded
 def _system_for(tree, path):
     """Return the system of a path, not yet filled, no dof fixed."""
-    n_rows, width = band_shape(tree, path.poses.shape[0])
-    fixed, band = np.zeros(path.poses.shape, np.bool_), aligned(n_rows, width, np.float64)
-    return System(equations_for(tree, path), fixed, band, samples_for(tree, path))
+    fixed, factors = np.zeros(path.poses.shape, np.bool_), factors_for(tree, path.poses.shape[0])
+    return System(equations_for(tree, path), fixed, factors, samples_for(tree, path))
 
 
 @unfolded
@@ -169,8 +168,8 @@ def _damped_step(tree, system, damping, scale, step):
     Return that damping; inf where it would be hopelessly large.
     """
     while damping < MAX_DAMPING * scale:
-        if factorise(tree, system.equations, damping, system.fixed, system.band):
-            solve(tree, system.equations, system.band, step)
+        if factorise(tree, system.equations, damping, system.fixed, system.factors):
+            solve(tree, system.equations, system.factors, step)
             return damping
         damping = max(10.0 * damping, FIRST_DAMPING * scale)
     return math.inf
@@ -233,7 +232,7 @@ def _is_minimum(tree, path, exact, scale, system):
     """Return whether the curvature of the energy is positive, or flat, in all directions."""
     if not exact:
         normal_equations(tree, path, True, system.samples, system.equations)
-    return factorise(tree, system.equations, FLAT * scale, system.fixed, system.band)
+    return factorise(tree, system.equations, FLAT * scale, system.fixed, system.factors)
 
 
 @unfolded

@@ -20,7 +20,8 @@ def shared_types(dtype):
     whole, real = types.int64, from_dtype(dtype)
     kinds = dict.fromkeys(("weight", "sign", "shift", "scale"), (real, 1))
     kinds |= dict.fromkeys(("fixed_rotation", "reference", "offset"), (real, 2))
-    kinds |= {"ball_axes": (real, 3), "runs": (whole, 2)}
+    kinds |= dict.fromkeys(("runs", "pieces", "ancestors"), (whole, 2))
+    kinds |= {"ball_axes": (real, 3), "places": (whole, 3)}
     fields = [array_type(*kinds.get(name, (whole, 1)), readonly=False) for name in Tree._fields]
     steps = [whole, types.float64, types.float64, types.float64, array_type(types.float64, 2, readonly=False)]
     return SharedType(types.NamedTuple(fields, Tree)), types.NamedTuple(steps, Steps)
@@ -36,5 +37,5 @@ def named(kind: type, *fields: Any) -> types.BaseTuple:
 REAL, WHOLE, FLAG = types.float64, types.int64, types.boolean
 VECTOR, MATRIX, CUBE = (array_type(REAL, ndim, readonly=False) for ndim in (1, 2, 3))
 FLAG_VECTOR, FLAG_MATRIX = (array_type(FLAG, ndim, readonly=False) for ndim in (1, 2))
-WHOLE_VECTOR = array_type(WHOLE, 1, readonly=False)
+WHOLE_VECTOR, WHOLE_MATRIX = (array_type(WHOLE, ndim, readonly=False) for ndim in (1, 2))
 TREE, _ = shared_types(np.dtype(np.float64))

@@ -49,7 +49,6 @@ class Frames(NamedTuple):
     offset: np.ndarray  # (n_joints + 1, 3) of each joint from its parent, in the axes of the frame that carries it
     column: list[int]  # as in Tree
     sign: list[int]
-    branch: list[int]
 
 
 # --- first pass: one frame for each joint with dofs -------------------------------------------------------------------
@@ -62,7 +61,7 @@ def frames_of(skeleton: Skeleton | None) -> Frames:
     frame of its parent. A joint with dofs has a frame K_f = K_parent · rest · Rz · Ry · Rx of its own.
     """
     root = Frame(None, 0, 0, None, 0)
-    frames = Frames(root, [root], np.zeros((1, 3)), [], [], [0])
+    frames = Frames(root, [root], np.zeros((1, 3)), [], [])
     if skeleton is None:
         return frames
     n_joints, own = skeleton.n_joints, skeleton.offset_frame == "own"
@@ -82,8 +81,6 @@ def frames_of(skeleton: Skeleton | None) -> Frames:
             if bone.dofs.islower():  # extrinsic: the last one listed is the first factor of the product
                 columns, axes = columns[::-1], axes[::-1]
             Q, signs = _axes_to_zyx(axes)
-        if frame_of[parent] is root and frames.column:
-            frames.branch.append(len(frames.column))
         first = len(frames.column)
         pivot = parent if own else j + 1
         frame = Frame(frame_of[parent], first, first + len(columns), before @ Q.T, pivot, bone.is_ball)

@@ -7,14 +7,15 @@ import pytest
 from conftest import MIXED, random_tree
 from entries import from_python
 
-from skpose import Skeleton, position_jacobian
-from skpose._compiled.block_cholesky import band_shape, factorise, solve
+from skpose import Bone, Skeleton, position_jacobian
+from skpose._compiled.block_cholesky import factorise, solve
+from skpose._compiled.elimination import factors_for
 from skpose._compiled.normal_equations import NormalEquations, equations_for, normal_equations
 from skpose._compiled.path_energy import LANES, STEPS, evaluate, path_of, samples_for
 from skpose._compiled.tree import Tree
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 
-band_shape, factorise, solve = map(from_python, (band_shape, factorise, solve))
+factorise, factors_for, solve = map(from_python, (factorise, factors_for, solve))
 evaluate, path_of = from_python(evaluate), from_python(path_of)
 normal_equations, equations_for, samples_for = map(from_python, (normal_equations, equations_for, samples_for))
 
@@ -150,24 +151,73 @@ def test_normal_equations_are_those_of_the_chords(substeps, skeleton, poses):
     np.testing.assert_allclose(parts(skeleton, poses, substeps).matrix, A.T @ A, atol=1e-11 * np.abs(A.T @ A).max())
 
 
+def expected_step(part, damping, fixed):
+    """Return the damped step of the free poses, by dense numpy."""
+    free = ~fixed[1:-1].ravel()
+    step = np.zeros(free.size)
+    damped = part.matrix[np.ix_(free, free)] + damping * np.eye(free.sum())
+    step[free] = -np.linalg.solve(damped, part.gradient[free])
+    return step
+
+
 @pytest.mark.parametrize("share_fixed", [0.0, 0.3])
 def test_solution_is_the_dense_one(share_fixed, skeleton, poses):
     part = parts(skeleton, poses, 1)
     fixed = np.zeros(poses.shape, bool)
     fixed[1:-1] = np.random.default_rng(1).random((N_NODES - 2, skeleton.n_dofs)) < share_fixed
     part.equations.gradient[fixed] = 0.0
-    step, band = np.zeros(poses.shape), np.empty(band_shape(part.tree, N_NODES))
-    assert factorise(part.tree, part.equations, 0.5, fixed, band)
-    solve(part.tree, part.equations, band, step)
-    free = ~fixed[1:-1].ravel()
-    expected = np.zeros(free.size)
-    damped = part.matrix[np.ix_(free, free)] + 0.5 * np.eye(free.sum())
-    expected[free] = -np.linalg.solve(damped, part.gradient[free])
+    step, factors = np.zeros(poses.shape), factors_for(part.tree, N_NODES)
+    assert factorise(part.tree, part.equations, 0.5, fixed, factors)
+    solve(part.tree, part.equations, factors, step)
+    expected = expected_step(part, 0.5, fixed)
     np.testing.assert_allclose(step[1:-1].ravel(), expected, atol=1e-12 * np.abs(expected).max())
+
+
+def _star(parent, n):
+    return [Bone(f"{parent}{i}", parent, np.random.default_rng(i).normal(size=3), "XYZ") for i in range(n)]
+
+
+# Limbs that one joint carries, and limbs that two joints carry, of one size and of several.
+LARGE = {
+    "star": Skeleton([Bone("a", None, [0, 1, 0], "XYZ"), *_star("a", 5)]),
+    "two stars": Skeleton(
+        [
+            Bone("a", None, [0, 1, 0], "XYZ"),
+            *_star("a", 3),
+            Bone("b", "a", [1, 0, 0], "XZ"),
+            *_star("b", 4),
+            Bone("c", "a", [-1, 0, 0], "Y"),
+            *_star("c", 4),
+            Bone("c00", "c0", [0, 0, 1], "XY"),
+        ]
+    ),
+}
+
+
+@pytest.mark.parametrize("share_fixed", [0.0, 0.3])
+@pytest.mark.parametrize("n_nodes", [3, 4, 10])
+@pytest.mark.parametrize("name", LARGE)
+def test_solution_where_limbs_are_eliminated_first(name, n_nodes, share_fixed):
+    skeleton, rng = LARGE[name], np.random.default_rng(0)
+    poses = np.cumsum(rng.normal(size=(n_nodes, skeleton.n_dofs)) * 0.4, axis=0)
+    part = parts(skeleton, poses, 1)
+    assert part.tree.most_poses[0] >= 9
+    assert (part.tree.pieces[:, 3] > 0).sum() >= 5
+    fixed = np.zeros(poses.shape, bool)
+    fixed[1:-1] = rng.random((n_nodes - 2, skeleton.n_dofs)) < share_fixed
+    part.equations.gradient[fixed] = 0.0
+    for most_poses in (100, 0):
+        tree = part.tree._replace(most_poses=np.array([most_poses]))
+        step, factors = np.zeros(poses.shape), factors_for(tree, n_nodes)
+        assert factors.order == (most_poses > 0)
+        for _ in range(2):  # what is left from the first time changes nothing
+            assert factorise(tree, part.equations, 0.5, fixed, factors)
+            solve(tree, part.equations, factors, step)
+            np.testing.assert_allclose(step[1:-1].ravel(), expected_step(part, 0.5, fixed), rtol=0, atol=1e-12)
 
 
 def test_what_is_not_positive_definite_has_no_solution(skeleton, poses):
     part = parts(skeleton, poses, 1)
-    fixed, band = np.zeros(poses.shape, bool), np.empty(band_shape(part.tree, N_NODES))
+    fixed, factors = np.zeros(poses.shape, bool), factors_for(part.tree, N_NODES)
     largest = np.linalg.eigvalsh(part.matrix).max()
-    assert not factorise(part.tree, part.equations, -1.01 * largest, fixed, band)
+    assert not factorise(part.tree, part.equations, -1.01 * largest, fixed, factors)
