@@ -27,10 +27,8 @@ def _fill(tree, equations, damping, fixed, k, factors):
         before, after = first_row(equations, i // STEPS, 0), first_row(equations, (i + 1) // STEPS, 0)
         lane, next_lane, has_next = i % STEPS, (i + 1) % STEPS, i < n_free - 1
         top = start + i * stride * width
-        block, border = (
-            top + (i * stride if piece.n_blocks == 1 else 0),
-            top + piece.edge * LANES + i * piece.n_ancestors,
-        )
+        block = top + i * stride if piece.n_blocks == 1 else top
+        border = top + piece.edge * LANES + i * piece.n_ancestors
         for f in range(1, tree.frame_parent.shape[0]):
             if not piece.first_dof <= tree.first_dof[f] < piece.end_dof:
                 continue
@@ -63,9 +61,9 @@ def _fill(tree, equations, damping, fixed, k, factors):
 
 @separate(lambda: FLAG(TREE, FACTORS, WHOLE, FLAG))
 def _eliminate(tree, factors, k, is_first):
-    """Subtract YᵀY of a limb from its trunk, summed over the limbs that one joint carries: is it the first of these?
+    """Subtract YᵀY of a limb from its trunk, once for all limbs that one joint carries: this may be their first.
 
-    Returns whether the next one is.
+    Returns whether the next limb is the first of others.
     """
     piece, cells, n_free = piece_at(tree, factors, k), factors.cells, factors.n_free
     trunk, places, ancestors = piece_at(tree, factors, piece.trunk), tree.places[factors.order], tree.ancestors[k]
@@ -108,13 +106,9 @@ def factorise(tree, equations, damping, fixed, factors):
 @separate(lambda: types.void(TREE, FACTORS, WHOLE, FLAG))
 def _carry(tree, factors, k, to_trunk):
     """Add a limb's solution at its border to that of its trunk, or copy the trunk's there."""
-    piece, places, ancestors = piece_at(tree, factors, k), tree.places[factors.order], tree.ancestors[k]
-    trunk, n, numbers = (
-        piece_at(tree, factors, piece.trunk),
-        piece.n_ancestors,
-        factors.cells.reshape(factors.cells.size),
-    )
-    border = (piece.solution + piece.n_blocks * piece.n) * LANES
+    piece, numbers = piece_at(tree, factors, k), factors.cells.reshape(factors.cells.size)
+    trunk, places, ancestors = piece_at(tree, factors, piece.trunk), tree.places[factors.order], tree.ancestors[k]
+    n, border = piece.n_ancestors, (piece.solution + piece.n_blocks * piece.n) * LANES
     for q in range(factors.n_free * n):
         at = trunk.solution * LANES + q // n * trunk.stride + places[ancestors[q % n], 1]
         if to_trunk:
@@ -126,12 +120,9 @@ def _carry(tree, factors, k, to_trunk):
 @separate(lambda: types.void(TREE, EQUATIONS, FACTORS, MATRIX))
 def solve(tree, equations, factors, step):
     """Compute step = −(H + λ)⁻¹ gradient by the factors; of fixed dofs the gradient has to be zero."""
-    first, last, places = (
-        tree.first_piece[factors.order],
-        tree.first_piece[factors.order + 1],
-        tree.places[factors.order],
-    )
-    cells, numbers = factors.cells, factors.cells.reshape(factors.cells.size)
+    first, last = tree.first_piece[factors.order], tree.first_piece[factors.order + 1]
+    places, cells = tree.places[factors.order], factors.cells
+    numbers = cells.reshape(cells.size)
     for k in range(first, last):
         piece = piece_at(tree, factors, k)
         n_numbers = (piece.n_blocks * piece.n + piece.width - piece.edge) * LANES

@@ -202,10 +202,10 @@ def geodesic(
     from half-way between the two poses on, whichever numbers the poses have.
 
     *Method.* Damped Gauss-Newton with the damping of a trust region: the normal equations are block tridiagonal in the
-    poses and separate into the branches of the skeleton at the root. Steps are combined by conjugate gradients; the
-    exact Hessian decides whether a path has converged. JᵀJ is singular (a twist of a last bone moves
-    nothing), so the path is not unique where its length is. Dofs that move no joint with weight follow the straight
-    line.
+    poses and separate into the branches of the skeleton at the root; in a large skeleton, limbs such as an arm with its
+    fingers are eliminated before the trunk that carries them. Steps are combined by conjugate gradients; the exact
+    Hessian decides whether a path has converged. JᵀJ is singular (a twist of a last bone moves nothing), so the path is
+    not unique where its length is. Dofs that move no joint with weight follow the straight line.
 
     *Convergence.* The valley around a geodesic is flat: joints may move far and almost keep the length. So a path has
     converged where the exact quadratic model has no more than `tol` of the length left to gain, and not where a
