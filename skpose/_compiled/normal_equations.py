@@ -150,12 +150,12 @@ def _add_gradient(tree, first, substeps, screws, moments, slopes, gradient):
         for d in range(tree.first_dof[f], tree.end_dof[f]):
             before, after = full_like(moments, 0.0), full_like(moments, 0.0)
             for s in range(substeps + 1):
-                m, row, t = 12 * (s * n_frames + f), 6 * n * s + d, s / substeps
+                m, row, t = 12 * (s * n_frames + f), 6 * (n * s + d), s / substeps
                 turn = (moments[m + 5] - moments[m + 7]) * screws[row]
-                turn = turn + (moments[m + 6] - moments[m + 2]) * screws[row + n]
-                turn = turn + (moments[m + 1] - moments[m + 3]) * screws[row + 2 * n]
-                move = moments[m + 9] * screws[row + 3 * n] + moments[m + 10] * screws[row + 4 * n]
-                along = turn + (move + moments[m + 11] * screws[row + 5 * n])
+                turn = turn + (moments[m + 6] - moments[m + 2]) * screws[row + 1]
+                turn = turn + (moments[m + 1] - moments[m + 3]) * screws[row + 2]
+                move = moments[m + 9] * screws[row + 3] + moments[m + 10] * screws[row + 4]
+                along = turn + (move + moments[m + 11] * screws[row + 5])
                 before, after = before + (1.0 - t) * along, after + t * along
             slope[0], slope[1] = before, after
             for w in range(n_steps):
@@ -184,15 +184,8 @@ def _coefficients(products, at, of, n, screw):
 
 
 @inlined
-def _screw(screws, n, row):
-    return (
-        screws[row],
-        screws[row + n],
-        screws[row + 2 * n],
-        screws[row + 3 * n],
-        screws[row + 4 * n],
-        screws[row + 5 * n],
-    )
+def _screw(screws, row):
+    return screws[row], screws[row + 1], screws[row + 2], screws[row + 3], screws[row + 4], screws[row + 5]
 
 
 @inlined
@@ -213,17 +206,17 @@ def _forces_of(f, d, n_frames, n, substeps, screws, sums, forces):
     for s in range(substeps + 1):
         m, row, t = 16 * (2 * s * n_frames + f), 12 * s, s / substeps
         products, p, _, count = _sums_of(sums, m)
-        own = _coefficients(products, p, p, count, _screw(screws, n, 6 * n * s + d))
+        own = _coefficients(products, p, p, count, _screw(screws, 6 * (n * s + d)))
         n_chords = 2.0 if 0 < s < substeps else 1.0
         _add_to(forces, row, n_chords * (1.0 - t), own)
         _add_to(forces, row + 6, n_chords * t, own)
         if s < substeps:
             products, p, q, count = _sums_of(sums, m + 16 * n_frames)
-            u, here = (s + 1) / substeps, _screw(screws, n, 6 * n * s + d)
+            u, here = (s + 1) / substeps, _screw(screws, 6 * (n * s + d))
             on_next = _coefficients(products, q, p, count, here)
             _add_to(forces, row + 12, t - 1.0, on_next)
             _add_to(forces, row + 18, -t, on_next)
-            following = _screw(screws, n, 6 * n * (s + 1) + d)
+            following = _screw(screws, 6 * (n * (s + 1) + d))
             xx, xy, xz, yx, yy, yz, zx, zy, zz = products
             on_this = _coefficients((xx, yx, zx, xy, yy, zy, xz, yz, zz), p, q, count, following)
             _add_to(forces, row, u - 1.0, on_this)
@@ -244,7 +237,7 @@ def _set_pair(n, e, substeps, screws, forces, pairs, row):
     first = second = forward = back = full_like(screws, 0.0)
     for s in range(substeps + 1):
         h, t = 12 * s, s / substeps
-        a, b, c, u, v, w = _screw(screws, n, 6 * n * s + e)
+        a, b, c, u, v, w = _screw(screws, 6 * (n * s + e))
         of_first = (forces[h] * a + forces[h + 1] * b + forces[h + 2] * c) + (
             forces[h + 3] * u + forces[h + 4] * v + forces[h + 5] * w
         )
