@@ -51,8 +51,6 @@ def orient(tree, dofs, C, S, H):
 
     C and S are the cosines and sines of the angles; of ball joints, whose dofs are no angles, C holds the dofs.
     """
-    for d in range(tree.column.shape[0]):
-        C[d], S[d] = cosine_sine(dofs[d] + tree.shift[d])
     for f in range(1, tree.frame_parent.shape[0]):
         p, a, end = tree.frame_parent[f], tree.fixed_axis[f], tree.end_dof[f]
         if tree.ball[f] >= 0:
@@ -64,6 +62,8 @@ def orient(tree, dofs, C, S, H):
             for d in range(tree.first_dof[f], end):
                 C[d] = dofs[d]
             continue
+        for d in range(tree.first_dof[f], end):
+            C[d], S[d] = cosine_sine(dofs[d] + tree.shift[d])
         b, c = (a + 1) % 3, (a + 2) % 3
         n_dofs = end - tree.first_dof[f]
         for i in range(0, 9, 3):

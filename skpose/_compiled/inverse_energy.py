@@ -31,7 +31,7 @@ class State(NamedTuple):
     dofs: np.ndarray  # (n_dofs,) angles, rad; zero where frames turn freely
     origin: np.ndarray  # (3,) position of the root, m
     P: np.ndarray  # (3 n_joints + 3,) positions from the root, m
-    screws: np.ndarray  # (6, n_dofs) see `path_energy.set_screws`
+    screws: np.ndarray  # (n_dofs, 6) see `path_energy.set_screws`
 
 
 class Target(NamedTuple):
@@ -73,7 +73,7 @@ def _empty_state(tree):
         np.zeros(n_dofs),
         np.zeros(3),
         np.zeros(3 * tree.offset.shape[0]),
-        np.zeros((6, n_dofs)),
+        np.zeros((n_dofs, 6)),
     )
 
 
@@ -224,8 +224,8 @@ def fill_gradient(state, target, stiffness, work):
         first = tree.first_dof[f]
         _, xv, xt, yu, _, yt, zu, zv, _, u, v, t = sums[f, :12]
         for d in range(first, tree.end_dof[f]):
-            slope = (yt - zv) * screws[0, d] + (zu - xt) * screws[1, d] + (xv - yu) * screws[2, d]
-            gradient[N_ORIGIN + d] = slope + u * screws[3, d] + v * screws[4, d] + t * screws[5, d]
+            slope = (yt - zv) * screws[d, 0] + (zu - xt) * screws[d, 1] + (xv - yu) * screws[d, 2]
+            gradient[N_ORIGIN + d] = slope + u * screws[d, 3] + v * screws[d, 4] + t * screws[d, 5]
         if stiffness == 0.0 or f == 1:
             continue
         if tree.ball[f] >= 0:  # the gradient of ½ |v|² by a turn in the rotated axes is v
@@ -248,7 +248,7 @@ def fill_matrix(state, stiffness, work):
     for f in range(1, tree.frame_parent.shape[0]):
         xx, xy, xz, yy, yz, zz, px, py, pz, n = sums[f, 12:]
         for d in range(tree.first_dof[f], tree.end_dof[f]):
-            a, b, c, p, q, r = screws[:, d]
+            a, b, c, p, q, r = screws[d]
             j0 = (yy + zz) * a - xy * b - xz * c + py * r - pz * q
             j1 = (xx + zz) * b - xy * a - yz * c + pz * p - px * r
             j2 = (xx + yy) * c - xz * a - yz * b + px * q - py * p
@@ -258,8 +258,8 @@ def fill_matrix(state, stiffness, work):
             matrix[N_ORIGIN + d, 0], matrix[N_ORIGIN + d, 1], matrix[N_ORIGIN + d, 2] = j3, j4, j5
             for s in range(tree.first_run[f], tree.first_run[f + 1]):
                 for e in range(tree.runs[s, 0], min(tree.runs[s, 1], d + 1)):
-                    jj = j0 * screws[0, e] + j1 * screws[1, e] + j2 * screws[2, e]
-                    jj += j3 * screws[3, e] + j4 * screws[4, e] + j5 * screws[5, e]
+                    jj = j0 * screws[e, 0] + j1 * screws[e, 1] + j2 * screws[e, 2]
+                    jj += j3 * screws[e, 3] + j4 * screws[e, 4] + j5 * screws[e, 5]
                     matrix[N_ORIGIN + d, N_ORIGIN + e] = jj
             if f > 1:
                 matrix[N_ORIGIN + d, N_ORIGIN + d] += stiffness
@@ -279,14 +279,14 @@ def add_second_derivatives_of_pose(state, work):
         ox, oy, oz = state.P[o], state.P[o + 1], state.P[o + 2]
         trace = xu + yv + zt - ox * u - oy * v - oz * t
         for d in range(tree.first_dof[f], tree.end_dof[f]):
-            a, b, c = screws[0, d], screws[1, d], screws[2, d]
+            a, b, c = screws[d, 0], screws[d, 1], screws[d, 2]
             along = u * a + v * b + t * c
             x = xu * a + xv * b + xt * c - along * ox - trace * a
             y = yu * a + yv * b + yt * c - along * oy - trace * b
             z = zu * a + zv * b + zt * c - along * oz - trace * c
             for s in range(tree.first_run[f], tree.first_run[f + 1]):
                 for e in range(tree.runs[s, 0], min(tree.runs[s, 1], d + 1)):
-                    second = x * screws[0, e] + y * screws[1, e] + z * screws[2, e]
+                    second = x * screws[e, 0] + y * screws[e, 1] + z * screws[e, 2]
                     matrix[N_ORIGIN + d, N_ORIGIN + e] += second
         if tree.ball[f] >= 0:
             # The two orders differ by half the moment of the residuals along the third axis.
@@ -295,7 +295,7 @@ def add_second_derivatives_of_pose(state, work):
             m2 = xv - yu - (ox * v - oy * u)
             for d in range(tree.first_dof[f], tree.end_dof[f]):
                 for e in range(tree.first_dof[f], d):
-                    k0 = screws[1, e] * screws[2, d] - screws[2, e] * screws[1, d]
-                    k1 = screws[2, e] * screws[0, d] - screws[0, e] * screws[2, d]
-                    k2 = screws[0, e] * screws[1, d] - screws[1, e] * screws[0, d]
+                    k0 = screws[e, 1] * screws[d, 2] - screws[e, 2] * screws[d, 1]
+                    k1 = screws[e, 2] * screws[d, 0] - screws[e, 0] * screws[d, 2]
+                    k2 = screws[e, 0] * screws[d, 1] - screws[e, 1] * screws[d, 0]
                     matrix[N_ORIGIN + d, N_ORIGIN + e] -= 0.5 * (m0 * k0 + m1 * k1 + m2 * k2)

@@ -81,9 +81,9 @@ def _turn(tree, state, f, turn):
     w, x, y, z = turn
     own = (
         w,
-        axes[0, d] * x + axes[1, d] * y + axes[2, d] * z,
-        axes[0, d + 1] * x + axes[1, d + 1] * y + axes[2, d + 1] * z,
-        axes[0, d + 2] * x + axes[1, d + 2] * y + axes[2, d + 2] * z,
+        axes[d, 0] * x + axes[d, 1] * y + axes[d, 2] * z,
+        axes[d + 1, 0] * x + axes[d + 1, 1] * y + axes[d + 1, 2] * z,
+        axes[d + 2, 0] * x + axes[d + 2, 1] * y + axes[d + 2, 2] * z,
     )
     before = rotations[f, 0], rotations[f, 1], rotations[f, 2], rotations[f, 3]
     rotations[f, 0], rotations[f, 1], rotations[f, 2], rotations[f, 3] = product(before, own)
@@ -144,10 +144,10 @@ def _turn_hinge(state, target, d, S):
     """Turn a hinge so that Σ b·R a is largest, given S = Σ a bᵀ; return whether that depends on its angle."""
     cos, sin, size = S[0, 0] + S[1, 1] + S[2, 2], 0.0, np.abs(S).sum()
     for i in range(3):
-        axis = state.screws[i, d]
+        axis = state.screws[d, i]
         sin += axis * (S[(i + 1) % 3, (i + 2) % 3] - S[(i + 2) % 3, (i + 1) % 3])
         for k in range(3):
-            cos -= axis * S[i, k] * state.screws[k, d]
+            cos -= axis * S[i, k] * state.screws[d, k]
     if abs(cos) + abs(sin) <= NO_LEVER * size:
         return False
     angle = state.dofs[d] + math.atan2(sin, cos)
@@ -179,7 +179,7 @@ def _hinge_bone(tree, state, f):
     for j in range(tree.offset.shape[0] - 1, 0, -1):
         if tree.joint_frame[j] == f:
             bone[:] = state.P[3 * j : 3 * j + 3] - state.P[3 * tree.pivot[f] : 3 * tree.pivot[f] + 3]
-    along, size = np.dot(state.screws[:3, tree.first_dof[f]].copy(), bone), np.dot(bone, bone)
+    along, size = np.dot(state.screws[tree.first_dof[f], :3], bone), np.dot(bone, bone)
     return bone, size - along * along <= NO_LEVER * size
 
 
@@ -192,7 +192,7 @@ def _bend_back(work, target, f):
     state, tree, P = work.here, work.tree, work.here.P
     d, pivot, before = tree.first_dof[f], 3 * tree.pivot[f], 3 * tree.pivot[_joint_before(tree, f)]
     bone, is_twist = _hinge_bone(tree, state, f)
-    axis = state.screws[:3, d].copy()
+    axis = state.screws[d, :3].copy()
     upper = P[pivot : pivot + 3] - P[before : before + 3]
     angle = state.dofs[d] + (math.pi if is_twist else 2.0 * _angle_about(axis, bone, upper))
     state.dofs[d] = min(max(angle, target.lower[d]), target.upper[d])

@@ -8,14 +8,13 @@ from skpose._compiled.rotation import right_jacobian
 
 
 @internal
-def rotation_axes(tree, C, S, H, axes):
+def rotation_axes(tree, C, S, H, stride, axes):
     """Compute the axis of every dof in world coordinates, the velocity of the rotation, of length one.
 
-    Row i · n_dofs + d of the axes is coordinate i of dof d's.
+    Row stride · d + i of the axes is coordinate i of dof d's.
 
     The axes of a ball joint's dofs, its rotation vector, are of other lengths: the columns of the orientation times Jr.
     """
-    n = tree.column.shape[0]
     for f in range(1, tree.frame_parent.shape[0]):
         end = tree.end_dof[f]
         if tree.ball[f] >= 0:
@@ -24,19 +23,19 @@ def rotation_axes(tree, C, S, H, axes):
             for i in range(3):
                 x, y, z = H[9 * f + 3 * i], H[9 * f + 3 * i + 1], H[9 * f + 3 * i + 2]
                 for d in range(3):
-                    axes[i * n + first + d] = x * p[d] + y * q[d] + z * r[d]
+                    axes[stride * (first + d) + i] = x * p[d] + y * q[d] + z * r[d]
             continue
         n_dofs = end - tree.first_dof[f]
         for i in range(3 if n_dofs > 0 else 0):
             # The columns of H are the axes after all the rotations; undo these, the last one first.
             x, y, z = H[9 * f + 3 * i], H[9 * f + 3 * i + 1], H[9 * f + 3 * i + 2]
-            axes[i * n + end - 1] = x
+            axes[stride * (end - 1) + i] = x
             y, z = rotated(y, z, C[end - 1], 0.0 - S[end - 1])
             if n_dofs > 1:
-                axes[i * n + end - 2] = y
+                axes[stride * (end - 2) + i] = y
                 z, x = rotated(z, x, C[end - 2], 0.0 - S[end - 2])
             if n_dofs > 2:
-                axes[i * n + end - 3] = z
+                axes[stride * (end - 3) + i] = z
 
 
 @internal
@@ -45,7 +44,6 @@ def fill_jacobian(tree, P, axes, jacobian):
 
     A rotation about the unit axis a through the point o moves a point p at the rate a × (p − o).
     """
-    n = tree.column.shape[0]
     for j in range(1, tree.offset.shape[0]):
         row, f = 3 * tree.code_joint[j] - 3, tree.joint_frame[j]
         scale = tree.scale[j]
@@ -53,7 +51,7 @@ def fill_jacobian(tree, P, axes, jacobian):
             o = 3 * tree.pivot[f]
             x, y, z = P[3 * j] - P[o], P[3 * j + 1] - P[o + 1], P[3 * j + 2] - P[o + 2]
             for d in range(tree.first_dof[f], tree.end_dof[f]):
-                a, b, c = axes[d], axes[n + d], axes[2 * n + d]
+                a, b, c = axes[3 * d], axes[3 * d + 1], axes[3 * d + 2]
                 jacobian[row, d], jacobian[row + 1, d], jacobian[row + 2, d] = (
                     scale * (b * z - c * y),
                     scale * (c * x - a * z),
@@ -69,7 +67,7 @@ def write_jacobian(tree, pose, scratch, jacobian):
     axes = np.empty(3 * pose.shape[0])
     orient(tree, pose, C, S, H)
     place_joints(tree, H, P)
-    rotation_axes(tree, C, S, H, axes)
+    rotation_axes(tree, C, S, H, 3, axes)
     fill_jacobian(tree, P, axes, jacobian)
 
 

@@ -150,12 +150,12 @@ def _add_gradient(tree, first, substeps, screws, moments, slopes, gradient):
         for d in range(tree.first_dof[f], tree.end_dof[f]):
             before, after = full_like(moments, 0.0), full_like(moments, 0.0)
             for s in range(substeps + 1):
-                m, row, t = 12 * (s * n_frames + f), 6 * n * s + d, s / substeps
+                m, row, t = 12 * (s * n_frames + f), 6 * (n * s + d), s / substeps
                 turn = (moments[m + 5] - moments[m + 7]) * screws[row]
-                turn = turn + (moments[m + 6] - moments[m + 2]) * screws[row + n]
-                turn = turn + (moments[m + 1] - moments[m + 3]) * screws[row + 2 * n]
-                move = moments[m + 9] * screws[row + 3 * n] + moments[m + 10] * screws[row + 4 * n]
-                along = turn + (move + moments[m + 11] * screws[row + 5 * n])
+                turn = turn + (moments[m + 6] - moments[m + 2]) * screws[row + 1]
+                turn = turn + (moments[m + 1] - moments[m + 3]) * screws[row + 2]
+                move = moments[m + 9] * screws[row + 3] + moments[m + 10] * screws[row + 4]
+                along = turn + (move + moments[m + 11] * screws[row + 5])
                 before, after = before + (1.0 - t) * along, after + t * along
             slope[0], slope[1] = before, after
             for w in range(n_steps):
@@ -184,22 +184,22 @@ def _coefficients(products, at, of, n, screw):
 
 
 @inlined
-def _screw(screws, n, row):
-    return (
-        screws[row],
-        screws[row + n],
-        screws[row + 2 * n],
-        screws[row + 3 * n],
-        screws[row + 4 * n],
-        screws[row + 5 * n],
-    )
+def _screw(screws, row):
+    return screws[row], screws[row + 1], screws[row + 2], screws[row + 3], screws[row + 4], screws[row + 5]
 
 
 @inlined
-def _add_to(forces, row, share, coefficients):
-    """Add a share of six coefficients to six rows."""
-    for i in range(6):
-        forces[row + i] = forces[row + i] + share * coefficients[i]
+def _plus(total, share, coefficients):
+    """Return six numbers plus a share of six others."""
+    a, b, c, u, v, w = total
+    return (
+        a + share * coefficients[0],
+        b + share * coefficients[1],
+        c + share * coefficients[2],
+        u + share * coefficients[3],
+        v + share * coefficients[4],
+        w + share * coefficients[5],
+    )
 
 
 @internal
@@ -208,26 +208,26 @@ def _forces_of(f, d, n_frames, n, substeps, screws, sums, forces):
 
     A force is the six coefficients of the screws of other dofs; six rows for the first pose, six for the second.
     """
-    for i in range(12 * (substeps + 1)):
-        forces[i] = 0.0
+    zero = full_like(forces, 0.0)
+    none = zero, zero, zero, zero, zero, zero
+    before = none  # by the motion of the sample before
     for s in range(substeps + 1):
-        m, row, t = 16 * (2 * s * n_frames + f), 12 * s, s / substeps
+        m, row, t, step = 16 * (2 * s * n_frames + f), 12 * s, s / substeps, 1.0 / substeps
+        here = _screw(screws, 6 * (n * s + d))
         products, p, _, count = _sums_of(sums, m)
-        own = _coefficients(products, p, p, count, _screw(screws, n, 6 * n * s + d))
+        own = _coefficients(products, p, p, count, here)
         n_chords = 2.0 if 0 < s < substeps else 1.0
-        _add_to(forces, row, n_chords * (1.0 - t), own)
-        _add_to(forces, row + 6, n_chords * t, own)
+        of_first = _plus(_plus(none, t - step - 1.0, before), n_chords * (1.0 - t), own)
+        of_second = _plus(_plus(none, step - t, before), n_chords * t, own)
         if s < substeps:
             products, p, q, count = _sums_of(sums, m + 16 * n_frames)
-            u, here = (s + 1) / substeps, _screw(screws, n, 6 * n * s + d)
-            on_next = _coefficients(products, q, p, count, here)
-            _add_to(forces, row + 12, t - 1.0, on_next)
-            _add_to(forces, row + 18, -t, on_next)
-            following = _screw(screws, n, 6 * n * (s + 1) + d)
+            before = _coefficients(products, q, p, count, here)
             xx, xy, xz, yx, yy, yz, zx, zy, zz = products
-            on_this = _coefficients((xx, yx, zx, xy, yy, zy, xz, yz, zz), p, q, count, following)
-            _add_to(forces, row, u - 1.0, on_this)
-            _add_to(forces, row + 6, -u, on_this)
+            following = _screw(screws, 6 * (n * (s + 1) + d))
+            after = _coefficients((xx, yx, zx, xy, yy, zy, xz, yz, zz), p, q, count, following)
+            of_first, of_second = _plus(of_first, t + step - 1.0, after), _plus(of_second, -t - step, after)
+        for i in range(6):
+            forces[row + i], forces[row + 6 + i] = of_first[i], of_second[i]
 
 
 @inlined
@@ -239,23 +239,40 @@ def _sums_of(sums, m):
 
 
 @inlined
-def _set_pair(n, e, substeps, screws, forces, pairs, row):
-    """Compute the four numbers of a dof and dof e: the forces that resist the one, along the screws of the other."""
-    first = second = forward = back = full_like(screws, 0.0)
+def _along(forces, row, screw):
+    """Return the force in six rows along a screw."""
+    a, b, c, u, v, w = screw
+    turn = forces[row] * a + forces[row + 1] * b + forces[row + 2] * c
+    return turn + (forces[row + 3] * u + forces[row + 4] * v + forces[row + 5] * w)
+
+
+@inlined
+def _add_sample(s, t, screw, forces, numbers):
+    """Add to the four numbers of a pair the forces on sample s that resist the one dof, along the other's screw."""
+    first, second, forward, back = numbers
+    of_first, of_second = _along(forces, 12 * s, screw), _along(forces, 12 * s + 6, screw)
+    return (
+        first + (1.0 - t) * of_first,
+        second + t * of_second,
+        forward + t * of_first,
+        back + (1.0 - t) * of_second,
+    )
+
+
+@inlined
+def _set_two_pairs(n, e, both, substeps, screws, forces, pairs, row):
+    """Compute the four numbers of a dof and dof e, and of it and dof e + 1, if both is 1.
+
+    Each force is read once for the two of them.
+    """
+    zero = full_like(screws, 0.0)
+    here = following = zero, zero, zero, zero
     for s in range(substeps + 1):
-        h, t = 12 * s, s / substeps
-        a, b, c, u, v, w = _screw(screws, n, 6 * n * s + e)
-        of_first = (forces[h] * a + forces[h + 1] * b + forces[h + 2] * c) + (
-            forces[h + 3] * u + forces[h + 4] * v + forces[h + 5] * w
-        )
-        of_second = (forces[h + 6] * a + forces[h + 7] * b + forces[h + 8] * c) + (
-            forces[h + 9] * u + forces[h + 10] * v + forces[h + 11] * w
-        )
-        first = first + (1.0 - t) * of_first
-        second = second + t * of_second
-        forward = forward + t * of_first
-        back = back + (1.0 - t) * of_second
-    pairs[row], pairs[row + 1], pairs[row + 2], pairs[row + 3] = first, second, forward, back
+        k, t = 6 * (n * s + e), s / substeps
+        here = _add_sample(s, t, _screw(screws, k), forces, here)
+        following = _add_sample(s, t, _screw(screws, k + 6 * both), forces, following)
+    for i in range(4):
+        pairs[row + i], pairs[row + 4 * both + i] = here[i], following[i]
 
 
 @internal
@@ -276,9 +293,11 @@ def _set_pairs(tree, substeps, exact, group, samples, equations):
                 add_second_derivatives(tree, f, d, substeps, P, screws, moments, forces)
             row = first_row(equations, group, equations.first_pair[d])
             for r in range(tree.first_run[f], tree.first_run[f + 1]):
-                for e in range(tree.runs[r, 0], min(tree.runs[r, 1], d + 1)):
-                    _set_pair(n, e, substeps, screws, forces, pairs, row)
-                    row += 4
+                end = min(tree.runs[r, 1], d + 1)
+                for e in range(tree.runs[r, 0], end, 2):
+                    both = min(1, end - 1 - e)
+                    _set_two_pairs(n, e, both, substeps, screws, forces, pairs, row)
+                    row += 4 + 4 * both
         if exact and tree.ball[f] >= 0:
             d = tree.first_dof[f]
             of_first = first_row(equations, group, equations.first_pair[d + 1] - 1)

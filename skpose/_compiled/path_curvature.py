@@ -19,7 +19,8 @@ def add_second_derivatives(tree, f, d, substeps, P, screws, moments, forces):
         m, at, row, t = 12 * (s * n_frames + f), s * 3 * tree.offset.shape[0] + o, 12 * s, s / substeps
         ox, oy, oz = P[at], P[at + 1], P[at + 2]
         u, v, w = moments[m + 9], moments[m + 10], moments[m + 11]
-        a, b, c = screws[6 * n * s + d], screws[6 * n * s + n + d], screws[6 * n * s + 2 * n + d]
+        k = 6 * (n * s + d)
+        a, b, c = screws[k], screws[k + 1], screws[k + 2]
         trace = moments[m] + moments[m + 4] + moments[m + 8] - ox * u - oy * v - oz * w
         along = u * a + v * b + w * c
         x = moments[m] * a + moments[m + 1] * b + moments[m + 2] * c - along * ox - trace * a
@@ -49,16 +50,16 @@ def add_ball(tree, f, substeps, poses, P, screws, moments, pairs, rows_of):
     """
     n, n_frames, d = tree.column.shape[0], tree.frame_parent.shape[0], tree.first_dof[f]
     for s in range(substeps + 1):
-        m, k, t = 12 * (s * n_frames + f), 6 * n * s + d, s / substeps
+        m, k, t = 12 * (s * n_frames + f), 6 * (n * s + d), s / substeps
         at = 3 * (s * tree.offset.shape[0] + tree.pivot[f])
         u, v, w = moments[m + 9], moments[m + 10], moments[m + 11]
         a = moments[m + 5] - moments[m + 7] - (P[at + 1] * w - P[at + 2] * v)
         b = moments[m + 6] - moments[m + 2] - (P[at + 2] * u - P[at] * w)
         c = moments[m + 1] - moments[m + 3] - (P[at] * v - P[at + 1] * u)
         along = (
-            a * screws[k] + b * screws[k + n] + c * screws[k + 2 * n],
-            a * screws[k + 1] + b * screws[k + n + 1] + c * screws[k + 2 * n + 1],
-            a * screws[k + 2] + b * screws[k + n + 2] + c * screws[k + 2 * n + 2],
+            a * screws[k] + b * screws[k + 1] + c * screws[k + 2],
+            a * screws[k + 6] + b * screws[k + 7] + c * screws[k + 8],
+            a * screws[k + 12] + b * screws[k + 13] + c * screws[k + 14],
         )
         vector = poses[d] + t * poses[n + d], poses[d + 1] + t * poses[n + d + 1], poses[d + 2] + t * poses[n + d + 2]
         (xx,), (yx, yy), (zx, zy, zz) = second_derivatives(vector, along)
