@@ -8,8 +8,8 @@ from numba import from_dtype, types
 
 from skpose._compiled.forward import workspace_rows
 from skpose._compiled.jit import jit, separate
-from skpose._compiled.lanes import any_greater, lanes, rows
-from skpose._compiled.results import Results, aligned, results_of
+from skpose._compiled.lanes import aligned, any_greater, lanes, rows
+from skpose._compiled.results import Results, results_of
 from skpose._compiled.signatures import array_type, named, shared_types
 
 GROUPS_IN_CACHE = 16  # groups of lanes that are used on one row after the other

@@ -19,6 +19,7 @@ import numpy as np
 
 from skpose._compiled.block_cholesky import band_shape, factorise, solve
 from skpose._compiled.jit import internal, separate, unfolded
+from skpose._compiled.lanes import aligned
 from skpose._compiled.normal_equations import (
     NormalEquations,
     equations_for,
@@ -35,7 +36,6 @@ from skpose._compiled.path_energy import (
     evaluate,
     samples_for,
 )
-from skpose._compiled.results import aligned
 from skpose._compiled.signatures import FLAG, REAL, TREE, VECTOR, WHOLE, named
 
 # λ is relative to the mean diagonal of the normal equations.
