@@ -6,11 +6,13 @@ others, of which nothing is kept but its code for LLVM, or a *whole*, which has 
 parts, once. Passes that are for closures, array expressions, generators and the like are left out.
 """
 
+import operator
 from collections.abc import Callable
 from types import BuiltinFunctionType
 from typing import Any, ClassVar
 
 import numba
+from numba import types
 from numba.core import typed_passes, untyped_passes
 from numba.core.caching import FunctionCache
 from numba.core.codegen import JITCodeLibrary
@@ -77,7 +79,11 @@ class _Part(_Whole):
 
 
 class _Typing:
-    """numba's typing context, which here remembers what operators return: numba asks some twenty rules each time."""
+    """numba's typing context, for functions that are compiled once for all numbers, with a memory of operators.
+
+    By itself numba compiles a function for each literal number that it is called with, and asks some twenty rules what
+    an operator returns, each time.
+    """
 
     _known: ClassVar[dict[tuple, Signature]] = {}
     resolve_setitem = BaseContext.resolve_setitem
@@ -89,6 +95,9 @@ class _Typing:
         return getattr(self._context, name)
 
     def resolve_function_type(self, function: Any, args: tuple, kws: dict) -> Signature | None:
+        of_numbers = function is not operator.pow and all(isinstance(kind, types.Number) for kind in args)
+        if isinstance(function, types.Dispatcher) or of_numbers:
+            args = tuple(types.unliteral(kind) for kind in args)
         if not isinstance(function, BuiltinFunctionType):
             return self._context.resolve_function_type(function, args, kws)
         found = self._known.get((function, args))

@@ -74,7 +74,7 @@ _called_apart = functools.partial(_compiled, no_cfunc_wrapper=True, no_cpython_w
 internal = functools.partial(_called_apart, compiler=PartCompiler)
 inlined = functools.partial(internal, forceinline=True)
 # Part of its callers before they are compiled, and not compiled by itself: one step of a long function.
-unfolded = functools.partial(_compiled, compiler=PartCompiler, inline="always")
+unfolded = functools.partial(_compiled, inline="always")
 
 
 def separate(signature: Callable[[], Any]) -> Callable[[Callable], Callable]:

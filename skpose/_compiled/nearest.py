@@ -115,11 +115,12 @@ def _keep(value, j, heaps, i):
 @inlined
 def _rounding(tree):
     """Return how far above a length its lower bound may lie by rounding, m; a generous estimate."""
-    total = 0.0
+    total, largest = 0.0, 0.0
     for j in range(tree.offset.shape[0]):
+        largest = max(largest, tree.scale[j])
         for i in range(3):
             total += abs(tree.offset[j, i])
-    return 1e-9 * total * tree.scale.max()
+    return 1e-9 * total * largest
 
 
 @inlined
