@@ -8,21 +8,22 @@ from typing import Any
 
 from numba import config, njit
 
-from skpose._compat.numba import cache_under
+from skpose._compat import numba
+from skpose._compat.numba import PartCompiler, WholeCompiler, cache_under
 from skpose._compiled import lanes_llvm  # noqa: F401  (it defines lanes for numba)
 from skpose._compiled.separate import Separate, load_separates
 from skpose._warnings import warn
 
 
 def sources_digest() -> str:
-    """Return a digest of all sources of this package.
+    """Return a digest of all sources of this package, and of what compiles them.
 
     numba inlines functions of one file into those of another, but its cache watches only the file of the outer one.
     With this digest as a part of the cache's version, an edit in any file is seen everywhere, and nothing that was
     compiled from other sources is loaded.
     """
     digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.glob("*.py")):
+    for path in [*sorted(Path(__file__).parent.glob("*.py")), Path(numba.__file__)]:
         digest.update(path.read_bytes())
     return digest.hexdigest()
 
@@ -44,15 +45,17 @@ CACHED = _can_cache()
 DIGEST = sources_digest()
 
 
-def _compiled(function: Callable | None = None, *, signatures: Sequence = (), **options: Any) -> Any:
+def _compiled(
+    function: Callable | None = None, *, compiler: type = WholeCompiler, signatures: Sequence = (), **options: Any
+) -> Any:
     """Compile a function by numba: at once where signatures are given, else at its first call.
 
     Contraction to fused multiply-add is the one liberty taken: it moves no NaN and is the same in every lane.
     """
     if function is None:
-        return functools.partial(_compiled, signatures=signatures, **options)
-    compiled = njit(nogil=True, fastmath={"contract"}, **options)(function)
-    if CACHED and hasattr(compiled, "enable_caching"):
+        return functools.partial(_compiled, compiler=compiler, signatures=signatures, **options)
+    compiled = njit(nogil=True, fastmath={"contract"}, pipeline_class=compiler, **options)(function)
+    if CACHED and hasattr(compiled, "enable_caching") and compiler is WholeCompiler:
         cache_under(DIGEST, compiled, load_separates)
     if signatures and hasattr(compiled, "compile"):
         for signature in signatures:
@@ -61,13 +64,14 @@ def _compiled(function: Callable | None = None, *, signatures: Sequence = (), **
     return compiled
 
 
-# The entry points of a function take longer to compile than most functions here, since each unpacks every array of a
-# tree. So a function has those that it needs: jit is called from Python, passed is an argument of a compiled function,
-# and the others are only called in compiled functions. Python crashes when it calls one that it has no entry to;
-# tests/test_architecture.py looks for such calls.
+# A function is a whole, with an address, or a part of others, see `skpose._compat.numba`. Its entry points take longer
+# to compile than most functions here, so it has those that it needs: jit is called from Python, passed is an argument
+# of a compiled function, a separate function is _called_apart, and the others are parts. Python crashes when it calls
+# one that it has no entry to; tests/test_architecture.py looks for such calls.
 jit = functools.partial(_compiled, no_cfunc_wrapper=True)
 passed = functools.partial(_compiled, no_cpython_wrapper=True)
-internal = functools.partial(_compiled, no_cfunc_wrapper=True, no_cpython_wrapper=True)
+_called_apart = functools.partial(_compiled, no_cfunc_wrapper=True, no_cpython_wrapper=True)
+internal = functools.partial(_called_apart, compiler=PartCompiler)
 inlined = functools.partial(internal, forceinline=True)
 # Part of its callers before they are compiled, and not compiled by itself: one step of a long function.
 unfolded = functools.partial(_compiled, inline="always")
@@ -79,6 +83,6 @@ def separate(signature: Callable[[], Any]) -> Callable[[Callable], Callable]:
     def decorate(function: Callable) -> Callable:
         if config.DISABLE_JIT:
             return function
-        return Separate(function, lambda: internal(function, signatures=[signature()]))
+        return Separate(function, lambda: _called_apart(function, signatures=[signature()]))
 
     return decorate

@@ -4,18 +4,19 @@ Pointers are opaque: every load and every address names its type. That takes llv
 """
 
 import functools
-import math
 import operator
 
-import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
-from numba.extending import intrinsic, lower_builtin, models, overload, register_model, type_callable
+from numba.core.imputils import impl_ret_new_ref
+from numba.core.typing import signature
+from numba.core.typing.npydecl import parse_dtype
+from numba.core.typing.templates import AbstractTemplate, infer_global
+from numba.extending import lower_builtin, models, register_model
+from numba.np.arrayobj import populate_array
 
 from skpose._compiled import lanes
-
-_INLINED = {"forceinline": True, "nogil": True}
 
 
 class LanesType(types.Type):
@@ -47,6 +48,30 @@ class _RowsModel(models.PrimitiveModel):
         super().__init__(dmm, fe_type, cgutils.intp_t)  # a number, as numba cannot return opaque pointers yet
 
 
+def _define_typing(function, result):
+    """Let numba know the type of what a function returns: result(*types of its arguments), None where it has none."""
+
+    class Template(AbstractTemplate):
+        def generic(self, args, kws):
+            returned = result(*args)
+            return None if returned is None else signature(returned, *args)
+
+    infer_global(function)(Template)
+
+
+def _defines(function, result):
+    """Let a function of `lanes` compile to what the decorated function writes.
+
+    numba's own `overload` and `intrinsic` compile a function for each call with new types.
+    """
+
+    def decorate(lowering):
+        _define_typing(function, result)
+        return lower_builtin(function, types.VarArg(types.Any))(lowering)
+
+    return decorate
+
+
 # --- arithmetic -----------------------------------------------------------------------------------------------------
 
 
@@ -64,15 +89,11 @@ def _broadcast(context, builder, value, source, target):
 
 
 def _define_operator(symbol, instruction):
-    @type_callable(symbol)
-    def typing(context):
-        def typer(a, b):
-            for this, other in ((a, b), (b, a)):
-                if isinstance(this, LanesType) and (this == other or isinstance(other, types.Number)):
-                    return this
-            return None
-
-        return typer
+    def result(a, b):
+        for this, other in ((a, b), (b, a)):
+            if isinstance(this, LanesType) and (this == other or isinstance(other, types.Number)):
+                return this
+        return None
 
     def lowering(context, builder, sig, args):
         a, b = (
@@ -81,6 +102,7 @@ def _define_operator(symbol, instruction):
         )
         return getattr(builder, instruction)(a, b, flags=("contract",))
 
+    _define_typing(symbol, result)
     for pair in ((LanesType, LanesType), (LanesType, types.Number), (types.Number, LanesType)):
         lower_builtin(symbol, *pair)(lowering)
 
@@ -111,32 +133,27 @@ def _alignment(row):
     return (row.dtype if isinstance(row, LanesType) else row).bitwidth // 8
 
 
-@intrinsic
-def _rows(typingctx, array, first):
-    row = LanesType(array.dtype) if array.ndim == 2 else array.dtype
-
-    def codegen(context, builder, sig, args):
-        start = _address(context, builder, sig.args[0], args[0])
-        first_row = _row_address(context, builder, sig.return_type, start, sig.args[1], args[1])
-        return builder.ptrtoint(first_row, cgutils.intp_t)
-
-    return RowsType(row)(array, first), codegen
+def _rows_of(array, first):
+    return RowsType(LanesType(array.dtype) if array.ndim == 2 else array.dtype)
 
 
-@intrinsic
-def _flat(typingctx, array):
-    def codegen(context, builder, sig, args):
-        return _address(context, builder, sig.args[0], args[0])
+@_defines(lanes.rows, _rows_of)
+def _rows(context, builder, sig, args):
+    start = _address(context, builder, sig.args[0], args[0])
+    first_row = _row_address(context, builder, sig.return_type, start, sig.args[1], args[1])
+    return builder.ptrtoint(first_row, cgutils.intp_t)
 
-    return RowsType(array.dtype)(array), codegen
+
+@_defines(lanes.flat, lambda array: RowsType(array.dtype))
+def _flat(context, builder, sig, args):
+    return _address(context, builder, sig.args[0], args[0])
 
 
-@type_callable(operator.getitem)
-def _type_of_row(context):
-    def typer(rows, i):
-        return rows.row if isinstance(rows, RowsType) and isinstance(i, types.Integer) else None
+def _type_of_row(rows, i):
+    return rows.row if isinstance(rows, RowsType) and isinstance(i, types.Integer) else None
 
-    return typer
+
+_define_typing(operator.getitem, _type_of_row)
 
 
 @lower_builtin(operator.getitem, RowsType, types.Integer)
@@ -146,12 +163,11 @@ def _get_row(context, builder, sig, args):
     return builder.load(address, align=_alignment(row), typ=context.get_value_type(row))
 
 
-@type_callable(operator.setitem)
-def _type_of_setting(context):
-    def typer(rows, i, value):
-        return types.none if isinstance(rows, RowsType) and isinstance(i, types.Integer) else None
+def _type_of_setting(rows, i, value):
+    return types.none if isinstance(rows, RowsType) and isinstance(i, types.Integer) else None
 
-    return typer
+
+_define_typing(operator.setitem, _type_of_setting)
 
 
 @lower_builtin(operator.setitem, RowsType, types.Integer, types.Any)
@@ -162,84 +178,62 @@ def _set_row(context, builder, sig, args):
     return context.get_dummy_value()
 
 
-@intrinsic
-def _full_like(typingctx, rows, value):
-    def codegen(context, builder, sig, args):
-        return _broadcast(context, builder, args[1], sig.args[1], sig.return_type)
-
-    return rows.row(rows, value), codegen
+@_defines(lanes.full_like, lambda rows, value: rows.row)
+def _full_like(context, builder, sig, args):
+    return _broadcast(context, builder, args[1], sig.args[1], sig.return_type)
 
 
-@overload(lanes.rows, jit_options=_INLINED)
-def _overload_rows(array, first):
-    return lambda array, first: _rows(array, first)
+def _matrix_of(n_rows, width, dtype):
+    return types.Array(parse_dtype(dtype), 2, "C")
 
 
-@overload(lanes.flat, jit_options=_INLINED)
-def _overload_flat(array):
-    return lambda array: _flat(array)
-
-
-@overload(lanes.full_like, jit_options=_INLINED)
-def _overload_full_like(rows, value):
-    return lambda rows, value: _full_like(rows, value)
+@_defines(lanes.aligned, _matrix_of)
+def _aligned(context, builder, sig, args):
+    n_rows, width = (context.cast(builder, args[i], sig.args[i], types.intp) for i in (0, 1))
+    number = context.get_data_type(sig.return_type.dtype)
+    itemsize = cgutils.intp_t(context.get_abi_sizeof(number))
+    row_bytes = builder.mul(width, itemsize)
+    memory = context.nrt.meminfo_alloc_aligned(builder, builder.mul(n_rows, row_bytes), lanes.CACHE_LINE)
+    array = context.make_array(sig.return_type)(context, builder)
+    data = builder.bitcast(context.nrt.meminfo_data(builder, memory), number.as_pointer())
+    populate_array(array, data, (n_rows, width), (row_bytes, itemsize), itemsize, memory)
+    return impl_ret_new_ref(context, builder, sig.return_type, array._getvalue())
 
 
 # --- functions ------------------------------------------------------------------------------------------------------
 
 
-def _define_unary(name, on_one):
-    """An LLVM intrinsic of one argument on all lanes, and the same for one number."""
+def _define_unary(function, name):
+    """Define a function by an LLVM intrinsic of one argument."""
 
-    @intrinsic
-    def on_lanes(typingctx, value):
-        def codegen(context, builder, sig, args):
-            vector_type = args[0].type
-            symbol = f"llvm.{name}.v{value.width}f{value.dtype.bitwidth}"
-            signature = ir.FunctionType(vector_type, [vector_type])
-            return builder.call(cgutils.get_or_insert_function(builder.module, signature, symbol), args)
-
-        return value(value), codegen
-
-    def either(value):
-        return (lambda value: on_lanes(value)) if isinstance(value, LanesType) else on_one
-
-    return either
+    @_defines(function, lambda value: value)
+    def lowering(context, builder, sig, args):
+        width = f"v{sig.args[0].width}" if isinstance(sig.args[0], LanesType) else ""
+        bits = (sig.args[0].dtype if width else sig.args[0]).bitwidth
+        signature_ = ir.FunctionType(args[0].type, [args[0].type])
+        return builder.call(
+            cgutils.get_or_insert_function(builder.module, signature_, f"llvm.{name}.{width}f{bits}"), args
+        )
 
 
-overload(lanes.sqrt, jit_options=_INLINED)(_define_unary("sqrt", lambda value: math.sqrt(value)))
-overload(lanes.rint, jit_options=_INLINED)(_define_unary("rint", lambda value: np.rint(value)))
+_define_unary(lanes.sqrt, "sqrt")
+_define_unary(lanes.rint, "rint")
 
 
-@intrinsic
-def _minimum_of_lanes(typingctx, a, b):
-    def codegen(context, builder, sig, args):
-        return builder.select(builder.fcmp_ordered("<", *args), *args)
-
-    return a(a, b), codegen
-
-
-@overload(lanes.minimum, jit_options=_INLINED)
-def _overload_minimum(a, b):
-    if isinstance(a, LanesType):
-        return lambda a, b: _minimum_of_lanes(a, b)
-    return lambda a, b: min(a, b)
+@_defines(lanes.minimum, lambda a, b: a)
+def _minimum(context, builder, sig, args):
+    if not isinstance(sig.args[0], LanesType):
+        args = args[1], args[0]  # as Python's min
+    return builder.select(builder.fcmp_ordered("<", *args), *args)
 
 
-@intrinsic
-def _least_of_lanes(typingctx, value):
-    def codegen(context, builder, sig, args):
-        vector_type, value_type = args[0].type, sig.args[0]
-        symbol = f"llvm.vector.reduce.fmin.v{value_type.width}f{value_type.dtype.bitwidth}"
-        signature = ir.FunctionType(vector_type.element, [vector_type])
-        return builder.call(cgutils.get_or_insert_function(builder.module, signature, symbol), args, fastmath=("nnan",))
-
-    return value.dtype(value), codegen
-
-
-@overload(lanes.least, jit_options=_INLINED)
-def _overload_least(value):
-    return lambda value: _least_of_lanes(value)
+@_defines(lanes.least, lambda value: value.dtype)
+def _least(context, builder, sig, args):
+    vector_type, value_type = args[0].type, sig.args[0]
+    symbol = f"llvm.vector.reduce.fmin.v{value_type.width}f{value_type.dtype.bitwidth}"
+    function_type = ir.FunctionType(vector_type.element, [vector_type])
+    function = cgutils.get_or_insert_function(builder.module, function_type, symbol)
+    return builder.call(function, args, fastmath=("nnan",))
 
 
 def _exceeding(context, builder, sig, args):
@@ -248,64 +242,33 @@ def _exceeding(context, builder, sig, args):
     return builder.fcmp_ordered(">", args[0], bound)
 
 
-@intrinsic
-def _greater_lanes(typingctx, value, bound):
-    def codegen(context, builder, sig, args):
-        vector_type = context.get_value_type(value)
-        one, zero = (ir.Constant(vector_type, [number] * value.width) for number in (1.0, 0.0))
-        return builder.select(_exceeding(context, builder, sig, args), one, zero)
-
-    return value(value, bound), codegen
-
-
-@overload(lanes.greater, jit_options=_INLINED)
-def _overload_greater(value, bound):
-    if isinstance(value, LanesType):
-        return lambda value, bound: _greater_lanes(value, bound)
-    return lambda value, bound: 1.0 if value > bound else 0.0
+@_defines(lanes.greater, lambda value, bound: value)
+def _greater(context, builder, sig, args):
+    numbers = context.get_value_type(sig.return_type)
+    one, zero = (
+        ir.Constant(numbers, [number] * sig.return_type.width if isinstance(sig.return_type, LanesType) else number)
+        for number in (1.0, 0.0)
+    )
+    return builder.select(_exceeding(context, builder, sig, args), one, zero)
 
 
-@intrinsic
-def _any_greater_lane(typingctx, value, bound):
-    def codegen(context, builder, sig, args):
-        flags = ir.IntType(value.width)
-        exceeding = builder.bitcast(_exceeding(context, builder, sig, args), flags)
-        return builder.icmp_unsigned("!=", exceeding, ir.Constant(flags, 0))
-
-    return types.boolean(value, bound), codegen
-
-
-@overload(lanes.any_greater, jit_options=_INLINED)
-def _overload_any_greater(value, bound):
-    if isinstance(value, LanesType):
-        return lambda value, bound: _any_greater_lane(value, bound)
-    return lambda value, bound: value > bound
+@_defines(lanes.any_greater, lambda value, bound: types.boolean)
+def _any_greater(context, builder, sig, args):
+    exceeding = _exceeding(context, builder, sig, args)
+    if not isinstance(sig.args[0], LanesType):
+        return exceeding
+    flags = ir.IntType(sig.args[0].width)
+    return builder.icmp_unsigned("!=", builder.bitcast(exceeding, flags), ir.Constant(flags, 0))
 
 
-@intrinsic
-def _next_lane(typingctx, value):
-    def codegen(context, builder, sig, args):
-        source = [*range(1, value.width), value.width - 1]
-        mask = ir.Constant(ir.VectorType(ir.IntType(32), value.width), source)
-        return builder.shuffle_vector(args[0], args[0], mask)
-
-    return value(value), codegen
+@_defines(lanes.next_lane, lambda value: value)
+def _next_lane(context, builder, sig, args):
+    width = sig.args[0].width
+    mask = ir.Constant(ir.VectorType(ir.IntType(32), width), [*range(1, width), width - 1])
+    return builder.shuffle_vector(args[0], args[0], mask)
 
 
-@overload(lanes.next_lane, jit_options=_INLINED)
-def _overload_next_lane(value):
-    return lambda value: _next_lane(value)
-
-
-@intrinsic
-def _sum_of_lanes(typingctx, value):
-    def codegen(context, builder, sig, args):
-        each = [builder.extract_element(args[0], ir.Constant(ir.IntType(32), lane)) for lane in range(value.width)]
-        return functools.reduce(builder.fadd, each)
-
-    return value.dtype(value), codegen
-
-
-@overload(lanes.sum_of_lanes, jit_options=_INLINED)
-def _overload_sum_of_lanes(value):
-    return lambda value: _sum_of_lanes(value)
+@_defines(lanes.sum_of_lanes, lambda value: value.dtype)
+def _sum_of_lanes(context, builder, sig, args):
+    each = [builder.extract_element(args[0], ir.Constant(ir.IntType(32), k)) for k in range(sig.args[0].width)]
+    return functools.reduce(builder.fadd, each)

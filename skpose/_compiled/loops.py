@@ -8,8 +8,8 @@ from numba import from_dtype, types
 
 from skpose._compiled.forward import workspace_rows
 from skpose._compiled.jit import jit, separate
-from skpose._compiled.lanes import any_greater, lanes, rows
-from skpose._compiled.results import Results, aligned, results_of
+from skpose._compiled.lanes import aligned, any_greater, lanes, rows
+from skpose._compiled.results import Results, results_of
 from skpose._compiled.signatures import array_type, named, shared_types
 
 GROUPS_IN_CACHE = 16  # groups of lanes that are used on one row after the other
@@ -102,8 +102,8 @@ def _pair_distance_signature():
 def pair_distance(x, y, n_codes, encode, measure, tree, steps):
     """Compute the distance of two poses by the functions of matrices: x is in the first lane, y in all others."""
     n_dofs = x.shape[0]
-    scratch, pose = np.empty((workspace_rows(tree), FLOAT64_LANES)), np.empty((n_dofs, FLOAT64_LANES))
-    code, first = np.empty((n_codes, FLOAT64_LANES)), np.empty(n_codes)
+    scratch, pose = aligned(workspace_rows(tree), FLOAT64_LANES, x.dtype), aligned(n_dofs, FLOAT64_LANES, x.dtype)
+    code, first = aligned(n_codes, FLOAT64_LANES, x.dtype), aligned(1, n_codes, x.dtype)[0]
     results = results_of(1, FLOAT64_LANES, x.dtype)
     for w in range(FLOAT64_LANES):
         results.skip[0, w] = w != 1

@@ -19,9 +19,9 @@ from numba import from_dtype, types
 
 from skpose._compiled.forward import workspace_rows
 from skpose._compiled.jit import inlined, jit
-from skpose._compiled.lanes import any_greater, least, rows
+from skpose._compiled.lanes import aligned, any_greater, least, rows
 from skpose._compiled.loops import FLOAT64_LANES, GROUPS_IN_CACHE, encode_type, measure_type
-from skpose._compiled.results import aligned, results_of
+from skpose._compiled.results import results_of
 from skpose._compiled.signatures import array_type, named, shared_types
 
 ROWS_IN_CACHE = 1024  # rows of lanes, where a group has few of them; with less, the call of the measure shows
@@ -115,11 +115,12 @@ def _keep(value, j, heaps, i):
 @inlined
 def _rounding(tree):
     """Return how far above a length its lower bound may lie by rounding, m; a generous estimate."""
-    total = 0.0
+    total, largest = 0.0, 0.0
     for j in range(tree.offset.shape[0]):
+        largest = max(largest, tree.scale[j])
         for i in range(3):
             total += abs(tree.offset[j, i])
-    return 1e-9 * total * tree.scale.max()
+    return 1e-9 * total * largest
 
 
 @inlined

@@ -16,10 +16,9 @@ import numpy as np
 from numba import types
 
 from skpose._compiled.jit import inlined, internal, separate
-from skpose._compiled.lanes import full_like, rows
+from skpose._compiled.lanes import aligned, full_like, rows
 from skpose._compiled.path_curvature import add_ball, add_second_derivatives
 from skpose._compiled.path_energy import LANES, PATH, SAMPLES, STEPS, place_samples
-from skpose._compiled.results import aligned
 from skpose._compiled.signatures import FLAG, MATRIX, TREE, WHOLE_VECTOR, named
 
 

@@ -18,8 +18,7 @@ from numba import types
 from skpose._compiled.forward import orient, place_joints, workspace, workspace_rows
 from skpose._compiled.jacobian import rotation_axes
 from skpose._compiled.jit import internal, separate, unfolded
-from skpose._compiled.lanes import flat, full_like, next_lane, rows, sqrt, sum_of_lanes
-from skpose._compiled.results import aligned
+from skpose._compiled.lanes import aligned, flat, full_like, next_lane, rows, sqrt, sum_of_lanes
 from skpose._compiled.signatures import FLAG, MATRIX, REAL, TREE, VECTOR, WHOLE, named
 
 FINE = 8  # chords into which each chord of a path is divided to measure it again

@@ -4,9 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._compiled.jit import inlined, jit
-
-CACHE_LINE = 64  # bytes
+from skpose._compiled.jit import inlined
+from skpose._compiled.lanes import aligned
 
 
 class Results(NamedTuple):
@@ -22,21 +21,15 @@ class Results(NamedTuple):
     n_ruled_out: np.ndarray  # (1,) how many groups the limit has ruled out
 
 
-@jit
-def aligned(n_rows, width, dtype):
-    """Return an empty array (n_rows, width) at the start of a cache line: a row across two takes twice the time."""
-    raw = np.empty(n_rows * width + CACHE_LINE, dtype)
-    skip = (-raw.ctypes.data % CACHE_LINE) // raw.itemsize
-    return raw[skip : skip + n_rows * width].reshape((n_rows, width))
-
-
 @inlined
 def results_of(n_groups, width, dtype):
     """Return results of so many groups: none skipped, no gaps, no limit."""
     distances, gap = aligned(n_groups, width, dtype), aligned(n_groups, width, dtype)
-    skip, limit, n_ruled_out = np.empty((n_groups, width), np.bool_), np.empty(1, dtype), np.empty(1, np.int64)
+    skip = aligned(n_groups, width, np.bool_)
+    # np.empty, np.zeros and slices are more functions to compile.
+    limit, n_ruled_out = aligned(1, 1, dtype)[0], aligned(1, 1, np.int64)[0]
     limit[0], n_ruled_out[0] = np.inf, 0
-    for k in range(n_groups):  # np.zeros and a slice are more functions to compile
+    for k in range(n_groups):
         for w in range(width):
             gap[k, w], skip[k, w] = 0.0, False
     return Results(distances, skip, gap, limit, n_ruled_out)

@@ -26,9 +26,9 @@ from numba import from_dtype, types
 
 from skpose._compiled.forward import workspace_rows
 from skpose._compiled.jit import inlined, jit
-from skpose._compiled.lanes import any_greater, rows
+from skpose._compiled.lanes import aligned, any_greater, rows
 from skpose._compiled.loops import GROUPS_IN_CACHE, measure_type
-from skpose._compiled.results import aligned, results_of
+from skpose._compiled.results import results_of
 from skpose._compiled.signatures import array_type, named, shared_types
 
 

@@ -14,8 +14,9 @@ from numba import from_dtype, types
 
 from skpose._compiled.forward import workspace_rows
 from skpose._compiled.jit import jit
+from skpose._compiled.lanes import aligned
 from skpose._compiled.loops import measure_type
-from skpose._compiled.results import aligned, results_of
+from skpose._compiled.results import results_of
 from skpose._compiled.signatures import array_type, named, shared_types
 from skpose._compiled.warping import Paths, add_gaps, band, reach_of
 

@@ -17,9 +17,8 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._compiled import loops
-from skpose._compiled.lanes import lanes
+from skpose._compiled.lanes import aligned, lanes
 from skpose._compiled.nearest import Candidates, Groups, bounds_of_groups_loop, nearest_of_groups_loop
-from skpose._compiled.results import aligned
 from skpose._compiled.tree import Steps
 from skpose._parallel.rows import over_rows
 from skpose.kinematics._tree import tree_of

@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from skpose._compiled.lanes import lanes
+from skpose._compiled.lanes import aligned, lanes
 from skpose._compiled.loops import encode_lanes_loop, encode_poses
 from skpose._compiled.nearest import Groups, bounds_of_groups_loop, nearest_of_groups_loop
-from skpose._compiled.results import aligned
 from skpose._parallel.rows import over_rows
 from skpose.kinematics._tree import tree_of
 from skpose.metrics._registry import Coarse, Metric
