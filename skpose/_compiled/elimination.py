@@ -17,11 +17,9 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._compiled.jit import internal, separate
+from skpose._compiled.lanes import aligned
 from skpose._compiled.path_energy import LANES
-from skpose._compiled.results import aligned
 from skpose._compiled.signatures import MATRIX, TREE, WHOLE, WHOLE_MATRIX, named
-
-AT_ONCE = 4  # rows that are eliminated at once
 
 
 class Factors(NamedTuple):

@@ -20,7 +20,6 @@ import numpy as np
 from skpose._compiled.block_cholesky import factorise, solve
 from skpose._compiled.elimination import Factors, factors_for
 from skpose._compiled.jit import internal, separate, unfolded
-from skpose._compiled.lanes import aligned
 from skpose._compiled.normal_equations import (
     NormalEquations,
     equations_for,

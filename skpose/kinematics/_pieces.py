@@ -1,14 +1,15 @@
 """The pieces of a skeleton that the solver of geodesics eliminates one after another, see `_compiled.elimination`."""
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from skpose._compiled.path_energy import LANES
 from skpose.kinematics._frames import Frame
 
-N_FREE = 9  # poses of a path with the default number of steps, for which limbs are chosen
-WORTH = 0.75  # share of a band's multiplications that limbs take at most: theirs are in smaller loops, which are slower
+N_FREE = 9, 19  # poses of a path with the default number of steps, for which limbs are chosen, and of a refined one
+WORTH = 0.75  # share of a band's multiplications that limbs take at most
+CALL = 700  # multiplications in the time of what each four rows of a block take besides
 
 
 class Pieces(NamedTuple):
@@ -33,34 +34,21 @@ class Subtrees(NamedTuple):
         return np.arange(self.first_dof[f], self.first_dof[f] + self.n_dofs[f])
 
 
-class Cost(NamedTuple):
-    """Multiplications of the factors for n free poses: linear · n + quadratic · n² + cubic · n³."""
-
-    linear: float
-    quadratic: float
-    cubic: float
-
-    def at(self, n_free: int) -> float:
-        return self.linear * n_free + self.quadratic * n_free**2 + self.cubic * n_free**3
+def _band(n_dofs: Any, n_free: int) -> Any:
+    """Return the multiplications of a band: Cholesky, the block right of it and the product of that; and its calls."""
+    rows = _padded(n_dofs)
+    return n_free * (7 / 6 * rows**3 + CALL * rows)
 
 
-class Choice(NamedTuple):
-    """The limbs of a branch, and their cost."""
-
-    limbs: np.ndarray  # frames where they begin
-    cost: Cost
-    band: float  # what limbs may take for each pose
+def _padded(n_dofs: Any) -> Any:
+    return -(-n_dofs // LANES) * LANES
 
 
-def _band(n_dofs: Any) -> Any:
-    """Return the multiplications for one pose of a band: Cholesky, the block right of it, and the product of that."""
-    return 7 / 6 * n_dofs**3
-
-
-def _cost(n_trunk: int, n_dofs: np.ndarray, n_ancestors: np.ndarray) -> Cost:
-    """Return the cost of limbs with so many dofs and ancestors, and of their trunk."""
-    borders, products = 0.75 * n_dofs**2 @ n_ancestors, n_dofs @ n_ancestors**2 / 6
-    return Cost(_band(n_dofs).sum(), borders, products + n_trunk**3 / 6)
+def _with_limbs(n_trunk: int, n_dofs: np.ndarray, n_ancestors: np.ndarray, n_free: int) -> float:
+    """Return the multiplications for limbs with so many dofs and ancestors: bands, borders, products and the trunk."""
+    rows, columns = _padded(n_dofs), n_ancestors * n_free
+    of_limbs = _band(n_dofs, n_free) + n_free * rows**2 * columns * 0.75 + n_free * rows * columns**2 / 6
+    return of_limbs.sum() + _band(n_trunk * n_free, 1)
 
 
 def _subtrees(frames: list[Frame]) -> Subtrees:
@@ -80,51 +68,55 @@ def _subtrees(frames: list[Frame]) -> Subtrees:
     return Subtrees(first_dof, n_dofs, ancestors, carrier)
 
 
-def _choice(trees: Subtrees, branch: int) -> Choice:
-    """Choose the limbs of a branch: the largest subtrees with no more than so many dofs, for the best such number.
+def _limbs(trees: Subtrees, branch: int) -> np.ndarray:
+    """Return the frames where the limbs of a branch begin: none where a band takes fewer multiplications.
 
-    There are none where a band takes fewer multiplications.
+    They are the largest subtrees with no more than so many dofs, for the best such number.
     """
     n, n_ancestors = trees.n_dofs[branch], np.array([len(dofs) for dofs in trees.ancestors])
     in_branch = (trees.first_dof[branch] <= trees.first_dof) & (trees.first_dof < trees.first_dof[branch] + n)
-    best = Choice(np.zeros(0, dtype=int), Cost(0.0, 0.0, 0.0), 0.0)
-    band = WORTH * _band(n)
-    least = band * N_FREE
+    best, least = np.zeros(0, dtype=int), WORTH * _band(n, N_FREE[0])
     for largest in np.unique(trees.n_dofs[in_branch])[:-1]:  # the branch itself is no limb
         limbs = np.flatnonzero(in_branch & (trees.n_dofs <= largest) & (trees.n_dofs[trees.carrier] > largest))
-        limbs = limbs[np.argsort(trees.first_dof[limbs])]
-        cost = _cost(n - trees.n_dofs[limbs].sum(), trees.n_dofs[limbs], n_ancestors[limbs])
-        if cost.at(N_FREE) < least:
-            least, best = cost.at(N_FREE), Choice(limbs, cost, band)
+        n_dofs = trees.n_dofs[limbs]
+        cost = _with_limbs(n - n_dofs.sum(), n_dofs, n_ancestors[limbs], N_FREE[0])
+        if cost < least:
+            best, least = limbs, cost
     return best
 
 
-def _most_poses(choices: list[Choice]) -> int:
+def _most_poses(trees: Subtrees, branches: list[int], limbs: list[np.ndarray]) -> int:
     """Return up to how many free poses limbs are worth it, in all branches that have any."""
-    linear, quadratic, cubic = np.sum([choice.cost for choice in choices], axis=0)
-    if cubic == 0.0:
-        return 0
-    spare = sum(choice.band for choice in choices) - linear
-    return math.floor((math.sqrt(quadratic**2 + 4 * cubic * spare) - quadratic) / (2 * cubic))
+    most = 0
+    for n_free in N_FREE:
+        cost, bands = 0.0, 0.0
+        for branch, of_branch in zip(branches, limbs, strict=True):
+            if len(of_branch) > 0:
+                n_dofs, n_ancestors = trees.n_dofs[of_branch], np.array([len(trees.ancestors[f]) for f in of_branch])
+                cost += _with_limbs(trees.n_dofs[branch] - n_dofs.sum(), n_dofs, n_ancestors, n_free)
+                bands += _band(trees.n_dofs[branch], n_free)
+        if cost < WORTH * bands:
+            most = n_free
+    return most
 
 
 def pieces_of(frames: list[Frame]) -> Pieces:
     """Divide the dofs of a skeleton into pieces, given its frames with dofs, parents first."""
     trees = _subtrees(frames)
     branches = np.flatnonzero(trees.carrier < 0).tolist()
-    choices = [_choice(trees, branch) for branch in branches]
+    limbs = [_limbs(trees, branch) for branch in branches]
     places, first_piece = np.zeros((2, trees.n_dofs[branches].sum(), 2), dtype=int), [0]
     rows: list[tuple[int, ...]] = []
     ancestors: list[np.ndarray] = []
     for order in (0, 1):
-        for branch, choice in zip(branches, choices, strict=True):
-            limbs, rest = choice.limbs[: order * len(choice.limbs)], trees.dofs(branch)
-            trunk = len(rows) + len(limbs)
-            for f in [*limbs.tolist(), branch]:
+        for branch, chosen in zip(branches, limbs, strict=True):
+            first, rest = chosen[: order * len(chosen)].tolist(), trees.dofs(branch)
+            trunk = len(rows) + len(first)
+            for f in [*first, branch]:
                 own = trees.dofs(f) if f != branch else rest
                 rest = np.setdiff1d(rest, own)
                 places[order, own] = np.stack([np.full(len(own), len(rows)), np.arange(len(own))], axis=1)
-                is_dense = f == branch and len(limbs) > 0
+                is_dense = f == branch and len(first) > 0
                 end = trees.dofs(f)[-1] + 1
                 rows.append((trees.first_dof[f], end, len(own), len(trees.ancestors[f]), trunk, is_dense))
                 ancestors.append(trees.ancestors[f])
@@ -133,4 +125,4 @@ def pieces_of(frames: list[Frame]) -> Pieces:
     for row, dofs in zip(padded, ancestors, strict=True):
         row[: len(dofs)] = dofs
     pieces = np.array(rows, dtype=int).reshape(-1, 6)
-    return Pieces(np.array(first_piece), pieces, places, padded, np.array([_most_poses(choices) if choices else 0]))
+    return Pieces(np.array(first_piece), pieces, places, padded, np.array([_most_poses(trees, branches, limbs)]))

@@ -13,6 +13,7 @@ from skpose._compiled.elimination import factors_for
 from skpose._compiled.normal_equations import NormalEquations, equations_for, normal_equations
 from skpose._compiled.path_energy import LANES, STEPS, evaluate, path_of, samples_for
 from skpose._compiled.tree import Tree
+from skpose.kinematics import _pieces
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 
 factorise, factors_for, solve = map(from_python, (factorise, factors_for, solve))
@@ -186,7 +187,7 @@ LARGE = {
             *_star("a", 3),
             Bone("b", "a", [1, 0, 0], "XZ"),
             *_star("b", 4),
-            Bone("c", "a", [-1, 0, 0], "Y"),
+            Bone("c", "a", [-1, 0, 0], "YZ"),
             *_star("c", 4),
             Bone("c00", "c0", [0, 0, 1], "XY"),
         ]
@@ -197,11 +198,11 @@ LARGE = {
 @pytest.mark.parametrize("share_fixed", [0.0, 0.3])
 @pytest.mark.parametrize("n_nodes", [3, 4, 10])
 @pytest.mark.parametrize("name", LARGE)
-def test_solution_where_limbs_are_eliminated_first(name, n_nodes, share_fixed):
+def test_solution_where_limbs_are_eliminated_first(name, n_nodes, share_fixed, monkeypatch):
+    monkeypatch.setattr(_pieces, "WORTH", 100.0)  # these skeletons are too small to gain from it
     skeleton, rng = LARGE[name], np.random.default_rng(0)
     poses = np.cumsum(rng.normal(size=(n_nodes, skeleton.n_dofs)) * 0.4, axis=0)
     part = parts(skeleton, poses, 1)
-    assert part.tree.most_poses[0] >= 9
     assert (part.tree.pieces[:, 3] > 0).sum() >= 5
     fixed = np.zeros(poses.shape, bool)
     fixed[1:-1] = rng.random((n_nodes - 2, skeleton.n_dofs)) < share_fixed

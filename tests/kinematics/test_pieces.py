@@ -31,6 +31,9 @@ SKELETONS = {
     "many fingers": hands(20),
     "humanoid": humanoid(),
     "chain": Skeleton.chain(30),
+    "face": Skeleton(
+        [Bone("head", None, [0, 1, 0], "XYZ"), *(Bone(f"{i}", "head", [0, 1, i], "X") for i in range(60))]
+    ),
     "root alone": None,
 } | {f"random {seed}": random_tree(seed, n=60, kinds=MIXED, offset_frame="parent") for seed in range(5)}
 
@@ -80,16 +83,15 @@ def test_limbs_follow_one_another_before_their_trunk(tree):
 
 
 def multiplications(tree, order, n_free):
-    """Count those of all pieces of an order, to leading terms: triangles, and the products that they lead to."""
+    """Count those of the factors of an order, row by row of matrices whose rows are padded to eight numbers."""
     total = 0.0
     for k in range(tree.first_piece[order], tree.first_piece[order + 1]):
         _, _, n, n_ancestors, _, is_dense = tree.pieces[k]
-        if is_dense:
-            total += (n * n_free) ** 3 / 6
-            continue
-        for i in range(n_free):
+        n_blocks, m = (1, 8 * -(-n * n_free // 8)) if is_dense else (n_free, 8 * -(-n // 8))
+        for i in range(n_blocks):
             columns = n_ancestors * (i + 1)  # that are not zero in the row of pose i, about
-            total += n**3 / 6 + n**3 / 2 + n**3 / 2 + 1.5 * n**2 * columns + n * columns**2 / 2
+            total += sum((q if i == 0 else m + q) * (2 * m - q + columns) for q in range(m)) / (2 if is_dense else 1)
+            total += m * columns**2 / 2
     return total
 
 
@@ -97,16 +99,13 @@ def multiplications(tree, order, n_free):
 def test_limbs_are_eliminated_first_where_that_takes_fewer_multiplications(name):
     tree = tree_of(SKELETONS[name])
     assert tree.first_piece[2] - tree.first_piece[1] > tree.first_piece[1]
-    most = tree.most_poses[0]
-    assert most >= _pieces.N_FREE
-    ratios = [multiplications(tree, 1, n) / multiplications(tree, 0, n) for n in (_pieces.N_FREE, most, 2 * most)]
-    assert ratios[0] < _pieces.WORTH
-    assert ratios[1] < 1.1 * _pieces.WORTH
-    assert ratios[2] > _pieces.WORTH
+    assert tree.most_poses[0] == _pieces.N_FREE[-1]
+    for n_free in _pieces.N_FREE:
+        assert multiplications(tree, 1, n_free) < _pieces.WORTH * multiplications(tree, 0, n_free)
 
 
-@pytest.mark.parametrize("name", ["humanoid", "chain", "root alone"])
-def test_small_skeletons_have_no_limbs(name):
+@pytest.mark.parametrize("name", ["humanoid", "chain", "face", "root alone"])
+def test_other_skeletons_have_no_limbs(name):
     tree = tree_of(SKELETONS[name])
     assert tree.most_poses[0] == 0
     first, second = (tree.pieces[tree.first_piece[i] : tree.first_piece[i + 1]] for i in range(2))
