@@ -4,10 +4,19 @@ from numba import types
 
 from skpose._compiled.band_cholesky import AT_ONCE, factorise_band, substitute_back, substitute_forward, subtract
 from skpose._compiled.elimination import FACTORS, n_registers, piece_at
-from skpose._compiled.jit import separate
+from skpose._compiled.jit import internal, separate
 from skpose._compiled.normal_equations import EQUATIONS, first_row
 from skpose._compiled.path_energy import LANES, STEPS
 from skpose._compiled.signatures import FLAG, FLAG_MATRIX, MATRIX, REAL, TREE, WHOLE
+
+
+@internal
+def _any(flags):
+    for i in range(flags.shape[0]):
+        for d in range(flags.shape[1]):
+            if flags[i, d]:
+                return True
+    return False
 
 
 @separate(lambda: types.void(TREE, EQUATIONS, REAL, FLAG_MATRIX, WHOLE, FACTORS))
@@ -23,6 +32,7 @@ def _fill(tree, equations, damping, fixed, k, factors):
         numbers[at] = 0.0
     for row in range(piece.n_blocks * m):
         numbers[start + row * width + row % m] = 1.0
+    any_fixed = _any(fixed)
     for i in range(n_free):  # the step from pose i on ends at pose i + 1, where another begins
         before, after = first_row(equations, i // STEPS, 0), first_row(equations, (i + 1) // STEPS, 0)
         lane, next_lane, has_next = i % STEPS, (i + 1) % STEPS, i < n_free - 1
@@ -41,9 +51,10 @@ def _fill(tree, equations, damping, fixed, k, factors):
                         value = pairs[before + row + 1, lane] + pairs[after + row, next_lane]
                         forward, back = pairs[after + row + 2, next_lane], pairs[after + row + 3, next_lane]
                         row += 4
-                        value = 0.0 if fixed[i + 1, d] or fixed[i + 1, e] else value
-                        forward = 0.0 if fixed[i + 1, d] or fixed[i + 2, e] else forward
-                        back = 0.0 if fixed[i + 2, d] or fixed[i + 1, e] else back
+                        if any_fixed:
+                            value = 0.0 if fixed[i + 1, d] or fixed[i + 1, e] else value
+                            forward = 0.0 if fixed[i + 1, d] or fixed[i + 2, e] else forward
+                            back = 0.0 if fixed[i + 2, d] or fixed[i + 1, e] else back
                         if places[e, 0] == k:
                             q = places[e, 1]
                             numbers[block + q * width + p] = value
