@@ -8,7 +8,7 @@ from typing import Any
 
 from numba import config, njit
 
-from skpose._compat import numba
+from skpose._compat import numba as compilers
 from skpose._compat.numba import PartCompiler, WholeCompiler, cache_under
 from skpose._compiled import lanes_llvm  # noqa: F401  (it defines lanes for numba)
 from skpose._compiled.separate import Separate, load_separates
@@ -23,7 +23,7 @@ def sources_digest() -> str:
     compiled from other sources is loaded.
     """
     digest = hashlib.sha256()
-    for path in [*sorted(Path(__file__).parent.glob("*.py")), Path(numba.__file__)]:
+    for path in [*sorted(Path(__file__).parent.glob("*.py")), Path(compilers.__file__)]:
         digest.update(path.read_bytes())
     return digest.hexdigest()
 
