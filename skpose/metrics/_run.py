@@ -9,6 +9,7 @@ import socket
 import time
 from collections.abc import Generator, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -250,7 +251,8 @@ class ResumedRun:
         try:
             self._checkpoint.add(notes)
         except FileNotFoundError:  # removed meanwhile
-            self._checkpoint.start(self._head, [*self._notes])
+            with suppress(FileNotFoundError):  # with its folder: the next write or the last check says what happened
+                self._checkpoint.start(self._head, [*self._notes])
         self._saved = time.monotonic()
 
 

@@ -51,6 +51,8 @@ class ZarrTarget:
     def _array(self) -> Any:
         import zarr
 
+        if self.path is not None and not self.path.is_dir():
+            raise FileNotFoundError(f"there is no folder {self.path}")  # zarr 3.0 would make one
         return zarr.open_array(self.path or self._store, mode="r+", zarr_format=self._format)
 
 
