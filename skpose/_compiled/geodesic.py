@@ -20,7 +20,7 @@ from skpose._compiled.chart import coordinates_of, differs, dofs_of, free_tree, 
 from skpose._compiled.copying import copy_to
 from skpose._compiled.encode import n_line_codes
 from skpose._compiled.forward import SQRT2
-from skpose._compiled.jit import internal, jit, passed, separate, unfolded
+from skpose._compiled.jit import internal, jit, passed, separate
 from skpose._compiled.measure import measure_line, turns_off
 from skpose._compiled.minimiser import (
     BOUNDS,
@@ -77,7 +77,7 @@ def stop_at(max_iter, tol):
     return Stop(max_iter, 0.0, tol)
 
 
-@unfolded
+@internal
 def _settings_for(substeps, stop):
     return Settings(stop, FIRST_DAMPING, False, LEAST_CHANGE, False, PATIENCE if substeps == 1 else NEVER)
 

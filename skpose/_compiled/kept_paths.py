@@ -1,6 +1,7 @@
 """Geodesics from a pose that moves a little at a time to poses that stay: each starts from the one before.
 
-An intrinsic mean asks for the geodesics to the same poses from one base after another. The path to a pose is kept, in
+An intrinsic mean asks for the geodesics to the same poses from one base after another; so do distances from the frames
+of a motion. The path to a pose is kept, in
 the coordinates in which it was found. At the next base its first node is there, and the others move by a share of that
 change that falls to zero at the other end. Then it is minimised again, refined as it is: some steps, where a new
 search takes tens, or fails at several refinements first. A new search starts from the straight line where this one did
@@ -56,7 +57,8 @@ class Search(NamedTuple):
 
     n_steps: int
     frees_angles: bool  # joints of three angles turn freely, see `chart`
-    tol: float  # norm of the energy's gradient, m²/rad
+    gradient_norm: float  # a path has converged where the energy's is as small, m²/rad,
+    gain: float  # or where this relative decrease of the energy is left
 
 
 @internal
@@ -118,8 +120,8 @@ def _record(free, curve, n_steps, i, found):
 def follow_geodesics(tree, pose, ends, first, last, search, kept, found):
     """Compute the geodesics from a pose to the ends first:last, whose angles are wrapped already; keep their paths."""
     free, own = free_tree(tree, search.frees_angles), free_tree(tree, search.frees_angles)
-    bounds = unbounded(pose.shape[0])
-    settings = Settings(Stop(MAX_STEPS, search.tol, 0.0), FIRST_DAMPING, False, LEAST_CHANGE, False, PATIENCE)
+    bounds, least, gain = unbounded(pose.shape[0]), search.gradient_norm, search.gain
+    settings = Settings(Stop(MAX_STEPS, least, gain), FIRST_DAMPING, False, LEAST_CHANGE, False, PATIENCE)
     for i in range(first, last):
         line, _ = shorter_line(tree, free, pose, ends[i], search.n_steps)
         if kept.n_nodes[i] > 0:
@@ -134,6 +136,6 @@ def follow_geodesics(tree, pose, ends, first, last, search, kept, found):
                     _keep(kept, i, own, curve, search.n_steps)
                     _record(own, curve, search.n_steps, i, found)
                     continue
-        curve = find_geodesic(free, line, bounds, Stop(MAX_ITER, search.tol, 0.0))
+        curve = find_geodesic(free, line, bounds, Stop(MAX_ITER, least, gain))
         _keep(kept, i, free, curve, search.n_steps)
         _record(free, curve, search.n_steps, i, found)

@@ -3,6 +3,7 @@
 | module                                    |                                                                         |
 |-------------------------------------------|-------------------------------------------------------------------------|
 | `_geodesic`                               | the path between two poses                                              |
+| `_sequence`                               | lengths of the paths from the frames of a motion to poses               |
 | `_logarithm`                              | poses as vectors at a base, and back                                    |
 | `_interpolate`, `_spline`                 | motions through key poses                                               |
 | `_mean`, `_median`                        | Fréchet means and geometric medians; `_given` checks the poses          |
@@ -17,6 +18,7 @@ from skpose.geodesics._interpolate import interpolate
 from skpose.geodesics._logarithm import exp_map, log_map
 from skpose.geodesics._mean import FrechetMean, frechet_mean
 from skpose.geodesics._median import GeometricMedian, geometric_median
+from skpose.geodesics._sequence import geodesic_distances
 
 __all__ = [
     "FrechetMean",
@@ -25,6 +27,7 @@ __all__ = [
     "exp_map",
     "frechet_mean",
     "geodesic",
+    "geodesic_distances",
     "geometric_median",
     "interpolate",
     "log_map",

@@ -18,6 +18,21 @@ FIRST_TOL = 1e-5  # norm of the gradient of the first paths, m²/rad
 SHARE = 0.04  # of the gradient of the mean, which the error of a path may have
 
 
+def no_paths(tree: Tree, n: int, n_steps: int) -> KeptPaths:
+    """Return room for the paths to n poses, none of which is kept yet."""
+    return KeptPaths(
+        np.empty((n, MOST_NODES * n_steps + 1, len(tree.column))),  # memory that is not written to is not used
+        np.empty((n, len(tree.frame_parent), 4)),
+        np.zeros(n, dtype=int),
+        np.zeros(n, dtype=int),
+    )
+
+
+def no_geodesics(tree: Tree, n: int) -> Geodesics:
+    """Return room for what is computed of the geodesics to n poses."""
+    return Geodesics(np.empty(n), np.empty(n), np.empty((n, len(tree.column))), np.empty(n, dtype=bool))
+
+
 class GeodesicPoses(NamedTuple):
     """Poses, in the tree's order, and the geodesics to them from where they were seen last."""
 
@@ -39,22 +54,15 @@ class GeodesicPoses(NamedTuple):
         cls, tree: Tree, dofs: np.ndarray, weights: np.ndarray, n_steps: int, wrap: bool, n_jobs: int
     ) -> "GeodesicPoses":
         """Return the poses without any geodesics."""
-        n = len(dofs)
-        kept = KeptPaths(
-            np.empty((n, MOST_NODES * n_steps + 1, dofs.shape[1])),  # memory that is not written to is not used
-            np.empty((n, len(tree.frame_parent), 4)),
-            np.zeros(n, dtype=int),
-            np.zeros(n, dtype=int),
-        )
-        return cls(tree, dofs, weights, n_steps, wrap, n_jobs, kept)
+        return cls(tree, dofs, weights, n_steps, wrap, n_jobs, no_paths(tree, len(dofs), n_steps))
 
     def view_from(self, pose: np.ndarray, slope: float) -> View:
         """Compute the geodesics from a pose to all poses, as well as the gradient so far needs them."""
         tree, n = self.tree, len(self.dofs)
-        found = Geodesics(np.empty(n), np.empty(n), np.empty(self.dofs.shape), np.empty(n, dtype=bool))
+        found = no_geodesics(tree, n)
         ends = wrapped(tree, self.dofs, pose[None]) if self.wrap else self.dofs
         tol = max(GRADIENT_NORM, SHARE * slope / self.n_steps) if np.isfinite(slope) else FIRST_TOL
-        search = Search(self.n_steps, self.wrap, tol)
+        search = Search(self.n_steps, self.wrap, tol, 0.0)
         in_threads(
             (
                 partial(follow_geodesics, tree, pose, ends, i, min(i + TASK, n), search, self.kept, found)

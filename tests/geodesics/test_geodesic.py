@@ -98,14 +98,13 @@ def test_attributes_describe_the_path(skeleton):
 
 
 def test_no_more_of_the_length_is_left_to_gain_than_requested(skeleton):
-    a, b = near_and_far(skeleton)
+    a, b = near_and_far(skeleton, far=0.1)  # of farther poses there may be several minima
     tight = geodesic(a, b, skeleton, tol=TIGHT)
     for tol in (1e-3, 1e-6, 1e-9):
         found = geodesic(a, b, skeleton, tol=tol)
         assert found.converged
         assert found.gain <= tol
-        if len(found.path) == len(tight.path):  # with more iterations a path may need more poses
-            assert found.length <= (1.0 + 10.0 * tol) * tight.length  # it is a model that knows what is left
+        assert found.length <= (1.0 + 3.0 * tol) * tight.length  # it is a model that knows what is left
         assert found.n_iter <= tight.n_iter
     assert geodesic(a, b, skeleton).length == geodesic(a, b, skeleton, tol=1e-6).length
 

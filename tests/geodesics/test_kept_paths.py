@@ -89,7 +89,7 @@ def test_the_mean_is_that_of_new_searches(monkeypatch):
 
     def forgetful(tree, pose, ends, first, last, search, paths, found):
         paths.n_nodes[:] = 0
-        original(tree, pose, ends, first, last, search._replace(tol=TOL), paths, found)
+        original(tree, pose, ends, first, last, search._replace(gradient_norm=TOL), paths, found)
 
     monkeypatch.setattr(_geodesic_view, "follow_geodesics", forgetful)
     anew = frechet_mean(X, skeleton, metric="geodesic", tol=1e-5)

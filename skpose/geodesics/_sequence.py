@@ -1,0 +1,161 @@
+"""Geodesic distances from the frames of a motion: each path starts from that of the frame before."""
+
+from functools import partial
+from numbers import Integral
+
+import numpy as np
+from joblib import effective_n_jobs
+from numpy.typing import ArrayLike
+from sklearn.exceptions import ConvergenceWarning
+
+from skpose._compat.sklearn import Interval, StrOptions, validate_params
+from skpose._compiled.geodesic import TOL
+from skpose._compiled.kept_paths import Search, follow_geodesics
+from skpose._compiled.tree import Tree
+from skpose._parallel.threads import in_threads
+from skpose._warnings import warn
+from skpose.geodesics._geodesic_view import TASK, no_geodesics, no_paths
+from skpose.kinematics._constraints import IS_SKELETON
+from skpose.kinematics._forward import weighted_positions
+from skpose.kinematics._tree import to_tree_order, tree_of, wrapped
+from skpose.skeleton import Skeleton
+from skpose.skeleton._units import warn_of_degrees
+from skpose.skeleton._validation import check_poses
+
+# Share of the distance by which a pose may have moved since its path was searched. With more, more of the paths end in
+# other minima than a search would; with less, more of them are searched.
+NEAR = 0.1
+
+
+@validate_params(
+    {
+        "skeleton": [IS_SKELETON],
+        "n_steps": [Interval(Integral, 2, None, closed="left")],
+        "wrap": ["boolean", StrOptions({"auto"})],
+        "n_jobs": [None, Integral],
+    },
+    prefer_skip_nested_validation=True,
+)
+def geodesic_distances(
+    motion: ArrayLike,
+    poses: ArrayLike,
+    skeleton: Skeleton,
+    *,
+    n_steps: int = 10,
+    wrap: bool | str = "auto",
+    n_jobs: int | None = None,
+) -> np.ndarray:
+    """Compute geodesic distances from the frames of a motion to poses, each path from that of the frame before.
+
+    The distances of ``pose_distances(motion, poses, metric="geodesic")``, but for other local minima, and in less time
+    where frames are near one another: a path changes little from one frame to the next, so that some iterations find it
+    again.
+
+    Parameters
+    ----------
+    motion : array-like of shape (n_frames, n_dofs)
+        Poses that follow one another in time: joint angles, rad. Any poses are allowed, also several motions one after
+        another; without neighbours it takes as long as new searches.
+    poses : array-like of shape (n_poses, n_dofs)
+        The other poses, in any order.
+    skeleton : Skeleton
+        The skeleton of all poses.
+    n_steps : int, default=10
+        Chords of the geodesics, see `geodesic`.
+    wrap : bool or "auto", default="auto"
+        Whether differences of angles are wrapped to [−π, π], see `skpose.pose_distances`; "auto" is True.
+    n_jobs : int, default=None
+        Threads, as in scikit-learn. The distances do not depend on it.
+
+    Returns
+    -------
+    ndarray of shape (n_frames, n_poses)
+        Lengths of the geodesics, m.
+
+    Warns
+    -----
+    ConvergenceWarning
+        If geodesics did not converge.
+    UserWarning
+        If the poses look like degrees, see `skpose.pose_distances`.
+
+    Raises
+    ------
+    ValueError
+        For poses of the wrong width, out of order by name or not finite.
+
+    See Also
+    --------
+    pose_distances : With ``metric="geodesic"``, each path by a search of its own, in files and on clusters.
+    geodesic : One path.
+
+    Notes
+    -----
+    A path is followed from frame to frame until the pose has moved, since the path was searched, by a tenth of the
+    distance; as long as it converges, passes the discretisation check of `geodesic` and is no longer than the straight
+    line. Then a new search begins. A column of the result depends on the frames, and on no other column.
+
+    *Accuracy.* Paths are local minima, and that of the frame before may lead to another one than a search, mostly where
+    `geodesic` has to refine paths: about as often a shorter as a longer one, mostly by less than a percent, and by more
+    where joints are near half a turn apart. ``benchmarks/geodesic_distances.py`` measures it. So a distance depends on
+    the frames before, the one from a to b is not to the last bit that from b to a, and a matrix that has to be
+    symmetric is one for `pose_distances`.
+
+    Between the millisecond that a followed path takes and the two to twenty of a search for each distance. Memory: the
+    result, copies of the poses, and paths of up to 4 n_steps poses for eight columns a thread.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from skpose import geodesic_distances, pose_distances
+    >>> from skpose.datasets import make_gait
+    >>> walk = make_gait(n_subjects=1, n_sequences=1, duration=1.0, frame_rate=30, random_state=0)[0]
+    >>> standing = np.zeros((1, walk.skeleton.n_dofs))
+    >>> distances = geodesic_distances(walk.angles, standing, walk.skeleton)
+    >>> searched = pose_distances(walk.angles, standing, skeleton=walk.skeleton, metric="geodesic")
+    >>> bool(np.allclose(distances, searched, rtol=1e-3))
+    True
+    """
+    X = check_poses(motion, skeleton, "motion").astype(np.float64)
+    Y = check_poses(poses, skeleton, "poses").astype(np.float64)
+    warn_of_degrees(motion=X, poses=Y)
+    tree = tree_of(skeleton)
+    positions = weighted_positions(X, skeleton)
+    frames, ends = to_tree_order(tree, X), to_tree_order(tree, Y)
+    lengths, converged = np.empty((len(X), len(Y))), np.empty((len(X), len(Y)), dtype=bool)
+    search = Search(n_steps, bool(wrap), 0.0, TOL)
+
+    def follow(columns: slice) -> None:
+        found = lengths[:, columns], converged[:, columns]
+        _follow(tree, frames, positions, ends[columns], search, *found)
+
+    in_threads((partial(follow, slice(i, i + TASK)) for i in range(0, len(Y), TASK)), effective_n_jobs(n_jobs))
+    if n_unconverged := int((~converged).sum()):
+        warn(
+            f"{n_unconverged} of {converged.size} geodesics did not converge; their lengths are those of curves no "
+            "longer than the straight line, which may not be the shortest; a larger n_steps may help",
+            ConvergenceWarning,
+        )
+    return lengths
+
+
+def _follow(
+    tree: Tree,
+    frames: np.ndarray,
+    positions: np.ndarray,
+    ends: np.ndarray,
+    search: Search,
+    lengths: np.ndarray,
+    converged: np.ndarray,
+) -> None:
+    """Compute the distances from all frames to some poses, with the path to each of them from frame to frame."""
+    n = len(ends)
+    kept, found, searched = no_paths(tree, n, search.n_steps), no_geodesics(tree, n), np.zeros(n, dtype=int)
+    for i, frame in enumerate(frames):
+        if i > 0:
+            moved = np.linalg.norm(positions[i] - positions[searched], axis=1)
+            anew = moved > NEAR * lengths[i - 1]
+            kept.n_nodes[anew], searched[anew] = 0, i
+        targets = wrapped(tree, ends, frame[None]) if search.frees_angles else ends
+        follow_geodesics(tree, frame, targets, 0, n, search, kept, found)
+        lengths[i], converged[i] = found.lengths, found.converged
