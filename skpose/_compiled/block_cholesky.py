@@ -5,6 +5,7 @@ from numba import types
 from skpose._compiled.band_cholesky import AT_ONCE, factorise_band, substitute_back, substitute_forward, subtract
 from skpose._compiled.elimination import FACTORS, n_registers, piece_at
 from skpose._compiled.jit import internal, separate
+from skpose._compiled.lanes import rows
 from skpose._compiled.normal_equations import EQUATIONS, first_row
 from skpose._compiled.path_energy import LANES, STEPS
 from skpose._compiled.signatures import FLAG, FLAG_MATRIX, MATRIX, REAL, TREE, WHOLE
@@ -19,6 +20,14 @@ def _any(flags):
     return False
 
 
+@internal
+def _clear(cells, first, n):
+    """Set registers to zero, which takes less time than number by number."""
+    chunks = rows(cells, 0)
+    for at in range(first, first + n):
+        chunks[at] = 0.0
+
+
 @separate(lambda: types.void(TREE, EQUATIONS, REAL, FLAG_MATRIX, WHOLE, FACTORS))
 def _fill(tree, equations, damping, fixed, k, factors):
     """Copy the numbers of a piece's dofs to its band, D damped, and those with its ancestors to the border.
@@ -28,8 +37,7 @@ def _fill(tree, equations, damping, fixed, k, factors):
     piece, pairs, n_free = piece_at(tree, factors, k), equations.pairs, factors.n_free
     places, numbers = tree.places[factors.order], factors.cells.reshape(factors.cells.size)
     start, stride, width, m = piece.band * LANES, piece.stride, piece.width * LANES, piece.n * LANES
-    for at in range(start, start + piece.n_blocks * m * width):
-        numbers[at] = 0.0
+    _clear(factors.cells, piece.band, piece.n_blocks * m * piece.width)
     for row in range(piece.n_blocks * m):
         numbers[start + row * width + row % m] = 1.0
     any_fixed = _any(fixed)
@@ -81,8 +89,7 @@ def _eliminate(tree, factors, k, is_first):
     n, width, m = piece.n_ancestors, piece.width - piece.edge, piece.n * LANES
     sums, numbers = factors.starts[-1, 0], cells.reshape(cells.size)
     if is_first:
-        for at in range(sums * LANES, (sums + width * LANES * width) * LANES):
-            numbers[at] = 0.0
+        _clear(cells, sums, width * LANES * width)
     for q in range(0, n_free * n, AT_ONCE):  # the lower triangle
         top = max(0, q // n - 1) * m  # above there are zeros
         source = piece.band + top * piece.width + piece.edge
@@ -136,9 +143,7 @@ def solve(tree, equations, factors, step):
     numbers = cells.reshape(cells.size)
     for k in range(first, last):
         piece = piece_at(tree, factors, k)
-        n_numbers = (piece.n_blocks * piece.n + piece.width - piece.edge) * LANES
-        for at in range(piece.solution * LANES, piece.solution * LANES + n_numbers):
-            numbers[at] = 0.0
+        _clear(cells, piece.solution, piece.n_blocks * piece.n + piece.width - piece.edge)
     for d in range(places.shape[0]):
         piece = piece_at(tree, factors, places[d, 0])
         for i in range(factors.n_free):

@@ -19,7 +19,7 @@ import numpy as np
 
 from skpose._compiled.block_cholesky import factorise, solve
 from skpose._compiled.elimination import Factors, factors_for
-from skpose._compiled.jit import internal, separate, unfolded
+from skpose._compiled.jit import internal, separate
 from skpose._compiled.normal_equations import (
     NormalEquations,
     equations_for,
@@ -135,14 +135,14 @@ def _dot(a, b):
     return total
 
 
-@unfolded
+@internal
 def _system_for(tree, path):
     """Return the system of a path, not yet filled, no dof fixed."""
     fixed, factors = np.zeros(path.poses.shape, np.bool_), factors_for(tree, path.poses.shape[0])
     return System(equations_for(tree, path), fixed, factors, samples_for(tree, path))
 
 
-@unfolded
+@internal
 def _fix_at_bounds(path, bounds, system):
     """Fix the dofs at a bound that the gradient pushes against; return whether these are others than before.
 
@@ -161,7 +161,7 @@ def _fix_at_bounds(path, bounds, system):
     return changed
 
 
-@unfolded
+@internal
 def _damped_step(tree, system, damping, scale, step):
     """Compute the step with this damping, or with the next larger one that makes the matrix positive definite.
 
@@ -175,7 +175,7 @@ def _damped_step(tree, system, damping, scale, step):
     return math.inf
 
 
-@unfolded
+@internal
 def _add_multiple(step, beta, direction):
     """Set the direction to step + β · direction."""
     for i in range(step.shape[0]):
@@ -183,7 +183,7 @@ def _add_multiple(step, beta, direction):
             direction[i, d] = step[i, d] + beta * direction[i, d]
 
 
-@unfolded
+@internal
 def _combine(step, last_slope, last_step, slope, gradient, direction):
     """Update the direction by conjugate gradients (Polak-Ribière): step + β · direction, downhill.
 
@@ -197,7 +197,7 @@ def _combine(step, last_slope, last_step, slope, gradient, direction):
         _add_multiple(step, 0.0, direction)
 
 
-@unfolded
+@internal
 def _try(tree, path, line, size, bounds, trial, samples):
     """Move the free poses along the line, within the bounds, to another path; return half its energy."""
     for i in range(1, path.poses.shape[0] - 1):
@@ -207,7 +207,7 @@ def _try(tree, path, line, size, bounds, trial, samples):
     return evaluate(tree, trial, samples)
 
 
-@unfolded
+@internal
 def _line_search(tree, path, line, bounds, first, second, samples):
     """Try the whole direction, then the minimum of the parabola through energy, slope and the first trial.
 
@@ -227,7 +227,7 @@ def _line_search(tree, path, line, bounds, first, second, samples):
     return lowest
 
 
-@unfolded
+@internal
 def _is_minimum(tree, path, exact, scale, system):
     """Return whether the curvature of the energy is positive, or flat, in all directions."""
     if not exact:
@@ -235,7 +235,7 @@ def _is_minimum(tree, path, exact, scale, system):
     return factorise(tree, system.equations, FLAT * scale, system.fixed, system.factors)
 
 
-@unfolded
+@internal
 def _perturb(path, bounds):
     """Move the free poses a little, in no direction that a symmetry would have."""
     last = path.poses.shape[0] - 1
@@ -245,7 +245,7 @@ def _perturb(path, bounds):
             path.poses[i, d] = min(max(path.poses[i, d] + change, bounds.lower[d]), bounds.upper[d])
 
 
-@unfolded
+@internal
 def _updated_damping(damping, raised, ratio, least):
     """Return the next damping: less where the decrease is as predicted, the raised one where it is not."""
     if ratio > 0.75:
@@ -260,7 +260,7 @@ def relative_gap(tree, poses):
     return (along - chords(tree, poses)[0]) / along if along > 0.0 else 0.0
 
 
-@unfolded
+@internal
 def _predicted(system, damping, step):
     """Return the decrease by the quadratic model for a damped step, and minus the slope along it."""
     slope = -_dot(system.equations.gradient, step)

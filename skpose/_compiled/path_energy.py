@@ -17,7 +17,7 @@ from numba import types
 
 from skpose._compiled.forward import orient, place_joints, workspace, workspace_rows
 from skpose._compiled.jacobian import rotation_axes
-from skpose._compiled.jit import internal, separate, unfolded
+from skpose._compiled.jit import internal, separate
 from skpose._compiled.lanes import aligned, flat, full_like, next_lane, rows, sqrt, sum_of_lanes
 from skpose._compiled.signatures import FLAG, MATRIX, REAL, TREE, VECTOR, WHOLE, named
 
@@ -58,7 +58,7 @@ def path_of(tree, poses, substeps):
     return Path(poses.copy(), ends, substeps)
 
 
-@unfolded
+@internal
 def copy_of(path):
     """Return a copy of a path with the same ends."""
     return Path(path.poses.copy(), path.ends, path.substeps)
