@@ -10,8 +10,8 @@ line is also what makes it appear once, and again for another call.
 import sys
 import warnings
 
-# importlib for warnings while skpose is imported: its frames are between the user's import and ours.
-NOT_THE_USER = frozenset({"skpose", "sklearn", "joblib", "importlib"})
+# Others' frames between the user and us: importlib's while skpose is imported, the last three while numba compiles.
+NOT_THE_USER = frozenset({"skpose", "sklearn", "joblib", "importlib", "numba", "functools", "contextlib"})
 
 
 def warn(message: str, category: type[Warning] = UserWarning) -> None:

@@ -1,4 +1,4 @@
-"""Private parts of numba: the file in which it caches compiled functions, and what it does to compile one.
+"""Private parts of numba: what it does to compile a function.
 
 numba treats every function as one that Python may call. It optimises it, translates it into machine code and writes it
 to its cache, and does all of this again with each function that it is a part of. Here a function is either a *part* of
@@ -6,51 +6,28 @@ others, of which nothing is kept but its code for LLVM, or a *whole*, which has 
 parts, once. Passes that are for closures, array expressions, generators and the like are left out.
 """
 
-import operator
+import gc
 from collections.abc import Callable
 from types import BuiltinFunctionType
 from typing import Any, ClassVar
 
-import numba
 from numba import types
 from numba.core import typed_passes, untyped_passes
-from numba.core.caching import FunctionCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase
+from numba.core.environment import lookup_environment
+from numba.core.types.functions import BaseFunction
 from numba.core.typing.context import BaseContext
 from numba.core.typing.templates import Signature
 
-from skpose._warnings import warn
-
-
-class _Cache(FunctionCache):
-    """Numba's cache of one function, which prepares for what it loads."""
-
-    prepare: Callable[[Callable], None]
-
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        self.prepare(self._py_func)
-        return super().load_overload(sig, target_context)
-
-
-def cache_under(digest: str, compiled: Any, prepare: Callable[[Callable], None]) -> None:
-    """Cache a compiled function on disk, for sources with this digest only; prepare(function) comes before loading it.
-
-    The digest becomes a part of numba's version, which is read before anything else of the file: what was compiled from
-    other sources may not even load. Where numba has changed, the function is not cached, with a warning.
-    """
-    cache = _Cache(compiled.py_func)
-    cache.prepare = prepare
-    try:
-        cache._cache_file._version += digest
-    except AttributeError:
-        warn(f"numba {numba.__version__} does not cache as skpose expects, so every process compiles anew")
-    else:
-        compiled._cache = cache
+NEVER = 2**31 - 1  # young collections of garbage before a full one
+WIDE = 33_000  # slots of a frame, for which Python takes half a megabyte
 
 
 class _Whole(JITCodeLibrary):
     """The code of a function that is called by address, with that of all its parts."""
+
+    _codegen: Any
 
     def _optimize_functions(self, ll_module: Any) -> None:
         """Do as numba, but not for the functions that are only declared, which are most."""
@@ -60,6 +37,14 @@ class _Whole(JITCodeLibrary):
             if not function.is_declaration:
                 passes.run(function, builder)
 
+    def _finalize_specific(self) -> None:
+        """Do as numba, and let the parts find their environments: constants that they make Python objects of."""
+        super()._finalize_specific()
+        for variable in self._final_module.global_variables:
+            environment = lookup_environment(variable.name)
+            if environment is not None:
+                self._codegen.set_env(variable.name, environment)
+
 
 class _Part(_Whole):
     """The code of a function that is only a part of others: not optimised, and without an address."""
@@ -67,7 +52,7 @@ class _Part(_Whole):
     class codegen:
         @staticmethod
         def set_env(name: str, env: Any) -> None:
-            """Do nothing: no environment is read, as nothing here makes Python objects."""
+            """Do nothing: each whole does it for its parts."""
 
     def finalize(self) -> None:
         for library in dict.fromkeys(self._linking_libraries):
@@ -79,13 +64,11 @@ class _Part(_Whole):
 
 
 class _Typing:
-    """numba's typing context, for functions that are compiled once for all numbers, with a memory of operators.
+    """numba's typing context, for functions that are compiled once for all numbers.
 
-    By itself numba compiles a function for each literal number that it is called with, and asks some twenty rules what
-    an operator returns, each time.
+    By itself numba compiles a function for each literal number that it is called with.
     """
 
-    _known: ClassVar[dict[tuple, Signature]] = {}
     resolve_setitem = BaseContext.resolve_setitem
 
     def __init__(self, context: BaseContext):
@@ -95,16 +78,29 @@ class _Typing:
         return getattr(self._context, name)
 
     def resolve_function_type(self, function: Any, args: tuple, kws: dict) -> Signature | None:
-        of_numbers = function is not operator.pow and all(isinstance(kind, types.Number) for kind in args)
+        of_numbers = all(isinstance(kind, types.Number) for kind in args)
         if isinstance(function, types.Dispatcher) or of_numbers:
             args = tuple(types.unliteral(kind) for kind in args)
-        if not isinstance(function, BuiltinFunctionType):
-            return self._context.resolve_function_type(function, args, kws)
-        found = self._known.get((function, args))
+        return self._context.resolve_function_type(function, args, kws)
+
+
+class _Operators:
+    """A memory of what operators return: numba asks some twenty rules, up to four times for each operator it compiles.
+
+    An operator's type becomes another one when rules are added to it.
+    """
+
+    function_type: Any = BaseFunction
+    ask: Any = BaseFunction.get_call_type
+    known: ClassVar[dict[tuple, Signature]] = {}
+
+    def remember(self: Any, context: BaseContext, args: tuple, kws: dict) -> Any:
+        """Return what `ask`, of a function's type, does; its errors are not kept, as numba adds lines to them."""
+        if kws or not isinstance(self.typing_key, BuiltinFunctionType):
+            return _Operators.ask(self, context, args, kws)
+        found = _Operators.known.get((self, args))
         if found is None:
-            found = self._context.resolve_function_type(function, args, kws)
-            if found is not None:
-                self._known[function, args] = found
+            found = _Operators.known[self, args] = _Operators.ask(self, context, args, kws)
         return found
 
 
@@ -137,12 +133,40 @@ class _Passes:
             one.run_pass(state)
 
 
+def _compile_outermost(compile: Callable, function: Callable) -> Any:
+    """Compile a function, and all that are compiled for it, with Python's memory arranged for that.
+
+    numba makes millions of objects. Each time that there are a quarter more of them, Python would search all objects of
+    the process for garbage; here it searches the new ones only. What operators return is remembered.
+
+    One thread at a time compiles.
+    """
+    young, middle, full = gc.get_threshold()
+    gc.set_threshold(young, middle, NEVER)
+    _Operators.function_type.get_call_type = _Operators.remember
+    try:
+        return compile(function)
+    finally:
+        _Operators.function_type.get_call_type = _Operators.ask
+        gc.set_threshold(young, middle, full)
+
+
+# Python takes memory for frames in pieces of 16 KB, and gives a piece back with the first frame in it. Where numba is
+# some hundred calls deep, loops do so at each call, again and again. A frame that needs much memory gets a piece with
+# room for all that it calls.
+_compile_outermost.__code__ = _compile_outermost.__code__.replace(co_stacksize=WIDE)
+
+
 class _Compiler(CompilerBase):
     library: type[_Whole]
 
     def __init__(self, typingctx: Any, *args: Any):
         super().__init__(typingctx, *args)
         self.state.typingctx = _Typing(typingctx)
+
+    def compile_extra(self, func: Any) -> Any:
+        is_outermost = _Operators.function_type.get_call_type is _Operators.ask
+        return _compile_outermost(super().compile_extra, func) if is_outermost else super().compile_extra(func)
 
     def define_pipelines(self) -> list[_Passes]:
         state = self.state

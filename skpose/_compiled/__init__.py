@@ -31,7 +31,7 @@ What calls what, from Python at the top to one vector register at the bottom::
             |                                   |
             +------------- forward -------------+                          orientations of all frames
                               |
-    rotation, trigonometry, lanes, tree, results, copying                  quaternions, registers, arrays
+    rotation, trigonometry, eigenvector, lanes, tree, results, copying     quaternions, registers, arrays
     jit, separate, shared, signatures                                      compilation
 
 Apart from these, `text` reads the numbers of files for `io`.

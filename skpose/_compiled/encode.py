@@ -109,10 +109,12 @@ def encode_rotations(pose, tree, steps, scratch, code):
             put[q - 4 + i] = Q[q + i]
 
 
-@inlined
-def n_line_codes(tree):
+def count_line_codes(tree):
     """Return how many numbers of the code of a curve's end describe its dofs; the positions follow."""
     return 5 * tree.angle_dof.shape[0] + 4 * tree.ball_frame.shape[0]
+
+
+n_line_codes = inlined(count_line_codes)  # what compiled functions call
 
 
 @inlined

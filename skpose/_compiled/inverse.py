@@ -21,7 +21,7 @@ from skpose._compiled.inverse_energy import (
     fill_matrix,
     half_square_away,
 )
-from skpose._compiled.jit import internal, separate, unfolded
+from skpose._compiled.jit import internal, separate
 from skpose._compiled.rotation import product, quaternion_of
 from skpose._compiled.signatures import FLAG, REAL, WHOLE, named
 from skpose._compiled.tree_cholesky import N_ORIGIN, factorise, solve
@@ -47,7 +47,7 @@ class Fit(NamedTuple):
 FIT = named(Fit, REAL, WHOLE, FLAG)
 
 
-@unfolded
+@internal
 def _fix_at_bounds(state, target, equations):
     """Fix the dofs at a bound that the gradient pushes against."""
     for d in range(state.dofs.shape[0]):
@@ -76,12 +76,12 @@ def retract(tree, state, step, target, moved):
                 moved.dofs[d] = min(max(angle, target.lower[d]), target.upper[d])
 
 
-@unfolded
+@internal
 def _mean_diagonal(matrix):
     return np.trace(matrix) / matrix.shape[0]
 
 
-@unfolded
+@internal
 def _corrected(work, target, stiffness, damping):
     """Take a second step from where a first one led, by the same equations; return the energy reached.
 

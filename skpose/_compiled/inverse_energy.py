@@ -16,7 +16,7 @@ from numba import types
 from skpose._compiled.chart import free_tree, rotation_of
 from skpose._compiled.copying import copy_to
 from skpose._compiled.forward import workspace_rows
-from skpose._compiled.jit import internal, separate, unfolded
+from skpose._compiled.jit import internal, separate
 from skpose._compiled.path_energy import place_with_screws
 from skpose._compiled.rotation import inverse, product, sign_towards, vector_of
 from skpose._compiled.signatures import MATRIX, REAL, TREE, VECTOR, named
@@ -77,7 +77,7 @@ def _empty_state(tree):
     )
 
 
-@unfolded
+@internal
 def workspace_of(tree, frees_angles):
     """Return arrays for the search for poses of a tree."""
     return Workspace(
@@ -265,7 +265,7 @@ def fill_matrix(state, stiffness, work):
                 matrix[N_ORIGIN + d, N_ORIGIN + d] += stiffness
 
 
-@unfolded
+@internal
 def add_second_derivatives_of_pose(state, work):
     """Add what Gauss-Newton leaves out: residuals times second derivatives.
 

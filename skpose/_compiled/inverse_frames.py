@@ -14,7 +14,7 @@ from skpose._compiled.copying import copy_to
 from skpose._compiled.inverse import LEAST_DAMPING, Fit, minimise_pose
 from skpose._compiled.inverse_energy import Target, copy_state, place_state, set_pose, start_at, workspace_of
 from skpose._compiled.inverse_start import fit_afresh
-from skpose._compiled.jit import jit, unfolded
+from skpose._compiled.jit import internal, jit
 from skpose._compiled.tree import TWO_PI
 
 WORSE, MORE = 2.0, 1e-6  # a frame starts afresh too if it is farther off than the one before: times, and m
@@ -50,7 +50,7 @@ class Found(NamedTuple):
     converged: np.ndarray  # (n_frames,) bool
 
 
-@unfolded
+@internal
 def _unwind(tree, state, target):
     """Take whole turns off angles without bounds, so that they are within half a turn of θ₀; return whether any had."""
     any_turn = False
@@ -63,7 +63,7 @@ def _unwind(tree, state, target):
     return any_turn
 
 
-@unfolded
+@internal
 def _without_turns(work, target, fit, max_iter):
     """Take whole turns off the angles of a fit: a hinge that the positions leave nearly open may go through many.
 
@@ -75,7 +75,7 @@ def _without_turns(work, target, fit, max_iter):
     return fit
 
 
-@unfolded
+@internal
 def _write(tree, work, target, near, fit, found, i):
     """Write the state as the pose of frame i; of the numbers that are one rotation, those nearest to a pose's."""
     here = work.here
@@ -90,7 +90,7 @@ def _write(tree, work, target, near, fit, found, i):
     found.n_iter[i], found.converged[i] = fit.n_iter, fit.converged
 
 
-@unfolded
+@internal
 def _settle(tree, observed, i, rotations, angles, state, target):
     """Let the prior be the first pose; the frame before for joints before a lost one, and for one that starts at it."""
     copy_to(target.prior, rotations)
@@ -108,7 +108,7 @@ def _settle(tree, observed, i, rotations, angles, state, target):
                 target.prior_dofs[d] = state.dofs[d]
 
 
-@unfolded
+@internal
 def _distance(fit, weights):
     """Return the weighted root mean square of the distances."""
     total = 0.0

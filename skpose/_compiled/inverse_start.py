@@ -9,9 +9,11 @@ import math
 
 import numpy as np
 
+from skpose._compiled.copying import copy_to
+from skpose._compiled.eigenvector import greatest_eigenvector
 from skpose._compiled.inverse import FIRST_DAMPING, FIT, Fit, minimise_pose
 from skpose._compiled.inverse_energy import TARGET, WORKSPACE, copy_state, place_state, start_at
-from skpose._compiled.jit import internal, separate, unfolded
+from skpose._compiled.jit import internal, separate
 from skpose._compiled.rotation import product, quaternion_of
 from skpose._compiled.signatures import MATRIX, VECTOR, WHOLE
 
@@ -35,16 +37,16 @@ def _rotation_of(S):
             size += abs(S[i, k])
     for i in range(3):
         S[i, i] += TIE * size
-    N = np.zeros((4, 4))  # the lower triangle
+    N = np.zeros((4, 4))
     N[0, 0] = S[0, 0] + S[1, 1] + S[2, 2]
     for i in range(3):
         following, last = (i + 1) % 3, (i + 2) % 3
-        N[i + 1, 0] = S[following, last] - S[last, following]
+        N[0, i + 1] = N[i + 1, 0] = S[following, last] - S[last, following]
         N[i + 1, i + 1] = 2.0 * S[i, i] - N[0, 0]
         for k in range(i):
-            N[i + 1, k + 1] = S[i, k] + S[k, i]
-    best = np.linalg.eigh(N)[1]
-    return best[0, 3], best[1, 3], best[2, 3], best[3, 3]
+            N[k + 1, i + 1] = N[i + 1, k + 1] = S[i, k] + S[k, i]
+    best = greatest_eigenvector(N)
+    return best[0], best[1], best[2], best[3]
 
 
 @internal
@@ -54,7 +56,7 @@ def _add_products(S, weight, a, b):
             S[i, k] += weight * a[i] * b[k]
 
 
-@unfolded
+@internal
 def _align_root(work, target):
     """Turn and move the root so that the joints that are seen are nearest to their positions, the pose as it is."""
     state, positions = work.here, target.positions
@@ -69,9 +71,9 @@ def _align_root(work, target):
         _add_products(S, target.weights[j], state.P[3 * j : 3 * j + 3] - a, positions[j] - b)
     _turn(work.tree, state, ROOT, _rotation_of(S))
     place_state(work, state)
-    state.origin[:] = b
     for j in range(1, target.weights.shape[0]):
-        state.origin[:] -= target.weights[j] / total * state.P[3 * j : 3 * j + 3]
+        b -= target.weights[j] / total * state.P[3 * j : 3 * j + 3]
+    copy_to(state.origin, b)
 
 
 @internal
@@ -178,12 +180,13 @@ def _hinge_bone(tree, state, f):
     bone = np.zeros(3)
     for j in range(tree.offset.shape[0] - 1, 0, -1):
         if tree.joint_frame[j] == f:
-            bone[:] = state.P[3 * j : 3 * j + 3] - state.P[3 * tree.pivot[f] : 3 * tree.pivot[f] + 3]
+            for i in range(3):
+                bone[i] = state.P[3 * j + i] - state.P[3 * tree.pivot[f] + i]
     along, size = np.dot(state.screws[tree.first_dof[f], :3], bone), np.dot(bone, bone)
     return bone, size - along * along <= NO_LEVER * size
 
 
-@unfolded
+@internal
 def _bend_back(work, target, f):
     """Bend a hinge to the other side, and twist the ball joint before it so that its bone ends where it did.
 
@@ -205,7 +208,7 @@ def _bend_back(work, target, f):
     _point_bones(work, target, f)
 
 
-@unfolded
+@internal
 def _hinges_after(tree, state, ball, hinges):
     """Find the hinges after a ball joint that may be bent to the wrong side; return how many."""
     n = 0
@@ -224,7 +227,7 @@ def _hinges_after(tree, state, ball, hinges):
     return n
 
 
-@unfolded
+@internal
 def _is_off(tree, state, target, f):
     """Return whether the joints below a frame are much farther from their positions than all joints are."""
     here, n_here, all_of_them, n = 0.0, 0.0, 0.0, 0.0
@@ -240,7 +243,7 @@ def _is_off(tree, state, target, f):
     return here * n > OFF * all_of_them * n_here
 
 
-@unfolded
+@internal
 def _try_hinges(work, target, fit, max_iter):
     """Try the hinges on their other sides, in all combinations of those after one ball joint.
 

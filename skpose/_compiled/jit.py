@@ -2,14 +2,16 @@
 
 import functools
 import hashlib
+import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 from numba import config, njit
 
-from skpose._compat import numba as compilers
-from skpose._compat.numba import PartCompiler, WholeCompiler, cache_under
+from skpose import _compat
+from skpose._compat.numba_cache import cache_under
+from skpose._compat.numba_fallback import part_compiler, whole_compiler
 from skpose._compiled import lanes_llvm  # noqa: F401  (it defines lanes for numba)
 from skpose._compiled.separate import Separate, load_separates
 from skpose._warnings import warn
@@ -23,7 +25,8 @@ def sources_digest() -> str:
     compiled from other sources is loaded.
     """
     digest = hashlib.sha256()
-    for path in [*sorted(Path(__file__).parent.glob("*.py")), Path(compilers.__file__)]:
+    compilers = Path(_compat.__file__).parent.glob("numba*.py")
+    for path in [*sorted(Path(__file__).parent.glob("*.py")), *sorted(compilers)]:
         digest.update(path.read_bytes())
     return digest.hexdigest()
 
@@ -45,8 +48,14 @@ CACHED = _can_cache()
 DIGEST = sources_digest()
 
 
+def _reduced(compiled: Any, protocol: Any) -> Any:
+    """Pickle a function of a module by its name, as Python does; numba pickles its code, which is compiled anew."""
+    name, module = compiled.__qualname__, sys.modules.get(compiled.__module__)
+    return name if getattr(module, name, None) is compiled else type(compiled).__reduce_ex__(compiled, protocol)
+
+
 def _compiled(
-    function: Callable | None = None, *, compiler: type = WholeCompiler, signatures: Sequence = (), **options: Any
+    function: Callable | None = None, *, compiler: Callable = whole_compiler, signatures: Sequence = (), **options: Any
 ) -> Any:
     """Compile a function by numba: at once where signatures are given, else at its first call.
 
@@ -55,8 +64,10 @@ def _compiled(
     if function is None:
         return functools.partial(_compiled, compiler=compiler, signatures=signatures, **options)
     compiled = njit(nogil=True, fastmath={"contract"}, pipeline_class=compiler, **options)(function)
-    if CACHED and hasattr(compiled, "enable_caching") and compiler is WholeCompiler:
+    if CACHED and hasattr(compiled, "enable_caching") and compiler is whole_compiler:
         cache_under(DIGEST, compiled, load_separates)
+    if hasattr(compiled, "py_func"):
+        compiled.__reduce_ex__ = functools.partial(_reduced, compiled)
     if signatures and hasattr(compiled, "compile"):
         for signature in signatures:
             compiled.compile(signature)
@@ -71,10 +82,8 @@ def _compiled(
 jit = functools.partial(_compiled, no_cfunc_wrapper=True)
 passed = functools.partial(_compiled, no_cpython_wrapper=True)
 _called_apart = functools.partial(_compiled, no_cfunc_wrapper=True, no_cpython_wrapper=True)
-internal = functools.partial(_called_apart, compiler=PartCompiler)
+internal = functools.partial(_called_apart, compiler=part_compiler)
 inlined = functools.partial(internal, forceinline=True)
-# Part of its callers before they are compiled, and not compiled by itself: one step of a long function.
-unfolded = functools.partial(_compiled, inline="always")
 
 
 def separate(signature: Callable[[], Any]) -> Callable[[Callable], Callable]:

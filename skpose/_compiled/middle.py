@@ -23,10 +23,12 @@ NEAR_HALF_TURN = 1e-4  # |cos of half the difference| below which the shorter si
 ROUNDINGS = 64  # per dof on the path from the root to a joint, each 2⁻²⁴ of what it moves; counted, it is some 20
 
 
-@inlined
-def n_middle_codes(tree):
+def count_middle_codes(tree):
     """Return how many numbers of the code describe the dofs; the positions follow."""
     return 2 * tree.angle_dof.shape[0] + 4 * tree.ball_frame.shape[0]
+
+
+n_middle_codes = inlined(count_middle_codes)  # what compiled functions call
 
 
 @passed

@@ -120,6 +120,7 @@ class Steps(NamedTuple):
 
     @classmethod
     def of(cls, n_steps: int, wrap: bool) -> "Steps":
+        n_steps = int(n_steps)  # numba has a type for each of numpy's integers
         turn = math.pi / n_steps
         return cls(n_steps, math.pi if wrap else math.inf, math.cos(turn), math.sin(turn), slerp_series(n_steps))
 

@@ -57,11 +57,11 @@ def _n_quaternions(tree: Tree, n_dofs: int) -> int:
 
 
 def _n_curve_end(tree: Tree, n_dofs: int) -> int:
-    return 5 * len(tree.angle_dof) + 4 * len(tree.ball_frame) + _n_coordinates(tree, n_dofs)
+    return encode.count_line_codes(tree) + _n_coordinates(tree, n_dofs)
 
 
 def _n_middle(tree: Tree) -> int:
-    return 2 * len(tree.angle_dof) + 4 * len(tree.ball_frame) + 3 * (len(tree.offset) - 1)
+    return middle.count_middle_codes(tree) + 3 * (len(tree.offset) - 1)
 
 
 METRICS = {

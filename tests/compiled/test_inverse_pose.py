@@ -25,6 +25,7 @@ from skpose.skeleton._root import with_root_joint
 
 evaluate_pose, fill_gradient, fill_matrix = map(from_python, (evaluate_pose, fill_gradient, fill_matrix))
 retract, set_pose, start_at = map(from_python, (retract, set_pose, start_at))
+add_second_derivatives_of_pose, workspace_of = map(from_python, (add_second_derivatives_of_pose, workspace_of))
 
 # Small, so that the tests run without compilation too.
 SKELETONS = {

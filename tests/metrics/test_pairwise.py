@@ -47,6 +47,14 @@ def X(metric, skeleton):
 
 
 @ALL_METRICS
+@pytest.mark.parametrize("kind", [np.int32, np.uint8])
+def test_parameters_may_be_numpys_integers(metric, skeleton, kind):
+    X = random_poses(3, skeleton, metric)
+    found = pose_distances(X, skeleton=skeleton, metric=metric, n_steps=kind(4))
+    np.testing.assert_array_equal(found, pose_distances(X, skeleton=skeleton, metric=metric, n_steps=4))
+
+
+@ALL_METRICS
 def test_one_triangle_is_symmetric_with_zero_diagonal(metric, skeleton, X):
     D = pose_distances(X, skeleton=skeleton, metric=metric)
     np.testing.assert_array_equal(D, D.T)

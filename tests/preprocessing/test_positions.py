@@ -42,7 +42,7 @@ def relative(poses):
 def X(relative):
     """The same, each row moved and turned somewhere else."""
     rng = np.random.default_rng(1)
-    turns = Rotation.random(len(relative), rng=rng).as_matrix()
+    turns = Rotation.from_quat(rng.normal(size=(len(relative), 4))).as_matrix()
     return (relative @ turns.transpose(0, 2, 1) + rng.normal(size=(len(relative), 1, 3))).reshape(len(relative), -1)
 
 
