@@ -21,12 +21,31 @@ import numpy as np
 from skpose.io._error import MocapFormatError
 from skpose.io._source import Source
 
+try:
+    from lzma import LZMAError
+except ImportError:  # this Python cannot decompress it
+    OF_LZMA: tuple[type[Exception], ...] = ()
+else:
+    OF_LZMA = (LZMAError,)
+
 MAGIC = re.compile(rb"\x93NUMPY[\x01\x02]\x00")
 LONGEST_HEADER = 1000  # characters; numpy writes 118 for plain numbers
 HEADER = re.compile(
     rb"\{'descr': '([<>|=]?[A-Za-z]\d*)', 'fortran_order': (False|True), 'shape': \(([\dL, ]*)\),? ?\}\s*"
 )
-DAMAGE = zipfile.BadZipFile, gzip.BadGzipFile, zlib.error, struct.error, EOFError, ValueError, OverflowError, KeyError
+DAMAGE: tuple[type[Exception], ...] = (
+    zipfile.BadZipFile,
+    gzip.BadGzipFile,
+    zlib.error,
+    *OF_LZMA,
+    struct.error,
+    EOFError,
+    ValueError,
+    OverflowError,
+    KeyError,
+)
+# A position before the start, which a damaged table of contents states; bzip2's error on its data has no number.
+DAMAGE_OF_SYSTEM = errno.EINVAL, None
 UNSUPPORTED = RuntimeError, NotImplementedError  # a password, another compression
 
 
@@ -140,7 +159,7 @@ class Archive:
                 f"{key}: cannot be decompressed: {error}; numpy.savez writes it so that it can"
             ) from None
         except OSError as error:
-            if error.errno != errno.EINVAL:  # a position before the start, which a damaged table of contents states
+            if error.errno not in DAMAGE_OF_SYSTEM:
                 raise
             raise self.source.error(f"{key}: damaged or cut short: {error}") from None
 
