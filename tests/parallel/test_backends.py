@@ -3,7 +3,6 @@
 import concurrent.futures
 import os
 import signal
-import subprocess
 import sys
 import time
 from contextlib import contextmanager
@@ -280,33 +279,3 @@ def test_a_dask_worker_killed_in_the_middle_changes_nothing(small_tasks, X, what
             found = work()
     assert n_done >= 4
     np.testing.assert_array_equal(found, expected)
-
-
-WITH_RAY = """
-import joblib, numpy as np, ray
-from ray.util.joblib import register_ray
-from skpose import PoseKNeighborsTransformer, pose_distances
-from skpose.datasets import humanoid
-import skpose._parallel.backends, skpose.metrics._matrix, skpose.metrics._tiled, skpose.neighbors._queries
-skpose.metrics._tiled.WORTH_SENDING = skpose.neighbors._queries.WORTH_SENDING = 0
-skpose.metrics._matrix.ENCODED_AT_ONCE = 64
-skeleton = humanoid()
-X = np.random.default_rng(0).normal(0, 0.3, size=(200, skeleton.n_dofs))
-search = PoseKNeighborsTransformer(skeleton).fit(X)
-expected = pose_distances(X, skeleton=skeleton), search.kneighbors()
-ray.init(num_cpus=2, include_dashboard=False)
-register_ray()
-with joblib.parallel_config("ray", n_jobs=2):
-    assert skpose._parallel.backends.in_processes(None)
-    np.testing.assert_array_equal(pose_distances(X, skeleton=skeleton), expected[0])
-    for found, part in zip(search.kneighbors(), expected[1]):
-        np.testing.assert_array_equal(found, part)
-print("the same")
-"""
-
-
-@slow
-def test_ray_gives_the_same():
-    pytest.importorskip("ray")
-    done = subprocess.run([sys.executable, "-c", WITH_RAY], capture_output=True, text=True, check=False)
-    assert "the same" in done.stdout.splitlines(), done.stderr  # ray may print more
