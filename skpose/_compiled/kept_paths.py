@@ -1,11 +1,11 @@
 """Geodesics from a pose that moves a little at a time to poses that stay: each starts from the one before.
 
 An intrinsic mean asks for the geodesics to the same poses from one base after another; so do distances from the frames
-of a motion. The path to a pose is kept, in
-the coordinates in which it was found. At the next base its first node is there, and the others move by a share of that
-change that falls to zero at the other end. Then it is minimised again, refined as it is: some steps, where a new
-search takes tens, or fails at several refinements first. A new search starts from the straight line where this one did
-not converge, where the path fails the discretisation check, and where it has become longer than the line.
+of a motion. The path to a pose is kept, in the coordinates in which it was found. At the next base its first node is
+there, and the others move by a share of that change that falls to zero at the other end. Then it is minimised again,
+refined as it is: some steps, where a new search takes tens, or fails at several refinements first. A new search starts
+from the straight line where this one did not converge, where the path fails the discretisation check, and where it has
+become longer than the line.
 """
 
 from typing import NamedTuple
