@@ -21,8 +21,8 @@ from scipy.optimize import minimize
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose import geodesic, pose_distances
-from skpose._compiled.normal_equations import equations_for, gradient_of
-from skpose._compiled.path_energy import evaluate, path_of, samples_for
+from skpose._compiled.path.energy import evaluate, path_of, samples_for
+from skpose._compiled.path.normal_equations import equations_for, gradient_of
 from skpose.kinematics._tree import tree_of
 
 N_STEPS = 10

@@ -18,7 +18,7 @@ import numpy as np
 from recognition import RATE, share
 
 from skpose import forward_kinematics, motion_distances, pose_distances
-from skpose._compiled.warping import Paths, accumulate
+from skpose._compiled.warping.paths import Paths, accumulate
 from skpose.datasets import MotionDataset, load_hdm05, make_gait
 
 SEED, N_CHECKED = 0, 30  # pairs of motions whose distances are computed again

@@ -18,8 +18,8 @@ import numpy as np
 from recognition import RATE, shares
 
 from skpose import forward_kinematics, geodesic, pose_distances
-from skpose._compiled.geodesic import MAX_ITER, TOL, path_between
-from skpose._compiled.minimiser import Bounds
+from skpose._compiled.path.geodesic import MAX_ITER, TOL, path_between
+from skpose._compiled.path.minimiser import Bounds
 from skpose.datasets import MotionDataset, load_cmu, load_hdm05, make_gait
 from skpose.io import load_amass
 from skpose.kinematics._tree import to_tree_order, tree_of, wrapped

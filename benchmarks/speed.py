@@ -15,7 +15,7 @@ from numba import njit
 from sklearn.metrics import pairwise_distances
 
 from skpose import forward_kinematics, pose_distances, pose_metric
-from skpose._compiled.lanes import lanes, rows
+from skpose._compiled.simd.lanes import lanes, rows
 from skpose.kinematics._tree import tree_of
 
 METRICS = ("angle", "position", "rotation", "spatial")

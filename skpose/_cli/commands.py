@@ -33,7 +33,7 @@ from skpose.metrics import pose_distances
 from skpose.motions import align_motions, find_motion, motion_distances
 from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._skeleton import check_comparable
+from skpose.skeleton._shared import check_comparable
 from skpose.view import explorer, player
 
 WITHOUT_ALIGN = "Leave --align out to see them side by side"

@@ -12,13 +12,12 @@ import numpy as np
 
 from skpose._cli.labels import labels_of_walks_and_runs
 from skpose.datasets import MotionDataset, load_cmu, walks_and_runs
-from skpose.datasets._index import INDEX, read_index
-from skpose.datasets._motions import ONE_REST, ONE_RIG
+from skpose.datasets._shared import INDEX, ONE_REST, ONE_RIG, read_index
 from skpose.io import AsfFile, load_motion
-from skpose.kinematics._retarget import Method
-from skpose.motions._inputs import rates_differ
+from skpose.kinematics._shared import Method
+from skpose.motions._shared import rates_differ
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._skeleton import check_comparable, mismatch
+from skpose.skeleton._shared import check_comparable, mismatch
 
 STDIN = "-"
 

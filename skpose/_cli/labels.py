@@ -5,9 +5,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from skpose.datasets._hdm05 import NAME
-from skpose.datasets._index import INDEX, read_index
-from skpose.datasets._walks_and_runs import WALKING_AND_RUNNING
+from skpose.datasets._shared import INDEX, NAME, WALKING_AND_RUNNING, read_index
 
 LABELS = re.compile(r"(?P<subject>[^_]+)_(?P<action>.+)_(?P<trial>[^_]+)\.bvh(\.gz)?", re.IGNORECASE)
 CMU = re.compile(r"(?P<subject>\d+)_(?P<trial>\d+)(?P<action>)\.amc(\.gz)?", re.IGNORECASE)

@@ -6,7 +6,7 @@ import numpy as np
 
 from skpose._cli.reproduce import DIFFERENCES, N_DRAWS, Findings
 from skpose.plot import GeodesicDisplay, MDSDisplay
-from skpose.plot._axes import COLOURS
+from skpose.plot._shared import COLOURS
 
 HEAD = ("section", "quantity", "paper", "here", f"{N_DRAWS} draws", "sequences", "poses", "test")
 

@@ -44,7 +44,7 @@ What is compiled with what
 --------------------------
 A function is a part of each of its callers, and these of theirs. So large functions are *separate*: they are compiled
 once, for the types that `signatures` spells out, and their callers call them by address. Only what has an address is
-optimised and becomes machine code, with all its parts at once (`skpose._compat.numba`). A function has no entry points
+optimised and becomes machine code, with all its parts at once (`simd.compiler`). A function has no entry points
 but those that it needs (`jit`): one for Python takes longer to compile than most functions here. And a `Tree` is one
 address (`shared`), as its arrays are some two hundred numbers that every call would copy. What `lanes` has is not
 compiled at all: numba writes its instructions into the caller (`lanes_llvm`), as it does with its own operators.

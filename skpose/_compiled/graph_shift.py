@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from skpose._compiled.jit import jit
+from skpose._compiled.simd.jit import jit
 
 
 @jit

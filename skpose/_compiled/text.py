@@ -11,7 +11,7 @@ A text ends with a blank, so that no loop has to look for its end.
 
 import numpy as np
 
-from skpose._compiled.jit import inlined, jit
+from skpose._compiled.simd.jit import inlined, jit
 
 EXACT = 2**53  # doubles hold all integers up to this one
 POWERS = 10.0 ** np.arange(23)

@@ -15,7 +15,7 @@ from skpose._compat.sklearn import Interval, check_sample_weight, fit_context
 from skpose._parallel.callbacks import CallbackSupportMixin, FitReport, with_callbacks
 from skpose._warnings import warn
 from skpose.cluster._lloyd import first_centers, lloyd
-from skpose.geodesics._weightings import WeightedMeans
+from skpose.geodesics._shared import WeightedMeans
 
 
 class PoseKMeans(

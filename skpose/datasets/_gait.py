@@ -12,7 +12,7 @@ from skpose.datasets._humanoid import PARENTS, humanoid
 from skpose.datasets._motions import MotionDataset
 from skpose.datasets._spreads import posture_of_person, posture_of_recording, style_of_person
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._proportions import MEAN_HEIGHT
+from skpose.skeleton._shared import MEAN_HEIGHT
 
 # Mean and spread (standard deviation) over people: round figures of our own.
 _HEIGHT = (MEAN_HEIGHT, 0.09)  # m

@@ -7,7 +7,7 @@ import numpy as np
 
 from skpose._compat.sklearn import Interval, validate_params
 from skpose.skeleton import Bone, Skeleton
-from skpose.skeleton._proportions import MEAN_HEIGHT, PROPORTIONS
+from skpose.skeleton._shared import MEAN_HEIGHT, PROPORTIONS
 
 # Bones with x to the left, y up and z forward; lengths as fractions of the height. A positive rotation about x moves
 # a bone that points down backward and a bone that points forward down, so flexion of hip, shoulder and elbow and

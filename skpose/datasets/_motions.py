@@ -8,10 +8,9 @@ from typing import Any, Literal, NoReturn, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skpose.kinematics._retarget import UNCHANGED, Method, retarget_and_report
+from skpose.kinematics._shared import UNCHANGED, Method, retarget_and_report
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._arguments import check_frame_rate
-from skpose.skeleton._skeleton import check_comparable
+from skpose.skeleton._shared import check_comparable, check_frame_rate
 
 MISSING = ("None", "nan", "<NA>", "NaT")  # as strings, what numpy and pandas have in the place of a missing label
 ONE_REST = (

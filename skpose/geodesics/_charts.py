@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from skpose._compiled.chart import chart_at, pose_of
-from skpose._compiled.jacobian import position_jacobians
-from skpose._compiled.tree import Tree
-from skpose.kinematics._tree import from_tree_order
+from skpose._compiled.path.chart import chart_at, pose_of
+from skpose._compiled.pose.jacobian import position_jacobians
+from skpose._compiled.pose.tree import Tree
+from skpose.kinematics._shared import from_tree_order
 
 STEP = 1e-5  # of differences, rad: their error is some 1e-10 relative to the derivative
 

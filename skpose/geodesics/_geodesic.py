@@ -8,20 +8,21 @@ from numpy.typing import ArrayLike
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose._compat.sklearn import Interval, StrOptions, validate_params
-from skpose._compiled.geodesic import MAX_ITER, TOL, path_between
-from skpose._compiled.minimiser import Bounds
-from skpose._compiled.tree import Tree
+from skpose._compiled.path.geodesic import MAX_ITER, TOL, path_between
+from skpose._compiled.path.minimiser import Bounds
+from skpose._compiled.pose.tree import Tree
 from skpose._warnings import warn
-from skpose.kinematics._constraints import IS_SKELETON
-from skpose.kinematics._forward import weighted_positions
-from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of, wrapped
+from skpose.kinematics._shared import IS_SKELETON, from_tree_order, to_tree_order, tree_of, weighted_positions, wrapped
 from skpose.skeleton import Skeleton
-from skpose.skeleton._arguments import limits_of
-from skpose.skeleton._continuity import without_jumps
-from skpose.skeleton._interpolation import interpolate, straight_line
-from skpose.skeleton._rotations import TWO_PI
-from skpose.skeleton._units import warn_of_degrees
-from skpose.skeleton._validation import check_pose
+from skpose.skeleton._shared import (
+    TWO_PI,
+    check_pose,
+    interpolate,
+    limits_of,
+    straight_line,
+    warn_of_degrees,
+    without_jumps,
+)
 
 SPEED_GRID = 64  # chords into which each step of a path is divided to find poses at constant speed
 

@@ -5,13 +5,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._compiled.geodesic import GRADIENT_NORM
-from skpose._compiled.kept_paths import MOST_NODES, Geodesics, KeptPaths, Search, follow_geodesics
-from skpose._compiled.tree import Tree
+from skpose._compiled.path.geodesic import GRADIENT_NORM
+from skpose._compiled.path.kept_paths import MOST_NODES, Geodesics, KeptPaths, Search, follow_geodesics
+from skpose._compiled.pose.tree import Tree
 from skpose._parallel.threads import in_threads
 from skpose.geodesics._charts import jacobian_at, moved
 from skpose.geodesics._descent import Spread, View
-from skpose.kinematics._tree import wrapped
+from skpose.kinematics._shared import wrapped
 
 TASK = 8  # geodesics; some tens of milliseconds
 FIRST_TOL = 1e-5  # norm of the gradient of the first paths, m²/rad

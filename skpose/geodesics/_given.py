@@ -14,11 +14,10 @@ from skpose.geodesics._geodesic_view import GeodesicPoses
 from skpose.geodesics._line_view import LinePoses
 from skpose.geodesics._quasi_newton import minimise_sum
 from skpose.geodesics._views import AnglePoses, PositionPoses, RotationPoses
-from skpose.kinematics._constraints import IS_SKELETON
-from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
-from skpose.metrics._registry import METRICS, resolve
+from skpose.kinematics._shared import IS_SKELETON, from_tree_order, to_tree_order, tree_of
+from skpose.metrics._shared import METRICS, resolve
 from skpose.skeleton import Skeleton
-from skpose.skeleton._validation import check_numbers
+from skpose.skeleton._shared import check_numbers
 
 CONSTRAINTS = {
     "skeleton": [IS_SKELETON],

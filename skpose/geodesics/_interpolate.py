@@ -13,12 +13,9 @@ from skpose._parallel.threads import in_threads
 from skpose._warnings import warn
 from skpose.geodesics._geodesic import Geodesic, shortest_path
 from skpose.geodesics._spline import spline_between
-from skpose.kinematics._constraints import IS_SKELETON
+from skpose.kinematics._shared import IS_SKELETON
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._arguments import check_frame_rate
-from skpose.skeleton._continuity import without_jumps
-from skpose.skeleton._units import warn_of_degrees
-from skpose.skeleton._validation import check_numbers, check_poses
+from skpose.skeleton._shared import check_frame_rate, check_numbers, check_poses, warn_of_degrees, without_jumps
 
 ON_KEY = 1e-6  # frames between a frame and a key that are at one time
 

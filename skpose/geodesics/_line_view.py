@@ -4,11 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._compiled.tree import Steps
+from skpose._compiled.pose.tree import Steps
 from skpose.geodesics._charts import STEP, columns_around, jacobian_at, moved
 from skpose.geodesics._descent import View
-from skpose.kinematics._tree import to_tree_order, tree_of
-from skpose.metrics._matrix import DistanceMatrix
+from skpose.kinematics._shared import to_tree_order, tree_of
+from skpose.metrics._shared import DistanceMatrix
 from skpose.skeleton import Skeleton
 
 TWIST = 1e-2  # of the mean of the metric tensor's diagonal, for dofs that move no joint

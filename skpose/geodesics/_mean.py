@@ -11,8 +11,7 @@ from skpose._warnings import warn
 from skpose.geodesics._descent import MEAN
 from skpose.geodesics._given import CONSTRAINTS, Given
 from skpose.skeleton import Skeleton
-from skpose.skeleton._units import warn_of_degrees
-from skpose.skeleton._validation import check_poses
+from skpose.skeleton._shared import check_poses, warn_of_degrees
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,13 +19,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._compiled.exponential import tangent_space
-from skpose._compiled.tree import Tree
+from skpose._compiled.path.exponential import tangent_space
+from skpose._compiled.pose.tree import Tree
 from skpose._parallel.threads import in_threads
 from skpose.geodesics._charts import jacobian_at, moved
 from skpose.geodesics._geodesic import Geodesic
-from skpose.kinematics._forward import weighted_positions
-from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
+from skpose.kinematics._shared import from_tree_order, to_tree_order, tree_of, weighted_positions
 from skpose.skeleton import Skeleton
 
 NEAR_END = 1e-4  # share of a geodesic's length from its ends to poses that give its first and its last velocity

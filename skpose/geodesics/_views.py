@@ -4,12 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._compiled.tree import TWO_PI, Steps
+from skpose._compiled.pose.tree import TWO_PI, Steps
 from skpose.geodesics._charts import STEP, columns_around, jacobian_at, moved
 from skpose.geodesics._descent import View
-from skpose.kinematics._forward import weighted_positions
-from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
-from skpose.metrics._registry import METRICS
+from skpose.kinematics._shared import from_tree_order, to_tree_order, tree_of, weighted_positions
+from skpose.metrics._shared import METRICS
 from skpose.skeleton import Skeleton
 
 NO_STEPS = Steps.of(1, False)  # positions and orientations have no line

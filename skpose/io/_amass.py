@@ -13,7 +13,7 @@ from skpose.io._npz import Archive
 from skpose.io._smpl import BY_SIZE, HANDS, MODELS, mean_joints, shaped_joints
 from skpose.io._source import Source
 from skpose.skeleton import Bone, Motion, Skeleton
-from skpose.skeleton._continuity import continuous_triples
+from skpose.skeleton._shared import continuous_triples
 
 ROOT_AXES = "ZYX"  # the heading first, as z is up; degenerate only where a person lies on the side
 RATES = "mocap_framerate", "mocap_frame_rate"

@@ -11,8 +11,7 @@ from skpose.io._error import MocapFormatError
 from skpose.io._npz import Archive, read_array
 from skpose.io._source import Source
 from skpose.keypoints import Keypoints, Layout, layouts
-from skpose.skeleton._arguments import check_frame_rate
-from skpose.skeleton._root import check_up
+from skpose.skeleton._shared import check_frame_rate, check_up
 
 POSITIONS = "positions", "keypoints"
 CONFIDENCES = "confidences", "scores"

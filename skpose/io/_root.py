@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from skpose.io._hierarchy import Joint
 from skpose.io._offsets import ROUNDING, UNUSED, local_positions, longest_bone
 from skpose.io._source import Source
-from skpose.skeleton._continuity import continuous_triples
+from skpose.skeleton._shared import continuous_triples
 
 MOST_NAMES = 40  # in a message
 

@@ -8,8 +8,7 @@ from scipy.spatial.transform import Rotation
 from skpose._files import check_new, new_file
 from skpose.io._arguments import PathLike, check_positive
 from skpose.skeleton import Bone, Motion
-from skpose.skeleton._continuity import continuous_triples
-from skpose.skeleton._rotations import rotations_of
+from skpose.skeleton._shared import continuous_triples, rotations_of
 
 DIGITS = 9  # after the point: far below the precision of mocap; no exponents, which some programs cannot read
 PARALLEL = 1e-12  # axes that differ by less are the root's

@@ -14,7 +14,7 @@ from skpose._warnings import warn
 from skpose.io._arguments import PathLike
 from skpose.io._npz import Archive
 from skpose.io._source import Source
-from skpose.skeleton._proportions import MEAN_HEIGHT, PROPORTIONS
+from skpose.skeleton._shared import MEAN_HEIGHT, PROPORTIONS
 
 Tree = dict[str, str | None]  # the parent of each joint, in the order of the model
 

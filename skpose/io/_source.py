@@ -17,7 +17,7 @@ from skpose.io._arguments import Readable
 from skpose.io._error import MocapFormatError
 from skpose.io._words import NUMBER, Token, complaint
 from skpose.skeleton import Skeleton
-from skpose.skeleton._units import complaint_of_extent, complaint_of_size
+from skpose.skeleton._shared import complaint_of_extent, complaint_of_size
 
 ZIP = (b"PK\x03\x04", b"PK\x05\x06")  # the first bytes of an archive, and of one without members
 NPY = b"\x93NUMPY"

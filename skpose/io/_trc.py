@@ -11,8 +11,7 @@ from skpose.io._lengths import complaint_of_unit, metres_of
 from skpose.io._source import Chunk, Source
 from skpose.io._words import NUMBER, WHOLE, Token, complaint
 from skpose.keypoints import Keypoints
-from skpose.skeleton._arguments import check_frame_rate
-from skpose.skeleton._root import check_up
+from skpose.skeleton._shared import check_frame_rate, check_up
 
 REQUIRED = "DataRate", "NumFrames", "NumMarkers", "Units"
 AXIS = re.compile(r"([XYZ])\d*", re.IGNORECASE)

@@ -11,8 +11,7 @@ from skpose.keypoints._lengths import bone_length, warn_of_lengths
 from skpose.keypoints._rest_pose import rest_rotations
 from skpose.keypoints._root_axes import Points
 from skpose.skeleton import Bone, Skeleton
-from skpose.skeleton._bone import BALL
-from skpose.skeleton._units import LARGEST, SMALLEST, UNITS, likely_unit, size_of
+from skpose.skeleton._shared import BALL, LARGEST, SMALLEST, UNITS, likely_unit, size_of
 
 
 def fit_skeleton(keypoints: Keypoints | ArrayLike, layout: Layout) -> Skeleton:

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skpose.skeleton._arguments import check_frame_rate
-from skpose.skeleton._root import check_up
+from skpose.skeleton._shared import check_frame_rate, check_up
 
 
 @dataclass(frozen=True, repr=False, eq=False)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from skpose.keypoints._keypoints import Keypoints, as_numbers, check_positions
-from skpose.skeleton._sides import others, partners, sides
+from skpose.skeleton._shared import others, partners, sides
 
 UPS = ("x", "y", "z", "-x", "-y", "-z")
 PIXELS = 10.0  # a person moves through so many metres at most where the third number of each point is in [0, 1]

@@ -2,6 +2,6 @@
 
 from skpose._compat.sklearn import InstanceOf
 from skpose.skeleton import Skeleton
-from skpose.skeleton._arguments import explain_no_skeleton
+from skpose.skeleton._shared import explain_no_skeleton
 
 IS_SKELETON = InstanceOf(Skeleton, "skpose.Skeleton", explain_no_skeleton)

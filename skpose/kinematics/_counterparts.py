@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from skpose.skeleton import Skeleton
-from skpose.skeleton._names import near_names
+from skpose.skeleton._shared import near_names
 
 SHOWN = 4  # names in a message
 

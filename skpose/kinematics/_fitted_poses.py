@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._root import root_angles_of
+from skpose.skeleton._shared import root_angles_of
 
 
 @dataclass(frozen=True, eq=False, repr=False)

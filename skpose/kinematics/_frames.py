@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from skpose._compiled.tree import BALL
+from skpose._compiled.pose.tree import BALL
 from skpose.skeleton import Skeleton
 
 # Constant rotations that differ from the identity by rounding alone are the identity: a frame less per joint.

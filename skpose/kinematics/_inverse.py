@@ -7,7 +7,7 @@ from joblib import effective_n_jobs
 from numpy.typing import ArrayLike
 
 from skpose._compat.sklearn import Interval, StrOptions, validate_params
-from skpose._compiled.inverse_frames import Found
+from skpose._compiled.inverse.frames import Found
 from skpose._parallel.backends import from_workers, in_processes
 from skpose._parallel.progress import progress
 from skpose._parallel.threads import in_threads

@@ -22,10 +22,18 @@ from scipy.spatial.transform import Rotation
 
 from skpose.kinematics._forward import forward_kinematics
 from skpose.skeleton import Bone, Motion, Skeleton
-from skpose.skeleton._continuity import continuous_columns
-from skpose.skeleton._rest import LARGEST_DIFFERENCE, NO_DIRECTION, axes_at_zero, directions_at_zero
-from skpose.skeleton._root import root_angles_of, root_orientations
-from skpose.skeleton._rotations import TWO_PI, columns_of, rotations_of
+from skpose.skeleton._shared import (
+    LARGEST_DIFFERENCE,
+    NO_DIRECTION,
+    TWO_PI,
+    axes_at_zero,
+    columns_of,
+    continuous_columns,
+    directions_at_zero,
+    root_angles_of,
+    root_orientations,
+    rotations_of,
+)
 
 ROUNDING = 1e-6  # rad
 # Least squares fit a second direction if it has this weight: bones bent by up to 16° have one direction, since a few

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from skpose._compiled.path_energy import LANES
+from skpose._compiled.path.energy import LANES
 from skpose.kinematics._frames import Frame
 
 N_FREE = 9, 19  # poses of a path with the default number of steps, for which limbs are chosen, and of a refined one

@@ -12,10 +12,7 @@ from skpose.kinematics._forward import forward_kinematics
 from skpose.kinematics._inverse import inverse_kinematics
 from skpose.kinematics._orientations import by_orientations
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._arguments import check_skeleton
-from skpose.skeleton._rest import check_rest_poses
-from skpose.skeleton._root import root_orientations
-from skpose.skeleton._skeleton import mismatch
+from skpose.skeleton._shared import check_rest_poses, check_skeleton, mismatch, root_orientations
 
 Method = Literal["numbers", "orientations", "positions", "auto", "unchecked"]
 UNCHANGED = "same numbers"  # the report

@@ -14,7 +14,7 @@ from skpose._base import ESTIMATOR_CONSTRAINTS, PoseEstimatorMixin
 from skpose._compat.sklearn import Interval, StrOptions, fit_context
 from skpose._parallel.callbacks import CallbackSupportMixin, FitReport, with_callbacks
 from skpose._parallel.progress import progress
-from skpose.kinematics._forward import weighted_positions
+from skpose.kinematics._shared import weighted_positions
 from skpose.manifold._scaling import classical_scaling, farthest_points
 
 BATCH = 1 << 22  # distances in memory at once, for each worker, while poses are placed

@@ -5,12 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from skpose._compiled.tree import Steps
+from skpose._compiled.pose.tree import Steps
 from skpose.metrics._convergence import warn_of_unconverged
 from skpose.metrics._matrix import DistanceMatrix
 from skpose.skeleton import Skeleton
-from skpose.skeleton._columns import check_dimensions, check_width
-from skpose.skeleton._validation import check_is_array, check_poses, check_same_width
+from skpose.skeleton._shared import check_dimensions, check_is_array, check_poses, check_same_width, check_width
 
 
 def is_lazy(X: Any) -> bool:

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from skpose._compiled import loops
-from skpose._compiled.tree import Steps
+from skpose._compiled.pose import loops
+from skpose._compiled.pose.tree import Steps
 from skpose._parallel.tasks import LITTLE_WORK, TASKS_PER_JOB, WORK_PER_TASK
 from skpose._parallel.threads import in_threads
-from skpose.kinematics._tree import tree_of
+from skpose.kinematics._shared import tree_of
 from skpose.metrics._convergence import Unconverged
 from skpose.metrics._mirror import mirror
 from skpose.metrics._registry import METRICS

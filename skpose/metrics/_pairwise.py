@@ -20,8 +20,7 @@ from skpose.metrics._dask import is_lazy, lazy_distances
 from skpose.metrics._matrix import DistanceMatrix
 from skpose.metrics._registry import METRIC_CONSTRAINTS, OUT, resolve, warn_of_no_skeleton
 from skpose.skeleton import Skeleton
-from skpose.skeleton._units import warn_of_degrees
-from skpose.skeleton._validation import check_poses, check_same_width
+from skpose.skeleton._shared import check_poses, check_same_width, warn_of_degrees
 
 CONSTRAINTS = METRIC_CONSTRAINTS | {"n_jobs": [None, Integral], "verbose": ["verbose"]}
 

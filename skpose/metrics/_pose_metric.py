@@ -8,10 +8,10 @@ import numpy as np
 from numba import njit
 
 from skpose._compat.sklearn import validate_params
-from skpose._compiled import loops
-from skpose._compiled.shared import shared
-from skpose._compiled.tree import Constants, Steps, Tree
-from skpose.kinematics._tree import tree_of
+from skpose._compiled.pose import loops
+from skpose._compiled.pose.tree import Constants, Steps, Tree
+from skpose._compiled.simd.shared import shared
+from skpose.kinematics._shared import tree_of
 from skpose.metrics._registry import METRIC_CONSTRAINTS, Metric, resolve, warn_of_no_skeleton
 from skpose.skeleton import Skeleton
 

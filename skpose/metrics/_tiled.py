@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from joblib import effective_n_jobs
 
-from skpose._compiled.tree import Steps
+from skpose._compiled.pose.tree import Steps
 from skpose._parallel.backends import from_workers, in_processes
 from skpose._parallel.progress import progress
 from skpose._parallel.tasks import TASKS_PER_WORKER, WORK_PER_TASK

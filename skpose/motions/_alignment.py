@@ -8,16 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from skpose._compat.sklearn import Interval, StrOptions, validate_params
-from skpose._compiled.warping import Paths, accumulate, path_to
+from skpose._compiled.warping.paths import Paths, accumulate, path_to
 from skpose.kinematics import forward_kinematics
-from skpose.metrics._convergence import warn_of_unconverged
-from skpose.metrics._matrix import DistanceMatrix
-from skpose.metrics._registry import METRIC_CONSTRAINTS, resolve, warn_of_no_skeleton
+from skpose.metrics._shared import METRIC_CONSTRAINTS, DistanceMatrix, resolve, warn_of_no_skeleton, warn_of_unconverged
 from skpose.motions._distances import check_alignment
 from skpose.motions._inputs import check_single_motions
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._rotations import rotations_of
-from skpose.skeleton._units import warn_of_degrees
+from skpose.skeleton._shared import rotations_of, warn_of_degrees
 
 Quantity = Literal["distance", "rotation"]
 

@@ -10,16 +10,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._compiled.mean import place_all, project
-from skpose._compiled.tree import Steps
-from skpose._compiled.warping import Paths, accumulate, path_to
+from skpose._compiled.path.mean import place_all, project
+from skpose._compiled.pose.tree import Steps
+from skpose._compiled.warping.paths import Paths, accumulate, path_to
 from skpose._parallel.threads import in_threads
-from skpose.geodesics._descent import MEAN, descend
-from skpose.geodesics._extrinsic import TOL as TOL_EXTRINSIC
-from skpose.geodesics._geodesic_view import GeodesicPoses
-from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
-from skpose.metrics._convergence import Unconverged
-from skpose.metrics._matrix import DistanceMatrix
+from skpose.geodesics._shared import MEAN, GeodesicPoses, descend
+from skpose.geodesics._shared import TOL as TOL_EXTRINSIC
+from skpose.kinematics._shared import from_tree_order, to_tree_order, tree_of
+from skpose.metrics._shared import DistanceMatrix, Unconverged
 from skpose.motions._inputs import Sequences
 from skpose.skeleton import Skeleton
 

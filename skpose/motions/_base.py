@@ -10,10 +10,9 @@ import numpy as np
 from sklearn.utils.validation import validate_data
 
 from skpose._base import PoseEstimatorMixin
-from skpose._compiled.tree import Steps
+from skpose._compiled.pose.tree import Steps
 from skpose.datasets import MotionDataset
-from skpose.metrics._convergence import warn_of_unconverged
-from skpose.metrics._registry import resolve, warn_of_no_skeleton
+from skpose.metrics._shared import resolve, warn_of_no_skeleton, warn_of_unconverged
 from skpose.motions._inputs import Sequences, check_motions, rates_differ
 from skpose.motions._matrix import MotionMatrix
 from skpose.skeleton import Motion, Skeleton

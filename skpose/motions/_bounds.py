@@ -10,7 +10,7 @@ the least sum of the distances, cell by cell.
    touches counts once.
 3. *Frames*: dynamic time warping under the filter's bound, a fifth of the coordinates and in float32.
 4. *Cells*: the same from the end backwards, which states for each pair of frames what is left of the sum of a path
-   through it. `skpose._compiled.warping_within` measures the cells that are left.
+   through it. `skpose._compiled.warping.within` measures the cells that are left.
 
 Rounding: every distance of the filter may be too long by its *slack*, see `skpose.neighbors._filter`. A path of n rows
 and m columns has fewer than n + m cells, so that n + m slacks are subtracted from its sum.
@@ -20,14 +20,14 @@ from typing import cast
 
 import numpy as np
 
-from skpose._compiled import loops
-from skpose._compiled.measure import measure_boxes
-from skpose._compiled.tree import Steps
-from skpose._compiled.warping import Encoded, MotionPairs, Paths, accumulate_from, warped_loop
-from skpose.kinematics._tree import tree_of
-from skpose.metrics._registry import METRICS
+from skpose._compiled.pose import loops
+from skpose._compiled.pose.measure import measure_boxes
+from skpose._compiled.pose.tree import Steps
+from skpose._compiled.warping.paths import Encoded, MotionPairs, Paths, accumulate_from, warped_loop
+from skpose.kinematics._shared import tree_of
+from skpose.metrics._shared import METRICS
 from skpose.motions._index import SequenceIndex
-from skpose.neighbors._filter import FLOAT32, ChordFilter, FilterPoints
+from skpose.neighbors._shared import FLOAT32, ChordFilter, FilterPoints
 
 CLOSED, OPEN = Paths(1.0, False), Paths(1.0, True)
 EUCLIDEAN = METRICS["angle"].measure

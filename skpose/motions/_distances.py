@@ -6,12 +6,11 @@ from typing import Any
 import numpy as np
 
 from skpose._compat.sklearn import Interval, StrOptions, validate_params
-from skpose.metrics._convergence import warn_of_unconverged
-from skpose.metrics._registry import METRIC_CONSTRAINTS, OUT, resolve, warn_of_no_skeleton
+from skpose.metrics._shared import METRIC_CONSTRAINTS, OUT, resolve, warn_of_no_skeleton, warn_of_unconverged
 from skpose.motions._inputs import Sequences, check_motions
 from skpose.motions._matrix import ALIGNMENTS, MotionMatrix
 from skpose.skeleton import Skeleton
-from skpose.skeleton._units import warn_of_degrees
+from skpose.skeleton._shared import warn_of_degrees
 
 # Constraints of the parameters that every function and estimator of distances between motions has.
 ALIGNMENT_CONSTRAINTS = {

@@ -5,11 +5,10 @@ from typing import cast
 
 import numpy as np
 
-from skpose._compiled import loops
-from skpose._compiled.tree import Steps
+from skpose._compiled.pose import loops
+from skpose._compiled.pose.tree import Steps
 from skpose.motions._inputs import Sequences
-from skpose.neighbors._filter import FLOAT32, ChordFilter
-from skpose.neighbors._index import PoseIndex
+from skpose.neighbors._shared import FLOAT32, ChordFilter, PoseIndex
 from skpose.skeleton import Skeleton
 
 FRAMES_PER_BOX = 8

@@ -8,13 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from skpose.datasets import MotionDataset
-from skpose.datasets._motions import ONE_REST, ONE_RIG
+from skpose.datasets._shared import ONE_REST, ONE_RIG
 from skpose.kinematics import retarget
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._arguments import check_skeleton
-from skpose.skeleton._skeleton import check_comparable
-from skpose.skeleton._units import warn_of_degrees
-from skpose.skeleton._validation import check_poses
+from skpose.skeleton._shared import check_comparable, check_poses, check_skeleton, warn_of_degrees
 
 RATES_DIFFER = 1e-3  # as a share: files state the time between two frames with few digits, 0.00833 s for 120 Hz
 ONE_MOTION = "must be one motion, a skpose.Motion or an array (n_frames, n_dofs), got "

@@ -9,13 +9,12 @@ from sklearn.utils.validation import check_is_fitted
 
 from skpose._base import POSE_CONSTRAINTS
 from skpose._compat.sklearn import Interval, StrOptions, fit_context
-from skpose.metrics._convergence import warn_of_unconverged
+from skpose.metrics._shared import warn_of_unconverged
 from skpose.motions._base import MotionEstimatorMixin
 from skpose.motions._distances import ALIGNMENT_CONSTRAINTS
 from skpose.motions._index import SequenceIndex
 from skpose.motions._queries import Request, find
-from skpose.neighbors._graph import check_mode, checked_k, sparse_graph
-from skpose.neighbors._results import requested
+from skpose.neighbors._shared import check_mode, checked_k, requested, sparse_graph
 
 
 class MotionKNeighborsTransformer(

@@ -6,18 +6,23 @@ from typing import Any
 
 import numpy as np
 
-from skpose._compiled import loops
-from skpose._compiled.tree import Steps
-from skpose._compiled.warping import Encoded, MotionPairs, Paths, warped_loop
+from skpose._compiled.pose import loops
+from skpose._compiled.pose.tree import Steps
+from skpose._compiled.warping.paths import Encoded, MotionPairs, Paths, warped_loop
 from skpose._parallel.tasks import LITTLE_WORK, TASKS_PER_JOB, WORK_PER_TASK
 from skpose._parallel.threads import in_threads
-from skpose.kinematics._tree import tree_of
-from skpose.metrics._convergence import Unconverged
-from skpose.metrics._matrix import ENCODED_AT_ONCE, DistanceMatrix
-from skpose.metrics._mirror import mirror
-from skpose.metrics._registry import METRICS
-from skpose.metrics._tiled import TiledMatrix, digest, metric_fingerprint
-from skpose.metrics._tiles import Tile
+from skpose.kinematics._shared import tree_of
+from skpose.metrics._shared import (
+    ENCODED_AT_ONCE,
+    METRICS,
+    DistanceMatrix,
+    Tile,
+    TiledMatrix,
+    Unconverged,
+    digest,
+    metric_fingerprint,
+    mirror,
+)
 from skpose.motions._inputs import Sequences
 from skpose.skeleton import Skeleton
 

@@ -11,16 +11,13 @@ from sklearn.exceptions import ConvergenceWarning
 from skpose._compat.sklearn import Interval, StrOptions, validate_params
 from skpose._warnings import warn
 from skpose.kinematics import forward_kinematics
-from skpose.kinematics._constraints import IS_SKELETON
-from skpose.metrics._convergence import warn_of_unconverged
-from skpose.metrics._registry import resolve
+from skpose.kinematics._shared import IS_SKELETON
+from skpose.metrics._shared import resolve, warn_of_unconverged
 from skpose.motions._barycenter import Aligned, Barycenter
 from skpose.motions._inputs import Sequences, check_motions
 from skpose.motions._matrix import MotionMatrix
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._arguments import check_frame_rate
-from skpose.skeleton._interpolation import interpolate
-from skpose.skeleton._units import warn_of_degrees
+from skpose.skeleton._shared import check_frame_rate, interpolate, warn_of_degrees
 
 
 @dataclass(frozen=True, eq=False, repr=False)

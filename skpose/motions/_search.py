@@ -10,11 +10,11 @@ import bisect
 
 import numpy as np
 
-from skpose._compiled import loops
-from skpose._compiled.warping import Paths
-from skpose._compiled.warping_within import Ends, Within, path_sum_loop, warped_within_loop
-from skpose.kinematics._tree import tree_of
-from skpose.metrics._registry import METRICS
+from skpose._compiled.pose import loops
+from skpose._compiled.warping.paths import Paths
+from skpose._compiled.warping.within import Ends, Within, path_sum_loop, warped_within_loop
+from skpose.kinematics._shared import tree_of
+from skpose.metrics._shared import METRICS
 from skpose.motions._bounds import Bounds, left_over
 from skpose.motions._index import SequenceIndex
 from skpose.motions._results import MotionEvaluations

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._compiled.path_family import family_of, segments_of
+from skpose._compiled.path.family import family_of, segments_of
 from skpose._parallel.threads import in_threads
 
 FAST, FAR = 0.95, 0.95  # quantiles: of speeds, and of distances between frames, that stand for the largest

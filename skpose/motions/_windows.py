@@ -1,7 +1,7 @@
 """Exact search of the windows of long motions in which a query lies best, by filter and refine.
 
 A *window* ends at a frame of a motion and begins where the least path of the query to that frame begins, an open path
-of `skpose._compiled.warping`. The best window is the one with the least sum; then the best of those that overlap no
+of `_compiled.warping.paths`. The best window is the one with the least sum; then the best of those that overlap no
 more than half with it, and so on: the k best.
 
 1. Every *box* of frames gets a lower bound of all paths through it: what the least path costs that comes to it, and
@@ -23,8 +23,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from skpose._compiled.loops import in_lanes
-from skpose._compiled.warping import accumulate, accumulate_from, path_to
+from skpose._compiled.pose.loops import in_lanes
+from skpose._compiled.warping.paths import accumulate, accumulate_from, path_to
 from skpose._parallel.progress import progress
 from skpose._parallel.threads import in_threads
 from skpose.motions._bounds import OPEN, Bounds, left_over

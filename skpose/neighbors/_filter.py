@@ -16,14 +16,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._compiled import loops
-from skpose._compiled.lanes import aligned, lanes
-from skpose._compiled.nearest import Candidates, Groups, bounds_of_groups_loop, nearest_of_groups_loop
-from skpose._compiled.tree import Steps
+from skpose._compiled.pose import loops
+from skpose._compiled.pose.nearest import Candidates, Groups, bounds_of_groups_loop, nearest_of_groups_loop
+from skpose._compiled.pose.tree import Steps
+from skpose._compiled.simd.lanes import aligned, lanes
 from skpose._parallel.rows import over_rows
-from skpose.kinematics._tree import tree_of
-from skpose.metrics._matrix import ENCODED_AT_ONCE
-from skpose.metrics._registry import METRICS
+from skpose.kinematics._shared import tree_of
+from skpose.metrics._shared import ENCODED_AT_ONCE, METRICS
 from skpose.neighbors._cost import FILTER_WORK
 from skpose.neighbors._nearest_so_far import NearestSoFar
 from skpose.skeleton import Skeleton

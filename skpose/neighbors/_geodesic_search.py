@@ -11,8 +11,8 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skpose._compiled.nearest import Candidates
-from skpose.metrics._registry import METRICS
+from skpose._compiled.pose.nearest import Candidates
+from skpose.metrics._shared import METRICS
 from skpose.neighbors._index import PoseIndex
 from skpose.neighbors._nearest_so_far import NearestSoFar
 from skpose.neighbors._results import Evaluations, Neighbors

@@ -10,8 +10,7 @@ from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, Transfo
 
 from skpose._base import POSE_CONSTRAINTS, PoseEstimatorMixin
 from skpose._compat.sklearn import StrOptions, fit_context
-from skpose.metrics._convergence import warn_of_unconverged
-from skpose.metrics._registry import resolve
+from skpose.metrics._shared import resolve, warn_of_unconverged
 from skpose.neighbors._index import PoseIndex
 from skpose.neighbors._queries import Request, find
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from skpose._compiled.lanes import lanes
-from skpose._compiled.tree import Steps
-from skpose.metrics._registry import METRICS
+from skpose._compiled.pose.tree import Steps
+from skpose._compiled.simd.lanes import lanes
+from skpose.metrics._shared import METRICS
 from skpose.neighbors._filter import FLOAT32, ChordFilter
 from skpose.neighbors._order import order_of_groups
 from skpose.skeleton import Skeleton

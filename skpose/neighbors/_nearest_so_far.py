@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import DTypeLike
 
-from skpose._compiled.nearest import Heaps
+from skpose._compiled.pose.nearest import Heaps
 
 
 class NearestSoFar:

@@ -2,7 +2,7 @@
 
 The path of a request is one file after another: a transformer (`_kneighbors`, `_radius_neighbors`) makes it, `_graph`
 checks the poses, this file splits them, `_search` or `_geodesic_search` answers each task with the bounds of `_filter`
-and the loops of `skpose._compiled.nearest`.
+and the loops of `skpose._compiled.pose.nearest`.
 """
 
 from contextlib import closing
@@ -15,7 +15,7 @@ from sklearn.utils import gen_batches
 from skpose._parallel.backends import from_workers, in_processes
 from skpose._parallel.progress import progress
 from skpose._parallel.tasks import TASKS_PER_WORKER
-from skpose.metrics._registry import METRICS
+from skpose.metrics._shared import METRICS
 from skpose.neighbors._geodesic_search import GeodesicSearch
 from skpose.neighbors._index import PoseIndex
 from skpose.neighbors._results import Evaluations, Neighbors

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from skpose._compiled.lanes import aligned, lanes
-from skpose._compiled.loops import encode_lanes_loop, encode_poses
-from skpose._compiled.nearest import Groups, bounds_of_groups_loop, nearest_of_groups_loop
+from skpose._compiled.pose.loops import encode_lanes_loop, encode_poses
+from skpose._compiled.pose.nearest import Groups, bounds_of_groups_loop, nearest_of_groups_loop
+from skpose._compiled.simd.lanes import aligned, lanes
 from skpose._parallel.rows import over_rows
-from skpose.kinematics._tree import tree_of
-from skpose.metrics._registry import Coarse, Metric
+from skpose.kinematics._shared import tree_of
+from skpose.metrics._shared import Coarse, Metric
 from skpose.neighbors._filter import FLOAT32, FilterPoints
 from skpose.neighbors._index import LANES, PoseIndex, largest_of
 from skpose.neighbors._nearest_so_far import NearestSoFar

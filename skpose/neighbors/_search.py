@@ -20,10 +20,10 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skpose._compiled.loops import FLOAT64_LANES
-from skpose._compiled.nearest import Batch, Candidates, nearest_of_candidates_loop
+from skpose._compiled.pose.loops import FLOAT64_LANES
+from skpose._compiled.pose.nearest import Batch, Candidates, nearest_of_candidates_loop
 from skpose._parallel.rows import TASKS_PER_JOB_UNEVEN, over_rows
-from skpose.metrics._registry import Metric
+from skpose.metrics._shared import Metric
 from skpose.neighbors._cost import CostModel, sample_of
 from skpose.neighbors._filter import FLOAT32, ChordFilter, FilterPoints
 from skpose.neighbors._index import LANES, PoseIndex

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from skpose.kinematics import forward_kinematics
 from skpose.motions import Alignment, align_motions
-from skpose.motions._alignment import Quantity
+from skpose.motions._shared import Quantity
 from skpose.plot._axes import axes, check_kind, check_whole
 from skpose.plot._joint_map import ROW, draw_joint_map
 from skpose.plot._pose import GAP, check_view, draw_pose

@@ -6,8 +6,7 @@ from numpy.typing import ArrayLike
 from skpose.metrics import pose_distances
 from skpose.plot._axes import axes
 from skpose.skeleton import Skeleton
-from skpose.skeleton._units import warn_of_degrees
-from skpose.skeleton._validation import check_poses
+from skpose.skeleton._shared import check_poses, warn_of_degrees
 
 
 class DistanceMatrixDisplay:

@@ -8,10 +8,7 @@ from skpose.kinematics import metric_tensor
 from skpose.metrics import pose_distances
 from skpose.plot._axes import COLOURS, axes, check_kind
 from skpose.skeleton import Skeleton
-from skpose.skeleton._arguments import check_skeleton
-from skpose.skeleton._interpolation import straight_line
-from skpose.skeleton._units import warn_of_degrees
-from skpose.skeleton._validation import check_pose
+from skpose.skeleton._shared import check_pose, check_skeleton, straight_line, warn_of_degrees
 
 MARGIN = 0.2  # around the curves, relative to their extent
 ABOVE = 1.5  # times that above them, where the legend stands

@@ -9,10 +9,7 @@ from skpose.geodesics import Geodesic
 from skpose.kinematics import forward_kinematics
 from skpose.plot._axes import COLOURS, axes, check_kind, check_whole
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._arguments import check_skeleton
-from skpose.skeleton._sides import sides
-from skpose.skeleton._units import warn_of_degrees
-from skpose.skeleton._validation import check_is_array, check_pose, check_poses
+from skpose.skeleton._shared import check_is_array, check_pose, check_poses, check_skeleton, sides, warn_of_degrees
 
 # The middle line is drawn first, so that a legend has its colour, and limbs are in front of it.
 SIDES = {"": "#606060", "left": COLOURS[0], "right": COLOURS[1]}

@@ -11,12 +11,16 @@ from skpose._base import EstimatorMixin
 from skpose._compat.sklearn import Interval, StrOptions, check_feature_names_in, fit_context
 from skpose.keypoints import Keypoints
 from skpose.kinematics import forward_kinematics, inverse_kinematics
-from skpose.kinematics._constraints import IS_SKELETON
+from skpose.kinematics._shared import IS_SKELETON
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._arguments import limits_of
-from skpose.skeleton._columns import check_position_dimensions, check_position_names, check_position_width
-from skpose.skeleton._units import warn_of_degrees
-from skpose.skeleton._validation import check_poses
+from skpose.skeleton._shared import (
+    check_poses,
+    check_position_dimensions,
+    check_position_names,
+    check_position_width,
+    limits_of,
+    warn_of_degrees,
+)
 
 
 class PoseFromPositions(EstimatorMixin, TransformerMixin, BaseEstimator):

@@ -34,6 +34,6 @@ def play(motion: "Motion") -> "Page":
 
 def strip(motion: "Motion") -> str:
     """Return some poses of the motion as a picture, which a notebook shows."""
-    from skpose.view._strip import strip
+    from skpose.view._shared import strip
 
     return strip(motion)

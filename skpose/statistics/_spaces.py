@@ -10,11 +10,10 @@ import numpy as np
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose._warnings import warn
-from skpose.geodesics._logarithm import TangentSpace, to_joints
-from skpose.kinematics._forward import jacobians_of
-from skpose.kinematics._tree import tree_of_all_joints
+from skpose.geodesics._shared import TangentSpace, to_joints
+from skpose.kinematics._shared import jacobians_of, tree_of_all_joints
 from skpose.skeleton import Skeleton
-from skpose.skeleton._chart import mean_of_joints, moved, skeleton_at, steps_from
+from skpose.skeleton._shared import mean_of_joints, moved, skeleton_at, steps_from
 
 
 class Space(Protocol):

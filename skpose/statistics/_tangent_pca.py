@@ -12,10 +12,9 @@ from sklearn.utils.validation import check_array, check_is_fitted
 from skpose._base import PoseEstimatorMixin
 from skpose._compat.sklearn import Interval, RealNotInt, StrOptions, fit_context
 from skpose.geodesics import frechet_mean
-from skpose.geodesics._logarithm import TangentSpace
-from skpose.kinematics._constraints import IS_SKELETON
-from skpose.kinematics._forward import weighted_positions
-from skpose.metrics._registry import resolve
+from skpose.geodesics._shared import TangentSpace
+from skpose.kinematics._shared import IS_SKELETON, weighted_positions
+from skpose.metrics._shared import resolve
 from skpose.statistics._spaces import Columns, Geodesics, Lines, line_mean
 
 VARIES = 1e-7  # singular value, relative to the largest, above which poses vary

@@ -11,11 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from sklearn.utils import gen_batches
 
-from skpose.metrics._convergence import Unconverged
-from skpose.metrics._matrix import DistanceMatrix
-from skpose.metrics._registry import Chosen
-from skpose.motions._inputs import Sequences
-from skpose.preprocessing._kernels import Kernel, repaired
+from skpose.metrics._shared import Chosen, DistanceMatrix, Unconverged
+from skpose.motions._shared import Sequences
+from skpose.preprocessing._shared import Kernel, repaired
 from skpose.skeleton import Skeleton
 
 TILE = 4096  # frames, the edge of a tile: 134 MB in float64

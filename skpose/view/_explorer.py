@@ -8,9 +8,9 @@ import numpy as np
 from skpose.datasets import MotionDataset
 from skpose.kinematics import forward_kinematics
 from skpose.manifold import SpatialMDS
-from skpose.metrics._registry import METRICS
+from skpose.metrics._shared import METRICS
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._root import root_orientations
+from skpose.skeleton._shared import root_orientations
 from skpose.view._pack import TURN, pack, unpack
 from skpose.view._page import Page, page_of
 from skpose.view._scene import AXES

@@ -6,10 +6,7 @@ from numpy.typing import ArrayLike
 from skpose.geodesics import geodesic
 from skpose.kinematics import forward_kinematics
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._interpolation import interpolate, straight_line
-from skpose.skeleton._rotations import TWO_PI
-from skpose.skeleton._units import warn_of_degrees
-from skpose.skeleton._validation import check_pose
+from skpose.skeleton._shared import TWO_PI, check_pose, interpolate, straight_line, warn_of_degrees
 from skpose.view._page import Page
 from skpose.view._player import page, pairs_data
 from skpose.view._scene import motion_data

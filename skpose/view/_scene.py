@@ -7,8 +7,7 @@ import numpy as np
 
 from skpose.kinematics import forward_kinematics
 from skpose.skeleton import Motion
-from skpose.skeleton._root import heading, root_orientations
-from skpose.skeleton._sides import sides
+from skpose.skeleton._shared import heading, root_orientations, sides
 from skpose.view._pack import pack, pack_angles, unpack
 
 # For each axis that points up: which axes of the world are x, y and z here. A cyclic change does not mirror.

@@ -17,11 +17,11 @@ from numba.core.runtime import _nrt_python, rtsys
 from test_separate import MODULE, PROGRAM
 
 from skpose import Skeleton, pose_metric
-from skpose._compat import numba as compilers
-from skpose._compat import numba_fallback as fallback
-from skpose._compiled.jit import internal
-from skpose._compiled.lanes import flat
-from skpose._compiled.measure import measure_euclidean
+from skpose._compiled.pose.measure import measure_euclidean
+from skpose._compiled.simd import compiler as compilers
+from skpose._compiled.simd import fallback
+from skpose._compiled.simd.jit import internal
+from skpose._compiled.simd.lanes import flat
 
 pytestmark = pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled")
 

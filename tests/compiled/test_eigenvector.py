@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from entries import from_python
 
-from skpose._compiled.eigenvector import greatest_eigenvector
+from skpose._compiled.inverse.eigenvector import greatest_eigenvector
 
 greatest_eigenvector = from_python(greatest_eigenvector)
 

@@ -8,8 +8,7 @@ from entries import from_python
 from scipy.spatial.transform import Rotation
 
 from skpose import Bone, Skeleton, inverse_kinematics
-from skpose._compiled.inverse import retract
-from skpose._compiled.inverse_energy import (
+from skpose._compiled.inverse.energy import (
     Target,
     add_second_derivatives_of_pose,
     evaluate_pose,
@@ -19,7 +18,8 @@ from skpose._compiled.inverse_energy import (
     start_at,
     workspace_of,
 )
-from skpose._compiled.tree_cholesky import N_ORIGIN
+from skpose._compiled.inverse.step import retract
+from skpose._compiled.inverse.tree_cholesky import N_ORIGIN
 from skpose.kinematics._tree import tree_of_all_joints
 from skpose.skeleton._root import with_root_joint
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numba import njit
 
-from skpose._compiled.encode import cosine_sine
-from skpose._compiled.lanes import (
+from skpose._compiled.pose.encode import cosine_sine
+from skpose._compiled.simd.lanes import (
     any_greater,
     flat,
     full_like,

@@ -6,10 +6,10 @@ from conftest import MIXED, SKELETONS, random_tree
 from reference import distances as reference_distances
 
 from skpose import Skeleton, pose_distances
-from skpose._compiled.lanes import aligned, lanes
-from skpose._compiled.loops import encode_lanes_loop, encode_poses
-from skpose._compiled.nearest import bounds_of_groups_loop
-from skpose._compiled.tree import Steps
+from skpose._compiled.pose.loops import encode_lanes_loop, encode_poses
+from skpose._compiled.pose.nearest import bounds_of_groups_loop
+from skpose._compiled.pose.tree import Steps
+from skpose._compiled.simd.lanes import aligned, lanes
 from skpose.kinematics._tree import tree_of
 from skpose.metrics._registry import METRICS
 

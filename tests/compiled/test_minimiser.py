@@ -8,11 +8,11 @@ from conftest import MIXED, random_tree
 from entries import from_python
 
 from skpose import Bone, Skeleton, position_jacobian
-from skpose._compiled.block_cholesky import factorise, solve
-from skpose._compiled.elimination import factors_for
-from skpose._compiled.normal_equations import NormalEquations, equations_for, normal_equations
-from skpose._compiled.path_energy import LANES, STEPS, evaluate, path_of, samples_for
-from skpose._compiled.tree import Tree
+from skpose._compiled.path.block_cholesky import factorise, solve
+from skpose._compiled.path.elimination import factors_for
+from skpose._compiled.path.energy import LANES, STEPS, evaluate, path_of, samples_for
+from skpose._compiled.path.normal_equations import NormalEquations, equations_for, normal_equations
+from skpose._compiled.pose.tree import Tree
 from skpose.kinematics import _pieces
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 

@@ -9,9 +9,8 @@ from numba import njit
 from reference import distances as reference_distances
 
 from skpose import Skeleton
-from skpose._compiled.lanes import lanes
-from skpose._compiled.loops import FLOAT64_LANES, in_lanes
-from skpose._compiled.nearest import (
+from skpose._compiled.pose.loops import FLOAT64_LANES, in_lanes
+from skpose._compiled.pose.nearest import (
     Batch,
     Candidates,
     Groups,
@@ -20,7 +19,8 @@ from skpose._compiled.nearest import (
     nearest_of_candidates_loop,
     nearest_of_groups_loop,
 )
-from skpose._compiled.tree import Steps
+from skpose._compiled.pose.tree import Steps
+from skpose._compiled.simd.lanes import lanes
 from skpose.kinematics._tree import tree_of
 from skpose.metrics._registry import METRICS
 

@@ -6,8 +6,8 @@ import pytest
 from numba import config
 from numba.core.types.functions import BaseFunction
 
-from skpose._compat.numba import NEVER
-from skpose._compiled.jit import internal, jit
+from skpose._compiled.simd.compiler import NEVER
+from skpose._compiled.simd.jit import internal, jit
 
 pytestmark = pytest.mark.skipif(config.DISABLE_JIT, reason="nothing is compiled")
 

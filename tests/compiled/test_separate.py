@@ -8,8 +8,8 @@ import pytest
 from numba import config
 
 MODULE = """
-from skpose._compiled.jit import internal, jit, separate
-from skpose._compiled.signatures import REAL
+from skpose._compiled.simd.jit import internal, jit, separate
+from skpose._compiled.pose.signatures import REAL
 
 
 @separate(lambda: REAL(REAL))

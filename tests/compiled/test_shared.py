@@ -7,8 +7,8 @@ import pytest
 from conftest import random_tree
 from numba import njit
 
-from skpose._compiled.shared import shared
-from skpose._compiled.tree import Constants, Tree
+from skpose._compiled.pose.tree import Constants, Tree
+from skpose._compiled.simd.shared import shared
 from skpose.kinematics._tree import tree_of
 
 

@@ -6,7 +6,7 @@ from conftest import MIXED, random_tree
 from entries import from_python
 
 from skpose import Skeleton
-from skpose._compiled.tree_cholesky import N_ORIGIN, equations_of, factorise, solve
+from skpose._compiled.inverse.tree_cholesky import N_ORIGIN, equations_of, factorise, solve
 from skpose.kinematics._tree import tree_of_all_joints
 from skpose.skeleton._root import with_root_joint
 

@@ -6,7 +6,7 @@ import reference
 from conftest import random_tree
 
 from skpose import Skeleton, motion_distances, pose_distances
-from skpose._compiled.warping import Paths, accumulate, path_to
+from skpose._compiled.warping.paths import Paths, accumulate, path_to
 from skpose.metrics._registry import METRICS
 
 TREE = random_tree(0, n=4)

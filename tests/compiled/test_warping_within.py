@@ -5,10 +5,10 @@ import pytest
 from conftest import random_tree
 
 from skpose import pose_distances
-from skpose._compiled import loops
-from skpose._compiled.measure import measure_boxes
-from skpose._compiled.tree import Steps
-from skpose._compiled.warping import Paths, accumulate, accumulate_from, path_to
+from skpose._compiled.pose import loops
+from skpose._compiled.pose.measure import measure_boxes
+from skpose._compiled.pose.tree import Steps
+from skpose._compiled.warping.paths import Paths, accumulate, accumulate_from, path_to
 from skpose.kinematics._tree import tree_of
 from skpose.metrics._registry import resolve
 from skpose.motions._bounds import Bounds

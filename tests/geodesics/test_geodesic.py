@@ -19,7 +19,7 @@ from skpose import (
     pose_distances,
     position_jacobian,
 )
-from skpose._compiled.measure import measure_euclidean
+from skpose._compiled.pose.measure import measure_euclidean
 from skpose.geodesics._geodesic import Geodesic, _reason
 from skpose.metrics._registry import METRICS
 

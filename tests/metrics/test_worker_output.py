@@ -15,7 +15,7 @@ import zarr
 from test_out import TREE, counted, stopped_after
 
 from skpose import pose_distances
-from skpose._compiled.tree import Steps
+from skpose._compiled.pose.tree import Steps
 from skpose._parallel import lock
 from skpose._parallel.checkpoint import FileCheckpoint
 from skpose._parallel.file_systems import computer

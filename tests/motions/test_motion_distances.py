@@ -12,8 +12,8 @@ from conftest import SKELETONS, random_tree
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose import Skeleton, motion_distances, pose_distances
-from skpose._compiled.tree import Steps
-from skpose._compiled.warping import Paths, accumulate
+from skpose._compiled.pose.tree import Steps
+from skpose._compiled.warping.paths import Paths, accumulate
 from skpose._parallel.backends import from_workers
 from skpose._parallel.progress import report_to
 from skpose.metrics._convergence import Unconverged

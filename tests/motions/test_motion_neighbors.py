@@ -11,7 +11,7 @@ from sklearn.neighbors import KNeighborsClassifier
 from sklearn.pipeline import make_pipeline
 
 from skpose import MotionKNeighborsTransformer, Skeleton, motion_distances, pose_distances
-from skpose._compiled.warping import Paths
+from skpose._compiled.warping.paths import Paths
 from skpose._parallel.backends import from_workers
 from skpose.datasets import make_gait
 from skpose.metrics._registry import METRICS, resolve

@@ -5,7 +5,7 @@ import pytest
 from conftest import SKELETONS
 
 from skpose import forward_kinematics, motion_distances, pose_distances
-from skpose._compiled.warping import Paths, accumulate
+from skpose._compiled.warping.paths import Paths, accumulate
 
 aeon = pytest.importorskip("aeon.distances")
 dtw_ndim = pytest.importorskip("dtaidistance.dtw_ndim")

@@ -8,7 +8,7 @@ import pytest
 from scipy.signal import find_peaks
 
 from skpose import Motion, Skeleton, forward_kinematics, segment_repetitions
-from skpose._compiled.path_family import family_of, segments_of
+from skpose._compiled.path.family import family_of, segments_of
 from skpose.datasets import humanoid, make_gait
 from skpose.motions import _repetitions
 from skpose.motions._template import moving_frames

@@ -5,7 +5,7 @@ import pytest
 from conftest import SKELETONS
 
 from skpose import Bone, PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer, Skeleton, pose_distances
-from skpose._compiled.tree import Steps
+from skpose._compiled.pose.tree import Steps
 from skpose.neighbors import _cost
 from skpose.neighbors._filter import ChordFilter
 from skpose.neighbors._index import LANES

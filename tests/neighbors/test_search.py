@@ -7,7 +7,7 @@ import pytest
 from conftest import SKELETONS, random_tree
 
 from skpose import Skeleton, pose_distances
-from skpose._compiled.tree import Steps
+from skpose._compiled.pose.tree import Steps
 from skpose._parallel import rows
 from skpose.datasets import make_gait
 from skpose.metrics._registry import METRICS, resolve

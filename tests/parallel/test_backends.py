@@ -20,7 +20,7 @@ from skpose import (
     pose_distances,
     pose_distances_chunked,
 )
-from skpose._compiled.tree import Steps
+from skpose._compiled.pose.tree import Steps
 from skpose._parallel import backends
 from skpose._parallel.backends import BackendError, from_workers, in_processes
 from skpose._parallel.progress import report_to

@@ -1,0 +1,1 @@
+"""Poses at given positions of the joints."""

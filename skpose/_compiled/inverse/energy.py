@@ -1,0 +1,301 @@
+"""The energy of inverse kinematics, its gradient and its Hessian, at one pose.
+
+The energy is Σ w ‖R·F(θ) + o − p‖² + ρ² ‖θ ⊖ θ₀‖² over the joints that are seen, with the root's orientation R as a
+ball joint of the tree and its position o as three dofs more. Joints with three dofs are rotations, not numbers:
+derivatives are by turns in their own axes.
+
+No Jacobian is formed: sums over the joints that a frame moves, gathered from the tips to the root, give gradient and
+matrix, as in `normal_equations`, which does so for the many poses of a path.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import types
+
+from skpose._compiled.inverse.tree_cholesky import EQUATIONS, N_ORIGIN, Equations, equations_of
+from skpose._compiled.path.chart import free_tree, rotation_of
+from skpose._compiled.path.energy import place_with_screws
+from skpose._compiled.pose.forward import workspace_rows
+from skpose._compiled.pose.rotation import inverse, product, sign_towards, vector_of
+from skpose._compiled.pose.signatures import MATRIX, REAL, TREE, VECTOR, named
+from skpose._compiled.pose.tree import Tree
+from skpose._compiled.simd.copying import copy_to
+from skpose._compiled.simd.jit import internal, separate
+
+
+class State(NamedTuple):
+    """A pose, as rotations of the frames that turn freely and angles of the others."""
+
+    rotations: np.ndarray  # (n_frames, 4) quaternions of the frames that turn freely
+    dofs: np.ndarray  # (n_dofs,) angles, rad; zero where frames turn freely
+    origin: np.ndarray  # (3,) position of the root, m
+    P: np.ndarray  # (3 n_joints + 3,) positions from the root, m
+    screws: np.ndarray  # (n_dofs, 6) see `path_energy.set_screws`
+
+
+class Target(NamedTuple):
+    """Positions that are to be reached, and what settles the rest."""
+
+    positions: np.ndarray  # (n_joints + 1, 3) m, in the tree's order, the root's first; finite everywhere
+    weights: np.ndarray  # (n_joints + 1,) zero where not seen
+    prior: np.ndarray  # (n_frames, 4) rotations θ₀ of ball joints
+    prior_dofs: np.ndarray  # (n_dofs,) angles θ₀, rad
+    stiffness: float  # ρ², m²/rad²
+    lower: np.ndarray  # (n_dofs,) rad
+    upper: np.ndarray  # (n_dofs,) rad
+
+
+class Workspace(NamedTuple):
+    """Arrays that every frame uses again."""
+
+    tree: Tree  # its references are the rotations of the state that was placed last
+    here: State
+    there: State
+    beyond: State
+    best: State
+    kept: State  # for the caller
+    equations: Equations
+    sums: np.ndarray  # (n_frames, 22) over the joints that a frame moves: w p rᵀ, w r, w p pᵀ, w p, w
+    scratch: np.ndarray
+
+
+STATE = named(State, MATRIX, VECTOR, VECTOR, VECTOR, MATRIX)
+TARGET = named(Target, MATRIX, VECTOR, MATRIX, VECTOR, REAL, VECTOR, VECTOR)
+WORKSPACE = named(Workspace, TREE, STATE, STATE, STATE, STATE, STATE, EQUATIONS, MATRIX, VECTOR)
+
+
+@internal
+def _empty_state(tree):
+    n_frames, n_dofs = tree.frame_parent.shape[0], tree.column.shape[0]
+    return State(
+        np.zeros((n_frames, 4)),
+        np.zeros(n_dofs),
+        np.zeros(3),
+        np.zeros(3 * tree.offset.shape[0]),
+        np.zeros((n_dofs, 6)),
+    )
+
+
+@internal
+def workspace_of(tree, frees_angles):
+    """Return arrays for the search for poses of a tree."""
+    return Workspace(
+        free_tree(tree, frees_angles),
+        _empty_state(tree),
+        _empty_state(tree),
+        _empty_state(tree),
+        _empty_state(tree),
+        _empty_state(tree),
+        equations_of(tree),
+        np.zeros((tree.frame_parent.shape[0], 22)),
+        np.empty(workspace_rows(tree)),
+    )
+
+
+@separate(lambda: types.void(STATE, STATE))
+def copy_state(source, target):
+    """Copy a state to another one."""
+    copy_to(target.rotations, source.rotations)
+    copy_to(target.dofs, source.dofs)
+    copy_to(target.origin, source.origin)
+    copy_to(target.P, source.P)
+    copy_to(target.screws, source.screws)
+
+
+@separate(lambda: types.void(WORKSPACE, STATE))
+def place_state(work, state):
+    """Compute the positions and the screws of a state."""
+    copy_to(work.tree.reference, state.rotations)
+    place_with_screws(work.tree, state.dofs, work.scratch, state.P, state.screws)
+
+
+@internal
+def set_pose(tree, dofs, rotations, angles):
+    """Write a pose as rotations of the frames that may turn freely, and as angles."""
+    for f in range(1, tree.frame_parent.shape[0]):
+        if tree.end_dof[f] - tree.first_dof[f] == 3:
+            w, x, y, z = rotation_of(tree, dofs, f)
+            rotations[f, 0], rotations[f, 1], rotations[f, 2], rotations[f, 3] = w, x, y, z
+    copy_to(angles, dofs)
+
+
+@internal
+def start_at(tree, state, rotations, angles):
+    """Let a state have the rotations and angles of a pose, with the root at the origin."""
+    copy_to(state.rotations, rotations)
+    copy_to(state.dofs, angles)
+    state.origin[:] = 0.0
+    for f in range(1, tree.frame_parent.shape[0]):
+        if tree.ball[f] >= 0:
+            state.dofs[tree.first_dof[f] : tree.end_dof[f]] = 0.0
+
+
+@internal
+def _turn_from(before, now, f):
+    """Return the rotation vector of a frame from one set of rotations to another, in the rotated axes."""
+    p = before[f, 0], before[f, 1], before[f, 2], before[f, 3]
+    q = now[f, 0], now[f, 1], now[f, 2], now[f, 3]
+    sign = sign_towards(p, q)
+    w, x, y, z = product(inverse(p), q)
+    return vector_of((sign * w, sign * x, sign * y, sign * z))
+
+
+@internal
+def half_square_away(tree, state, target):
+    """Return half the squared distance from θ₀ in rad²; the root's frame, the first one, has no part in it."""
+    half = 0.0
+    for f in range(2, tree.frame_parent.shape[0]):
+        if tree.ball[f] >= 0:
+            x, y, z = _turn_from(target.prior, state.rotations, f)
+            half += 0.5 * (x * x + y * y + z * z)
+        else:
+            for d in range(tree.first_dof[f], tree.end_dof[f]):
+                half += 0.5 * (state.dofs[d] - target.prior_dofs[d]) ** 2
+    return half
+
+
+@separate(lambda: REAL(WORKSPACE, STATE, TARGET, REAL))
+def evaluate_pose(work, state, target, stiffness):
+    """Place the joints; return half the energy."""
+    place_state(work, state)
+    half = 0.0
+    for j in range(1, target.weights.shape[0]):
+        w = target.weights[j]
+        if w > 0.0:
+            x = state.P[3 * j] + state.origin[0] - target.positions[j, 0]
+            y = state.P[3 * j + 1] + state.origin[1] - target.positions[j, 1]
+            z = state.P[3 * j + 2] + state.origin[2] - target.positions[j, 2]
+            half += 0.5 * w * (x * x + y * y + z * z)
+    if stiffness > 0.0:
+        half += stiffness * half_square_away(work.tree, state, target)
+    return half
+
+
+@internal
+def _sum_joints(tree, state, target, sums):
+    """Sum the moments of the joints that each frame moves."""
+    sums[:] = 0.0
+    for j in range(1, target.weights.shape[0]):
+        w = target.weights[j]
+        if w == 0.0:
+            continue
+        total = sums[tree.joint_frame[j]]
+        x, y, z = state.P[3 * j], state.P[3 * j + 1], state.P[3 * j + 2]
+        u = w * (x + state.origin[0] - target.positions[j, 0])
+        v = w * (y + state.origin[1] - target.positions[j, 1])
+        t = w * (z + state.origin[2] - target.positions[j, 2])
+        total[0] += x * u
+        total[1] += x * v
+        total[2] += x * t
+        total[3] += y * u
+        total[4] += y * v
+        total[5] += y * t
+        total[6] += z * u
+        total[7] += z * v
+        total[8] += z * t
+        total[9] += u
+        total[10] += v
+        total[11] += t
+        total[12] += w * x * x
+        total[13] += w * x * y
+        total[14] += w * x * z
+        total[15] += w * y * y
+        total[16] += w * y * z
+        total[17] += w * z * z
+        total[18] += w * x
+        total[19] += w * y
+        total[20] += w * z
+        total[21] += w
+    for f in range(tree.frame_parent.shape[0] - 1, 0, -1):
+        p = tree.frame_parent[f]
+        for i in range(22):
+            sums[p, i] += sums[f, i]
+
+
+@separate(lambda: types.void(STATE, TARGET, REAL, WORKSPACE))
+def fill_gradient(state, target, stiffness, work):
+    """Compute the gradient of half the energy by turns, angles and the root's position."""
+    tree, gradient, sums, screws = work.tree, work.equations.gradient, work.sums, state.screws
+    _sum_joints(tree, state, target, sums)
+    for i in range(N_ORIGIN):
+        gradient[i] = sums[0, 9 + i]
+    for f in range(1, tree.frame_parent.shape[0]):
+        first = tree.first_dof[f]
+        _, xv, xt, yu, _, yt, zu, zv, _, u, v, t = sums[f, :12]
+        for d in range(first, tree.end_dof[f]):
+            slope = (yt - zv) * screws[d, 0] + (zu - xt) * screws[d, 1] + (xv - yu) * screws[d, 2]
+            gradient[N_ORIGIN + d] = slope + u * screws[d, 3] + v * screws[d, 4] + t * screws[d, 5]
+        if stiffness == 0.0 or f == 1:
+            continue
+        if tree.ball[f] >= 0:  # the gradient of ½ |v|² by a turn in the rotated axes is v
+            x, y, z = _turn_from(target.prior, state.rotations, f)
+            gradient[N_ORIGIN + first] += stiffness * x
+            gradient[N_ORIGIN + first + 1] += stiffness * y
+            gradient[N_ORIGIN + first + 2] += stiffness * z
+        else:
+            for d in range(first, tree.end_dof[f]):
+                gradient[N_ORIGIN + d] += stiffness * (state.dofs[d] - target.prior_dofs[d])
+
+
+@separate(lambda: types.void(STATE, REAL, WORKSPACE))
+def fill_matrix(state, stiffness, work):
+    """Compute the Gauss-Newton matrix, after the gradient."""
+    tree, sums, screws, matrix = work.tree, work.sums, state.screws, work.equations.matrix
+    for i in range(N_ORIGIN):
+        for j in range(i + 1):
+            matrix[i, j] = sums[0, 21] if i == j else 0.0
+    for f in range(1, tree.frame_parent.shape[0]):
+        xx, xy, xz, yy, yz, zz, px, py, pz, n = sums[f, 12:]
+        for d in range(tree.first_dof[f], tree.end_dof[f]):
+            a, b, c, p, q, r = screws[d]
+            j0 = (yy + zz) * a - xy * b - xz * c + py * r - pz * q
+            j1 = (xx + zz) * b - xy * a - yz * c + pz * p - px * r
+            j2 = (xx + yy) * c - xz * a - yz * b + px * q - py * p
+            j3 = b * pz - c * py + n * p
+            j4 = c * px - a * pz + n * q
+            j5 = a * py - b * px + n * r
+            matrix[N_ORIGIN + d, 0], matrix[N_ORIGIN + d, 1], matrix[N_ORIGIN + d, 2] = j3, j4, j5
+            for s in range(tree.first_run[f], tree.first_run[f + 1]):
+                for e in range(tree.runs[s, 0], min(tree.runs[s, 1], d + 1)):
+                    jj = j0 * screws[e, 0] + j1 * screws[e, 1] + j2 * screws[e, 2]
+                    jj += j3 * screws[e, 3] + j4 * screws[e, 4] + j5 * screws[e, 5]
+                    matrix[N_ORIGIN + d, N_ORIGIN + e] = jj
+            if f > 1:
+                matrix[N_ORIGIN + d, N_ORIGIN + d] += stiffness
+
+
+@internal
+def add_second_derivatives_of_pose(state, work):
+    """Add what Gauss-Newton leaves out: residuals times second derivatives.
+
+    For axes a and c, where c is a or an axis between a and the root, ∂²p = c × (a × (p − o)). The axes of a ball joint,
+    whose turn is a rotation vector at zero, have the mean of the two orders.
+    """
+    tree, sums, screws, matrix = work.tree, work.sums, state.screws, work.equations.matrix
+    for f in range(1, tree.frame_parent.shape[0]):
+        xu, xv, xt, yu, yv, yt, zu, zv, zt, u, v, t = sums[f, :12]
+        o = 3 * tree.pivot[f]
+        ox, oy, oz = state.P[o], state.P[o + 1], state.P[o + 2]
+        trace = xu + yv + zt - ox * u - oy * v - oz * t
+        for d in range(tree.first_dof[f], tree.end_dof[f]):
+            a, b, c = screws[d, 0], screws[d, 1], screws[d, 2]
+            along = u * a + v * b + t * c
+            x = xu * a + xv * b + xt * c - along * ox - trace * a
+            y = yu * a + yv * b + yt * c - along * oy - trace * b
+            z = zu * a + zv * b + zt * c - along * oz - trace * c
+            for s in range(tree.first_run[f], tree.first_run[f + 1]):
+                for e in range(tree.runs[s, 0], min(tree.runs[s, 1], d + 1)):
+                    second = x * screws[e, 0] + y * screws[e, 1] + z * screws[e, 2]
+                    matrix[N_ORIGIN + d, N_ORIGIN + e] += second
+        if tree.ball[f] >= 0:
+            # The two orders differ by half the moment of the residuals along the third axis.
+            m0 = yt - zv - (oy * t - oz * v)
+            m1 = zu - xt - (oz * u - ox * t)
+            m2 = xv - yu - (ox * v - oy * u)
+            for d in range(tree.first_dof[f], tree.end_dof[f]):
+                for e in range(tree.first_dof[f], d):
+                    k0 = screws[e, 1] * screws[d, 2] - screws[e, 2] * screws[d, 1]
+                    k1 = screws[e, 2] * screws[d, 0] - screws[e, 0] * screws[d, 2]
+                    k2 = screws[e, 0] * screws[d, 1] - screws[e, 1] * screws[d, 0]
+                    matrix[N_ORIGIN + d, N_ORIGIN + e] -= 0.5 * (m0 * k0 + m1 * k1 + m2 * k2)

@@ -1,0 +1,161 @@
+"""Inverse kinematics of one frame: the pose, and the place and orientation of the root, of least `inverse_energy`.
+
+Gauss-Newton in a trust region. A step turns joints in their own axes (`retract`), and its matrix is factorised along
+the tree (`tree_cholesky`). Where positions cannot be reached the terms that Gauss-Newton leaves out are added, once
+they count. Angles that the positions leave open are settled by the stiffness; without one, by the first step, which
+goes a part of the way to θ₀ in them.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from skpose._compiled.inverse.energy import (
+    TARGET,
+    WORKSPACE,
+    add_second_derivatives_of_pose,
+    copy_state,
+    evaluate_pose,
+    fill_gradient,
+    fill_matrix,
+    half_square_away,
+)
+from skpose._compiled.inverse.tree_cholesky import N_ORIGIN, factorise, solve
+from skpose._compiled.pose.rotation import product, quaternion_of
+from skpose._compiled.pose.signatures import FLAG, REAL, WHOLE, named
+from skpose._compiled.simd.jit import internal, separate
+
+PRECISION = 1e-9  # a step that brings the joints no nearer than this is no step, m
+NEGLIGIBLE = 1e-10  # decrease relative to the energy that is none, far below what noise makes of it
+FIRST_DAMPING, LEAST_DAMPING = 1e-3, 1e-10  # as all damping, relative to the mean diagonal of the matrix
+RAISED_DAMPING, MAX_DAMPING = 2e-9, 1e6  # after a step that fails, at least and at most
+CERTAIN = 1e-6  # damping up to which a short step means that the minimum is near
+LEAST_RATIO = 1e-4  # of actual to predicted decrease, for a step to be taken
+PULL, SHARE = 1e-5, 0.1  # ρ of the first step at least, m/rad; how far that goes to θ₀ in what is open
+SLOW = 0.5  # relative decrease of the energy below which the exact Hessian takes over
+
+
+class Fit(NamedTuple):
+    """The end of the search for a pose."""
+
+    half: float  # half the weighted sum of squared distances, with the regularisation, m²
+    n_iter: int
+    converged: bool
+
+
+FIT = named(Fit, REAL, WHOLE, FLAG)
+
+
+@internal
+def _fix_at_bounds(state, target, equations):
+    """Fix the dofs at a bound that the gradient pushes against."""
+    for d in range(state.dofs.shape[0]):
+        slope = equations.gradient[N_ORIGIN + d]
+        low = state.dofs[d] <= target.lower[d] and slope > 0.0
+        equations.fixed[N_ORIGIN + d] = low or (state.dofs[d] >= target.upper[d] and slope < 0.0)
+
+
+@internal
+def retract(tree, state, step, target, moved):
+    """Move a state by a step: turn its ball joints in their own axes, add to angles within bounds, move the root."""
+    for i in range(N_ORIGIN):
+        moved.origin[i] = state.origin[i] + step[i]
+    for f in range(1, tree.frame_parent.shape[0]):
+        first, end, q = tree.first_dof[f], tree.end_dof[f], state.rotations[f]
+        if tree.ball[f] >= 0:
+            k = N_ORIGIN + first
+            turn = quaternion_of(step[k], step[k + 1], step[k + 2])
+            w, x, y, z = product((q[0], q[1], q[2], q[3]), turn)
+            size = 1.0 / math.sqrt(w * w + x * x + y * y + z * z)
+            moved.rotations[f, 0], moved.rotations[f, 1] = size * w, size * x
+            moved.rotations[f, 2], moved.rotations[f, 3] = size * y, size * z
+        else:
+            for d in range(first, end):
+                angle = state.dofs[d] + step[N_ORIGIN + d]
+                moved.dofs[d] = min(max(angle, target.lower[d]), target.upper[d])
+
+
+@internal
+def _mean_diagonal(matrix):
+    return np.trace(matrix) / matrix.shape[0]
+
+
+@internal
+def _corrected(work, target, stiffness, damping):
+    """Take a second step from where a first one led, by the same equations; return the energy reached.
+
+    Where the energy has not fallen, the reason is most often a narrow curved valley, which a straight step leaves and
+    this one leads back to: the second-order correction of J. Nocedal, S. J. Wright, "Numerical Optimization", 2006,
+    sec. 18.3.
+    """
+    equations = work.equations
+    fill_gradient(work.there, target, stiffness, work)
+    solve(work.tree, equations, damping)
+    retract(work.tree, work.there, equations.step, target, work.beyond)
+    return evaluate_pose(work, work.beyond, target, stiffness)
+
+
+@separate(lambda: FIT(WORKSPACE, TARGET, REAL, WHOLE))
+def minimise_pose(work, target, first_damping, max_iter):
+    """Find the minimum from the state `work.here` on, in place.
+
+    The first step also goes a part of the way to θ₀ in what the positions leave open; the others only so far as the
+    stiffness asks for.
+    """
+    tree, here, there, equations = work.tree, work.here, work.there, work.equations
+    stiffness = max(target.stiffness, PULL * PULL)
+    half = evaluate_pose(work, here, target, stiffness)
+    scale, damping, exact = 0.0, 0.0, False
+    for iteration in range(max_iter):
+        if iteration == 1 and stiffness > target.stiffness:
+            half -= (stiffness - target.stiffness) * half_square_away(tree, here, target)
+            stiffness = target.stiffness
+        fill_gradient(here, target, stiffness, work)
+        fill_matrix(here, stiffness, work)
+        if iteration == 0:
+            scale = _mean_diagonal(equations.matrix)
+            damping = max(first_damping * scale, PULL * PULL / SHARE)
+        _fix_at_bounds(here, target, equations)
+        if exact:
+            add_second_derivatives_of_pose(here, work)
+        falling = True  # the energy, with this damping
+        least = max(PRECISION * PRECISION, NEGLIGIBLE * half)
+        while True:
+            if not factorise(tree, equations, damping):
+                if exact:
+                    exact = False
+                    fill_matrix(here, stiffness, work)
+                    continue
+                return Fit(half, iteration, False)
+            predicted = solve(tree, equations, damping)
+            certain = damping <= CERTAIN * scale
+            if predicted <= least:
+                if certain or not falling:
+                    return Fit(half, iteration, certain)
+                damping = CERTAIN * scale
+                continue
+            retract(tree, here, equations.step, target, there)
+            reached = evaluate_pose(work, there, target, stiffness)
+            if not half - reached > LEAST_RATIO * predicted:
+                again = _corrected(work, target, stiffness, damping)
+                if again < reached:
+                    reached = again
+                    copy_state(work.beyond, there)
+            ratio = (half - reached) / predicted
+            if ratio > LEAST_RATIO:
+                break
+            damping, falling = max(4.0 * damping, RAISED_DAMPING * scale), False
+            if damping > MAX_DAMPING * scale:
+                return Fit(half, iteration, False)
+            fill_gradient(here, target, stiffness, work)
+        exact = half - reached < SLOW * half
+        copy_state(there, here)
+        half = reached
+        if certain and abs(1.0 - ratio) * predicted <= least and ratio > 0.5:
+            return Fit(half, iteration + 1, True)
+        if ratio > 0.75:
+            damping = max((0.1 if falling and abs(1.0 - ratio) < 0.1 else 0.5) * damping, LEAST_DAMPING * scale)
+        elif ratio < 0.25:
+            damping = max(4.0 * damping, RAISED_DAMPING * scale)
+    return Fit(half, max_iter, False)

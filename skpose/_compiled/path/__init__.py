@@ -1,0 +1,1 @@
+"""Paths between poses: charts, energy, normal equations, the trust region, elimination order."""

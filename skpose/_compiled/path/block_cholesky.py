@@ -1,0 +1,164 @@
+"""The damped normal equations of a path, solved by Cholesky: piece by piece of the skeleton, see `elimination`."""
+
+from numba import types
+
+from skpose._compiled.path.band_cholesky import AT_ONCE, factorise_band, substitute_back, substitute_forward, subtract
+from skpose._compiled.path.elimination import FACTORS, n_registers, piece_at
+from skpose._compiled.path.energy import LANES, STEPS
+from skpose._compiled.path.normal_equations import EQUATIONS, first_row
+from skpose._compiled.pose.signatures import FLAG, FLAG_MATRIX, MATRIX, REAL, TREE, WHOLE
+from skpose._compiled.simd.jit import internal, separate
+from skpose._compiled.simd.lanes import rows
+
+
+@internal
+def _any(flags):
+    for i in range(flags.shape[0]):
+        for d in range(flags.shape[1]):
+            if flags[i, d]:
+                return True
+    return False
+
+
+@internal
+def _clear(cells, first, n):
+    """Set registers to zero, which takes less time than number by number."""
+    chunks = rows(cells, 0)
+    for at in range(first, first + n):
+        chunks[at] = 0.0
+
+
+@separate(lambda: types.void(TREE, EQUATIONS, REAL, FLAG_MATRIX, WHOLE, FACTORS))
+def _fill(tree, equations, damping, fixed, k, factors):
+    """Copy the numbers of a piece's dofs to its band, D damped, and those with its ancestors to the border.
+
+    A fixed dof keeps the damping alone; padded dofs get a row of the identity.
+    """
+    piece, pairs, n_free = piece_at(tree, factors, k), equations.pairs, factors.n_free
+    places, numbers = tree.places[factors.order], factors.cells.reshape(factors.cells.size)
+    start, stride, width, m = piece.band * LANES, piece.stride, piece.width * LANES, piece.n * LANES
+    _clear(factors.cells, piece.band, piece.n_blocks * m * piece.width)
+    for row in range(piece.n_blocks * m):
+        numbers[start + row * width + row % m] = 1.0
+    any_fixed = _any(fixed)
+    for i in range(n_free):  # the step from pose i on ends at pose i + 1, where another begins
+        before, after = first_row(equations, i // STEPS, 0), first_row(equations, (i + 1) // STEPS, 0)
+        lane, next_lane, has_next = i % STEPS, (i + 1) % STEPS, i < n_free - 1
+        top = start + i * stride * width
+        block = top + i * stride if piece.n_blocks == 1 else top
+        border = top + piece.edge * LANES + i * piece.n_ancestors
+        for f in range(1, tree.frame_parent.shape[0]):
+            if not piece.first_dof <= tree.first_dof[f] < piece.end_dof:
+                continue
+            for d in range(tree.first_dof[f], tree.end_dof[f]):
+                if places[d, 0] != k:
+                    continue
+                row, p, a = 4 * equations.first_pair[d], places[d, 1], 0
+                for r in range(tree.first_run[f], tree.first_run[f + 1]):
+                    for e in range(tree.runs[r, 0], min(tree.runs[r, 1], d + 1)):
+                        value = pairs[before + row + 1, lane] + pairs[after + row, next_lane]
+                        forward, back = pairs[after + row + 2, next_lane], pairs[after + row + 3, next_lane]
+                        row += 4
+                        if any_fixed:
+                            value = 0.0 if fixed[i + 1, d] or fixed[i + 1, e] else value
+                            forward = 0.0 if fixed[i + 1, d] or fixed[i + 2, e] else forward
+                            back = 0.0 if fixed[i + 2, d] or fixed[i + 1, e] else back
+                        if places[e, 0] == k:
+                            q = places[e, 1]
+                            numbers[block + q * width + p] = value
+                            if has_next:
+                                numbers[block + p * width + stride + q] = forward
+                                numbers[block + q * width + stride + p] = back
+                        else:
+                            numbers[border + p * width + a] = value
+                            if has_next:
+                                numbers[border + p * width + piece.n_ancestors + a] = forward
+                                numbers[border + (stride + p) * width + a] = back
+                            a += 1
+                numbers[block + p * width + p] += damping
+
+
+@separate(lambda: FLAG(TREE, FACTORS, WHOLE, FLAG))
+def _eliminate(tree, factors, k, is_first):
+    """Subtract YᵀY of a limb from its trunk, once for all limbs that one joint carries: this may be their first.
+
+    Returns whether the next limb is the first of others.
+    """
+    piece, cells, n_free = piece_at(tree, factors, k), factors.cells, factors.n_free
+    trunk, places, ancestors = piece_at(tree, factors, piece.trunk), tree.places[factors.order], tree.ancestors[k]
+    n, width, m = piece.n_ancestors, piece.width - piece.edge, piece.n * LANES
+    sums, numbers = factors.starts[-1, 0], cells.reshape(cells.size)
+    if is_first:
+        _clear(cells, sums, width * LANES * width)
+    for q in range(0, n_free * n, AT_ONCE):  # the lower triangle
+        top = max(0, q // n - 1) * m  # above there are zeros
+        source = piece.band + top * piece.width + piece.edge
+        n_rows, n_chunks, factor = n_free * m - top, n_registers(q + AT_ONCE), source + q // LANES
+        subtract(cells, sums + q * width, width, source, piece.width, n_rows, n_chunks, factor, q % LANES)
+    if piece_at(tree, factors, k + 1).n_ancestors == n and tree.ancestors[k + 1, n - 1] == ancestors[n - 1]:
+        return False
+    for q in range(n_free * n):
+        column = q // n * trunk.stride + places[ancestors[q % n], 1]
+        for p in range(q + 1):
+            row = p // n * trunk.stride + places[ancestors[p % n], 1]
+            at = (trunk.band + row * trunk.width) * LANES + column
+            numbers[at] += numbers[(sums + q * width) * LANES + p]
+    return True
+
+
+@separate(lambda: FLAG(TREE, EQUATIONS, REAL, FLAG_MATRIX, FACTORS))
+def factorise(tree, equations, damping, fixed, factors):
+    """Factorise H + λ, without the dofs that are fixed; return whether it is positive definite."""
+    first, last, is_first = tree.first_piece[factors.order], tree.first_piece[factors.order + 1], True
+    for k in range(first, last):
+        _fill(tree, equations, damping, fixed, k, factors)
+    for k in range(first, last):
+        piece = piece_at(tree, factors, k)
+        if not factorise_band(factors.cells, piece):
+            return False
+        if piece.n_ancestors > 0:
+            is_first = _eliminate(tree, factors, k, is_first)
+    return True
+
+
+@separate(lambda: types.void(TREE, FACTORS, WHOLE, FLAG))
+def _carry(tree, factors, k, to_trunk):
+    """Add a limb's solution at its border to that of its trunk, or copy the trunk's there."""
+    piece, numbers = piece_at(tree, factors, k), factors.cells.reshape(factors.cells.size)
+    trunk, places, ancestors = piece_at(tree, factors, piece.trunk), tree.places[factors.order], tree.ancestors[k]
+    n, border = piece.n_ancestors, (piece.solution + piece.n_blocks * piece.n) * LANES
+    for q in range(factors.n_free * n):
+        at = trunk.solution * LANES + q // n * trunk.stride + places[ancestors[q % n], 1]
+        if to_trunk:
+            numbers[at] += numbers[border + q]
+        else:
+            numbers[border + q] = numbers[at]
+
+
+@separate(lambda: types.void(TREE, EQUATIONS, FACTORS, MATRIX))
+def solve(tree, equations, factors, step):
+    """Compute step = −(H + λ)⁻¹ gradient by the factors; of fixed dofs the gradient has to be zero."""
+    first, last = tree.first_piece[factors.order], tree.first_piece[factors.order + 1]
+    places, cells = tree.places[factors.order], factors.cells
+    numbers = cells.reshape(cells.size)
+    for k in range(first, last):
+        piece = piece_at(tree, factors, k)
+        _clear(cells, piece.solution, piece.n_blocks * piece.n + piece.width - piece.edge)
+    for d in range(places.shape[0]):
+        piece = piece_at(tree, factors, places[d, 0])
+        for i in range(factors.n_free):
+            numbers[piece.solution * LANES + i * piece.stride + places[d, 1]] = -equations.gradient[i + 1, d]
+    for k in range(first, last):
+        piece = piece_at(tree, factors, k)
+        substitute_forward(cells, piece)
+        if piece.n_ancestors > 0:
+            _carry(tree, factors, k, True)
+    for k in range(last - 1, first - 1, -1):
+        piece = piece_at(tree, factors, k)
+        if piece.n_ancestors > 0:
+            _carry(tree, factors, k, False)
+        substitute_back(cells, piece)
+    for d in range(places.shape[0]):
+        piece = piece_at(tree, factors, places[d, 0])
+        for i in range(factors.n_free):
+            step[i + 1, d] = numbers[piece.solution * LANES + i * piece.stride + places[d, 1]]

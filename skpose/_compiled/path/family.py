@@ -1,0 +1,127 @@
+"""Path families: the segments of a motion that repeat one segment of it, the template, from a matrix of similarities.
+
+A path goes through cells (i, k), frame i of the motion with frame k of the template, by steps (1, 1), (1, 2) and (2,
+1), so that the tempo differs by a factor of two at most. It takes the whole template. A family is a set of paths whose
+segments of the motion do not overlap. The best one has the largest score, the sum of the similarities of all its cells
+(M. Müller, N. Jiang, P. Grosche, 2013, doi:10.1109/TASL.2012.2227732). The template's own path is no part of it here:
+the frames before the template and those behind it have families of their own.
+
+It follows row by row. Between two paths a family *waits*, in a state next to the cells: there it goes on without a
+cell, or begins a path, and there a path arrives that has taken the last frame of the template.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from skpose._compiled.simd.jit import inlined, internal, jit
+
+
+class Family(NamedTuple):
+    """The best family, summed up."""
+
+    score: float
+    n_cells: int
+    n_covered: int  # frames in the segments of its paths
+
+
+class States(NamedTuple):
+    """The best family that ends in each cell of a row."""
+
+    score: np.ndarray  # (m,)
+    n_cells: np.ndarray  # (m,)
+    n_covered: np.ndarray  # (m,) without the last path, less the first row of that: with i frames, what it covers too
+
+
+@internal
+def _states(m):
+    """Return a row without families."""
+    return States(np.full(m, -np.inf), np.zeros(m, np.int64), np.zeros(m, np.int64))
+
+
+@internal
+def _step(similarities, one, two, row):
+    """Compute a row's states but for the first column from the two rows above; no cell needs another of its row."""
+    m = similarities.shape[0]
+    score, n_cells, n_covered = row.score[1:], row.n_cells[1:], row.n_covered[1:]
+    similarities = similarities[1:]
+    for k in range(m - 1):
+        best, cells, covered = one.score[k], one.n_cells[k], one.n_covered[k]
+        far = two.score[k] > best
+        best = two.score[k] if far else best
+        cells = two.n_cells[k] if far else cells
+        covered = two.n_covered[k] if far else covered
+        score[k], n_cells[k], n_covered[k] = best + similarities[k], cells + 1, covered
+    score, n_cells, n_covered = row.score[2:], row.n_cells[2:], row.n_covered[2:]
+    similarities = similarities[1:]
+    for k in range(m - 2):
+        sum_ = one.score[k] + similarities[k]
+        better = sum_ > score[k]
+        score[k] = sum_ if better else score[k]
+        n_cells[k] = one.n_cells[k] + 1 if better else n_cells[k]
+        n_covered[k] = one.n_covered[k] if better else n_covered[k]
+
+
+@jit
+def family_of(similarities, first, last, start, stop):
+    """Return the best family in frames first:last of a template, frames start:stop; three rows of states are kept."""
+    n, m = last - first, stop - start
+    row, one, two = _states(m), _states(m), _states(m)
+    waiting = Family(0.0, 0, 0)
+    for i in range(n + 1):
+        if one.score[m - 1] > waiting.score:
+            waiting = Family(one.score[m - 1], one.n_cells[m - 1], one.n_covered[m - 1] + i)
+        if i == n:
+            break
+        here = similarities[first + i, start:stop]
+        _step(here, one, two, row)
+        row.score[0] = waiting.score + here[0]
+        row.n_cells[0], row.n_covered[0] = waiting.n_cells + 1, waiting.n_covered - i
+        row, one, two = two, row, one
+    return waiting
+
+
+@inlined
+def _step_to(score, row, k):
+    """Return the best score before cell k of a row, and its row and column."""
+    best, before, column = score[row - 1, k - 1], row - 1, k - 1
+    if score[row - 2, k - 1] > best:
+        best, before = score[row - 2, k - 1], row - 2
+    if k > 1 and score[row - 1, k - 2] > best:
+        best, before, column = score[row - 1, k - 2], row - 1, k - 2
+    return best, before, column
+
+
+@jit
+def segments_of(similarities, first, last, start, stop):
+    """Return the segments of that family (n_paths, 2), and the mean similarity along each path.
+
+    A segment is its first frame and the one behind its last.
+    """
+    n, m = last - first, stop - start
+    score = np.full((n + 2, m), -np.inf)  # two rows without a path, then those of the frames
+    waiting, arrives = np.zeros(n + 1), np.zeros(n + 1, np.bool_)  # before each frame, and whether by a path's end
+    for i in range(n + 1):
+        if i > 0:
+            arrives[i] = score[i + 1, m - 1] > waiting[i - 1]
+            waiting[i] = score[i + 1, m - 1] if arrives[i] else waiting[i - 1]
+        if i == n:
+            break
+        here = similarities[first + i, start:stop]
+        score[i + 2, 0] = waiting[i] + here[0]
+        for k in range(1, m):
+            score[i + 2, k] = _step_to(score, i + 2, k)[0] + here[k]
+    segments, means, at = np.empty((n, 2), np.int64), np.empty(n), n
+    i = n
+    while i > 0:
+        if not arrives[i]:
+            i -= 1
+            continue
+        end, row, k, n_cells = i, i + 1, m - 1, 1
+        while k > 0:
+            _, row, k = _step_to(score, row, k)
+            n_cells += 1
+        i, at = row - 2, at - 1
+        segments[at, 0], segments[at, 1] = first + i, first + end
+        means[at] = (waiting[end] - waiting[i]) / n_cells
+    return segments[at:], means[at:]

@@ -1,0 +1,265 @@
+"""The geodesic between two poses, and the metric that measures its length.
+
+A path is found downhill from a straight line. Where joints with three dofs are given by angles there are two: the line
+of the angles, and the one on which these joints turn by slerp (see `chart`). It starts from the shorter one.
+
+The discretisation check
+------------------------
+Few poses can sit where their chords are short while the motion between them is long. So every path is measured again on
+a fine grid. Where the two lengths disagree, the energy is taken over `SUBSTEPS` chords between each two free poses,
+then over more free poses.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import types
+
+from skpose._compiled.path.chart import coordinates_of, differs, dofs_of, free_tree, line_of_angles, set_references
+from skpose._compiled.path.energy import FINE, chords, curve_length, divided, path_of
+from skpose._compiled.path.minimiser import (
+    BOUNDS,
+    FIRST_DAMPING,
+    MAX_GAP,
+    OUTCOME,
+    ROUNDING,
+    STOP,
+    Settings,
+    Stop,
+    minimise,
+    rounding_length,
+    unbounded,
+)
+from skpose._compiled.pose.encode import n_line_codes
+from skpose._compiled.pose.forward import SQRT2
+from skpose._compiled.pose.measure import measure_line, turns_off
+from skpose._compiled.pose.rotation import product, vector_of
+from skpose._compiled.pose.signatures import FLAG, MATRIX, REAL, TREE, VECTOR, WHOLE, named
+from skpose._compiled.pose.tree import TWO_PI
+from skpose._compiled.simd.copying import copy_to
+from skpose._compiled.simd.jit import internal, jit, passed, separate
+
+MAX_ITER, TOL = 500, 1e-6  # iterations in each refinement; share of the length that is left to gain
+GRADIENT_NORM = 1e-7  # of the energy, where not only the length of a path matters but also its direction, m²/rad
+SUBSTEPS = 4
+REFINEMENTS = ((1, 1), (1, SUBSTEPS), (2, SUBSTEPS), (4, SUBSTEPS))  # free steps over n_steps, chords in each
+LEAST_CHANGE = 0.1  # see `minimiser.Settings`
+PATIENCE = 10  # iterations, on paths that are not refined
+NEVER = 1 << 62  # iterations
+ARRIVED = 1e-9  # rounding of the last pose's dofs, rad
+BITS = 2.0**36  # of dofs, see `_dofs_in`
+AGREE = 1e-6  # relative difference of chord and line within which the line's length is the geodesic's
+
+
+class Curve(NamedTuple):
+    """A geodesic: its samples, and how they were found."""
+
+    poses: np.ndarray  # (n_points, n_dofs) coordinates, see `chart`
+    energy: float  # m²
+    length: float  # sum of the chords, m
+    curve_length: float  # on the fine grid, m
+    gradient_norm: float  # of the energy in the free poses, m²/rad
+    gain: float  # share of the length that is left to gain
+    n_iter: int  # of all refinements
+    converged: bool
+
+
+CURVE = named(Curve, MATRIX, REAL, REAL, REAL, REAL, REAL, WHOLE, FLAG)
+
+
+@internal
+def stop_at(max_iter, tol):
+    """Return where the search for a geodesic ends, tol being a share of its length.
+
+    That is twice as much of the energy. Half of this is requested, as the model often has too little left.
+    """
+    return Stop(max_iter, 0.0, tol)
+
+
+@internal
+def _settings_for(substeps, stop):
+    return Settings(stop, FIRST_DAMPING, False, LEAST_CHANGE, False, PATIENCE if substeps == 1 else NEVER)
+
+
+@separate(lambda: MATRIX(TREE, TREE, VECTOR, VECTOR, WHOLE))
+def slerp_line(tree, free, start, end, n_steps):
+    """Set the references, and return the line on which ball joints turn by slerp, in coordinates."""
+    ends = np.empty((2, start.shape[0]))
+    set_references(tree, free, start, end)
+    coordinates_of(tree, free, start, ends[0])
+    coordinates_of(tree, free, end, ends[1])
+    return divided(ends, n_steps)
+
+
+@internal
+def _curve_length(tree, local, poses):
+    """Return the length of the curve through poses on a fine grid: straight from pose to pose, ball joints by slerp.
+
+    The references of the local tree are set for each step.
+    """
+    along = 0.0
+    for i in range(poses.shape[0] - 1):
+        along += chords(local, slerp_line(tree, local, poses[i], poses[i + 1], FINE))[0]
+    return along
+
+
+@separate(lambda: types.Tuple([CURVE, FLAG])(TREE, MATRIX, TREE, MATRIX, OUTCOME, WHOLE))
+def checked(line_tree, line, tree, samples, outcome, n_iter):
+    """Return the samples of a path as a curve, and whether it passes the discretisation check.
+
+    It also has to be no longer than the line, whose coordinates may be others.
+    """
+    local, noise = free_tree(tree, False), rounding_length(tree)
+    length, energy = chords(tree, samples)
+    along = _curve_length(tree, local, samples)
+    passes = along - length <= MAX_GAP * along + noise
+    if passes and along > chords(line_tree, line)[0]:
+        finer = divided(line, (samples.shape[0] - 1) // (line.shape[0] - 1))
+        passes = along <= curve_length(line_tree, finer) + noise
+    gain = 0.5 * outcome.gain  # of the length, the square root of the energy
+    return Curve(samples, energy, length, along, outcome.gradient_norm, gain, n_iter, outcome.converged), passes
+
+
+@separate(lambda: CURVE(TREE, MATRIX, BOUNDS, STOP))
+def find_geodesic(tree, line, bounds, stop):
+    """Find a path of least energy that passes the discretisation check, from a line of poses on.
+
+    Where none is found that is no longer than that line, the path is the line, unconverged.
+    """
+    n_iter, poses = 0, line
+    for factor, substeps in REFINEMENTS:
+        if substeps > 1:
+            poses = line if factor == 1 else divided(poses, 2)
+        settings = _settings_for(substeps, stop)
+        path = path_of(tree, poses, substeps)
+        outcome = minimise(tree, path, bounds, settings)
+        n_iter += outcome.n_iter
+        poses = path.poses
+        curve, passes = checked(tree, line, tree, divided(poses, substeps), outcome, n_iter)
+        given_up = substeps == 1 and outcome.gain == math.inf  # in the middle of the search; refined, it may end
+        if passes and not given_up:
+            return curve
+    length, energy = chords(tree, line)
+    local = free_tree(tree, False)
+    return Curve(line, energy, length, _curve_length(tree, local, line), math.nan, math.nan, n_iter, False)
+
+
+@separate(lambda: types.Tuple([MATRIX, REAL])(TREE, TREE, VECTOR, VECTOR, WHOLE))
+def shorter_line(tree, free, start, end, n_steps):
+    """Return the shorter straight line from a pose to another, in coordinates, and its length."""
+    line = slerp_line(tree, free, start, end, n_steps)
+    length = chords(free, line)[0]
+    if differs(tree, free):
+        other = np.empty(line.shape)
+        if line_of_angles(tree, free, start, end, other):
+            other_length = chords(free, other)[0]
+            if other_length < length:
+                return other, other_length
+    return line, length
+
+
+@jit
+def path_between(tree, start, end, n_steps, frees_angles, bounds, max_iter, tol):
+    """Find the geodesic between two poses, the difference of angles wrapped already; return it as poses."""
+    free = free_tree(tree, frees_angles)
+    line, _ = shorter_line(tree, free, start, end, n_steps)
+    curve = find_geodesic(free, line, bounds, stop_at(max_iter, tol))
+    poses, last = np.empty(curve.poses.shape), curve.poses.shape[0] - 1
+    copy_to(poses[0], start)
+    for i in range(1, last + 1):
+        dofs_of(tree, free, curve.poses[i], poses[i - 1], poses[i])
+    farthest = 0.0
+    for d in range(end.shape[0]):
+        farthest = max(farthest, abs(poses[last, d] - end[d]))
+    if farthest < ARRIVED:
+        copy_to(poses[last], end)
+    return Curve(
+        poses,
+        curve.energy,
+        curve.length,
+        curve.curve_length,
+        curve.gradient_norm,
+        curve.gain,
+        curve.n_iter,
+        curve.converged,
+    )
+
+
+@internal
+def _dofs_in(tree, code, dofs):
+    """Read the dofs of a pose from its code, where there are ball joints to 36 bits.
+
+    The same rotation in other numbers differs by rounding, which the iterations of a long path make larger.
+    """
+    n, n_balls = tree.angle_dof.shape[0], tree.ball_frame.shape[0]
+    for k in range(n):
+        dofs[tree.angle_dof[k]] = np.rint(code[k] * BITS) / BITS if n_balls > 0 else code[k]
+    rotation = np.empty(4)
+    for k in range(n_balls):
+        f = tree.ball_frame[k]
+        for i in range(4):
+            rotation[i] = np.rint(code[5 * n + 4 * k + i] / SQRT2 * BITS) / BITS
+        before, d = tree.reference[f], tree.first_dof[f]
+        dofs[d], dofs[d + 1], dofs[d + 2] = vector_of(
+            product(
+                (before[0], -before[1], -before[2], -before[3]), (rotation[0], rotation[1], rotation[2], rotation[3])
+            )
+        )
+
+
+@internal
+def _is_ahead(tree, x, y):
+    """Return whether the first dof in which two codes differ is larger in y: one rule for both orders of the two."""
+    n = tree.angle_dof.shape[0]
+    for k in range(n):
+        if x[k] != y[k]:
+            return y[k] > x[k]
+    for k in range(5 * n, 5 * n + 4 * tree.ball_frame.shape[0]):
+        if x[k] != y[k]:
+            return y[k] > x[k]
+    return True
+
+
+@passed
+def measure_geodesic(x, Y, first, last, tree, steps, scratch, results):
+    """Compute the length of the geodesic, eq. 3; where chord and straight line agree already, that of the line.
+
+    Sets the gap of a geodesic that did not converge.
+    """
+    measure_line(x, Y, first, last, tree, steps, scratch, results)
+    n, n_codes = tree.column.shape[0], x.shape[0]
+    width, n_groups = Y.size // Y.shape[0], results.distances.shape[0]
+    codes, distances = Y.reshape((Y.shape[0], width)), results.distances.reshape((n_groups, width))
+    skip, gaps = results.skip.reshape((n_groups, width)), results.gap.reshape((n_groups, width))
+    bounds, noise, free = unbounded(n), rounding_length(tree), free_tree(tree, steps.half_turn < math.inf)
+    start, end, stop = np.empty(n), np.empty(n), stop_at(MAX_ITER, TOL)
+    for k in range(first, last):
+        code, group = codes[k * n_codes : (k + 1) * n_codes], k - first
+        for w in range(width):
+            line = distances[group, w]
+            square = 0.0
+            first_position = n_line_codes(tree)
+            for i in range(first_position, n_codes):
+                square += ((code[i, w] - x[i]) * tree.scale[1 + (i - first_position) // 3]) ** 2
+            chord = math.sqrt(square)
+            if skip[group, w] or line - chord <= AGREE * line + noise:
+                continue
+            if _is_ahead(tree, x, code[:, w]):  # both directions give the same number
+                _dofs_in(tree, x, start)
+                _dofs_in(tree, code[:, w], end)
+            else:
+                _dofs_in(tree, code[:, w], start)
+                _dofs_in(tree, x, end)
+            for d in tree.angle_dof:
+                gap = end[d] - start[d]
+                end[d] = start[d] + (gap - turns_off(gap, steps) * TWO_PI)
+            path, shorter = shorter_line(tree, free, start, end, steps.n_steps)
+            line = min(line, shorter)
+            if line - chord <= AGREE * line + noise:
+                distances[group, w] = max(chord, line)
+                continue
+            curve = find_geodesic(free, path, bounds, stop)
+            distances[group, w] = max(chord, min(curve.length, line))
+            if not curve.converged:
+                gaps[group, w] = max((curve.curve_length - curve.length) / curve.curve_length, ROUNDING)

@@ -1,0 +1,94 @@
+"""Forward kinematics with every frame as a whole rotation matrix: of one pose, or of one pose in each lane."""
+
+import math
+
+from skpose._compiled.pose.rotation import product, quaternion_of, turned_back
+from skpose._compiled.simd.jit import inlined, internal
+from skpose._compiled.simd.lanes import rows
+from skpose._compiled.simd.trigonometry import cosine_sine
+
+SQRT2 = math.sqrt(2.0)
+
+
+@internal
+def workspace_rows(tree):
+    """Return the number of rows of the scratch array that all kernels share."""
+    return 4 * tree.column.shape[0] + 9 * tree.frame_parent.shape[0] + 3 * tree.offset.shape[0]
+
+
+@internal
+def workspace(tree, scratch):
+    """Return the rows of a scratch array of shape (workspace_rows,), or (workspace_rows, lanes).
+
+    Cosines C and sines S of the angles, n_dofs rows each; orientations H, 9 n_frames rows, the root's set to the
+    identity; positions P, 3 n_joints + 3 rows, the root's set to zero.
+    """
+    n, h = tree.column.shape[0], 9 * tree.frame_parent.shape[0]
+    H, P = rows(scratch, 2 * n), rows(scratch, 2 * n + h)
+    for i in range(9):
+        H[i] = 1.0 if i % 4 == 0 else 0.0
+    for i in range(3):
+        P[i] = 0.0
+    return rows(scratch, 0), rows(scratch, n), H, P
+
+
+@inlined
+def rotated(u, v, c, s):
+    """Rotate the two columns of a matrix that a rotation about the third axis mixes."""
+    return c * u + s * v, c * v - s * u
+
+
+@internal
+def frame_quaternion(tree, dofs, f):
+    """Return the rotation of a ball joint's frame from its parent's, as a unit quaternion."""
+    d, before = tree.first_dof[f], tree.reference[f]
+    return product((before[0], before[1], before[2], before[3]), quaternion_of(dofs[d], dofs[d + 1], dofs[d + 2]))
+
+
+@internal
+def orient(tree, dofs, C, S, H):
+    """Compute the world orientation H of every frame, row by row, from dofs in the tree's order.
+
+    C and S are the cosines and sines of the angles; of ball joints, whose dofs are no angles, C holds the dofs.
+    """
+    for f in range(1, tree.frame_parent.shape[0]):
+        p, a, end = tree.frame_parent[f], tree.fixed_axis[f], tree.end_dof[f]
+        if tree.ball[f] >= 0:
+            w, u, v, t = frame_quaternion(tree, dofs, f)
+            q = SQRT2 * w, SQRT2 * u, SQRT2 * v, SQRT2 * t
+            for i in range(0, 9, 3):
+                row, before = 9 * f + i, 9 * p + i
+                H[row], H[row + 1], H[row + 2] = turned_back((H[before], H[before + 1], H[before + 2]), q)
+            for d in range(tree.first_dof[f], end):
+                C[d] = dofs[d]
+            continue
+        for d in range(tree.first_dof[f], end):
+            C[d], S[d] = cosine_sine(dofs[d] + tree.shift[d])
+        b, c = (a + 1) % 3, (a + 2) % 3
+        n_dofs = end - tree.first_dof[f]
+        for i in range(0, 9, 3):
+            row, before = 9 * f + i, 9 * p + i
+            if n_dofs == 0:
+                H[row + a] = H[before + a]
+                H[row + b], H[row + c] = rotated(
+                    H[before + b], H[before + c], tree.fixed_rotation[f, 0], tree.fixed_rotation[f, 1]
+                )
+                continue
+            x, y, z = H[before], H[before + 1], H[before + 2]
+            if n_dofs > 2:
+                x, y = rotated(x, y, C[end - 3], S[end - 3])
+            if n_dofs > 1:
+                z, x = rotated(z, x, C[end - 2], S[end - 2])
+            y, z = rotated(y, z, C[end - 1], S[end - 1])
+            H[row], H[row + 1], H[row + 2] = x, y, z
+
+
+@internal
+def place_joints(tree, H, P):
+    """Compute the joint positions P from the frames H; the root's stays where it is."""
+    for j in range(1, tree.offset.shape[0]):
+        p, f = 3 * tree.joint_parent[j], 9 * tree.joint_frame[j]
+        x, y, z = tree.offset[j, 0], tree.offset[j, 1], tree.offset[j, 2]
+        for i in range(3):
+            h = f + 3 * i
+            P[3 * j + i] = P[p + i] + (H[h] * x + H[h + 1] * y + H[h + 2] * z)

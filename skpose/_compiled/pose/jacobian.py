@@ -1,0 +1,80 @@
+"""The Jacobian of the joint positions, in closed form."""
+
+import numpy as np
+
+from skpose._compiled.pose.forward import orient, place_joints, rotated, workspace, workspace_rows
+from skpose._compiled.pose.rotation import right_jacobian
+from skpose._compiled.simd.jit import internal, jit
+
+
+@internal
+def rotation_axes(tree, C, S, H, stride, axes):
+    """Compute the axis of every dof in world coordinates, the velocity of the rotation, of length one.
+
+    Row stride · d + i of the axes is coordinate i of dof d's.
+
+    The axes of a ball joint's dofs, its rotation vector, are of other lengths: the columns of the orientation times Jr.
+    """
+    for f in range(1, tree.frame_parent.shape[0]):
+        end = tree.end_dof[f]
+        if tree.ball[f] >= 0:
+            first = end - 3
+            p, q, r = right_jacobian(C[first], C[first + 1], C[first + 2])
+            for i in range(3):
+                x, y, z = H[9 * f + 3 * i], H[9 * f + 3 * i + 1], H[9 * f + 3 * i + 2]
+                for d in range(3):
+                    axes[stride * (first + d) + i] = x * p[d] + y * q[d] + z * r[d]
+            continue
+        n_dofs = end - tree.first_dof[f]
+        for i in range(3 if n_dofs > 0 else 0):
+            # The columns of H are the axes after all the rotations; undo these, the last one first.
+            x, y, z = H[9 * f + 3 * i], H[9 * f + 3 * i + 1], H[9 * f + 3 * i + 2]
+            axes[stride * (end - 1) + i] = x
+            y, z = rotated(y, z, C[end - 1], 0.0 - S[end - 1])
+            if n_dofs > 1:
+                axes[stride * (end - 2) + i] = y
+                z, x = rotated(z, x, C[end - 2], 0.0 - S[end - 2])
+            if n_dofs > 2:
+                axes[stride * (end - 3) + i] = z
+
+
+@internal
+def fill_jacobian(tree, P, axes, jacobian):
+    """Compute the change of scaled positions with the tree's dofs, (3 n_joints, n_dofs); zeros are not written.
+
+    A rotation about the unit axis a through the point o moves a point p at the rate a × (p − o).
+    """
+    for j in range(1, tree.offset.shape[0]):
+        row, f = 3 * tree.code_joint[j] - 3, tree.joint_frame[j]
+        scale = tree.scale[j]
+        while f > 0:
+            o = 3 * tree.pivot[f]
+            x, y, z = P[3 * j] - P[o], P[3 * j + 1] - P[o + 1], P[3 * j + 2] - P[o + 2]
+            for d in range(tree.first_dof[f], tree.end_dof[f]):
+                a, b, c = axes[3 * d], axes[3 * d + 1], axes[3 * d + 2]
+                jacobian[row, d], jacobian[row + 1, d], jacobian[row + 2, d] = (
+                    scale * (b * z - c * y),
+                    scale * (c * x - a * z),
+                    scale * (a * y - b * x),
+                )
+            f = tree.frame_parent[f]
+
+
+@internal
+def write_jacobian(tree, pose, scratch, jacobian):
+    """Compute ∂F/∂θ of one pose, (3 n_joints, n_dofs); zeros are not written."""
+    C, S, H, P = workspace(tree, scratch)
+    axes = np.empty(3 * pose.shape[0])
+    orient(tree, pose, C, S, H)
+    place_joints(tree, H, P)
+    rotation_axes(tree, C, S, H, 3, axes)
+    fill_jacobian(tree, P, axes, jacobian)
+
+
+@jit
+def position_jacobians(poses, tree, jacobians):
+    """Compute ∂F/∂θ of every pose, (n_poses, 3 n_joints, n_dofs), both in the tree's order of dofs."""
+    scratch = np.empty(workspace_rows(tree))
+    jacobians[:] = 0.0
+    for n in range(poses.shape[0]):
+        write_jacobian(tree, poses[n], scratch, jacobians[n])

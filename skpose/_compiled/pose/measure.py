@@ -1,0 +1,217 @@
+"""The measures: distances from one encoded pose x to the groups of lanes first:last of others, Y.
+
+They write into the `Results`: row k of its arrays is group first + k.
+"""
+
+import math
+
+import numpy as np
+
+from skpose._compiled.pose.rotation import TIE
+from skpose._compiled.pose.step import for_scale, no_squares, parts_of, plan_of, take_step, weighted
+from skpose._compiled.pose.tree import SLERP_TERMS, TWO_PI, Squares, Steps
+from skpose._compiled.simd.jit import inlined, passed
+from skpose._compiled.simd.lanes import any_greater, flat, full_like, greater, minimum, rows, sqrt
+from skpose._compiled.simd.trigonometry import series
+
+STEPS_PER_BOUND = 3  # of a line that may be longer than a limit; more bounds take more than they save
+
+
+@inlined
+def turns_off(gap, steps):
+    """Return the whole turns (−1, 0 or 1) to subtract from a difference of angles to wrap it to [−π, π]."""
+    return greater(gap, steps.half_turn) - greater(0.0 - gap, steps.half_turn)
+
+
+@passed
+def measure_euclidean(x, Y, first, last, tree, steps, scratch, results):
+    """Compute ‖y − x‖₂, every difference wrapped where the metric wraps."""
+    a, n = flat(x), x.shape[0]
+    for k in range(first, last):
+        b = rows(Y, k * n)
+        zero = full_like(b, 0.0)
+        one, two, three = zero, zero, zero  # several sums, so that no addition waits for the one before
+        if steps.half_turn == math.inf:
+            for d in range(0, n - 2, 3):
+                p, q, r = b[d] - a[d], b[d + 1] - a[d + 1], b[d + 2] - a[d + 2]
+                one, two, three = one + p * p, two + q * q, three + r * r
+        for d in range(n - n % 3 if steps.half_turn == math.inf else 0, n):
+            gap = b[d] - a[d]
+            gap = gap - turns_off(gap, steps) * TWO_PI
+            one = one + gap * gap
+        rows(results.distances, k - first)[0] = sqrt(one + two + three)
+
+
+@passed
+def measure_boxes(x, Y, first, last, tree, steps, scratch, results):
+    """Compute the Euclidean distances from a point x to boxes, whose codes are the lower corner, then the upper one."""
+    a, n = flat(x), x.shape[0]
+    for k in range(first, last):
+        low, high = rows(Y, 2 * n * k), rows(Y, 2 * n * k + n)
+        zero = full_like(low, 0.0)
+        one, two = zero, zero
+        for d in range(0, n - 1, 2):
+            p = minimum(minimum(a[d] - low[d], high[d] - a[d]), zero)
+            q = minimum(minimum(a[d + 1] - low[d + 1], high[d + 1] - a[d + 1]), zero)
+            one, two = one + p * p, two + q * q
+        if n % 2 == 1:
+            p = minimum(minimum(a[n - 1] - low[n - 1], high[n - 1] - a[n - 1]), zero)
+            one = one + p * p
+        rows(results.distances, k - first)[0] = sqrt(one + two)
+
+
+def _squared_angle_series(degree=24):
+    """Return the coefficients in t of φ² / 4m for two unit quaternions at squared distance m = 1 + t, 0 ≤ m ≤ 2.
+
+    φ = 4 arcsin(√m / 2), whose square is analytic in m up to m = 4: interpolation in Chebyshev's points on [0, 2]
+    gains a factor 3 + √8 per degree and is exact to rounding at degree 24.
+    """
+    series = np.polynomial.Chebyshev.interpolate(lambda m: (2.0 * np.arcsin(np.sqrt(m) / 2.0)) ** 2 / m, degree, (0, 2))
+    return tuple(np.polynomial.chebyshev.cheb2poly(series.coef))
+
+
+_SQUARED_ANGLE = _squared_angle_series()
+
+
+@passed
+def measure_rotations(x, Y, first, last, tree, steps, scratch, results):
+    """Compute √Σ ℓ² φ² over the bones, φ the angle between the orientations of the bone's frame."""
+    a, weight, n_frames = flat(x), flat(tree.weight), tree.weight.shape[0]
+    for k in range(first, last):
+        b = rows(Y, k * x.shape[0])
+        total = full_like(b, 0.0)
+        for f in range(1, n_frames):
+            if weight[f] == 0.0:
+                continue
+            minus, plus = full_like(b, 0.0), full_like(b, 0.0)
+            for i in range(4 * f - 4, 4 * f):
+                q = b[i]
+                minus, plus = minus + (q - a[i]) * (q - a[i]), plus + (q + a[i]) * (q + a[i])
+            m = minimum(minus, plus)  # q and −q are one rotation
+            total = total + weight[f] * 4.0 * m * series(_SQUARED_ANGLE, m - 1.0, full_like(b, 0.0))
+        rows(results.distances, k - first)[0] = sqrt(total)
+
+
+@inlined
+def _without_references(steps):
+    """Return the steps with an address in the place of the array, whose references would be counted in inner loops."""
+    return Steps(steps.n_steps, steps.half_turn, steps.cos_turn, steps.sin_turn, flat(steps.slerp))
+
+
+@inlined
+def _half_step(a, b, d, n, steps):
+    """Return cosine and sine of half a step of angle d on the straight line, and the whole difference."""
+    gap = b[d] - a[d]
+    c, s = b[n + d], b[2 * n + d]
+    c, s = c * a[n + d] + s * a[2 * n + d], s * a[n + d] - c * a[2 * n + d]
+    if any_greater(gap * gap, 0.99 * steps.half_turn * steps.half_turn):  # rare
+        turns = turns_off(gap, steps)
+        gap = gap - turns * TWO_PI
+        # cos and sin of half of what is subtracted from a step, for turns in {−1, 0, 1}
+        cos_off, sin_off = turns * turns * (steps.cos_turn - 1.0) + 1.0, turns * steps.sin_turn
+        c, s = c * cos_off + s * sin_off, s * cos_off - c * sin_off
+    return c, s, gap
+
+
+@inlined
+def _start_ball(a, b, at, Q, q, slerp):
+    """Set a ball joint's state at row q to the start of the slerp from a to b; return 1 − cos φ.
+
+    Its quaternions stand at `at` in the codes, times √2. With e the difference of the two, the shorter one, and
+    m = 1 − cos φ, the sample after a is (1 − κ/2) a + s (e + m a), with s = sin(φ/N)/sin φ and κ = 2 − 2 cos(φ/N).
+    """
+    dot = full_like(b, 0.0)
+    for i in range(at, at + 4):
+        dot = dot + a[i] * b[i]
+    sign = 1.0 - 2.0 * greater(0.0 - dot, 2.0 * TIE)
+    m = full_like(b, 0.0)
+    for i in range(at, at + 4):
+        e = sign * b[i] - a[i]
+        m = m + e * e
+    m = 0.25 * m
+    t = m + m - 1.0
+    # Even and odd powers apart: four sums, so that no addition waits for the one before.
+    square = t * t
+    share, curvature = full_like(b, slerp[SLERP_TERMS - 1]), full_like(b, slerp[2 * SLERP_TERMS - 1])
+    odd_share, odd_curvature = full_like(b, 0.0), full_like(b, 0.0)
+    for k in range(SLERP_TERMS - 3, -1, -2):
+        share, odd_share = share * square + slerp[k], odd_share * square + slerp[k + 1]
+        curvature = curvature * square + slerp[SLERP_TERMS + k]
+        odd_curvature = odd_curvature * square + slerp[SLERP_TERMS + k + 1]
+    share, curvature = share + odd_share * t, m * (curvature + odd_curvature * t)  # the latter is κ/2
+    along = share * m + curvature
+    for i in range(4):
+        Q[q + i] = a[at + i]
+        Q[q + 4 + i] = share * (sign * b[at + i] - a[at + i]) + along * a[at + i]
+    Q[q + 8] = curvature + curvature
+    return m
+
+
+@inlined
+def start_joints(plan, a, before, P):
+    """Place the joints as in the encoded pose a, whose code has them after `before`, less the root's three."""
+    for i in range(3, 3 * plan.n_joints):
+        P[i] = a[before + i]
+
+
+@inlined
+def last_chord(plan, b, before, P):
+    """Return the distance from the joints P to those of encoded poses b."""
+    squares = no_squares(plan.scale[plan.n_joints - 1], P)
+    for j in range(1, plan.n_joints):
+        i, k = 3 * j, before + 3 * j
+        p, q, r = b[k] - P[i], b[k + 1] - P[i + 1], b[k + 2] - P[i + 2]
+        scale, one, two, three, total = for_scale(plan.scale[j], P, squares)
+        squares = Squares(scale, one + p * p, two + q * q, three + r * r, total)
+    return sqrt(weighted(squares))
+
+
+@inlined
+def _line(plan, a, b, steps, parts, limit):
+    """Return the length of the straight line from an encoded pose a to others b, and whether that was computed.
+
+    Elsewhere it is more than the limit in every lane, and so is what is returned: the length so far and of the chord
+    from there on, a lower bound by the triangle inequality.
+    """
+    C, S, A, B, n = parts.C, parts.S, parts.A, parts.B, plan.n_angles
+    before = 5 * n + 4 * plan.n_balls - 3
+    apart = full_like(b, 0.0)
+    for d in range(n):
+        c, s, gap = _half_step(a, b, d, n, steps)
+        apart = apart + gap * gap
+        A[d], B[d] = 2.0 * s * s, 2.0 * s * c
+        C[d], S[d] = a[3 * n + d], a[4 * n + d]
+    for k in range(plan.n_balls):
+        apart = apart + _start_ball(a, b, 5 * n + 4 * k, parts.Q, 9 * k, steps.slerp)
+    start_joints(plan, a, before, parts.P)
+    length = full_like(b, 0.0)
+    for step in range(1, steps.n_steps):
+        length = length + sqrt(take_step(plan, parts))
+        if limit < math.inf and step % STEPS_PER_BOUND == 0 and step < steps.n_steps - 1:
+            bound = length + last_chord(plan, b, before, parts.P)
+            if not any_greater(0.0 - bound, 0.0 - limit):
+                return bound, False
+    # From a pose to itself the samples differ by rounding; the distance is zero.
+    return (length + last_chord(plan, b, before, parts.P)) * greater(apart, 0.0), True
+
+
+@passed
+def measure_line(x, Y, first, last, tree, steps, scratch, results):
+    """Compute the length of the straight line in the dofs, Σ ‖F(c_n) − F(c_{n−1})‖, sec. 2.2 of the paper."""
+    plan, a, bare = plan_of(tree), flat(x), _without_references(steps)
+    parts = parts_of(tree, scratch)
+    for k in range(first, last):
+        length, _ = _line(plan, a, rows(Y, k * x.shape[0]), bare, parts, math.inf)
+        rows(results.distances, k - first)[0] = length
+
+
+@passed
+def measure_line_within(x, Y, first, last, tree, steps, scratch, results):
+    """Compute `measure_line` where that may be within the limit, elsewhere a lower bound that is above it."""
+    plan, a, bare = plan_of(tree), flat(x), _without_references(steps)
+    parts = parts_of(tree, scratch)
+    for k in range(first, last):
+        length, is_whole = _line(plan, a, rows(Y, k * x.shape[0]), bare, parts, results.limit[0])
+        rows(results.distances, k - first)[0] = length
+        if not is_whole:
+            results.n_ruled_out[0] += 1

@@ -1,0 +1,288 @@
+"""The compiled loops that find, for each query, the nearest poses of an index.
+
+What is found is kept in `Heaps`, one row for each query. Equal values are ordered by index, so what is kept depends
+neither on the order in which poses come nor on the number of threads.
+
+Poses are measured in groups of lanes, and only groups whose lower bound is within the limit of the query: the loop of
+`bounds_of_groups_loop` makes the bounds, or replaces them by sharper ones.
+
+The loops that keep pass a limit to the measure, in ``results.limit``: a distance above it is not needed. A measure that
+uses the limit writes any lower bound above it instead, for a whole group of lanes at once, and adds the number of such
+groups to ``results.n_ruled_out``. These poses are then not kept.
+"""
+
+import functools
+from typing import NamedTuple
+
+import numpy as np
+from numba import from_dtype, types
+
+from skpose._compiled.pose.forward import workspace_rows
+from skpose._compiled.pose.loops import FLOAT64_LANES, GROUPS_IN_CACHE, encode_type, measure_type
+from skpose._compiled.pose.results import results_of
+from skpose._compiled.pose.signatures import array_type, named, shared_types
+from skpose._compiled.simd.jit import inlined, jit
+from skpose._compiled.simd.lanes import aligned, any_greater, least, rows
+
+ROWS_IN_CACHE = 1024  # rows of lanes, where a group has few of them; with less, the call of the measure shows
+
+
+class Heaps(NamedTuple):
+    """The nearest poses found so far for each query, by distance or by a lower bound of it.
+
+    While there is space, every value up to the limit is kept. A row that is full is a max-heap: its last entry, by
+    value and then by index, is the first of the row, and entries that come before it replace it.
+    """
+
+    limits: np.ndarray  # (n_queries,) largest value that is kept
+    values: np.ndarray  # (n_queries, capacity) distances or bounds
+    indices: np.ndarray  # (n_queries, capacity) of the poses, in the index
+    counts: np.ndarray  # (n_queries,) number of entries
+
+
+class Candidates(NamedTuple):
+    """Poses of an index that may be among the nearest of each query; a query's loop takes them in order."""
+
+    indices: np.ndarray  # (n_queries, n_candidates)
+    bounds: np.ndarray  # (n_queries, n_candidates) lower bounds of the distances
+    counts: np.ndarray  # (n_queries,) number of candidates
+
+
+class Groups(NamedTuple):
+    """Poses in groups of lanes, and which of them to measure: those whose bound is within the query's limit.
+
+    A bound may be of several groups, one after another, as a group is of fewer poses in float64.
+    """
+
+    codes: np.ndarray  # (n_groups * n_codes, lanes)
+    indices: np.ndarray  # (n_groups * lanes,) of the poses, in the index; -1 where there is none
+    bounds: np.ndarray  # (n_queries, n_bounds), float32
+    slack: np.ndarray  # (n_queries,) by how much a bound may be too high
+
+
+class Batch(NamedTuple):
+    """The queries first:last, and how many of a query's candidates are measured at once, FLOAT64_LANES at most."""
+
+    first: int
+    last: int
+    at_once: int
+
+
+@inlined
+def _comes_before(value, j, other_value, other_j):
+    return value < other_value or (value == other_value and j < other_j)
+
+
+@inlined
+def _sift_down(values, indices, i, node, value, j):
+    """Put an entry into row i, a heap but for this free node: children that come after the entry move up."""
+    n = values.shape[1]
+    while 2 * node + 1 < n:
+        child = 2 * node + 1
+        if child + 1 < n and _comes_before(
+            values[i, child], indices[i, child], values[i, child + 1], indices[i, child + 1]
+        ):
+            child += 1
+        if not _comes_before(value, j, values[i, child], indices[i, child]):
+            break
+        values[i, node], indices[i, node] = values[i, child], indices[i, child]
+        node = child
+    values[i, node], indices[i, node] = value, j
+
+
+@inlined
+def _limit(heaps, i):
+    """Return the largest value that query i would still keep."""
+    return heaps.values[i, 0] if heaps.counts[i] == heaps.values.shape[1] else heaps.limits[i]
+
+
+@inlined
+def _keep(value, j, heaps, i):
+    """Keep pose j for query i if it is near enough."""
+    values, indices, counts = heaps.values, heaps.indices, heaps.counts
+    capacity = values.shape[1]
+    if counts[i] == capacity:
+        if _comes_before(value, j, values[i, 0], indices[i, 0]):
+            _sift_down(values, indices, i, 0, value, j)
+    elif value <= heaps.limits[i]:
+        values[i, counts[i]], indices[i, counts[i]] = value, j
+        counts[i] += 1
+        if counts[i] == capacity:
+            for node in range(capacity // 2 - 1, -1, -1):
+                _sift_down(values, indices, i, node, values[i, node], indices[i, node])
+
+
+@inlined
+def _rounding(tree):
+    """Return how far above a length its lower bound may lie by rounding, m; a generous estimate."""
+    total, largest = 0.0, 0.0
+    for j in range(tree.offset.shape[0]):
+        largest = max(largest, tree.scale[j])
+        for i in range(3):
+            total += abs(tree.offset[j, i])
+    return 1e-9 * total * largest
+
+
+@inlined
+def _run(bounds, i, limit, group, end, per_bound):
+    """Return the first run of groups, from this one on and before the end, whose bounds are within the limit."""
+    while group < end and bounds[i, group // per_bound] > limit:
+        group += 1
+    stop = group
+    while stop < end and bounds[i, stop // per_bound] <= limit:
+        stop += 1
+    return group, stop
+
+
+@inlined
+def _n_together(n_codes):
+    """Return how many groups are measured for one query after another, as they fit into the cache."""
+    return max(GROUPS_IN_CACHE, ROWS_IN_CACHE // n_codes)
+
+
+def _bounds_of_groups(queries, codes, first, last, limits, measure, tree, steps, bounds):
+    n_codes, width = queries.shape[1], codes.shape[1]
+    n_groups, n_together = bounds.shape[1], _n_together(n_codes)
+    scratch = aligned(workspace_rows(tree), width, queries.dtype)
+    results = results_of(n_together, width, queries.dtype)
+    distances = rows(results.distances, 0)
+    for group in range(0, n_groups, n_together):
+        end = min(group + n_together, n_groups)
+        for i in range(first, last):
+            start, stop = _run(bounds, i, limits[i], group, end, 1)
+            while start < stop:
+                measure(queries[i], codes, start, stop, tree, steps, scratch, results)
+                for k in range(stop - start):
+                    bounds[i, start + k] = least(distances[k])
+                start, stop = _run(bounds, i, limits[i], stop, end, 1)
+
+
+def _nearest_of_groups(queries, groups, first, last, excluded, measure, tree, steps, heaps):
+    n_codes, width = queries.shape[1], groups.codes.shape[1]
+    n_groups, n_together = len(groups.indices) // width, _n_together(n_codes)
+    per_bound = n_groups // max(1, groups.bounds.shape[1])
+    scratch = aligned(workspace_rows(tree), width, queries.dtype)
+    results = results_of(n_together, width, queries.dtype)
+    distances, rounding, n_measured = rows(results.distances, 0), _rounding(tree), 0
+    for group in range(0, n_groups, n_together):
+        end = min(group + n_together, n_groups)
+        for i in range(first, last):
+            limit = _limit(heaps, i)
+            start, stop = _run(groups.bounds, i, limit + groups.slack[i], group, end, per_bound)
+            while start < stop:
+                results.limit[0], results.n_ruled_out[0] = 1.000001 * limit + rounding, 0
+                measure(queries[i], groups.codes, start, stop, tree, steps, scratch, results)
+                n_poses = 0
+                for at in range(start * width, stop * width):
+                    n_poses += groups.indices[at] >= 0
+                n_measured += max(0, n_poses - results.n_ruled_out[0] * width)
+                for k in range(stop - start):
+                    at = (start + k) * width
+                    # A little more than the limit, as a distance equal to it may be kept.
+                    if limit < np.inf and not any_greater(0.0 - distances[k], -1.000001 * limit - 1e-37):
+                        continue
+                    for w in range(width):
+                        j = groups.indices[at + w]
+                        if j >= 0 and j != excluded[i]:
+                            _keep(results.distances[k, w], j, heaps, i)
+                    limit = _limit(heaps, i)
+                start, stop = _run(groups.bounds, i, limit + groups.slack[i], stop, end, per_bound)
+    return n_measured
+
+
+def _nearest_of_candidates(queries, poses, candidates, batch, encode, measure, tree, steps, heaps):
+    n_dofs = poses.shape[1]
+    scratch = aligned(workspace_rows(tree), FLOAT64_LANES, queries.dtype)
+    pose = aligned(n_dofs, FLOAT64_LANES, queries.dtype)
+    code = aligned(queries.shape[1], FLOAT64_LANES, queries.dtype)
+    results = results_of(1, FLOAT64_LANES, queries.dtype)
+    taken = np.empty(FLOAT64_LANES, np.int64)
+    rounding, n_measured, n_unconverged, worst = _rounding(tree), 0, 0, 0.0
+    for i in range(batch.first, batch.last):
+        c = 0  # the next candidate
+        while c < candidates.counts[i]:
+            n, limit = 0, _limit(heaps, i)
+            while c < candidates.counts[i] and n < batch.at_once:
+                if candidates.bounds[i, c] <= limit:
+                    taken[n] = candidates.indices[i, c]
+                    n += 1
+                c += 1
+            if n == 0:
+                break
+            results.limit[0], results.n_ruled_out[0] = 1.000001 * limit + rounding, 0
+            for w in range(FLOAT64_LANES):
+                results.skip[0, w], results.gap[0, w] = w >= n, 0.0
+                for d in range(n_dofs):
+                    pose[d, w] = poses[taken[min(w, n - 1)], d]
+            encode(pose, tree, steps, scratch, code)
+            measure(queries[i], code, 0, 1, tree, steps, scratch, results)
+            n_measured += n * (1 - results.n_ruled_out[0])
+            for w in range(n):
+                _keep(results.distances[0, w], taken[w], heaps, i)
+                if results.gap[0, w] > 0.0:
+                    n_unconverged += 1
+                    worst = max(worst, results.gap[0, w])
+    return n_measured, n_unconverged, worst
+
+
+def _heaps_type(real):
+    """Return numba's type of Heaps."""
+    whole = types.int64
+    kinds = ((real, 1), (real, 2), (whole, 2), (whole, 1))
+    return named(Heaps, *(array_type(kind, ndim, readonly=False) for kind, ndim in kinds))
+
+
+# Compiled when first requested, see `skpose._compiled.pose.loops`.
+
+
+@functools.cache
+def bounds_of_groups_loop():
+    """``loop(queries, codes, first, last, limits, measure, tree, steps, bounds)``: the least distances of groups.
+
+    `queries` holds codes as rows, `codes` groups of lanes. Each bound (n_queries, n_groups) of a query first:last that
+    is within its limit becomes the least distance to the poses of the group. In float32.
+    """
+    real, whole, float32 = types.float32, types.int64, np.dtype(np.float32)
+    tree, steps = shared_types(float32)
+    queries, codes = array_type(real, 2, readonly=True), array_type(real, 2, readonly=True)
+    limits, bounds = array_type(real, 1, readonly=True), array_type(real, 2, readonly=False)
+    signature = types.void(queries, codes, whole, whole, limits, measure_type(float32), tree, steps, bounds)
+    return jit(_bounds_of_groups, signatures=[signature])
+
+
+@functools.cache
+def nearest_of_groups_loop(dtype):
+    """``loop(queries, groups, first, last, excluded, measure, tree, steps, heaps)``: keep the nearest poses of groups.
+
+    `queries` holds codes as rows. Only Groups within reach of a query first:last are measured. Query i does not keep
+    pose excluded[i]. Returns the number of pairs measured. For measures that always converge.
+    """
+    real, whole = from_dtype(dtype), types.int64
+    tree, steps = shared_types(dtype)
+    kinds = (real, 2), (whole, 1), (types.float32, 2), (types.float64, 1)
+    groups = named(Groups, *(array_type(*kind, readonly=False) for kind in kinds))
+    queries, excluded = array_type(real, 2, readonly=True), array_type(whole, 1, readonly=True)
+    tail = excluded, measure_type(dtype), tree, steps, _heaps_type(real)
+    return jit(_nearest_of_groups, signatures=[whole(queries, groups, whole, whole, *tail)])
+
+
+@functools.cache
+def nearest_of_candidates_loop(dtype):
+    """``loop(queries, poses, candidates, batch, encode, measure, tree, steps, heaps)``: keep the nearest candidates.
+
+    `queries` holds codes as rows, `poses` all poses of the index, of this dtype. The Candidates of each query of the
+    Batch are measured in order, but for those whose bound is above the largest distance that the query would still
+    keep. Returns the number of pairs measured, the number of geodesics that did not converge and the largest of their
+    gaps.
+    """
+    real, whole, float64 = types.float64, types.int64, np.dtype(np.float64)
+    tree, steps = shared_types(float64)
+    queries, poses = array_type(real, 2, readonly=True), array_type(from_dtype(dtype), 2, readonly=True)
+    kinds = (whole, 2), (real, 2), (whole, 1)
+    candidates = named(Candidates, *(array_type(*kind, readonly=False) for kind in kinds))
+    batch = named(Batch, *3 * [whole])
+    counts = types.Tuple((whole, whole, real))
+    signature = counts(
+        queries, poses, candidates, batch, encode_type(), measure_type(float64), tree, steps, _heaps_type(real)
+    )
+    return jit(_nearest_of_candidates, signatures=[signature])

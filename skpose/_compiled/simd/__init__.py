@@ -1,0 +1,1 @@
+"""Vector registers and compilation: all that is private to numba and llvmlite; knows no pose."""

@@ -1,0 +1,274 @@
+"""The functions of `skpose._compiled.simd.lanes` as LLVM instructions. All that is taken from llvmlite stands here.
+
+Pointers are opaque: every load and every address names its type. That takes llvmlite 0.45, which comes with numba 0.62.
+"""
+
+import functools
+import operator
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.core.imputils import impl_ret_new_ref
+from numba.core.typing import signature
+from numba.core.typing.npydecl import parse_dtype
+from numba.core.typing.templates import AbstractTemplate, infer_global
+from numba.extending import lower_builtin, models, register_model
+from numba.np.arrayobj import populate_array
+
+from skpose._compiled.simd import lanes
+
+
+class LanesType(types.Type):
+    """Numbers of one float type that fill VECTOR_BYTES."""
+
+    def __init__(self, dtype):
+        self.dtype = dtype
+        self.width = lanes.VECTOR_BYTES * 8 // dtype.bitwidth
+        super().__init__(name=f"Lanes({dtype}, {self.width})")
+
+
+class RowsType(types.Type):
+    """An address in memory from which rows of one type lie one after another, each a number or lanes."""
+
+    def __init__(self, row):
+        self.row = row
+        super().__init__(name=f"Rows({row})")
+
+
+@register_model(LanesType)
+class _LanesModel(models.PrimitiveModel):
+    def __init__(self, dmm, fe_type):
+        super().__init__(dmm, fe_type, ir.VectorType(dmm.lookup(fe_type.dtype).get_value_type(), fe_type.width))
+
+
+@register_model(RowsType)
+class _RowsModel(models.PrimitiveModel):
+    def __init__(self, dmm, fe_type):
+        super().__init__(dmm, fe_type, cgutils.intp_t)  # a number, as numba cannot return opaque pointers yet
+
+
+def _define_typing(function, result):
+    """Let numba know the type of what a function returns: result(*types of its arguments), None where it has none."""
+
+    class Template(AbstractTemplate):
+        def generic(self, args, kws):
+            returned = result(*args)
+            return None if returned is None else signature(returned, *args)
+
+    infer_global(function)(Template)
+
+
+def _defines(function, result):
+    """Let a function of `lanes` compile to what the decorated function writes.
+
+    numba's own `overload` and `intrinsic` compile a function for each call with new types.
+    """
+
+    def decorate(lowering):
+        _define_typing(function, result)
+        return lower_builtin(function, types.VarArg(types.Any))(lowering)
+
+    return decorate
+
+
+# --- arithmetic -----------------------------------------------------------------------------------------------------
+
+
+def _broadcast(context, builder, value, source, target):
+    """Return one number in every lane, where the target has lanes."""
+    if isinstance(source, LanesType):
+        return value
+    if not isinstance(target, LanesType):
+        return context.cast(builder, value, source, target)
+    scalar = context.cast(builder, value, source, target.dtype)
+    vector_type = context.get_value_type(target)
+    one = builder.insert_element(ir.Constant(vector_type, ir.Undefined), scalar, ir.Constant(ir.IntType(32), 0))
+    mask = ir.Constant(ir.VectorType(ir.IntType(32), target.width), [0] * target.width)
+    return builder.shuffle_vector(one, one, mask)
+
+
+def _define_operator(symbol, instruction):
+    def result(a, b):
+        for this, other in ((a, b), (b, a)):
+            if isinstance(this, LanesType) and (this == other or isinstance(other, types.Number)):
+                return this
+        return None
+
+    def lowering(context, builder, sig, args):
+        a, b = (
+            _broadcast(context, builder, value, source, sig.return_type)
+            for value, source in zip(args, sig.args, strict=True)
+        )
+        return getattr(builder, instruction)(a, b, flags=("contract",))
+
+    _define_typing(symbol, result)
+    for pair in ((LanesType, LanesType), (LanesType, types.Number), (types.Number, LanesType)):
+        lower_builtin(symbol, *pair)(lowering)
+
+
+_define_operator(operator.add, "fadd")
+_define_operator(operator.sub, "fsub")
+_define_operator(operator.mul, "fmul")
+_define_operator(operator.truediv, "fdiv")
+
+
+# --- memory ---------------------------------------------------------------------------------------------------------
+
+
+def _address(context, builder, array_type, array):
+    """Return the address of the first number of an array."""
+    return builder.ptrtoint(context.make_array(array_type)(context, builder, array).data, cgutils.intp_t)
+
+
+def _row_address(context, builder, rows_type, address, index_type, index):
+    """Return the address of a row, as an opaque pointer."""
+    at = context.cast(builder, index, index_type, types.intp)
+    start = builder.inttoptr(address, ir.PointerType())
+    return builder.gep(start, [at], source_etype=context.get_value_type(rows_type.row))
+
+
+def _alignment(row):
+    """Return the alignment of a row: that of one number, as arrays begin anywhere."""
+    return (row.dtype if isinstance(row, LanesType) else row).bitwidth // 8
+
+
+def _rows_of(array, first):
+    return RowsType(LanesType(array.dtype) if array.ndim == 2 else array.dtype)
+
+
+@_defines(lanes.rows, _rows_of)
+def _rows(context, builder, sig, args):
+    start = _address(context, builder, sig.args[0], args[0])
+    first_row = _row_address(context, builder, sig.return_type, start, sig.args[1], args[1])
+    return builder.ptrtoint(first_row, cgutils.intp_t)
+
+
+@_defines(lanes.flat, lambda array: RowsType(array.dtype))
+def _flat(context, builder, sig, args):
+    return _address(context, builder, sig.args[0], args[0])
+
+
+def _type_of_row(rows, i):
+    return rows.row if isinstance(rows, RowsType) and isinstance(i, types.Integer) else None
+
+
+_define_typing(operator.getitem, _type_of_row)
+
+
+@lower_builtin(operator.getitem, RowsType, types.Integer)
+def _get_row(context, builder, sig, args):
+    row = sig.args[0].row
+    address = _row_address(context, builder, sig.args[0], args[0], sig.args[1], args[1])
+    return builder.load(address, align=_alignment(row), typ=context.get_value_type(row))
+
+
+def _type_of_setting(rows, i, value):
+    return types.none if isinstance(rows, RowsType) and isinstance(i, types.Integer) else None
+
+
+_define_typing(operator.setitem, _type_of_setting)
+
+
+@lower_builtin(operator.setitem, RowsType, types.Integer, types.Any)
+def _set_row(context, builder, sig, args):
+    row = sig.args[0].row
+    address = _row_address(context, builder, sig.args[0], args[0], sig.args[1], args[1])
+    builder.store(_broadcast(context, builder, args[2], sig.args[2], row), address, align=_alignment(row))
+    return context.get_dummy_value()
+
+
+@_defines(lanes.full_like, lambda rows, value: rows.row)
+def _full_like(context, builder, sig, args):
+    return _broadcast(context, builder, args[1], sig.args[1], sig.return_type)
+
+
+def _matrix_of(n_rows, width, dtype):
+    return types.Array(parse_dtype(dtype), 2, "C")
+
+
+@_defines(lanes.aligned, _matrix_of)
+def _aligned(context, builder, sig, args):
+    n_rows, width = (context.cast(builder, args[i], sig.args[i], types.intp) for i in (0, 1))
+    number = context.get_data_type(sig.return_type.dtype)
+    itemsize = cgutils.intp_t(context.get_abi_sizeof(number))
+    row_bytes = builder.mul(width, itemsize)
+    memory = context.nrt.meminfo_alloc_aligned(builder, builder.mul(n_rows, row_bytes), lanes.CACHE_LINE)
+    array = context.make_array(sig.return_type)(context, builder)
+    data = builder.bitcast(context.nrt.meminfo_data(builder, memory), number.as_pointer())
+    populate_array(array, data, (n_rows, width), (row_bytes, itemsize), itemsize, memory)
+    return impl_ret_new_ref(context, builder, sig.return_type, array._getvalue())
+
+
+# --- functions ------------------------------------------------------------------------------------------------------
+
+
+def _define_unary(function, name):
+    """Define a function by an LLVM intrinsic of one argument."""
+
+    @_defines(function, lambda value: value)
+    def lowering(context, builder, sig, args):
+        width = f"v{sig.args[0].width}" if isinstance(sig.args[0], LanesType) else ""
+        bits = (sig.args[0].dtype if width else sig.args[0]).bitwidth
+        signature_ = ir.FunctionType(args[0].type, [args[0].type])
+        return builder.call(
+            cgutils.get_or_insert_function(builder.module, signature_, f"llvm.{name}.{width}f{bits}"), args
+        )
+
+
+_define_unary(lanes.sqrt, "sqrt")
+_define_unary(lanes.rint, "rint")
+
+
+@_defines(lanes.minimum, lambda a, b: a)
+def _minimum(context, builder, sig, args):
+    if not isinstance(sig.args[0], LanesType):
+        args = args[1], args[0]  # as Python's min
+    return builder.select(builder.fcmp_ordered("<", *args), *args)
+
+
+@_defines(lanes.least, lambda value: value.dtype)
+def _least(context, builder, sig, args):
+    vector_type, value_type = args[0].type, sig.args[0]
+    symbol = f"llvm.vector.reduce.fmin.v{value_type.width}f{value_type.dtype.bitwidth}"
+    function_type = ir.FunctionType(vector_type.element, [vector_type])
+    function = cgutils.get_or_insert_function(builder.module, function_type, symbol)
+    return builder.call(function, args, fastmath=("nnan",))
+
+
+def _exceeding(context, builder, sig, args):
+    """Return a flag for each lane: its value is more than the bound."""
+    bound = _broadcast(context, builder, args[1], sig.args[1], sig.args[0])
+    return builder.fcmp_ordered(">", args[0], bound)
+
+
+@_defines(lanes.greater, lambda value, bound: value)
+def _greater(context, builder, sig, args):
+    numbers = context.get_value_type(sig.return_type)
+    one, zero = (
+        ir.Constant(numbers, [number] * sig.return_type.width if isinstance(sig.return_type, LanesType) else number)
+        for number in (1.0, 0.0)
+    )
+    return builder.select(_exceeding(context, builder, sig, args), one, zero)
+
+
+@_defines(lanes.any_greater, lambda value, bound: types.boolean)
+def _any_greater(context, builder, sig, args):
+    exceeding = _exceeding(context, builder, sig, args)
+    if not isinstance(sig.args[0], LanesType):
+        return exceeding
+    flags = ir.IntType(sig.args[0].width)
+    return builder.icmp_unsigned("!=", builder.bitcast(exceeding, flags), ir.Constant(flags, 0))
+
+
+@_defines(lanes.next_lane, lambda value: value)
+def _next_lane(context, builder, sig, args):
+    width = sig.args[0].width
+    mask = ir.Constant(ir.VectorType(ir.IntType(32), width), [*range(1, width), width - 1])
+    return builder.shuffle_vector(args[0], args[0], mask)
+
+
+@_defines(lanes.sum_of_lanes, lambda value: value.dtype)
+def _sum_of_lanes(context, builder, sig, args):
+    each = [builder.extract_element(args[0], ir.Constant(ir.IntType(32), k)) for k in range(sig.args[0].width)]
+    return functools.reduce(builder.fadd, each)

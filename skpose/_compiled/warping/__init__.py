@@ -1,0 +1,1 @@
+"""Whole motions: dynamic time warping."""

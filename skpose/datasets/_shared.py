@@ -1,0 +1,15 @@
+"""What the other packages of skpose use of `skpose.datasets` beside its public names."""
+
+from skpose.datasets._hdm05 import NAME
+from skpose.datasets._index import INDEX, read_index
+from skpose.datasets._motions import ONE_REST, ONE_RIG
+from skpose.datasets._walks_and_runs import WALKING_AND_RUNNING
+
+__all__ = [
+    "INDEX",
+    "NAME",
+    "ONE_REST",
+    "ONE_RIG",
+    "WALKING_AND_RUNNING",
+    "read_index",
+]

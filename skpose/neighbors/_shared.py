@@ -1,0 +1,17 @@
+"""What the other packages of skpose use of `skpose.neighbors` beside its public names."""
+
+from skpose.neighbors._filter import FLOAT32, ChordFilter, FilterPoints
+from skpose.neighbors._graph import check_mode, checked_k, sparse_graph
+from skpose.neighbors._index import PoseIndex
+from skpose.neighbors._results import requested
+
+__all__ = [
+    "FLOAT32",
+    "ChordFilter",
+    "FilterPoints",
+    "PoseIndex",
+    "check_mode",
+    "checked_k",
+    "requested",
+    "sparse_graph",
+]
