@@ -12,9 +12,9 @@ __all__ = [
     "Alignment",
     "Bone",
     "FittedPoses",
-    "FrechetMean",
+    "FrechetMeanResult",
     "Geodesic",
-    "GeometricMedian",
+    "GeometricMedianResult",
     "Keypoints",
     "Layout",
     "MeanMotion",
@@ -33,7 +33,7 @@ __all__ = [
     "Repetitions",
     "Skeleton",
     "SpatialMDS",
-    "TwoSampleTest",
+    "TwoSampleTestResult",
     "align_motions",
     "exp_map",
     "find_motion",
@@ -81,9 +81,9 @@ if TYPE_CHECKING:
     from skpose import view as view
     from skpose.cluster import MedoidShift, PoseKMeans
     from skpose.geodesics import (
-        FrechetMean,
+        FrechetMeanResult,
         Geodesic,
-        GeometricMedian,
+        GeometricMedianResult,
         exp_map,
         frechet_mean,
         geodesic,
@@ -119,7 +119,7 @@ if TYPE_CHECKING:
     from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
     from skpose.preprocessing import PoseDistanceTransformer, PoseFromPositions
     from skpose.skeleton import Bone, Motion, Skeleton, poses_from_rotations, rotations_from_poses
-    from skpose.statistics import PoseKernelRegressor, PoseTangentPCA, TwoSampleTest, two_sample_test
+    from skpose.statistics import PoseKernelRegressor, PoseTangentPCA, TwoSampleTestResult, two_sample_test
 
     __version__: str
 else:
@@ -127,9 +127,9 @@ else:
         "cluster": ["MedoidShift", "PoseKMeans"],
         "datasets": [],
         "geodesics": [
-            "FrechetMean",
+            "FrechetMeanResult",
             "Geodesic",
-            "GeometricMedian",
+            "GeometricMedianResult",
             "exp_map",
             "frechet_mean",
             "geodesic",
@@ -167,7 +167,7 @@ else:
         "plot": [],
         "preprocessing": ["PoseDistanceTransformer", "PoseFromPositions"],
         "skeleton": ["Bone", "Motion", "Skeleton", "poses_from_rotations", "rotations_from_poses"],
-        "statistics": ["PoseKernelRegressor", "PoseTangentPCA", "TwoSampleTest", "two_sample_test"],
+        "statistics": ["PoseKernelRegressor", "PoseTangentPCA", "TwoSampleTestResult", "two_sample_test"],
         "view": [],
     }
     _PACKAGE_OF = {name: package for package, names in _PACKAGES.items() for name in names}

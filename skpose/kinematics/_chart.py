@@ -5,7 +5,7 @@ import numpy as np
 from skpose._compiled.path.chart import chart_at, pose_of
 from skpose._compiled.pose.jacobian import position_jacobians
 from skpose._compiled.pose.tree import Tree
-from skpose.kinematics._shared import from_tree_order
+from skpose.kinematics._tree import from_tree_order
 
 STEP = 1e-5  # of differences, rad: their error is some 1e-10 relative to the derivative
 
@@ -18,7 +18,7 @@ def jacobian_at(tree: Tree, pose: np.ndarray, frees_angles: bool) -> np.ndarray:
     return jacobians[0]
 
 
-def moved(tree: Tree, pose: np.ndarray, step: np.ndarray, frees_angles: bool) -> np.ndarray:
+def retract(tree: Tree, pose: np.ndarray, step: np.ndarray, frees_angles: bool) -> np.ndarray:
     """Return a pose that is a step away from another one, in the chart at that."""
     free, coordinates = chart_at(tree, pose, frees_angles)
     return pose_of(tree, free, coordinates + step, pose)
@@ -31,5 +31,5 @@ def columns_around(
 
     What moves no joint is as in the columns of others.
     """
-    near = np.stack([moved(tree, pose, one, frees_angles) for one in (step, *(step + shifts), *(step - shifts))])
+    near = np.stack([retract(tree, pose, one, frees_angles) for one in (step, *(step + shifts), *(step - shifts))])
     return from_tree_order(tree, near, np.repeat(others[None], len(near), axis=0))
