@@ -8,16 +8,17 @@ from joblib import effective_n_jobs
 from numpy.typing import ArrayLike
 
 from skpose._compat.sklearn import Interval, StrOptions
+from skpose._validation.numbers import check_numbers
+from skpose._validation.skeletons import IS_SKELETON
 from skpose.geodesics._descent import Spread, Viewed, descend
 from skpose.geodesics._extrinsic import MAX_ITER, ExtrinsicMean, ExtrinsicMeans
 from skpose.geodesics._geodesic_view import GeodesicPoses
 from skpose.geodesics._line_view import LinePoses
 from skpose.geodesics._quasi_newton import minimise_sum
 from skpose.geodesics._views import AnglePoses, PositionPoses, RotationPoses
-from skpose.kinematics._shared import IS_SKELETON, from_tree_order, to_tree_order, tree_of
+from skpose.kinematics._shared import from_tree_order, to_tree_order, tree_of
 from skpose.metrics._shared import METRICS, resolve
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import check_numbers
 
 CONSTRAINTS = {
     "skeleton": [IS_SKELETON],

@@ -11,8 +11,9 @@ from skpose._compat.sklearn import HasMethods, Hidden, Interval, StrOptions
 from skpose._compiled.path import geodesic
 from skpose._compiled.pose import encode, loops, measure, middle
 from skpose._compiled.pose.tree import Steps, Tree
+from skpose._validation.skeletons import IS_SKELETON
 from skpose._warnings import warn
-from skpose.kinematics._shared import IS_SKELETON, tree_of
+from skpose.kinematics._shared import tree_of
 from skpose.skeleton import Skeleton
 
 
