@@ -13,10 +13,12 @@ import numpy as np
 from sklearn.utils.validation import check_non_negative, validate_data
 
 from skpose._compat.sklearn import StrOptions, validate_parameter_constraints
+from skpose._validation.columns import check_column_names, check_dimensions, check_width
+from skpose._validation.poses import check_is_array
+from skpose._validation.units import warn_of_degrees
 from skpose.metrics import pose_distances
 from skpose.metrics._shared import METRIC_CONSTRAINTS, METRICS, resolve, warn_of_no_skeleton
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import check_column_names, check_dimensions, check_is_array, check_width, warn_of_degrees
 
 # Constraints of the parameters of an estimator of poses, and of one that also takes distances.
 POSE_CONSTRAINTS = {**METRIC_CONSTRAINTS, "n_jobs": [None, Integral], "verbose": ["verbose"]}

@@ -25,7 +25,9 @@ PAGES = sorted((ROOT / "docs").glob("*.md"))
 # The direction of data: a package, or a file at the top, imports only from lines above its own.
 LAYERS = [
     ["_warnings"],
-    ["_compat", "_files", "skeleton"],
+    ["_compat", "_files"],
+    ["_validation"],
+    ["skeleton"],
     ["keypoints"],
     ["_compiled", "_parallel"],
     ["io"],

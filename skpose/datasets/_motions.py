@@ -8,9 +8,10 @@ from typing import Any, Literal, NoReturn, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
+from skpose._validation.motions import check_frame_rate
 from skpose.kinematics._shared import UNCHANGED, Method, retarget_and_report
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import check_comparable, check_frame_rate
+from skpose.skeleton._shared import check_comparable
 
 MISSING = ("None", "nan", "<NA>", "NaT")  # as strings, what numpy and pandas have in the place of a missing label
 ONE_REST = (

@@ -11,20 +11,15 @@ from skpose._compat.sklearn import Interval, StrOptions, validate_params
 from skpose._compiled.path.geodesic import MAX_ITER, TOL, path_between
 from skpose._compiled.path.minimiser import Bounds
 from skpose._compiled.pose.tree import Tree
+from skpose._validation.poses import check_pose
+from skpose._validation.skeletons import limits_of
+from skpose._validation.units import warn_of_degrees
 from skpose._warnings import warn
 from skpose.kinematics._shared import from_tree_order, to_tree_order, tree_of, weighted_positions, wrapped
 from skpose.metrics import Geodesic, Metric
 from skpose.metrics._shared import MEAN_CONSTRAINTS, require_geodesic
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import (
-    TWO_PI,
-    check_pose,
-    interpolate,
-    limits_of,
-    straight_line,
-    warn_of_degrees,
-    without_jumps,
-)
+from skpose.skeleton._shared import TWO_PI, interpolate, straight_line, without_jumps
 
 SPEED_GRID = 64  # chords into which each step of a path is divided to find poses at constant speed
 

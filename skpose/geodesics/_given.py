@@ -8,12 +8,12 @@ from joblib import effective_n_jobs
 from numpy.typing import ArrayLike
 
 from skpose._compat.sklearn import Interval
+from skpose._validation.numbers import check_numbers
 from skpose.geodesics._descent import Spread, descend
 from skpose.geodesics._quasi_newton import minimise_sum
 from skpose.metrics import Metric
 from skpose.metrics._shared import MEAN_CONSTRAINTS, Sample
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import check_numbers
 
 CONSTRAINTS = MEAN_CONSTRAINTS | {
     "sample_weight": ["array-like", None],

@@ -10,13 +10,17 @@ from sklearn.exceptions import ConvergenceWarning
 
 from skpose._compat.sklearn import StrOptions, validate_params
 from skpose._parallel.threads import in_threads
+from skpose._validation.motions import check_frame_rate
+from skpose._validation.numbers import check_numbers
+from skpose._validation.poses import check_poses
+from skpose._validation.units import warn_of_degrees
 from skpose._warnings import warn
 from skpose.geodesics._geodesic import GeodesicResult, shortest_path
 from skpose.geodesics._spline import spline_between
 from skpose.metrics import Geodesic, Metric
 from skpose.metrics._shared import MEAN_CONSTRAINTS, require_geodesic
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import check_frame_rate, check_numbers, check_poses, warn_of_degrees, without_jumps
+from skpose.skeleton._shared import without_jumps
 
 ON_KEY = 1e-6  # frames between a frame and a key that are at one time
 

@@ -13,12 +13,14 @@ from skpose._compat.sklearn import validate_params
 from skpose._compiled.path.exponential import Logarithms, exponential, logarithms_from
 from skpose._compiled.pose.tree import Tree
 from skpose._parallel.threads import in_threads
+from skpose._validation.numbers import check_numbers
+from skpose._validation.poses import check_is_array, check_pose, check_poses
+from skpose._validation.units import warn_of_degrees
 from skpose._warnings import warn
 from skpose.kinematics._shared import counted_joints, from_tree_order, to_tree_order, tree_of, wrapped
 from skpose.metrics import Geodesic, Metric
 from skpose.metrics._shared import MEAN_CONSTRAINTS, require, require_geodesic, why_no_paths
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import check_is_array, check_numbers, check_pose, check_poses, warn_of_degrees
 
 TASK = 8  # poses; some tens of milliseconds
 LARGEST = 1e100  # velocity whose square is finite, m

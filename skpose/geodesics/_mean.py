@@ -7,13 +7,14 @@ from numpy.typing import ArrayLike
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose._compat.sklearn import validate_params
+from skpose._validation.poses import check_poses
+from skpose._validation.units import warn_of_degrees
 from skpose._warnings import warn
 from skpose.geodesics._descent import MEAN
 from skpose.geodesics._given import CONSTRAINTS, Given, minimise
 from skpose.metrics import Metric
 from skpose.metrics._shared import require_means, resolve
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import check_poses, warn_of_degrees
 
 
 @dataclass(frozen=True, eq=False)

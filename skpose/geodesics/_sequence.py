@@ -13,12 +13,13 @@ from skpose._compiled.path.geodesic import TOL
 from skpose._compiled.path.kept_paths import Search, follow_geodesics
 from skpose._compiled.pose.tree import Tree
 from skpose._parallel.threads import in_threads
+from skpose._validation.poses import check_poses
+from skpose._validation.units import warn_of_degrees
 from skpose._warnings import warn
 from skpose.kinematics._shared import to_tree_order, tree_of, weighted_positions, wrapped
 from skpose.metrics import Metric
 from skpose.metrics._shared import MEAN_CONSTRAINTS, no_geodesics, no_paths, require_geodesic
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import check_poses, warn_of_degrees
 
 # Share of the distance by which a pose may have moved since its path was searched. With more, more of the paths end in
 # other minima than a search would; with less, more of them are searched.

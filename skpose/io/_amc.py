@@ -4,9 +4,10 @@ from typing import Literal
 
 import numpy as np
 
+from skpose._validation.options import check_choice, check_positive
 from skpose.io._acclaim import Acclaim
 from skpose.io._amc_frames import Layout, read_frames
-from skpose.io._arguments import Readable, check_choice, check_positive
+from skpose.io._arguments import Readable
 from skpose.io._asf import AsfFile, content_of
 from skpose.io._rows import drop_not_finite
 from skpose.io._source import Chunk, Source

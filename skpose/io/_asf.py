@@ -1,7 +1,8 @@
 """Readers of Acclaim skeleton files (ASF), the format of the CMU database."""
 
+from skpose._validation.options import check_positive
 from skpose.io._acclaim import Acclaim
-from skpose.io._arguments import Readable, check_positive
+from skpose.io._arguments import Readable
 from skpose.io._asf_parser import parse_asf
 from skpose.io._source import Source
 from skpose.skeleton import Skeleton

@@ -9,7 +9,8 @@ from typing import Literal, cast
 
 import numpy as np
 
-from skpose.io._arguments import Readable, check_choice, check_positive
+from skpose._validation.options import check_choice, check_positive
+from skpose.io._arguments import Readable
 from skpose.io._hierarchy import Joint, Lexer, read_hierarchy, read_motion_head
 from skpose.io._offsets import bone_offsets, longest_bone
 from skpose.io._root import choose_root, root_movement

@@ -11,7 +11,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from skpose.io._arguments import Readable, check_choice, check_positive
+from skpose._validation.options import check_choice, check_positive
+from skpose.io._arguments import Readable
 from skpose.io._c3d_head import BLOCK, Head, read_head
 from skpose.io._lengths import complaint_of_unit, metres_of
 from skpose.io._source import Source

@@ -12,12 +12,13 @@ from typing import IO, Any, Literal, NamedTuple, Self
 
 import numpy as np
 
+from skpose._validation.units import complaint_of_extent, complaint_of_size
 from skpose._warnings import warn
 from skpose.io._arguments import Readable
 from skpose.io._error import MocapFormatError
 from skpose.io._words import NUMBER, Token, complaint
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import complaint_of_extent, complaint_of_size
+from skpose.skeleton._shared import size_of
 
 ZIP = (b"PK\x03\x04", b"PK\x05\x06")  # the first bytes of an archive, and of one without members
 NPY = b"\x93NUMPY"
@@ -191,7 +192,7 @@ class Source:
 
     def warn_of_size(self, skeleton: Skeleton, scale: float) -> None:
         """Warn if the file's skeleton, at so many metres a unit, has not the size of a person."""
-        if message := complaint_of_size(skeleton, scale):
+        if message := complaint_of_size(size_of(skeleton), scale):
             self.warn(message)
 
     def warn_of_extent(self, positions: np.ndarray, scale: float) -> None:

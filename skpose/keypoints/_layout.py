@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skpose.keypoints._keypoints import Keypoints, as_numbers, check_positions
+from skpose._validation.numbers import as_numbers
+from skpose._validation.positions import check_positions
+from skpose.keypoints._keypoints import Keypoints
 from skpose.skeleton._shared import others, partners, sides
 
 UPS = ("x", "y", "z", "-x", "-y", "-z")

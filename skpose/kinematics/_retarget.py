@@ -7,12 +7,13 @@ from typing import Literal
 
 import numpy as np
 
+from skpose._validation.skeletons import check_skeleton
 from skpose.kinematics._counterparts import counterparts, ratio_of_lengths
 from skpose.kinematics._forward import forward_kinematics
 from skpose.kinematics._inverse import inverse_kinematics
 from skpose.kinematics._orientations import by_orientations
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import check_rest_poses, check_skeleton, mismatch, root_orientations
+from skpose.skeleton._shared import check_rest_poses, mismatch, root_orientations
 
 Method = Literal["numbers", "orientations", "positions", "auto", "unchecked"]
 UNCHANGED = "same numbers"  # the report

@@ -5,11 +5,12 @@ from typing import Any
 
 import numpy as np
 
+from skpose._validation.columns import check_dimensions, check_width
+from skpose._validation.poses import check_is_array, check_poses, check_same_width
 from skpose.metrics._convergence import warn_of_unconverged
 from skpose.metrics._matrix import DistanceMatrix
 from skpose.metrics._metric import Metric
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import check_dimensions, check_is_array, check_poses, check_same_width, check_width
 
 
 def is_lazy(X: Any) -> bool:

@@ -15,13 +15,14 @@ from sklearn.utils import gen_batches
 
 from skpose._compat.sklearn import Interval, validate_params
 from skpose._parallel.progress import progress
+from skpose._validation.poses import check_poses, check_same_width
+from skpose._validation.units import warn_of_degrees
 from skpose.metrics._convergence import warn_of_unconverged
 from skpose.metrics._dask import is_lazy, lazy_distances
 from skpose.metrics._matrix import DistanceMatrix
 from skpose.metrics._metric import Metric
 from skpose.metrics._registry import METRIC_CONSTRAINTS, OUT, resolve, warn_of_no_skeleton
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import check_poses, check_same_width, warn_of_degrees
 
 CONSTRAINTS = METRIC_CONSTRAINTS | {"n_jobs": [None, Integral], "verbose": ["verbose"]}
 

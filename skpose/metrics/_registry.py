@@ -6,8 +6,8 @@ from os import PathLike
 from sklearn.base import clone
 
 from skpose._compat.sklearn import HasMethods, Hidden, InstanceOf, StrOptions
+from skpose._validation.skeletons import IS_SKELETON
 from skpose._warnings import warn
-from skpose.kinematics._shared import IS_SKELETON
 from skpose.metrics._angle import Angle
 from skpose.metrics._geodesic import Geodesic
 from skpose.metrics._metric import Metric

@@ -9,12 +9,13 @@ from numpy.typing import ArrayLike
 
 from skpose._compat.sklearn import Interval, StrOptions, validate_params
 from skpose._compiled.warping.paths import Paths, accumulate, path_to
+from skpose._validation.units import warn_of_degrees
 from skpose.kinematics import forward_kinematics
 from skpose.metrics._shared import METRIC_CONSTRAINTS, DistanceMatrix, resolve, warn_of_no_skeleton, warn_of_unconverged
 from skpose.motions._distances import check_alignment
 from skpose.motions._inputs import check_single_motions
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import rotations_of, warn_of_degrees
+from skpose.skeleton._shared import rotations_of
 
 Quantity = Literal["distance", "rotation"]
 

@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 
 from skpose._compat.sklearn import Interval, StrOptions, validate_params
+from skpose._validation.units import warn_of_degrees
 from skpose.metrics._shared import METRIC_CONSTRAINTS, OUT, resolve, warn_of_no_skeleton, warn_of_unconverged
 from skpose.motions._inputs import Sequences, check_motions
 from skpose.motions._matrix import ALIGNMENTS, MotionMatrix
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import warn_of_degrees
 
 # Constraints of the parameters that every function and estimator of distances between motions has.
 ALIGNMENT_CONSTRAINTS = {

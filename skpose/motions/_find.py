@@ -6,12 +6,12 @@ from typing import Any, NamedTuple
 from joblib import effective_n_jobs
 
 from skpose._compat.sklearn import Interval, validate_params
+from skpose._validation.units import warn_of_degrees
 from skpose.metrics._shared import METRIC_CONSTRAINTS, resolve, warn_of_no_skeleton, warn_of_unconverged
 from skpose.motions._index import SequenceIndex
 from skpose.motions._inputs import check_motion, check_motions, rates_differ
 from skpose.motions._windows import WindowSearch
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import warn_of_degrees
 
 DEFAULTS = {"skeleton": None, "metric": "auto", "n_steps": 10, "wrap": "auto"}
 

@@ -9,15 +9,17 @@ from joblib import effective_n_jobs
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose._compat.sklearn import Interval, StrOptions, validate_params
+from skpose._validation.motions import check_frame_rate
+from skpose._validation.skeletons import IS_SKELETON
+from skpose._validation.units import warn_of_degrees
 from skpose._warnings import warn
 from skpose.kinematics import forward_kinematics
-from skpose.kinematics._shared import IS_SKELETON
 from skpose.metrics._shared import resolve, warn_of_unconverged
 from skpose.motions._barycenter import Aligned, Barycenter
 from skpose.motions._inputs import Sequences, check_motions
 from skpose.motions._matrix import MotionMatrix
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import check_frame_rate, interpolate, warn_of_degrees
+from skpose.skeleton._shared import interpolate
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -8,11 +8,11 @@ import numpy as np
 from joblib import effective_n_jobs
 
 from skpose._compat.sklearn import Interval, validate_params
+from skpose._validation.units import warn_of_degrees
 from skpose.metrics._shared import METRIC_CONSTRAINTS, DistanceMatrix, resolve, warn_of_no_skeleton, warn_of_unconverged
 from skpose.motions._inputs import check_motion
 from skpose.motions._template import Templates
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import warn_of_degrees
 
 MOST_FRAMES = 2000  # that are compared; longer motions are thinned
 

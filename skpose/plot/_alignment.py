@@ -5,10 +5,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from skpose._validation.options import check_kind, check_whole
 from skpose.kinematics import forward_kinematics
 from skpose.motions import Alignment, align_motions
 from skpose.motions._shared import Quantity
-from skpose.plot._axes import axes, check_kind, check_whole
+from skpose.plot._axes import axes
 from skpose.plot._joint_map import ROW, draw_joint_map
 from skpose.plot._pose import GAP, check_view, draw_pose
 from skpose.skeleton import Motion, Skeleton

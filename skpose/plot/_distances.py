@@ -3,10 +3,11 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
+from skpose._validation.poses import check_poses
+from skpose._validation.units import warn_of_degrees
 from skpose.metrics import pose_distances
 from skpose.plot._axes import axes
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import check_poses, warn_of_degrees
 
 
 class DistanceMatrixDisplay:

@@ -3,8 +3,9 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
+from skpose._validation.options import check_kind
 from skpose.manifold import SpatialMDS
-from skpose.plot._axes import COLOURS, MARKERS, axes, check_kind
+from skpose.plot._axes import COLOURS, MARKERS, axes
 
 
 class MDSDisplay:

@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from skpose._validation.options import check_kind
 from skpose.motions import MeanMotion
-from skpose.plot._axes import axes, check_kind
+from skpose.plot._axes import axes
 from skpose.plot._joint_map import ROW, draw_joint_map
 
 WIDTH, REST = 8.0, 1.0  # inches: the figure, what is above and below the joints

@@ -5,8 +5,8 @@ from numbers import Real
 import numpy as np
 from sklearn.utils.validation import check_is_fitted
 
+from skpose._validation.options import check_kind, check_whole
 from skpose.kinematics import forward_kinematics
-from skpose.plot._axes import check_kind, check_whole
 from skpose.plot._pose import PoseStripDisplay
 from skpose.skeleton import Skeleton
 from skpose.statistics import PoseTangentPCA

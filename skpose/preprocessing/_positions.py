@@ -9,18 +9,13 @@ from sklearn.utils.validation import check_is_fitted, validate_data
 
 from skpose._base import EstimatorMixin
 from skpose._compat.sklearn import Interval, StrOptions, check_feature_names_in, fit_context
+from skpose._validation.poses import check_poses
+from skpose._validation.positions import check_position_dimensions, check_position_names, check_position_width
+from skpose._validation.skeletons import IS_SKELETON, limits_of
+from skpose._validation.units import warn_of_degrees
 from skpose.keypoints import Keypoints
 from skpose.kinematics import forward_kinematics, inverse_kinematics
-from skpose.kinematics._shared import IS_SKELETON
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import (
-    check_poses,
-    check_position_dimensions,
-    check_position_names,
-    check_position_width,
-    limits_of,
-    warn_of_degrees,
-)
 
 
 class PoseFromPositions(EstimatorMixin, TransformerMixin, BaseEstimator):

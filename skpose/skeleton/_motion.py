@@ -6,14 +6,15 @@ from typing import TYPE_CHECKING, Literal, NoReturn
 import numpy as np
 from numpy.typing import ArrayLike
 
+from skpose._validation.columns import check_column_names, other_than_poses
+from skpose._validation.motions import check_frame_rate, check_up
+from skpose._validation.skeletons import check_skeleton
+from skpose._validation.units import warn_of_degrees
 from skpose.skeleton import _conversions, _mirror, _sampling, _selection, _show
-from skpose.skeleton._arguments import check_frame_rate, check_skeleton
 from skpose.skeleton._bone import Bone, is_axes
-from skpose.skeleton._columns import check_column_names, other_than_poses
 from skpose.skeleton._continuity import without_jumps
-from skpose.skeleton._root import check_up, with_root
+from skpose.skeleton._root import with_root
 from skpose.skeleton._skeleton import Skeleton
-from skpose.skeleton._units import warn_of_degrees
 
 if TYPE_CHECKING:
     import pandas

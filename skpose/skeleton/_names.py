@@ -2,11 +2,11 @@
 
 import re
 from collections.abc import Iterator, Sequence
-from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from skpose._validation.names import near_names
 from skpose.skeleton._bone import Bone
 
 if TYPE_CHECKING:
@@ -25,14 +25,7 @@ def bone_named(skeleton: "Skeleton", name: str) -> Bone:
     for bone in skeleton.bones:
         if bone.name == name:
             return bone
-    raise KeyError(f"the skeleton has no joint {name!r}: {near_names(skeleton, name)}")
-
-
-def near_names(skeleton: "Skeleton", name: str) -> str:
-    """Return in words which names are near to an unknown one; upper and lower case are near."""
-    lower = {joint.lower(): joint for joint in skeleton.joint_names}
-    near = [repr(lower[found]) for found in get_close_matches(name.lower(), lower)]
-    return f"did you mean {' or '.join(near)}?" if near else "skeleton.joint_names are its joints"
+    raise KeyError(f"the skeleton has no joint {name!r}: {near_names(skeleton.joint_names, name)}")
 
 
 def has_joint(skeleton: "Skeleton", name: object) -> bool:

@@ -32,6 +32,18 @@ def directions_at_zero(skeleton: "Skeleton") -> np.ndarray:
     return np.einsum("jab,jb->ja", axes, units)
 
 
+def size_of(skeleton: "Skeleton") -> float:
+    """Return the longest edge of the box around the joints and the root at angle zero."""
+    axes = axes_at_zero(skeleton)
+    if skeleton.offset_frame == "parent":
+        axes = np.concatenate([axes, np.eye(3)[None]])[skeleton.parents]
+    bones = np.einsum("jab,jb->ja", axes, skeleton.offsets)
+    positions = np.zeros((skeleton.n_joints + 1, 3))  # the last is the root's, whose index is -1
+    for j, parent in enumerate(skeleton.parents):
+        positions[j] = positions[parent] + bones[j]
+    return float(np.ptp(positions, axis=0).max())
+
+
 def check_rest_poses(skeletons: Sequence["Skeleton"], names: Sequence[str], remedy: str) -> None:
     """Refuse skeletons with the same joints of which two have bones, or rest rotations, that are far apart.
 

@@ -6,18 +6,13 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from skpose._validation.motions import check_up
 from skpose.skeleton._bone import BALL, Bone
 from skpose.skeleton._rotations import columns_of
 from skpose.skeleton._skeleton import Skeleton
 
 if TYPE_CHECKING:
     from skpose.skeleton._motion import Motion
-
-
-def check_up(up: object) -> None:
-    """Refuse what is no axis of the world."""
-    if up not in ("x", "y", "z"):
-        raise ValueError(f'up must be "x", "y" or "z", the axis of the world that points up, got {up!r}')
 
 
 def with_root(motion: "Motion", part: str, up: Literal["x", "y", "z"]) -> "Motion":

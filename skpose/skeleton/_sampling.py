@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from skpose.skeleton._arguments import check_frame_rate
+from skpose._validation.motions import check_frame_rate
 from skpose.skeleton._interpolation import interpolate, linear
 from skpose.skeleton._skeleton import mismatch
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from skpose._validation.names import near_names
 from skpose.skeleton._bone import Bone
-from skpose.skeleton._names import near_names
 
 if TYPE_CHECKING:
     from skpose.skeleton._motion import Motion
@@ -131,5 +131,7 @@ def checked_names(skeleton: "Skeleton", names: str | Iterable[str], parameter: s
     listed = [names] if isinstance(names, str) else list(names)
     for name in listed:
         if name not in skeleton.joint_names:
-            raise ValueError(f"{parameter} names {name!r}, which no joint has: {near_names(skeleton, str(name))}")
+            raise ValueError(
+                f"{parameter} names {name!r}, which no joint has: {near_names(skeleton.joint_names, str(name))}"
+            )
     return listed

@@ -13,10 +13,12 @@ from sklearn.utils.validation import check_consistent_length, check_is_fitted, v
 from skpose._base import POSE_CONSTRAINTS, PoseEstimatorMixin
 from skpose._compat.sklearn import Interval, StrOptions, check_sample_weight, fit_context
 from skpose._parallel.progress import progress
+from skpose._validation.columns import check_column_names, check_dimensions, check_width
+from skpose._validation.poses import check_is_array
+from skpose._validation.units import warn_of_degrees
 from skpose._warnings import warn
 from skpose.geodesics._shared import WeightedMeans
 from skpose.metrics._shared import paired_distances, warn_of_no_skeleton
-from skpose.skeleton._shared import check_column_names, check_dimensions, check_is_array, check_width, warn_of_degrees
 from skpose.statistics._kernel_weights import KernelWeights
 
 EQUAL = 1e-9  # difference of predicted angles that is rounding, rad

@@ -11,9 +11,10 @@ from sklearn.utils.validation import check_array, check_is_fitted
 
 from skpose._base import PoseEstimatorMixin
 from skpose._compat.sklearn import Interval, RealNotInt, StrOptions, fit_context
+from skpose._validation.skeletons import IS_SKELETON
 from skpose.geodesics import frechet_mean
 from skpose.geodesics._shared import TangentSpace
-from skpose.kinematics._shared import IS_SKELETON, weighted_positions
+from skpose.kinematics._shared import weighted_positions
 from skpose.metrics._shared import resolve
 from skpose.statistics._spaces import Columns, Geodesics, Lines, line_mean
 

@@ -8,9 +8,9 @@ import numpy as np
 from sklearn.utils import check_random_state
 
 from skpose._compat.sklearn import Interval, StrOptions, validate_params
+from skpose._validation.units import warn_of_degrees
 from skpose.metrics._shared import METRIC_CONSTRAINTS, resolve, warn_of_no_skeleton, warn_of_unconverged
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import warn_of_degrees
 from skpose.statistics._permutations import Design, permutation_test
 from skpose.statistics._unit_means import Distances, negative_distances, repaired_kernel
 from skpose.statistics._units import check_units

@@ -26,7 +26,7 @@ from skpose import (
 )
 from skpose.datasets import MotionDataset, humanoid, make_gait
 from skpose.io import AsfFile, load_amc, load_asf, load_bvh, load_motion
-from skpose.skeleton._units import size_of
+from skpose.skeleton._rest import size_of
 
 ARM = Skeleton.chain(3)
 RADIANS = np.random.default_rng(0).uniform(-1.5, 1.5, (6, 3))

@@ -6,13 +6,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 from sklearn.utils import check_array
 
-from skpose.skeleton._arguments import check_skeleton
-from skpose.skeleton._columns import check_column_names, check_dimensions, check_width
-from skpose.skeleton._motion import Motion
-from skpose.skeleton._skeleton import Skeleton
+from skpose._validation.columns import check_column_names, check_dimensions, check_width
+from skpose._validation.motions import is_motion
+from skpose._validation.skeletons import SkeletonLike, check_skeleton, is_skeleton
 
 
-def check_poses(X: ArrayLike, skeleton: Skeleton | None, name: str) -> np.ndarray:
+def check_poses(X: ArrayLike, skeleton: SkeletonLike | None, name: str) -> np.ndarray:
     """Return X as an (n_poses, n_dofs) array, float32 if it was and else float64, that fits the skeleton."""
     check_is_array(X, name)
     if skeleton is not None:
@@ -25,7 +24,7 @@ def check_poses(X: ArrayLike, skeleton: Skeleton | None, name: str) -> np.ndarra
     return poses
 
 
-def check_pose(pose: ArrayLike, skeleton: Skeleton, name: str) -> np.ndarray:
+def check_pose(pose: ArrayLike, skeleton: SkeletonLike, name: str) -> np.ndarray:
     """Return one pose as an (n_dofs,) array of float64; what has names is checked by them.
 
     Names are those of a pandas Series, or of a data frame of one row: a polars Series has none.
@@ -50,27 +49,16 @@ def check_is_array(X: object, name: str, *, one: bool = False) -> None:
     expected = f"{name} must be {'one pose' if one else 'an array of poses'}, got a "
     is_list = isinstance(X, list | tuple) and bool(X)
     first = X[0] if is_list else X  # type: ignore[index]
-    if isinstance(first, Motion) and is_list:
+    if is_motion(first) and is_list:
         raise TypeError(f"{expected}{type(X).__name__} of Motions: pass the angles of one, or MotionDataset.poses()[0]")
-    if isinstance(first, Motion):
+    if is_motion(first):
         raise TypeError(f"{expected}Motion: pass {'a row of ' * one}motion.angles")
-    if isinstance(first, Skeleton):
+    if is_skeleton(first):
         raise TypeError(f"{expected}{'list of Skeletons' if is_list else 'Skeleton'}: pass it as skeleton=")
     if callable(getattr(type(first), "poses", None)):
         raise TypeError(f"{expected}{type(first).__name__}: pass {'a row of ' * one}dataset.poses()[0]")
     if callable(getattr(type(X), "collect", None)) and hasattr(type(X), "columns"):
         raise TypeError(f"{expected}{type(X).__name__}, which has no values yet: pass {name}.collect()")
-
-
-def check_numbers(values: object, name: str) -> np.ndarray:
-    """Return an argument that is no poses as float64; refuse what is not real numbers."""
-    try:
-        given = np.asarray(values)
-        if given.dtype.kind not in "mMcSU":  # times of pandas are not seconds
-            return given.astype(np.float64, copy=False)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"{name} must be an array of real numbers, got one that is not: {error}") from None
-    raise ValueError(f"{name} must be an array of real numbers, got {given.dtype}")
 
 
 def check_same_width(X: np.ndarray, Y: np.ndarray) -> None:

@@ -15,8 +15,6 @@ import sys
 import numpy as np
 
 from skpose._warnings import warn
-from skpose.skeleton._rest import axes_at_zero
-from skpose.skeleton._skeleton import Skeleton
 
 TWO_PI = 2.0 * np.pi
 FAR = 3.0 * TWO_PI  # rad
@@ -60,26 +58,17 @@ def _is_called_by_user() -> bool:
     return str(frame.f_globals.get("__name__")).partition(".")[0] not in {"skpose", "dataclasses"}
 
 
-def size_of(skeleton: Skeleton) -> float:
-    """Return the longest edge of the box around the joints and the root at angle zero."""
-    axes = axes_at_zero(skeleton)
-    if skeleton.offset_frame == "parent":
-        axes = np.concatenate([axes, np.eye(3)[None]])[skeleton.parents]
-    bones = np.einsum("jab,jb->ja", axes, skeleton.offsets)
-    positions = np.zeros((skeleton.n_joints + 1, 3))  # the last is the root's, whose index is -1
-    for j, parent in enumerate(skeleton.parents):
-        positions[j] = positions[parent] + bones[j]
-    return float(np.ptp(positions, axis=0).max())
-
-
 def likely_unit(size: float) -> str:
     """Return the unit in which a person's size is nearest to this number."""
     return min(UNITS, key=lambda unit: abs(np.log(size * UNITS[unit] / HUMAN)))
 
 
-def complaint_of_size(skeleton: Skeleton, scale: float) -> str | None:
-    """Return the warning on a file's skeleton, read at so many metres a unit; None if it has the size of a person."""
-    return _complaint(size_of(skeleton), scale, "the skeleton is", "at angle zero")
+def complaint_of_size(size: float, scale: float) -> str | None:
+    """Return the warning on a file's skeleton of a size in m, read at so many metres a unit; None if it is a person's.
+
+    The size is that of `skpose.skeleton._shared.size_of`.
+    """
+    return _complaint(size, scale, "the skeleton is", "at angle zero")
 
 
 def complaint_of_extent(positions: np.ndarray, scale: float) -> str | None:

@@ -5,28 +5,22 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from skpose.skeleton._skeleton import Skeleton
+from skpose._validation.skeletons import SkeletonLike
 
 NUMBERS_OF_A_ROTATION = {(3,): "rotvec", (4,): "quaternion_wxyz", (6,): "6d", (3, 3): "matrix"}
 
 
-def check_column_names(X: ArrayLike, skeleton: Skeleton, name: str) -> None:
+def check_column_names(X: ArrayLike, skeleton: SkeletonLike, name: str) -> None:
     """Refuse a data frame whose columns are named after dofs but are not the skeleton's, in its order.
 
     A data frame without any column named after a dof is taken by position, like an array.
     """
     remedy = f"{name}[list(skeleton.dof_names)]"
-    _check_names(X, skeleton.dof_names, name, "degrees of freedom", "a dof of it", remedy)
+    check_names(X, skeleton.dof_names, name, "degrees of freedom", "a dof of it", remedy)
 
 
-def check_position_names(X: ArrayLike, skeleton: Skeleton, name: str) -> None:
-    """Refuse a data frame whose columns are named after positions but are not the skeleton's, in its order."""
-    names = [f"{joint}_{axis}" for joint in skeleton.joint_names for axis in "xyz"]
-    remedy = f'{name}[[f"{{joint}}_{{axis}}" for joint in skeleton.joint_names for axis in "xyz"]]'
-    _check_names(X, names, name, "positions of joints", "a position of it", remedy)
-
-
-def _check_names(X: Any, names: Sequence[str], name: str, what: str, one: str, remedy: str) -> None:
+def check_names(X: Any, names: Sequence[str], name: str, what: str, one: str, remedy: str) -> None:
+    """Refuse a data frame with some of the names, but not all of them in their order."""
     columns = getattr(X, "columns", None)
     if columns is None:
         return
@@ -46,16 +40,16 @@ def _check_names(X: Any, names: Sequence[str], name: str, what: str, one: str, r
     )
 
 
-def check_dimensions(X: ArrayLike, skeleton: Skeleton, name: str) -> None:
+def check_dimensions(X: ArrayLike, skeleton: SkeletonLike, name: str) -> None:
     """Refuse an array of three or more dimensions, in words that say what it looks like."""
-    shape = _shape(X)
+    shape = shape_of(X)
     if len(shape) > 2:
         raise ValueError(
             f"{name} must have shape (n_poses, {skeleton.n_dofs}), got {shape}{other_than_poses(shape, skeleton)}"
         )
 
 
-def check_width(X: Any, skeleton: Skeleton, name: str) -> None:
+def check_width(X: Any, skeleton: SkeletonLike, name: str) -> None:
     """Refuse an array that does not have one column for each dof."""
     if X.shape[1] != skeleton.n_dofs:
         raise ValueError(
@@ -64,40 +58,7 @@ def check_width(X: Any, skeleton: Skeleton, name: str) -> None:
         )
 
 
-def check_position_dimensions(X: ArrayLike, skeleton: Skeleton, name: str) -> None:
-    """Refuse an array of positions that is not two-dimensional, with the remedy."""
-    shape = _shape(X)
-    if len(shape) < 3:
-        return
-    likely = f": pass {name}.reshape(len({name}), -1)" if shape[1:] == (skeleton.n_joints, 3) else ""
-    if shape[2] == 2:
-        likely = ": positions in two dimensions do not say how a pose is, lift them to 3-D first"
-    raise ValueError(
-        f"{name} must have shape (n_samples, {3 * skeleton.n_joints}), x, y and z of each joint in "
-        f"skeleton.joint_names, got {shape}{likely}"
-    )
-
-
-def check_position_width(X: Any, skeleton: Skeleton, name: str) -> None:
-    """Refuse an array that does not have three columns for each joint."""
-    n_joints, width = skeleton.n_joints, X.shape[1]
-    if width == 3 * n_joints:
-        return
-    likely = ""
-    if width == 3 * n_joints + 3:
-        likely = ". Are these positions with the root? It is not among the joints: leave it out"
-    elif width == 2 * n_joints:
-        likely = ". Are these positions in two dimensions? Lift them to 3-D first: lengths of bones are not known from "
-        likely += "a picture"
-    elif width == skeleton.n_dofs:
-        likely = ". Are these poses? Then this step is not needed"
-    raise ValueError(
-        f"{name} has {width} columns, but the skeleton has {n_joints} joints: x, y and z of each in "
-        f"skeleton.joint_names, {3 * n_joints} columns{likely}"
-    )
-
-
-def other_than_poses(shape: Sequence[int], skeleton: Skeleton) -> str:
+def other_than_poses(shape: Sequence[int], skeleton: SkeletonLike) -> str:
     """Return in words what an array of this shape, which is none of poses, may be; empty if there is no sign."""
     _, *sizes = shape
     n_joints, n_rotating = skeleton.n_joints, sum(bool(bone.dofs) for bone in skeleton.bones)
@@ -118,11 +79,11 @@ def other_than_poses(shape: Sequence[int], skeleton: Skeleton) -> str:
     return "".join(f". {sentence}" for sentence in sentences)
 
 
-def _shape(X: Any) -> tuple[int, ...]:
+def shape_of(X: Any) -> tuple[int, ...]:
     """Return the shape of an array, or of nested lists by the first of each."""
     if hasattr(X, "shape"):
         return tuple(X.shape)
-    return (len(X), *_shape(X[0])) if isinstance(X, list | tuple) and X else ()
+    return (len(X), *shape_of(X[0])) if isinstance(X, list | tuple) and X else ()
 
 
 def _some(names: list[str]) -> str:

@@ -1,15 +1,37 @@
-"""Checks of single arguments that several functions share: a skeleton, its limits, a frame rate."""
+"""Checks of the argument `skeleton`."""
 
-from numbers import Real
+from typing import Any, Protocol, TypeGuard
 
 import numpy as np
 
-from skpose.skeleton._skeleton import Skeleton
+from skpose._compat.sklearn import InstanceOf
+
+
+class SkeletonLike(Protocol):
+    """What the checks of this package ask a skeleton."""
+
+    @property
+    def bones(self) -> tuple[Any, ...]: ...
+    @property
+    def joint_names(self) -> tuple[str, ...]: ...
+    @property
+    def dof_names(self) -> tuple[str, ...]: ...
+    @property
+    def n_joints(self) -> int: ...
+    @property
+    def n_dofs(self) -> int: ...
+    @property
+    def limits(self) -> np.ndarray | None: ...
+
+
+def is_skeleton(value: object) -> TypeGuard[SkeletonLike]:
+    """Return whether a value is a `Skeleton`, the one class that has names of dofs and a frame of its offsets."""
+    return hasattr(type(value), "dof_names") and hasattr(type(value), "offset_frame")
 
 
 def check_skeleton(skeleton: object) -> None:
     """Refuse what is no skeleton, with the skeleton to pass instead where there is one."""
-    if not isinstance(skeleton, Skeleton):
+    if not is_skeleton(skeleton):
         raise TypeError(f"skeleton must be a skpose.Skeleton, got {type(skeleton).__name__}{_remedy(skeleton)}")
 
 
@@ -20,7 +42,7 @@ def explain_no_skeleton(value: object) -> None:
 
 
 def _remedy(value: object) -> str:
-    if value is None or isinstance(value, Skeleton):
+    if value is None or is_skeleton(value):
         return ""
     if "skeleton" in dir(value):  # a motion, a dataset, an ASF file
         name = type(value).__name__
@@ -32,7 +54,7 @@ def _remedy(value: object) -> str:
     return ""
 
 
-def limits_of(skeleton: Skeleton) -> np.ndarray:
+def limits_of(skeleton: SkeletonLike) -> np.ndarray:
     """Return the limits (n_dofs, 2) that are to be enforced, or refuse a skeleton without any."""
     if skeleton.limits is None:
         raise ValueError(
@@ -42,12 +64,5 @@ def limits_of(skeleton: Skeleton) -> np.ndarray:
     return skeleton.limits
 
 
-def check_frame_rate(frame_rate: object) -> float:
-    """Return a rate as a number, or refuse it."""
-    number = isinstance(frame_rate, Real) or (
-        isinstance(frame_rate, np.ndarray) and frame_rate.ndim == 0 and frame_rate.dtype.kind in "iuf"
-    )
-    rate = float(frame_rate) if number else np.nan  # type: ignore[arg-type]
-    if not np.isfinite(rate) or rate <= 0 or isinstance(frame_rate, bool):
-        raise ValueError(f"frame_rate must be a positive number of Hz, got {frame_rate!r}")
-    return rate
+# The constraint of the parameter `skeleton` of functions and estimators, for scikit-learn's validation.
+IS_SKELETON = InstanceOf(is_skeleton, "skpose.Skeleton", explain_no_skeleton)
