@@ -13,7 +13,7 @@ __all__ = [
     "Bone",
     "FittedPoses",
     "FrechetMeanResult",
-    "Geodesic",
+    "GeodesicResult",
     "GeometricMedianResult",
     "Keypoints",
     "Layout",
@@ -82,7 +82,7 @@ if TYPE_CHECKING:
     from skpose.cluster import MedoidShift, PoseKMeans
     from skpose.geodesics import (
         FrechetMeanResult,
-        Geodesic,
+        GeodesicResult,
         GeometricMedianResult,
         exp_map,
         frechet_mean,
@@ -128,7 +128,7 @@ else:
         "datasets": [],
         "geodesics": [
             "FrechetMeanResult",
-            "Geodesic",
+            "GeodesicResult",
             "GeometricMedianResult",
             "exp_map",
             "frechet_mean",

@@ -42,9 +42,11 @@ class Given(NamedTuple):
         return metric.sample(self.X, self.weights, self.skeleton, effective_n_jobs(n_jobs))
 
 
-def minimise(sample: Sample, start: np.ndarray, power: int, max_iter: int, tol: float) -> tuple[Spread, int, str]:
+def minimise(
+    metric: Metric, sample: Sample, start: np.ndarray, power: int, max_iter: int, tol: float
+) -> tuple[Spread, int, str]:
     """Return the mean or median from a start, the iterations, and why it did not converge: empty if it did."""
-    search = descend if sample.is_smooth else minimise_sum
+    search = descend if metric.has_gradients else minimise_sum
     spread, n_iter, reason = search(sample, start, power, max_iter, tol)
     lengths = sample.remeasure(spread.pose, spread.lengths)
     if lengths is not spread.lengths:

@@ -284,11 +284,12 @@ def exp_map(
 def require_logarithms(metric: str | Metric, skeleton: Skeleton, user: str) -> Geodesic:
     """Return the metric whose geodesics have logarithms: those of angles that are wrapped."""
     chosen = require_geodesic(metric, skeleton, user)
-    require(chosen, user, "logarithms of poses", _why_no_logarithms)
+    require(chosen, user, "logarithms of poses", why_no_logarithms)
     return chosen
 
 
-def _why_no_logarithms(metric: Metric) -> str:
+def why_no_logarithms(metric: Metric) -> str:
+    """Return why poses have no logarithms under a metric; empty where they have."""
     if isinstance(metric, Geodesic) and not metric.wrap:
         return "they are those of poses whose differences are wrapped, not of wrap=False"
     return why_no_paths(metric)

@@ -187,7 +187,7 @@ def frechet_mean(
     else:
         sample = given.sample(chosen, n_jobs)
         start, others = sample.start()
-        spread, n_iter, reason = minimise(sample, start, MEAN, max_iter, tol)
+        spread, n_iter, reason = minimise(chosen, sample, start, MEAN, max_iter, tol)
         pose = sample.columns(spread.pose, others)
         mean = FrechetMeanResult(pose, spread.value, spread.norm, n_iter, not reason)
     if reason:

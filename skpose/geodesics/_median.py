@@ -149,7 +149,7 @@ def geometric_median(
     start, others = sample.start()
     if chosen.needs_skeleton and chosen != Position():
         start = descend(given.sample(Position(), n_jobs), start, MEDIAN, max_iter, tol)[0].pose
-    spread, n_iter, reason = minimise(sample, start, MEDIAN, max_iter, tol)
+    spread, n_iter, reason = minimise(chosen, sample, start, MEDIAN, max_iter, tol)
     pose = sample.columns(spread.pose, others)
     median = GeometricMedianResult(pose, spread.value, spread.norm, n_iter, not reason)
     if reason:

@@ -68,5 +68,5 @@ class WeightedMeans:
             self.metric, self.n_jobs
         )
         start, others = sample.start()
-        spread, _, reason = minimise(sample, start, MEAN, MAX_ITER, TOL)
+        spread, _, reason = minimise(self.metric, sample, start, MEAN, MAX_ITER, TOL)
         return sample.columns(spread.pose, others), not reason

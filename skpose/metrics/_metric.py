@@ -51,6 +51,8 @@ class Metric(BaseEstimator):
         Whether the poses must have a skeleton.
     iterative : bool
         Whether each pair is solved by iterations, in float64, and may not converge.
+    has_gradients : bool
+        Whether distances have gradients everywhere: if not, means are searched by BFGS, and there are none of motions.
     encode : callable
         Compiled: writes the code of a pose, all that the metric needs of it; see `compile_encode`.
     measure : callable
@@ -78,6 +80,7 @@ class Metric(BaseEstimator):
     source: ClassVar[str] = ""
     needs_skeleton: ClassVar[bool] = True
     iterative: ClassVar[bool] = False
+    has_gradients: ClassVar[bool] = True
 
     encode: ClassVar[Any]  # staticmethods, as numba's functions would become methods
     measure: ClassVar[Any]
@@ -119,7 +122,7 @@ class Metric(BaseEstimator):
 
     def why_no_means(self) -> str:
         """Return why no mean can be found under this metric; empty where one can."""
-        return "it has no gradients: it does not define Metric.sample"
+        return "it defines no Metric.sample"
 
     def sample(self, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton | None, n_jobs: int) -> Sample:
         """Return poses (n_poses, n_dofs) of weights whose sum is 1, for the search for their mean or median."""

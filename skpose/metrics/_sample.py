@@ -35,14 +35,10 @@ class Sample:
         The same in the coordinates of the search.
     weights : ndarray of shape (n_poses,)
         Of sum 1.
-    is_smooth : bool
-        Whether distances have gradients everywhere. Where not, the search is scipy's BFGS, and the sample has
-        `sum_along` and `best_pose` for it.
     is_uneven : bool
         Whether distances change by jumps, as where a path is refined at one pose and not at the next.
     """
 
-    is_smooth = True
     is_uneven = False
 
     def __init__(self, X: np.ndarray, weights: np.ndarray):
@@ -70,7 +66,10 @@ class Sample:
         return lengths
 
     def sum_along(self, x: np.ndarray, pose: np.ndarray, steps: np.ndarray, power: int) -> tuple[float, np.ndarray]:
-        """Return the sum of powers of distances, and its gradient, at a pose plus steps (n, k) times x (k,)."""
+        """Return the sum of powers of distances, and its gradient, at a pose plus steps (n, k) times x (k,).
+
+        For metrics without gradients, as `best_pose`.
+        """
         raise NotImplementedError
 
     def best_pose(self, power: int) -> tuple[np.ndarray, float]:

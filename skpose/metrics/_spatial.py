@@ -62,6 +62,7 @@ class Spatial(Metric):
     name = "spatial"
     equation = r"\sum_n \|F(c_n) - F(c_{n-1})\|"
     source = "sec. 2.2"
+    has_gradients = False
 
     encode = staticmethod(encode_curve_end)
     measure = staticmethod(measure_line)
@@ -124,7 +125,6 @@ def _count_middle(tree: Tree) -> int:
 class _SpatialSample(JointSample):
     """Joints with three angles are moved by these angles, since they are what the line is straight in."""
 
-    is_smooth = False
     frees_angles = False
 
     def __init__(self, metric: Spatial, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton, n_jobs: int):

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from skpose._validation.options import check_kind, check_whole
 from skpose.kinematics import forward_kinematics
+from skpose.metrics import Metric
 from skpose.motions import Alignment, align_motions
 from skpose.motions._shared import Quantity
 from skpose.plot._axes import axes
@@ -177,7 +178,7 @@ class AlignmentDisplay:
         b: Motion | ArrayLike,
         *,
         skeleton: Skeleton | None = None,
-        metric: str = "auto",
+        metric: str | Metric = "auto",
         alignment: str = "dtw",
         window: float | None = None,
         quantity: Quantity = "distance",

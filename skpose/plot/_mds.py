@@ -84,7 +84,7 @@ class MDSDisplay:
     ) -> "MDSDisplay":
         """Draw poses embedded by a fitted `SpatialMDS` of at least two components."""
         check_kind(mds, SpatialMDS, "mds", "it comes first, then the poses; from_embedding draws other embeddings")
-        unit = "rad" if mds.effective_metric_ == "angle" else "m"
+        unit = "m" if mds.metric_ is None else mds.metric_.unit
         return cls.from_embedding(
             mds.transform(X), labels, shares=mds.explained_variance_ratio_, unit=unit, ax=ax, **style
         )

@@ -18,7 +18,7 @@ from skpose._validation.poses import check_is_array
 from skpose._validation.units import warn_of_degrees
 from skpose._warnings import warn
 from skpose.geodesics._shared import WeightedMeans
-from skpose.metrics._shared import paired_distances, warn_of_no_skeleton
+from skpose.metrics._shared import paired_distances, require_means, warn_of_no_skeleton
 from skpose.statistics._kernel_weights import KernelWeights
 
 EQUAL = 1e-9  # difference of predicted angles that is rounding, rad
@@ -48,13 +48,9 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
         `sklearn.preprocessing.StandardScaler` before.
     n_neighbors : int, default=None
         Number of nearest training rows that count; of equally far ones all. None is all rows.
-    metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
+    metric : str or Metric, default="auto"
         The distance d between poses, see `skpose.pose_distances`. "auto" is "position", as in `skpose.frechet_mean`,
         with a skeleton, else "angle" and a warning: the mean of the columns.
-    n_steps : int, default=10
-        Chords along the curve of "spatial" and "geodesic", at least two.
-    wrap : bool or "auto", default="auto"
-        Whether differences of angles are wrapped to [−π, π], see `skpose.pose_distances`.
     n_jobs : int, default=None
         Threads, as in scikit-learn. Predictions do not depend on it.
     verbose : int, default=0
@@ -62,10 +58,8 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
 
     Attributes
     ----------
-    effective_metric_ : str
-        The metric in use.
-    effective_metric_params_ : dict
-        Its parameters: `n_steps` and `wrap` where it has them.
+    metric_ : Metric
+        The metric in use, a copy of the parameter.
     skeleton_ : Skeleton or None
         The skeleton in use.
     y_fit_ : ndarray of shape (n_samples_fit, n_dofs)
@@ -124,7 +118,6 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
     _auto_metric = "position"
     _parameter_constraints: ClassVar[dict] = {
         **POSE_CONSTRAINTS,
-        "n_steps": [Interval(Integral, 2, None, closed="left")],
         "gamma": [StrOptions({"scott"}), Interval(Real, 0, None, closed="left")],
         "n_neighbors": [Interval(Integral, 1, None, closed="left"), None],
     }
@@ -136,8 +129,6 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
         gamma="scott",
         n_neighbors=None,
         metric="auto",
-        n_steps=10,
-        wrap="auto",
         n_jobs=None,
         verbose=0,
     ):
@@ -145,8 +136,6 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
         self.gamma = gamma
         self.n_neighbors = n_neighbors
         self.metric = metric
-        self.n_steps = n_steps
-        self.wrap = wrap
         self.n_jobs = n_jobs
         self.verbose = verbose
 
@@ -171,6 +160,7 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
         """
         self._forget()
         self._learn_metric(self.skeleton)
+        require_means(self.metric_, "PoseKernelRegressor")
         _check_has_names(y, self.skeleton_)
         X, y = validate_data(self, X, y, dtype=np.float64, multi_output=True, y_numeric=True)
         poses = self._checked_poses(y)
@@ -278,12 +268,10 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
         return y
 
     def _means_of(self, poses):
-        return WeightedMeans(poses, self.skeleton_, self.effective_metric_, self.effective_metric_params_, self.n_jobs)
+        return WeightedMeans(poses, self.skeleton_, self.metric_, self.n_jobs)
 
     def _squares(self, poses, others):
-        n_jobs = effective_n_jobs(self.n_jobs)
-        parameters = self.effective_metric_params_
-        return paired_distances(poses, others, self.skeleton_, self.effective_metric_, parameters, n_jobs) ** 2
+        return paired_distances(poses, others, self.skeleton_, self.metric_, effective_n_jobs(self.n_jobs)) ** 2
 
     def __sklearn_tags__(self):
         tags = super().__sklearn_tags__()

@@ -9,6 +9,7 @@ from sklearn.utils import check_random_state
 
 from skpose._compat.sklearn import Interval, StrOptions, validate_params
 from skpose._validation.units import warn_of_degrees
+from skpose.metrics import Metric
 from skpose.metrics._shared import METRIC_CONSTRAINTS, resolve, warn_of_no_skeleton, warn_of_unconverged
 from skpose.skeleton import Skeleton
 from skpose.statistics._permutations import Design, permutation_test
@@ -85,13 +86,11 @@ def two_sample_test(
     B: Any,
     *,
     skeleton: Skeleton | None = None,
-    metric: str = "auto",
+    metric: str | Metric = "auto",
     statistic: str = "energy",
     paired: bool = False,
     n_permutations: int = 999,
     random_state: int | np.random.RandomState | None = None,
-    n_steps: int = 10,
-    wrap: bool | str = "auto",
     n_jobs: int | None = None,
 ) -> TwoSampleTestResult:
     r"""Test whether two sets of poses differ, by permutations.
@@ -127,7 +126,7 @@ def two_sample_test(
     skeleton : Skeleton, default=None
         The skeleton of all poses. None is that of the `Motion` objects, where they differ their mean; arrays need it,
         but for "angle".
-    metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
+    metric : str or Metric, default="auto"
         The distance, see `pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a warning.
     statistic : {"energy", "mmd"}, default="energy"
         "energy" has no parameter; "mmd" weighs distances well above σ less.
@@ -137,10 +136,6 @@ def two_sample_test(
         Random permutations. If there are no more splits than this, all are taken, each once.
     random_state : int, RandomState instance or None, default=None
         Source of the permutations. Pass an int for the same p-value at every call.
-    n_steps : int, default=10
-        Chords along the curve of "spatial" and "geodesic".
-    wrap : bool or "auto", default="auto"
-        Whether differences of angles are wrapped to [−π, π], see `pose_distances`.
     n_jobs : int, default=None
         Threads for the distances, or workers of a ``joblib.parallel_config`` context, see `pose_distances`.
 
@@ -178,9 +173,10 @@ def two_sample_test(
     The p-value is valid under any metric and either statistic: if A and B are exchangeable, it is at most α with a
     probability of no more than α. It is never zero [5]_. Ties count as larger. With few elements it cannot be small:
     three motions against three have 20 splits, of which any two that exchange A and B have the same statistic, so
-    that p is at least 0.1; four against four 0.029, five pairs 0.0625, six 0.031; see `TwoSampleTestResult.least_pvalue`.
+    that p is at least 0.1; four against four 0.029, five pairs 0.0625, six 0.031; see
+    `TwoSampleTestResult.least_pvalue`.
 
-    Whether *any* difference is found, given enough data, depends on the metric. "position" and "angle" (without `wrap`)
+    Whether *any* difference is found, given enough data, depends on the metric. "position" and "angle"
     are Euclidean distances, which are of strong negative type [3]_, and the Gaussian kernel is characteristic on them:
     both statistics are zero only for equal distributions, of the positions and of the angles. The other metrics need
     not be of negative type. Their energy statistic can then be negative, and different sets can have the same as equal
@@ -230,7 +226,7 @@ def two_sample_test(
     skeleton = units.skeleton
     if skeleton is not None:
         warn_of_degrees(A=units.of_a, B=units.of_b)
-    chosen = resolve(metric, skeleton, n_steps, wrap)
+    chosen = resolve(metric, skeleton)
     warn_of_no_skeleton(metric, skeleton)
     distances = Distances(chosen, skeleton, n_jobs)
     means = (negative_distances if statistic == "energy" else repaired_kernel)(units.sequences, distances)
