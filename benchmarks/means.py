@@ -17,16 +17,9 @@ import common
 import numpy as np
 from scipy.optimize import least_squares, minimize
 
-from skpose import (
-    Bone,
-    Skeleton,
-    forward_kinematics,
-    frechet_mean,
-    geometric_median,
-    pose_distances,
-    position_jacobian,
-)
+from skpose import Bone, Skeleton, forward_kinematics, pose_distances, position_jacobian
 from skpose.datasets import load_cmu, load_hdm05, make_gait
+from skpose.geodesics import frechet_mean, geometric_median
 
 N_ROTATIONS = 28
 FRAME_RATE = 12
@@ -146,7 +139,7 @@ def by_geomstats(X):
     calls = []
     original = space.metric.log
     space.metric.log = lambda *a, **k: (calls.append(1), original(*a, **k))[1]
-    estimator = learning.FrechetMean(space).set(epsilon=1e-8, max_iter=200)
+    estimator = learning.FrechetMeanResult(space).set(epsilon=1e-8, max_iter=200)
     result, seconds = timed(lambda: estimator.fit(points).estimate_)
     return np.asarray(result).ravel(), len(calls), seconds
 
@@ -162,7 +155,7 @@ def compare_rotations(n_poses):
     other = by_geomstats(X)
     if other is not None:
         pose, n_iter, seconds = other
-        line("geomstats FrechetMean", seconds, n_iter, variance(X, skeleton, "rotation", pose))
+        line("geomstats FrechetMeanResult", seconds, n_iter, variance(X, skeleton, "rotation", pose))
         assert pose_distances(pose[None], mean.pose[None], skeleton=skeleton, metric="rotation")[0, 0] < 1e-2
 
 

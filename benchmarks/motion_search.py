@@ -7,9 +7,10 @@ import numpy as np
 from common import parser_of_both, print_machine
 from joblib import effective_n_jobs
 
-from skpose import MotionIndex, MotionKNeighborsTransformer, find_motion
+from skpose import MotionKNeighborsTransformer
 from skpose.datasets import load_cmu, load_hdm05, make_gait
 from skpose.metrics._registry import resolve
+from skpose.motions import MotionIndex, find_motion
 from skpose.motions._index import SequenceIndex
 from skpose.motions._inputs import Sequences
 from skpose.motions._windows import WindowSearch

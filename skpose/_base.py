@@ -7,7 +7,7 @@ scikit-learn.
 """
 
 from numbers import Integral
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from sklearn.utils.validation import check_non_negative, validate_data

@@ -23,14 +23,13 @@ from skpose import (
     MotionKNeighborsTransformer,
     PoseDistanceTransformer,
     PoseFromPositions,
-    PoseKernelRegressor,
-    PoseKMeans,
     PoseKNeighborsTransformer,
     PoseRadiusNeighborsTransformer,
-    PoseTangentPCA,
     Skeleton,
     SpatialMDS,
 )
+from skpose.cluster import PoseKMeans
+from skpose.statistics import PoseKernelRegressor, PoseTangentPCA
 
 pytestmark = [
     pytest.mark.filterwarnings('ignore:metric="auto" without a skeleton:UserWarning'),  # the default form

@@ -21,22 +21,21 @@ from skpose import (
     MotionKNeighborsTransformer,
     PoseDistanceTransformer,
     PoseFromPositions,
-    PoseKernelRegressor,
-    PoseKMeans,
     PoseKNeighborsTransformer,
     PoseRadiusNeighborsTransformer,
-    PoseTangentPCA,
     Skeleton,
     SpatialMDS,
     forward_kinematics,
-    frechet_mean,
     geodesic,
     pose_distances,
     pose_distances_chunked,
     pose_metric,
 )
+from skpose.cluster import PoseKMeans
+from skpose.geodesics import frechet_mean
 from skpose.metrics._registry import METRICS
 from skpose.plot import DistanceMatrixDisplay
+from skpose.statistics import PoseKernelRegressor, PoseTangentPCA
 
 ROOT = Path(__file__).parent.parent
 ARM, LONGER = (

@@ -53,8 +53,8 @@ class PoseKMeans(
     random_state : int, RandomState instance or None, default=None
         Determines the first centres. An int gives the same result in every call.
     metric : str or Metric, default="auto"
-        The distance, see `skpose.pose_distances`. "auto" is "position", as in `skpose.frechet_mean`, with a skeleton,
-        else "angle" and a warning.
+        The distance, see `skpose.pose_distances`. "auto" is "position", as in
+        `skpose.geodesics.frechet_mean`, with a skeleton, else "angle" and a warning.
     n_jobs : int, default=None
         Threads, or for distances workers of a ``joblib.parallel_config`` context, see `skpose.pose_distances`. The
         result does not depend on it.
@@ -113,7 +113,8 @@ class PoseKMeans(
 
     Examples
     --------
-    >>> from skpose import PoseKMeans, Skeleton
+    >>> from skpose import Skeleton
+    >>> from skpose.cluster import PoseKMeans
     >>> X = [[0.0, 0.0], [0.1, 0.0], [0.2, 0.1], [1.5, 0.0], [1.6, 0.2], [1.7, 0.1]]
     >>> k_means = PoseKMeans(2, Skeleton.chain(2), random_state=0).fit(X)
     >>> k_means.labels_

@@ -214,7 +214,7 @@ class MotionDataset:
         n_jobs: int | None = None,
         verbose: int = 0,
     ) -> "MotionDataset":
-        """Return all motions on one skeleton, see `skpose.retarget`; an error names the motion.
+        """Return all motions on one skeleton, see `skpose.kinematics.retarget`; an error names the motion.
 
         A sequence of `joints` is one mapping for each motion, or None for equal names. `retargeting` states which
         method it was for each motion, and how near it came.

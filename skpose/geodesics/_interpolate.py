@@ -116,7 +116,8 @@ def interpolate(
     --------
     An arm that goes up, and down again:
 
-    >>> from skpose import Skeleton, interpolate
+    >>> from skpose import Skeleton
+    >>> from skpose.geodesics import interpolate
     >>> arm = Skeleton.chain(1)
     >>> keys, times = [[0.0], [1.0], [0.0]], [0.0, 1.0, 2.0]
     >>> interpolate(keys, times, arm, frame_rate=2, method="geodesic").angles.ravel().round(3)

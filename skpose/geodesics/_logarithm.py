@@ -153,7 +153,8 @@ def log_map(
     --------
     The hand of an arm of 1 m that rises by 1 rad leaves upwards, with a velocity of 1 m:
 
-    >>> from skpose import Skeleton, exp_map, log_map
+    >>> from skpose import Skeleton
+    >>> from skpose.geodesics import exp_map, log_map
     >>> arm = Skeleton.chain(1)
     >>> velocity = log_map([0.0], [[1.0]], arm)
     >>> velocity.round(2) + 0.0
@@ -250,7 +251,8 @@ def exp_map(
     Examples
     --------
     >>> import numpy as np
-    >>> from skpose import Skeleton, exp_map
+    >>> from skpose import Skeleton
+    >>> from skpose.geodesics import exp_map
     >>> arm = Skeleton.chain(2)  # bones of 1 m
     >>> rising = np.array([[[0.0, 1.0, 0.0], [0.0, 2.0, 0.0]]])  # both joints, m
     >>> exp_map([0.0, 0.0], rising, arm).round(2) + 0.0

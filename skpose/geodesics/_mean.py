@@ -40,7 +40,8 @@ class FrechetMeanResult:
 
     Examples
     --------
-    >>> from skpose import Skeleton, frechet_mean
+    >>> from skpose import Skeleton
+    >>> from skpose.geodesics import frechet_mean
     >>> frechet_mean([[0.0], [1.0]], Skeleton.chain(1)).pose.round(3)
     array([0.5])
     """
@@ -164,7 +165,8 @@ def frechet_mean(
     An arm that swings up and down: the mean of its positions would be 0.84 m long.
 
     >>> import numpy as np
-    >>> from skpose import Skeleton, forward_kinematics, frechet_mean
+    >>> from skpose import Skeleton, forward_kinematics
+    >>> from skpose.geodesics import frechet_mean
     >>> arm = Skeleton.chain(1)
     >>> X = np.linspace(-1, 1, 101)[:, None]
     >>> float(np.linalg.norm(forward_kinematics(X, arm).mean(axis=0)).round(2))

@@ -38,7 +38,8 @@ class GeometricMedianResult:
 
     Examples
     --------
-    >>> from skpose import Skeleton, geometric_median
+    >>> from skpose import Skeleton
+    >>> from skpose.geodesics import geometric_median
     >>> geometric_median([[0.0], [0.1], [2.0]], Skeleton.chain(1)).pose.round(3)
     array([0.1])
     """
@@ -134,7 +135,8 @@ def geometric_median(
     An arm that hangs, and three of ten frames where it was tracked wrongly:
 
     >>> import numpy as np
-    >>> from skpose import Skeleton, frechet_mean, geometric_median
+    >>> from skpose import Skeleton
+    >>> from skpose.geodesics import frechet_mean, geometric_median
     >>> X = np.append(np.linspace(-0.1, 0.1, 7), [1.5, 1.6, 1.7])[:, None]
     >>> arm = Skeleton.chain(1)
     >>> median = geometric_median(X, arm)

@@ -100,7 +100,8 @@ def geodesic_distances(
     Examples
     --------
     >>> import numpy as np
-    >>> from skpose import geodesic_distances, pose_distances
+    >>> from skpose import pose_distances
+    >>> from skpose.geodesics import geodesic_distances
     >>> from skpose.datasets import make_gait
     >>> walk = make_gait(n_subjects=1, n_sequences=1, duration=1.0, frame_rate=30, random_state=0)[0]
     >>> standing = np.zeros((1, walk.skeleton.n_dofs))

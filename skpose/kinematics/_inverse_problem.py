@@ -180,7 +180,7 @@ def _matched(positions: ArrayLike | Keypoints, skeleton: Skeleton) -> tuple[np.n
         points, joints = (", ".join(names[:6]) for names in (positions.names, skeleton.joint_names))
         raise ValueError(
             f"no keypoint has the name of a joint of the skeleton: the keypoints are {points}, …, the joints {joints}, "
-            "…; name the keypoints as the joints, or find a skeleton for them with skpose.fit_skeleton"
+            "…; name the keypoints as the joints, or find a skeleton for them with skpose.keypoints.fit_skeleton"
         )
     chosen = [skeleton.joint_names.index(name) for name in common]
     given = np.full((len(positions), skeleton.n_joints, 3), np.nan)

@@ -100,7 +100,8 @@ def retarget(
     A leg of ZXY angles, as in BVH files, on a leg of ball joints with other names:
 
     >>> import numpy as np
-    >>> from skpose import Bone, Motion, Skeleton, forward_kinematics, retarget
+    >>> from skpose import Bone, Motion, Skeleton, forward_kinematics
+    >>> from skpose.kinematics import retarget
     >>> bvh = Skeleton([Bone("Leg", None, (0, -0.4, 0), "ZXY"), Bone("Foot", "Leg", (0, -0.4, 0))], "parent")
     >>> balls = Skeleton([Bone("thigh", None, (0, 0, -0.5), "rotvec"), Bone("shank", "thigh", (0, 0, -0.5), "rotvec")])
     >>> lift = Motion(bvh, [[0, np.pi / 2, 0]], frame_rate=30)

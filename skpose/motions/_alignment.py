@@ -37,7 +37,8 @@ class JointDifference(NamedTuple):
 
     Examples
     --------
-    >>> from skpose import Skeleton, align_motions
+    >>> from skpose import Skeleton
+    >>> from skpose.motions import align_motions
     >>> alignment = align_motions([[0.0], [1.0]], [[0.0], [1.0]], skeleton=Skeleton.chain(1))
     >>> alignment.joint_differences()
     [JointDifference(joint='joint_1', largest=0.0, mean=0.0, frame_a=0, frame_b=0)]
@@ -92,7 +93,8 @@ class Alignment:
     An arm that swings, and once more with an elbow (the second joint) that bends in between:
 
     >>> import numpy as np
-    >>> from skpose import Motion, Skeleton, align_motions
+    >>> from skpose import Motion, Skeleton
+    >>> from skpose.motions import align_motions
     >>> swing = np.linspace([0, 0], [2, 0], 21)
     >>> bent = swing.copy()
     >>> bent[12, 1] = 0.5
@@ -246,7 +248,8 @@ def align_motions(
     The same movement, but slower at first:
 
     >>> import numpy as np
-    >>> from skpose import Skeleton, align_motions
+    >>> from skpose import Skeleton
+    >>> from skpose.motions import align_motions
     >>> quick, slow = [[0.0], [1.0], [2.0]], [[0.0], [0.1], [1.0], [2.0]]
     >>> alignment = align_motions(quick, slow, skeleton=Skeleton.chain(1))
     >>> alignment.path.tolist()

@@ -70,7 +70,8 @@ class MotionIndex:
     Examples
     --------
     >>> import numpy as np
-    >>> from skpose import MotionIndex, Skeleton, find_motion
+    >>> from skpose import Skeleton
+    >>> from skpose.motions import MotionIndex, find_motion
     >>> wave = np.sin(np.linspace(0, 20, 400))[:, None]
     >>> index = MotionIndex([wave, 2.0 * wave], skeleton=Skeleton.chain(1))
     >>> index
@@ -197,7 +198,8 @@ shape (n_motions, n_frames, n_dofs)
     A wave of the arm, twice in a recording:
 
     >>> import numpy as np
-    >>> from skpose import Skeleton, find_motion
+    >>> from skpose import Skeleton
+    >>> from skpose.motions import find_motion
     >>> wave, rest = np.sin(np.linspace(0, 2 * np.pi, 30)), np.zeros(50)
     >>> recording = np.concatenate([rest, wave, rest, 0.9 * wave, rest])[:, None]
     >>> for match in find_motion(wave[:, None], [recording], k=2, skeleton=Skeleton.chain(1)):

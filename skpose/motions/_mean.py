@@ -49,7 +49,8 @@ class MeanMotion:
     Examples
     --------
     >>> import numpy as np
-    >>> from skpose import Skeleton, mean_motion
+    >>> from skpose import Skeleton
+    >>> from skpose.motions import mean_motion
     >>> swing = np.linspace(0.0, 1.0, 9)[:, None]
     >>> mean_motion([swing, swing + 0.2], skeleton=Skeleton.chain(1))
     MeanMotion(9 frames, standard deviation 0.054 m, converged in 3 iterations)
@@ -204,7 +205,7 @@ def mean_motion(
     --------
     The typical stride of a generated walk, and the joint whose place varies most:
 
-    >>> from skpose import mean_motion, segment_repetitions
+    >>> from skpose.motions import mean_motion, segment_repetitions
     >>> from skpose.datasets import make_gait
     >>> walk = make_gait(1, 1, activities=["walk"], duration=6, frame_rate=20, random_state=0)[0]
     >>> mean = mean_motion(segment_repetitions(walk).motions)

@@ -38,7 +38,7 @@ class Repetitions:
 
     Examples
     --------
-    >>> from skpose import segment_repetitions
+    >>> from skpose.motions import segment_repetitions
     >>> from skpose.datasets import make_gait
     >>> run = make_gait(1, 1, activities=["run"], random_state=0)[0]
     >>> segment_repetitions(run)
@@ -166,7 +166,7 @@ def segment_repetitions(
     --------
     The strides of a generated walk:
 
-    >>> from skpose import segment_repetitions
+    >>> from skpose.motions import segment_repetitions
     >>> from skpose.datasets import make_gait
     >>> walk = make_gait(1, 1, activities=["walk"], duration=6, random_state=0)[0]
     >>> strides = segment_repetitions(walk)

@@ -187,7 +187,7 @@ class AlignmentDisplay:
         view: str = "xy",
         **style,
     ) -> "AlignmentDisplay":
-        """Align two motions and draw them; the parameters are those of `skpose.align_motions` and of `plot`."""
+        """Align two motions and draw them; the parameters are those of `skpose.motions.align_motions` and of `plot`."""
         found = align_motions(a, b, skeleton=skeleton, metric=metric, alignment=alignment, window=window)
         return cls.from_alignment(found, quantity=quantity, n_poses=n_poses, ax=ax, view=view, **style)
 

@@ -28,7 +28,8 @@ class MeanMotionDisplay:
     Examples
     --------
     >>> import numpy as np
-    >>> from skpose import Skeleton, mean_motion
+    >>> from skpose import Skeleton
+    >>> from skpose.motions import mean_motion
     >>> from skpose.plot import MeanMotionDisplay
     >>> swing = np.linspace([0.0, 0.0], [1.0, 2.0], 9)
     >>> display = MeanMotionDisplay.from_mean(mean_motion([swing, swing + 0.2], skeleton=Skeleton.chain(2)))
@@ -63,6 +64,6 @@ class MeanMotionDisplay:
 
     @classmethod
     def from_mean(cls, mean: MeanMotion, *, ax=None, **style) -> "MeanMotionDisplay":
-        """Draw a `skpose.mean_motion`; the other parameters are those of `plot`."""
-        check_kind(mean, MeanMotion, "mean", "skpose.mean_motion(motions) finds one")
+        """Draw a `skpose.motions.mean_motion`; the other parameters are those of `plot`."""
+        check_kind(mean, MeanMotion, "mean", "skpose.motions.mean_motion(motions) finds one")
         return cls(mean).plot(ax, **style)

@@ -36,7 +36,8 @@ class TangentPCADisplay:
     Examples
     --------
     >>> import numpy as np
-    >>> from skpose import PoseTangentPCA, Skeleton
+    >>> from skpose import Skeleton
+    >>> from skpose.statistics import PoseTangentPCA
     >>> from skpose.plot import TangentPCADisplay
     >>> arm, X = Skeleton.chain(2), np.random.default_rng(0).normal(scale=0.5, size=(20, 2))
     >>> display = TangentPCADisplay.from_estimator(PoseTangentPCA(arm).fit(X))

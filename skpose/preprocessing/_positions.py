@@ -221,7 +221,7 @@ class PoseFromPositions(EstimatorMixin, TransformerMixin, BaseEstimator):
         if self.skeleton is None:
             raise ValueError(
                 f"{type(self).__name__} needs a skeleton, got None: pass skeleton=, such as "
-                "skpose.fit_skeleton(keypoints, layout)"
+                "skpose.keypoints.fit_skeleton(keypoints, layout)"
             )
         if self.joint_limits == "enforce":
             limits_of(self.skeleton)  # refused in fit already

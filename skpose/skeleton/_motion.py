@@ -65,7 +65,7 @@ class Motion:
     --------
     skpose.io.load_motion : Read a motion from a BVH, AMC or AMASS file.
     skpose.io.save_bvh : Write a motion as a BVH file.
-    skpose.retarget : Return the poses on another skeleton.
+    skpose.kinematics.retarget : Return the poses on another skeleton.
 
     Notes
     -----

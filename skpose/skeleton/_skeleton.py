@@ -122,7 +122,7 @@ class Skeleton:
         ValueError
             If the skeletons differ in more than lengths, directions and limits (such as weights), or if the directions
             of a bone at angle zero, or two rest rotations of a joint, are more than 45° apart, as in a T-pose and an
-            A-pose; the message names the joint. `skpose.retarget` converts motions to one rest pose.
+            A-pose; the message names the joint. `skpose.kinematics.retarget` converts motions to one rest pose.
         """
         skeletons = list(skeletons)
         if not skeletons:
@@ -132,9 +132,10 @@ class Skeleton:
                 raise TypeError(f"skeletons[{i}] must be a skpose.Skeleton, got {type(one).__name__}")
         first = skeletons[0]
         remedy = (
-            'Convert the motions to one rest pose first: skpose.retarget(motion, skeletons[0], method="orientations")'
+            "Convert the motions to one rest pose first: "
+            'skpose.kinematics.retarget(motion, skeletons[0], method="orientations")'
         )
-        other_rig = 'skpose.retarget(motion, skeletons[0], method="auto") converts motions of different rigs'
+        other_rig = 'skpose.kinematics.retarget(motion, skeletons[0], method="auto") converts motions of different rigs'
         check_comparable(skeletons, [f"skeletons[{i}]" for i in range(len(skeletons))], remedy, other_rig)
         by_name = [{bone.name: bone for bone in skeleton.bones} for skeleton in skeletons]
         return cls((mean_bone([bones[name] for bones in by_name]) for name in first.joint_names), first.offset_frame)

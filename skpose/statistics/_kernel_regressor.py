@@ -49,8 +49,8 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
     n_neighbors : int, default=None
         Number of nearest training rows that count; of equally far ones all. None is all rows.
     metric : str or Metric, default="auto"
-        The distance d between poses, see `skpose.pose_distances`. "auto" is "position", as in `skpose.frechet_mean`,
-        with a skeleton, else "angle" and a warning: the mean of the columns.
+        The distance d between poses, see `skpose.pose_distances`. "auto" is "position", as in
+        `skpose.geodesics.frechet_mean`, with a skeleton, else "angle" and a warning: the mean of the columns.
     n_jobs : int, default=None
         Threads, as in scikit-learn. Predictions do not depend on it.
     verbose : int, default=0
@@ -104,7 +104,7 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
     A pose for each phase of a generated walk:
 
     >>> import numpy as np
-    >>> from skpose import PoseKernelRegressor
+    >>> from skpose.statistics import PoseKernelRegressor
     >>> from skpose.datasets import make_gait
     >>> walk = make_gait(1, 1, activities=["walk"], duration=4, frame_rate=30, random_state=0)[0]
     >>> time = np.arange(len(walk.angles))[:, None] / walk.frame_rate

@@ -106,7 +106,8 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
     An arm that swings, with a little noise at the hand: one component.
 
     >>> import numpy as np
-    >>> from skpose import PoseTangentPCA, Skeleton
+    >>> from skpose import Skeleton
+    >>> from skpose.statistics import PoseTangentPCA
     >>> arm = Skeleton.chain(2)
     >>> X = np.linspace([-0.5, 0.0], [0.5, 0.2], 20) + np.random.default_rng(0).normal(scale=0.01, size=(20, 2))
     >>> pca = PoseTangentPCA(arm, n_components=1).fit(X)

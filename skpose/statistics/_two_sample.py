@@ -47,7 +47,8 @@ class TwoSampleTestResult:
 
     Examples
     --------
-    >>> from skpose import Skeleton, two_sample_test
+    >>> from skpose import Skeleton
+    >>> from skpose.statistics import two_sample_test
     >>> two_sample_test([[0.0], [0.2], [0.1]], [[0.9], [0.8], [1.1]], skeleton=Skeleton.chain(1))
     TwoSampleTestResult(statistic=1.44, pvalue=0.1, the least possible, exact, 3 against 3)
     """
@@ -210,7 +211,7 @@ def two_sample_test(
     --------
     Walks of two people, five recordings of each:
 
-    >>> from skpose import two_sample_test
+    >>> from skpose.statistics import two_sample_test
     >>> from skpose.datasets import make_gait
     >>> walks = make_gait(n_subjects=2, n_sequences=5, activities=["walk"], frame_rate=12, random_state=0)
     >>> two_sample_test(walks[walks.subjects == "01"], walks[walks.subjects == "02"])

@@ -5,8 +5,8 @@ import pytest
 from conftest import SKELETONS
 from sklearn.exceptions import ConvergenceWarning
 
-from skpose import Skeleton, geodesic_distances, pose_distances
-from skpose.geodesics import _sequence
+from skpose import Skeleton, pose_distances
+from skpose.geodesics import _sequence, geodesic_distances
 
 NAMES = ["chain", "bvh", "tree", "mixed joints", "weights"]
 

@@ -7,7 +7,8 @@ from conftest import SKELETONS, whole_turns
 from scipy.optimize import minimize
 from sklearn.exceptions import ConvergenceWarning
 
-from skpose import GeometricMedian, Skeleton, forward_kinematics, frechet_mean, geometric_median, pose_distances
+from skpose import Skeleton, forward_kinematics, pose_distances
+from skpose.geodesics import GeometricMedianResult, frechet_mean, geometric_median
 
 ALL = ["angle", "position", "rotation", "spatial", "geodesic"]
 ARM = Skeleton.chain(3)
@@ -117,7 +118,7 @@ def test_one_pose_is_its_own_median(metric):
     X = arms(1)
     for poses in (X, np.repeat(X, 4, axis=0)):
         median = geometric_median(poses, ARM, metric=metric)
-        assert isinstance(median, GeometricMedian)
+        assert isinstance(median, GeometricMedianResult)
         np.testing.assert_allclose(median.pose, X[0], atol=1e-8)
         assert median.deviation < 1e-8
 

@@ -10,7 +10,8 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 from sklearn.exceptions import ConvergenceWarning
 
-from skpose import Bone, Motion, Skeleton, forward_kinematics, geodesic, interpolate
+from skpose import Bone, Motion, Skeleton, forward_kinematics, geodesic
+from skpose.geodesics import interpolate
 from skpose.geodesics._spline import Piece, _piece, _step, natural_slopes
 
 METHODS = ["geodesic", "spline"]

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from conftest import SKELETONS
+from skpose.geodesics._geodesic_view import GeodesicPoses
 
-from skpose import Skeleton, frechet_mean, pose_distances
+from skpose import Skeleton, pose_distances
 from skpose._compiled.path import kept_paths
 from skpose._compiled.path.geodesic import TOL
-from skpose.geodesics import _geodesic_view
-from skpose.geodesics._geodesic_view import GeodesicPoses
+from skpose.geodesics import _geodesic_view, frechet_mean
 from skpose.kinematics._tree import to_tree_order, tree_of
 
 

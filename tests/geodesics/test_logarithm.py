@@ -7,20 +7,12 @@ from conftest import MIXED, SKELETONS, random_tree, weighted
 from scipy.spatial.transform import Rotation
 from sklearn.exceptions import ConvergenceWarning
 
-from skpose import (
-    Bone,
-    Motion,
-    PoseTangentPCA,
-    Skeleton,
-    exp_map,
-    forward_kinematics,
-    geodesic,
-    log_map,
-    pose_distances,
-)
+from skpose import Bone, Motion, Skeleton, forward_kinematics, geodesic, pose_distances
 from skpose import position_jacobian as jacobian_of
 from skpose.datasets import make_gait
+from skpose.geodesics import exp_map, log_map
 from skpose.geodesics._logarithm import TangentSpace
+from skpose.statistics import PoseTangentPCA
 
 ONE_BONE = Skeleton.chain(1)
 BALL = Skeleton([Bone("hand", None, (0.0, 0.0, 0.5), "rotvec")])

@@ -9,9 +9,9 @@ from conftest import SKELETONS
 from scipy.optimize import least_squares
 from sklearn.exceptions import ConvergenceWarning
 
-from skpose import Skeleton, forward_kinematics, frechet_mean, geodesic, pose_distances, position_jacobian
+from skpose import Skeleton, forward_kinematics, geodesic, pose_distances, position_jacobian
 from skpose.datasets import make_gait
-from skpose.geodesics import _descent, _geodesic_view
+from skpose.geodesics import _descent, _geodesic_view, frechet_mean
 
 METRICS = ["position", "geodesic"]
 ONE_BONE = Skeleton.chain(1)

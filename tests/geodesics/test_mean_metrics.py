@@ -7,7 +7,8 @@ from conftest import SKELETONS, whole_turns
 from scipy.optimize import approx_fprime, minimize
 from sklearn.exceptions import ConvergenceWarning
 
-from skpose import Skeleton, forward_kinematics, frechet_mean, pose_distances
+from skpose import Skeleton, forward_kinematics, pose_distances
+from skpose.geodesics import frechet_mean
 
 ALL = ["angle", "position", "rotation", "spatial", "geodesic"]
 NEW = ["angle", "rotation", "spatial"]

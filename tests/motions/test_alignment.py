@@ -6,20 +6,10 @@ from conftest import SKELETONS
 from scipy.spatial.transform import Rotation
 from sklearn.exceptions import ConvergenceWarning
 
-from skpose import (
-    Bone,
-    Motion,
-    MotionIndex,
-    Skeleton,
-    align_motions,
-    find_motion,
-    forward_kinematics,
-    motion_distances,
-    pose_distances,
-)
+from skpose import Bone, Motion, Skeleton, forward_kinematics, motion_distances, pose_distances
 from skpose.datasets import MotionDataset, humanoid, make_gait
 from skpose.metrics._registry import METRICS
-from skpose.motions import JointDifference
+from skpose.motions import JointDifference, MotionIndex, align_motions, find_motion
 
 ARM = Skeleton.chain(2)
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from skpose import Motion, MotionIndex, Skeleton, find_motion, pose_distances
+from skpose import Motion, Skeleton, pose_distances
 from skpose.datasets import MotionDataset, make_gait
 from skpose.metrics._registry import METRICS, resolve
-from skpose.motions import MotionMatch
+from skpose.motions import MotionIndex, MotionMatch, find_motion
 from skpose.motions._index import SequenceIndex
 from skpose.motions._inputs import Sequences
 from skpose.motions._windows import Window, WindowSearch, chosen

@@ -8,8 +8,10 @@ import reference
 from conftest import SKELETONS
 from sklearn.exceptions import ConvergenceWarning
 
-from skpose import MeanMotion, Motion, Skeleton, forward_kinematics, frechet_mean, mean_motion, pose_distances
+from skpose import Motion, Skeleton, forward_kinematics, pose_distances
 from skpose.datasets import make_gait
+from skpose.geodesics import frechet_mean
+from skpose.motions import MeanMotion, mean_motion
 from skpose.motions._barycenter import Barycenter
 
 ARM = Skeleton.chain(3)

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from scipy.signal import find_peaks
 
-from skpose import Motion, Skeleton, forward_kinematics, segment_repetitions
+from skpose import Motion, Skeleton, forward_kinematics
 from skpose._compiled.path.family import family_of, segments_of
 from skpose.datasets import humanoid, make_gait
-from skpose.motions import _repetitions
+from skpose.motions import _repetitions, segment_repetitions
 from skpose.motions._template import moving_frames
 
 ARM = Skeleton.chain(3)

@@ -9,17 +9,8 @@ import pytest
 from conftest import SKELETONS
 from sklearn.decomposition import PCA
 
-from skpose import (
-    Motion,
-    PoseTangentPCA,
-    Skeleton,
-    SpatialMDS,
-    forward_kinematics,
-    geodesic,
-    mean_motion,
-    plot,
-    pose_distances,
-)
+from skpose import Motion, Skeleton, SpatialMDS, forward_kinematics, geodesic, plot, pose_distances
+from skpose.motions import mean_motion
 from skpose.plot import (
     AlignmentDisplay,
     DistanceMatrixDisplay,
@@ -34,6 +25,7 @@ from skpose.plot._axes import COLOURS
 from skpose.plot._geodesic import _Plane
 from skpose.plot._pose import SIDES
 from skpose.skeleton._sides import sides
+from skpose.statistics import PoseTangentPCA
 
 pytestmark = pytest.mark.usefixtures("agg")
 

@@ -15,7 +15,6 @@ from skpose import (
     Skeleton,
     SpatialMDS,
     forward_kinematics,
-    frechet_mean,
     geodesic,
     metric_tensor,
     pose_distances,
@@ -23,10 +22,11 @@ from skpose import (
     pose_metric,
     poses_from_rotations,
     position_jacobian,
-    retarget,
     rotations_from_poses,
 )
 from skpose.datasets import MotionDataset
+from skpose.geodesics import frechet_mean
+from skpose.kinematics import retarget
 
 ARM = Skeleton.chain(2)
 MOTION = Motion(ARM, np.linspace([0, 0], [1, 2], 5), 10)

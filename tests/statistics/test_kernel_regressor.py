@@ -11,9 +11,11 @@ from sklearn.neighbors import NearestNeighbors
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
-from skpose import PoseKernelRegressor, Skeleton, forward_kinematics, frechet_mean, pose_distances
+from skpose import Skeleton, forward_kinematics, pose_distances
 from skpose.datasets import make_gait
+from skpose.geodesics import frechet_mean
 from skpose.geodesics._weightings import WeightedMeans
+from skpose.statistics import PoseKernelRegressor
 
 ARM = Skeleton.chain(3)
 

@@ -10,10 +10,12 @@ from sklearn.exceptions import ConvergenceWarning, NotFittedError
 from sklearn.linear_model import LinearRegression
 from sklearn.pipeline import make_pipeline
 
-from skpose import Bone, Motion, PoseTangentPCA, Skeleton, forward_kinematics, frechet_mean, log_map, pose_distances
+from skpose import Bone, Motion, Skeleton, forward_kinematics, pose_distances
 from skpose import position_jacobian as jacobian_of
 from skpose.datasets import make_gait
+from skpose.geodesics import frechet_mean, log_map
 from skpose.skeleton import _chart
+from skpose.statistics import PoseTangentPCA
 
 CHAIN = Skeleton.chain(3)
 METRICS = ["angle", "position", "geodesic"]

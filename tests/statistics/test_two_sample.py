@@ -11,12 +11,12 @@ from conftest import random_tree
 from scipy import stats
 from sklearn.exceptions import ConvergenceWarning
 
-from skpose import Motion, PoseDistanceTransformer, Skeleton, pose_distances, two_sample_test
+from skpose import Motion, PoseDistanceTransformer, Skeleton, pose_distances
 from skpose.datasets import MotionDataset, make_gait
 from skpose.metrics._convergence import Unconverged
 from skpose.metrics._matrix import DistanceMatrix
 from skpose.metrics._registry import METRICS
-from skpose.statistics import _permutations, _unit_means
+from skpose.statistics import _permutations, _unit_means, two_sample_test
 
 TREE, CHAIN = random_tree(0), Skeleton.chain(2)
 STATISTICS = ["energy", "mmd"]

@@ -10,8 +10,9 @@ import pytest
 from conftest import SKELETONS, in_space
 from pages import data_of
 
-from skpose import Bone, Motion, Skeleton, align_motions, forward_kinematics, geodesic, pose_distances
+from skpose import Bone, Motion, Skeleton, forward_kinematics, geodesic, pose_distances
 from skpose.datasets import make_gait
+from skpose.motions import align_motions
 from skpose.view import Page, geodesic_player, player
 from skpose.view._pack import pack, pack_angles, unpack
 
