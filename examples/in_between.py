@@ -3,8 +3,8 @@ In-betweens of a stride
 =======================
 
 A few key poses of a walk are all that is kept, and `skpose.geodesics.interpolate` fills in the frames between: along
-geodesics, or on a smooth spline of poses. Joint by joint, slerp and the cubic spline of the angles do so too. How near does each
-come to the frames that were left out?
+geodesics, or on a smooth spline of poses. Joint by joint, slerp and the cubic spline of the angles do so too. How near
+does each come to the frames that were left out?
 """
 
 import matplotlib.pyplot as plt
