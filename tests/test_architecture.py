@@ -24,7 +24,7 @@ PAGES = sorted((ROOT / "docs").glob("*.md"))
 
 # The direction of data: a package, or a file at the top, imports only from lines above its own.
 LAYERS = [
-    ["_warnings", "_displays"],
+    ["_warnings", "_displays", "_typing"],
     ["_compat", "_files"],
     ["_validation"],
     ["skeleton"],

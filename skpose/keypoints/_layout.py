@@ -6,8 +6,8 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from skpose._typing import ArrayLike
 from skpose._validation.numbers import as_numbers
 from skpose._validation.positions import check_positions
 from skpose.keypoints._keypoints import Keypoints

@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal, NoReturn
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from skpose._displays import Page, displays
+from skpose._typing import ArrayLike
 from skpose._validation.columns import check_column_names, other_than_poses
 from skpose._validation.motions import check_frame_rate, check_up
 from skpose._validation.skeletons import check_skeleton

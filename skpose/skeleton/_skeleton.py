@@ -7,8 +7,8 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from skpose._typing import ArrayLike
 from skpose._validation.names import near_names
 from skpose.skeleton._bone import BALL, Bone, check_bone, is_axes, mean_bone
 from skpose.skeleton._comparison import check_comparable

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from skpose._typing import ArrayLike
 from skpose._validation.skeletons import SkeletonLike
 from skpose.skeleton._bone import Bone
 from skpose.skeleton._mass import mass_weights
