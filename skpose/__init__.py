@@ -10,6 +10,8 @@ The names here are the stable core. All others live in their packages.
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from skpose._displays import displays as _displays_of_motions
+
 __all__ = [
     "Bone",
     "Keypoints",
@@ -101,3 +103,19 @@ else:
     def __dir__():
         own = {name for name in globals() if name.startswith("_")}  # without what is imported here
         return sorted({*own, *_PACKAGES, *__all__, "__version__"})
+
+
+def _player(motion):
+    from skpose.view import player
+
+    return player(motion)
+
+
+def _strip(motion):
+    from skpose.view._shared import strip
+
+    return strip(motion)
+
+
+# A motion shows itself by what comes after it in the flow of data.
+_displays_of_motions.player, _displays_of_motions.strip = _player, _strip

@@ -3,8 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from numpy.typing import ArrayLike
-
+from skpose._typing import ArrayLike
 from skpose._validation.skeletons import SkeletonLike
 
 NUMBERS_OF_A_ROTATION = {(3,): "rotvec", (4,): "quaternion_wxyz", (6,): "6d", (3, 3): "matrix"}

@@ -3,9 +3,9 @@
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 from sklearn.utils import check_array
 
+from skpose._typing import ArrayLike
 from skpose._validation.columns import check_column_names, check_dimensions, check_width
 from skpose._validation.motions import is_motion
 from skpose._validation.skeletons import SkeletonLike, check_skeleton, is_skeleton

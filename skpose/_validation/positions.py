@@ -3,8 +3,8 @@
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from skpose._typing import ArrayLike
 from skpose._validation.columns import check_names, shape_of
 from skpose._validation.numbers import as_numbers
 from skpose._validation.skeletons import SkeletonLike

@@ -6,8 +6,8 @@ from operator import index
 from typing import Any, Literal, NoReturn, overload
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from skpose._typing import ArrayLike
 from skpose._validation.motions import check_frame_rate
 from skpose.kinematics._shared import UNCHANGED, Method, retarget_and_report
 from skpose.skeleton import Motion, Skeleton

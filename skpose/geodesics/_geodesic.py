@@ -4,13 +4,13 @@ from dataclasses import dataclass, field
 from numbers import Integral, Real
 
 import numpy as np
-from numpy.typing import ArrayLike
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose._compat.sklearn import Interval, StrOptions, validate_params
 from skpose._compiled.path.geodesic import MAX_ITER, TOL, path_between
 from skpose._compiled.path.minimiser import Bounds
 from skpose._compiled.pose.tree import Tree
+from skpose._typing import ArrayLike
 from skpose._validation.poses import check_pose
 from skpose._validation.skeletons import limits_of
 from skpose._validation.units import warn_of_degrees

@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 from joblib import effective_n_jobs
-from numpy.typing import ArrayLike
 
 from skpose._compat.sklearn import Interval
+from skpose._typing import ArrayLike
 from skpose._validation.numbers import check_numbers
 from skpose.geodesics._descent import Spread, descend
 from skpose.geodesics._quasi_newton import minimise_sum

@@ -5,11 +5,11 @@ from numbers import Integral
 
 import numpy as np
 from joblib import effective_n_jobs
-from numpy.typing import ArrayLike
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose._compat.sklearn import StrOptions, validate_params
 from skpose._parallel.threads import in_threads
+from skpose._typing import ArrayLike
 from skpose._validation.motions import check_frame_rate
 from skpose._validation.numbers import check_numbers
 from skpose._validation.poses import check_poses

@@ -6,13 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 from joblib import effective_n_jobs
-from numpy.typing import ArrayLike
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose._compat.sklearn import validate_params
 from skpose._compiled.path.exponential import Logarithms, exponential, logarithms_from
 from skpose._compiled.pose.tree import Tree
 from skpose._parallel.threads import in_threads
+from skpose._typing import ArrayLike
 from skpose._validation.numbers import check_numbers
 from skpose._validation.poses import check_is_array, check_pose, check_poses
 from skpose._validation.units import warn_of_degrees

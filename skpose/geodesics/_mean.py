@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose._compat.sklearn import validate_params
+from skpose._typing import ArrayLike
 from skpose._validation.poses import check_poses
 from skpose._validation.units import warn_of_degrees
 from skpose._warnings import warn

@@ -5,7 +5,6 @@ from numbers import Integral
 
 import numpy as np
 from joblib import effective_n_jobs
-from numpy.typing import ArrayLike
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose._compat.sklearn import validate_params
@@ -13,6 +12,7 @@ from skpose._compiled.path.geodesic import TOL
 from skpose._compiled.path.kept_paths import Search, follow_geodesics
 from skpose._compiled.pose.tree import Tree
 from skpose._parallel.threads import in_threads
+from skpose._typing import ArrayLike
 from skpose._validation.poses import check_poses
 from skpose._validation.units import warn_of_degrees
 from skpose._warnings import warn

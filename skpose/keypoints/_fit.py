@@ -1,8 +1,8 @@
 """The skeleton of a layout that fits positions of its points."""
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from skpose._typing import ArrayLike
 from skpose._validation.units import LARGEST, SMALLEST, UNITS, likely_unit
 from skpose._warnings import warn
 from skpose.keypoints._keypoints import Keypoints

@@ -7,8 +7,8 @@ from numbers import Real
 from typing import TYPE_CHECKING, Literal, NoReturn
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from skpose._typing import ArrayLike
 from skpose._validation.motions import check_frame_rate, check_up
 from skpose._validation.numbers import as_numbers
 from skpose._validation.positions import check_positions

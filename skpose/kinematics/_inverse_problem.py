@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose._compiled.inverse.frames import Found, Observed, Rules, fit_frames
 from skpose._compiled.pose.tree import Tree
+from skpose._typing import ArrayLike
 from skpose._validation.numbers import as_numbers
 from skpose._validation.poses import check_poses
 from skpose._validation.positions import check_positions

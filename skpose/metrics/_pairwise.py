@@ -9,12 +9,12 @@ from numbers import Integral, Real
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 from sklearn import get_config
 from sklearn.utils import gen_batches
 
 from skpose._compat.sklearn import Interval, validate_params
 from skpose._parallel.progress import progress
+from skpose._typing import ArrayLike
 from skpose._validation.poses import check_poses, check_same_width
 from skpose._validation.units import warn_of_degrees
 from skpose.metrics._convergence import warn_of_unconverged

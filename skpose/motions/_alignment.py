@@ -5,10 +5,10 @@ from numbers import Real
 from typing import Literal, NamedTuple, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from skpose._compat.sklearn import Interval, StrOptions, validate_params
 from skpose._compiled.warping.paths import Paths, accumulate, path_to
+from skpose._typing import ArrayLike
 from skpose._validation.units import warn_of_degrees
 from skpose.kinematics import forward_kinematics
 from skpose.metrics import Metric

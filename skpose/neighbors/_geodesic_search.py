@@ -9,9 +9,9 @@ intervals are found by searches of their own.
 from typing import cast
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from skpose._compiled.pose.nearest import Candidates
+from skpose._typing import ArrayLike
 from skpose.metrics import Metric
 from skpose.neighbors._index import PoseIndex
 from skpose.neighbors._nearest_so_far import NearestSoFar

@@ -18,11 +18,11 @@ from collections.abc import Iterator
 from typing import cast
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from skpose._compiled.pose.loops import FLOAT64_LANES
 from skpose._compiled.pose.nearest import Batch, Candidates, nearest_of_candidates_loop
 from skpose._parallel.rows import TASKS_PER_JOB_UNEVEN, over_rows
+from skpose._typing import ArrayLike
 from skpose.metrics import Metric
 from skpose.neighbors._cost import CostModel, sample_of
 from skpose.neighbors._filter import FLOAT32, ChordFilter, FilterPoints

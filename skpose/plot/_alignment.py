@@ -3,8 +3,8 @@
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from skpose._typing import ArrayLike
 from skpose._validation.options import check_kind, check_whole
 from skpose.kinematics import forward_kinematics
 from skpose.metrics import Metric

@@ -1,8 +1,8 @@
 """Display of a matrix of distances."""
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from skpose._typing import ArrayLike
 from skpose._validation.poses import check_poses
 from skpose._validation.units import warn_of_degrees
 from skpose.metrics import Metric, pose_distances

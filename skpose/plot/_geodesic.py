@@ -1,8 +1,8 @@
 """Display of a geodesic and the straight line, figure 3 (a) of the paper."""
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from skpose._typing import ArrayLike
 from skpose._validation.options import check_kind
 from skpose._validation.poses import check_pose
 from skpose._validation.skeletons import check_skeleton

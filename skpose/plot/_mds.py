@@ -1,8 +1,8 @@
 """Display of poses embedded in the plane."""
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from skpose._typing import ArrayLike
 from skpose._validation.options import check_kind
 from skpose.manifold import SpatialMDS
 from skpose.plot._axes import COLOURS, MARKERS, axes

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from skpose._typing import ArrayLike
 from skpose._validation.options import check_kind, check_whole
 from skpose._validation.poses import check_is_array, check_pose, check_poses
 from skpose._validation.skeletons import check_skeleton

@@ -4,9 +4,9 @@ from collections.abc import Callable
 from typing import Literal, NamedTuple, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
+from skpose._typing import ArrayLike
 from skpose._validation.poses import check_is_array, check_poses
 from skpose._validation.skeletons import check_skeleton
 from skpose._validation.units import warn_of_degrees

@@ -2,22 +2,15 @@
 
 from skpose.skeleton._bone import BALL
 from skpose.skeleton._chart import mean_of_joints, moved, skeleton_at, steps_from
+from skpose.skeleton._comparison import LARGEST_DIFFERENCE, check_comparable, check_rest_poses, mismatch
 from skpose.skeleton._continuity import continuous_columns, continuous_triples, without_jumps
 from skpose.skeleton._interpolation import interpolate, straight_line
 from skpose.skeleton._proportions import MEAN_HEIGHT, PROPORTIONS
-from skpose.skeleton._rest import (
-    LARGEST_DIFFERENCE,
-    NO_DIRECTION,
-    axes_at_zero,
-    check_rest_poses,
-    directions_at_zero,
-    size_of,
-)
+from skpose.skeleton._rest import NO_DIRECTION, axes_at_zero, directions_at_zero, size_of
 from skpose.skeleton._root import heading, root_angles_of, root_orientations, with_root_joint
 from skpose.skeleton._rotations import TWO_PI, columns_of, rotations_of
 from skpose.skeleton._selection import with_carriers
 from skpose.skeleton._sides import others, partners, sides
-from skpose.skeleton._skeleton import check_comparable, mismatch
 
 __all__ = [
     "BALL",

@@ -1,8 +1,8 @@
 """The player of two paths between two poses: the shortest one, and the straight line."""
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from skpose._typing import ArrayLike
 from skpose._validation.poses import check_pose
 from skpose._validation.units import warn_of_degrees
 from skpose.geodesics import geodesic
