@@ -25,7 +25,7 @@ def _explain_no_metric(value: object) -> None:
         raise TypeError(f"metric is the class {value.__name__}: pass a metric with its parameters, {value.__name__}()")
 
 
-IS_METRIC = InstanceOf(Metric, "skpose.metrics.Metric", _explain_no_metric)
+IS_METRIC = InstanceOf(lambda value: isinstance(value, Metric), "skpose.metrics.Metric", _explain_no_metric)
 
 # Constraints of the parameters that every function and estimator of distances has, for scikit-learn's validation.
 OUT = [HasMethods(["__getitem__", "__setitem__"]), Hidden(str), Hidden(PathLike), None]  # a path has its own error
