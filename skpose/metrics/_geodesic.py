@@ -61,8 +61,8 @@ class Geodesic(Metric):
     source = "eq. 3"
     iterative = True
 
-    encode = staticmethod(encode_curve_end)
-    measure = staticmethod(measure_geodesic)
+    encode = encode_curve_end
+    measure = measure_geodesic
     encode_work = 20
     measure_work = 100_000
 

@@ -39,8 +39,8 @@ class Position(Metric):
     equation = r"\|F(a) - F(b)\|_2"
     source = "sec. 2"
 
-    encode = staticmethod(encode_positions)
-    measure = staticmethod(measure_euclidean)
+    encode = encode_positions
+    measure = measure_euclidean
 
     def n_codes(self, tree: Tree, n_dofs: int) -> int:
         """Return three for each joint."""

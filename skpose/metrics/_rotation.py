@@ -38,8 +38,8 @@ class Rotation(Metric):
     equation = r"\sqrt{\sum_b \ell_b^2 \varphi_b^2}"
     source = "sec. 1.1"
 
-    encode = staticmethod(encode_rotations)
-    measure = staticmethod(measure_rotations)
+    encode = encode_rotations
+    measure = measure_rotations
     encode_work = 40
     measure_work = 8
 

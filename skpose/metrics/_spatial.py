@@ -64,9 +64,9 @@ class Spatial(Metric):
     source = "sec. 2.2"
     has_gradients = False
 
-    encode = staticmethod(encode_curve_end)
-    measure = staticmethod(measure_line)
-    measure_within = staticmethod(measure_line_within)
+    encode = encode_curve_end
+    measure = measure_line
+    measure_within = measure_line_within
     encode_work = 20
     measure_work = 16
 
