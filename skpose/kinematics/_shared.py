@@ -1,4 +1,4 @@
-"""What the other packages of skpose use of `skpose.kinematics` beside its public names."""
+"""Names of `skpose.kinematics` that the other packages of skpose use, in addition to the public ones."""
 
 from skpose.kinematics._forward import jacobians_of, weighted_positions
 from skpose.kinematics._retarget import UNCHANGED, Method, retarget_and_report

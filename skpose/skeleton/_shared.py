@@ -1,4 +1,4 @@
-"""What the other packages of skpose use of `skpose.skeleton` beside its public names."""
+"""Names of `skpose.skeleton` that the other packages of skpose use, in addition to the public ones."""
 
 from skpose.skeleton._bone import BALL
 from skpose.skeleton._chart import mean_of_joints, moved, skeleton_at, steps_from

@@ -78,7 +78,7 @@ def test_a_table_is_small_and_has_no_colours_that_a_dark_notebook_hides(shown):
     assert not re.search(r"<(script|link|img|style)|class=|http", text)
 
 
-def test_a_motion_shows_itself_whatever_is_imported_first():
+def test_a_motion_shows_itself_where_its_package_is_all_that_is_imported():
     program = (
         "import sys; from skpose.skeleton import Motion, Skeleton; assert 'skpose.view' not in sys.modules; "
         "motion = Motion(Skeleton.chain(2), [[0, 0], [1, 1]], 30); print(motion.play().title, motion._repr_html_()[:4])"
