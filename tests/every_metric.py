@@ -37,7 +37,7 @@ class LargestDistance(Metric):
     measure = measure_largest
 
     def n_codes(self, tree, n_dofs):
-        return 3 * (len(tree.offset) - 1)
+        return 3 * tree.n_joints
 
 
 @compile_encode
@@ -65,7 +65,7 @@ class Heights(Metric):
         self.scale = scale
 
     def n_codes(self, tree, n_dofs):
-        return len(tree.offset) - 1 + n_dofs
+        return tree.n_joints + n_dofs
 
 
 class Entry(NamedTuple):

@@ -44,7 +44,7 @@ class Position(Metric):
 
     def n_codes(self, tree: Tree, n_dofs: int) -> int:
         """Return three for each joint."""
-        return 3 * (len(tree.offset) - 1)
+        return 3 * tree.n_joints
 
     def lower_bound(self) -> Metric:
         """Return this metric itself."""

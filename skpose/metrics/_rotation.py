@@ -30,7 +30,7 @@ class Rotation(Metric):
     --------
     >>> from skpose import Skeleton, pose_distances
     >>> from skpose.metrics import Rotation
-    >>> float(pose_distances([[0.0]], [[1.5]], skeleton=Skeleton.chain(1), metric=Rotation())[0, 0])
+    >>> float(pose_distances([[0.0]], [[1.5]], skeleton=Skeleton.chain(1), metric=Rotation())[0, 0].round(6))
     1.5
     """
 

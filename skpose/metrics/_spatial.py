@@ -110,7 +110,7 @@ class Spatial(Metric):
 
 def count_curve_codes(tree: Tree) -> int:
     """Return the length of the code of an end of a curve."""
-    return count_line_codes(tree) + 3 * (len(tree.offset) - 1)
+    return count_line_codes(tree) + 3 * tree.n_joints
 
 
 def no_means_of_one_step(n_steps: int) -> str:
@@ -119,7 +119,7 @@ def no_means_of_one_step(n_steps: int) -> str:
 
 
 def _count_middle(tree: Tree) -> int:
-    return count_middle_codes(tree) + 3 * (len(tree.offset) - 1)
+    return count_middle_codes(tree) + 3 * tree.n_joints
 
 
 class _SpatialSample(JointSample):

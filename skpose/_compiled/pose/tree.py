@@ -54,6 +54,11 @@ class Tree(NamedTuple):
     first_run: np.ndarray  # (n_frames + 1,) runs of frame f are runs[first_run[f]:first_run[f + 1]]
     runs: np.ndarray  # (n_runs, 2) dofs of a frame and of its ancestors, as ranges
 
+    @property
+    def n_joints(self) -> int:
+        """The number of joints that count, without the root; for Python."""
+        return len(self.offset) - 1
+
 
 # The fields of a Tree as a constant of a compiled function, which what compiled functions share cannot be.
 Constants = cast(Any, namedtuple)("Constants", Tree._fields)
