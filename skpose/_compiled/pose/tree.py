@@ -8,10 +8,13 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
+from skpose._compiled.simd.shared import shared_structure
+
 TWO_PI = 2.0 * math.pi
 BALL = 4  # kind of a batch of ball joints; the others' kind is their number of angles, 0 to 3
 
 
+@shared_structure
 class Tree(NamedTuple):
     """A skeleton as flat arrays; frame 0 and joint 0 are the root, unrotated and at the origin.
 

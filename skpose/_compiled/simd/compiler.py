@@ -1,4 +1,4 @@
-"""Private parts of numba: what it does to compile a function.
+"""What numba does to compile a function: private parts of it, without which `fallback` has its own compiler.
 
 numba treats every function as one that Python may call. It optimises it, translates it into machine code and writes it
 to its cache, and does all of this again with each function that it is a part of. Here a function is either a *part* of
@@ -6,7 +6,6 @@ others, of which nothing is kept but its code for LLVM, or a *whole*, which has 
 parts, once. Passes that are for closures, array expressions, generators and the like are left out.
 """
 
-from collections.abc import Callable
 from types import BuiltinFunctionType
 from typing import Any, ClassVar
 
@@ -16,8 +15,9 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase
 from numba.core.environment import lookup_environment
 from numba.core.typing.context import BaseContext
-from numba.core.typing.templates import Signature
 from numba.extending import models, register_model
+
+from skpose._compiled.simd.private import Signature
 
 
 class _Whole(JITCodeLibrary):

@@ -10,8 +10,8 @@ from typing import Any
 
 import numba
 import numpy as np
-from numba.core.compiler import Compiler
 
+from skpose._compiled.simd.private import FITTING, Compiler
 from skpose._warnings import warn
 
 
@@ -32,20 +32,20 @@ def _compilers() -> tuple[Callable, Callable]:
 
         _try(WholeCompiler, PartCompiler)
     except Exception as error:  # a part of numba that has changed may raise any
+        reason = f"{type(error).__name__}: {str(error).partition(chr(10))[0]}"
         warn(
-            f"numba {numba.__version__} does not compile as skpose expects ({type(error).__name__}: {error}), so its "
-            "own compiler is used: results are the same, first calls take longer; install a newer skpose, or the numba "
-            "that was current when this one was released"
+            f"numba {numba.__version__} does not compile as skpose expects ({reason}), so its own compiler is "
+            f"used: results are the same, first calls take longer; install a newer skpose, or numba{FITTING}"
         )
         return Compiler, Compiler
     return WholeCompiler, PartCompiler
 
 
-def _factorise(matrix: Any, damping: float, factor: Any) -> int:
+def _factorise(matrix: Any, damping: float, factor: Any) -> tuple[int, float]:
     """Factorise a symmetric matrix A + λ = U D Uᵀ in place of the factor; λ grows until the pivots are positive.
 
-    Returns how often it has grown. It is made of what all kernels here are made of: arrays, loops in loops, branches,
-    and variables that change in them.
+    Returns how often it has grown, and λ. The function is made of what all kernels here are made of: arrays, loops in
+    loops, branches, variables that change in them and one whose type changes, and a tuple.
     """
     n, n_failures, succeeds = matrix.shape[0], 0, False
     while not succeeds:
@@ -54,7 +54,8 @@ def _factorise(matrix: Any, damping: float, factor: Any) -> int:
             for j in range(n):
                 factor[i, j] = matrix[i, j] + damping if i == j else matrix[i, j]
         for k in range(n - 1, -1, -1):
-            pivot = factor[k, k]
+            pivot = factor[k]
+            pivot = pivot[k]
             if pivot <= 0.0:
                 succeeds, damping = False, 2.0 * damping
                 n_failures += 1
@@ -63,7 +64,7 @@ def _factorise(matrix: Any, damping: float, factor: Any) -> int:
                 share = factor[i, k] / pivot
                 for j in range(i + 1):
                     factor[i, j] -= share * factor[j, k]
-    return n_failures
+    return n_failures, damping
 
 
 def _try(whole: Callable, part: Callable) -> None:
@@ -72,11 +73,12 @@ def _try(whole: Callable, part: Callable) -> None:
     factorise = njit(pipeline_class=part, no_cpython_wrapper=True)(_factorise)
 
     @njit(pipeline_class=whole)
-    def factorise_damped(matrix: Any, factor: Any) -> int:
-        return factorise(matrix, 0.25, factor)
+    def factorise_damped(matrix: Any, factor: Any) -> float:
+        failures = factorise(matrix, 0.25, factor)
+        return failures[0] + failures[1]
 
     for matrix in (np.ones((3, 3)), np.ones((3, 3)) - np.eye(3)):  # the second one is indefinite
         factor, expected = np.zeros((3, 3)), np.zeros((3, 3))
-        failures = factorise_damped(matrix, factor), _factorise(matrix, 0.25, expected)
-        if failures[0] != failures[1] or not np.allclose(factor, expected, rtol=1e-12, atol=0.0):
-            raise ValueError(f"{factor} after {failures[0]} failures is not {expected} after {failures[1]}")
+        found, wanted = factorise_damped(matrix, factor), sum(_factorise(matrix, 0.25, expected))
+        if found != wanted or not np.allclose(factor, expected, rtol=1e-12, atol=0.0):
+            raise ValueError(f"{found} and {factor} are not {wanted} and {expected}")
