@@ -157,12 +157,17 @@ def _filled(context: Any, builder: Any, shared_type: Any, meminfo: Any, values: 
     return _hidden(context, builder, shared_type, meminfo)
 
 
+def shared_type(named_tuple: type, fields: list) -> SharedType:
+    """Return numba's type of a named tuple that is a shared structure, given the types of its fields."""
+    return SharedType(types.NamedTuple(fields, named_tuple))
+
+
 def shared_structure(named_tuple: type) -> type:
     """Let numba see a named tuple of arrays as a shared structure: a decorator of its class."""
 
     @typeof_impl.register(named_tuple)
     def type_of(value: Any, context: Any) -> SharedType:
-        return SharedType(types.NamedTuple([typeof_impl(field, context) for field in value], named_tuple))
+        return shared_type(named_tuple, [typeof_impl(field, context) for field in value])
 
     return named_tuple
 
