@@ -65,8 +65,7 @@ def load_amc(
     -----
     The root's position and orientation in the ASF file are added to the root's numbers.
 
-    Cost: some 200 MB a second, by compiled code; a tenth of that for the first 4 MB that a process reads, for which
-    numba is not imported. Memory is at most some 2.2 times that of the array.
+    Cost: some 25 MB a second. Memory is at most some 2.3 times that of the array.
 
     Examples
     --------

@@ -1,22 +1,14 @@
-"""The frames of an AMC file: a line for the number of each, and one for the name and the numbers of each bone.
+"""The frames of an AMC file: a line for the number of each, and one for the name and the numbers of each bone."""
 
-Compiled code reads the frames that have the layout of the one before, and stops where anything is unusual; that frame
-is read line by line.
-"""
-
-import re
 from collections.abc import Iterator
-from types import ModuleType
+from itertools import chain
 
 import numpy as np
 
-from skpose.io._parsers import PARSERS
-from skpose.io._source import Chunk, Source, n_lines
+from skpose.io._source import Chunk, Source
 from skpose.io._words import NUMBER, WHOLE, Token, complaint
 
 Line = tuple[int, str]  # its number, and its text without a comment
-MOST_LEFT = 20  # frames that compiled code may leave before it has read as many
-BEFORE_FRAME = re.compile(rb"\n(?=[0-9]{1,18}[ \t\r]*\n)")  # of most lines that `_frames` takes for a frame's number
 
 
 class Layout:
@@ -58,28 +50,6 @@ class Layout:
         if not regular:
             self._check(number, frame)
         return row
-
-    def rows(self, text: np.ndarray, number: int, parsers: ModuleType) -> tuple[np.ndarray, int]:
-        """Return the numbers of the frames with this layout at the beginning of a text, and where they end.
-
-        The first of them is frame `number`. The text, its bytes, ends with a whole frame and a line end.
-        """
-        if self.n_words < 1:
-            return np.empty((0, len(self.numbers))), 0
-        names = [name.encode() for name in self.names.values()]
-        starts = np.array([*self.names, self.n_words])  # of the bones among the words
-        counts = np.diff(starts) - 1
-        shortest = sum(map(len, names)) + 2 * counts.sum() + len(counts)  # fewer bytes than any frame has
-        table = np.empty((len(text) // shortest + 1, counts.sum()))
-        n, end = parsers.frames(
-            text, number, np.frombuffer(b"".join(names), np.uint8),
-            np.cumsum([len(name) for name in names]), counts, table,
-        )  # fmt: skip
-        indices = np.array(self.numbers)
-        rows = np.zeros((n, len(indices)))
-        given = indices >= 0
-        rows[:, given] = table[:n, indices[given] - np.searchsorted(starts, indices[given])]  # without the names
-        return rows, end
 
     def _learn(self, number: Token, frame: list[Line]) -> None:
         """Take the layout of this frame, if it is whole."""
@@ -129,60 +99,26 @@ class Layout:
 
 def read_frames(source: Source, layout: Layout, first: Chunk) -> np.ndarray:
     """Return the numbers of all frames, (n_frames, n_channels), from the line after the keywords on."""
-    tables: list[np.ndarray] = []
+    rows: list[np.ndarray] = []
     last: int | None = None
-    n_compiled, n_left = 0, 0  # frames that compiled code has read, and left
-    for line, _, text in _whole_frames(source, first):
-        at, compiled = 0, PARSERS.compiled(text)
-        while at < len(text):
-            end = len(text)
-            # To go back and forth costs more than compiled code saves, if most frames have something that it leaves.
-            parsers = compiled if n_left <= n_compiled + MOST_LEFT else None
-            if parsers is not None and last is not None:
-                table, n_bytes = layout.rows(np.frombuffer(text, np.uint8)[at:], last + 1, parsers)
-                tables.append(table)
-                n_compiled += len(table)
-                last, line, at = last + len(table), line + n_lines(text[at : at + n_bytes]), at + n_bytes
-            if parsers is not None and (after := BEFORE_FRAME.search(text, at)):
-                end = after.end()
-            rows = []
-            for number, frame in _frames(source, _lines(text[at:end], line)):
-                if last is not None and int(number) != last + 1:
-                    raise source.error(f"expected frame {last + 1}, found frame {number}", number)
-                last = int(number)
-                rows.append(layout.row(number, frame))
-            if rows:
-                tables.append(np.array(rows))
-                n_left += len(rows) if parsers is not None else 0
-            line, at = line + n_lines(text[at:end]), end
-    if not tables:
+    for number, frame in _frames(source, _lines(source, first)):
+        if last is not None and int(number) != last + 1:
+            raise source.error(f"expected frame {last + 1}, found frame {number}", number)
+        last = int(number)
+        rows.append(layout.row(number, frame))
+    if not rows:
         raise source.error("the file ends without a frame; not AMC, or cut short", source.line)
-    return np.concatenate(tables)
+    return np.array(rows)
 
 
-def _whole_frames(source: Source, first: Chunk) -> Iterator[Chunk]:
-    """Yield all further lines, many at a time, cut before frames; the last has an end, too."""
-    line, _, text = first
-    texts = [text]
-    for chunk in source.chunks():
-        cut = len(chunk.text)
-        while cut > 0 and not BEFORE_FRAME.match(chunk.text, cut - 1):
-            cut = chunk.text.rfind(b"\n", 0, cut - 1) + 1
-        if cut > 0:
-            yield Chunk(line, 0, b"".join([*texts, chunk.text[:cut]]))
-            line, texts = chunk.line + n_lines(chunk.text[:cut]), []
-        texts.append(chunk.text[cut:])
-    text = b"".join(texts)
-    yield Chunk(line, 0, text if text.endswith(b"\n") else text + b"\n")
-
-
-def _lines(text: bytes, first: int) -> Iterator[Line]:
-    """Yield the lines that are not empty, without comments."""
-    for line, one in enumerate(text.decode("utf-8", errors="replace").split("\n"), first):
-        if "#" in one:
-            one = one.partition("#")[0]
-        if one and not one.isspace():
-            yield line, one
+def _lines(source: Source, first: Chunk) -> Iterator[Line]:
+    """Yield the lines that are not empty, without comments, from a first one on."""
+    for line, _, text in chain((first,), source.chunks()):
+        for n, one in enumerate(text.decode("utf-8", errors="replace").split("\n"), line):
+            if "#" in one:
+                one = one.partition("#")[0]
+            if one and not one.isspace():
+                yield n, one
 
 
 def _frames(source: Source, lines: Iterator[Line]) -> Iterator[tuple[Token, list[Line]]]:
