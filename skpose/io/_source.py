@@ -118,15 +118,6 @@ class Source:
                 return io.BytesIO(self._stream.read())
         return self._stream if self._stream.seekable() else io.BytesIO(self._stream.read())
 
-    def read(self, n: int) -> bytes:
-        """Return the next n bytes, or as many as there are; memory is proportional to these, not to n."""
-        pieces = []
-        with self._gzip_errors():
-            while n > 0 and (piece := self._stream.read(min(n, CHUNK))):
-                pieces.append(piece)
-                n -= len(piece)
-        return b"".join(pieces)
-
     def readline(self) -> str | None:
         """Return the next line, with its end; None after the last."""
         line = next(self._lines, None)
