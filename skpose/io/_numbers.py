@@ -62,6 +62,18 @@ def read_numbers(
     return numbers[:n_read]
 
 
+def drop_not_finite(rows: np.ndarray, frames: np.ndarray, source: Source) -> tuple[np.ndarray, np.ndarray]:
+    """Return the rows that hold no NaN and no infinite number, and their frames; a warning counts the others."""
+    finite = np.isfinite(rows).all(axis=1)
+    if finite.all():
+        return rows, frames
+    source.warn(
+        f"{np.count_nonzero(~finite)} of {len(rows)} frames have a number that is NaN or infinite and are left out; "
+        "the others keep their times"
+    )
+    return rows[finite], frames[finite]
+
+
 def counted(n: int, width: int) -> str:
     """Return in words how many frames n numbers are."""
     whole, left = divmod(n, width)
