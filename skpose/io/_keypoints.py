@@ -148,7 +148,7 @@ def _from_archive(source: Source) -> tuple[np.ndarray, np.ndarray | None, float 
         if not (rate > 0 and np.isfinite(1.0 / rate)):
             raise source.error(f"{found}: expected a positive number, found {rate:g}")
     if NAMES in file.keys:
-        names = file.texts(NAMES)
+        names = file.texts(NAMES, (None,))
     return array, confidences, rate, names
 
 
