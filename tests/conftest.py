@@ -5,6 +5,9 @@ import sys
 
 os.environ.setdefault("SCIPY_ARRAY_API", "1")  # before scipy: without it scikit-learn skips one of its checks
 os.environ["MPLBACKEND"] = "template"  # a matplotlib backend that draws nothing, and has no warning about it
+if "PYTEST_XDIST_WORKER" in os.environ:  # before numpy: with a worker on each processor, threads of BLAS only wait
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 from pathlib import Path
 
