@@ -180,6 +180,7 @@ def test_of_frames_that_are_all_unusual_compiled_code_leaves_the_rest(both, monk
     assert len(n_compiled) == MOST_LEFT
 
 
+@pytest.mark.slow
 def test_real_files(cmu_folder, hdm05_folder, both):
     for path in [*cmu_folder.rglob("*.amc"), *hdm05_folder.rglob("*_01*.amc")]:
         with warnings.catch_warnings():

@@ -279,6 +279,7 @@ def test_actions_of_other_people():
     assert search.best_score_ == 1.0
 
 
+@pytest.mark.slow
 def test_hdm05_with_a_few_alignments(hdm05):
     """Of other people: at most 4 alignments for k = 1 and 10 for k = 5, of some 125 (DESIGN, section 6)."""
     dataset = hdm05.to_rotvec()
