@@ -5,7 +5,11 @@ import sys
 
 os.environ.setdefault("SCIPY_ARRAY_API", "1")  # before scipy: without it scikit-learn skips one of its checks
 os.environ["MPLBACKEND"] = "template"  # a matplotlib backend that draws nothing, and has no warning about it
+if "PYTEST_XDIST_WORKER" in os.environ:  # before numpy: with a worker on each processor, threads of BLAS only wait
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
 
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -137,7 +141,27 @@ SKELETONS = {
 }
 
 
-@pytest.fixture(params=[*SKELETONS, "CMU"], scope="session")
+ALL_SKELETONS = [*SKELETONS, "CMU"]  # of the fixture
+
+
+def in_turns(*values):
+    """Return all combinations of values, for `parametrize`: slow ones but for as many as have every value."""
+    quick = {tuple(i % len(some) for some in values) for i in range(max(map(len, values)))}
+    return [
+        pytest.param(
+            *(some[i] for some, i in zip(values, at, strict=True)), marks=() if at in quick else pytest.mark.slow
+        )
+        for at in product(*(range(len(some)) for some in values))
+    ]
+
+
+def quick_on(*names):
+    """Make a test with the fixture `skeleton` slow on all but these skeletons."""
+    each = [pytest.param(name, marks=() if name in names else pytest.mark.slow) for name in ALL_SKELETONS]
+    return pytest.mark.parametrize("skeleton", each, indirect=True)
+
+
+@pytest.fixture(params=ALL_SKELETONS, scope="session")
 def skeleton(request):
     if request.param == "CMU":
         return request.getfixturevalue("cmu").skeleton

@@ -4,6 +4,7 @@ Nothing here is shared with `skpose` but the `Bone` and `Skeleton` records; rota
 regular expressions.
 """
 
+import functools
 import re
 from fractions import Fraction
 from pathlib import Path
@@ -43,6 +44,7 @@ def forward_kinematics(angles, skeleton):
     return orientations_and_positions(angles, skeleton)[1]
 
 
+@functools.cache  # positions of five poses, for each distance
 def weights(skeleton):
     """Return the weights of the joints: given ones, else 1, but for a joint that is never apart from one before it."""
     angles = np.random.default_rng(0).uniform(-1, 1, size=(5, skeleton.n_dofs))
@@ -51,6 +53,7 @@ def weights(skeleton):
         apart = np.abs(positions - positions[:, [j]]).max(axis=(0, 2))
         counted = ((apart < 1e-9) & (found > 0)).any()
         found[j] = bone.weight if bone.weight is not None else 0.0 if counted else 1.0
+    found.flags.writeable = False
     return found
 
 
@@ -67,24 +70,36 @@ def differences(a, b, wrap):
 
 def distance(a, b, skeleton, metric, n_steps=10, wrap=False):
     """Return one distance by its definition in the paper."""
-    gap = differences(a, b, wrap)
+    return distances([a], [b], skeleton, metric, n_steps, wrap)[0, 0]
+
+
+def distances(X, Y, skeleton, metric, n_steps=10, wrap=False):
+    """Return the distances of all pairs by their definitions in the paper."""
+    X, Y = np.asarray(X, dtype=float), np.asarray(Y, dtype=float)
+    A, B = np.repeat(X, len(Y), axis=0), np.tile(Y, (len(X), 1))
+    return _of_pairs(A, B, skeleton, metric, n_steps, wrap).reshape(len(X), len(Y))
+
+
+def _of_pairs(A, B, skeleton, metric, n_steps, wrap):
     if metric == "angle":
-        return np.linalg.norm(gap)
+        return np.linalg.norm(differences(A, B, wrap), axis=1)
     if metric == "position":
-        return np.linalg.norm(np.diff(F([a, b], skeleton), axis=0))
+        return np.linalg.norm(F(A, skeleton) - F(B, skeleton), axis=1)
     if metric == "rotation":
-        orientations, _ = orientations_and_positions([a, b], skeleton)
+        of_A, of_B = (orientations_and_positions(poses, skeleton)[0] for poses in (A, B))
         index = {name: i for i, name in enumerate(skeleton.joint_names)}
-        total, weight = 0.0, weights(skeleton)
+        total, weight = np.zeros(len(A)), weights(skeleton)
         for i, bone in enumerate(skeleton.bones):
             frame = i if skeleton.offset_frame == "own" else index.get(bone.parent)
             if frame is not None:  # a bone fixed to the root does not rotate
-                angle = (orientations[frame][0].inv() * orientations[frame][1]).magnitude()
+                angle = (of_A[frame].inv() * of_B[frame]).magnitude()
                 total += weight[i] * np.dot(bone.offset, bone.offset) * angle**2
         return np.sqrt(total)
     if metric != "spatial":
         raise ValueError(f"there is no definition of {metric!r} here: write it down")
-    return np.linalg.norm(np.diff(F(line(a, b, n_steps, wrap, skeleton), skeleton), axis=0), axis=1).sum()
+    lines = np.concatenate([line(a, b, n_steps, wrap, skeleton) for a, b in zip(A, B, strict=True)])
+    steps = np.diff(F(lines, skeleton).reshape(len(A), n_steps + 1, -1), axis=1)
+    return np.linalg.norm(steps, axis=2).sum(axis=1)
 
 
 def path_energy(path, skeleton):
@@ -162,10 +177,6 @@ def least_energy_path(a, b, kinematics, n_steps=10, bounds=None):
     with threadpool_limits(1):  # for matrices of this size more threads of BLAS only wait for each other
         found = least_squares(chords, inside, jacobian, bounds=bounds, xtol=1e-12, ftol=1e-12, gtol=1e-9)
     return with_inner(found.x)
-
-
-def distances(X, Y, skeleton, metric, **parameters):
-    return np.array([[distance(x, y, skeleton, metric, **parameters) for y in Y] for x in X])
 
 
 def in_window(i, j, shape, window):

@@ -4,6 +4,7 @@ import ast
 import doctest
 import graphlib
 import importlib
+import importlib.util
 import inspect
 import pkgutil
 import re
@@ -48,6 +49,32 @@ PUBLIC = [skpose] + [
     importlib.import_module(f"skpose.{path.parent.name}") for path in sorted(PACKAGE.glob("[!_]*/__init__.py"))
 ]
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}
+
+
+def name_of(one):
+    """Return the path of a file from the root of the project or of the package, or the name of a module."""
+    if inspect.ismodule(one):
+        return one.__name__
+    return one.relative_to(ROOT if ROOT in one.parents else PACKAGE.parent).as_posix()
+
+
+def over(all_of_them):
+    """Make one test of a rule for a file or module, which names all that break it."""
+
+    def decorate(rule):
+        def test():
+            broken = []
+            for one in all_of_them:
+                try:
+                    rule(one)
+                except AssertionError as error:
+                    broken.append(f"{name_of(one)}: {error}")
+            assert not broken, "\n" + "\n".join(broken)
+
+        test.__name__, test.__doc__ = rule.__name__, rule.__doc__
+        return test
+
+    return decorate
 
 
 def node_of(path):
@@ -101,9 +128,7 @@ def called_from_python(node):
         yield from called_from_python(child)
 
 
-@pytest.mark.parametrize(
-    "path", CALLERS, ids=lambda path: str(path.relative_to(ROOT if ROOT in path.parents else PACKAGE))
-)
+@over(CALLERS)
 def test_python_calls_no_function_without_an_entry(path):
     text = ast.parse(path.read_text(encoding="utf-8"))
     assigned = (target for node in text.body if isinstance(node, ast.Assign) for target in node.targets)
@@ -112,7 +137,7 @@ def test_python_calls_no_function_without_an_entry(path):
     assert not wrong, f"{wrong} would crash: from_python of tests/compiled/entries.py makes an entry"
 
 
-@pytest.mark.parametrize("path", sorted(PACKAGE.rglob("*.py")), ids=lambda path: str(path.relative_to(PACKAGE)))
+@over(sorted(PACKAGE.rglob("*.py")))
 def test_imports_follow_the_flow_of_data(path):
     here = node_of(path)
     assert here in LEVEL, f"{here} is not in LAYERS: say where in the flow of data it stands"
@@ -161,7 +186,7 @@ def test_imports_are_absolute():
         assert not any(isinstance(node, ast.ImportFrom) and node.level for node in nodes), path
 
 
-@pytest.mark.parametrize("path", sorted(PACKAGE.rglob("*.py")), ids=lambda path: str(path.relative_to(PACKAGE)))
+@over(sorted(PACKAGE.rglob("*.py")))
 def test_files_are_short_and_arguments_few(path):
     """A class whose methods belong together stays in one piece: its lines do not count."""
     text = path.read_text(encoding="utf-8")
@@ -229,31 +254,47 @@ print(pose_distances([[0.0], [1.0]], metric="angle")[0, 1])
     assert (done.stdout.strip(), done.returncode) == ("1.0", 0), done.stderr
 
 
-@pytest.mark.parametrize("name", [m.name for m in pkgutil.walk_packages(skpose.__path__, "skpose.")])
+MODULES = [module.name for module in pkgutil.walk_packages(skpose.__path__, "skpose.")]
+
+
+def test_every_module_can_be_imported():
+    for name in MODULES:
+        importlib.import_module(name)
+
+
+def with_examples(names):
+    """Return the modules whose text has an example."""
+    files = {name: Path(importlib.util.find_spec(name).origin) for name in names}
+    return [name for name, file in files.items() if ">>>" in file.read_text(encoding="utf-8")]
+
+
+@pytest.mark.parametrize("name", with_examples(MODULES))
 def test_docstring_examples(name):
     failures, _ = doctest.testmod(importlib.import_module(name))
     assert failures == 0
 
 
-@pytest.mark.parametrize("module", PUBLIC, ids=lambda module: module.__name__)
+@over(PUBLIC)
 def test_every_public_name_has_an_example(module):
     for name in module.__all__:
         assert ">>>" in getattr(module, name).__doc__ or name in {"Bone"}, name
 
 
-@pytest.mark.parametrize("path", PAGES, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path", [path for path in PAGES if ">>>" in path.read_text(encoding="utf-8")], ids=lambda path: path.stem
+)
 def test_the_pages_examples_run(path):
     failures, _ = doctest.testfile(str(path), module_relative=False)
     assert failures == 0
 
 
-@pytest.mark.parametrize("module", PUBLIC, ids=lambda module: module.__name__)
+@over(PUBLIC)
 def test_every_public_name_is_in_the_reference(module):
     listed = set((ROOT / "docs" / "api.md").read_text(encoding="utf-8").split())
     assert set(module.__all__) <= listed
 
 
-@pytest.mark.parametrize("path", [*PAGES, ROOT / "README.md", ROOT / "CONTRIBUTING.md"], ids=lambda path: path.stem)
+@over([*PAGES, ROOT / "README.md", ROOT / "CONTRIBUTING.md"])
 def test_links_between_pages_lead_somewhere(path):
     for target in re.findall(r"\]\((?!https?:)([^)#]+)", path.read_text(encoding="utf-8")):
         built = target.startswith("examples/") and path.parent.name == "docs"  # by the gallery
@@ -291,6 +332,7 @@ def test_the_readmes_program_runs(tmp_path, monkeypatch, capsys):
     assert len(capsys.readouterr().out.strip("[]\n").split()) == 2  # the scores of two folds
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_examples_run(path, capsys):
     runpy.run_path(str(path))

@@ -175,8 +175,18 @@ def expected_failures(estimator):
 ROLLED_UP = "the mean did not converge", ".* poses are too far from the mean"
 
 
-@parametrize_with_checks(DEFAULT + SPATIAL + POSITIONS + OTHERS + PRECOMPUTED, expected_failed_checks=expected_failures)
+@parametrize_with_checks(DEFAULT + SPATIAL + POSITIONS + PRECOMPUTED, expected_failed_checks=expected_failures)
 def test_every_check_of_scikit_learn(estimator, check):
+    assert_passes(estimator, check)
+
+
+@pytest.mark.slow
+@parametrize_with_checks(OTHERS)
+def test_every_check_in_other_forms(estimator, check):
+    assert_passes(estimator, check)
+
+
+def assert_passes(estimator, check):
     with warnings.catch_warnings():
         if isinstance(estimator, ChainTangentPCA) and estimator.metric == "geodesic":
             for message in ROLLED_UP:

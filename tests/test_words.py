@@ -102,15 +102,18 @@ def first_words_to_replace(source, name):
     ]
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
-def test_words_are_plain(path):
-    found = words_to_replace(path.read_text(encoding="utf-8"), path.relative_to(ROOT))
+def found_in(paths, search):
+    """Return what `search` finds in all files."""
+    return [line for path in paths for line in search(path.read_text(encoding="utf-8"), path.relative_to(ROOT))]
+
+
+def test_words_are_plain():
+    found = found_in(FILES, words_to_replace)
     assert not found, "\n" + "\n".join(found)
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
-def test_docstrings_begin_with_a_verb_or_a_noun(path):
-    found = first_words_to_replace(path.read_text(encoding="utf-8"), path.relative_to(ROOT))
+def test_docstrings_begin_with_a_verb_or_a_noun():
+    found = found_in(SOURCES, first_words_to_replace)
     assert not found, "\n" + "\n".join(found)
 
 

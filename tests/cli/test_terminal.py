@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import DATA
+from conftest import DATA, in_turns
 
 from skpose import Skeleton, pose_distances
 from skpose._cli.main import main
@@ -93,8 +93,13 @@ sys.exit(main(["distances", "a.bvh", "--out", "D.npy"]))
 
 
 @with_ctrl_c
-@pytest.mark.parametrize("error", ["KeyboardInterrupt", "ImportError('a part of the library')"])
-@pytest.mark.parametrize("module", ["numba", "llvmlite", "sklearn.base", "skpose.neighbors"])
+@pytest.mark.parametrize(
+    ("module", "error"),
+    in_turns(
+        ["numba", "llvmlite", "sklearn.base", "skpose.neighbors"],
+        ["KeyboardInterrupt", "ImportError('a part of the library')"],
+    ),
+)
 def test_ctrl_c_while_something_is_imported(files, module, error):
     """Also where a library makes another error of it."""
     process = start("-c", IMPORTED.format(module=module, error=error))

@@ -97,7 +97,10 @@ def errors_inside(x, n):
     return caught * x
 
 
-@pytest.mark.parametrize("function", [arithmetic, branches, arrays, errors_inside])
+@pytest.mark.parametrize(
+    "function",
+    [arithmetic, *(pytest.param(function, marks=pytest.mark.slow) for function in (branches, arrays)), errors_inside],
+)
 def test_results_are_those_of_numbas_own_compiler(function):
     for arguments in ((1.25, 7), (np.float32(0.1), 4), (2, np.uint8(9)), (1e5, 40)):
         np.testing.assert_array_equal(whole(function)(*arguments), numbas_own(function)(*arguments))

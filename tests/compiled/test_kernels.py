@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import reference
-from conftest import MIXED, random_tree
+from conftest import MIXED, in_turns, random_tree
 from scipy.sparse import csr_array
 
 import skpose
@@ -59,7 +59,7 @@ def test_one_triangle_is_the_whole_matrix(metric, small, some):
     )
 
 
-@pytest.mark.parametrize("metric", WITH_FORMULA)
+@pytest.mark.parametrize(("metric", "small"), in_turns(WITH_FORMULA, list(SMALL)), indirect=["small"])
 def test_scalars_and_lanes_agree(metric, small, some):
     function = pose_metric(metric=metric, skeleton=small)
     expected = pose_distances(some[:1], some, skeleton=small, metric=metric)[0]

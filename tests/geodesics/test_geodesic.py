@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import reference
-from conftest import SKELETONS, random_tree, whole_turns
+from conftest import ALL_SKELETONS, SKELETONS, in_turns, quick_on, random_tree, whole_turns
 from numba import njit
 from sklearn.exceptions import ConvergenceWarning
 
@@ -56,6 +56,7 @@ def gradient(path, skeleton, n_steps=None):
     return np.maximum(0, 1 - np.abs(samples - free[:, None])) @ inner
 
 
+@quick_on("bvh", "tree, offsets in the parent's frame", "mixed joints", "weights")
 def test_gradient_of_eq_6_keeps_the_term_that_eq_13_loses(skeleton):
     a, b = near_and_far(skeleton)
     path = reference.line(a, b, 4)
@@ -72,7 +73,7 @@ def test_gradient_of_eq_6_keeps_the_term_that_eq_13_loses(skeleton):
     assert np.abs(as_printed - by_differences).max() > 1e-2
 
 
-@pytest.mark.parametrize("n_steps", [2, 10])
+@pytest.mark.parametrize(("n_steps", "skeleton"), in_turns([2, 10], ALL_SKELETONS), indirect=["skeleton"])
 def test_same_minimum_as_scipy(n_steps, skeleton):
     a, b = near_and_far(skeleton, far=0.1)
     found = geodesic(a, b, skeleton, n_steps=n_steps, tol=TIGHT)
@@ -150,7 +151,7 @@ def test_a_saddle_is_left():
     assert found.converged
 
 
-@pytest.mark.parametrize("far", [0.1, 1.0, 3.0])
+@pytest.mark.parametrize(("far", "skeleton"), in_turns([0.1, 1.0, 3.0], ALL_SKELETONS), indirect=["skeleton"])
 def test_fact_1_between_the_chord_and_the_line(far, skeleton):
     rng = np.random.default_rng(1)
     X = rng.uniform(-1, 1, size=(2, skeleton.n_dofs))
@@ -251,6 +252,7 @@ def test_a_path_close_to_gimbal_lock_has_its_rotations(off):
     np.testing.assert_allclose(found.length, np.linalg.norm(chords, axis=1).sum(), rtol=1e-12)
 
 
+@quick_on("bvh", "tree, offsets in the parent's frame", "mixed joints", "weights")
 def test_resample_has_constant_speed(skeleton):
     a, b = near_and_far(skeleton)
     found = geodesic(a, b, skeleton, tol=TIGHT)

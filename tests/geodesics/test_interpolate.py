@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pandas as pd
 import pytest
-from conftest import SKELETONS, random_tree
+from conftest import ALL_SKELETONS, SKELETONS, in_turns, random_tree
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 from sklearn.exceptions import ConvergenceWarning
@@ -22,7 +22,7 @@ def keys_of(skeleton, n=4, size=0.5, seed=0):
     return size * np.random.default_rng(seed).normal(size=(n, skeleton.n_dofs))
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(("method", "skeleton"), in_turns(METHODS, ALL_SKELETONS), indirect=["skeleton"])
 def test_keys_on_frames_are_met_exactly_and_others_nearly(method, skeleton):
     X = keys_of(skeleton, size=0.2)
     motion = interpolate(X, TIMES + 3.0, skeleton, frame_rate=10, method=method)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import reference
-from conftest import SKELETONS, whole_turns
+from conftest import SKELETONS, in_turns, whole_turns
 from scipy.optimize import approx_fprime, minimize
 from sklearn.exceptions import ConvergenceWarning
 
@@ -44,8 +44,7 @@ def test_wrapped_angles_have_a_mean_on_the_circle():
     np.testing.assert_allclose(wrapped.variance, (distances**2).mean())
 
 
-@pytest.mark.parametrize("metric", ["rotation", "spatial"])
-@pytest.mark.parametrize("name", JOINTS)
+@pytest.mark.parametrize(("name", "metric"), in_turns(JOINTS, ["rotation", "spatial"]))
 def test_the_gradient_of_the_definition_is_zero_there(name, metric):
     skeleton = SKELETONS[name]
     X, weights = spread_poses(skeleton), np.random.default_rng(1).dirichlet(np.ones(8))

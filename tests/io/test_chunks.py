@@ -165,6 +165,7 @@ def test_what_is_unusual_in_the_middle_of_a_file(old, new, missing, both):
     both(40, load_amc, data, ASF, missing=missing, on_nan="drop")
 
 
+@pytest.mark.slow
 def test_real_files(cmu_folder, hdm05_folder, both):
     for path in [*cmu_folder.rglob("*.amc"), *hdm05_folder.rglob("*_01*.amc")]:
         with warnings.catch_warnings():

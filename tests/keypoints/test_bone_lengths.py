@@ -85,6 +85,7 @@ def test_standard_errors_are_those_of_repetition():
         assert 0.8 < np.mean([one.error for one in found]) / spread < 1.2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("database", ["cmu", "hdm05"])
 def test_bones_of_recorded_people(database, request):
     layout, rng = layouts["cmu31"], np.random.default_rng(0)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import reference
-from conftest import random_tree
+from conftest import in_turns, random_tree
 from placed import FIGURE, at_random, least_cost, of
 from scipy.spatial.transform import Rotation
 
@@ -12,7 +12,8 @@ from skpose.datasets import humanoid
 
 N = 4
 SKELETONS = {"figure": FIGURE, "tree": random_tree(1, offset_frame="parent"), "humanoid": humanoid()}
-RHO = pytest.mark.parametrize("rho", [0.0, 0.02])
+RHO = [0.0, 0.02]
+NOISY_AND_RHO = pytest.mark.parametrize(("noisy", "rho"), in_turns(list(SKELETONS), RHO), indirect=["noisy"])
 
 
 @pytest.fixture(params=SKELETONS)
@@ -30,13 +31,13 @@ def assert_least(fitted, positions, **options):
         assert cost <= least * (1 + 1e-8) + 1e-16
 
 
-@RHO
+@NOISY_AND_RHO
 def test_no_lower_sum_at_noisy_positions(noisy, rho):
     skeleton, positions = noisy
     assert_least(inverse_kinematics(positions, skeleton, regularization=rho), positions, rho=rho)
 
 
-@RHO
+@NOISY_AND_RHO
 def test_no_lower_sum_with_weights_and_an_initial_pose(noisy, rho):
     skeleton, positions = noisy
     rng = np.random.default_rng(2)
@@ -53,8 +54,7 @@ def test_no_lower_sum_where_bones_have_other_lengths():
     assert_least(fitted, positions)
 
 
-@RHO
-@pytest.mark.parametrize("size", [0.3, 1.5])
+@pytest.mark.parametrize(("size", "rho"), in_turns([0.3, 1.5], RHO))
 def test_no_lower_sum_within_limits(size, rho):
     positions = at_random(FIGURE, 2 * N, size)[1]
     fitted = inverse_kinematics(positions, FIGURE, joint_limits="enforce", regularization=rho)

@@ -60,7 +60,7 @@ def test_agrees_with_the_definition(metric, X):
     assert (mds.embedding_[np.abs(mds.embedding_).argmax(axis=0), columns] > 0).all()
 
 
-@pytest.mark.parametrize("n", [300, 2100])
+@pytest.mark.parametrize("n", [300, pytest.param(2100, marks=pytest.mark.slow)])
 def test_the_ratio_has_one_definition(n):
     X = np.random.default_rng(0).normal(size=(n, 4))
     D = pose_distances(X, skeleton=Skeleton.chain(4), n_jobs=2)

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import zarr
+from conftest import in_turns
 from many_tiles import X, record_tiles, use_small_tiles
 from test_out import TREE, reported
 
@@ -43,7 +44,10 @@ def test_a_mapping_of_a_file_that_is_not_there_any_more_is_refused(tmp_path, wha
     assert what == "deleted" or path.read_bytes() == content[: path.stat().st_size]
 
 
-@pytest.fixture(params=["npy", "zarr", "zarr in memory"])
+ARRAYS = ["npy", "zarr", "zarr in memory"]
+
+
+@pytest.fixture(params=ARRAYS)
 def created(request, tmp_path):
     """A function that creates an array that outlives its object, or creates it again."""
     store = zarr.storage.MemoryStore() if request.param == "zarr in memory" else tmp_path / "D.zarr"
@@ -81,7 +85,7 @@ def before_write(monkeypatch):
     return do
 
 
-@pytest.mark.parametrize("n_tiles", [1, 30, 54])
+@pytest.mark.parametrize(("created", "n_tiles"), in_turns(ARRAYS, [1, 30, 54]), indirect=["created"])
 def test_an_array_that_is_created_again_while_it_is_written_is_an_error_and_can_be_continued(
     created, before_write, computed, n_tiles
 ):

@@ -4,7 +4,7 @@ import dask
 import dask.array as da
 import numpy as np
 import pytest
-from conftest import random_tree
+from conftest import in_turns, random_tree
 
 from skpose import Skeleton, pose_distances
 from skpose.metrics._registry import METRICS
@@ -18,9 +18,10 @@ def X():
     return np.random.default_rng(0).normal(size=(50, TREE.n_dofs))
 
 
-@pytest.mark.parametrize("chunks", CHUNKS)
-@pytest.mark.parametrize("metric", ["auto", *(name for name in METRICS if name != "geodesic")])
-@pytest.mark.parametrize("dtype", [np.float32, np.float64, np.int64])
+@pytest.mark.parametrize(
+    ("metric", "chunks", "dtype"),
+    in_turns(["auto", *(name for name in METRICS if name != "geodesic")], CHUNKS, [np.float32, np.float64, np.int64]),
+)
 def test_the_same_to_the_last_bit(X, chunks, metric, dtype):
     X = X.astype(dtype)
     Y = X[:30] + dtype(1)

@@ -125,6 +125,7 @@ def test_rigid_joints_and_shared_frames_weigh_what_their_bones_weigh():
     np.testing.assert_allclose(distance, 0.7 * np.sqrt(1 + 4 + 9), rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_cmu_poses_against_the_naive_definition(cmu):
     """Real poses of all files; of 35_19 and 35_26, whose rhand z jumps by 360°, those on either side of the jump."""
     skeleton = cmu.skeleton

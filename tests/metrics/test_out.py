@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import zarr
-from conftest import random_tree
+from conftest import in_turns, random_tree
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose import Skeleton, pose_distances
@@ -39,7 +39,10 @@ def small_tiles(monkeypatch):
     monkeypatch.setattr("skpose.metrics._matrix.ENCODED_AT_ONCE", 16)
 
 
-@pytest.fixture(params=["memmap", "npy", "columns", "zarr", "zarr in memory"])
+ARRAYS = ["memmap", "npy", "columns", "zarr", "zarr in memory"]
+
+
+@pytest.fixture(params=ARRAYS)
 def array(request, tmp_path):
     """A function that opens an array that outlives its object, or creates it if a shape is given."""
 
@@ -114,8 +117,9 @@ def counted():
         yield tiles
 
 
-@pytest.mark.parametrize("triangle", [True, False])
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize(
+    ("array", "triangle", "dtype"), in_turns(ARRAYS, [True, False], [np.float32, np.float64]), indirect=["array"]
+)
 def test_the_same_as_in_memory_and_no_notes_are_left(array, notes, X, triangle, dtype):
     X, Y = X.astype(dtype), None if triangle else X[:40].astype(dtype) + dtype(0.1)
     expected = pose_distances(X, Y, skeleton=TREE)
@@ -125,8 +129,9 @@ def test_the_same_as_in_memory_and_no_notes_are_left(array, notes, X, triangle, 
     assert notes() is None
 
 
-@pytest.mark.parametrize("metric", METRICS)
-@pytest.mark.parametrize("triangle", [True, False])
+@pytest.mark.parametrize(
+    ("array", "metric", "triangle"), in_turns(ARRAYS, list(METRICS), [True, False]), indirect=["array"]
+)
 def test_the_same_call_continues_where_it_stopped(array, notes, X, metric, triangle):
     computed_in_the_results_dtype = not METRICS[metric].always_float64
     X = X if computed_in_the_results_dtype else X[:50, :3].astype(np.float32)

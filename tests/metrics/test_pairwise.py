@@ -215,7 +215,7 @@ def test_columns_are_matched_by_name():
 
 @pytest.mark.filterwarnings("ignore:values of .* reach:UserWarning")
 @pytest.mark.parametrize("turns", [0, 1000])
-@pytest.mark.parametrize("n_dofs", [1, 200, 1000])
+@pytest.mark.parametrize("n_dofs", [1, 200, pytest.param(1000, marks=pytest.mark.slow)])
 def test_long_chains_and_large_trees(n_dofs, turns):
     rng = np.random.default_rng(0)
     for skeleton in (Skeleton.chain(n_dofs), random_tree(2, n=n_dofs + 3)):

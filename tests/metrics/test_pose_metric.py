@@ -4,7 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
-from conftest import SKELETONS
+from conftest import SKELETONS, in_turns
 from joblib import Parallel, delayed
 from numba import config, njit
 from numba.core.registry import CPUDispatcher
@@ -25,8 +25,7 @@ def X():
     return np.random.default_rng(0).normal(size=(12, HUMANOID.n_dofs))
 
 
-@pytest.mark.parametrize("metric", METRICS)
-@pytest.mark.parametrize("wrap", [True, False])
+@pytest.mark.parametrize(("metric", "wrap"), in_turns(list(METRICS), [True, False]))
 def test_equals_pose_distances(metric, wrap, X):
     skeleton = HUMANOID
     if metric == "geodesic":  # a smaller skeleton and poses near each other, to be quick

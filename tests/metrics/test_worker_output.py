@@ -30,7 +30,7 @@ from skpose.metrics._zarr_writer import ZarrTarget
 
 SPATIAL = Steps.of(10, wrap=True)
 KINDS = ["npy", "columns", "zarr", "shards", "group"]
-slow = pytest.mark.slow
+pytestmark = pytest.mark.slow  # two processes, which import numba
 kills = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGKILL")
 
 
@@ -118,7 +118,6 @@ def test_workers_check_what_an_earlier_call_wrote(tmp_path, X, monkeypatch, only
     np.testing.assert_array_equal(out[:], pose_distances(X, skeleton=TREE))
 
 
-@slow
 def test_on_dask(tmp_path, X, only_workers_write):
     from dask.distributed import Client, LocalCluster
 
@@ -157,7 +156,6 @@ class Mortal(DistanceMatrix):
 
 
 @kills
-@slow
 @pytest.mark.parametrize(
     ("kind", "when"),
     [
@@ -214,7 +212,6 @@ if __name__ == "__main__":
 
 
 @kills
-@slow
 @pytest.mark.parametrize("kind", ["npy", "zarr"])
 @pytest.mark.parametrize("backend", ["loky", "multiprocessing"])
 def test_a_client_that_is_killed_loses_no_noted_tile(tmp_path, X, kind, backend):
@@ -260,7 +257,6 @@ class Blind(DistanceMatrix):
         return super().distances(tile, *arguments)
 
 
-@slow
 @pytest.mark.parametrize("kind", ["npy", "zarr"])
 def test_workers_that_do_not_see_the_destination_send_their_tiles_back_with_a_warning(tmp_path, X, kind):
     out = created(tmp_path, kind, (200, 200))

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from conftest import in_turns
 
 from skpose import Motion, Skeleton, pose_distances
 from skpose.datasets import MotionDataset, make_gait
@@ -53,8 +54,7 @@ def best_windows(query, motions, k, **parameters):
     return chosen[:k]
 
 
-@pytest.mark.parametrize("metric", sorted(METRICS.keys() - {"geodesic"}))
-@pytest.mark.parametrize("n_frames", [1, 2, 5, 30])
+@pytest.mark.parametrize(("metric", "n_frames"), in_turns(sorted(METRICS.keys() - {"geodesic"}), [1, 2, 5, 30]))
 def test_equals_brute_force(recordings, metric, n_frames):
     rng = np.random.default_rng(n_frames)
     for query in (wander(n_frames, rng), recordings[0][100 : 100 + n_frames], recordings[3][40 : 40 + n_frames] + 0.01):

@@ -8,7 +8,7 @@ import joblib
 import numpy as np
 import pytest
 import reference
-from conftest import SKELETONS, random_tree
+from conftest import SKELETONS, in_turns, random_tree
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose import Skeleton, motion_distances, pose_distances
@@ -82,8 +82,7 @@ def test_all_lengths(n_frames, dtype, window):
             assert D[i, j] == pytest.approx(costs[-1, -1] / (len(a) + len(b)), rel=tolerance)
 
 
-@pytest.mark.parametrize("window", WINDOWS)
-@pytest.mark.parametrize("shape", [(300, 129), (129, 300), (127, 128), (257, 256)])
+@pytest.mark.parametrize(("shape", "window"), in_turns([(300, 129), (129, 300), (127, 128), (257, 256)], WINDOWS))
 def test_long_motions_in_a_band(shape, window):
     A, B = motions(shape[:1], CHAIN), motions(shape[1:], CHAIN, seed=1)
     D = motion_distances(A, B, skeleton=CHAIN, window=window)
@@ -187,8 +186,7 @@ def test_both_directions_of_time_have_one_distance():
         np.testing.assert_allclose(forward, backward, rtol=1e-12)
 
 
-@pytest.mark.parametrize("alignment", ALIGNMENTS)
-@pytest.mark.parametrize("metric", METRICS)
+@pytest.mark.parametrize(("metric", "alignment"), in_turns(list(METRICS), ALIGNMENTS))
 def test_the_number_of_threads_and_of_tasks_changes_nothing(metric, alignment, monkeypatch):
     skeleton, lengths = for_geodesics(metric)
     A = motions([4] * 5 if alignment == "frames" else lengths, skeleton)

@@ -4,6 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
+from conftest import in_turns
 from joblib import parallel_config
 from sklearn.datasets import make_blobs
 from sklearn.model_selection import GridSearchCV, LeaveOneGroupOut, cross_val_score
@@ -53,8 +54,7 @@ def assert_equals_brute_force(search, queries, motions, k, **parameters):
     np.testing.assert_array_equal(found[0], distances)
 
 
-@pytest.mark.parametrize("window", [None, 0.0, 0.1, 1.0])
-@pytest.mark.parametrize("metric", sorted(METRICS.keys() - {"geodesic"}))
+@pytest.mark.parametrize(("metric", "window"), in_turns(sorted(METRICS.keys() - {"geodesic"}), [None, 0.0, 0.1, 1.0]))
 def test_equals_brute_force_to_the_last_bit(metric, window):
     motions, queries = smooth_motions(2 * FIRST_MOTIONS, 40, seed=0), smooth_motions(9, 40, seed=1)
     queries += motions[:3]
@@ -279,6 +279,7 @@ def test_actions_of_other_people():
     assert search.best_score_ == 1.0
 
 
+@pytest.mark.slow
 def test_hdm05_with_a_few_alignments(hdm05):
     """Of other people: at most 4 alignments for k = 1 and 10 for k = 5, of some 125 (DESIGN, section 6)."""
     dataset = hdm05.to_rotvec()

@@ -66,6 +66,7 @@ def test_given_axes_are_drawn_into_and_must_fit_the_view():
         PoseDisplay.from_pose(np.zeros(3), ARM, view="xxy")
 
 
+@pytest.mark.slow
 def test_the_legend_of_a_geodesic_covers_no_point_of_the_curves():
     rng = np.random.default_rng(0)
     for _ in range(12):
