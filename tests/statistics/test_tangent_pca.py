@@ -14,6 +14,7 @@ from skpose import Bone, Motion, Skeleton, forward_kinematics, pose_distances
 from skpose import position_jacobian as jacobian_of
 from skpose.datasets import make_gait
 from skpose.geodesics import frechet_mean, log_map
+from skpose.metrics import Geodesic
 from skpose.skeleton import _chart
 from skpose.statistics import PoseTangentPCA
 
@@ -303,7 +304,7 @@ def test_warnings_are_in_the_users_words(monkeypatch):
     X = poses_of(CHAIN)
     with pytest.warns(UserWarning, match='"auto" without a skeleton means "angle"'):
         PoseTangentPCA().fit(X)
-    pca = PoseTangentPCA(CHAIN, n_components=1, metric="geodesic", n_steps=2).fit(X[:8])
+    pca = PoseTangentPCA(CHAIN, n_components=1, metric=Geodesic(2)).fit(X[:8])
     with pytest.warns(
         ConvergenceWarning, match="1 of the 2 poses are too far from the mean for n_steps=2.*raise n_steps"
     ):
