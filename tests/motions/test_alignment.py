@@ -8,7 +8,7 @@ from sklearn.exceptions import ConvergenceWarning
 
 from skpose import Bone, Motion, Skeleton, forward_kinematics, motion_distances, pose_distances
 from skpose.datasets import MotionDataset, humanoid, make_gait
-from skpose.metrics import Geodesic, Spatial
+from skpose.metrics import Angle, Geodesic, Spatial
 from skpose.metrics._registry import METRICS
 from skpose.motions import JointDifference, MotionIndex, align_motions, find_motion
 
@@ -201,7 +201,7 @@ def test_without_a_skeleton_there_are_no_joints():
     with pytest.raises(ValueError, match="no skeleton and so no joints: pass skeleton= to align_motions"):
         found.joint_differences()
     with pytest.warns(UserWarning, match='without a skeleton means "angle"'):
-        assert align_motions(a, b).metric == "angle"
+        assert align_motions(a, b).metric == Angle()
     known = align_motions(a, b, metric="angle", skeleton=ARM)
     assert known.joint_distances.shape == (len(known.path), 2)
 
@@ -214,7 +214,7 @@ def test_motions_are_compared_on_their_mean_skeleton():
     np.testing.assert_array_equal(found.a, first.angles)
     np.testing.assert_array_equal(found.b, second.angles)
     assert found.distance == motion_distances([first], [second])[0, 0]
-    assert found.metric == "spatial"
+    assert found.metric == Spatial()
     other = align_motions(first, second, skeleton=humanoid())
     assert other.skeleton == humanoid()
 
@@ -306,7 +306,7 @@ DATASET = MotionDataset([MOTION, MOTION])
         ),
         (lambda: align_motions(A, B[:, :1], metric="angle"), ValueError, "^a has 2 columns and b has 1"),
         (lambda: align_motions(A, B[:, :1], skeleton=ARM), ValueError, "^b has 1 columns, but the skeleton has 2"),
-        (lambda: align_motions(A, B, metric="spatial"), ValueError, 'metric="spatial" needs a skeleton'),
+        (lambda: align_motions(A, B, metric="spatial"), ValueError, "the metric 'spatial' needs a skeleton"),
         (lambda: align_motions(A, B * np.nan, skeleton=ARM), ValueError, "^Input b contains NaN"),
         (
             lambda: align_motions(A, B, skeleton=ARM, alignment="subsequence", window=0.5),

@@ -220,7 +220,7 @@ def test_widths_without_a_skeleton():
         motion_distances([A[0], wide], metric="angle")
     with pytest.raises(ValueError, match="A has 2 columns and B has 3; poses of one skeleton"):
         motion_distances(A, [wide], metric="angle")
-    with pytest.raises(ValueError, match='metric="position" needs a skeleton'):
+    with pytest.raises(ValueError, match="the metric 'position' needs a skeleton"):
         motion_distances(A, metric="position")
 
 

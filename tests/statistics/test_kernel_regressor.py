@@ -264,7 +264,7 @@ def test_targets_are_checked_as_poses(data):
             call(X, 100 * y)
     with pytest.raises(ValueError, match="y must have shape"):
         model.fit(X, y.reshape(-1, 3, 1))
-    with pytest.raises(ValueError, match='metric="position" needs a skeleton'):
+    with pytest.raises(ValueError, match="the metric 'position' needs a skeleton"):
         PoseKernelRegressor(metric="position").fit(X, y)
     with pytest.warns(UserWarning, match='"auto" without a skeleton means "angle"'):
         PoseKernelRegressor().fit(X, y)

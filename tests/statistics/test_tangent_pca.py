@@ -284,7 +284,7 @@ def test_errors_are_in_the_users_words():
         with pytest.raises(ValueError, match="minimum of 2 is required"):
             PoseTangentPCA(CHAIN, metric=metric).fit(X[:1])
     for metric in ("position", "geodesic"):
-        with pytest.raises(ValueError, match=f'metric="{metric}" needs a skeleton'):
+        with pytest.raises(ValueError, match=f"the metric '{metric}' needs a skeleton"):
             PoseTangentPCA(metric=metric).fit(X)
     for n_components in (0, 1.0, -0.5, "mle"):
         with pytest.raises(ValueError, match="'n_components' parameter of PoseTangentPCA must be"):
