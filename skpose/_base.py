@@ -35,7 +35,12 @@ class EstimatorMixin:
 
     # Where scikit-learn's HTML representation finds the page of an estimator, and with it a tooltip for each parameter.
     _doc_link_module = "skpose"
-    _doc_link_template = "https://skpose.github.io/skpose/api/skpose.{estimator_name}.html"
+    _doc_link_template = "https://skpose.github.io/skpose/api/{page}.html"
+    _is_experimental: ClassVar[bool] = False  # and so not a name of `skpose` itself
+
+    def _doc_link_url_param_generator(self):
+        package = type(self).__module__.rpartition(".")[0] if self._is_experimental else "skpose"
+        return {"page": f"{package}.{type(self).__name__}"}
 
     def _forget(self):
         """Remove the attributes of a fit before."""

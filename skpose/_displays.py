@@ -26,7 +26,7 @@ class Page(Protocol):
 
 
 class Displays:
-    """What a motion calls to show itself."""
+    """Functions that a motion calls to show itself."""
 
     player: Callable[[Any], Page]  # the page that plays a motion
     strip: Callable[[Any], str]  # some of its poses as a picture, in HTML

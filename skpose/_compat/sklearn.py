@@ -128,6 +128,7 @@ __all__ = [
     "Hidden",
     "InstanceOf",
     "Interval",
+    "InvalidParameterError",
     "RealNotInt",
     "StrOptions",
     "callback_context",

@@ -8,7 +8,7 @@ from skpose._compat.sklearn import InstanceOf
 
 
 class SkeletonLike(Protocol):
-    """What checks ask a skeleton, and the functions that the class itself calls: its bones, as names and numbers."""
+    """Attributes that checks, and functions that the class itself calls, read of a skeleton."""
 
     @property
     def bones(self) -> tuple[Any, ...]: ...
@@ -28,6 +28,8 @@ class SkeletonLike(Protocol):
     def offsets(self) -> np.ndarray: ...
     @property
     def rest_rotations(self) -> np.ndarray: ...
+    @property
+    def weights(self) -> np.ndarray: ...
     @property
     def limits(self) -> np.ndarray | None: ...
 

@@ -1,4 +1,4 @@
-"""What the other packages of skpose use of `skpose.geodesics` beside its public names."""
+"""Names of `skpose.geodesics` that the other packages of skpose use, in addition to the public ones."""
 
 from skpose.geodesics._descent import MEAN, descend
 from skpose.geodesics._logarithm import TangentSpace, to_joints, why_no_logarithms

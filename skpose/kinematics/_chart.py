@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from skpose._compiled.path.chart import chart_at, pose_of
+from skpose._compiled.pose.chart import chart_at, pose_of
 from skpose._compiled.pose.jacobian import position_jacobians
 from skpose._compiled.pose.tree import Tree
 from skpose.kinematics._tree import from_tree_order

@@ -1,4 +1,4 @@
-"""What the other packages of skpose use of `skpose.kinematics` beside its public names."""
+"""Names of `skpose.kinematics` that the other packages of skpose use, in addition to the public ones."""
 
 from skpose.kinematics._chart import STEP, columns_around, jacobian_at, retract
 from skpose.kinematics._forward import jacobians_of, weighted_positions

@@ -47,8 +47,8 @@ class Angle(Metric):
     source = "eq. 1"
     needs_skeleton = False
 
-    encode = staticmethod(encode_angles)
-    measure = staticmethod(measure_euclidean)
+    encode = encode_angles
+    measure = measure_euclidean
     encode_work = 3
 
     _parameter_constraints: ClassVar[dict] = {"wrap": ["boolean"]}

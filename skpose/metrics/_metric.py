@@ -6,7 +6,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from sklearn.base import BaseEstimator
 
-from skpose._compat.sklearn import validate_parameter_constraints
+from skpose._compat.sklearn import InvalidParameterError, validate_parameter_constraints
 from skpose._compiled.pose import loops
 from skpose._compiled.pose.tree import Steps, Tree
 from skpose.kinematics._shared import tree_of
@@ -15,6 +15,10 @@ from skpose.metrics._sample import Sample
 from skpose.skeleton import Skeleton
 
 NO_STEPS = Steps.of(1, wrap=False)  # of metrics that need no line
+_COMPILED = "encode", "measure", "measure_within"
+_TRUE_OF_ONE = (
+    "measure_within", "coarse_bound", "lower_bound", "upper_bound", "why_no_means", "sample", "direct_means"
+)  # fmt: skip
 
 
 class CoarseBound(NamedTuple):
@@ -82,13 +86,35 @@ class Metric(BaseEstimator):
     iterative: ClassVar[bool] = False
     has_gradients: ClassVar[bool] = True
 
-    encode: ClassVar[Any]  # staticmethods, as numba's functions would become methods
+    encode: ClassVar[Any]
     measure: ClassVar[Any]
     measure_within: ClassVar[Any] = None
     encode_work: ClassVar[float] = 60
     measure_work: ClassVar[float] = 1
 
     _parameter_constraints: ClassVar[dict] = {}
+
+    def __init_subclass__(cls) -> None:
+        """Keep compiled functions as they are, which would become methods; refuse the bounds and means of another one.
+
+        Raises
+        ------
+        TypeError
+            For a class that measures anew, but inherits from another metric what is true of that only.
+        """
+        super().__init_subclass__()
+        for name in _COMPILED:
+            function = vars(cls).get(name)
+            if function is not None and not isinstance(function, staticmethod):
+                setattr(cls, name, staticmethod(function))
+        if "encode" in vars(cls) or "measure" in vars(cls):
+            for base in cls.__mro__[1 : cls.__mro__.index(Metric)]:
+                if foreign := [name for name in _TRUE_OF_ONE if name in vars(base) and name not in vars(cls)]:
+                    raise TypeError(
+                        f"{cls.__name__} measures another distance than {base.__name__}, but inherits "
+                        f"{', '.join(foreign)} from it: derive {cls.__name__} from Metric; it may use "
+                        f"{base.__name__}.encode"
+                    )
 
     @property
     def label(self) -> str:
@@ -134,7 +160,11 @@ class Metric(BaseEstimator):
 
     def check_params(self) -> None:
         """Refuse parameters that are not as `_parameter_constraints` says, as scikit-learn's estimators do."""
-        validate_parameter_constraints(self._parameter_constraints, self.get_params(deep=False), type(self).__name__)
+        given = self.get_params(deep=False)
+        try:
+            validate_parameter_constraints(self._parameter_constraints, given, type(self).__name__)
+        except InvalidParameterError as error:  # in which scikit-learn would put the name of the function called
+            raise ValueError(str(error)) from None
 
     def tree_for(self, skeleton: Skeleton | None, dtype: np.dtype | None = None) -> Tree:
         """Return the skeleton as compiled code has it; an empty one where the metric needs none."""

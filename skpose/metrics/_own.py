@@ -17,13 +17,14 @@ def compile_encode(function: Callable[[np.ndarray, np.ndarray, np.ndarray], None
     ----------
     function : callable
         ``function(pose, positions, code)``, which numba can compile. `pose` of shape (n_dofs,) are the columns, rad.
-        `positions` of shape (n_joints, 3) are the joints in the axes of the root, m, times the square roots of their
-        weights; without the root, and of shape (0, 3) without a skeleton. It writes into `code` of shape (n_codes,).
+        `positions` of shape (n_joints, 3) are the joints that have weight, in the order of the skeleton and in the axes
+        of the root, m, times the square roots of their weights; of shape (0, 3) without a skeleton. It writes into
+        `code` of shape (n_codes,).
 
     Returns
     -------
     callable
-        A function of vector registers, for the class attribute ``encode = staticmethod(...)``.
+        A function of vector registers, for the class attribute `encode`.
 
     See Also
     --------
@@ -78,7 +79,7 @@ def compile_measure(function: Callable[[np.ndarray, np.ndarray], float]) -> Any:
     Returns
     -------
     callable
-        A function of vector registers, for the class attribute ``measure = staticmethod(...)``.
+        A function of vector registers, for the class attribute `measure`.
 
     See Also
     --------

@@ -39,12 +39,12 @@ class Position(Metric):
     equation = r"\|F(a) - F(b)\|_2"
     source = "sec. 2"
 
-    encode = staticmethod(encode_positions)
-    measure = staticmethod(measure_euclidean)
+    encode = encode_positions
+    measure = measure_euclidean
 
     def n_codes(self, tree: Tree, n_dofs: int) -> int:
         """Return three for each joint."""
-        return 3 * (len(tree.offset) - 1)
+        return 3 * tree.n_joints
 
     def lower_bound(self) -> Metric:
         """Return this metric itself."""

@@ -30,7 +30,7 @@ class Rotation(Metric):
     --------
     >>> from skpose import Skeleton, pose_distances
     >>> from skpose.metrics import Rotation
-    >>> float(pose_distances([[0.0]], [[1.5]], skeleton=Skeleton.chain(1), metric=Rotation())[0, 0])
+    >>> float(pose_distances([[0.0]], [[1.5]], skeleton=Skeleton.chain(1), metric=Rotation())[0, 0].round(6))
     1.5
     """
 
@@ -38,8 +38,8 @@ class Rotation(Metric):
     equation = r"\sqrt{\sum_b \ell_b^2 \varphi_b^2}"
     source = "sec. 1.1"
 
-    encode = staticmethod(encode_rotations)
-    measure = staticmethod(measure_rotations)
+    encode = encode_rotations
+    measure = measure_rotations
     encode_work = 40
     measure_work = 8
 

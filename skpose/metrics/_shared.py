@@ -1,4 +1,4 @@
-"""What the other packages of skpose use of `skpose.metrics` beside its public names."""
+"""Names of `skpose.metrics` that the other packages of skpose use, in addition to the public ones."""
 
 from skpose.metrics._convergence import Unconverged, warn_of_unconverged
 from skpose.metrics._direct_means import TOL as TOL_EXTRINSIC

@@ -64,9 +64,9 @@ class Spatial(Metric):
     source = "sec. 2.2"
     has_gradients = False
 
-    encode = staticmethod(encode_curve_end)
-    measure = staticmethod(measure_line)
-    measure_within = staticmethod(measure_line_within)
+    encode = encode_curve_end
+    measure = measure_line
+    measure_within = measure_line_within
     encode_work = 20
     measure_work = 16
 
@@ -110,7 +110,7 @@ class Spatial(Metric):
 
 def count_curve_codes(tree: Tree) -> int:
     """Return the length of the code of an end of a curve."""
-    return count_line_codes(tree) + 3 * (len(tree.offset) - 1)
+    return count_line_codes(tree) + 3 * tree.n_joints
 
 
 def no_means_of_one_step(n_steps: int) -> str:
@@ -119,7 +119,7 @@ def no_means_of_one_step(n_steps: int) -> str:
 
 
 def _count_middle(tree: Tree) -> int:
-    return count_middle_codes(tree) + 3 * (len(tree.offset) - 1)
+    return count_middle_codes(tree) + 3 * tree.n_joints
 
 
 class _SpatialSample(JointSample):

@@ -1,9 +1,10 @@
-"""What the other packages of skpose use of `skpose.skeleton` beside its public names."""
+"""Names of `skpose.skeleton` that the other packages of skpose use, in addition to the public ones."""
 
 from skpose.skeleton._bone import BALL
 from skpose.skeleton._chart import mean_of_joints, moved, skeleton_at, steps_from
 from skpose.skeleton._comparison import LARGEST_DIFFERENCE, check_comparable, check_rest_poses, mismatch
 from skpose.skeleton._continuity import continuous_columns, continuous_triples, without_jumps
+from skpose.skeleton._html import foldable_table
 from skpose.skeleton._interpolation import interpolate, straight_line
 from skpose.skeleton._proportions import MEAN_HEIGHT, PROPORTIONS
 from skpose.skeleton._rest import NO_DIRECTION, axes_at_zero, directions_at_zero, size_of
@@ -26,6 +27,7 @@ __all__ = [
     "continuous_columns",
     "continuous_triples",
     "directions_at_zero",
+    "foldable_table",
     "heading",
     "interpolate",
     "mean_of_joints",

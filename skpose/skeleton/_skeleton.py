@@ -12,6 +12,7 @@ from skpose._typing import ArrayLike
 from skpose._validation.names import near_names
 from skpose.skeleton._bone import BALL, Bone, check_bone, is_axes, mean_bone
 from skpose.skeleton._comparison import check_comparable
+from skpose.skeleton._html import columns_of_bones, foldable_table
 from skpose.skeleton._selection import selected_bones
 from skpose.skeleton._weights import joint_weights, weighted_bones
 
@@ -407,6 +408,10 @@ class Skeleton:
         given = {bone.name: bone.weight for bone in self.bones if bone.weight is not None}
         weights = f"weights={given}" if len(given) <= 4 else f"weights of {len(given)} joints"
         return f"Skeleton(n_joints={self.n_joints}, n_dofs={self.n_dofs}" + (f", {weights})" if given else ")")
+
+    def _repr_html_(self) -> str:
+        """Return the bones as a table, which a notebook shows."""
+        return foldable_table(repr(self), columns_of_bones(self))
 
     def __reduce__(self) -> tuple:
         return Skeleton, (self.bones, self.offset_frame)

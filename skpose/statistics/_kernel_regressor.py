@@ -116,6 +116,7 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
     """
 
     _auto_metric = "position"
+    _is_experimental = True
     _parameter_constraints: ClassVar[dict] = {
         **POSE_CONSTRAINTS,
         "gamma": [StrOptions({"scott"}), Interval(Real, 0, None, closed="left")],

@@ -64,6 +64,7 @@ def player(
 
     See Also
     --------
+    skpose.Motion.play : The player of one motion, without options.
     geodesic_player : The shortest path between two poses and the straight line.
     skpose.plot.PoseStripDisplay : Poses side by side with matplotlib.
 

@@ -19,10 +19,11 @@ from skpose._compiled.pose.rotation import (
     slope_of_turn,
     vector_of,
 )
-from skpose._compiled.pose.signatures import FLAG, TREE
+from skpose._compiled.pose.signatures import TREE
 from skpose._compiled.pose.tree import TWO_PI, Tree
 from skpose._compiled.simd.jit import internal, jit, separate
 from skpose._compiled.simd.shared import shared
+from skpose._compiled.simd.signatures import FLAG
 
 GIMBAL = 1e-14  # cosine of the second Euler angle below which the first one is free; larger, rotations would change
 FARTHEST = 1.5 * math.pi  # rotation vectors are at their best near zero, and useless at 2π
@@ -51,11 +52,6 @@ def free_tree(tree, frees_angles):
             tree.pivot,
             tree.batch_kind,
             tree.first_frame,
-            tree.first_piece,
-            tree.pieces,
-            tree.places,
-            tree.ancestors,
-            tree.most_poses,
             tree.column,
             tree.sign,
             tree.shift,
