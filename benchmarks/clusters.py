@@ -25,7 +25,8 @@ from sklearn.cluster import KMeans
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.metrics import adjusted_rand_score, silhouette_score
 
-from skpose import MedoidShift, PoseKMeans, forward_kinematics, pose_distances
+from skpose import MedoidShift, forward_kinematics, pose_distances
+from skpose.cluster import PoseKMeans
 from skpose.datasets import load_cmu, load_hdm05, make_gait, walks_and_runs
 
 METRICS = "angle", "position", "rotation", "spatial"

@@ -34,9 +34,9 @@ CALLS = {
     "PoseKNeighborsTransformer": "skpose.PoseKNeighborsTransformer(skeleton=skeleton).fit_transform(X).sum()",
     "geodesic": "skpose.geodesic(X[0], X[9], skeleton).length",
     'pose_distances, "geodesic"': 'skpose.pose_distances(X[:10], skeleton=skeleton, metric="geodesic")[0, 9]',
-    "frechet_mean": "skpose.frechet_mean(X[:9], skeleton).variance",
-    'frechet_mean, "geodesic"': 'skpose.frechet_mean(X[:9], skeleton, metric="geodesic").variance',
-    "log_map": "np.abs(skpose.log_map(X[0], X[9:10], skeleton)).sum()",
+    "frechet_mean": "skpose.geodesics.frechet_mean(X[:9], skeleton).variance",
+    'frechet_mean, "geodesic"': 'skpose.geodesics.frechet_mean(X[:9], skeleton, metric="geodesic").variance',
+    "log_map": "np.abs(skpose.geodesics.log_map(X[0], X[9:10], skeleton)).sum()",
     "inverse_kinematics": (
         "np.abs(skpose.inverse_kinematics(skpose.forward_kinematics(X[:2], skeleton), skeleton).poses).sum()"
     ),

@@ -14,7 +14,8 @@ import common
 import numpy as np
 from sklearn.exceptions import ConvergenceWarning
 
-from skpose import geodesic_distances, pose_distances
+from skpose import pose_distances
+from skpose.geodesics import geodesic_distances
 
 FRAME_RATES = 30, 120  # Hz
 N_MOTIONS, N_POSES, SECONDS = 10, 10, 1.0

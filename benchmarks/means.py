@@ -17,16 +17,9 @@ import common
 import numpy as np
 from scipy.optimize import least_squares, minimize
 
-from skpose import (
-    Bone,
-    Skeleton,
-    forward_kinematics,
-    frechet_mean,
-    geometric_median,
-    pose_distances,
-    position_jacobian,
-)
+from skpose import Bone, Skeleton, forward_kinematics, pose_distances, position_jacobian
 from skpose.datasets import load_cmu, load_hdm05, make_gait
+from skpose.geodesics import frechet_mean, geometric_median
 
 N_ROTATIONS = 28
 FRAME_RATE = 12

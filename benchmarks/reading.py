@@ -1,4 +1,4 @@
-"""How fast are files read, in how much memory, how long is the first call, and what does another reader take?
+"""How fast are files read, in how much memory, and what does another reader take?
 
     pip install "skpose[bench]"
     python benchmarks/reading.py [--cmu FOLDER OF CMU FILES] [--hdm05 FOLDER OF HDM05 FILES] [--quick]
@@ -8,14 +8,11 @@ the point, "%g", 17 digits; and frames of CMU's longest AMC file again and again
 of CMU and HDM05, as AMC; CMU's also as BVH, by `save_bvh` and with "%g". Readers take turns, the tables hold medians of
 five; angles are compared with pybvh's to the last bit, those of AMC files with Python's float of each word.
 
-Each reader has read some megabytes before, so that skpose's uses its compiled parsers. First calls are those of new
-processes, with an empty folder for numba's cache and again with what the first process left there. Memory is what a
-process of its own holds at most beyond what it held before (VmHWM). Linux only.
+Memory is what a process of its own holds at most beyond what it held before (VmHWM). Linux only.
 """
 
 import argparse
 import gzip
-import os
 import subprocess
 import sys
 import tempfile
@@ -28,7 +25,7 @@ import common
 import numpy as np
 import pybvh
 
-from skpose.io import AsfFile, _parsers, asf_path, load_amc, load_bvh, save_bvh
+from skpose.io import AsfFile, asf_path, load_amc, load_bvh, save_bvh
 
 
 class Size(NamedTuple):
@@ -38,8 +35,6 @@ class Size(NamedTuple):
 
 
 FULL, QUICK = Size(50e6, 3, common.REPEATS), Size(1e6, 1, 1)
-WARM = 5e6  # bytes after which skpose's parsers are the compiled ones
-FIRST = "skpose, the first 4 MB of a process"  # the speed of numpy's parsers
 FORMS = "%.6f", "%g", "%.17g"
 
 
@@ -110,17 +105,10 @@ def check_amc(path, asf):
     np.testing.assert_array_equal(motion.angles, angles)
 
 
-def read_some(path, read):
-    """Read a file until so many bytes are read that more of them are read by compiled parsers."""
-    for _ in range(int(WARM / path.stat().st_size) + 1):
-        read(path)
-
-
-def in_a_new_process(*arguments, cache=None):
+def in_a_new_process(*arguments):
     """Return what this program prints with these arguments."""
-    environment = os.environ | ({"NUMBA_CACHE_DIR": str(cache)} if cache else {})
     command = [sys.executable, __file__, *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=True, env=environment).stdout.strip()
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
 
 
 def reader(name, asf):
@@ -134,21 +122,13 @@ def reader(name, asf):
 def print_memory(name, path, small, asf=None):
     """Print the megabytes at most beyond what the process held before it read the file, and those of the arrays."""
     read = reader(name, asf)
-    read_some(Path(small), read)
+    read(Path(small))  # what is imported once
     common.forget_peak_memory()
     before = common.memory("VmRSS")
     motion = read(Path(path))  # kept, so that it counts
     held = common.memory("VmHWM") - before
     arrays = ("angles", "root_positions", "root_angles") if name == "skpose" else ("joint_angles", "root_pos")
     print(held / (sum(getattr(motion, array).nbytes for array in arrays) / 1e6))
-
-
-def print_first(name, path, asf=None):
-    """Print the seconds of the processor of the first call of this process."""
-    read = reader(name, asf)
-    start = time.process_time()
-    read(Path(path))
-    print(time.process_time() - start)
 
 
 def compare(title, path, contestants, size, memory=()):
@@ -162,19 +142,6 @@ def compare(title, path, contestants, size, memory=()):
     sys.stdout.flush()
 
 
-def by_numpy(read):
-    """Return a function that reads as a process does at first, by numpy's parsers."""
-
-    def read_by_numpy():
-        few, _parsers.FEW = _parsers.FEW, np.inf
-        try:
-            read()
-        finally:
-            _parsers.FEW = few
-
-    return read_by_numpy
-
-
 def bvh_readers(path):
     return {"skpose": lambda: load_bvh(path), "pybvh": lambda: pybvh_motion(path)}
 
@@ -183,12 +150,11 @@ def large_bvh(folder, form, size):
     """Print the rows of one large BVH file."""
     path, small = folder / "large.bvh", folder / "small.bvh"
     write(path, form, size.n_bytes)
-    write(small, form, min(size.n_bytes, WARM))
+    write(small, form, size.n_bytes / 50)
     check_bvh(path)
     compressed = path.with_suffix(".bvh.gz")
     compressed.write_bytes(gzip.compress(path.read_bytes(), 1))
     contestants = bvh_readers(path) | {"skpose, .gz": lambda: load_bvh(compressed)}
-    contestants[FIRST] = by_numpy(contestants["skpose"])
     contestants["numpy.loadtxt, the numbers alone"] = lambda: table_of(path)
     compare(f"generated BVH, {form}", path, contestants, size, {"skpose": [small], "pybvh": [small]})
 
@@ -216,24 +182,7 @@ def amc(folder, files, size):
     asf = asf_path(file)
     check_amc(large, AsfFile(asf))
     contestants = {"skpose": lambda: load_amc(large, AsfFile(asf))}
-    contestants[FIRST] = by_numpy(contestants["skpose"])
     compare(f"frames of {file.name}", large, contestants, size, {"skpose": [file, asf]})
-
-
-def first_calls(folder, large, amc_file):
-    """Print the seconds of first calls: a new process with an empty cache, and the next one."""
-    small, middle = folder / "first.bvh", folder / "middle.bvh"
-    write(small, "%.6f", 0.2e6)
-    write(middle, "%.6f", min(3e6, large.stat().st_size))
-    files = [("BVH", small), ("BVH", middle), ("BVH", large)]
-    if amc_file:
-        files += [("AMC", path, asf_path(amc_file)) for path in (amc_file, folder / "large.amc")]
-    print("\n| first call of a process, CPU s | MB | empty cache | filled cache | pybvh |\n|---|---|---|---|---|")
-    for kind, *arguments in files:
-        with tempfile.TemporaryDirectory() as cache:
-            empty, filled = (float(in_a_new_process("--first", "skpose", *arguments, cache=cache)) for _ in range(2))
-        theirs = f"{float(in_a_new_process('--first', 'pybvh', *arguments)):.2f}" if kind == "BVH" else ""
-        print(f"| {kind} | {arguments[0].stat().st_size / 1e6:.1f} | {empty:.2f} | {filled:.2f} | {theirs} |")
 
 
 def largest(folder, n):
@@ -243,22 +192,16 @@ def largest(folder, n):
 def main():
     parser = common.parser_of_both(__doc__)
     parser.add_argument("--memory", nargs="+", help=argparse.SUPPRESS)  # reader and files of a process of its own
-    parser.add_argument("--first", nargs="+", help=argparse.SUPPRESS)
     options = parser.parse_args()
     warnings.filterwarnings("ignore", message=".* from end to end at angle zero", category=UserWarning)
     if options.memory:
         print_memory(*options.memory)
-        return
-    if options.first:
-        print_first(*options.first)
         return
     common.print_machine()
     size = QUICK if options.quick else FULL
     cmu, hdm05 = largest(options.cmu, size.n_files), largest(options.hdm05, size.n_files)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        write(folder / "warm.bvh", "%g", WARM)
-        load_bvh(folder / "warm.bvh")
         print("\n| file | MB | reader | CPU s | MB/s | times as fast as pybvh | memory, arrays |")
         print("|---|---|---|---|---|---|---|")
         for form in FORMS:
@@ -266,7 +209,6 @@ def main():
         real_bvh(folder, cmu, size)
         if cmu or hdm05:
             amc(folder, cmu + hdm05, size)
-        first_calls(folder, folder / "large.bvh", (cmu + hdm05 or [None])[0])
 
 
 if __name__ == "__main__":

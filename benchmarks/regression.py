@@ -22,8 +22,9 @@ from sklearn.linear_model import Ridge
 from sklearn.model_selection import GridSearchCV, LeaveOneGroupOut
 from sklearn.neighbors import KNeighborsRegressor
 
-from skpose import Motion, PoseKernelRegressor, forward_kinematics
+from skpose import Motion, forward_kinematics
 from skpose.datasets import load_cmu, load_hdm05, make_gait, walks_and_runs
+from skpose.statistics import PoseKernelRegressor
 
 ENDS = ("hand", "foot", "head")
 GAMMAS = [10.0, 30.0, 100.0, 300.0, 1000.0]  # 1/m²; widths of the kernel from 22 to 2 cm

@@ -14,8 +14,9 @@ from itertools import pairwise
 import common
 import numpy as np
 
-from skpose import Motion, segment_repetitions
+from skpose import Motion
 from skpose.datasets import MotionDataset, load_hdm05, make_gait
+from skpose.motions import segment_repetitions
 from skpose.skeleton._interpolation import interpolate
 
 RATE = 30  # Hz

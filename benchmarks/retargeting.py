@@ -13,8 +13,9 @@ import common
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose import Skeleton, forward_kinematics, retarget
+from skpose import Skeleton, forward_kinematics
 from skpose.datasets import load_cmu, load_hdm05, make_gait
+from skpose.kinematics import retarget
 
 METHODS = ("orientations", "positions", "numbers")
 

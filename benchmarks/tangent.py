@@ -19,8 +19,9 @@ import common
 import numpy as np
 from sklearn.exceptions import ConvergenceWarning
 
-from skpose import exp_map, log_map, pose_distances, position_jacobian
+from skpose import pose_distances, position_jacobian
 from skpose.datasets import load_cmu, load_hdm05, make_gait
+from skpose.geodesics import exp_map, log_map
 
 N_PAIRS, QUICK_PAIRS = 200, 5
 GRADIENTS = 50  # pairs whose gradient is checked: two more geodesics each, and poses near to each other

@@ -21,8 +21,9 @@ import common
 import numpy as np
 from sklearn.decomposition import PCA
 
-from skpose import PoseTangentPCA, Skeleton, forward_kinematics
+from skpose import Skeleton, forward_kinematics
 from skpose.datasets import load_cmu, load_hdm05, make_gait
+from skpose.statistics import PoseTangentPCA
 
 RATE = 12  # Hz
 COMPONENTS = (2, 3, 5, 8, 12, 20)

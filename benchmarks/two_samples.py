@@ -27,8 +27,8 @@ not much about people in general.
 import common
 import numpy as np
 
-from skpose import two_sample_test
 from skpose.datasets import load_cmu, load_hdm05, make_gait
+from skpose.statistics import two_sample_test
 
 METRICS = ("angle", "position", "rotation", "spatial")
 STATISTICS = ("energy", "mmd")

@@ -10,6 +10,7 @@ import numpy as np
 
 from skpose import Skeleton, SpatialMDS, forward_kinematics, geodesic, pose_distances
 from skpose.datasets import humanoid, make_gait
+from skpose.metrics import Geodesic
 from skpose.plot import PoseDisplay
 
 TARGET = Path(__file__).parent / "_static"
@@ -75,7 +76,7 @@ def draw_path(ax, ink):
     """Draw the hand of an arm of three bones along the shortest path and along the straight line."""
     arm = Skeleton.chain(3)
     start, end = np.array([0.2, 0.3, 0.0]), np.array([2.4, 0.2, 0.1])
-    found = geodesic(start, end, arm, n_steps=40).resample(41)
+    found = geodesic(start, end, arm, metric=Geodesic(40)).resample(41)
     line = np.linspace(start, end, 41)
     for poses, colour in ((line, "blue"), (found, "orange")):
         hand = forward_kinematics(poses, arm)

@@ -13,7 +13,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 from sklearn.metrics import adjusted_rand_score
 
-from skpose import MedoidShift, PoseKMeans, SpatialMDS
+from skpose import MedoidShift, SpatialMDS
+from skpose.cluster import PoseKMeans
 from skpose.datasets import load_cmu, make_gait, walks_and_runs
 from skpose.plot import MDSDisplay, PoseStripDisplay
 

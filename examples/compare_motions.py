@@ -12,8 +12,9 @@ import os
 import matplotlib.pyplot as plt
 import numpy as np
 
-from skpose import Motion, align_motions, motion_distances
+from skpose import Motion, motion_distances
 from skpose.datasets import load_hdm05, make_gait
+from skpose.motions import align_motions
 from skpose.plot import AlignmentDisplay
 from skpose.view import player
 

@@ -13,9 +13,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 from sklearn.decomposition import PCA
 
-from skpose import PoseTangentPCA, forward_kinematics
+from skpose import forward_kinematics
 from skpose.datasets import load_cmu, make_gait
 from skpose.plot import TangentPCADisplay
+from skpose.statistics import PoseTangentPCA
 
 folder = os.environ.get("SKPOSE_CMU")
 dataset = load_cmu(folder) if folder else make_gait(random_state=0)

@@ -2,17 +2,18 @@
 In-betweens of a stride
 =======================
 
-A few key poses of a walk are all that is kept, and `skpose.interpolate` fills in the frames between: along geodesics,
-or on a smooth spline of poses. Joint by joint, slerp and the cubic spline of the angles do so too. How near does each
-come to the frames that were left out?
+A few key poses of a walk are all that is kept, and `skpose.geodesics.interpolate` fills in the frames between: along
+geodesics, or on a smooth spline of poses. Joint by joint, slerp and the cubic spline of the angles do so too. How near
+does each come to the frames that were left out?
 """
 
 import matplotlib.pyplot as plt
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from skpose import Motion, forward_kinematics, interpolate
+from skpose import Motion, forward_kinematics
 from skpose.datasets import make_gait
+from skpose.geodesics import interpolate
 from skpose.view import player
 
 walk = make_gait(1, 1, activities=["walk"], duration=4, frame_rate=60, random_state=0).motions[0]

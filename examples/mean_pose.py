@@ -13,8 +13,9 @@ import os
 import matplotlib.pyplot as plt
 import numpy as np
 
-from skpose import Motion, forward_kinematics, frechet_mean
+from skpose import Motion, forward_kinematics
 from skpose.datasets import humanoid, load_cmu
+from skpose.geodesics import frechet_mean
 from skpose.plot import PoseDisplay, PoseStripDisplay
 
 # %%

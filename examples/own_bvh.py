@@ -12,9 +12,10 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from skpose import Motion, Skeleton, geodesic, pose_distances, retarget
+from skpose import Motion, Skeleton, geodesic, pose_distances
 from skpose.datasets import make_gait
 from skpose.io import MocapFormatError, load_motion, save_bvh
+from skpose.kinematics import retarget
 from skpose.plot import DistanceMatrixDisplay, PoseStripDisplay
 from skpose.view import player
 

@@ -15,9 +15,10 @@ import numpy as np
 from sklearn.model_selection import GridSearchCV, GroupKFold
 from sklearn.neighbors import KNeighborsRegressor
 
-from skpose import PoseKernelRegressor, forward_kinematics
+from skpose import forward_kinematics
 from skpose.datasets import load_cmu, make_gait, walks_and_runs
 from skpose.plot import PoseDisplay
+from skpose.statistics import PoseKernelRegressor
 
 folder = os.environ.get("SKPOSE_CMU")
 dataset = walks_and_runs(load_cmu(folder) if folder else make_gait(5, 1, random_state=0))

@@ -10,8 +10,8 @@ same recordings can be split. Recordings are permuted whole, as frames of one re
 import matplotlib.pyplot as plt
 import numpy as np
 
-from skpose import two_sample_test
 from skpose.datasets import make_gait
+from skpose.statistics import two_sample_test
 
 gait = make_gait(n_subjects=8, n_sequences=8, activities=["walk"], frame_rate=12, random_state=0)
 skeleton = gait.skeleton

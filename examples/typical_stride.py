@@ -12,8 +12,9 @@ import os
 import matplotlib.pyplot as plt
 import numpy as np
 
-from skpose import align_motions, mean_motion, pose_distances, segment_repetitions
+from skpose import pose_distances
 from skpose.datasets import load_hdm05, make_gait
+from skpose.motions import align_motions, mean_motion, segment_repetitions
 from skpose.plot import DistanceMatrixDisplay, MeanMotionDisplay, PoseStripDisplay
 from skpose.view import player
 

@@ -3,51 +3,31 @@
 The metrics of S. Hauberg and K. S. Pedersen, "Spatial measures between human poses for classification and
 understanding", AMDO 2012, :doi:`10.1007/978-3-642-31567-1_3`. In the order in which data flows: files (`skpose.io`)
 and datasets (`skpose.datasets`), `Skeleton` and `Motion`, kinematics, metrics, matrices of distances, estimators.
+
+The names here are the stable core. All others live in their packages.
 """
 
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from skpose._displays import displays as _displays_of_motions
+
 __all__ = [
-    "Alignment",
     "Bone",
-    "FittedPoses",
-    "FrechetMean",
-    "Geodesic",
-    "GeometricMedian",
     "Keypoints",
-    "Layout",
-    "MeanMotion",
     "MedoidShift",
     "Motion",
     "MotionDistanceTransformer",
-    "MotionIndex",
     "MotionKNeighborsTransformer",
     "PoseDistanceTransformer",
     "PoseFromPositions",
-    "PoseKMeans",
     "PoseKNeighborsTransformer",
-    "PoseKernelRegressor",
     "PoseRadiusNeighborsTransformer",
-    "PoseTangentPCA",
-    "Repetitions",
     "Skeleton",
     "SpatialMDS",
-    "TwoSampleTest",
-    "align_motions",
-    "exp_map",
-    "find_motion",
-    "fit_skeleton",
     "forward_kinematics",
-    "frechet_mean",
     "geodesic",
-    "geodesic_distances",
-    "geometric_median",
-    "interpolate",
     "inverse_kinematics",
-    "layouts",
-    "log_map",
-    "mean_motion",
     "metric_tensor",
     "motion_distances",
     "pose_distances",
@@ -55,10 +35,7 @@ __all__ = [
     "pose_metric",
     "poses_from_rotations",
     "position_jacobian",
-    "retarget",
     "rotations_from_poses",
-    "segment_repetitions",
-    "two_sample_test",
 ]
 
 # Each package is imported when it or one of its names is first used (PEP 562): the command line prints its help without
@@ -79,95 +56,34 @@ if TYPE_CHECKING:
     from skpose import skeleton as skeleton
     from skpose import statistics as statistics
     from skpose import view as view
-    from skpose.cluster import MedoidShift, PoseKMeans
-    from skpose.geodesics import (
-        FrechetMean,
-        Geodesic,
-        GeometricMedian,
-        exp_map,
-        frechet_mean,
-        geodesic,
-        geodesic_distances,
-        geometric_median,
-        interpolate,
-        log_map,
-    )
-    from skpose.keypoints import Keypoints, Layout, fit_skeleton, layouts
-    from skpose.kinematics import (
-        FittedPoses,
-        forward_kinematics,
-        inverse_kinematics,
-        metric_tensor,
-        position_jacobian,
-        retarget,
-    )
+    from skpose.cluster import MedoidShift
+    from skpose.geodesics import geodesic
+    from skpose.keypoints import Keypoints
+    from skpose.kinematics import forward_kinematics, inverse_kinematics, metric_tensor, position_jacobian
     from skpose.manifold import SpatialMDS
     from skpose.metrics import pose_distances, pose_distances_chunked, pose_metric
-    from skpose.motions import (
-        Alignment,
-        MeanMotion,
-        MotionDistanceTransformer,
-        MotionIndex,
-        MotionKNeighborsTransformer,
-        Repetitions,
-        align_motions,
-        find_motion,
-        mean_motion,
-        motion_distances,
-        segment_repetitions,
-    )
+    from skpose.motions import MotionDistanceTransformer, MotionKNeighborsTransformer, motion_distances
     from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
     from skpose.preprocessing import PoseDistanceTransformer, PoseFromPositions
     from skpose.skeleton import Bone, Motion, Skeleton, poses_from_rotations, rotations_from_poses
-    from skpose.statistics import PoseKernelRegressor, PoseTangentPCA, TwoSampleTest, two_sample_test
 
     __version__: str
 else:
     _PACKAGES = {
-        "cluster": ["MedoidShift", "PoseKMeans"],
+        "cluster": ["MedoidShift"],
         "datasets": [],
-        "geodesics": [
-            "FrechetMean",
-            "Geodesic",
-            "GeometricMedian",
-            "exp_map",
-            "frechet_mean",
-            "geodesic",
-            "geodesic_distances",
-            "geometric_median",
-            "interpolate",
-            "log_map",
-        ],
+        "geodesics": ["geodesic"],
         "io": [],
-        "keypoints": ["Keypoints", "Layout", "fit_skeleton", "layouts"],
-        "kinematics": [
-            "FittedPoses",
-            "forward_kinematics",
-            "inverse_kinematics",
-            "metric_tensor",
-            "position_jacobian",
-            "retarget",
-        ],
+        "keypoints": ["Keypoints"],
+        "kinematics": ["forward_kinematics", "inverse_kinematics", "metric_tensor", "position_jacobian"],
         "manifold": ["SpatialMDS"],
         "metrics": ["pose_distances", "pose_distances_chunked", "pose_metric"],
-        "motions": [
-            "Alignment",
-            "MeanMotion",
-            "MotionDistanceTransformer",
-            "MotionIndex",
-            "MotionKNeighborsTransformer",
-            "Repetitions",
-            "align_motions",
-            "find_motion",
-            "mean_motion",
-            "motion_distances",
-            "segment_repetitions",
-        ],
+        "motions": ["MotionDistanceTransformer", "MotionKNeighborsTransformer", "motion_distances"],
         "neighbors": ["PoseKNeighborsTransformer", "PoseRadiusNeighborsTransformer"],
         "plot": [],
         "preprocessing": ["PoseDistanceTransformer", "PoseFromPositions"],
         "skeleton": ["Bone", "Motion", "Skeleton", "poses_from_rotations", "rotations_from_poses"],
-        "statistics": ["PoseKernelRegressor", "PoseTangentPCA", "TwoSampleTest", "two_sample_test"],
+        "statistics": [],
         "view": [],
     }
     _PACKAGE_OF = {name: package for package, names in _PACKAGES.items() for name in names}
@@ -187,3 +103,19 @@ else:
     def __dir__():
         own = {name for name in globals() if name.startswith("_")}  # without what is imported here
         return sorted({*own, *_PACKAGES, *__all__, "__version__"})
+
+
+def _player(motion):
+    from skpose.view import player
+
+    return player(motion)
+
+
+def _strip(motion):
+    from skpose.view._shared import strip
+
+    return strip(motion)
+
+
+# A motion shows itself by what comes after it in the flow of data.
+_displays_of_motions.player, _displays_of_motions.strip = _player, _strip

@@ -13,14 +13,19 @@ import numpy as np
 from sklearn.utils.validation import check_non_negative, validate_data
 
 from skpose._compat.sklearn import StrOptions, validate_parameter_constraints
-from skpose.metrics import pose_distances
+from skpose._validation.columns import check_column_names, check_dimensions, check_width
+from skpose._validation.poses import check_is_array
+from skpose._validation.units import warn_of_degrees
+from skpose.metrics import Metric, pose_distances
 from skpose.metrics._shared import METRIC_CONSTRAINTS, METRICS, resolve, warn_of_no_skeleton
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import check_column_names, check_dimensions, check_is_array, check_width, warn_of_degrees
 
 # Constraints of the parameters of an estimator of poses, and of one that also takes distances.
 POSE_CONSTRAINTS = {**METRIC_CONSTRAINTS, "n_jobs": [None, Integral], "verbose": ["verbose"]}
-ESTIMATOR_CONSTRAINTS = {**POSE_CONSTRAINTS, "metric": [StrOptions({"auto", "precomputed", *METRICS})]}
+ESTIMATOR_CONSTRAINTS = {
+    **POSE_CONSTRAINTS,
+    "metric": [StrOptions({"auto", "precomputed", *METRICS}), *METRIC_CONSTRAINTS["metric"][1:]],
+}
 
 
 class EstimatorMixin:
@@ -30,7 +35,12 @@ class EstimatorMixin:
 
     # Where scikit-learn's HTML representation finds the page of an estimator, and with it a tooltip for each parameter.
     _doc_link_module = "skpose"
-    _doc_link_template = "https://skpose.github.io/skpose/api/skpose.{estimator_name}.html"
+    _doc_link_template = "https://skpose.github.io/skpose/api/{page}.html"
+    _is_experimental: ClassVar[bool] = False  # and so not a name of `skpose` itself
+
+    def _doc_link_url_param_generator(self):
+        package = type(self).__module__.rpartition(".")[0] if self._is_experimental else "skpose"
+        return {"page": f"{package}.{type(self).__name__}"}
 
     def _forget(self):
         """Remove the attributes of a fit before."""
@@ -51,24 +61,19 @@ class PoseEstimatorMixin(EstimatorMixin):
     ----------
     skeleton_ : Skeleton or None
         The skeleton in use; None with "precomputed".
-    effective_metric_ : str
-        The metric in use.
-    effective_metric_params_ : dict
-        Its parameters: `n_steps` and `wrap` where it has them.
+    metric_ : Metric or None
+        The metric in use, a copy of the parameter; None with "precomputed".
     """
 
     _auto_metric: ClassVar[str] = "spatial"  # with a skeleton; "position" where means are taken, which are quick then
 
     skeleton: Skeleton | None
-    metric: str
-    n_steps: int
-    wrap: bool | str
+    metric: str | Metric
     n_jobs: int | None
     verbose: int
 
     skeleton_: Skeleton | None
-    effective_metric_: str
-    effective_metric_params_: dict[str, Any]
+    metric_: Any  # a Metric; None with "precomputed"
 
     def _checked(self, X, *, reset, **options):
         """Return X as an array that fits the skeleton; precomputed distances as they are.
@@ -90,28 +95,22 @@ class PoseEstimatorMixin(EstimatorMixin):
             warn_of_degrees(X=X, in_estimator=True)
         elif reset:
             warn_of_no_skeleton(self.metric, self.skeleton)
-        if self.effective_metric_ == "precomputed":
+        if self.metric_ is None:
             check_non_negative(X, f"{type(self).__name__} as precomputed distances")
             if reset and X.shape[0] != X.shape[1]:
                 raise ValueError(f"precomputed distances must be a square matrix to fit, got shape {X.shape}")
         return X
 
     def _learn_metric(self, skeleton):
-        """Store the metric that the parameters choose on a skeleton."""
-        self.effective_metric_params_ = {}
-        if self.metric == "precomputed":
-            self.skeleton_, self.effective_metric_ = None, "precomputed"
+        """Store the metric that the parameter states on a skeleton."""
+        if self._is_precomputed():
+            self.skeleton_, self.metric_ = None, None
             return
-        self.effective_metric_, chosen, steps = resolve(self._metric_on(skeleton), skeleton, self.n_steps, self.wrap)
+        self.metric_ = resolve(self.metric, skeleton, auto=self._auto_metric)
         self.skeleton_ = skeleton
-        if chosen.wraps is not None:
-            self.effective_metric_params_["wrap"] = steps.half_turn < np.inf
-        if chosen.wraps:
-            self.effective_metric_params_["n_steps"] = self.n_steps
 
-    def _metric_on(self, skeleton):
-        """Return the name that the parameter stands for on a skeleton: "auto" is the estimator's own metric."""
-        return self._auto_metric if self.metric == "auto" and skeleton is not None else self.metric
+    def _is_precomputed(self):
+        return isinstance(self.metric, str) and self.metric == "precomputed"
 
     def _distances(self, X, Y, verbose=None):
         """Distances from X to Y, or among X if Y is None, under the metric of `fit`."""
@@ -119,15 +118,14 @@ class PoseEstimatorMixin(EstimatorMixin):
             X,
             Y,
             skeleton=self.skeleton_,
-            metric=self.effective_metric_,
-            **self.effective_metric_params_,
+            metric=self.metric_,
             n_jobs=self.n_jobs,
             verbose=self.verbose if verbose is None else verbose,
         )
 
     def __sklearn_tags__(self):
         tags = super().__sklearn_tags__()  # type: ignore[misc]  # of the estimator's other base classes
-        tags.input_tags.pairwise = tags.input_tags.positive_only = self.metric == "precomputed"
+        tags.input_tags.pairwise = tags.input_tags.positive_only = self._is_precomputed()
         return tags
 
 

@@ -1,6 +1,6 @@
-"""A small writer of C3D files, of any processor and number format, and a decoder of their points: a second opinion.
+"""A small writer of C3D files, of any processor and number format.
 
-Both follow the C3D user guide, https://www.c3d.org/HTML/default.htm, and share no code with the library.
+It follows the C3D user guide, https://www.c3d.org/HTML/default.htm, and shares no code with the library.
 """
 
 import math

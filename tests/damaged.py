@@ -33,7 +33,7 @@ def positions(n_frames=20):
 
 
 def c3d_kinds():
-    """Return C3D files of all kinds that are read: floats and integers, Intel and DEC, with and without analog data."""
+    """Return C3D files that ezc3d reads too: floats and integers, Intel and DEC, with and without analog data."""
     analog = np.random.default_rng(6).normal(size=(20, 4, 2))
     return [
         c3d_files.c3d_file(positions(), NAMES, processor=processor, step=step, analog=samples, axis_up="+Z")

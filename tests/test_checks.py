@@ -23,14 +23,13 @@ from skpose import (
     MotionKNeighborsTransformer,
     PoseDistanceTransformer,
     PoseFromPositions,
-    PoseKernelRegressor,
-    PoseKMeans,
     PoseKNeighborsTransformer,
     PoseRadiusNeighborsTransformer,
-    PoseTangentPCA,
     Skeleton,
     SpatialMDS,
 )
+from skpose.cluster import PoseKMeans
+from skpose.statistics import PoseKernelRegressor, PoseTangentPCA
 
 pytestmark = [
     pytest.mark.filterwarnings('ignore:metric="auto" without a skeleton:UserWarning'),  # the default form
@@ -160,7 +159,7 @@ PRECOMPUTED = [SpatialMDS(metric="precomputed"), MedoidShift(metric="precomputed
 # Estimators of scikit-learn that take distances, and fail the same checks.
 COUNTERPARTS = {SpatialMDS: Isomap(metric="precomputed"), MedoidShift: DBSCAN(metric="precomputed")}
 
-# The table in CONTRIBUTING.md.
+# As docs/development.md says.
 EXPECTED_FAILURES = {
     MedoidShift: {
         "check_clustering": "fits points where a matrix of distances is expected; so does DBSCAN's precomputed form"

@@ -16,13 +16,12 @@ from skpose import (
     PoseFromPositions,
     PoseKNeighborsTransformer,
     PoseRadiusNeighborsTransformer,
-    fit_skeleton,
     forward_kinematics,
     pose_distances,
 )
 from skpose._cli.compare import COMPARED
 from skpose.datasets import make_gait
-from skpose.keypoints import Layout
+from skpose.keypoints import Layout, fit_skeleton
 
 
 @pytest.fixture(scope="module")

@@ -30,6 +30,7 @@ from skpose.datasets import MotionDataset, make_gait, walks_and_runs
 from skpose.io import file_format, load_asf, load_c3d, load_motion, load_trc
 from skpose.keypoints import Keypoints
 from skpose.metrics import pose_distances
+from skpose.metrics._shared import resolve
 from skpose.motions import align_motions, find_motion, motion_distances
 from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
 from skpose.skeleton import Motion, Skeleton
@@ -160,7 +161,7 @@ def find(dataset: MotionDataset, begins: float | None, ends: float | None, k: in
     with files_in_messages(names):
         found = find_motion(query, recordings, k=k, skeleton=query.skeleton, metric=metric, n_jobs=n_jobs, verbose=1)
     width = max(len(name) for name in ("file", *names))
-    distance = f"distance, {'rad' if metric == 'angle' else 'm'}"
+    distance = f"distance, {resolve(metric, query.skeleton).unit}"
     print(f"{'rank':>6}  {'file':<{width}}  {'start, s':>10}  {'end, s':>10}  {distance:>14}")
     for rank, (i, start, stop, far) in enumerate(found, start=1):
         times = f"{recordings[i].times[start]:>10.2f}  {_end(recordings[i], stop - 1):>10.2f}"

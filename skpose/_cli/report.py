@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from skpose._cli.reproduce import DIFFERENCES, N_DRAWS, Findings
+from skpose.metrics._shared import METRICS
 from skpose.plot import GeodesicDisplay, MDSDisplay
 from skpose.plot._shared import COLOURS
 
@@ -81,7 +82,7 @@ def draw(findings: Findings, figure_3: Path, figure_4: Path) -> None:
     figure = Figure(figsize=(15, 4.5), layout="constrained")
     *planes, last = figure.subplots(1, len(findings.walkers) + 1, squeeze=False)[0]
     for ax, letter, (metric, (embedding, people, shares)) in zip(planes, "ab", findings.walkers.items(), strict=False):
-        unit = "rad" if metric == "angle" else "m"
+        unit = METRICS[metric].unit
         MDSDisplay.from_embedding(embedding, people, shares=shares, unit=unit, ax=ax)
         ax.get_legend().set_title("person")
         ax.set_title(f"({letter}) two people's walks, “{metric}”")

@@ -37,7 +37,7 @@ from skpose.cluster import MedoidShift
 from skpose.datasets import MotionDataset, walks_and_runs
 from skpose.geodesics import geodesic
 from skpose.manifold import SpatialMDS
-from skpose.metrics import pose_distances
+from skpose.metrics import Geodesic, Spatial, pose_distances
 
 N_DRAWS, N_PAIRS, N_SEQUENCES, N_STEPS = 20, 100, 10, 10
 METRICS = ("angle", "spatial")  # the paper's two
@@ -128,8 +128,8 @@ def _ratios(
 
     def measure(k: int) -> None:
         a, b = X[pairs[k]]
-        path = geodesic(a, b, walks.skeleton, n_steps=N_STEPS)
-        line = pose_distances(a[None], b[None], skeleton=walks.skeleton, n_steps=N_STEPS)[0, 0]
+        path = geodesic(a, b, walks.skeleton, metric=Geodesic(N_STEPS))
+        line = pose_distances(a[None], b[None], skeleton=walks.skeleton, metric=Spatial(N_STEPS))[0, 0]
         ratios[k], converged[k] = min(path.length / line, 1.0), path.converged
 
     with warnings.catch_warnings():

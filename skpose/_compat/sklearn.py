@@ -69,20 +69,20 @@ class InstanceOf(HasMethods):
 
     Parameters
     ----------
-    expected : type
-        The class.
+    is_one : callable
+        Returns whether a value is an instance.
     name : str
         Its public name.
     explain : callable
         Called with what is no instance; may raise a TypeError with a remedy.
     """
 
-    def __init__(self, expected: type, name: str, explain: Callable[[object], None]):
+    def __init__(self, is_one: Callable[[object], bool], name: str, explain: Callable[[object], None]):
         super().__init__("__class__")
-        self.expected, self.name, self.explain = expected, name, explain
+        self.is_one, self.name, self.explain = is_one, name, explain
 
     def is_satisfied_by(self, val: object) -> bool:
-        if isinstance(val, self.expected):
+        if self.is_one(val):
             return True
         try:
             self.explain(val)
@@ -128,6 +128,7 @@ __all__ = [
     "Hidden",
     "InstanceOf",
     "Interval",
+    "InvalidParameterError",
     "RealNotInt",
     "StrOptions",
     "callback_context",

@@ -34,8 +34,6 @@ What calls what, from Python at the top to one vector register at the bottom::
     rotation, trigonometry, eigenvector, lanes, tree, results, copying     quaternions, registers, arrays
     jit, separate, shared, signatures                                      compilation
 
-Apart from these, `text` reads the numbers of files for `io`.
-
 Only `skpose.metrics._pose_metric` compiles elsewhere: one function for each skeleton, which calls `loops`. Every
 function here is plain Python, decorated. With the environment variable ``NUMBA_DISABLE_JIT=1`` it runs as such,
 slowly, for a debugger or for coverage. Compiled functions are cached on disk, keyed by a digest of this folder (`jit`).

@@ -16,6 +16,7 @@ from skpose._parallel.callbacks import CallbackSupportMixin, FitReport, with_cal
 from skpose._warnings import warn
 from skpose.cluster._lloyd import first_centers, lloyd
 from skpose.geodesics._shared import WeightedMeans
+from skpose.metrics._shared import require_means
 
 
 class PoseKMeans(
@@ -33,7 +34,7 @@ class PoseKMeans(
     .. math:: \min_{\mu} \sum_i w_i \min_k d(\theta_i, \mu_k)^2
 
     by Lloyd's iteration: samples are assigned to the nearest centre, centres move to the means of their samples. As
-    the centres are poses, their bones have their lengths. Under "angle" without `wrap` an iteration is that of
+    the centres are poses, their bones have their lengths. Under "angle" an iteration is that of
     `sklearn.cluster.KMeans`; how the first centres are drawn, and when a run ends, differ.
 
     Parameters
@@ -51,13 +52,9 @@ class PoseKMeans(
         sample changes its cluster.
     random_state : int, RandomState instance or None, default=None
         Determines the first centres. An int gives the same result in every call.
-    metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
-        The distance, see `skpose.pose_distances`. "auto" is "position", as in `skpose.frechet_mean`, with a skeleton,
-        else "angle" and a warning.
-    n_steps : int, default=10
-        Chords along the curve of "spatial" and "geodesic", at least two.
-    wrap : bool or "auto", default="auto"
-        Whether differences of angles are wrapped to [−π, π], see `skpose.pose_distances`.
+    metric : str or Metric, default="auto"
+        The distance, see `skpose.pose_distances`. "auto" is "position", as in
+        `skpose.geodesics.frechet_mean`, with a skeleton, else "angle" and a warning.
     n_jobs : int, default=None
         Threads, or for distances workers of a ``joblib.parallel_config`` context, see `skpose.pose_distances`. The
         result does not depend on it.
@@ -66,10 +63,8 @@ class PoseKMeans(
 
     Attributes
     ----------
-    effective_metric_ : str
-        The metric in use.
-    effective_metric_params_ : dict
-        Its parameters: `n_steps` and `wrap` where it has them.
+    metric_ : Metric
+        The metric in use, a copy of the parameter.
     skeleton_ : Skeleton or None
         The skeleton in use.
     cluster_centers_ : ndarray of shape (n_clusters, n_dofs)
@@ -118,7 +113,8 @@ class PoseKMeans(
 
     Examples
     --------
-    >>> from skpose import PoseKMeans, Skeleton
+    >>> from skpose import Skeleton
+    >>> from skpose.cluster import PoseKMeans
     >>> X = [[0.0, 0.0], [0.1, 0.0], [0.2, 0.1], [1.5, 0.0], [1.6, 0.2], [1.7, 0.1]]
     >>> k_means = PoseKMeans(2, Skeleton.chain(2), random_state=0).fit(X)
     >>> k_means.labels_
@@ -131,9 +127,9 @@ class PoseKMeans(
     """
 
     _auto_metric = "position"
+    _is_experimental = True
     _parameter_constraints: ClassVar[dict] = {
         **POSE_CONSTRAINTS,
-        "n_steps": [Interval(Integral, 2, None, closed="left")],
         "n_clusters": [Interval(Integral, 1, None, closed="left")],
         "n_init": [Interval(Integral, 1, None, closed="left")],
         "max_iter": [Interval(Integral, 1, None, closed="left")],
@@ -151,8 +147,6 @@ class PoseKMeans(
         tol=1e-4,
         random_state=None,
         metric="auto",
-        n_steps=10,
-        wrap="auto",
         n_jobs=None,
         verbose=0,
     ):
@@ -163,8 +157,6 @@ class PoseKMeans(
         self.tol = tol
         self.random_state = random_state
         self.metric = metric
-        self.n_steps = n_steps
-        self.wrap = wrap
         self.n_jobs = n_jobs
         self.verbose = verbose
 
@@ -189,13 +181,14 @@ class PoseKMeans(
             The fitted estimator.
         """
         X = self._checked(X, reset=True).astype(np.float64, copy=False)
+        require_means(self.metric_, "PoseKMeans")
         if self.n_clusters > len(X):
             raise ValueError(f"n_clusters={self.n_clusters} is more than the {len(X)} samples")
         weights = check_sample_weight(sample_weight, X)
         rng, counted = check_random_state(self.random_state), weights > 0.0
         poses, pose_of = np.unique(X[counted], axis=0, return_inverse=True)
         masses = np.bincount(pose_of.ravel(), weights[counted])
-        means = WeightedMeans(poses, self.skeleton_, self.effective_metric_, self.effective_metric_params_, self.n_jobs)
+        means = WeightedMeans(poses, self.skeleton_, self.metric_, self.n_jobs)
         squared = partial(self._squared, poses)
         fit_progress, runs = FitReport(self, None, X), []
         for _ in range(self.n_init):

@@ -36,15 +36,11 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
         Search for a bandwidth that gives this number of clusters instead, by halving an interval, then on a grid of 32
         and in its gaps. If none is found, a `ConvergenceWarning` is given, and the largest number of clusters below
         is taken.
-    metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic", "precomputed"}, default="auto"
+    metric : str, Metric or "precomputed", default="auto"
         The distance, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a warning. With
         "precomputed", X is a square matrix of distances, or a sparse graph of those between neighbours as
         `sklearn.neighbors.KNeighborsTransformer` gives it: a sample then moves among its neighbours, and two of them
         whose distance is not in the graph count as if their directions from the sample were at right angles.
-    n_steps : int, default=10
-        Chords along the curve of "spatial" and "geodesic".
-    wrap : bool or "auto", default="auto"
-        Whether differences of angles are wrapped to [−π, π], see `skpose.pose_distances`.
     n_jobs : int, default=None
         Threads for the distances, or workers of a ``joblib.parallel_config`` context, see `skpose.pose_distances`.
     verbose : int, default=0
@@ -52,10 +48,8 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
 
     Attributes
     ----------
-    effective_metric_ : str
-        The metric in use.
-    effective_metric_params_ : dict
-        Its parameters: `n_steps` and `wrap` where it has them.
+    metric_ : Metric
+        The metric in use, a copy of the parameter.
     skeleton_ : Skeleton or None
         The skeleton in use; None with "precomputed".
     labels_ : ndarray of shape (n_samples,)
@@ -113,8 +107,6 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
         *,
         n_clusters=None,
         metric="auto",
-        n_steps=10,
-        wrap="auto",
         n_jobs=None,
         verbose=0,
     ):
@@ -122,8 +114,6 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
         self.skeleton = skeleton
         self.n_clusters = n_clusters
         self.metric = metric
-        self.n_steps = n_steps
-        self.wrap = wrap
         self.n_jobs = n_jobs
         self.verbose = verbose
 
@@ -160,7 +150,7 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
             result = find_bandwidth(squared, scale, self.n_clusters, fit_progress)
         self.bandwidth_, self.n_iter_ = result.bandwidth, result.n_iter
         self.cluster_centers_indices_, self.labels_ = np.unique(result.modes, return_inverse=True)
-        if self.effective_metric_ != "precomputed":
+        if self.metric_ is not None:
             self.cluster_centers_ = X[self.cluster_centers_indices_]
         fit_progress.end()
         return self
@@ -180,13 +170,13 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
         """
         check_is_fitted(self, "labels_")
         X = self._checked(X, reset=False)
-        if self.effective_metric_ == "precomputed":
+        if self.metric_ is None:
             return X[:, self.cluster_centers_indices_].argmin(axis=1)
         return self._distances(X, self.cluster_centers_).argmin(axis=1)
 
     def _all_distances(self, X):
         """Distances among the samples, dense or sparse: a copy, and in float64, as close samples differ by little."""
-        if self.effective_metric_ != "precomputed":
+        if self.metric_ is not None:
             return self._distances(X, None).astype(np.float64, copy=False)
         if issparse(X):
             return csr_array(X, dtype=np.float64, copy=True)
@@ -194,5 +184,5 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
 
     def __sklearn_tags__(self):
         tags = super().__sklearn_tags__()
-        tags.input_tags.sparse = self.metric == "precomputed"
+        tags.input_tags.sparse = self._is_precomputed()
         return tags

@@ -6,11 +6,12 @@ from operator import index
 from typing import Any, Literal, NoReturn, overload
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from skpose._typing import ArrayLike
+from skpose._validation.motions import check_frame_rate
 from skpose.kinematics._shared import UNCHANGED, Method, retarget_and_report
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import check_comparable, check_frame_rate
+from skpose.skeleton._shared import check_comparable, foldable_table
 
 MISSING = ("None", "nan", "<NA>", "NaT")  # as strings, what numpy and pandas have in the place of a missing label
 ONE_REST = (
@@ -148,6 +149,18 @@ class MotionDataset:
             words += f"; retargeted by {_counted(methods)}"
         return f"MotionDataset({words})"
 
+    def _repr_html_(self) -> str:
+        """Return the motions as a table, which a notebook shows."""
+        columns: dict[str, list] = {"motion": list(range(len(self)))}
+        columns |= {name.removesuffix("s"): labels.tolist() for name, labels in self._labels.items()}
+        columns["frames"] = [len(motion) for motion in self]
+        columns["rate, Hz"] = [f"{motion.frame_rate:g}" for motion in self]
+        columns["duration, s"] = [f"{len(motion) / motion.frame_rate:.1f}" for motion in self]
+        columns["joints"] = [motion.skeleton.n_joints for motion in self]
+        if any(self._retargeting):
+            columns["retargeted by"] = list(self._retargeting)
+        return foldable_table(repr(self), columns)
+
     def _with(self, motions: Iterable[Motion]) -> "MotionDataset":
         """Return other motions with the same labels."""
         others = MotionDataset(motions, **self._labels)
@@ -213,7 +226,7 @@ class MotionDataset:
         n_jobs: int | None = None,
         verbose: int = 0,
     ) -> "MotionDataset":
-        """Return all motions on one skeleton, see `skpose.retarget`; an error names the motion.
+        """Return all motions on one skeleton, see `skpose.kinematics.retarget`; an error names the motion.
 
         A sequence of `joints` is one mapping for each motion, or None for equal names. `retargeting` states which
         method it was for each motion, and how near it came.

@@ -1,4 +1,4 @@
-"""What the other packages of skpose use of `skpose.datasets` beside its public names."""
+"""Names of `skpose.datasets` that the other packages of skpose use, in addition to the public ones."""
 
 from skpose.datasets._hdm05 import NAME
 from skpose.datasets._index import INDEX, read_index

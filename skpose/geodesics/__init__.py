@@ -7,23 +7,21 @@
 | `_logarithm`                              | poses as vectors at a base, and back                                    |
 | `_interpolate`, `_spline`                 | motions through key poses                                               |
 | `_mean`, `_median`                        | Fréchet means and geometric medians; `_given` checks the poses          |
-| `_extrinsic`, `_descent`, `_quasi_newton` | how they are found                                                      |
-| `_views`, `_line_view`, `_geodesic_view`  | distances and gradients from a pose, by metric                          |
-| `_charts`                                 | coordinates there                                                       |
+| `_descent`, `_quasi_newton`               | how they are found, from what a metric's `sample` says at a pose        |
 | `_weightings`                             | means of many weightings of one set of poses                            |
 """
 
-from skpose.geodesics._geodesic import Geodesic, geodesic
+from skpose.geodesics._geodesic import GeodesicResult, geodesic
 from skpose.geodesics._interpolate import interpolate
 from skpose.geodesics._logarithm import exp_map, log_map
-from skpose.geodesics._mean import FrechetMean, frechet_mean
-from skpose.geodesics._median import GeometricMedian, geometric_median
+from skpose.geodesics._mean import FrechetMeanResult, frechet_mean
+from skpose.geodesics._median import GeometricMedianResult, geometric_median
 from skpose.geodesics._sequence import geodesic_distances
 
 __all__ = [
-    "FrechetMean",
-    "Geodesic",
-    "GeometricMedian",
+    "FrechetMeanResult",
+    "GeodesicResult",
+    "GeometricMedianResult",
     "exp_map",
     "frechet_mean",
     "geodesic",

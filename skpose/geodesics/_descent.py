@@ -1,13 +1,15 @@
-"""Means and medians by one iteration: a step along the mean logarithm of the poses, as seen from the pose so far.
+"""Means and medians by one iteration: a step along the mean logarithm of the poses, at the pose so far.
 
 The mean has the least sum of w d², and its gradient is the weighted sum of those of d²/2. The median has the least sum
 of w d: the same sum with weights w/d, which is Weiszfeld's iteration. The step is that gradient in the metric tensor.
 Steps are combined as D. G. Anderson does (H. F. Walker, P. Ni, 2011, doi:10.1137/10078356X).
 """
 
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
+
+from skpose.metrics._shared import Sample
 
 FLAT = 1e-6  # eigenvalue of the metric tensor, relative to the largest, below which a direction moves no joint
 DAMPING = 1e-4  # of steps, relative to the largest eigenvalue of the metric tensor
@@ -19,38 +21,6 @@ ROUNDING = 1e-9  # standard deviation of poses that are one but for rounding, re
 COINCIDES = 1e-9  # distance to a pose, relative to the mean of all distances, at which the median is that pose
 NEAR = 0.1  # the same, at which that pose itself is tried
 MEAN, MEDIAN = 2, 1  # the power of the distances whose sum is minimised
-
-
-class View(NamedTuple):
-    """The poses as seen from one pose."""
-
-    lengths: np.ndarray  # (n_poses,) distances
-    energies: np.ndarray  # (n_poses,) their squares, or squares of other lengths that they approach
-    gradients: np.ndarray  # (n_poses, n_dofs) of half the energies by the coordinates of the one pose
-    tensor: np.ndarray  # (n_dofs, n_dofs) the metric tensor there
-    n_unconverged: int  # distances that are not to be trusted
-
-
-class Viewed(Protocol):
-    """Poses that can be seen from any pose, under one metric."""
-
-    @property
-    def dofs(self) -> np.ndarray:
-        """The poses (n_poses, n_dofs)."""
-
-    @property
-    def weights(self) -> np.ndarray:
-        """Their weights (n_poses,), of sum 1."""
-
-    @property
-    def is_uneven(self) -> bool:
-        """True if distances change by jumps, as where a path is refined at one pose and not at the next."""
-
-    def view_from(self, pose: np.ndarray, slope: float) -> View:
-        """Return the view from a pose; a slope is the norm of the gradient that was found before it, or inf."""
-
-    def moved(self, pose: np.ndarray, step: np.ndarray) -> np.ndarray:
-        """Return a pose that is a step of its coordinates away from another one."""
 
 
 class Spread(NamedTuple):
@@ -75,29 +45,29 @@ class Spread(NamedTuple):
         return self.norm / max(self.scale, np.finfo(float).tiny)
 
 
-def spread_from(poses: Viewed, pose: np.ndarray, power: int, slope: float = np.inf) -> Spread:
+def spread_from(sample: Sample, pose: np.ndarray, power: int, slope: float = np.inf) -> Spread:
     """Return the spread of the poses about a pose."""
-    view = poses.view_from(pose, slope)
-    weights, coincident = poses.weights, 0.0
+    local = sample.linearize(pose, slope)
+    weights, coincident = sample.weights, 0.0
     if power == MEAN:
-        objective, value = weights @ view.energies, weights @ view.lengths**2
-        scale = max(np.sqrt(value), ROUNDING * np.sqrt(np.trace(view.tensor)))
+        objective, value = weights @ local.energies, weights @ local.lengths**2
+        scale = max(np.sqrt(value), ROUNDING * np.sqrt(np.trace(local.tensor)))
     else:
-        distances = np.sqrt(view.energies)
-        objective, value, scale = weights @ distances, weights @ view.lengths, 1.0
-        here = distances <= max(COINCIDES * objective, ROUNDING * np.sqrt(np.trace(view.tensor)))
+        distances = np.sqrt(local.energies)
+        objective, value, scale = weights @ distances, weights @ local.lengths, 1.0
+        here = distances <= max(COINCIDES * objective, ROUNDING * np.sqrt(np.trace(local.tensor)))
         coincident = weights[here].sum()
         weights = np.where(here, 0.0, weights) / np.where(here, 1.0, distances)
     total = weights.sum()
-    gradient = weights @ view.gradients
-    step, norm, root = mean_logarithm(view.tensor, gradient)
+    gradient = weights @ local.gradients
+    step, norm, root = mean_logarithm(local.tensor, gradient)
     if power == MEDIAN:
         step = step / total if total > 0.0 else step
         # A pose that the median coincides with holds it there, by a force of its weight (Vardi and Zhang).
         step = max(0.0, 1.0 - coincident / norm) * step if norm > 0.0 else step
         norm = max(0.0, norm - coincident)
     slope = float(np.linalg.norm(gradient)) / total if total > 0.0 else 0.0
-    nearest = int(view.energies.argmin())
+    nearest = int(local.energies.argmin())
     return Spread(
         pose=pose,
         objective=float(objective),
@@ -107,10 +77,10 @@ def spread_from(poses: Viewed, pose: np.ndarray, power: int, slope: float = np.i
         scale=float(scale),
         slope=slope,
         root=root,
-        lengths=view.lengths,
-        unconverged=view.n_unconverged,
+        lengths=local.lengths,
+        unconverged=local.n_unconverged,
         nearest=nearest,
-        gap=float(np.sqrt(view.energies[nearest])),
+        gap=float(np.sqrt(local.energies[nearest])),
     )
 
 
@@ -129,34 +99,34 @@ def mean_logarithm(tensor: np.ndarray, gradient: np.ndarray) -> tuple[np.ndarray
     return step, float(np.sqrt((along**2 / values).sum())), np.sqrt(values)[:, None] * vectors.T
 
 
-def descend(poses: Viewed, pose: np.ndarray, power: int, max_iter: int, tol: float) -> tuple[Spread, int, str]:
+def descend(sample: Sample, pose: np.ndarray, power: int, max_iter: int, tol: float) -> tuple[Spread, int, str]:
     """Follow the mean logarithm from a pose on; return the last spread, the iterations and why it did not converge.
 
     The reason, with its remedy, is empty if it converged.
     """
-    here = spread_from(poses, pose, power)
+    here = spread_from(sample, pose, power)
     falling = True  # the objective, until a path that is refined at one pose and not at the next makes it rise
     history: list[tuple[np.ndarray, np.ndarray]] = []  # steps taken, and what they changed in the next step
     tried: set[int] = set()
     for iteration in range(max_iter):
         if power == MEDIAN:
-            here = at_pose_if_lower(poses, here, tried)
+            here = at_pose_if_lower(sample, here, tried)
         if here.relative_norm <= tol:
-            return here, iteration, _unconverged(here, len(poses.dofs))
+            return here, iteration, _unconverged(here, len(sample.dofs))
         step, combined = _combined(here, history), bool(history)
         for halving in range(HALVINGS + 1):
-            trial = spread_from(poses, poses.moved(here.pose, step), power, here.slope)
+            trial = spread_from(sample, sample.retract(here.pose, step), power, here.slope)
             lower = trial.objective < here.objective
-            if poses.is_uneven and not history:
+            if sample.is_uneven and not history:
                 falling = falling and lower
             if lower if falling else trial.norm < here.norm:
                 break
             step, history = here.step / 2 ** (halving if combined else halving + 1), []
         else:
-            if not poses.is_uneven:
+            if not sample.is_uneven:
                 return here, iteration, f"after {iteration} iterations no step brought the poses nearer"
             if here.relative_norm <= KINK:
-                return here, iteration, _unconverged(here, len(poses.dofs))
+                return here, iteration, _unconverged(here, len(sample.dofs))
             return (
                 here,
                 iteration,
@@ -177,7 +147,7 @@ def _combined(here: Spread, history: list[tuple[np.ndarray, np.ndarray]]) -> np.
     return here.step - (taken + changes) @ shares
 
 
-def at_pose_if_lower(poses: Viewed, here: Spread, tried: set[int]) -> Spread:
+def at_pose_if_lower(sample: Sample, here: Spread, tried: set[int]) -> Spread:
     """Return the spread about the given pose that is nearest, if the iterate is near and the sum is lower there.
 
     Steps towards a median that is one of the poses become ever shorter.
@@ -185,7 +155,7 @@ def at_pose_if_lower(poses: Viewed, here: Spread, tried: set[int]) -> Spread:
     if here.nearest in tried or here.gap > NEAR * here.objective:
         return here
     tried.add(here.nearest)
-    there = spread_from(poses, poses.dofs[here.nearest], MEDIAN, here.slope)
+    there = spread_from(sample, sample.dofs[here.nearest], MEDIAN, here.slope)
     return there if there.objective < here.objective else here
 
 

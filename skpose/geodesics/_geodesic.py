@@ -4,31 +4,28 @@ from dataclasses import dataclass, field
 from numbers import Integral, Real
 
 import numpy as np
-from numpy.typing import ArrayLike
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose._compat.sklearn import Interval, StrOptions, validate_params
 from skpose._compiled.path.geodesic import MAX_ITER, TOL, path_between
 from skpose._compiled.path.minimiser import Bounds
 from skpose._compiled.pose.tree import Tree
+from skpose._typing import ArrayLike
+from skpose._validation.poses import check_pose
+from skpose._validation.skeletons import limits_of
+from skpose._validation.units import warn_of_degrees
 from skpose._warnings import warn
-from skpose.kinematics._shared import IS_SKELETON, from_tree_order, to_tree_order, tree_of, weighted_positions, wrapped
+from skpose.kinematics._shared import from_tree_order, to_tree_order, tree_of, weighted_positions, wrapped
+from skpose.metrics import Geodesic, Metric
+from skpose.metrics._shared import MEAN_CONSTRAINTS, require_geodesic
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import (
-    TWO_PI,
-    check_pose,
-    interpolate,
-    limits_of,
-    straight_line,
-    warn_of_degrees,
-    without_jumps,
-)
+from skpose.skeleton._shared import TWO_PI, interpolate, straight_line, without_jumps
 
 SPEED_GRID = 64  # chords into which each step of a path is divided to find poses at constant speed
 
 
 @dataclass(frozen=True, eq=False)
-class Geodesic:
+class GeodesicResult:
     """A path between two poses, as `geodesic` finds it.
 
     Attributes
@@ -81,7 +78,9 @@ class Geodesic:
 
     def __repr__(self) -> str:
         state = "converged" if self.converged else "not converged"
-        return f"Geodesic(length={self.length:.4g}, n_points={len(self.path)}, {state} in {self.n_iter} iterations)"
+        return (
+            f"GeodesicResult(length={self.length:.4g}, n_points={len(self.path)}, {state} in {self.n_iter} iterations)"
+        )
 
     def resample(self, n: int) -> np.ndarray:
         """Return poses along the curve at constant speed: the same length of curve between each two.
@@ -113,10 +112,8 @@ class Geodesic:
 
 
 @validate_params(
-    {
-        "skeleton": [IS_SKELETON],
-        "n_steps": [Interval(Integral, 2, None, closed="left")],
-        "wrap": ["boolean", StrOptions({"auto"})],
+    MEAN_CONSTRAINTS
+    | {
         "joint_limits": [StrOptions({"ignore", "enforce"})],
         "max_iter": [Interval(Integral, 1, None, closed="left")],
         "tol": [Interval(Real, 0, None, closed="left")],
@@ -128,12 +125,11 @@ def geodesic(
     end: ArrayLike,
     skeleton: Skeleton,
     *,
-    n_steps: int = 10,
-    wrap: bool | str = "auto",
+    metric: str | Metric = "geodesic",
     joint_limits: str = "ignore",
     max_iter: int = MAX_ITER,
     tol: float = TOL,
-) -> Geodesic:
+) -> GeodesicResult:
     r"""Find the shortest path from one pose to another on the kinematic manifold.
 
     Of all curves of poses between the two, it is the one along which the joints travel least (eq. 3): the minimiser of
@@ -152,12 +148,9 @@ def geodesic(
         The two poses: joint angles, rad, one for each of ``skeleton.dof_names``.
     skeleton : Skeleton
         The skeleton of the two poses.
-    n_steps : int, default=10
-        N, the paper's ten; at least two.
-    wrap : bool or "auto", default="auto"
-        Whether the differences of angles along the straight line are wrapped to [−π, π], see `skpose.pose_distances`;
-        "auto" is True. The path then ends at `end` up to whole turns, or at other numbers of the same rotations. With
-        False the line is the literal one, and joints with three angles do not turn freely.
+    metric : str or Metric, default="geodesic"
+        "geodesic", or a ``skpose.metrics.Geodesic`` with its parameters: chords, at least two, and where the search
+        starts.
     joint_limits : {"ignore", "enforce"}, default="ignore"
         "enforce" keeps all poses between the ends inside ``skeleton.limits`` (Θ of eq. 2), each limit widened to the
         two ends if they exceed it, as captured poses often do. Joints with three angles then do not turn freely.
@@ -169,7 +162,7 @@ def geodesic(
 
     Returns
     -------
-    Geodesic
+    GeodesicResult
         The path, its length, and how reliable they are.
 
     Warns
@@ -239,11 +232,12 @@ def geodesic(
     """
     first, last = check_pose(start, skeleton, "start"), check_pose(end, skeleton, "end")
     warn_of_degrees(start=first[None], end=last[None])
-    found = shortest_path(first, last, skeleton, n_steps, wrap, joint_limits, max_iter, tol)
+    chosen = require_geodesic(metric, skeleton, "geodesic")
+    found = shortest_path(first, last, skeleton, chosen, joint_limits, max_iter, tol)
     if not found.converged:
         warn(
             f"the geodesic did not converge: length {found.length:.6g} by its chords and {found.curve_length:.6g} as a "
-            f"curve. It is a real path, but may not be the shortest. {_reason(found, n_steps, max_iter, tol)}",
+            f"curve. It is a real path, but may not be the shortest. {_reason(found, chosen.n_steps, max_iter, tol)}",
             ConvergenceWarning,
         )
     return found
@@ -253,24 +247,23 @@ def shortest_path(
     first: np.ndarray,
     last: np.ndarray,
     skeleton: Skeleton,
-    n_steps: int,
-    wrap: bool | str = "auto",
+    metric: Geodesic,
     joint_limits: str = "ignore",
     max_iter: int = MAX_ITER,
     tol: float = TOL,
-) -> Geodesic:
+) -> GeodesicResult:
     """Return the geodesic between two poses, without a warning."""
     tree = tree_of(skeleton)
     begin, target = to_tree_order(tree, first), to_tree_order(tree, last)
-    if wrap:
+    if metric.wrap:
         target = wrapped(tree, target, begin)
     bounds = _bounds(tree, skeleton, begin, target, joint_limits)
-    frees_angles = bool(wrap) and joint_limits == "ignore"
-    curve = path_between(tree, begin, target, n_steps, frees_angles, bounds, max_iter, float(tol))
-    line = _where_not_found(tree, skeleton, first, last, len(curve.poses), bool(wrap), frees_angles)
+    frees_angles = bool(metric.wrap) and joint_limits == "ignore"
+    curve = path_between(tree, begin, target, int(metric.n_steps), frees_angles, bounds, max_iter, float(tol))
+    line = _where_not_found(tree, skeleton, first, last, len(curve.poses), bool(metric.wrap), frees_angles)
     path = from_tree_order(tree, curve.poses, line)
     path[0] = first
-    return Geodesic(
+    return GeodesicResult(
         path=path,
         length=curve.length,
         curve_length=curve.curve_length,
@@ -304,7 +297,7 @@ def _where_not_found(
     return line
 
 
-def _reason(found: Geodesic, n_steps: int, max_iter: int, tol: float) -> str:
+def _reason(found: GeodesicResult, n_steps: int, max_iter: int, tol: float) -> str:
     """Return in words why a geodesic did not converge, and the remedy."""
     if np.isnan(found.gain):
         return (

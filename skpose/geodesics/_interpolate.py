@@ -5,28 +5,28 @@ from numbers import Integral
 
 import numpy as np
 from joblib import effective_n_jobs
-from numpy.typing import ArrayLike
 from sklearn.exceptions import ConvergenceWarning
 
-from skpose._compat.sklearn import Interval, StrOptions, validate_params
+from skpose._compat.sklearn import StrOptions, validate_params
 from skpose._parallel.threads import in_threads
+from skpose._typing import ArrayLike
+from skpose._validation.motions import check_frame_rate
+from skpose._validation.numbers import check_numbers
+from skpose._validation.poses import check_poses
+from skpose._validation.units import warn_of_degrees
 from skpose._warnings import warn
-from skpose.geodesics._geodesic import Geodesic, shortest_path
+from skpose.geodesics._geodesic import GeodesicResult, shortest_path
 from skpose.geodesics._spline import spline_between
-from skpose.kinematics._shared import IS_SKELETON
+from skpose.metrics import Geodesic, Metric
+from skpose.metrics._shared import MEAN_CONSTRAINTS, require_geodesic
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import check_frame_rate, check_numbers, check_poses, warn_of_degrees, without_jumps
+from skpose.skeleton._shared import without_jumps
 
 ON_KEY = 1e-6  # frames between a frame and a key that are at one time
 
 
 @validate_params(
-    {
-        "skeleton": [IS_SKELETON],
-        "method": [StrOptions({"geodesic", "spline"})],
-        "n_steps": [Interval(Integral, 2, None, closed="left")],
-        "n_jobs": [None, Integral],
-    },
+    MEAN_CONSTRAINTS | {"method": [StrOptions({"geodesic", "spline"})], "n_jobs": [None, Integral]},
     prefer_skip_nested_validation=True,
 )
 def interpolate(
@@ -36,7 +36,7 @@ def interpolate(
     *,
     frame_rate: float,
     method: str = "spline",
-    n_steps: int = 10,
+    metric: str | Metric = "geodesic",
     n_jobs: int | None = None,
 ) -> Motion:
     r"""Return a motion through key poses at given times.
@@ -57,8 +57,8 @@ def interpolate(
     method : {"spline", "geodesic"}, default="spline"
         "geodesic" goes along the geodesic to each next key at constant speed; directions and speeds change at the keys.
         "spline" has continuous velocities of the joints, and may swing out further than the keys.
-    n_steps : int, default=10
-        Chords of the geodesics, at least two.
+    metric : str or Metric, default="geodesic"
+        The geodesics from key to key: "geodesic", or a ``skpose.metrics.Geodesic`` with its parameters.
     n_jobs : int, default=None
         Threads, as in scikit-learn.
 
@@ -99,7 +99,7 @@ def interpolate(
     speed may change at keys; so do joints without weight. Where a limb is nearly straight, small movements may need
     large turns: geodesics take them, and the spline adds little to these.
 
-    *Velocities.* They are those of the positions. A geodesic is made of `n_steps` slerps, between which velocities
+    *Velocities.* They are those of the positions. A geodesic is made of n_steps slerps, between which velocities
     change a little; less with more of them.
 
     The time is that of a geodesic for each key, some milliseconds or some tens where it is refined; "spline" takes some
@@ -116,7 +116,8 @@ def interpolate(
     --------
     An arm that goes up, and down again:
 
-    >>> from skpose import Skeleton, interpolate
+    >>> from skpose import Skeleton
+    >>> from skpose.geodesics import interpolate
     >>> arm = Skeleton.chain(1)
     >>> keys, times = [[0.0], [1.0], [0.0]], [0.0, 1.0, 2.0]
     >>> interpolate(keys, times, arm, frame_rate=2, method="geodesic").angles.ravel().round(3)
@@ -129,9 +130,9 @@ def interpolate(
         raise ValueError(f"poses must be at least two key poses, got {len(X)}: one pose is no motion")
     warn_of_degrees(poses=X)
     rate = check_frame_rate(frame_rate)
-    at = _checked_times(times, len(X), rate)
+    at = _check_times(times, len(X), rate)
     n_threads = effective_n_jobs(n_jobs)
-    geodesics = _geodesics(X, skeleton, n_steps, n_threads)
+    geodesics = _geodesics(X, skeleton, require_geodesic(metric, skeleton, "interpolate"), n_threads)
     piece, shares = _places(at, rate)
     in_pieces = [shares[piece == i] for i in range(len(geodesics))]
     if method == "spline":
@@ -144,7 +145,7 @@ def interpolate(
     return Motion(skeleton, without_jumps(skeleton.bones, frames), rate)
 
 
-def _checked_times(times: ArrayLike, n_poses: int, rate: float) -> np.ndarray:
+def _check_times(times: ArrayLike, n_poses: int, rate: float) -> np.ndarray:
     """Return the times of the keys as an array that increases."""
     at = check_numbers(times, "times")
     if at.shape != (n_poses,):
@@ -166,12 +167,12 @@ def _checked_times(times: ArrayLike, n_poses: int, rate: float) -> np.ndarray:
     return at
 
 
-def _geodesics(X: np.ndarray, skeleton: Skeleton, n_steps: int, n_jobs: int) -> list[Geodesic]:
+def _geodesics(X: np.ndarray, skeleton: Skeleton, metric: Geodesic, n_jobs: int) -> list[GeodesicResult]:
     """Return the geodesics from each key to the next; one warning for all that did not converge."""
-    found: dict[int, Geodesic] = {}
+    found: dict[int, GeodesicResult] = {}
 
     def find(i: int) -> None:
-        found[i] = shortest_path(X[i], X[i + 1], skeleton, n_steps)
+        found[i] = shortest_path(X[i], X[i + 1], skeleton, metric)
 
     in_threads((partial(find, i) for i in range(len(X) - 1)), n_jobs)
     n_unconverged = sum(not path.converged for path in found.values())

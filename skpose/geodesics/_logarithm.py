@@ -6,17 +6,21 @@ from typing import NamedTuple
 
 import numpy as np
 from joblib import effective_n_jobs
-from numpy.typing import ArrayLike
 from sklearn.exceptions import ConvergenceWarning
 
-from skpose._compat.sklearn import Interval, validate_params
+from skpose._compat.sklearn import validate_params
 from skpose._compiled.path.exponential import Logarithms, exponential, logarithms_from
 from skpose._compiled.pose.tree import Tree
 from skpose._parallel.threads import in_threads
+from skpose._typing import ArrayLike
+from skpose._validation.numbers import check_numbers
+from skpose._validation.poses import check_is_array, check_pose, check_poses
+from skpose._validation.units import warn_of_degrees
 from skpose._warnings import warn
-from skpose.kinematics._shared import IS_SKELETON, counted_joints, from_tree_order, to_tree_order, tree_of, wrapped
+from skpose.kinematics._shared import counted_joints, from_tree_order, to_tree_order, tree_of, wrapped
+from skpose.metrics import Geodesic, Metric
+from skpose.metrics._shared import MEAN_CONSTRAINTS, require, require_geodesic, why_no_paths
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import check_is_array, check_numbers, check_pose, check_poses, warn_of_degrees
 
 TASK = 8  # poses; some tens of milliseconds
 LARGEST = 1e100  # velocity whose square is finite, m
@@ -65,15 +69,16 @@ class TangentSpace(NamedTuple):
 
 
 @validate_params(
-    {
-        "skeleton": [IS_SKELETON],
-        "n_steps": [Interval(Integral, 2, None, closed="left")],
-        "n_jobs": [None, Integral],
-    },
+    MEAN_CONSTRAINTS | {"n_jobs": [None, Integral]},
     prefer_skip_nested_validation=True,
 )
 def log_map(
-    base: ArrayLike, poses: ArrayLike, skeleton: Skeleton, *, n_steps: int = 10, n_jobs: int | None = None
+    base: ArrayLike,
+    poses: ArrayLike,
+    skeleton: Skeleton,
+    *,
+    metric: str | Metric = "geodesic",
+    n_jobs: int | None = None,
 ) -> np.ndarray:
     r"""Return the first velocities of the geodesics from a pose to others: their logarithms at the pose.
 
@@ -90,8 +95,9 @@ def log_map(
         The poses at which they end.
     skeleton : Skeleton
         The skeleton of the poses.
-    n_steps : int, default=10
-        Chords of the geodesics, at least two. Both maps must have the same.
+    metric : str or Metric, default="geodesic"
+        "geodesic", or a ``skpose.metrics.Geodesic`` with its number of chords, at least two. Both maps must have the
+        same.
     n_jobs : int, default=None
         Threads, as in scikit-learn.
 
@@ -122,9 +128,9 @@ def log_map(
 
     Notes
     -----
-    A geodesic is a path of `n_steps` chords whose second differences are normal to the manifold (eq. 13), found as by
-    `geodesic` [1]_ and, where that had to refine it, once more with `n_steps` chords from there. With P the projection
-    onto the tangent space at the base, the logarithm has the direction of P(F(θ₁) − F(θ₀)) and `n_steps` times the
+    A geodesic is a path of n_steps chords whose second differences are normal to the manifold (eq. 13), found as by
+    `geodesic` [1]_ and, where that had to refine it, once more with n_steps chords from there. With P the projection
+    onto the tangent space at the base, the logarithm has the direction of P(F(θ₁) − F(θ₀)) and n_steps times the
     length of the first chord [2]_. It is as long as ``pose_distances(..., metric="geodesic")`` says up to the
     discretisation, which more steps make smaller: for ten steps mostly some 0.1 %, and several per cent between very
     different poses, where `geodesic` has to refine the path.
@@ -147,7 +153,8 @@ def log_map(
     --------
     The hand of an arm of 1 m that rises by 1 rad leaves upwards, with a velocity of 1 m:
 
-    >>> from skpose import Skeleton, exp_map, log_map
+    >>> from skpose import Skeleton
+    >>> from skpose.geodesics import exp_map, log_map
     >>> arm = Skeleton.chain(1)
     >>> velocity = log_map([0.0], [[1.0]], arm)
     >>> velocity.round(2) + 0.0
@@ -160,6 +167,7 @@ def log_map(
     first = check_pose(base, skeleton, "base")
     X = check_poses(poses, skeleton, "poses").astype(np.float64)
     warn_of_degrees(base=first[None], poses=X)
+    n_steps = require_logarithms(metric, skeleton, "log_map").n_steps
     space = TangentSpace(skeleton, first, n_steps, effective_n_jobs(n_jobs))
     scaled, n_unconverged = space.logarithms(X)
     if n_unconverged:
@@ -172,15 +180,16 @@ def log_map(
 
 
 @validate_params(
-    {
-        "skeleton": [IS_SKELETON],
-        "n_steps": [Interval(Integral, 2, None, closed="left")],
-        "n_jobs": [None, Integral],
-    },
+    MEAN_CONSTRAINTS | {"n_jobs": [None, Integral]},
     prefer_skip_nested_validation=True,
 )
 def exp_map(
-    base: ArrayLike, velocities: ArrayLike, skeleton: Skeleton, *, n_steps: int = 10, n_jobs: int | None = None
+    base: ArrayLike,
+    velocities: ArrayLike,
+    skeleton: Skeleton,
+    *,
+    metric: str | Metric = "geodesic",
+    n_jobs: int | None = None,
 ) -> np.ndarray:
     r"""Follow geodesics from a pose with given first velocities; return the poses where they are after a unit of time.
 
@@ -195,8 +204,9 @@ def exp_map(
         projected onto the tangent space.
     skeleton : Skeleton
         The skeleton of the poses.
-    n_steps : int, default=10
-        Chords of the geodesics, at least two. Both maps must have the same.
+    metric : str or Metric, default="geodesic"
+        "geodesic", or a ``skpose.metrics.Geodesic`` with its number of chords, at least two. Both maps must have the
+        same.
     n_jobs : int, default=None
         Threads, as in scikit-learn.
 
@@ -226,7 +236,7 @@ def exp_map(
     Notes
     -----
     The chord to the next pose and the last one have the same tangential part at the pose between, and the first chord
-    is as long as the velocity divided by `n_steps` [1]_. So ``exp_map(base, log_map(base, X, skeleton), skeleton)`` has
+    is as long as the velocity divided by n_steps [1]_. So ``exp_map(base, log_map(base, X, skeleton), skeleton)`` has
     the joints where X has them, up to rounding in well-posed cases. Errors grow where paths pass straight limbs, and
     with the distance; ``benchmarks/tangent.py`` measures them. Angles that move no joint are not those of X.
 
@@ -241,7 +251,8 @@ def exp_map(
     Examples
     --------
     >>> import numpy as np
-    >>> from skpose import Skeleton, exp_map
+    >>> from skpose import Skeleton
+    >>> from skpose.geodesics import exp_map
     >>> arm = Skeleton.chain(2)  # bones of 1 m
     >>> rising = np.array([[[0.0, 1.0, 0.0], [0.0, 2.0, 0.0]]])  # both joints, m
     >>> exp_map([0.0, 0.0], rising, arm).round(2) + 0.0
@@ -259,6 +270,7 @@ def exp_map(
         )
     if not (np.abs(given) <= LARGEST).all():  # NaN too
         raise ValueError(f"velocities must be finite numbers below {LARGEST:g} m, got NaN, infinity or a larger one")
+    n_steps = require_logarithms(metric, skeleton, "exp_map").n_steps
     space = TangentSpace(skeleton, first, n_steps, effective_n_jobs(n_jobs))
     poses, n_missed = space.exponentials(from_joints(skeleton, given))
     if n_missed:
@@ -269,6 +281,20 @@ def exp_map(
             ConvergenceWarning,
         )
     return poses
+
+
+def require_logarithms(metric: str | Metric, skeleton: Skeleton, user: str) -> Geodesic:
+    """Return the metric whose geodesics have logarithms: those of angles that are wrapped."""
+    chosen = require_geodesic(metric, skeleton, user)
+    require(chosen, user, "logarithms of poses", why_no_logarithms)
+    return chosen
+
+
+def why_no_logarithms(metric: Metric) -> str:
+    """Return why poses have no logarithms under a metric; empty where they have."""
+    if isinstance(metric, Geodesic) and not metric.wrap:
+        return "they are those of poses whose differences are wrapped, not of wrap=False"
+    return why_no_paths(metric)
 
 
 def to_joints(skeleton: Skeleton, scaled: np.ndarray) -> np.ndarray:

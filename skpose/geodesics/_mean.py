@@ -3,19 +3,22 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose._compat.sklearn import validate_params
+from skpose._typing import ArrayLike
+from skpose._validation.poses import check_poses
+from skpose._validation.units import warn_of_degrees
 from skpose._warnings import warn
 from skpose.geodesics._descent import MEAN
-from skpose.geodesics._given import CONSTRAINTS, Given
+from skpose.geodesics._given import CONSTRAINTS, Given, minimise
+from skpose.metrics import Metric
+from skpose.metrics._shared import require_means, resolve
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import check_poses, warn_of_degrees
 
 
 @dataclass(frozen=True, eq=False)
-class FrechetMean:
+class FrechetMeanResult:
     """A mean of poses, as `frechet_mean` finds it.
 
     Attributes
@@ -37,7 +40,8 @@ class FrechetMean:
 
     Examples
     --------
-    >>> from skpose import Skeleton, frechet_mean
+    >>> from skpose import Skeleton
+    >>> from skpose.geodesics import frechet_mean
     >>> frechet_mean([[0.0], [1.0]], Skeleton.chain(1)).pose.round(3)
     array([0.5])
     """
@@ -50,7 +54,7 @@ class FrechetMean:
 
     def __repr__(self) -> str:
         state = "converged" if self.converged else "not converged"
-        return f"FrechetMean(variance={self.variance:.4g}, {state} in {self.n_iter} iterations)"
+        return f"FrechetMeanResult(variance={self.variance:.4g}, {state} in {self.n_iter} iterations)"
 
 
 @validate_params(CONSTRAINTS, prefer_skip_nested_validation=True)
@@ -58,14 +62,12 @@ def frechet_mean(
     X: ArrayLike,
     skeleton: Skeleton,
     *,
-    metric: str = "position",
+    metric: str | Metric = "position",
     sample_weight: ArrayLike | None = None,
-    n_steps: int = 10,
-    wrap: bool | str = "auto",
     max_iter: int = 200,
     tol: float = 1e-3,
     n_jobs: int | None = None,
-) -> FrechetMean:
+) -> FrechetMeanResult:
     r"""Return the pose with the least mean squared distance to given poses.
 
     The mean of the joint *positions* is no pose: its limbs are too short (figure 1 (b) of the paper). This one is a
@@ -85,17 +87,12 @@ def frechet_mean(
         Joint angles, rad.
     skeleton : Skeleton
         The skeleton of the poses.
-    metric : {"angle", "position", "rotation", "spatial", "geodesic"}, default="position"
-        The distance, see `pose_distances`.
+    metric : str or Metric, default="position"
+        The distance, see `pose_distances`: one that has means. "auto" is "position". Under ``Angle(wrap=True)`` the
+        mean is one of directions.
     sample_weight : array-like of shape (n_poses,), default=None
         Weights of the poses, which are divided by their sum; None is equal ones. Poses of weight zero are left out,
         and cost nothing.
-    n_steps : int, default=10
-        Steps of lines and geodesics; of no effect for "angle", "position" and "rotation".
-    wrap : bool or "auto", default="auto"
-        Whether lines, and the lines that geodesics start from, are those whose differences of angles are wrapped to
-        [−π, π], see `skpose.pose_distances`; "auto" is True for both. For "angle" it is False; True makes the mean one
-        of directions. Of no effect for "position" and "rotation", which whole turns do not change.
     max_iter : int, default=200
         Iterations at most.
     tol : float, default=1e-3
@@ -106,7 +103,7 @@ def frechet_mean(
 
     Returns
     -------
-    FrechetMean
+    FrechetMeanResult
         The pose, the variance, and how far to trust it.
 
     Warns
@@ -120,7 +117,8 @@ def frechet_mean(
     Raises
     ------
     ValueError
-        For poses of the wrong width, out of order by name or not finite; for weights that are negative or all zero.
+        For poses of the wrong width, out of order by name or not finite; for weights that are negative or all zero; for
+        a metric that has no means.
 
     See Also
     --------
@@ -141,7 +139,7 @@ def frechet_mean(
     as for every Karcher mean, damped, combined with those before as D. G. Anderson does [4]_, and halved while it
     brings the poses no nearer. Each path is kept, and is minimised from where it was when the mean moves: one or a
     few milliseconds a pose and iteration, and more where a path has to be refined. The first search takes a few
-    milliseconds, some tens where poses are far apart. The logarithms are those of geodesics of `n_steps` chords, which
+    milliseconds, some tens where poses are far apart. The logarithms are those of geodesics of n_steps chords, which
     makes an error of some 0.1 % of their length.
 
     *"rotation"* takes the same steps, along the mean of the rotations from each bone to those of the poses.
@@ -167,7 +165,8 @@ def frechet_mean(
     An arm that swings up and down: the mean of its positions would be 0.84 m long.
 
     >>> import numpy as np
-    >>> from skpose import Skeleton, forward_kinematics, frechet_mean
+    >>> from skpose import Skeleton, forward_kinematics
+    >>> from skpose.geodesics import frechet_mean
     >>> arm = Skeleton.chain(1)
     >>> X = np.linspace(-1, 1, 101)[:, None]
     >>> float(np.linalg.norm(forward_kinematics(X, arm).mean(axis=0)).round(2))
@@ -180,16 +179,19 @@ def frechet_mean(
     """
     X = check_poses(X, skeleton, "X").astype(np.float64)
     warn_of_degrees(X=X)
-    given = Given.of(X, skeleton, sample_weight)
-    if metric == "position":
-        found = given.extrinsic_mean(max_iter)
+    given, chosen = Given.of(X, skeleton, sample_weight), resolve(metric, skeleton, auto="position")
+    require_means(chosen, "frechet_mean")
+    direct = chosen.direct_means(given.X, skeleton)
+    if direct is not None:
+        found = direct.mean(given.weights, max_iter)
         reason = "" if found.converged else _reason(found.n_iter, max_iter)
-        mean = FrechetMean(found.pose, found.variance, found.gradient_norm, found.n_iter, not reason)
+        mean = FrechetMeanResult(found.pose, found.variance, found.gradient_norm, found.n_iter, not reason)
     else:
-        poses, start, others = given.viewed(metric, n_steps, wrap, n_jobs)
-        spread, n_iter, reason = given.minimised(poses, start, MEAN, max_iter, tol)
-        pose = given.columns_of(metric, spread.pose, others)
-        mean = FrechetMean(pose, spread.value, spread.norm, n_iter, not reason)
+        sample = given.sample(chosen, n_jobs)
+        start, others = sample.start()
+        spread, n_iter, reason = minimise(chosen, sample, start, MEAN, max_iter, tol)
+        pose = sample.columns(spread.pose, others)
+        mean = FrechetMeanResult(pose, spread.value, spread.norm, n_iter, not reason)
     if reason:
         warn(
             f"the mean did not converge, its gradient_norm is {mean.gradient_norm:.2g}, but it is a pose: {reason}",

@@ -3,19 +3,22 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose._compat.sklearn import validate_params
+from skpose._typing import ArrayLike
+from skpose._validation.poses import check_poses
+from skpose._validation.units import warn_of_degrees
 from skpose._warnings import warn
 from skpose.geodesics._descent import MEDIAN, descend
-from skpose.geodesics._given import CONSTRAINTS, Given
+from skpose.geodesics._given import CONSTRAINTS, Given, minimise
+from skpose.metrics import Metric, Position
+from skpose.metrics._shared import require_means, resolve
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import check_poses, warn_of_degrees
 
 
 @dataclass(frozen=True, eq=False)
-class GeometricMedian:
+class GeometricMedianResult:
     """A median of poses, as `geometric_median` finds it.
 
     Attributes
@@ -35,7 +38,8 @@ class GeometricMedian:
 
     Examples
     --------
-    >>> from skpose import Skeleton, geometric_median
+    >>> from skpose import Skeleton
+    >>> from skpose.geodesics import geometric_median
     >>> geometric_median([[0.0], [0.1], [2.0]], Skeleton.chain(1)).pose.round(3)
     array([0.1])
     """
@@ -48,7 +52,7 @@ class GeometricMedian:
 
     def __repr__(self) -> str:
         state = "converged" if self.converged else "not converged"
-        return f"GeometricMedian(deviation={self.deviation:.4g}, {state} in {self.n_iter} iterations)"
+        return f"GeometricMedianResult(deviation={self.deviation:.4g}, {state} in {self.n_iter} iterations)"
 
 
 @validate_params(CONSTRAINTS, prefer_skip_nested_validation=True)
@@ -56,14 +60,12 @@ def geometric_median(
     X: ArrayLike,
     skeleton: Skeleton,
     *,
-    metric: str = "position",
+    metric: str | Metric = "position",
     sample_weight: ArrayLike | None = None,
-    n_steps: int = 10,
-    wrap: bool | str = "auto",
     max_iter: int = 200,
     tol: float = 1e-3,
     n_jobs: int | None = None,
-) -> GeometricMedian:
+) -> GeometricMedianResult:
     r"""Return the pose with the least mean distance to given poses: a robust mean.
 
     .. math:: \arg\min_\theta \sum_i w_i \, d(\theta, \theta_i)
@@ -78,15 +80,11 @@ def geometric_median(
         Joint angles, rad.
     skeleton : Skeleton
         The skeleton of the poses.
-    metric : {"angle", "position", "rotation", "spatial", "geodesic"}, default="position"
-        The distance d, see `pose_distances`.
+    metric : str or Metric, default="position"
+        The distance d, see `pose_distances`: one that has means. "auto" is "position".
     sample_weight : array-like of shape (n_poses,), default=None
         Weights of the poses, which are divided by their sum; None is equal ones. Poses of weight zero are left out,
         and cost nothing.
-    n_steps : int, default=10
-        Steps of lines and geodesics; of no effect for "angle", "position" and "rotation".
-    wrap : bool or "auto", default="auto"
-        Whether differences of angles are wrapped to [−π, π], see `frechet_mean`.
     max_iter : int, default=200
         Iterations at most.
     tol : float, default=1e-3
@@ -96,7 +94,7 @@ def geometric_median(
 
     Returns
     -------
-    GeometricMedian
+    GeometricMedianResult
         The pose, the mean distance, and how far to trust it.
 
     Warns
@@ -137,7 +135,8 @@ def geometric_median(
     An arm that hangs, and three of ten frames where it was tracked wrongly:
 
     >>> import numpy as np
-    >>> from skpose import Skeleton, frechet_mean, geometric_median
+    >>> from skpose import Skeleton
+    >>> from skpose.geodesics import frechet_mean, geometric_median
     >>> X = np.append(np.linspace(-0.1, 0.1, 7), [1.5, 1.6, 1.7])[:, None]
     >>> arm = Skeleton.chain(1)
     >>> median = geometric_median(X, arm)
@@ -146,14 +145,15 @@ def geometric_median(
     """
     X = check_poses(X, skeleton, "X").astype(np.float64)
     warn_of_degrees(X=X)
-    given = Given.of(X, skeleton, sample_weight)
-    poses, start, others = given.viewed(metric, n_steps, wrap, n_jobs)
-    if metric not in ("angle", "position"):
-        placed, _, _ = given.viewed("position", n_steps, wrap, n_jobs)
-        start = descend(placed, start, MEDIAN, max_iter, tol)[0].pose
-    spread, n_iter, reason = given.minimised(poses, start, MEDIAN, max_iter, tol)
-    pose = given.columns_of(metric, spread.pose, others)
-    median = GeometricMedian(pose, spread.value, spread.norm, n_iter, not reason)
+    given, chosen = Given.of(X, skeleton, sample_weight), resolve(metric, skeleton, auto="position")
+    require_means(chosen, "geometric_median")
+    sample = given.sample(chosen, n_jobs)
+    start, others = sample.start()
+    if chosen.needs_skeleton and chosen != Position():
+        start = descend(given.sample(Position(), n_jobs), start, MEDIAN, max_iter, tol)[0].pose
+    spread, n_iter, reason = minimise(chosen, sample, start, MEDIAN, max_iter, tol)
+    pose = sample.columns(spread.pose, others)
+    median = GeometricMedianResult(pose, spread.value, spread.norm, n_iter, not reason)
     if reason:
         warn(
             f"the median did not converge, its gradient_norm is {median.gradient_norm:.2g}, but it is a pose: {reason}",

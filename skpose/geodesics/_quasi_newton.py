@@ -8,25 +8,25 @@ import numpy as np
 from scipy.optimize import minimize
 
 from skpose.geodesics._descent import DAMPING, KINK, MEDIAN, Spread, at_pose_if_lower, spread_from
-from skpose.geodesics._line_view import LinePoses
+from skpose.metrics._shared import Sample
 
 HALVINGS = 12  # of a step along the gradient, where BFGS ends at a jump
 LEAST_DECREASE = 0.1  # of the sum, relative, over the square of the tolerance, for which the search goes on
 
 
-def minimise_sum(poses: LinePoses, pose: np.ndarray, power: int, max_iter: int, tol: float) -> tuple[Spread, int, str]:
+def minimise_sum(sample: Sample, pose: np.ndarray, power: int, max_iter: int, tol: float) -> tuple[Spread, int, str]:
     """Minimise the sum from a pose on, or from a given one where that is better, and never to a larger sum.
 
     Return the last spread, the iterations and why it did not converge; the reason is empty if it did.
     """
-    here = spread_from(poses, pose, power)
-    candidate, objective = poses.best_pose(power)
+    here = spread_from(sample, pose, power)
+    candidate, objective = sample.best_pose(power)
     if objective < here.objective:
-        here = spread_from(poses, candidate, power)
+        here = spread_from(sample, candidate, power)
     n_iter, tried, kept = 0, set[int](), 1.0 - LEAST_DECREASE * tol**2
     while True:
         if power == MEDIAN:
-            here = at_pose_if_lower(poses, here, tried)
+            here = at_pose_if_lower(sample, here, tried)
         if here.relative_norm <= tol:
             return here, n_iter, ""
         if n_iter >= max_iter:
@@ -34,7 +34,7 @@ def minimise_sum(poses: LinePoses, pose: np.ndarray, power: int, max_iter: int, 
         sizes = (here.root**2).sum(axis=1, keepdims=True)  # eigenvalues of the metric tensor, of its vectors' multiples
         steps = (here.root / np.sqrt(sizes * (sizes + DAMPING * sizes.max()))).T
         found = minimize(
-            poses.sum_along,
+            sample.sum_along,
             np.zeros(steps.shape[1]),
             args=(here.pose, steps, power),
             method="BFGS",
@@ -42,9 +42,9 @@ def minimise_sum(poses: LinePoses, pose: np.ndarray, power: int, max_iter: int, 
             options={"maxiter": max_iter - n_iter, "gtol": 0.5 * tol * here.scale, "norm": 2},
         )
         n_iter += max(1, int(found.nit))
-        there = spread_from(poses, poses.moved(here.pose, steps @ found.x), power)
+        there = spread_from(sample, sample.retract(here.pose, steps @ found.x), power)
         if there.objective > kept * here.objective:
-            there = _across(poses, there if there.objective < here.objective else here, power)
+            there = _across(sample, there if there.objective < here.objective else here, power)
         if there.objective > kept * here.objective:
             break
         here = there
@@ -60,10 +60,10 @@ def minimise_sum(poses: LinePoses, pose: np.ndarray, power: int, max_iter: int, 
     )
 
 
-def _across(poses: LinePoses, here: Spread, power: int) -> Spread:
+def _across(sample: Sample, here: Spread, power: int) -> Spread:
     """Return the spread where a step along the gradient lowers the sum, over a jump maybe, or else the same one."""
     for halving in range(HALVINGS):
-        trial = spread_from(poses, poses.moved(here.pose, here.step / 2**halving), power)
+        trial = spread_from(sample, sample.retract(here.pose, here.step / 2**halving), power)
         if trial.objective < here.objective:
             return trial
     return here

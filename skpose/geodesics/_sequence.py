@@ -5,32 +5,30 @@ from numbers import Integral
 
 import numpy as np
 from joblib import effective_n_jobs
-from numpy.typing import ArrayLike
 from sklearn.exceptions import ConvergenceWarning
 
-from skpose._compat.sklearn import Interval, StrOptions, validate_params
+from skpose._compat.sklearn import validate_params
 from skpose._compiled.path.geodesic import TOL
 from skpose._compiled.path.kept_paths import Search, follow_geodesics
 from skpose._compiled.pose.tree import Tree
 from skpose._parallel.threads import in_threads
+from skpose._typing import ArrayLike
+from skpose._validation.poses import check_poses
+from skpose._validation.units import warn_of_degrees
 from skpose._warnings import warn
-from skpose.geodesics._geodesic_view import TASK, no_geodesics, no_paths
-from skpose.kinematics._shared import IS_SKELETON, to_tree_order, tree_of, weighted_positions, wrapped
+from skpose.kinematics._shared import to_tree_order, tree_of, weighted_positions, wrapped
+from skpose.metrics import Metric
+from skpose.metrics._shared import MEAN_CONSTRAINTS, no_geodesics, no_paths, require_geodesic
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import check_poses, warn_of_degrees
 
 # Share of the distance by which a pose may have moved since its path was searched. With more, more of the paths end in
 # other minima than a search would; with less, more of them are searched.
+TASK = 8  # poses; some tens of milliseconds a frame
 NEAR = 0.1
 
 
 @validate_params(
-    {
-        "skeleton": [IS_SKELETON],
-        "n_steps": [Interval(Integral, 2, None, closed="left")],
-        "wrap": ["boolean", StrOptions({"auto"})],
-        "n_jobs": [None, Integral],
-    },
+    MEAN_CONSTRAINTS | {"n_jobs": [None, Integral]},
     prefer_skip_nested_validation=True,
 )
 def geodesic_distances(
@@ -38,8 +36,7 @@ def geodesic_distances(
     poses: ArrayLike,
     skeleton: Skeleton,
     *,
-    n_steps: int = 10,
-    wrap: bool | str = "auto",
+    metric: str | Metric = "geodesic",
     n_jobs: int | None = None,
 ) -> np.ndarray:
     """Compute geodesic distances from the frames of a motion to poses, each path from that of the frame before.
@@ -57,10 +54,9 @@ def geodesic_distances(
         The other poses, in any order.
     skeleton : Skeleton
         The skeleton of all poses.
-    n_steps : int, default=10
-        Chords of the geodesics, see `geodesic`.
-    wrap : bool or "auto", default="auto"
-        Whether differences of angles are wrapped to [−π, π], see `skpose.pose_distances`; "auto" is True.
+    metric : str or Metric, default="geodesic"
+        "geodesic", or a ``skpose.metrics.Geodesic`` with its parameters: chords, at least two, and where the search
+        starts.
     n_jobs : int, default=None
         Threads, as in scikit-learn. The distances do not depend on it.
 
@@ -99,12 +95,13 @@ def geodesic_distances(
     symmetric is one for `pose_distances`.
 
     Between the millisecond that a followed path takes and the two to twenty of a search for each distance. Memory: the
-    result, copies of the poses, and paths of up to 4 n_steps poses for eight columns a thread.
+    result, copies of the poses, and paths of up to four times n_steps poses for eight columns a thread.
 
     Examples
     --------
     >>> import numpy as np
-    >>> from skpose import geodesic_distances, pose_distances
+    >>> from skpose import pose_distances
+    >>> from skpose.geodesics import geodesic_distances
     >>> from skpose.datasets import make_gait
     >>> walk = make_gait(n_subjects=1, n_sequences=1, duration=1.0, frame_rate=30, random_state=0)[0]
     >>> standing = np.zeros((1, walk.skeleton.n_dofs))
@@ -120,7 +117,8 @@ def geodesic_distances(
     positions = weighted_positions(X, skeleton)
     frames, ends = to_tree_order(tree, X), to_tree_order(tree, Y)
     lengths, converged = np.empty((len(X), len(Y))), np.empty((len(X), len(Y)), dtype=bool)
-    search = Search(n_steps, bool(wrap), 0.0, TOL)
+    chosen = require_geodesic(metric, skeleton, "geodesic_distances")
+    search = Search(int(chosen.n_steps), bool(chosen.wrap), 0.0, TOL)
 
     def follow(columns: slice) -> None:
         found = lengths[:, columns], converged[:, columns]

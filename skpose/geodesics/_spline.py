@@ -22,9 +22,8 @@ import numpy as np
 from skpose._compiled.path.exponential import tangent_space
 from skpose._compiled.pose.tree import Tree
 from skpose._parallel.threads import in_threads
-from skpose.geodesics._charts import jacobian_at, moved
-from skpose.geodesics._geodesic import Geodesic
-from skpose.kinematics._shared import from_tree_order, to_tree_order, tree_of, weighted_positions
+from skpose.geodesics._geodesic import GeodesicResult
+from skpose.kinematics._shared import from_tree_order, jacobian_at, retract, to_tree_order, tree_of, weighted_positions
 from skpose.skeleton import Skeleton
 
 NEAR_END = 1e-4  # share of a geodesic's length from its ends to poses that give its first and its last velocity
@@ -37,7 +36,7 @@ ORTHONORMAL = 2  # iterations after which products of two bases are so, up to 1e
 class Piece(NamedTuple):
     """The geodesic from one key to the next, as what a spline needs of it; bases are those of tangent spaces."""
 
-    path: Geodesic
+    path: GeodesicResult
     first: np.ndarray  # (n, rank) basis at the first key
     last: np.ndarray
     leaving: np.ndarray  # (rank,) first velocity per unit of s, in the basis
@@ -46,7 +45,7 @@ class Piece(NamedTuple):
 
 
 def spline_between(
-    geodesics: list[Geodesic], spans: np.ndarray, shares: list[np.ndarray], skeleton: Skeleton, n_jobs: int
+    geodesics: list[GeodesicResult], spans: np.ndarray, shares: list[np.ndarray], skeleton: Skeleton, n_jobs: int
 ) -> list[np.ndarray]:
     """Return poses between keys.
 
@@ -99,7 +98,7 @@ def natural_slopes(pieces: list[Piece], spans: np.ndarray) -> list[np.ndarray]:
     return slopes[::-1]
 
 
-def _piece(path: Geodesic, skeleton: Skeleton) -> Piece:
+def _piece(path: GeodesicResult, skeleton: Skeleton) -> Piece:
     """Return what the spline needs of a geodesic."""
     tree = tree_of(skeleton)
     shares = np.linspace(0.0, 1.0, len(path.path))
@@ -164,7 +163,7 @@ def _displaced(tree: Tree, pose: np.ndarray, displacement: np.ndarray) -> np.nda
     inverse, turns = np.linalg.inv(matrix), np.zeros(len(matrix))
     for _ in range(SOLUTIONS):
         turns += inverse @ (jacobian.T @ (displacement - jacobian @ turns))
-    return moved(tree, pose, turns, True)
+    return retract(tree, pose, turns, True)
 
 
 def _carried(vector: np.ndarray, steps: list[np.ndarray]) -> list[np.ndarray]:

@@ -6,12 +6,13 @@ from typing import Any, Literal
 
 import numpy as np
 
-from skpose.io._arguments import Readable, check_positive
+from skpose._validation.motions import check_frame_rate, check_up
+from skpose._validation.options import check_positive
+from skpose.io._arguments import Readable
 from skpose.io._error import MocapFormatError
 from skpose.io._npz import Archive, read_array
 from skpose.io._source import Source
 from skpose.keypoints import Keypoints, Layout, layouts
-from skpose.skeleton._shared import check_frame_rate, check_up
 
 POSITIONS = "positions", "keypoints"
 CONFIDENCES = "confidences", "scores"
@@ -147,7 +148,7 @@ def _from_archive(source: Source) -> tuple[np.ndarray, np.ndarray | None, float 
         if not (rate > 0 and np.isfinite(1.0 / rate)):
             raise source.error(f"{found}: expected a positive number, found {rate:g}")
     if NAMES in file.keys:
-        names = file.texts(NAMES)
+        names = file.texts(NAMES, (None,))
     return array, confidences, rate, names
 
 

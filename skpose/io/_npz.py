@@ -1,18 +1,16 @@
 """Arrays of .npz files, zip archives of numpy's arrays, and of .npy files, with nothing ever unpickled.
 
 An entry is checked by its header before its data are read: kind of numbers, shape, and that the data are as long as
-these require. So memory is at most what a header of an expected shape states. Entries that nobody asks for are not
-opened.
+these require. numpy.load first allocates what a header states, which in a file of 300 bytes may be 80 GB. Entries that
+nobody asks for are not opened.
 """
 
 import errno
-import gzip
+import io
 import math
 import re
-import struct
 import zipfile
-import zlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import IO, NamedTuple
 
@@ -21,32 +19,16 @@ import numpy as np
 from skpose.io._error import MocapFormatError
 from skpose.io._source import Source
 
-try:
-    from lzma import LZMAError
-except ImportError:  # this Python cannot decompress it
-    OF_LZMA: tuple[type[Exception], ...] = ()
-else:
-    OF_LZMA = (LZMAError,)
-
 MAGIC = re.compile(rb"\x93NUMPY[\x01\x02]\x00")
 LONGEST_HEADER = 1000  # characters; numpy writes 118 for plain numbers
 HEADER = re.compile(
     rb"\{'descr': '([<>|=]?[A-Za-z]\d*)', 'fortran_order': (False|True), 'shape': \(([\dL, ]*)\),? ?\}\s*"
 )
-DAMAGE: tuple[type[Exception], ...] = (
-    zipfile.BadZipFile,
-    gzip.BadGzipFile,
-    zlib.error,
-    *OF_LZMA,
-    struct.error,
-    EOFError,
-    ValueError,
-    OverflowError,
-    KeyError,
-)
+NUMBERS, TEXTS = ("numbers", "fiu"), ("texts", "SU")  # the kinds of dtypes
 # A position before the start, which a damaged table of contents states; bzip2's error on its data has no number.
 DAMAGE_OF_SYSTEM = errno.EINVAL, None
-UNSUPPORTED = RuntimeError, NotImplementedError  # a password, another compression
+
+Shape = Sequence[int | None]  # that is expected; None is any length
 
 
 class Header(NamedTuple):
@@ -55,14 +37,6 @@ class Header(NamedTuple):
     dtype: np.dtype
     fortran_order: bool
     shape: tuple[int, ...]
-
-    @property
-    def n_bytes(self) -> int:
-        return math.prod(self.shape) * self.dtype.itemsize
-
-    def array(self, data: bytes) -> np.ndarray:
-        """Return bytes as the array."""
-        return np.ndarray(self.shape, self.dtype, data, order="F" if self.fortran_order else "C")
 
 
 class Archive:
@@ -80,101 +54,49 @@ class Archive:
         if source.binary != "zip":
             raise source.error("expected an .npz file, a zip archive of numpy's arrays; this is none, or is damaged")
         self.source, self._pickled = source, f". {pickled}" if pickled else ""
-        with self._damage("the archive"):
+        with _damage(source, "the archive"):
             self._zip = zipfile.ZipFile(source.seekable())
             self.keys = {name.removesuffix(".npy") for name in self._zip.namelist() if name.endswith(".npy")}
 
     def shape(self, key: str) -> tuple[int, ...]:
-        """Return the shape of an array of numbers, from its header alone."""
-        with self._opened(key) as member:
-            return self._header(key, member).shape
+        """Return the shape of an array, from its header alone."""
+        with self._opened(key) as (member, length):
+            return _read_header(self.source, key, member, length, self._pickled).shape
 
-    def numbers(self, key: str, *shapes: Sequence[int | None], finite: bool = True) -> np.ndarray:
-        """Return an array of finite numbers as float64, if its shape is one of these; None is any length."""
-        with self._opened(key) as member:
-            header = self._header(key, member)
-            check_numbers(self.source, key, header, *shapes)
-            array = as_float64(self._data(key, member, header))
+    def numbers(self, key: str, *shapes: Shape, finite: bool = True) -> np.ndarray:
+        """Return an array of finite numbers as float64, if its shape is one of these."""
+        array = as_float64(self._read(key, NUMBERS, shapes))
         if finite and not np.isfinite(array).all():
             index = tuple(np.argwhere(~np.isfinite(array))[0].tolist())
             raise self.source.error(f"{key}: expected finite numbers, found {array[index]} at index {_shown(index)}")
         return array
 
-    def texts(self, key: str) -> list[str]:
-        """Return an array of texts of one dimension, of characters or of bytes."""
-        with self._opened(key) as member:
-            header = self._header(key, member)
-            if header.dtype.kind not in "SU" or len(header.shape) != 1:
-                raise self.source.error(
-                    f"{key}: expected texts, shape (n,), found dtype {header.dtype} and shape {_shown(header.shape)}"
-                )
-            values = self._data(key, member, header).tolist()
+    def texts(self, key: str, *shapes: Shape) -> list[str]:
+        """Return all texts of an array, of characters or of bytes, if its shape is one of these."""
+        values = self._read(key, TEXTS, shapes).ravel().tolist()
         return [value.decode("utf-8", errors="replace") if isinstance(value, bytes) else value for value in values]
 
-    def text(self, key: str) -> str:
-        """Return an array of one text, of characters or of bytes."""
-        with self._opened(key) as member:
-            header = self._header(key, member)
-            if header.dtype.kind not in "SU" or math.prod(header.shape) != 1:
-                raise self.source.error(
-                    f"{key}: expected one text, found dtype {header.dtype} and shape {_shown(header.shape)}"
-                )
-            value = self._data(key, member, header).item()
-        return value.decode("utf-8", errors="replace") if isinstance(value, bytes) else value
+    def _read(self, key: str, kind: tuple[str, str], shapes: Sequence[Shape]) -> np.ndarray:
+        with self._opened(key) as (member, length):
+            return _read(self.source, key, member, length, kind, shapes, self._pickled)
 
     @contextmanager
-    def _opened(self, key: str) -> Iterator[IO[bytes]]:
-        """Open the entry of a key for reading."""
+    def _opened(self, key: str) -> Iterator[tuple[IO[bytes], int]]:
+        """Open the entry of a key for reading, and say how long it is."""
         if key not in self.keys:
             raise self.source.error(f"it has no {key}; its keys are {', '.join(sorted(self.keys)) or 'none'}")
-        with self._damage(key), self._zip.open(f"{key}.npy") as member:
-            yield member
-
-    def _header(self, key: str, member: IO[bytes]) -> Header:
-        """Read the header of an entry and check it against the entry's length."""
-        header = read_header(self.source, key, member.read, self._pickled)
-        length = self._zip.getinfo(f"{key}.npy").file_size - member.tell()
-        if length != header.n_bytes:
-            raise wrong_length(self.source, key, header, str(length))
-        return header
-
-    def _data(self, key: str, member: IO[bytes], header: Header) -> np.ndarray:
-        """Read the array after its header."""
-        data = member.read(header.n_bytes)  # to the end of the entry, where its checksum is compared
-        if len(data) != header.n_bytes:
-            raise wrong_length(self.source, key, header, str(len(data)))
-        return header.array(data)
-
-    @contextmanager
-    def _damage(self, key: str) -> Iterator[None]:
-        """Turn the errors of a damaged archive into one that names the file and the entry."""
-        try:
-            yield
-        except MocapFormatError:
-            raise
-        except DAMAGE as error:
-            raise self.source.error(f"{key}: damaged or cut short: {error}") from None
-        except UNSUPPORTED as error:
-            raise self.source.error(
-                f"{key}: cannot be decompressed: {error}; numpy.savez writes it so that it can"
-            ) from None
-        except OSError as error:
-            if error.errno not in DAMAGE_OF_SYSTEM:
-                raise
-            raise self.source.error(f"{key}: damaged or cut short: {error}") from None
+        with _damage(self.source, key), self._zip.open(f"{key}.npy") as member:
+            yield member, self._zip.getinfo(f"{key}.npy").file_size
 
 
-def read_array(source: Source, *shapes: Sequence[int | None]) -> np.ndarray:
-    """Return the numbers of an open .npy file as float64, if its shape is one of these; None is any length."""
+def read_array(source: Source, *shapes: Shape) -> np.ndarray:
+    """Return the numbers of an open .npy file as float64, if its shape is one of these."""
     if source.binary != "npy":
         raise source.error("expected an .npy file, an array in numpy's format; this is none, or is damaged")
-    header = read_header(source, "the array", source.read, "")
-    check_numbers(source, "the array", header, *shapes)
-    data = source.read(header.n_bytes + 1)
-    if len(data) != header.n_bytes:
-        found = str(len(data)) if len(data) < header.n_bytes else "more"
-        raise wrong_length(source, "the array", header, found)
-    return as_float64(header.array(data))
+    file = source.seekable()
+    length = file.seek(0, io.SEEK_END)
+    file.seek(0)
+    return as_float64(_read(source, "the array", file, length, NUMBERS, shapes))
 
 
 def as_float64(array: np.ndarray) -> np.ndarray:
@@ -183,13 +105,45 @@ def as_float64(array: np.ndarray) -> np.ndarray:
         return array.astype(np.float64)
 
 
-def read_header(source: Source, key: str, read: Callable[[int], bytes], pickled: str) -> Header:
-    """Read the header of an array, of plain numbers or texts; `pickled` is what to do where it is a pickled object."""
-    start = read(8)
+@contextmanager
+def _damage(source: Source, key: str) -> Iterator[None]:
+    """Turn the errors of zipfile and of all that decompress, of a dozen types, into one that names file and entry."""
+    try:
+        yield
+    except Exception as error:
+        of_system = isinstance(error, OSError) and error.errno not in DAMAGE_OF_SYSTEM
+        if of_system or isinstance(error, MocapFormatError | MemoryError):
+            raise
+        raise source.error(f"{key}: damaged or cut short, or compressed in a way that is not read: {error}") from None
+
+
+def _read(
+    source: Source,
+    key: str,
+    file: IO[bytes],
+    length: int,
+    kind: tuple[str, str],
+    shapes: Sequence[Shape],
+    pickled: str = "",
+) -> np.ndarray:
+    """Read an array that has so many bytes with its header, if it is of a kind and has one of the shapes."""
+    header = _read_header(source, key, file, length, pickled)
+    if header.dtype.kind not in kind[1]:
+        raise source.error(f"{key}: expected {kind[0]}, found an array of dtype {header.dtype}")
+    if not any(_fits(header.shape, shape) for shape in shapes):
+        expected = " or ".join(_shown(shape) for shape in shapes)
+        raise source.error(f"{key}: expected shape {expected}, found {_shown(header.shape)}")
+    # To the end of an entry, where its checksum is compared. Without the length all is decompressed that there is.
+    data = file.read(math.prod(header.shape) * header.dtype.itemsize)
+    return np.ndarray(header.shape, header.dtype, data, order="F" if header.fortran_order else "C")
+
+
+def _read_header(source: Source, key: str, file: IO[bytes], length: int, pickled: str) -> Header:
+    """Read the header of an array, and check that its data have the length that it states."""
+    start = file.read(8)
     if not MAGIC.fullmatch(start):
         raise source.error(f"{key}: expected an array in numpy's format, version 1 or 2, found {start[:8]!r}")
-    length = int.from_bytes(read(2 * start[6]), "little")
-    text = read(min(length, LONGEST_HEADER))
+    text = file.read(min(int.from_bytes(file.read(2 * start[6]), "little"), LONGEST_HEADER))
     match = HEADER.fullmatch(text)
     if not match:
         raise source.error(f"{key}: expected the header of an array of numbers, found {text[:60]!r}")
@@ -202,32 +156,22 @@ def read_header(source: Source, key: str, read: Callable[[int], bytes], pickled:
         dtype = np.dtype(descr)
     except TypeError:
         raise source.error(f"{key}: expected numbers, found an array of the unknown dtype {descr!r}") from None
-    return Header(dtype, order == "True", tuple(int(n) for n in re.findall(r"\d+", lengths)))
+    shape = tuple(int(n) for n in re.findall(r"\d+", lengths))
+    stated, found = math.prod(shape) * dtype.itemsize, length - file.tell()
+    if stated != found:
+        raise source.error(
+            f"{key}: its header states {stated} bytes of data, shape {_shown(shape)} of {dtype}, and there are "
+            f"{found}; is the file cut short?"
+        )
+    return Header(dtype, order == "True", shape)
 
 
-def check_numbers(source: Source, key: str, header: Header, *shapes: Sequence[int | None]) -> None:
-    """Raise the error on an array that holds no numbers, or has none of the shapes."""
-    if header.dtype.kind not in "fiu":
-        raise source.error(f"{key}: expected numbers, found an array of dtype {header.dtype}")
-    if not any(_fits(header.shape, shape) for shape in shapes):
-        expected = " or ".join(_shown(shape) for shape in shapes)
-        raise source.error(f"{key}: expected shape {expected}, found {_shown(header.shape)}")
-
-
-def wrong_length(source: Source, key: str, header: Header, found: str) -> MocapFormatError:
-    """Return the error on an array whose data are shorter or longer than its header states."""
-    return source.error(
-        f"{key}: its header states {header.n_bytes} bytes of data, shape {_shown(header.shape)} of {header.dtype}, and "
-        f"there are {found}; is the file cut short?"
-    )
-
-
-def _fits(shape: tuple[int, ...], expected: Sequence[int | None]) -> bool:
+def _fits(shape: tuple[int, ...], expected: Shape) -> bool:
     return len(shape) == len(expected) and all(
         wanted is None or n == wanted for n, wanted in zip(shape, expected, strict=True)
     )
 
 
-def _shown(shape: Sequence[int | None]) -> str:
+def _shown(shape: Shape) -> str:
     lengths = ["n" if n is None else str(n) for n in shape]
     return f"({', '.join(lengths)}{',' if len(lengths) == 1 else ''})"

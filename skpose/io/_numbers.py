@@ -1,12 +1,11 @@
-"""The numbers of a file's frames, read by compiled code or by numpy's parsers, to the same last bit."""
+"""The numbers of a file's frames, read by numpy's parsers: each the nearest double, as by Python's float."""
 
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from itertools import islice
 
 import numpy as np
 
-from skpose.io._parsers import PARSERS
 from skpose.io._source import Chunk, Source
 from skpose.io._words import NUMBER, complaint
 
@@ -37,7 +36,7 @@ def read_numbers(
     most = sys.maxsize if n_frames is None else n_frames * width
     chunks = iter(chunks)
     for chunk in chunks:
-        parsed = _parse(chunk)
+        parsed = parse(chunk)
         if parsed is None:
             token = next(word for word in chunk.words() if not NUMBER.fullmatch(word))
             raise source.error(f"a frame: {complaint(token)}", token)
@@ -63,6 +62,18 @@ def read_numbers(
     return numbers[:n_read]
 
 
+def drop_not_finite(rows: np.ndarray, frames: np.ndarray, source: Source) -> tuple[np.ndarray, np.ndarray]:
+    """Return the rows that hold no NaN and no infinite number, and their frames; a warning counts the others."""
+    finite = np.isfinite(rows).all(axis=1)
+    if finite.all():
+        return rows, frames
+    source.warn(
+        f"{np.count_nonzero(~finite)} of {len(rows)} frames have a number that is NaN or infinite and are left out; "
+        "the others keep their times"
+    )
+    return rows[finite], frames[finite]
+
+
 def counted(n: int, width: int) -> str:
     """Return in words how many frames n numbers are."""
     whole, left = divmod(n, width)
@@ -70,34 +81,13 @@ def counted(n: int, width: int) -> str:
     return frames + (f" and {left} number{'s' * (left != 1)} more" if left else "")
 
 
-def _parse(chunk: Chunk) -> np.ndarray | None:
-    """Return the numbers of some lines; None if there is anything else."""
-    compiled = PARSERS.compiled(chunk.text)
-    numbers = None if compiled is None else _parse_compiled(chunk.text, compiled.decimals)
-    return _parse_plain(chunk) if numbers is None else numbers
-
-
-def _parse_compiled(text: bytes, decimals: Callable) -> np.ndarray | None:
-    """Return the numbers; None if any word is nan, infinity or no number."""
-    text = text if text.endswith(b"\n") else text + b"\n"
-    numbers = np.empty(len(text) // 2)  # each has two bytes, with the blank after it
-    n = decimals(np.frombuffer(text, np.uint8), numbers)
-    if n < 0:
-        return None
-    numbers = numbers[:n]
-    if len(left := np.flatnonzero(np.isnan(numbers))):  # many digits, or far from 1
-        words = text.split()
-        numbers[left] = [float(words[i]) for i in left]
-    return numbers
-
-
-def _parse_plain(chunk: Chunk) -> np.ndarray | None:
+def parse(chunk: Chunk) -> np.ndarray | None:
     """Return the numbers; None if any word is none."""
     text = chunk.text.strip()
     if not text:
         return np.empty(0)
     some = text[:1000].rpartition(b" ")[0] or text  # the rest is likely to be written in the same format
-    if _parse_fixed(some) is not None and (numbers := _parse_fixed(text)) is not None:
+    if parse_fixed(some) is not None and (numbers := parse_fixed(text)) is not None:
         return numbers
     if b"_" in text or len(text) != len(text.translate(None, OTHER)):
         return None
@@ -112,7 +102,7 @@ def _parse_plain(chunk: Chunk) -> np.ndarray | None:
         return None
 
 
-def _parse_fixed(text: bytes) -> np.ndarray | None:
+def parse_fixed(text: bytes) -> np.ndarray | None:
     """Return numbers with equally many digits after the point, as most programs write them; None for any others.
 
     Without their points they are integers, which numpy reads three times as fast. A double holds integers below 2^53

@@ -6,7 +6,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from skpose._files import check_new, new_file
-from skpose.io._arguments import PathLike, check_positive
+from skpose._validation.options import check_positive
+from skpose.io._arguments import PathLike
 from skpose.skeleton import Bone, Motion
 from skpose.skeleton._shared import continuous_triples, rotations_of
 

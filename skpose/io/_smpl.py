@@ -122,7 +122,7 @@ def shaped_joints(file: Archive, name: str, model: PathLike) -> np.ndarray:
     """Return the joints at rest (n_joints, 3), m, of the person of a file, from the file of a model."""
     path = os.fspath(model)
     if "{gender}" in path:
-        gender = file.text("gender").lower().removeprefix("b'").removesuffix("'")
+        gender = file.texts("gender", (), (1,))[0].lower().removeprefix("b'").removesuffix("'")
         if gender not in GENDERS:
             raise file.source.error(f"gender: expected {', '.join(GENDERS)}, found {gender[:40]!r}")
         path = path.replace("{gender}", gender)

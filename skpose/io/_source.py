@@ -12,17 +12,19 @@ from typing import IO, Any, Literal, NamedTuple, Self
 
 import numpy as np
 
+from skpose._validation.units import complaint_of_extent, complaint_of_size
 from skpose._warnings import warn
 from skpose.io._arguments import Readable
 from skpose.io._error import MocapFormatError
 from skpose.io._words import NUMBER, Token, complaint
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import complaint_of_extent, complaint_of_size
+from skpose.skeleton._shared import size_of
 
 ZIP = (b"PK\x03\x04", b"PK\x05\x06")  # the first bytes of an archive, and of one without members
 NPY = b"\x93NUMPY"
 C3D = re.compile(rb"[\x01-\x08]P[^\n]", re.DOTALL)  # the block of the parameters, and 80; no text begins so
 NEWLINE = ord("\n")
+HEAD = 1 << 18  # bytes, at most, that say what a file is
 CHUNK = 1 << 18  # bytes of lines that are read at once: enough for numpy's parser, and they fit the cache
 WORD = re.compile(r"\S+")  # as str.split separates them
 
@@ -85,7 +87,7 @@ class Source:
             with self._gzip_errors():
                 if stream.peek(2)[:2] == b"\x1f\x8b":
                     stream = closing.enter_context(gzip.GzipFile(fileobj=stream))
-                head = stream.peek(CHUNK)
+                head = stream.peek(HEAD)
                 self.head = head.removeprefix(b"\xef\xbb\xbf").decode("utf-8", errors="replace")
                 self.binary = _binary_kind(head) if binary else None
                 if not self.binary and (problem := _other_kind(head)):
@@ -116,15 +118,6 @@ class Source:
             with self._gzip_errors():
                 return io.BytesIO(self._stream.read())
         return self._stream if self._stream.seekable() else io.BytesIO(self._stream.read())
-
-    def read(self, n: int) -> bytes:
-        """Return the next n bytes, or as many as there are; memory is proportional to these, not to n."""
-        pieces = []
-        with self._gzip_errors():
-            while n > 0 and (piece := self._stream.read(min(n, CHUNK))):
-                pieces.append(piece)
-                n -= len(piece)
-        return b"".join(pieces)
 
     def readline(self) -> str | None:
         """Return the next line, with its end; None after the last."""
@@ -191,7 +184,7 @@ class Source:
 
     def warn_of_size(self, skeleton: Skeleton, scale: float) -> None:
         """Warn if the file's skeleton, at so many metres a unit, has not the size of a person."""
-        if message := complaint_of_size(skeleton, scale):
+        if message := complaint_of_size(size_of(skeleton), scale):
             self.warn(message)
 
     def warn_of_extent(self, positions: np.ndarray, scale: float) -> None:
@@ -268,4 +261,4 @@ class _Bytes(io.RawIOBase):
 def _as_bytes(file: IO) -> io.BufferedReader:
     if isinstance(file.read(0), str):
         file = io.BytesIO(file.read().encode("utf-8", errors="replace"))
-    return io.BufferedReader(_Bytes(file), CHUNK)
+    return io.BufferedReader(_Bytes(file), HEAD)

@@ -6,12 +6,13 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from skpose.io._arguments import Readable, check_choice, check_positive
+from skpose._validation.motions import check_frame_rate, check_up
+from skpose._validation.options import check_choice, check_positive
+from skpose.io._arguments import Readable
 from skpose.io._lengths import complaint_of_unit, metres_of
 from skpose.io._source import Chunk, Source
 from skpose.io._words import NUMBER, WHOLE, Token, complaint
 from skpose.keypoints import Keypoints
-from skpose.skeleton._shared import check_frame_rate, check_up
 
 REQUIRED = "DataRate", "NumFrames", "NumMarkers", "Units"
 AXIS = re.compile(r"([XYZ])\d*", re.IGNORECASE)

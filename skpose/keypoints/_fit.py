@@ -1,8 +1,9 @@
 """The skeleton of a layout that fits positions of its points."""
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from skpose._typing import ArrayLike
+from skpose._validation.units import LARGEST, SMALLEST, UNITS, likely_unit
 from skpose._warnings import warn
 from skpose.keypoints._keypoints import Keypoints
 from skpose.keypoints._layout import Layout
@@ -11,7 +12,7 @@ from skpose.keypoints._lengths import bone_length, warn_of_lengths
 from skpose.keypoints._rest_pose import rest_rotations
 from skpose.keypoints._root_axes import Points
 from skpose.skeleton import Bone, Skeleton
-from skpose.skeleton._shared import BALL, LARGEST, SMALLEST, UNITS, likely_unit, size_of
+from skpose.skeleton._shared import BALL, size_of
 
 
 def fit_skeleton(keypoints: Keypoints | ArrayLike, layout: Layout) -> Skeleton:

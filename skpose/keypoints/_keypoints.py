@@ -4,12 +4,14 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from numbers import Real
-from typing import TYPE_CHECKING, Any, Literal, NoReturn
+from typing import TYPE_CHECKING, Literal, NoReturn
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from skpose.skeleton._shared import check_frame_rate, check_up
+from skpose._typing import ArrayLike
+from skpose._validation.motions import check_frame_rate, check_up
+from skpose._validation.numbers import as_numbers
+from skpose._validation.positions import check_positions
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -207,39 +209,3 @@ class Keypoints:
                 positions[inside, point, axis] = np.interp(frames[inside], seen, self.positions[seen, point, axis])
             confidences[inside, point] = confidence
         return replace(self, positions=positions, confidences=confidences)
-
-
-def as_numbers(values: Any, name: str, masked: float = np.nan) -> np.ndarray:
-    """Return a new float64 array of real numbers; those that a masked array masks are NaN, or another number."""
-    if np.ma.isMaskedArray(values):
-        values = np.ma.filled(values.astype(np.float64), masked)
-    refused = ValueError(f"{name} must be an array of real numbers, got {type(values).__name__} of other values")
-    try:
-        array = np.asarray(values)
-    except ValueError:  # rows of other lengths; a Motion says itself what to pass
-        raise refused from None
-    if array.dtype.kind not in "fiuO":
-        raise refused
-    try:
-        return np.array(array, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise refused from None
-
-
-def check_positions(positions: Any, n_points: int, name: str) -> np.ndarray:
-    """Return positions as a new float64 array of shape (n_frames, n_points, 3), NaN for points that are not seen."""
-    array = as_numbers(positions, name)
-    if array.ndim == 3 and array.shape[2] == 2:
-        raise ValueError(
-            f"{name} have two coordinates for each point, shape {array.shape}, but three are needed: lengths of bones "
-            "are not known from a picture. Lift them to 3-D first, by a pose estimator that gives 3-D keypoints or by "
-            "several cameras"
-        )
-    if array.ndim != 3 or array.shape[1:] != (n_points, 3):
-        remedy = f": pass {name}[None] for one frame" if array.shape == (n_points, 3) else ""
-        raise ValueError(f"{name} must have shape (n_frames, {n_points}, 3), got {array.shape}{remedy}")
-    if np.isinf(array).any():
-        frame, point, _ = np.argwhere(np.isinf(array))[0]
-        raise ValueError(f"{name} are infinite at frame {frame}, point {point}: use NaN for a point that is not seen")
-    array[np.isnan(array).any(axis=2)] = np.nan
-    return array

@@ -6,9 +6,12 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from skpose.keypoints._keypoints import Keypoints, as_numbers, check_positions
+from skpose._typing import ArrayLike
+from skpose._validation.numbers import as_numbers
+from skpose._validation.positions import check_positions
+from skpose.keypoints._keypoints import Keypoints
+from skpose.keypoints._tables import TABLES
 from skpose.skeleton._shared import others, partners, sides
 
 UPS = ("x", "y", "z", "-x", "-y", "-z")
@@ -278,11 +281,9 @@ class Layout:
 
     def _likely(self, array: np.ndarray) -> str:
         """Return in words which layouts have as many points as an array."""
-        from skpose.keypoints._layouts import layouts  # made of this class
-
         if array.shape[1] == len(self.points):
             return f": it makes {', '.join(self.midpoints)} itself, so leave them out"
-        likely = [f"layouts[{name!r}]" for name, one in layouts.items() if len(one.names) == array.shape[1]]
+        likely = [f"layouts[{table.name!r}]" for table in TABLES if len(table.names) == array.shape[1]]
         return f": is it {' or '.join(likely)}?" if likely else ": make a Layout of your own for other points"
 
     def without(self, names: Iterable[str]) -> "Layout":

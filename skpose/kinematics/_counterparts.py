@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from skpose._validation.names import near_names
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import near_names
 
 SHOWN = 4  # names in a message
 
@@ -65,7 +65,7 @@ def _check(source: Skeleton, target: Skeleton, joints: Any) -> None:
     for name, counterpart in joints.items():
         for joint, skeleton, whose in ((name, target, "the given skeleton"), (counterpart, source, "the motion's")):
             if joint not in skeleton:
-                near = near_names(skeleton, joint) if isinstance(joint, str) else "names are strings"
+                near = near_names(skeleton.joint_names, joint) if isinstance(joint, str) else "names are strings"
                 swapped = counterpart in target and name in source
                 hint = "; its keys are joints of the given skeleton, its values those of the motion's" * swapped
                 raise ValueError(f"joints maps {name!r} to {counterpart!r}, but {whose} has no {joint!r}: {near}{hint}")

@@ -4,15 +4,15 @@ from functools import partial
 from numbers import Integral, Real
 
 from joblib import effective_n_jobs
-from numpy.typing import ArrayLike
 
 from skpose._compat.sklearn import Interval, StrOptions, validate_params
 from skpose._compiled.inverse.frames import Found
 from skpose._parallel.backends import from_workers, in_processes
 from skpose._parallel.progress import progress
 from skpose._parallel.threads import in_threads
+from skpose._typing import ArrayLike
+from skpose._validation.skeletons import IS_SKELETON
 from skpose.keypoints import Keypoints
-from skpose.kinematics._constraints import IS_SKELETON
 from skpose.kinematics._fitted_poses import FittedPoses
 from skpose.kinematics._inverse_problem import Problem, Task, problem_of
 from skpose.skeleton import Skeleton

@@ -5,18 +5,21 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose._compiled.inverse.frames import Found, Observed, Rules, fit_frames
 from skpose._compiled.pose.tree import Tree
+from skpose._typing import ArrayLike
+from skpose._validation.numbers import as_numbers
+from skpose._validation.poses import check_poses
+from skpose._validation.positions import check_positions
+from skpose._validation.skeletons import limits_of
 from skpose._warnings import warn
 from skpose.keypoints import Keypoints
-from skpose.keypoints._shared import as_numbers, check_positions
 from skpose.kinematics._fitted_poses import FittedPoses
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of_all_joints
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import check_poses, limits_of, size_of, with_root_joint
+from skpose.skeleton._shared import size_of, with_root_joint
 
 TASK = 512  # frames, some 50 ms; fixed, so that poses do not depend on n_jobs
 RUN_IN = 32  # frames before a task that it computes too, and drops: its first frame is then no start
@@ -177,7 +180,7 @@ def _matched(positions: ArrayLike | Keypoints, skeleton: Skeleton) -> tuple[np.n
         points, joints = (", ".join(names[:6]) for names in (positions.names, skeleton.joint_names))
         raise ValueError(
             f"no keypoint has the name of a joint of the skeleton: the keypoints are {points}, …, the joints {joints}, "
-            "…; name the keypoints as the joints, or find a skeleton for them with skpose.fit_skeleton"
+            "…; name the keypoints as the joints, or find a skeleton for them with skpose.keypoints.fit_skeleton"
         )
     chosen = [skeleton.joint_names.index(name) for name in common]
     given = np.full((len(positions), skeleton.n_joints, 3), np.nan)

@@ -7,12 +7,13 @@ from typing import Literal
 
 import numpy as np
 
+from skpose._validation.skeletons import check_skeleton
 from skpose.kinematics._counterparts import counterparts, ratio_of_lengths
 from skpose.kinematics._forward import forward_kinematics
 from skpose.kinematics._inverse import inverse_kinematics
 from skpose.kinematics._orientations import by_orientations
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import check_rest_poses, check_skeleton, mismatch, root_orientations
+from skpose.skeleton._shared import check_rest_poses, mismatch, root_orientations
 
 Method = Literal["numbers", "orientations", "positions", "auto", "unchecked"]
 UNCHANGED = "same numbers"  # the report
@@ -99,7 +100,8 @@ def retarget(
     A leg of ZXY angles, as in BVH files, on a leg of ball joints with other names:
 
     >>> import numpy as np
-    >>> from skpose import Bone, Motion, Skeleton, forward_kinematics, retarget
+    >>> from skpose import Bone, Motion, Skeleton, forward_kinematics
+    >>> from skpose.kinematics import retarget
     >>> bvh = Skeleton([Bone("Leg", None, (0, -0.4, 0), "ZXY"), Bone("Foot", "Leg", (0, -0.4, 0))], "parent")
     >>> balls = Skeleton([Bone("thigh", None, (0, 0, -0.5), "rotvec"), Bone("shank", "thigh", (0, 0, -0.5), "rotvec")])
     >>> lift = Motion(bvh, [[0, np.pi / 2, 0]], frame_rate=30)

@@ -1,18 +1,21 @@
-"""What the other packages of skpose use of `skpose.kinematics` beside its public names."""
+"""Names of `skpose.kinematics` that the other packages of skpose use, in addition to the public ones."""
 
-from skpose.kinematics._constraints import IS_SKELETON
+from skpose.kinematics._chart import STEP, columns_around, jacobian_at, retract
 from skpose.kinematics._forward import jacobians_of, weighted_positions
 from skpose.kinematics._retarget import UNCHANGED, Method, retarget_and_report
 from skpose.kinematics._tree import counted_joints, from_tree_order, to_tree_order, tree_of, tree_of_all_joints, wrapped
 
 __all__ = [
-    "IS_SKELETON",
+    "STEP",
     "UNCHANGED",
     "Method",
+    "columns_around",
     "counted_joints",
     "from_tree_order",
+    "jacobian_at",
     "jacobians_of",
     "retarget_and_report",
+    "retract",
     "to_tree_order",
     "tree_of",
     "tree_of_all_joints",

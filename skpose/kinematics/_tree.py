@@ -49,7 +49,6 @@ import numpy as np
 
 from skpose._compiled.pose.tree import TWO_PI, Tree
 from skpose.kinematics._frames import ROUNDING, Frame, Frames, absorb, frames_of
-from skpose.kinematics._pieces import pieces_of
 from skpose.skeleton import Skeleton
 from skpose.skeleton._shared import with_carriers
 
@@ -177,7 +176,6 @@ def _arrays(skeleton: Skeleton | None, built: Frames, shift: np.ndarray, scale: 
     angles = np.array([[frame.angle, frame.angle / 2] for frame in frames])
     fixed_rotation = np.stack([np.cos(angles), np.sin(angles)], axis=2).reshape(-1, 4)
     fixed_rotation[np.abs(fixed_rotation) < ROUNDING] = 0.0  # of right angles
-    pieces = pieces_of(built.rotating[1:])
     return Tree(
         frame_parent=np.array([number.get(frame.parent, 0) for frame in frames]),
         first_dof=np.array([frame.first_dof for frame in frames]),
@@ -192,7 +190,6 @@ def _arrays(skeleton: Skeleton | None, built: Frames, shift: np.ndarray, scale: 
         pivot=tree_joint[[frame.pivot for frame in frames]],
         batch_kind=np.array(batch_kind, dtype=int),
         first_frame=np.array(first_frame),
-        **pieces._asdict(),
         column=np.array(built.column, dtype=int),
         sign=np.array(built.sign, dtype=float),
         shift=shift,

@@ -35,7 +35,7 @@ class SpatialMDS(
         Dimension of the space.
     skeleton : Skeleton, default=None
         The skeleton of all poses. Needed by all metrics but "angle" and "precomputed".
-    metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic", "precomputed"}, default="auto"
+    metric : str, Metric or "precomputed", default="auto"
         The distance, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a warning. With
         "precomputed", X is a square matrix of distances in `fit`, and in `transform` the distances from the new poses
         to those of `fit`.
@@ -47,10 +47,6 @@ class SpatialMDS(
         so far, by weighted joint positions (by angles without a skeleton, by the given distances if precomputed).
     random_state : int, RandomState instance or None, default=None
         Determines the choice of landmarks. An int gives the same result at every call.
-    n_steps : int, default=10
-        Chords along the curve of "spatial" and "geodesic".
-    wrap : bool or "auto", default="auto"
-        Whether differences of angles are wrapped to [−π, π], see `skpose.pose_distances`.
     n_jobs : int, default=None
         Threads for the distances, or workers of a ``joblib.parallel_config`` context, see `skpose.pose_distances`.
     verbose : int, default=0
@@ -58,10 +54,8 @@ class SpatialMDS(
 
     Attributes
     ----------
-    effective_metric_ : str
-        The metric in use.
-    effective_metric_params_ : dict
-        Its parameters: `n_steps` and `wrap` where it has them.
+    metric_ : Metric
+        The metric in use, a copy of the parameter.
     skeleton_ : Skeleton or None
         The skeleton in use; None with "precomputed".
     embedding_ : ndarray of shape (n_samples, n_components)
@@ -137,8 +131,6 @@ class SpatialMDS(
         landmarks=None,
         landmark_selection="farthest",
         random_state=None,
-        n_steps=10,
-        wrap="auto",
         n_jobs=None,
         verbose=0,
     ):
@@ -148,8 +140,6 @@ class SpatialMDS(
         self.landmarks = landmarks
         self.landmark_selection = landmark_selection
         self.random_state = random_state
-        self.n_steps = n_steps
-        self.wrap = wrap
         self.n_jobs = n_jobs
         self.verbose = verbose
 
@@ -189,7 +179,7 @@ class SpatialMDS(
             `embedding_`.
         """
         X = self._checked(X, reset=True, ensure_min_samples=2)
-        if self.effective_metric_ == "precomputed":
+        if self.metric_ is None:
             X = check_symmetric(X, raise_exception=True)
         n, n_scaled = len(X), min(len(X), self.landmarks or len(X))
         batches = list(self._batches(n, n_scaled))
@@ -198,7 +188,7 @@ class SpatialMDS(
         with fit_progress.step("distances"):
             chosen = np.arange(n) if n_scaled == n else self._choose_landmarks(X, n_scaled)
             self.landmark_indices_ = chosen
-            if self.effective_metric_ == "precomputed":
+            if self.metric_ is None:
                 squared = np.square(X[np.ix_(chosen, chosen)], dtype=np.float64)
             else:
                 self.X_fit_ = X[chosen]
@@ -236,7 +226,7 @@ class SpatialMDS(
         rng = check_random_state(self.random_state)
         if self.landmark_selection == "random":
             return np.sort(rng.choice(len(X), n_scaled, replace=False))
-        if self.effective_metric_ == "precomputed":
+        if self.metric_ is None:
             return farthest_points(X.__getitem__, len(X), n_scaled, rng)
         points = X if self.skeleton_ is None else weighted_positions(X, self.skeleton_)
         return farthest_points(lambda i: np.linalg.norm(points - points[i], axis=1), len(X), n_scaled, rng)
@@ -248,7 +238,7 @@ class SpatialMDS(
         with progress(f"{len(X):,} poses in {n_components} dimensions", len(batches), self.verbose) as advance:
             for batch in batches:
                 with step("placing"):
-                    if self.effective_metric_ == "precomputed":
+                    if self.metric_ is None:
                         distances = X[batch][:, self.landmark_indices_]
                     else:
                         distances = self._distances(X[batch], self.X_fit_, verbose=0)

@@ -8,11 +8,32 @@ Each file is visited once, from left to right::
 
 `_pairwise` holds the public functions and checks their arguments; `_matrix` knows what is to be computed, `_tiled` in
 which tiles and where. The others know only arrays, tiles and checksums: `_output` what the destination is, `_run` which
-tiles are complete and who writes the rest, this process or workers, and the writers where the bytes are. `_registry`
-defines the five metrics.
+tiles are complete and who writes the rest, this process or workers, and the writers where the bytes are.
+
+A metric is one object in one file, `_angle`, `_position`, `_rotation`, `_spatial`, `_geodesic`, derived from `Metric`
+(`_metric`). What the search for means asks of it is a `_sample`. `_registry` has them by name.
 """
 
+from skpose.metrics._angle import Angle
+from skpose.metrics._geodesic import Geodesic
+from skpose.metrics._metric import Metric
+from skpose.metrics._own import compile_encode, compile_measure
 from skpose.metrics._pairwise import pose_distances, pose_distances_chunked
 from skpose.metrics._pose_metric import pose_metric
+from skpose.metrics._position import Position
+from skpose.metrics._rotation import Rotation
+from skpose.metrics._spatial import Spatial
 
-__all__ = ["pose_distances", "pose_distances_chunked", "pose_metric"]
+__all__ = [
+    "Angle",
+    "Geodesic",
+    "Metric",
+    "Position",
+    "Rotation",
+    "Spatial",
+    "compile_encode",
+    "compile_measure",
+    "pose_distances",
+    "pose_distances_chunked",
+    "pose_metric",
+]

@@ -5,11 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from skpose._compiled.pose.tree import Steps
+from skpose._validation.columns import check_dimensions, check_width
+from skpose._validation.poses import check_is_array, check_poses, check_same_width
 from skpose.metrics._convergence import warn_of_unconverged
 from skpose.metrics._matrix import DistanceMatrix
+from skpose.metrics._metric import Metric
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import check_dimensions, check_is_array, check_poses, check_same_width, check_width
 
 
 def is_lazy(X: Any) -> bool:
@@ -18,7 +19,7 @@ def is_lazy(X: Any) -> bool:
     return arrays is not None and isinstance(X, arrays.Array)
 
 
-def lazy_distances(X: Any, Y: Any, skeleton: Skeleton | None, metric: str, steps: Steps) -> Any:
+def lazy_distances(X: Any, Y: Any, skeleton: Skeleton | None, metric: Metric) -> Any:
     """Return a dask array of the distances between X and Y, or among X.
 
     Shapes are checked at once, the numbers themselves when a tile is computed.
@@ -31,7 +32,7 @@ def lazy_distances(X: Any, Y: Any, skeleton: Skeleton | None, metric: str, steps
     if not symmetric:
         check_same_width(X, Y)
     dtype = np.result_type(X.dtype, X.dtype if symmetric else Y.dtype)
-    shared = delayed((metric, skeleton, steps), pure=True)  # so that it is sent once
+    shared = delayed((metric, skeleton), pure=True)  # so that it is sent once
     options = {"dtype": dtype, "meta": np.empty((0, 0), dtype), "concatenate": True, "align_arrays": False}
     if not symmetric:
         return da.blockwise(_distances, "ij", X, "ik", Y, "jk", shared=shared, **options)
@@ -60,10 +61,10 @@ def _whole_rows(da: Any, X: Any, skeleton: Skeleton | None, name: str) -> Any:
 
 def _distances(X: Any, Y: Any, shared: tuple, name: str = "Y") -> np.ndarray:
     """Return the distances between two chunks, or among one if Y is None; the second is a part of the array `name`."""
-    metric, skeleton, steps = shared
+    metric, skeleton = shared
     X, Y = check_poses(X, skeleton, "X"), None if Y is None else check_poses(Y, skeleton, name)
-    matrix = DistanceMatrix(X, Y, metric, skeleton, steps)
-    distances, unconverged = matrix.written(None, n_jobs=1)
+    matrix = DistanceMatrix(X, Y, metric, skeleton)
+    distances, unconverged = matrix.write(None, n_jobs=1)
     warn_of_unconverged(unconverged, matrix.n_pairs)
     return distances
 

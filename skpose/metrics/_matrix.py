@@ -7,13 +7,11 @@ from typing import Any
 import numpy as np
 
 from skpose._compiled.pose import loops
-from skpose._compiled.pose.tree import Steps
 from skpose._parallel.tasks import LITTLE_WORK, TASKS_PER_JOB, WORK_PER_TASK
 from skpose._parallel.threads import in_threads
-from skpose.kinematics._shared import tree_of
 from skpose.metrics._convergence import Unconverged
+from skpose.metrics._metric import Metric
 from skpose.metrics._mirror import mirror
-from skpose.metrics._registry import METRICS
 from skpose.metrics._tiled import TiledMatrix, digest, metric_fingerprint
 from skpose.metrics._tiles import Tile
 from skpose.skeleton import Skeleton
@@ -26,11 +24,11 @@ class DistanceMatrix(TiledMatrix):
 
     smallest_edge = 16
 
-    def __init__(self, X: np.ndarray, Y: np.ndarray | None, metric: str, skeleton: Skeleton | None, steps: Steps):
-        self.X, self.Y, self.metric, self.steps = X, Y, metric, steps
-        self.skeleton = skeleton if METRICS[metric].needs_skeleton else None
+    def __init__(self, X: np.ndarray, Y: np.ndarray | None, metric: Metric, skeleton: Skeleton | None):
+        self.X, self.Y, self.metric = X, Y, metric
+        self.skeleton = skeleton if metric.needs_skeleton else None
         self.result_dtype = X.dtype if Y is None else np.result_type(X, Y)
-        self.dtype = np.dtype(np.float64) if METRICS[metric].always_float64 else self.result_dtype
+        self.dtype = np.dtype(np.float64) if metric.iterative else self.result_dtype
         self.shape = len(X), len(X if Y is None else Y)
         self._rows: tuple[tuple[int, int], np.ndarray] | None = None
 
@@ -47,15 +45,15 @@ class DistanceMatrix(TiledMatrix):
 
     @functools.cached_property
     def work_per_pair(self) -> float:
-        metric = METRICS[self.metric]
-        return max(1.0, metric.n_codes(tree_of(self.skeleton), self.X.shape[1]) * metric.measure_work)
+        n_codes = self.metric.n_codes(self.metric.tree_for(self.skeleton), self.X.shape[1])
+        return max(1.0, n_codes * self.metric.measure_work)
 
     def fingerprint(self) -> dict[str, Any]:
-        return metric_fingerprint(self.metric, self.steps) | {
+        return metric_fingerprint(self.metric) | {
             "dtype": self.dtype.str,
             "X": digest(self.X),
             "Y": "X" if self.Y is None else digest(self.Y),
-            "skeleton": digest(*tree_of(self.skeleton)),
+            "skeleton": digest(*self.metric.tree_for(self.skeleton)),
         }
 
     def distances(self, tile: Tile, n_jobs: int = 1, out: np.ndarray | None = None) -> tuple[np.ndarray, Unconverged]:
@@ -71,24 +69,22 @@ class DistanceMatrix(TiledMatrix):
         self, tile: Tile, diagonal: bool, n_jobs: int, out: np.ndarray
     ) -> Iterator[Callable[[], tuple[int, float]]]:
         """Yield the tasks of a tile as functions to call."""
-        metric = METRICS[self.metric]
-        tree, loop = tree_of(self.skeleton, self.dtype), loops.pair_distances_loop(self.dtype)
+        tree, loop = self.metric.tree_for(self.skeleton, self.dtype), loops.pair_distances_loop(self.dtype)
         latest = self._rows
         if latest is None or latest[0] != (tile.top, tile.bottom):
-            latest = self._rows = (tile.top, tile.bottom), self._encoded(self.X[tile.top : tile.bottom])
+            latest = self._rows = (tile.top, tile.bottom), self._encode(self.X[tile.top : tile.bottom])
         rows = latest[1]
-        columns = rows if diagonal else self._encoded((self.X if self.Y is None else self.Y)[tile.left : tile.right])
+        columns = rows if diagonal else self._encode((self.X if self.Y is None else self.Y)[tile.left : tile.right])
         lanes = loops.in_lanes(columns)
         work = WORK_PER_TASK
         if n_jobs > 1:
             work = min(work, max(LITTLE_WORK, out.size * self.work_per_pair / (TASKS_PER_JOB * n_jobs)))
         n_groups, width = len(lanes) // rows.shape[1], lanes.shape[1]
         for pairs in _pair_ranges(len(rows), n_groups, width, diagonal, max(1, int(work / self.work_per_pair))):
-            yield functools.partial(loop, rows, lanes, pairs, metric.measure, tree, self.steps, out)
+            yield functools.partial(loop, rows, lanes, pairs, self.metric.measure, tree, self.metric.steps, out)
 
-    def _encoded(self, poses: np.ndarray) -> np.ndarray:
-        codes = METRICS[self.metric].encoded(poses, self.skeleton, self.steps)
-        return codes.astype(self.dtype, copy=False)
+    def _encode(self, poses: np.ndarray) -> np.ndarray:
+        return self.metric.encode_poses(poses, self.skeleton).astype(self.dtype, copy=False)
 
 
 def _pair_ranges(

@@ -9,18 +9,20 @@ from numbers import Integral, Real
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 from sklearn import get_config
 from sklearn.utils import gen_batches
 
 from skpose._compat.sklearn import Interval, validate_params
 from skpose._parallel.progress import progress
+from skpose._typing import ArrayLike
+from skpose._validation.poses import check_poses, check_same_width
+from skpose._validation.units import warn_of_degrees
 from skpose.metrics._convergence import warn_of_unconverged
 from skpose.metrics._dask import is_lazy, lazy_distances
 from skpose.metrics._matrix import DistanceMatrix
+from skpose.metrics._metric import Metric
 from skpose.metrics._registry import METRIC_CONSTRAINTS, OUT, resolve, warn_of_no_skeleton
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import check_poses, check_same_width, warn_of_degrees
 
 CONSTRAINTS = METRIC_CONSTRAINTS | {"n_jobs": [None, Integral], "verbose": ["verbose"]}
 
@@ -31,9 +33,7 @@ def pose_distances(
     Y: ArrayLike | None = None,
     *,
     skeleton: Skeleton | None = None,
-    metric: str = "auto",
-    n_steps: int = 10,
-    wrap: bool | str = "auto",
+    metric: str | Metric = "auto",
     n_jobs: int | None = None,
     out: Any = None,
     verbose: int = 0,
@@ -62,14 +62,10 @@ def pose_distances(
         Other poses; None is X, of which one triangle is then computed.
     skeleton : Skeleton, default=None
         The skeleton of all poses; `Skeleton.mean` makes one of several. Needed by all but "angle".
-    metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
-        "auto" is "spatial" with a skeleton, else "angle" and a warning.
-    n_steps : int, default=10
-        Chords along the curve of "spatial" and "geodesic"; the paper's ten. With one, both are "position".
-    wrap : bool or "auto", default="auto"
-        Whether each difference of angles is wrapped to [−π, π], so that a file's jump by 360° is no movement. "auto"
-        is True for "spatial" and "geodesic" and False for "angle"; the others do not depend on it, nor do ball joints
-        under "spatial" and "geodesic": their straight line is always the slerp.
+    metric : str or Metric, default="auto"
+        A metric of `skpose.metrics` with its parameters, such as ``Spatial(n_steps=20)``, or its name, "angle",
+        "position", "rotation", "spatial" or "geodesic", for that with the defaults. "auto" is "spatial" with a
+        skeleton, else "angle" and a warning.
     n_jobs : int, default=None
         Threads; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors. Where that context names
         a backend of processes or a cluster ("loky", "dask", "ray"), tiles are computed there. The result does not
@@ -171,18 +167,18 @@ def pose_distances(
            [3.509, 0.   , 2.219],
            [1.569, 2.219, 0.   ]])
     """
-    name, _, steps = resolve(metric, skeleton, n_steps, wrap)
+    chosen = resolve(metric, skeleton)
     if is_lazy(X) or is_lazy(Y):
         if out is not None:
             raise ValueError(
                 "out is for distances that are computed at once; store those of a dask array with da.store"
             )
-        lazy = lazy_distances(X, Y, skeleton, name, steps)
+        lazy = lazy_distances(X, Y, skeleton, chosen)
         warn_of_no_skeleton(metric, skeleton)
         return lazy
-    matrix = DistanceMatrix(*_checked(X, Y, skeleton), name, skeleton, steps)
+    matrix = DistanceMatrix(*_check(X, Y, skeleton), chosen, skeleton)
     warn_of_no_skeleton(metric, skeleton)
-    distances, unconverged = matrix.written(out, n_jobs, verbose)
+    distances, unconverged = matrix.write(out, n_jobs, verbose)
     warn_of_unconverged(unconverged, matrix.n_pairs)
     return distances
 
@@ -198,9 +194,7 @@ def pose_distances_chunked(
     *,
     reduce_func: Callable[[np.ndarray, int], Any] | None = None,
     skeleton: Skeleton | None = None,
-    metric: str = "auto",
-    n_steps: int = 10,
-    wrap: bool | str = "auto",
+    metric: str | Metric = "auto",
     n_jobs: int | None = None,
     working_memory: float | None = None,
     verbose: int = 0,
@@ -221,12 +215,8 @@ def pose_distances_chunked(
         these, or None to change the chunk in place. None gives the chunks themselves.
     skeleton : Skeleton, default=None
         The skeleton of all poses. Needed by all but "angle".
-    metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
+    metric : str or Metric, default="auto"
         The distance, see `pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a warning.
-    n_steps : int, default=10
-        Chords along the curve of "spatial" and "geodesic".
-    wrap : bool or "auto", default="auto"
-        Whether differences of angles are wrapped to [−π, π], see `pose_distances`.
     n_jobs : int, default=None
         Threads, or workers of a ``joblib.parallel_config`` context, see `pose_distances`.
     working_memory : float, default=None
@@ -270,10 +260,10 @@ def pose_distances_chunked(
     >>> int(np.concatenate(list(sums)).argmin())
     50
     """
-    name, _, steps = resolve(metric, skeleton, n_steps, wrap)
-    X, Y = _checked(X, Y, skeleton)
+    chosen = resolve(metric, skeleton)
+    X, Y = _check(X, Y, skeleton)
     warn_of_no_skeleton(metric, skeleton)
-    whole = DistanceMatrix(X, Y, name, skeleton, steps)
+    whole = DistanceMatrix(X, Y, chosen, skeleton)
     n_rows, n_columns = whole.shape
     memory = get_config()["working_memory"] if working_memory is None else working_memory
     n_fitting = max(1, int(memory * 2**20 / (whole.result_dtype.itemsize * n_columns)))
@@ -281,15 +271,15 @@ def pose_distances_chunked(
     unconverged = []
     with progress(str(whole), len(batches), verbose) as advance:
         for batch in batches:
-            matrix = DistanceMatrix(X[batch], X if Y is None else Y, name, skeleton, steps)
-            chunk, parts = matrix.written(None, n_jobs)
+            matrix = DistanceMatrix(X[batch], X if Y is None else Y, chosen, skeleton)
+            chunk, parts = matrix.write(None, n_jobs)
             unconverged += parts
-            yield chunk if reduce_func is None else _reduced(reduce_func, chunk, batch.start)
+            yield chunk if reduce_func is None else _reduce(reduce_func, chunk, batch.start)
             advance()
     warn_of_unconverged(unconverged, n_rows * n_columns)
 
 
-def _checked(X: ArrayLike, Y: ArrayLike | None, skeleton: Skeleton | None) -> tuple[np.ndarray, np.ndarray | None]:
+def _check(X: ArrayLike, Y: ArrayLike | None, skeleton: Skeleton | None) -> tuple[np.ndarray, np.ndarray | None]:
     """Return the poses as arrays; Y is None where it is X."""
     if Y is X:
         Y = None
@@ -302,7 +292,7 @@ def _checked(X: ArrayLike, Y: ArrayLike | None, skeleton: Skeleton | None) -> tu
     return X, Y
 
 
-def _reduced(reduce_func: Callable[[np.ndarray, int], Any], chunk: np.ndarray, start: int) -> Any:
+def _reduce(reduce_func: Callable[[np.ndarray, int], Any], chunk: np.ndarray, start: int) -> Any:
     """Return what the user's function returns for a chunk, whose length it must have."""
     n_rows = len(chunk)
     result = reduce_func(chunk, start)

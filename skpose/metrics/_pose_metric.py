@@ -1,7 +1,6 @@
 """A metric as one compiled function of two poses."""
 
 import functools
-import math
 from collections.abc import Callable
 
 import numpy as np
@@ -9,16 +8,16 @@ from numba import njit
 
 from skpose._compat.sklearn import validate_params
 from skpose._compiled.pose import loops
-from skpose._compiled.pose.tree import Constants, Steps, Tree
+from skpose._compiled.pose.tree import Constants, Tree
 from skpose._compiled.simd.shared import shared
-from skpose.kinematics._shared import tree_of
-from skpose.metrics._registry import METRIC_CONSTRAINTS, Metric, resolve, warn_of_no_skeleton
+from skpose.metrics._metric import Metric
+from skpose.metrics._registry import METRIC_CONSTRAINTS, resolve, warn_of_no_skeleton
 from skpose.skeleton import Skeleton
 
 
 @validate_params(METRIC_CONSTRAINTS, prefer_skip_nested_validation=True)
 def pose_metric(
-    skeleton: Skeleton | None = None, *, metric: str = "auto", n_steps: int = 10, wrap: bool | str = "auto"
+    skeleton: Skeleton | None = None, *, metric: str | Metric = "auto"
 ) -> Callable[[np.ndarray, np.ndarray], float]:
     """A metric as one function of two poses, compiled by numba.
 
@@ -30,14 +29,10 @@ def pose_metric(
     ----------
     skeleton : Skeleton, default=None
         Needed by all but "angle".
-    metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
+    metric : str or Metric, default="auto"
         The distance, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a warning. A
         "geodesic" that does not converge is the length of the best curve found, without a warning, which compiled code
         cannot give.
-    n_steps : int, default=10
-        Chords along the curve of "spatial" and "geodesic".
-    wrap : bool or "auto", default="auto"
-        Whether differences of angles are wrapped to [−π, π].
 
     Returns
     -------
@@ -80,18 +75,15 @@ def pose_metric(
     >>> knn.fit([[0.0, 0.0], [1.5, 0.0]], ["out", "up"]).predict([[1.2, 0.1]])
     array(['up'], dtype='<U3')
     """
-    _, chosen, steps = resolve(metric, skeleton, n_steps, wrap)
+    chosen = resolve(metric, skeleton)
     warn_of_no_skeleton(metric, skeleton)
-    return _compiled(chosen, skeleton, steps.n_steps, steps.half_turn < math.inf)
+    return _compile(chosen, skeleton)
 
 
 @functools.lru_cache(maxsize=64)
-def _compiled(
-    metric: Metric, skeleton: Skeleton | None, n_steps: int, wrap: bool
-) -> Callable[[np.ndarray, np.ndarray], float]:
-    steps = Steps.of(n_steps, wrap)
-    encode, measure, pair = metric.encode, metric.measure, loops.pair_distance
-    tree = tree_of(skeleton if metric.needs_skeleton else None)
+def _compile(metric: Metric, skeleton: Skeleton | None) -> Callable[[np.ndarray, np.ndarray], float]:
+    steps, encode, measure, pair = metric.steps, metric.encode, metric.measure, loops.pair_distance
+    tree = metric.tree_for(skeleton)
     if skeleton is None:  # "angle" on poses of any length, which are their own code
         n_dofs, n_codes, refusal = -1, -1, "the two poses differ in length"
     else:

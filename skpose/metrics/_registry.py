@@ -1,164 +1,88 @@
-"""The metrics by name, and what the parameters that choose one mean."""
+"""The metrics by name, and what the parameter `metric` of functions and estimators means."""
 
 from collections.abc import Callable
-from numbers import Integral
 from os import PathLike
-from typing import NamedTuple
 
-import numpy as np
+from sklearn.base import clone
 
-from skpose._compat.sklearn import HasMethods, Hidden, Interval, StrOptions
-from skpose._compiled.path import geodesic
-from skpose._compiled.pose import encode, loops, measure, middle
-from skpose._compiled.pose.tree import Steps, Tree
+from skpose._compat.sklearn import HasMethods, Hidden, InstanceOf, StrOptions
+from skpose._validation.skeletons import IS_SKELETON
 from skpose._warnings import warn
-from skpose.kinematics._shared import IS_SKELETON, tree_of
+from skpose.metrics._angle import Angle
+from skpose.metrics._geodesic import Geodesic
+from skpose.metrics._metric import Metric
+from skpose.metrics._position import Position
+from skpose.metrics._rotation import Rotation
+from skpose.metrics._spatial import Spatial
 from skpose.skeleton import Skeleton
 
-
-class Coarse(NamedTuple):
-    """A lower bound of a distance between poses, in float32 and where the number of steps is even: as a Metric."""
-
-    encode: Callable
-    measure: Callable
-    n_codes: Callable[[Tree], int]
-    slack: Callable[[Tree], float]  # by how much rounding may lengthen the bound, m
+METRICS: dict[str, type[Metric]] = {metric.name: metric for metric in (Angle, Position, Rotation, Spatial, Geodesic)}
 
 
-class Metric(NamedTuple):
-    """A distance between poses: two compiled functions, and their needs."""
-
-    encode: Callable  # one pose -> its code
-    measure: Callable  # one code, other codes -> distances
-    n_codes: Callable[[Tree, int], int]  # length of a code, given the number of dofs
-    needs_skeleton: bool
-    wraps: bool | None  # meaning of wrap="auto"; None for a metric that whole turns do not change
-    bound: str | None  # a Euclidean metric that is a lower bound of this one with wrap="auto"
-    encode_work: float  # for each number of a code; adding a square to a sum is 1, some 0.2 ns
-    measure_work: float  # for each number of a code, in each pair
-    always_float64: bool = False
-    measure_within: Callable | None = None  # the same up to `Results.limit`
-    coarse: Coarse | None = None
-
-    def encoded(self, poses: np.ndarray, skeleton: Skeleton | None, steps: Steps) -> np.ndarray:
-        """Return the codes of poses, in float64."""
-        tree = tree_of(skeleton if self.needs_skeleton else None)
-        codes = np.empty((len(poses), self.n_codes(tree, poses.shape[1])))
-        loops.encode_poses(poses, self.encode, tree, steps, codes)
-        return codes
+def _explain_no_metric(value: object) -> None:
+    """Raise the error of a class in the place of a metric; say nothing of other things."""
+    if isinstance(value, type) and issubclass(value, Metric):
+        raise TypeError(f"metric is the class {value.__name__}: pass a metric with its parameters, {value.__name__}()")
 
 
-def _n_coordinates(tree: Tree, n_dofs: int) -> int:
-    return 3 * (len(tree.offset) - 1)
-
-
-def _n_quaternions(tree: Tree, n_dofs: int) -> int:
-    return 4 * (len(tree.frame_parent) - 1)
-
-
-def _n_curve_end(tree: Tree, n_dofs: int) -> int:
-    return encode.count_line_codes(tree) + _n_coordinates(tree, n_dofs)
-
-
-def _n_middle(tree: Tree) -> int:
-    return middle.count_middle_codes(tree) + 3 * (len(tree.offset) - 1)
-
-
-METRICS = {
-    "angle": Metric(
-        encode.encode_angles,
-        measure.measure_euclidean,
-        lambda tree, n_dofs: n_dofs,
-        needs_skeleton=False,
-        wraps=False,
-        bound="angle",
-        encode_work=3,
-        measure_work=1,
-    ),
-    "position": Metric(
-        encode.encode_positions,
-        measure.measure_euclidean,
-        _n_coordinates,
-        needs_skeleton=True,
-        wraps=None,
-        bound="position",
-        encode_work=60,
-        measure_work=1,
-    ),
-    "rotation": Metric(
-        encode.encode_rotations,
-        measure.measure_rotations,
-        _n_quaternions,
-        needs_skeleton=True,
-        wraps=None,
-        bound=None,
-        encode_work=40,
-        measure_work=8,
-    ),
-    "spatial": Metric(
-        encode.encode_curve_end,
-        measure.measure_line,
-        _n_curve_end,
-        needs_skeleton=True,
-        wraps=True,
-        bound="position",
-        encode_work=20,
-        measure_work=16,
-        measure_within=measure.measure_line_within,
-        coarse=Coarse(middle.encode_middle, middle.measure_two_chords, _n_middle, middle.middle_slack),
-    ),
-    "geodesic": Metric(
-        encode.encode_curve_end,
-        geodesic.measure_geodesic,
-        _n_curve_end,
-        needs_skeleton=True,
-        wraps=True,
-        bound="position",
-        encode_work=20,
-        measure_work=100_000,
-        always_float64=True,
-    ),
-}
+IS_METRIC = InstanceOf(lambda value: isinstance(value, Metric), "skpose.metrics.Metric", _explain_no_metric)
 
 # Constraints of the parameters that every function and estimator of distances has, for scikit-learn's validation.
 OUT = [HasMethods(["__getitem__", "__setitem__"]), Hidden(str), Hidden(PathLike), None]  # a path has its own error
-METRIC_CONSTRAINTS = {
-    "skeleton": [IS_SKELETON, None],
-    "metric": [StrOptions({"auto", *METRICS})],
-    "n_steps": [Interval(Integral, 1, None, closed="left")],
-    "wrap": ["boolean", StrOptions({"auto"})],
-}
+METRIC_CONSTRAINTS = {"skeleton": [IS_SKELETON, None], "metric": [StrOptions({"auto", *METRICS}), IS_METRIC]}
+MEAN_CONSTRAINTS = METRIC_CONSTRAINTS | {"skeleton": [IS_SKELETON]}  # where poses cannot do without one
 
 
-class Chosen(NamedTuple):
-    """The metric that parameters choose."""
+def resolve(metric: str | Metric, skeleton: Skeleton | None, *, auto: str = "spatial") -> Metric:
+    """Return the metric that a parameter states: a copy, which nobody else changes.
 
-    name: str  # a key of METRICS
-    metric: Metric
-    steps: Steps
+    "auto" is `auto` with a skeleton and "angle" without one.
+    """
+    if isinstance(metric, str):
+        if metric == "auto":
+            metric = "angle" if skeleton is None else auto
+        chosen = METRICS[metric]()
+    else:
+        chosen = clone(metric)
+        chosen.check_params()
+    if chosen.needs_skeleton and skeleton is None:
+        raise ValueError(
+            f"the metric {chosen.label!r} needs a skeleton to place the joints, got skeleton=None: pass the Skeleton "
+            'that the poses belong to, or use metric="angle"'
+        )
+    return chosen
 
 
-def warn_of_no_skeleton(metric: str, skeleton: Skeleton | None) -> None:
+def warn_of_no_skeleton(metric: str | Metric, skeleton: Skeleton | None) -> None:
     """Warn where "auto" is "angle", once the arguments are known to be in order."""
-    if metric == "auto" and skeleton is None:
+    if skeleton is None and isinstance(metric, str) and metric == "auto":
         warn(
             'metric="auto" without a skeleton means "angle": distances between joint angles, in rad, not between '
             'positions in space. Pass skeleton= for those, or metric="angle" if angles are meant'
         )
 
 
-def resolve(metric: str, skeleton: Skeleton | None, n_steps: int, wrap: bool | str) -> Chosen:
-    """Return the metric that parameters choose; "auto" is "spatial" with a skeleton and "angle" without one.
-
-    Estimators that take means have "position" for "auto", and pass that: `PoseEstimatorMixin._auto_metric`.
-    """
-    if metric == "auto":
-        metric = "angle" if skeleton is None else "spatial"
-    chosen = METRICS[metric]
-    if chosen.needs_skeleton and skeleton is None:
+def require(metric: Metric, user: str, need: str, why_not: Callable[[Metric], str]) -> None:
+    """Refuse a metric that has not what a function or an estimator needs, and say which ones have."""
+    if reason := why_not(metric):
+        able = [f'"{name}"' for name, one in METRICS.items() if not why_not(one())]
         raise ValueError(
-            f'metric="{metric}" needs a skeleton to place the joints, got skeleton=None: pass the Skeleton that the '
-            'poses belong to, or use metric="angle"'
+            f"{user} needs {need}, which the metric {metric.label!r} has not: {reason}. Take {', '.join(able)}"
         )
-    wraps = chosen.wraps if wrap == "auto" or chosen.wraps is None else wrap
-    return Chosen(metric, chosen, Steps.of(n_steps, bool(wraps)))
+
+
+def require_means(metric: Metric, user: str) -> None:
+    """Refuse a metric under which no means are found."""
+    require(metric, user, "means of poses", lambda one: one.why_no_means())
+
+
+def require_geodesic(metric: str | Metric, skeleton: Skeleton, user: str) -> Geodesic:
+    """Return the metric whose paths a function follows: geodesics of two steps or more."""
+    chosen = resolve(metric, skeleton, auto="geodesic")
+    require(chosen, user, "shortest paths", why_no_paths)
+    return chosen
+
+
+def why_no_paths(metric: Metric) -> str:
+    """Return why a metric has no shortest paths of several steps; empty where it has."""
+    return metric.why_no_means() if isinstance(metric, Geodesic) else "its curves are not geodesics"

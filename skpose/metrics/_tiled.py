@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 from joblib import effective_n_jobs
 
-from skpose._compiled.pose.tree import Steps
 from skpose._parallel.backends import from_workers, in_processes
 from skpose._parallel.progress import progress
 from skpose._parallel.tasks import TASKS_PER_WORKER, WORK_PER_TASK
 from skpose.metrics._convergence import Unconverged
+from skpose.metrics._metric import Metric
 from skpose.metrics._output import Destination
 from skpose.metrics._run import Computed, WorkerOutput
 from skpose.metrics._tiles import Tile, Tiling
@@ -84,7 +84,7 @@ class TiledMatrix:
                 edge //= 2
         return Tiling(self.shape, edge, self.symmetric).in_chunks(chunk, longest)
 
-    def written(self, out: Any, n_jobs: int | None, verbose: int = 0) -> tuple[Any, list[Unconverged]]:
+    def write(self, out: Any, n_jobs: int | None, verbose: int = 0) -> tuple[Any, list[Unconverged]]:
         """Compute all tiles that are not in `out` yet, None for a new array; return it and the unconverged."""
         destination = Destination(out, self.shape, self.result_dtype)
         n_workers = effective_n_jobs(n_jobs)
@@ -119,12 +119,11 @@ def _computed(shared: tuple[TiledMatrix, WorkerOutput | None], tile: Tile) -> Co
     return Computed(unconverged, distances) if output is None else output.written(tile, distances, unconverged)
 
 
-def metric_fingerprint(metric: str, steps: Steps) -> dict[str, Any]:
+def metric_fingerprint(metric: Metric) -> dict[str, Any]:
     """Return the part of a fingerprint that is of the version and the metric."""
-    numbers = [float(step) for field in steps for step in np.ravel(field)]
     return {
         "version of skpose": version("skpose"),
-        "metric, n_steps or wrap": [metric, digest(np.array(numbers))],
+        "metric or parameters of it": [metric.name, *(repr(pair) for pair in sorted(metric.get_params().items()))],
     }
 
 

@@ -5,16 +5,18 @@ from numbers import Real
 from typing import Literal, NamedTuple, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from skpose._compat.sklearn import Interval, StrOptions, validate_params
 from skpose._compiled.warping.paths import Paths, accumulate, path_to
+from skpose._typing import ArrayLike
+from skpose._validation.units import warn_of_degrees
 from skpose.kinematics import forward_kinematics
+from skpose.metrics import Metric
 from skpose.metrics._shared import METRIC_CONSTRAINTS, DistanceMatrix, resolve, warn_of_no_skeleton, warn_of_unconverged
 from skpose.motions._distances import check_alignment
 from skpose.motions._inputs import check_single_motions
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import rotations_of, warn_of_degrees
+from skpose.skeleton._shared import rotations_of
 
 Quantity = Literal["distance", "rotation"]
 
@@ -35,7 +37,8 @@ class JointDifference(NamedTuple):
 
     Examples
     --------
-    >>> from skpose import Skeleton, align_motions
+    >>> from skpose import Skeleton
+    >>> from skpose.motions import align_motions
     >>> alignment = align_motions([[0.0], [1.0]], [[0.0], [1.0]], skeleton=Skeleton.chain(1))
     >>> alignment.joint_differences()
     [JointDifference(joint='joint_1', largest=0.0, mean=0.0, frame_a=0, frame_b=0)]
@@ -90,7 +93,8 @@ class Alignment:
     An arm that swings, and once more with an elbow (the second joint) that bends in between:
 
     >>> import numpy as np
-    >>> from skpose import Motion, Skeleton, align_motions
+    >>> from skpose import Motion, Skeleton
+    >>> from skpose.motions import align_motions
     >>> swing = np.linspace([0, 0], [2, 0], 21)
     >>> bent = swing.copy()
     >>> bent[12, 1] = 0.5
@@ -112,17 +116,16 @@ class Alignment:
     b: np.ndarray
     skeleton: Skeleton | None
     frame_rate: float | None
-    metric: str
+    metric: Metric
 
     def __repr__(self) -> str:
         frames = f"{len(self.path)} pairs of {len(self.a)} and {len(self.b)} frames"
-        unit = "rad" if self.metric == "angle" else "m"
         most = ""
         if self.joint_distances is not None and self.joint_distances.any():
             off = self.joint_differences()[0]
             when = f"frame {off.frame_a}" if self.frame_rate is None else f"{off.frame_a / self.frame_rate:.4g} s"
             most = f", {off.joint} differs most: by {off.largest:.3g} m at {when}"
-        return f"Alignment(distance={self.distance:.4g} {unit}, {frames}{most})"
+        return f"Alignment(distance={self.distance:.4g} {self.metric.unit}, {frames}{most})"
 
     def joint_differences(self, quantity: Quantity = "distance") -> list[JointDifference]:
         """Return which joint is off, when, and by how much.
@@ -176,11 +179,9 @@ def align_motions(
     b: Motion | ArrayLike,
     *,
     skeleton: Skeleton | None = None,
-    metric: str = "auto",
+    metric: str | Metric = "auto",
     alignment: str = "dtw",
     window: float | None = None,
-    n_steps: int = 10,
-    wrap: bool | str = "auto",
 ) -> Alignment:
     """Align two motions by dynamic time warping: which frames belong together, and which joints differ there.
 
@@ -194,7 +195,7 @@ def align_motions(
     skeleton : Skeleton, default=None
         The skeleton of both. None is that of the `Motion` objects, where they differ their mean. Arrays need it; with
         the metric "angle" they do without, but then there are no joints to compare.
-    metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
+    metric : str or Metric, default="auto"
         The distance between poses, see `pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a
         warning.
     alignment : {"dtw", "subsequence"}, default="dtw"
@@ -202,10 +203,6 @@ def align_motions(
         begins and ends at any frame of `b`.
     window : float between 0 and 1, default=None
         Sakoe–Chiba band of "dtw", see `motion_distances`. None is no limit.
-    n_steps : int, default=10
-        Chords along the curve of "spatial" and "geodesic".
-    wrap : bool or "auto", default="auto"
-        Whether differences of angles are wrapped to [−π, π] in the distance, see `pose_distances`.
 
     Returns
     -------
@@ -251,7 +248,8 @@ def align_motions(
     The same movement, but slower at first:
 
     >>> import numpy as np
-    >>> from skpose import Skeleton, align_motions
+    >>> from skpose import Skeleton
+    >>> from skpose.motions import align_motions
     >>> quick, slow = [[0.0], [1.0], [2.0]], [[0.0], [0.1], [1.0], [2.0]]
     >>> alignment = align_motions(quick, slow, skeleton=Skeleton.chain(1))
     >>> alignment.path.tolist()
@@ -261,7 +259,7 @@ def align_motions(
     """
     first, second = check_single_motions({"a": a, "b": b}, skeleton)
     skeleton = first.skeleton
-    name, chosen, steps = resolve(metric, skeleton, n_steps, wrap)
+    chosen = resolve(metric, skeleton)
     check_alignment(alignment, window)
     poses_a, poses_b = first.sequences.poses, second.sequences.poses
     if skeleton is not None:
@@ -269,9 +267,9 @@ def align_motions(
     warn_of_no_skeleton(metric, skeleton)
     dtype = np.result_type(poses_a, poses_b)
     rows, columns = poses_a, poses_b
-    if chosen.always_float64:  # so that the distances are not rounded before they are added
+    if chosen.iterative:  # so that the distances are not rounded before they are added
         rows, columns = rows.astype(np.float64), columns.astype(np.float64)
-    costs, unconverged = DistanceMatrix(rows, columns, name, skeleton, steps).written(None, None)
+    costs, unconverged = DistanceMatrix(rows, columns, chosen, skeleton).write(None, None)
     warn_of_unconverged(unconverged, costs.size)
     is_open = alignment == "subsequence"
     sums = costs.astype(np.float64)
@@ -289,7 +287,7 @@ def align_motions(
         b=poses_b,
         skeleton=skeleton,
         frame_rate=first.frame_rate,
-        metric=name,
+        metric=chosen,
     )
 
 

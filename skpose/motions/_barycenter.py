@@ -11,13 +11,12 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._compiled.path.mean import place_all, project
-from skpose._compiled.pose.tree import Steps
 from skpose._compiled.warping.paths import Paths, accumulate, path_to
 from skpose._parallel.threads import in_threads
-from skpose.geodesics._shared import MEAN, GeodesicPoses, descend
-from skpose.geodesics._shared import TOL as TOL_EXTRINSIC
+from skpose.geodesics._shared import MEAN, descend
 from skpose.kinematics._shared import from_tree_order, to_tree_order, tree_of
-from skpose.metrics._shared import DistanceMatrix, Unconverged
+from skpose.metrics import Metric, Position
+from skpose.metrics._shared import TOL_EXTRINSIC, DistanceMatrix, Unconverged
 from skpose.motions._inputs import Sequences
 from skpose.skeleton import Skeleton
 
@@ -52,14 +51,13 @@ class Aligned(NamedTuple):
 class Barycenter:
     """The motions of a mean, and the two steps that bring it nearer to them.
 
-    `metric` is "position" or "geodesic", `steps` those of the latter. `unconverged` are the frames whose mean did not
+    `unconverged` are the frames whose mean did not
     converge when they moved last; they move again in the next step.
     """
 
-    def __init__(
-        self, motions: Sequences, skeleton: Skeleton, metric: str, steps: Steps, window: float | None, n_jobs: int
-    ):
-        self.motions, self.skeleton, self.metric, self.steps = motions, skeleton, metric, steps
+    def __init__(self, motions: Sequences, skeleton: Skeleton, metric: Metric, window: float | None, n_jobs: int):
+        self.motions, self.skeleton, self.metric = motions, skeleton, metric
+        self.is_chord = metric == Position()
         self.paths = Paths.of(window)
         self.n_jobs = n_jobs
         self.tree = tree_of(skeleton)
@@ -70,14 +68,14 @@ class Barycenter:
 
     def align(self, mean: np.ndarray) -> Aligned:
         """Return the pairs of the best path of every motion, under squared distances."""
-        bounds, _ = DistanceMatrix(mean, self.motions.poses, "position", self.skeleton, self.steps).written(None, 1)
+        bounds, _ = DistanceMatrix(mean, self.motions.poses, Position(), self.skeleton).write(None, 1)
         bounds **= 2
         found: list[tuple[int, np.ndarray, np.ndarray, Unconverged, int]] = []
 
         def align_one(k: int) -> None:
             start = self.motions.starts[k]
             costs = np.ascontiguousarray(bounds[:, start : self.motions.starts[k + 1]])
-            if self.metric == "position":
+            if self.is_chord:
                 path, unconverged, n_geodesics = _best_path(costs, self.paths), Unconverged(0, 0.0), 0
             else:
                 path, unconverged, n_geodesics = self._path_of_geodesics(costs, mean, self.motions.motion(k))
@@ -116,8 +114,8 @@ class Barycenter:
 
     def _squares(self, pose: np.ndarray, others: np.ndarray) -> tuple[np.ndarray, list[Unconverged]]:
         """Return the squared distances of a pose to others."""
-        matrix = DistanceMatrix(pose[np.newaxis], others, self.metric, self.skeleton, self.steps)
-        distances, unconverged = matrix.written(None, 1)
+        matrix = DistanceMatrix(pose[np.newaxis], others, self.metric, self.skeleton)
+        distances, unconverged = matrix.write(None, 1)
         return distances[0] ** 2, unconverged
 
     def move(self, mean: np.ndarray, aligned: Aligned, before: Aligned | None) -> np.ndarray:
@@ -129,7 +127,7 @@ class Barycenter:
         moved = mean.copy()
         earlier = [] if before is None else before.groups()
         squares = np.split(aligned.squares, np.cumsum(aligned.n_poses)[:-1])
-        pose_of = self._nearest_to_mean if self.metric == "position" else self._karcher_mean
+        pose_of = self._nearest_to_mean if self.is_chord else self._karcher_mean
 
         def move_one(frame: int, group: np.ndarray) -> None:
             pose, converged = pose_of(mean[frame], group)
@@ -153,11 +151,10 @@ class Barycenter:
 
     def _karcher_mean(self, pose: np.ndarray, group: np.ndarray) -> tuple[np.ndarray, bool]:
         weights = np.full(len(group), 1.0 / len(group))
-        wraps = self.steps.half_turn < np.inf
-        poses = GeodesicPoses.of(self.tree, self.dofs[group], weights, self.steps.n_steps, wraps, 1)
+        sample = self.metric.sample(self.motions.poses[group], weights, self.skeleton, 1)
         start = to_tree_order(self.tree, pose[np.newaxis])[0]
-        spread, _, reason = descend(poses, start, MEAN, STEPS_OF_A_POSE, TOL_GEODESIC)
-        return from_tree_order(self.tree, spread.pose, pose), not reason
+        spread, _, reason = descend(sample, start, MEAN, STEPS_OF_A_POSE, TOL_GEODESIC)
+        return sample.columns(spread.pose, pose), not reason
 
 
 def _best_path(costs: np.ndarray, paths: Paths) -> np.ndarray:

@@ -10,9 +10,8 @@ import numpy as np
 from sklearn.utils.validation import validate_data
 
 from skpose._base import PoseEstimatorMixin
-from skpose._compiled.pose.tree import Steps
 from skpose.datasets import MotionDataset
-from skpose.metrics._shared import resolve, warn_of_no_skeleton, warn_of_unconverged
+from skpose.metrics._shared import warn_of_no_skeleton, warn_of_unconverged
 from skpose.motions._inputs import Sequences, check_motions, rates_differ
 from skpose.motions._matrix import MotionMatrix
 from skpose.skeleton import Motion, Skeleton
@@ -29,11 +28,10 @@ class MotionEstimatorMixin(PoseEstimatorMixin):
         The skeleton in use: the given one, or that of the training motions.
     frame_rate_ : float or None
         Frame rate of the training motions, Hz; None for arrays, which have none.
-    effective_metric_ : str
-        The metric in use.
-    effective_metric_params_ : dict
-        Its parameters: `alignment` and `window` where the estimator has them, `n_steps` and `wrap` where the metric
-        has them.
+    metric_ : Metric
+        The metric in use, a copy of the parameter.
+    alignment_, window_ : str, float or None
+        How motions are aligned, where the estimator has these parameters.
     """
 
     frame_rate_: float | None
@@ -82,22 +80,17 @@ class MotionEstimatorMixin(PoseEstimatorMixin):
             )
 
     def _learn_metric(self, skeleton):
-        """Store the metric that the parameters choose on a skeleton, and how motions are aligned."""
+        """Store the metric that the parameter states on a skeleton, and how motions are aligned."""
         super()._learn_metric(skeleton)
-        self.effective_metric_params_ |= {name: getattr(self, name) for name in ALIGNMENT if hasattr(self, name)}
-
-    def _steps(self) -> Steps:
-        """Return the steps of the metric, as fitted."""
-        params = self.effective_metric_params_
-        return resolve(
-            self.effective_metric_, self.skeleton_, params.get("n_steps", 1), params.get("wrap", "auto")
-        ).steps
+        for name in ALIGNMENT:
+            if hasattr(self, name):
+                setattr(self, f"{name}_", getattr(self, name))
 
     def _distances(self, X, Y, verbose=None):
         """Distances from the motions X to the motions Y, or among X if Y is None, under the metric of `fit`."""
-        alignment = {name: value for name, value in self.effective_metric_params_.items() if name in ALIGNMENT}
-        matrix = MotionMatrix(X, Y, self.effective_metric_, self.skeleton_, self._steps(), **alignment)
-        distances, unconverged = matrix.written(None, self.n_jobs, self.verbose if verbose is None else verbose)
+        alignment = {name: getattr(self, f"{name}_") for name in ALIGNMENT if hasattr(self, f"{name}_")}
+        matrix = MotionMatrix(X, Y, self.metric_, self.skeleton_, **alignment)
+        distances, unconverged = matrix.write(None, self.n_jobs, self.verbose if verbose is None else verbose)
         warn_of_unconverged(unconverged, matrix.n_cells)
         return distances
 

@@ -21,16 +21,14 @@ from typing import cast
 import numpy as np
 
 from skpose._compiled.pose import loops
-from skpose._compiled.pose.measure import measure_boxes
+from skpose._compiled.pose.measure import measure_boxes, measure_euclidean
 from skpose._compiled.pose.tree import Steps
 from skpose._compiled.warping.paths import Encoded, MotionPairs, Paths, accumulate_from, warped_loop
 from skpose.kinematics._shared import tree_of
-from skpose.metrics._shared import METRICS
 from skpose.motions._index import SequenceIndex
 from skpose.neighbors._shared import FLOAT32, ChordFilter, FilterPoints
 
 CLOSED, OPEN = Paths(1.0, False), Paths(1.0, True)
-EUCLIDEAN = METRICS["angle"].measure
 NO_TREE, NO_WRAP = tree_of(None, FLOAT32), Steps.of(1, wrap=False)
 
 
@@ -59,7 +57,7 @@ class Bounds:
     def frames(self, motions: np.ndarray, paths: Paths) -> np.ndarray:
         """Return bounds of the paths to some motions, by frames."""
         lanes, starts = self.index.frame_lanes(motions)
-        return self._warped(lanes, starts, EUCLIDEAN, paths)
+        return self._warped(lanes, starts, measure_euclidean, paths)
 
     def _warped(self, lanes: np.ndarray, starts: np.ndarray, measure: object, paths: Paths) -> np.ndarray:
         n_motions = len(starts) - 1
@@ -71,7 +69,7 @@ class Bounds:
     def of_frames(self, start: int, stop: int) -> np.ndarray:
         """Return bounds of the distances (n, stop − start) from each frame to some frames of all."""
         lanes = loops.in_lanes(self.index.coordinates(np.arange(start, stop)))
-        return self._distances(lanes, stop - start, EUCLIDEAN)
+        return self._distances(lanes, stop - start, measure_euclidean)
 
     def of_boxes(self, first: int, last: int) -> np.ndarray:
         """Return bounds of the distances (n, last − first) from each frame to all frames of some boxes."""

@@ -6,11 +6,12 @@ from typing import Any
 import numpy as np
 
 from skpose._compat.sklearn import Interval, StrOptions, validate_params
+from skpose._validation.units import warn_of_degrees
+from skpose.metrics import Metric
 from skpose.metrics._shared import METRIC_CONSTRAINTS, OUT, resolve, warn_of_no_skeleton, warn_of_unconverged
 from skpose.motions._inputs import Sequences, check_motions
 from skpose.motions._matrix import ALIGNMENTS, MotionMatrix
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import warn_of_degrees
 
 # Constraints of the parameters that every function and estimator of distances between motions has.
 ALIGNMENT_CONSTRAINTS = {
@@ -33,12 +34,10 @@ def motion_distances(
     B: Any = None,
     *,
     skeleton: Skeleton | None = None,
-    metric: str = "auto",
+    metric: str | Metric = "auto",
     alignment: str = "dtw",
     window: float | None = None,
     normalize: bool = True,
-    n_steps: int = 10,
-    wrap: bool | str = "auto",
     n_jobs: int | None = None,
     out: Any = None,
     verbose: int = 0,
@@ -62,7 +61,7 @@ def motion_distances(
     skeleton : Skeleton, default=None
         The skeleton of all motions. None is that of the `Motion` objects, where they differ their mean, as
         ``MotionDataset.skeleton``; arrays need it, but for "angle".
-    metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
+    metric : str or Metric, default="auto"
         The distance between poses, see `pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a
         warning.
     alignment : {"dtw", "subsequence", "frames"}, default="dtw"
@@ -74,10 +73,6 @@ def motion_distances(
         of the shorter motion is always allowed. None is no limit.
     normalize : bool, default=True
         Whether to divide by the number of frames. False gives the sums.
-    n_steps : int, default=10
-        Chords along the curve of "spatial" and "geodesic".
-    wrap : bool or "auto", default="auto"
-        Whether differences of angles are wrapped to [−π, π], see `pose_distances`.
     n_jobs : int, default=None
         Threads; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors. Where that context names
         a backend of processes or a cluster, tiles are computed there. The result does not depend on it.
@@ -149,7 +144,7 @@ def motion_distances(
     given = {"A": A} if B is None else {"A": A, "B": B}
     checked = check_motions(given, skeleton)
     skeleton = checked[0].skeleton
-    name, _, steps = resolve(metric, skeleton, n_steps, wrap)
+    chosen = resolve(metric, skeleton)
     sequences = [one.sequences for one in checked]
     if skeleton is not None:
         poses = {argument: one.poses for argument, one in zip(given, sequences, strict=True)}
@@ -158,15 +153,14 @@ def motion_distances(
     matrix = MotionMatrix(
         sequences[0],
         None if B is None else sequences[1],
-        name,
+        chosen,
         skeleton,
-        steps,
         alignment=alignment,
         window=window,
         normalize=normalize,
     )
     warn_of_no_skeleton(metric, skeleton)
-    distances, unconverged = matrix.written(out, n_jobs, verbose)
+    distances, unconverged = matrix.write(out, n_jobs, verbose)
     warn_of_unconverged(unconverged, matrix.n_cells)
     return distances
 

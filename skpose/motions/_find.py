@@ -6,14 +6,15 @@ from typing import Any, NamedTuple
 from joblib import effective_n_jobs
 
 from skpose._compat.sklearn import Interval, validate_params
+from skpose._validation.units import warn_of_degrees
+from skpose.metrics import Metric
 from skpose.metrics._shared import METRIC_CONSTRAINTS, resolve, warn_of_no_skeleton, warn_of_unconverged
 from skpose.motions._index import SequenceIndex
 from skpose.motions._inputs import check_motion, check_motions, rates_differ
 from skpose.motions._windows import WindowSearch
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import warn_of_degrees
 
-DEFAULTS = {"skeleton": None, "metric": "auto", "n_steps": 10, "wrap": "auto"}
+DEFAULTS = {"skeleton": None, "metric": "auto"}
 
 
 class MotionMatch(NamedTuple):
@@ -51,13 +52,9 @@ class MotionIndex:
         Motions, as for `motion_distances`.
     skeleton : Skeleton, default=None
         The skeleton of all motions. None is that of the `Motion` objects; arrays need it, but for "angle".
-    metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
+    metric : str or Metric, default="auto"
         The distance between poses, see `pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a
         warning.
-    n_steps : int, default=10
-        Chords along the curve of "spatial" and "geodesic".
-    wrap : bool or "auto", default="auto"
-        Whether differences of angles are wrapped to [−π, π], see `pose_distances`.
 
     Attributes
     ----------
@@ -73,7 +70,8 @@ class MotionIndex:
     Examples
     --------
     >>> import numpy as np
-    >>> from skpose import MotionIndex, Skeleton, find_motion
+    >>> from skpose import Skeleton
+    >>> from skpose.motions import MotionIndex, find_motion
     >>> wave = np.sin(np.linspace(0, 20, 400))[:, None]
     >>> index = MotionIndex([wave, 2.0 * wave], skeleton=Skeleton.chain(1))
     >>> index
@@ -88,24 +86,22 @@ class MotionIndex:
         motions: Any,
         *,
         skeleton: Skeleton | None = None,
-        metric: str = "auto",
-        n_steps: int = 10,
-        wrap: bool | str = "auto",
+        metric: str | Metric = "auto",
     ):
         (checked,) = check_motions({"motions": motions}, skeleton)
-        name, _, steps = resolve(metric, checked.skeleton, n_steps, wrap)
+        chosen = resolve(metric, checked.skeleton)
         if checked.skeleton is not None:
             warn_of_degrees(motions=checked.sequences.poses)
         warn_of_no_skeleton(metric, checked.skeleton)
         self.skeleton, self.frame_rate = checked.skeleton, checked.frame_rate
-        self._index = SequenceIndex(checked.sequences, checked.skeleton, name, steps)
+        self._index = SequenceIndex(checked.sequences, checked.skeleton, chosen)
 
     def __len__(self) -> int:
         return self._index.sequences.n_motions
 
     def __repr__(self) -> str:
         n_frames = len(self._index.sequences.poses)
-        return f"MotionIndex({len(self):,} motions, {n_frames:,} frames, metric={self._index.metric!r})"
+        return f"MotionIndex({len(self):,} motions, {n_frames:,} frames, metric={self._index.metric.label!r})"
 
 
 @validate_params(
@@ -123,9 +119,7 @@ def find_motion(
     *,
     k: int = 5,
     skeleton: Skeleton | None = None,
-    metric: str = "auto",
-    n_steps: int = 10,
-    wrap: bool | str = "auto",
+    metric: str | Metric = "auto",
     n_jobs: int | None = None,
     verbose: int = 0,
 ) -> list[MotionMatch]:
@@ -145,7 +139,7 @@ shape (n_motions, n_frames, n_dofs)
         Where to look. A `MotionIndex` is made once for many queries.
     k : int, default=5
         Number of matches.
-    skeleton, metric, n_steps, wrap
+    skeleton, metric
         As for `motion_distances`; with a `MotionIndex` they are its own, and not given here.
     n_jobs : int, default=None
         Threads; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors.
@@ -181,8 +175,8 @@ shape (n_motions, n_frames, n_dofs)
     longer than the curve, ‖F(a) − F(b)‖ ≤ "geodesic" ≤ "spatial", so that the least sum of chords along the paths
     through a frame of the recording bounds the sum of every window that contains it. Such bounds are computed with
     boxes around eight frames along the principal axes of the joint positions first, then with the frames themselves
-    where the boxes leave any, and the metric is measured only where a path within the k-th distance can go. "rotation",
-    and "angle" with `wrap`, have no bound and are searched by brute force, as are recordings so short, or k so large,
+    where the boxes leave any, and the metric is measured only where a path within the k-th distance can go. "rotation"
+    and ``Angle(wrap=True)`` have no bound and are searched by brute force, as are recordings so short, or k so large,
     that it takes less time.
 
     Time warps freely: a frame of the recording may stand for many of the query. Where the recordings hold nothing like
@@ -204,7 +198,8 @@ shape (n_motions, n_frames, n_dofs)
     A wave of the arm, twice in a recording:
 
     >>> import numpy as np
-    >>> from skpose import Skeleton, find_motion
+    >>> from skpose import Skeleton
+    >>> from skpose.motions import find_motion
     >>> wave, rest = np.sin(np.linspace(0, 2 * np.pi, 30)), np.zeros(50)
     >>> recording = np.concatenate([rest, wave, rest, 0.9 * wave, rest])[:, None]
     >>> for match in find_motion(wave[:, None], [recording], k=2, skeleton=Skeleton.chain(1)):
@@ -212,7 +207,7 @@ shape (n_motions, n_frames, n_dofs)
     50 80 0.0
     130 160 0.051
     """
-    given = {"skeleton": skeleton, "metric": metric, "n_steps": n_steps, "wrap": wrap}
+    given = {"skeleton": skeleton, "metric": metric}
     if not isinstance(motions, MotionIndex):
         index = MotionIndex(motions, **given)  # type: ignore[arg-type]
     else:

@@ -6,7 +6,7 @@ from typing import cast
 import numpy as np
 
 from skpose._compiled.pose import loops
-from skpose._compiled.pose.tree import Steps
+from skpose.metrics import Metric
 from skpose.motions._inputs import Sequences
 from skpose.neighbors._shared import FLOAT32, ChordFilter, PoseIndex
 from skpose.skeleton import Skeleton
@@ -33,17 +33,15 @@ class SequenceIndex:
         Coordinates of the first and the last frame of each motion.
     """
 
-    def __init__(
-        self, sequences: Sequences, skeleton: Skeleton | None, metric: str, steps: Steps, *, brute: bool = False
-    ):
-        self.sequences, self.skeleton, self.metric, self.steps = sequences, skeleton, metric, steps
-        self.filter: ChordFilter | None = PoseIndex(sequences.poses, skeleton, metric, steps, brute=brute).filter
+    def __init__(self, sequences: Sequences, skeleton: Skeleton | None, metric: Metric, *, brute: bool = False):
+        self.sequences, self.skeleton, self.metric = sequences, skeleton, metric
+        self.filter: ChordFilter | None = PoseIndex(sequences.poses, skeleton, metric, brute=brute).filter
         if self.filter is not None:
             starts = sequences.starts
             self.ends = np.stack([self.coordinates(starts[:-1]), self.coordinates(starts[1:] - 1)])
             self._make_boxes()
 
-    def under(self, metric: str) -> "SequenceIndex":
+    def under(self, metric: Metric) -> "SequenceIndex":
         """Return the same motions under another metric with the same bound."""
         other = copy.copy(self)
         other.metric = metric

@@ -7,11 +7,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from skpose._validation.poses import check_poses
+from skpose._validation.skeletons import check_skeleton
+from skpose._validation.units import warn_of_degrees
 from skpose.datasets import MotionDataset
 from skpose.datasets._shared import ONE_REST, ONE_RIG
 from skpose.kinematics import retarget
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import check_comparable, check_poses, check_skeleton, warn_of_degrees
+from skpose.skeleton._shared import check_comparable
 
 RATES_DIFFER = 1e-3  # as a share: files state the time between two frames with few digits, 0.00833 s for 120 Hz
 ONE_MOTION = "must be one motion, a skpose.Motion or an array (n_frames, n_dofs), got "

@@ -38,15 +38,11 @@ class MotionKNeighborsTransformer(
         with ``mode="distance"``, as in scikit-learn.
     algorithm : {"auto", "brute"}, default="auto"
         "auto" aligns only what lower bounds do not rule out, "brute" every pair. The result is the same.
-    metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
+    metric : str or Metric, default="auto"
         The distance between poses, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a
-        warning. "rotation", and "angle" with `wrap`, have no bound and are searched by brute force.
+        warning. "rotation" and ``Angle(wrap=True)`` have no bound and are searched by brute force.
     window : float between 0 and 1, default=None
         Sakoe–Chiba band, see `skpose.motion_distances`; None is no limit.
-    n_steps : int, default=10
-        Chords along the curve of "spatial" and "geodesic".
-    wrap : bool or "auto", default="auto"
-        Whether differences of angles are wrapped to [−π, π], see `skpose.pose_distances`.
     n_jobs : int, default=None
         Threads; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors. Where that context names
         a backend of processes or a cluster, the search runs there. The result does not depend on it.
@@ -55,10 +51,10 @@ class MotionKNeighborsTransformer(
 
     Attributes
     ----------
-    effective_metric_ : str
-        The metric in use.
-    effective_metric_params_ : dict
-        Its parameters: `window`, and `n_steps` and `wrap` where the metric has them.
+    metric_ : Metric
+        The distance between poses in use, a copy of the parameter.
+    window_ : float or None
+        The band of the paths in use.
     skeleton_ : Skeleton or None
         The skeleton in use.
     frame_rate_ : float or None
@@ -148,8 +144,6 @@ class MotionKNeighborsTransformer(
         algorithm="auto",
         metric="auto",
         window=None,
-        n_steps=10,
-        wrap="auto",
         n_jobs=None,
         verbose=0,
     ):
@@ -159,8 +153,6 @@ class MotionKNeighborsTransformer(
         self.algorithm = algorithm
         self.metric = metric
         self.window = window
-        self.n_steps = n_steps
-        self.wrap = wrap
         self.n_jobs = n_jobs
         self.verbose = verbose
 
@@ -182,7 +174,7 @@ class MotionKNeighborsTransformer(
         """
         X = self._checked(X, reset=True)
         brute = self.algorithm == "brute"
-        self._index = SequenceIndex(X, self.skeleton_, self.effective_metric_, self._steps(), brute=brute)
+        self._index = SequenceIndex(X, self.skeleton_, self.metric_, brute=brute)
         self.n_samples_fit_ = X.n_motions
         return self
 
@@ -288,7 +280,7 @@ class MotionKNeighborsTransformer(
         else:
             queries = self._checked(X, reset=False)
             excluded = np.full(queries.n_motions, -1)
-        window = self.effective_metric_params_["window"]
+        window = self.window_
         found = find(Request(self._index, queries, excluded, k, window), self.n_jobs, self.verbose)
         warn_of_unconverged(found.unconverged, found.evaluations.cells)
         return found

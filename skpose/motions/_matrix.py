@@ -7,14 +7,12 @@ from typing import Any
 import numpy as np
 
 from skpose._compiled.pose import loops
-from skpose._compiled.pose.tree import Steps
 from skpose._compiled.warping.paths import Encoded, MotionPairs, Paths, warped_loop
 from skpose._parallel.tasks import LITTLE_WORK, TASKS_PER_JOB, WORK_PER_TASK
 from skpose._parallel.threads import in_threads
-from skpose.kinematics._shared import tree_of
+from skpose.metrics import Metric
 from skpose.metrics._shared import (
     ENCODED_AT_ONCE,
-    METRICS,
     DistanceMatrix,
     Tile,
     TiledMatrix,
@@ -42,20 +40,19 @@ class MotionMatrix(TiledMatrix):
         self,
         A: Sequences,
         B: Sequences | None,
-        metric: str,
+        metric: Metric,
         skeleton: Skeleton | None,
-        steps: Steps,
         *,
         alignment: str = "dtw",
         window: float | None = None,
         normalize: bool = True,
     ):
-        self.A, self.B, self.metric, self.steps = A, B, metric, steps
+        self.A, self.B, self.metric = A, B, metric
         self.alignment, self.normalize = alignment, normalize
         self.paths = Paths.of(window, alignment == "subsequence")
-        self.skeleton = skeleton if METRICS[metric].needs_skeleton else None
+        self.skeleton = skeleton if metric.needs_skeleton else None
         self.result_dtype = np.result_type(A.poses, (A if B is None else B).poses)
-        self.dtype = np.dtype(np.float64) if METRICS[metric].always_float64 else self.result_dtype
+        self.dtype = np.dtype(np.float64) if metric.iterative else self.result_dtype
         self.shape = A.n_motions, (A if B is None else B).n_motions
 
     @property
@@ -92,12 +89,12 @@ class MotionMatrix(TiledMatrix):
         return 2 ** int(np.log2(max(1.0, ENCODED_AT_ONCE / longest)))
 
     def fingerprint(self) -> dict[str, Any]:
-        return metric_fingerprint(self.metric, self.steps) | {
+        return metric_fingerprint(self.metric) | {
             "dtype": self.dtype.str,
             "alignment, window or normalize": [self.alignment, self.paths.window, self.normalize],
             "A": digest(*self.A),
             "B": "A" if self.B is None else digest(*self.B),
-            "skeleton": digest(*tree_of(self.skeleton)),
+            "skeleton": digest(*self.metric.tree_for(self.skeleton)),
         }
 
     def distances(self, tile: Tile, n_jobs: int = 1, out: np.ndarray | None = None) -> tuple[np.ndarray, Unconverged]:
@@ -133,7 +130,7 @@ class MotionMatrix(TiledMatrix):
         Y = None if columns is None else columns.poses.reshape(n_columns, -1, X.shape[2])
         for frame in range(X.shape[1]):
             poses = np.ascontiguousarray(X[:, frame]), None if Y is None else np.ascontiguousarray(Y[:, frame])
-            matrix = DistanceMatrix(*poses, self.metric, self.skeleton, self.steps)
+            matrix = DistanceMatrix(*poses, self.metric, self.skeleton)
             distances, unconverged = matrix.distances(Tile(0, n_rows, 0, n_columns), n_jobs)
             sums += distances
             parts.append(unconverged)
@@ -143,27 +140,24 @@ class MotionMatrix(TiledMatrix):
         self, rows: Sequences, columns: Sequences, diagonal: bool, n_jobs: int, sums: np.ndarray
     ) -> Iterator[Callable[[], tuple[int, float]]]:
         """Yield the tasks of a tile as functions to call."""
-        metric, loop, tree = METRICS[self.metric], warped_loop(self.dtype), tree_of(self.skeleton, self.dtype)
-        X = self._encoded(rows.poses)
-        Y = loops.in_lanes(X if diagonal else self._encoded(columns.poses))
+        metric, loop, tree = self.metric, warped_loop(self.dtype), self.metric.tree_for(self.skeleton, self.dtype)
+        X = self._encode(rows.poses)
+        Y = loops.in_lanes(X if diagonal else self._encode(columns.poses))
         work = WORK_PER_TASK
         if n_jobs > 1:
             whole = len(rows.poses) * len(columns.poses) * self.work_per_cell
             work = min(work, max(LITTLE_WORK, whole / (TASKS_PER_JOB * n_jobs)))
         for pairs in motion_pairs(rows.lengths, columns.lengths, diagonal, work / self.work_per_cell):
             x, y = Encoded(X, rows.starts), Encoded(Y, columns.starts)
-            yield functools.partial(loop, x, y, pairs, self.paths, metric.measure, tree, self.steps, sums)
+            yield functools.partial(loop, x, y, pairs, self.paths, metric.measure, tree, metric.steps, sums)
 
-    def _encoded(self, poses: np.ndarray) -> np.ndarray:
-        codes = METRICS[self.metric].encoded(poses, self.skeleton, self.steps)
-        return codes.astype(self.dtype, copy=False)
+    def _encode(self, poses: np.ndarray) -> np.ndarray:
+        return self.metric.encode_poses(poses, self.skeleton).astype(self.dtype, copy=False)
 
 
-def work_per_cell(metric: str, skeleton: Skeleton | None, motions: Sequences) -> float:
+def work_per_cell(metric: Metric, skeleton: Skeleton | None, motions: Sequences) -> float:
     """Return the work of a pair of frames, in the unit of `skpose._parallel.tasks`."""
-    chosen = METRICS[metric]
-    tree = tree_of(skeleton if chosen.needs_skeleton else None)
-    return WORK_PER_CELL + chosen.n_codes(tree, motions.poses.shape[1]) * chosen.measure_work
+    return WORK_PER_CELL + metric.n_codes(metric.tree_for(skeleton), motions.poses.shape[1]) * metric.measure_work
 
 
 def share_of_band(window: float | None) -> float:

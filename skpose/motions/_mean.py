@@ -8,16 +8,18 @@ import numpy as np
 from joblib import effective_n_jobs
 from sklearn.exceptions import ConvergenceWarning
 
-from skpose._compat.sklearn import Interval, StrOptions, validate_params
+from skpose._compat.sklearn import Interval, validate_params
+from skpose._validation.motions import check_frame_rate
+from skpose._validation.units import warn_of_degrees
 from skpose._warnings import warn
 from skpose.kinematics import forward_kinematics
-from skpose.kinematics._shared import IS_SKELETON
-from skpose.metrics._shared import resolve, warn_of_unconverged
+from skpose.metrics import Metric, Position
+from skpose.metrics._shared import METRIC_CONSTRAINTS, require, resolve, warn_of_unconverged
 from skpose.motions._barycenter import Aligned, Barycenter
 from skpose.motions._inputs import Sequences, check_motions
 from skpose.motions._matrix import MotionMatrix
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import check_frame_rate, interpolate, warn_of_degrees
+from skpose.skeleton._shared import interpolate
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -47,7 +49,8 @@ class MeanMotion:
     Examples
     --------
     >>> import numpy as np
-    >>> from skpose import Skeleton, mean_motion
+    >>> from skpose import Skeleton
+    >>> from skpose.motions import mean_motion
     >>> swing = np.linspace(0.0, 1.0, 9)[:, None]
     >>> mean_motion([swing, swing + 0.2], skeleton=Skeleton.chain(1))
     MeanMotion(9 frames, standard deviation 0.054 m, converged in 3 iterations)
@@ -103,13 +106,10 @@ class MeanMotion:
 
 
 @validate_params(
-    {
-        "skeleton": [IS_SKELETON, None],
-        "metric": [StrOptions({"position", "geodesic"})],
+    METRIC_CONSTRAINTS
+    | {
         "n_frames": [Interval(Integral, 1, None, closed="left"), None],
         "window": [Interval(Real, 0, 1, closed="both"), None],
-        "n_steps": [Interval(Integral, 2, None, closed="left")],
-        "wrap": ["boolean", StrOptions({"auto"})],
         "max_iter": [Interval(Integral, 1, None, closed="left")],
         "tol": [Interval(Real, 0, None, closed="left")],
         "n_jobs": [None, Integral],
@@ -120,11 +120,9 @@ def mean_motion(
     motions: Any,
     *,
     skeleton: Skeleton | None = None,
-    metric: str = "position",
+    metric: str | Metric = "position",
     n_frames: int | None = None,
     window: float | None = None,
-    n_steps: int = 10,
-    wrap: bool | str = "auto",
     max_iter: int = 100,
     tol: float = 1e-4,
     n_jobs: int | None = None,
@@ -148,16 +146,12 @@ def mean_motion(
     skeleton : Skeleton, default=None
         The skeleton of all motions, and of the mean. None is that of the `Motion` objects, where they differ their
         mean, as ``MotionDataset.skeleton``; arrays need it.
-    metric : {"position", "geodesic"}, default="position"
-        The distance d between poses, as in `frechet_mean`.
+    metric : str or Metric, default="position"
+        The distance d between poses, as in `frechet_mean`: "position" or "geodesic". "auto" is "position".
     n_frames : int, default=None
         Number of frames of the mean; None is that of the motion that it starts at.
     window : float between 0 and 1, default=None
         Sakoe–Chiba band of the paths, see `motion_distances`. None is no limit.
-    n_steps : int, default=10
-        Steps of the geodesics; of no effect for "position".
-    wrap : bool or "auto", default="auto"
-        Whether geodesics start from the wrapped line, see `frechet_mean`. Of no effect for "position".
     max_iter : int, default=100
         Iterations at most.
     tol : float, default=1e-4
@@ -211,7 +205,7 @@ def mean_motion(
     --------
     The typical stride of a generated walk, and the joint whose place varies most:
 
-    >>> from skpose import mean_motion, segment_repetitions
+    >>> from skpose.motions import mean_motion, segment_repetitions
     >>> from skpose.datasets import make_gait
     >>> walk = make_gait(1, 1, activities=["walk"], duration=6, frame_rate=20, random_state=0)[0]
     >>> mean = mean_motion(segment_repetitions(walk).motions)
@@ -227,7 +221,8 @@ def mean_motion(
             "mean_motion needs a skeleton to place the joints, got arrays and skeleton=None: pass the Skeleton that "
             "the poses belong to, or Motions"
         )
-    name, _, steps = resolve(metric, skeleton, n_steps, wrap)
+    chosen = resolve(metric, skeleton, auto="position")
+    require(chosen, "mean_motion", "means by descent and the chord as a lower bound", _why_not_of_motions)
     sequences = checked.sequences.in_float64()
     warn_of_degrees(motions=sequences.poses)
     mean = sequences.motion(_medoid(sequences, skeleton, window, n_jobs))
@@ -235,7 +230,7 @@ def mean_motion(
         if frame_rate is not None and n_frames > 1 and len(mean) > 1:
             frame_rate *= (n_frames - 1) / (len(mean) - 1)
         mean = interpolate(skeleton.bones, mean, np.linspace(0, len(mean) - 1, n_frames))
-    barycenter = Barycenter(sequences, skeleton, name, steps, window, effective_n_jobs(n_jobs))
+    barycenter = Barycenter(sequences, skeleton, chosen, window, effective_n_jobs(n_jobs))
     aligned, before = barycenter.align(mean), None
     objectives, converged = [aligned.objective], False
     while not converged and len(objectives) <= max_iter:
@@ -262,11 +257,19 @@ def mean_motion(
     return MeanMotion(skeleton, mean, frame_rate, std, joint_std, n_poses, np.array(objectives), converged)
 
 
+def _why_not_of_motions(metric: Metric) -> str:
+    """Return why no mean of motions can be found under a metric; empty where one can."""
+    if reason := metric.why_no_means():
+        return reason
+    if metric.lower_bound() != Position():
+        return "the chord is no lower bound of it"
+    return "" if metric.has_gradients else "its sums of squares have kinks"
+
+
 def _medoid(sequences: Sequences, skeleton: Skeleton, window: float | None, n_jobs: int | None) -> int:
     """Return the motion with the least sum of distances to the others; of equal ones the first."""
-    name, _, steps = resolve("position", skeleton, 1, "auto")
-    matrix = MotionMatrix(sequences, None, name, skeleton, steps, window=window)
-    distances, _ = matrix.written(None, n_jobs)
+    matrix = MotionMatrix(sequences, None, Position(), skeleton, window=window)
+    distances, _ = matrix.write(None, n_jobs)
     return int(distances.sum(axis=0).argmin())
 
 

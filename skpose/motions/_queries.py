@@ -47,7 +47,7 @@ def find(request: Request, n_jobs: int | None, verbose: int) -> Nearest:
     """Find the nearest motions of all queries."""
     n_queries, n_workers = request.queries.n_motions, effective_n_jobs(n_jobs)
     n_cells = len(request.queries.poses) * len(request.index.sequences.poses)
-    remote = (request.index.metric == "geodesic" or n_cells > WORTH_SENDING) and in_processes(n_jobs)
+    remote = (request.index.metric.iterative or n_cells > WORTH_SENDING) and in_processes(n_jobs)
     size = max(FEWEST_QUERIES, n_queries // (TASKS_PER_WORKER * n_workers))
     tasks = [(rows.start, rows.stop) for rows in gen_batches(n_queries, size)]
     found: dict[tuple[int, int], Nearest] = {}
@@ -80,8 +80,8 @@ def find_some(request: Request, rows: tuple[int, int]) -> Nearest:
     index = request.index
     work = work_per_cell(index.metric, index.skeleton, index.sequences) * share_of_band(request.window)
     work *= len(queries.poses) * len(index.sequences.poses)
-    # A pair of frames of "geodesic" takes so long that to leave out a few is worth it.
-    many = index.metric != "geodesic" and request.k * FEWEST_PER_NEIGHBOR > index.sequences.n_motions
+    # A pair of frames that is solved takes so long that to leave out a few is worth it.
+    many = not index.metric.iterative and request.k * FEWEST_PER_NEIGHBOR > index.sequences.n_motions
     if index.filter is None or work < WORTH_FILTERING * queries.n_motions or many:
         return _by_brute_force(request, queries, excluded)
     search = MotionSearch(index, request.window)
@@ -96,8 +96,8 @@ def _by_brute_force(request: Request, queries: Sequences, excluded: np.ndarray) 
     parts, unconverged = [], []
     for rows in gen_batches(queries.n_motions, max(1, MOST_DISTANCES // n_motions)):
         some = queries.part(rows.start, rows.stop).in_float64()
-        matrix = MotionMatrix(some, motions, index.metric, index.skeleton, index.steps, window=request.window)
-        distances, counts = matrix.written(None, 1)
+        matrix = MotionMatrix(some, motions, index.metric, index.skeleton, window=request.window)
+        distances, counts = matrix.write(None, 1)
         left_out = np.flatnonzero(excluded[rows] >= 0)
         distances[left_out, excluded[rows][left_out]] = np.inf
         order = distances.argsort(axis=1, kind="stable")[:, : request.k]

@@ -8,11 +8,12 @@ import numpy as np
 from joblib import effective_n_jobs
 
 from skpose._compat.sklearn import Interval, validate_params
+from skpose._validation.units import warn_of_degrees
+from skpose.metrics import Metric
 from skpose.metrics._shared import METRIC_CONSTRAINTS, DistanceMatrix, resolve, warn_of_no_skeleton, warn_of_unconverged
 from skpose.motions._inputs import check_motion
 from skpose.motions._template import Templates
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import warn_of_degrees
 
 MOST_FRAMES = 2000  # that are compared; longer motions are thinned
 
@@ -37,7 +38,7 @@ class Repetitions:
 
     Examples
     --------
-    >>> from skpose import segment_repetitions
+    >>> from skpose.motions import segment_repetitions
     >>> from skpose.datasets import make_gait
     >>> run = make_gait(1, 1, activities=["run"], random_state=0)[0]
     >>> segment_repetitions(run)
@@ -75,12 +76,10 @@ def segment_repetitions(
     motion: Any,
     *,
     skeleton: Skeleton | None = None,
-    metric: str = "auto",
+    metric: str | Metric = "auto",
     min_frames: int | None = None,
     max_frames: int | None = None,
     min_fitness: float = 0.3,
-    n_steps: int = 10,
-    wrap: bool | str = "auto",
     n_jobs: int | None = None,
 ) -> Repetitions:
     r"""Return where a movement repeats, from the distances between all poses of the motion.
@@ -109,7 +108,7 @@ def segment_repetitions(
         The motion: joint angles, and rotation vectors of ball joints, rad.
     skeleton : Skeleton, default=None
         The skeleton; None is that of a `Motion`.
-    metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
+    metric : str or Metric, default="auto"
         The distance between poses, see `pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a
         warning.
     min_frames, max_frames : int, default=None
@@ -118,10 +117,6 @@ def segment_repetitions(
     min_fitness : float between 0 and 1, default=0.3
         Fitness below which nothing is found. Where k equal repetitions are all of the motion, the fitness is 1 − 1/k;
         people differ, and reach 0.4 to 0.7. Recordings in which little of the motion repeats need a lower one.
-    n_steps : int, default=10
-        Chords along the curve of "spatial" and "geodesic".
-    wrap : bool or "auto", default="auto"
-        Whether differences of angles are wrapped to [−π, π], see `pose_distances`.
     n_jobs : int, default=None
         Threads, as in scikit-learn.
 
@@ -171,7 +166,7 @@ def segment_repetitions(
     --------
     The strides of a generated walk:
 
-    >>> from skpose import segment_repetitions
+    >>> from skpose.motions import segment_repetitions
     >>> from skpose.datasets import make_gait
     >>> walk = make_gait(1, 1, activities=["walk"], duration=6, random_state=0)[0]
     >>> strides = segment_repetitions(walk)
@@ -183,13 +178,13 @@ def segment_repetitions(
     checked = check_motion(motion, skeleton, "motion")
     if min_frames is not None and max_frames is not None and min_frames > max_frames:
         raise ValueError(f"min_frames must be no more than max_frames, got {min_frames} and {max_frames}")
-    name, _, steps = resolve(metric, checked.skeleton, n_steps, wrap)
+    chosen = resolve(metric, checked.skeleton)
     warn_of_no_skeleton(metric, checked.skeleton)
     poses = checked.sequences.poses
     if checked.skeleton is not None:
         warn_of_degrees(motion=poses)
     k = -(-len(poses) // MOST_FRAMES)
-    distances, unconverged = DistanceMatrix(poses[::k], None, name, checked.skeleton, steps).written(None, n_jobs)
+    distances, unconverged = DistanceMatrix(poses[::k], None, chosen, checked.skeleton).write(None, n_jobs)
     warn_of_unconverged(unconverged, distances.size)
     templates = Templates(distances, (min_frames or 1) / k, (max_frames or np.inf) / k)
     best = templates.best(effective_n_jobs(n_jobs))

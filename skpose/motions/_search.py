@@ -13,8 +13,6 @@ import numpy as np
 from skpose._compiled.pose import loops
 from skpose._compiled.warping.paths import Paths
 from skpose._compiled.warping.within import Ends, Within, path_sum_loop, warped_within_loop
-from skpose.kinematics._shared import tree_of
-from skpose.metrics._shared import METRICS
 from skpose.motions._bounds import Bounds, left_over
 from skpose.motions._index import SequenceIndex
 from skpose.motions._results import MotionEvaluations
@@ -30,14 +28,13 @@ class Aligner:
     """Sums of distances under the metric of an index, up to a limit, and what they cost."""
 
     def __init__(self, index: SequenceIndex, paths: Paths):
-        self.index, self.paths, self.metric = index, paths, METRICS[index.metric]
-        self._tree = tree_of(index.skeleton if self.metric.needs_skeleton else None, FLOAT64)
+        self.index, self.paths, self.metric = index, paths, index.metric
+        self._tree = self.metric.tree_for(index.skeleton, FLOAT64)
         self.evaluations = MotionEvaluations(0, 0)
         self.unconverged: list[tuple[int, float]] = []
 
-    def encoded(self, poses: np.ndarray) -> np.ndarray:
-        skeleton = self.index.skeleton if self.metric.needs_skeleton else None
-        return self.metric.encoded(poses, skeleton, self.index.steps)
+    def encode(self, poses: np.ndarray) -> np.ndarray:
+        return self.metric.encode_poses(poses, self.index.skeleton)
 
     def ends(self, codes: np.ndarray, start: int, stop: int, bounds: Bounds | None, limit: float) -> Ends:
         """Return the paths that end at the frames start:stop.
@@ -49,10 +46,10 @@ class Aligner:
         if bounds is not None and np.isfinite(limit) and len(codes) * n_columns <= MOST_CELLS:
             remaining = left_over(bounds.of_frames(start, stop), self.paths)
         ends = Ends(np.empty(n_columns), np.empty(n_columns, np.int64))
-        lanes = loops.in_lanes(self.encoded(self.index.sequences.poses[start:stop]))
+        lanes = loops.in_lanes(self.encode(self.index.sequences.poses[start:stop]))
         within = Within(limit * (1.0 + ROUNDING), remaining)
         n_cells, *unconverged = warped_within_loop(FLOAT64)(
-            codes, lanes, self.paths, within, self.metric.measure, self._tree, self.index.steps, ends
+            codes, lanes, self.paths, within, self.metric.measure, self._tree, self.metric.steps, ends
         )
         self.evaluations += MotionEvaluations(1, n_cells)
         self.unconverged.append(tuple(unconverged))
@@ -61,7 +58,7 @@ class Aligner:
     def path_sum(self, codes: np.ndarray, lanes: np.ndarray, path: np.ndarray) -> float:
         """Return the sum of the distances along one path to encoded frames."""
         loop = path_sum_loop(FLOAT64)
-        return loop(codes, lanes, path, self.metric.measure, self._tree, self.index.steps)
+        return loop(codes, lanes, path, self.metric.measure, self._tree, self.metric.steps)
 
 
 class MotionSearch:
@@ -72,7 +69,8 @@ class MotionSearch:
         self._aligner = Aligner(index, self.paths)
         # The distance along lines costs a thousandth, and is an upper bound: `measure_geodesic` returns the length of
         # the straight line where that is the shorter one. So k motions are within the k-th of these.
-        self._lines = MotionSearch(index.under("spatial"), window) if index.metric == "geodesic" else None
+        above = index.metric.upper_bound()
+        self._lines = None if above is None else MotionSearch(index.under(above), window)
 
     @property
     def evaluations(self) -> MotionEvaluations:
@@ -84,7 +82,7 @@ class MotionSearch:
 
     def nearest(self, query: np.ndarray, excluded: int, k: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the distances and the indices of the k nearest motions, by distance and then by index."""
-        bounds, codes = Bounds(self.index, query), self._aligner.encoded(query)
+        bounds, codes = Bounds(self.index, query), self._aligner.encode(query)
         n_frames = len(query) + self.index.sequences.lengths
         best: list[tuple[float, int]] = []
         start = np.inf if self._lines is None else self._lines.nearest(query, excluded, k)[0][-1] * (1.0 + ROUNDING)

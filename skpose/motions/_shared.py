@@ -1,4 +1,4 @@
-"""What the other packages of skpose use of `skpose.motions` beside its public names."""
+"""Names of `skpose.motions` that the other packages of skpose use, in addition to the public ones."""
 
 from skpose.motions._alignment import Quantity
 from skpose.motions._inputs import Sequences, check_motions, rates_differ

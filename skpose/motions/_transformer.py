@@ -23,7 +23,7 @@ class MotionDistanceTransformer(MotionEstimatorMixin, ClassNamePrefixFeaturesOut
     skeleton : Skeleton, default=None
         The skeleton of all motions. None is that of the `Motion` objects of `fit`, where they differ their mean; arrays
         need it, but for "angle".
-    metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
+    metric : str or Metric, default="auto"
         The distance between poses, see `pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a
         warning.
     alignment : {"dtw", "subsequence", "frames"}, default="dtw"
@@ -31,10 +31,6 @@ class MotionDistanceTransformer(MotionEstimatorMixin, ClassNamePrefixFeaturesOut
         "frames" takes the pairs (i, i) of motions of equal length, see `motion_distances`.
     window : float between 0 and 1, default=None
         Sakoe–Chiba band of "dtw", as a share of the durations; None is no limit.
-    n_steps : int, default=10
-        Chords along the curve of "spatial" and "geodesic".
-    wrap : bool or "auto", default="auto"
-        Whether differences of angles are wrapped to [−π, π], see `pose_distances`.
     n_jobs : int, default=None
         Threads, or workers of a ``joblib.parallel_config`` context, see `motion_distances`.
     verbose : int, default=0
@@ -42,10 +38,10 @@ class MotionDistanceTransformer(MotionEstimatorMixin, ClassNamePrefixFeaturesOut
 
     Attributes
     ----------
-    effective_metric_ : str
-        The distance between poses in use.
-    effective_metric_params_ : dict
-        Its parameters, `alignment` and `window`; `n_steps` and `wrap` where it has them.
+    metric_ : Metric
+        The distance between poses in use, a copy of the parameter.
+    alignment_, window_ : str, float or None
+        How motions are aligned.
     skeleton_ : Skeleton or None
         The skeleton in use.
     frame_rate_ : float or None
@@ -109,8 +105,6 @@ class MotionDistanceTransformer(MotionEstimatorMixin, ClassNamePrefixFeaturesOut
         metric="auto",
         alignment="dtw",
         window=None,
-        n_steps=10,
-        wrap="auto",
         n_jobs=None,
         verbose=0,
     ):
@@ -118,8 +112,6 @@ class MotionDistanceTransformer(MotionEstimatorMixin, ClassNamePrefixFeaturesOut
         self.metric = metric
         self.alignment = alignment
         self.window = window
-        self.n_steps = n_steps
-        self.wrap = wrap
         self.n_jobs = n_jobs
         self.verbose = verbose
 
@@ -177,8 +169,7 @@ class MotionDistanceTransformer(MotionEstimatorMixin, ClassNamePrefixFeaturesOut
         """
         check_is_fitted(self, "n_samples_fit_")
         motions = self._checked(X, reset=False)
-        params = self.effective_metric_params_
-        check_alignment(params["alignment"], params["window"], X=motions, X_fit=self._motions)
+        check_alignment(self.alignment_, self.window_, X=motions, X_fit=self._motions)
         return self._distances(motions, self._motions)
 
     @property

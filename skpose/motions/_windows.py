@@ -67,7 +67,7 @@ class WindowSearch:
 
     def best(self, query: np.ndarray, k: int) -> list[Window]:
         """Return the k best windows, or all if there are fewer, by their sums."""
-        codes = self._aligner().encoded(query)
+        codes = self._aligner().encode(query)
         if self.index.filter is None or not self._is_worth_it(query, k):
             starts = self.index.sequences.starts.tolist()
             return chosen(self._within(codes, None, itertools.pairwise(starts), np.inf), k)
@@ -186,7 +186,7 @@ class WindowSearch:
         path = path_to(sums, True, end - start)
         first = start + int(path[0, 1])
         aligner = self._aligner()
-        lanes = in_lanes(aligner.encoded(self.index.sequences.poses[first : end + 1]))
+        lanes = in_lanes(aligner.encode(self.index.sequences.poses[first : end + 1]))
         total = aligner.path_sum(codes, lanes, path - [0, first - start])
         return Window(total, motion, first, end + 1)
 

@@ -6,7 +6,7 @@ The times below are of CMU poses on one AVX-512 core. The choice does not change
 
 import numpy as np
 
-from skpose.metrics._shared import Metric
+from skpose.metrics import Metric
 
 FILTER_WORK = 6  # per pair of a query and a pose. Measured: 1.1 ns
 # Work of a search by brute force from which on a filter is tried; it then takes 20 ms or more. Below, a filter saves 15

@@ -17,12 +17,14 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._compiled.pose import loops
+from skpose._compiled.pose.measure import measure_euclidean
 from skpose._compiled.pose.nearest import Candidates, Groups, bounds_of_groups_loop, nearest_of_groups_loop
 from skpose._compiled.pose.tree import Steps
 from skpose._compiled.simd.lanes import aligned, lanes
 from skpose._parallel.rows import over_rows
 from skpose.kinematics._shared import tree_of
-from skpose.metrics._shared import ENCODED_AT_ONCE, METRICS
+from skpose.metrics import Metric
+from skpose.metrics._shared import ENCODED_AT_ONCE
 from skpose.neighbors._cost import FILTER_WORK
 from skpose.neighbors._nearest_so_far import NearestSoFar
 from skpose.skeleton import Skeleton
@@ -51,11 +53,11 @@ class ChordFilter:
     Parameters
     ----------
     poses : ndarray of shape (n_poses, n_dofs)
-    bound : str
-        A Euclidean metric. The distances between the filter's points are lower bounds of it, and so of every metric
-        that is never less.
-    skeleton, steps
-        As for `Metric.encoded`.
+    bound : Metric
+        The Euclidean distance of its codes. The distances between the filter's points are lower bounds of it, and so of
+        every metric that is never less.
+    skeleton
+        As for `Metric.encode_poses`.
 
     Attributes
     ----------
@@ -68,10 +70,10 @@ class ChordFilter:
         float32.
     """
 
-    def __init__(self, poses: np.ndarray, bound: str, skeleton: Skeleton | None, steps: Steps):
-        self.bound, self.skeleton, self.steps = bound, skeleton, steps
+    def __init__(self, poses: np.ndarray, bound: Metric, skeleton: Skeleton | None):
+        self.bound, self.skeleton = bound, skeleton
         sample = np.linspace(0, len(poses) - 1, min(SAMPLE, len(poses))).astype(int)
-        codes = METRICS[self.bound].encoded(poses[sample], skeleton, steps)
+        codes = bound.encode_poses(poses[sample], skeleton)
         self.scale = np.abs(codes).max() or 1.0
         codes /= self.scale
         self.mean = codes.mean(axis=0)
@@ -108,7 +110,7 @@ class ChordFilter:
         """
         n_queries, n_groups = len(points.slack), len(self.groups) // self.n_coordinates
         bounds, limits = np.zeros((n_queries, n_groups), FLOAT32), np.zeros(n_queries, FLOAT32)
-        loop, tail = bounds_of_groups_loop(), (limits, METRICS["angle"].measure, NO_TREE, NO_WRAP, bounds)
+        loop, tail = bounds_of_groups_loop(), (limits, measure_euclidean, NO_TREE, NO_WRAP, bounds)
         over_rows(
             lambda first, last: loop(points.coordinates, self.groups, first, last, *tail),
             n_queries,
@@ -130,7 +132,7 @@ class ChordFilter:
         limits = np.partition(bounds, n, axis=1)[:, n] if n < bounds.shape[1] else np.full(len(bounds), np.inf, FLOAT32)
         near = NearestSoFar(limits, n, FLOAT32)
         loop, groups = nearest_of_groups_loop(FLOAT32), Groups(self.groups, indices, bounds, np.zeros(len(bounds)))
-        tail = excluded, METRICS["angle"].measure, NO_TREE, NO_WRAP, near.heaps
+        tail = excluded, measure_euclidean, NO_TREE, NO_WRAP, near.heaps
         over_rows(
             lambda first, last: loop(points.coordinates, groups, first, last, *tail),
             len(bounds),
@@ -145,7 +147,7 @@ class ChordFilter:
     def _coordinates(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return coordinates and their norms; zero and infinity where they are out of range."""
         with np.errstate(over="ignore"):
-            codes = METRICS[self.bound].encoded(poses, self.skeleton, self.steps) / self.scale - self.mean
+            codes = self.bound.encode_poses(poses, self.skeleton) / self.scale - self.mean
         out = np.abs(codes).max(axis=1) > IN_RANGE
         codes[out] = 0.0
         # Not by BLAS: its threads stay busy for a while and take the processors from the search's threads.

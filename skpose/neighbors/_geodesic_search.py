@@ -9,10 +9,10 @@ intervals are found by searches of their own.
 from typing import cast
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from skpose._compiled.pose.nearest import Candidates
-from skpose.metrics._shared import METRICS
+from skpose._typing import ArrayLike
+from skpose.metrics import Metric
 from skpose.neighbors._index import PoseIndex
 from skpose.neighbors._nearest_so_far import NearestSoFar
 from skpose.neighbors._results import Evaluations, Neighbors
@@ -31,10 +31,10 @@ class GeodesicSearch:
 
     def __init__(self, index: PoseIndex, n_jobs: int):
         self.index = index
-        self.chords, self.lines, self.geodesics = (
-            Search(index, METRICS[metric], n_jobs) for metric in ("position", "spatial", "geodesic")
-        )
-        self.rounding = ROUNDING * np.abs(cast(Skeleton, index.skeleton).offsets).sum()  # "geodesic" needs a skeleton
+        solved, skeleton = index.metric, cast(Skeleton, index.skeleton)
+        bounds = cast(Metric, solved.lower_bound()), cast(Metric, solved.upper_bound())
+        self.chords, self.lines, self.geodesics = (Search(index, metric, n_jobs) for metric in (*bounds, solved))
+        self.rounding = ROUNDING * np.abs(skeleton.offsets).sum()
 
     @property
     def evaluations(self) -> Evaluations:
@@ -80,7 +80,7 @@ class GeodesicSearch:
         indices[chords.queries, ranks] = chords.indices
         if self.index.filter is not None:
             bounds[chords.queries, ranks] = chords.distances - self.rounding
-        codes = METRICS["geodesic"].encoded(poses, self.index.skeleton, self.index.steps)
+        codes = self.index.metric.encode_poses(poses, self.index.skeleton)
         for start in range(0, indices.shape[1], SOLVED_AT_ONCE):
             some, their_bounds = (
                 np.ascontiguousarray(part[:, start : start + SOLVED_AT_ONCE]) for part in (indices, bounds)

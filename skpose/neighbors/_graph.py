@@ -10,7 +10,7 @@ from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, Transfo
 
 from skpose._base import POSE_CONSTRAINTS, PoseEstimatorMixin
 from skpose._compat.sklearn import StrOptions, fit_context
-from skpose.metrics._shared import resolve, warn_of_unconverged
+from skpose.metrics._shared import warn_of_unconverged
 from skpose.neighbors._index import PoseIndex
 from skpose.neighbors._queries import Request, find
 
@@ -41,9 +41,7 @@ class GraphTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Tran
             The fitted transformer.
         """
         X = self._checked(X, reset=True, copy=True)
-        steps = resolve(self.effective_metric_, self.skeleton_, self.n_steps, self.wrap).steps
-        brute = self.algorithm == "brute"
-        self._index = PoseIndex(X, self.skeleton_, self.effective_metric_, steps, brute=brute)
+        self._index = PoseIndex(X, self.skeleton_, self.metric_, brute=self.algorithm == "brute")
         self._index.sort_groups()
         self.n_samples_fit_ = len(X)
         return self

@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from skpose._compiled.pose.tree import Steps
 from skpose._compiled.simd.lanes import lanes
-from skpose.metrics._shared import METRICS
+from skpose.metrics import Metric
 from skpose.neighbors._filter import FLOAT32, ChordFilter
 from skpose.neighbors._order import order_of_groups
 from skpose.skeleton import Skeleton
@@ -25,16 +24,14 @@ class PoseIndex:
         Indices of the poses in each group of lanes, -1 where there is none; as the poses come, until `sort_groups`.
     """
 
-    def __init__(self, poses: np.ndarray, skeleton: Skeleton | None, metric: str, steps: Steps, *, brute: bool):
-        self.poses, self.skeleton, self.metric, self.steps = np.ascontiguousarray(poses), skeleton, metric, steps
+    def __init__(self, poses: np.ndarray, skeleton: Skeleton | None, metric: Metric, *, brute: bool):
+        self.poses, self.skeleton, self.metric = np.ascontiguousarray(poses), skeleton, metric
         self.largest = largest_of(self.poses)
         self.filter = None
         self.groups = _groups(np.arange(len(poses)))
-        chosen = METRICS[metric]
-        # The bound of a metric that does not wrap by default takes differences that are not wrapped.
-        bound_is_false = chosen.wraps is False and steps.half_turn < np.inf
-        if not (brute or bound_is_false or chosen.bound is None):
-            chords = ChordFilter(self.poses, chosen.bound, skeleton, steps)
+        bound = None if brute else metric.lower_bound()
+        if bound is not None:
+            chords = ChordFilter(self.poses, bound, skeleton)
             self.filter = chords if np.isfinite(chords.norm) else None
 
     def sort_groups(self) -> None:

@@ -31,13 +31,9 @@ class PoseKNeighborsTransformer(GraphTransformer):
         ``mode="distance"``, as in scikit-learn.
     algorithm : {"auto", "brute"}, default="auto"
         "auto" measures only what a lower bound does not rule out, "brute" every pair. The result is the same.
-    metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
+    metric : str or Metric, default="auto"
         The distance, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a warning.
-        "rotation", and "angle" with `wrap`, have no bound and are searched by brute force.
-    n_steps : int, default=10
-        Chords along the curve of "spatial" and "geodesic".
-    wrap : bool or "auto", default="auto"
-        Whether differences of angles are wrapped to [−π, π], see `skpose.pose_distances`.
+        "rotation" and ``Angle(wrap=True)`` have no bound and are searched by brute force.
     n_jobs : int, default=None
         Threads; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors. Where that context names
         a backend of processes or a cluster, the search runs there. The result does not depend on it.
@@ -46,10 +42,8 @@ class PoseKNeighborsTransformer(GraphTransformer):
 
     Attributes
     ----------
-    effective_metric_ : str
-        The metric in use.
-    effective_metric_params_ : dict
-        Its parameters: `n_steps` and `wrap` where it has them.
+    metric_ : Metric
+        The metric in use, a copy of the parameter.
     skeleton_ : Skeleton or None
         The skeleton in use.
     n_samples_fit_ : int
@@ -91,8 +85,8 @@ class PoseKNeighborsTransformer(GraphTransformer):
     Time O(n_samples · n_samples_fit) for the bounds, about a nanosecond each, and O(n_samples · n_neighbors · n_dofs ·
     n_steps) for the lengths if the poses are dense. Memory O(n_samples_fit) for the index, the poses and 80 bytes for
     each, and some 150 MB for a search, beyond its result. Of the parameters of scikit-learn's transformer `leaf_size`,
-    `p` and `metric_params` are missing: there are no leaves, no Minkowski distance, and `n_steps` and `wrap` stand for
-    themselves.
+    `p` and `metric_params` are missing: there are no leaves, no Minkowski distance, and a metric has its own
+    parameters.
 
     References
     ----------
@@ -132,8 +126,6 @@ class PoseKNeighborsTransformer(GraphTransformer):
         n_neighbors=5,
         algorithm="auto",
         metric="auto",
-        n_steps=10,
-        wrap="auto",
         n_jobs=None,
         verbose=0,
     ):
@@ -142,8 +134,6 @@ class PoseKNeighborsTransformer(GraphTransformer):
         self.n_neighbors = n_neighbors
         self.algorithm = algorithm
         self.metric = metric
-        self.n_steps = n_steps
-        self.wrap = wrap
         self.n_jobs = n_jobs
         self.verbose = verbose
 

@@ -15,7 +15,6 @@ from sklearn.utils import gen_batches
 from skpose._parallel.backends import from_workers, in_processes
 from skpose._parallel.progress import progress
 from skpose._parallel.tasks import TASKS_PER_WORKER
-from skpose.metrics._shared import METRICS
 from skpose.neighbors._geodesic_search import GeodesicSearch
 from skpose.neighbors._index import PoseIndex
 from skpose.neighbors._results import Evaluations, Neighbors
@@ -61,7 +60,7 @@ class Found(NamedTuple):
 def find(request: Request, n_jobs: int | None, verbose: int) -> Found:
     """Find the neighbours of all queries."""
     n_queries, n_workers = len(request.poses), effective_n_jobs(n_jobs)
-    slow = request.index.metric == "geodesic"
+    slow = request.index.metric.iterative
     remote = (slow or n_queries * len(request.index.poses) > WORTH_SENDING) and in_processes(n_jobs)
     size = min(QUERIES, MAX_BOUNDS // len(request.index.groups))
     if slow:
@@ -102,4 +101,6 @@ def find_some(request: Request, rows: tuple[int, int], n_jobs: int = 1) -> Found
 
 def search_of(index: PoseIndex, n_jobs: int) -> Search | GeodesicSearch:
     """Return a new search of an index."""
-    return GeodesicSearch(index, n_jobs) if index.metric == "geodesic" else Search(index, METRICS[index.metric], n_jobs)
+    metric = index.metric
+    has_bounds = metric.lower_bound() is not None and metric.upper_bound() is not None
+    return GeodesicSearch(index, n_jobs) if metric.iterative and has_bounds else Search(index, metric, n_jobs)

@@ -29,13 +29,9 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
         Neighbours are no further away than this; m, or rad for "angle".
     algorithm : {"auto", "brute"}, default="auto"
         "auto" measures only what a lower bound does not rule out, "brute" every pair. The result is the same.
-    metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
+    metric : str or Metric, default="auto"
         The distance, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a warning.
-        "rotation", and "angle" with `wrap`, have no bound and are searched by brute force.
-    n_steps : int, default=10
-        Chords along the curve of "spatial" and "geodesic".
-    wrap : bool or "auto", default="auto"
-        Whether differences of angles are wrapped to [−π, π], see `skpose.pose_distances`.
+        "rotation" and ``Angle(wrap=True)`` have no bound and are searched by brute force.
     n_jobs : int, default=None
         Threads; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors. Where that context names
         a backend of processes or a cluster, the search runs there. The result does not depend on it.
@@ -44,10 +40,8 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
 
     Attributes
     ----------
-    effective_metric_ : str
-        The metric in use.
-    effective_metric_params_ : dict
-        Its parameters: `n_steps` and `wrap` where it has them.
+    metric_ : Metric
+        The metric in use, a copy of the parameter.
     skeleton_ : Skeleton or None
         The skeleton in use.
     n_samples_fit_ : int
@@ -108,8 +102,6 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
         radius=1.0,
         algorithm="auto",
         metric="auto",
-        n_steps=10,
-        wrap="auto",
         n_jobs=None,
         verbose=0,
     ):
@@ -118,8 +110,6 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
         self.radius = radius
         self.algorithm = algorithm
         self.metric = metric
-        self.n_steps = n_steps
-        self.wrap = wrap
         self.n_jobs = n_jobs
         self.verbose = verbose
 

@@ -1,7 +1,7 @@
 """Measuring groups of poses, those that a filter has left, for many queries at once.
 
 Every pose that is left for any query is encoded once, in groups that fill the lanes of float32. The metric may have a
-coarse bound (`Metric.coarse`): it is computed first, in float32, and what it leaves is measured.
+coarse bound (`Metric.coarse_bound`): it is computed first, in float32, and what it leaves is measured.
 """
 
 from dataclasses import dataclass
@@ -13,8 +13,8 @@ from skpose._compiled.pose.loops import encode_lanes_loop, encode_poses
 from skpose._compiled.pose.nearest import Groups, bounds_of_groups_loop, nearest_of_groups_loop
 from skpose._compiled.simd.lanes import aligned, lanes
 from skpose._parallel.rows import over_rows
-from skpose.kinematics._shared import tree_of
-from skpose.metrics._shared import Coarse, Metric
+from skpose.metrics import Metric
+from skpose.metrics._shared import CoarseBound
 from skpose.neighbors._filter import FLOAT32, FilterPoints
 from skpose.neighbors._index import LANES, PoseIndex, largest_of
 from skpose.neighbors._nearest_so_far import NearestSoFar
@@ -55,25 +55,23 @@ class Refinement:
 
     def __init__(self, index: PoseIndex, metric: Metric, n_jobs: int):
         self.index, self.metric, self.n_jobs = index, metric, n_jobs
-        self.skeleton = index.skeleton if metric.needs_skeleton else None
-        self.tree = tree_of(self.skeleton, FLOAT64)
+        self.tree, self.steps = metric.tree_for(index.skeleton, FLOAT64), metric.steps
         self.measure, self.n_measured = metric.measure, 0
-        self._coarse: Coarse | None = None
+        self._coarse: CoarseBound | None = None
         if index.filter is not None:
             self.measure = metric.measure_within or metric.measure
-            if metric.coarse is not None and index.steps.n_steps % 2 == 0 and index.steps.n_steps > 2:
-                self._slack = metric.coarse.slack(self.tree)
-                is_used = np.isfinite(self._slack) and index.largest <= LARGEST_ANGLE
-                self._coarse = metric.coarse if is_used else None
+            if (coarse := metric.coarse_bound) is not None:
+                self._slack = coarse.slack(self.tree)
+                self._coarse = coarse if np.isfinite(self._slack) and index.largest <= LARGEST_ANGLE else None
 
     def queries(self, poses: np.ndarray, excluded: np.ndarray, points: FilterPoints | None) -> Queries:
         """Return queries, encoded."""
-        codes, coarse = self.metric.encoded(poses, self.index.skeleton, self.index.steps), np.empty((len(poses), 0))
+        codes, coarse = self.metric.encode_poses(poses, self.index.skeleton), np.empty((len(poses), 0))
         if largest_of(poses) > LARGEST_ANGLE:
             self._coarse = None
         if self._coarse is not None:
             coarse = np.empty((len(poses), self._coarse.n_codes(self.tree)))
-            encode_poses(poses, self._coarse.encode, self.tree, self.index.steps, coarse)
+            encode_poses(poses, self._coarse.encode, self.tree, self.steps, coarse)
         return Queries(codes, coarse.astype(FLOAT32), excluded, points)
 
     def measure_groups(self, queries: Queries, numbers: np.ndarray, near: np.ndarray, best: NearestSoFar) -> None:
@@ -98,7 +96,7 @@ class Refinement:
             return
         codes = self._encoded(poses, self.metric.encode, queries.codes.shape[1], FLOAT64)
         groups, loop = Groups(codes, indices, near, slack), nearest_of_groups_loop(FLOAT64)
-        tail = queries.excluded, self.measure, self.tree, self.index.steps, best.heaps
+        tail = queries.excluded, self.measure, self.tree, self.steps, best.heaps
         self.n_measured += sum(
             over_rows(
                 lambda first, last: loop(queries.codes, groups, first, last, *tail),
@@ -108,10 +106,10 @@ class Refinement:
             )
         )
 
-    def _bound(self, coarse: Coarse, codes: np.ndarray, poses: np.ndarray, near: np.ndarray) -> None:
+    def _bound(self, coarse: CoarseBound, codes: np.ndarray, poses: np.ndarray, near: np.ndarray) -> None:
         """Replace zeros by coarse bounds."""
         groups, loop = self._encoded(poses, coarse.encode, codes.shape[1], FLOAT32), bounds_of_groups_loop()
-        tail: Any = (coarse.measure, tree_of(self.skeleton, FLOAT32), self.index.steps, near)
+        tail: Any = (coarse.measure, self.metric.tree_for(self.index.skeleton, FLOAT32), self.steps, near)
         limits = np.zeros(len(codes), FLOAT32)
         over_rows(
             lambda first, last: loop(codes, groups, first, last, limits, *tail),
@@ -123,7 +121,7 @@ class Refinement:
     def _encoded(self, poses: np.ndarray, encode: Any, n_codes: int, dtype: np.dtype) -> np.ndarray:
         """Return poses as groups of lanes."""
         width = lanes(dtype)
-        n_groups, loop, tail = len(poses) // width, encode_lanes_loop(dtype), (encode, self.tree, self.index.steps)
+        n_groups, loop, tail = len(poses) // width, encode_lanes_loop(dtype), (encode, self.tree, self.steps)
         codes = aligned(n_groups * n_codes, width, dtype)
         work = len(poses) * n_codes * self.metric.encode_work
         over_rows(lambda first, last: loop(poses, first, last, *tail, codes), n_groups, work, self.n_jobs)

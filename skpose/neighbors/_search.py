@@ -18,12 +18,12 @@ from collections.abc import Iterator
 from typing import cast
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from skpose._compiled.pose.loops import FLOAT64_LANES
 from skpose._compiled.pose.nearest import Batch, Candidates, nearest_of_candidates_loop
 from skpose._parallel.rows import TASKS_PER_JOB_UNEVEN, over_rows
-from skpose.metrics._shared import Metric
+from skpose._typing import ArrayLike
+from skpose.metrics import Metric
 from skpose.neighbors._cost import CostModel, sample_of
 from skpose.neighbors._filter import FLOAT32, ChordFilter, FilterPoints
 from skpose.neighbors._index import LANES, PoseIndex
@@ -93,7 +93,7 @@ class Search:
     ) -> None:
         """Measure the candidates of each query in order, but for those whose bound shows that they are not kept."""
         index, loop = self.index, nearest_of_candidates_loop(self.index.poses.dtype)
-        tail = self.metric.encode, self._groups.measure, self._groups.tree, index.steps, best.heaps
+        tail = self.metric.encode, self._groups.measure, self._groups.tree, self.metric.steps, best.heaps
         for n_measured, n_unconverged, worst in over_rows(
             lambda first, last: loop(codes, index.poses, candidates, Batch(first, last, at_once), *tail),
             len(codes),

@@ -1,4 +1,4 @@
-"""What the other packages of skpose use of `skpose.neighbors` beside its public names."""
+"""Names of `skpose.neighbors` that the other packages of skpose use, in addition to the public ones."""
 
 from skpose.neighbors._filter import FLOAT32, ChordFilter, FilterPoints
 from skpose.neighbors._graph import check_mode, checked_k, sparse_graph

@@ -3,12 +3,14 @@
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from skpose._typing import ArrayLike
+from skpose._validation.options import check_kind, check_whole
 from skpose.kinematics import forward_kinematics
+from skpose.metrics import Metric
 from skpose.motions import Alignment, align_motions
 from skpose.motions._shared import Quantity
-from skpose.plot._axes import axes, check_kind, check_whole
+from skpose.plot._axes import axes
 from skpose.plot._joint_map import ROW, draw_joint_map
 from skpose.plot._pose import GAP, check_view, draw_pose
 from skpose.skeleton import Motion, Skeleton
@@ -176,7 +178,7 @@ class AlignmentDisplay:
         b: Motion | ArrayLike,
         *,
         skeleton: Skeleton | None = None,
-        metric: str = "auto",
+        metric: str | Metric = "auto",
         alignment: str = "dtw",
         window: float | None = None,
         quantity: Quantity = "distance",
@@ -185,7 +187,7 @@ class AlignmentDisplay:
         view: str = "xy",
         **style,
     ) -> "AlignmentDisplay":
-        """Align two motions and draw them; the parameters are those of `skpose.align_motions` and of `plot`."""
+        """Align two motions and draw them; the parameters are those of `skpose.motions.align_motions` and of `plot`."""
         found = align_motions(a, b, skeleton=skeleton, metric=metric, alignment=alignment, window=window)
         return cls.from_alignment(found, quantity=quantity, n_poses=n_poses, ax=ax, view=view, **style)
 

@@ -1,6 +1,4 @@
-"""Shared parts of the displays: axes to draw into, colours that colour-blind people can distinguish, arguments."""
-
-from numbers import Integral
+"""Shared parts of the displays: axes to draw into, and colours that colour-blind people can distinguish."""
 
 # M. Okabe, K. Ito, "Color universal design", 2008; without its yellow, which is hard to see on white.
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000")
@@ -17,15 +15,3 @@ def axes(ax, caller, figsize=None, projection=None):
     if ax is None:
         _, ax = plt.subplots(figsize=figsize, layout="constrained", subplot_kw={"projection": projection})
     return ax, ax.figure
-
-
-def check_kind(value, expected, name, remedy):
-    """Refuse a value of another class than the expected one."""
-    if not isinstance(value, expected):
-        raise TypeError(f"{name} must be a skpose.{expected.__name__}, got {type(value).__name__}: {remedy}")
-
-
-def check_whole(value, least, name):
-    """Refuse what is not a whole number of at least so many."""
-    if not isinstance(value, Integral) or value < least:
-        raise ValueError(f"{name} must be a whole number of at least {least}, got {value!r}")

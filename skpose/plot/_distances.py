@@ -1,12 +1,14 @@
 """Display of a matrix of distances."""
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from skpose.metrics import pose_distances
+from skpose._typing import ArrayLike
+from skpose._validation.poses import check_poses
+from skpose._validation.units import warn_of_degrees
+from skpose.metrics import Metric, pose_distances
+from skpose.metrics._shared import resolve
 from skpose.plot._axes import axes
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import check_poses, warn_of_degrees
 
 
 class DistanceMatrixDisplay:
@@ -82,7 +84,7 @@ class DistanceMatrixDisplay:
         *,
         sequence: ArrayLike | None = None,
         names=None,
-        metric: str = "auto",
+        metric: str | Metric = "auto",
         n_jobs: int | None = None,
         ax=None,
         **style,
@@ -99,7 +101,7 @@ class DistanceMatrixDisplay:
             Sequence of each pose; lines are drawn between sequences.
         names : list of str, default=None
             Names of the sequences.
-        metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
+        metric : str or Metric, default="auto"
             The distance, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a warning.
         n_jobs : int, default=None
             Threads, see `skpose.pose_distances`.
@@ -117,7 +119,7 @@ class DistanceMatrixDisplay:
         if skeleton is not None:
             warn_of_degrees(X=X)
         distances = pose_distances(X, skeleton=skeleton, metric=metric, n_jobs=n_jobs)
-        unit = "rad" if metric == "angle" or (metric == "auto" and skeleton is None) else "m"
+        unit = resolve(metric, skeleton).unit
         return cls.from_distances(distances, sequence=sequence, names=names, unit=unit, ax=ax, **style)
 
     @classmethod

@@ -1,14 +1,18 @@
 """Display of a geodesic and the straight line, figure 3 (a) of the paper."""
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from skpose.geodesics import Geodesic, geodesic
+from skpose._typing import ArrayLike
+from skpose._validation.options import check_kind
+from skpose._validation.poses import check_pose
+from skpose._validation.skeletons import check_skeleton
+from skpose._validation.units import warn_of_degrees
+from skpose.geodesics import GeodesicResult, geodesic
 from skpose.kinematics import metric_tensor
-from skpose.metrics import pose_distances
-from skpose.plot._axes import COLOURS, axes, check_kind
+from skpose.metrics import Metric, Spatial, pose_distances
+from skpose.plot._axes import COLOURS, axes
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import check_pose, check_skeleton, straight_line, warn_of_degrees
+from skpose.skeleton._shared import straight_line
 
 MARGIN = 0.2  # around the curves, relative to their extent
 ABOVE = 1.5  # times that above them, where the legend stands
@@ -43,7 +47,7 @@ class GeodesicDisplay:
 
     Parameters
     ----------
-    geodesic : Geodesic
+    geodesic : GeodesicResult
         The geodesic.
     skeleton : Skeleton
         Its skeleton.
@@ -69,7 +73,7 @@ class GeodesicDisplay:
     0.89
     """
 
-    def __init__(self, geodesic: Geodesic, skeleton: Skeleton):
+    def __init__(self, geodesic: GeodesicResult, skeleton: Skeleton):
         self.geodesic, self.skeleton = geodesic, skeleton
 
     def plot(self, ax=None, *, resolution: int = 60) -> "GeodesicDisplay":
@@ -90,9 +94,8 @@ class GeodesicDisplay:
         self.ax_, self.figure_ = axes(ax, "GeodesicDisplay.plot")
         path = self.geodesic.path
         line = straight_line(self.skeleton.bones, path[0], path[-1], len(path))
-        length = pose_distances(
-            path[:1], path[-1:], skeleton=self.skeleton, metric="spatial", n_steps=len(path) - 1, wrap=False
-        )[0, 0]
+        straight = Spatial(n_steps=len(path) - 1, wrap=False)
+        length = pose_distances(path[:1], path[-1:], skeleton=self.skeleton, metric=straight)[0, 0]
         self.ratio_ = float(self.geodesic.length / length) if length > 0.0 else 1.0
         plane = _Plane(np.concatenate([path, line]))
         points = plane.transform(np.concatenate([path, line]))
@@ -119,23 +122,22 @@ class GeodesicDisplay:
         end: ArrayLike,
         skeleton: Skeleton,
         *,
-        n_steps: int = 10,
-        wrap: bool | str = "auto",
+        metric: str | Metric = "geodesic",
         ax=None,
         resolution: int = 60,
     ) -> "GeodesicDisplay":
         """Find the geodesic between two poses, (n_dofs,) joint angles in rad, and draw it."""
         first, last = check_pose(start, skeleton, "start"), check_pose(end, skeleton, "end")
         warn_of_degrees(start=first[None], end=last[None])
-        found = geodesic(first, last, skeleton, n_steps=n_steps, wrap=wrap)
+        found = geodesic(first, last, skeleton, metric=metric)
         return cls.from_geodesic(found, skeleton, ax=ax, resolution=resolution)
 
     @classmethod
     def from_geodesic(
-        cls, geodesic: Geodesic, skeleton: Skeleton, *, ax=None, resolution: int = 60
+        cls, geodesic: GeodesicResult, skeleton: Skeleton, *, ax=None, resolution: int = 60
     ) -> "GeodesicDisplay":
         """Draw a geodesic."""
-        check_kind(geodesic, Geodesic, "geodesic", "skpose.geodesic(start, end, skeleton) finds one")
+        check_kind(geodesic, GeodesicResult, "geodesic", "skpose.geodesic(start, end, skeleton) finds one")
         check_skeleton(skeleton)
         if geodesic.path.shape[1] != skeleton.n_dofs:
             raise ValueError(

@@ -1,10 +1,11 @@
 """Display of poses embedded in the plane."""
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from skpose._typing import ArrayLike
+from skpose._validation.options import check_kind
 from skpose.manifold import SpatialMDS
-from skpose.plot._axes import COLOURS, MARKERS, axes, check_kind
+from skpose.plot._axes import COLOURS, MARKERS, axes
 
 
 class MDSDisplay:
@@ -83,7 +84,7 @@ class MDSDisplay:
     ) -> "MDSDisplay":
         """Draw poses embedded by a fitted `SpatialMDS` of at least two components."""
         check_kind(mds, SpatialMDS, "mds", "it comes first, then the poses; from_embedding draws other embeddings")
-        unit = "rad" if mds.effective_metric_ == "angle" else "m"
+        unit = "m" if mds.metric_ is None else mds.metric_.unit
         return cls.from_embedding(
             mds.transform(X), labels, shares=mds.explained_variance_ratio_, unit=unit, ax=ax, **style
         )

@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from skpose._validation.options import check_kind
 from skpose.motions import MeanMotion
-from skpose.plot._axes import axes, check_kind
+from skpose.plot._axes import axes
 from skpose.plot._joint_map import ROW, draw_joint_map
 
 WIDTH, REST = 8.0, 1.0  # inches: the figure, what is above and below the joints
@@ -27,7 +28,8 @@ class MeanMotionDisplay:
     Examples
     --------
     >>> import numpy as np
-    >>> from skpose import Skeleton, mean_motion
+    >>> from skpose import Skeleton
+    >>> from skpose.motions import mean_motion
     >>> from skpose.plot import MeanMotionDisplay
     >>> swing = np.linspace([0.0, 0.0], [1.0, 2.0], 9)
     >>> display = MeanMotionDisplay.from_mean(mean_motion([swing, swing + 0.2], skeleton=Skeleton.chain(2)))
@@ -62,6 +64,6 @@ class MeanMotionDisplay:
 
     @classmethod
     def from_mean(cls, mean: MeanMotion, *, ax=None, **style) -> "MeanMotionDisplay":
-        """Draw a `skpose.mean_motion`; the other parameters are those of `plot`."""
-        check_kind(mean, MeanMotion, "mean", "skpose.mean_motion(motions) finds one")
+        """Draw a `skpose.motions.mean_motion`; the other parameters are those of `plot`."""
+        check_kind(mean, MeanMotion, "mean", "skpose.motions.mean_motion(motions) finds one")
         return cls(mean).plot(ax, **style)

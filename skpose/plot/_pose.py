@@ -3,13 +3,17 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from skpose.geodesics import Geodesic
+from skpose._typing import ArrayLike
+from skpose._validation.options import check_kind, check_whole
+from skpose._validation.poses import check_is_array, check_pose, check_poses
+from skpose._validation.skeletons import check_skeleton
+from skpose._validation.units import warn_of_degrees
+from skpose.geodesics import GeodesicResult
 from skpose.kinematics import forward_kinematics
-from skpose.plot._axes import COLOURS, axes, check_kind, check_whole
+from skpose.plot._axes import COLOURS, axes
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import check_is_array, check_pose, check_poses, check_skeleton, sides, warn_of_degrees
+from skpose.skeleton._shared import sides
 
 # The middle line is drawn first, so that a legend has its colour, and limbs are in front of it.
 SIDES = {"": "#606060", "left": COLOURS[0], "right": COLOURS[1]}
@@ -238,10 +242,10 @@ class PoseStripDisplay:
 
     @classmethod
     def from_geodesic(
-        cls, geodesic: Geodesic, skeleton: Skeleton, *, n_poses: int = 8, ax=None, view: str = "xy", **style
+        cls, geodesic: GeodesicResult, skeleton: Skeleton, *, n_poses: int = 8, ax=None, view: str = "xy", **style
     ) -> "PoseStripDisplay":
         """Draw poses along a geodesic at equal lengths of curve, the two ends among them."""
-        check_kind(geodesic, Geodesic, "geodesic", "skpose.geodesic(start, end, skeleton) finds one")
+        check_kind(geodesic, GeodesicResult, "geodesic", "skpose.geodesic(start, end, skeleton) finds one")
         check_whole(n_poses, 2, "n_poses")
         labels = [f"{length:.2f}" for length in np.linspace(0, geodesic.curve_length, n_poses)]
         return cls.from_poses(

@@ -1,4 +1,4 @@
-"""What the other packages of skpose use of `skpose.plot` beside its public names."""
+"""Names of `skpose.plot` that the other packages of skpose use, in addition to the public ones."""
 
 from skpose.plot._axes import COLOURS
 

@@ -5,8 +5,8 @@ from numbers import Real
 import numpy as np
 from sklearn.utils.validation import check_is_fitted
 
+from skpose._validation.options import check_kind, check_whole
 from skpose.kinematics import forward_kinematics
-from skpose.plot._axes import check_kind, check_whole
 from skpose.plot._pose import PoseStripDisplay
 from skpose.skeleton import Skeleton
 from skpose.statistics import PoseTangentPCA
@@ -36,7 +36,8 @@ class TangentPCADisplay:
     Examples
     --------
     >>> import numpy as np
-    >>> from skpose import PoseTangentPCA, Skeleton
+    >>> from skpose import Skeleton
+    >>> from skpose.statistics import PoseTangentPCA
     >>> from skpose.plot import TangentPCADisplay
     >>> arm, X = Skeleton.chain(2), np.random.default_rng(0).normal(scale=0.5, size=(20, 2))
     >>> display = TangentPCADisplay.from_estimator(PoseTangentPCA(arm).fit(X))

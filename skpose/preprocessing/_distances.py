@@ -27,11 +27,11 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
     ----------
     skeleton : Skeleton, default=None
         The skeleton of all poses. Needed by all metrics but "angle".
-    metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
+    metric : str or Metric, default="auto"
         The distance, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a warning.
     kernel : {"rbf", "laplacian"} or None, default=None
         None gives distances d, "rbf" gives :math:`\exp(-\gamma d^2)` and "laplacian" :math:`\exp(-\gamma d)`. Both are
-        positive semidefinite for "angle" (without `wrap`) and "position", which are Euclidean distances; for the others
+        positive semidefinite for "angle" and "position", which are Euclidean distances; for the others
         they need not be, see `psd`.
     gamma : "scale" or float, default="scale"
         The γ of the kernel, in the inverse unit of d² ("rbf") or of d ("laplacian"). "scale" is 2 / m and √(2 / m)
@@ -43,10 +43,6 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
         gives the nearest positive semidefinite matrix, and projects the kernel of other poses on the eigenvectors that
         remain. "shift" adds the magnitude of the least eigenvalue to the kernel of a pose with itself, and changes no
         kernel of two different poses. Only with a kernel.
-    n_steps : int, default=10
-        Chords along the curve of "spatial" and "geodesic".
-    wrap : bool or "auto", default="auto"
-        Whether differences of angles are wrapped to [−π, π], see `skpose.pose_distances`.
     n_jobs : int, default=None
         Threads, or workers of a ``joblib.parallel_config`` context, see `skpose.pose_distances`.
     verbose : int, default=0
@@ -54,10 +50,8 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
 
     Attributes
     ----------
-    effective_metric_ : str
-        The metric in use.
-    effective_metric_params_ : dict
-        Its parameters: `n_steps` and `wrap` where it has them.
+    metric_ : Metric
+        The metric in use, a copy of the parameter.
     skeleton_ : Skeleton or None
         The skeleton in use.
     X_fit_ : ndarray of shape (n_samples_fit, n_dofs)
@@ -125,8 +119,6 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
         kernel=None,
         gamma="scale",
         psd="ignore",
-        n_steps=10,
-        wrap="auto",
         n_jobs=None,
         verbose=0,
     ):
@@ -135,8 +127,6 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
         self.kernel = kernel
         self.gamma = gamma
         self.psd = psd
-        self.n_steps = n_steps
-        self.wrap = wrap
         self.n_jobs = n_jobs
         self.verbose = verbose
 

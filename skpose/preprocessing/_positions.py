@@ -9,18 +9,13 @@ from sklearn.utils.validation import check_is_fitted, validate_data
 
 from skpose._base import EstimatorMixin
 from skpose._compat.sklearn import Interval, StrOptions, check_feature_names_in, fit_context
+from skpose._validation.poses import check_poses
+from skpose._validation.positions import check_position_dimensions, check_position_names, check_position_width
+from skpose._validation.skeletons import IS_SKELETON, limits_of
+from skpose._validation.units import warn_of_degrees
 from skpose.keypoints import Keypoints
 from skpose.kinematics import forward_kinematics, inverse_kinematics
-from skpose.kinematics._shared import IS_SKELETON
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import (
-    check_poses,
-    check_position_dimensions,
-    check_position_names,
-    check_position_width,
-    limits_of,
-    warn_of_degrees,
-)
 
 
 class PoseFromPositions(EstimatorMixin, TransformerMixin, BaseEstimator):
@@ -226,7 +221,7 @@ class PoseFromPositions(EstimatorMixin, TransformerMixin, BaseEstimator):
         if self.skeleton is None:
             raise ValueError(
                 f"{type(self).__name__} needs a skeleton, got None: pass skeleton=, such as "
-                "skpose.fit_skeleton(keypoints, layout)"
+                "skpose.keypoints.fit_skeleton(keypoints, layout)"
             )
         if self.joint_limits == "enforce":
             limits_of(self.skeleton)  # refused in fit already

@@ -1,4 +1,4 @@
-"""What the other packages of skpose use of `skpose.preprocessing` beside its public names."""
+"""Names of `skpose.preprocessing` that the other packages of skpose use, in addition to the public ones."""
 
 from skpose.preprocessing._kernels import Kernel, repaired
 

@@ -14,9 +14,7 @@ def interpolate(bones: Sequence[Bone], poses: np.ndarray, at: np.ndarray) -> np.
     The rotation of a ball joint, or of one with three Euler angles, is the slerp between two rows, as numbers near the
     row before. Other angles change linearly along their difference wrapped to [−π, π].
     """
-    before = np.minimum(at.astype(np.intp), max(len(poses) - 1, 0))
-    after, part = np.minimum(before + 1, len(poses) - 1), (at - before)[:, None]
-    start, end = poses[before], poses[after]
+    start, end, part = _rows_around(poses, at)
     between = linear(start, end, part, TWO_PI)
     moved = (part[:, 0] > 0.0) & (start != end).any(axis=1)
     first = 0
@@ -29,6 +27,18 @@ def interpolate(bones: Sequence[Bone], poses: np.ndarray, at: np.ndarray) -> np.
         turned = p * type(p).from_rotvec(part[moved] * (p.inv() * q).as_rotvec())
         between[moved, columns] = columns_of(bone, turned, start[moved, columns])
     return between
+
+
+def interpolate_linearly(values: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Return values (n, k) at rows of others, which need not be whole."""
+    return linear(*_rows_around(values, at), 0.0)
+
+
+def _rows_around(values: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the rows before and after, and how far in between (n, 1) from 0 to 1."""
+    before = np.minimum(at.astype(np.intp), max(len(values) - 1, 0))
+    after = np.minimum(before + 1, len(values) - 1)
+    return values[before], values[after], (at - before)[:, None]
 
 
 def straight_line(

@@ -9,14 +9,12 @@ m (1 − c) at the near end and m c at the far end: both momentum and centre of 
 
 import re
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, NamedTuple, NoReturn
+from typing import NamedTuple, NoReturn
 
 import numpy as np
 
+from skpose._validation.skeletons import SkeletonLike
 from skpose.skeleton._sides import PATTERNS
-
-if TYPE_CHECKING:
-    from skpose.skeleton._skeleton import Skeleton
 
 ROOT = -1
 
@@ -65,7 +63,7 @@ LIMBS = (
 NECK = ("neck", "lowerneck", "upperneck")
 
 
-def mass_weights(skeleton: "Skeleton") -> np.ndarray:
+def mass_weights(skeleton: SkeletonLike) -> np.ndarray:
     """Return the part (n_joints,) of a person's mass that each joint stands for."""
     weights = np.zeros(skeleton.n_joints + 1)  # the last is the root's, whose index is ROOT
     children: list[list[int]] = [[] for _ in range(skeleton.n_joints + 1)]
@@ -89,7 +87,7 @@ def mass_weights(skeleton: "Skeleton") -> np.ndarray:
 
 
 def _limbs(
-    skeleton: "Skeleton",
+    skeleton: SkeletonLike,
     bones: tuple[tuple[str, ...], ...],
     joints: tuple[tuple[str, ...], ...],
     children: list[list[int]],
@@ -106,7 +104,7 @@ def _limbs(
     return limbs
 
 
-def _head(skeleton: "Skeleton", children: list[list[int]]) -> tuple[int, list[int]]:
+def _head(skeleton: SkeletonLike, children: list[list[int]]) -> tuple[int, list[int]]:
     """Return the joint at the base of the neck, and the ends of the head."""
     heads = [j for j, name in enumerate(skeleton.joint_names) if _is(name, ("head",))]
     if len(heads) != 1:
@@ -119,7 +117,7 @@ def _head(skeleton: "Skeleton", children: list[list[int]]) -> tuple[int, list[in
     return first, children[heads[0]] or [heads[0]]
 
 
-def _pair(skeleton: "Skeleton", names: tuple[str, ...]) -> tuple[int, int]:
+def _pair(skeleton: SkeletonLike, names: tuple[str, ...]) -> tuple[int, int]:
     """Return the two joints, one for each side, that have one of these names; the first name that is found counts."""
     for known in names:
         found = [j for j, name in enumerate(skeleton.joint_names) if _is(name, (known,))]

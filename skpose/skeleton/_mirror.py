@@ -1,7 +1,4 @@
-"""The mirror image of a motion: left and right exchanged."""
-
-from dataclasses import replace
-from typing import TYPE_CHECKING
+"""The mirror image of poses: left and right exchanged."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -12,56 +9,15 @@ from skpose.skeleton._rotations import fitted_columns, rotations_of
 from skpose.skeleton._sides import partners
 from skpose.skeleton._skeleton import Skeleton
 
-if TYPE_CHECKING:
-    from skpose.skeleton._motion import Motion
-
 PARALLEL = 1e-12  # axes that differ by less are one
 MISSED = 1e-3  # rad by which a mirrored rotation may miss the axes of a joint
 ASYMMETRY = 45.0  # degrees between a bone and the mirror image of its partner, at angle zero
 
 
-def mirrored(motion: "Motion", axis: str = "x") -> "Motion":
-    """Return the mirror image of the motion: what the left does, the right does.
-
-    The mirror is the plane through the origin across one axis, which points to the left or to the right at angle zero.
-    With M the reflection, a joint's world rotation R, relative to angle zero, becomes M R M of its partner on the other
-    side. So does the root's, and its position p becomes M p. For a skeleton that is its own mirror image, joints are at
-    the mirror images of the positions of their partners. The motion stays on the same skeleton: where left and right
-    differ in length, or in direction at angle zero, so do the mirrored limbs.
-
-    Partners are found by name: "LeftArm" and "RightArm", "hand_left", "lfemur" and "rfemur", "L_Hip", "hip.L",
-    "hip_l". Joints without a side in their name are on the middle line.
-
-    Parameters
-    ----------
-    axis : {"x", "y", "z"}, default="x"
-        The axis that points to the left or to the right at angle zero.
-
-    Returns
-    -------
-    Motion
-        Of the same skeleton. Mirrored twice, it is the same motion.
-
-    Raises
-    ------
-    ValueError
-        If names state a side and there is no partner, or more than one; if partners have other parents than partners;
-        if a bone at angle zero and the mirror image of its partner are 45° or more apart, as they are across a wrong
-        axis; if a joint with fewer than three dofs cannot take the rotation. The message names the joints.
-
-    Examples
-    --------
-    >>> from skpose import Motion
-    >>> from skpose.datasets import humanoid
-    >>> wave = Motion(humanoid(), [[0.0] * 42], frame_rate=60).to_pandas()
-    >>> wave["left_upper_arm_rz"] = 2.5
-    >>> other = Motion(humanoid(), wave, frame_rate=60).mirrored().to_pandas()
-    >>> other[["left_upper_arm_rz", "right_upper_arm_rz"]].to_numpy() + 0.0
-    array([[ 0. , -2.5]])
-    """
+def mirrored_poses(skeleton: Skeleton, poses: np.ndarray, axis: str) -> np.ndarray:
+    """Return the mirror image of poses in time, see `Motion.mirrored`."""
     if axis not in ("x", "y", "z"):
         raise ValueError(f'axis must be "x", "y" or "z", the one that points to the left or to the right, got {axis!r}')
-    skeleton = motion.skeleton
     mirror = np.where(np.arange(3) == "xyz".index(axis), -1.0, 1.0)
     other = partners(skeleton.joint_names)
     _check_parents(skeleton, other)
@@ -72,16 +28,11 @@ def mirrored(motion: "Motion", axis: str = "x") -> "Motion":
     columns = []
     for j, k in enumerate(other):
         bone, partner = skeleton.bones[j], skeleton.bones[k]
-        given = motion.angles[:, ends[k] - partner.n_dofs : ends[k]]
+        given = poses[:, ends[k] - partner.n_dofs : ends[k]]
         # Relative to angle zero a joint rotates in its parent's axes by G = B L Bᵀ, with B its axes at angle zero and L
         # its own rotation. G becomes M G M of the partner, so that L becomes Cᵀ L C of it.
         columns.append(_reflected(partner, bone, given, rest[k].T * mirror @ rest[j]))
-    return replace(
-        motion,
-        angles=np.concatenate(columns, axis=1),
-        root_positions=motion.root_positions * mirror,
-        root_angles=motion.root_angles * [1.0 if letter == axis else -1.0 for letter in motion.root_axes.lower()],
-    )
+    return np.concatenate(columns, axis=1)
 
 
 def _reflected(partner: Bone, bone: Bone, given: np.ndarray, change: np.ndarray) -> np.ndarray:

@@ -1,22 +1,37 @@
 """A motion: poses of one skeleton in time, with the movement of the root stored apart."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal, NoReturn
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from skpose.skeleton import _conversions, _mirror, _sampling, _selection, _show
-from skpose.skeleton._arguments import check_frame_rate, check_skeleton
+from skpose._displays import Page, displays
+from skpose._typing import ArrayLike
+from skpose._validation.columns import check_column_names, other_than_poses
+from skpose._validation.motions import check_frame_rate, check_up
+from skpose._validation.skeletons import check_skeleton
+from skpose._validation.units import warn_of_degrees
 from skpose.skeleton._bone import Bone, is_axes
-from skpose.skeleton._columns import check_column_names, other_than_poses
+from skpose.skeleton._comparison import mismatch
 from skpose.skeleton._continuity import without_jumps
-from skpose.skeleton._root import check_up, with_root
+from skpose.skeleton._conversions import converted
+from skpose.skeleton._interpolation import interpolate, interpolate_linearly
+from skpose.skeleton._mirror import mirrored_poses
+from skpose.skeleton._root import root_parts, with_root_joint
+from skpose.skeleton._sampling import chosen_frames, resampled_frames
 from skpose.skeleton._skeleton import Skeleton
-from skpose.skeleton._units import warn_of_degrees
 
 if TYPE_CHECKING:
     import pandas
+
+
+# What to do about motions that differ in what one motion has once.
+REMEDIES = {
+    "frame_rate": "use resample first",
+    "root_axes": 'with_root("tilt") makes the orientation a part of the poses of both, and leaves one axis to the root',
+    "up": 'their worlds are not the same; if they are, dataclasses.replace(motion, up="y") states so',
+}
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -64,7 +79,7 @@ class Motion:
     --------
     skpose.io.load_motion : Read a motion from a BVH, AMC or AMASS file.
     skpose.io.save_bvh : Write a motion as a BVH file.
-    skpose.retarget : Return the poses on another skeleton.
+    skpose.kinematics.retarget : Return the poses on another skeleton.
 
     Notes
     -----
@@ -143,7 +158,17 @@ class Motion:
     def __len__(self) -> int:
         return len(self.angles)
 
-    __getitem__ = _sampling.frames_of
+    def __getitem__(self, frames: int | np.integer | slice) -> "Motion":
+        """Return some frames: ``motion[10:50]``, ``motion[::2]`` at half the rate, ``motion[3]`` as one frame."""
+        rows, step, numbers = chosen_frames(self.frame_numbers, frames)
+        return replace(
+            self,
+            angles=self.angles[rows],
+            frame_rate=self.frame_rate / step,
+            root_positions=self.root_positions[rows],
+            root_angles=self.root_angles[rows],
+            frame_numbers=numbers,
+        )
 
     def __array__(self, *arguments: object, **options: object) -> NoReturn:
         raise TypeError("a Motion is no array: pass its poses, motion.angles")
@@ -157,8 +182,77 @@ class Motion:
         seconds = len(self) / self.frame_rate
         return f"Motion({len(self)} frames at {self.frame_rate:g} Hz, {seconds:.1f} s, {self.skeleton!r})"
 
-    concatenate = staticmethod(_sampling.concatenate)
-    resample = _sampling.resample
+    @staticmethod
+    def concatenate(motions: Iterable["Motion"]) -> "Motion":
+        """Return motions one after another, as one.
+
+        Nothing is moved: where one motion ends elsewhere than the next begins, there is a jump.
+
+        Parameters
+        ----------
+        motions : iterable of Motion
+            At least one; with the same skeleton, frame rate, root axes and axis that points up.
+
+        Returns
+        -------
+        Motion
+            With the frames of all.
+
+        Raises
+        ------
+        ValueError
+            If the motions differ in one of these; the message states in which.
+        """
+        motions = list(motions)
+        if not motions:
+            raise ValueError("concatenate needs at least one motion, got none")
+        first = motions[0]
+        for i, motion in enumerate(motions[1:], start=1):
+            if motion.skeleton != first.skeleton:
+                difference = mismatch(first.skeleton, motion.skeleton) or "bones differ: use retarget first"
+                raise ValueError(f"motions[{i}] has another skeleton than motions[0]: {difference}")
+            for name, remedy in REMEDIES.items():
+                if getattr(motion, name) != getattr(first, name):
+                    values = f"{getattr(motion, name)!r}, but motions[0] {getattr(first, name)!r}"
+                    raise ValueError(f"motions[{i}] has {name} {values}: {remedy}")
+        angles, positions, rotations = (
+            np.concatenate([getattr(motion, name) for motion in motions])
+            for name in ("angles", "root_positions", "root_angles")
+        )
+        ends = np.cumsum([0] + [1 + motion.frame_numbers[-1] if len(motion) else 0 for motion in motions])
+        numbers = np.concatenate([end + motion.frame_numbers for end, motion in zip(ends, motions, strict=False)])
+        return replace(first, angles=angles, root_positions=positions, root_angles=rotations, frame_numbers=numbers)
+
+    def resample(self, frame_rate: float) -> "Motion":
+        """Return the motion at another frame rate, from its first frame to the last time within it.
+
+        Between two frames a joint with three dofs, and a root with three axes, rotates by the smallest angle (slerp).
+        Other angles change linearly along their difference wrapped to [−π, π], so that a file's jump by 360° is no
+        rotation. Where the new times coincide with frames, as from 120 to 12 Hz, these are taken as they are. Where
+        frames are missing none are made up: new times between a frame and one that does not directly follow it are
+        missing too. There is no low-pass filter: a lower rate aliases movements that are faster than it, as in the
+        paper.
+
+        Parameters
+        ----------
+        frame_rate : float
+            The new rate, Hz.
+
+        Returns
+        -------
+        Motion
+            Of the same skeleton.
+        """
+        check_frame_rate(frame_rate)
+        rows, numbers = resampled_frames(self.frame_numbers, self.frame_rate, frame_rate)
+        return replace(
+            self,
+            angles=interpolate(self.skeleton.bones, self.angles, rows),
+            frame_rate=frame_rate,
+            root_positions=interpolate_linearly(self.root_positions, rows),
+            root_angles=interpolate((self._root,), self.root_angles, rows),
+            frame_numbers=numbers,
+        )
 
     def unwrap(self) -> "Motion":
         """Return the motion with its angles continuous in time: jumps from frame to frame are removed.
@@ -178,12 +272,172 @@ class Motion:
         angles = without_jumps(self.skeleton.bones, self.angles)
         return replace(self, angles=angles, root_angles=without_jumps((self._root,), self.root_angles))
 
-    to_rotvec = _conversions.to_rotvec
-    to_euler = _conversions.to_euler
-    mirrored = _mirror.mirrored
-    select = _selection.select_in
-    play = _show.play
-    _repr_html_ = _show.strip
+    def to_rotvec(self) -> "Motion":
+        """Return the same motion with joints of two or three Euler angles as ball joints, on `Skeleton.to_rotvec`.
+
+        All joints stay where they are. Rotation vectors are continuous in time: of the vectors that are one rotation,
+        each frame has the one nearest to the frame before, which may be longer than π. The root's angles stay as they
+        are.
+
+        Returns
+        -------
+        Motion
+            Of the skeleton ``motion.skeleton.to_rotvec()``.
+
+        See Also
+        --------
+        Motion.to_euler : Return ball joints as three Euler angles.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from skpose import Bone, Motion, Skeleton
+        >>> arm = Skeleton([Bone("elbow", None, (0.3, 0, 0), "xyz"), Bone("wrist", "elbow", (0.25, 0, 0), "z")])
+        >>> motion = Motion(arm, [[0, np.pi / 2, 0, 1]], frame_rate=60).to_rotvec()
+        >>> motion.skeleton.dof_names
+        ('elbow_rotvec_x', 'elbow_rotvec_y', 'elbow_rotvec_z', 'wrist_rz')
+        >>> motion.angles.round(3)
+        array([[0.   , 1.571, 0.   , 1.   ]])
+        """
+        return self._on(self.skeleton.to_rotvec())
+
+    def to_euler(self, order: str) -> "Motion":
+        """Return the same motion with ball joints as three Euler angles in one order, on `Skeleton.to_euler`.
+
+        All joints stay where they are. Angles are continuous in time: of the triples that are one rotation, each frame
+        has the one nearest to the frame before. In gimbal lock that is one of a line of triples.
+
+        Parameters
+        ----------
+        order : str
+            Three different letters in the notation of `Bone`: "xyz" is extrinsic, "ZXY" intrinsic.
+
+        Returns
+        -------
+        Motion
+            Of the skeleton ``motion.skeleton.to_euler(order)``. Joints that have Euler angles keep theirs:
+            ``motion.to_rotvec().to_euler(order)`` changes these too.
+
+        Raises
+        ------
+        ValueError
+            If the order is not three different letters in one case.
+
+        See Also
+        --------
+        Motion.to_rotvec : Return Euler angles as ball joints.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from skpose import Bone, Motion, Skeleton
+        >>> arm = Skeleton([Bone("elbow", None, (0.3, 0, 0), "rotvec")])
+        >>> Motion(arm, [[0, 0, 1.5]], frame_rate=60).to_euler("ZXY").angles.round(3) + 0.0
+        array([[1.5, 0. , 0. ]])
+        """
+        return self._on(self.skeleton.to_euler(order))
+
+    def _on(self, skeleton: Skeleton) -> "Motion":
+        """Return the motion on a skeleton with the same bones in the same order, which differ in their dofs."""
+        return replace(self, skeleton=skeleton, angles=converted(self.skeleton.bones, skeleton.bones, self.angles))
+
+    def mirrored(self, axis: Literal["x", "y", "z"] = "x") -> "Motion":
+        """Return the mirror image of the motion: what the left does, the right does.
+
+        The mirror is the plane through the origin across one axis, which points to the left or to the right at angle
+        zero. With M the reflection, a joint's world rotation R, relative to angle zero, becomes M R M of its partner on
+        the other side. So does the root's, and its position p becomes M p. For a skeleton that is its own mirror image,
+        joints are at the mirror images of the positions of their partners. The motion stays on the same skeleton: where
+        left and right differ in length, or in direction at angle zero, so do the mirrored limbs.
+
+        Partners are found by name: "LeftArm" and "RightArm", "hand_left", "lfemur" and "rfemur", "L_Hip", "hip.L",
+        "hip_l". Joints without a side in their name are on the middle line.
+
+        Parameters
+        ----------
+        axis : {"x", "y", "z"}, default="x"
+            The axis that points to the left or to the right at angle zero.
+
+        Returns
+        -------
+        Motion
+            Of the same skeleton. Mirrored twice, it is the same motion.
+
+        Raises
+        ------
+        ValueError
+            If names state a side and there is no partner, or more than one; if partners have other parents than
+            partners; if a bone at angle zero and the mirror image of its partner are 45° or more apart, as they are
+            across a wrong axis; if a joint with fewer than three dofs cannot take the rotation. The message names the
+            joints.
+
+        Examples
+        --------
+        >>> from skpose import Motion
+        >>> from skpose.datasets import humanoid
+        >>> wave = Motion(humanoid(), [[0.0] * 42], frame_rate=60).to_pandas()
+        >>> wave["left_upper_arm_rz"] = 2.5
+        >>> other = Motion(humanoid(), wave, frame_rate=60).mirrored().to_pandas()
+        >>> other[["left_upper_arm_rz", "right_upper_arm_rz"]].to_numpy() + 0.0
+        array([[ 0. , -2.5]])
+        """
+        angles = mirrored_poses(self.skeleton, self.angles, axis)
+        return replace(
+            self,
+            angles=angles,
+            root_positions=self.root_positions * [-1.0 if letter == axis else 1.0 for letter in "xyz"],
+            root_angles=self.root_angles * [1.0 if letter == axis else -1.0 for letter in self.root_axes.lower()],
+        )
+
+    def select(self, joints: str | Iterable[str] | None = None, *, drop: str | Iterable[str] = ()) -> "Motion":
+        """Return the motion of some joints, and of those that carry them, see `Skeleton.select`.
+
+        Parameters
+        ----------
+        joints : str or iterable of str, default=None
+            Joints to keep, with all between them and the root; None keeps all.
+        drop : str or iterable of str, default=()
+            Joints to leave out, each with all that it carries.
+
+        Returns
+        -------
+        Motion
+            Of the smaller skeleton; the root moves as before.
+        """
+        part = self.skeleton.select(joints, drop=drop)
+        return replace(self, skeleton=part, angles=self.angles[:, part.columns_in(self.skeleton)])
+
+    def play(self) -> Page:
+        """Return a page that plays the motion: ``skpose.view.player(motion)``.
+
+        The player has options, and shows several motions, side by side or aligned in time.
+
+        Returns
+        -------
+        skpose.view.Page
+            In a notebook it shows itself; elsewhere ``motion.play().open()`` shows it in the browser, and
+            ``motion.play().save("view.html")`` writes it.
+
+        Raises
+        ------
+        ValueError
+            If the motion has no frames.
+
+        See Also
+        --------
+        skpose.view.player : The page, with its options.
+
+        Examples
+        --------
+        >>> from skpose.datasets import make_gait
+        >>> make_gait(1, 1, random_state=0).motions[0].play().note
+        '1 motion, positions within 0.027 mm'
+        """
+        return displays.player(self)
+
+    def _repr_html_(self) -> str:
+        """Return some poses of the motion as a picture, which a notebook shows."""
+        return displays.strip(self)
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return the angles as a pandas DataFrame, one column for each dof and one row for each frame.
@@ -250,4 +504,13 @@ class Motion:
         >>> np.degrees(motion.root_angles).round(3), motion.root_axes
         (array([[90.]]), 'y')
         """
-        return with_root(self, part, self.up if up is None else up)
+        up = self.up if up is None else up
+        vectors, left, axes = root_parts(self.root_angles, self.root_axes, part, up)
+        return replace(
+            self,
+            skeleton=with_root_joint(self.skeleton),
+            angles=np.concatenate([vectors, self.angles], axis=1),
+            root_angles=left,
+            root_axes=axes,
+            up=up,
+        )

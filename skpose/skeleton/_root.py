@@ -1,41 +1,28 @@
 """The orientation of the root: as numbers of a motion, and as a joint, so that it is a part of the poses."""
 
-from dataclasses import replace
-from typing import TYPE_CHECKING, Literal
-
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from skpose._validation.motions import check_up
 from skpose.skeleton._bone import BALL, Bone
 from skpose.skeleton._rotations import columns_of
 from skpose.skeleton._skeleton import Skeleton
 
-if TYPE_CHECKING:
-    from skpose.skeleton._motion import Motion
 
-
-def check_up(up: object) -> None:
-    """Refuse what is no axis of the world."""
-    if up not in ("x", "y", "z"):
-        raise ValueError(f'up must be "x", "y" or "z", the axis of the world that points up, got {up!r}')
-
-
-def with_root(motion: "Motion", part: str, up: Literal["x", "y", "z"]) -> "Motion":
-    """Return the motion with the orientation of the root in its poses, see `Motion.with_root`."""
+def root_parts(root_angles: np.ndarray, root_axes: str, part: str, up: str) -> tuple[np.ndarray, np.ndarray, str]:
+    """Return the rotation vectors (n, 3) of a part of the root's orientation, the angles that are left, their axes."""
     if part not in ("tilt", "whole"):
         raise ValueError(f'part must be "tilt" or "whole", got {part!r}')
     check_up(up)
-    skeleton = with_root_joint(motion.skeleton)
-    axes = up if part == "tilt" else motion.root_axes
-    left, vectors = np.zeros((len(motion), len(axes))), np.zeros((len(motion), 3))
-    if len(motion):
-        orientations = root_orientations(motion.root_angles, motion.root_axes)
+    axes = up if part == "tilt" else root_axes
+    left, vectors = np.zeros((len(root_angles), len(axes))), np.zeros((len(root_angles), 3))
+    if len(root_angles):
+        orientations = root_orientations(root_angles, root_axes)
         if part == "tilt":
             left[:, 0] = heading(orientations, up)
             orientations = Rotation.from_euler(up, left).inv() * orientations
         vectors = orientations.as_rotvec()
-    angles = np.concatenate([vectors, motion.angles], axis=1)
-    return replace(motion, skeleton=skeleton, angles=angles, root_angles=left, root_axes=axes, up=up)
+    return vectors, left, axes
 
 
 def root_orientations(angles: np.ndarray, axes: str) -> Rotation:

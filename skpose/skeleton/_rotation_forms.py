@@ -4,15 +4,15 @@ from collections.abc import Callable
 from typing import Literal, NamedTuple, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from skpose.skeleton._arguments import check_skeleton
+from skpose._typing import ArrayLike
+from skpose._validation.poses import check_is_array, check_poses
+from skpose._validation.skeletons import check_skeleton
+from skpose._validation.units import warn_of_degrees
 from skpose.skeleton._bone import Bone
 from skpose.skeleton._rotations import fitted_columns, rotations_of
 from skpose.skeleton._skeleton import Skeleton
-from skpose.skeleton._units import warn_of_degrees
-from skpose.skeleton._validation import check_is_array, check_poses
 
 RotationForm = Literal["quaternion_wxyz", "quaternion_xyzw", "matrix", "6d", "rotvec"]
 TOLERANCE = 1e-3  # of lengths, of products of columns, and of hinges' angles, rad: three digits, or half precision

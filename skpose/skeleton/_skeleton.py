@@ -1,16 +1,20 @@
 """The skeleton: a tree of bones of fixed length, and the degrees of freedom (dofs) of its joints."""
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from skpose.skeleton import _names, _selection, _weights
+from skpose._typing import ArrayLike
+from skpose._validation.names import near_names
 from skpose.skeleton._bone import BALL, Bone, check_bone, is_axes, mean_bone
-from skpose.skeleton._rest import check_rest_poses
+from skpose.skeleton._comparison import check_comparable
+from skpose.skeleton._html import columns_of_bones, foldable_table
+from skpose.skeleton._selection import selected_bones
+from skpose.skeleton._weights import joint_weights, weighted_bones
 
 
 @dataclass(frozen=True, repr=False)
@@ -122,7 +126,7 @@ class Skeleton:
         ValueError
             If the skeletons differ in more than lengths, directions and limits (such as weights), or if the directions
             of a bone at angle zero, or two rest rotations of a joint, are more than 45° apart, as in a T-pose and an
-            A-pose; the message names the joint. `skpose.retarget` converts motions to one rest pose.
+            A-pose; the message names the joint. `skpose.kinematics.retarget` converts motions to one rest pose.
         """
         skeletons = list(skeletons)
         if not skeletons:
@@ -132,9 +136,10 @@ class Skeleton:
                 raise TypeError(f"skeletons[{i}] must be a skpose.Skeleton, got {type(one).__name__}")
         first = skeletons[0]
         remedy = (
-            'Convert the motions to one rest pose first: skpose.retarget(motion, skeletons[0], method="orientations")'
+            "Convert the motions to one rest pose first: "
+            'skpose.kinematics.retarget(motion, skeletons[0], method="orientations")'
         )
-        other_rig = 'skpose.retarget(motion, skeletons[0], method="auto") converts motions of different rigs'
+        other_rig = 'skpose.kinematics.retarget(motion, skeletons[0], method="auto") converts motions of different rigs'
         check_comparable(skeletons, [f"skeletons[{i}]" for i in range(len(skeletons))], remedy, other_rig)
         by_name = [{bone.name: bone for bone in skeleton.bones} for skeleton in skeletons]
         return cls((mean_bone([bones[name] for bones in by_name]) for name in first.joint_names), first.offset_frame)
@@ -189,13 +194,40 @@ class Skeleton:
             )
         return Skeleton((b._replace(dofs=order) if b.is_ball else b for b in self.bones), self.offset_frame)
 
-    __getitem__ = _names.bone_named
-    __contains__ = _names.has_joint
-    __iter__ = _names.names_of
-    __array__ = _names.as_one_object
+    def __getitem__(self, name: str) -> Bone:
+        """Return the bone that ends at the joint of a name: ``skeleton["left_hand"]``."""
+        if not isinstance(name, str):
+            raise TypeError(
+                f"a skeleton is indexed by the name of a joint, got {type(name).__name__}: skeleton.bones has the "
+                "bones by number"
+            )
+        for bone in self.bones:
+            if bone.name == name:
+                return bone
+        raise KeyError(f"the skeleton has no joint {name!r}: {near_names(self.joint_names, name)}")
+
+    def __contains__(self, name: object) -> bool:
+        """Return whether a joint has this name: ``"left_hand" in skeleton``."""
+        return name in self.joint_names
+
+    def __iter__(self) -> Iterator[str]:
+        """Yield the names of the joints, as iteration over a dictionary yields its keys."""
+        return iter(self.joint_names)
 
     def __len__(self) -> int:
         return len(self.bones)
+
+    def __array__(self, dtype: object = None, copy: bool | None = None) -> np.ndarray:
+        """Return an array of no dimension that holds the skeleton.
+
+        Without it numpy takes what has a length for a sequence, and makes a table of names of the list of skeletons
+        among which a grid search chooses.
+        """
+        if dtype is not None and np.dtype(dtype) != object:  # type: ignore[call-overload]
+            raise TypeError("a Skeleton is no array of numbers")
+        array = np.empty((), dtype=object)
+        array[()] = self
+        return array
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:
@@ -227,11 +259,135 @@ class Skeleton:
 
     @cached_property
     def weights(self) -> np.ndarray:
-        return _frozen(_weights.joint_weights(self))
+        return _frozen(joint_weights(self))
 
-    with_weights = _weights.with_weights
-    select = _selection.select
-    columns_in = _selection.columns_in
+    def with_weights(self, weights: Mapping[str, float] | ArrayLike | Literal["mass"]) -> "Skeleton":
+        r"""Return the skeleton with weights of its joints in distances.
+
+        In every metric but "angle" the position of a joint of weight w counts :math:`\sqrt{w}` times: F(θ) stacks
+        :math:`\sqrt{w_j}\, p_j(\theta)`, and "rotation" has :math:`\sqrt{\sum_b w_b \ell_b^2 \varphi_b^2}`, the weight
+        of a bone being that of the joint at its far end. Joints of weight zero are not seen. What carries none but such
+        joints costs no time, and its columns of a pose have no effect.
+
+        Parameters
+        ----------
+        weights : mapping of str to float, array-like of shape (n_joints,), or "mass"
+            A mapping, or a series of pandas whose index has names, gives weights to the joints that it names, and the
+            others keep theirs. An array gives one to each of ``skeleton.joint_names``. "mass" gives each joint its
+            share of the mass of a person, after the mean of the women and men of [1]_: of each segment as much to
+            either end as puts the centre of mass where it is. Lengths are then those of the kinetic energy of these
+            masses, for a person of 1 kg.
+
+        Returns
+        -------
+        Skeleton
+            With the same bones otherwise; its `weights` are the weights.
+
+        Raises
+        ------
+        ValueError
+            For a name that no joint has, a weight that is negative or not finite, weights that are all zero; for
+            "mass", if a segment of the person is not found by the names of the joints.
+
+        Notes ----- Without weights every joint counts 1, but joints that always stand in one place count once: one of
+        them has weight 1 and the others 0.
+
+        "mass" finds thighs, shanks, feet, upper arms, forearms, hands and the head by name. The trunk, without the
+        pelvis, is spread evenly over the length of the spine. What belongs to the root is left out, as the root does
+        not move.
+
+        References
+        ----------
+        .. [1] P. de Leva, "Adjustments to Zatsiorsky-Seluyanov's segment inertia parameters", Journal of Biomechanics
+           29(9), 1996, table 4, :doi:`10.1016/0021-9290(95)00178-6`.
+
+        Examples
+        --------
+        >>> from skpose import pose_distances
+        >>> from skpose.datasets import humanoid
+        >>> skeleton = humanoid()
+        >>> without_hands = skeleton.with_weights({"left_hand": 0, "right_hand": 0})
+        >>> a, b = [[0.0] * 42], [[0.3] * 42]
+        >>> pose_distances(a, b, skeleton=skeleton, metric="position").round(2)
+        array([[1.99]])
+        >>> pose_distances(a, b, skeleton=without_hands, metric="position").round(2)
+        array([[1.73]])
+        >>> float(skeleton.with_weights("mass").weights.sum().round(2))
+        0.82
+        """
+        weighted = replace(self, bones=weighted_bones(self, weights))
+        if not weighted.weights.any():
+            raise ValueError("weights must be positive for at least one joint, but all are zero")
+        return weighted
+
+    def select(self, joints: str | Iterable[str] | None = None, *, drop: str | Iterable[str] = ()) -> "Skeleton":
+        """Return the skeleton of some joints, and of those that carry them.
+
+        The dofs of all other joints are no columns of its poses any more. `Motion.select` and `MotionDataset.select` do
+        the same with motions; ``X[:, part.columns_in(skeleton)]`` does it with an array of poses.
+
+        Parameters
+        ----------
+        joints : str or iterable of str, default=None
+            Joints to keep. All joints between them and the root are kept too, as these carry them. None keeps all.
+        drop : str or iterable of str, default=()
+            Joints to leave out, each with all that it carries.
+
+        Returns
+        -------
+        Skeleton
+            With the kept bones, unchanged, in their order.
+
+        Raises
+        ------
+        ValueError
+            For a name that no joint has, or if no joint with dofs is left.
+
+        See Also
+        --------
+        with_weights : Joints of weight zero are not seen, and the columns of poses stay.
+
+        Examples
+        --------
+        >>> from skpose.datasets import humanoid
+        >>> skeleton = humanoid()
+        >>> skeleton.select("left_hand").joint_names
+        ('abdomen', 'chest', 'left_clavicle', 'left_upper_arm', 'left_forearm', 'left_hand')
+        >>> skeleton.select(drop=["left_pelvis", "right_pelvis"])  # the upper part of the body
+        Skeleton(n_joints=12, n_dofs=28)
+        """
+        return replace(self, bones=selected_bones(self, joints, drop))
+
+    def columns_in(self, skeleton: "Skeleton") -> np.ndarray:
+        """Return the columns, in poses of a larger skeleton, of the dofs of this one.
+
+        Parameters
+        ----------
+        skeleton : Skeleton
+            A skeleton that has all dofs of this one, by name.
+
+        Returns
+        -------
+        ndarray of shape (n_dofs,)
+            Indices into ``skeleton.dof_names``.
+
+        Raises
+        ------
+        ValueError
+            If one of the dofs is not among those of the skeleton.
+
+        Examples
+        --------
+        >>> from skpose import Skeleton
+        >>> arm = Skeleton.chain(3)
+        >>> arm.select("joint_2").columns_in(arm)
+        array([0, 1])
+        """
+        index = {name: i for i, name in enumerate(skeleton.dof_names)}
+        missing = [name for name in self.dof_names if name not in index]
+        if missing:
+            raise ValueError(f"the other skeleton has no dof {missing[0]!r}: it must be the one that this is a part of")
+        return np.array([index[name] for name in self.dof_names], dtype=np.intp)
 
     @property
     def n_joints(self) -> int:
@@ -253,38 +409,15 @@ class Skeleton:
         weights = f"weights={given}" if len(given) <= 4 else f"weights of {len(given)} joints"
         return f"Skeleton(n_joints={self.n_joints}, n_dofs={self.n_dofs}" + (f", {weights})" if given else ")")
 
+    def _repr_html_(self) -> str:
+        """Return the bones as a table, which a notebook shows."""
+        return foldable_table(repr(self), columns_of_bones(self))
+
     def __reduce__(self) -> tuple:
         return Skeleton, (self.bones, self.offset_frame)
 
     def __deepcopy__(self, memo: dict) -> "Skeleton":
         return self  # immutable; scikit-learn's clone copies every parameter
-
-
-def mismatch(a: Skeleton, b: Skeleton) -> str:
-    """Return in words why equal angles are different poses on two skeletons; empty if they are the same pose."""
-    if a.offset_frame != b.offset_frame:
-        return f"their offset frames are {a.offset_frame!r} and {b.offset_frame!r}"
-    bones_a, bones_b = ({bone.name: bone for bone in skeleton.bones} for skeleton in (a, b))
-    alone = [name for name in [*bones_a, *bones_b] if name not in bones_a or name not in bones_b]
-    if alone:
-        return _names.only_one_has(alone)
-    for name in bones_a:
-        for field in ("parent", "dofs"):
-            in_a, in_b = getattr(bones_a[name], field), getattr(bones_b[name], field)
-            if in_a != in_b:
-                convertible = field == "dofs" and min(bones_a[name].n_dofs, bones_b[name].n_dofs) > 1
-                remedy = '; as ball joints they compare: to_rotvec() of both, or rotations="rotvec"' * convertible
-                return f"joint {name!r} has {field} {in_a!r} in one and {in_b!r} in the other{remedy}"
-    return ""
-
-
-def check_comparable(skeletons: Sequence[Skeleton], names: Sequence[str], other_rest: str, other_rig: str) -> None:
-    """Refuse skeletons on which equal numbers are different poses; names and two remedies are for the messages."""
-    for i, other in enumerate(skeletons[1:], start=1):
-        difference = mismatch(skeletons[0], other)
-        if difference:
-            raise ValueError(f"{names[i]} has no bone-wise mean with {names[0]}: {difference}. {other_rig}")
-    check_rest_poses(skeletons, names, other_rest)
 
 
 def _frozen(values: Any, dtype: type = np.float64) -> np.ndarray:

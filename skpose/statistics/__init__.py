@@ -10,6 +10,6 @@
 
 from skpose.statistics._kernel_regressor import PoseKernelRegressor
 from skpose.statistics._tangent_pca import PoseTangentPCA
-from skpose.statistics._two_sample import TwoSampleTest, two_sample_test
+from skpose.statistics._two_sample import TwoSampleTestResult, two_sample_test
 
-__all__ = ["PoseKernelRegressor", "PoseTangentPCA", "TwoSampleTest", "two_sample_test"]
+__all__ = ["PoseKernelRegressor", "PoseTangentPCA", "TwoSampleTestResult", "two_sample_test"]

@@ -13,10 +13,12 @@ from sklearn.utils.validation import check_consistent_length, check_is_fitted, v
 from skpose._base import POSE_CONSTRAINTS, PoseEstimatorMixin
 from skpose._compat.sklearn import Interval, StrOptions, check_sample_weight, fit_context
 from skpose._parallel.progress import progress
+from skpose._validation.columns import check_column_names, check_dimensions, check_width
+from skpose._validation.poses import check_is_array
+from skpose._validation.units import warn_of_degrees
 from skpose._warnings import warn
 from skpose.geodesics._shared import WeightedMeans
-from skpose.metrics._shared import paired_distances, warn_of_no_skeleton
-from skpose.skeleton._shared import check_column_names, check_dimensions, check_is_array, check_width, warn_of_degrees
+from skpose.metrics._shared import paired_distances, require_means, warn_of_no_skeleton
 from skpose.statistics._kernel_weights import KernelWeights
 
 EQUAL = 1e-9  # difference of predicted angles that is rounding, rad
@@ -46,13 +48,9 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
         `sklearn.preprocessing.StandardScaler` before.
     n_neighbors : int, default=None
         Number of nearest training rows that count; of equally far ones all. None is all rows.
-    metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
-        The distance d between poses, see `skpose.pose_distances`. "auto" is "position", as in `skpose.frechet_mean`,
-        with a skeleton, else "angle" and a warning: the mean of the columns.
-    n_steps : int, default=10
-        Chords along the curve of "spatial" and "geodesic", at least two.
-    wrap : bool or "auto", default="auto"
-        Whether differences of angles are wrapped to [−π, π], see `skpose.pose_distances`.
+    metric : str or Metric, default="auto"
+        The distance d between poses, see `skpose.pose_distances`. "auto" is "position", as in
+        `skpose.geodesics.frechet_mean`, with a skeleton, else "angle" and a warning: the mean of the columns.
     n_jobs : int, default=None
         Threads, as in scikit-learn. Predictions do not depend on it.
     verbose : int, default=0
@@ -60,10 +58,8 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
 
     Attributes
     ----------
-    effective_metric_ : str
-        The metric in use.
-    effective_metric_params_ : dict
-        Its parameters: `n_steps` and `wrap` where it has them.
+    metric_ : Metric
+        The metric in use, a copy of the parameter.
     skeleton_ : Skeleton or None
         The skeleton in use.
     y_fit_ : ndarray of shape (n_samples_fit, n_dofs)
@@ -108,7 +104,7 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
     A pose for each phase of a generated walk:
 
     >>> import numpy as np
-    >>> from skpose import PoseKernelRegressor
+    >>> from skpose.statistics import PoseKernelRegressor
     >>> from skpose.datasets import make_gait
     >>> walk = make_gait(1, 1, activities=["walk"], duration=4, frame_rate=30, random_state=0)[0]
     >>> time = np.arange(len(walk.angles))[:, None] / walk.frame_rate
@@ -120,9 +116,9 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
     """
 
     _auto_metric = "position"
+    _is_experimental = True
     _parameter_constraints: ClassVar[dict] = {
         **POSE_CONSTRAINTS,
-        "n_steps": [Interval(Integral, 2, None, closed="left")],
         "gamma": [StrOptions({"scott"}), Interval(Real, 0, None, closed="left")],
         "n_neighbors": [Interval(Integral, 1, None, closed="left"), None],
     }
@@ -134,8 +130,6 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
         gamma="scott",
         n_neighbors=None,
         metric="auto",
-        n_steps=10,
-        wrap="auto",
         n_jobs=None,
         verbose=0,
     ):
@@ -143,8 +137,6 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
         self.gamma = gamma
         self.n_neighbors = n_neighbors
         self.metric = metric
-        self.n_steps = n_steps
-        self.wrap = wrap
         self.n_jobs = n_jobs
         self.verbose = verbose
 
@@ -169,6 +161,7 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
         """
         self._forget()
         self._learn_metric(self.skeleton)
+        require_means(self.metric_, "PoseKernelRegressor")
         _check_has_names(y, self.skeleton_)
         X, y = validate_data(self, X, y, dtype=np.float64, multi_output=True, y_numeric=True)
         poses = self._checked_poses(y)
@@ -276,12 +269,10 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
         return y
 
     def _means_of(self, poses):
-        return WeightedMeans(poses, self.skeleton_, self.effective_metric_, self.effective_metric_params_, self.n_jobs)
+        return WeightedMeans(poses, self.skeleton_, self.metric_, self.n_jobs)
 
     def _squares(self, poses, others):
-        n_jobs = effective_n_jobs(self.n_jobs)
-        parameters = self.effective_metric_params_
-        return paired_distances(poses, others, self.skeleton_, self.effective_metric_, parameters, n_jobs) ** 2
+        return paired_distances(poses, others, self.skeleton_, self.metric_, effective_n_jobs(self.n_jobs)) ** 2
 
     def __sklearn_tags__(self):
         tags = super().__sklearn_tags__()

@@ -10,8 +10,9 @@ import numpy as np
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose._warnings import warn
-from skpose.geodesics._shared import TangentSpace, to_joints
+from skpose.geodesics._shared import TangentSpace, to_joints, why_no_logarithms
 from skpose.kinematics._shared import jacobians_of, tree_of_all_joints
+from skpose.metrics import Angle, Geodesic, Metric, Position
 from skpose.skeleton import Skeleton
 from skpose.skeleton._shared import mean_of_joints, moved, skeleton_at, steps_from
 
@@ -120,3 +121,15 @@ def line_mean(X: np.ndarray, skeleton: Skeleton) -> np.ndarray:
             ConvergenceWarning,
         )
     return mean
+
+
+def why_no_vectors(metric: Metric) -> str:
+    """Return why poses have no vectors under a metric; empty where they have."""
+    match metric:
+        case Angle():
+            return "angles that are wrapped are points of a torus" if metric.wrap else ""
+        case Position():
+            return ""
+        case Geodesic():
+            return why_no_logarithms(metric)
+    return "no vectors are known whose lengths are its distances"

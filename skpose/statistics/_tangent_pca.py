@@ -10,12 +10,13 @@ from sklearn.utils.extmath import svd_flip
 from sklearn.utils.validation import check_array, check_is_fitted
 
 from skpose._base import PoseEstimatorMixin
-from skpose._compat.sklearn import Interval, RealNotInt, StrOptions, fit_context
+from skpose._compat.sklearn import Interval, RealNotInt, fit_context
 from skpose.geodesics import frechet_mean
 from skpose.geodesics._shared import TangentSpace
-from skpose.kinematics._shared import IS_SKELETON, weighted_positions
-from skpose.metrics._shared import resolve
-from skpose.statistics._spaces import Columns, Geodesics, Lines, line_mean
+from skpose.kinematics._shared import weighted_positions
+from skpose.metrics import Angle, Position
+from skpose.metrics._shared import METRIC_CONSTRAINTS, require
+from skpose.statistics._spaces import Columns, Geodesics, Lines, line_mean, why_no_vectors
 
 VARIES = 1e-7  # singular value, relative to the largest, above which poses vary
 ROUNDING = 1e-12  # root mean square of all scores, m or rad, below which there is only rounding
@@ -35,13 +36,11 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
     n_components : int or float, default=None
         Number of components; a float between 0 and 1 is the share of the variance that they have to explain. None
         keeps all in which the poses vary.
-    metric : {"auto", "angle", "position", "geodesic"}, default="auto"
-        The vectors that stand for poses. "position" linearises the positions along the straight line from the
-        joint-wise mean; "geodesic" takes the logarithms at the intrinsic mean, a geodesic a pose; "angle" takes the
-        columns as they are, so that it is scikit-learn's PCA. "auto" is "position" with a skeleton, else "angle"
-        and a warning.
-    n_steps : int, default=10
-        Chords of the geodesics of "geodesic", at least two.
+    metric : str or Metric, default="auto"
+        "angle", "position", "geodesic" or such an object: the vectors that stand for poses. "position" linearises the
+        positions along the straight line from the joint-wise mean; "geodesic" takes the logarithms at the intrinsic
+        mean, a geodesic a pose; "angle" takes the columns as they are, so that it is scikit-learn's PCA. "auto" is
+        "position" with a skeleton, else "angle" and a warning.
     n_jobs : int, default=None
         Threads for "geodesic". Results do not depend on it.
 
@@ -63,10 +62,8 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
         Norms of the scores of the training poses, m.
     n_components_ : int
         Number of components.
-    effective_metric_ : str
-        The metric in use.
-    effective_metric_params_ : dict
-        Its parameters: `n_steps` of "geodesic".
+    metric_ : Metric
+        The metric in use, a copy of the parameter.
     skeleton_ : Skeleton or None
         The skeleton in use.
     n_features_in_ : int
@@ -109,7 +106,8 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
     An arm that swings, with a little noise at the hand: one component.
 
     >>> import numpy as np
-    >>> from skpose import PoseTangentPCA, Skeleton
+    >>> from skpose import Skeleton
+    >>> from skpose.statistics import PoseTangentPCA
     >>> arm = Skeleton.chain(2)
     >>> X = np.linspace([-0.5, 0.0], [0.5, 0.2], 20) + np.random.default_rng(0).normal(scale=0.01, size=(20, 2))
     >>> pca = PoseTangentPCA(arm, n_components=1).fit(X)
@@ -125,23 +123,21 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
     """
 
     _auto_metric = "position"
+    _is_experimental = True
     _parameter_constraints: ClassVar[dict] = {
-        "skeleton": [IS_SKELETON, None],
+        **METRIC_CONSTRAINTS,
         "n_components": [
             Interval(Integral, 1, None, closed="left"),
             Interval(RealNotInt, 0, 1, closed="neither"),
             None,
         ],
-        "metric": [StrOptions({"auto", "angle", "position", "geodesic"})],
-        "n_steps": [Interval(Integral, 2, None, closed="left")],
         "n_jobs": [None, Integral],
     }
 
-    def __init__(self, skeleton=None, *, n_components=None, metric="auto", n_steps=10, n_jobs=None):
+    def __init__(self, skeleton=None, *, n_components=None, metric="auto", n_jobs=None):
         self.skeleton = skeleton
         self.n_components = n_components
         self.metric = metric
-        self.n_steps = n_steps
         self.n_jobs = n_jobs
 
     def fit(self, X, y=None):
@@ -260,37 +256,37 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
         return np.sqrt(squared.sum(axis=1) / self.skeleton_.weights.sum())
 
     def _learn_metric(self, skeleton):
-        """Store the metric that the parameters choose on a skeleton."""
-        self.effective_metric_, _, _ = resolve(self._metric_on(skeleton), skeleton, self.n_steps, "auto")
-        self.effective_metric_params_ = {"n_steps": self.n_steps} if self.effective_metric_ == "geodesic" else {}
-        self.skeleton_ = skeleton
+        """Store the metric that the parameter states on a skeleton: one that has vectors."""
+        super()._learn_metric(skeleton)
+        require(self.metric_, "PoseTangentPCA", "vectors that stand for poses", why_no_vectors)
 
     def _mean(self, X):
         """Return the mean of poses that belongs to the metric."""
         skeleton: Any = self.skeleton_  # which all metrics but "angle" have
-        if self.effective_metric_ == "angle":
-            return X.mean(axis=0)
-        if self.effective_metric_ == "position":
-            return line_mean(X, skeleton)
-        parameters = self.effective_metric_params_
-        return frechet_mean(X, skeleton, metric="geodesic", **parameters, n_jobs=self.n_jobs).pose
+        match self.metric_:
+            case Angle():
+                return X.mean(axis=0)
+            case Position():
+                return line_mean(X, skeleton)
+        return frechet_mean(X, skeleton, metric=self.metric_, n_jobs=self.n_jobs).pose
 
     def _space(self):
         """Return the space of vectors at the mean."""
         skeleton: Any = self.skeleton_
-        if self.effective_metric_ == "angle":
-            return Columns(self.mean_)
-        if self.effective_metric_ == "position":
-            return Lines(skeleton, self.mean_)
-        n_steps = self.effective_metric_params_["n_steps"]
-        return Geodesics(TangentSpace(skeleton, self.mean_, n_steps, effective_n_jobs(self.n_jobs)))
+        match self.metric_:
+            case Angle():
+                return Columns(self.mean_)
+            case Position():
+                return Lines(skeleton, self.mean_)
+        space = TangentSpace(skeleton, self.mean_, self.metric_.n_steps, effective_n_jobs(self.n_jobs))
+        return Geodesics(space)
 
     def _chosen(self, sizes, variances, shape):
         """Return the number of components that the parameter asks for, from all singular values and variances."""
         n_varying = int((sizes > VARIES * sizes[0]).sum())
         if sizes[0] <= ROUNDING * np.sqrt(shape[0]):
             raise ValueError(
-                f"all {shape[0]} poses of X are equal under metric={self.effective_metric_!r}, got no variance to "
+                f"all {shape[0]} poses of X are equal under the metric {self.metric_.label!r}, got no variance to "
                 "explain: pass poses that differ in joints that have weight"
             )
         if self.n_components is None:

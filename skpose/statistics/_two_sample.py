@@ -8,16 +8,17 @@ import numpy as np
 from sklearn.utils import check_random_state
 
 from skpose._compat.sklearn import Interval, StrOptions, validate_params
+from skpose._validation.units import warn_of_degrees
+from skpose.metrics import Metric
 from skpose.metrics._shared import METRIC_CONSTRAINTS, resolve, warn_of_no_skeleton, warn_of_unconverged
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import warn_of_degrees
 from skpose.statistics._permutations import Design, permutation_test
 from skpose.statistics._unit_means import Distances, negative_distances, repaired_kernel
 from skpose.statistics._units import check_units
 
 
 @dataclass(frozen=True, eq=False)
-class TwoSampleTest:
+class TwoSampleTestResult:
     """A test of whether two sets of poses differ, as `two_sample_test` returns it.
 
     Attributes
@@ -46,9 +47,10 @@ class TwoSampleTest:
 
     Examples
     --------
-    >>> from skpose import Skeleton, two_sample_test
+    >>> from skpose import Skeleton
+    >>> from skpose.statistics import two_sample_test
     >>> two_sample_test([[0.0], [0.2], [0.1]], [[0.9], [0.8], [1.1]], skeleton=Skeleton.chain(1))
-    TwoSampleTest(statistic=1.44, pvalue=0.1, the least possible, exact, 3 against 3)
+    TwoSampleTestResult(statistic=1.44, pvalue=0.1, the least possible, exact, 3 against 3)
     """
 
     statistic: float
@@ -66,7 +68,7 @@ class TwoSampleTest:
         least = "the least possible" if self.pvalue <= self.least_pvalue else f"at least {self.least_pvalue:.3g}"
         how = "exact" if self.exact else f"{len(self.null_distribution)} permutations"
         sets = f"{self.n_a} pairs" if self.paired else f"{self.n_a} against {self.n_b}"
-        return f"TwoSampleTest(statistic={self.statistic:.3g}, pvalue={self.pvalue:.3g}, {least}, {how}, {sets})"
+        return f"TwoSampleTestResult(statistic={self.statistic:.3g}, pvalue={self.pvalue:.3g}, {least}, {how}, {sets})"
 
 
 @validate_params(
@@ -85,15 +87,13 @@ def two_sample_test(
     B: Any,
     *,
     skeleton: Skeleton | None = None,
-    metric: str = "auto",
+    metric: str | Metric = "auto",
     statistic: str = "energy",
     paired: bool = False,
     n_permutations: int = 999,
     random_state: int | np.random.RandomState | None = None,
-    n_steps: int = 10,
-    wrap: bool | str = "auto",
     n_jobs: int | None = None,
-) -> TwoSampleTest:
+) -> TwoSampleTestResult:
     r"""Test whether two sets of poses differ, by permutations.
 
     With d the distance between poses, a and a' independent poses of the first set, and b and b' of the second:
@@ -127,7 +127,7 @@ def two_sample_test(
     skeleton : Skeleton, default=None
         The skeleton of all poses. None is that of the `Motion` objects, where they differ their mean; arrays need it,
         but for "angle".
-    metric : {"auto", "angle", "position", "rotation", "spatial", "geodesic"}, default="auto"
+    metric : str or Metric, default="auto"
         The distance, see `pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a warning.
     statistic : {"energy", "mmd"}, default="energy"
         "energy" has no parameter; "mmd" weighs distances well above σ less.
@@ -137,16 +137,12 @@ def two_sample_test(
         Random permutations. If there are no more splits than this, all are taken, each once.
     random_state : int, RandomState instance or None, default=None
         Source of the permutations. Pass an int for the same p-value at every call.
-    n_steps : int, default=10
-        Chords along the curve of "spatial" and "geodesic".
-    wrap : bool or "auto", default="auto"
-        Whether differences of angles are wrapped to [−π, π], see `pose_distances`.
     n_jobs : int, default=None
         Threads for the distances, or workers of a ``joblib.parallel_config`` context, see `pose_distances`.
 
     Returns
     -------
-    TwoSampleTest
+    TwoSampleTestResult
         The statistic, the p-value, the statistics of the permutations, and the least p-value that was possible.
 
     Raises
@@ -178,9 +174,10 @@ def two_sample_test(
     The p-value is valid under any metric and either statistic: if A and B are exchangeable, it is at most α with a
     probability of no more than α. It is never zero [5]_. Ties count as larger. With few elements it cannot be small:
     three motions against three have 20 splits, of which any two that exchange A and B have the same statistic, so
-    that p is at least 0.1; four against four 0.029, five pairs 0.0625, six 0.031; see `TwoSampleTest.least_pvalue`.
+    that p is at least 0.1; four against four 0.029, five pairs 0.0625, six 0.031; see
+    `TwoSampleTestResult.least_pvalue`.
 
-    Whether *any* difference is found, given enough data, depends on the metric. "position" and "angle" (without `wrap`)
+    Whether *any* difference is found, given enough data, depends on the metric. "position" and "angle"
     are Euclidean distances, which are of strong negative type [3]_, and the Gaussian kernel is characteristic on them:
     both statistics are zero only for equal distributions, of the positions and of the angles. The other metrics need
     not be of negative type. Their energy statistic can then be negative, and different sets can have the same as equal
@@ -214,23 +211,23 @@ def two_sample_test(
     --------
     Walks of two people, five recordings of each:
 
-    >>> from skpose import two_sample_test
+    >>> from skpose.statistics import two_sample_test
     >>> from skpose.datasets import make_gait
     >>> walks = make_gait(n_subjects=2, n_sequences=5, activities=["walk"], frame_rate=12, random_state=0)
     >>> two_sample_test(walks[walks.subjects == "01"], walks[walks.subjects == "02"])
-    TwoSampleTest(statistic=0.213, pvalue=0.00794, the least possible, exact, 5 against 5)
+    TwoSampleTestResult(statistic=0.213, pvalue=0.00794, the least possible, exact, 5 against 5)
 
     The first three recordings of one person against the last two:
 
     >>> one = walks[walks.subjects == "01"]
     >>> two_sample_test(one[:3], one[3:])
-    TwoSampleTest(statistic=0.052, pvalue=0.5, at least 0.1, exact, 3 against 2)
+    TwoSampleTestResult(statistic=0.052, pvalue=0.5, at least 0.1, exact, 3 against 2)
     """
     units = check_units(A, B, skeleton, paired)
     skeleton = units.skeleton
     if skeleton is not None:
         warn_of_degrees(A=units.of_a, B=units.of_b)
-    chosen = resolve(metric, skeleton, n_steps, wrap)
+    chosen = resolve(metric, skeleton)
     warn_of_no_skeleton(metric, skeleton)
     distances = Distances(chosen, skeleton, n_jobs)
     means = (negative_distances if statistic == "energy" else repaired_kernel)(units.sequences, distances)
@@ -238,7 +235,7 @@ def two_sample_test(
     outcome = permutation_test(means.matrix, design, n_permutations, check_random_state(random_state))
     n_poses = len(units.sequences.poses)
     warn_of_unconverged([means.unconverged], n_poses * (n_poses - 1) // 2)
-    return TwoSampleTest(
+    return TwoSampleTestResult(
         **outcome._asdict(),
         n_a=units.n_a,
         n_b=units.n_b,

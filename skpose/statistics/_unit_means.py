@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from sklearn.utils import gen_batches
 
-from skpose.metrics._shared import Chosen, DistanceMatrix, Unconverged
+from skpose.metrics import Metric
+from skpose.metrics._shared import DistanceMatrix, Unconverged
 from skpose.motions._shared import Sequences
 from skpose.preprocessing._shared import Kernel, repaired
 from skpose.skeleton import Skeleton
@@ -23,14 +24,14 @@ POSES_FOR_WIDTH = 500  # from which the width of the kernel is taken: more than 
 class Distances(NamedTuple):
     """The distance between poses that the user chooses."""
 
-    chosen: Chosen
+    metric: Metric
     skeleton: Skeleton | None
     n_jobs: int | None
 
     def between(self, X: np.ndarray, Y: np.ndarray | None) -> tuple[np.ndarray, Unconverged]:
         """Return the distances, in float64, and how many of them did not converge."""
-        matrix = DistanceMatrix(X, Y, self.chosen.name, self.skeleton, self.chosen.steps)
-        distances, unconverged = matrix.written(None, self.n_jobs)
+        matrix = DistanceMatrix(X, Y, self.metric, self.skeleton)
+        distances, unconverged = matrix.write(None, self.n_jobs)
         return distances.astype(np.float64, copy=False), Unconverged.joined(unconverged)
 
 

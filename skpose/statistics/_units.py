@@ -4,10 +4,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from skpose._validation.poses import check_poses
 from skpose._warnings import warn
 from skpose.motions._shared import Sequences, check_motions
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import check_poses
 
 FRAMES_OF_A_RECORDING = 0.4  # ratio of `_warn_of_frames`: recordings at usual frame rates mostly have less
 

@@ -8,7 +8,8 @@ import numpy as np
 from skpose.datasets import MotionDataset
 from skpose.kinematics import forward_kinematics
 from skpose.manifold import SpatialMDS
-from skpose.metrics._shared import METRICS
+from skpose.metrics import Metric
+from skpose.metrics._shared import METRICS, resolve
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._shared import root_orientations
 from skpose.view._pack import TURN, pack, unpack
@@ -43,7 +44,7 @@ ASSETS = (
 def explorer(
     dataset: MotionDataset,
     *,
-    metrics: Sequence[str] = ("spatial", "position", "rotation", "angle"),
+    metrics: Sequence[str | Metric] = ("spatial", "position", "rotation", "angle"),
     rate: float | None = 12.0,
     labels: Sequence[str] | None = None,
     title: str | None = None,
@@ -60,7 +61,7 @@ def explorer(
     ----------
     dataset : MotionDataset
         The motions. Their subjects and actions, where they have them, are choices of colour.
-    metrics : sequence of str, default=("spatial", "position", "rotation", "angle")
+    metrics : sequence of str or Metric, default=("spatial", "position", "rotation", "angle")
         The metrics whose embeddings are in the page, see `skpose.pose_distances`; the page starts with the first.
     rate : float, default=12.0
         Poses a second, Hz, see `Motion.resample`; None takes every frame.
@@ -115,8 +116,9 @@ def explorer(
             f"dataset must be a skpose.datasets.MotionDataset, got {type(dataset).__name__}: MotionDataset(motions) "
             "makes one of motions"
         )
-    chosen, names = _checked_metrics(metrics), _checked_labels(labels, dataset)
+    names = _checked_labels(labels, dataset)
     skeleton, motions = _prepared(dataset, rate)
+    chosen = _check_metrics(metrics, skeleton)
     X = np.concatenate([motion.angles for motion in motions])
     packed = pack(X, STEP)
     error = 1e3 * _largest_error(X, unpack(packed), skeleton)
@@ -138,15 +140,15 @@ def explorer(
     return page_of(heading, f"{note}, positions within {error:.2g} mm", data, "explorer.html", ASSETS)
 
 
-def _checked_metrics(metrics: Sequence[str]) -> list[str]:
+def _check_metrics(metrics: Sequence[str | Metric], skeleton: Skeleton) -> list[Metric]:
     given = [] if isinstance(metrics, str) or not isinstance(metrics, Iterable) else list(metrics)
     if not given:
         got = repr(metrics) if isinstance(metrics, str) or not isinstance(metrics, Iterable) else "none"
         raise ValueError(f'metrics must be a list of at least one metric, such as ["spatial"], got {got}')
-    for name in given:
-        if not isinstance(name, str) or name not in METRICS:
-            raise ValueError(f"metrics must be among {', '.join(METRICS)}, got {name!r}")
-    return list(dict.fromkeys(given))
+    for one in given:
+        if not (isinstance(one, Metric) or (isinstance(one, str) and one in METRICS)):
+            raise ValueError(f"metrics must be among {', '.join(METRICS)}, or objects of skpose.metrics, got {one!r}")
+    return list(dict.fromkeys(resolve(one, skeleton) for one in given))
 
 
 def _checked_labels(labels: Sequence[str] | None, dataset: MotionDataset) -> list[str]:
@@ -227,7 +229,7 @@ def _motions_data(dataset: MotionDataset, motions: Sequence[Motion], names: Sequ
 
 
 def _embeddings(
-    X: np.ndarray, skeleton: Skeleton, metrics: Sequence[str], n_jobs: int | None, verbose: int
+    X: np.ndarray, skeleton: Skeleton, metrics: Sequence[Metric], n_jobs: int | None, verbose: int
 ) -> list[dict[str, Any]]:
     """Return the embedding of each metric; axes point to where those of the first do."""
     found: list[dict[str, Any]] = []
@@ -239,7 +241,6 @@ def _embeddings(
             metric=metric,
             landmarks=LANDMARKS if len(X) > ALL else None,
             random_state=0,
-            n_steps=N_STEPS,
             n_jobs=n_jobs,
             verbose=verbose,
         )
@@ -248,8 +249,8 @@ def _embeddings(
         points = points * np.where((points * first).sum(axis=0) < 0.0, -1.0, 1.0)
         found.append(
             {
-                "metric": metric,
-                "unit": "rad" if metric == "angle" else "m",
+                "metric": metric.label,
+                "unit": metric.unit,
                 "points": pack(points),
                 "share": float(scaling.explained_variance_ratio_.sum()),
             }

@@ -1,12 +1,14 @@
 """The player of two paths between two poses: the shortest one, and the straight line."""
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from skpose._typing import ArrayLike
+from skpose._validation.poses import check_pose
+from skpose._validation.units import warn_of_degrees
 from skpose.geodesics import geodesic
 from skpose.kinematics import forward_kinematics
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import TWO_PI, check_pose, interpolate, straight_line, warn_of_degrees
+from skpose.skeleton._shared import TWO_PI, interpolate, straight_line
 from skpose.view._page import Page
 from skpose.view._player import page, pairs_data
 from skpose.view._scene import motion_data

@@ -64,6 +64,7 @@ def player(
 
     See Also
     --------
+    skpose.Motion.play : The player of one motion, without options.
     geodesic_player : The shortest path between two poses and the straight line.
     skpose.plot.PoseStripDisplay : Poses side by side with matplotlib.
 
@@ -78,7 +79,7 @@ def player(
 
     Examples
     --------
-    >>> from skpose import align_motions
+    >>> from skpose.motions import align_motions
     >>> from skpose.datasets import make_gait
     >>> from skpose.view import player
     >>> gait = make_gait(n_subjects=1, n_sequences=2, random_state=0)
@@ -156,7 +157,8 @@ def _alignment_data(alignment: Alignment, motions: list[Motion]) -> dict[str, An
     """Return what a page holds of an alignment; refuse one of other motions."""
     if not isinstance(alignment, Alignment):
         raise TypeError(
-            f"alignment must be a skpose.Alignment, got {type(alignment).__name__}: align_motions(a, b) finds it"
+            f"alignment must be a skpose.motions.Alignment, got {type(alignment).__name__}: align_motions(a, b) "
+            "finds it"
         )
     if len(motions) != 2:
         raise ValueError(f"an alignment is one of two motions, got {len(motions)}: pass player([a, b], alignment=...)")

@@ -1,4 +1,4 @@
-"""What the other packages of skpose use of `skpose.view` beside its public names."""
+"""Names of `skpose.view` that the other packages of skpose use, in addition to the public ones."""
 
 from skpose.view._strip import strip
 

@@ -306,8 +306,6 @@ def test_help_names_the_metrics_of_the_registry():
 
 @pytest.mark.parametrize("kind", ["TRC", "C3D"])
 def test_info_of_markers(kind, tmp_path, capsys):
-    if kind == "C3D":
-        pytest.importorskip("ezc3d")
     (tmp_path / f"walk.{kind.lower()}").write_bytes(damaged.FILES[kind][0])
     assert main(["info", str(tmp_path)]) == 0
     lines = capsys.readouterr().out.splitlines()
@@ -316,9 +314,3 @@ def test_info_of_markers(kind, tmp_path, capsys):
     assert [line.split() for line in lines[4:]] == [["hip", "0.0%"], ["knee", "15.0%"], ["ankle", "0.0%"]]
     line = error_line(["distances", str(tmp_path / f"walk.{kind.lower()}"), "--out", str(tmp_path / "D.npy")], capsys)
     assert f"this is a {kind} file, positions of markers without a skeleton: load_{kind.lower()} reads it" in line
-
-
-def test_info_of_a_c3d_file_without_ezc3d(tmp_path, capsys, monkeypatch):
-    (tmp_path / "walk.c3d").write_bytes(damaged.FILES["C3D"][0])
-    monkeypatch.setitem(sys.modules, "ezc3d", None)
-    assert "pip install 'skpose[c3d]'" in error_line(["info", str(tmp_path / "walk.c3d")], capsys)

@@ -24,7 +24,7 @@ def rows(gait):
 
 
 def test_the_generated_motions_are_twenty_walks_and_twenty_runs_of_five_people():
-    """Those of `skpose compare` without a folder, as the README describes its figures."""
+    """Those of `skpose compare` without a folder, as docs/results.md describes its figures."""
     gait = walks_and_runs(make_gait(random_state=0))
     assert {name: int((gait.actions == name).sum()) for name in ("walk", "run")} == {"walk": 20, "run": 20}
     assert len(set(gait.subjects)) == 5

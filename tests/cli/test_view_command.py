@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from skpose import Bone, Motion, Skeleton, align_motions
+from skpose import Bone, Motion, Skeleton
 from skpose._cli.main import main
 from skpose.datasets import make_gait
 from skpose.io import load_bvh, save_bvh
+from skpose.motions import align_motions
 from skpose.view import player
 
 

@@ -11,9 +11,11 @@ from sklearn.datasets import make_blobs
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.metrics import adjusted_rand_score
 
-from skpose import PoseKMeans, Skeleton, frechet_mean, pose_distances
+from skpose import Skeleton, pose_distances
+from skpose.cluster import PoseKMeans
 from skpose.cluster._lloyd import first_centers, lloyd
 from skpose.datasets import make_gait
+from skpose.geodesics import frechet_mean
 from skpose.geodesics._weightings import WeightedMeans
 
 SILENT = SimpleNamespace(step=lambda name: nullcontext())

@@ -8,19 +8,21 @@ from conftest import MIXED, random_tree
 from entries import from_python
 
 from skpose import Bone, Skeleton, position_jacobian
+from skpose._compiled.path import order as orders
 from skpose._compiled.path.block_cholesky import factorise, solve
 from skpose._compiled.path.elimination import factors_for
 from skpose._compiled.path.energy import LANES, STEPS, evaluate, path_of, samples_for
 from skpose._compiled.path.normal_equations import NormalEquations, equations_for, normal_equations
 from skpose._compiled.pose.tree import Tree
-from skpose.kinematics import _pieces
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 
 factorise, factors_for, solve = map(from_python, (factorise, factors_for, solve))
+order_by, order_of = from_python(orders.order_by), from_python(orders.order_of)
 evaluate, path_of = from_python(evaluate), from_python(path_of)
 normal_equations, equations_for, samples_for = map(from_python, (normal_equations, equations_for, samples_for))
 
 N_NODES = 4
+N_FREE = orders.N_FREE, orders.N_FREE_REFINED
 SUBSTEPS = pytest.mark.parametrize("substeps", [1, 4])
 
 # Small, so that the tests run without compilation too; one branch of the tree fills more than two registers.
@@ -167,9 +169,9 @@ def test_solution_is_the_dense_one(share_fixed, skeleton, poses):
     fixed = np.zeros(poses.shape, bool)
     fixed[1:-1] = np.random.default_rng(1).random((N_NODES - 2, skeleton.n_dofs)) < share_fixed
     part.equations.gradient[fixed] = 0.0
-    step, factors = np.zeros(poses.shape), factors_for(part.tree, N_NODES)
+    step, factors = np.zeros(poses.shape), factors_for(order_of(part.tree), N_NODES)
     assert factorise(part.tree, part.equations, 0.5, fixed, factors)
-    solve(part.tree, part.equations, factors, step)
+    solve(part.equations, factors, step)
     expected = expected_step(part, 0.5, fixed)
     np.testing.assert_allclose(step[1:-1].ravel(), expected, atol=1e-12 * np.abs(expected).max())
 
@@ -195,43 +197,32 @@ LARGE = {
 }
 
 
-@pytest.fixture
-def new_trees():
-    """Trees of a skeleton are kept; in this test they are other ones than elsewhere."""
-    tree_of.cache_clear()
-    yield
-    tree_of.cache_clear()
-
-
-@pytest.mark.usefixtures("new_trees")
 @pytest.mark.parametrize("share_fixed", [0.0, 0.3])
 @pytest.mark.parametrize("n_nodes", [3, 4, 10])
 @pytest.mark.parametrize("are_small", [False, True])
 @pytest.mark.parametrize("name", LARGE)
-def test_solution_where_limbs_are_eliminated_first(name, are_small, n_nodes, share_fixed, monkeypatch):
-    monkeypatch.setattr(_pieces, "WORTH", 100.0)  # these skeletons are too small to gain from it
-    if are_small:  # single bones, as if trunks cost little
-        monkeypatch.setattr(_pieces, "CALL", 0)
-        monkeypatch.setattr(_pieces, "N_FREE", (1,))
+def test_solution_where_limbs_are_eliminated_first(name, are_small, n_nodes, share_fixed):
     skeleton, rng = LARGE[name], np.random.default_rng(0)
     poses = np.cumsum(rng.normal(size=(n_nodes, skeleton.n_dofs)) * 0.4, axis=0)
     part = parts(skeleton, poses, 1)
-    assert (part.tree.pieces[:, 3] > 0).sum() >= 5
+    # These skeletons are too small to gain from it; limbs are single bones as if trunks cost little.
+    order = order_by(part.tree, 100.0, *((0, 1, 1) if are_small else (orders.CALL, *N_FREE)))
+    assert (order.pieces[:, 3] > 0).sum() >= 5
     fixed = np.zeros(poses.shape, bool)
     fixed[1:-1] = rng.random((n_nodes - 2, skeleton.n_dofs)) < share_fixed
     part.equations.gradient[fixed] = 0.0
-    for order in (0, 1):
-        tree = part.tree._replace(most_poses=np.array([n_nodes - 3 + order]))
-        step, factors = np.zeros(poses.shape), factors_for(tree, n_nodes)
-        assert factors.order == order
+    for kind in (0, 1):
+        chosen = order._replace(most_poses=np.array([n_nodes - 3 + kind]))
+        step, factors = np.zeros(poses.shape), factors_for(chosen, n_nodes)
+        assert factors.kind == kind
         for _ in range(2):  # what is left from the first time changes nothing
-            assert factorise(tree, part.equations, 0.5, fixed, factors)
-            solve(tree, part.equations, factors, step)
+            assert factorise(part.tree, part.equations, 0.5, fixed, factors)
+            solve(part.equations, factors, step)
             np.testing.assert_allclose(step[1:-1].ravel(), expected_step(part, 0.5, fixed), rtol=0, atol=1e-12)
 
 
 def test_what_is_not_positive_definite_has_no_solution(skeleton, poses):
     part = parts(skeleton, poses, 1)
-    fixed, factors = np.zeros(poses.shape, bool), factors_for(part.tree, N_NODES)
+    fixed, factors = np.zeros(poses.shape, bool), factors_for(order_of(part.tree), N_NODES)
     largest = np.linalg.eigvalsh(part.matrix).max()
     assert not factorise(part.tree, part.equations, -1.01 * largest, fixed, factors)

@@ -9,7 +9,7 @@ from numba import config
 
 MODULE = """
 from skpose._compiled.simd.jit import internal, jit, separate
-from skpose._compiled.pose.signatures import REAL
+from skpose._compiled.simd.signatures import REAL
 
 
 @separate(lambda: REAL(REAL))

@@ -77,8 +77,6 @@ def test_a_chain_ten_thousand_joints_deep_is_read():
 @pytest.mark.parametrize("kind", damaged.FILES)
 def test_damaged_files_of_keypoints(kind):
     """Some of each kind are read: damage to a number, a name or what is left out."""
-    if kind == "C3D":
-        pytest.importorskip("ezc3d")
     rng = np.random.default_rng(0)
     files = [damaged.damaged(kind, rng) for _ in range(400)]
     assert {damaged.outcome(kind, data) for data in damaged.FILES[kind]} == {"read"}

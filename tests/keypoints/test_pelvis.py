@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from skpose import fit_skeleton, inverse_kinematics, layouts
+from skpose import inverse_kinematics
+from skpose.keypoints import fit_skeleton, layouts
 
 STANDING = {
     "nose": (0, 1.58, 0.12),

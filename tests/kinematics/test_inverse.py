@@ -7,9 +7,10 @@ from conftest import SKELETONS as ALL
 from conftest import in_space
 from placed import FIGURE, at_random, of, placed
 
-from skpose import Bone, FittedPoses, Motion, Skeleton, forward_kinematics, inverse_kinematics
+from skpose import Bone, Motion, Skeleton, forward_kinematics, inverse_kinematics
 from skpose.datasets import humanoid, make_gait
 from skpose.keypoints import Keypoints
+from skpose.kinematics import FittedPoses
 
 SKELETONS = {
     "chain": ALL["chain"],

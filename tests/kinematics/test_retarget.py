@@ -5,8 +5,9 @@ import pytest
 from conftest import in_space, random_tree
 from scipy.spatial.transform import Rotation
 
-from skpose import Bone, Motion, Skeleton, forward_kinematics, pose_distances, retarget
+from skpose import Bone, Motion, Skeleton, forward_kinematics, pose_distances
 from skpose.datasets import MotionDataset, make_gait
+from skpose.kinematics import retarget
 
 # A person as points at angle zero, m: y up, z forward.
 POINTS = {

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from scipy.signal import find_peaks
 
-from skpose import Motion, Skeleton, forward_kinematics, segment_repetitions
+from skpose import Motion, Skeleton, forward_kinematics
 from skpose._compiled.path.family import family_of, segments_of
 from skpose.datasets import humanoid, make_gait
-from skpose.motions import _repetitions
+from skpose.motions import _repetitions, segment_repetitions
 from skpose.motions._template import moving_frames
 
 ARM = Skeleton.chain(3)
@@ -237,7 +237,7 @@ def test_warns_of_degrees():
     ("given", "options", "expected"),
     [
         ([exercise(9), exercise(9)], {"skeleton": ARM}, "motion must be one motion, a skpose.Motion or an array"),
-        (exercise(9), {"metric": "position"}, 'metric="position" needs a skeleton'),
+        (exercise(9), {"metric": "position"}, "the metric 'position' needs a skeleton"),
         (exercise(9), {"skeleton": humanoid()}, "3 columns"),
         (
             exercise(9),

@@ -6,8 +6,9 @@ import pytest
 from conftest import SKELETONS
 from matplotlib.collections import LineCollection
 
-from skpose import Motion, Skeleton, align_motions, forward_kinematics
+from skpose import Motion, Skeleton, forward_kinematics
 from skpose.datasets import make_gait
+from skpose.motions import align_motions
 from skpose.plot import AlignmentDisplay
 from skpose.plot._pose import SIDES
 

@@ -5,8 +5,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from skpose import mean_motion
 from skpose.datasets import make_gait
+from skpose.motions import mean_motion
 from skpose.plot import MeanMotionDisplay
 from skpose.plot._pose import SIDES
 
@@ -53,5 +53,5 @@ def test_without_a_frame_rate_frames_into_given_axes(mean):
 
 
 def test_refuses_what_is_no_mean(mean):
-    with pytest.raises(TypeError, match=re.escape("mean must be a skpose.MeanMotion, got Motion")):
+    with pytest.raises(TypeError, match=re.escape("mean must be a skpose.motions.MeanMotion, got Motion")):
         MeanMotionDisplay.from_mean(mean.to_motion())

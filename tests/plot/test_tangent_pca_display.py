@@ -5,8 +5,9 @@ import pytest
 from matplotlib.figure import Figure
 from sklearn.exceptions import NotFittedError
 
-from skpose import PoseTangentPCA, Skeleton, forward_kinematics
+from skpose import Skeleton, forward_kinematics
 from skpose.plot import TangentPCADisplay
+from skpose.statistics import PoseTangentPCA
 
 CHAIN = Skeleton.chain(3)
 X = np.random.default_rng(0).normal(scale=0.4, size=(20, 3))
@@ -40,7 +41,7 @@ def test_the_mean_is_in_the_middle_and_drawn_into_the_given_axes(pca):
 
 
 def test_errors_are_in_the_users_words(pca):
-    with pytest.raises(TypeError, match=re.escape("pca must be a skpose.PoseTangentPCA, got ndarray")):
+    with pytest.raises(TypeError, match=re.escape("pca must be a skpose.statistics.PoseTangentPCA, got ndarray")):
         TangentPCADisplay.from_estimator(X)
     with pytest.raises(NotFittedError):
         TangentPCADisplay.from_estimator(PoseTangentPCA(CHAIN))

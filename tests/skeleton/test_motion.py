@@ -11,8 +11,8 @@ from skpose import (
     PoseRadiusNeighborsTransformer,
     Skeleton,
     SpatialMDS,
-    retarget,
 )
+from skpose.kinematics import retarget
 
 ARM = Skeleton.chain(2)
 

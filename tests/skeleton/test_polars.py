@@ -14,11 +14,11 @@ from skpose import (
     Skeleton,
     SpatialMDS,
     forward_kinematics,
-    frechet_mean,
     geodesic,
     pose_distances,
     rotations_from_poses,
 )
+from skpose.geodesics import frechet_mean
 from skpose.plot import MDSDisplay, PoseDisplay
 
 ARM = Skeleton.chain(3)

@@ -6,8 +6,9 @@ from conftest import MIXED, random_tree
 from reference import forward_kinematics
 from scipy.spatial.transform import Rotation
 
-from skpose import Bone, Motion, Skeleton, pose_distances, retarget
+from skpose import Bone, Motion, Skeleton, pose_distances
 from skpose.datasets import MotionDataset, make_gait
+from skpose.kinematics import retarget
 
 THREE = ["rotvec", "ZXY", "xyz"]
 

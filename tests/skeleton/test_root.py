@@ -6,8 +6,9 @@ import reference
 from conftest import MIXED, random_tree
 from scipy.spatial.transform import Rotation
 
-from skpose import Bone, Motion, Skeleton, forward_kinematics, pose_distances, retarget
+from skpose import Bone, Motion, Skeleton, forward_kinematics, pose_distances
 from skpose.datasets import MotionDataset
+from skpose.kinematics import retarget
 
 UP = {"x": [1.0, 0, 0], "y": [0, 1.0, 0], "z": [0, 0, 1.0]}
 TREES = {frame: random_tree(4, kinds=MIXED, offset_frame=frame) for frame in ("own", "parent")}

@@ -15,9 +15,7 @@ from skpose import (
     Skeleton,
     SpatialMDS,
     forward_kinematics,
-    frechet_mean,
     geodesic,
-    geometric_median,
     metric_tensor,
     pose_distances,
     pose_distances_chunked,
@@ -25,8 +23,9 @@ from skpose import (
     rotations_from_poses,
 )
 from skpose.datasets import MotionDataset, humanoid, make_gait
+from skpose.geodesics import frechet_mean, geometric_median
 from skpose.io import AsfFile, load_amc, load_asf, load_bvh, load_motion
-from skpose.skeleton._units import size_of
+from skpose.skeleton._rest import size_of
 
 ARM = Skeleton.chain(3)
 RADIANS = np.random.default_rng(0).uniform(-1.5, 1.5, (6, 3))

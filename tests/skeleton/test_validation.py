@@ -1,10 +1,15 @@
 """Skeletons and motions passed where poses belong are refused in words, by functions and by estimators."""
 
+import importlib
+import inspect
+from pathlib import Path
+
 import numpy as np
 import pytest
 from sklearn.base import clone
 from sklearn.metrics import pairwise_distances
 
+import skpose
 from skpose import (
     Bone,
     MedoidShift,
@@ -15,7 +20,6 @@ from skpose import (
     Skeleton,
     SpatialMDS,
     forward_kinematics,
-    frechet_mean,
     geodesic,
     metric_tensor,
     pose_distances,
@@ -23,10 +27,13 @@ from skpose import (
     pose_metric,
     poses_from_rotations,
     position_jacobian,
-    retarget,
     rotations_from_poses,
 )
+from skpose._validation.motions import is_motion
+from skpose._validation.skeletons import is_skeleton
 from skpose.datasets import MotionDataset
+from skpose.geodesics import frechet_mean
+from skpose.kinematics import retarget
 
 ARM = Skeleton.chain(2)
 MOTION = Motion(ARM, np.linspace([0, 0], [1, 2], 5), 10)
@@ -214,3 +221,21 @@ def test_lazy_arrays_are_checked_likewise():
 def test_skeletons_of_a_mean_are_skeletons():
     with pytest.raises(TypeError, match=r"skeletons\[1\] must be a skpose\.Skeleton, got Motion"):
         Skeleton.mean([ARM, MOTION])
+
+
+def empty(kind):
+    """An object of a class, without its fields."""
+    return next(base for base in (tuple, Exception, object) if issubclass(kind, base)).__new__(kind)
+
+
+def test_no_other_public_class_is_taken_for_a_skeleton_or_a_motion():
+    """Checks recognise both by what their classes have."""
+    homes = sorted(path.parent.name for path in Path(skpose.__file__).parent.glob("[!_]*/__init__.py"))
+    modules = [importlib.import_module(f"skpose.{name}") for name in homes]
+    classes = {getattr(module, name) for module in modules for name in module.__all__ if name != "layouts"}
+    classes = [value for value in classes if inspect.isclass(value)]
+    assert len(classes) > 30
+    assert [one for one in classes if is_skeleton(empty(one))] == [Skeleton]
+    assert [one for one in classes if is_motion(empty(one))] == [Motion]
+    assert not is_skeleton(Skeleton)  # the class itself
+    assert not is_motion(Motion)

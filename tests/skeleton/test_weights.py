@@ -9,8 +9,9 @@ import pytest
 import reference
 from conftest import DATA, SKELETONS, random_tree, weighted
 
-from skpose import Bone, Motion, Skeleton, frechet_mean, geodesic, metric_tensor, pose_distances, position_jacobian
+from skpose import Bone, Motion, Skeleton, geodesic, metric_tensor, pose_distances, position_jacobian
 from skpose.datasets import humanoid
+from skpose.geodesics import frechet_mean
 from skpose.io import load_asf, load_bvh, save_bvh
 from skpose.kinematics._tree import tree_of
 from skpose.metrics._registry import METRICS

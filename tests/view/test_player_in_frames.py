@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from skpose import align_motions
 from skpose.datasets import make_gait
+from skpose.motions import align_motions
 from skpose.view import explorer, player
 from skpose.view._page import HEIGHT
 

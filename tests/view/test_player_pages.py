@@ -7,8 +7,9 @@ import pytest
 from browser import changed, pixels_near
 from player_page import projected, state_of
 
-from skpose import Bone, Motion, Skeleton, align_motions, forward_kinematics
+from skpose import Bone, Motion, Skeleton, forward_kinematics
 from skpose.datasets import humanoid, make_gait
+from skpose.motions import align_motions
 from skpose.view import geodesic_player, player
 
 pytestmark = pytest.mark.slow

@@ -14,14 +14,15 @@ import numpy as np
 from numba import types
 
 from skpose._compiled.inverse.tree_cholesky import EQUATIONS, N_ORIGIN, Equations, equations_of
-from skpose._compiled.path.chart import free_tree, rotation_of
-from skpose._compiled.path.energy import place_with_screws
+from skpose._compiled.pose.chart import free_tree, rotation_of
 from skpose._compiled.pose.forward import workspace_rows
 from skpose._compiled.pose.rotation import inverse, product, sign_towards, vector_of
-from skpose._compiled.pose.signatures import MATRIX, REAL, TREE, VECTOR, named
+from skpose._compiled.pose.screws import place_with_screws
+from skpose._compiled.pose.signatures import TREE
 from skpose._compiled.pose.tree import Tree
 from skpose._compiled.simd.copying import copy_to
 from skpose._compiled.simd.jit import internal, separate
+from skpose._compiled.simd.signatures import MATRIX, REAL, VECTOR, named
 
 
 class State(NamedTuple):
@@ -31,7 +32,7 @@ class State(NamedTuple):
     dofs: np.ndarray  # (n_dofs,) angles, rad; zero where frames turn freely
     origin: np.ndarray  # (3,) position of the root, m
     P: np.ndarray  # (3 n_joints + 3,) positions from the root, m
-    screws: np.ndarray  # (n_dofs, 6) see `path_energy.set_screws`
+    screws: np.ndarray  # (n_dofs, 6) see `screws.set_screws`
 
 
 class Target(NamedTuple):

@@ -12,7 +12,7 @@ import numpy as np
 from skpose._compiled.inverse.energy import Target, copy_state, place_state, set_pose, start_at, workspace_of
 from skpose._compiled.inverse.start import fit_afresh
 from skpose._compiled.inverse.step import LEAST_DAMPING, Fit, minimise_pose
-from skpose._compiled.path.chart import dofs_of
+from skpose._compiled.pose.chart import dofs_of
 from skpose._compiled.pose.tree import TWO_PI
 from skpose._compiled.simd.copying import copy_to
 from skpose._compiled.simd.jit import internal, jit

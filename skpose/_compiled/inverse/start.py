@@ -13,9 +13,9 @@ from skpose._compiled.inverse.eigenvector import greatest_eigenvector
 from skpose._compiled.inverse.energy import TARGET, WORKSPACE, copy_state, place_state, start_at
 from skpose._compiled.inverse.step import FIRST_DAMPING, FIT, Fit, minimise_pose
 from skpose._compiled.pose.rotation import product, quaternion_of
-from skpose._compiled.pose.signatures import MATRIX, VECTOR, WHOLE
 from skpose._compiled.simd.copying import copy_to
 from skpose._compiled.simd.jit import internal, separate
+from skpose._compiled.simd.signatures import MATRIX, VECTOR, WHOLE
 
 ROOT = np.int64(1)  # frame that turns the root; not a literal, for which numba would compile its users once more
 TIE = 1e-6  # of a rotation's products, by which smaller rotations fit better

@@ -23,8 +23,8 @@ from skpose._compiled.inverse.energy import (
 )
 from skpose._compiled.inverse.tree_cholesky import N_ORIGIN, factorise, solve
 from skpose._compiled.pose.rotation import product, quaternion_of
-from skpose._compiled.pose.signatures import FLAG, REAL, WHOLE, named
 from skpose._compiled.simd.jit import internal, separate
+from skpose._compiled.simd.signatures import FLAG, REAL, WHOLE, named
 
 PRECISION = 1e-9  # a step that brings the joints no nearer than this is no step, m
 NEGLIGIBLE = 1e-10  # decrease relative to the energy that is none, far below what noise makes of it

@@ -12,17 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._compiled.pose.signatures import (
-    FLAG,
-    FLAG_VECTOR,
-    MATRIX,
-    REAL,
-    TREE,
-    VECTOR,
-    WHOLE_VECTOR,
-    named,
-)
+from skpose._compiled.pose.signatures import TREE
 from skpose._compiled.simd.jit import internal, jit, separate
+from skpose._compiled.simd.signatures import FLAG, FLAG_VECTOR, MATRIX, REAL, VECTOR, WHOLE_VECTOR, named
 
 N_ORIGIN = 3  # dofs of the root's position
 

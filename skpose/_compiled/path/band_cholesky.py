@@ -15,9 +15,9 @@ from numba import types
 
 from skpose._compiled.path.elimination import PIECE, n_registers
 from skpose._compiled.path.energy import LANES
-from skpose._compiled.pose.signatures import FLAG, MATRIX, WHOLE
 from skpose._compiled.simd.jit import inlined, internal, separate
 from skpose._compiled.simd.lanes import full_like, rows, sum_of_lanes
+from skpose._compiled.simd.signatures import FLAG, MATRIX, WHOLE
 
 AT_ONCE = 4  # rows
 

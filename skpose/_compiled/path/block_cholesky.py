@@ -6,9 +6,10 @@ from skpose._compiled.path.band_cholesky import AT_ONCE, factorise_band, substit
 from skpose._compiled.path.elimination import FACTORS, n_registers, piece_at
 from skpose._compiled.path.energy import LANES, STEPS
 from skpose._compiled.path.normal_equations import EQUATIONS, first_row
-from skpose._compiled.pose.signatures import FLAG, FLAG_MATRIX, MATRIX, REAL, TREE, WHOLE
+from skpose._compiled.pose.signatures import TREE
 from skpose._compiled.simd.jit import internal, separate
 from skpose._compiled.simd.lanes import rows
+from skpose._compiled.simd.signatures import FLAG, FLAG_MATRIX, MATRIX, REAL, WHOLE
 
 
 @internal
@@ -34,8 +35,8 @@ def _fill(tree, equations, damping, fixed, k, factors):
 
     A fixed dof keeps the damping alone; padded dofs get a row of the identity.
     """
-    piece, pairs, n_free = piece_at(tree, factors, k), equations.pairs, factors.n_free
-    places, numbers = tree.places[factors.order], factors.cells.reshape(factors.cells.size)
+    piece, pairs, n_free = piece_at(factors, k), equations.pairs, factors.n_free
+    places, numbers = factors.order.places[factors.kind], factors.cells.reshape(factors.cells.size)
     start, stride, width, m = piece.band * LANES, piece.stride, piece.width * LANES, piece.n * LANES
     _clear(factors.cells, piece.band, piece.n_blocks * m * piece.width)
     for row in range(piece.n_blocks * m):
@@ -78,14 +79,15 @@ def _fill(tree, equations, damping, fixed, k, factors):
                 numbers[block + p * width + p] += damping
 
 
-@separate(lambda: FLAG(TREE, FACTORS, WHOLE, FLAG))
-def _eliminate(tree, factors, k, is_first):
+@separate(lambda: FLAG(FACTORS, WHOLE, FLAG))
+def _eliminate(factors, k, is_first):
     """Subtract YᵀY of a limb from its trunk, once for all limbs that one joint carries: this may be their first.
 
     Returns whether the next limb is the first of others.
     """
-    piece, cells, n_free = piece_at(tree, factors, k), factors.cells, factors.n_free
-    trunk, places, ancestors = piece_at(tree, factors, piece.trunk), tree.places[factors.order], tree.ancestors[k]
+    piece, cells, n_free = piece_at(factors, k), factors.cells, factors.n_free
+    trunk, ancestors = piece_at(factors, piece.trunk), factors.order.ancestors[k]
+    places = factors.order.places[factors.kind]
     n, width, m = piece.n_ancestors, piece.width - piece.edge, piece.n * LANES
     sums, numbers = factors.starts[-1, 0], cells.reshape(cells.size)
     if is_first:
@@ -95,7 +97,7 @@ def _eliminate(tree, factors, k, is_first):
         source = piece.band + top * piece.width + piece.edge
         n_rows, n_chunks, factor = n_free * m - top, n_registers(q + AT_ONCE), source + q // LANES
         subtract(cells, sums + q * width, width, source, piece.width, n_rows, n_chunks, factor, q % LANES)
-    if piece_at(tree, factors, k + 1).n_ancestors == n and tree.ancestors[k + 1, n - 1] == ancestors[n - 1]:
+    if piece_at(factors, k + 1).n_ancestors == n and factors.order.ancestors[k + 1, n - 1] == ancestors[n - 1]:
         return False
     for q in range(n_free * n):
         column = q // n * trunk.stride + places[ancestors[q % n], 1]
@@ -109,23 +111,24 @@ def _eliminate(tree, factors, k, is_first):
 @separate(lambda: FLAG(TREE, EQUATIONS, REAL, FLAG_MATRIX, FACTORS))
 def factorise(tree, equations, damping, fixed, factors):
     """Factorise H + λ, without the dofs that are fixed; return whether it is positive definite."""
-    first, last, is_first = tree.first_piece[factors.order], tree.first_piece[factors.order + 1], True
+    first, last, is_first = factors.order.first_piece[factors.kind], factors.order.first_piece[factors.kind + 1], True
     for k in range(first, last):
         _fill(tree, equations, damping, fixed, k, factors)
     for k in range(first, last):
-        piece = piece_at(tree, factors, k)
+        piece = piece_at(factors, k)
         if not factorise_band(factors.cells, piece):
             return False
         if piece.n_ancestors > 0:
-            is_first = _eliminate(tree, factors, k, is_first)
+            is_first = _eliminate(factors, k, is_first)
     return True
 
 
-@separate(lambda: types.void(TREE, FACTORS, WHOLE, FLAG))
-def _carry(tree, factors, k, to_trunk):
+@separate(lambda: types.void(FACTORS, WHOLE, FLAG))
+def _carry(factors, k, to_trunk):
     """Add a limb's solution at its border to that of its trunk, or copy the trunk's there."""
-    piece, numbers = piece_at(tree, factors, k), factors.cells.reshape(factors.cells.size)
-    trunk, places, ancestors = piece_at(tree, factors, piece.trunk), tree.places[factors.order], tree.ancestors[k]
+    piece, numbers = piece_at(factors, k), factors.cells.reshape(factors.cells.size)
+    trunk, ancestors = piece_at(factors, piece.trunk), factors.order.ancestors[k]
+    places = factors.order.places[factors.kind]
     n, border = piece.n_ancestors, (piece.solution + piece.n_blocks * piece.n) * LANES
     for q in range(factors.n_free * n):
         at = trunk.solution * LANES + q // n * trunk.stride + places[ancestors[q % n], 1]
@@ -135,30 +138,30 @@ def _carry(tree, factors, k, to_trunk):
             numbers[border + q] = numbers[at]
 
 
-@separate(lambda: types.void(TREE, EQUATIONS, FACTORS, MATRIX))
-def solve(tree, equations, factors, step):
+@separate(lambda: types.void(EQUATIONS, FACTORS, MATRIX))
+def solve(equations, factors, step):
     """Compute step = −(H + λ)⁻¹ gradient by the factors; of fixed dofs the gradient has to be zero."""
-    first, last = tree.first_piece[factors.order], tree.first_piece[factors.order + 1]
-    places, cells = tree.places[factors.order], factors.cells
+    first, last = factors.order.first_piece[factors.kind], factors.order.first_piece[factors.kind + 1]
+    places, cells = factors.order.places[factors.kind], factors.cells
     numbers = cells.reshape(cells.size)
     for k in range(first, last):
-        piece = piece_at(tree, factors, k)
+        piece = piece_at(factors, k)
         _clear(cells, piece.solution, piece.n_blocks * piece.n + piece.width - piece.edge)
     for d in range(places.shape[0]):
-        piece = piece_at(tree, factors, places[d, 0])
+        piece = piece_at(factors, places[d, 0])
         for i in range(factors.n_free):
             numbers[piece.solution * LANES + i * piece.stride + places[d, 1]] = -equations.gradient[i + 1, d]
     for k in range(first, last):
-        piece = piece_at(tree, factors, k)
+        piece = piece_at(factors, k)
         substitute_forward(cells, piece)
         if piece.n_ancestors > 0:
-            _carry(tree, factors, k, True)
+            _carry(factors, k, True)
     for k in range(last - 1, first - 1, -1):
-        piece = piece_at(tree, factors, k)
+        piece = piece_at(factors, k)
         if piece.n_ancestors > 0:
-            _carry(tree, factors, k, False)
+            _carry(factors, k, False)
         substitute_back(cells, piece)
     for d in range(places.shape[0]):
-        piece = piece_at(tree, factors, places[d, 0])
+        piece = piece_at(factors, places[d, 0])
         for i in range(factors.n_free):
             step[i + 1, d] = numbers[piece.solution * LANES + i * piece.stride + places[d, 1]]

@@ -3,7 +3,7 @@
 One branch of the skeleton at a time, as branches move no joint in common. The poses' blocks of a branch are a band, see
 `band_cholesky`: its factors cost the cube of the number of dofs. But most dofs of a large skeleton are in limbs, such
 as an arm with its fingers: parts that couple with one another only through the trunk that carries them. So where that
-takes fewer operations (`skpose.kinematics._pieces`), limbs are eliminated first, at all poses. A limb's own blocks are
+takes fewer operations (`order`), limbs are eliminated first, at all poses. A limb's own blocks are
 a band, and right of it is its border, the numbers that couple it with its ancestors:
 
     [B W; Wᵀ T],  B = UᵀU,  W becomes U⁻ᵀW,  T becomes T − WᵀW
@@ -17,16 +17,18 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._compiled.path.energy import LANES
-from skpose._compiled.pose.signatures import MATRIX, TREE, WHOLE, WHOLE_MATRIX, named
+from skpose._compiled.path.order import ORDER, Order
 from skpose._compiled.simd.jit import internal, separate
 from skpose._compiled.simd.lanes import aligned
+from skpose._compiled.simd.signatures import MATRIX, WHOLE, WHOLE_MATRIX, named
 
 
 class Factors(NamedTuple):
     """The factors of a path's normal equations."""
 
     n_free: int  # poses
-    order: int  # 1 where limbs are eliminated first, else 0
+    order: Order
+    kind: int  # 1 where limbs are eliminated first, else 0
     starts: np.ndarray  # (n_pieces + 1, 2) registers where a piece's band and solution begin; last what is behind them
     cells: np.ndarray  # (n_registers, LANES) bands and solutions, then a matrix as wide as the widest border
 
@@ -47,7 +49,7 @@ class Piece(NamedTuple):
     solution: int  # first register; as many numbers as there are rows, then those of the border's columns
 
 
-FACTORS = named(Factors, WHOLE, WHOLE, WHOLE_MATRIX, MATRIX)
+FACTORS = named(Factors, WHOLE, ORDER, WHOLE, WHOLE_MATRIX, MATRIX)
 PIECE = named(Piece, *[WHOLE] * len(Piece._fields))
 
 
@@ -57,10 +59,10 @@ def n_registers(n_numbers):
     return -(-n_numbers // LANES)
 
 
-@separate(lambda: PIECE(TREE, FACTORS, WHOLE))
-def piece_at(tree, factors, k):
+@separate(lambda: PIECE(FACTORS, WHOLE))
+def piece_at(factors, k):
     """Return a piece by its number."""
-    row, n_free = tree.pieces[k], factors.n_free
+    row, n_free = factors.order.pieces[k], factors.n_free
     first, end, n_dofs, n_ancestors, trunk, is_dense = row[0], row[1], row[2], row[3], row[4], row[5]
     n_blocks, n = (1, n_registers(n_free * n_dofs)) if is_dense else (n_free, n_registers(n_dofs))
     stride = n_dofs if is_dense else n * LANES
@@ -70,17 +72,17 @@ def piece_at(tree, factors, k):
     return Piece(first, end, n_ancestors, trunk, n_blocks, n, stride, edge, width, starts[0], starts[1])
 
 
-@separate(lambda: FACTORS(TREE, WHOLE))
-def factors_for(tree, n_nodes):
+@separate(lambda: FACTORS(ORDER, WHOLE))
+def factors_for(order, n_nodes):
     """Return factors for a path of so many poses, not yet filled."""
-    n_pieces, order = tree.pieces.shape[0], 1 if n_nodes - 2 <= tree.most_poses[0] else 0
+    n_pieces, kind = order.pieces.shape[0], 1 if n_nodes - 2 <= order.most_poses[0] else 0
     starts, end, n_sums = np.zeros((n_pieces + 1, 2), np.int64), 0, 0
-    factors = Factors(n_nodes - 2, order, starts, aligned(0, LANES, np.float64))
-    for k in range(tree.first_piece[order], tree.first_piece[order + 1]):
-        piece = piece_at(tree, factors, k)
+    factors = Factors(n_nodes - 2, order, kind, starts, aligned(0, LANES, np.float64))
+    for k in range(order.first_piece[kind], order.first_piece[kind + 1]):
+        piece = piece_at(factors, k)
         border = piece.width - piece.edge
         starts[k, 0], starts[k, 1] = end, end + piece.n_blocks * piece.n * LANES * piece.width
         end = starts[k, 1] + piece.n_blocks * piece.n + border
         n_sums = max(n_sums, border * LANES * border)
     starts[n_pieces, 0] = end
-    return Factors(n_nodes - 2, order, starts, aligned(end + n_sums, LANES, np.float64))
+    return Factors(n_nodes - 2, order, kind, starts, aligned(end + n_sums, LANES, np.float64))

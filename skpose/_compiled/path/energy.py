@@ -15,11 +15,12 @@ from typing import NamedTuple
 import numpy as np
 from numba import types
 
-from skpose._compiled.pose.forward import orient, place_joints, workspace, workspace_rows
-from skpose._compiled.pose.jacobian import rotation_axes
-from skpose._compiled.pose.signatures import FLAG, MATRIX, REAL, TREE, VECTOR, WHOLE, named
+from skpose._compiled.pose.forward import orient, place, place_joints, workspace, workspace_rows
+from skpose._compiled.pose.screws import set_screws
+from skpose._compiled.pose.signatures import TREE
 from skpose._compiled.simd.jit import internal, separate
-from skpose._compiled.simd.lanes import aligned, flat, full_like, next_lane, rows, sqrt, sum_of_lanes
+from skpose._compiled.simd.lanes import aligned, full_like, next_lane, rows, sqrt, sum_of_lanes
+from skpose._compiled.simd.signatures import FLAG, MATRIX, REAL, WHOLE, named
 
 FINE = 8  # chords into which each chord of a path is divided to measure it again
 LANES = 8  # poses computed at once
@@ -83,46 +84,6 @@ def samples_for(tree, path):
         aligned(n_samples * 3 * tree.offset.shape[0], LANES, np.float64),
         aligned(n_samples * 6 * n, LANES, np.float64),
     )
-
-
-@internal
-def place(tree, dofs, scratch, P):
-    """Compute the joint positions of one pose, dofs in the tree's order."""
-    C, S, H, positions = workspace(tree, scratch)
-    orient(tree, dofs, C, S, H)
-    place_joints(tree, H, positions)
-    for i in range(P.shape[0]):
-        P[i] = positions[i]
-
-
-@internal
-def set_screws(tree, C, S, H, P, screws):
-    """Compute the screw of every dof: row 6 d + i is number i of dof d's.
-
-    The screw is the axis a and the velocity b = o × a of a point at the root, with o on the axis: the dof moves a point
-    p of its frame, or of one below it, at the rate a × p + b. Its six rows stand together: rows of lanes that are 64
-    apart, as those of 64 dofs would be, share one set of the processor's cache and drive each other out of it.
-    """
-    rotation_axes(tree, C, S, H, 6, screws)
-    for f in range(1, tree.frame_parent.shape[0]):
-        o = 3 * tree.pivot[f]
-        for d in range(tree.first_dof[f], tree.end_dof[f]):
-            k = 6 * d
-            x, y, z = screws[k], screws[k + 1], screws[k + 2]
-            screws[k + 3] = P[o + 1] * z - P[o + 2] * y
-            screws[k + 4] = P[o + 2] * x - P[o] * z
-            screws[k + 5] = P[o] * y - P[o + 1] * x
-
-
-@separate(lambda: types.void(TREE, VECTOR, VECTOR, VECTOR, MATRIX))
-def place_with_screws(tree, dofs, scratch, P, screws):
-    """Compute the joint positions of one pose, and the screws of its dofs, (n_dofs, 6)."""
-    C, S, H, positions = workspace(tree, scratch)
-    orient(tree, dofs, C, S, H)
-    place_joints(tree, H, positions)
-    for i in range(P.shape[0]):
-        P[i] = positions[i]
-    set_screws(tree, C, S, H, positions, flat(screws))
 
 
 @internal

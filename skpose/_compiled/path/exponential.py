@@ -16,11 +16,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._compiled.path.chart import chart_at, free_tree, pose_of
 from skpose._compiled.path.energy import path_of
 from skpose._compiled.path.geodesic import GRADIENT_NORM, MAX_ITER, NEVER, find_geodesic, shorter_line
 from skpose._compiled.path.minimiser import LEAST_DAMPING as LEAST_OF_PATHS
 from skpose._compiled.path.minimiser import Settings, Stop, minimise, unbounded
+from skpose._compiled.pose.chart import chart_at, free_tree, pose_of
 from skpose._compiled.pose.forward import orient, place_joints, workspace, workspace_rows
 from skpose._compiled.pose.jacobian import write_jacobian
 from skpose._compiled.simd.jit import internal, jit

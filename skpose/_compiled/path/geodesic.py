@@ -16,7 +16,6 @@ from typing import NamedTuple
 import numpy as np
 from numba import types
 
-from skpose._compiled.path.chart import coordinates_of, differs, dofs_of, free_tree, line_of_angles, set_references
 from skpose._compiled.path.energy import FINE, chords, curve_length, divided, path_of
 from skpose._compiled.path.minimiser import (
     BOUNDS,
@@ -31,14 +30,16 @@ from skpose._compiled.path.minimiser import (
     rounding_length,
     unbounded,
 )
+from skpose._compiled.pose.chart import coordinates_of, differs, dofs_of, free_tree, line_of_angles, set_references
 from skpose._compiled.pose.encode import n_line_codes
 from skpose._compiled.pose.forward import SQRT2
 from skpose._compiled.pose.measure import measure_line, turns_off
 from skpose._compiled.pose.rotation import product, vector_of
-from skpose._compiled.pose.signatures import FLAG, MATRIX, REAL, TREE, VECTOR, WHOLE, named
+from skpose._compiled.pose.signatures import TREE
 from skpose._compiled.pose.tree import TWO_PI
 from skpose._compiled.simd.copying import copy_to
 from skpose._compiled.simd.jit import internal, jit, passed, separate
+from skpose._compiled.simd.signatures import FLAG, MATRIX, REAL, VECTOR, WHOLE, named
 
 MAX_ITER, TOL = 500, 1e-6  # iterations in each refinement; share of the length that is left to gain
 GRADIENT_NORM = 1e-7  # of the energy, where not only the length of a path matters but also its direction, m²/rad

@@ -12,7 +12,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._compiled.path.chart import coordinates_of, follow, free_tree, slopes_of_turns
 from skpose._compiled.path.energy import divided, path_of, samples_for
 from skpose._compiled.path.geodesic import (
     LEAST_CHANGE,
@@ -26,6 +25,7 @@ from skpose._compiled.path.geodesic import (
 )
 from skpose._compiled.path.minimiser import FIRST_DAMPING, Settings, Stop, minimise, unbounded
 from skpose._compiled.path.normal_equations import equations_for, gradient_of
+from skpose._compiled.pose.chart import coordinates_of, follow, free_tree, slopes_of_turns
 from skpose._compiled.simd.copying import copy_to
 from skpose._compiled.simd.jit import internal, jit
 

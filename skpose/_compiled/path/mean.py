@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 
-from skpose._compiled.path.chart import chart_at, pose_of
-from skpose._compiled.path.energy import Path, place
+from skpose._compiled.path.energy import Path
 from skpose._compiled.path.geodesic import NEVER
 from skpose._compiled.path.minimiser import LEAST_DAMPING, Outcome, Settings, Stop, minimise, unbounded
-from skpose._compiled.pose.forward import workspace_rows
+from skpose._compiled.pose.chart import chart_at, pose_of
+from skpose._compiled.pose.forward import place, workspace_rows
 from skpose._compiled.simd.copying import copy_to
 from skpose._compiled.simd.jit import jit
 

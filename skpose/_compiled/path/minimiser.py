@@ -35,8 +35,10 @@ from skpose._compiled.path.normal_equations import (
     mean_diagonal,
     normal_equations,
 )
-from skpose._compiled.pose.signatures import FLAG, REAL, TREE, VECTOR, WHOLE, named
+from skpose._compiled.path.order import order_of
+from skpose._compiled.pose.signatures import TREE
 from skpose._compiled.simd.jit import internal, separate
+from skpose._compiled.simd.signatures import FLAG, REAL, VECTOR, WHOLE, named
 
 # λ is relative to the mean diagonal of the normal equations.
 FIRST_DAMPING, LEAST_DAMPING, MAX_DAMPING = 1e-6, 1e-8, 1e6
@@ -138,7 +140,7 @@ def _dot(a, b):
 @internal
 def _system_for(tree, path):
     """Return the system of a path, not yet filled, no dof fixed."""
-    fixed, factors = np.zeros(path.poses.shape, np.bool_), factors_for(tree, path.poses.shape[0])
+    fixed, factors = np.zeros(path.poses.shape, np.bool_), factors_for(order_of(tree), path.poses.shape[0])
     return System(equations_for(tree, path), fixed, factors, samples_for(tree, path))
 
 
@@ -169,7 +171,7 @@ def _damped_step(tree, system, damping, scale, step):
     """
     while damping < MAX_DAMPING * scale:
         if factorise(tree, system.equations, damping, system.fixed, system.factors):
-            solve(tree, system.equations, system.factors, step)
+            solve(system.equations, system.factors, step)
             return damping
         damping = max(10.0 * damping, FIRST_DAMPING * scale)
     return math.inf

@@ -17,9 +17,10 @@ from numba import types
 
 from skpose._compiled.path.curvature import add_ball, add_second_derivatives
 from skpose._compiled.path.energy import LANES, PATH, SAMPLES, STEPS, place_samples
-from skpose._compiled.pose.signatures import FLAG, MATRIX, TREE, WHOLE_VECTOR, named
+from skpose._compiled.pose.signatures import TREE
 from skpose._compiled.simd.jit import inlined, internal, separate
 from skpose._compiled.simd.lanes import aligned, full_like, rows
+from skpose._compiled.simd.signatures import FLAG, MATRIX, WHOLE_VECTOR, named
 
 
 class NormalEquations(NamedTuple):

@@ -92,3 +92,13 @@ def place_joints(tree, H, P):
         for i in range(3):
             h = f + 3 * i
             P[3 * j + i] = P[p + i] + (H[h] * x + H[h + 1] * y + H[h + 2] * z)
+
+
+@internal
+def place(tree, dofs, scratch, P):
+    """Compute the joint positions of one pose, dofs in the tree's order."""
+    C, S, H, positions = workspace(tree, scratch)
+    orient(tree, dofs, C, S, H)
+    place_joints(tree, H, positions)
+    for i in range(P.shape[0]):
+        P[i] = positions[i]

@@ -8,9 +8,10 @@ from numba import from_dtype, types
 
 from skpose._compiled.pose.forward import workspace_rows
 from skpose._compiled.pose.results import Results, results_of
-from skpose._compiled.pose.signatures import array_type, named, shared_types
+from skpose._compiled.pose.signatures import shared_types
 from skpose._compiled.simd.jit import jit, separate
 from skpose._compiled.simd.lanes import aligned, any_greater, lanes, rows
+from skpose._compiled.simd.signatures import array_type, named
 
 GROUPS_IN_CACHE = 16  # groups of lanes that are used on one row after the other
 FLOAT64_LANES = lanes(np.dtype(np.float64))

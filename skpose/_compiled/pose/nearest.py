@@ -20,9 +20,10 @@ from numba import from_dtype, types
 from skpose._compiled.pose.forward import workspace_rows
 from skpose._compiled.pose.loops import FLOAT64_LANES, GROUPS_IN_CACHE, encode_type, measure_type
 from skpose._compiled.pose.results import results_of
-from skpose._compiled.pose.signatures import array_type, named, shared_types
+from skpose._compiled.pose.signatures import shared_types
 from skpose._compiled.simd.jit import inlined, jit
 from skpose._compiled.simd.lanes import aligned, any_greater, least, rows
+from skpose._compiled.simd.signatures import array_type, named
 
 ROWS_IN_CACHE = 1024  # rows of lanes, where a group has few of them; with less, the call of the measure shows
 

@@ -8,10 +8,13 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
+from skpose._compiled.simd.shared import shared_structure
+
 TWO_PI = 2.0 * math.pi
 BALL = 4  # kind of a batch of ball joints; the others' kind is their number of angles, 0 to 3
 
 
+@shared_structure
 class Tree(NamedTuple):
     """A skeleton as flat arrays; frame 0 and joint 0 are the root, unrotated and at the origin.
 
@@ -33,12 +36,6 @@ class Tree(NamedTuple):
     pivot: np.ndarray  # (n_frames,) joint at the centre of the frame's rotation
     batch_kind: np.ndarray  # (n_batches,) how many angles the frames of a batch have, or BALL
     first_frame: np.ndarray  # (n_batches + 1,) frames of batch b are first_frame[b]:first_frame[b + 1]; then the tips
-    # Pieces of the normal equations of a path, see `elimination`: first without limbs, then with them
-    first_piece: np.ndarray  # (3,) pieces of either kind are pieces[first_piece[i]:first_piece[i + 1]]
-    pieces: np.ndarray  # (n_pieces, 6) first dof, end of the dofs, dofs, ancestors, number of the trunk, 1 if dense
-    places: np.ndarray  # (2, n_dofs, 2) the piece of each dof, and its place there
-    ancestors: np.ndarray  # (n_pieces, n) the dofs that carry a limb
-    most_poses: np.ndarray  # (1,) free poses of a path up to which eliminating limbs first is faster
     column: np.ndarray  # (n_dofs,) column of each dof in an array of poses
     sign: np.ndarray  # (n_dofs,) -1 where the frame's axis points against the skeleton's, else 1
     shift: np.ndarray  # (n_dofs,) constant added to the angle, rad
@@ -53,6 +50,11 @@ class Tree(NamedTuple):
     code_joint: np.ndarray  # (n_joints + 1,) place of each joint among those of the code of positions, plus one
     first_run: np.ndarray  # (n_frames + 1,) runs of frame f are runs[first_run[f]:first_run[f + 1]]
     runs: np.ndarray  # (n_runs, 2) dofs of a frame and of its ancestors, as ranges
+
+    @property
+    def n_joints(self) -> int:
+        """The number of joints that count, without the root; for Python."""
+        return len(self.offset) - 1
 
 
 # The fields of a Tree as a constant of a compiled function, which what compiled functions share cannot be.

@@ -1,4 +1,4 @@
-"""Private parts of numba: what it does to compile a function.
+"""What numba does to compile a function: private parts of it, without which `fallback` has its own compiler.
 
 numba treats every function as one that Python may call. It optimises it, translates it into machine code and writes it
 to its cache, and does all of this again with each function that it is a part of. Here a function is either a *part* of
@@ -6,8 +6,6 @@ others, of which nothing is kept but its code for LLVM, or a *whole*, which has 
 parts, once. Passes that are for closures, array expressions, generators and the like are left out.
 """
 
-import gc
-from collections.abc import Callable
 from types import BuiltinFunctionType
 from typing import Any, ClassVar
 
@@ -16,12 +14,10 @@ from numba.core import typed_passes, untyped_passes
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase
 from numba.core.environment import lookup_environment
-from numba.core.types.functions import BaseFunction
 from numba.core.typing.context import BaseContext
-from numba.core.typing.templates import Signature
+from numba.extending import models, register_model
 
-NEVER = 2**31 - 1  # young collections of garbage before a full one
-WIDE = 33_000  # slots of a frame, for which Python takes half a megabyte
+from skpose._compiled.simd.private import Signature
 
 
 class _Whole(JITCodeLibrary):
@@ -63,13 +59,33 @@ class _Part(_Whole):
         return 0
 
 
-class _Typing:
-    """numba's typing context, for functions that are compiled once for all numbers.
+class _Operator(types.Function):
+    """numba's type of an operator, or of a builtin function such as `min`, with a memory of what that returns.
 
-    By itself numba compiles a function for each literal number that it is called with.
+    numba asks some twenty rules, up to four times for each operator that it compiles. The type of an operator becomes
+    another one when rules are added to it, so that what is remembered stays right. One thread at a time compiles.
     """
 
-    resolve_setitem = BaseContext.resolve_setitem
+    def __init__(self, plain: types.Function):
+        super().__init__(plain.templates)
+        self._found: dict[tuple, Signature] = {}
+
+    def get_call_type(self, context: Any, args: tuple, kws: dict) -> Signature:
+        if kws:
+            return super().get_call_type(context, args, kws)
+        found = self._found.get(args)
+        if found is None:  # errors are not kept, as numba adds lines to them
+            found = self._found[args] = super().get_call_type(context, args, kws)
+        return found
+
+
+register_model(_Operator)(models.OpaqueModel)
+
+
+class _Remembering:
+    """numba's typing context, in which operators have a memory."""
+
+    operators: ClassVar[dict[types.Function, _Operator]] = {}  # by the types that numba has for them
 
     def __init__(self, context: BaseContext):
         self._context = context
@@ -77,31 +93,31 @@ class _Typing:
     def __getattr__(self, name: str) -> Any:
         return getattr(self._context, name)
 
+    def resolve_value_type(self, value: Any) -> Any:
+        found = self._context.resolve_value_type(value)
+        if type(found) is not types.Function or not isinstance(found.typing_key, BuiltinFunctionType):
+            return found
+        operator = self.operators.get(found)
+        if operator is None:
+            operator = self.operators[found] = _Operator(found)
+        return operator
+
+
+class _Typing(_Remembering):
+    """The typing context of functions that are compiled once for all numbers.
+
+    By itself numba compiles a function for each literal number that it is called with.
+    """
+
+    resolve_setitem = BaseContext.resolve_setitem
+
     def resolve_function_type(self, function: Any, args: tuple, kws: dict) -> Signature | None:
         of_numbers = all(isinstance(kind, types.Number) for kind in args)
         if isinstance(function, types.Dispatcher) or of_numbers:
             args = tuple(types.unliteral(kind) for kind in args)
+        if isinstance(function, BuiltinFunctionType):
+            function = self.resolve_value_type(function)
         return self._context.resolve_function_type(function, args, kws)
-
-
-class _Operators:
-    """A memory of what operators return: numba asks some twenty rules, up to four times for each operator it compiles.
-
-    An operator's type becomes another one when rules are added to it.
-    """
-
-    function_type: Any = BaseFunction
-    ask: Any = BaseFunction.get_call_type
-    known: ClassVar[dict[tuple, Signature]] = {}
-
-    def remember(self: Any, context: BaseContext, args: tuple, kws: dict) -> Any:
-        """Return what `ask`, of a function's type, does; its errors are not kept, as numba adds lines to them."""
-        if kws or not isinstance(self.typing_key, BuiltinFunctionType):
-            return _Operators.ask(self, context, args, kws)
-        found = _Operators.known.get((self, args))
-        if found is None:
-            found = _Operators.known[self, args] = _Operators.ask(self, context, args, kws)
-        return found
 
 
 class _Passes:
@@ -133,40 +149,13 @@ class _Passes:
             one.run_pass(state)
 
 
-def _compile_outermost(compile: Callable, function: Callable) -> Any:
-    """Compile a function, and all that are compiled for it, with Python's memory arranged for that.
-
-    numba makes millions of objects. Each time that there are a quarter more of them, Python would search all objects of
-    the process for garbage; here it searches the new ones only. What operators return is remembered.
-
-    One thread at a time compiles.
-    """
-    young, middle, full = gc.get_threshold()
-    gc.set_threshold(young, middle, NEVER)
-    _Operators.function_type.get_call_type = _Operators.remember
-    try:
-        return compile(function)
-    finally:
-        _Operators.function_type.get_call_type = _Operators.ask
-        gc.set_threshold(young, middle, full)
-
-
-# Python takes memory for frames in pieces of 16 KB, and gives a piece back with the first frame in it. Where numba is
-# some hundred calls deep, loops do so at each call, again and again. A frame that needs much memory gets a piece with
-# room for all that it calls.
-_compile_outermost.__code__ = _compile_outermost.__code__.replace(co_stacksize=WIDE)
-
-
 class _Compiler(CompilerBase):
     library: type[_Whole]
 
     def __init__(self, typingctx: Any, *args: Any):
         super().__init__(typingctx, *args)
         self.state.typingctx = _Typing(typingctx)
-
-    def compile_extra(self, func: Any) -> Any:
-        is_outermost = _Operators.function_type.get_call_type is _Operators.ask
-        return _compile_outermost(super().compile_extra, func) if is_outermost else super().compile_extra(func)
+        self.state.targetctx = self.state.targetctx.subtarget(typing_context=_Remembering(typingctx))
 
     def define_pipelines(self) -> list[_Passes]:
         state = self.state

@@ -1,7 +1,7 @@
 """The compilers of `skpose._compiled.simd.compiler` or, where numba has changed, numba's own: slower, and nothing else.
 
-Those rest on private parts of numba. When a process compiles first, a small function shows whether they still fit. A
-process that loads all its functions from numba's cache compiles nothing, and tries nothing.
+Those rest on private parts of numba. When a process compiles first, a kernel shows whether they still fit. A process
+that loads all its functions from numba's cache compiles nothing, and tries nothing.
 """
 
 import functools
@@ -9,8 +9,9 @@ from collections.abc import Callable
 from typing import Any
 
 import numba
-from numba.core.compiler import Compiler
+import numpy as np
 
+from skpose._compiled.simd.private import FITTING, Compiler
 from skpose._warnings import warn
 
 
@@ -31,26 +32,53 @@ def _compilers() -> tuple[Callable, Callable]:
 
         _try(WholeCompiler, PartCompiler)
     except Exception as error:  # a part of numba that has changed may raise any
+        reason = f"{type(error).__name__}: {str(error).partition(chr(10))[0]}"
         warn(
-            f"numba {numba.__version__} does not compile as skpose expects ({type(error).__name__}: {error}), so its "
-            "own compiler is used: results are the same, first calls take longer; install a newer skpose, or the numba "
-            "that was current when this one was released"
+            f"numba {numba.__version__} does not compile as skpose expects ({reason}), so its own compiler is "
+            f"used: results are the same, first calls take longer; install a newer skpose, or numba{FITTING}"
         )
         return Compiler, Compiler
     return WholeCompiler, PartCompiler
 
 
-def _try(whole: Callable, part: Callable) -> None:
-    """Compile a function with a part, and call it."""
-    njit: Any = functools.partial(numba.njit, no_cfunc_wrapper=True)
+def _factorise(matrix: Any, damping: float, factor: Any) -> tuple[int, float]:
+    """Factorise a symmetric matrix A + λ = U D Uᵀ in place of the factor; λ grows until the pivots are positive.
 
-    @njit(pipeline_class=part, no_cpython_wrapper=True)
-    def plus(a: float, b: int) -> float:
-        return a + b
+    Returns how often it has grown, and λ. The function is made of what all kernels here are made of: arrays, loops in
+    loops, branches, variables that change in them and one whose type changes, and a tuple.
+    """
+    n, n_failures, succeeds = matrix.shape[0], 0, False
+    while not succeeds:
+        succeeds = True
+        for i in range(n):
+            for j in range(n):
+                factor[i, j] = matrix[i, j] + damping if i == j else matrix[i, j]
+        for k in range(n - 1, -1, -1):
+            pivot = factor[k]
+            pivot = pivot[k]
+            if pivot <= 0.0:
+                succeeds, damping = False, 2.0 * damping
+                n_failures += 1
+                break
+            for i in range(k):
+                share = factor[i, k] / pivot
+                for j in range(i + 1):
+                    factor[i, j] -= share * factor[j, k]
+    return n_failures, damping
+
+
+def _try(whole: Callable, part: Callable) -> None:
+    """Compile a kernel as a part of another function, and compare what it returns with plain Python."""
+    njit: Any = functools.partial(numba.njit, no_cfunc_wrapper=True)
+    factorise = njit(pipeline_class=part, no_cpython_wrapper=True)(_factorise)
 
     @njit(pipeline_class=whole)
-    def plus_two(a: float) -> float:
-        return plus(a, 2)
+    def factorise_damped(matrix: Any, factor: Any) -> float:
+        failures = factorise(matrix, 0.25, factor)
+        return failures[0] + failures[1]
 
-    if plus_two(1.0) != 3.0:
-        raise ValueError("1 + 2 is not 3")
+    for matrix in (np.ones((3, 3)), np.ones((3, 3)) - np.eye(3)):  # the second one is indefinite
+        factor, expected = np.zeros((3, 3)), np.zeros((3, 3))
+        found, wanted = factorise_damped(matrix, factor), sum(_factorise(matrix, 0.25, expected))
+        if found != wanted or not np.allclose(factor, expected, rtol=1e-12, atol=0.0):
+            raise ValueError(f"{found} and {factor} are not {wanted} and {expected}")

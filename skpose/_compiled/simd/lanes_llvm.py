@@ -1,4 +1,4 @@
-"""The functions of `skpose._compiled.simd.lanes` as LLVM instructions. All that is taken from llvmlite stands here.
+"""The functions of `skpose._compiled.simd.lanes` as LLVM instructions.
 
 Pointers are opaque: every load and every address names its type. That takes llvmlite 0.45, which comes with numba 0.62.
 """
@@ -6,17 +6,22 @@ Pointers are opaque: every load and every address names its type. That takes llv
 import functools
 import operator
 
-from llvmlite import ir
 from numba import types
-from numba.core import cgutils
-from numba.core.imputils import impl_ret_new_ref
-from numba.core.typing import signature
-from numba.core.typing.npydecl import parse_dtype
-from numba.core.typing.templates import AbstractTemplate, infer_global
 from numba.extending import lower_builtin, models, register_model
-from numba.np.arrayobj import populate_array
 
 from skpose._compiled.simd import lanes
+from skpose._compiled.simd.private import (
+    AbstractTemplate,
+    get_or_insert_function,
+    impl_ret_new_ref,
+    infer_global,
+    int32_t,
+    intp_t,
+    ir,
+    parse_dtype,
+    populate_array,
+    signature,
+)
 
 
 class LanesType(types.Type):
@@ -45,7 +50,7 @@ class _LanesModel(models.PrimitiveModel):
 @register_model(RowsType)
 class _RowsModel(models.PrimitiveModel):
     def __init__(self, dmm, fe_type):
-        super().__init__(dmm, fe_type, cgutils.intp_t)  # a number, as numba cannot return opaque pointers yet
+        super().__init__(dmm, fe_type, intp_t)  # a number, as numba cannot return opaque pointers yet
 
 
 def _define_typing(function, result):
@@ -83,8 +88,8 @@ def _broadcast(context, builder, value, source, target):
         return context.cast(builder, value, source, target)
     scalar = context.cast(builder, value, source, target.dtype)
     vector_type = context.get_value_type(target)
-    one = builder.insert_element(ir.Constant(vector_type, ir.Undefined), scalar, ir.Constant(ir.IntType(32), 0))
-    mask = ir.Constant(ir.VectorType(ir.IntType(32), target.width), [0] * target.width)
+    one = builder.insert_element(ir.Constant(vector_type, ir.Undefined), scalar, ir.Constant(int32_t, 0))
+    mask = ir.Constant(ir.VectorType(int32_t, target.width), [0] * target.width)
     return builder.shuffle_vector(one, one, mask)
 
 
@@ -118,7 +123,7 @@ _define_operator(operator.truediv, "fdiv")
 
 def _address(context, builder, array_type, array):
     """Return the address of the first number of an array."""
-    return builder.ptrtoint(context.make_array(array_type)(context, builder, array).data, cgutils.intp_t)
+    return builder.ptrtoint(context.make_array(array_type)(context, builder, array).data, intp_t)
 
 
 def _row_address(context, builder, rows_type, address, index_type, index):
@@ -141,7 +146,7 @@ def _rows_of(array, first):
 def _rows(context, builder, sig, args):
     start = _address(context, builder, sig.args[0], args[0])
     first_row = _row_address(context, builder, sig.return_type, start, sig.args[1], args[1])
-    return builder.ptrtoint(first_row, cgutils.intp_t)
+    return builder.ptrtoint(first_row, intp_t)
 
 
 @_defines(lanes.flat, lambda array: RowsType(array.dtype))
@@ -191,11 +196,12 @@ def _matrix_of(n_rows, width, dtype):
 def _aligned(context, builder, sig, args):
     n_rows, width = (context.cast(builder, args[i], sig.args[i], types.intp) for i in (0, 1))
     number = context.get_data_type(sig.return_type.dtype)
-    itemsize = cgutils.intp_t(context.get_abi_sizeof(number))
+    itemsize = intp_t(context.get_abi_sizeof(number))
     row_bytes = builder.mul(width, itemsize)
     memory = context.nrt.meminfo_alloc_aligned(builder, builder.mul(n_rows, row_bytes), lanes.CACHE_LINE)
     array = context.make_array(sig.return_type)(context, builder)
-    data = builder.bitcast(context.nrt.meminfo_data(builder, memory), number.as_pointer())
+    pointer = context.get_value_type(types.CPointer(sig.return_type.dtype))
+    data = builder.bitcast(context.nrt.meminfo_data(builder, memory), pointer)
     populate_array(array, data, (n_rows, width), (row_bytes, itemsize), itemsize, memory)
     return impl_ret_new_ref(context, builder, sig.return_type, array._getvalue())
 
@@ -211,9 +217,7 @@ def _define_unary(function, name):
         width = f"v{sig.args[0].width}" if isinstance(sig.args[0], LanesType) else ""
         bits = (sig.args[0].dtype if width else sig.args[0]).bitwidth
         signature_ = ir.FunctionType(args[0].type, [args[0].type])
-        return builder.call(
-            cgutils.get_or_insert_function(builder.module, signature_, f"llvm.{name}.{width}f{bits}"), args
-        )
+        return builder.call(get_or_insert_function(builder.module, signature_, f"llvm.{name}.{width}f{bits}"), args)
 
 
 _define_unary(lanes.sqrt, "sqrt")
@@ -232,7 +236,7 @@ def _least(context, builder, sig, args):
     vector_type, value_type = args[0].type, sig.args[0]
     symbol = f"llvm.vector.reduce.fmin.v{value_type.width}f{value_type.dtype.bitwidth}"
     function_type = ir.FunctionType(vector_type.element, [vector_type])
-    function = cgutils.get_or_insert_function(builder.module, function_type, symbol)
+    function = get_or_insert_function(builder.module, function_type, symbol)
     return builder.call(function, args, fastmath=("nnan",))
 
 
@@ -264,11 +268,11 @@ def _any_greater(context, builder, sig, args):
 @_defines(lanes.next_lane, lambda value: value)
 def _next_lane(context, builder, sig, args):
     width = sig.args[0].width
-    mask = ir.Constant(ir.VectorType(ir.IntType(32), width), [*range(1, width), width - 1])
+    mask = ir.Constant(ir.VectorType(int32_t, width), [*range(1, width), width - 1])
     return builder.shuffle_vector(args[0], args[0], mask)
 
 
 @_defines(lanes.sum_of_lanes, lambda value: value.dtype)
 def _sum_of_lanes(context, builder, sig, args):
-    each = [builder.extract_element(args[0], ir.Constant(ir.IntType(32), k)) for k in range(sig.args[0].width)]
+    each = [builder.extract_element(args[0], ir.Constant(int32_t, k)) for k in range(sig.args[0].width)]
     return functools.reduce(builder.fadd, each)

@@ -12,14 +12,18 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
-import llvmlite.binding as llvm
 from numba import types
-from numba.core import cgutils
-from numba.core.dispatcher import Dispatcher
-from numba.core.imputils import impl_ret_new_ref, lower_builtin
-from numba.core.typing import Signature
-from numba.core.typing.templates import make_concrete_template
-from numba.extending import typeof_impl
+from numba.extending import lower_builtin, typeof_impl
+
+from skpose._compiled.simd.private import (
+    Dispatcher,
+    Signature,
+    binding,
+    get_or_insert_function,
+    if_unlikely,
+    impl_ret_new_ref,
+    make_concrete_template,
+)
 
 
 class Separate:
@@ -38,7 +42,7 @@ class Separate:
         dispatcher = self._compile()
         (result,) = dispatcher.overloads.values()
         symbol = f"{self.py_func.__module__}.{self.py_func.__qualname__}"
-        llvm.add_symbol(symbol, result.library.get_pointer_to_function(result.fndesc.llvm_func_name))
+        binding.add_symbol(symbol, result.library.get_pointer_to_function(result.fndesc.llvm_func_name))
         lower_builtin(self, *result.signature.args)(_call_of(symbol))
         return types.Function(make_concrete_template(symbol, self, [result.signature]))
 
@@ -47,9 +51,9 @@ def _call_of(symbol: str) -> Callable:
     def call(context: Any, builder: Any, signature: Signature, arguments: Any) -> Any:
         convention = context.call_conv
         function_type = convention.get_function_type(signature.return_type, signature.args)
-        function = cgutils.get_or_insert_function(builder.module, function_type, symbol)
+        function = get_or_insert_function(builder.module, function_type, symbol)
         status, result = convention.call_function(builder, function, signature.return_type, signature.args, arguments)
-        with cgutils.if_unlikely(builder, status.is_error):
+        with if_unlikely(builder, status.is_error):
             convention.return_status_propagate(builder, status)
         return impl_ret_new_ref(context, builder, signature.return_type, result)
 

@@ -1,20 +1,16 @@
-"""A Tree as compiled functions see it: one address, of a structure that is shared and never changes.
+"""Named tuples of arrays as compiled functions see them: one address, of a structure that is shared and never changes.
 
-In Python it is a named tuple. `shared` makes a structure of one in a compiled function.
+In Python they are named tuples. `shared` makes a structure of one in a compiled function.
 
-A Tree of arrays is some two hundred numbers, which every call copies and every function unpacks: most of what there is
-to compile in functions that do little else than call others.
+A tuple of thirty arrays is some two hundred numbers, which every call copies and every function unpacks: most of what
+there is to compile in functions that do little else than call others.
 """
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from llvmlite import ir
 from numba import types
-from numba.core import cgutils
-from numba.core.imputils import impl_ret_borrowed
-from numba.core.typing.templates import AttributeTemplate
 from numba.extending import (
     NativeValue,
     box,
@@ -28,7 +24,27 @@ from numba.extending import (
     unbox,
 )
 
-from skpose._compiled.pose.tree import Tree
+from skpose._compiled.simd.private import (
+    AttributeTemplate,
+    alloca_once,
+    alloca_once_value,
+    create_struct_proxy,
+    false_bit,
+    for_range,
+    get_or_insert_function,
+    global_constant,
+    if_unlikely,
+    impl_ret_borrowed,
+    int8_t,
+    int32_t,
+    intp_t,
+    ir,
+    is_not_null,
+    is_null,
+    memset,
+    true_bit,
+    voidptr_t,
+)
 
 
 class SharedType(types.StructRef):
@@ -50,22 +66,26 @@ class _Attributes(AttributeTemplate):
         return shared.field_dict.get(attribute)
 
 
-def _fields_of(context: Any, builder: Any, shared_type: Any, meminfo: Any) -> Any:
-    """Return the address of the fields."""
-    layout = context.data_model_manager[shared_type.get_data_type()].get_value_type()
-    return builder.bitcast(context.nrt.meminfo_data(builder, meminfo), layout.as_pointer())
+def _layout_of(context: Any, shared_type: Any) -> Any:
+    """Return the type of the fields, as they lie in memory."""
+    return context.data_model_manager[shared_type.get_data_type()].get_value_type()
+
+
+def _address_of(context: Any, builder: Any, shared_type: Any, fields: Any, *indices: int) -> Any:
+    """Return the address of a field, or of a part of it, given that of the fields."""
+    layout = _layout_of(context, shared_type)
+    return builder.gep(fields, [int32_t(i) for i in (0, *indices)], inbounds=True, source_etype=layout)
 
 
 @lower_getattr_generic(SharedType)
 def _get(context: Any, builder: Any, shared_type: Any, value: Any, attribute: str) -> Any:
-    meminfo = cgutils.create_struct_proxy(shared_type)(context, builder, value=value).meminfo
-    fields = _fields_of(context, builder, shared_type, meminfo)
+    meminfo = create_struct_proxy(shared_type)(context, builder, value=value).meminfo
+    fields = context.nrt.meminfo_data(builder, meminfo)
     i, kind = list(shared_type.field_dict).index(attribute), shared_type.field_dict[attribute]
     layout = context.get_value_type(kind)
     loaded = ir.Constant(layout, ir.Undefined)
-    for k in range(len(layout.elements)):  # one by one: LLVM keeps numbers in registers, and not structures
-        address = cgutils.gep_inbounds(builder, fields, 0, i, k)
-        part = builder.load(address)
+    for k, part_type in enumerate(layout.elements):  # one by one: LLVM keeps numbers in registers, and not structures
+        part = builder.load(_address_of(context, builder, shared_type, fields, i, k), typ=part_type)
         part.set_metadata("invariant.load", builder.module.add_metadata([]))
         loaded = builder.insert_value(loaded, part, k)
     return impl_ret_borrowed(context, builder, kind, loaded)
@@ -86,23 +106,24 @@ def _each_field(context: Any, builder: Any, shared_type: Any, fields: Any) -> It
     All fields are arrays, so one loop does for all of them what numba would write once for each.
     """
     sizes = [context.get_abi_sizeof(context.get_value_type(kind)) for kind in shared_type.plain.types]
-    offsets = ir.Constant(ir.ArrayType(cgutils.intp_t, len(sizes)), [sum(sizes[:i]) for i in range(len(sizes))])
-    table = cgutils.global_constant(builder, "skpose.offsets", offsets)
-    with cgutils.for_range(builder, cgutils.intp_t(len(sizes))) as loop:
-        at = builder.load(cgutils.gep_inbounds(builder, table, 0, loop.index))
-        yield loop.index, cgutils.pointer_add(builder, fields, at, cgutils.voidptr_t)
+    offsets = ir.Constant(ir.ArrayType(intp_t, len(sizes)), [sum(sizes[:i]) for i in range(len(sizes))])
+    table = global_constant(builder, "skpose.offsets", offsets)
+    with for_range(builder, intp_t(len(sizes))) as loop:
+        address = builder.gep(table, [intp_t(0), loop.index], inbounds=True, source_etype=offsets.type)
+        at = builder.load(address, typ=intp_t)
+        yield loop.index, builder.gep(fields, [at], inbounds=True, source_etype=int8_t)
 
 
 def _destructor(context: Any, module: Any, shared_type: Any) -> Any:
     """Return what is called when nobody refers to a structure any more: it releases the fields."""
-    kind = ir.FunctionType(ir.VoidType(), [cgutils.voidptr_t, cgutils.intp_t, cgutils.voidptr_t])
-    function = cgutils.get_or_insert_function(module, kind, f"skpose.release.{shared_type.name}")
+    kind = ir.FunctionType(ir.VoidType(), [voidptr_t, intp_t, voidptr_t])
+    function = get_or_insert_function(module, kind, f"skpose.release.{shared_type.name}")
     if function.is_declaration:
         function.linkage = "linkonce_odr"
         builder = ir.IRBuilder(function.append_basic_block())
         meminfo_type = types.MemInfoPointer(types.voidptr)
         with _each_field(context, builder, shared_type, function.args[0]) as (_, field):
-            meminfo = builder.load(builder.bitcast(field, cgutils.voidptr_t.as_pointer()))
+            meminfo = builder.load(field, typ=voidptr_t)
             context.nrt.decref(builder, meminfo_type, meminfo)
         builder.ret_void()
     return function
@@ -110,8 +131,7 @@ def _destructor(context: Any, module: Any, shared_type: Any) -> Any:
 
 def _allocation(context: Any, builder: Any, shared_type: Any) -> tuple[Any, Any]:
     """Return what allocates a structure: its size, and what is called when nobody refers to it any more."""
-    layout = context.data_model_manager[shared_type.get_data_type()].get_value_type()
-    size = context.get_constant(types.uintp, context.get_abi_sizeof(layout))
+    size = context.get_constant(types.uintp, context.get_abi_sizeof(_layout_of(context, shared_type)))
     return size, _destructor(context, builder.module, shared_type)
 
 
@@ -120,7 +140,7 @@ def _hidden(context: Any, builder: Any, shared_type: Any, meminfo: Any) -> Any:
 
     Loads of fields may be moved to any place where LLVM sees the address. It sees this one after the stores.
     """
-    made = cgutils.create_struct_proxy(shared_type)(context, builder)
+    made = create_struct_proxy(shared_type)(context, builder)
     kind = meminfo.type
     made.meminfo = builder.asm(ir.FunctionType(kind, [kind]), "", "=r,0", [meminfo], side_effect=True)
     return made._getvalue()
@@ -128,44 +148,56 @@ def _hidden(context: Any, builder: Any, shared_type: Any, meminfo: Any) -> Any:
 
 def _filled(context: Any, builder: Any, shared_type: Any, meminfo: Any, values: Any) -> Any:
     """Return a new structure with the fields of a named tuple."""
-    fields = _fields_of(context, builder, shared_type, meminfo)
+    data = context.nrt.meminfo_data(builder, meminfo)
+    fields = builder.inttoptr(builder.ptrtoint(data, intp_t), ir.PointerType())  # a pointer to what is stored there
     for i, kind in enumerate(shared_type.plain.types):
         value = builder.extract_value(values, i)
         context.nrt.incref(builder, kind, value)
-        builder.store(value, cgutils.gep_inbounds(builder, fields, 0, i))
+        builder.store(value, _address_of(context, builder, shared_type, fields, i))
     return _hidden(context, builder, shared_type, meminfo)
 
 
-@typeof_impl.register(Tree)
-def _type_of(tree: Any, context: Any) -> Any:
-    return SharedType(types.NamedTuple([typeof_impl(field, context) for field in tree], Tree))
+def shared_type(named_tuple: type, fields: list) -> SharedType:
+    """Return numba's type of a named tuple that is a shared structure, given the types of its fields."""
+    return SharedType(types.NamedTuple(fields, named_tuple))
+
+
+def shared_structure(named_tuple: type) -> type:
+    """Let numba see a named tuple of arrays as a shared structure: a decorator of its class."""
+
+    @typeof_impl.register(named_tuple)
+    def type_of(value: Any, context: Any) -> SharedType:
+        return shared_type(named_tuple, [typeof_impl(field, context) for field in value])
+
+    return named_tuple
 
 
 @unbox(SharedType)
 def _unbox(shared_type: Any, value: Any, c: Any) -> Any:
     context, builder = c.context, c.builder
-    made = cgutils.alloca_once(builder, context.get_value_type(shared_type), zfill=True)
-    failed = cgutils.alloca_once_value(builder, cgutils.false_bit)
+    value_type = context.get_value_type(shared_type)
+    made = alloca_once(builder, value_type, zfill=True)
+    failed = alloca_once_value(builder, false_bit)
     size, destructor = _allocation(context, builder, shared_type)
     meminfo = context.nrt.meminfo_alloc_dtor_unchecked(builder, size, destructor)
-    with builder.if_else(cgutils.is_null(builder, meminfo), likely=False) as (without_memory, otherwise):
+    with builder.if_else(is_null(builder, meminfo), likely=False) as (without_memory, otherwise):
         with without_memory:
-            c.pyapi.err_set_string("PyExc_MemoryError", "no memory for a skeleton")
-            builder.store(cgutils.true_bit, failed)
+            c.pyapi.err_set_string("PyExc_MemoryError", "no memory for a structure")
+            builder.store(true_bit, failed)
         with otherwise:
-            kind = ir.FunctionType(c.pyapi.pyobj, [c.pyapi.pyobj, cgutils.intp_t])
-            item_of = cgutils.get_or_insert_function(builder.module, kind, "PyTuple_GetItem")
+            kind = ir.FunctionType(c.pyapi.pyobj, [c.pyapi.pyobj, intp_t])
+            item_of = get_or_insert_function(builder.module, kind, "PyTuple_GetItem")
             fields = context.nrt.meminfo_data(builder, meminfo)
-            cgutils.memset(builder, fields, size, 0)
+            memset(builder, fields, size, 0)
             with _each_field(context, builder, shared_type, fields) as (i, field):
                 status = c.pyapi.nrt_adapt_ndarray_from_python(builder.call(item_of, [value, i]), field)
-                is_error = builder.or_(builder.load(failed), cgutils.is_not_null(builder, status))
+                is_error = builder.or_(builder.load(failed, typ=false_bit.type), is_not_null(builder, status))
                 builder.store(is_error, failed)
             builder.store(_hidden(context, builder, shared_type, meminfo), made)
-            with cgutils.if_unlikely(builder, builder.load(failed)):
-                c.pyapi.err_set_string("PyExc_TypeError", "the fields of a skeleton are arrays")
-                context.nrt.decref(builder, shared_type, builder.load(made))
-    return NativeValue(builder.load(made), is_error=builder.load(failed))
+            with if_unlikely(builder, builder.load(failed, typ=false_bit.type)):
+                c.pyapi.err_set_string("PyExc_TypeError", "the fields of a shared structure are arrays")
+                context.nrt.decref(builder, shared_type, builder.load(made, typ=value_type))
+    return NativeValue(builder.load(made, typ=value_type), is_error=builder.load(failed, typ=false_bit.type))
 
 
 @intrinsic

@@ -27,9 +27,10 @@ from numba import from_dtype, types
 from skpose._compiled.pose.forward import workspace_rows
 from skpose._compiled.pose.loops import GROUPS_IN_CACHE, measure_type
 from skpose._compiled.pose.results import results_of
-from skpose._compiled.pose.signatures import array_type, named, shared_types
+from skpose._compiled.pose.signatures import shared_types
 from skpose._compiled.simd.jit import inlined, jit
 from skpose._compiled.simd.lanes import aligned, any_greater, rows
+from skpose._compiled.simd.signatures import array_type, named
 
 
 class Encoded(NamedTuple):

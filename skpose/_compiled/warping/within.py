@@ -15,9 +15,10 @@ from numba import from_dtype, types
 from skpose._compiled.pose.forward import workspace_rows
 from skpose._compiled.pose.loops import measure_type
 from skpose._compiled.pose.results import results_of
-from skpose._compiled.pose.signatures import array_type, named, shared_types
+from skpose._compiled.pose.signatures import shared_types
 from skpose._compiled.simd.jit import jit
 from skpose._compiled.simd.lanes import aligned
+from skpose._compiled.simd.signatures import array_type, named
 from skpose._compiled.warping.paths import Paths, add_gaps, band, reach_of
 
 

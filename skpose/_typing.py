@@ -1,0 +1,9 @@
+"""Types of arguments, with names that `help` and notebooks print short."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike as ArrayLike
+else:
+    # numpy's own is a union of private types, which signatures spell out below Python 3.12, in 300 characters each.
+    ArrayLike = type("ArrayLike", (), {"__module__": "numpy.typing", "__doc__": "What `numpy.asarray` takes."})

@@ -1,0 +1,157 @@
+"""The metric "geodesic": the shortest curve that the joints can trace from pose to pose."""
+
+from functools import partial
+from numbers import Integral
+from typing import ClassVar
+
+import numpy as np
+
+from skpose._compat.sklearn import Interval
+from skpose._compiled.path.geodesic import GRADIENT_NORM, measure_geodesic
+from skpose._compiled.path.kept_paths import MOST_NODES, Geodesics, KeptPaths, Search, follow_geodesics
+from skpose._compiled.pose.encode import encode_curve_end
+from skpose._compiled.pose.tree import Steps, Tree
+from skpose._parallel.threads import in_threads
+from skpose.kinematics._shared import jacobian_at, wrapped
+from skpose.metrics._metric import Metric, given
+from skpose.metrics._position import Position
+from skpose.metrics._sample import JointSample, Linearization, Sample
+from skpose.metrics._spatial import Spatial, count_curve_codes, no_means_of_one_step
+from skpose.skeleton import Skeleton
+
+TASK = 8  # geodesics; some tens of milliseconds
+FIRST_TOL = 1e-5  # norm of the gradient of the first paths, m²/rad
+SHARE = 0.04  # of the gradient of the mean, which the error of a path may have
+
+
+class Geodesic(Metric):
+    r"""Length of the shortest curve that the joints can trace, :math:`\min_c \int \|\dot F(c)\| dt`, m (eq. 3 of [1]_).
+
+    See `skpose.geodesic` for one such curve, and for how it is found. It is a local minimum, measured by chords: never
+    shorter than `Position` nor longer than `Spatial`.
+
+    Parameters
+    ----------
+    n_steps : int, default=10
+        Chords along the curve. With one it is `Position`.
+    wrap : bool, default=True
+        Whether the search starts from the line whose differences of angles are wrapped to [−π, π]. It makes no
+        difference to ball joints.
+
+    See Also
+    --------
+    Spatial : The length along the straight line, an upper bound.
+
+    References
+    ----------
+    .. [1] S. Hauberg, K. S. Pedersen, "Spatial measures between human poses for classification and understanding",
+       AMDO 2012, :doi:`10.1007/978-3-642-31567-1_3`.
+
+    Examples
+    --------
+    >>> from skpose import Skeleton, pose_distances
+    >>> from skpose.metrics import Geodesic, Spatial
+    >>> X, arm = [[0.0, 0.0], [1.5, 1.5]], Skeleton.chain(2)
+    >>> [float(pose_distances(X, skeleton=arm, metric=metric)[0, 1].round(2)) for metric in (Geodesic(), Spatial())]
+    [4.0, 4.39]
+    """
+
+    name = "geodesic"
+    equation = r"\min_c \int \|\dot F(c(t))\| \, dt"
+    source = "eq. 3"
+    iterative = True
+
+    encode = encode_curve_end
+    measure = measure_geodesic
+    encode_work = 20
+    measure_work = 100_000
+
+    _parameter_constraints: ClassVar[dict] = {
+        "n_steps": [Interval(Integral, 1, None, closed="left")],
+        "wrap": ["boolean"],
+    }
+
+    def __init__(self, n_steps: int = 10, wrap: bool = True):
+        self.n_steps = n_steps
+        self.wrap = wrap
+
+    @property
+    def steps(self) -> Steps:
+        """The steps of the line from which the search starts."""
+        return Steps.of(self.n_steps, bool(self.wrap))
+
+    def n_codes(self, tree: Tree, n_dofs: int) -> int:
+        """Return five for each angle, four for each ball joint and three for each joint."""
+        return count_curve_codes(tree)
+
+    def lower_bound(self) -> Metric:
+        """Return the chord."""
+        return Position()
+
+    def upper_bound(self) -> Metric:
+        """Return the length along the straight line."""
+        return Spatial(self.n_steps, self.wrap)
+
+    def why_no_means(self) -> str:
+        """Return why a path of one step has no means; else nothing."""
+        return no_means_of_one_step(self.n_steps)
+
+    def sample(self, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton | None, n_jobs: int) -> Sample:
+        """Return poses with the geodesics to them from where the search stood last; the mean is Karcher's."""
+        return _GeodesicSample(self, X, weights, given(skeleton), n_jobs)
+
+
+def no_paths(tree: Tree, n: int, n_steps: int) -> KeptPaths:
+    """Return room for the paths to n poses, none of which is kept yet."""
+    return KeptPaths(
+        np.empty((n, MOST_NODES * n_steps + 1, len(tree.column))),  # memory that is not written to is not used
+        np.empty((n, len(tree.frame_parent), 4)),
+        np.zeros(n, dtype=int),
+        np.zeros(n, dtype=int),
+    )
+
+
+def no_geodesics(tree: Tree, n: int) -> Geodesics:
+    """Return room for what is computed of the geodesics to n poses."""
+    return Geodesics(np.empty(n), np.empty(n), np.empty((n, len(tree.column))), np.empty(n, dtype=bool))
+
+
+class _GeodesicSample(JointSample):
+    is_uneven = True
+
+    def __init__(self, metric: Geodesic, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton, n_jobs: int):
+        super().__init__(X, weights, skeleton)
+        self.metric, self.n_jobs, self.frees_angles = metric, n_jobs, bool(metric.wrap)
+        self.kept = no_paths(self.tree, len(X), metric.n_steps)
+
+    def linearize(self, pose: np.ndarray, slope: float) -> Linearization:
+        """Compute the geodesics from a pose to all poses, as well as the gradient so far needs them."""
+        tree, n, n_steps = self.tree, len(self.dofs), int(self.metric.n_steps)
+        found = no_geodesics(tree, n)
+        ends = wrapped(tree, self.dofs, pose[None]) if self.frees_angles else self.dofs
+        tol = max(GRADIENT_NORM, SHARE * slope / n_steps) if np.isfinite(slope) else FIRST_TOL
+        search = Search(n_steps, self.frees_angles, tol, 0.0)
+        in_threads(
+            (
+                partial(follow_geodesics, tree, pose, ends, i, min(i + TASK, n), search, self.kept, found)
+                for i in range(0, n, TASK)
+            ),
+            self.n_jobs,
+        )
+        jacobian = jacobian_at(tree, pose, self.frees_angles)
+        n_unconverged = int((~found.converged).sum())
+        return Linearization(found.lengths, found.energies, found.gradients, jacobian.T @ jacobian, n_unconverged)
+
+    def remeasure(self, pose: np.ndarray, lengths: np.ndarray) -> np.ndarray:
+        """Return the distances with those that `pose_distances` finds along paths that are refined.
+
+        A path that was refined at one pose stays so at the next, where a new one may need no refinement. Its length is
+        then by some 0.1 % another.
+        """
+        rows = np.flatnonzero(self.kept.substeps > 1)
+        if not len(rows):
+            return lengths
+        anew = _GeodesicSample(self.metric, self.X[rows], self.weights[rows], self.skeleton, self.n_jobs)
+        lengths = lengths.copy()
+        lengths[rows] = anew.linearize(pose, 0.0).lengths
+        return lengths

@@ -1,0 +1,192 @@
+"""The base class of metrics: what the floors above ask of one, and what a metric of one's own has to say."""
+
+from collections.abc import Callable
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+from sklearn.base import BaseEstimator
+
+from skpose._compat.sklearn import InvalidParameterError, validate_parameter_constraints
+from skpose._compiled.pose import loops
+from skpose._compiled.pose.tree import Steps, Tree
+from skpose.kinematics._shared import tree_of
+from skpose.metrics._direct_means import DirectMeans
+from skpose.metrics._sample import Sample
+from skpose.skeleton import Skeleton
+
+NO_STEPS = Steps.of(1, wrap=False)  # of metrics that need no line
+_COMPILED = "encode", "measure", "measure_within"
+_TRUE_OF_ONE = (
+    "measure_within", "coarse_bound", "lower_bound", "upper_bound", "why_no_means", "sample", "direct_means"
+)  # fmt: skip
+
+
+class CoarseBound(NamedTuple):
+    """A lower bound of a metric, computed in float32: encode and measure as a metric has them."""
+
+    encode: Callable
+    measure: Callable
+    n_codes: Callable[[Tree], int]
+    slack: Callable[[Tree], float]  # by how much rounding may lengthen the bound, m
+
+
+class Metric(BaseEstimator):
+    """A distance between poses, with its parameters.
+
+    A metric says what is measured, not on which skeleton: skeletons come with the data. It has the parameters of its
+    constructor as a scikit-learn estimator has them, so that ``metric__n_steps`` can be searched over. Two metrics are
+    equal if their classes and parameters are.
+
+    To define a metric of one's own, derive from this class; see the page "A metric of one's own". `encode` and
+    `measure` are two compiled functions, and `n_codes` is how many numbers the first one writes for a pose. All other
+    members have defaults.
+
+    Attributes
+    ----------
+    name : str
+        The name in tables, plots and pages; for the metrics of this package also the short form, ``metric="spatial"``.
+    unit : str
+        The unit of a distance.
+    equation : str
+        The distance between poses a and b, in LaTeX.
+    source : str
+        Where it is defined.
+    needs_skeleton : bool
+        Whether the poses must have a skeleton.
+    iterative : bool
+        Whether each pair is solved by iterations, in float64, and may not converge.
+    has_gradients : bool
+        Whether distances have gradients everywhere: if not, means are searched by BFGS, and there are none of motions.
+    encode : callable
+        Compiled: writes the code of a pose, all that the metric needs of it; see `compile_encode`.
+    measure : callable
+        Compiled: computes the distances from one code to others; see `compile_measure`.
+    measure_within : callable or None
+        The same up to a limit, and above it any lower bound that is above it.
+    coarse_bound : CoarseBound or None
+        A lower bound that is cheaper than the metric, for searches.
+    encode_work, measure_work : float
+        Cost for each number of a code, of a pose and of a pair. Adding one square to a sum is 1, some 0.2 ns. They
+        choose between methods that give the same result.
+
+    Examples
+    --------
+    >>> from skpose.metrics import Spatial
+    >>> Spatial(n_steps=20)
+    Spatial(n_steps=20)
+    >>> Spatial() == Spatial(n_steps=10), Spatial().unit
+    (True, 'm')
+    """
+
+    name: ClassVar[str]
+    unit: ClassVar[str] = "m"
+    equation: ClassVar[str] = ""
+    source: ClassVar[str] = ""
+    needs_skeleton: ClassVar[bool] = True
+    iterative: ClassVar[bool] = False
+    has_gradients: ClassVar[bool] = True
+
+    encode: ClassVar[Any]
+    measure: ClassVar[Any]
+    measure_within: ClassVar[Any] = None
+    encode_work: ClassVar[float] = 60
+    measure_work: ClassVar[float] = 1
+
+    _parameter_constraints: ClassVar[dict] = {}
+
+    def __init_subclass__(cls) -> None:
+        """Keep compiled functions as they are, which would become methods; refuse the bounds and means of another one.
+
+        Raises
+        ------
+        TypeError
+            For a class that measures anew, but inherits from another metric what is true of that only.
+        """
+        super().__init_subclass__()
+        for name in _COMPILED:
+            function = vars(cls).get(name)
+            if function is not None and not isinstance(function, staticmethod):
+                setattr(cls, name, staticmethod(function))
+        if "encode" in vars(cls) or "measure" in vars(cls):
+            for base in cls.__mro__[1 : cls.__mro__.index(Metric)]:
+                if foreign := [name for name in _TRUE_OF_ONE if name in vars(base) and name not in vars(cls)]:
+                    raise TypeError(
+                        f"{cls.__name__} measures another distance than {base.__name__}, but inherits "
+                        f"{', '.join(foreign)} from it: derive {cls.__name__} from Metric; it may use "
+                        f"{base.__name__}.encode"
+                    )
+
+    @property
+    def label(self) -> str:
+        """The name, and the parameters where they are not the defaults: for tables, plots and pages."""
+        return self.name if self == type(self)() else repr(self)
+
+    @property
+    def steps(self) -> Steps:
+        """The steps of the line from pose to pose, which `encode` and `measure` get."""
+        return NO_STEPS
+
+    @property
+    def coarse_bound(self) -> CoarseBound | None:
+        """A lower bound that is cheaper than the metric, for searches; None if there is none."""
+        return None
+
+    def n_codes(self, tree: Tree, n_dofs: int) -> int:
+        """Return the length of the code of a pose, given the skeleton as compiled code has it, and the columns."""
+        raise NotImplementedError(f"{type(self).__name__} must define n_codes(tree, n_dofs), the length of a code")
+
+    def lower_bound(self) -> "Metric | None":
+        """Return a metric that is never more than this one and is the Euclidean distance of codes; None for none.
+
+        Searches rest on it. Without one they measure all pairs.
+        """
+        return None
+
+    def upper_bound(self) -> "Metric | None":
+        """Return a metric that is never less than this one and takes far less time; None for none."""
+        return None
+
+    def why_no_means(self) -> str:
+        """Return why no mean can be found under this metric; empty where one can."""
+        return "it defines no Metric.sample"
+
+    def sample(self, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton | None, n_jobs: int) -> Sample:
+        """Return poses (n_poses, n_dofs) of weights whose sum is 1, for the search for their mean or median."""
+        raise ValueError(f"{self!r} has no means: {self.why_no_means()}")
+
+    def direct_means(self, X: np.ndarray, skeleton: Skeleton | None) -> DirectMeans | None:
+        """Return the means of any weightings of poses, where they take no search from pose to pose; else None."""
+        return None
+
+    def check_params(self) -> None:
+        """Refuse parameters that are not as `_parameter_constraints` says, as scikit-learn's estimators do."""
+        given = self.get_params(deep=False)
+        try:
+            validate_parameter_constraints(self._parameter_constraints, given, type(self).__name__)
+        except InvalidParameterError as error:  # in which scikit-learn would put the name of the function called
+            raise ValueError(str(error)) from None
+
+    def tree_for(self, skeleton: Skeleton | None, dtype: np.dtype | None = None) -> Tree:
+        """Return the skeleton as compiled code has it; an empty one where the metric needs none."""
+        used = skeleton if self.needs_skeleton else None
+        return tree_of(used) if dtype is None else tree_of(used, dtype)
+
+    def encode_poses(self, poses: np.ndarray, skeleton: Skeleton | None) -> np.ndarray:
+        """Return the codes (n_poses, n_codes) of poses, in float64."""
+        tree = self.tree_for(skeleton)
+        codes = np.empty((len(poses), self.n_codes(tree, poses.shape[1])))
+        loops.encode_poses(poses, self.encode, tree, self.steps, codes)
+        return codes
+
+    def __eq__(self, other: object) -> bool:
+        return type(self) is type(other) and self.get_params() == other.get_params()
+
+    def __hash__(self) -> int:
+        return hash((type(self), *sorted(self.get_params().items())))
+
+
+def given(skeleton: Skeleton | None) -> Skeleton:
+    """Return the skeleton of a metric that needs one, which `resolve` has seen to."""
+    if skeleton is None:
+        raise ValueError("the metric needs a skeleton, got None")
+    return skeleton

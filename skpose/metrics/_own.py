@@ -1,0 +1,108 @@
+"""Compilation of the two functions of a metric of one's own, written for one pose and for two."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from skpose._compiled.pose.encode import encode_positions
+from skpose._compiled.simd.lanes import aligned
+
+
+def compile_encode(function: Callable[[np.ndarray, np.ndarray, np.ndarray], None]) -> Any:
+    """Compile the function that writes the code of a pose, for `Metric.encode`.
+
+    Parameters
+    ----------
+    function : callable
+        ``function(pose, positions, code)``, which numba can compile. `pose` of shape (n_dofs,) are the columns, rad.
+        `positions` of shape (n_joints, 3) are the joints that have weight, in the order of the skeleton and in the axes
+        of the root, m, times the square roots of their weights; of shape (0, 3) without a skeleton. It writes into
+        `code` of shape (n_codes,).
+
+    Returns
+    -------
+    callable
+        A function of vector registers, for the class attribute `encode`.
+
+    See Also
+    --------
+    compile_measure : The function of two codes.
+    Metric : The base class, with an example.
+
+    Notes
+    -----
+    It is compiled in every process that uses it, in a second or two. Metrics whose codes are positions or angles can
+    take ``Position.encode`` or ``Angle.encode``, which are faster.
+
+    Examples
+    --------
+    >>> from skpose.metrics import compile_encode
+    >>> @compile_encode
+    ... def encode_heights(pose, positions, code):
+    ...     for j in range(positions.shape[0]):
+    ...         code[j] = positions[j, 1]
+    """
+    one = njit(function, nogil=True)
+
+    @njit(nogil=True)
+    def encode(poses: Any, tree: Any, steps: Any, scratch: Any, codes: Any) -> None:
+        n_dofs, width = poses.shape
+        n_joints = tree.offset.shape[0] - 1
+        placed = aligned(3 * n_joints + 1, width, poses.dtype)
+        if n_joints > 0:
+            encode_positions(poses, tree, steps, scratch, placed)
+        pose, positions, code = np.empty(n_dofs), np.empty((n_joints, 3)), np.empty(codes.shape[0])
+        for w in range(width):
+            for d in range(n_dofs):
+                pose[d] = poses[d, w]
+            for j in range(n_joints):
+                for i in range(3):
+                    positions[j, i] = placed[3 * j + i, w]
+            one(pose, positions, code)
+            for k in range(codes.shape[0]):
+                codes[k, w] = code[k]
+
+    return encode
+
+
+def compile_measure(function: Callable[[np.ndarray, np.ndarray], float]) -> Any:
+    """Compile the function that computes the distance between two codes, for `Metric.measure`.
+
+    Parameters
+    ----------
+    function : callable
+        ``function(a, b) -> float``, which numba can compile, on codes of shape (n_codes,), float32 or float64. It must
+        give zero for equal codes, nothing negative, and the same for (b, a).
+
+    Returns
+    -------
+    callable
+        A function of vector registers, for the class attribute `measure`.
+
+    See Also
+    --------
+    compile_encode : The function that writes a code.
+    Metric : The base class, with an example.
+
+    Examples
+    --------
+    >>> from skpose.metrics import compile_measure
+    >>> @compile_measure
+    ... def largest_difference(a, b):
+    ...     return abs(a - b).max()
+    """
+    one = njit(function, nogil=True)
+
+    @njit(nogil=True)
+    def measure(x: Any, Y: Any, first: Any, last: Any, tree: Any, steps: Any, scratch: Any, results: Any) -> None:
+        n, width = x.shape[0], Y.shape[1]
+        code = np.empty(n, x.dtype)
+        for k in range(first, last):
+            for w in range(width):
+                for i in range(n):
+                    code[i] = Y[k * n + i, w]
+                results.distances[k - first, w] = one(x, code)
+
+    return measure

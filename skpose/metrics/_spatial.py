@@ -1,0 +1,175 @@
+"""The metric "spatial": how far the joints travel along the straight line from pose to pose."""
+
+from numbers import Integral
+from typing import ClassVar
+
+import numpy as np
+
+from skpose._compat.sklearn import Interval
+from skpose._compiled.pose.encode import count_line_codes, encode_curve_end
+from skpose._compiled.pose.measure import measure_line, measure_line_within
+from skpose._compiled.pose.middle import count_middle_codes, encode_middle, measure_two_chords, middle_slack
+from skpose._compiled.pose.tree import Steps, Tree
+from skpose.kinematics._shared import STEP, columns_around, jacobian_at
+from skpose.metrics._matrix import DistanceMatrix
+from skpose.metrics._metric import CoarseBound, Metric, given
+from skpose.metrics._position import Position
+from skpose.metrics._sample import JointSample, Linearization, Sample
+from skpose.skeleton import Skeleton
+
+TWIST = 1e-2  # of the mean of the metric tensor's diagonal, for dofs that move no joint
+SOME = 100  # poses whose metric tensors are averaged, and at which a search may start
+
+
+class Spatial(Metric):
+    r"""Length of the curve of the joints along the straight line in the angles, m (sec. 2.2 of [1]_).
+
+    :math:`\sum_{n=1}^N \|F(c_n) - F(c_{n-1})\|`, with c the straight line from a to b in N steps. The straight line of
+    a ball joint is the slerp.
+
+    Parameters
+    ----------
+    n_steps : int, default=10
+        Chords along the curve; the paper's ten. With one it is `Position`.
+    wrap : bool, default=True
+        Whether each difference of angles is wrapped to [−π, π], so that a file's jump by 360° is no movement. It makes
+        no difference to ball joints.
+
+    See Also
+    --------
+    Position : The chord of the curve, a lower bound.
+    Geodesic : The shortest curve.
+
+    Notes
+    -----
+    It need not obey the triangle inequality. Means and medians take two steps or more; they are found by BFGS, as the
+    line jumps where a difference of angles is half a turn.
+
+    References
+    ----------
+    .. [1] S. Hauberg, K. S. Pedersen, "Spatial measures between human poses for classification and understanding",
+       AMDO 2012, :doi:`10.1007/978-3-642-31567-1_3`.
+
+    Examples
+    --------
+    >>> from skpose import Skeleton, pose_distances
+    >>> from skpose.metrics import Spatial
+    >>> X, arm = [[0.0], [3.14159]], Skeleton.chain(1)
+    >>> [float(pose_distances(X, skeleton=arm, metric=Spatial(n_steps=n))[0, 1].round(3)) for n in (1, 10, 1000)]
+    [2.0, 3.129, 3.142]
+    """
+
+    name = "spatial"
+    equation = r"\sum_n \|F(c_n) - F(c_{n-1})\|"
+    source = "sec. 2.2"
+    has_gradients = False
+
+    encode = encode_curve_end
+    measure = measure_line
+    measure_within = measure_line_within
+    encode_work = 20
+    measure_work = 16
+
+    _parameter_constraints: ClassVar[dict] = {
+        "n_steps": [Interval(Integral, 1, None, closed="left")],
+        "wrap": ["boolean"],
+    }
+
+    def __init__(self, n_steps: int = 10, wrap: bool = True):
+        self.n_steps = n_steps
+        self.wrap = wrap
+
+    @property
+    def steps(self) -> Steps:
+        """The steps of the line."""
+        return Steps.of(self.n_steps, bool(self.wrap))
+
+    @property
+    def coarse_bound(self) -> CoarseBound | None:
+        """The two chords over the middle of the line, where that is one of its samples and no end."""
+        if self.n_steps % 2 or self.n_steps == 2:
+            return None
+        return CoarseBound(encode_middle, measure_two_chords, _count_middle, middle_slack)
+
+    def n_codes(self, tree: Tree, n_dofs: int) -> int:
+        """Return five for each angle, four for each ball joint and three for each joint."""
+        return count_curve_codes(tree)
+
+    def lower_bound(self) -> Metric:
+        """Return the chord."""
+        return Position()
+
+    def why_no_means(self) -> str:
+        """Return why a line of one step has no means; else nothing."""
+        return no_means_of_one_step(self.n_steps)
+
+    def sample(self, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton | None, n_jobs: int) -> Sample:
+        """Return poses whose distances are measured anew from every pose, gradients by differences."""
+        return _SpatialSample(self, X, weights, given(skeleton), n_jobs)
+
+
+def count_curve_codes(tree: Tree) -> int:
+    """Return the length of the code of an end of a curve."""
+    return count_line_codes(tree) + 3 * tree.n_joints
+
+
+def no_means_of_one_step(n_steps: int) -> str:
+    """Return why a curve of one step has no means; empty for more steps."""
+    return "" if n_steps > 1 else f'n_steps must be 2 or more, got {n_steps}: one chord is "position"'
+
+
+def _count_middle(tree: Tree) -> int:
+    return count_middle_codes(tree) + 3 * tree.n_joints
+
+
+class _SpatialSample(JointSample):
+    """Joints with three angles are moved by these angles, since they are what the line is straight in."""
+
+    frees_angles = False
+
+    def __init__(self, metric: Spatial, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton, n_jobs: int):
+        super().__init__(X, weights, skeleton)
+        self.metric, self.n_jobs = metric, n_jobs
+        self.mean_tensor, rows = np.zeros((self.dofs.shape[1], self.dofs.shape[1])), _some(X)
+        for row in rows:
+            jacobian = jacobian_at(self.tree, self.dofs[row], False)
+            self.mean_tensor += jacobian.T @ jacobian / len(rows)
+
+    def linearize(self, pose: np.ndarray, slope: float) -> Linearization:
+        """Measure the distances from the pose, and from those a little more and less along each coordinate."""
+        n = len(pose)
+        energies = self._distances_around(pose, np.zeros(n), STEP * np.eye(n)) ** 2
+        gradients = (energies[1 : n + 1] - energies[n + 1 :]).T / (4.0 * STEP)
+        return Linearization(np.sqrt(energies[0]), energies[0], gradients, self._tensor(pose))
+
+    def sum_along(self, x: np.ndarray, pose: np.ndarray, steps: np.ndarray, power: int) -> tuple[float, np.ndarray]:
+        """Return the sum of powers of distances, and its gradient, at a pose plus steps (n_dofs, n) times x (n,)."""
+        n = len(x)
+        sums = self._distances_around(pose, steps @ x, STEP * steps.T) ** power @ self.weights
+        return float(sums[0]) / power, (sums[1 : n + 1] - sums[n + 1 :]) / (2.0 * power * STEP)
+
+    def best_pose(self, power: int) -> tuple[np.ndarray, float]:
+        """Return the pose with the least sum to all, of some of the given ones, and that sum."""
+        rows = _some(self.X)
+        sums = self._distances(self.X[rows]) ** power @ self.weights
+        return self.dofs[rows[sums.argmin()]], float(sums.min())
+
+    def _distances_around(self, pose: np.ndarray, step: np.ndarray, shifts: np.ndarray) -> np.ndarray:
+        """Return the distances from the pose that is a step away, and from those a shift more and less."""
+        return self._distances(columns_around(self.tree, pose, step, shifts, self.X[0], False))
+
+    def _distances(self, columns: np.ndarray) -> np.ndarray:
+        return DistanceMatrix(columns, self.X, self.metric, self.skeleton).write(None, self.n_jobs)[0]
+
+    def _tensor(self, pose: np.ndarray) -> np.ndarray:
+        """Return the metric tensor of short steps, as it is at the pose and at the given ones."""
+        jacobian = jacobian_at(self.tree, pose, False)
+        tensor = 0.5 * (jacobian.T @ jacobian + self.mean_tensor)
+        # A twist that moves no joint moves the lines to other poses.
+        return tensor + TWIST * np.trace(tensor) / len(pose) * np.eye(len(pose))
+
+
+def _some(X: np.ndarray) -> np.ndarray:
+    """Return the rows of some of the poses, the same poses in any order of the rows."""
+    shares = np.linspace(0, len(X) - 1, min(len(X), SOME))
+    return np.lexsort(X.T)[np.unique(shares.astype(int))]

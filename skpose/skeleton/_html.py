@@ -1,0 +1,47 @@
+"""Tables for notebooks: small, without colours of their own, so that they are read on white and on black."""
+
+import html
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from skpose._validation.skeletons import SkeletonLike
+
+MOST_ROWS = 50
+
+
+def foldable_table(title: str, columns: Mapping[str, Sequence[object]]) -> str:
+    """Return columns by their headings as a table in HTML, folded up below a title; the first rows where it is long."""
+    names = list(columns)
+    n_rows = len(columns[names[0]])
+    heading = f"<code>{html.escape(title)}</code>"
+    if not n_rows:
+        return f"<p>{heading}</p>"
+    rows = [_row("th", names)] + [
+        _row("td", [columns[name][i] for name in names]) for i in range(min(n_rows, MOST_ROWS))
+    ]
+    more = f"<p>… and {n_rows - MOST_ROWS} more</p>" if n_rows > MOST_ROWS else ""
+    return f"<details><summary>{heading}</summary><table>{''.join(rows)}</table>{more}</details>"
+
+
+def _row(tag: str, cells: Sequence[object]) -> str:
+    style = ' style="text-align: left"'
+    return f"<tr>{''.join(f'<{tag}{style}>{html.escape(str(cell))}</{tag}>' for cell in cells)}</tr>"
+
+
+def columns_of_bones(skeleton: SkeletonLike) -> dict[str, list[str]]:
+    """Return the bones of a skeleton as columns of a table; limits and weights where there are any."""
+    bones = skeleton.bones
+    columns = {
+        "joint": [bone.name for bone in bones],
+        "parent": ["the root" if bone.parent is None else bone.parent for bone in bones],
+        "dofs": [bone.dofs or "rigid" for bone in bones],
+        "length, m": [f"{length:.3g}" for length in np.linalg.norm(skeleton.offsets, axis=1)],
+    }
+    if skeleton.limits is not None:
+        columns["limits, °"] = [
+            ", ".join(f"{low:.0f} to {high:.0f}" for low, high in np.degrees(bone.limits or ())) for bone in bones
+        ]
+    if (skeleton.weights != 1.0).any():
+        columns["weight"] = [f"{weight:.3g}" for weight in skeleton.weights]
+    return columns

@@ -1,0 +1,202 @@
+"""What holds for every metric, those of one's own too: through all that takes one."""
+
+import pickle
+
+import numpy as np
+import pytest
+import reference
+from every_metric import EVERY_METRIC, LargestDistance, measure_largest
+from sklearn.base import clone
+from sklearn.neighbors import KNeighborsClassifier
+
+from skpose import (
+    MedoidShift,
+    MotionDistanceTransformer,
+    MotionKNeighborsTransformer,
+    PoseDistanceTransformer,
+    PoseKNeighborsTransformer,
+    PoseRadiusNeighborsTransformer,
+    SpatialMDS,
+    motion_distances,
+    pose_distances,
+    pose_distances_chunked,
+    pose_metric,
+)
+from skpose.cluster import PoseKMeans
+from skpose.datasets import humanoid, make_gait
+from skpose.geodesics import frechet_mean, geometric_median
+from skpose.metrics import Metric, Position
+from skpose.motions import align_motions, find_motion, mean_motion, segment_repetitions
+from skpose.statistics import PoseKernelRegressor, PoseTangentPCA, two_sample_test
+from skpose.view import explorer
+
+SKELETON = humanoid().to_rotvec()
+X = np.random.default_rng(0).normal(0.0, 0.5, size=(12, SKELETON.n_dofs))
+GAIT = make_gait(2, 1, frame_rate=6, duration=2, random_state=0)
+ROUNDING = 1e-12
+
+
+@pytest.fixture(params=EVERY_METRIC, ids=lambda entry: entry.metric.label, scope="module")
+def entry(request):
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def metric(entry):
+    return entry.metric
+
+
+@pytest.fixture(scope="module")
+def D(metric):
+    return pose_distances(X, skeleton=SKELETON, metric=metric)
+
+
+def test_distances_are_those_of_the_definition(entry, D):
+    if entry.distances is None:
+        pytest.skip("found by a search")
+    assert np.allclose(D, entry.distances(X, X, SKELETON), rtol=0, atol=1e-9)
+
+
+def test_distances_are_symmetric_and_zero_on_the_diagonal(metric, D):
+    assert (D == D.T).all()
+    assert (np.diag(D) == 0).all()
+    assert (D[~np.eye(len(D), dtype=bool)] > 0).all()
+    twice = pose_distances(X, X.copy(), skeleton=SKELETON, metric=metric)
+    assert np.allclose(twice, D, rtol=0, atol=ROUNDING)
+    assert (np.diag(twice) == 0).all()
+
+
+def test_float32_differs_by_rounding(metric, D):
+    found = pose_distances(X.astype(np.float32), skeleton=SKELETON, metric=metric)
+    assert found.dtype == np.float32
+    assert np.allclose(found, D, rtol=1e-4)
+
+
+def test_chunks_threads_and_pairs_give_the_same(metric, D):
+    chunks = pose_distances_chunked(X, skeleton=SKELETON, metric=metric, working_memory=1e-3)
+    assert np.allclose(np.concatenate(list(chunks)), D, rtol=0, atol=ROUNDING)
+    assert (pose_distances(X, skeleton=SKELETON, metric=metric, n_jobs=2) == D).all()
+    of_two = pose_metric(SKELETON, metric=metric)
+    assert np.allclose([of_two(X[0], x) for x in X], D[0], rtol=0, atol=1e-9)
+
+
+def test_dask_gives_the_same(metric, D):
+    array = pytest.importorskip("dask.array")
+    found = pose_distances(array.from_array(X, chunks=(5, -1)), skeleton=SKELETON, metric=metric).compute()
+    assert np.allclose(found, D, rtol=0, atol=ROUNDING)
+
+
+def test_a_matrix_in_a_file_knows_its_metric(metric, D, tmp_path):
+    out = np.lib.format.open_memmap(tmp_path / "D.npy", "w+", np.float64, D.shape)
+    assert np.allclose(pose_distances(X, skeleton=SKELETON, metric=metric, out=out), D, rtol=0, atol=ROUNDING)
+
+
+def test_bounds_are_bounds(metric, D):
+    for bound, sign in ((metric.lower_bound(), 1), (metric.upper_bound(), -1)):
+        if bound is not None:
+            assert (sign * (D - pose_distances(X, skeleton=SKELETON, metric=bound)) >= -1e-9).all()
+    if (lower := metric.lower_bound()) is not None:
+        codes = lower.encode_poses(X, SKELETON)
+        of_codes = np.linalg.norm(codes[:, None] - codes[None], axis=2)
+        assert np.allclose(of_codes, pose_distances(X, skeleton=SKELETON, metric=lower), rtol=0, atol=1e-9)
+
+
+def test_neighbours_are_those_of_the_matrix(metric, D):
+    others = D + np.diag(np.full(len(D), np.inf))
+    nearest = PoseKNeighborsTransformer(SKELETON, n_neighbors=3, metric=metric).fit(X)
+    distances, indices = nearest.kneighbors()
+    assert (indices == others.argsort(axis=1, kind="stable")[:, :3]).all()
+    assert np.allclose(distances, np.sort(others, axis=1)[:, :3], rtol=0, atol=1e-9)
+    radius = float(np.median(D))
+    within = PoseRadiusNeighborsTransformer(SKELETON, radius=radius, metric=metric).fit(X)
+    assert [sorted(row) for row in within.radius_neighbors(return_distance=False)] == [
+        np.flatnonzero(row <= radius).tolist() for row in others
+    ]
+
+
+def test_estimators_of_poses_take_it(metric, D):
+    assert np.allclose(PoseDistanceTransformer(SKELETON, metric=metric).fit(X).transform(X), D, rtol=0, atol=ROUNDING)
+    for estimator in (SpatialMDS(2, skeleton=SKELETON), MedoidShift(skeleton=SKELETON)):
+        own = clone(estimator).set_params(metric=metric).fit(X)
+        given = clone(estimator).set_params(metric="precomputed", skeleton=None).fit(D)
+        assert own.metric_ == metric
+        assert own.metric_ is not metric
+        if hasattr(own, "labels_"):
+            assert (own.labels_ == given.labels_).all()
+        else:
+            assert np.allclose(own.explained_variance_ratio_, given.explained_variance_ratio_)
+    of_pairs = KNeighborsClassifier(1, metric=pose_metric(SKELETON, metric=metric), algorithm="brute")
+    assert (of_pairs.fit(X, range(len(X))).predict(X) == range(len(X))).all()
+
+
+def test_whole_motions_take_it(entry, metric):
+    poses, skeleton = [motion.angles for motion in GAIT], GAIT.skeleton
+    found = motion_distances(GAIT, metric=metric)
+    if entry.distances is not None:
+        costs = entry.distances(poses[0], poses[1], skeleton)
+        assert found[0, 1] == pytest.approx(reference.least_sum(costs) / sum(costs.shape), rel=1e-9)
+        assert align_motions(GAIT[0], GAIT[1], metric=metric).distance == pytest.approx(
+            motion_distances([GAIT[0]], [GAIT[1]], metric=metric)[0, 0], rel=1e-9
+        )
+    assert np.allclose(MotionDistanceTransformer(metric=metric).fit_transform(GAIT), found, rtol=0, atol=1e-9)
+    near = MotionKNeighborsTransformer(metric=metric, n_neighbors=1).fit(GAIT)
+    others = found + np.diag(np.full(len(found), np.inf))
+    assert (near.kneighbors()[1].ravel() == others.argmin(axis=1)).all()
+    (match,) = find_motion(GAIT[1].angles[3:9], poses, k=1, skeleton=skeleton, metric=metric)
+    assert (match.motion, match.start, match.stop) == (1, 3, 9)
+    assert segment_repetitions(GAIT[0], metric=metric).fitness >= 0
+    assert 0 < two_sample_test(GAIT.motions[:2], GAIT.motions[2:], metric=metric).pvalue <= 1
+    if not metric.iterative:
+        assert explorer(GAIT, metrics=[metric]).title
+
+
+def call_means(metric):
+    yield lambda: frechet_mean(X, SKELETON, metric=metric)
+    yield lambda: geometric_median(X, SKELETON, metric=metric)
+    yield lambda: PoseKMeans(2, skeleton=SKELETON, metric=metric, n_init=1, max_iter=2, tol=1.0, random_state=0).fit(X)
+    yield lambda: PoseKernelRegressor(SKELETON, metric=metric).fit(X[:, :1], X)
+    yield lambda: PoseTangentPCA(SKELETON, metric=metric).fit(X)
+    yield lambda: mean_motion(GAIT[:2], metric=metric, max_iter=1)
+
+
+@pytest.mark.filterwarnings("ignore::sklearn.exceptions.ConvergenceWarning")
+def test_means_are_found_or_refused_in_words(metric):
+    """A metric that says nothing about means gets none, and no other metric's."""
+    for call in call_means(metric):
+        error = ""
+        try:
+            call()
+        except ValueError as refused:
+            error = str(refused)
+        if error:
+            assert f"which the metric {metric.label!r} has not: " in error
+            assert "Take " in error
+        else:
+            assert metric.why_no_means() == ""
+    if type(metric).sample is Metric.sample:
+        for call in call_means(metric):
+            with pytest.raises(ValueError, match="Take "):
+                call()
+
+
+def test_objects_are_equal_copied_and_pickled(metric):
+    assert metric == clone(metric) == pickle.loads(pickle.dumps(metric)) == eval(repr(metric), vars_of(metric))
+    assert hash(metric) == hash(clone(metric))
+    assert metric != object()
+    assert len({entry.metric for entry in EVERY_METRIC}) == len(EVERY_METRIC)
+
+
+def vars_of(metric):
+    return {type(metric).__name__: type(metric)}
+
+
+def test_a_metric_that_measures_anew_inherits_no_bounds_and_means():
+    with pytest.raises(TypeError, match=r"Longest measures another distance than Position.*derive Longest from Metric"):
+
+        class Longest(Position):
+            measure = measure_largest
+
+    class Renamed(LargestDistance):  # nothing is inherited that is not true of it
+        measure = measure_largest
+
+    assert Renamed() != LargestDistance()
