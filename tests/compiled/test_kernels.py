@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import reference
-from conftest import MIXED, in_turns, random_tree
+from conftest import MIXED, in_turns, metric_of, random_tree
 from scipy.sparse import csr_array
 
 import skpose
@@ -45,7 +45,9 @@ def some(small):
 @pytest.mark.parametrize("metric", WITH_FORMULA)
 def test_pairs_agree_with_the_definition(metric, dtype, small, some):
     expected = reference.distances(some[:2], some, small, metric, wrap=True)
-    distances = pose_distances(some[:2].astype(dtype), some.astype(dtype), skeleton=small, metric=metric, wrap=True)
+    distances = pose_distances(
+        some[:2].astype(dtype), some.astype(dtype), skeleton=small, metric=metric_of(metric, wrap=True)
+    )
     tolerance = 1e-10 if dtype is np.float64 else 2e-5
     np.testing.assert_allclose(distances, expected, rtol=tolerance, atol=10 * tolerance)
 
