@@ -5,7 +5,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import reference
-from conftest import HAS_CALLBACKS, SKELETONS, Recorder, metric_of, random_tree
+from conftest import HAS_CALLBACKS, SKELETONS, Recorder, in_turns, metric_of, random_tree
 from sklearn.cluster import KMeans
 from sklearn.datasets import make_blobs
 from sklearn.exceptions import ConvergenceWarning
@@ -118,8 +118,7 @@ def test_samples_of_weight_zero_are_never_drawn(blobs):
 # --- the objective ---------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("metric", METRICS)
-@pytest.mark.parametrize("name", ["chain", "mixed joints"])
+@pytest.mark.parametrize(("metric", "name"), in_turns(list(METRICS), ["chain", "mixed joints"]))
 def test_inertia_never_rises(metric, name):
     skeleton = SKELETONS[name]
     X = np.random.default_rng(1).uniform(-1.5, 1.5, size=(16, skeleton.n_dofs))

@@ -109,6 +109,7 @@ def run(code, folder, **environment):
     return done.stdout.strip()
 
 
+@pytest.mark.slow
 def test_plain_python_gives_the_same_distance():
     code = """
 from skpose import Skeleton, pose_distances

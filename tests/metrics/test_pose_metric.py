@@ -62,6 +62,7 @@ def test_is_a_dispatcher_that_compiled_code_can_call(X):
     np.testing.assert_allclose(total(X), D[0, 1] + D[1, 2], rtol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(bool(config.DISABLE_JIT), reason="a plain closure, which nothing can pickle")
 def test_in_another_process():
     f, (x, y) = pose_metric(Skeleton.chain(2)), np.array([[0.0, 1.0], [2.0, -1.0]])
