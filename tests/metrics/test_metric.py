@@ -9,7 +9,6 @@ import pkgutil
 import numpy as np
 import pytest
 from conftest import SKELETONS
-from joblib.externals import cloudpickle
 from sklearn.base import clone
 from sklearn.model_selection import GridSearchCV, cross_val_score
 from sklearn.neighbors import KNeighborsClassifier
@@ -39,6 +38,8 @@ from skpose.metrics._registry import METRICS, resolve
 from skpose.motions import MotionIndex, align_motions, find_motion, mean_motion, segment_repetitions
 from skpose.plot import AlignmentDisplay, DistanceMatrixDisplay, GeodesicDisplay
 from skpose.statistics import PoseKernelRegressor, PoseTangentPCA, two_sample_test
+
+cloudpickle = pytest.importorskip("cloudpickle")  # dask and joblib send functions with it
 
 ARM = Skeleton.chain(3)
 DEFAULTS = [metric() for metric in METRICS.values()]
