@@ -25,6 +25,15 @@ class _Whole(JITCodeLibrary):
 
     _codegen: Any
 
+    def add_ir_module(self, ir_module: Any) -> None:
+        """Do as numba, and take llvmlite's objects apart: they refer to one another, and would wait to be collected."""
+        super().add_ir_module(ir_module)
+        for function in ir_module.functions:
+            for block in function.blocks:
+                for instruction in block.instructions:
+                    instruction.operands = []
+                block.instructions.clear()
+
     def _optimize_functions(self, ll_module: Any) -> None:
         """Do as numba, but not for the functions that are only declared, which are most."""
         ll_module.data_layout = self._codegen._data_layout
