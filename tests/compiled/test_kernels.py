@@ -127,7 +127,7 @@ def test_an_edit_of_any_compiled_source_is_seen(tmp_path):
     shutil.copytree(Path(skpose.__file__).parent, package, ignore=shutil.ignore_patterns("__pycache__"))
     code = "from skpose import pose_distances; print(pose_distances([[0.0, 0.0]], [[3.0, 4.0]], metric='angle')[0, 0])"
     assert [run(code, tmp_path) for _ in range(2)] == ["5.0", "5.0"]
-    source = package / "_compiled" / "lanes_llvm.py"
+    source = package / "_compiled" / "simd" / "lanes_llvm.py"
     before = source.read_text(encoding="utf-8")
     edited = before.replace('_define_unary(lanes.sqrt, "sqrt")', '_define_unary(lanes.sqrt, "fabs")')
     assert edited != before
