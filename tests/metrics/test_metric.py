@@ -39,8 +39,6 @@ from skpose.motions import MotionIndex, align_motions, find_motion, mean_motion,
 from skpose.plot import AlignmentDisplay, DistanceMatrixDisplay, GeodesicDisplay
 from skpose.statistics import PoseKernelRegressor, PoseTangentPCA, two_sample_test
 
-cloudpickle = pytest.importorskip("cloudpickle")  # dask and joblib send functions with it
-
 ARM = Skeleton.chain(3)
 DEFAULTS = [metric() for metric in METRICS.values()]
 CHANGED = [Angle(wrap=True), Spatial(3), Spatial(wrap=False), Geodesic(3), Geodesic(3, wrap=False)]
