@@ -76,8 +76,8 @@ class Alignment:
         The skeleton on which the motions are compared.
     frame_rate : float or None
         Frame rate of both, Hz; None for arrays, which have none.
-    metric : str
-        The distance between poses: "spatial" where "auto" was given with a skeleton.
+    metric : Metric
+        The distance between poses: `Spatial` where "auto" was given with a skeleton.
 
     See Also
     --------

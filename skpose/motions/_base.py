@@ -30,8 +30,10 @@ class MotionEstimatorMixin(PoseEstimatorMixin):
         Frame rate of the training motions, Hz; None for arrays, which have none.
     metric_ : Metric
         The metric in use, a copy of the parameter.
-    alignment_, window_ : str, float or None
-        How motions are aligned, where the estimator has these parameters.
+    alignment_ : str
+        How motions are aligned. Only where the estimator has the parameter, as the next one.
+    window_ : float or None
+        The Sakoe–Chiba band in use.
     """
 
     frame_rate_: float | None

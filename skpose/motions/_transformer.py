@@ -40,8 +40,10 @@ class MotionDistanceTransformer(MotionEstimatorMixin, ClassNamePrefixFeaturesOut
     ----------
     metric_ : Metric
         The distance between poses in use, a copy of the parameter.
-    alignment_, window_ : str, float or None
+    alignment_ : str
         How motions are aligned.
+    window_ : float or None
+        The Sakoe–Chiba band in use.
     skeleton_ : Skeleton or None
         The skeleton in use.
     frame_rate_ : float or None
