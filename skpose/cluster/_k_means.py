@@ -177,7 +177,7 @@ class PoseKMeans(
 
         Returns
         -------
-        self : PoseKMeans
+        PoseKMeans
             The fitted estimator.
         """
         X = self._checked(X, reset=True).astype(np.float64, copy=False)

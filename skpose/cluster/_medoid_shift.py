@@ -131,7 +131,7 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
 
         Returns
         -------
-        self : MedoidShift
+        MedoidShift
             The fitted estimator.
         """
         if self.bandwidth is not None and self.n_clusters is not None:

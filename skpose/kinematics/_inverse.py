@@ -85,6 +85,12 @@ def inverse_kinematics(
     FittedPoses
         The poses, how far each joint is off, whether each frame converged, and the movement of the root.
 
+    Raises
+    ------
+    ValueError
+        For positions in two dimensions, of another number of joints, or infinite; keypoints of which none is a joint;
+        weights that are negative; limits to be enforced on a skeleton without any.
+
     Warns
     -----
     ConvergenceWarning
@@ -92,12 +98,6 @@ def inverse_kinematics(
     UserWarning
         If in some frames nothing is seen: these have the pose of the frame before, and `converged` is False. If the
         positions and the skeleton are likely in different units.
-
-    Raises
-    ------
-    ValueError
-        For positions in two dimensions, of another number of joints, or infinite; keypoints of which none is a joint;
-        weights that are negative; limits to be enforced on a skeleton without any.
 
     See Also
     --------

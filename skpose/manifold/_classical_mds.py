@@ -155,7 +155,7 @@ class SpatialMDS(
 
         Returns
         -------
-        self : SpatialMDS
+        SpatialMDS
             The fitted estimator.
         """
         self.fit_transform(X)

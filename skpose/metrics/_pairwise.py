@@ -84,18 +84,6 @@ def pose_distances(
         Without Y exactly symmetric, with an exactly zero diagonal. Equal poses are at distance zero also between X and
         Y.
 
-    Warns
-    -----
-    ConvergenceWarning
-        If geodesics did not converge, with their number.
-    UserWarning
-        If `metric` is "auto" and there is no skeleton, so that the distances are those of "angle", in rad.
-        If a skeleton is given and the angles look like degrees: 15 % of the columns go beyond three whole turns. Angles
-        may leave [−π, π] by some turns, as those of recordings do that are continuous in time. Those in a
-        ``dask.array`` are not looked at.
-        If workers cannot write into `out`: they do not see its file, two of them would share a chunk of zarr's, or
-        two computers a file on NFS.
-
     Raises
     ------
     ValueError
@@ -107,6 +95,18 @@ def pose_distances(
         or something else changes it meanwhile.
     OSError
         If the file of `out` cannot be written, for example as the disk is full.
+
+    Warns
+    -----
+    ConvergenceWarning
+        If geodesics did not converge, with their number.
+    UserWarning
+        If `metric` is "auto" and there is no skeleton, so that the distances are those of "angle", in rad.
+        If a skeleton is given and the angles look like degrees: 15 % of the columns go beyond three whole turns. Angles
+        may leave [−π, π] by some turns, as those of recordings do that are continuous in time. Those in a
+        ``dask.array`` are not looked at.
+        If workers cannot write into `out`: they do not see its file, two of them would share a chunk of zarr's, or
+        two computers a file on NFS.
 
     See Also
     --------

@@ -169,7 +169,7 @@ class MotionKNeighborsTransformer(
 
         Returns
         -------
-        self : MotionKNeighborsTransformer
+        MotionKNeighborsTransformer
             The fitted transformer.
         """
         X = self._checked(X, reset=True)

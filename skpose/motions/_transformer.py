@@ -128,7 +128,7 @@ class MotionDistanceTransformer(MotionEstimatorMixin, ClassNamePrefixFeaturesOut
 
         Returns
         -------
-        self : MotionDistanceTransformer
+        MotionDistanceTransformer
             The fitted transformer.
         """
         self._motions = self._checked(X, reset=True)

@@ -143,7 +143,7 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
 
         Returns
         -------
-        self : PoseDistanceTransformer
+        PoseDistanceTransformer
             The fitted transformer.
         """
         self._learn(X)

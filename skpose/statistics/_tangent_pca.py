@@ -152,7 +152,7 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
 
         Returns
         -------
-        self : PoseTangentPCA
+        PoseTangentPCA
             The fitted estimator.
         """
         self.fit_transform(X)
