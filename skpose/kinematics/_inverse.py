@@ -72,9 +72,9 @@ def inverse_kinematics(
     joint_limits : {"ignore", "enforce"}, default="ignore"
         "enforce" keeps angles inside ``skeleton.limits``.
     regularization : float, default=0.0
-        ρ, m/rad: a joint that is turned by 1 rad from the initial pose costs as much as a joint that is ρ off. For
-        noisy positions some 0.01 to 0.03 keeps angles that the positions barely show, such as twists of straight arms,
-        from following the noise. With 0 positions are reached as well as possible.
+        The factor ρ, m/rad: a joint that is turned by 1 rad from the initial pose costs as much as a joint that is ρ
+        off. For noisy positions some 0.01 to 0.03 keeps angles that the positions barely show, such as twists of
+        straight arms, from following the noise. With 0 positions are reached as well as possible.
     n_jobs : int, default=None
         Threads, as in scikit-learn, or workers of joblib's configured backend. Poses do not depend on it.
     verbose : int, default=0

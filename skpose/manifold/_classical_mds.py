@@ -213,6 +213,7 @@ class SpatialMDS(
         Returns
         -------
         ndarray of shape (n_samples, n_components)
+            Coordinates of the poses.
         """
         check_is_fitted(self, "embedding_")
         X = self._checked(X, reset=False)

@@ -179,7 +179,7 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
         Returns
         -------
         ndarray of shape (n_samples, n_samples_fit)
-            float32 where both X and the training poses are, else float64.
+            Distances; float32 where both X and the training poses are, else float64.
         """
         check_is_fitted(self, "n_samples_fit_")
         return self._similarity(self._distances(self._checked(X, reset=False), self.X_fit_))

@@ -55,16 +55,19 @@ class Bone(NamedTuple):
 
     @property
     def is_ball(self) -> bool:
+        """Whether the joint is a ball joint."""
         return self.dofs == BALL
 
     @property
     def dof_names(self) -> tuple[str, ...]:
+        """One name for each column of a pose."""
         if self.is_ball:
             return tuple(f"{self.name}_{BALL}_{axis}" for axis in "xyz")
         return tuple(f"{self.name}_r{axis}" for axis in self.dofs.lower())
 
     @property
     def n_dofs(self) -> int:
+        """How many columns of a pose belong to the joint."""
         return 3 if self.is_ball else len(self.dofs)
 
 
