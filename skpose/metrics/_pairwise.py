@@ -212,7 +212,7 @@ def pose_distances_chunked(
     reduce_func : callable, default=None
         Called as ``reduce_func(D_chunk, start)`` with a chunk of shape (n_chunk, n_y), which it may change, and the
         index of its first row in X. It returns an array, a list or a sparse matrix of length n_chunk, a tuple of
-        these, or None to change the chunk in place. None gives the chunks themselves.
+        these, or None where it keeps its result elsewhere. None gives the chunks themselves.
     skeleton : Skeleton, default=None
         The skeleton of all poses. Needed by all but "angle".
     metric : str or Metric, default="auto"
@@ -227,7 +227,7 @@ def pose_distances_chunked(
     Yields
     ------
     D_chunk : ndarray, sparse matrix, list or tuple
-        A chunk of distances, or the result of `reduce_func`.
+        A chunk of distances, or the result of `reduce_func`, None too.
 
     Raises
     ------
@@ -296,8 +296,8 @@ def _reduce(reduce_func: Callable[[np.ndarray, int], Any], chunk: np.ndarray, st
     """Return what the user's function returns for a chunk, whose length it must have."""
     n_rows = len(chunk)
     result = reduce_func(chunk, start)
-    if result is None:
-        return chunk
+    if result is None:  # nothing to keep; the chunk itself would pass for a result where a return was forgotten
+        return None
     for part in result if isinstance(result, tuple) else (result,):
         if not hasattr(part, "__len__") and not hasattr(part, "shape"):
             raise TypeError(

@@ -163,7 +163,7 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
         Returns
         -------
         ndarray of shape (n_samples_fit, n_samples_fit)
-            Exactly symmetric; distances have an exactly zero diagonal.
+            Exactly symmetric; distances have an exactly zero diagonal. float32 for float32 poses, else float64.
         """
         kernel = self._learn(X)
         return self._similarity(self._distances(self.X_fit_, None)) if kernel is None else kernel
