@@ -24,6 +24,7 @@ from skpose import geodesic, pose_distances
 from skpose._compiled.path.energy import evaluate, path_of, samples_for
 from skpose._compiled.path.normal_equations import equations_for, gradient_of
 from skpose.kinematics._tree import tree_of
+from skpose.metrics import Geodesic
 
 N_STEPS = 10
 
@@ -89,7 +90,7 @@ def by_scipy(method, **options):
 
 
 def by_skpose(start, end, skeleton, **options):
-    path = geodesic(start, end, skeleton, n_steps=N_STEPS, **options)
+    path = geodesic(start, end, skeleton, metric=Geodesic(N_STEPS), **options)
     return path.energy, path.gradient_norm
 
 
@@ -133,7 +134,7 @@ def ratios(X, pairs, skeleton, title):
     """Print lengths of geodesics over those of straight lines."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", ConvergenceWarning)
-        paths = [geodesic(X[i], X[j], skeleton, n_steps=N_STEPS) for i, j in pairs]
+        paths = [geodesic(X[i], X[j], skeleton, metric=Geodesic(N_STEPS)) for i, j in pairs]
     chord, line = (
         np.array([pose_distances(X[[i]], X[[j]], skeleton=skeleton, metric=m)[0, 0] for i, j in pairs])
         for m in ("position", "spatial")

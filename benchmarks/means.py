@@ -139,7 +139,7 @@ def by_geomstats(X):
     calls = []
     original = space.metric.log
     space.metric.log = lambda *a, **k: (calls.append(1), original(*a, **k))[1]
-    estimator = learning.FrechetMeanResult(space).set(epsilon=1e-8, max_iter=200)
+    estimator = learning.FrechetMean(space).set(epsilon=1e-8, max_iter=200)
     result, seconds = timed(lambda: estimator.fit(points).estimate_)
     return np.asarray(result).ravel(), len(calls), seconds
 
@@ -155,7 +155,7 @@ def compare_rotations(n_poses):
     other = by_geomstats(X)
     if other is not None:
         pose, n_iter, seconds = other
-        line("geomstats FrechetMeanResult", seconds, n_iter, variance(X, skeleton, "rotation", pose))
+        line("geomstats FrechetMean", seconds, n_iter, variance(X, skeleton, "rotation", pose))
         assert pose_distances(pose[None], mean.pose[None], skeleton=skeleton, metric="rotation")[0, 0] < 1e-2
 
 

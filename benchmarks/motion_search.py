@@ -76,7 +76,6 @@ def windows(title, dataset, rate, n_frames, n_queries, metric="spatial"):
     long = [i for i, motion in enumerate(motions) if len(motion) >= SECONDS * rate]
     chosen = np.array(long)[np.linspace(0, len(long) - 1, n_queries).astype(int)]
     n_jobs = effective_n_jobs(-1)
-    _, _, steps = resolve(metric, skeleton, 10, "auto")
     results = []
     for i in chosen:
         query = motions[i][: int(SECONDS * rate)]
@@ -90,7 +89,8 @@ def windows(title, dataset, rate, n_frames, n_queries, metric="spatial"):
         seconds = time.perf_counter() - start
         search = WindowSearch(index._index, n_jobs)
         search.best(query, K)
-        brute = WindowSearch(SequenceIndex(Sequences.of(where), skeleton, metric, steps, brute=True), n_jobs)
+        all_cells = SequenceIndex(Sequences.of(where), skeleton, resolve(metric, skeleton), brute=True)
+        brute = WindowSearch(all_cells, n_jobs)
         start = time.perf_counter()
         expected = brute.best(query, K)
         results.append(

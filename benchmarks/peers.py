@@ -22,6 +22,7 @@ from robotics import Bodies
 from sklearn.metrics import pairwise_distances
 
 from skpose import forward_kinematics, pose_distances, pose_metric
+from skpose.metrics import Spatial
 
 N_STEPS = 10
 TIMES = np.linspace(0, 1, N_STEPS + 1)[:, None]
@@ -177,10 +178,11 @@ def contestants_of(X, Y, skeleton, tree, jax, torch, pin, size):
     """Return what computes spatial distances, by name."""
     columns, single = np.ascontiguousarray(Y.T[:, None]), (X.astype(np.float32), Y.astype(np.float32))
     few = Y[: size.n_few]
-    f = pose_metric(skeleton, metric="spatial", wrap=False)
+    literal = Spatial(wrap=False)
+    f = pose_metric(skeleton, metric=literal)
 
     def by_skpose(A, B):
-        return pose_distances(A, B, skeleton=skeleton, wrap=False, n_jobs=-1)
+        return pose_distances(A, B, skeleton=skeleton, metric=literal, n_jobs=-1)
 
     def by_numpy(A, columns):
         return [column_lengths(a[:, None, None], columns, TIMES, skeleton, np) for a in A]

@@ -23,12 +23,13 @@ from skpose._compiled.path.minimiser import Bounds
 from skpose.datasets import MotionDataset, load_cmu, load_hdm05, make_gait
 from skpose.io import load_amass
 from skpose.kinematics._tree import to_tree_order, tree_of, wrapped
+from skpose.metrics import Angle
 from skpose.skeleton._interpolation import interpolate
 
 N_STEPS, SEED = 10, 0
 METRICS = {
-    "angle, literal": {"metric": "angle", "wrap": False},
-    "angle, wrapped": {"metric": "angle", "wrap": True},
+    "angle, literal": {"metric": "angle"},
+    "angle, wrapped": {"metric": Angle(wrap=True)},
     "position": {"metric": "position"},
     "rotation": {"metric": "rotation"},
     "spatial": {"metric": "spatial"},

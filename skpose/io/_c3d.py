@@ -106,9 +106,9 @@ class Frames(NamedTuple):
     n_numbers: int  # of a frame, those of its analog samples included
 
     @property
-    def n_bytes(self) -> int:
-        """The bytes of a frame."""
-        return self.n_numbers * (4 if self.factor < 0 else 2)
+    def size(self) -> int:
+        """The bytes of a number."""
+        return 4 if self.factor < 0 else 2
 
 
 class Parameters:
@@ -229,10 +229,12 @@ def _read(source: Source) -> tuple[Parameters, Frames, np.ndarray]:
     parameters = Parameters(source, data[:start], processor)
     frames = _frames(source, parameters, header, data[:24], length)
     file.seek(start)
-    data = file.read(frames.n_frames * frames.n_bytes)
+    data = file.read(frames.n_frames * frames.n_numbers * frames.size)
+    rows = np.frombuffer(data, np.uint8).reshape(frames.n_frames, -1)
+    data = rows[:, : 4 * frames.n_points * frames.size].tobytes()  # without analog samples
     is_float = frames.factor < 0
     numbers = parameters.floats(data) if is_float else np.frombuffer(data, f"{parameters.order}i2").astype(np.float64)
-    points = numbers.reshape(frames.n_frames, -1)[:, : 4 * frames.n_points].reshape(frames.n_frames, -1, 4)
+    points = numbers.reshape(frames.n_frames, frames.n_points, 4)
     positions = points[:, :, :3] * (1.0 if is_float else frames.factor)
     positions[np.signbit(points[:, :, 3])] = np.nan
     return parameters, frames, positions
@@ -261,19 +263,21 @@ def _frames(source: Source, parameters: Parameters, header: tuple[int, ...], fir
         raise source.error(
             f"the frames begin at block {header[8]} by the header, and at {stated:g} by POINT:DATA_START"
         )
-    n_numbers = 4 * n_points + _analog_samples(source, parameters, header[9], rate)
+    n_numbers = 4 * n_points + _analog_samples(source, parameters, header, rate)
     frames = Frames(n_frames, n_points, rate, factor, BLOCK * (header[8] - 1), n_numbers)
-    there, left = divmod(length - frames.start, frames.n_bytes)
+    n_bytes = n_numbers * frames.size
+    there, left = divmod(length - frames.start, n_bytes)
     if there < n_frames:
         raise source.error(f"it states {n_frames} frames of {n_points} points, and holds {there}; is it cut short?")
-    if n_frames == MANY_FRAMES and (there - n_frames) * frames.n_bytes + left >= BLOCK + frames.n_bytes:
+    if n_frames == MANY_FRAMES and (there - n_frames) * n_bytes + left >= BLOCK + n_bytes:
         raise source.error(f"it holds more than the {MANY_FRAMES} frames that it states, and no POINT:LONG_FRAMES")
     return frames
 
 
-def _analog_samples(source: Source, parameters: Parameters, per_frame: int, rate: float) -> int:
+def _analog_samples(source: Source, parameters: Parameters, header: tuple[int, ...], rate: float) -> int:
     """Return the number of analog samples between the points of two frames, of all channels."""
-    n_channels = int(parameters.number("ANALOG:USED", 0.0))
+    per_frame = header[9]
+    n_channels = int(parameters.number("ANALOG:USED", header[2] // max(per_frame, 1)))
     if n_channels < 0:
         raise source.error(f"ANALOG:USED: expected a number of channels, found {n_channels}")
     ratio = parameters.number("ANALOG:RATE", 0.0) / rate

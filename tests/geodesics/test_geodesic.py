@@ -20,8 +20,8 @@ from skpose import (
     position_jacobian,
 )
 from skpose._compiled.pose.measure import measure_euclidean
-from skpose.geodesics._geodesic import Geodesic, _reason
-from skpose.metrics._registry import METRICS
+from skpose.geodesics._geodesic import GeodesicResult, _reason
+from skpose.metrics import Geodesic, Position, Spatial
 
 TIGHT = 0.0  # down to rounding: tol where the path itself is compared, and not only its length
 HUMANOID = SKELETONS["humanoid"]
@@ -76,7 +76,7 @@ def test_gradient_of_eq_6_keeps_the_term_that_eq_13_loses(skeleton):
 @pytest.mark.parametrize(("n_steps", "skeleton"), in_turns([2, 10], ALL_SKELETONS), indirect=["skeleton"])
 def test_same_minimum_as_scipy(n_steps, skeleton):
     a, b = near_and_far(skeleton, far=0.1)
-    found = geodesic(a, b, skeleton, n_steps=n_steps, tol=TIGHT)
+    found = geodesic(a, b, skeleton, metric=Geodesic(n_steps), tol=TIGHT)
     naive = reference.least_energy_path(a, b, kinematics(skeleton), n_steps)
     assert len(found.path) == n_steps + 1
     assert found.energy <= reference.path_energy(naive, skeleton) * (1 + 1e-9)
@@ -159,10 +159,10 @@ def test_fact_1_between_the_chord_and_the_line(far, skeleton):
     for n_steps in (2, 10):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ConvergenceWarning)
-            shortest = pose_distances(X, Y, skeleton=skeleton, metric="geodesic", n_steps=n_steps)
-            curves = [[geodesic(x, y, skeleton, n_steps=n_steps).curve_length for y in Y] for x in X]
+            shortest = pose_distances(X, Y, skeleton=skeleton, metric=Geodesic(n_steps))
+            curves = [[geodesic(x, y, skeleton, metric=Geodesic(n_steps)).curve_length for y in Y] for x in X]
         chord = pose_distances(X, Y, skeleton=skeleton, metric="position")
-        line = pose_distances(X, Y, skeleton=skeleton, n_steps=n_steps)
+        line = pose_distances(X, Y, skeleton=skeleton, metric=Spatial(n_steps))
         assert (chord <= shortest * (1 + 1e-12)).all()
         assert (shortest <= line).all()
         fine = [[reference.path_length(reference.line(x, y, 1), skeleton, 400) for y in Y] for x in X]
@@ -310,9 +310,9 @@ def test_results_compare_by_identity():
     assert len({one, other}) == 2
 
 
-def test_wrap_auto_wraps():
-    skeleton = Skeleton.chain(1)
-    lengths = [geodesic([0.0], [6.0], skeleton, wrap=wrap).length for wrap in ("auto", True, False)]
+def test_paths_wrap_unless_they_are_told_not_to():
+    skeleton, metrics = Skeleton.chain(1), ("geodesic", Geodesic(wrap=True), Geodesic(wrap=False))
+    lengths = [geodesic([0.0], [6.0], skeleton, metric=metric).length for metric in metrics]
     assert lengths[0] == lengths[1] < 0.3
     assert lengths[2] > 5.9
 
@@ -348,7 +348,7 @@ def test_warns_when_it_does_not_converge():
 def test_a_line_too_long_for_so_few_steps():
     """Twenty turns in two steps: no refinement is fine enough; the result is the straight line, with a warning."""
     with pytest.warns(ConvergenceWarning, match="a larger n_steps than 2 may help, a larger max_iter does not$"):
-        found = geodesic([0.0], [40 * np.pi + 1.0], Skeleton.chain(1), n_steps=2, wrap=False)
+        found = geodesic([0.0], [40 * np.pi + 1.0], Skeleton.chain(1), metric=Geodesic(2, wrap=False))
     np.testing.assert_allclose(found.path[:, 0], np.linspace(0.0, 40 * np.pi + 1.0, 3))
     assert not found.converged
 
@@ -358,7 +358,7 @@ def test_the_advice_of_the_warning_fits_the_reason():
 
     def advice(n_iter, gain, n_points=11):
         path = np.zeros((n_points, 1))
-        found = Geodesic(path, 1.0, 1.0, 1.0, 1e-3, gain, n_iter, False, Skeleton.chain(1))
+        found = GeodesicResult(path, 1.0, 1.0, 1.0, 1e-3, gain, n_iter, False, Skeleton.chain(1))
         return _reason(found, 10, 500, 1e-6)
 
     assert (
@@ -383,7 +383,7 @@ def test_a_matrix_counts_those_that_did_not_converge(monkeypatch):
                 if not results.skip[k, w] and results.distances[k, w] > 1.5:
                     results.gap[k, w] = 0.25
 
-    monkeypatch.setitem(METRICS, "position", METRICS["position"]._replace(measure=measure))
+    monkeypatch.setattr(Position, "measure", staticmethod(measure))
     X = np.array([[0.0], [0.1], [np.pi]])
     with pytest.warns(ConvergenceWarning, match=r"2 of 3 geodesics did not converge.* is 0\.25"):
         pose_distances(X, skeleton=Skeleton.chain(1), metric="position")
@@ -395,9 +395,13 @@ def test_a_matrix_counts_those_that_did_not_converge(monkeypatch):
         ({"start": np.zeros(3)}, "start has 3 columns, but the skeleton has 4 degrees of freedom"),
         ({"end": np.zeros((1, 4))}, r"end must be one pose of shape \(4,\), got shape \(1, 4\)"),
         ({"end": [0, 0, np.nan, 0]}, "end contains NaN"),
-        ({"n_steps": 1}, "The 'n_steps' parameter of geodesic must be"),
+        (
+            {"metric": Geodesic(1)},
+            r"shortest paths, which the metric 'Geodesic\(n_steps=1\)' has not: .* 2 or more, got 1",
+        ),
+        ({"metric": "spatial"}, "geodesic needs shortest paths, .* 'spatial' has not: its curves are not geodesics"),
         ({"max_iter": 0}, "The 'max_iter' parameter of geodesic must be"),
-        ({"wrap": "maybe"}, "The 'wrap' parameter of geodesic must be"),
+        ({"metric": Geodesic(wrap="maybe")}, "The 'wrap' parameter of Geodesic must be"),
         ({"tol": -1.0}, "The 'tol' parameter of geodesic must be"),
         ({"joint_limits": "maybe"}, "The 'joint_limits' parameter of geodesic must be"),
         ({"joint_limits": "enforce"}, 'joint_limits="enforce" needs a skeleton with limits, and none'),
@@ -478,6 +482,6 @@ def test_limits_hold_for_joints_without_weight(wrap):
         [Bone("elbow", None, (1, 0, 0), "z", limits=((-2, 2),)), Bone("hand", None, (0, 1, 0), "xyz", limits=limits)]
     )
     a, b = [0.0, 1.1, 1.1, -1.1], [0.5, -1.1, 1.1, 1.1]
-    path = geodesic(a, b, arm.with_weights({"hand": 0}), joint_limits="enforce", wrap=wrap).path
+    path = geodesic(a, b, arm.with_weights({"hand": 0}), metric=Geodesic(wrap=wrap), joint_limits="enforce").path
     assert (np.abs(path[:, 1:]) <= 1.2).all()
     np.testing.assert_allclose(path[[0, -1]], [a, b], atol=1e-12)

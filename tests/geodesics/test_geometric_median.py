@@ -155,7 +155,7 @@ def test_warns_when_it_does_not_converge():
     ("arguments", "message"),
     [
         ({"X": np.zeros((2, 5))}, "X has 5 columns, but the skeleton has 3 degrees of freedom"),
-        ({"metric": "auto"}, "'metric' parameter of geometric_median must be a str among"),
+        ({"metric": "cosine"}, "'metric' parameter of geometric_median must be a str among"),
         ({"sample_weight": [1, 2]}, r"sample_weight must have shape \(9,\), one for each pose, got \(2,\)"),
         ({"sample_weight": np.zeros(9)}, "finite, nowhere negative, and somewhere positive"),
         ({"max_iter": 0}, "'max_iter' parameter of geometric_median must be an int"),

@@ -13,6 +13,7 @@ from sklearn.exceptions import ConvergenceWarning
 from skpose import Bone, Motion, Skeleton, forward_kinematics, geodesic
 from skpose.geodesics import interpolate
 from skpose.geodesics._spline import Piece, _piece, _step, natural_slopes
+from skpose.metrics import Geodesic
 
 METHODS = ["geodesic", "spline"]
 TIMES = np.array([0.0, 0.5, 0.8, 1.4])  # uneven; all on frames at 10 Hz
@@ -86,7 +87,7 @@ def test_transport_around_a_triangle_on_a_sphere_turns_by_its_area():
     """Gauss and Bonnet. In these angles a line bends near the pole, so that it takes many steps."""
     rod = Skeleton([Bone("rod", None, (1.0, 0.0, 0.0), "yz")])
     corners = np.array([[0.0, 0.0], [0.0, np.pi / 2], [-1.2, np.pi / 2], [0.0, 0.0]])
-    pieces = [_piece(geodesic(a, b, rod, n_steps=80), rod) for a, b in pairwise(corners)]
+    pieces = [_piece(geodesic(a, b, rod, metric=Geodesic(80)), rod) for a, b in pairwise(corners)]
     vector = pieces[0].leaving / np.linalg.norm(pieces[0].leaving)
     for piece, following in pairwise([*pieces, pieces[0]]):
         vector = following.first.T @ piece.last @ piece.forth @ vector
@@ -156,7 +157,8 @@ def test_order_of_the_angles_changes_nothing(method):
 
     def positions(order, n_steps):
         same = keys if order == "rotvec" else keys.to_euler(order)
-        motion = interpolate(same.angles, TIMES, same.skeleton, frame_rate=10, method=method, n_steps=n_steps)
+        metric = Geodesic(n_steps)
+        motion = interpolate(same.angles, TIMES, same.skeleton, frame_rate=10, method=method, metric=metric)
         return forward_kinematics(motion.angles, same.skeleton)
 
     expected = positions("rotvec", 10)
@@ -273,7 +275,7 @@ def test_looks_like_degrees():
         (np.full((2, 2), np.inf), [0.0, 1.0], {}, "poses contains infinity"),
         (np.zeros((2, 2)), [0.0, 1.0], {"frame_rate": 0}, "frame_rate must be a positive number"),
         (np.zeros((2, 2)), [0.0, 1.0], {"method": "linear"}, "'method' parameter of interpolate"),
-        (np.zeros((2, 2)), [0.0, 1.0], {"n_steps": 1}, "'n_steps' parameter of interpolate"),
+        (np.zeros((2, 2)), [0.0, 1.0], {"metric": Geodesic(1)}, "interpolate needs .* must be 2 or more, got 1"),
         (pd.DataFrame(np.zeros((2, 2)), columns=["joint_2_rz", "joint_1_rz"]), [0.0, 1.0], {}, "joint_1_rz"),
     ],
 )

@@ -3,40 +3,41 @@
 import numpy as np
 import pytest
 from conftest import SKELETONS
-from skpose.geodesics._geodesic_view import GeodesicPoses
 
 from skpose import Skeleton, pose_distances
 from skpose._compiled.path import kept_paths
 from skpose._compiled.path.geodesic import TOL
-from skpose.geodesics import _geodesic_view, frechet_mean
+from skpose.geodesics import frechet_mean
 from skpose.kinematics._tree import to_tree_order, tree_of
+from skpose.metrics import Geodesic, _geodesic
 
 
-def dofs_of(skeleton, n=6, scale=0.3, seed=0):
-    tree = tree_of(skeleton)
-    return tree, to_tree_order(tree, np.random.default_rng(seed).normal(scale=scale, size=(n, skeleton.n_dofs)))
+def near_poses(skeleton, n=6, scale=0.3, seed=0):
+    return np.random.default_rng(seed).normal(scale=scale, size=(n, skeleton.n_dofs))
 
 
-def poses_of(tree, dofs, wrap=True):
-    return GeodesicPoses.of(tree, dofs, np.full(len(dofs), 1 / len(dofs)), 10, wrap, 1)
+def sample_of(X, skeleton, wrap=True):
+    return Geodesic(wrap=wrap).sample(X, np.full(len(X), 1 / len(X)), skeleton, 1)
 
 
-def searched(tree, pose, dofs, wrap=True):
+def searched(pose, X, skeleton, wrap=True):
     """Geodesics by a new search each."""
-    return poses_of(tree, dofs, wrap).view_from(pose, 0.0)
+    return sample_of(X, skeleton, wrap).linearize(pose, 0.0)
 
 
 @pytest.mark.parametrize("wrap", [True, False])
 @pytest.mark.parametrize("name", ["chain", "bvh", "tree", "mixed joints", "weights"])
 def test_followed_paths_are_those_of_a_new_search(name, wrap):
-    tree, dofs = dofs_of(SKELETONS[name])
-    poses, pose = poses_of(tree, dofs, wrap), np.zeros(dofs.shape[1])
+    skeleton = SKELETONS[name]
+    X = near_poses(skeleton)
+    poses = sample_of(X, skeleton, wrap)
+    pose = np.zeros(poses.dofs.shape[1])
     rng = np.random.default_rng(1)
     for _ in range(4):
-        view, fresh = poses.view_from(pose, 0.0), searched(tree, pose, dofs, wrap)
+        view, fresh = poses.linearize(pose, 0.0), searched(pose, X, skeleton, wrap)
         np.testing.assert_allclose(view.lengths, fresh.lengths, rtol=1e-3)
-        anew = poses_of(tree, dofs, wrap)
-        anew.view_from(pose, 0.0)
+        anew = sample_of(X, skeleton, wrap)
+        anew.linearize(pose, 0.0)
         same = (poses.kept.substeps == 1) & (anew.kept.substeps == 1)  # others are refined, in one of the two maybe
         assert same.any()
         np.testing.assert_allclose(view.lengths[same], fresh.lengths[same], rtol=1e-6)
@@ -44,37 +45,39 @@ def test_followed_paths_are_those_of_a_new_search(name, wrap):
         atol = 1e-4 * np.abs(fresh.gradients).max()
         np.testing.assert_allclose(view.gradients[same], fresh.gradients[same], atol=atol)
         assert view.n_unconverged == 0
-        pose = poses.moved(pose, rng.normal(scale=0.05, size=len(pose)))
+        pose = poses.retract(pose, rng.normal(scale=0.05, size=len(pose)))
 
 
 def test_a_path_is_found_in_the_end_where_the_base_has_jumped():
     """To the other side of a half turn: the kept path goes the long way, and a new search replaces it."""
     skeleton = Skeleton.chain(2)
-    tree, dofs = dofs_of(skeleton, 1, 0.0)
-    poses = poses_of(tree, dofs)
+    X = near_poses(skeleton, 1, 0.0)
+    poses = sample_of(X, skeleton)
     for angle in (2.8, -2.8, 0.1, 3.0):
         pose = np.array([angle, 0.2])
-        np.testing.assert_allclose(poses.view_from(pose, 0.0).lengths, searched(tree, pose, dofs).lengths, rtol=1e-3)
+        np.testing.assert_allclose(poses.linearize(pose, 0.0).lengths, searched(pose, X, skeleton).lengths, rtol=1e-3)
 
 
 def test_at_the_same_base_nothing_moves():
-    tree, dofs = dofs_of(SKELETONS["humanoid"], 6)
-    poses, pose = poses_of(tree, dofs), np.zeros(dofs.shape[1])
-    poses.view_from(pose, 0.0)
+    skeleton = SKELETONS["humanoid"]
+    poses = sample_of(near_poses(skeleton), skeleton)
+    pose = np.zeros(poses.dofs.shape[1])
+    poses.linearize(pose, 0.0)
     nodes = poses.kept.nodes[:, :11].copy()
     assert (poses.kept.n_nodes == 11).all()
-    poses.view_from(pose, 0.0)
+    poses.linearize(pose, 0.0)
     np.testing.assert_allclose(poses.kept.nodes[:, :11], nodes, atol=1e-12)
 
 
 def test_a_kept_path_is_where_the_search_starts():
     """A path that is spoilt leads to a longer curve, or to a new search: it is read."""
-    tree, dofs = dofs_of(SKELETONS["humanoid"], 2)
-    poses, pose = poses_of(tree, dofs), np.zeros(dofs.shape[1])
-    poses.view_from(pose, 0.0)
+    skeleton = SKELETONS["humanoid"]
+    poses = sample_of(near_poses(skeleton, 2), skeleton)
+    pose = np.zeros(poses.dofs.shape[1])
+    poses.linearize(pose, 0.0)
     before = poses.kept.nodes[:, :11].copy()
     poses.kept.nodes[:, 1:10] += 0.01 * np.sin(np.arange(9))[:, None]
-    poses.view_from(pose, 1.0)  # coarsely
+    poses.linearize(pose, 1.0)  # coarsely
     assert 1e-6 < np.abs(poses.kept.nodes[:, :11] - before).max() < 0.1
 
 
@@ -85,21 +88,21 @@ def test_the_mean_is_that_of_new_searches(monkeypatch):
         scale=0.05, size=(15, 3)
     )
     kept = frechet_mean(X, skeleton, metric="geodesic", tol=1e-5)
-    original = _geodesic_view.follow_geodesics
+    original = _geodesic.follow_geodesics
 
     def forgetful(tree, pose, ends, first, last, search, paths, found):
         paths.n_nodes[:] = 0
         original(tree, pose, ends, first, last, search._replace(gradient_norm=TOL), paths, found)
 
-    monkeypatch.setattr(_geodesic_view, "follow_geodesics", forgetful)
+    monkeypatch.setattr(_geodesic, "follow_geodesics", forgetful)
     anew = frechet_mean(X, skeleton, metric="geodesic", tol=1e-5)
     np.testing.assert_allclose(kept.pose, anew.pose, atol=1e-3)
     np.testing.assert_allclose(kept.variance, anew.variance, rtol=1e-4)
 
 
 def test_memory_is_that_of_the_finest_path():
-    tree, dofs = dofs_of(Skeleton.chain(3))
-    kept = poses_of(tree, dofs).kept
+    skeleton = Skeleton.chain(3)
+    kept = sample_of(near_poses(skeleton), skeleton).kept
     assert kept.nodes.shape == (6, kept_paths.MOST_NODES * 10 + 1, 3)
     assert not kept.n_nodes.any()
 
@@ -111,9 +114,7 @@ def test_means_of_hdm05_are_those_of_new_searches(hdm05):
     X = X[np.random.default_rng(0).permutation(len(X))[:12]]
     mean = frechet_mean(X, hdm05.skeleton, metric="geodesic", n_jobs=2)
     assert mean.converged
-    tree = tree_of(hdm05.skeleton)
-    dofs = to_tree_order(tree, X)
-    fresh = searched(tree, to_tree_order(tree, mean.pose), dofs)
+    fresh = searched(to_tree_order(tree_of(hdm05.skeleton), mean.pose), X, hdm05.skeleton)
     np.testing.assert_allclose(mean.variance, (fresh.lengths**2).mean(), rtol=5e-3)
     D = pose_distances(X, skeleton=hdm05.skeleton, metric="geodesic", n_jobs=2)
     assert mean.variance < (D**2).mean(axis=1).min()

@@ -12,6 +12,7 @@ from skpose import position_jacobian as jacobian_of
 from skpose.datasets import make_gait
 from skpose.geodesics import exp_map, log_map
 from skpose.geodesics._logarithm import TangentSpace
+from skpose.metrics import Geodesic
 from skpose.statistics import PoseTangentPCA
 
 ONE_BONE = Skeleton.chain(1)
@@ -44,10 +45,10 @@ def assert_same_joints(X, Y, skeleton, atol=1e-6):
 @pytest.mark.parametrize("n_steps", [2, 10])
 def test_one_bone_moves_on_a_circle(n_steps):
     base, angles = np.array([0.4]), np.array([0.4, 0.9, -1.1, 1.9])
-    velocities = log_map(base, angles[:, None], ONE_BONE, n_steps=n_steps)
+    velocities = log_map(base, angles[:, None], ONE_BONE, metric=Geodesic(n_steps))
     tangent = [-np.sin(0.4), np.cos(0.4), 0.0]
     np.testing.assert_allclose(velocities[:, 0], arc(angles - 0.4, n_steps)[:, None] * tangent, atol=1e-6)
-    np.testing.assert_allclose(exp_map(base, velocities, ONE_BONE, n_steps=n_steps)[:, 0], angles, atol=1e-5)
+    np.testing.assert_allclose(exp_map(base, velocities, ONE_BONE, metric=Geodesic(n_steps))[:, 0], angles, atol=1e-5)
 
 
 def test_a_ball_joint_moves_on_great_circles():
@@ -101,10 +102,10 @@ def test_lengths_are_distances():
 def test_a_part_of_a_logarithm_leads_to_a_pose_of_the_geodesic():
     skeleton = Skeleton.chain(3)
     start, end = np.array([0.2, 0.3, 0.1]), np.array([1.6, -0.4, 0.5])
-    path = geodesic(start, end, skeleton, n_steps=10, tol=0.0).path
-    velocity = log_map(start, end[None], skeleton, n_steps=10)
+    path = geodesic(start, end, skeleton, tol=0.0).path
+    velocity = log_map(start, end[None], skeleton)
     for k in (3, 7):  # with as many chords as are walked: the same chords
-        found = exp_map(start, k / 10 * velocity, skeleton, n_steps=k)[0]
+        found = exp_map(start, k / 10 * velocity, skeleton, metric=Geodesic(k))[0]
         np.testing.assert_allclose(found, path[k], atol=1e-4)
         finer = exp_map(start, k / 10 * velocity, skeleton)
         apart = pose_distances(start[None], finer, skeleton=skeleton, metric="geodesic")[0]
@@ -114,11 +115,11 @@ def test_a_part_of_a_logarithm_leads_to_a_pose_of_the_geodesic():
 def test_the_logarithm_is_the_gradient_of_half_the_squared_distance():
     for skeleton, scale in ((Skeleton.chain(4), 0.4), (ARM, 0.7)):
         base, end = poses_near(skeleton, 2, scale, seed=3)
-        velocity = log_map(base, end[None], skeleton, n_steps=40)[0]
+        velocity = log_map(base, end[None], skeleton, metric=Geodesic(40))[0]
         weights, J = reference.weights(skeleton), jacobian_of(base[None], skeleton)[0]
         for d in range(skeleton.n_dofs):
             moved = base + 1e-3 * np.eye(skeleton.n_dofs)[d] * np.array([[1.0], [-1.0]])
-            near = pose_distances(moved, end[None], skeleton=skeleton, metric="geodesic", n_steps=40)[:, 0]
+            near = pose_distances(moved, end[None], skeleton=skeleton, metric=Geodesic(40))[:, 0]
             slope = 0.5 * (near[0] ** 2 - near[1] ** 2) / 2e-3
             expected = -(velocity * J[:, d].reshape(-1, 3) * weights[:, None]).sum()
             size = lengths(velocity, skeleton) * np.linalg.norm(J[:, d])
@@ -257,9 +258,9 @@ def test_threads_change_no_bit():
 
 def test_too_large_velocities_are_said_in_words():
     with pytest.warns(ConvergenceWarning, match="1 of the 2 geodesics miss a step.*for n_steps=2.*larger n_steps"):
-        found = exp_map([0.0], [[[0.0, 9.0, 0.0]], [[0.0, 0.5, 0.0]]], ONE_BONE, n_steps=2)
+        found = exp_map([0.0], [[[0.0, 9.0, 0.0]], [[0.0, 0.5, 0.0]]], ONE_BONE, metric=Geodesic(2))
     assert np.isfinite(found).all()
-    exp_map([0.0], [[[0.0, 9.0, 0.0]]], ONE_BONE, n_steps=20)
+    exp_map([0.0], [[[0.0, 9.0, 0.0]]], ONE_BONE, metric=Geodesic(20))
 
 
 def test_geodesics_that_did_not_converge_are_counted(monkeypatch):
@@ -289,8 +290,8 @@ def test_errors_are_in_the_users_words():
     with pytest.raises(ValueError, match="poses"):
         log_map([0.0, 0.0], [[0.0, 0.0, 0.0]], chain)
     for function, argument in ((log_map, [[0.0, 0.0]]), (exp_map, np.zeros((1, 2, 3)))):
-        with pytest.raises(ValueError, match="'n_steps' parameter"):
-            function([0.0, 0.0], argument, chain, n_steps=1)
+        with pytest.raises(ValueError, match="n_steps must be 2 or more, got 1"):
+            function([0.0, 0.0], argument, chain, metric=Geodesic(1))
         with pytest.warns(UserWarning, match="degrees"):
             function([90.0, 45.0], argument, chain)
 
@@ -310,8 +311,8 @@ def test_positions_of_the_example_are_those_of_forward_kinematics():
 def test_two_chords_of_a_circle_are_enough(angle):
     """The first chord has its length, though its tangential part is near the largest that there is."""
     arm = Skeleton.chain(1)
-    velocity = log_map([0.4], [[0.4 + angle]], arm, n_steps=2)
-    np.testing.assert_allclose(exp_map([0.4], velocity, arm, n_steps=2), [[0.4 + angle]], atol=1e-6)
+    velocity = log_map([0.4], [[0.4 + angle]], arm, metric=Geodesic(2))
+    np.testing.assert_allclose(exp_map([0.4], velocity, arm, metric=Geodesic(2)), [[0.4 + angle]], atol=1e-6)
 
 
 def test_velocities_that_no_joint_can_have_lead_nowhere():

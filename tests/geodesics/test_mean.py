@@ -11,7 +11,8 @@ from sklearn.exceptions import ConvergenceWarning
 
 from skpose import Skeleton, forward_kinematics, geodesic, pose_distances, position_jacobian
 from skpose.datasets import make_gait
-from skpose.geodesics import _descent, _geodesic_view, frechet_mean
+from skpose.geodesics import _descent, frechet_mean
+from skpose.metrics import Geodesic, _geodesic
 
 METRICS = ["position", "geodesic"]
 ONE_BONE = Skeleton.chain(1)
@@ -43,7 +44,7 @@ def test_one_bone_has_the_mean_direction():
     extrinsic = frechet_mean(angles[:, None], ONE_BONE, sample_weight=weights)
     direction = np.arctan2(weights @ np.sin(angles), weights @ np.cos(angles))
     np.testing.assert_allclose(extrinsic.pose, [direction], atol=1e-9)
-    intrinsic = frechet_mean(angles[:, None], ONE_BONE, metric="geodesic", sample_weight=weights, n_steps=40, tol=1e-5)
+    intrinsic = frechet_mean(angles[:, None], ONE_BONE, metric=Geodesic(40), sample_weight=weights, tol=1e-5)
     np.testing.assert_allclose(intrinsic.pose, [np.average(angles, weights=weights)], atol=1e-3)
     np.testing.assert_allclose(
         intrinsic.variance, np.average((angles - intrinsic.pose) ** 2, weights=weights), rtol=1e-3
@@ -96,8 +97,8 @@ def test_bones_keep_their_lengths_as_the_mean_of_positions_does_not(metric):
 def test_the_intrinsic_mean_of_two_poses_is_the_middle_of_the_geodesic():
     skeleton, X = swing()
     a, b = X[3], X[17]
-    mean = frechet_mean([a, b], skeleton, metric="geodesic", n_steps=40, tol=1e-5)
-    path = geodesic(a, b, skeleton, n_steps=40)
+    mean = frechet_mean([a, b], skeleton, metric=Geodesic(40), tol=1e-5)
+    path = geodesic(a, b, skeleton, metric=Geodesic(40))
     half = forward_kinematics(path.resample(3)[1:2], skeleton)
     np.testing.assert_allclose(forward_kinematics(mean.pose[None], skeleton), half, atol=0.01)
     np.testing.assert_allclose(mean.variance, path.length**2 / 4, rtol=5e-3)
@@ -117,10 +118,8 @@ def test_weights_count_poses(metric):
 def test_poses_of_weight_zero_cost_nothing(metric, monkeypatch):
     """They are no poses of the mean: it is that of the others bit for bit, with as many geodesics."""
     n_geodesics = []
-    followed = _geodesic_view.follow_geodesics
-    monkeypatch.setattr(
-        _geodesic_view, "follow_geodesics", lambda *a: (n_geodesics.append(a[4] - a[3]), followed(*a))[1]
-    )
+    followed = _geodesic.follow_geodesics
+    monkeypatch.setattr(_geodesic, "follow_geodesics", lambda *a: (n_geodesics.append(a[4] - a[3]), followed(*a))[1])
     skeleton, X = swing(12)
     weights = np.random.default_rng(0).integers(0, 3, 12)
     assert (weights == 0).sum() > 2
@@ -146,7 +145,7 @@ class Poses(NamedTuple):
     dofs: np.ndarray = np.zeros((7, 1))
     is_uneven: bool = True
 
-    def moved(self, pose, step):
+    def retract(self, pose, step):
         return pose + step
 
 
@@ -223,8 +222,9 @@ def test_results_compare_by_identity():
     assert len({one, other}) == 2
 
 
-def test_wrap_auto_wraps():
-    means = [frechet_mean([[0.0], [6.0]], ONE_BONE, metric="geodesic", wrap=wrap) for wrap in ("auto", True, False)]
+def test_geodesics_wrap_unless_they_are_told_not_to():
+    metrics = ("geodesic", Geodesic(wrap=True), Geodesic(wrap=False))
+    means = [frechet_mean([[0.0], [6.0]], ONE_BONE, metric=metric) for metric in metrics]
     assert means[0].variance == means[1].variance < 0.03
     assert means[2].variance > 8
 
@@ -264,7 +264,7 @@ def test_warns_when_it_does_not_converge():
         ({"X": np.zeros((2, 5))}, ValueError, "X has 5 columns, but the skeleton has 3 degrees of freedom"),
         ({"X": np.zeros((0, 3))}, ValueError, "minimum of 1 is required"),
         ({"X": [[np.nan, 0, 0]]}, ValueError, "Input X contains NaN"),
-        ({"metric": "auto"}, ValueError, "'metric' parameter of frechet_mean must be a str among"),
+        ({"metric": "cosine"}, ValueError, "'metric' parameter of frechet_mean must be a str among"),
         (
             {"sample_weight": [1, 2]},
             ValueError,

@@ -9,6 +9,7 @@ from sklearn.exceptions import ConvergenceWarning
 
 from skpose import Skeleton, forward_kinematics, pose_distances
 from skpose.geodesics import frechet_mean
+from skpose.metrics import Angle
 
 ALL = ["angle", "position", "rotation", "spatial", "geodesic"]
 NEW = ["angle", "rotation", "spatial"]
@@ -37,10 +38,10 @@ def test_the_mean_under_angle_is_that_of_the_columns():
 
 def test_wrapped_angles_have_a_mean_on_the_circle():
     X = np.array([[3.0], [-3.0], [2.9]])
-    plain, wrapped = (frechet_mean(X, Skeleton.chain(1), metric="angle", wrap=wrap) for wrap in ("auto", True))
+    plain, wrapped = (frechet_mean(X, Skeleton.chain(1), metric=metric) for metric in ("angle", Angle(wrap=True)))
     np.testing.assert_allclose(plain.pose, X.mean(axis=0))
     np.testing.assert_allclose(wrapped.pose % (2 * np.pi), [(3.0 + 2 * np.pi - 3.0 + 2.9) / 3], atol=1e-3)
-    distances = pose_distances(wrapped.pose[None], X, metric="angle", wrap=True)
+    distances = pose_distances(wrapped.pose[None], X, metric=Angle(wrap=True))
     np.testing.assert_allclose(wrapped.variance, (distances**2).mean())
 
 

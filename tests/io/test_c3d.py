@@ -191,6 +191,11 @@ def test_what_only_the_header_states():
     assert markers.frame_rate == 100
 
 
+def test_analog_channels_that_only_the_header_states():
+    data = written(analog=np.ones((20, 4, 2))).replace(b"\x04\x02USED", b"\x04\x02LOST")
+    np.testing.assert_array_equal(load(data).positions, load(written()).positions)
+
+
 def test_every_shorter_file_is_refused():
     """ezc3d takes most of these for whole files, with fewer frames."""
     data = written()

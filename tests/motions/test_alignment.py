@@ -8,6 +8,7 @@ from sklearn.exceptions import ConvergenceWarning
 
 from skpose import Bone, Motion, Skeleton, forward_kinematics, motion_distances, pose_distances
 from skpose.datasets import MotionDataset, humanoid, make_gait
+from skpose.metrics import Angle, Geodesic, Spatial
 from skpose.metrics._registry import METRICS
 from skpose.motions import JointDifference, MotionIndex, align_motions, find_motion
 
@@ -24,10 +25,10 @@ def two_motions(skeleton, n=9, m=12, seed=0, dtype=np.float64):
 
 @pytest.mark.parametrize("dtype", ["float64", "float32"])
 @pytest.mark.parametrize("alignment", ["dtw", "subsequence"])
-@pytest.mark.parametrize("metric", METRICS)
+@pytest.mark.parametrize("metric", ["angle", "position", "rotation", Spatial(4), Geodesic(4)])
 def test_the_distance_is_that_of_motion_distances_to_the_last_bit(metric, alignment, dtype):
     a, b = two_motions(SKELETONS["mixed joints"], 7, 10, dtype=dtype)
-    parameters = {"skeleton": SKELETONS["mixed joints"], "metric": metric, "alignment": alignment, "n_steps": 4}
+    parameters = {"skeleton": SKELETONS["mixed joints"], "metric": metric, "alignment": alignment}
     found = align_motions(a, b, **parameters)
     expected = motion_distances([a], [b], **parameters)[0, 0]
     assert expected.dtype == dtype
@@ -35,15 +36,15 @@ def test_the_distance_is_that_of_motion_distances_to_the_last_bit(metric, alignm
     n_counted = len(a) if alignment == "subsequence" else len(a) + len(b)
     rounding = 1e-6 if dtype == "float32" else 1e-13
     np.testing.assert_allclose(found.distances.sum(dtype=float) / n_counted, found.distance, rtol=rounding)
-    assert found.metric == metric
+    assert found.metric == (METRICS[metric]() if isinstance(metric, str) else metric)
 
 
 def test_geodesics_are_added_before_they_are_rounded():
     """They are computed in float64 in any case; rounded to float32 first, some of these sums would differ."""
     for seed in range(20):
         a, b = two_motions(ARM, 3, 4, seed=seed, dtype="float32")
-        found = align_motions(a, b, skeleton=ARM, metric="geodesic", n_steps=2)
-        assert found.distance == float(motion_distances([a], [b], skeleton=ARM, metric="geodesic", n_steps=2)[0, 0])
+        found = align_motions(a, b, skeleton=ARM, metric=Geodesic(2))
+        assert found.distance == float(motion_distances([a], [b], skeleton=ARM, metric=Geodesic(2))[0, 0])
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -128,7 +129,7 @@ def test_rotations_do_not_depend_on_the_numbers_of_a_rotation():
     ball = align_motions(one, two, metric="rotation")
     np.testing.assert_array_equal(ball.path, euler.path)
     np.testing.assert_allclose(ball.joint_rotations, euler.joint_rotations, atol=1e-7)
-    turned = align_motions(a, b + 2 * np.pi, skeleton=skeleton, metric="rotation", wrap=False)
+    turned = align_motions(a, b + 2 * np.pi, skeleton=skeleton, metric="rotation")
     np.testing.assert_allclose(turned.joint_rotations, euler.joint_rotations, atol=1e-7)
 
 
@@ -200,7 +201,7 @@ def test_without_a_skeleton_there_are_no_joints():
     with pytest.raises(ValueError, match="no skeleton and so no joints: pass skeleton= to align_motions"):
         found.joint_differences()
     with pytest.warns(UserWarning, match='without a skeleton means "angle"'):
-        assert align_motions(a, b).metric == "angle"
+        assert align_motions(a, b).metric == Angle()
     known = align_motions(a, b, metric="angle", skeleton=ARM)
     assert known.joint_distances.shape == (len(known.path), 2)
 
@@ -213,7 +214,7 @@ def test_motions_are_compared_on_their_mean_skeleton():
     np.testing.assert_array_equal(found.a, first.angles)
     np.testing.assert_array_equal(found.b, second.angles)
     assert found.distance == motion_distances([first], [second])[0, 0]
-    assert found.metric == "spatial"
+    assert found.metric == Spatial()
     other = align_motions(first, second, skeleton=humanoid())
     assert other.skeleton == humanoid()
 
@@ -239,9 +240,9 @@ def test_unconverged_geodesics_are_counted():
     rng = np.random.default_rng(0)
     a, b = rng.uniform(-3, 3, size=(2, 12, 6))
     with pytest.warns(ConvergenceWarning) as expected:
-        motion_distances([a], [b], skeleton=skeleton, metric="geodesic", n_steps=2)
+        motion_distances([a], [b], skeleton=skeleton, metric=Geodesic(2))
     with pytest.warns(ConvergenceWarning) as found:
-        align_motions(a, b, skeleton=skeleton, metric="geodesic", n_steps=2)
+        align_motions(a, b, skeleton=skeleton, metric=Geodesic(2))
     assert str(found[0].message) == str(expected[0].message)
 
 
@@ -305,7 +306,7 @@ DATASET = MotionDataset([MOTION, MOTION])
         ),
         (lambda: align_motions(A, B[:, :1], metric="angle"), ValueError, "^a has 2 columns and b has 1"),
         (lambda: align_motions(A, B[:, :1], skeleton=ARM), ValueError, "^b has 1 columns, but the skeleton has 2"),
-        (lambda: align_motions(A, B, metric="spatial"), ValueError, 'metric="spatial" needs a skeleton'),
+        (lambda: align_motions(A, B, metric="spatial"), ValueError, "the metric 'spatial' needs a skeleton"),
         (lambda: align_motions(A, B * np.nan, skeleton=ARM), ValueError, "^Input b contains NaN"),
         (
             lambda: align_motions(A, B, skeleton=ARM, alignment="subsequence", window=0.5),

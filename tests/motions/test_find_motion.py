@@ -6,7 +6,8 @@ from conftest import in_turns
 
 from skpose import Motion, Skeleton, pose_distances
 from skpose.datasets import MotionDataset, make_gait
-from skpose.metrics._registry import METRICS, resolve
+from skpose.metrics import Spatial
+from skpose.metrics._registry import METRICS
 from skpose.motions import MotionIndex, MotionMatch, find_motion
 from skpose.motions._index import SequenceIndex
 from skpose.motions._inputs import Sequences
@@ -99,8 +100,7 @@ def test_long_recordings_are_scanned_in_parts(recordings, monkeypatch):
 
 def test_brute_force_where_it_takes_less_time(recordings, monkeypatch):
     query = recordings[6][40:70] + 0.01
-    _, _, steps = resolve("spatial", ARM, 10, "auto")
-    index = SequenceIndex(Sequences.of(recordings), ARM, "spatial", steps)
+    index = SequenceIndex(Sequences.of(recordings), ARM, Spatial())
     searched, computed = WindowSearch(index, 1), WindowSearch(index, 1)
     expected = searched.best(query, 3)
     monkeypatch.setattr("skpose.motions._windows.WORK_PER_WINDOW", np.inf)
@@ -134,8 +134,7 @@ def test_few_cells_are_measured():
     query = np.array([1.0, -0.7, 0.4]) * np.sin(np.linspace(0, 2 * np.pi, 60))[:, None]
     waves += [query * rng.uniform(0.9, 1.1) for _ in range(10)]
     recording = np.concatenate([waves[i] for i in rng.permutation(100)])
-    _, _, steps = resolve("spatial", ARM, 10, "auto")
-    search = WindowSearch(SequenceIndex(Sequences.of([recording]), ARM, "spatial", steps), 1)
+    search = WindowSearch(SequenceIndex(Sequences.of([recording]), ARM, Spatial()), 1)
     windows = search.best(query, 10)
     assert len(windows) == 10
     assert search.evaluations.cells < 0.05 * len(query) * len(recording)

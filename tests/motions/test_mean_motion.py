@@ -237,7 +237,7 @@ def test_warns_of_degrees():
         (swings(), {}, "mean_motion needs a skeleton to place the joints, got arrays and skeleton=None"),
         (swings()[0], {"skeleton": ARM}, "pass [motions] for one motion"),
         ([], {"skeleton": ARM}, "got none"),
-        (swings(), {"skeleton": ARM, "metric": "spatial"}, "'metric' parameter of mean_motion must be a str among"),
+        (swings(), {"skeleton": ARM, "metric": "spatial"}, "mean_motion needs means by descent"),
         (swings(), {"skeleton": ARM, "n_frames": 0}, "'n_frames' parameter of mean_motion must be an int in the range"),
         (swings(), {"skeleton": Skeleton.chain(2)}, "3 columns"),
     ],

@@ -12,10 +12,10 @@ from conftest import SKELETONS, in_turns, random_tree
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose import Skeleton, motion_distances, pose_distances
-from skpose._compiled.pose.tree import Steps
 from skpose._compiled.warping.paths import Paths, accumulate
 from skpose._parallel.backends import from_workers
 from skpose._parallel.progress import report_to
+from skpose.metrics import Geodesic, Spatial
 from skpose.metrics._convergence import Unconverged
 from skpose.metrics._matrix import DistanceMatrix
 from skpose.metrics._registry import METRICS
@@ -60,7 +60,7 @@ def test_the_definition(metric, alignment):
     D = motion_distances(A, B, **parameters)
     np.testing.assert_allclose(D, plain(A, B, skeleton, metric, alignment=alignment), rtol=1e-10)
     if metric != "geodesic":  # whose definition is a search for the shortest curve
-        wrap = METRICS[metric].wraps is True
+        wrap = metric == "spatial"
         expected = reference.motion_distances(A, B, skeleton, metric, kind=alignment, wrap=wrap)
         np.testing.assert_allclose(D, expected, rtol=1e-10)
 
@@ -236,8 +236,8 @@ def test_metric_parameters_arrive():
     a, b = [A[0]], [A[1] + turn]
     wrapped = motion_distances(a, b, skeleton=TREE)
     np.testing.assert_allclose(wrapped, motion_distances(A[:1], A[1:], skeleton=TREE), rtol=1e-9)
-    assert (motion_distances(a, b, skeleton=TREE, wrap=False) > 2 * wrapped).all()
-    coarse = motion_distances(A[:1], [A[1] + 1.0], skeleton=TREE, n_steps=1)
+    assert (motion_distances(a, b, skeleton=TREE, metric=Spatial(wrap=False)) > 2 * wrapped).all()
+    coarse = motion_distances(A[:1], [A[1] + 1.0], skeleton=TREE, metric=Spatial(1))
     np.testing.assert_allclose(coarse, motion_distances(A[:1], [A[1] + 1.0], skeleton=TREE, metric="position"))
     assert (coarse < motion_distances(A[:1], [A[1] + 1.0], skeleton=TREE)).all()
 
@@ -265,17 +265,17 @@ def test_unconverged_geodesics_are_counted_once_and_warned_of(alignment, monkeyp
 @pytest.mark.parametrize("window", [None, 0.4])
 def test_as_many_geodesics_did_not_converge_as_there_are_such_pairs_of_frames(window):
     """Those of pairs of frames that are requested, and not of what else is in their group of lanes."""
-    skeleton, rng, steps = SKELETONS["ball joints"], np.random.default_rng(0), Steps.of(2, True)
+    skeleton, rng, metric = SKELETONS["ball joints"], np.random.default_rng(0), Geodesic(2)
     a, b = (rng.uniform(-3, 3, size=(n, skeleton.n_dofs)) for n in (3, 4))
 
     def unconverged(matrix):
-        return Unconverged.joined(matrix.written(None, 1)[1])
+        return Unconverged.joined(matrix.write(None, 1)[1])
 
     pairs = [(i, j) for i in range(3) for j in range(4) if window is None or abs(i / 2 - j / 3) <= window]
-    each = [unconverged(DistanceMatrix(a[[i]], b[[j]], "geodesic", skeleton, steps)) for i, j in pairs]
+    each = [unconverged(DistanceMatrix(a[[i]], b[[j]], metric, skeleton)) for i, j in pairs]
     expected = Unconverged.joined(each)
     assert expected.count > 0
-    matrix = MotionMatrix(Sequences.of([a]), Sequences.of([b, b]), "geodesic", skeleton, steps, window=window)
+    matrix = MotionMatrix(Sequences.of([a]), Sequences.of([b, b]), metric, skeleton, window=window)
     assert unconverged(matrix) == (2 * expected.count, expected.gap)
 
 
@@ -339,7 +339,7 @@ def test_the_same_call_continues_where_it_stopped(tmp_path, alignment, triangle,
 @pytest.mark.parametrize(
     ("other", "name"),
     [
-        ({"metric": "position"}, "metric, n_steps or wrap"),
+        ({"metric": "position"}, "metric or parameters of it"),
         ({"alignment": "subsequence"}, "alignment, window or normalize"),
         ({"window": 0.3}, "alignment, window or normalize"),
         ({"normalize": False}, "alignment, window or normalize"),

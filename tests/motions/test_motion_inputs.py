@@ -12,6 +12,7 @@ from scipy.sparse import csr_array
 
 from skpose import Motion, Skeleton, forward_kinematics, motion_distances
 from skpose.datasets import MotionDataset, make_gait
+from skpose.metrics import Spatial
 from skpose.motions._inputs import check_motion, check_motions, check_single_motions
 
 CHAIN = Skeleton.chain(2)
@@ -219,7 +220,7 @@ def test_widths_without_a_skeleton():
         motion_distances([A[0], wide], metric="angle")
     with pytest.raises(ValueError, match="A has 2 columns and B has 3; poses of one skeleton"):
         motion_distances(A, [wide], metric="angle")
-    with pytest.raises(ValueError, match='metric="position" needs a skeleton'):
+    with pytest.raises(ValueError, match="the metric 'position' needs a skeleton"):
         motion_distances(A, metric="position")
 
 
@@ -234,7 +235,7 @@ def test_widths_without_a_skeleton():
         ({"alignment": "frames"}, r"equal length, but A\[0\] has 5 frames and A\[1\] 7: resample them, or take"),
         ({"alignment": "frames", "B": A[1:], "A": A[:1]}, r"A\[0\] has 5 frames and B\[0\] 7"),
         ({"metric": "euclidean"}, "'metric' parameter"),
-        ({"n_steps": 0}, "'n_steps' parameter"),
+        ({"metric": Spatial(0)}, "'n_steps' parameter of Spatial"),
         ({"normalize": "yes"}, "'normalize' parameter"),
     ],
 )

@@ -15,6 +15,7 @@ from skpose import MotionKNeighborsTransformer, Skeleton, motion_distances, pose
 from skpose._compiled.warping.paths import Paths
 from skpose._parallel.backends import from_workers
 from skpose.datasets import make_gait
+from skpose.metrics import Spatial
 from skpose.metrics._registry import METRICS, resolve
 from skpose.motions._bounds import CLOSED, Bounds
 from skpose.motions._index import FRAMES_PER_BOX, SequenceIndex
@@ -137,8 +138,7 @@ def test_most_motions_are_not_aligned():
 @pytest.mark.parametrize("window", [1.0, 0.1])
 def test_every_bound_is_a_lower_bound(metric, window):
     motions, queries = smooth_motions(40, 40, seed=8), smooth_motions(6, 40, seed=9)
-    _, _, steps = resolve(metric, ARM, 10, "auto")
-    index = SequenceIndex(Sequences.of(motions), ARM, metric, steps)
+    index = SequenceIndex(Sequences.of(motions), ARM, resolve(metric, ARM))
     sums = motion_distances(queries, motions, skeleton=ARM, metric=metric, window=window, normalize=False)
     everything = np.arange(len(motions))
     closed = motion_distances(queries, motions, skeleton=ARM, metric=metric, normalize=False)
@@ -160,8 +160,7 @@ def test_bounds_of_frames_and_boxes_hold_cell_by_cell(metric, scale):
     arm, rng = Skeleton(bones), np.random.default_rng(0)
     motions = [np.concatenate([one, one + 1e-7 * rng.normal(size=one.shape)]) for one in smooth_motions(4, 4, seed=16)]
     query = motions[0] + 1e-6
-    _, _, steps = resolve(metric, arm, 10, "auto")
-    index = SequenceIndex(Sequences.of(motions), arm, metric, steps)
+    index = SequenceIndex(Sequences.of(motions), arm, resolve(metric, arm))
     bounds, frames = Bounds(index, query), index.sequences.poses
     distances = pose_distances(query, frames, skeleton=arm, metric=metric)
     size = scale * 1e-9
@@ -177,8 +176,7 @@ def test_bounds_of_frames_and_boxes_hold_cell_by_cell(metric, scale):
 def test_bounds_are_tight_on_motions_of_people():
     gait = make_gait(n_subjects=3, n_sequences=1, duration=2, frame_rate=24, random_state=0)
     motions = [motion.angles for motion in gait]
-    _, _, steps = resolve("spatial", gait.skeleton, 10, "auto")
-    index = SequenceIndex(Sequences.of(motions), gait.skeleton, "spatial", steps)
+    index = SequenceIndex(Sequences.of(motions), gait.skeleton, Spatial())
     sums = motion_distances(gait, normalize=False)
     for query, expected in zip(motions, sums, strict=True):
         bounds = Bounds(index, query)
@@ -189,15 +187,14 @@ def test_bounds_are_tight_on_motions_of_people():
 @pytest.mark.parametrize("window", [1.0, 0.1])
 def test_an_alignment_up_to_a_limit_is_exact_or_infinite(window):
     motions, queries = smooth_motions(20, 60, seed=10), smooth_motions(4, 60, seed=11)
-    _, _, steps = resolve("spatial", ARM, 10, "auto")
-    index = SequenceIndex(Sequences.of(motions), ARM, "spatial", steps)
+    index = SequenceIndex(Sequences.of(motions), ARM, Spatial())
     sums = motion_distances(queries, motions, skeleton=ARM, window=window, normalize=False)
     for query, row in zip(queries, sums, strict=True):
         bounds = Bounds(index, query)
         for with_bounds in (bounds, None):
             for factor in (0.5, 0.999, 1.0, 1.5):
                 aligner = Aligner(index, Paths(window, False))
-                codes = aligner.encoded(query)
+                codes = aligner.encode(query)
                 for i, expected in enumerate(row):
                     start, stop = index.sequences.starts[i : i + 2]
                     found, _ = aligner.ends(codes, start, stop, with_bounds, factor * expected)

@@ -23,6 +23,7 @@ from skpose import (
     pose_distances,
 )
 from skpose.datasets import MotionDataset, make_gait
+from skpose.metrics import Angle, Spatial
 
 ARM = Skeleton.chain(3)
 WEIGHTED = ARM.with_weights([0.2, 1.0, 2.0])
@@ -66,8 +67,8 @@ def test_distances_are_those_of_dynamic_time_warping(motions):
     [
         {},
         {"metric": "rotation", "window": 0.2},
-        {"alignment": "subsequence", "n_steps": 3},
-        {"metric": "angle", "wrap": True, "n_jobs": 2},
+        {"alignment": "subsequence", "metric": Spatial(3)},
+        {"metric": Angle(wrap=True), "n_jobs": 2},
     ],
     ids=str,
 )
@@ -78,8 +79,9 @@ def test_distances_are_those_of_motion_distances(motions, parameters):
     among = motion_distances(motions[:4], skeleton=ARM, **parameters)
     np.testing.assert_array_equal(transformer.fit_transform(motions[:4]), among)
     again = motion_distances(
-        motions, motions[:4], skeleton=ARM, metric=transformer.effective_metric_, **transformer.effective_metric_params_
-    )
+        motions, motions[:4], skeleton=ARM, metric=transformer.metric_, alignment=transformer.alignment_,
+        window=transformer.window_,
+    )  # fmt: skip
     np.testing.assert_array_equal(again, expected)
     assert transformer.n_samples_fit_ == 4
     assert list(transformer.get_feature_names_out()) == [f"motiondistancetransformer{i}" for i in range(4)]
@@ -133,7 +135,7 @@ def test_rows_are_motions_of_one_frame(motions):
 def test_the_skeleton_and_the_frame_rate_of_motions_are_learnt(gait):
     fitted = MotionDistanceTransformer().fit(gait)
     assert fitted.skeleton_ == gait.skeleton
-    assert (fitted.effective_metric_, fitted.frame_rate_, fitted.n_features_in_) == ("spatial", 12, 42)
+    assert (fitted.metric_, fitted.frame_rate_, fitted.n_features_in_) == (Spatial(), 12, 42)
     np.testing.assert_array_equal(fitted.transform(gait), motion_distances(gait, list(gait), skeleton=gait.skeleton))
     for other in (list(gait), gait.motions):
         np.testing.assert_array_equal(MotionDistanceTransformer().fit_transform(other), motion_distances(gait))
@@ -227,7 +229,13 @@ def test_clones_and_pickles(motions):
 
 @pytest.mark.parametrize(
     "change",
-    [{"window": 0.1}, {"alignment": "subsequence"}, {"metric": "angle"}, {"skeleton": WEIGHTED}, {"n_steps": 2}],
+    [
+        {"window": 0.1},
+        {"alignment": "subsequence"},
+        {"metric": "angle"},
+        {"skeleton": WEIGHTED},
+        {"metric": Spatial(2)},
+    ],
     ids=str,
 )
 def test_parameters_that_change_after_fit_change_nothing(motions, change):
@@ -247,7 +255,7 @@ def test_motions_that_change_after_fit_change_nothing(motions):
 
 def test_geodesics_that_do_not_converge_are_said_once(motions, monkeypatch):
     monkeypatch.setattr(
-        "skpose.motions._matrix.MotionMatrix.written", lambda self, *_: (np.zeros(self.shape), [(2, 0.5)])
+        "skpose.motions._matrix.MotionMatrix.write", lambda self, *_: (np.zeros(self.shape), [(2, 0.5)])
     )
     transformer = MotionDistanceTransformer(ARM, metric="geodesic").fit(motions)
     with pytest.warns(UserWarning, match="2 of 1156 geodesics did not converge") as caught:

@@ -237,7 +237,7 @@ def test_warns_of_degrees():
     ("given", "options", "expected"),
     [
         ([exercise(9), exercise(9)], {"skeleton": ARM}, "motion must be one motion, a skpose.Motion or an array"),
-        (exercise(9), {"metric": "position"}, 'metric="position" needs a skeleton'),
+        (exercise(9), {"metric": "position"}, "the metric 'position' needs a skeleton"),
         (exercise(9), {"skeleton": humanoid()}, "3 columns"),
         (
             exercise(9),

@@ -10,6 +10,7 @@ from conftest import SKELETONS
 from sklearn.decomposition import PCA
 
 from skpose import Motion, Skeleton, SpatialMDS, forward_kinematics, geodesic, plot, pose_distances
+from skpose.metrics import Spatial
 from skpose.motions import mean_motion
 from skpose.plot import (
     AlignmentDisplay,
@@ -316,7 +317,7 @@ def test_a_matrix_has_borders_between_sequences_and_names_in_their_middle():
 
 def test_a_geodesic_is_drawn_with_the_line_and_the_ratio_of_their_lengths():
     path = shortest_path()
-    line = pose_distances([START], [END], skeleton=ARM, n_steps=len(path.path) - 1)[0, 0]
+    line = pose_distances([START], [END], skeleton=ARM, metric=Spatial(len(path.path) - 1))[0, 0]
     display = GeodesicDisplay.from_geodesic(path, ARM, resolution=5)
     np.testing.assert_allclose(display.ratio_, path.length / line, rtol=1e-12)
     straight, curve = (np.stack(drawn.get_data(), axis=1) for drawn in display.ax_.lines)

@@ -15,6 +15,7 @@ from skpose import Skeleton, forward_kinematics, pose_distances
 from skpose.datasets import make_gait
 from skpose.geodesics import frechet_mean
 from skpose.geodesics._weightings import WeightedMeans
+from skpose.metrics import Angle, Geodesic, Spatial
 from skpose.statistics import PoseKernelRegressor
 
 ARM = Skeleton.chain(3)
@@ -90,12 +91,12 @@ def test_positions_do_not_depend_on_the_numbers_of_the_file():
     np.testing.assert_allclose(F[2], F[0], rtol=0, atol=1e-6)
 
 
-@pytest.mark.parametrize("metric", ["rotation", "spatial", "geodesic"])
+@pytest.mark.parametrize("metric", ["rotation", Spatial(8), Geodesic(8)])
 def test_it_is_the_mean_of_the_metric(metric, data):
     X, y, queries, _ = data
-    predicted = PoseKernelRegressor(ARM, gamma=2.0, metric=metric, n_steps=8).fit(X, y).predict(queries[:2])
+    predicted = PoseKernelRegressor(ARM, gamma=2.0, metric=metric).fit(X, y).predict(queries[:2])
     for pose, weights in zip(predicted, kernel(queries[:2], X, 2.0), strict=True):
-        mean = frechet_mean(y, ARM, metric=metric, n_steps=8, sample_weight=weights)
+        mean = frechet_mean(y, ARM, metric=metric, sample_weight=weights)
         apart = pose_distances(pose[None], mean.pose[None], skeleton=ARM, metric="position").item()
         assert apart < 5e-3 * mean.variance**0.5
 
@@ -103,7 +104,7 @@ def test_it_is_the_mean_of_the_metric(metric, data):
 def test_wrapped_angles_may_jump_by_whole_turns(data):
     X, y, queries, _ = data
     turns = 2 * np.pi * np.random.default_rng(1).integers(-2, 3, size=y.shape)
-    model = PoseKernelRegressor(metric="angle", wrap=True, gamma=1.0)
+    model = PoseKernelRegressor(metric=Angle(wrap=True), gamma=1.0)
     plain, jumping = model.fit(X, y).predict(queries), model.fit(X, y + turns).predict(queries)
     np.testing.assert_allclose(np.exp(1j * jumping), np.exp(1j * plain), rtol=0, atol=1e-9)
     literal = PoseKernelRegressor(metric="angle", gamma=1.0).fit(X, y).predict(queries)
@@ -263,7 +264,7 @@ def test_targets_are_checked_as_poses(data):
             call(X, 100 * y)
     with pytest.raises(ValueError, match="y must have shape"):
         model.fit(X, y.reshape(-1, 3, 1))
-    with pytest.raises(ValueError, match='metric="position" needs a skeleton'):
+    with pytest.raises(ValueError, match="the metric 'position' needs a skeleton"):
         PoseKernelRegressor(metric="position").fit(X, y)
     with pytest.warns(UserWarning, match='"auto" without a skeleton means "angle"'):
         PoseKernelRegressor().fit(X, y)

@@ -13,6 +13,7 @@ from skpose import Bone, Motion, Skeleton, forward_kinematics, pose_distances
 from skpose import position_jacobian as jacobian_of
 from skpose.datasets import make_gait
 from skpose.geodesics import frechet_mean, log_map
+from skpose.metrics import Geodesic
 from skpose.skeleton import _chart
 from skpose.statistics import PoseTangentPCA
 
@@ -309,7 +310,7 @@ def test_errors_are_in_the_users_words():
         with pytest.raises(ValueError, match="minimum of 2 is required"):
             PoseTangentPCA(CHAIN, metric=metric).fit(X[:1])
     for metric in ("position", "geodesic"):
-        with pytest.raises(ValueError, match=f'metric="{metric}" needs a skeleton'):
+        with pytest.raises(ValueError, match=f"the metric '{metric}' needs a skeleton"):
             PoseTangentPCA(metric=metric).fit(X)
     for n_components in (0, 1.0, -0.5, "mle"):
         with pytest.raises(ValueError, match="'n_components' parameter of PoseTangentPCA must be"):
@@ -329,7 +330,7 @@ def test_warnings_are_in_the_users_words(monkeypatch):
     X = poses_of(CHAIN)
     with pytest.warns(UserWarning, match='"auto" without a skeleton means "angle"'):
         PoseTangentPCA().fit(X)
-    pca = PoseTangentPCA(CHAIN, n_components=1, metric="geodesic", n_steps=2).fit(X[:8])
+    pca = PoseTangentPCA(CHAIN, n_components=1, metric=Geodesic(2)).fit(X[:8])
     with pytest.warns(
         ConvergenceWarning, match="1 of the 2 poses are too far from the mean for n_steps=2.*raise n_steps"
     ):

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from skpose import Bone, Skeleton, geodesic, pose_distances
 from skpose.kinematics._forward import weighted_positions
+from skpose.metrics import Geodesic, Spatial
 from skpose.skeleton._continuity import without_jumps
 
 pytestmark = pytest.mark.slow
@@ -79,7 +80,7 @@ def test_a_geodesic_is_no_longer_than_the_line(numbers):
     """Four chords of an arc are too few, and those of finer paths are longer."""
     arm, ends = Skeleton.chain(1), [[-1.5], [1.5]]
     found = numbers.geodesic(arm, ends, {"chords": 4})
-    line = pose_distances(*np.array(ends)[:, None], skeleton=arm, metric="spatial", n_steps=4)[0, 0]
+    line = pose_distances(*np.array(ends)[:, None], skeleton=arm, metric=Spatial(4))[0, 0]
     np.testing.assert_allclose(found["length"], line, rtol=1e-12)
 
 
@@ -165,7 +166,7 @@ def test_chords_and_refinements_are_those_that_are_asked_for(numbers):
     arm = Skeleton.chain(3)
     a, b = [0.2, 0.3, 0.0], [2.4, 0.2, 0.1]
     found = numbers.geodesic(arm, [a, b], {"chords": 20})
-    np.testing.assert_allclose(found["length"], geodesic(a, b, arm, n_steps=20).length, rtol=1e-5)
+    np.testing.assert_allclose(found["length"], geodesic(a, b, arm, metric=Geodesic(20)).length, rtol=1e-5)
     assert len(found["poses"]) == 21
     unchecked = numbers.geodesic(arm, [a, b], {"refined": [[1, 1]]})
     assert not unchecked["converged"]

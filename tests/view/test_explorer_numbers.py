@@ -7,6 +7,7 @@ from numbers_page import TREES, Numbers, poses_of
 from scipy.spatial.transform import Rotation
 
 from skpose import Bone, Skeleton, forward_kinematics, pose_distances
+from skpose.metrics import Spatial
 from skpose.skeleton._interpolation import straight_line
 from skpose.skeleton._rotations import nearest_vectors
 from skpose.view._skeleton import skeleton_data
@@ -31,7 +32,8 @@ def assert_distances_agree(numbers, skeleton, X, Y, n_steps=10, rtol=1e-9, atol=
     """Compare the four distances of pairs of poses with the library's."""
     found = numbers.distances(skeleton, X, Y, n_steps)
     for metric in FOUR:
-        expected = pose_distances(X, Y, skeleton=skeleton, metric=metric, n_steps=n_steps).diagonal()
+        measured = Spatial(n_steps) if metric == "spatial" else metric
+        expected = pose_distances(X, Y, skeleton=skeleton, metric=measured).diagonal()
         np.testing.assert_allclose([one[metric] for one in found], expected, rtol=rtol, atol=atol, err_msg=metric)
 
 

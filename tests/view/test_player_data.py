@@ -12,6 +12,7 @@ from pages import data_of
 
 from skpose import Bone, Motion, Skeleton, forward_kinematics, geodesic, pose_distances
 from skpose.datasets import make_gait
+from skpose.metrics import Spatial
 from skpose.motions import align_motions
 from skpose.view import Page, geodesic_player, player
 from skpose.view._pack import pack, pack_angles, unpack
@@ -186,7 +187,7 @@ def test_paths_have_the_lengths_of_their_labels():
     page = geodesic_player(start, end, skeleton)
     first, second = data_of(page)["motions"]
     shortest = geodesic(start, end, skeleton).curve_length
-    line = pose_distances([start], [end], skeleton=skeleton, metric="spatial", n_steps=2000)[0, 0]
+    line = pose_distances([start], [end], skeleton=skeleton, metric=Spatial(2000))[0, 0]
     assert first["label"] == f"shortest path, {shortest:.3g} m"
     assert second["label"] == f"straight line, {line:.3g} m"
     for motion in (first, second):
