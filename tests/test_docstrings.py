@@ -1,7 +1,7 @@
 """Docstrings of public objects are whole, as numpydoc validates them: parameters (PR), returns (RT), sections (GL).
 
 All codes of these three groups hold but GL01: numpydoc 1.8 wants the first line empty, and ours begin there.
-Three things are held in another way. A result that a function returns has attributes, and no parameters that a user
+Three things are held otherwise. A result that a function returns has attributes, and no parameters that a user
 gives. A method of a subclass says what differs, and the public base class has its parameters and returns. A callable
 that a class lists among its attributes is no method.
 """
@@ -52,7 +52,7 @@ def is_result(cls):
 
 
 def errors(name, elsewhere):
-    """Return "name: code message" for each error of an object; `elsewhere` are codes that are held in another way."""
+    """Return "name: code message" for each error of an object; `elsewhere` are codes that are held otherwise."""
     return [
         f"{name}: {code} {message}"
         for code, message in validate(name)["errors"]

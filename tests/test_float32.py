@@ -1,4 +1,4 @@
-"""What comes out of estimators for float32 poses; what is float64 all the same says so where it is documented."""
+"""What comes out of estimators for float32 poses; what is float64 says so where it is documented."""
 
 import inspect
 

@@ -55,7 +55,7 @@ class Bone(NamedTuple):
 
     @property
     def is_ball(self) -> bool:
-        """Whether the joint is a ball joint."""
+        """True for a ball joint."""
         return self.dofs == BALL
 
     @property
@@ -67,7 +67,7 @@ class Bone(NamedTuple):
 
     @property
     def n_dofs(self) -> int:
-        """How many columns of a pose belong to the joint."""
+        """Number of the columns of a pose that belong to the joint."""
         return 3 if self.is_ball else len(self.dofs)
 
 

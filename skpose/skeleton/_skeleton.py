@@ -278,7 +278,7 @@ class Skeleton:
 
     @cached_property
     def weights(self) -> np.ndarray:
-        """How much each joint counts in distances."""
+        """Weight of each joint in distances."""
         return _frozen(joint_weights(self))
 
     def with_weights(self, weights: Mapping[str, float] | ArrayLike | Literal["mass"]) -> "Skeleton":

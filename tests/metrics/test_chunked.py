@@ -104,7 +104,7 @@ def test_none_of_a_function_that_keeps_its_results_is_none(X):
         ({"reduce_func": lambda chunk, start: (chunk, [])}, ValueError, "returned 0 entries for a chunk of 100 rows"),
         ({"reduce_func": 3}, ValueError, "'reduce_func' parameter of pose_distances_chunked"),
         ({"working_memory": 0}, ValueError, "'working_memory' parameter of pose_distances_chunked"),
-        ({"metric": "spatial"}, ValueError, 'metric="spatial" needs a skeleton'),
+        ({"metric": "spatial"}, ValueError, "the metric 'spatial' needs a skeleton"),
         ({"Y": np.zeros((2, 3))}, ValueError, f"X has {TREE.n_dofs} columns and Y has 3"),
     ],
 )
