@@ -119,7 +119,7 @@ class PoseEstimatorMixin(EstimatorMixin):
 
         Returns
         -------
-        self : object
+        object
             The estimator.
         """
         metric = params.get("metric", self.metric)

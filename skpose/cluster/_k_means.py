@@ -68,7 +68,7 @@ class PoseKMeans(
     skeleton_ : Skeleton or None
         The skeleton in use.
     cluster_centers_ : ndarray of shape (n_clusters, n_dofs)
-        The centres: joint angles, rad.
+        The centres: joint angles, rad; float64, also for float32 poses, as means are searched for in float64.
     labels_ : ndarray of shape (n_samples,)
         Cluster of each sample: that of the nearest centre, of equally near ones the first.
     inertia_ : float
@@ -177,7 +177,7 @@ class PoseKMeans(
 
         Returns
         -------
-        self : PoseKMeans
+        PoseKMeans
             The fitted estimator.
         """
         X = self._checked(X, reset=True).astype(np.float64, copy=False)

@@ -57,7 +57,7 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
     cluster_centers_indices_ : ndarray of shape (n_clusters,)
         Indices of the modes among the samples, ascending.
     cluster_centers_ : ndarray of shape (n_clusters, n_dofs)
-        The modes. Not with "precomputed".
+        The modes, in the dtype of the samples. Not with "precomputed".
     bandwidth_ : float
         The bandwidth in use.
     n_iter_ : int
@@ -131,7 +131,7 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
 
         Returns
         -------
-        self : MedoidShift
+        MedoidShift
             The fitted estimator.
         """
         if self.bandwidth is not None and self.n_clusters is not None:

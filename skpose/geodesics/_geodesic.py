@@ -165,6 +165,12 @@ def geodesic(
     GeodesicResult
         The path, its length, and how reliable they are.
 
+    Raises
+    ------
+    ValueError
+        For poses of the wrong length, out of order by name, or not finite; for limits to be enforced on a skeleton
+        that has none.
+
     Warns
     -----
     ConvergenceWarning
@@ -172,12 +178,6 @@ def geodesic(
         than the straight line's.
     UserWarning
         If the poses look like degrees, see `skpose.pose_distances`.
-
-    Raises
-    ------
-    ValueError
-        For poses of the wrong length, out of order by name, or not finite; for limits to be enforced on a skeleton
-        that has none.
 
     See Also
     --------

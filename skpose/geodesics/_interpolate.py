@@ -69,18 +69,18 @@ def interpolate(
         is met exactly. The numbers of the angles do not jump from frame to frame; those of a key may be others of the
         same rotations.
 
+    Raises
+    ------
+    ValueError
+        For fewer than two poses, poses of the wrong width, out of order by name or not finite; for times of the wrong
+        shape, not finite or not increasing; for a frame rate that is not positive.
+
     Warns
     -----
     ConvergenceWarning
         If geodesics did not converge: the motion is still one through the keys.
     UserWarning
         If the poses look like degrees, see `skpose.pose_distances`.
-
-    Raises
-    ------
-    ValueError
-        For fewer than two poses, poses of the wrong width, out of order by name or not finite; for times of the wrong
-        shape, not finite or not increasing; for a frame rate that is not positive.
 
     See Also
     --------

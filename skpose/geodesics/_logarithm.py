@@ -107,6 +107,11 @@ def log_map(
         Velocities of the joints in the order of ``skeleton.joint_names``, m; zero where a joint has no weight. With
         weights w the length of a logarithm is the square root of Σ w_j ‖v_j‖².
 
+    Raises
+    ------
+    ValueError
+        For poses of the wrong width, out of order by name or not finite.
+
     Warns
     -----
     ConvergenceWarning
@@ -114,11 +119,6 @@ def log_map(
         shortest.
     UserWarning
         If the poses look like degrees, see `skpose.pose_distances`.
-
-    Raises
-    ------
-    ValueError
-        For poses of the wrong width, out of order by name or not finite.
 
     See Also
     --------
@@ -216,18 +216,18 @@ def exp_map(
         Joint angles, rad; near those of the base as numbers of one rotation go. Angles that move no joint keep the
         numbers of the base.
 
+    Raises
+    ------
+    ValueError
+        For a base of the wrong width, out of order by name or not finite; for velocities of the wrong shape or not
+        finite.
+
     Warns
     -----
     ConvergenceWarning
         If a velocity was too large for so few steps.
     UserWarning
         If the base looks like degrees, see `skpose.pose_distances`.
-
-    Raises
-    ------
-    ValueError
-        For a base of the wrong width, out of order by name or not finite; for velocities of the wrong shape or not
-        finite.
 
     See Also
     --------

@@ -65,17 +65,17 @@ def geodesic_distances(
     ndarray of shape (n_frames, n_poses)
         Lengths of the geodesics, m.
 
+    Raises
+    ------
+    ValueError
+        For poses of the wrong width, out of order by name or not finite.
+
     Warns
     -----
     ConvergenceWarning
         If geodesics did not converge.
     UserWarning
         If the poses look like degrees, see `skpose.pose_distances`.
-
-    Raises
-    ------
-    ValueError
-        For poses of the wrong width, out of order by name or not finite.
 
     See Also
     --------

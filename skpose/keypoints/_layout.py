@@ -175,14 +175,17 @@ class Layout:
 
     @property
     def points(self) -> tuple[str, ...]:
+        """All points: those of the array, then the midpoints."""
         return (*self.names, *self.midpoints)
 
     @property
     def root(self) -> str:
+        """The point that is nobody's child."""
         return next(name for name, parent in self.parents.items() if parent is None)
 
     @property
     def pairs(self) -> tuple[tuple[str, str], ...]:
+        """Points of the left, each with its partner on the right, by their names."""
         paired = [name for name in self.points if any(other in self.points for other in others(name))]
         found = zip(paired, sides(paired), partners(paired), strict=True)
         return tuple((name, paired[other]) for name, side, other in found if side == "left")

@@ -117,8 +117,8 @@ def position_jacobian(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
     Returns
     -------
     ndarray of shape (n_poses, 3 * n_joints, n_dofs)
-        m/rad. Row 3j + i is component i of joint j, as in ``forward_kinematics(angles, skeleton)`` with its last two
-        axes made one.
+        Jacobians, m/rad. Row 3j + i is component i of joint j, as in ``forward_kinematics(angles, skeleton)`` with its
+        last two axes made one.
 
     Raises
     ------
@@ -168,8 +168,9 @@ def metric_tensor(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
     Returns
     -------
     ndarray of shape (n_poses, n_dofs, n_dofs)
-        m²/rad²; symmetric and positive semi-definite. It is singular where a dof moves nothing: a twist about a bone
-        at the end of the chain, or one that is followed only by bones along its own axis, and what carries no weight.
+        Tensors, m²/rad²; symmetric and positive semi-definite. One is singular where a dof moves nothing: a twist about
+        a bone at the end of the chain, or one that is followed only by bones along its own axis, and what carries no
+        weight.
 
     Raises
     ------

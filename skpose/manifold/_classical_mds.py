@@ -59,7 +59,8 @@ class SpatialMDS(
     skeleton_ : Skeleton or None
         The skeleton in use; None with "precomputed".
     embedding_ : ndarray of shape (n_samples, n_components)
-        The training poses in the space. Each column's entry of largest magnitude is positive.
+        The training poses in the space; float64, also for float32 poses. Each column's entry of largest magnitude is
+        positive.
     eigenvalues_ : ndarray of shape (n_components,)
         The leading eigenvalues of B, in descending order; without landmarks the squared norms of the columns of
         `embedding_`.
@@ -155,7 +156,7 @@ class SpatialMDS(
 
         Returns
         -------
-        self : SpatialMDS
+        SpatialMDS
             The fitted estimator.
         """
         self.fit_transform(X)
@@ -176,7 +177,7 @@ class SpatialMDS(
         Returns
         -------
         ndarray of shape (n_samples, n_components)
-            `embedding_`.
+            The `embedding_`; float64, also for float32 poses.
         """
         X = self._checked(X, reset=True, ensure_min_samples=2)
         if self.metric_ is None:
@@ -213,6 +214,7 @@ class SpatialMDS(
         Returns
         -------
         ndarray of shape (n_samples, n_components)
+            Coordinates of the poses; float64, also for float32 poses.
         """
         check_is_fitted(self, "embedding_")
         X = self._checked(X, reset=False)

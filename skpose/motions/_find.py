@@ -139,8 +139,10 @@ shape (n_motions, n_frames, n_dofs)
         Where to look. A `MotionIndex` is made once for many queries.
     k : int, default=5
         Number of matches.
-    skeleton, metric
-        As for `motion_distances`; with a `MotionIndex` they are its own, and not given here.
+    skeleton : Skeleton, default=None
+        As for `motion_distances`; that of a `MotionIndex` is its own, and not given here.
+    metric : str or Metric, default="auto"
+        Likewise.
     n_jobs : int, default=None
         Threads; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors.
     verbose : int, default=0

@@ -169,7 +169,7 @@ class MotionKNeighborsTransformer(
 
         Returns
         -------
-        self : MotionKNeighborsTransformer
+        MotionKNeighborsTransformer
             The fitted transformer.
         """
         X = self._checked(X, reset=True)
@@ -229,7 +229,8 @@ class MotionKNeighborsTransformer(
         Returns
         -------
         distances : ndarray of shape (n_queries, n_neighbors)
-            In m, or rad for "angle", divided by the frames as in `motion_distances`; only if requested.
+            In m, or rad for "angle", divided by the frames as in `motion_distances`; float64, also for float32 poses.
+            Only if requested.
         indices : ndarray of shape (n_queries, n_neighbors)
             By distance, those equally far away by index.
         evaluations : MotionEvaluations

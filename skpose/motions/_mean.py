@@ -164,13 +164,6 @@ def mean_motion(
     MeanMotion
         The poses of the mean, and how much each phase and each joint varies.
 
-    Warns
-    -----
-    ConvergenceWarning
-        If `max_iter` was too small, or if geodesics did not converge. It is then still a motion.
-    UserWarning
-        If the poses look like degrees, see `pose_distances`.
-
     Raises
     ------
     TypeError
@@ -178,6 +171,13 @@ def mean_motion(
     ValueError
         For arrays without a skeleton, poses of the wrong width or not finite, motions of different frame rates,
         skeletons that are not comparable.
+
+    Warns
+    -----
+    ConvergenceWarning
+        If `max_iter` was too small, or if geodesics did not converge. It is then still a motion.
+    UserWarning
+        If the poses look like degrees, see `pose_distances`.
 
     See Also
     --------

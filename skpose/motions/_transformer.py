@@ -130,7 +130,7 @@ class MotionDistanceTransformer(MotionEstimatorMixin, ClassNamePrefixFeaturesOut
 
         Returns
         -------
-        self : MotionDistanceTransformer
+        MotionDistanceTransformer
             The fitted transformer.
         """
         self._motions = self._checked(X, reset=True)
@@ -151,7 +151,7 @@ class MotionDistanceTransformer(MotionEstimatorMixin, ClassNamePrefixFeaturesOut
         Returns
         -------
         ndarray of shape (n_samples_fit, n_samples_fit)
-            Exactly symmetric with a zero diagonal, but for "subsequence".
+            Exactly symmetric with a zero diagonal, but for "subsequence"; float32 for float32 motions, else float64.
         """
         self.fit(X, y)
         return self._distances(self._motions, None)

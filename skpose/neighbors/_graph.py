@@ -37,7 +37,7 @@ class GraphTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Tran
 
         Returns
         -------
-        self : object
+        PoseKNeighborsTransformer or PoseRadiusNeighborsTransformer
             The fitted transformer.
         """
         X = self._checked(X, reset=True, copy=True)

@@ -171,7 +171,7 @@ class PoseKNeighborsTransformer(GraphTransformer):
         Returns
         -------
         distances : ndarray of shape (n_queries, n_neighbors)
-            In m, or rad for "angle"; only if requested.
+            In m, or rad for "angle"; float64, also for float32 poses. Only if requested.
         indices : ndarray of shape (n_queries, n_neighbors)
             By distance, those equally far away by index.
         evaluations : Evaluations

@@ -152,7 +152,7 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
         Returns
         -------
         distances : ndarray of shape (n_queries,) of ndarrays
-            In m, or rad for "angle"; only if requested.
+            In m, or rad for "angle"; float64, also for float32 poses. Only if requested.
         indices : ndarray of shape (n_queries,) of ndarrays
             The neighbours; without distances, sorted by index.
         evaluations : Evaluations
@@ -161,6 +161,8 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
 
         Raises
         ------
+        TypeError
+            For a radius that is not one number, such as an array with one for each pose.
         ValueError
             For a negative radius, or if `sort_results` is True and `return_distance` is not.
         """
@@ -198,9 +200,12 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
 
     def _within_radius(self, radius, measured):
         radius = self.radius if radius is None else radius
+        if not isinstance(radius, Real):
+            raise TypeError(f"radius must be one number for all poses, got {radius!r}: call once for each radius")
+        radius = float(radius)
         if not radius >= 0:
             raise ValueError(f"radius must be zero or more, got {radius}")
-        return WithinRadius(float(radius), measured)
+        return WithinRadius(radius, measured)
 
 
 def _ragged(parts):

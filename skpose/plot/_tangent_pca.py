@@ -50,7 +50,22 @@ class TangentPCADisplay:
         self.component, self.share = component, share
 
     def plot(self, ax=None, *, view: str = "xy", **style) -> "TangentPCADisplay":
-        """Draw the poses; the parameters are those of `PoseDisplay.plot`."""
+        """Draw the poses.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, default=None
+            The axes to draw into; None makes new ones.
+        view : str, default="xy"
+            The horizontal and the vertical axis, see `PoseDisplay.plot`.
+        **style
+            Style of the lines, see `PoseDisplay.plot`.
+
+        Returns
+        -------
+        TangentPCADisplay
+            The display itself.
+        """
         labels = [f"{deviation:+.3g}".replace("-", "−") if deviation else "0" for deviation in self.deviations]
         title = f"standard deviations along component {self.component + 1}, {self.share:.0%} of the variance"
         strip = PoseStripDisplay(self.positions, self.skeleton, labels, title).plot(ax, view=view, **style)
@@ -71,7 +86,27 @@ class TangentPCADisplay:
     ) -> "TangentPCADisplay":
         """Draw poses along a component of a fitted `PoseTangentPCA`, from minus to plus `extent` standard deviations.
 
-        Components count from 0. The other parameters are those of `plot`.
+        Parameters
+        ----------
+        pca : PoseTangentPCA
+            The fitted estimator.
+        component : int, default=0
+            Index of the component, the first is 0.
+        n_poses : int, default=5
+            Number of poses to draw.
+        extent : float, default=2.0
+            Score of the last pose, in standard deviations of the training poses; the first has its opposite.
+        ax : matplotlib Axes, default=None
+            The axes to draw into; None makes new ones.
+        view : str, default="xy"
+            The horizontal and the vertical axis, see `PoseDisplay.plot`.
+        **style
+            Style of the lines, see `PoseDisplay.plot`.
+
+        Returns
+        -------
+        TangentPCADisplay
+            The display.
         """
         check_kind(pca, PoseTangentPCA, "pca", "PoseTangentPCA(skeleton).fit(X) is one")
         check_is_fitted(pca, "n_components_")

@@ -143,7 +143,7 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
 
         Returns
         -------
-        self : PoseDistanceTransformer
+        PoseDistanceTransformer
             The fitted transformer.
         """
         self._learn(X)
@@ -163,7 +163,7 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
         Returns
         -------
         ndarray of shape (n_samples_fit, n_samples_fit)
-            Exactly symmetric; distances have an exactly zero diagonal.
+            Exactly symmetric; distances have an exactly zero diagonal. float32 for float32 poses, else float64.
         """
         kernel = self._learn(X)
         return self._similarity(self._distances(self.X_fit_, None)) if kernel is None else kernel
@@ -179,7 +179,7 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
         Returns
         -------
         ndarray of shape (n_samples, n_samples_fit)
-            float32 where both X and the training poses are, else float64.
+            Distances; float32 where both X and the training poses are, else float64.
         """
         check_is_fitted(self, "n_samples_fit_")
         return self._similarity(self._distances(self._checked(X, reset=False), self.X_fit_))

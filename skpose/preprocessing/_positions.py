@@ -128,7 +128,7 @@ class PoseFromPositions(EstimatorMixin, TransformerMixin, BaseEstimator):
 
         Returns
         -------
-        self : PoseFromPositions
+        PoseFromPositions
             The fitted transformer.
         """
         self._checked(X, reset=True)

@@ -153,6 +153,7 @@ class Motion:
 
     @property
     def times(self) -> np.ndarray:
+        """Time of each frame, s."""
         return self.frame_numbers / self.frame_rate
 
     def __len__(self) -> int:

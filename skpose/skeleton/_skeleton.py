@@ -98,6 +98,19 @@ class Skeleton:
     def chain(cls, n: int) -> "Skeleton":
         """Return a planar arm: n bones of 1 m, each rotating about z at its near end.
 
+        Parameters
+        ----------
+        n : int
+            Number of bones.
+
+        Returns
+        -------
+        Skeleton
+            With joints "joint_1" to "joint_n".
+
+        Examples
+        --------
+        >>> from skpose import Skeleton
         >>> Skeleton.chain(3).dof_names
         ('joint_1_rz', 'joint_2_rz', 'joint_3_rz')
         """
@@ -231,27 +244,33 @@ class Skeleton:
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints, without the root."""
         return tuple(bone.name for bone in self.bones)
 
     @cached_property
     def dof_names(self) -> tuple[str, ...]:
+        """One name for each column of an array of poses."""
         return tuple(name for bone in self.bones for name in bone.dof_names)
 
     @cached_property
     def parents(self) -> np.ndarray:
+        """Index of each joint's parent, -1 for the root."""
         index: dict[str | None, int] = {None: -1, **{name: i for i, name in enumerate(self.joint_names)}}
         return _frozen([index[bone.parent] for bone in self.bones], dtype=np.intp)
 
     @cached_property
     def offsets(self) -> np.ndarray:
+        """The bones' offsets, m, of shape (n_joints, 3)."""
         return _frozen([bone.offset for bone in self.bones])
 
     @cached_property
     def rest_rotations(self) -> np.ndarray:
+        """The joints' constant rotations, of shape (n_joints, 3, 3)."""
         return _frozen([np.eye(3) if b.rest_rotation is None else b.rest_rotation for b in self.bones])
 
     @cached_property
     def limits(self) -> np.ndarray | None:
+        """Range of each dof, rad, of shape (n_dofs, 2); None where no bone has any."""
         if all(bone.limits is None for bone in self.bones):
             return None
         free = (-np.inf, np.inf)
@@ -259,6 +278,7 @@ class Skeleton:
 
     @cached_property
     def weights(self) -> np.ndarray:
+        """Weight of each joint in distances."""
         return _frozen(joint_weights(self))
 
     def with_weights(self, weights: Mapping[str, float] | ArrayLike | Literal["mass"]) -> "Skeleton":
@@ -391,10 +411,12 @@ class Skeleton:
 
     @property
     def n_joints(self) -> int:
+        """Number of joints, without the root."""
         return len(self.bones)
 
     @cached_property
     def n_dofs(self) -> int:
+        """Number of dofs, the columns of an array of poses."""
         return len(self.dof_names)
 
     @cached_property

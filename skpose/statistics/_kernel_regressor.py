@@ -156,7 +156,7 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
 
         Returns
         -------
-        self : PoseKernelRegressor
+        PoseKernelRegressor
             The fitted regressor.
         """
         self._forget()
