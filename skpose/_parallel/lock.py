@@ -52,7 +52,7 @@ class Token(NamedTuple):
             return f"{self.path} cannot be read there ({error.strerror})"
         return None if found.get("token") == self.value else f"{self.path} is another file there"
 
-    def taken(self) -> str | None:
+    def find_new_holder(self) -> str | None:
         """Return which other process has a lock of this name, after the file of this one was removed; else None."""
         try:
             found = _content(self.path)

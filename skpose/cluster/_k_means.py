@@ -180,7 +180,7 @@ class PoseKMeans(
         self : PoseKMeans
             The fitted estimator.
         """
-        X = self._checked(X, reset=True).astype(np.float64, copy=False)
+        X = self._check_X(X, reset=True).astype(np.float64, copy=False)
         require_means(self.metric_, "PoseKMeans")
         if self.n_clusters > len(X):
             raise ValueError(f"n_clusters={self.n_clusters} is more than the {len(X)} samples")
@@ -217,7 +217,7 @@ class PoseKMeans(
             Labels; of equally near centres the first.
         """
         check_is_fitted(self, "cluster_centers_")
-        return self._squared(self._checked(X, reset=False), self.cluster_centers_).argmin(axis=1)
+        return self._squared(self._check_X(X, reset=False), self.cluster_centers_).argmin(axis=1)
 
     def transform(self, X):
         """Return the distances to the centres.
@@ -233,7 +233,7 @@ class PoseKMeans(
             Distances, m, or rad for "angle"; float32 for float32 poses, else float64.
         """
         check_is_fitted(self, "cluster_centers_")
-        X = self._checked(X, reset=False)
+        X = self._check_X(X, reset=False)
         return np.sqrt(self._squared(X, self.cluster_centers_)).astype(X.dtype, copy=False)
 
     def score(self, X, y=None, sample_weight=None):
@@ -254,7 +254,7 @@ class PoseKMeans(
             The weighted sum of the squared distances to the nearest centre, times −1.
         """
         check_is_fitted(self, "cluster_centers_")
-        X = self._checked(X, reset=False)
+        X = self._check_X(X, reset=False)
         weights = check_sample_weight(sample_weight, X)
         return -float(weights @ self._squared(X, self.cluster_centers_).min(axis=1))
 

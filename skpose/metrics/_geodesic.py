@@ -13,7 +13,7 @@ from skpose._compiled.pose.encode import encode_curve_end
 from skpose._compiled.pose.tree import Steps, Tree
 from skpose._parallel.threads import in_threads
 from skpose.kinematics._shared import jacobian_at, wrapped
-from skpose.metrics._metric import Metric, given
+from skpose.metrics._metric import Metric, require_skeleton
 from skpose.metrics._position import Position
 from skpose.metrics._sample import JointSample, Linearization, Sample
 from skpose.metrics._spatial import Spatial, count_curve_codes, no_means_of_one_step
@@ -98,7 +98,7 @@ class Geodesic(Metric):
 
     def sample(self, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton | None, n_jobs: int) -> Sample:
         """Return poses with the geodesics to them from where the search stood last; the mean is Karcher's."""
-        return _GeodesicSample(self, X, weights, given(skeleton), n_jobs)
+        return _GeodesicSample(self, X, weights, require_skeleton(skeleton), n_jobs)
 
 
 def no_paths(tree: Tree, n: int, n_steps: int) -> KeptPaths:

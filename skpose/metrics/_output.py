@@ -53,7 +53,7 @@ class Destination:
         return None if self.resumable else self._plain.view(tile, dtype)
 
     @contextmanager
-    def started(self, tiling: Tiling, fingerprint: dict[str, Any] | None) -> Iterator[PlainRun | ResumedRun]:
+    def start_run(self, tiling: Tiling, fingerprint: dict[str, Any] | None) -> Iterator[PlainRun | ResumedRun]:
         """Yield what is left to do, where an earlier call may have done a part of it.
 
         Parameters
@@ -78,7 +78,7 @@ class Destination:
         with nullcontext() if path is None else locked(path) as token:
             target.check(self.array)
             checkpoint = AttributeCheckpoint(self.array.attrs) if path is None else FileCheckpoint(path)
-            with target.opened() as writer:
+            with target.open_writer() as writer:
                 run = ResumedRun(tiling, fingerprint, target=target, writer=writer, token=token, checkpoint=checkpoint)
                 try:
                     yield run

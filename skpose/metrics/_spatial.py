@@ -12,7 +12,7 @@ from skpose._compiled.pose.middle import count_middle_codes, encode_middle, meas
 from skpose._compiled.pose.tree import Steps, Tree
 from skpose.kinematics._shared import STEP, columns_around, jacobian_at
 from skpose.metrics._matrix import DistanceMatrix
-from skpose.metrics._metric import CoarseBound, Metric, given
+from skpose.metrics._metric import CoarseBound, Metric, require_skeleton
 from skpose.metrics._position import Position
 from skpose.metrics._sample import JointSample, Linearization, Sample
 from skpose.skeleton import Skeleton
@@ -105,7 +105,7 @@ class Spatial(Metric):
 
     def sample(self, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton | None, n_jobs: int) -> Sample:
         """Return poses whose distances are measured anew from every pose, gradients by differences."""
-        return _SpatialSample(self, X, weights, given(skeleton), n_jobs)
+        return _SpatialSample(self, X, weights, require_skeleton(skeleton), n_jobs)
 
 
 def count_curve_codes(tree: Tree) -> int:

@@ -172,7 +172,7 @@ class MotionKNeighborsTransformer(
         self : MotionKNeighborsTransformer
             The fitted transformer.
         """
-        X = self._checked(X, reset=True)
+        X = self._check_X(X, reset=True)
         brute = self.algorithm == "brute"
         self._index = SequenceIndex(X, self.skeleton_, self.metric_, brute=brute)
         self.n_samples_fit_ = X.n_motions
@@ -278,7 +278,7 @@ class MotionKNeighborsTransformer(
             self._check_how_to_answer()
             queries, excluded = self._index.sequences, np.arange(self.n_samples_fit_)
         else:
-            queries = self._checked(X, reset=False)
+            queries = self._check_X(X, reset=False)
             excluded = np.full(queries.n_motions, -1)
         window = self.window_
         found = find(Request(self._index, queries, excluded, k, window), self.n_jobs, self.verbose)

@@ -106,7 +106,7 @@ class MotionMatrix(TiledMatrix):
         else:
             sums = np.zeros(tile.shape)
             tasks = self._tasks(rows, columns, diagonal, n_jobs, sums)
-            unconverged = Unconverged.joined(in_threads(tasks, n_jobs))
+            unconverged = Unconverged.join(in_threads(tasks, n_jobs))
         if diagonal:
             mirror(sums, n_jobs)
         if self.normalize:
@@ -134,7 +134,7 @@ class MotionMatrix(TiledMatrix):
             distances, unconverged = matrix.distances(Tile(0, n_rows, 0, n_columns), n_jobs)
             sums += distances
             parts.append(unconverged)
-        return sums, Unconverged.joined(parts)
+        return sums, Unconverged.join(parts)
 
     def _tasks(
         self, rows: Sequences, columns: Sequences, diagonal: bool, n_jobs: int, sums: np.ndarray

@@ -42,14 +42,14 @@ class Neighbors(NamedTuple):
     distances: np.ndarray
 
     @classmethod
-    def joined(cls, parts: Iterable[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> "Neighbors":
+    def join(cls, parts: Iterable[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> "Neighbors":
         """Concatenate parts that are sorted already."""
         return cls(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
     @classmethod
-    def sorted(cls, parts: list[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> "Neighbors":
+    def sort(cls, parts: list[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> "Neighbors":
         """Concatenate and sort parts that are in any order."""
-        queries, indices, distances = cls.joined(parts)
+        queries, indices, distances = cls.join(parts)
         order = queries.argsort(kind="stable")
         for row in np.split(order, np.flatnonzero(np.diff(queries[order])) + 1):
             row[:] = row[np.lexsort((indices[row], distances[row]))]

@@ -182,7 +182,7 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
             float32 where both X and the training poses are, else float64.
         """
         check_is_fitted(self, "n_samples_fit_")
-        return self._similarity(self._distances(self._checked(X, reset=False), self.X_fit_))
+        return self._similarity(self._distances(self._check_X(X, reset=False), self.X_fit_))
 
     def _learn(self, X):
         """Learn from the training poses; return their kernel where it is needed for that, else None."""
@@ -191,7 +191,7 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
                 f'psd="{self.psd}" repairs a kernel, got kernel=None, which gives distances: choose a kernel, "rbf" or '
                 '"laplacian", or psd="ignore"'
             )
-        self.X_fit_ = self._checked(X, reset=True, copy=True)
+        self.X_fit_ = self._check_X(X, reset=True, copy=True)
         self._kernel = self._repair = kernel = None
         if self.kernel is not None:
             self.gamma_ = self._scale() if self.gamma == "scale" else float(self.gamma)

@@ -174,7 +174,7 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
         ndarray of shape (n_samples, n_components)
             Scores, m; rad under "angle". float32 for float32 poses, else float64.
         """
-        given = self._checked(X, reset=True, ensure_min_samples=2)
+        given = self._check_X(X, reset=True, ensure_min_samples=2)
         X = given.astype(np.float64)
         self.mean_ = self._mean(X)
         space = self._space()
@@ -206,7 +206,7 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
             Scores, m; rad under "angle". float32 for float32 poses, else float64.
         """
         check_is_fitted(self, "n_components_")
-        X = self._checked(X, reset=False)
+        X = self._check_X(X, reset=False)
         return self._scores(self._space().vectors(X.astype(np.float64)), X.dtype)
 
     def inverse_transform(self, X):
@@ -248,7 +248,7 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
             root mean squared difference of the columns, rad.
         """
         check_is_fitted(self, "n_components_")
-        X = self._checked(X, reset=False).astype(np.float64)
+        X = self._check_X(X, reset=False).astype(np.float64)
         found = self.inverse_transform(self._scores(self._space().vectors(X), X.dtype))
         if self.skeleton_ is None:
             return np.sqrt(np.square(X - found).mean(axis=1))

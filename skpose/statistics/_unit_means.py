@@ -32,7 +32,7 @@ class Distances(NamedTuple):
         """Return the distances, in float64, and how many of them did not converge."""
         matrix = DistanceMatrix(X, Y, self.metric, self.skeleton)
         distances, unconverged = matrix.write(None, self.n_jobs)
-        return distances.astype(np.float64, copy=False), Unconverged.joined(unconverged)
+        return distances.astype(np.float64, copy=False), Unconverged.join(unconverged)
 
 
 class UnitMeans(NamedTuple):
@@ -94,7 +94,7 @@ def _means(
         sums[at, to] += tile
         if other is not None:
             sums[to, at] += tile.T
-    return _of_units(sums, sequences), Unconverged.joined(unconverged)
+    return _of_units(sums, sequences), Unconverged.join(unconverged)
 
 
 def _summed(values: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
