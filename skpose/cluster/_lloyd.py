@@ -26,17 +26,17 @@ def first_centers(poses, weights, squared, n_clusters, rng):
     scikit-learn.
     """
     n_trials = 2 + int(np.log(n_clusters))
-    chosen = _drawn(weights, 1, rng)
+    chosen = _draw(weights, 1, rng)
     nearest = squared(poses[chosen])[:, 0]
     while len(chosen) < n_clusters:
-        candidates = _drawn(weights * nearest, n_trials, rng)
+        candidates = _draw(weights * nearest, n_trials, rng)
         trials = np.minimum(squared(poses[candidates]), nearest[:, np.newaxis])
         best = (weights @ trials).argmin()
         chosen, nearest = np.append(chosen, candidates[best]), trials[:, best]
     return chosen
 
 
-def _drawn(chances, n, rng):
+def _draw(chances, n, rng):
     """Return rows that are drawn with probabilities in proportion to chances; any rows if all chances are zero."""
     sums = np.cumsum(chances)
     return np.minimum(np.searchsorted(sums, rng.uniform(size=n) * sums[-1], side="right"), len(chances) - 1)

@@ -20,7 +20,7 @@ from skpose.geodesics._spline import spline_between
 from skpose.metrics import Geodesic, Metric
 from skpose.metrics._shared import MEAN_CONSTRAINTS, require_geodesic
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import without_jumps
+from skpose.skeleton._shared import remove_jumps
 
 ON_KEY = 1e-6  # frames between a frame and a key that are at one time
 
@@ -142,7 +142,7 @@ def interpolate(
     frames = np.concatenate(between)
     on_key = np.isin(shares, [0.0, 1.0])
     frames[on_key] = X[(piece + shares.astype(int))[on_key]]
-    return Motion(skeleton, without_jumps(skeleton.bones, frames), rate)
+    return Motion(skeleton, remove_jumps(skeleton.bones, frames), rate)
 
 
 def _check_times(times: ArrayLike, n_poses: int, rate: float) -> np.ndarray:

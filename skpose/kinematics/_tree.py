@@ -63,17 +63,17 @@ def tree_of(skeleton: Skeleton | None, dtype: np.dtype = FLOAT64) -> Tree:
     """
     if skeleton is None:
         return _as_arrays(None, np.zeros(0, dtype=int), np.zeros(0), dtype)
-    part = _counted(skeleton)
+    part = _drop_weightless(skeleton)
     return _as_arrays(part, part.columns_in(skeleton), skeleton.weights[counted_joints(skeleton)], dtype)
 
 
 def counted_joints(skeleton: Skeleton) -> np.ndarray:
     """Return the indices of the joints that `tree_of` has, in the order of the positions that it computes."""
     number = {name: j for j, name in enumerate(skeleton.joint_names)}
-    return np.array([number[name] for name in _counted(skeleton).joint_names])
+    return np.array([number[name] for name in _drop_weightless(skeleton).joint_names])
 
 
-def _counted(skeleton: Skeleton) -> Skeleton:
+def _drop_weightless(skeleton: Skeleton) -> Skeleton:
     """Return the part of a skeleton that counts: joints with weight, and those that carry them."""
     bones = with_carriers(skeleton, np.array(skeleton.joint_names)[skeleton.weights > 0.0])
     return replace(skeleton, bones=bones) if any(bone.dofs for bone in bones) else skeleton
@@ -116,7 +116,7 @@ def from_tree_order(tree: Tree, dofs: np.ndarray, poses: np.ndarray) -> np.ndarr
     return poses
 
 
-def wrapped(tree: Tree, dofs: np.ndarray, near: np.ndarray) -> np.ndarray:
+def wrap_dofs(tree: Tree, dofs: np.ndarray, near: np.ndarray) -> np.ndarray:
     """Return poses in the tree's order, the differences of their angles from another pose wrapped to [−π, π]."""
     dofs = dofs.copy()
     angles = dofs[..., tree.angle_dof]

@@ -12,7 +12,7 @@ from skpose._compiled.path.kept_paths import MOST_NODES, Geodesics, KeptPaths, S
 from skpose._compiled.pose.encode import encode_curve_end
 from skpose._compiled.pose.tree import Steps, Tree
 from skpose._parallel.threads import in_threads
-from skpose.kinematics._shared import jacobian_at, wrapped
+from skpose.kinematics._shared import jacobian_at, wrap_dofs
 from skpose.metrics._metric import Metric, require_skeleton
 from skpose.metrics._position import Position
 from skpose.metrics._sample import JointSample, Linearization, Sample
@@ -128,7 +128,7 @@ class _GeodesicSample(JointSample):
         """Compute the geodesics from a pose to all poses, as well as the gradient so far needs them."""
         tree, n, n_steps = self.tree, len(self.dofs), int(self.metric.n_steps)
         found = no_geodesics(tree, n)
-        ends = wrapped(tree, self.dofs, pose[None]) if self.frees_angles else self.dofs
+        ends = wrap_dofs(tree, self.dofs, pose[None]) if self.frees_angles else self.dofs
         tol = max(GRADIENT_NORM, SHARE * slope / n_steps) if np.isfinite(slope) else FIRST_TOL
         search = Search(n_steps, self.frees_angles, tol, 0.0)
         in_threads(

@@ -14,7 +14,7 @@ from skpose.motions._base import MotionEstimatorMixin
 from skpose.motions._distances import ALIGNMENT_CONSTRAINTS
 from skpose.motions._index import SequenceIndex
 from skpose.motions._queries import Request, find
-from skpose.neighbors._shared import check_mode, checked_k, requested, sparse_graph
+from skpose.neighbors._shared import check_k, check_mode, select_requested, sparse_graph
 
 
 class MotionKNeighborsTransformer(
@@ -242,7 +242,7 @@ class MotionKNeighborsTransformer(
         """
         check_is_fitted(self, "n_samples_fit_")
         found = self._find(X, n_neighbors)
-        return requested(
+        return select_requested(
             (return_distance, found.distances), (True, found.indices), (return_evaluations, found.evaluations)
         )
 
@@ -273,7 +273,7 @@ class MotionKNeighborsTransformer(
 
     def _find(self, X, n_neighbors):
         """Return the nearest training motions of X, as for `kneighbors`."""
-        k = checked_k(self.n_neighbors if n_neighbors is None else n_neighbors, X is None, self.n_samples_fit_)
+        k = check_k(self.n_neighbors if n_neighbors is None else n_neighbors, X is None, self.n_samples_fit_)
         if X is None:
             self._check_how_to_answer()
             queries, excluded = self._index.sequences, np.arange(self.n_samples_fit_)

@@ -89,7 +89,7 @@ class GraphTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Tran
         return self.n_samples_fit_
 
 
-def checked_k(n_neighbors, excludes_itself, n_samples_fit):
+def check_k(n_neighbors, excludes_itself, n_samples_fit):
     """Return a number of neighbours, as an int, that the training data have."""
     if not isinstance(n_neighbors, Integral):
         raise TypeError(f"n_neighbors must be a whole number, got {n_neighbors!r}")

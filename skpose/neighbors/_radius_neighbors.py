@@ -9,7 +9,7 @@ from sklearn.utils.validation import check_is_fitted
 from skpose._compat.sklearn import Interval
 from skpose.neighbors._graph import GraphTransformer
 from skpose.neighbors._queries import WithinRadius
-from skpose.neighbors._results import requested
+from skpose.neighbors._results import select_requested
 
 
 class PoseRadiusNeighborsTransformer(GraphTransformer):
@@ -172,7 +172,7 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
         starts = np.searchsorted(near.queries, np.arange(1, n_queries))
         order = slice(None) if return_distance else np.lexsort((near.indices, near.queries))
         distances, indices = (_ragged(np.split(part, starts)) for part in (near.distances, near.indices[order]))
-        return requested((return_distance, distances), (True, indices), (return_evaluations, found.evaluations))
+        return select_requested((return_distance, distances), (True, indices), (return_evaluations, found.evaluations))
 
     def radius_neighbors_graph(self, X=None, radius=None, mode="connectivity", sort_results=False):
         """Compute the graph of all training poses within a radius.

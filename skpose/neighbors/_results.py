@@ -56,7 +56,7 @@ class Neighbors(NamedTuple):
         return cls(queries[order], indices[order], distances[order])
 
 
-def requested(*parts: tuple[bool, Any]) -> Any:
+def select_requested(*parts: tuple[bool, Any]) -> Any:
     """Return those of some results that are requested: a tuple of them, or the only one itself."""
     chosen = tuple(result for is_requested, result in parts if is_requested)
     return chosen if len(chosen) > 1 else chosen[0]

@@ -9,7 +9,7 @@ from sklearn.utils.validation import check_is_fitted
 
 from skpose._base import POSE_CONSTRAINTS, PoseEstimatorMixin
 from skpose._compat.sklearn import Interval, StrOptions, fit_context
-from skpose.preprocessing._kernels import Kernel, repaired
+from skpose.preprocessing._kernels import Kernel, repair_kernel
 
 SCALE_SAMPLES = 500  # poses from which gamma="scale" takes the mean squared distance
 
@@ -199,7 +199,7 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
             if self.psd != "ignore":
                 distances = self._distances(self.X_fit_, None)
                 equal = distances == 0
-                kernel, self._repair = repaired(self._kernel.of(distances), equal, self.psd)
+                kernel, self._repair = repair_kernel(self._kernel.of(distances), equal, self.psd)
                 self.negative_share_ = self._repair.negative_share
         self.n_samples_fit_ = len(self.X_fit_)
         return kernel

@@ -15,7 +15,7 @@ ROOT = -1
 SAME_PLACE = 1e-9  # m; files that print nine digits leave this much between joints in one place
 
 
-def weighted_bones(
+def weight_bones(
     skeleton: SkeletonLike, weights: Mapping[str, float] | ArrayLike | Literal["mass"]
 ) -> tuple[Bone, ...]:
     """Return the bones of a skeleton with weights, see `Skeleton.with_weights`."""

@@ -182,7 +182,7 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
         U, sizes, directions = np.linalg.svd(vectors, full_matrices=False)
         U, directions = svd_flip(U, directions, u_based_decision=False)
         variances = sizes**2 / (len(X) - 1)
-        n = self._chosen(sizes, variances, X.shape)
+        n = self._choose_n_components(sizes, variances, X.shape)
         self._directions = directions[:n]
         self._steps = space.steps(X, U[:, :n] / sizes[:n], self._directions)
         self.components_ = space.motions(self._steps)
@@ -230,7 +230,7 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
                 f"X must have {self.n_components_} columns, one score for each component, as transform returns them, "
                 f"got {scores.shape[1]}"
             )
-        return self._space().moved(scores.astype(np.float64) @ self._steps).astype(scores.dtype, copy=False)
+        return self._space().move(scores.astype(np.float64) @ self._steps).astype(scores.dtype, copy=False)
 
     def reconstruction_error(self, X):
         """Return how far each pose is from the pose of its scores: poses that were not in `fit` state how well it does.
@@ -281,7 +281,7 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
         space = TangentSpace(skeleton, self.mean_, self.metric_.n_steps, effective_n_jobs(self.n_jobs))
         return Geodesics(space)
 
-    def _chosen(self, sizes, variances, shape):
+    def _choose_n_components(self, sizes, variances, shape):
         """Return the number of components that the parameter asks for, from all singular values and variances."""
         n_varying = int((sizes > VARIES * sizes[0]).sum())
         if sizes[0] <= ROUNDING * np.sqrt(shape[0]):
