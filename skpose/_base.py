@@ -109,6 +109,28 @@ class PoseEstimatorMixin(EstimatorMixin):
         self.metric_ = resolve(self.metric, skeleton, auto=self._auto_metric)
         self.skeleton_ = skeleton
 
+    def set_params(self, **params):
+        """Set parameters, those of the metric by ``metric__n_steps=20`` and the like.
+
+        Parameters
+        ----------
+        **params : dict
+            Parameters by name.
+
+        Returns
+        -------
+        self : object
+            The estimator.
+        """
+        metric = params.get("metric", self.metric)
+        of_metric = [name for name in params if name.startswith("metric__")]
+        if of_metric and isinstance(metric, str):
+            raise ValueError(
+                f"{of_metric[0]} is a parameter of a metric, but metric={metric!r} is a name, which has none: pass an "
+                "object of skpose.metrics, such as metric=Spatial()"
+            )
+        return super().set_params(**params)  # type: ignore[misc]  # of BaseEstimator, as __sklearn_tags__
+
     def _is_precomputed(self):
         return isinstance(self.metric, str) and self.metric == "precomputed"
 

@@ -19,6 +19,8 @@ from scipy.spatial.transform import Rotation
 from skpose import Bone, Skeleton, SpatialMDS, forward_kinematics
 from skpose.datasets import humanoid, load_cmu, load_hdm05
 from skpose.io import load_asf, load_bvh
+from skpose.metrics import Angle
+from skpose.metrics._registry import METRICS
 
 DATA = Path(__file__).parent / "data"
 
@@ -128,6 +130,18 @@ def whole_turns(poses, skeleton, numbers):
     return turns
 
 
+def metric_of(name, **parameters):
+    """Return the metric of a name, with those of the parameters that it has."""
+    metric = METRICS[name]()
+    return metric.set_params(**{key: value for key, value in parameters.items() if key in metric.get_params()})
+
+
+def with_either_wrap(names):
+    """Return the metrics of some names, those that may wrap angles twice: with it and without."""
+    both = [metric_of(name, wrap=wrap) for name in names for wrap in (True, False)]
+    return [metric for i, metric in enumerate(both) if metric not in both[:i]]
+
+
 SKELETONS = {
     "chain": Skeleton.chain(4),
     "asf": load_asf(DATA / "arm.asf"),
@@ -187,7 +201,7 @@ class ChainMixin:
 
     def _learn_metric(self, skeleton):
         """Wait for the width of X."""
-        self.skeleton_, self.effective_metric_, self.effective_metric_params_ = None, "angle", {}
+        self.skeleton_, self.metric_ = None, Angle()
 
 
 HAS_CALLBACKS = hasattr(SpatialMDS, "set_callbacks")

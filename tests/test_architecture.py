@@ -240,6 +240,7 @@ print([name for name in {slow} if name in sys.modules])
     assert done.stdout.splitlines()[-1] == "[]"
 
 
+@pytest.mark.slow
 def test_works_where_nothing_can_be_cached():
     code = """
 import warnings, numba.core.caching

@@ -29,6 +29,7 @@ from skpose import (
     SpatialMDS,
 )
 from skpose.cluster import PoseKMeans
+from skpose.metrics import Angle, Geodesic
 from skpose.statistics import PoseKernelRegressor, PoseTangentPCA
 
 pytestmark = [
@@ -141,11 +142,11 @@ OTHERS = [
     ChainDistances(kernel="laplacian", psd="clip"),
     ChainDistances(kernel="rbf", psd="shift"),
     SpatialMDS(landmarks=4),
-    PoseKMeans(n_init=3, wrap=True),
+    PoseKMeans(n_init=3, metric=Angle(wrap=True)),
     ChainKMeans(metric="rotation", n_clusters=3, n_jobs=2),
     ChainRegressor(metric="rotation", n_jobs=2),
     ChainRegressor(gamma=0.5, n_neighbors=5),
-    PoseKernelRegressor(wrap=True),
+    PoseKernelRegressor(metric=Angle(wrap=True)),
     PoseKNeighborsTransformer(mode="connectivity", algorithm="brute"),
     MotionDistanceTransformer(alignment="frames"),
     MotionDistanceTransformer(alignment="subsequence"),
@@ -153,7 +154,7 @@ OTHERS = [
     ChainMotionNeighbors(algorithm="brute", mode="connectivity"),
     PoseTangentPCA(n_components=0.9),
     ChainTangentPCA(n_components=1),
-    ChainTangentPCA(metric="geodesic", n_steps=3),
+    ChainTangentPCA(metric=Geodesic(3)),
 ]
 PRECOMPUTED = [SpatialMDS(metric="precomputed"), MedoidShift(metric="precomputed")]
 # Estimators of scikit-learn that take distances, and fail the same checks.
@@ -188,7 +189,7 @@ def test_every_check_in_other_forms(estimator, check):
 
 def assert_passes(estimator, check):
     with warnings.catch_warnings():
-        if isinstance(estimator, ChainTangentPCA) and estimator.metric == "geodesic":
+        if isinstance(estimator, ChainTangentPCA) and isinstance(estimator.metric, Geodesic):
             for message in ROLLED_UP:
                 warnings.filterwarnings("ignore", message, ConvergenceWarning)
         check(estimator)

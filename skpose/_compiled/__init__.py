@@ -1,95 +1,21 @@
-"""All compiled code: forward kinematics in vector registers, the metrics, geodesics, the loops over pairs.
+"""All compiled code, in rooms: forward kinematics in vector registers, the metrics, geodesics, the loops over pairs.
 
-What calls what, from Python at the top to one vector register at the bottom::
+A room imports from those below it, and each opens with a diagram of what calls what in it::
 
-    metrics, neighbors, motions    geodesics, motions       kinematics   cluster    motions
-            |                          |                        |           |          |
-      loops, nearest,           +------+------+                 |      graph_shift  path_family
-      warping(_within)          |             |                 |
-            |              exponential    kept_paths            |          logarithms; geodesics from a pose that moves
-            |                   |             |                 |
-     +------+------+            |            mean               |          poses nearest to a mean position
-     |             |            |             |                 |
-  encode     measure, middle    |             |                 |          a pose -> its code; codes -> distances
-     |             |            |             |                 |
-     |             +------- geodesic ---------+                 |          a path between two poses
-     |             |            |                               |
-     |             |      chart, minimiser                      |          coordinates of a path; a trust region
-     |             |            |                               |
-     |             |   normal_equations, block_cholesky         |          its gradient and Hessian; its steps
-     |             |       path_curvature, band_cholesky        |          what the exact Hessian adds; the factors
-     |             |                   elimination              |          their order, limb by limb
-     |             |       path_energy                          |          energy of a path, eight poses at once
-     |             |            |                               |
-     |             |            |                               |
-     |             |            |               inverse_frames -+          poses at given positions of the joints
-     |             |            |                 inverse_start |          the first guess of a frame
-     |             |            |        inverse, tree_cholesky |          its steps
-     |             |            |                inverse_energy |          energy, gradient and Hessian of a pose
-     |             |            |                               |
-     +---- step ---+            +----------- jacobian ----------+          joint positions in lanes; their derivatives
-            |                                   |
-            +------------- forward -------------+                          orientations of all frames
-                              |
-    rotation, trigonometry, eigenvector, lanes, tree, results, copying     quaternions, registers, arrays
-    jit, separate, shared, signatures                                      compilation
+    metrics, neighbors, motions    geodesics, motions    kinematics    motions    cluster
+            |                          |                     |            |         |
+            |                         path                inverse      warping  graph_shift
+            |                          |                     |            |         |
+            +----------- pose ---------+---------------------+------------+         |
+                          |                                                         |
+                         simd ------------------------------------------------------+
 
-Only `skpose.metrics._pose_metric` compiles elsewhere: one function for each skeleton, which calls `loops`. Every
-function here is plain Python, decorated. With the environment variable ``NUMBA_DISABLE_JIT=1`` it runs as such,
-slowly, for a debugger or for coverage. Compiled functions are cached on disk, keyed by a digest of this folder (`jit`).
+`simd`: vector registers, and compilation by numba, whose private parts are used nowhere else; it knows no pose.
+`pose`: a skeleton as arrays, a pose and its distances. `path`: paths between poses, and geodesics. `inverse`: poses at
+given positions of the joints. `warping`: whole motions.
 
-What is compiled with what
---------------------------
-A function is a part of each of its callers, and these of theirs. So large functions are *separate*: they are compiled
-once, for the types that `signatures` spells out, and their callers call them by address. Only what has an address is
-optimised and becomes machine code, with all its parts at once (`simd.compiler`). A function has no entry points
-but those that it needs (`jit`): one for Python takes longer to compile than most functions here. And a `Tree` is one
-address (`shared`), as its arrays are some two hundred numbers that every call would copy. What `lanes` has is not
-compiled at all: numba writes its instructions into the caller (`lanes_llvm`), as it does with its own operators.
-
-The skeleton as compiled code sees it
--------------------------------------
-A `Tree` holds *frames* and *joints*. A frame is a coordinate system with one to three degrees of freedom (dofs):
-angles, or the rotation vector of a ball joint. A joint is a point at a fixed offset from its parent joint, measured in
-one of the frames. Rigid bones need no frame of their own, and bones that start at one joint may share one.
-`skpose.kinematics._tree` chooses the axes of every frame so that its dofs are rotations about z, y and x in that order,
-or the last one or two of these: a frame is ``H = H_parent · Rz · Ry · Rx`` whichever order the file has, and no
-compiled code branches on axes. The constant rotation between two frames goes into the zeros of their angles (`shift`).
-What is left of it, if anything, is a frame without dofs between the two: a constant rotation about one axis. A ball
-joint takes constant rotations before and after it into its quaternion.
-
-Lanes
------
-A kernel is written once, with the `rows` of `lanes`. On arrays of shape (n, lanes) it computes as many poses at once as
-fill a vector register, on arrays of shape (n,) one. Lanes never mix: a distance does not depend on the other poses in
-its register, nor on the number of threads. (In a path lanes are the poses of the path itself; see `path_energy`.)
-
-The curve without trigonometry
-------------------------------
-The straight line in angle space, sampled at n = 0 … N, adds δ = (b − a)/N to the angles at each step. The cosines and
-sines of θ/2N are stored for every pose. Those of δ/2 follow for a pair by the subtraction formulas, and those of each
-sample from the last one by the addition formulas. So a pair costs no trigonometry; the error is 1e-14 after ten steps.
-The formulas take 1 − cos δ = 2 sin² δ/2 instead of cos δ, whose rounding would make the frames grow or shrink from step
-to step. A difference that is wrapped, b − a ∓ 2π, changes δ by ∓ 2π/N. The two end poses are computed once per pose and
-not once per pair, so a pair costs N − 1 forward kinematics.
-
-A ball joint turns along a great circle of unit quaternions, q = q_a … q_b. With φ the angle between the two, q_{n+1} −
-q_n = q_n − q_{n−1} − κ q_n, κ = 2 − 2 cos(φ/N). What the first step needs, κ and sin(φ/N)/sin φ, are polynomials in 1 −
-cos φ = ‖q_b − q_a‖²/2 (`tree.slerp_series`), so this costs no trigonometry either. Quaternions are kept times √2, which
-saves the twos when they rotate a vector. Where a and b are half a turn apart there are two great circles; the signs of
-the quaternions, which `rotation.canonical` makes the same for all numbers of one rotation, choose.
-
-What a step leaves out
-----------------------
-A *tip* is a frame at the end of the tree that holds one joint: there the joint's offset is rotated, a vector, and not
-the frame. Of a frame's rotation only two rows are stored, since the third is their cross product. Joints fixed to the
-root do not move. A ball joint's axes are chosen so that the joint it carries lies along x, or so that the axes of the
-next frame need no constant rotation. Frames with the same number of dofs stand together in *batches*, so that the
-processor meets the same instructions again and again.
-
-Two stages
-----------
-A metric is a pair of functions. Its *encode* writes the code of a pose: all that the metric needs of it. Its *measure*
-computes the distances from one encoded pose to others. The loops over poses and over pairs exist once (`loops`,
-`nearest` for searches, `warping` for motions) and take the two as arguments.
+Two files compile elsewhere: `skpose.metrics._pose_metric` one function for each skeleton, which calls `pose.loops`, and
+`_own` the functions of a user's metric. Every
+function here is plain Python, decorated. With the environment variable ``NUMBA_DISABLE_JIT=1`` it runs as such, slowly,
+for a debugger or for coverage. Compiled functions are cached on disk, keyed by a digest of this folder (`simd.jit`).
 """

@@ -17,7 +17,6 @@ from skpose.neighbors._index import PoseIndex
 from skpose.neighbors._nearest_so_far import NearestSoFar
 from skpose.neighbors._results import Evaluations, Neighbors
 from skpose.neighbors._search import Search
-from skpose.skeleton import Skeleton
 
 SOLVED_AT_ONCE = 16  # candidates of a query: few enough that Ctrl-C does not wait long
 ROUNDING = 1e-9  # relative to the size of the skeleton: a chord may exceed a curve by it, as after a whole turn
@@ -31,10 +30,10 @@ class GeodesicSearch:
 
     def __init__(self, index: PoseIndex, n_jobs: int):
         self.index = index
-        solved, skeleton = index.metric, cast(Skeleton, index.skeleton)
+        solved, skeleton = index.metric, index.skeleton
         bounds = cast(Metric, solved.lower_bound()), cast(Metric, solved.upper_bound())
         self.chords, self.lines, self.geodesics = (Search(index, metric, n_jobs) for metric in (*bounds, solved))
-        self.rounding = ROUNDING * np.abs(skeleton.offsets).sum()
+        self.rounding = 0.0 if skeleton is None else ROUNDING * np.abs(skeleton.offsets).sum()
 
     @property
     def evaluations(self) -> Evaluations:

@@ -123,6 +123,7 @@ def test_neighbors(files, skeleton_and_poses):
     np.testing.assert_array_equal(load_npz("R.npz").toarray(), expected.toarray())
 
 
+@pytest.mark.slow
 def test_on_a_cluster(files, sent):
     from dask.distributed import Client, LocalCluster
 

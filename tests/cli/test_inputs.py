@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import DATA, in_turns
+from conftest import DATA
 
 from skpose import Bone, Motion, Skeleton
 from skpose._cli.compare import COMPARED, compare
@@ -51,7 +51,9 @@ def error_of(arguments, capsys):
 # Pipes
 
 
-@pytest.mark.parametrize(("file", "name"), in_turns(["biped.bvh", "arm.asf", "arm.amc"], ["-", "/dev/stdin"]))
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["-", "/dev/stdin"])
+@pytest.mark.parametrize("file", ["biped.bvh", "arm.asf", "arm.amc"])
 def test_a_pipe_on_standard_input(file, name, capsys):
     if name != "-" and not Path(name).exists():
         pytest.skip("there is no /dev/stdin")

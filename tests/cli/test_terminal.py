@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import DATA, in_turns
+from conftest import DATA
 
 from skpose import Skeleton, pose_distances
 from skpose._cli.main import main
@@ -51,6 +51,7 @@ def with_ctrl_c(test):
     return pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signal")(test)
 
 
+@pytest.mark.slow
 @with_ctrl_c
 def test_the_same_command_finishes_a_matrix_after_ctrl_c(files, capsys):
     arguments = ["distances", *files, "--scale", "0.01", "--rate", "150000", "--jobs", "1", "--out", "D.npy"]
@@ -92,14 +93,10 @@ sys.exit(main(["distances", "a.bvh", "--out", "D.npy"]))
 """
 
 
+@pytest.mark.slow
 @with_ctrl_c
-@pytest.mark.parametrize(
-    ("module", "error"),
-    in_turns(
-        ["numba", "llvmlite", "sklearn.base", "skpose.neighbors"],
-        ["KeyboardInterrupt", "ImportError('a part of the library')"],
-    ),
-)
+@pytest.mark.parametrize("error", ["KeyboardInterrupt", "ImportError('a part of the library')"])
+@pytest.mark.parametrize("module", ["numba", "llvmlite", "sklearn.base", "skpose.neighbors"])
 def test_ctrl_c_while_something_is_imported(files, module, error):
     """Also where a library makes another error of it."""
     process = start("-c", IMPORTED.format(module=module, error=error))
@@ -130,6 +127,7 @@ sys.exit(main(["distances", "a.bvh", "--scale", "0.01", "--jobs", "1", "--out", 
 """
 
 
+@pytest.mark.slow
 @with_ctrl_c
 @pytest.mark.parametrize("nth", [1, 5])
 def test_ctrl_c_while_numba_compiles(files, tmp_path_factory, monkeypatch, nth):
@@ -156,11 +154,13 @@ def closed(*program):
 closed_pipe = pytest.mark.skipif(sys.platform == "win32", reason="Windows has another error for a closed pipe")
 
 
+@pytest.mark.slow
 @closed_pipe
 def test_a_closed_output_is_no_error():
     assert closed("-m", "skpose", "info", BVH, "--scale", "0.01") == (1, "")
 
 
+@pytest.mark.slow
 @closed_pipe
 @pytest.mark.parametrize("unbuffered", [[], ["-u"]])
 def test_a_command_that_writes_a_file_writes_it_though_nobody_reads_its_output(files, unbuffered):
@@ -174,6 +174,7 @@ def test_a_command_that_writes_a_file_writes_it_though_nobody_reads_its_output(f
     assert sorted(os.listdir()) == ["D.npy", *files]
 
 
+@pytest.mark.slow
 @closed_pipe
 def test_nor_its_errors(files):
     """As of `skpose ... 2>&1 | head`."""

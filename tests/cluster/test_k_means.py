@@ -5,7 +5,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import reference
-from conftest import HAS_CALLBACKS, SKELETONS, Recorder, random_tree
+from conftest import HAS_CALLBACKS, SKELETONS, Recorder, in_turns, metric_of, random_tree
 from sklearn.cluster import KMeans
 from sklearn.datasets import make_blobs
 from sklearn.exceptions import ConvergenceWarning
@@ -17,6 +17,7 @@ from skpose.cluster._lloyd import first_centers, lloyd
 from skpose.datasets import make_gait
 from skpose.geodesics import frechet_mean
 from skpose.geodesics._weightings import WeightedMeans
+from skpose.metrics import Angle
 
 SILENT = SimpleNamespace(step=lambda name: nullcontext())
 ARM = Skeleton.chain(3)
@@ -39,12 +40,12 @@ def poses():
 def run(X, centers, weights=None, skeleton=None, metric="angle", max_iter=300, tol=0.0, means=None):
     """Run Lloyd's iteration from given centres."""
     weights = np.ones(len(X)) if weights is None else weights
-    parameters = {"angle": {"wrap": False}, "position": {}, "rotation": {}}.get(metric, {"wrap": True, "n_steps": 5})
+    metric = metric_of(metric, n_steps=5)
     if means is None:
-        means = WeightedMeans(X, skeleton, metric, parameters, None).means
+        means = WeightedMeans(X, skeleton, metric, None).means
 
     def squared(centers):
-        return pose_distances(X, centers, skeleton=skeleton, metric=metric, **parameters) ** 2
+        return pose_distances(X, centers, skeleton=skeleton, metric=metric) ** 2
 
     return lloyd(centers.copy(), weights, squared, means, max_iter, tol, SILENT)
 
@@ -117,13 +118,12 @@ def test_samples_of_weight_zero_are_never_drawn(blobs):
 # --- the objective ---------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("metric", METRICS)
-@pytest.mark.parametrize("name", ["chain", "mixed joints"])
+@pytest.mark.parametrize(("metric", "name"), in_turns(list(METRICS), ["chain", "mixed joints"]))
 def test_inertia_never_rises(metric, name):
     skeleton = SKELETONS[name]
     X = np.random.default_rng(1).uniform(-1.5, 1.5, size=(16, skeleton.n_dofs))
     inertias = [run(X, X[:3], skeleton=skeleton, metric=metric, max_iter=n).inertia for n in (1, 2, 3, 4)]
-    start = pose_distances(X, X[:3], skeleton=skeleton, metric=metric, n_steps=5) ** 2
+    start = pose_distances(X, X[:3], skeleton=skeleton, metric=metric_of(metric, n_steps=5)) ** 2
     assert (np.diff([start.min(axis=1).sum(), *inertias]) <= 1e-12).all()
     assert inertias[0] < 0.95 * start.min(axis=1).sum()
 
@@ -252,7 +252,7 @@ def test_wrapped_angles_form_one_cluster_around_half_a_turn():
     X = np.concatenate([rng.normal(np.pi, 0.2, size=(20, 1)), rng.normal(0.0, 0.2, size=(20, 1))])
     X = (X + np.pi) % (2 * np.pi) - np.pi
     truth = np.repeat([0, 1], 20)
-    wrapped = PoseKMeans(2, metric="angle", wrap=True, random_state=0).fit(X)
+    wrapped = PoseKMeans(2, metric=Angle(wrap=True), random_state=0).fit(X)
     assert adjusted_rand_score(truth, wrapped.labels_) == 1.0
     assert adjusted_rand_score(truth, PoseKMeans(2, metric="angle", random_state=0).fit_predict(X)) < 0.9
 

@@ -305,6 +305,7 @@ def run(tmp_path):
     return lines
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("first", "warning"), [("", ""), (CHANGED, "program.py:5: UserWarning: numba")])
 def test_what_one_process_compiled_is_loaded_by_another_one(run, tmp_path, first, warning):
     expected = ["1.5", "zero has no inverse"]

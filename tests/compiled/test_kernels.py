@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import reference
-from conftest import MIXED, in_turns, random_tree
+from conftest import MIXED, in_turns, metric_of, random_tree
 from scipy.sparse import csr_array
 
 import skpose
@@ -45,7 +45,9 @@ def some(small):
 @pytest.mark.parametrize("metric", WITH_FORMULA)
 def test_pairs_agree_with_the_definition(metric, dtype, small, some):
     expected = reference.distances(some[:2], some, small, metric, wrap=True)
-    distances = pose_distances(some[:2].astype(dtype), some.astype(dtype), skeleton=small, metric=metric, wrap=True)
+    distances = pose_distances(
+        some[:2].astype(dtype), some.astype(dtype), skeleton=small, metric=metric_of(metric, wrap=True)
+    )
     tolerance = 1e-10 if dtype is np.float64 else 2e-5
     np.testing.assert_allclose(distances, expected, rtol=tolerance, atol=10 * tolerance)
 
@@ -107,6 +109,7 @@ def run(code, folder, **environment):
     return done.stdout.strip()
 
 
+@pytest.mark.slow
 def test_plain_python_gives_the_same_distance():
     code = """
 from skpose import Skeleton, pose_distances
@@ -124,7 +127,7 @@ def test_an_edit_of_any_compiled_source_is_seen(tmp_path):
     shutil.copytree(Path(skpose.__file__).parent, package, ignore=shutil.ignore_patterns("__pycache__"))
     code = "from skpose import pose_distances; print(pose_distances([[0.0, 0.0]], [[3.0, 4.0]], metric='angle')[0, 0])"
     assert [run(code, tmp_path) for _ in range(2)] == ["5.0", "5.0"]
-    source = package / "_compiled" / "lanes_llvm.py"
+    source = package / "_compiled" / "simd" / "lanes_llvm.py"
     before = source.read_text(encoding="utf-8")
     edited = before.replace('_define_unary(lanes.sqrt, "sqrt")', '_define_unary(lanes.sqrt, "fabs")')
     assert edited != before

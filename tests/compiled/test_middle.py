@@ -11,11 +11,11 @@ from skpose._compiled.pose.nearest import bounds_of_groups_loop
 from skpose._compiled.pose.tree import Steps
 from skpose._compiled.simd.lanes import aligned, lanes
 from skpose.kinematics._tree import tree_of
-from skpose.metrics._registry import METRICS
+from skpose.metrics import Spatial
 
 FLOAT32 = np.dtype(np.float32)
 LANES = lanes(FLOAT32)
-COARSE = METRICS["spatial"].coarse
+COARSE = Spatial().coarse_bound
 SMALL = {
     "chain": Skeleton.chain(2),
     "tree": random_tree(0, n=6),
@@ -59,11 +59,11 @@ def test_two_chords_are_never_longer_than_the_line_but_for_their_slack(name, siz
     Y = [X + distance * rng.normal(size=X.shape) for distance in (0.0, 1e-6, 1e-2, 0.3, 3.0)]
     turns = np.pi * rng.integers(-2, 3, X.shape)
     Y = np.concatenate([*Y, X + turns, *(X + turns + e * rng.normal(size=X.shape) for e in (1e-9, 1e-7, 1e-5))])
-    lengths = pose_distances(X, Y, skeleton=skeleton, wrap=wrap)
+    lengths = pose_distances(X, Y, skeleton=skeleton, metric=Spatial(wrap=wrap))
     bounds, slack = two_chords(X, Y, skeleton, wrap=wrap), COARSE.slack(tree_of(skeleton))
     assert (bounds <= lengths + slack).all()
     assert slack < 1e-2 * lengths.max()
-    exact = pose_distances(X, Y, skeleton=skeleton, n_steps=2, wrap=wrap)
+    exact = pose_distances(X, Y, skeleton=skeleton, metric=Spatial(2, wrap))
     far = slice(0, 5 * len(X))  # where the middle is certain
     assert (np.abs(bounds - exact)[:, far] < slack).mean() > 0.95
     assert (bounds >= 0.0).all()

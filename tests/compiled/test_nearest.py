@@ -19,7 +19,6 @@ from skpose._compiled.pose.nearest import (
     nearest_of_candidates_loop,
     nearest_of_groups_loop,
 )
-from skpose._compiled.pose.tree import Steps
 from skpose._compiled.simd.lanes import lanes
 from skpose.kinematics._tree import tree_of
 from skpose.metrics._registry import METRICS
@@ -50,24 +49,24 @@ def search_groups(
     X, Y, found, *, metric="angle", skeleton=None, rows=None, excluded=NONE, measure=None, bounds=None, slack=0.0
 ):
     """Run the loop over all poses in groups; return the number of pairs measured."""
-    chosen, steps, dtype = METRICS[metric], Steps.of(10, wrap=metric != "angle"), found.values.dtype
-    codes, lanes_of_codes = (chosen.encoded(poses, skeleton, steps).astype(dtype) for poses in (X, Y))
+    chosen, dtype = METRICS[metric](), found.values.dtype
+    codes, lanes_of_codes = (chosen.encode_poses(poses, skeleton).astype(dtype) for poses in (X, Y))
     codes_in_lanes, width = in_lanes(lanes_of_codes), lanes(dtype)
     n_groups = -(-len(Y) // width)
     indices = np.full(n_groups * width, -1)
     indices[: len(Y)] = np.arange(len(Y))
     bounds = np.zeros((len(X), n_groups), np.float32) if bounds is None else bounds
     groups = Groups(codes_in_lanes, indices, bounds, np.full(len(X), slack))
-    tail = excluded, measure or chosen.measure, tree_of(skeleton, dtype), steps, found
+    tail = excluded, measure or chosen.measure, tree_of(skeleton, dtype), chosen.steps, found
     return nearest_of_groups_loop(dtype)(codes, groups, *(rows or (0, len(X))), *tail)
 
 
 def search_candidates(X, Y, candidates, found, *, at_once=FLOAT64_LANES, rows=None, measure=None):
     """Run the loop over candidates under "angle"; return the numbers of pairs measured and unconverged, and the gap."""
-    chosen, steps = METRICS["angle"], Steps.of(1, wrap=False)
+    chosen = METRICS["angle"]()
     batch = Batch(*(rows or (0, len(X))), at_once)
-    tail = chosen.encode, measure or chosen.measure, tree_of(None), steps, found
-    return nearest_of_candidates_loop(Y.dtype)(chosen.encoded(X, None, steps), Y, candidates, batch, *tail)
+    tail = chosen.encode, measure or chosen.measure, tree_of(None), chosen.steps, found
+    return nearest_of_candidates_loop(Y.dtype)(chosen.encode_poses(X, None), Y, candidates, batch, *tail)
 
 
 def entries(found, i):
@@ -182,7 +181,7 @@ def test_what_is_ruled_out_within_a_limit_is_not_measured():
 
 def test_bounds_within_the_limit_become_the_least_distances_of_their_groups(grid):
     X, Y, D = grid
-    chosen, dtype = METRICS["angle"], np.dtype(np.float32)
+    chosen, dtype = METRICS["angle"](), np.dtype(np.float32)
     width = lanes(dtype)
     n_groups = -(-N_POSES // width)
     least = np.full((N_QUERIES, n_groups * width), np.inf)
@@ -190,7 +189,7 @@ def test_bounds_within_the_limit_become_the_least_distances_of_their_groups(grid
     least = least.reshape(N_QUERIES, n_groups, width).min(axis=2)
     before = np.random.default_rng(0).integers(0, 3, size=(N_QUERIES, n_groups)).astype(dtype)
     bounds, limits = before.copy(), np.array([0, 1, 2, 0, 1], dtype)
-    tail = limits, chosen.measure, tree_of(None, dtype), Steps.of(1, wrap=False), bounds
+    tail = limits, chosen.measure, tree_of(None, dtype), chosen.steps, bounds
     bounds_of_groups_loop()(X.astype(dtype), in_lanes(Y.astype(dtype)), 0, N_QUERIES - 1, *tail)
     expected = np.where(before <= limits[:, None], least, before)
     expected[-1] = before[-1]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import reference
-from conftest import random_tree
+from conftest import metric_of, random_tree
 
 from skpose import Skeleton, motion_distances, pose_distances
 from skpose._compiled.warping.paths import Paths, accumulate, path_to
@@ -81,9 +81,9 @@ def test_motions_of_equal_length_are_compared_frame_by_frame_with_a_window_of_ze
 @pytest.mark.parametrize("metric", WITH_FORMULA)
 def test_distances_agree_with_the_definition(metric, window):
     A, B = motions([1, 2, 9]), motions([3, 10], seed=1)
-    parameters = {"skeleton": TREE, "metric": metric, "window": window}
-    expected = reference.motion_distances(A, B, **parameters, wrap=True)
-    np.testing.assert_allclose(motion_distances(A, B, **parameters, wrap=True), expected, rtol=1e-10)
+    expected = reference.motion_distances(A, B, skeleton=TREE, metric=metric, window=window, wrap=True)
+    found = motion_distances(A, B, skeleton=TREE, metric=metric_of(metric, wrap=True), window=window)
+    np.testing.assert_allclose(found, expected, rtol=1e-10)
 
 
 @pytest.mark.parametrize("metric", METRICS)

@@ -10,14 +10,14 @@ from skpose._compiled.pose.measure import measure_boxes
 from skpose._compiled.pose.tree import Steps
 from skpose._compiled.warping.paths import Paths, accumulate, accumulate_from, path_to
 from skpose.kinematics._tree import tree_of
-from skpose.metrics._registry import resolve
+from skpose.metrics import Spatial
 from skpose.motions._bounds import Bounds
 from skpose.motions._index import SequenceIndex
 from skpose.motions._inputs import Sequences
 from skpose.motions._search import Aligner
 
 TREE = random_tree(0, n=4)
-_, _, STEPS = resolve("spatial", TREE, 4, "auto")
+METRIC = Spatial(4)
 
 
 def motion(n_frames, seed):
@@ -26,21 +26,21 @@ def motion(n_frames, seed):
 
 
 def costs_of(query, other):
-    return pose_distances(query, other, skeleton=TREE, n_steps=4)
+    return pose_distances(query, other, skeleton=TREE, metric=METRIC)
 
 
 @pytest.mark.parametrize("paths", [Paths(1.0, False), Paths(0.2, False), Paths(1.0, True)])
 @pytest.mark.parametrize("lengths", [(1, 1), (1, 9), (9, 1), (5, 12), (12, 17)])
 def test_ends_within_a_limit(lengths, paths):
     query, other = motion(lengths[0], 1), motion(lengths[1], 2)
-    index = SequenceIndex(Sequences.of([other]), TREE, "spatial", STEPS)
+    index = SequenceIndex(Sequences.of([other]), TREE, METRIC)
     expected = costs_of(query, other)
     accumulate(expected, paths)
     ends = expected[-1] if paths.is_open else expected[-1, -1:]
     for limit in (np.inf, ends.max(), np.median(ends), 0.999 * ends.min()):
         for bounds in (Bounds(index, query), None):
             aligner = Aligner(index, paths)
-            found = aligner.ends(aligner.encoded(query), 0, len(other), bounds, limit)
+            found = aligner.ends(aligner.encode(query), 0, len(other), bounds, limit)
             sums = found.sums if paths.is_open else found.sums[-1:]
             np.testing.assert_array_equal(sums, np.where(ends <= limit * (1 + 1e-9), ends, np.inf))
             for j in np.flatnonzero(np.isfinite(sums)) if paths.is_open else ():
@@ -50,21 +50,21 @@ def test_ends_within_a_limit(lengths, paths):
 def test_a_tight_limit_leaves_groups_out():
     query = motion(8, 1)
     other = np.concatenate([motion(24, 2) + 2.0, query, motion(24, 3) - 2.0])
-    index = SequenceIndex(Sequences.of([other]), TREE, "spatial", STEPS)
+    index = SequenceIndex(Sequences.of([other]), TREE, METRIC)
     aligner = Aligner(index, Paths(1.0, True))
-    found = aligner.ends(aligner.encoded(query), 0, len(other), Bounds(index, query), 1e-3)
+    found = aligner.ends(aligner.encode(query), 0, len(other), Bounds(index, query), 1e-3)
     assert (found.sums.argmin(), found.starts[found.sums.argmin()]) == (31, 24)
     assert aligner.evaluations.cells <= 2 * loops.FLOAT64_LANES * len(query)
 
 
 def test_the_sum_along_a_path():
     query, other = motion(6, 1), motion(11, 2)
-    index = SequenceIndex(Sequences.of([other]), TREE, "spatial", STEPS)
+    index = SequenceIndex(Sequences.of([other]), TREE, METRIC)
     aligner = Aligner(index, Paths(1.0, True))
     path = np.array([[0, 2], [1, 2], [1, 3], [2, 9], [5, 10]])
-    lanes = loops.in_lanes(aligner.encoded(other))
+    lanes = loops.in_lanes(aligner.encode(other))
     expected = costs_of(query, other)[path[:, 0], path[:, 1]].sum()
-    assert aligner.path_sum(aligner.encoded(query), lanes, path) == pytest.approx(expected, rel=1e-12)
+    assert aligner.path_sum(aligner.encode(query), lanes, path) == pytest.approx(expected, rel=1e-12)
 
 
 @pytest.mark.parametrize("split", [1, 4, 7])

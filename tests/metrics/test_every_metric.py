@@ -25,7 +25,7 @@ from skpose import (
 from skpose.cluster import PoseKMeans
 from skpose.datasets import humanoid, make_gait
 from skpose.geodesics import frechet_mean, geometric_median
-from skpose.metrics import Metric, Position
+from skpose.metrics import Metric, Position, Spatial
 from skpose.motions import align_motions, find_motion, mean_motion, segment_repetitions
 from skpose.statistics import PoseKernelRegressor, PoseTangentPCA, two_sample_test
 from skpose.view import explorer
@@ -200,3 +200,10 @@ def test_a_metric_that_measures_anew_inherits_no_bounds_and_means():
         measure = measure_largest
 
     assert Renamed() != LargestDistance()
+
+
+def test_parameters_of_a_name_are_refused_in_words():
+    model = PoseDistanceTransformer(SKELETON, metric="spatial")
+    with pytest.raises(ValueError, match=r"metric__n_steps is a parameter.*metric='spatial' is a name.*metric=Spatial"):
+        model.set_params(metric__n_steps=5)
+    assert model.set_params(metric=Spatial(), metric__n_steps=5).metric == Spatial(5)

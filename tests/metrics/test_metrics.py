@@ -5,20 +5,20 @@ from itertools import combinations
 import numpy as np
 import pytest
 import reference
-from conftest import SKELETONS, whole_turns
+from conftest import SKELETONS, metric_of, whole_turns, with_either_wrap
 
 from skpose import Skeleton, pose_distances
+from skpose.metrics import Angle, Spatial
 from skpose.metrics._registry import METRICS
 
 DEFINED = [name for name in METRICS if name != "geodesic"]  # has no formula, and tests of its own
 WITH_SKELETON = [name for name in DEFINED if METRICS[name].needs_skeleton]
 
 
-@pytest.mark.parametrize("wrap", [True, False])
-@pytest.mark.parametrize("metric", DEFINED)
-def test_agrees_with_its_definition(metric, wrap, skeleton, poses):
-    expected = reference.distances(poses[:4], poses, skeleton, metric, wrap=wrap)
-    distances = pose_distances(poses[:4], poses, skeleton=skeleton, metric=metric, wrap=wrap)
+@pytest.mark.parametrize("metric", with_either_wrap(DEFINED), ids=repr)
+def test_agrees_with_its_definition(metric, skeleton, poses):
+    expected = reference.distances(poses[:4], poses, skeleton, metric.name, **metric.get_params())
+    distances = pose_distances(poses[:4], poses, skeleton=skeleton, metric=metric)
     np.testing.assert_allclose(distances, expected, rtol=1e-10, atol=1e-12)
 
 
@@ -26,15 +26,12 @@ def test_agrees_with_its_definition(metric, wrap, skeleton, poses):
 @pytest.mark.parametrize("wrap", [True, False])
 def test_spatial_with_any_number_of_steps(n_steps, wrap, skeleton, poses):
     expected = reference.distances(poses[:2], poses, skeleton, "spatial", n_steps=n_steps, wrap=wrap)
-    distances = pose_distances(poses[:2], poses, skeleton=skeleton, n_steps=n_steps, wrap=wrap)
+    distances = pose_distances(poses[:2], poses, skeleton=skeleton, metric=Spatial(n_steps, wrap))
     np.testing.assert_allclose(distances, expected, rtol=1e-10, atol=1e-12)
 
 
 def test_spatial_with_one_step_is_position(skeleton, poses):
-    one_step, chord = (
-        pose_distances(poses, skeleton=skeleton, **parameters)
-        for parameters in ({"n_steps": 1}, {"metric": "position"})
-    )
+    one_step, chord = (pose_distances(poses, skeleton=skeleton, metric=metric) for metric in (Spatial(1), "position"))
     np.testing.assert_allclose(one_step, chord, rtol=1e-12)
 
 
@@ -43,18 +40,19 @@ def test_angles_of_many_turns(skeleton, poses):
     turns = whole_turns(poses, skeleton, np.random.default_rng(3).integers(-20, 20, size=poses.shape))
     for metric in DEFINED if not any(bone.is_ball for bone in skeleton.bones) else WITH_SKELETON:
         wound, plain = (
-            pose_distances(X, poses, skeleton=skeleton, metric=metric, wrap=True) for X in (poses + turns, poses)
+            pose_distances(X, poses, skeleton=skeleton, metric=metric_of(metric, wrap=True))
+            for X in (poses + turns, poses)
         )
         np.testing.assert_allclose(wound, plain, atol=1e-11)
-    literal = pose_distances(poses[:2] + turns[:2], poses, skeleton=skeleton, wrap=False, n_steps=50)
+    literal = pose_distances(poses[:2] + turns[:2], poses, skeleton=skeleton, metric=Spatial(50, wrap=False))
     expected = reference.distances(poses[:2] + turns[:2], poses, skeleton, "spatial", n_steps=50)
     np.testing.assert_allclose(literal, expected, rtol=1e-10, atol=1e-10)
 
 
 def test_fact_1_a_chord_is_no_longer_than_a_curve(skeleton, poses):
     chord, *curves = (
-        pose_distances(poses, skeleton=skeleton, **parameters)
-        for parameters in ({"metric": "position"}, {"wrap": True}, {"wrap": False}, {"n_steps": 3})
+        pose_distances(poses, skeleton=skeleton, metric=metric)
+        for metric in ("position", Spatial(), Spatial(wrap=False), Spatial(3))
     )
     for curve in curves:
         assert (chord <= curve * (1 + 1e-12)).all()
@@ -69,8 +67,8 @@ def test_fact_2_a_jump_by_a_full_turn_is_no_movement(skeleton, poses):
     np.testing.assert_allclose(np.diag(pose_distances(poses, jumped, metric="angle")), 2 * np.pi)
     if first.is_ball:
         return
-    assert np.diag(pose_distances(poses, jumped, metric="angle", wrap=True)).max() < 1e-12
-    assert np.diag(pose_distances(poses, jumped, skeleton=skeleton, wrap=False)).max() > 0.1
+    assert np.diag(pose_distances(poses, jumped, metric=Angle(wrap=True))).max() < 1e-12
+    assert np.diag(pose_distances(poses, jumped, skeleton=skeleton, metric=Spatial(wrap=False))).max() > 0.1
 
 
 def test_a_half_turn_is_as_far_from_either_end():
@@ -85,7 +83,7 @@ def test_fact_3_spatial_breaks_the_triangle_inequality():
     """To swing a stretched arm far, it helps to fold it in between: the detour is shorter than the straight line."""
     start, folded, end = np.array([[0.0, 0, 0]]), np.array([[1.5, 1, 0]]), np.array([[3.0, 0, 0]])
     direct, there, back = (
-        pose_distances(a, b, skeleton=Skeleton.chain(3), n_steps=100)[0, 0]
+        pose_distances(a, b, skeleton=Skeleton.chain(3), metric=Spatial(100))[0, 0]
         for a, b in ((start, end), (start, folded), (folded, end))
     )
     assert there + back < 0.99 * direct
@@ -112,7 +110,7 @@ def test_the_line_of_one_joint_is_its_arc():
     skeleton = Skeleton.chain(4)
     radii = np.sqrt(1**2 + 2**2 + 3**2 + 4**2)
     for n_steps in (1, 10, 100):
-        distance = pose_distances([[0.0, 0, 0, 0]], [[2.0, 0, 0, 0]], skeleton=skeleton, n_steps=n_steps)
+        distance = pose_distances([[0.0, 0, 0, 0]], [[2.0, 0, 0, 0]], skeleton=skeleton, metric=Spatial(n_steps))
         np.testing.assert_allclose(distance, radii * n_steps * 2 * np.sin(1.0 / n_steps), rtol=1e-12)
 
 
@@ -139,10 +137,9 @@ def test_cmu_poses_against_the_naive_definition(cmu):
         assert np.ptp(X[by_angle, skeleton.dof_names.index("rhand_rz")]) > 2 * np.pi
         chosen = np.concatenate([chosen, by_angle[[0, -1, 1, -2]]])
     X = X[chosen]
-    for metric in DEFINED:
-        for wrap in (True, False):
-            pairs = rng.integers(len(X), size=(60, 2))
-            pairs = np.concatenate([pairs, len(X) - np.array(list(combinations(range(1, 9), 2)))])
-            expected = [reference.distance(X[i], X[j], skeleton, metric, wrap=wrap) for i, j in pairs]
-            distances = pose_distances(X, skeleton=skeleton, metric=metric, wrap=wrap)[tuple(pairs.T)]
-            np.testing.assert_allclose(distances, expected, rtol=0, atol=1e-9)
+    for metric in with_either_wrap(DEFINED):
+        pairs = rng.integers(len(X), size=(60, 2))
+        pairs = np.concatenate([pairs, len(X) - np.array(list(combinations(range(1, 9), 2)))])
+        expected = [reference.distance(X[i], X[j], skeleton, metric.name, **metric.get_params()) for i, j in pairs]
+        distances = pose_distances(X, skeleton=skeleton, metric=metric)[tuple(pairs.T)]
+        np.testing.assert_allclose(distances, expected, rtol=0, atol=1e-9)

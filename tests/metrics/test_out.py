@@ -23,6 +23,7 @@ from skpose.metrics import _writers
 from skpose.metrics._convergence import Unconverged
 from skpose.metrics._matrix import DistanceMatrix
 from skpose.metrics._registry import METRICS
+from skpose.metrics._spatial import Spatial
 
 TREE = random_tree(0)
 
@@ -133,7 +134,7 @@ def test_the_same_as_in_memory_and_no_notes_are_left(array, notes, X, triangle, 
     ("array", "metric", "triangle"), in_turns(ARRAYS, list(METRICS), [True, False]), indirect=["array"]
 )
 def test_the_same_call_continues_where_it_stopped(array, notes, X, metric, triangle):
-    computed_in_the_results_dtype = not METRICS[metric].always_float64
+    computed_in_the_results_dtype = not METRICS[metric].iterative
     X = X if computed_in_the_results_dtype else X[:50, :3].astype(np.float32)
     skeleton = TREE if computed_in_the_results_dtype else Skeleton.chain(3)
     Y = None if triangle else X[:40] + X.dtype.type(0.1)
@@ -194,9 +195,9 @@ def test_notes_that_were_cut_short_count_up_to_the_cut(tmp_path, X, cut):
 @pytest.mark.parametrize(
     ("other", "name"),
     [
-        ({"metric": "position"}, "metric, n_steps or wrap"),
-        ({"n_steps": 9}, "metric, n_steps or wrap"),
-        ({"wrap": False}, "metric, n_steps or wrap"),
+        ({"metric": "position"}, "metric or parameters of it"),
+        ({"metric": Spatial(9)}, "metric or parameters of it"),
+        ({"metric": Spatial(wrap=False)}, "metric or parameters of it"),
         ({"skeleton": random_tree(1)}, "skeleton"),
         ({"X": None}, "X"),
         ({"Y": None}, "Y"),

@@ -10,11 +10,11 @@ import pandas as pd
 import pytest
 import reference
 from competition import Competition
-from conftest import SKELETONS, random_tree
+from conftest import SKELETONS, metric_of, random_tree, with_either_wrap
 from joblib import parallel_config
 
 from skpose import Skeleton, pose_distances
-from skpose.metrics import _matrix
+from skpose.metrics import Spatial, _matrix
 from skpose.metrics._registry import METRICS
 
 ALL_METRICS = pytest.mark.parametrize("metric", METRICS, indirect=True)
@@ -50,8 +50,8 @@ def X(metric, skeleton):
 @pytest.mark.parametrize("kind", [np.int32, np.uint8])
 def test_parameters_may_be_numpys_integers(metric, skeleton, kind):
     X = random_poses(3, skeleton, metric)
-    found = pose_distances(X, skeleton=skeleton, metric=metric, n_steps=kind(4))
-    np.testing.assert_array_equal(found, pose_distances(X, skeleton=skeleton, metric=metric, n_steps=4))
+    found = pose_distances(X, skeleton=skeleton, metric=metric_of(metric, n_steps=kind(4)))
+    np.testing.assert_array_equal(found, pose_distances(X, skeleton=skeleton, metric=metric_of(metric, n_steps=4)))
 
 
 @ALL_METRICS
@@ -184,11 +184,11 @@ def test_auto_is_spatial_with_a_skeleton_and_angle_without(skeleton, X):
         ({"Y": [[0, 0, 0, np.inf]]}, ValueError, "Y contains infinity"),
         ({"X": [0.0, 1, 2, 3]}, ValueError, "Expected 2D array"),
         ({"X": np.zeros((0, 4))}, ValueError, "Found array with 0 sample"),
-        ({"skeleton": None, "metric": "spatial"}, ValueError, 'metric="spatial" needs a skeleton'),
+        ({"skeleton": None, "metric": "spatial"}, ValueError, "the metric 'spatial' needs a skeleton"),
         ({"skeleton": "humanoid"}, ValueError, r"skeleton must be a skpose\.Skeleton, got str: "),
         ({"metric": "euclidean"}, ValueError, "The 'metric' parameter of pose_distances must be a str among"),
-        ({"n_steps": 0}, ValueError, "The 'n_steps' parameter of pose_distances must be an int in the range"),
-        ({"wrap": "yes"}, ValueError, "The 'wrap' parameter of pose_distances must be"),
+        ({"metric": Spatial(0)}, ValueError, "The 'n_steps' parameter of Spatial must be an int in the range"),
+        ({"metric": Spatial(wrap="yes")}, ValueError, "The 'wrap' parameter of Spatial must be"),
         ({"n_jobs": 1.5}, ValueError, "The 'n_jobs' parameter of pose_distances must be"),
         ({"out": [[0.0]]}, ValueError, r"out must be a writeable float64 array of shape \(3, 2\), got list"),
         ({"out": 1.0}, ValueError, "The 'out' parameter of pose_distances must be"),
@@ -223,17 +223,16 @@ def test_long_chains_and_large_trees(n_dofs, turns):
         X += 2 * np.pi * rng.integers(-turns, turns + 1, X.shape)
         if turns == 0:
             X = X.astype(np.float32).astype(np.float64)  # one reference for both dtypes
-        for metric in METRICS:
-            if metric == "geodesic":  # its time is proportional to the cube of the number of dofs
-                continue
-            for n_steps in (10, 100) if metric == "spatial" else (10,):
-                for wrap in (True, False) if turns == 0 and METRICS[metric].wraps is not None else (True,):
-                    parameters = {"skeleton": skeleton, "metric": metric, "n_steps": n_steps, "wrap": wrap}
-                    expected = reference.distance(*X, **parameters)
-                    np.testing.assert_allclose(pose_distances(X, **parameters)[0, 1], expected, rtol=1e-10)
-                    if turns == 0:
-                        single = pose_distances(X.astype(np.float32), **parameters)[0, 1]
-                        np.testing.assert_allclose(single, expected, rtol=2e-5)
+        # Without geodesics, whose time is proportional to the cube of the number of dofs.
+        metrics = with_either_wrap(name for name in METRICS if name != "geodesic")
+        for metric in [*metrics, Spatial(100), Spatial(100, wrap=False)]:
+            if turns == 0 or getattr(metric, "wrap", True):
+                expected = reference.distance(*X, skeleton, metric.name, **metric.get_params())
+                found = pose_distances(X, skeleton=skeleton, metric=metric)[0, 1]
+                np.testing.assert_allclose(found, expected, rtol=1e-10)
+                if turns == 0:
+                    single = pose_distances(X.astype(np.float32), skeleton=skeleton, metric=metric)[0, 1]
+                    np.testing.assert_allclose(single, expected, rtol=2e-5)
 
 
 @ALL_METRICS

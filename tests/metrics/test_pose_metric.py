@@ -4,7 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
-from conftest import SKELETONS, in_turns
+from conftest import SKELETONS, metric_of, with_either_wrap
 from joblib import Parallel, delayed
 from numba import config, njit
 from numba.core.registry import CPUDispatcher
@@ -14,6 +14,7 @@ from sklearn.model_selection import GridSearchCV, cross_val_score
 from sklearn.neighbors import KNeighborsClassifier
 
 from skpose import Skeleton, pose_distances, pose_metric
+from skpose.metrics import Spatial
 from skpose.metrics._registry import METRICS
 
 HUMANOID = SKELETONS["humanoid"]
@@ -25,15 +26,16 @@ def X():
     return np.random.default_rng(0).normal(size=(12, HUMANOID.n_dofs))
 
 
-@pytest.mark.parametrize(("metric", "wrap"), in_turns(list(METRICS), [True, False]))
-def test_equals_pose_distances(metric, wrap, X):
+@pytest.mark.parametrize("metric", with_either_wrap(METRICS), ids=repr)
+def test_equals_pose_distances(metric, X):
     skeleton = HUMANOID
-    if metric == "geodesic":  # a smaller skeleton and poses near each other, to be quick
+    if metric.iterative:  # a smaller skeleton and poses near each other, to be quick
         skeleton = SKELETONS["tree"]
         X = 0.1 * X[:, : skeleton.n_dofs]
     X[:, 3] += 6.0
-    f = pose_metric(skeleton, metric=metric, n_steps=7, wrap=wrap)
-    expected = pose_distances(X, skeleton=skeleton, metric=metric, n_steps=7, wrap=wrap)
+    metric = metric_of(metric.name, **metric.get_params() | {"n_steps": 7})
+    f = pose_metric(skeleton, metric=metric)
+    expected = pose_distances(X, skeleton=skeleton, metric=metric)
     np.testing.assert_allclose(pairwise_distances(X, metric=f), expected, rtol=1e-12, atol=1e-14)
 
 
@@ -60,6 +62,7 @@ def test_is_a_dispatcher_that_compiled_code_can_call(X):
     np.testing.assert_allclose(total(X), D[0, 1] + D[1, 2], rtol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(bool(config.DISABLE_JIT), reason="a plain closure, which nothing can pickle")
 def test_in_another_process():
     f, (x, y) = pose_metric(Skeleton.chain(2)), np.array([[0.0, 1.0], [2.0, -1.0]])
@@ -69,7 +72,8 @@ def test_in_another_process():
 def test_equal_arguments_give_the_same_function():
     f = pose_metric(Skeleton.chain(2), metric="spatial")
     assert pose_metric(Skeleton.chain(2)) is f
-    assert pose_metric(Skeleton.chain(2), n_steps=9) is not f
+    assert pose_metric(Skeleton.chain(2), metric=Spatial()) is f
+    assert pose_metric(Skeleton.chain(2), metric=Spatial(9)) is not f
     assert pickle.loads(pickle.dumps(f)) is f
     assert clone(KNeighborsClassifier(metric=f)).metric is f
 
@@ -99,7 +103,7 @@ def test_wrong_lengths_are_refused():
         f(np.zeros(3), np.zeros(4))
     with pytest.raises(ValueError, match="the two poses differ in length"):
         g(np.zeros(3), np.zeros(4))
-    with pytest.raises(ValueError, match='metric="spatial" needs a skeleton'):
+    with pytest.raises(ValueError, match="the metric 'spatial' needs a skeleton"):
         pose_metric(metric="spatial")
     with pytest.raises(ValueError, match="The 'metric' parameter of pose_metric must be"):
         pose_metric(metric="euclidean")

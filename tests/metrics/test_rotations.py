@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from skpose import Bone, Motion, Skeleton, geodesic, pose_distances, poses_from_rotations, rotations_from_poses
 from skpose.datasets import humanoid
+from skpose.metrics import Spatial
 from skpose.metrics._registry import METRICS
 
 OF_ROTATIONS = [name for name in METRICS if name != "angle"]
@@ -120,5 +121,5 @@ def test_slerp_with_any_number_of_steps(n_steps):
     X = np.random.default_rng(4).uniform(-3, 3, size=(12, skeleton.n_dofs))
     expected = reference.distances(X, X[:3], skeleton, "spatial", n_steps=n_steps)
     for dtype, tolerance in ((np.float64, 1e-12), (np.float32, 2e-5)):
-        found = pose_distances(X.astype(dtype), X[:3].astype(dtype), skeleton=skeleton, n_steps=n_steps)
+        found = pose_distances(X.astype(dtype), X[:3].astype(dtype), skeleton=skeleton, metric=Spatial(n_steps))
         np.testing.assert_allclose(found, expected, rtol=tolerance, atol=10 * tolerance)

@@ -15,7 +15,6 @@ import zarr
 from test_out import TREE, counted, stopped_after
 
 from skpose import pose_distances
-from skpose._compiled.pose.tree import Steps
 from skpose._parallel import lock
 from skpose._parallel.checkpoint import FileCheckpoint
 from skpose._parallel.file_systems import computer
@@ -24,11 +23,11 @@ from skpose.metrics import _run, _writers, _zarr_writer
 from skpose.metrics._convergence import Unconverged
 from skpose.metrics._matrix import DistanceMatrix
 from skpose.metrics._run import WorkerOutput
+from skpose.metrics._spatial import Spatial
 from skpose.metrics._tiles import Tile, Tiling
 from skpose.metrics._writers import FileTarget
 from skpose.metrics._zarr_writer import ZarrTarget
 
-SPATIAL = Steps.of(10, wrap=True)
 KINDS = ["npy", "columns", "zarr", "shards", "group"]
 pytestmark = pytest.mark.slow  # two processes, which import numba
 kills = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGKILL")
@@ -132,7 +131,7 @@ class Mortal(DistanceMatrix):
     """A matrix whose first tile kills its worker: in the middle of its bytes, or before the disk has all of them."""
 
     def __init__(self, X, folder, when):
-        super().__init__(X, None, "spatial", TREE, SPATIAL)
+        super().__init__(X, None, Spatial(), TREE)
         self.dead, self.when, self.client = folder / "dead", when, os.getpid()
 
     def distances(self, tile, *arguments):
@@ -167,7 +166,7 @@ class Mortal(DistanceMatrix):
 def test_a_worker_that_is_killed_while_it_writes_changes_nothing(tmp_path, X, kind, when):
     out = created(tmp_path, kind, (200, 200))
     matrix = Mortal(X, tmp_path, when)
-    matrix.written(out, None)
+    matrix.write(out, None)
     assert matrix.dead.exists()
     np.testing.assert_array_equal(out[:], pose_distances(X, skeleton=TREE))
 
@@ -248,7 +247,7 @@ class Blind(DistanceMatrix):
     """A matrix whose workers see another folder under the same path."""
 
     def __init__(self, X):
-        super().__init__(X, None, "spatial", TREE, SPATIAL)
+        super().__init__(X, None, Spatial(), TREE)
         self.client = os.getpid()
 
     def distances(self, tile, *arguments):
@@ -263,10 +262,10 @@ def test_workers_that_do_not_see_the_destination_send_their_tiles_back_with_a_wa
     name = r"D\.npy\.lock" if kind == "npy" else r"D\.zarr.skpose\.lock"
     message = rf"a worker cannot write into out, on {socket.gethostname()}: .*{name} is another file there\. Such "
     with pytest.warns(UserWarning, match=message) as warned, stopped_after(5):
-        Blind(X).written(out, None)
+        Blind(X).write(out, None)
     assert len(warned) == 1
     with pytest.warns(UserWarning, match=message):
-        Blind(X).written(out, None)  # nor can they check what is there
+        Blind(X).write(out, None)  # nor can they check what is there
     np.testing.assert_array_equal(out[:], pose_distances(X, skeleton=TREE))
     joblib.externals.loky.get_reusable_executor().shutdown(kill_workers=True)  # as they stay blind
 

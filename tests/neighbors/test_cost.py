@@ -8,9 +8,9 @@ from skpose.neighbors._cost import QUERIES_PER_SAMPLE, CostModel, sample_of
 N_QUERIES, N_POSES = 1000, 20_000
 
 
-@pytest.fixture(params=[metric for metric in METRICS if METRICS[metric].bound is not None])
+@pytest.fixture(params=[metric for metric in METRICS if METRICS[metric]().lower_bound() is not None])
 def cost(request):
-    return CostModel(METRICS[request.param], 100, N_POSES)
+    return CostModel(METRICS[request.param](), 100, N_POSES)
 
 
 def test_a_filter_is_worth_it_only_if_it_leaves_little(cost):
@@ -21,8 +21,8 @@ def test_a_filter_is_worth_it_only_if_it_leaves_little(cost):
 
 
 def test_no_filter_is_tried_for_a_few_poses():
-    assert not CostModel(METRICS["spatial"], 100, 20).filter_is_worth_a_trial(20)
-    assert CostModel(METRICS["spatial"], 100, N_POSES).filter_is_worth_a_trial(N_QUERIES)
+    assert not CostModel(METRICS["spatial"](), 100, 20).filter_is_worth_a_trial(20)
+    assert CostModel(METRICS["spatial"](), 100, N_POSES).filter_is_worth_a_trial(N_QUERIES)
 
 
 def test_a_sample_is_a_small_share_and_never_empty():

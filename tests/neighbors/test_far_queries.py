@@ -5,7 +5,7 @@ import pytest
 from conftest import SKELETONS
 
 from skpose import Bone, PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer, Skeleton, pose_distances
-from skpose._compiled.pose.tree import Steps
+from skpose.metrics import Angle, Spatial
 from skpose.neighbors import _cost
 from skpose.neighbors._filter import ChordFilter
 from skpose.neighbors._index import LANES
@@ -33,16 +33,16 @@ def sequences(skeleton, n_sequences=6, n_frames=100, seed=0):
     return np.concatenate(X)
 
 
-def assert_equal_to_brute_force(X, queries, skeleton, *, n_jobs=1, ks=(1, 5, 40), **metric):
+def assert_equal_to_brute_force(X, queries, skeleton, metric="spatial", *, n_jobs=1, ks=(1, 5, 40)):
     """Indices and distances to the last bit, for some k and some radii."""
-    D = pose_distances(queries, X, skeleton=skeleton, **metric)
+    D = pose_distances(queries, X, skeleton=skeleton, metric=metric)
     order = np.argsort(D, axis=1, kind="stable")
-    knn = PoseKNeighborsTransformer(skeleton, n_jobs=n_jobs, **metric).fit(X)
+    knn = PoseKNeighborsTransformer(skeleton, metric=metric, n_jobs=n_jobs).fit(X)
     for k in ks:
         distances, indices = knn.kneighbors(queries, k)
         np.testing.assert_array_equal(indices, order[:, :k])
         np.testing.assert_array_equal(distances, np.take_along_axis(D, order[:, :k], axis=1))
-    near = PoseRadiusNeighborsTransformer(skeleton, n_jobs=n_jobs, **metric).fit(X)
+    near = PoseRadiusNeighborsTransformer(skeleton, metric=metric, n_jobs=n_jobs).fit(X)
     for radius in (0.0, *np.quantile(D, [0.01, 0.3]), D.min(axis=1).max()):
         for row, distances, indices in zip(D, *near.radius_neighbors(queries, radius), strict=True):
             inside = np.flatnonzero(row <= radius)
@@ -68,7 +68,7 @@ def test_half_turns_and_whole_turns(name, wrap):
     X = sequences(skeleton)
     queries = X[::60] + np.pi * rng.integers(-2, 3, size=X[::60].shape)
     queries = np.concatenate([queries, queries + 1e-8 * rng.normal(size=queries.shape)])
-    assert_equal_to_brute_force(X, queries, skeleton, wrap=wrap)
+    assert_equal_to_brute_force(X, queries, skeleton, Spatial(wrap=wrap))
 
 
 def test_where_the_middle_is_no_sample_it_bounds_nothing():
@@ -77,7 +77,7 @@ def test_where_the_middle_is_no_sample_it_bounds_nothing():
     queries = X[::60].copy()
     X[:, ::4] -= 3 * np.pi
     queries[:, ::4] += 3 * np.pi
-    assert_equal_to_brute_force(X, queries, HUMANOID, n_steps=3, wrap=False)
+    assert_equal_to_brute_force(X, queries, HUMANOID, Spatial(3, wrap=False))
 
 
 def test_threads_change_nothing():
@@ -118,7 +118,7 @@ def test_the_poses_with_the_least_bounds_are_found_without_the_excluded_one():
     rng = np.random.default_rng(0)
     X = rng.normal(size=(20 * LANES, 10)) + 10.0
     X[::LANES] -= 10.0
-    chords = ChordFilter(X, "angle", None, Steps.of(1, wrap=False))
+    chords = ChordFilter(X, Angle(), None)
     points, excluded, indices = chords.points(X[:LANES:LANES]), np.zeros(1, int), np.arange(len(X))
     bounds = chords.bounds(points, 1)
     for n in (1, 5, 19):

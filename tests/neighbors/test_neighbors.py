@@ -21,6 +21,7 @@ from skpose import (
     pose_distances,
 )
 from skpose.datasets import make_gait
+from skpose.metrics import Angle, Geodesic, Position, Spatial
 from skpose.metrics._registry import METRICS
 from skpose.neighbors import Evaluations, _cost
 
@@ -52,7 +53,7 @@ def queries(X):
 @pytest.mark.parametrize("metric", [metric for metric in METRICS if metric != "geodesic"])  # which has no formula
 def test_neighbours_by_definition(metric, X, queries):
     few, X = queries[:3], X[:120]
-    D = reference_distances(few, X, HUMANOID, metric, wrap=bool(METRICS[metric].wraps))
+    D = reference_distances(few, X, HUMANOID, metric, **METRICS[metric]().get_params())
     distances, indices = PoseKNeighborsTransformer(HUMANOID, metric=metric).fit(X).kneighbors(few, 7)
     np.testing.assert_allclose(distances, np.sort(D, axis=1)[:, :7], rtol=1e-6, atol=1e-9)
     np.testing.assert_allclose(np.take_along_axis(D, indices, axis=1), distances, rtol=1e-6, atol=1e-9)
@@ -178,14 +179,15 @@ def test_evaluations_are_returned_on_request(X, queries):
 
 def test_metric_in_use_and_its_parameters(X):
     cases = {
-        ("angle", None): ("angle", {"wrap": False}),
-        ("auto", HUMANOID): ("spatial", {"n_steps": 10, "wrap": True}),
-        ("position", HUMANOID): ("position", {}),
-        ("geodesic", HUMANOID): ("geodesic", {"n_steps": 10, "wrap": True}),
+        ("angle", None): Angle(),
+        ("auto", HUMANOID): Spatial(),
+        ("position", HUMANOID): Position(),
+        (Geodesic(4, wrap=False), HUMANOID): Geodesic(4, wrap=False),
     }
     for (metric, skeleton), expected in cases.items():
         knn = PoseKNeighborsTransformer(skeleton, metric=metric).fit(X)
-        assert (knn.effective_metric_, knn.effective_metric_params_) == expected
+        assert knn.metric_ == expected
+        assert knn.metric_ is not metric
 
 
 @pytest.mark.parametrize("each", BOTH)
@@ -212,7 +214,7 @@ def never_converges(x, Y, first, last, tree, steps, scratch, results):
 
 @pytest.mark.parametrize("method", ["kneighbors", "kneighbors_graph", "radius_neighbors", "radius_neighbors_graph"])
 def test_geodesics_that_do_not_converge_are_warned_of_at_the_users_line(method, monkeypatch, X, queries):
-    monkeypatch.setitem(METRICS, "geodesic", METRICS["geodesic"]._replace(measure=never_converges))
+    monkeypatch.setattr(Geodesic, "measure", staticmethod(never_converges))
     each = PoseRadiusNeighborsTransformer if "radius" in method else PoseKNeighborsTransformer
     search = getattr(each(HUMANOID, metric="geodesic").fit(X), method)
     options = {"mode": "distance"} if "graph" in method else {}  # connections need no geodesics
@@ -243,7 +245,7 @@ def test_messages_about_bad_input(X):
         ),
         (lambda: knn.kneighbors(X[:, :3]), f"X has 3 features, but .* is expecting {HUMANOID.n_dofs} features"),
         (lambda: PoseKNeighborsTransformer(HUMANOID).fit(X[:, :3]), "X has 3 columns, but the skeleton has"),
-        (lambda: PoseKNeighborsTransformer(metric="spatial").fit(X), 'metric="spatial" needs a skeleton'),
+        (lambda: PoseKNeighborsTransformer(metric="spatial").fit(X), "the metric 'spatial' needs a skeleton"),
         (
             lambda: knn.kneighbors(pd.DataFrame(X, columns=HUMANOID.dof_names[::-1])),
             f"column 0 is .* and should be '{HUMANOID.dof_names[0]}'",

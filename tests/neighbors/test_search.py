@@ -7,9 +7,9 @@ import pytest
 from conftest import SKELETONS, random_tree
 
 from skpose import Skeleton, pose_distances
-from skpose._compiled.pose.tree import Steps
 from skpose._parallel import rows
 from skpose.datasets import make_gait
+from skpose.metrics import Angle, Position, Spatial
 from skpose.metrics._registry import METRICS, resolve
 from skpose.neighbors import _cost, _queries, _search
 from skpose.neighbors._filter import ChordFilter
@@ -17,7 +17,7 @@ from skpose.neighbors._index import PoseIndex
 
 HUMANOID = SKELETONS["humanoid"]
 MEASURED_DIRECTLY = [metric for metric in METRICS if metric != "geodesic"]
-BOUNDED = [metric for metric in METRICS if METRICS[metric].bound is not None]
+BOUNDED = [metric for metric in METRICS if METRICS[metric]().lower_bound() is not None]
 N_STEPS = 1, 2, 3, 4, 5, 11, 100
 
 
@@ -33,9 +33,8 @@ def always_filter(request, monkeypatch):
         monkeypatch.setattr(_cost.CostModel, "filter_is_worth_it", lambda *_: True)
 
 
-def search_of(poses, skeleton, metric, *, brute=False, n_steps=10, wrap="auto", n_jobs=1):
-    steps = resolve(metric, skeleton, n_steps, wrap).steps
-    index = PoseIndex(poses, skeleton, metric, steps, brute=brute)
+def search_of(poses, skeleton, metric, *, brute=False, n_jobs=1):
+    index = PoseIndex(poses, skeleton, resolve(metric, skeleton), brute=brute)
     index.sort_groups()
     return _queries.search_of(index, n_jobs)
 
@@ -87,7 +86,7 @@ def test_no_distance_is_below_that_of_the_metric_that_bounds_it(metric, skeleton
     near = [X + distance * rng.normal(size=X.shape) for distance in (0.0, 1e-8, 1e-3, 0.3)]
     Y = np.concatenate([*near, X + 2 * np.pi * rng.integers(-1, 2, X.shape), rng.uniform(-4, 4, size=X.shape)])
     D = pose_distances(X, Y, skeleton=skeleton, metric=metric)
-    bounds = pose_distances(X, Y, skeleton=skeleton, metric=METRICS[metric].bound)
+    bounds = pose_distances(X, Y, skeleton=skeleton, metric=METRICS[metric]().lower_bound())
     assert (bounds <= (1 + 1e-12) * D + 1e-9 * np.abs(skeleton.offsets).sum()).all()
 
 
@@ -97,7 +96,7 @@ def test_no_bound_of_the_filter_is_above_a_distance(size, distance):
     skeleton, rng = scaled(HUMANOID, size), np.random.default_rng(0)
     X = rng.uniform(-3, 3, size=(300, skeleton.n_dofs))
     Y = X[:50] + distance * rng.normal(size=(50, skeleton.n_dofs)) + 2 * np.pi * rng.integers(-2, 3, (50, 1))
-    chords = ChordFilter(X, "position", skeleton, Steps.of(10, True))
+    chords = ChordFilter(X, Position(), skeleton)
     (points, slack), (others, _) = chords.points(Y), chords.points(X)
     apart = np.linalg.norm(points[:, None].astype(float) - others.astype(float), axis=2)
     lengths = pose_distances(Y, X, skeleton=skeleton)
@@ -109,7 +108,7 @@ def test_no_bound_of_the_filter_is_above_a_distance(size, distance):
 
 def test_bounds_are_tight_where_poses_lie_along_few_axes():
     X, _ = make_gait(2, 2, random_state=0).poses(frame_rate=30)
-    chords = ChordFilter(X, "position", HUMANOID, Steps.of(10, True))
+    chords = ChordFilter(X, Position(), HUMANOID)
     points = chords.points(X).coordinates.astype(float)
     apart = np.linalg.norm(points[:100, None] - points, axis=2) * chords.scale
     assert apart.sum() > 0.98 * pose_distances(X[:100], X, skeleton=HUMANOID, metric="position").sum()
@@ -152,19 +151,15 @@ def test_every_skeleton(metric, skeleton):
 
 
 @pytest.mark.parametrize(
-    ("metric", "parameters"),
-    [
-        *((metric, {"wrap": not METRICS[metric].wraps}) for metric in MEASURED_DIRECTLY),
-        *((metric, {"n_steps": n}) for metric in MEASURED_DIRECTLY if METRICS[metric].wraps for n in N_STEPS),
-    ],
+    "metric", [Angle(wrap=True), Spatial(wrap=False), *(Spatial(n_steps) for n_steps in N_STEPS)], ids=repr
 )
 @pytest.mark.usefixtures("always_filter")
-def test_parameters_of_the_metric(metric, parameters):
+def test_parameters_of_the_metric(metric):
     """Differences of more than π; and steps with a sample at the middle, without one, and with one near the middle."""
     rng = np.random.default_rng(0)
     X = clustered(HUMANOID, 400) + 2 * np.pi * rng.integers(-1, 2, size=(400, HUMANOID.n_dofs))
-    D = pose_distances(X[:50], X, skeleton=HUMANOID, metric=metric, **parameters)
-    search = search_of(X, HUMANOID, metric, **parameters)
+    D = pose_distances(X[:50], X, skeleton=HUMANOID, metric=metric)
+    search = search_of(X, HUMANOID, metric)
     for got, expected in zip(nearest(search, X[:50], 6), brute_nearest(D, 6), strict=True):
         np.testing.assert_array_equal(got, expected)
     for radius in np.quantile(D, [0.1, 0.9]):

@@ -20,16 +20,16 @@ from skpose import (
     pose_distances,
     pose_distances_chunked,
 )
-from skpose._compiled.pose.tree import Steps
 from skpose._parallel import backends
 from skpose._parallel.backends import BackendError, from_workers, in_processes
 from skpose._parallel.progress import report_to
+from skpose.metrics import Spatial
 from skpose.metrics._matrix import DistanceMatrix
 from skpose.metrics._registry import METRICS
 
 TREE = random_tree(0)
 TASKS = [(i, i + 1) for i in range(30)]
-IN_SEARCHES = [name for name, metric in METRICS.items() if metric.bound is not None]
+IN_SEARCHES = [name for name, metric in METRICS.items() if metric().lower_bound() is not None]
 slow = pytest.mark.slow
 kills = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGKILL")
 
@@ -205,7 +205,7 @@ def work_without_threads(matrix, tile):
 
 @pytest.mark.parametrize("processes", ["loky"], indirect=True)
 def test_workers_start_no_threads(processes, X):
-    matrix = DistanceMatrix(X, None, "spatial", TREE, Steps.of(10, wrap=True))
+    matrix = DistanceMatrix(X, None, Spatial(), TREE)
     (total,) = dict(from_workers(work_without_threads, matrix, matrix.tiling(1).tiles(), None)).values()
     assert total == pose_distances(X, skeleton=TREE).sum()
 

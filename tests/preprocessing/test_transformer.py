@@ -5,6 +5,7 @@ from conftest import SKELETONS
 from sklearn.utils.validation import check_is_fitted
 
 from skpose import PoseDistanceTransformer, pose_distances
+from skpose.metrics import Angle, Spatial
 
 HUMANOID = SKELETONS["humanoid"]
 
@@ -19,13 +20,12 @@ def D(X):
     return pose_distances(X, skeleton=HUMANOID)
 
 
-@pytest.mark.parametrize(
-    "parameters", [{}, {"metric": "rotation"}, {"n_steps": 3, "wrap": False}, {"metric": "angle", "wrap": True}]
-)
-def test_distances_are_those_of_pose_distances(parameters, X):
-    transformer = PoseDistanceTransformer(HUMANOID, **parameters).fit(X[:15])
-    np.testing.assert_array_equal(transformer.transform(X), pose_distances(X, X[:15], skeleton=HUMANOID, **parameters))
-    expected = pose_distances(X[:15], skeleton=HUMANOID, **parameters)
+@pytest.mark.parametrize("metric", ["auto", "rotation", Spatial(3, wrap=False), Angle(wrap=True)], ids=str)
+def test_distances_are_those_of_pose_distances(metric, X):
+    transformer = PoseDistanceTransformer(HUMANOID, metric=metric).fit(X[:15])
+    expected = pose_distances(X, X[:15], skeleton=HUMANOID, metric=metric)
+    np.testing.assert_array_equal(transformer.transform(X), expected)
+    expected = pose_distances(X[:15], skeleton=HUMANOID, metric=metric)
     np.testing.assert_array_equal(transformer.fit_transform(X[:15]), expected)
     assert transformer.n_samples_fit_ == 15
 
@@ -65,7 +65,7 @@ def test_column_names_and_widths_are_checked_by_the_skeleton(X):
         PoseDistanceTransformer(HUMANOID).fit(frame[frame.columns[::-1]])
     with pytest.raises(ValueError, match=f"X has 3 columns, but the skeleton has {HUMANOID.n_dofs} degrees of freedom"):
         PoseDistanceTransformer(HUMANOID).fit(X[:, :3])
-    with pytest.raises(ValueError, match='metric="spatial" needs a skeleton'):
+    with pytest.raises(ValueError, match="the metric 'spatial' needs a skeleton"):
         PoseDistanceTransformer(metric="spatial").fit(X)
 
 

@@ -14,6 +14,7 @@ from skpose.datasets import humanoid
 from skpose.geodesics import frechet_mean
 from skpose.io import load_asf, load_bvh, save_bvh
 from skpose.kinematics._tree import tree_of
+from skpose.metrics import Geodesic, Spatial
 from skpose.metrics._registry import METRICS
 from skpose.skeleton._mass import ARM, HEAD, LEG, TRUNK
 
@@ -106,17 +107,16 @@ def test_ones_are_the_default_to_the_last_bit(metric, skeleton):
     np.testing.assert_array_equal(ones, plain)
 
 
-@pytest.mark.parametrize("metric", OF_POSITIONS)
-@pytest.mark.parametrize("n_steps", [2, 10])
-def test_what_has_no_weight_is_not_there(metric, n_steps):
+@pytest.mark.parametrize("metric", [*OF_POSITIONS, Spatial(2), Geodesic(2)], ids=str)
+def test_what_has_no_weight_is_not_there(metric):
     skeleton = random_tree(5, n=14)
     dropped = skeleton.joint_names[4]
     part = skeleton.select(drop=dropped)
     assert part.n_dofs < skeleton.n_dofs
     unseen = skeleton.with_weights(dict.fromkeys(set(skeleton.joint_names) - set(part.joint_names), 0))
     X = random_poses(skeleton, n=4, scale=0.4)
-    expected = pose_distances(X[:, part.columns_in(skeleton)], skeleton=part, metric=metric, n_steps=n_steps)
-    np.testing.assert_array_equal(pose_distances(X, skeleton=unseen, metric=metric, n_steps=n_steps), expected)
+    expected = pose_distances(X[:, part.columns_in(skeleton)], skeleton=part, metric=metric)
+    np.testing.assert_array_equal(pose_distances(X, skeleton=unseen, metric=metric), expected)
     assert len(tree_of(unseen).column) == part.n_dofs  # and it costs nothing
 
 
@@ -141,7 +141,7 @@ def test_unseen_columns_of_a_geodesic_follow_the_line(arm):
     seen = arm.with_weights({"elbow": 1, "wrist": 0, "tip": 0})
     start, end = np.array([0.1, 0.2, 0.3, 1.0]), np.array([0.5, -0.2, 0.8, 2.0])
     for wrap in (True, False):
-        found = geodesic(start, end, seen, wrap=wrap)
+        found = geodesic(start, end, seen, metric=Geodesic(wrap=wrap))
         np.testing.assert_allclose(found.path[:, 3], np.linspace(1.0, 2.0, len(found.path)), rtol=1e-14)
         np.testing.assert_allclose(found.path[[0, -1]], [start, end], atol=1e-12)
         np.testing.assert_allclose(found.length, reference.path_length(found.path, seen), rtol=1e-12)

@@ -5,7 +5,7 @@ ball joint of the tree and its position o as three dofs more. Joints with three 
 derivatives are by turns in their own axes.
 
 No Jacobian is formed: sums over the joints that a frame moves, gathered from the tips to the root, give gradient and
-matrix, as in `normal_equations`, which does so for the many poses of a path.
+matrix, as in `path.normal_equations`, which does so for the many poses of a path.
 """
 
 from typing import NamedTuple

@@ -1,7 +1,7 @@
 """The start of inverse kinematics: the root and, one after the other, the joints turned to where joints are seen.
 
 Positions of all joints nearly are the pose: each joint can be turned to the ends of its bones, parents first. What this
-leaves is small, and `inverse.minimise_pose` finds it. Hinges have two sides: those that are on the wrong one are found
+leaves is small, and `step.minimise_pose` finds it. Hinges have two sides: those that are on the wrong one are found
 by the distances that remain.
 """
 

@@ -1,4 +1,4 @@
-"""Inverse kinematics of one frame: the pose, and the place and orientation of the root, of least `inverse_energy`.
+"""Inverse kinematics of one frame: the pose, and the place and orientation of the root, of least `energy`.
 
 Gauss-Newton in a trust region. A step turns joints in their own axes (`retract`), and its matrix is factorised along
 the tree (`tree_cholesky`). Where positions cannot be reached the terms that Gauss-Newton leaves out are added, once

@@ -1,1 +1,27 @@
-"""Paths between poses: charts, energy, normal equations, the trust region, elimination order."""
+"""Paths between poses: energy, normal equations, the trust region, elimination order.
+
+What calls what::
+
+    exponential    kept_paths                               logarithms; geodesics from a pose that moves
+         |             |
+         +------+------+
+                |
+            geodesic      mean                              a path between two poses, its length; the pose nearest to
+                |           |                               mean positions
+                +-----+-----+
+                      |
+                  minimiser                                 a trust region
+                      |
+             +--------+--------+
+             |                 |
+             |           block_cholesky                     its steps
+             |                 |
+    normal_equations     band_cholesky, elimination         gradient and Hessian; the factors, and their places
+             |                 |
+         curvature           order                          what the exact Hessian adds; the order, limb by limb
+             |                 |
+             +---- energy -----+                            the energy of a path, eight poses at once
+
+The coordinates of a path are those of `pose.chart`. Apart from these, `family` finds paths in a matrix of similarities,
+for motions.
+"""

@@ -5,7 +5,7 @@ inner derivative, so that F(θ_i) drops out of its eq. 7 and 13.)
 
 The matrix is block tridiagonal: a pose shares chords with the pose before it and the pose after it. Each step between
 two poses adds to four blocks: sample s lies at the fraction t from one pose to the next, so that it moves with 1 − t of
-the one and t of the other. Steps are in lanes, see `path_energy`, and nothing passes from one to another. No Jacobian
+the one and t of the other. Steps are in lanes, see `energy`, and nothing passes from one to another. No Jacobian
 is ever formed: its products are sums over the joints that a dof moves, gathered from the tips of the skeleton to the
 root. Two dofs are coupled only where one moves what the other moves; such pairs alone have numbers.
 """
