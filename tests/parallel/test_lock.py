@@ -17,8 +17,8 @@ from skpose._parallel.lock import Token, hold_lock
 HOLDER = """
 import sys
 from pathlib import Path
-from skpose._parallel.lock import locked
-with locked(Path("D.npy")):
+from skpose._parallel.lock import hold_lock
+with hold_lock(Path("D.npy")):
     print("locked", flush=True)
     sys.stdin.read()
 """
@@ -26,8 +26,8 @@ with locked(Path("D.npy")):
 FORKED = """
 import os, signal, sys
 from pathlib import Path
-from skpose._parallel.lock import locked
-with locked(Path("D.npy")):
+from skpose._parallel.lock import hold_lock
+with hold_lock(Path("D.npy")):
     if os.fork() == 0:  # outlives the process that has the lock
         print("forked", flush=True)
         sys.stdin.read()
