@@ -128,13 +128,13 @@ def wrap_dofs(tree: Tree, dofs: np.ndarray, near: np.ndarray) -> np.ndarray:
 
 
 def _in_batches(root: Frame) -> tuple[list[Frame], list[int], list[int]]:
-    """Return all frames, parents first and tips last; of each batch the kind and the first frame."""
+    """Return all frames, parents first and leaves last; of each batch the kind and the first frame."""
     frames, starts = [root], []
     kinds: list[int] = []
-    waiting, tips = list(root.children), []
+    waiting, leaves = list(root.children), []
     while waiting:
-        tips += [frame for frame in waiting if frame.is_tip]
-        waiting = [frame for frame in waiting if not frame.is_tip]
+        leaves += [frame for frame in waiting if frame.is_leaf]
+        waiting = [frame for frame in waiting if not frame.is_leaf]
         counts = [frame.kind for frame in waiting]
         if not waiting:
             break
@@ -146,7 +146,7 @@ def _in_batches(root: Frame) -> tuple[list[Frame], list[int], list[int]]:
         waiting = [frame for frame in waiting if frame.kind != kinds[-1]]
         waiting += [child for frame in taken for child in frame.children]
     starts.append(len(frames))
-    return frames + sorted(tips, key=lambda frame: frame.kind), kinds, starts
+    return frames + sorted(leaves, key=lambda frame: frame.kind), kinds, starts
 
 
 # --- fourth pass: flat arrays -----------------------------------------------------------------------------------------
@@ -195,42 +195,42 @@ def _arrays(skeleton: Skeleton | None, built: Frames, shift: np.ndarray, scale: 
         shift=shift,
         angle_dof=np.flatnonzero(is_angle),
         ball_frame=np.array(balls, dtype=int),
-        first_joint=_runs_of_joints(frames, joint_frame, built.offset[order], scale[order], first_frame[-1]),
-        first_tip=_runs_of_tips(frames, joint_frame, scale[order], first_frame[-1]),
+        first_joint=_joint_ranges(frames, joint_frame, built.offset[order], scale[order], first_frame[-1]),
+        first_leaf=_leaf_ranges(frames, joint_frame, scale[order], first_frame[-1]),
         joint_parent=tree_joint[[0, *(parents + 1)]][order],
         joint_frame=joint_frame,
         offset=built.offset[order],
         scale=scale[order],
         code_joint=np.array(order),
-        first_run=np.cumsum([0, *map(len, ranges)]),
-        runs=np.array([one for frame_ranges in ranges for one in frame_ranges], dtype=int).reshape(-1, 2),
+        first_dof_range=np.cumsum([0, *map(len, ranges)]),
+        dof_ranges=np.array([one for frame_ranges in ranges for one in frame_ranges], dtype=int).reshape(-1, 2),
     )
 
 
-def _runs_of_joints(
-    frames: list[Frame], joint_frame: np.ndarray, offset: np.ndarray, scale: np.ndarray, first_tip: int
+def _joint_ranges(
+    frames: list[Frame], joint_frame: np.ndarray, offset: np.ndarray, scale: np.ndarray, first_leaf: int
 ) -> np.ndarray:
-    """Return where runs of joints begin: of any joints, then of those of ball joints that lie along x, in turns.
+    """Return where ranges of joints begin: of any joints, then of those of ball joints that lie along x, in turns.
 
-    A run and the next one, of those along x, have one weight.
+    A range and the next one, of those along x, have one weight.
     """
-    moving = [j for j, f in enumerate(joint_frame) if 0 < f < first_tip]
-    runs = moving[:1] or [0]
+    moving = [j for j, f in enumerate(joint_frame) if 0 < f < first_leaf]
+    starts = moving[:1] or [0]
     for j in moving:
         along_x = frames[joint_frame[j]].is_ball and not offset[j, 1:].any()
-        if scale[j] != scale[runs[-1]]:
-            runs += [j] * (1 + len(runs) % 2)
-        if along_x != (len(runs) % 2 == 0):
-            runs.append(j)
+        if scale[j] != scale[starts[-1]]:
+            starts += [j] * (1 + len(starts) % 2)
+        if along_x != (len(starts) % 2 == 0):
+            starts.append(j)
     end = moving[-1] + 1 if moving else 0
-    return np.array(runs + [end] * (1 + len(runs) % 2))
+    return np.array(starts + [end] * (1 + len(starts) % 2))
 
 
-def _runs_of_tips(frames: list[Frame], joint_frame: np.ndarray, scale: np.ndarray, first_tip: int) -> np.ndarray:
-    """Return where runs of tips' joints of one weight begin, and where the joints of ball joints begin."""
-    tips = [j for j, f in enumerate(joint_frame) if f >= first_tip and not frames[f].is_ball]
-    end = len(joint_frame) - sum(f >= first_tip and frames[f].is_ball for f in joint_frame)
-    return np.array([j for j in tips if j == tips[0] or scale[j] != scale[j - 1]] + [end])
+def _leaf_ranges(frames: list[Frame], joint_frame: np.ndarray, scale: np.ndarray, first_leaf: int) -> np.ndarray:
+    """Return where ranges of leaves' joints of one weight begin, and where the joints of ball joints begin."""
+    leaves = [j for j, f in enumerate(joint_frame) if f >= first_leaf and not frames[f].is_ball]
+    end = len(joint_frame) - sum(f >= first_leaf and frames[f].is_ball for f in joint_frame)
+    return np.array([j for j in leaves if j == leaves[0] or scale[j] != scale[j - 1]] + [end])
 
 
 def _dof_ranges(frame: Frame) -> list[tuple[int, int]]:

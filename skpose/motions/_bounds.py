@@ -23,7 +23,7 @@ import numpy as np
 from skpose._compiled.pose import loops
 from skpose._compiled.pose.measure import measure_boxes, measure_euclidean
 from skpose._compiled.pose.tree import Steps
-from skpose._compiled.warping.paths import Encoded, MotionPairs, Paths, accumulate_from, warped_loop
+from skpose._compiled.warping.paths import Encoded, MotionPairs, Paths, accumulate_from, warp_loop
 from skpose.kinematics._shared import tree_of
 from skpose.motions._index import SequenceIndex
 from skpose.neighbors._shared import FLOAT32, ChordFilter, FilterPoints
@@ -63,7 +63,7 @@ class Bounds:
         n_motions = len(starts) - 1
         sums = np.empty((1, n_motions))
         query, pairs = Encoded(self.points.coordinates, np.array([0, self.n])), MotionPairs(0, 1, 0, n_motions, False)
-        warped_loop(FLOAT32)(query, Encoded(lanes, starts), pairs, paths, measure, NO_TREE, NO_WRAP, sums)
+        warp_loop(FLOAT32)(query, Encoded(lanes, starts), pairs, paths, measure, NO_TREE, NO_WRAP, sums)
         return self._in_units(sums[0], self.n + np.diff(starts))
 
     def of_frames(self, start: int, stop: int) -> np.ndarray:

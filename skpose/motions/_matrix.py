@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from skpose._compiled.pose import loops
-from skpose._compiled.warping.paths import Encoded, MotionPairs, Paths, warped_loop
+from skpose._compiled.warping.paths import Encoded, MotionPairs, Paths, warp_loop
 from skpose._parallel.tasks import LITTLE_WORK, TASKS_PER_JOB, WORK_PER_TASK
 from skpose._parallel.threads import in_threads
 from skpose.metrics import Metric
@@ -140,7 +140,7 @@ class MotionMatrix(TiledMatrix):
         self, rows: Sequences, columns: Sequences, diagonal: bool, n_jobs: int, sums: np.ndarray
     ) -> Iterator[Callable[[], tuple[int, float]]]:
         """Yield the tasks of a tile as functions to call."""
-        metric, loop, tree = self.metric, warped_loop(self.dtype), self.metric.tree_for(self.skeleton, self.dtype)
+        metric, loop, tree = self.metric, warp_loop(self.dtype), self.metric.tree_for(self.skeleton, self.dtype)
         X = self._encode(rows.poses)
         Y = loops.in_lanes(X if diagonal else self._encode(columns.poses))
         work = WORK_PER_TASK

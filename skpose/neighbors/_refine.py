@@ -11,7 +11,7 @@ import numpy as np
 
 from skpose._compiled.pose.loops import encode_lanes_loop, encode_poses
 from skpose._compiled.pose.nearest import Groups, bounds_of_groups_loop, nearest_of_groups_loop
-from skpose._compiled.simd.lanes import aligned, lanes
+from skpose._compiled.simd.lanes import empty_aligned, lanes
 from skpose._parallel.rows import over_rows
 from skpose.metrics import Metric
 from skpose.metrics._shared import CoarseBound
@@ -122,7 +122,7 @@ class Refinement:
         """Return poses as groups of lanes."""
         width = lanes(dtype)
         n_groups, loop, tail = len(poses) // width, encode_lanes_loop(dtype), (encode, self.tree, self.steps)
-        codes = aligned(n_groups * n_codes, width, dtype)
+        codes = empty_aligned(n_groups * n_codes, width, dtype)
         work = len(poses) * n_codes * self.metric.encode_work
         over_rows(lambda first, last: loop(poses, first, last, *tail, codes), n_groups, work, self.n_jobs)
         return codes
