@@ -157,7 +157,7 @@ def find(dataset: MotionDataset, begins: float | None, ends: float | None, k: in
     """Print where a motion is found in others. It is the first of the dataset, or its part between two times in s."""
     query, *recordings = dataset.motions
     name, *names = dataset.subjects
-    query = _part(query, begins, ends, name)
+    query = _cut(query, begins, ends, name)
     with files_in_messages(names):
         found = find_motion(query, recordings, k=k, skeleton=query.skeleton, metric=metric, n_jobs=n_jobs, verbose=1)
     width = max(len(name) for name in ("file", *names))
@@ -168,7 +168,7 @@ def find(dataset: MotionDataset, begins: float | None, ends: float | None, k: in
         print(f"{rank:>6}  {names[i]:<{width}}  {times}  {far:>14.4f}")
 
 
-def _part(motion: Motion, begins: float | None, ends: float | None, name: str) -> Motion:
+def _cut(motion: Motion, begins: float | None, ends: float | None, name: str) -> Motion:
     """Return the frames between two times, s."""
     first, last = np.searchsorted(motion.times, [begins or 0.0, np.inf if ends is None else ends])
     if first == last:

@@ -24,7 +24,7 @@ def check_kind(value: object, expected: type, name: str, remedy: str) -> None:
         raise TypeError(f"{name} must be a skpose.{expected.__name__}, got {type(value).__name__}: {remedy}")
 
 
-def check_whole(value: Any, least: int, name: str) -> None:
+def check_integer(value: Any, least: int, name: str) -> None:
     """Refuse what is not a whole number of at least so many."""
     if not isinstance(value, Integral) or value < least:
         raise ValueError(f"{name} must be a whole number of at least {least}, got {value!r}")

@@ -57,7 +57,7 @@ def lloyd(centers, weights, squared, means, max_iter, tol, fit_progress):
     unconverged = np.zeros(n_clusters, dtype=bool)
     for iteration in range(1, max_iter + 1):
         with fit_progress.step("iteration"):
-            labels = _without_empty(labels, weights * distances[rows, labels], n_clusters)
+            labels = _fill_empty(labels, weights * distances[rows, labels], n_clusters)
             changed = labels != fixed
             moving = np.union1d(labels[changed], fixed[changed & (fixed >= 0)])
             moving = moving[np.isin(moving, labels)]
@@ -78,7 +78,7 @@ def _cost(weights, distances, labels):
     return float(weights @ distances[np.arange(len(labels)), labels])
 
 
-def _without_empty(labels, costs, n_clusters):
+def _fill_empty(labels, costs, n_clusters):
     """Return labels where each empty cluster has the sample of the largest cost; none if all costs are zero."""
     labels = labels.copy()
     for empty in np.setdiff1d(np.arange(n_clusters), labels):

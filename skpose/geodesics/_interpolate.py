@@ -133,7 +133,7 @@ def interpolate(
     at = _check_times(times, len(X), rate)
     n_threads = effective_n_jobs(n_jobs)
     geodesics = _geodesics(X, skeleton, require_geodesic(metric, skeleton, "interpolate"), n_threads)
-    piece, shares = _places(at, rate)
+    piece, shares = _locate_frames(at, rate)
     in_pieces = [shares[piece == i] for i in range(len(geodesics))]
     if method == "spline":
         between = spline_between(geodesics, np.diff(at), in_pieces, skeleton, n_threads)
@@ -185,7 +185,7 @@ def _geodesics(X: np.ndarray, skeleton: Skeleton, metric: Geodesic, n_jobs: int)
     return [found[i] for i in range(len(X) - 1)]
 
 
-def _places(times: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
+def _locate_frames(times: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
     """Return of each frame the piece between keys that it is in, and its share of the time there, 0 or 1 on keys."""
     keys = (times - times[0]) * rate  # in frames
     frames = np.arange(np.floor(keys[-1] + ON_KEY) + 1)

@@ -21,7 +21,7 @@ def counterparts(source: Skeleton, target: Skeleton, joints: Mapping[str, str] |
         if not joints:
             raise ValueError(
                 "the motion's skeleton and the given one have no name of a joint in common: pass joints=, a mapping of "
-                f"joints of the given skeleton ({_some(target)}) to the motion's ({_some(source)})"
+                f"joints of the given skeleton ({_list_some(target)}) to the motion's ({_list_some(source)})"
             )
     _check(source, target, joints)
     index = {name: i for i, name in enumerate(source.joint_names)}
@@ -109,6 +109,6 @@ def _path(skeleton: Skeleton, last: int, first: int) -> list[int] | None:
     return bones
 
 
-def _some(skeleton: Skeleton) -> str:
+def _list_some(skeleton: Skeleton) -> str:
     names = skeleton.joint_names
     return ", ".join(map(repr, names[:SHOWN])) + ", …" * (len(names) > SHOWN)

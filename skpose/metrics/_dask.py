@@ -28,7 +28,7 @@ def lazy_distances(X: Any, Y: Any, skeleton: Skeleton | None, metric: Metric) ->
     from dask.delayed import delayed
 
     symmetric = Y is None or Y is X
-    X, Y = _whole_rows(da, X, skeleton, "X"), None if symmetric else _whole_rows(da, Y, skeleton, "Y")
+    X, Y = _rechunk_rows(da, X, skeleton, "X"), None if symmetric else _rechunk_rows(da, Y, skeleton, "Y")
     if not symmetric:
         check_same_width(X, Y)
     dtype = np.result_type(X.dtype, X.dtype if symmetric else Y.dtype)
@@ -42,7 +42,7 @@ def lazy_distances(X: Any, Y: Any, skeleton: Skeleton | None, metric: Metric) ->
     return da.blockwise(_mirror_below_diagonal, "ij", upper, "ij", upper, "ji", *numbers, **options)
 
 
-def _whole_rows(da: Any, X: Any, skeleton: Skeleton | None, name: str) -> Any:
+def _rechunk_rows(da: Any, X: Any, skeleton: Skeleton | None, name: str) -> Any:
     """Return an array in which every chunk has whole poses."""
     check_is_array(X, name)
     X = da.asarray(X)

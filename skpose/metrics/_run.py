@@ -137,7 +137,7 @@ class ResumedRun:
                 )
             self._head = found[0]
             edge: Any = self._head.get("edge")
-            if not _is_whole(edge) or not 0 < edge <= LARGEST_EDGE:
+            if not _is_integer(edge) or not 0 < edge <= LARGEST_EDGE:
                 raise checkpoint.not_notes()
             tiling = tiling._replace(edge=edge)
             self._noted = _select_valid(found[1], tiling)
@@ -262,13 +262,13 @@ def _select_valid(notes: list[list], tiling: Tiling) -> list[Note]:
 
 
 def _is_valid(note: Note, tiling: Tiling) -> bool:
-    if len(note) != NOTE_LENGTH or not all(map(_is_whole, note[:7])) or type(note[7]) not in (int, float):
+    if len(note) != NOTE_LENGTH or not all(map(_is_integer, note[:7])) or type(note[7]) not in (int, float):
         return False
     tile = Tile(*note[:4])
     return note[6] >= 0 and tiling.has(tile)
 
 
-def _is_whole(number: Any) -> bool:
+def _is_integer(number: Any) -> bool:
     return type(number) is int  # True is another type
 
 

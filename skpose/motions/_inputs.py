@@ -39,7 +39,7 @@ class Sequences(NamedTuple):
         """Return the poses of a motion."""
         return self.poses[self.starts[i] : self.starts[i + 1]]
 
-    def part(self, first: int, last: int) -> "Sequences":
+    def slice(self, first: int, last: int) -> "Sequences":
         """Return the motions first:last, without a copy."""
         starts = self.starts[first : last + 1]
         return Sequences(self.poses[starts[0] : starts[-1]], starts - starts[0])

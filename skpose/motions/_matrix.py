@@ -99,7 +99,7 @@ class MotionMatrix(TiledMatrix):
 
     def distances(self, tile: Tile, n_jobs: int = 1, out: np.ndarray | None = None) -> tuple[np.ndarray, Unconverged]:
         """Return the distances of a tile, in `out` if that is given, and how many geodesics did not converge."""
-        rows, columns = self.A.part(tile.top, tile.bottom), self.columns.part(tile.left, tile.right)
+        rows, columns = self.A.slice(tile.top, tile.bottom), self.columns.slice(tile.left, tile.right)
         diagonal = self.symmetric and tile.top == tile.left
         if self.alignment == "frames":
             sums, unconverged = self._sums_of_frames(rows, None if diagonal else columns, n_jobs)

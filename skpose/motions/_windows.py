@@ -80,7 +80,7 @@ class WindowSearch:
             limit = self._limit(bounds, codes, ends, k, measured)
             while limit <= covered:
                 near = max(FRAMES_PER_BOX, len(query) // NEAR)
-                regions = self._runs(by_frames <= limit * (1.0 + ROUNDING), near)
+                regions = self._find_regions(by_frames <= limit * (1.0 + ROUNDING), near)
                 found = choose_windows(self._within(codes, bounds, regions, limit), k)
                 if len(found) == k or np.isinf(limit):
                     return found
@@ -128,7 +128,7 @@ class WindowSearch:
         firsts = np.repeat(self.index.sequences.starts[:-1], np.diff(self.index.box_starts)) + FRAMES_PER_BOX * box_of
         frames = np.repeat(by_boxes, np.diff(np.append(firsts, self.index.sequences.starts[-1])))
         by_frames, ends = np.full(len(frames), np.inf), np.full(len(frames), np.inf)
-        regions = self._runs(frames <= limit * (1.0 + ROUNDING), 0)
+        regions = self._find_regions(frames <= limit * (1.0 + ROUNDING), 0)
 
         def scan(start: int, stop: int) -> None:
             step = max(FRAMES_PER_BOX, SCANNED_AT_ONCE // bounds.n)
@@ -190,8 +190,8 @@ class WindowSearch:
         total = aligner.path_sum(codes, lanes, path - [0, first - start])
         return Window(total, motion, first, end + 1)
 
-    def _runs(self, chosen_frames: np.ndarray, near: int) -> list[tuple[int, int]]:
-        """Return runs of chosen frames, as first and last, which is not included; near ones of a motion are joined."""
+    def _find_regions(self, chosen_frames: np.ndarray, near: int) -> list[tuple[int, int]]:
+        """Return ranges of chosen frames, first and end; those of a motion that are near are joined."""
         frames = np.flatnonzero(chosen_frames)
         if not len(frames):
             return []

@@ -171,7 +171,7 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
         near = found.neighbors
         starts = np.searchsorted(near.queries, np.arange(1, n_queries))
         order = slice(None) if return_distance else np.lexsort((near.indices, near.queries))
-        distances, indices = (_ragged(np.split(part, starts)) for part in (near.distances, near.indices[order]))
+        distances, indices = (_object_array(np.split(part, starts)) for part in (near.distances, near.indices[order]))
         return select_requested((return_distance, distances), (True, indices), (return_evaluations, found.evaluations))
 
     def radius_neighbors_graph(self, X=None, radius=None, mode="connectivity", sort_results=False):
@@ -203,7 +203,7 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
         return WithinRadius(float(radius), measured)
 
 
-def _ragged(parts):
+def _object_array(parts):
     """Return an array of arrays, also where all are of one length."""
     ragged = np.empty(len(parts), dtype=object)
     for i, part in enumerate(parts):

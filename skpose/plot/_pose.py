@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from skpose._typing import ArrayLike
-from skpose._validation.options import check_kind, check_whole
+from skpose._validation.options import check_integer, check_kind
 from skpose._validation.poses import check_is_array, check_pose, check_poses
 from skpose._validation.skeletons import check_skeleton
 from skpose._validation.units import warn_of_degrees
@@ -231,7 +231,7 @@ class PoseStripDisplay:
     def from_motion(cls, motion: Motion, *, n_poses: int = 8, ax=None, view: str = "xy", **style) -> "PoseStripDisplay":
         """Draw poses of a motion at equal intervals, the first and the last among them, with their times in s."""
         check_kind(motion, Motion, "motion", "from_poses(X, skeleton) draws an array of poses")
-        check_whole(n_poses, 1, "n_poses")
+        check_integer(n_poses, 1, "n_poses")
         if not len(motion):
             raise ValueError("motion has no frames, and there is nothing to draw")
         frames = np.unique(np.rint(np.linspace(0, len(motion) - 1, n_poses)).astype(int))
@@ -246,7 +246,7 @@ class PoseStripDisplay:
     ) -> "PoseStripDisplay":
         """Draw poses along a geodesic at equal lengths of curve, the two ends among them."""
         check_kind(geodesic, GeodesicResult, "geodesic", "skpose.geodesic(start, end, skeleton) finds one")
-        check_whole(n_poses, 2, "n_poses")
+        check_integer(n_poses, 2, "n_poses")
         labels = [f"{length:.2f}" for length in np.linspace(0, geodesic.curve_length, n_poses)]
         return cls.from_poses(
             geodesic.resample(n_poses),

@@ -211,7 +211,7 @@ def measure_line_within(x, Y, first, last, tree, steps, scratch, results):
     plan, a, bare = plan_of(tree), flat(x), _drop_references(steps)
     arrays = step_arrays(tree, scratch)
     for k in range(first, last):
-        length, is_whole = _line(plan, a, rows(Y, k * x.shape[0]), bare, arrays, results.limit[0])
+        length, is_complete = _line(plan, a, rows(Y, k * x.shape[0]), bare, arrays, results.limit[0])
         rows(results.distances, k - first)[0] = length
-        if not is_whole:
+        if not is_complete:
             results.n_ruled_out[0] += 1

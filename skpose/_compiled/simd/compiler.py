@@ -1,4 +1,4 @@
-"""What numba does to compile a function: private parts of it, without which `fallback` has its own compiler.
+"""Compilers with fewer passes than numba's, made of its private parts; without these `fallback` takes numba's own.
 
 numba treats every function as one that Python may call. It optimises it, translates it into machine code and writes it
 to its cache, and does all of this again with each function that calls it. Here a function is either *internal* to its
