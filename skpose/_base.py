@@ -1,6 +1,6 @@
 """Shared parts of the pose estimators: the checks of X, the metric that they learn, and where they are documented.
 
-A fitted estimator answers as it was fitted. `fit` begins with `_checked(X, reset=True)`, which forgets a fit before and
+A fitted estimator answers as it was fitted. `fit` begins with `_check_X(X, reset=True)`, which forgets a fit before and
 stores the skeleton and the metric as fitted attributes; what comes after `fit` reads these, never the parameters of the
 same meaning. Parameters that only state how to answer, `HOW_TO_ANSWER`, are read when they are used, as in
 scikit-learn.
@@ -75,7 +75,7 @@ class PoseEstimatorMixin(EstimatorMixin):
     skeleton_: Skeleton | None
     metric_: Any  # a Metric; None with "precomputed"
 
-    def _checked(self, X, *, reset, **options):
+    def _check_X(self, X, *, reset, **options):
         """Return X as an array that fits the skeleton; precomputed distances as they are.
 
         With `reset` forget what was learnt before, and learn the metric.

@@ -45,7 +45,7 @@ def name_of(path: Path) -> str:
     return "standard input" if str(path) == STDIN else str(path)
 
 
-def readable(path: Path) -> Path | BytesIO:
+def read_if_pipe(path: Path) -> Path | BytesIO:
     """Return the path of a file, or what a pipe, which can be read only once, holds; "-" is standard input."""
     if str(path) != STDIN and (path.is_file() or not path.exists()):  # the reader reports that there is none
         return path
@@ -56,7 +56,7 @@ def readable(path: Path) -> Path | BytesIO:
 
 def reading_options(reading: dict[str, Any]) -> dict[str, Any]:
     """Return the options of the readers, with the content of the skeleton's file if that is a pipe."""
-    if reading["asf"] is None or isinstance(asf := readable(reading["asf"]), Path):
+    if reading["asf"] is None or isinstance(asf := read_if_pipe(reading["asf"]), Path):
         return reading
     return reading | {"asf": AsfFile(asf, scale=reading["scale"])}
 
@@ -98,7 +98,7 @@ def read_motions(
     reading = reading_options(reading)
     names = [name_of(path) for path in files]
     stated = [{"frame_rate": rates[path]} if rates and path in rates else {} for path in files]
-    motions = [load_motion(readable(path), **(reading | rate)) for path, rate in zip(files, stated, strict=True)]
+    motions = [load_motion(read_if_pipe(path), **(reading | rate)) for path, rate in zip(files, stated, strict=True)]
     dataset = MotionDataset(motions, names, names, names)
     with files_in_messages(names):
         if rotations == "rotvec":
@@ -127,7 +127,7 @@ def read_separately(
     """Read all files; return their names, and their motions, each on its own skeleton. Refuse those without frames."""
     files, reading = motion_files(paths), reading_options(reading)
     names = [name_of(path) for path in files]
-    motions = [load_motion(readable(path), **reading) for path in files]
+    motions = [load_motion(read_if_pipe(path), **reading) for path in files]
     for name, motion in zip(names, motions, strict=True):
         _check_has_frames(name, motion)
     return names, motions if rate is None else [motion.resample(rate) for motion in motions]

@@ -120,7 +120,9 @@ def _print(options: argparse.Namespace) -> None:
         commands.compare_metrics(options.folder, options.scale, options.jobs)
     elif options.command == "find":
         query = inputs.query_file(options.query)
-        dataset = inputs.read_motions([query, *options.files], options.rate, **_reading(options), one_rate=True)
+        dataset = inputs.read_motions(
+            [query, *options.files], options.rate, **_reading_arguments(options), one_rate=True
+        )
         commands.find(dataset, options.begins, options.ends, options.k, options.metric, options.jobs)
     else:
         commands.info(options.files, {name: getattr(options, name) for name in READING})
@@ -141,17 +143,17 @@ def _write(options: argparse.Namespace) -> None:
         return
     if options.command == "explore":
         labels = labels_of(options.files, inputs.motion_files(options.files))
-        dataset = inputs.read_motions(options.files, options.rate, **_reading(options), rates=labels.rates)
+        dataset = inputs.read_motions(options.files, options.rate, **_reading_arguments(options), rates=labels.rates)
         commands.explore(dataset, labels, options.metrics, options.out, options.jobs)
         return
     if options.command == "motions":
-        dataset = inputs.read_motions(options.files, options.rate, **_reading(options), one_rate=True)
+        dataset = inputs.read_motions(options.files, options.rate, **_reading_arguments(options), one_rate=True)
         with commands.backend(options.backend, options.scheduler, options.jobs):
             commands.motions(
                 dataset, options.metric, options.alignment, options.window, out=options.out, dtype=options.dtype
             )
         return
-    X, skeleton = inputs.read_poses(options.files, options.rate, **_reading(options))
+    X, skeleton = inputs.read_poses(options.files, options.rate, **_reading_arguments(options))
     with commands.backend(options.backend, options.scheduler, options.jobs):
         if options.command == "distances":
             commands.distances(X, skeleton, options.metric, options.out, options.dtype)
@@ -159,7 +161,7 @@ def _write(options: argparse.Namespace) -> None:
             commands.neighbors(X, skeleton, options.metric, options.out, options.neighbors, options.radius)
 
 
-def _reading(options: argparse.Namespace) -> dict[str, Any]:
+def _reading_arguments(options: argparse.Namespace) -> dict[str, Any]:
     """Return the arguments of how files are read and prepared."""
     reading, preparing = ({name: getattr(options, name) for name in names} for names in (READING, PREPARING))
     return {"reading": reading, **preparing}

@@ -32,7 +32,7 @@ def _public_name(kind: type) -> str:
     return f"{top if kind.__name__ in sys.modules[top].__all__ else package}.{kind.__name__}"
 
 
-def check_whole(value: Any, least: int, name: str) -> None:
+def check_integer(value: Any, least: int, name: str) -> None:
     """Refuse what is not a whole number of at least so many."""
     if not isinstance(value, Integral) or value < least:
         raise ValueError(f"{name} must be a whole number of at least {least}, got {value!r}")

@@ -180,7 +180,7 @@ class PoseKMeans(
         PoseKMeans
             The fitted estimator.
         """
-        X = self._checked(X, reset=True).astype(np.float64, copy=False)
+        X = self._check_X(X, reset=True).astype(np.float64, copy=False)
         require_means(self.metric_, "PoseKMeans")
         if self.n_clusters > len(X):
             raise ValueError(f"n_clusters={self.n_clusters} is more than the {len(X)} samples")
@@ -189,14 +189,14 @@ class PoseKMeans(
         poses, pose_of = np.unique(X[counted], axis=0, return_inverse=True)
         masses = np.bincount(pose_of.ravel(), weights[counted])
         means = WeightedMeans(poses, self.skeleton_, self.metric_, self.n_jobs)
-        squared = partial(self._squared, poses)
+        squared = partial(self._squared_distances, poses)
         fit_progress, runs = FitReport(self, None, X), []
         for _ in range(self.n_init):
             with fit_progress.step("first centres"):
                 chosen = first_centers(poses, masses, squared, self.n_clusters, rng)
             runs.append(lloyd(poses[chosen], masses, squared, means.means, self.max_iter, self.tol, fit_progress))
         best = min(runs, key=lambda run: run.inertia)
-        self.labels_ = self._squared(X, best.centers).argmin(axis=1)
+        self.labels_ = self._squared_distances(X, best.centers).argmin(axis=1)
         self.inertia_, self.n_iter_ = best.inertia, best.n_iter
         self.cluster_centers_ = best.centers
         self._warn(best, len(poses))
@@ -217,7 +217,7 @@ class PoseKMeans(
             Labels; of equally near centres the first.
         """
         check_is_fitted(self, "cluster_centers_")
-        return self._squared(self._checked(X, reset=False), self.cluster_centers_).argmin(axis=1)
+        return self._squared_distances(self._check_X(X, reset=False), self.cluster_centers_).argmin(axis=1)
 
     def transform(self, X):
         """Return the distances to the centres.
@@ -233,8 +233,8 @@ class PoseKMeans(
             Distances, m, or rad for "angle"; float32 for float32 poses, else float64.
         """
         check_is_fitted(self, "cluster_centers_")
-        X = self._checked(X, reset=False)
-        return np.sqrt(self._squared(X, self.cluster_centers_)).astype(X.dtype, copy=False)
+        X = self._check_X(X, reset=False)
+        return np.sqrt(self._squared_distances(X, self.cluster_centers_)).astype(X.dtype, copy=False)
 
     def score(self, X, y=None, sample_weight=None):
         """Return the inertia of poses with the centres, times −1: the larger, the better.
@@ -254,11 +254,11 @@ class PoseKMeans(
             The weighted sum of the squared distances to the nearest centre, times −1.
         """
         check_is_fitted(self, "cluster_centers_")
-        X = self._checked(X, reset=False)
+        X = self._check_X(X, reset=False)
         weights = check_sample_weight(sample_weight, X)
-        return -float(weights @ self._squared(X, self.cluster_centers_).min(axis=1))
+        return -float(weights @ self._squared_distances(X, self.cluster_centers_).min(axis=1))
 
-    def _squared(self, X, centers):
+    def _squared_distances(self, X, centers):
         """Squared distances (n_samples, n_centers), in float64, as close samples differ by little."""
         return np.square(self._distances(X.astype(np.float64, copy=False), centers))
 

@@ -136,7 +136,7 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
         """
         if self.bandwidth is not None and self.n_clusters is not None:
             raise ValueError("bandwidth and n_clusters are both given; n_clusters searches for its own bandwidth")
-        X = self._checked(X, reset=True, accept_sparse="csr" if self.metric == "precomputed" else False)
+        X = self._check_X(X, reset=True, accept_sparse="csr" if self.metric == "precomputed" else False)
         if self.n_clusters is not None and self.n_clusters > X.shape[0]:
             raise ValueError(f"n_clusters={self.n_clusters} is more than the {X.shape[0]} samples")
         fit_progress = FitReport(self, None, X)
@@ -169,7 +169,7 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
             Labels. A sample of `fit` need not be nearest to the mode of its own cluster.
         """
         check_is_fitted(self, "labels_")
-        X = self._checked(X, reset=False)
+        X = self._check_X(X, reset=False)
         if self.metric_ is None:
             return X[:, self.cluster_centers_indices_].argmin(axis=1)
         return self._distances(X, self.cluster_centers_).argmin(axis=1)

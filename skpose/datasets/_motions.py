@@ -147,10 +147,10 @@ class MotionDataset:
         subjects = f" of {len(set(self.subjects))} subjects" if "subjects" in self._labels else ""
         words = f"{len(self)} motions{subjects}"
         if "actions" in self._labels:
-            words += f": {_counted(action or 'unnamed' for action in self.actions)}"
+            words += f": {_count(action or 'unnamed' for action in self.actions)}"
         methods = [report.partition(",")[0] for report in self._retargeting]
         if set(methods) - {"", UNCHANGED}:
-            words += f"; retargeted by {_counted(methods)}"
+            words += f"; retargeted by {_count(methods)}"
         return f"MotionDataset({words})"
 
     def _repr_html_(self) -> str:
@@ -387,7 +387,7 @@ class MotionDataset:
         )
 
 
-def _counted(words: Iterable[str]) -> str:
+def _count(words: Iterable[str]) -> str:
     """Return how often each word occurs, the first five in the order of the alphabet."""
     names, counts = np.unique(list(words), return_counts=True)
     more = f" and {len(names) - 5} more actions" if len(names) > 5 else ""

@@ -20,7 +20,7 @@ from skpose.geodesics._spline import spline_between
 from skpose.metrics import Geodesic, Metric
 from skpose.metrics._shared import MEAN_CONSTRAINTS, require_geodesic
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import without_jumps
+from skpose.skeleton._shared import remove_jumps
 
 ON_KEY = 1e-6  # frames between a frame and a key that are at one time
 
@@ -133,7 +133,7 @@ def interpolate(
     at = _check_times(times, len(X), rate)
     n_threads = effective_n_jobs(n_jobs)
     geodesics = _geodesics(X, skeleton, require_geodesic(metric, skeleton, "interpolate"), n_threads)
-    piece, shares = _places(at, rate)
+    piece, shares = _locate_frames(at, rate)
     in_pieces = [shares[piece == i] for i in range(len(geodesics))]
     if method == "spline":
         between = spline_between(geodesics, np.diff(at), in_pieces, skeleton, n_threads)
@@ -142,7 +142,7 @@ def interpolate(
     frames = np.concatenate(between)
     on_key = np.isin(shares, [0.0, 1.0])
     frames[on_key] = X[(piece + shares.astype(int))[on_key]]
-    return Motion(skeleton, without_jumps(skeleton.bones, frames), rate)
+    return Motion(skeleton, remove_jumps(skeleton.bones, frames), rate)
 
 
 def _check_times(times: ArrayLike, n_poses: int, rate: float) -> np.ndarray:
@@ -185,7 +185,7 @@ def _geodesics(X: np.ndarray, skeleton: Skeleton, metric: Geodesic, n_jobs: int)
     return [found[i] for i in range(len(X) - 1)]
 
 
-def _places(times: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
+def _locate_frames(times: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
     """Return of each frame the piece between keys that it is in, and its share of the time there, 0 or 1 on keys."""
     keys = (times - times[0]) * rate  # in frames
     frames = np.arange(np.floor(keys[-1] + ON_KEY) + 1)

@@ -16,7 +16,7 @@ from skpose._typing import ArrayLike
 from skpose._validation.poses import check_poses
 from skpose._validation.units import warn_of_degrees
 from skpose._warnings import warn
-from skpose.kinematics._shared import to_tree_order, tree_of, weighted_positions, wrapped
+from skpose.kinematics._shared import to_tree_order, tree_of, weighted_positions, wrap_dofs
 from skpose.metrics import Metric
 from skpose.metrics._shared import MEAN_CONSTRAINTS, no_geodesics, no_paths, require_geodesic
 from skpose.skeleton import Skeleton
@@ -151,6 +151,6 @@ def _follow(
             moved = np.linalg.norm(positions[i] - positions[searched], axis=1)
             anew = moved > NEAR * lengths[i - 1]
             kept.n_nodes[anew], searched[anew] = 0, i
-        targets = wrapped(tree, ends, frame[None]) if search.frees_angles else ends
+        targets = wrap_dofs(tree, ends, frame[None]) if search.frees_angles else ends
         follow_geodesics(tree, frame, targets, 0, n, search, kept, found)
         lengths[i], converged[i] = found.lengths, found.converged

@@ -86,7 +86,7 @@ def load_c3d(path: Readable, *, up: Literal["x", "y", "z"] | None = None, scale:
         with source.format_errors():
             parameters, frames, positions = _read(source)
             labels = parameters.texts("POINT:LABELS")[: frames.n_points]
-            named = _named(source, labels, frames.n_points)
+            named = _find_named(source, labels, frames.n_points)
             if scale is None and (scale := metres_of(unit := parameters.text("POINT:UNITS"))) is None:
                 raise source.error(complaint_of_unit("POINT:UNITS", unit))
             up = _up(source, parameters.text("POINT:Y_SCREEN")) if up is None else up
@@ -289,7 +289,7 @@ def _analog_samples(source: Source, parameters: Parameters, header: tuple[int, .
     return n_channels * per_frame
 
 
-def _named(source: Source, labels: list[str], n_points: int) -> list[int]:
+def _find_named(source: Source, labels: list[str], n_points: int) -> list[int]:
     """Return the indices of the points that have a name; refuse names that are given twice."""
     named = [i for i, label in enumerate(labels) if label]
     if not named:

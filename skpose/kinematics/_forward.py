@@ -73,12 +73,12 @@ def forward_kinematics(angles: ArrayLike, skeleton: Skeleton, *, n_jobs: int | N
     array([[[1., 0., 0.],
             [1., 1., 0.]]])
     """
-    angles = _checked(angles, skeleton)
+    angles = _check_angles(angles, skeleton)
     positions = _positions(angles, tree_of_all_joints(skeleton), effective_n_jobs(n_jobs))
     return positions.astype(angles.dtype, copy=False).reshape(len(angles), -1, 3)
 
 
-def _checked(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
+def _check_angles(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
     check_is_array(angles, "angles")
     check_skeleton(skeleton)
     angles = check_poses(angles, skeleton, "angles")
@@ -150,7 +150,7 @@ def position_jacobian(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
            [2., 1.],
            [0., 0.]])
     """
-    return jacobians_of(_checked(angles, skeleton), tree_of_all_joints(skeleton))
+    return jacobians_of(_check_angles(angles, skeleton), tree_of_all_joints(skeleton))
 
 
 def metric_tensor(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
@@ -198,7 +198,7 @@ def metric_tensor(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
     array([[5., 2.],
            [2., 1.]])
     """
-    jacobians = jacobians_of(_checked(angles, skeleton), tree_of(skeleton))
+    jacobians = jacobians_of(_check_angles(angles, skeleton), tree_of(skeleton))
     return jacobians.transpose(0, 2, 1) @ jacobians
 
 

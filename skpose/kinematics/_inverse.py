@@ -164,4 +164,4 @@ def inverse_kinematics(
                 take(task, part)
         else:
             in_threads((partial(solve, task) for task in tasks), effective_n_jobs(n_jobs))
-    return problem.fitted(found)
+    return problem.collect(found)

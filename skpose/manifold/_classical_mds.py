@@ -179,7 +179,7 @@ class SpatialMDS(
         ndarray of shape (n_samples, n_components)
             The `embedding_`; float64, also for float32 poses.
         """
-        X = self._checked(X, reset=True, ensure_min_samples=2)
+        X = self._check_X(X, reset=True, ensure_min_samples=2)
         if self.metric_ is None:
             X = check_symmetric(X, raise_exception=True)
         n, n_scaled = len(X), min(len(X), self.landmarks or len(X))
@@ -217,7 +217,7 @@ class SpatialMDS(
             Coordinates of the poses; float64, also for float32 poses.
         """
         check_is_fitted(self, "embedding_")
-        X = self._checked(X, reset=False)
+        X = self._check_X(X, reset=False)
         return self._embed(X, list(self._batches(len(X), len(self.landmark_indices_))), nullcontext)
 
     def _batches(self, n, n_scaled):

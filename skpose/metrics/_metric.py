@@ -271,7 +271,7 @@ class Metric(BaseEstimator):
         return hash((type(self), *sorted(self.get_params().items())))
 
 
-def given(skeleton: Skeleton | None) -> Skeleton:
+def require_skeleton(skeleton: Skeleton | None) -> Skeleton:
     """Return the skeleton of a metric that needs one, which `resolve` has seen to."""
     if skeleton is None:
         raise ValueError("the metric needs a skeleton, got None")

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from skpose._compiled.pose import loops
-from skpose._compiled.warping.paths import Encoded, MotionPairs, Paths, warped_loop
+from skpose._compiled.warping.paths import Encoded, MotionPairs, Paths, warp_loop
 from skpose._parallel.tasks import LITTLE_WORK, TASKS_PER_JOB, WORK_PER_TASK
 from skpose._parallel.threads import in_threads
 from skpose.metrics import Metric
@@ -99,14 +99,14 @@ class MotionMatrix(TiledMatrix):
 
     def distances(self, tile: Tile, n_jobs: int = 1, out: np.ndarray | None = None) -> tuple[np.ndarray, Unconverged]:
         """Return the distances of a tile, in `out` if that is given, and how many geodesics did not converge."""
-        rows, columns = self.A.part(tile.top, tile.bottom), self.columns.part(tile.left, tile.right)
+        rows, columns = self.A.slice(tile.top, tile.bottom), self.columns.slice(tile.left, tile.right)
         diagonal = self.symmetric and tile.top == tile.left
         if self.alignment == "frames":
             sums, unconverged = self._sums_of_frames(rows, None if diagonal else columns, n_jobs)
         else:
             sums = np.zeros(tile.shape)
             tasks = self._tasks(rows, columns, diagonal, n_jobs, sums)
-            unconverged = Unconverged.joined(in_threads(tasks, n_jobs))
+            unconverged = Unconverged.join(in_threads(tasks, n_jobs))
         if diagonal:
             mirror(sums, n_jobs)
         if self.normalize:
@@ -134,13 +134,13 @@ class MotionMatrix(TiledMatrix):
             distances, unconverged = matrix.distances(Tile(0, n_rows, 0, n_columns), n_jobs)
             sums += distances
             parts.append(unconverged)
-        return sums, Unconverged.joined(parts)
+        return sums, Unconverged.join(parts)
 
     def _tasks(
         self, rows: Sequences, columns: Sequences, diagonal: bool, n_jobs: int, sums: np.ndarray
     ) -> Iterator[Callable[[], tuple[int, float]]]:
         """Yield the tasks of a tile as functions to call."""
-        metric, loop, tree = self.metric, warped_loop(self.dtype), self.metric.tree_for(self.skeleton, self.dtype)
+        metric, loop, tree = self.metric, warp_loop(self.dtype), self.metric.tree_for(self.skeleton, self.dtype)
         X = self._encode(rows.poses)
         Y = loops.in_lanes(X if diagonal else self._encode(columns.poses))
         work = WORK_PER_TASK

@@ -9,7 +9,7 @@ from sklearn.utils.validation import check_is_fitted
 from skpose._compat.sklearn import Interval
 from skpose.neighbors._graph import GraphTransformer
 from skpose.neighbors._queries import WithinRadius
-from skpose.neighbors._results import requested
+from skpose.neighbors._results import select_requested
 
 
 class PoseRadiusNeighborsTransformer(GraphTransformer):
@@ -173,8 +173,8 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
         near = found.neighbors
         starts = np.searchsorted(near.queries, np.arange(1, n_queries))
         order = slice(None) if return_distance else np.lexsort((near.indices, near.queries))
-        distances, indices = (_ragged(np.split(part, starts)) for part in (near.distances, near.indices[order]))
-        return requested((return_distance, distances), (True, indices), (return_evaluations, found.evaluations))
+        distances, indices = (_object_array(np.split(part, starts)) for part in (near.distances, near.indices[order]))
+        return select_requested((return_distance, distances), (True, indices), (return_evaluations, found.evaluations))
 
     def radius_neighbors_graph(self, X=None, radius=None, mode="connectivity", sort_results=False):
         """Compute the graph of all training poses within a radius.
@@ -208,7 +208,7 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
         return WithinRadius(radius, measured)
 
 
-def _ragged(parts):
+def _object_array(parts):
     """Return an array of arrays, also where all are of one length."""
     ragged = np.empty(len(parts), dtype=object)
     for i, part in enumerate(parts):

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from skpose._typing import ArrayLike
-from skpose._validation.options import check_kind, check_whole
+from skpose._validation.options import check_integer, check_kind
 from skpose.kinematics import forward_kinematics
 from skpose.metrics import Metric
 from skpose.motions import Alignment, align_motions
@@ -84,7 +84,7 @@ class AlignmentDisplay:
             The display itself.
         """
         names, differences = self.alignment._of_joints(quantity)
-        check_whole(n_poses, 1, "n_poses")
+        check_integer(n_poses, 1, "n_poses")
         plane = check_view(view)
         rows = ROW * len(names)
         self.ax_, self.figure_ = axes(ax, "AlignmentDisplay.plot", (WIDTH, rows + STRIPS + 2 * LABELS))

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from skpose._typing import ArrayLike
-from skpose._validation.options import check_kind, check_whole
+from skpose._validation.options import check_integer, check_kind
 from skpose._validation.poses import check_is_array, check_pose, check_poses
 from skpose._validation.skeletons import check_skeleton
 from skpose._validation.units import warn_of_degrees
@@ -323,7 +323,7 @@ class PoseStripDisplay:
             The display.
         """
         check_kind(motion, Motion, "motion", "from_poses(X, skeleton) draws an array of poses")
-        check_whole(n_poses, 1, "n_poses")
+        check_integer(n_poses, 1, "n_poses")
         if not len(motion):
             raise ValueError("motion has no frames, and there is nothing to draw")
         frames = np.unique(np.rint(np.linspace(0, len(motion) - 1, n_poses)).astype(int))
@@ -359,7 +359,7 @@ class PoseStripDisplay:
             The display.
         """
         check_kind(geodesic, GeodesicResult, "geodesic", "skpose.geodesic(start, end, skeleton) finds one")
-        check_whole(n_poses, 2, "n_poses")
+        check_integer(n_poses, 2, "n_poses")
         labels = [f"{length:.2f}" for length in np.linspace(0, geodesic.curve_length, n_poses)]
         return cls.from_poses(
             geodesic.resample(n_poses),

@@ -5,7 +5,7 @@ from numbers import Real
 import numpy as np
 from sklearn.utils.validation import check_is_fitted
 
-from skpose._validation.options import check_kind, check_whole
+from skpose._validation.options import check_integer, check_kind
 from skpose.kinematics import forward_kinematics
 from skpose.plot._pose import PoseStripDisplay
 from skpose.skeleton import Skeleton
@@ -110,8 +110,8 @@ class TangentPCADisplay:
         """
         check_kind(pca, PoseTangentPCA, "pca", "PoseTangentPCA(skeleton).fit(X) is one")
         check_is_fitted(pca, "n_components_")
-        check_whole(component, 0, "component")
-        check_whole(n_poses, 2, "n_poses")
+        check_integer(component, 0, "component")
+        check_integer(n_poses, 2, "n_poses")
         if component >= pca.n_components_:
             raise ValueError(
                 f"component must be less than {pca.n_components_}, the number of components of pca, as the first is 0; "

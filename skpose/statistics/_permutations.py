@@ -51,31 +51,31 @@ class Design(NamedTuple):
         if self.paired:
             for first in range(0, self.n_splits, self._at_once):
                 numbers = np.arange(first, min(first + self._at_once, self.n_splits))
-                yield self._flipped((numbers[:, None] >> np.arange(self.n_a)) & 1 == 1)
+                yield self._flip((numbers[:, None] >> np.arange(self.n_a)) & 1 == 1)
             return
         subsets = combinations(range(self.n_a + self.n_b), self.n_a)
         while chunk := list(islice(subsets, self._at_once)):
-            yield self._with_in_a(np.array(chunk))
+            yield self._split(np.array(chunk))
 
-    def drawn(self, n_permutations: int, rng: np.random.RandomState) -> Iterator[np.ndarray]:
+    def draw(self, n_permutations: int, rng: np.random.RandomState) -> Iterator[np.ndarray]:
         """Yield so many random splits, in chunks (n, n_units), which do not depend on the size of a chunk."""
         for first in range(0, n_permutations, self._at_once):
             n = min(self._at_once, n_permutations - first)
             if self.paired:
-                yield self._flipped(rng.random_sample((n, self.n_a)) < 0.5)
+                yield self._flip(rng.random_sample((n, self.n_a)) < 0.5)
             else:
                 order = rng.random_sample((n, self.n_a + self.n_b)).argsort(axis=1)
-                yield self._with_in_a(order[:, : self.n_a])
+                yield self._split(order[:, : self.n_a])
 
     @property
     def _at_once(self) -> int:
         return max(1, VALUES_AT_ONCE // (self.n_a + self.n_b))
 
-    def _flipped(self, flips: np.ndarray) -> np.ndarray:
+    def _flip(self, flips: np.ndarray) -> np.ndarray:
         signs = np.where(flips, -1.0, 1.0)
         return np.concatenate([signs, signs], axis=1) * self.given
 
-    def _with_in_a(self, units: np.ndarray) -> np.ndarray:
+    def _split(self, units: np.ndarray) -> np.ndarray:
         splits = np.full((len(units), self.n_a + self.n_b), -1.0 / self.n_b)
         np.put_along_axis(splits, units, 1.0 / self.n_a, axis=1)
         return splits
@@ -88,7 +88,7 @@ def permutation_test(G: np.ndarray, design: Design, n_permutations: int, rng: np
     `n_permutations`; else of random ones, the given one counted among them.
     """
     exact = design.n_splits <= n_permutations
-    chunks = design.all() if exact else design.drawn(n_permutations, rng)
+    chunks = design.all() if exact else design.draw(n_permutations, rng)
     (statistic,) = _values(design.given[None], G)
     null = np.concatenate([_values(splits, G) for splits in chunks])
     n_as_large = int((null >= statistic - ROUNDING * np.abs(G).max()).sum())

@@ -176,7 +176,7 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
         ndarray of shape (n_samples, n_components)
             Scores, m; rad under "angle". float32 for float32 poses, else float64.
         """
-        given = self._checked(X, reset=True, ensure_min_samples=2)
+        given = self._check_X(X, reset=True, ensure_min_samples=2)
         X = given.astype(np.float64)
         self.mean_ = self._mean(X)
         space = self._space()
@@ -184,7 +184,7 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
         U, sizes, directions = np.linalg.svd(vectors, full_matrices=False)
         U, directions = svd_flip(U, directions, u_based_decision=False)
         variances = sizes**2 / (len(X) - 1)
-        n = self._chosen(sizes, variances, X.shape)
+        n = self._choose_n_components(sizes, variances, X.shape)
         n_varying = min(n, _count_varying(sizes, len(X)))
         directions = directions[:n_varying]
         steps = space.steps(X, U[:, :n_varying] / sizes[:n_varying], directions)
@@ -211,7 +211,7 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
             Scores, m; rad under "angle". float32 for float32 poses, else float64.
         """
         check_is_fitted(self, "n_components_")
-        X = self._checked(X, reset=False)
+        X = self._check_X(X, reset=False)
         return self._scores(self._space().vectors(X.astype(np.float64)), X.dtype)
 
     def inverse_transform(self, X):
@@ -235,7 +235,7 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
                 f"X must have {self.n_components_} columns, one score for each component, as transform returns them, "
                 f"got {scores.shape[1]}"
             )
-        return self._space().moved(scores.astype(np.float64) @ self._steps).astype(scores.dtype, copy=False)
+        return self._space().move(scores.astype(np.float64) @ self._steps).astype(scores.dtype, copy=False)
 
     def reconstruction_error(self, X):
         """Return how far each pose is from the pose of its scores: poses that were not in `fit` state how well it does.
@@ -253,7 +253,7 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
             root mean squared difference of the columns, rad. float64, also for float32 poses.
         """
         check_is_fitted(self, "n_components_")
-        X = self._checked(X, reset=False).astype(np.float64)
+        X = self._check_X(X, reset=False).astype(np.float64)
         found = self.inverse_transform(self._scores(self._space().vectors(X), X.dtype))
         if self.skeleton_ is None:
             return np.sqrt(np.square(X - found).mean(axis=1))
@@ -286,7 +286,7 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
         space = TangentSpace(skeleton, self.mean_, self.metric_.n_steps, effective_n_jobs(self.n_jobs))
         return Geodesics(space)
 
-    def _chosen(self, sizes, variances, shape):
+    def _choose_n_components(self, sizes, variances, shape):
         """Return the number of components that the parameter asks for, from all singular values and variances."""
         n_varying = _count_varying(sizes, shape[0])
         if sizes[0] <= ROUNDING * np.sqrt(shape[0]):

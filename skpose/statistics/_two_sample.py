@@ -13,7 +13,7 @@ from skpose.metrics import Metric
 from skpose.metrics._shared import METRIC_CONSTRAINTS, resolve, warn_of_no_skeleton, warn_of_unconverged
 from skpose.skeleton import Skeleton
 from skpose.statistics._permutations import Design, permutation_test
-from skpose.statistics._unit_means import Distances, negative_distances, repaired_kernel
+from skpose.statistics._unit_means import Distances, mean_kernel, negative_distances
 from skpose.statistics._units import check_units
 
 
@@ -230,7 +230,7 @@ def two_sample_test(
     chosen = resolve(metric, skeleton)
     warn_of_no_skeleton(metric, skeleton)
     distances = Distances(chosen, skeleton, n_jobs)
-    means = (negative_distances if statistic == "energy" else repaired_kernel)(units.sequences, distances)
+    means = (negative_distances if statistic == "energy" else mean_kernel)(units.sequences, distances)
     design = Design(units.n_a, units.n_b, paired)
     outcome = permutation_test(means.matrix, design, n_permutations, check_random_state(random_state))
     n_poses = len(units.sequences.poses)

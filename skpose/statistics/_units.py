@@ -23,11 +23,11 @@ class Units(NamedTuple):
 
     @property
     def of_a(self) -> np.ndarray:
-        return self.sequences.part(0, self.n_a).poses
+        return self.sequences.slice(0, self.n_a).poses
 
     @property
     def of_b(self) -> np.ndarray:
-        return self.sequences.part(self.n_a, self.n_a + self.n_b).poses
+        return self.sequences.slice(self.n_a, self.n_a + self.n_b).poses
 
 
 def check_units(A: Any, B: Any, skeleton: Skeleton | None, paired: bool) -> Units:

@@ -116,8 +116,8 @@ def explorer(
             f"dataset must be a skpose.datasets.MotionDataset, got {type(dataset).__name__}: MotionDataset(motions) "
             "makes one of motions"
         )
-    names = _checked_labels(labels, dataset)
-    skeleton, motions = _prepared(dataset, rate)
+    names = _check_labels(labels, dataset)
+    skeleton, motions = _prepare_motions(dataset, rate)
     chosen = _check_metrics(metrics, skeleton)
     X = np.concatenate([motion.angles for motion in motions])
     packed = pack(X, STEP)
@@ -151,7 +151,7 @@ def _check_metrics(metrics: Sequence[str | Metric], skeleton: Skeleton) -> list[
     return list(dict.fromkeys(resolve(one, skeleton) for one in given))
 
 
-def _checked_labels(labels: Sequence[str] | None, dataset: MotionDataset) -> list[str]:
+def _check_labels(labels: Sequence[str] | None, dataset: MotionDataset) -> list[str]:
     if labels is None:
         known = [getattr(dataset, name, None) for name in ("subjects", "actions", "trials")]
         parts = zip(*(values for values in known if values is not None), strict=True)
@@ -164,7 +164,7 @@ def _checked_labels(labels: Sequence[str] | None, dataset: MotionDataset) -> lis
     return [str(label) for label in given]
 
 
-def _prepared(dataset: MotionDataset, rate: float | None) -> tuple[Skeleton, list[Motion]]:
+def _prepare_motions(dataset: MotionDataset, rate: float | None) -> tuple[Skeleton, list[Motion]]:
     """Return the mean skeleton, and the motions on it at the rate, as `MotionDataset.poses` has them."""
     motions: list[Motion] = []
     if len(dataset):

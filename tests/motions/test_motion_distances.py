@@ -269,11 +269,11 @@ def test_as_many_geodesics_did_not_converge_as_there_are_such_pairs_of_frames(wi
     a, b = (rng.uniform(-3, 3, size=(n, skeleton.n_dofs)) for n in (3, 4))
 
     def unconverged(matrix):
-        return Unconverged.joined(matrix.write(None, 1)[1])
+        return Unconverged.join(matrix.write(None, 1)[1])
 
     pairs = [(i, j) for i in range(3) for j in range(4) if window is None or abs(i / 2 - j / 3) <= window]
     each = [unconverged(DistanceMatrix(a[[i]], b[[j]], metric, skeleton)) for i, j in pairs]
-    expected = Unconverged.joined(each)
+    expected = Unconverged.join(each)
     assert expected.count > 0
     matrix = MotionMatrix(Sequences.of([a]), Sequences.of([b, b]), metric, skeleton, window=window)
     assert unconverged(matrix) == (2 * expected.count, expected.gap)
