@@ -236,8 +236,8 @@ def _embeddings(
     first = None
     for metric in metrics:
         scaling = SpatialMDS(
-            2,
-            skeleton=skeleton,
+            skeleton,
+            n_components=2,
             metric=metric,
             landmarks=LANDMARKS if len(X) > ALL else None,
             random_state=0,

@@ -112,7 +112,7 @@ def test_embeddings_are_those_of_spatial_mds(gait, page):
     assert [one["unit"] for one in embeddings] == ["m", "m", "m", "rad"]
     first = unpack(embeddings[0]["points"])
     for one in embeddings:
-        mds = SpatialMDS(2, skeleton=gait.skeleton, metric=one["metric"]).fit(X)
+        mds = SpatialMDS(gait.skeleton, n_components=2, metric=one["metric"]).fit(X)
         points = unpack(one["points"])
         signs = np.sign((points * mds.embedding_).sum(axis=0))
         np.testing.assert_allclose(points, mds.embedding_ * signs, atol=np.ptp(points) / 65535)
@@ -124,7 +124,7 @@ def test_axes_point_to_where_those_of_the_first_do():
     """In a dataset where they do not as they are scaled."""
     gait = make_gait(n_subjects=2, n_sequences=1, duration=1.0, frame_rate=24, random_state=2)
     metrics = ["spatial", "rotation", "angle"]
-    raw = [SpatialMDS(2, skeleton=gait.skeleton, metric=m).fit_transform(gait.poses(12)[0]) for m in metrics]
+    raw = [SpatialMDS(gait.skeleton, n_components=2, metric=m).fit_transform(gait.poses(12)[0]) for m in metrics]
     assert sum(((points * raw[0]).sum(axis=0) < 0).sum() for points in raw) == 2
     found = [unpack(one["points"]) for one in data_of(explorer(gait, metrics=metrics))["embeddings"]]
     for points, scaled in zip(found, raw, strict=True):
@@ -136,7 +136,7 @@ def test_many_poses_are_placed_by_landmarks(gait, monkeypatch):
     monkeypatch.setattr(_explorer, "ALL", 40)
     monkeypatch.setattr(_explorer, "LANDMARKS", 20)
     (one,) = data_of(explorer(gait, metrics=["position"]))["embeddings"]
-    mds = SpatialMDS(2, skeleton=gait.skeleton, metric="position", landmarks=20, random_state=0)
+    mds = SpatialMDS(gait.skeleton, n_components=2, metric="position", landmarks=20, random_state=0)
     expected = mds.fit_transform(gait.poses(12)[0])
     np.testing.assert_allclose(unpack(one["points"]), expected, atol=np.ptp(expected) / 65535)
 
@@ -148,7 +148,7 @@ def test_pages_are_the_same_each_time(gait, page):
 def test_geodesic_is_a_metric_too():
     dataset = MotionDataset([some_poses(8)])
     (one,) = data_of(explorer(dataset, metrics=["geodesic"]))["embeddings"]
-    expected = SpatialMDS(2, skeleton=Skeleton.chain(3), metric="geodesic").fit_transform(dataset.poses(12)[0])
+    expected = SpatialMDS(Skeleton.chain(3), n_components=2, metric="geodesic").fit_transform(dataset.poses(12)[0])
     np.testing.assert_allclose(np.abs(unpack(one["points"])), np.abs(expected), atol=np.ptp(expected) / 65535)
 
 
