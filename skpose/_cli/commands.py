@@ -93,7 +93,7 @@ def motions(
             arrays, skeleton=skeleton, metric=metric, alignment=alignment, window=window, out=new, verbose=1
         )
 
-    with files_in_messages(list(dataset.subjects), "A"):
+    with files_in_messages(list(dataset.subjects), "X"):
         _write_matrix(out, len(arrays), np.dtype(dtype), "use --dtype float32", compute)
 
 
