@@ -39,7 +39,7 @@ def some_poses(n, skeleton=None, seed=0, scale=0.4):
 @pytest.mark.parametrize("name", [*SKELETONS])
 def test_poses_are_those_of_the_dataset_but_for_half_a_step(name):
     dataset = MotionDataset([some_poses(12, SKELETONS[name], seed, scale=2.0) for seed in range(3)])
-    data = data_of(explorer(dataset, rate=20, metrics=["position"]))
+    data = data_of(explorer(dataset, frame_rate=20, metrics=["position"]))
     X, sequence = dataset.poses(20)
     found = unpack(data["poses"])
     assert np.abs(found - X).max() <= STEP / 2 * (1 + 1e-6)
@@ -51,7 +51,7 @@ def test_poses_are_those_of_the_dataset_but_for_half_a_step(name):
 
 def test_whole_turns_stay():
     motion = Motion(Skeleton.chain(2), [[0.1, 0.2], [0.1 + 2 * np.pi, 0.2 - 6 * np.pi], [0.5, 0.4]], 30)
-    data = data_of(explorer(MotionDataset([motion]), rate=None, metrics=["angle"]))
+    data = data_of(explorer(MotionDataset([motion]), frame_rate=None, metrics=["angle"]))
     np.testing.assert_allclose(unpack(data["poses"]), motion.angles, atol=STEP / 2 * (1 + 1e-6))
 
 
@@ -64,7 +64,7 @@ def test_poses_of_several_people_are_on_the_mean_skeleton(gait, page):
 
 def test_every_frame_and_its_time():
     motion = replace(some_poses(4), frame_numbers=[3, 4, 8, 20])
-    data = data_of(explorer(MotionDataset([motion, some_poses(2)]), rate=None))
+    data = data_of(explorer(MotionDataset([motion, some_poses(2)]), frame_rate=None))
     np.testing.assert_allclose(unpack(data["times"])[:, 0], [*motion.times, 0, 1 / 30], atol=5e-4)
     assert (data["counts"], data["rate"]) == ([4, 2], 30.0)
 
@@ -92,7 +92,7 @@ def test_up_in_the_page_is_up_in_the_world(up, turn):
     """The root's own axes may be any: its orientation brings them into the world."""
     angles = np.tile(np.radians(turn), (5, 1))
     motion = replace(some_poses(5), root_angles=angles, root_axes="XYZ", up=up)
-    found = data_of(explorer(MotionDataset([motion]), metrics=["position"], rate=None))["up"]
+    found = data_of(explorer(MotionDataset([motion]), metrics=["position"], frame_rate=None))["up"]
     to_page = np.zeros((3, 3))
     to_page[range(3), found["order"]] = found["signs"]
     assert np.linalg.det(to_page) == pytest.approx(1.0)  # no mirror
@@ -177,7 +177,7 @@ def test_no_name_is_markup():
     names = ["<script>alert(1)</script>", "</script><!--", "\udc80"]
     skeleton = Skeleton(Bone(name, None, (0.1 * i, 1, 0), "z") for i, name in enumerate(names))
     motions = [some_poses(3, skeleton, seed) for seed in range(3)]
-    page = explorer(MotionDataset(motions, names, names, names), title="</title><script>", rate=None)
+    page = explorer(MotionDataset(motions, names, names, names), title="</title><script>", frame_rate=None)
     assert data_of(page)["skeleton"]["names"] == names
     assert page.html.count("<script") == 2  # data and program
     assert page.html.count("</title>") == 1
@@ -196,7 +196,7 @@ def test_no_name_is_markup():
         ({"metrics": ["euclidean"]}, "metrics must be among angle, .*, got 'euclidean'"),
         ({"labels": "abcd"}, "labels must be a list of one name for each of the 4 motions, got 'abcd'"),
         ({"labels": ["a"]}, "labels must be a list of one name for each of the 4 motions, got 1 labels"),
-        ({"rate": -1}, "frame_rate must be"),
+        ({"frame_rate": -1}, "frame_rate must be"),
     ],
 )
 def test_wrong_arguments_are_refused(gait, arguments, message):
@@ -217,7 +217,7 @@ def test_too_few_poses_are_refused():
 
 
 def test_motions_without_frames_have_no_points():
-    data = data_of(explorer(MotionDataset([some_poses(0), some_poses(3)]), metrics=["angle"], rate=None))
+    data = data_of(explorer(MotionDataset([some_poses(0), some_poses(3)]), metrics=["angle"], frame_rate=None))
     assert data["counts"] == [0, 3]
 
 
