@@ -14,7 +14,7 @@ from scipy.sparse import save_npz
 
 from skpose._cli.compare import COLUMNS, FRAME_RATE, PAPER_ACCURACY, PAPER_FIRST_COMPONENT, compare
 from skpose._cli.inputs import (
-    check_one_rate,
+    check_one_frame_rate,
     files_in_messages,
     motion_files,
     name_of,
@@ -70,7 +70,7 @@ def backend(name: str, scheduler: str | None, n_jobs: int) -> Iterator[None]:
 def distances(X: np.ndarray, skeleton: Skeleton, metric: str, out: Path, dtype: str) -> None:
     """Write the matrix of distances to a file, or finish an interrupted one."""
     X = X.astype(dtype)
-    remedy = "use a lower --rate, or --dtype float32"
+    remedy = "use a lower --frame-rate, or --dtype float32"
     _write_matrix(
         out,
         len(X),
@@ -93,7 +93,7 @@ def motions(
             arrays, skeleton=skeleton, metric=metric, alignment=alignment, window=window, out=new, verbose=1
         )
 
-    with files_in_messages(list(dataset.subjects), "A"):
+    with files_in_messages(list(dataset.subjects), "X"):
         _write_matrix(out, len(arrays), np.dtype(dtype), "use --dtype float32", compute)
 
 
@@ -192,7 +192,7 @@ def view(motions: list[Motion], names: list[str], out: Path, *, align: bool, ove
     alignment = None
     if align:
         check_comparable([motion.skeleton for motion in motions], names, WITHOUT_ALIGN, WITHOUT_ALIGN)
-        check_one_rate(MotionDataset(motions, names, names, names))
+        check_one_frame_rate(MotionDataset(motions, names, names, names))
         alignment = align_motions(*motions)
     page = player(motions, labels=_shorten(names), alignment=alignment, overlay=overlay)
     page.save(out)
@@ -207,7 +207,7 @@ def explore(dataset: MotionDataset, labels: Labels, metrics: Sequence[str], out:
     page = explorer(
         MotionDataset(dataset.motions, **known),
         metrics=metrics,
-        rate=None,  # that of the dataset
+        frame_rate=None,  # that of the dataset
         labels=None if every else _shorten(names),
         n_jobs=n_jobs,
         verbose=1,

@@ -64,4 +64,4 @@ def classify(distances: np.ndarray, y: np.ndarray, groups: np.ndarray) -> np.nda
 
 def first_component(distances: np.ndarray) -> float:
     """Return the share of variance in the first component of multidimensional scaling."""
-    return float(SpatialMDS(1, metric="precomputed").fit(distances).explained_variance_ratio_[0])
+    return float(SpatialMDS(n_components=1, metric="precomputed").fit(distances).explained_variance_ratio_[0])

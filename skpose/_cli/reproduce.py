@@ -164,7 +164,7 @@ def _walkers(
         both = walks[two]
         X, sequence = both.poses(FRAME_RATE)
         for metric in METRICS:
-            mds = SpatialMDS(2, skeleton=both.skeleton, metric=metric)
+            mds = SpatialMDS(both.skeleton, n_components=2, metric=metric)
             Y = mds.fit_transform(X)
             apart[metric].append(silhouette_score(Y, sequence))
             if draw == 0:

@@ -39,10 +39,10 @@ class PoseKMeans(
 
     Parameters
     ----------
-    n_clusters : int, default=8
-        Number of clusters.
     skeleton : Skeleton, default=None
         The skeleton of all poses. Needed by all metrics but "angle".
+    n_clusters : int, default=8
+        Number of clusters.
     n_init : int, default=1
         Number of runs from different starts; the one of the least inertia is the result.
     max_iter : int, default=300
@@ -116,7 +116,7 @@ class PoseKMeans(
     >>> from skpose import Skeleton
     >>> from skpose.cluster import PoseKMeans
     >>> X = [[0.0, 0.0], [0.1, 0.0], [0.2, 0.1], [1.5, 0.0], [1.6, 0.2], [1.7, 0.1]]
-    >>> k_means = PoseKMeans(2, Skeleton.chain(2), random_state=0).fit(X)
+    >>> k_means = PoseKMeans(Skeleton.chain(2), n_clusters=2, random_state=0).fit(X)
     >>> k_means.labels_
     array([1, 1, 1, 0, 0, 0])
     >>> k_means.cluster_centers_.round(2)
@@ -139,9 +139,9 @@ class PoseKMeans(
 
     def __init__(
         self,
-        n_clusters=8,
         skeleton=None,
         *,
+        n_clusters=8,
         n_init=1,
         max_iter=300,
         tol=1e-4,
@@ -150,8 +150,8 @@ class PoseKMeans(
         n_jobs=None,
         verbose=0,
     ):
-        self.n_clusters = n_clusters
         self.skeleton = skeleton
+        self.n_clusters = n_clusters
         self.n_init = n_init
         self.max_iter = max_iter
         self.tol = tol

@@ -26,12 +26,12 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
 
     Parameters
     ----------
+    skeleton : Skeleton, default=None
+        The skeleton of all poses. Needed by all metrics but "angle" and "precomputed".
     bandwidth : float, default=None
         The h of the weights, in the unit of the distance. None estimates it: the mean, over the samples, of the
         distance within which 30 % of the other samples lie (the rule of `sklearn.cluster.estimate_bandwidth`); in a
         sparse graph, 30 % of its neighbours.
-    skeleton : Skeleton, default=None
-        The skeleton of all poses. Needed by all metrics but "angle" and "precomputed".
     n_clusters : int, default=None
         Search for a bandwidth that gives this number of clusters instead, by halving an interval, then on a grid of 32
         and in its gaps. If none is found, a `ConvergenceWarning` is given, and the largest number of clusters below
@@ -90,7 +90,7 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
     --------
     >>> from skpose import MedoidShift, Skeleton
     >>> X = [[0.0, 0.0], [0.1, 0.0], [0.2, 0.1], [1.5, 0.0], [1.6, 0.2], [1.7, 0.1]]
-    >>> MedoidShift(bandwidth=0.5, skeleton=Skeleton.chain(2)).fit_predict(X)
+    >>> MedoidShift(Skeleton.chain(2), bandwidth=0.5).fit_predict(X)
     array([0, 0, 0, 1, 1, 1])
     """
 
@@ -102,16 +102,16 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
 
     def __init__(
         self,
-        bandwidth=None,
         skeleton=None,
         *,
+        bandwidth=None,
         n_clusters=None,
         metric="auto",
         n_jobs=None,
         verbose=0,
     ):
-        self.bandwidth = bandwidth
         self.skeleton = skeleton
+        self.bandwidth = bandwidth
         self.n_clusters = n_clusters
         self.metric = metric
         self.n_jobs = n_jobs

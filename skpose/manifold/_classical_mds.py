@@ -31,10 +31,10 @@ class SpatialMDS(
 
     Parameters
     ----------
-    n_components : int, default=2
-        Dimension of the space.
     skeleton : Skeleton, default=None
         The skeleton of all poses. Needed by all metrics but "angle" and "precomputed".
+    n_components : int, default=2
+        Dimension of the space.
     metric : str, Metric or "precomputed", default="auto"
         The distance, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a warning. With
         "precomputed", X is a square matrix of distances in `fit`, and in `transform` the distances from the new poses
@@ -108,7 +108,7 @@ class SpatialMDS(
     >>> import numpy as np
     >>> from skpose import Skeleton, SpatialMDS
     >>> swing = np.linspace([0.0, 0.0], [0.5, 0.1], 9)
-    >>> mds = SpatialMDS(n_components=1, skeleton=Skeleton.chain(2))
+    >>> mds = SpatialMDS(Skeleton.chain(2), n_components=1)
     >>> mds.fit_transform(swing).shape
     (9, 1)
     >>> mds.explained_variance_ratio_.round(2)
@@ -125,9 +125,9 @@ class SpatialMDS(
 
     def __init__(
         self,
-        n_components=2,
         skeleton=None,
         *,
+        n_components=2,
         metric="auto",
         landmarks=None,
         landmark_selection="farthest",
@@ -135,8 +135,8 @@ class SpatialMDS(
         n_jobs=None,
         verbose=0,
     ):
-        self.n_components = n_components
         self.skeleton = skeleton
+        self.n_components = n_components
         self.metric = metric
         self.landmarks = landmarks
         self.landmark_selection = landmark_selection

@@ -1,7 +1,7 @@
 """Means of a function of the distance over all pairs of poses of two units, tile by tile.
 
-The two statistics are quadratic forms of such a matrix G, and need no more than it: with c = 1 / n for the units of A
-and −1 / m for those of B, both are cᵀGc: the energy statistic with minus the mean distances, and the squared MMD
+The two statistics are quadratic forms of such a matrix G, and need no more than it: with c = 1 / n for the units of X
+and −1 / m for those of Y, both are cᵀGc: the energy statistic with minus the mean distances, and the squared MMD
 with mean kernels, which are the inner products of the mean embeddings of the units.
 """
 
@@ -53,7 +53,7 @@ def mean_kernel(sequences: Sequences, distances: Distances) -> UnitMeans:
     """Return the mean of exp(−d² / 2σ²) over the pairs of poses of every two units, repaired.
 
     The width σ is the median distance between different poses of two units. It must not depend on which units are those
-    of A, so every unit gives as many poses, evenly spread over it.
+    of X, so every unit gives as many poses, evenly spread over it.
     """
     chosen, unit = _spread(sequences)
     d, unconverged = distances.between(sequences.poses[chosen], None)
