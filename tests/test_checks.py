@@ -79,15 +79,15 @@ class ChainKMeans(ChainMixin, PoseKMeans):
 class ChainRegressor(PoseKernelRegressor):
     """Targets that are poses of a planar chain as wide as y."""
 
-    def _checked_poses(self, y):
-        poses = super()._checked_poses(y)
+    def _check_y(self, y):
+        poses = super()._check_y(y)
         if self.skeleton_ is None:
             super()._learn_metric(Skeleton.chain(poses.shape[1]))
         return poses
 
     def _learn_metric(self, skeleton):
         """Wait for the width of y."""
-        self.skeleton_ = None
+        self.skeleton_, self.metric_ = None, Angle()
 
 
 class ChainTangentPCA(ChainMixin, PoseTangentPCA):
@@ -105,7 +105,7 @@ class ChainPositions(PoseFromPositions):
         X = np.pad(X, ((0, 0), (0, -X.shape[1] % 3)))
         return super()._positions(X, Skeleton.chain(X.shape[1] // 3))
 
-    def _checked(self, X, *, reset):
+    def _check_X(self, X, *, reset):
         positions = super()._check_X(X, reset=reset)
         if reset:
             self.skeleton_ = Skeleton.chain(positions.shape[1])

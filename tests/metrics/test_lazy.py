@@ -78,7 +78,7 @@ def test_bad_input_is_refused_at_once_where_it_can_be(X):
         pose_distances(lazy[:, :5], skeleton=TREE)
     with pytest.raises(ValueError, match=f"X has {TREE.n_dofs} columns and Y has 5"):
         pose_distances(lazy, lazy[:, :5], metric="angle")
-    with pytest.raises(ValueError, match='metric="spatial" needs a skeleton'):
+    with pytest.raises(ValueError, match="the metric 'spatial' needs a skeleton"):
         pose_distances(lazy, metric="spatial")
     with pytest.raises(ValueError, match=r"chunks of unknown length; call X\.compute_chunk_sizes"):
         pose_distances(lazy[lazy[:, 0] > 0], skeleton=TREE)
