@@ -15,7 +15,6 @@ MAY_IMPORT = {
     "path": {"simd", "pose"},
     "inverse": {"simd", "pose"},
     "warping": {"simd", "pose"},
-    "text": {"simd"},
     "graph_shift": {"simd"},
 }
 
