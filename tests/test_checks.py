@@ -79,8 +79,8 @@ class ChainKMeans(ChainMixin, PoseKMeans):
 class ChainRegressor(PoseKernelRegressor):
     """Targets that are poses of a planar chain as wide as y."""
 
-    def _checked_poses(self, y):
-        poses = super()._checked_poses(y)
+    def _check_y(self, y):
+        poses = super()._check_y(y)
         if self.skeleton_ is None:
             super()._learn_metric(Skeleton.chain(poses.shape[1]))
         return poses
