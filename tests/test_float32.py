@@ -31,13 +31,13 @@ OUTPUTS = [
     (PoseDistanceTransformer(CHAIN), POSES, {"fit_transform": "float32", "transform": "float32"}),
     (PoseFromPositions(CHAIN), POSITIONS, {"transform": "float32", "inverse_transform": "float32"}),
     (
-        SpatialMDS(2, skeleton=CHAIN),
+        SpatialMDS(CHAIN, n_components=2),
         POSES,
         {"fit_transform": "float64", "transform": "float64", "embedding_": "float64"},
     ),
     (MedoidShift(skeleton=CHAIN), POSES, {"cluster_centers_": "float32", "labels_": "int64", "predict": "int64"}),
     (
-        PoseKMeans(3, skeleton=CHAIN, metric="position", n_init=1, random_state=0),
+        PoseKMeans(CHAIN, n_clusters=3, metric="position", n_init=1, random_state=0),
         POSES,
         {"cluster_centers_": "float64", "labels_": "int64", "predict": "int64", "transform": "float32"},
     ),
