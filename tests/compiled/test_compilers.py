@@ -1,6 +1,7 @@
 """The compilers of parts and wholes: what they keep, that they compute what numba's own does, and do without it."""
 
 import functools
+import gc
 import operator
 import os
 import pickle
@@ -10,6 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
+from llvmlite.ir import Instruction
 from numba import config, float64, int64, njit
 from numba.core import serialize as numba_pickle
 from numba.core.compiler import Compiler
@@ -153,6 +155,20 @@ def test_memory_is_freed_as_by_numbas_own_compiler(i):
     own = kept(whole(of_sometimes(internal(sometimes))))
     assert own <= kept(numbas_own(of_sometimes(numbas_own(sometimes))))
     assert own == 0 or i == 1
+
+
+def test_what_llvmlite_makes_of_a_function_waits_for_no_garbage_collection():
+    was_enabled = gc.isenabled()
+    gc.collect()
+    gc.disable()
+    try:
+        before = sum(issubclass(type(one), Instruction) for one in gc.get_objects())
+        whole(lambda x: scaled(x, 2) / (1.0 + scaled(x, x)))(1.0)
+        after = sum(issubclass(type(one), Instruction) for one in gc.get_objects())
+    finally:
+        if was_enabled:
+            gc.enable()
+    assert after - before < 500  # of the entry point from Python; with all of the function there were 2,000
 
 
 def test_threads_may_compile_at_the_same_time():
