@@ -87,7 +87,7 @@ class ChainRegressor(PoseKernelRegressor):
 
     def _learn_metric(self, skeleton):
         """Wait for the width of y."""
-        self.skeleton_ = None
+        self.skeleton_, self.metric_ = None, Angle()
 
 
 class ChainTangentPCA(ChainMixin, PoseTangentPCA):
