@@ -124,7 +124,7 @@ def table(title, found, truth, parts, n_seeds):
         for rows, seed in starts:
             if seed >= SLOW.get(metric, n_seeds):
                 continue
-            k_means = PoseKMeans(n_clusters, poses.skeleton, metric=metric, random_state=seed, n_jobs=-1)
+            k_means = PoseKMeans(poses.skeleton, n_clusters=n_clusters, metric=metric, random_state=seed, n_jobs=-1)
             runs.append(timed(k_means, poses.X[rows], rows))
             check(k_means, poses._replace(X=poses.X[rows]), metric)
         print_row(f"PoseKMeans, {metric}", runs, truth, poses.distances, position)

@@ -59,7 +59,7 @@ def main():
     print(f"{dataset}\nTwo components of {len(D)} x {len(D)} spatial distances")
     results = measured(
         {
-            "SpatialMDS": lambda: SpatialMDS(2, metric="precomputed").fit(D),
+            "SpatialMDS": lambda: SpatialMDS(n_components=2, metric="precomputed").fit(D),
             "ClassicalMDS": lambda: ClassicalMDS(2, metric="precomputed").fit(D),
         },
         size.repeats,
@@ -73,7 +73,7 @@ def main():
     print(f"\nClusters of {len(X)} joint-angle vectors, bandwidth {bandwidth:.3f} rad, all cores")
     results = measured(
         {
-            "MedoidShift": lambda: MedoidShift(bandwidth, metric="angle", n_jobs=-1).fit(X),
+            "MedoidShift": lambda: MedoidShift(bandwidth=bandwidth, metric="angle", n_jobs=-1).fit(X),
             "MeanShift": lambda: MeanShift(bandwidth=bandwidth, n_jobs=-1).fit(X),
         },
         size.repeats,

@@ -94,9 +94,9 @@ def main():
     options = arguments.parse_args()
     common.print_machine()
     dataset, rate = ten_thousand(options.cmu, 600 if options.quick else N_POSES)
-    explorer(dataset[:1], rate=None, metrics=METRICS)  # compile before the clock starts
+    explorer(dataset[:1], frame_rate=None, metrics=METRICS)  # compile before the clock starts
     start = time.perf_counter()
-    page = explorer(dataset, rate=None, metrics=METRICS)
+    page = explorer(dataset, frame_rate=None, metrics=METRICS)
     made = time.perf_counter() - start
     X, _ = dataset.poses()
     print(
@@ -104,7 +104,7 @@ def main():
     )
     raw = 4 * 3 * dataset.skeleton.n_joints * len(X)
     print(f"{page.n_bytes / 1e6:.2f} MB, {page.n_bytes / raw:.2f} × the positions as float32; made in {made:.1f} s")
-    empty = explorer(MotionDataset([dataset.motions[0][:5]]), rate=None, metrics=["angle"]).n_bytes
+    empty = explorer(MotionDataset([dataset.motions[0][:5]]), frame_rate=None, metrics=["angle"]).n_bytes
     print(f"of it markup, styles and scripts: {empty / 1e3:.0f} kB; {page.note}")
     if not shutil.which("chromedriver"):
         print("There is no chromedriver: the page is not opened.")

@@ -11,7 +11,7 @@ the median of the sequences, and over all their frames. Only the keys are known:
 - cubic Euler: natural cubic splines of the angles.
 - slerp: each joint by itself, what `Motion.resample` does with ball joints.
 - RotationSpline: scipy's, of each joint by itself, of continuous angular velocity and acceleration.
-- geodesic, spline: `skpose.geodesics.interpolate`.
+- geodesic, spline: `skpose.geodesics.interpolate_poses`.
 
 Each table is followed by the number of sequences in which the spline is nearer than RotationSpline, and by the time.
 Without folders: generated gait.
@@ -28,7 +28,7 @@ from scipy.spatial.transform import RotationSpline
 from skpose import Motion, forward_kinematics
 from skpose.datasets import load_cmu, load_hdm05, make_gait
 from skpose.geodesics import interpolate
-from skpose.skeleton._interpolation import interpolate as joint_by_joint
+from skpose.skeleton._interpolation import interpolate_poses as joint_by_joint
 from skpose.skeleton._rotations import columns_of, rotations_of
 
 PROTOCOLS = {"nine of ten frames": (None, 10), "30 Hz, keys 0.5 s apart": (30, 15)}

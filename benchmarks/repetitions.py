@@ -17,7 +17,7 @@ import numpy as np
 from skpose import Motion
 from skpose.datasets import MotionDataset, load_hdm05, make_gait
 from skpose.motions import segment_repetitions
-from skpose.skeleton._interpolation import interpolate
+from skpose.skeleton._interpolation import interpolate_poses
 
 RATE = 30  # Hz
 N_REPETITIONS = 6
@@ -48,7 +48,7 @@ def recording(motions, rng):
         if after is not None:
             n = int(RATE * rng.uniform(*PAUSES))
             ends = np.stack([motion.angles[-1], after.angles[0]])
-            parts.append(interpolate(motion.skeleton.bones, ends, np.linspace(0, 1, n + 2)[1:-1]))
+            parts.append(interpolate_poses(motion.skeleton.bones, ends, np.linspace(0, 1, n + 2)[1:-1]))
             at += n
         at += len(motion)
     return Motion(chosen[0].skeleton, np.concatenate(parts), RATE), np.array(truth)

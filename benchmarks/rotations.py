@@ -22,9 +22,9 @@ from skpose._compiled.path.geodesic import MAX_ITER, TOL, path_between
 from skpose._compiled.path.minimiser import Bounds
 from skpose.datasets import MotionDataset, load_cmu, load_hdm05, make_gait
 from skpose.io import load_amass
-from skpose.kinematics._tree import to_tree_order, tree_of, wrapped
+from skpose.kinematics._tree import to_tree_order, tree_of, wrap_dofs
 from skpose.metrics import Angle
-from skpose.skeleton._interpolation import interpolate
+from skpose.skeleton._interpolation import interpolate_poses
 
 N_STEPS, SEED = 10, 0
 METRICS = {
@@ -97,11 +97,11 @@ def geodesics(dataset, size):
                 pose_distances(X[[i]], X[[j]], skeleton=skeleton, metric=metric)[0, 0]
                 for metric in ("geodesic", "spatial")
             )
-        path = interpolate(skeleton.bones, X[[i, j]], np.linspace(0, 1, N_STEPS + 1))
+        path = interpolate_poses(skeleton.bones, X[[i, j]], np.linspace(0, 1, N_STEPS + 1))
         positions = forward_kinematics(path, skeleton).reshape(N_STEPS + 1, -1)
         slerps[k] = np.linalg.norm(np.diff(positions, axis=0), axis=1).sum()
         start, end = to_tree_order(tree, X[i]), to_tree_order(tree, X[j])
-        end, free = wrapped(tree, end, start), np.full(len(start), np.inf)
+        end, free = wrap_dofs(tree, end, start), np.full(len(start), np.inf)
         curve = path_between(tree, start, end, N_STEPS, False, Bounds(-free, free), MAX_ITER, TOL)
         from_line[k] = min(curve.length, lines[k])
     assert (found <= np.minimum(lines, slerps) * (1 + 1e-9)).all()

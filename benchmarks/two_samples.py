@@ -57,8 +57,8 @@ def drawn(rng, motions, n):
     return [motions[i] for i in rng.permutation(len(motions))[:n]]
 
 
-def p_value(A, B, metric, statistic, **options):
-    return two_sample_test(A, B, metric=metric, statistic=statistic, random_state=0, n_jobs=-1, **options).pvalue
+def p_value(X, Y, metric, statistic, **options):
+    return two_sample_test(X, Y, metric=metric, statistic=statistic, random_state=0, n_jobs=-1, **options).pvalue
 
 
 def table(title, columns, rows):
@@ -117,9 +117,9 @@ def people_and_halves(motions):
     def cells(metric, statistic):
         for name, sets in (("people", pairs), ("halves", halves)):
             tests = [
-                two_sample_test(A, B, metric=metric, statistic=statistic, random_state=0, n_jobs=-1)
-                for A, B in sets
-                if len(A) + len(B) > 2
+                two_sample_test(X, Y, metric=metric, statistic=statistic, random_state=0, n_jobs=-1)
+                for X, Y in sets
+                if len(X) + len(Y) > 2
             ]
             p = np.array([test.pvalue for test in tests if test.least_pvalue <= LEVEL])
             shares[name, metric, statistic] = np.mean(p <= LEVEL)
@@ -138,10 +138,10 @@ def level(recordings, name, n_draws):
         rng, rejected = np.random.default_rng(0), []
         for _ in range(n_draws):
             ten = drawn(rng, recordings, 2 * N_LEVEL)
-            A, B = ten[:N_LEVEL], ten[N_LEVEL:]
-            a, b = (rng.permutation(np.concatenate([motion.angles for motion in one])) for one in (A, B))
-            of_frames = p_value(a, b, metric, statistic, skeleton=A[0].skeleton, n_permutations=199)
-            rejected.append([p_value(A, B, metric, statistic) <= LEVEL, of_frames <= LEVEL])
+            X, Y = ten[:N_LEVEL], ten[N_LEVEL:]
+            a, b = (rng.permutation(np.concatenate([motion.angles for motion in one])) for one in (X, Y))
+            of_frames = p_value(a, b, metric, statistic, skeleton=X[0].skeleton, n_permutations=199)
+            rejected.append([p_value(X, Y, metric, statistic) <= LEVEL, of_frames <= LEVEL])
         shares[metric, statistic] = np.mean(rejected, axis=0)
         yield from (f"{share:.1%}" for share in shares[metric, statistic])
 
@@ -165,14 +165,14 @@ def power(of_people, n_draws):
                 first, second = rng.permutation(len(of_people))[:2]
                 one, other = drawn(rng, of_people[first], 2 * n), drawn(rng, of_people[second], n)
                 mixed = [*other[: n // 2], *one[n : n + n - n // 2]]
-                A = one[:n]
-                rejected.append([p_value(A, B, metric, statistic) <= LEVEL for B in (other, mixed)])
+                X = one[:n]
+                rejected.append([p_value(X, Y, metric, statistic) <= LEVEL for Y in (other, mixed)])
             shares[n, metric, statistic] = np.mean(rejected, axis=0)
             yield from (f"{share:.0%}" for share in shares[n, metric, statistic])
 
         return cells
 
-    columns = [f"{name}, {statistic}" for statistic in STATISTICS for name in ("all of B", "half of B")]
+    columns = [f"{name}, {statistic}" for statistic in STATISTICS for name in ("all of Y", "half of Y")]
     for n in [n for n in N_POWER if 2 * n - n // 2 <= min(map(len, of_people))]:
         table(f"Power: {n} against {n}, of another person", columns, each_metric(cells_of(n)))
     return shares

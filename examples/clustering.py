@@ -29,11 +29,11 @@ print(pair)
 # Two clusters, compared with walking and running.
 figure, axes = plt.subplots(2, 2, figsize=(11, 8), layout="constrained")
 for row, metric in zip(axes, ("angle", "spatial"), strict=True):
-    shift = MedoidShift(n_clusters=2, skeleton=skeleton, metric=metric).fit(X)
+    shift = MedoidShift(skeleton, n_clusters=2, metric=metric).fit(X)
     agree = np.mean(shift.labels_ == sequence)
     print(f"{metric}: {max(agree, 1 - agree):.0%} of the poses in the right cluster, bandwidth {shift.bandwidth_:.2f}")
     print(f"    adjusted Rand index {adjusted_rand_score(sequence, shift.labels_):.2f}")
-    embedding = SpatialMDS(2, skeleton=skeleton, metric=metric).fit_transform(X)
+    embedding = SpatialMDS(skeleton, n_components=2, metric=metric).fit_transform(X)
     unit = "rad" if metric == "angle" else "m"
     for ax, title, labels in zip(row, ("actions", "clusters"), (pair.actions[sequence], shift.labels_), strict=True):
         MDSDisplay.from_embedding(embedding, labels, unit=unit, ax=ax)
@@ -50,9 +50,9 @@ plt.show()
 # %%
 # K-means with two clusters separates the phases of the stride, left leg ahead or right, as joints move farther within a
 # walk than between a walk and a run. With six clusters the centres are key poses, most of them of one action.
-two = PoseKMeans(2, skeleton, random_state=0).fit(X)
+two = PoseKMeans(skeleton, n_clusters=2, random_state=0).fit(X)
 print(f"k-means, 2 clusters: adjusted Rand index {adjusted_rand_score(sequence, two.labels_):.2f}")
-k_means = PoseKMeans(6, skeleton, n_init=10, random_state=0).fit(X)
+k_means = PoseKMeans(skeleton, n_clusters=6, n_init=10, random_state=0).fit(X)
 shares = [np.mean(pair.actions[sequence[k_means.labels_ == k]] == "run") for k in range(6)]
 print(f"k-means, 6 clusters: inertia {k_means.inertia_:.1f} m², {k_means.n_iter_} iterations")
 order = np.argsort(shares)

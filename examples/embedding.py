@@ -28,7 +28,7 @@ print(both)
 # (a, b) The same poses under both distances.
 figure, axes = plt.subplots(1, 3, figsize=(15, 4.5), layout="constrained")
 for ax, letter, metric in zip(axes, "ab", ("angle", "spatial"), strict=False):
-    mds = SpatialMDS(n_components=2, skeleton=both.skeleton, metric=metric).fit(X)
+    mds = SpatialMDS(both.skeleton, n_components=2, metric=metric).fit(X)
     MDSDisplay.from_estimator(mds, X, both.subjects[sequence], ax=ax)
     ax.get_legend().set_title("person")
     ax.set_title(f"({letter}) “{metric}”")
@@ -36,7 +36,7 @@ for ax, letter, metric in zip(axes, "ab", ("angle", "spatial"), strict=False):
 # (c) Every sequence on its own.
 for metric, colour in (("angle", "#0072b2"), ("spatial", "#d55e00")):
     shares = [
-        SpatialMDS(1, skeleton=motion.skeleton, metric=metric)
+        SpatialMDS(motion.skeleton, n_components=1, metric=metric)
         .fit(motion.resample(12).angles)
         .explained_variance_ratio_[0]
         for motion in dataset

@@ -1,20 +1,22 @@
 """Shared parts of the pose estimators: the checks of X, the metric that they learn, and where they are documented.
 
-A fitted estimator answers as it was fitted. `fit` begins with `_checked(X, reset=True)`, which forgets a fit before and
+A fitted estimator answers as it was fitted. `fit` begins with `_check_X(X, reset=True)`, which forgets a fit before and
 stores the skeleton and the metric as fitted attributes; what comes after `fit` reads these, never the parameters of the
 same meaning. Parameters that only state how to answer, `HOW_TO_ANSWER`, are read when they are used, as in
 scikit-learn.
 """
 
+import inspect
 from numbers import Integral
 from typing import Any, ClassVar
 
 import numpy as np
 from sklearn.utils.validation import check_non_negative, validate_data
 
-from skpose._compat.sklearn import StrOptions, validate_parameter_constraints
+from skpose._compat.sklearn import InvalidParameterError, StrOptions, validate_parameter_constraints
 from skpose._validation.columns import check_column_names, check_dimensions, check_width
 from skpose._validation.poses import check_is_array
+from skpose._validation.skeletons import is_skeleton
 from skpose._validation.units import warn_of_degrees
 from skpose.metrics import Metric, pose_distances
 from skpose.metrics._shared import METRIC_CONSTRAINTS, METRICS, resolve, warn_of_no_skeleton
@@ -29,7 +31,9 @@ ESTIMATOR_CONSTRAINTS = {
 
 
 class EstimatorMixin:
-    """Mixin for all estimators: nothing is left of a fit before, and the documentation is found."""
+    """Mixin for all estimators: `skeleton` is first, nothing is left of a fit before, the documentation is found."""
+
+    skeleton: Skeleton | None
 
     _parameter_constraints: ClassVar[dict]
 
@@ -41,6 +45,25 @@ class EstimatorMixin:
     def _doc_link_url_param_generator(self):
         package = type(self).__module__.rpartition(".")[0] if self._is_experimental else "skpose"
         return {"page": f"{package}.{type(self).__name__}"}
+
+    def _validate_params(self):
+        """Check all parameters, as scikit-learn's `fit` begins; another one in the place of the skeleton has words."""
+        if self.skeleton is not None and not is_skeleton(self.skeleton):
+            self._explain_no_name(self.skeleton)
+        super()._validate_params()  # type: ignore[misc]  # of BaseEstimator
+
+    def _explain_no_name(self, value):
+        """Refuse a value that stands first if another parameter, which needs its name, accepts it."""
+        name = type(self).__name__
+        for other in list(inspect.signature(type(self)).parameters)[1:]:
+            try:
+                validate_parameter_constraints({other: self._parameter_constraints[other]}, {other: value}, name)
+            except InvalidParameterError:
+                continue
+            raise InvalidParameterError(
+                f"skeleton must be a skpose.Skeleton, got {type(value).__name__}: it comes first, and the other "
+                f"parameters of {name} need their names, as in {other}={value!r}"
+            )
 
     def _forget(self):
         """Remove the attributes of a fit before."""
@@ -67,7 +90,6 @@ class PoseEstimatorMixin(EstimatorMixin):
 
     _auto_metric: ClassVar[str] = "spatial"  # with a skeleton; "position" where means are taken, which are quick then
 
-    skeleton: Skeleton | None
     metric: str | Metric
     n_jobs: int | None
     verbose: int
@@ -75,7 +97,7 @@ class PoseEstimatorMixin(EstimatorMixin):
     skeleton_: Skeleton | None
     metric_: Any  # a Metric; None with "precomputed"
 
-    def _checked(self, X, *, reset, **options):
+    def _check_X(self, X, *, reset, **options):
         """Return X as an array that fits the skeleton; precomputed distances as they are.
 
         With `reset` forget what was learnt before, and learn the metric.
@@ -119,7 +141,7 @@ class PoseEstimatorMixin(EstimatorMixin):
 
         Returns
         -------
-        self : object
+        object
             The estimator.
         """
         metric = params.get("metric", self.metric)

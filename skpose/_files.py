@@ -24,7 +24,7 @@ def check_new(path: PathLike) -> None:
         raise FileNotFoundError(f"{path} cannot be written: there is no folder {folder}; create it first")
     if not folder.is_dir():
         raise NotADirectoryError(f"{path} cannot be written: {folder} is a file, not a folder; choose another folder")
-    probe = _temporary(path)  # permissions do not say all: a whole disk may be read-only
+    probe = _temporary_name(path)  # permissions do not say all: a whole disk may be read-only
     try:
         probe.touch(exist_ok=False)
         probe.unlink()
@@ -41,7 +41,7 @@ def new_file(path: PathLike, *, replace: bool = False) -> Iterator[Path]:
     path = Path(path)
     if not replace:
         check_new(path)
-    temporary = _temporary(path)
+    temporary = _temporary_name(path)
     try:
         yield temporary
         if replace:
@@ -65,7 +65,7 @@ def sync(path: PathLike) -> None:
         os.close(descriptor)
 
 
-def created_meanwhile(path: PathLike) -> FileExistsError:
+def created_meanwhile_error(path: PathLike) -> FileExistsError:
     """Return the error that a file exists, which did not when it was checked."""
     return FileExistsError(f"{path} has been created by something else in the meantime: choose another file")
 
@@ -75,15 +75,15 @@ def _rename_to_new(temporary: Path, path: Path) -> None:
     try:
         os.link(temporary, path)
     except FileExistsError:
-        raise created_meanwhile(path) from None
+        raise created_meanwhile_error(path) from None
     except OSError:  # not every file system has links
         if os.path.lexists(path):
-            raise created_meanwhile(path) from None
+            raise created_meanwhile_error(path) from None
         temporary.replace(path)
     else:
         temporary.unlink()
 
 
-def _temporary(path: Path) -> Path:
+def _temporary_name(path: Path) -> Path:
     """Return a new name next to the path, hidden, with the same suffix: some writers add one where it is missing."""
     return path.with_name(f".{os.urandom(4).hex()}.{path.name}")

@@ -194,7 +194,7 @@ class ChainMixin:
     """Mixin that gives an estimator of poses or motions a planar chain as wide as X, for scikit-learn's checks."""
 
     def _checked(self, X, *, reset, **options):
-        X = super()._checked(X, reset=reset, **options)
+        X = super()._check_X(X, reset=reset, **options)
         if reset:
             super()._learn_metric(Skeleton.chain(self.n_features_in_))
         return X

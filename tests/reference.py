@@ -212,12 +212,12 @@ def least_sum(costs, window=None, kind="dtw"):
     return min(sums[n - 1, j] for j in range(m)) if kind == "subsequence" else sums[n - 1, m - 1]
 
 
-def motion_distances(A, B, skeleton, metric, window=None, kind="dtw", **parameters):
+def motion_distances(X, Y, skeleton, metric, window=None, kind="dtw", **parameters):
     """Return least sums over n + m frames, or over n but for "dtw"."""
-    D = np.zeros((len(A), len(B)))
+    D = np.zeros((len(X), len(Y)))
     for i, j in np.ndindex(D.shape):
-        n, m = len(A[i]), len(B[j])
-        costs = distances(A[i], B[j], skeleton, metric, **parameters)
+        n, m = len(X[i]), len(Y[j])
+        costs = distances(X[i], Y[j], skeleton, metric, **parameters)
         D[i, j] = least_sum(costs, window, kind) / (n + m if kind == "dtw" else n)
     return D
 
@@ -315,15 +315,15 @@ def dtw(costs, window=None, kind="dtw"):
     return best
 
 
-def mean_over_pairs(A, B, function):
+def mean_over_pairs(X, Y, function):
     """Return the mean of a function over all pairs of poses of two motions."""
-    return float(np.mean([[function(a, b) for b in B] for a in A]))
+    return float(np.mean([[function(a, b) for b in Y] for a in X]))
 
 
-def two_sample_statistic(A, B, function):
-    """Return twice the mean over pairs from A and B, minus the means within A and within B; each motion counts once."""
+def two_sample_statistic(X, Y, function):
+    """Return twice the mean over pairs from X and Y, minus the means within X and within Y; each motion counts once."""
 
     def mean(one, other):
         return float(np.mean([[mean_over_pairs(a, b, function) for b in other] for a in one]))
 
-    return 2.0 * mean(A, B) - mean(A, A) - mean(B, B)
+    return 2.0 * mean(X, Y) - mean(X, X) - mean(Y, Y)

@@ -108,10 +108,10 @@ def without_entry(path):
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("skpose._compiled"):
             for alias in node.names:
                 name = alias.asname or alias.name
-                if node.module == "skpose._compiled":
-                    value = importlib.import_module(f"{node.module}.{alias.name}")
-                else:
+                try:
                     value = getattr(importlib.import_module(node.module), alias.name)
+                except AttributeError:  # a module
+                    value = importlib.import_module(f"{node.module}.{alias.name}")
                 of_module = vars(value) if inspect.ismodule(value) else {"": value}
                 for attribute, function in of_module.items():
                     if getattr(function, "targetoptions", {}).get("no_cpython_wrapper"):

@@ -106,7 +106,7 @@ class ChainPositions(PoseFromPositions):
         return super()._positions(X, Skeleton.chain(X.shape[1] // 3))
 
     def _checked(self, X, *, reset):
-        positions = super()._checked(X, reset=reset)
+        positions = super()._check_X(X, reset=reset)
         if reset:
             self.skeleton_ = Skeleton.chain(positions.shape[1])
         return positions

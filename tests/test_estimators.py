@@ -63,9 +63,10 @@ OTHER = {"skeleton": LONGER, "metric": "angle"}
 LEARNT = {
     PoseDistanceTransformer(ARM, kernel="rbf", psd="clip"): OTHER | {"kernel": None, "gamma": 0.1, "psd": "shift"},
     PoseDistanceTransformer(ARM): OTHER | {"kernel": "rbf", "gamma": 0.1, "psd": "clip"},
-    SpatialMDS(1, ARM): OTHER | {"n_components": 3, "landmarks": 5, "landmark_selection": "random", "random_state": 1},
-    MedoidShift(3.0, ARM): OTHER | {"bandwidth": 9.0, "n_clusters": 2},
-    PoseKMeans(3, ARM, metric="position", random_state=0): OTHER
+    SpatialMDS(ARM, n_components=1): OTHER
+    | {"n_components": 3, "landmarks": 5, "landmark_selection": "random", "random_state": 1},
+    MedoidShift(ARM, bandwidth=3.0): OTHER | {"bandwidth": 9.0, "n_clusters": 2},
+    PoseKMeans(ARM, n_clusters=3, metric="position", random_state=0): OTHER
     | {"n_clusters": 2, "n_init": 2, "max_iter": 9, "tol": 1.0, "random_state": 1},
     PoseKernelRegressor(ARM, n_neighbors=6): OTHER | {"gamma": 9.0},
     PoseKNeighborsTransformer(ARM, n_neighbors=2): OTHER | {"algorithm": "brute"},
@@ -194,9 +195,9 @@ def test_searches_at_the_same_time_count_for_themselves(X):
     [
         (PoseDistanceTransformer(ARM, kernel="rbf", psd="clip"), {"kernel": None, "psd": "ignore"}),
         (PoseDistanceTransformer(ARM, kernel="rbf", psd="clip"), {"psd": "ignore"}),
-        (SpatialMDS(2, ARM), {"metric": "precomputed"}),
-        (MedoidShift(3.0, ARM), {"metric": "precomputed"}),
-        (PoseKMeans(3, ARM, metric="position", random_state=0), {"metric": "angle", "n_clusters": 2}),
+        (SpatialMDS(ARM, n_components=2), {"metric": "precomputed"}),
+        (MedoidShift(ARM, bandwidth=3.0), {"metric": "precomputed"}),
+        (PoseKMeans(ARM, n_clusters=3, metric="position", random_state=0), {"metric": "angle", "n_clusters": 2}),
         (PoseKernelRegressor(ARM), {"metric": "angle", "gamma": 0.5}),
         (PoseKNeighborsTransformer(ARM), {"metric": "angle", "algorithm": "brute"}),
         (PoseRadiusNeighborsTransformer(ARM), {"metric": "position", "skeleton": LONGER}),
@@ -223,6 +224,41 @@ def test_a_fit_that_fails_leaves_no_fit(estimator, X, queries):
         if hasattr(fitted, name):
             with pytest.raises(NotFittedError):
                 getattr(fitted, name)(queries)
+
+
+# --- the skeleton first, all others by name --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("each", ALL)
+def test_the_skeleton_is_first_and_all_others_need_their_names(each):
+    first, *others = inspect.signature(each).parameters.values()
+    assert (first.name, first.kind, first.default) == ("skeleton", first.POSITIONAL_OR_KEYWORD, None)
+    assert {other.kind for other in others} == {inspect.Parameter.KEYWORD_ONLY}
+
+
+# What stands in the place of the skeleton, and the parameter that it was meant for.
+WITHOUT_NAME = {
+    SpatialMDS: ("n_components", 2),
+    PoseKMeans: ("n_clusters", 8),
+    PoseTangentPCA: ("n_components", 2),
+    MedoidShift: ("bandwidth", 0.5),
+    PoseKernelRegressor: ("gamma", 9.0),
+    PoseKNeighborsTransformer: ("n_neighbors", 5),
+    PoseRadiusNeighborsTransformer: ("radius", 0.3),
+    MotionKNeighborsTransformer: ("n_neighbors", 5),
+    PoseDistanceTransformer: ("metric", "angle"),
+    MotionDistanceTransformer: ("alignment", "dtw"),
+    PoseFromPositions: ("regularization", 0.1),
+}
+
+
+@pytest.mark.parametrize("each", ALL)
+def test_what_stands_in_the_place_of_the_skeleton_gets_its_name_in_the_error(each, X):
+    name, value = WITHOUT_NAME[each]
+    got = f"skeleton must be a skpose.Skeleton, got {type(value).__name__}: .* of {each.__name__} need their names, as"
+    with pytest.raises(TypeError, match=re.escape(f"in {name}={value!r}")) as caught:
+        each(value).fit(X, X)
+    assert re.match(got, str(caught.value))
 
 
 # --- no skeleton -----------------------------------------------------------------------------------------------------
@@ -273,10 +309,12 @@ def line_of(call):
 
 
 WARN = {
-    "fit": lambda X: SpatialMDS(5, metric="angle").fit(X),
-    "fit_transform": lambda X: SpatialMDS(5, metric="angle").fit_transform(X),
-    "with set_output": lambda X: SpatialMDS(5, metric="angle").set_output(transform="pandas").fit_transform(X),
-    "in a pipeline": lambda X: make_pipeline(SpatialMDS(5, metric="angle")).fit_transform(X),
+    "fit": lambda X: SpatialMDS(n_components=5, metric="angle").fit(X),
+    "fit_transform": lambda X: SpatialMDS(n_components=5, metric="angle").fit_transform(X),
+    "with set_output": lambda X: (
+        SpatialMDS(n_components=5, metric="angle").set_output(transform="pandas").fit_transform(X)
+    ),
+    "in a pipeline": lambda X: make_pipeline(SpatialMDS(n_components=5, metric="angle")).fit_transform(X),
     "no clusters": lambda X: MedoidShift(n_clusters=2, metric="precomputed").fit(1.0 - np.eye(3)),
     "fit_predict": lambda X: MedoidShift(n_clusters=2, metric="precomputed").fit_predict(1.0 - np.eye(3)),
     "geodesic": lambda X: geodesic([0.0, 0.0, 0.0], [1.0, 2.0, -1.0], ARM, max_iter=1),

@@ -1,4 +1,4 @@
-"""The text of the project is plain English: a table of words to avoid, checked in every file."""
+"""The text of the project is plain English, and functions are verbs: words to avoid, checked in every file."""
 
 import ast
 import re
@@ -66,7 +66,34 @@ PLAIN = {
     "(, |and )of which": "(rewrite)",
     "the house": "architecture",
 }
+# The same, in compiled code alone: see the glossary of `skpose._compiled`.
+PLAIN_COMPILED = {
+    "pieces?": "supernode",
+    "tips?": "leaf",
+    "separates?|separately": "by address",
+    "runs of": "ranges of",
+    "places": "indices, positions",
+}
 NOT_FIRST = {"What", "Where", "How", "Whether", "Of", "For", "As", "Those"}
+
+# Words that end as participles do and are no participles, or are names of others and of the public interface.
+VERBS = {"read", "embed", "need"}
+PUBLIC = {"mirrored"}  # Motion.mirrored
+NOUNS = {"shared"}  # a shared structure
+PARTICIPLES = {
+    "written",
+    "drawn",
+    "taken",
+    "given",
+    "chosen",
+    "shown",
+    "known",
+    "seen",
+    "found",
+    "frozen",
+    "hidden",
+    "left",
+}
 
 
 def compiled(words):
@@ -75,13 +102,14 @@ def compiled(words):
 
 
 EXPRESSIONS = [(compiled(words), replacement) for words, replacement in PLAIN.items()]
+EXPRESSIONS_COMPILED = [(compiled(words), replacement) for words, replacement in PLAIN_COMPILED.items()]
 
 
-def words_to_replace(text, name):
+def words_to_replace(text, name, expressions=EXPRESSIONS):
     """Return "file:line: word -> replacement" for each word of the table in a text."""
     found = sorted(
         (text.count("\n", 0, match.start()) + 1, re.sub(r"[\s#_]+", " ", match.group()), replacement)
-        for expression, replacement in EXPRESSIONS
+        for expression, replacement in expressions
         for match in expression.finditer(text)
     )
     return [f"{name}:{line}: {words} -> {replacement}" for line, words, replacement in found]
@@ -102,6 +130,20 @@ def first_words_to_replace(source, name):
     ]
 
 
+def participles(source, name):
+    """Return "file:line: name" for each function, no property, whose name is a participle or begins with "checked"."""
+    found = []
+    for node in ast.walk(ast.parse(source)):
+        if not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            continue
+        first, *others = node.name.strip("_").split("_")
+        is_participle = first in PARTICIPLES or (first.endswith("ed") and first not in VERBS | NOUNS | PUBLIC)
+        is_property = any(ast.unparse(decorator).endswith("property") for decorator in node.decorator_list)
+        if is_participle and not is_property and (not others or first == "checked"):
+            found.append(f"{name}:{node.lineno}: {node.name} -> a verb")
+    return found
+
+
 def found_in(paths, search):
     """Return what `search` finds in all files."""
     return [line for path in paths for line in search(path.read_text(encoding="utf-8"), path.relative_to(ROOT))]
@@ -109,6 +151,17 @@ def found_in(paths, search):
 
 def test_words_are_plain():
     found = found_in(FILES, words_to_replace)
+    assert not found, "\n" + "\n".join(found)
+
+
+def test_words_of_compiled_code_are_those_of_the_field():
+    paths = [path for path in SOURCES if "_compiled" in path.parts]
+    found = found_in(paths, lambda text, name: words_to_replace(text, name, EXPRESSIONS_COMPILED))
+    assert not found, "\n" + "\n".join(found)
+
+
+def test_functions_are_verbs():
+    found = found_in(SOURCES, participles)
     assert not found, "\n" + "\n".join(found)
 
 
@@ -133,6 +186,15 @@ def test_a_word_of_the_table_is_found(text, found):
 @pytest.mark.parametrize("text", ["the nearest neighbour", "offsets", "thoughts", "whence", "place a joint"])
 def test_other_words_are_not_found(text):
     assert words_to_replace(text, "f") == []
+
+
+@pytest.mark.parametrize(
+    ("name", "found"),
+    [("written", True), ("_checked_poses", True), ("_computed", True), ("read", False), ("weighted_mean", False)],
+)
+def test_a_function_that_is_a_participle_is_found(name, found):
+    assert participles(f"class A:\n    def {name}(self):\n        pass\n", "f") == [f"f:2: {name} -> a verb"] * found
+    assert participles(f"class A:\n    @property\n    def {name}(self):\n        pass\n", "f") == []
 
 
 def test_a_docstring_that_begins_with_a_question_word_is_found():

@@ -14,17 +14,17 @@ from scipy.sparse import save_npz
 
 from skpose._cli.compare import COLUMNS, FRAME_RATE, PAPER_ACCURACY, PAPER_FIRST_COMPONENT, compare
 from skpose._cli.inputs import (
-    check_one_rate,
+    check_one_frame_rate,
     files_in_messages,
     motion_files,
     name_of,
     read_gait,
-    readable,
+    read_if_pipe,
     reading_options,
 )
 from skpose._cli.labels import Labels
 from skpose._cli.targets import REPORT, is_unfinished
-from skpose._files import check_new, created_meanwhile, new_file
+from skpose._files import check_new, created_meanwhile_error, new_file
 from skpose._parallel.checkpoint import FileCheckpoint
 from skpose.datasets import MotionDataset, make_gait, walks_and_runs
 from skpose.io import file_format, load_asf, load_c3d, load_motion, load_trc
@@ -70,7 +70,7 @@ def backend(name: str, scheduler: str | None, n_jobs: int) -> Iterator[None]:
 def distances(X: np.ndarray, skeleton: Skeleton, metric: str, out: Path, dtype: str) -> None:
     """Write the matrix of distances to a file, or finish an interrupted one."""
     X = X.astype(dtype)
-    remedy = "use a lower --rate, or --dtype float32"
+    remedy = "use a lower --frame-rate, or --dtype float32"
     _write_matrix(
         out,
         len(X),
@@ -93,7 +93,7 @@ def motions(
             arrays, skeleton=skeleton, metric=metric, alignment=alignment, window=window, out=new, verbose=1
         )
 
-    with files_in_messages(list(dataset.subjects), "A"):
+    with files_in_messages(list(dataset.subjects), "X"):
         _write_matrix(out, len(arrays), np.dtype(dtype), "use --dtype float32", compute)
 
 
@@ -130,7 +130,7 @@ def _new_matrix(out: Path, shape: tuple[int, int], dtype: np.dtype) -> np.memmap
     try:
         out.touch(exist_ok=False)  # numpy would empty a file that was created since the check
     except FileExistsError:
-        raise created_meanwhile(out) from None
+        raise created_meanwhile_error(out) from None
     try:
         return np.lib.format.open_memmap(out, mode="w+", dtype=dtype, shape=shape)
     except BaseException:
@@ -157,7 +157,7 @@ def find(dataset: MotionDataset, begins: float | None, ends: float | None, k: in
     """Print where a motion is found in others. It is the first of the dataset, or its part between two times in s."""
     query, *recordings = dataset.motions
     name, *names = dataset.subjects
-    query = _part(query, begins, ends, name)
+    query = _cut(query, begins, ends, name)
     with files_in_messages(names):
         found = find_motion(query, recordings, k=k, skeleton=query.skeleton, metric=metric, n_jobs=n_jobs, verbose=1)
     width = max(len(name) for name in ("file", *names))
@@ -168,7 +168,7 @@ def find(dataset: MotionDataset, begins: float | None, ends: float | None, k: in
         print(f"{rank:>6}  {names[i]:<{width}}  {times}  {far:>14.4f}")
 
 
-def _part(motion: Motion, begins: float | None, ends: float | None, name: str) -> Motion:
+def _cut(motion: Motion, begins: float | None, ends: float | None, name: str) -> Motion:
     """Return the frames between two times, s."""
     first, last = np.searchsorted(motion.times, [begins or 0.0, np.inf if ends is None else ends])
     if first == last:
@@ -192,9 +192,9 @@ def view(motions: list[Motion], names: list[str], out: Path, *, align: bool, ove
     alignment = None
     if align:
         check_comparable([motion.skeleton for motion in motions], names, WITHOUT_ALIGN, WITHOUT_ALIGN)
-        check_one_rate(MotionDataset(motions, names, names, names))
+        check_one_frame_rate(MotionDataset(motions, names, names, names))
         alignment = align_motions(*motions)
-    page = player(motions, labels=_short(names), alignment=alignment, overlay=overlay)
+    page = player(motions, labels=_shorten(names), alignment=alignment, overlay=overlay)
     page.save(out)
     print(f"{out}: {page.note}, {page.n_bytes / 1e6:.2g} MB")
 
@@ -207,8 +207,8 @@ def explore(dataset: MotionDataset, labels: Labels, metrics: Sequence[str], out:
     page = explorer(
         MotionDataset(dataset.motions, **known),
         metrics=metrics,
-        rate=None,  # that of the dataset
-        labels=None if every else _short(names),
+        frame_rate=None,  # that of the dataset
+        labels=None if every else _shorten(names),
         n_jobs=n_jobs,
         verbose=1,
     )
@@ -216,7 +216,7 @@ def explore(dataset: MotionDataset, labels: Labels, metrics: Sequence[str], out:
     print(f"{out}: {page.note}, {page.n_bytes / 1e6:.2g} MB")
 
 
-def _short(names: Sequence[str]) -> list[str]:
+def _shorten(names: Sequence[str]) -> list[str]:
     """Return the names of files without their folders, unless two are equal then."""
     short = [Path(name).name for name in names]
     return short if len(set(short)) == len(short) else list(names)
@@ -229,7 +229,7 @@ def info(files: Sequence[Path], reading: dict[str, Any]) -> None:
     for i, path in enumerate(files):
         if len(files) > 1:
             print(f"{chr(10) * (i > 0)}{name_of(path)}")
-        _describe(readable(path), reading)
+        _describe(read_if_pipe(path), reading)
 
 
 def _describe(file: Path | BytesIO, reading: dict[str, Any]) -> None:

@@ -47,14 +47,14 @@ def compare(dataset: MotionDataset, *, n_jobs: int | None = None) -> Iterator[Re
         pose_distances(X[:1], skeleton=dataset.skeleton, metric=metric)  # compile before the clock starts
         start = time.perf_counter()
         distances = pose_distances(X, skeleton=dataset.skeleton, metric=metric, n_jobs=n_jobs)
-        right = [float(np.mean(classified_right(distances, y, groups))) for groups in (subject, sequence)]
+        right = [float(np.mean(classify(distances, y, groups))) for groups in (subject, sequence)]
         frames = [np.flatnonzero(sequence == i) for i in np.unique(sequence)]
         shares = [first_component(distances[np.ix_(f, f)]) for f in frames if len(f) > 2]
         component = float(np.median(shares)) if shares else np.nan
         yield Result(metric, right[0], right[1], component, time.perf_counter() - start)
 
 
-def classified_right(distances: np.ndarray, y: np.ndarray, groups: np.ndarray) -> np.ndarray:
+def classify(distances: np.ndarray, y: np.ndarray, groups: np.ndarray) -> np.ndarray:
     """Return whether the nearest neighbour of each pose outside its group has its class; NaN for a single group."""
     if len(np.unique(groups)) < 2:
         return np.full(len(y), np.nan)
@@ -64,4 +64,4 @@ def classified_right(distances: np.ndarray, y: np.ndarray, groups: np.ndarray) -
 
 def first_component(distances: np.ndarray) -> float:
     """Return the share of variance in the first component of multidimensional scaling."""
-    return float(SpatialMDS(1, metric="precomputed").fit(distances).explained_variance_ratio_[0])
+    return float(SpatialMDS(n_components=1, metric="precomputed").fit(distances).explained_variance_ratio_[0])

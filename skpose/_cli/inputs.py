@@ -45,7 +45,7 @@ def name_of(path: Path) -> str:
     return "standard input" if str(path) == STDIN else str(path)
 
 
-def readable(path: Path) -> Path | BytesIO:
+def read_if_pipe(path: Path) -> Path | BytesIO:
     """Return the path of a file, or what a pipe, which can be read only once, holds; "-" is standard input."""
     if str(path) != STDIN and (path.is_file() or not path.exists()):  # the reader reports that there is none
         return path
@@ -56,7 +56,7 @@ def readable(path: Path) -> Path | BytesIO:
 
 def reading_options(reading: dict[str, Any]) -> dict[str, Any]:
     """Return the options of the readers, with the content of the skeleton's file if that is a pipe."""
-    if reading["asf"] is None or isinstance(asf := readable(reading["asf"]), Path):
+    if reading["asf"] is None or isinstance(asf := read_if_pipe(reading["asf"]), Path):
         return reading
     return reading | {"asf": AsfFile(asf, scale=reading["scale"])}
 
@@ -68,9 +68,9 @@ def query_file(path: Path) -> Path:
     return path
 
 
-def read_poses(paths: Sequence[Path], rate: float | None, **preparing: Any) -> tuple[np.ndarray, Skeleton]:
+def read_poses(paths: Sequence[Path], frame_rate: float | None, **preparing: Any) -> tuple[np.ndarray, Skeleton]:
     """Read all files, see `read_motions`; return all poses and the skeleton. Print which rows belong to which file."""
-    dataset = read_motions(paths, rate, **preparing)
+    dataset = read_motions(paths, frame_rate, **preparing)
     ends = np.cumsum([len(motion) for motion in dataset])
     for name, first_row, end in zip(dataset.subjects, [0, *ends], ends, strict=False):
         print(f"{first_row:>8} to {end - 1:<8} {name}")
@@ -79,26 +79,27 @@ def read_poses(paths: Sequence[Path], rate: float | None, **preparing: Any) -> t
 
 def read_motions(
     paths: Sequence[Path],
-    rate: float | None,
+    frame_rate: float | None,
     *,
     reading: dict[str, Any],
     rotations: Literal["rotvec"] | None = None,
     method: Method = "numbers",
     with_root: Literal["tilt", "whole"] | None = None,
     up: Literal["x", "y", "z"] | None = None,
-    one_rate: bool = False,
-    rates: Mapping[Path, float] | None = None,
+    one_frame_rate: bool = False,
+    amc_frame_rates: Mapping[Path, float] | None = None,
 ) -> MotionDataset:
     """Read all files; return their motions on the mean skeleton. Their labels are the names of the files.
 
-    Motions with another `method` than "numbers" are on the skeleton of the first file. With `one_rate` refuse motions
-    of different frame rates, and without frames. `rates` are those of some AMC files.
+    Motions with another `method` than "numbers" are on the skeleton of the first file. With `one_frame_rate`
+    refuse motions of different frame rates, and without frames. `amc_frame_rates` are those of some AMC files.
     """
     files = motion_files(paths)
     reading = reading_options(reading)
     names = [name_of(path) for path in files]
-    stated = [{"frame_rate": rates[path]} if rates and path in rates else {} for path in files]
-    motions = [load_motion(readable(path), **(reading | rate)) for path, rate in zip(files, stated, strict=True)]
+    known = amc_frame_rates or {}
+    stated = [{"frame_rate": known[path]} if path in known else {} for path in files]
+    motions = [load_motion(read_if_pipe(path), **(reading | one)) for path, one in zip(files, stated, strict=True)]
     dataset = MotionDataset(motions, names, names, names)
     with files_in_messages(names):
         if rotations == "rotvec":
@@ -114,23 +115,23 @@ def read_motions(
         if with_root is not None:
             dataset = dataset.with_root(with_root, up=up)
         dataset = dataset.retarget(dataset.skeleton, method="numbers")
-    if rate is not None:
-        dataset = MotionDataset([motion.resample(rate) for motion in dataset], names, names, names)
-    if one_rate:
-        check_one_rate(dataset)
+    if frame_rate is not None:
+        dataset = MotionDataset([motion.resample(frame_rate) for motion in dataset], names, names, names)
+    if one_frame_rate:
+        check_one_frame_rate(dataset)
     return dataset
 
 
 def read_separately(
-    paths: Sequence[Path], rate: float | None, reading: dict[str, Any]
+    paths: Sequence[Path], frame_rate: float | None, reading: dict[str, Any]
 ) -> tuple[list[str], list[Motion]]:
     """Read all files; return their names, and their motions, each on its own skeleton. Refuse those without frames."""
     files, reading = motion_files(paths), reading_options(reading)
     names = [name_of(path) for path in files]
-    motions = [load_motion(readable(path), **reading) for path in files]
+    motions = [load_motion(read_if_pipe(path), **reading) for path in files]
     for name, motion in zip(names, motions, strict=True):
         _check_has_frames(name, motion)
-    return names, motions if rate is None else [motion.resample(rate) for motion in motions]
+    return names, motions if frame_rate is None else [motion.resample(frame_rate) for motion in motions]
 
 
 def _check_has_frames(name: str, motion: Motion) -> None:
@@ -138,15 +139,16 @@ def _check_has_frames(name: str, motion: Motion) -> None:
         raise ValueError(f"{name} has no frames: leave it out")
 
 
-def check_one_rate(dataset: MotionDataset) -> None:
+def check_one_frame_rate(dataset: MotionDataset) -> None:
     """Refuse motions that are not comparable in time."""
-    first, rate = dataset.subjects[0], dataset.motions[0].frame_rate
+    first, frame_rate = dataset.subjects[0], dataset.motions[0].frame_rate
     for name, motion in zip(dataset.subjects, dataset, strict=True):
         _check_has_frames(name, motion)
-        if rates_differ(motion.frame_rate, rate):
+        if rates_differ(motion.frame_rate, frame_rate):
             raise ValueError(
-                f"{first} has {rate:g} frames a second and {name} {motion.frame_rate:g}, which changes the distances: "
-                f"resample all with --rate, such as --rate {min(rate, motion.frame_rate):g}"
+                f"{first} has {frame_rate:g} frames a second and {name} {motion.frame_rate:g}, which changes the "
+                "distances: resample all with --frame-rate, such as --frame-rate "
+                f"{min(frame_rate, motion.frame_rate):g}"
             )
 
 

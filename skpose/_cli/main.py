@@ -17,7 +17,7 @@ INTERRUPTED = 130  # a shell's status after Ctrl-C
 READING = "asf", "frame_rate", "scale", "on_nan", "trust", "stretch", "missing", "root", "model", "hands"
 PREPARING = "rotations", "method", "with_root", "up"  # options of what is done with the motions
 ALIGNING = "alignment", "window"
-NAMED = {"method": "retarget"}  # options that have another name than the argument
+NAMED = {"method": "retarget", "frame_rate": "amc-frame-rate"}  # options that have another name than the argument
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -120,10 +120,12 @@ def _print(options: argparse.Namespace) -> None:
         commands.compare_metrics(options.folder, options.scale, options.jobs)
     elif options.command == "find":
         query = inputs.query_file(options.query)
-        dataset = inputs.read_motions([query, *options.files], options.rate, **_reading(options), one_rate=True)
+        dataset = inputs.read_motions(
+            [query, *options.files], options.frame_rate, **_reading_arguments(options), one_frame_rate=True
+        )
         commands.find(dataset, options.begins, options.ends, options.k, options.metric, options.jobs)
     else:
-        commands.info(options.files, {name: getattr(options, name) for name in READING})
+        commands.info(options.files, _reading(options))
 
 
 def _write(options: argparse.Namespace) -> None:
@@ -135,23 +137,26 @@ def _write(options: argparse.Namespace) -> None:
         commands.reproduce(options.folder, options.scale, options.out, options.seed, options.jobs)
         return
     if options.command == "view":
-        reading = {name: getattr(options, name) for name in READING}
-        names, shown = inputs.read_separately(options.files, options.rate, reading)
+        names, shown = inputs.read_separately(options.files, options.frame_rate, _reading(options))
         commands.view(shown, names, options.out, align=options.align, overlay=options.overlay)
         return
     if options.command == "explore":
         labels = labels_of(options.files, inputs.motion_files(options.files))
-        dataset = inputs.read_motions(options.files, options.rate, **_reading(options), rates=labels.rates)
+        dataset = inputs.read_motions(
+            options.files, options.frame_rate, **_reading_arguments(options), amc_frame_rates=labels.rates
+        )
         commands.explore(dataset, labels, options.metrics, options.out, options.jobs)
         return
     if options.command == "motions":
-        dataset = inputs.read_motions(options.files, options.rate, **_reading(options), one_rate=True)
+        dataset = inputs.read_motions(
+            options.files, options.frame_rate, **_reading_arguments(options), one_frame_rate=True
+        )
         with commands.backend(options.backend, options.scheduler, options.jobs):
             commands.motions(
                 dataset, options.metric, options.alignment, options.window, out=options.out, dtype=options.dtype
             )
         return
-    X, skeleton = inputs.read_poses(options.files, options.rate, **_reading(options))
+    X, skeleton = inputs.read_poses(options.files, options.frame_rate, **_reading_arguments(options))
     with commands.backend(options.backend, options.scheduler, options.jobs):
         if options.command == "distances":
             commands.distances(X, skeleton, options.metric, options.out, options.dtype)
@@ -159,7 +164,11 @@ def _write(options: argparse.Namespace) -> None:
             commands.neighbors(X, skeleton, options.metric, options.out, options.neighbors, options.radius)
 
 
-def _reading(options: argparse.Namespace) -> dict[str, Any]:
+def _reading_arguments(options: argparse.Namespace) -> dict[str, Any]:
     """Return the arguments of how files are read and prepared."""
-    reading, preparing = ({name: getattr(options, name) for name in names} for names in (READING, PREPARING))
-    return {"reading": reading, **preparing}
+    return {"reading": _reading(options), **{name: getattr(options, name) for name in PREPARING}}
+
+
+def _reading(options: argparse.Namespace) -> dict[str, Any]:
+    """Return the arguments of `load_motion`; its `frame_rate` is that of AMC files, as others state theirs."""
+    return {name: getattr(options, "amc_frame_rate" if name == "frame_rate" else name) for name in READING}

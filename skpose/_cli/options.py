@@ -62,9 +62,9 @@ def add_dtype(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_preparing(parser: argparse.ArgumentParser, rate: float | None = None) -> None:
+def add_preparing(parser: argparse.ArgumentParser, frame_rate: float | None = None) -> None:
     """Add the options of what is read, and of what is done with it before the computation."""
-    add_rate(parser, rate)
+    add_frame_rate(parser, frame_rate)
     parser.add_argument(
         "--rotations",
         choices=["rotvec"],
@@ -94,10 +94,10 @@ def add_preparing(parser: argparse.ArgumentParser, rate: float | None = None) ->
     )
 
 
-def add_rate(parser: argparse.ArgumentParser, default: float | None = None) -> None:
+def add_frame_rate(parser: argparse.ArgumentParser, default: float | None = None) -> None:
     without = "every frame" if default is None else f"{default:g}"
     parser.add_argument(
-        "--rate",
+        "--frame-rate",
         type=positive(float),
         default=default,
         metavar="HZ",
@@ -114,7 +114,11 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
         help="skeleton of the AMC files; default: in the same folder, walk.asf for walk.amc, or 02.asf for 02_01.amc",
     )
     parser.add_argument(
-        "--frame-rate", type=positive(float), default=120.0, metavar="HZ", help="of AMC files; default: 120"
+        "--amc-frame-rate",
+        type=positive(float),
+        default=120.0,
+        metavar="HZ",
+        help="frame rate of AMC files, which do not state it; default: 120",
     )
     add_scale(parser, "metres per unit of length; default: 1 for BVH, the unit in the skeleton's file for AMC")
     parser.add_argument(

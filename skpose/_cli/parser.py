@@ -9,11 +9,11 @@ from skpose._cli.options import (
     add_dtype,
     add_files,
     add_folder,
+    add_frame_rate,
     add_jobs,
     add_metric,
     add_poses,
     add_preparing,
-    add_rate,
     add_reading,
     positive,
     seconds,
@@ -146,7 +146,7 @@ def command_line() -> argparse.ArgumentParser:
     view.add_argument(
         "--overlay", action="store_true", help="begin with all motions in one picture instead of side by side"
     )
-    add_rate(view)
+    add_frame_rate(view)
     add_reading(view)
 
     explore = command(
@@ -169,7 +169,7 @@ def command_line() -> argparse.ArgumentParser:
         help="one or several, the page starts with the first; geodesic takes an hour for a million distances; default: "
         "all others",
     )
-    add_preparing(explore, rate=12.0)
+    add_preparing(explore, frame_rate=12.0)
     add_jobs(explore)
 
     info = command("info", "print the contents of BVH, AMC, ASF, AMASS, TRC or C3D files")

@@ -30,7 +30,7 @@ from scipy.stats import binomtest, gaussian_kde, mannwhitneyu, wilcoxon
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.metrics import silhouette_score
 
-from skpose._cli.compare import FRAME_RATE, classified_right, first_component
+from skpose._cli.compare import FRAME_RATE, classify, first_component
 from skpose._parallel.progress import progress
 from skpose._parallel.threads import in_threads
 from skpose.cluster import MedoidShift
@@ -164,7 +164,7 @@ def _walkers(
         both = walks[two]
         X, sequence = both.poses(FRAME_RATE)
         for metric in METRICS:
-            mds = SpatialMDS(2, skeleton=both.skeleton, metric=metric)
+            mds = SpatialMDS(both.skeleton, n_components=2, metric=metric)
             Y = mds.fit_transform(X)
             apart[metric].append(silhouette_score(Y, sequence))
             if draw == 0:
@@ -223,8 +223,8 @@ def _classification(
         y, subject = gait.actions[sequence], gait.subjects[sequence]
         for chosen in draws:
             of = np.flatnonzero(np.isin(sequence, chosen))
-            by_draw[metric].append(classified_right(D[np.ix_(of, of)], y[of], sequence[of]))
-        by_subject[metric] = classified_right(D, y, subject)
+            by_draw[metric].append(classify(D[np.ix_(of, of)], y[of], sequence[of]))
+        by_subject[metric] = classify(D, y, subject)
     first = {metric: values[0] for metric, values in by_draw.items()}
     test = _mcnemar(first)
     for metric, paper in zip(METRICS, ("90 %", "100 %"), strict=True):

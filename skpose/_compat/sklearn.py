@@ -34,12 +34,12 @@ else:
         """
         decorate = _validate_params(constraints, prefer_skip_nested_validation=prefer_skip_nested_validation)
 
-        def decorated(function):
+        def apply(function):
             function.__signature__ = signature = _Signature.from_callable(function)
             signature.function = function.__name__
             return decorate(function)
 
-        return decorated
+        return apply
 
 
 class _Signature(inspect.Signature):

@@ -153,7 +153,7 @@ class _Failure:
 def _run(function: Callable, token: str, task: Task, *parts: Any) -> tuple[Task, Any]:
     """Run a task on a worker."""
     try:
-        return task, function(_unpacked(token, parts), task)
+        return task, function(_unpack(token, parts), task)
     except Exception as error:
         return task, _Failure(error)
 
@@ -179,7 +179,7 @@ _contents: dict[str, Any] = {}
 _unpacking = threading.Lock()
 
 
-def _unpacked(token: str, parts: Sequence[Any]) -> Any:
+def _unpack(token: str, parts: Sequence[Any]) -> Any:
     """Return the content of a payload, kept for the next task."""
     with _unpacking:
         if token not in _contents:

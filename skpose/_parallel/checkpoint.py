@@ -40,10 +40,10 @@ class FileCheckpoint:
             head, *notes = self.path.read_text(encoding="utf-8", errors="replace").split("\n")
         except FileNotFoundError:
             return None
-        head = _parsed(head)
+        head = _parse(head)
         if not isinstance(head, dict) or IDENTITY not in head:
             raise self.not_notes()
-        return head, [note for note in map(_parsed, notes) if isinstance(note, list)]
+        return head, [note for note in map(_parse, notes) if isinstance(note, list)]
 
     def not_notes(self) -> ValueError:
         """Return the error for a file that is no notes."""
@@ -76,7 +76,7 @@ def _lines(contents: list) -> str:
     return "".join(json.dumps(content) + "\n" for content in contents)
 
 
-def _parsed(line: str) -> Any:
+def _parse(line: str) -> Any:
     try:
         return json.loads(line)
     except (ValueError, RecursionError):  # the latter of brackets in brackets

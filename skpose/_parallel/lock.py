@@ -52,7 +52,7 @@ class Token(NamedTuple):
             return f"{self.path} cannot be read there ({error.strerror})"
         return None if found.get("token") == self.value else f"{self.path} is another file there"
 
-    def taken(self) -> str | None:
+    def find_new_holder(self) -> str | None:
         """Return which other process has a lock of this name, after the file of this one was removed; else None."""
         try:
             found = _content(self.path)
@@ -64,7 +64,7 @@ class Token(NamedTuple):
 
 
 @contextmanager
-def locked(array_path: Path) -> Iterator[Token]:
+def hold_lock(array_path: Path) -> Iterator[Token]:
     """Hold the lock of a file or a folder, in a file next to it that is removed at the end; yields its token.
 
     Raises
@@ -75,7 +75,7 @@ def locked(array_path: Path) -> Iterator[Token]:
         If the file cannot be made, written or locked.
     """
     path = companion(array_path, "lock")
-    descriptor = _locked_file(path, array_path)
+    descriptor = _open_locked(path, array_path)
     _held.add(descriptor)
     try:
         token = Token(path, uuid.uuid4().hex)
@@ -83,7 +83,7 @@ def locked(array_path: Path) -> Iterator[Token]:
         try:
             _write(descriptor, json.dumps(content).encode())
         except OSError as error:
-            raise _not_made(error, path, array_path) from None
+            raise _lock_error(error, path, array_path) from None
         yield token
     finally:
         if descriptor in _held:  # not in a process that was forked here
@@ -111,13 +111,13 @@ def _remove(path: Path, descriptor: int) -> None:
         path.unlink()
 
 
-def _locked_file(path: Path, array_path: Path) -> int:
+def _open_locked(path: Path, array_path: Path) -> int:
     """Return a descriptor of the lock file, with the lock."""
     while True:
         try:
             descriptor = os.open(path, os.O_RDWR | os.O_CREAT | NO_LINK, 0o666)
         except OSError as error:
-            raise _not_made(error, path, array_path) from None
+            raise _lock_error(error, path, array_path) from None
         try:
             _lock(descriptor)
         except OSError as error:
@@ -135,7 +135,7 @@ def _locked_file(path: Path, array_path: Path) -> int:
         os.close(descriptor)  # its holder removed it after it was opened here
 
 
-def _not_made(error: OSError, path: Path, array_path: Path) -> OSError:
+def _lock_error(error: OSError, path: Path, array_path: Path) -> OSError:
     """Return the error of a lock file that cannot be opened or written, with what to do about it."""
     number, reason = error.errno, error.strerror
     if number == errno.ENAMETOOLONG:

@@ -29,7 +29,7 @@ def check_names(X: Any, names: Sequence[str], name: str, what: str, one: str, re
     missing = [each for each in expected if each not in columns]
     unknown = [column for column in columns if column not in expected]
     if missing or unknown:
-        detail = f"missing: {_some(missing)}; not {one}: {_some(unknown)}"
+        detail = f"missing: {_list_some(missing)}; not {one}: {_list_some(unknown)}"
     else:
         i = next(i for i, (a, b) in enumerate(zip(columns, expected, strict=True)) if a != b)
         detail = f"column {i} is {columns[i]!r} and should be {expected[i]!r}"
@@ -85,5 +85,5 @@ def shape_of(X: Any) -> tuple[int, ...]:
     return (len(X), *shape_of(X[0])) if isinstance(X, list | tuple) and X else ()
 
 
-def _some(names: list[str]) -> str:
+def _list_some(names: list[str]) -> str:
     return ", ".join(map(repr, names[:3])) + (f" and {len(names) - 3} more" if len(names) > 3 else "") or "none"

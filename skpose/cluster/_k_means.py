@@ -39,10 +39,10 @@ class PoseKMeans(
 
     Parameters
     ----------
-    n_clusters : int, default=8
-        Number of clusters.
     skeleton : Skeleton, default=None
         The skeleton of all poses. Needed by all metrics but "angle".
+    n_clusters : int, default=8
+        Number of clusters.
     n_init : int, default=1
         Number of runs from different starts; the one of the least inertia is the result.
     max_iter : int, default=300
@@ -68,7 +68,7 @@ class PoseKMeans(
     skeleton_ : Skeleton or None
         The skeleton in use.
     cluster_centers_ : ndarray of shape (n_clusters, n_dofs)
-        The centres: joint angles, rad.
+        The centres: joint angles, rad; float64, also for float32 poses, as means are searched for in float64.
     labels_ : ndarray of shape (n_samples,)
         Cluster of each sample: that of the nearest centre, of equally near ones the first.
     inertia_ : float
@@ -116,7 +116,7 @@ class PoseKMeans(
     >>> from skpose import Skeleton
     >>> from skpose.cluster import PoseKMeans
     >>> X = [[0.0, 0.0], [0.1, 0.0], [0.2, 0.1], [1.5, 0.0], [1.6, 0.2], [1.7, 0.1]]
-    >>> k_means = PoseKMeans(2, Skeleton.chain(2), random_state=0).fit(X)
+    >>> k_means = PoseKMeans(Skeleton.chain(2), n_clusters=2, random_state=0).fit(X)
     >>> k_means.labels_
     array([1, 1, 1, 0, 0, 0])
     >>> k_means.cluster_centers_.round(2)
@@ -139,9 +139,9 @@ class PoseKMeans(
 
     def __init__(
         self,
-        n_clusters=8,
         skeleton=None,
         *,
+        n_clusters=8,
         n_init=1,
         max_iter=300,
         tol=1e-4,
@@ -150,8 +150,8 @@ class PoseKMeans(
         n_jobs=None,
         verbose=0,
     ):
-        self.n_clusters = n_clusters
         self.skeleton = skeleton
+        self.n_clusters = n_clusters
         self.n_init = n_init
         self.max_iter = max_iter
         self.tol = tol
@@ -177,10 +177,10 @@ class PoseKMeans(
 
         Returns
         -------
-        self : PoseKMeans
+        PoseKMeans
             The fitted estimator.
         """
-        X = self._checked(X, reset=True).astype(np.float64, copy=False)
+        X = self._check_X(X, reset=True).astype(np.float64, copy=False)
         require_means(self.metric_, "PoseKMeans")
         if self.n_clusters > len(X):
             raise ValueError(f"n_clusters={self.n_clusters} is more than the {len(X)} samples")
@@ -189,14 +189,14 @@ class PoseKMeans(
         poses, pose_of = np.unique(X[counted], axis=0, return_inverse=True)
         masses = np.bincount(pose_of.ravel(), weights[counted])
         means = WeightedMeans(poses, self.skeleton_, self.metric_, self.n_jobs)
-        squared = partial(self._squared, poses)
+        squared = partial(self._squared_distances, poses)
         fit_progress, runs = FitReport(self, None, X), []
         for _ in range(self.n_init):
             with fit_progress.step("first centres"):
                 chosen = first_centers(poses, masses, squared, self.n_clusters, rng)
             runs.append(lloyd(poses[chosen], masses, squared, means.means, self.max_iter, self.tol, fit_progress))
         best = min(runs, key=lambda run: run.inertia)
-        self.labels_ = self._squared(X, best.centers).argmin(axis=1)
+        self.labels_ = self._squared_distances(X, best.centers).argmin(axis=1)
         self.inertia_, self.n_iter_ = best.inertia, best.n_iter
         self.cluster_centers_ = best.centers
         self._warn(best, len(poses))
@@ -217,7 +217,7 @@ class PoseKMeans(
             Labels; of equally near centres the first.
         """
         check_is_fitted(self, "cluster_centers_")
-        return self._squared(self._checked(X, reset=False), self.cluster_centers_).argmin(axis=1)
+        return self._squared_distances(self._check_X(X, reset=False), self.cluster_centers_).argmin(axis=1)
 
     def transform(self, X):
         """Return the distances to the centres.
@@ -233,8 +233,8 @@ class PoseKMeans(
             Distances, m, or rad for "angle"; float32 for float32 poses, else float64.
         """
         check_is_fitted(self, "cluster_centers_")
-        X = self._checked(X, reset=False)
-        return np.sqrt(self._squared(X, self.cluster_centers_)).astype(X.dtype, copy=False)
+        X = self._check_X(X, reset=False)
+        return np.sqrt(self._squared_distances(X, self.cluster_centers_)).astype(X.dtype, copy=False)
 
     def score(self, X, y=None, sample_weight=None):
         """Return the inertia of poses with the centres, times −1: the larger, the better.
@@ -254,11 +254,11 @@ class PoseKMeans(
             The weighted sum of the squared distances to the nearest centre, times −1.
         """
         check_is_fitted(self, "cluster_centers_")
-        X = self._checked(X, reset=False)
+        X = self._check_X(X, reset=False)
         weights = check_sample_weight(sample_weight, X)
-        return -float(weights @ self._squared(X, self.cluster_centers_).min(axis=1))
+        return -float(weights @ self._squared_distances(X, self.cluster_centers_).min(axis=1))
 
-    def _squared(self, X, centers):
+    def _squared_distances(self, X, centers):
         """Squared distances (n_samples, n_centers), in float64, as close samples differ by little."""
         return np.square(self._distances(X.astype(np.float64, copy=False), centers))
 

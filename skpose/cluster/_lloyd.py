@@ -26,17 +26,17 @@ def first_centers(poses, weights, squared, n_clusters, rng):
     scikit-learn.
     """
     n_trials = 2 + int(np.log(n_clusters))
-    chosen = _drawn(weights, 1, rng)
+    chosen = _draw(weights, 1, rng)
     nearest = squared(poses[chosen])[:, 0]
     while len(chosen) < n_clusters:
-        candidates = _drawn(weights * nearest, n_trials, rng)
+        candidates = _draw(weights * nearest, n_trials, rng)
         trials = np.minimum(squared(poses[candidates]), nearest[:, np.newaxis])
         best = (weights @ trials).argmin()
         chosen, nearest = np.append(chosen, candidates[best]), trials[:, best]
     return chosen
 
 
-def _drawn(chances, n, rng):
+def _draw(chances, n, rng):
     """Return rows that are drawn with probabilities in proportion to chances; any rows if all chances are zero."""
     sums = np.cumsum(chances)
     return np.minimum(np.searchsorted(sums, rng.uniform(size=n) * sums[-1], side="right"), len(chances) - 1)
@@ -57,7 +57,7 @@ def lloyd(centers, weights, squared, means, max_iter, tol, fit_progress):
     unconverged = np.zeros(n_clusters, dtype=bool)
     for iteration in range(1, max_iter + 1):
         with fit_progress.step("iteration"):
-            labels = _without_empty(labels, weights * distances[rows, labels], n_clusters)
+            labels = _fill_empty(labels, weights * distances[rows, labels], n_clusters)
             changed = labels != fixed
             moving = np.union1d(labels[changed], fixed[changed & (fixed >= 0)])
             moving = moving[np.isin(moving, labels)]
@@ -78,7 +78,7 @@ def _cost(weights, distances, labels):
     return float(weights @ distances[np.arange(len(labels)), labels])
 
 
-def _without_empty(labels, costs, n_clusters):
+def _fill_empty(labels, costs, n_clusters):
     """Return labels where each empty cluster has the sample of the largest cost; none if all costs are zero."""
     labels = labels.copy()
     for empty in np.setdiff1d(np.arange(n_clusters), labels):

@@ -26,12 +26,12 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
 
     Parameters
     ----------
+    skeleton : Skeleton, default=None
+        The skeleton of all poses. Needed by all metrics but "angle" and "precomputed".
     bandwidth : float, default=None
         The h of the weights, in the unit of the distance. None estimates it: the mean, over the samples, of the
         distance within which 30 % of the other samples lie (the rule of `sklearn.cluster.estimate_bandwidth`); in a
         sparse graph, 30 % of its neighbours.
-    skeleton : Skeleton, default=None
-        The skeleton of all poses. Needed by all metrics but "angle" and "precomputed".
     n_clusters : int, default=None
         Search for a bandwidth that gives this number of clusters instead, by halving an interval, then on a grid of 32
         and in its gaps. If none is found, a `ConvergenceWarning` is given, and the largest number of clusters below
@@ -57,7 +57,7 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
     cluster_centers_indices_ : ndarray of shape (n_clusters,)
         Indices of the modes among the samples, ascending.
     cluster_centers_ : ndarray of shape (n_clusters, n_dofs)
-        The modes. Not with "precomputed".
+        The modes, in the dtype of the samples. Not with "precomputed".
     bandwidth_ : float
         The bandwidth in use.
     n_iter_ : int
@@ -90,7 +90,7 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
     --------
     >>> from skpose import MedoidShift, Skeleton
     >>> X = [[0.0, 0.0], [0.1, 0.0], [0.2, 0.1], [1.5, 0.0], [1.6, 0.2], [1.7, 0.1]]
-    >>> MedoidShift(bandwidth=0.5, skeleton=Skeleton.chain(2)).fit_predict(X)
+    >>> MedoidShift(Skeleton.chain(2), bandwidth=0.5).fit_predict(X)
     array([0, 0, 0, 1, 1, 1])
     """
 
@@ -102,16 +102,16 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
 
     def __init__(
         self,
-        bandwidth=None,
         skeleton=None,
         *,
+        bandwidth=None,
         n_clusters=None,
         metric="auto",
         n_jobs=None,
         verbose=0,
     ):
-        self.bandwidth = bandwidth
         self.skeleton = skeleton
+        self.bandwidth = bandwidth
         self.n_clusters = n_clusters
         self.metric = metric
         self.n_jobs = n_jobs
@@ -131,12 +131,12 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
 
         Returns
         -------
-        self : MedoidShift
+        MedoidShift
             The fitted estimator.
         """
         if self.bandwidth is not None and self.n_clusters is not None:
             raise ValueError("bandwidth and n_clusters are both given; n_clusters searches for its own bandwidth")
-        X = self._checked(X, reset=True, accept_sparse="csr" if self.metric == "precomputed" else False)
+        X = self._check_X(X, reset=True, accept_sparse="csr" if self.metric == "precomputed" else False)
         if self.n_clusters is not None and self.n_clusters > X.shape[0]:
             raise ValueError(f"n_clusters={self.n_clusters} is more than the {X.shape[0]} samples")
         fit_progress = FitReport(self, None, X)
@@ -169,7 +169,7 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
             Labels. A sample of `fit` need not be nearest to the mode of its own cluster.
         """
         check_is_fitted(self, "labels_")
-        X = self._checked(X, reset=False)
+        X = self._check_X(X, reset=False)
         if self.metric_ is None:
             return X[:, self.cluster_centers_indices_].argmin(axis=1)
         return self._distances(X, self.cluster_centers_).argmin(axis=1)

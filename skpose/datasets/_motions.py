@@ -84,18 +84,22 @@ class MotionDataset:
 
     @property
     def motions(self) -> tuple[Motion, ...]:
+        """The motions."""
         return self._motions
 
     @property
     def subjects(self) -> np.ndarray:
+        """The person of each motion."""
         return self._label("subjects")
 
     @property
     def trials(self) -> np.ndarray:
+        """The number of the recording of each motion."""
         return self._label("trials")
 
     @property
     def actions(self) -> np.ndarray:
+        """The action of each motion."""
         return self._label("actions")
 
     @property
@@ -143,10 +147,10 @@ class MotionDataset:
         subjects = f" of {len(set(self.subjects))} subjects" if "subjects" in self._labels else ""
         words = f"{len(self)} motions{subjects}"
         if "actions" in self._labels:
-            words += f": {_counted(action or 'unnamed' for action in self.actions)}"
+            words += f": {_count(action or 'unnamed' for action in self.actions)}"
         methods = [report.partition(",")[0] for report in self._retargeting]
         if set(methods) - {"", UNCHANGED}:
-            words += f"; retargeted by {_counted(methods)}"
+            words += f"; retargeted by {_count(methods)}"
         return f"MotionDataset({words})"
 
     def _repr_html_(self) -> str:
@@ -181,6 +185,20 @@ class MotionDataset:
 
         ``dataset[...]`` takes some of the motions.
 
+        Parameters
+        ----------
+        joints : str or iterable of str, default=None
+            Joints to keep, with all between them and the root; None keeps all.
+        drop : str or iterable of str, default=()
+            Joints to leave out, each with all that it carries.
+
+        Returns
+        -------
+        MotionDataset
+            With the same labels.
+
+        Examples
+        --------
         >>> from skpose.datasets import make_gait
         >>> gait = make_gait(n_subjects=2, n_sequences=1, random_state=0)
         >>> gait.select(drop=["left_pelvis", "right_pelvis"]).skeleton
@@ -209,6 +227,13 @@ class MotionDataset:
     def to_rotvec(self) -> "MotionDataset":
         """Return the motions with joints of two or three Euler angles as ball joints, see `Motion.to_rotvec`.
 
+        Returns
+        -------
+        MotionDataset
+            With the same labels.
+
+        Examples
+        --------
         >>> from skpose.datasets import make_gait
         >>> gait = make_gait(n_subjects=2, n_sequences=1, random_state=0).to_rotvec()
         >>> gait.skeleton.dof_names[:3]
@@ -228,9 +253,30 @@ class MotionDataset:
     ) -> "MotionDataset":
         """Return all motions on one skeleton, see `skpose.kinematics.retarget`; an error names the motion.
 
-        A sequence of `joints` is one mapping for each motion, or None for equal names. `retargeting` states which
-        method it was for each motion, and how near it came.
+        `retargeting` states which method it was for each motion, and how near it came.
 
+        Parameters
+        ----------
+        skeleton : Skeleton
+            The skeleton that all poses shall have.
+        method : {"numbers", "orientations", "positions", "auto", "unchecked"}, default="numbers"
+            How poses are converted, see `skpose.kinematics.retarget`.
+        joints : mapping of str to str, or sequence of such, default=None
+            The counterpart of each joint. A sequence is one mapping for each motion, or None for equal names.
+        scale : float or "lengths", default=1.0
+            Factor of positions in the world.
+        n_jobs : int, default=None
+            Threads of "positions"; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors.
+        verbose : int, default=0
+            Whether "positions" shows the progress.
+
+        Returns
+        -------
+        MotionDataset
+            With the same labels.
+
+        Examples
+        --------
         >>> from skpose.datasets import make_gait
         >>> gait = make_gait(n_subjects=2, n_sequences=1, random_state=0)
         >>> gait = gait.retarget(gait.motions[0].skeleton, method="orientations")
@@ -262,8 +308,22 @@ class MotionDataset:
     ) -> "MotionDataset":
         """Return the motions with the orientation of the root in their poses, see `Motion.with_root`.
 
-        Motions whose `up` differs are refused unless `up` is given: their worlds are not the same.
+        Motions whose `up` differ are refused unless `up` is given: their worlds are not the same.
 
+        Parameters
+        ----------
+        part : {"tilt", "whole"}, default="tilt"
+            "tilt" leaves out the rotation about the vertical, "whole" is the orientation in the world.
+        up : {"x", "y", "z"}, default=None
+            The axis of the world that points up; None is that of the motions.
+
+        Returns
+        -------
+        MotionDataset
+            With the same labels.
+
+        Examples
+        --------
         >>> from skpose.datasets import make_gait
         >>> gait = make_gait(n_subjects=2, n_sequences=1, random_state=0)
         >>> gait.with_root("tilt").skeleton.n_dofs - gait.skeleton.n_dofs
@@ -327,7 +387,7 @@ class MotionDataset:
         )
 
 
-def _counted(words: Iterable[str]) -> str:
+def _count(words: Iterable[str]) -> str:
     """Return how often each word occurs, the first five in the order of the alphabet."""
     names, counts = np.unique(list(words), return_counts=True)
     more = f" and {len(names) - 5} more actions" if len(names) > 5 else ""

@@ -112,8 +112,8 @@ def descend(sample: Sample, pose: np.ndarray, power: int, max_iter: int, tol: fl
         if power == MEDIAN:
             here = at_pose_if_lower(sample, here, tried)
         if here.relative_norm <= tol:
-            return here, iteration, _unconverged(here, len(sample.dofs))
-        step, combined = _combined(here, history), bool(history)
+            return here, iteration, _explain_unconverged(here, len(sample.dofs))
+        step, combined = _combine(here, history), bool(history)
         for halving in range(HALVINGS + 1):
             trial = spread_from(sample, sample.retract(here.pose, step), power, here.slope)
             lower = trial.objective < here.objective
@@ -126,7 +126,7 @@ def descend(sample: Sample, pose: np.ndarray, power: int, max_iter: int, tol: fl
             if not sample.is_uneven:
                 return here, iteration, f"after {iteration} iterations no step brought the poses nearer"
             if here.relative_norm <= KINK:
-                return here, iteration, _unconverged(here, len(sample.dofs))
+                return here, iteration, _explain_unconverged(here, len(sample.dofs))
             return (
                 here,
                 iteration,
@@ -138,7 +138,7 @@ def descend(sample: Sample, pose: np.ndarray, power: int, max_iter: int, tol: fl
     return here, max_iter, f"it was still moving after max_iter={max_iter} iterations; raise max_iter"
 
 
-def _combined(here: Spread, history: list[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
+def _combine(here: Spread, history: list[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
     """Return the step that goes where the next step is shortest, if steps change as they did before."""
     if not history:
         return here.step
@@ -159,7 +159,7 @@ def at_pose_if_lower(sample: Sample, here: Spread, tried: set[int]) -> Spread:
     return there if there.objective < here.objective else here
 
 
-def _unconverged(here: Spread, n_poses: int) -> str:
+def _explain_unconverged(here: Spread, n_poses: int) -> str:
     """Return the reason not to trust what has been reached: geodesics that did not converge."""
     if not here.unconverged:
         return ""

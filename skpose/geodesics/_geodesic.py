@@ -15,11 +15,11 @@ from skpose._validation.poses import check_pose
 from skpose._validation.skeletons import limits_of
 from skpose._validation.units import warn_of_degrees
 from skpose._warnings import warn
-from skpose.kinematics._shared import from_tree_order, to_tree_order, tree_of, weighted_positions, wrapped
+from skpose.kinematics._shared import from_tree_order, to_tree_order, tree_of, weighted_positions, wrap_dofs
 from skpose.metrics import Geodesic, Metric
 from skpose.metrics._shared import MEAN_CONSTRAINTS, require_geodesic
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import TWO_PI, interpolate, straight_line, without_jumps
+from skpose.skeleton._shared import TWO_PI, interpolate_poses, remove_jumps, straight_line
 
 SPEED_GRID = 64  # chords into which each step of a path is divided to find poses at constant speed
 
@@ -103,12 +103,12 @@ class GeodesicResult:
         """Return the poses at shares of the length of the curve, from 0 to 1."""
         n_fine = SPEED_GRID * (len(self.path) - 1) + 1
         steps = np.arange(n_fine) / SPEED_GRID
-        fine = interpolate(self._skeleton.bones, self.path, steps)
+        fine = interpolate_poses(self._skeleton.bones, self.path, steps)
         positions = weighted_positions(fine, self._skeleton)
         travelled = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(positions, axis=0), axis=1))])
         if travelled[-1] == 0.0:  # no joint moves, though angles may
             travelled = steps
-        return interpolate(self._skeleton.bones, self.path, np.interp(shares * travelled[-1], travelled, steps))
+        return interpolate_poses(self._skeleton.bones, self.path, np.interp(shares * travelled[-1], travelled, steps))
 
 
 @validate_params(
@@ -165,6 +165,12 @@ def geodesic(
     GeodesicResult
         The path, its length, and how reliable they are.
 
+    Raises
+    ------
+    ValueError
+        For poses of the wrong length, out of order by name, or not finite; for limits to be enforced on a skeleton
+        that has none.
+
     Warns
     -----
     ConvergenceWarning
@@ -172,12 +178,6 @@ def geodesic(
         than the straight line's.
     UserWarning
         If the poses look like degrees, see `skpose.pose_distances`.
-
-    Raises
-    ------
-    ValueError
-        For poses of the wrong length, out of order by name, or not finite; for limits to be enforced on a skeleton
-        that has none.
 
     See Also
     --------
@@ -256,7 +256,7 @@ def shortest_path(
     tree = tree_of(skeleton)
     begin, target = to_tree_order(tree, first), to_tree_order(tree, last)
     if metric.wrap:
-        target = wrapped(tree, target, begin)
+        target = wrap_dofs(tree, target, begin)
     bounds = _bounds(tree, skeleton, begin, target, joint_limits)
     frees_angles = bool(metric.wrap) and joint_limits == "ignore"
     curve = path_between(tree, begin, target, int(metric.n_steps), frees_angles, bounds, max_iter, float(tol))
@@ -291,7 +291,7 @@ def _where_not_found(
     bones, columns = [skeleton.bones[i] for i in missing], np.isin(bone_of, missing)
     if frees_angles:  # whose numbers must not jump at the end either
         ends, steps = np.stack([first[columns], last[columns]]), np.linspace(0.0, 1.0, n_poses)
-        line[:, columns] = without_jumps(bones, interpolate(bones, ends, steps))
+        line[:, columns] = remove_jumps(bones, interpolate_poses(bones, ends, steps))
     else:
         line[:, columns] = straight_line(bones, first[columns], last[columns], n_poses, TWO_PI if wrap else 0.0)
     return line

@@ -20,7 +20,7 @@ from skpose.geodesics._spline import spline_between
 from skpose.metrics import Geodesic, Metric
 from skpose.metrics._shared import MEAN_CONSTRAINTS, require_geodesic
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import without_jumps
+from skpose.skeleton._shared import remove_jumps
 
 ON_KEY = 1e-6  # frames between a frame and a key that are at one time
 
@@ -69,18 +69,18 @@ def interpolate(
         is met exactly. The numbers of the angles do not jump from frame to frame; those of a key may be others of the
         same rotations.
 
+    Raises
+    ------
+    ValueError
+        For fewer than two poses, poses of the wrong width, out of order by name or not finite; for times of the wrong
+        shape, not finite or not increasing; for a frame rate that is not positive.
+
     Warns
     -----
     ConvergenceWarning
         If geodesics did not converge: the motion is still one through the keys.
     UserWarning
         If the poses look like degrees, see `skpose.pose_distances`.
-
-    Raises
-    ------
-    ValueError
-        For fewer than two poses, poses of the wrong width, out of order by name or not finite; for times of the wrong
-        shape, not finite or not increasing; for a frame rate that is not positive.
 
     See Also
     --------
@@ -129,11 +129,11 @@ def interpolate(
     if len(X) < 2:
         raise ValueError(f"poses must be at least two key poses, got {len(X)}: one pose is no motion")
     warn_of_degrees(poses=X)
-    rate = check_frame_rate(frame_rate)
-    at = _check_times(times, len(X), rate)
+    frame_rate = check_frame_rate(frame_rate)
+    at = _check_times(times, len(X), frame_rate)
     n_threads = effective_n_jobs(n_jobs)
     geodesics = _geodesics(X, skeleton, require_geodesic(metric, skeleton, "interpolate"), n_threads)
-    piece, shares = _places(at, rate)
+    piece, shares = _locate_frames(at, frame_rate)
     in_pieces = [shares[piece == i] for i in range(len(geodesics))]
     if method == "spline":
         between = spline_between(geodesics, np.diff(at), in_pieces, skeleton, n_threads)
@@ -142,10 +142,10 @@ def interpolate(
     frames = np.concatenate(between)
     on_key = np.isin(shares, [0.0, 1.0])
     frames[on_key] = X[(piece + shares.astype(int))[on_key]]
-    return Motion(skeleton, without_jumps(skeleton.bones, frames), rate)
+    return Motion(skeleton, remove_jumps(skeleton.bones, frames), frame_rate)
 
 
-def _check_times(times: ArrayLike, n_poses: int, rate: float) -> np.ndarray:
+def _check_times(times: ArrayLike, n_poses: int, frame_rate: float) -> np.ndarray:
     """Return the times of the keys as an array that increases."""
     at = check_numbers(times, "times")
     if at.shape != (n_poses,):
@@ -158,7 +158,7 @@ def _check_times(times: ArrayLike, n_poses: int, rate: float) -> np.ndarray:
             f"times must increase, got {at[i]:g} s and then {at[i + 1]:g} s; sort poses and times by time, and keep "
             "one pose of each time"
         )
-    if (np.diff(at) * rate <= 2.0 * ON_KEY).any():
+    if (np.diff(at) * frame_rate <= 2.0 * ON_KEY).any():
         i = int(np.argmin(np.diff(at)))
         raise ValueError(
             f"times must be farther apart than a millionth of a frame, got {at[i]!r} s and then {at[i + 1]!r} s; keep "
@@ -185,9 +185,9 @@ def _geodesics(X: np.ndarray, skeleton: Skeleton, metric: Geodesic, n_jobs: int)
     return [found[i] for i in range(len(X) - 1)]
 
 
-def _places(times: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
+def _locate_frames(times: np.ndarray, frame_rate: float) -> tuple[np.ndarray, np.ndarray]:
     """Return of each frame the piece between keys that it is in, and its share of the time there, 0 or 1 on keys."""
-    keys = (times - times[0]) * rate  # in frames
+    keys = (times - times[0]) * frame_rate  # in frames
     frames = np.arange(np.floor(keys[-1] + ON_KEY) + 1)
     nearest = np.abs(keys - np.rint(keys)) < ON_KEY
     keys[nearest] = np.rint(keys[nearest])

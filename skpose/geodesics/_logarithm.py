@@ -17,7 +17,7 @@ from skpose._validation.numbers import check_numbers
 from skpose._validation.poses import check_is_array, check_pose, check_poses
 from skpose._validation.units import warn_of_degrees
 from skpose._warnings import warn
-from skpose.kinematics._shared import counted_joints, from_tree_order, to_tree_order, tree_of, wrapped
+from skpose.kinematics._shared import counted_joints, from_tree_order, to_tree_order, tree_of, wrap_dofs
 from skpose.metrics import Geodesic, Metric
 from skpose.metrics._shared import MEAN_CONSTRAINTS, require, require_geodesic, why_no_paths
 from skpose.skeleton import Skeleton
@@ -43,7 +43,7 @@ class TangentSpace(NamedTuple):
         """Return the logarithms of poses, (n_poses, n), and how many of their geodesics did not converge."""
         tree = self.tree
         base, n = to_tree_order(tree, self.pose), len(poses)
-        ends = wrapped(tree, to_tree_order(tree, poses), base[None])
+        ends = wrap_dofs(tree, to_tree_order(tree, poses), base[None])
         found = Logarithms(np.empty((n, 3 * len(tree.offset) - 3)), np.empty(n, dtype=bool))
         in_threads(
             (
@@ -107,6 +107,11 @@ def log_map(
         Velocities of the joints in the order of ``skeleton.joint_names``, m; zero where a joint has no weight. With
         weights w the length of a logarithm is the square root of Σ w_j ‖v_j‖².
 
+    Raises
+    ------
+    ValueError
+        For poses of the wrong width, out of order by name or not finite.
+
     Warns
     -----
     ConvergenceWarning
@@ -114,11 +119,6 @@ def log_map(
         shortest.
     UserWarning
         If the poses look like degrees, see `skpose.pose_distances`.
-
-    Raises
-    ------
-    ValueError
-        For poses of the wrong width, out of order by name or not finite.
 
     See Also
     --------
@@ -216,18 +216,18 @@ def exp_map(
         Joint angles, rad; near those of the base as numbers of one rotation go. Angles that move no joint keep the
         numbers of the base.
 
+    Raises
+    ------
+    ValueError
+        For a base of the wrong width, out of order by name or not finite; for velocities of the wrong shape or not
+        finite.
+
     Warns
     -----
     ConvergenceWarning
         If a velocity was too large for so few steps.
     UserWarning
         If the base looks like degrees, see `skpose.pose_distances`.
-
-    Raises
-    ------
-    ValueError
-        For a base of the wrong width, out of order by name or not finite; for velocities of the wrong shape or not
-        finite.
 
     See Also
     --------

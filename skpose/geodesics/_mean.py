@@ -106,6 +106,12 @@ def frechet_mean(
     FrechetMeanResult
         The pose, the variance, and how far to trust it.
 
+    Raises
+    ------
+    ValueError
+        For poses of the wrong width, out of order by name or not finite; for weights that are negative or all zero; for
+        a metric that has no means.
+
     Warns
     -----
     ConvergenceWarning
@@ -113,12 +119,6 @@ def frechet_mean(
         given pose.
     UserWarning
         If the poses look like degrees, see `skpose.pose_distances`.
-
-    Raises
-    ------
-    ValueError
-        For poses of the wrong width, out of order by name or not finite; for weights that are negative or all zero; for
-        a metric that has no means.
 
     See Also
     --------

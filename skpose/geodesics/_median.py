@@ -97,17 +97,17 @@ def geometric_median(
     GeometricMedianResult
         The pose, the mean distance, and how far to trust it.
 
+    Raises
+    ------
+    ValueError
+        For poses of the wrong width, out of order by name or not finite; for weights that are negative or all zero.
+
     Warns
     -----
     ConvergenceWarning
         If it did not converge, with the reason. It is then still a pose.
     UserWarning
         If the poses look like degrees, see `skpose.pose_distances`.
-
-    Raises
-    ------
-    ValueError
-        For poses of the wrong width, out of order by name or not finite; for weights that are negative or all zero.
 
     See Also
     --------

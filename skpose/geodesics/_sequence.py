@@ -16,7 +16,7 @@ from skpose._typing import ArrayLike
 from skpose._validation.poses import check_poses
 from skpose._validation.units import warn_of_degrees
 from skpose._warnings import warn
-from skpose.kinematics._shared import to_tree_order, tree_of, weighted_positions, wrapped
+from skpose.kinematics._shared import to_tree_order, tree_of, weighted_positions, wrap_dofs
 from skpose.metrics import Metric
 from skpose.metrics._shared import MEAN_CONSTRAINTS, no_geodesics, no_paths, require_geodesic
 from skpose.skeleton import Skeleton
@@ -32,8 +32,8 @@ NEAR = 0.1
     prefer_skip_nested_validation=True,
 )
 def geodesic_distances(
-    motion: ArrayLike,
-    poses: ArrayLike,
+    X: ArrayLike,
+    Y: ArrayLike,
     skeleton: Skeleton,
     *,
     metric: str | Metric = "geodesic",
@@ -41,16 +41,16 @@ def geodesic_distances(
 ) -> np.ndarray:
     """Compute geodesic distances from the frames of a motion to poses, each path from that of the frame before.
 
-    The distances of ``pose_distances(motion, poses, metric="geodesic")``, but for other local minima, and in less time
+    The distances of ``pose_distances(X, Y, metric="geodesic")``, but for other local minima, and in less time
     where frames are near one another: a path changes little from one frame to the next, so that some iterations find it
     again.
 
     Parameters
     ----------
-    motion : array-like of shape (n_frames, n_dofs)
+    X : array-like of shape (n_x, n_dofs)
         Poses that follow one another in time: joint angles, rad. Any poses are allowed, also several motions one after
         another; without neighbours it takes as long as new searches.
-    poses : array-like of shape (n_poses, n_dofs)
+    Y : array-like of shape (n_y, n_dofs)
         The other poses, in any order.
     skeleton : Skeleton
         The skeleton of all poses.
@@ -62,8 +62,13 @@ def geodesic_distances(
 
     Returns
     -------
-    ndarray of shape (n_frames, n_poses)
+    ndarray of shape (n_x, n_y)
         Lengths of the geodesics, m.
+
+    Raises
+    ------
+    ValueError
+        For poses of the wrong width, out of order by name or not finite.
 
     Warns
     -----
@@ -71,11 +76,6 @@ def geodesic_distances(
         If geodesics did not converge.
     UserWarning
         If the poses look like degrees, see `skpose.pose_distances`.
-
-    Raises
-    ------
-    ValueError
-        For poses of the wrong width, out of order by name or not finite.
 
     See Also
     --------
@@ -110,9 +110,8 @@ def geodesic_distances(
     >>> bool(np.allclose(distances, searched, rtol=1e-3))
     True
     """
-    X = check_poses(motion, skeleton, "motion").astype(np.float64)
-    Y = check_poses(poses, skeleton, "poses").astype(np.float64)
-    warn_of_degrees(motion=X, poses=Y)
+    X, Y = (check_poses(given, skeleton, name).astype(np.float64) for name, given in (("X", X), ("Y", Y)))
+    warn_of_degrees(X=X, Y=Y)
     tree = tree_of(skeleton)
     positions = weighted_positions(X, skeleton)
     frames, ends = to_tree_order(tree, X), to_tree_order(tree, Y)
@@ -151,6 +150,6 @@ def _follow(
             moved = np.linalg.norm(positions[i] - positions[searched], axis=1)
             anew = moved > NEAR * lengths[i - 1]
             kept.n_nodes[anew], searched[anew] = 0, i
-        targets = wrapped(tree, ends, frame[None]) if search.frees_angles else ends
+        targets = wrap_dofs(tree, ends, frame[None]) if search.frees_angles else ends
         follow_geodesics(tree, frame, targets, 0, n, search, kept, found)
         lengths[i], converged[i] = found.lengths, found.converged

@@ -65,7 +65,7 @@ def spline_between(
         piece, h = known[i], spans[i]
         start = h * slopes[i] - piece.leaving
         end = h * slopes[i + 1] - piece.arriving
-        poses[i] = _drawn(piece, start, end, shares[i], skeleton)
+        poses[i] = _draw(piece, start, end, shares[i], skeleton)
 
     in_threads((partial(draw, i) for i in range(len(known))), n_jobs)
     return poses
@@ -129,25 +129,25 @@ def _turn(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.eye(len(a)) - np.outer(u + v, u + v) / (1.0 + u @ v) + 2.0 * np.outer(v, u)
 
 
-def _drawn(piece: Piece, start: np.ndarray, end: np.ndarray, shares: np.ndarray, skeleton: Skeleton) -> np.ndarray:
+def _draw(piece: Piece, start: np.ndarray, end: np.ndarray, shares: np.ndarray, skeleton: Skeleton) -> np.ndarray:
     """Return the poses of the spline between two keys, given how much its slopes differ from the geodesic's."""
     tree = tree_of(skeleton)
     nodes, at = np.unique(np.concatenate([np.linspace(0.0, 1.0, len(piece.path.path)), shares]), return_inverse=True)
     base = piece.path._at(nodes)
     bases = _bases(tree, base)
     steps = [_step(before, after) for before, after in pairwise(bases)]
-    forth = _carried(bases[0].T @ (piece.first @ start), steps)
-    back = _carried(bases[-1].T @ (piece.last @ end), [step.T for step in steps[::-1]])[::-1]
+    forth = _transport(bases[0].T @ (piece.first @ start), steps)
+    back = _transport(bases[-1].T @ (piece.last @ end), [step.T for step in steps[::-1]])[::-1]
     poses, dofs = base.copy(), to_tree_order(tree, base)
     drawn = at[len(at) - len(shares) :]
     for k in sorted(set(drawn)):
         s = nodes[k]
         off = bases[k] @ (s * (1.0 - s) ** 2 * forth[k] - s**2 * (1.0 - s) * back[k])
-        poses[k] = from_tree_order(tree, _displaced(tree, dofs[k], off), base[k])
+        poses[k] = from_tree_order(tree, _displace(tree, dofs[k], off), base[k])
     return poses[drawn]
 
 
-def _displaced(tree: Tree, pose: np.ndarray, displacement: np.ndarray) -> np.ndarray:
+def _displace(tree: Tree, pose: np.ndarray, displacement: np.ndarray) -> np.ndarray:
     """Return a pose whose joints are displaced, as far as the bones allow: one step of Gauss and Newton.
 
     It is damped, by iterated Tikhonov regularisation: a straight limb does not twist far for a small movement, and
@@ -166,7 +166,7 @@ def _displaced(tree: Tree, pose: np.ndarray, displacement: np.ndarray) -> np.nda
     return retract(tree, pose, turns, True)
 
 
-def _carried(vector: np.ndarray, steps: list[np.ndarray]) -> list[np.ndarray]:
+def _transport(vector: np.ndarray, steps: list[np.ndarray]) -> list[np.ndarray]:
     """Return a vector at all poses of a path, by transport from the first one."""
     carried = [vector]
     for step in steps:

@@ -94,8 +94,8 @@ def read_amc(
     check_choice("on_nan", on_nan, ("raise", "drop"))
     check_choice("missing", missing, ("raise", "rest"))
     asf, in_radians, first = _read_head(source, asf)
-    layout = Layout(asf.channels, source, asf.name, fill=missing == "rest", keep_nan=on_nan == "drop")
-    numbers = read_frames(source, layout, first)
+    reader = RowReader(asf.channels, source, asf.name, fill=missing == "rest", keep_nan=on_nan == "drop")
+    numbers = read_frames(source, reader, first)
     numbers, frames = drop_not_finite(numbers, np.arange(len(numbers)), source)  # none if on_nan="raise"
     with source.format_errors():
         return _motion(numbers, frames, asf, in_radians, frame_rate)
@@ -137,8 +137,8 @@ def _motion(numbers: np.ndarray, frames: np.ndarray, asf: Acclaim, in_radians: b
     return Motion(skeleton, angles, frame_rate, asf.scale * positions, root_angles, root.axes, frames)
 
 
-class Layout:
-    """Indices of a frame's numbers among its words; each frame is read with the layout of the previous one if it fits.
+class RowReader:
+    """Indices of a frame's numbers among its words; each frame is read with those of the previous one if they fit.
 
     Parameters
     ----------
@@ -178,7 +178,7 @@ class Layout:
         return row
 
     def _learn(self, number: Token, frame: list[Line]) -> None:
-        """Take the layout of this frame, if it is whole."""
+        """Learn the indices from this frame, if it is complete."""
         first: dict[str, int] = {}
         self.names, self.n_words = {}, 0
         for line, text in frame:
@@ -223,7 +223,7 @@ class Layout:
                     )
 
 
-def read_frames(source: Source, layout: Layout, first: Chunk) -> np.ndarray:
+def read_frames(source: Source, reader: RowReader, first: Chunk) -> np.ndarray:
     """Return the numbers of all frames, (n_frames, n_channels), from the line after the keywords on."""
     rows: list[np.ndarray] = []
     last: int | None = None
@@ -231,7 +231,7 @@ def read_frames(source: Source, layout: Layout, first: Chunk) -> np.ndarray:
         if last is not None and int(number) != last + 1:
             raise source.error(f"expected frame {last + 1}, found frame {number}", number)
         last = int(number)
-        rows.append(layout.row(number, frame))
+        rows.append(reader.row(number, frame))
     if not rows:
         raise source.error("the file ends without a frame; not AMC, or cut short", source.line)
     return np.array(rows)

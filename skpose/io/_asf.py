@@ -74,10 +74,12 @@ class AsfFile:
 
     @property
     def name(self) -> str:
+        """The file's name, without its folder."""
         return self._content.name
 
     @property
     def scale(self) -> float:
+        """Metres per unit of length."""
         return self._content.scale
 
     def __repr__(self) -> str:

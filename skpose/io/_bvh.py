@@ -12,7 +12,7 @@ import numpy as np
 from skpose._validation.options import check_choice, check_positive
 from skpose.io._arguments import Readable
 from skpose.io._hierarchy import Joint, Lexer, read_hierarchy, read_motion_head
-from skpose.io._numbers import counted, drop_not_finite, read_numbers
+from skpose.io._numbers import drop_not_finite, in_words, read_numbers
 from skpose.io._offsets import bone_offsets, longest_bone
 from skpose.io._root import choose_root, root_movement
 from skpose.io._source import Source
@@ -156,7 +156,7 @@ def _read_rows(lexer: Lexer, width: int, claimed: Token, trust: str, on_nan: str
     if len(numbers) != n_frames * width:
         if trust == "header":
             raise source.error(
-                f"expected {counted(n_frames * width, width)}, found {counted(len(numbers), width)}; is the file cut "
+                f"expected {in_words(n_frames * width, width)}, found {in_words(len(numbers), width)}; is the file cut "
                 "short? trust='rows' reads the whole frames that there are",
                 claimed,
             )

@@ -86,11 +86,11 @@ def load_c3d(path: Readable, *, up: Literal["x", "y", "z"] | None = None, scale:
         with source.format_errors():
             parameters, frames, positions = _read(source)
             labels = parameters.texts("POINT:LABELS")[: frames.n_points]
-            named = _named(source, labels, frames.n_points)
+            named = _find_named(source, labels, frames.n_points)
             if scale is None and (scale := metres_of(unit := parameters.text("POINT:UNITS"))) is None:
                 raise source.error(complaint_of_unit("POINT:UNITS", unit))
             up = _up(source, parameters.text("POINT:Y_SCREEN")) if up is None else up
-            found = Keypoints(positions[:, named] * scale, [labels[i] for i in named], frames.rate, up=up)
+            found = Keypoints(positions[:, named] * scale, [labels[i] for i in named], frames.frame_rate, up=up)
         source.warn_of_extent(found.positions, scale)
         return found
 
@@ -100,7 +100,7 @@ class Frames(NamedTuple):
 
     n_frames: int
     n_points: int
-    rate: float  # Hz
+    frame_rate: float  # Hz
     factor: float  # of integers; negative where numbers are floats
     start: int  # bytes before the first frame
     n_numbers: int  # of a frame, those of its analog samples included
@@ -252,9 +252,9 @@ def _frames(source: Source, parameters: Parameters, header: tuple[int, ...], fir
         n_frames = int(parameters.number("POINT:LONG_FRAMES", n_frames))
     if n_points < 0 or n_frames < 1:
         raise source.error(f"it states {n_frames} frames of {n_points} points: expected at least one")
-    rate = parameters.number("POINT:RATE", 0.0) or float(parameters.floats(first[20:24])[0])
-    if not (rate > 0 and np.isfinite(rate) and np.isfinite(1 / rate)):
-        raise source.error(f"POINT:RATE: expected a positive number, found {rate:g}")
+    frame_rate = parameters.number("POINT:RATE", 0.0) or float(parameters.floats(first[20:24])[0])
+    if not (frame_rate > 0 and np.isfinite(frame_rate) and np.isfinite(1 / frame_rate)):
+        raise source.error(f"POINT:RATE: expected a positive number, found {frame_rate:g}")
     factor = parameters.number("POINT:SCALE", float(parameters.floats(first[12:16])[0]))
     if factor == 0 or not np.isfinite(factor):
         raise source.error(f"POINT:SCALE: expected a number that is not zero, found {factor:g}")
@@ -263,8 +263,8 @@ def _frames(source: Source, parameters: Parameters, header: tuple[int, ...], fir
         raise source.error(
             f"the frames begin at block {header[8]} by the header, and at {stated:g} by POINT:DATA_START"
         )
-    n_numbers = 4 * n_points + _analog_samples(source, parameters, header, rate)
-    frames = Frames(n_frames, n_points, rate, factor, BLOCK * (header[8] - 1), n_numbers)
+    n_numbers = 4 * n_points + _analog_samples(source, parameters, header, frame_rate)
+    frames = Frames(n_frames, n_points, frame_rate, factor, BLOCK * (header[8] - 1), n_numbers)
     n_bytes = n_numbers * frames.size
     there, left = divmod(length - frames.start, n_bytes)
     if there < n_frames:
@@ -274,13 +274,13 @@ def _frames(source: Source, parameters: Parameters, header: tuple[int, ...], fir
     return frames
 
 
-def _analog_samples(source: Source, parameters: Parameters, header: tuple[int, ...], rate: float) -> int:
+def _analog_samples(source: Source, parameters: Parameters, header: tuple[int, ...], frame_rate: float) -> int:
     """Return the number of analog samples between the points of two frames, of all channels."""
     per_frame = header[9]
     n_channels = int(parameters.number("ANALOG:USED", header[2] // max(per_frame, 1)))
     if n_channels < 0:
         raise source.error(f"ANALOG:USED: expected a number of channels, found {n_channels}")
-    ratio = parameters.number("ANALOG:RATE", 0.0) / rate
+    ratio = parameters.number("ANALOG:RATE", 0.0) / frame_rate
     if n_channels and ratio and not abs(ratio - per_frame) < 1:  # rates are rounded
         raise source.error(
             f"it has {per_frame} analog samples a frame by the header, and {ratio:g} by ANALOG:RATE: which are the "
@@ -289,7 +289,7 @@ def _analog_samples(source: Source, parameters: Parameters, header: tuple[int, .
     return n_channels * per_frame
 
 
-def _named(source: Source, labels: list[str], n_points: int) -> list[int]:
+def _find_named(source: Source, labels: list[str], n_points: int) -> list[int]:
     """Return the indices of the points that have a name; refuse names that are given twice."""
     named = [i for i, label in enumerate(labels) if label]
     if not named:

@@ -108,7 +108,7 @@ def load_keypoints(
     layout = None if layout is None else _layout(layout)
     with Source(path, "an .npz or .npy file", binary=True) as source:
         if source.binary == "npy":
-            array, confidences = _explained(source, lambda: read_array(source, *SHAPES)), None
+            array, confidences = _read_or_explain(source, lambda: read_array(source, *SHAPES)), None
         else:
             array, confidences, stated_rate, stated_names = _from_archive(source)
             frame_rate = stated_rate if frame_rate is None else frame_rate
@@ -139,7 +139,7 @@ def _from_archive(source: Source) -> tuple[np.ndarray, np.ndarray | None, float 
     key = _one_of(file, POSITIONS)
     if key is None:
         raise source.error(f"it has no {' or '.join(POSITIONS)}; its keys are {', '.join(sorted(file.keys)) or 'none'}")
-    array = _explained(source, lambda: file.numbers(key, *SHAPES, finite=False))
+    array = _read_or_explain(source, lambda: file.numbers(key, *SHAPES, finite=False))
     confidences = rate = names = None
     if found := _one_of(file, CONFIDENCES):
         confidences = np.nan_to_num(file.numbers(found, array.shape[:2], finite=False))
@@ -173,7 +173,7 @@ def _one_of(file: Archive, keys: tuple[str, str]) -> str | None:
     return found[0] if found else None
 
 
-def _explained(source: Source, read: Callable[[], np.ndarray]) -> np.ndarray:
+def _read_or_explain(source: Source, read: Callable[[], np.ndarray]) -> np.ndarray:
     """Return what `read` does; its error on an array of two coordinates says why three are needed."""
     try:
         return read()

@@ -57,7 +57,9 @@ def load_motion(
         How to read a BVH file, see `load_bvh`.
     missing : str
         How to read an AMC file, see `load_amc`.
-    model, hands
+    model : str or path-like, default=None
+        The file of the body model of an AMASS file, see `load_amass`.
+    hands : bool, default=True
         How to read an AMASS file, see `load_amass`.
     root : str, default=None
         Name of the joint of a BVH file that is the root of the skeleton, see `load_bvh`. The root of an AMC file is

@@ -60,7 +60,7 @@ class Archive:
 
     def shape(self, key: str) -> tuple[int, ...]:
         """Return the shape of an array, from its header alone."""
-        with self._opened(key) as (member, length):
+        with self._open(key) as (member, length):
             return _read_header(self.source, key, member, length, self._pickled).shape
 
     def numbers(self, key: str, *shapes: Shape, finite: bool = True) -> np.ndarray:
@@ -68,7 +68,9 @@ class Archive:
         array = as_float64(self._read(key, NUMBERS, shapes))
         if finite and not np.isfinite(array).all():
             index = tuple(np.argwhere(~np.isfinite(array))[0].tolist())
-            raise self.source.error(f"{key}: expected finite numbers, found {array[index]} at index {_shown(index)}")
+            raise self.source.error(
+                f"{key}: expected finite numbers, found {array[index]} at index {_format_shape(index)}"
+            )
         return array
 
     def texts(self, key: str, *shapes: Shape) -> list[str]:
@@ -77,11 +79,11 @@ class Archive:
         return [value.decode("utf-8", errors="replace") if isinstance(value, bytes) else value for value in values]
 
     def _read(self, key: str, kind: tuple[str, str], shapes: Sequence[Shape]) -> np.ndarray:
-        with self._opened(key) as (member, length):
+        with self._open(key) as (member, length):
             return _read(self.source, key, member, length, kind, shapes, self._pickled)
 
     @contextmanager
-    def _opened(self, key: str) -> Iterator[tuple[IO[bytes], int]]:
+    def _open(self, key: str) -> Iterator[tuple[IO[bytes], int]]:
         """Open the entry of a key for reading, and say how long it is."""
         if key not in self.keys:
             raise self.source.error(f"it has no {key}; its keys are {', '.join(sorted(self.keys)) or 'none'}")
@@ -131,8 +133,8 @@ def _read(
     if header.dtype.kind not in kind[1]:
         raise source.error(f"{key}: expected {kind[0]}, found an array of dtype {header.dtype}")
     if not any(_fits(header.shape, shape) for shape in shapes):
-        expected = " or ".join(_shown(shape) for shape in shapes)
-        raise source.error(f"{key}: expected shape {expected}, found {_shown(header.shape)}")
+        expected = " or ".join(_format_shape(shape) for shape in shapes)
+        raise source.error(f"{key}: expected shape {expected}, found {_format_shape(header.shape)}")
     # To the end of an entry, where its checksum is compared. Without the length all is decompressed that there is.
     data = file.read(math.prod(header.shape) * header.dtype.itemsize)
     return np.ndarray(header.shape, header.dtype, data, order="F" if header.fortran_order else "C")
@@ -160,7 +162,7 @@ def _read_header(source: Source, key: str, file: IO[bytes], length: int, pickled
     stated, found = math.prod(shape) * dtype.itemsize, length - file.tell()
     if stated != found:
         raise source.error(
-            f"{key}: its header states {stated} bytes of data, shape {_shown(shape)} of {dtype}, and there are "
+            f"{key}: its header states {stated} bytes of data, shape {_format_shape(shape)} of {dtype}, and there are "
             f"{found}; is the file cut short?"
         )
     return Header(dtype, order == "True", shape)
@@ -172,6 +174,6 @@ def _fits(shape: tuple[int, ...], expected: Shape) -> bool:
     )
 
 
-def _shown(shape: Shape) -> str:
+def _format_shape(shape: Shape) -> str:
     lengths = ["n" if n is None else str(n) for n in shape]
     return f"({', '.join(lengths)}{',' if len(lengths) == 1 else ''})"

@@ -44,8 +44,8 @@ def read_numbers(
             token = next(islice(chunk.words(), n_frames * width - n_read, None))
             found = n_read + len(parsed) + sum(len(line.split()) for more in chunks for line in more.lines)
             raise source.error(
-                f"expected the end of the file after {counted(n_frames * width, width)}, found {str(token[:40])!r}: "
-                f"there are {counted(found, width)}; trust='rows' reads the whole frames that there are",
+                f"expected the end of the file after {in_words(n_frames * width, width)}, found {str(token[:40])!r}: "
+                f"there are {in_words(found, width)}; trust='rows' reads the whole frames that there are",
                 token,
             )
         if finite and not np.isfinite(parsed).all():
@@ -74,7 +74,7 @@ def drop_not_finite(rows: np.ndarray, frames: np.ndarray, source: Source) -> tup
     return rows[finite], frames[finite]
 
 
-def counted(n: int, width: int) -> str:
+def in_words(n: int, width: int) -> str:
     """Return in words how many frames n numbers are."""
     whole, left = divmod(n, width)
     frames = f"{whole} frame{'s' * (whole != 1)} of {width} numbers"

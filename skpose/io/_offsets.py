@@ -74,7 +74,7 @@ def bone_offsets(joints: list[Joint], numbers: np.ndarray, source: Source, stret
         first = elsewhere[0]
         source.warn(
             f"position channels replace the OFFSET of {len(elsewhere)} joints: {joints[first]}, "
-            f"line {joints[first].opened.line}, at {_shown(offsets[first])}, not {_shown(stated[first])}"
+            f"line {joints[first].opened.line}, at {_format(offsets[first])}, not {_format(stated[first])}"
         )
     return offsets
 
@@ -90,5 +90,5 @@ def _stands_alone(joint: Joint, joints: list[Joint]) -> bool:
     return bool(joint.name)
 
 
-def _shown(vector: np.ndarray) -> str:
+def _format(vector: np.ndarray) -> str:
     return " ".join(f"{x:.6g}" for x in vector)

@@ -29,7 +29,7 @@ def choose_root(
 ) -> Choice:
     """Return the joint of this name as the root, or, without a name, the one that carries the skeleton."""
     if name is None:
-        chain = _carrying(joints, numbers)
+        chain = _find_reference_chain(joints, numbers)
         return Choice(chain, joints[len(chain) :])  # each joint of the chain is an only child
     named = {unique: joint for joint, unique in names.items() if joint is not None and joint.name}
     named[joints[0].name] = joints[0]
@@ -52,7 +52,7 @@ def choose_root(
     return Choice(chain[::-1], [joint for joint in joints if joint in kept and joint is not chain[0]])
 
 
-def _carrying(joints: list[Joint], numbers: np.ndarray) -> list[Joint]:
+def _find_reference_chain(joints: list[Joint], numbers: np.ndarray) -> list[Joint]:
     """Return the chain from ROOT to the first joint that position channels move, if nothing above it moves."""
     root = joints[:1]
     if len(joints) < 2 or len(numbers) < 2 or not _is_still(joints[0], numbers, np.inf):

@@ -255,14 +255,14 @@ def _numbers(source: Source, text: bytes, line: int, names: list[str]) -> np.nda
     return row
 
 
-def _check_times(source: Source, times: np.ndarray, rate: float) -> None:
+def _check_times(source: Source, times: np.ndarray, frame_rate: float) -> None:
     """Refuse times that are not those of the frame rate, rounded or up to 1 % faster or slower."""
     frames = np.arange(len(times))
     with np.errstate(over="ignore", invalid="ignore"):
-        wrong = ~(np.abs((times - times[:1]) * rate - frames) <= 0.5 + 0.01 * frames)
+        wrong = ~(np.abs((times - times[:1]) * frame_rate - frames) <= 0.5 + 0.01 * frames)
     if wrong.any():
         k = int(np.argmax(wrong))
         raise source.error(
-            f"DataRate is {rate:g} Hz, so frame {k} after the first is {k / rate:.6g} s after it, but Time says "
-            f"{times[k] - times[0]:.6g} s: frame_rate= chooses the rate, without regard to Time"
+            f"DataRate is {frame_rate:g} Hz, so frame {k} after the first is {k / frame_rate:.6g} s after it, but Time "
+            f"says {times[k] - times[0]:.6g} s: frame_rate= chooses the rate, without regard to Time"
         )

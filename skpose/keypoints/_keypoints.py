@@ -109,6 +109,7 @@ class Keypoints:
 
     @property
     def times(self) -> np.ndarray:
+        """Time of each frame, s."""
         return np.arange(len(self)) / self.frame_rate
 
     def __len__(self) -> int:

@@ -175,14 +175,17 @@ class Layout:
 
     @property
     def points(self) -> tuple[str, ...]:
+        """All points: those of the array, then the midpoints."""
         return (*self.names, *self.midpoints)
 
     @property
     def root(self) -> str:
+        """The point that is nobody's child."""
         return next(name for name, parent in self.parents.items() if parent is None)
 
     @property
     def pairs(self) -> tuple[tuple[str, str], ...]:
+        """Points of the left, each with its partner on the right, by their names."""
         paired = [name for name in self.points if any(other in self.points for other in others(name))]
         found = zip(paired, sides(paired), partners(paired), strict=True)
         return tuple((name, paired[other]) for name, side, other in found if side == "left")
@@ -267,7 +270,7 @@ class Layout:
             )
         if array.shape[1] != n and array.shape[2] in (2, 3):
             raise ValueError(
-                f"positions have {array.shape[1]} points, and the layout {self.name!r} has {n}{self._likely(array)}"
+                f"positions have {array.shape[1]} points, and the layout {self.name!r} has {n}{self._suggest(array)}"
             )
         if array.shape[2] == 3 and np.isfinite(array).any(axis=(0, 1)).all():
             flat = array.reshape(-1, 3)
@@ -279,7 +282,7 @@ class Layout:
                     "Three coordinates in m are needed: lift them to 3-D first"
                 )
 
-    def _likely(self, array: np.ndarray) -> str:
+    def _suggest(self, array: np.ndarray) -> str:
         """Return in words which layouts have as many points as an array."""
         if array.shape[1] == len(self.points):
             return f": it makes {', '.join(self.midpoints)} itself, so leave them out"

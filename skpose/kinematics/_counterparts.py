@@ -21,7 +21,7 @@ def counterparts(source: Skeleton, target: Skeleton, joints: Mapping[str, str] |
         if not joints:
             raise ValueError(
                 "the motion's skeleton and the given one have no name of a joint in common: pass joints=, a mapping of "
-                f"joints of the given skeleton ({_some(target)}) to the motion's ({_some(source)})"
+                f"joints of the given skeleton ({_list_some(target)}) to the motion's ({_list_some(source)})"
             )
     _check(source, target, joints)
     index = {name: i for i, name in enumerate(source.joint_names)}
@@ -39,7 +39,7 @@ def ratio_of_lengths(source: Skeleton, target: Skeleton, there: np.ndarray) -> f
     lengths = [np.linalg.norm(skeleton.offsets, axis=1) for skeleton in (target, source)]
     sums = np.zeros(2)
     for joint in np.flatnonzero(there >= 0):
-        above = _mapped_above(target, there, int(joint))
+        above = _find_mapped_above(target, there, int(joint))
         first = int(there[above]) if above >= 0 else -1
         path = _path(source, int(there[joint]), first)
         if path is not None:
@@ -80,7 +80,7 @@ def _check(source: Skeleton, target: Skeleton, joints: Any) -> None:
 def _check_order(source: Skeleton, target: Skeleton, there: np.ndarray) -> None:
     """Refuse counterparts that are in the opposite order along the tree."""
     for joint in np.flatnonzero(there >= 0):
-        above = _mapped_above(target, there, int(joint))
+        above = _find_mapped_above(target, there, int(joint))
         if above >= 0 and _path(source, int(there[above]), int(there[joint])) is not None:
             names = target.joint_names[joint], target.joint_names[above]
             others = source.joint_names[there[joint]], source.joint_names[there[above]]
@@ -90,7 +90,7 @@ def _check_order(source: Skeleton, target: Skeleton, there: np.ndarray) -> None:
             )
 
 
-def _mapped_above(target: Skeleton, there: np.ndarray, joint: int) -> int:
+def _find_mapped_above(target: Skeleton, there: np.ndarray, joint: int) -> int:
     """Return the next joint toward the root that has a counterpart, or -1, the root."""
     above = int(target.parents[joint])
     while above >= 0 and there[above] < 0:
@@ -109,6 +109,6 @@ def _path(skeleton: Skeleton, last: int, first: int) -> list[int] | None:
     return bones
 
 
-def _some(skeleton: Skeleton) -> str:
+def _list_some(skeleton: Skeleton) -> str:
     names = skeleton.joint_names
     return ", ".join(map(repr, names[:SHOWN])) + ", …" * (len(names) > SHOWN)

@@ -73,12 +73,12 @@ def forward_kinematics(angles: ArrayLike, skeleton: Skeleton, *, n_jobs: int | N
     array([[[1., 0., 0.],
             [1., 1., 0.]]])
     """
-    angles = _checked(angles, skeleton)
+    angles = _check_angles(angles, skeleton)
     positions = _positions(angles, tree_of_all_joints(skeleton), effective_n_jobs(n_jobs))
     return positions.astype(angles.dtype, copy=False).reshape(len(angles), -1, 3)
 
 
-def _checked(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
+def _check_angles(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
     check_is_array(angles, "angles")
     check_skeleton(skeleton)
     angles = check_poses(angles, skeleton, "angles")
@@ -117,8 +117,8 @@ def position_jacobian(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
     Returns
     -------
     ndarray of shape (n_poses, 3 * n_joints, n_dofs)
-        m/rad. Row 3j + i is component i of joint j, as in ``forward_kinematics(angles, skeleton)`` with its last two
-        axes made one.
+        Jacobians, m/rad. Row 3j + i is component i of joint j, as in ``forward_kinematics(angles, skeleton)`` with its
+        last two axes made one.
 
     Raises
     ------
@@ -150,7 +150,7 @@ def position_jacobian(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
            [2., 1.],
            [0., 0.]])
     """
-    return jacobians_of(_checked(angles, skeleton), tree_of_all_joints(skeleton))
+    return jacobians_of(_check_angles(angles, skeleton), tree_of_all_joints(skeleton))
 
 
 def metric_tensor(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
@@ -168,8 +168,9 @@ def metric_tensor(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
     Returns
     -------
     ndarray of shape (n_poses, n_dofs, n_dofs)
-        m²/rad²; symmetric and positive semi-definite. It is singular where a dof moves nothing: a twist about a bone
-        at the end of the chain, or one that is followed only by bones along its own axis, and what carries no weight.
+        Tensors, m²/rad²; symmetric and positive semi-definite. One is singular where a dof moves nothing: a twist about
+        a bone at the end of the chain, or one that is followed only by bones along its own axis, and what carries no
+        weight.
 
     Raises
     ------
@@ -197,7 +198,7 @@ def metric_tensor(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
     array([[5., 2.],
            [2., 1.]])
     """
-    jacobians = jacobians_of(_checked(angles, skeleton), tree_of(skeleton))
+    jacobians = jacobians_of(_check_angles(angles, skeleton), tree_of(skeleton))
     return jacobians.transpose(0, 2, 1) @ jacobians
 
 

@@ -37,7 +37,7 @@ class Frame:
         return BALL if self.is_ball else self.n_dofs
 
     @property
-    def is_tip(self) -> bool:
+    def is_leaf(self) -> bool:
         return self.n_dofs > 0 and not self.children and len(self.joints) == 1
 
 
@@ -172,14 +172,14 @@ def absorb(frame: Frame, offset: np.ndarray, shift: np.ndarray) -> None:
     angular = [child for child in frame.children if not child.is_ball]
     if frame.is_ball:
         _choose_axes(frame, angular, offset)
-    elif frame.n_dofs > 0 and (angular or frame.is_tip):
+    elif frame.n_dofs > 0 and (angular or frame.is_leaf):
         if angular:
             alpha = _split(angular[0].rest, angular[0].n_dofs)[0]
         else:  # rotate the offset into the plane of x and y
             alpha = _angle_of(offset[frame.joints[0], 2], offset[frame.joints[0], 1])
         shift[frame.end_dof - 1] += alpha
         _rotate_behind(frame, _about(0, -alpha), offset)
-    if frame.is_tip:
+    if frame.is_leaf:
         offset[frame.joints[0], 2] = 0.0
     for child in angular:
         alpha, m, beta, gamma = _split(child.rest, child.n_dofs)

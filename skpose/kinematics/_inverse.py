@@ -72,9 +72,9 @@ def inverse_kinematics(
     joint_limits : {"ignore", "enforce"}, default="ignore"
         "enforce" keeps angles inside ``skeleton.limits``.
     regularization : float, default=0.0
-        ρ, m/rad: a joint that is turned by 1 rad from the initial pose costs as much as a joint that is ρ off. For
-        noisy positions some 0.01 to 0.03 keeps angles that the positions barely show, such as twists of straight arms,
-        from following the noise. With 0 positions are reached as well as possible.
+        The factor ρ, m/rad: a joint that is turned by 1 rad from the initial pose costs as much as a joint that is ρ
+        off. For noisy positions some 0.01 to 0.03 keeps angles that the positions barely show, such as twists of
+        straight arms, from following the noise. With 0 positions are reached as well as possible.
     n_jobs : int, default=None
         Threads, as in scikit-learn, or workers of joblib's configured backend. Poses do not depend on it.
     verbose : int, default=0
@@ -85,6 +85,12 @@ def inverse_kinematics(
     FittedPoses
         The poses, how far each joint is off, whether each frame converged, and the movement of the root.
 
+    Raises
+    ------
+    ValueError
+        For positions in two dimensions, of another number of joints, or infinite; keypoints of which none is a joint;
+        weights that are negative; limits to be enforced on a skeleton without any.
+
     Warns
     -----
     ConvergenceWarning
@@ -92,12 +98,6 @@ def inverse_kinematics(
     UserWarning
         If in some frames nothing is seen: these have the pose of the frame before, and `converged` is False. If the
         positions and the skeleton are likely in different units.
-
-    Raises
-    ------
-    ValueError
-        For positions in two dimensions, of another number of joints, or infinite; keypoints of which none is a joint;
-        weights that are negative; limits to be enforced on a skeleton without any.
 
     See Also
     --------
@@ -164,4 +164,4 @@ def inverse_kinematics(
                 take(task, part)
         else:
             in_threads((partial(solve, task) for task in tasks), effective_n_jobs(n_jobs))
-    return problem.fitted(found)
+    return problem.collect(found)

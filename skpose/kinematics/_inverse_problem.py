@@ -86,7 +86,7 @@ class Problem:
         chosen = [np.arange(max(end - RUN_IN, task.start), end) for end in ends.tolist()]
         return np.unique(np.concatenate(chosen))
 
-    def fitted(self, found: Found) -> FittedPoses:
+    def collect(self, found: Found) -> FittedPoses:
         """Return what has been found, in the order of the skeleton."""
         n = len(self.weights)
         columns = from_tree_order(self.tree, found.dofs, np.zeros((n, N_ROOT + self.skeleton.n_dofs)))
@@ -135,7 +135,7 @@ def problem_of(
     regularization: float,
 ) -> Problem:
     """Check the arguments of `inverse_kinematics`, and bring them into the order of a tree."""
-    given, confidences = _matched(positions, skeleton)
+    given, confidences = _match(positions, skeleton)
     n = len(given)
     seen = confidences * _weights(weights, confidences.shape)
     seen[np.isnan(given).any(axis=2)] = 0.0
@@ -145,7 +145,7 @@ def problem_of(
     order = tree.code_joint  # 0 is the root, 1 the joint that is added to turn it
     padded, padded_weights = np.zeros((n, len(order), 3)), np.zeros((n, len(order)))
     padded[:, 2:], padded_weights[:, 2:] = np.where(seen[:, :, None] > 0.0, given, 0.0), seen
-    start = _initial(initial, skeleton, n)
+    start = _check_initial(initial, skeleton, n)
     lower, upper = _limits(tree, skeleton, joint_limits)
     scales = seen.max(axis=1, initial=0.0)  # tolerances are distances, so weights are relative
     scales[scales == 0.0] = 1.0
@@ -170,7 +170,7 @@ def problem_of(
     )
 
 
-def _matched(positions: ArrayLike | Keypoints, skeleton: Skeleton) -> tuple[np.ndarray, np.ndarray]:
+def _match(positions: ArrayLike | Keypoints, skeleton: Skeleton) -> tuple[np.ndarray, np.ndarray]:
     """Return positions (n_frames, n_joints, 3) and confidences (n_frames, n_joints) in the skeleton's order."""
     if not isinstance(positions, Keypoints):
         given = check_positions(positions, skeleton.n_joints, "positions")
@@ -204,7 +204,7 @@ def _weights(weights: ArrayLike | None, shape: tuple[int, ...]) -> np.ndarray:
     return np.broadcast_to(array, shape)
 
 
-def _initial(initial: ArrayLike | None, skeleton: Skeleton, n: int) -> np.ndarray:
+def _check_initial(initial: ArrayLike | None, skeleton: Skeleton, n: int) -> np.ndarray:
     """Return the first poses (1, n_dofs) or (n_frames, n_dofs)."""
     if initial is None:
         return np.zeros((1, skeleton.n_dofs))

@@ -57,7 +57,7 @@ def by_orientations(motion: Motion, target: Skeleton, there: np.ndarray) -> tupl
     followed = _since_zero(motion.skeleton, motion.angles, root)
     rotations, worst = {}, 0.0
     for joint, leader in leaders.items():
-        rotations[joint], angle = _fitted(followed[leader] * turns[joint], joint, target, bones)
+        rotations[joint], angle = _fit_joint(followed[leader] * turns[joint], joint, target, bones)
         worst = max(worst, angle)
     result = replace(motion, skeleton=target, angles=_angles(motion, target, there, rotations, bones))
     if (root.inv() * rotations[ROOT]).magnitude().max() > 1e-12:  # more than rounding
@@ -103,11 +103,11 @@ def _bones(motion: Motion, root: Rotation, target: Skeleton, there: np.ndarray) 
         wished[:, joint] = root.apply(wished[:, joint])
     directions = directions_at_zero(target)
     known = directions.any(axis=1) & at_zero[0].any(axis=1) & wished.any(axis=(0, 2))
-    carried = {j: [k for k in bones if known[k]] for j, bones in _carried(target).items()}
+    carried = {j: [k for k in bones if known[k]] for j, bones in _find_carried(target).items()}
     return _Bones(directions, there.tolist(), at_zero[0], wished, carried)
 
 
-def _carried(skeleton: Skeleton) -> dict[int, list[int]]:
+def _find_carried(skeleton: Skeleton) -> dict[int, list[int]]:
     """Return the bones that rotate with the root and with each joint that has dofs."""
     mover = {ROOT: ROOT}
     carried: dict[int, list[int]] = {ROOT: []}
@@ -188,7 +188,7 @@ def _quarter_turns(bones: _Bones) -> Rotation:
     return Rotation.from_matrix(nearest)
 
 
-def _fitted(predicted: Rotation, joint: int, target: Skeleton, bones: _Bones) -> tuple[Rotation, float]:
+def _fit_joint(predicted: Rotation, joint: int, target: Skeleton, bones: _Bones) -> tuple[Rotation, float]:
     """Return the rotations (n_frames,) of a joint that give its bones their directions, and the largest angle left."""
     carried = bones.carried[joint]
     if not carried:

@@ -3,7 +3,14 @@
 from skpose.kinematics._chart import STEP, columns_around, jacobian_at, retract
 from skpose.kinematics._forward import jacobians_of, weighted_positions
 from skpose.kinematics._retarget import UNCHANGED, Method, retarget_and_report
-from skpose.kinematics._tree import counted_joints, from_tree_order, to_tree_order, tree_of, tree_of_all_joints, wrapped
+from skpose.kinematics._tree import (
+    counted_joints,
+    from_tree_order,
+    to_tree_order,
+    tree_of,
+    tree_of_all_joints,
+    wrap_dofs,
+)
 
 __all__ = [
     "STEP",
@@ -20,5 +27,5 @@ __all__ = [
     "tree_of",
     "tree_of_all_joints",
     "weighted_positions",
-    "wrapped",
+    "wrap_dofs",
 ]

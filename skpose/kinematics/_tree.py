@@ -63,17 +63,17 @@ def tree_of(skeleton: Skeleton | None, dtype: np.dtype = FLOAT64) -> Tree:
     """
     if skeleton is None:
         return _as_arrays(None, np.zeros(0, dtype=int), np.zeros(0), dtype)
-    part = _counted(skeleton)
+    part = _drop_weightless(skeleton)
     return _as_arrays(part, part.columns_in(skeleton), skeleton.weights[counted_joints(skeleton)], dtype)
 
 
 def counted_joints(skeleton: Skeleton) -> np.ndarray:
     """Return the indices of the joints that `tree_of` has, in the order of the positions that it computes."""
     number = {name: j for j, name in enumerate(skeleton.joint_names)}
-    return np.array([number[name] for name in _counted(skeleton).joint_names])
+    return np.array([number[name] for name in _drop_weightless(skeleton).joint_names])
 
 
-def _counted(skeleton: Skeleton) -> Skeleton:
+def _drop_weightless(skeleton: Skeleton) -> Skeleton:
     """Return the part of a skeleton that counts: joints with weight, and those that carry them."""
     bones = with_carriers(skeleton, np.array(skeleton.joint_names)[skeleton.weights > 0.0])
     return replace(skeleton, bones=bones) if any(bone.dofs for bone in bones) else skeleton
@@ -116,7 +116,7 @@ def from_tree_order(tree: Tree, dofs: np.ndarray, poses: np.ndarray) -> np.ndarr
     return poses
 
 
-def wrapped(tree: Tree, dofs: np.ndarray, near: np.ndarray) -> np.ndarray:
+def wrap_dofs(tree: Tree, dofs: np.ndarray, near: np.ndarray) -> np.ndarray:
     """Return poses in the tree's order, the differences of their angles from another pose wrapped to [−π, π]."""
     dofs = dofs.copy()
     angles = dofs[..., tree.angle_dof]
@@ -128,13 +128,13 @@ def wrapped(tree: Tree, dofs: np.ndarray, near: np.ndarray) -> np.ndarray:
 
 
 def _in_batches(root: Frame) -> tuple[list[Frame], list[int], list[int]]:
-    """Return all frames, parents first and tips last; of each batch the kind and the first frame."""
+    """Return all frames, parents first and leaves last; of each batch the kind and the first frame."""
     frames, starts = [root], []
     kinds: list[int] = []
-    waiting, tips = list(root.children), []
+    waiting, leaves = list(root.children), []
     while waiting:
-        tips += [frame for frame in waiting if frame.is_tip]
-        waiting = [frame for frame in waiting if not frame.is_tip]
+        leaves += [frame for frame in waiting if frame.is_leaf]
+        waiting = [frame for frame in waiting if not frame.is_leaf]
         counts = [frame.kind for frame in waiting]
         if not waiting:
             break
@@ -146,7 +146,7 @@ def _in_batches(root: Frame) -> tuple[list[Frame], list[int], list[int]]:
         waiting = [frame for frame in waiting if frame.kind != kinds[-1]]
         waiting += [child for frame in taken for child in frame.children]
     starts.append(len(frames))
-    return frames + sorted(tips, key=lambda frame: frame.kind), kinds, starts
+    return frames + sorted(leaves, key=lambda frame: frame.kind), kinds, starts
 
 
 # --- fourth pass: flat arrays -----------------------------------------------------------------------------------------
@@ -195,42 +195,42 @@ def _arrays(skeleton: Skeleton | None, built: Frames, shift: np.ndarray, scale: 
         shift=shift,
         angle_dof=np.flatnonzero(is_angle),
         ball_frame=np.array(balls, dtype=int),
-        first_joint=_runs_of_joints(frames, joint_frame, built.offset[order], scale[order], first_frame[-1]),
-        first_tip=_runs_of_tips(frames, joint_frame, scale[order], first_frame[-1]),
+        first_joint=_joint_ranges(frames, joint_frame, built.offset[order], scale[order], first_frame[-1]),
+        first_leaf=_leaf_ranges(frames, joint_frame, scale[order], first_frame[-1]),
         joint_parent=tree_joint[[0, *(parents + 1)]][order],
         joint_frame=joint_frame,
         offset=built.offset[order],
         scale=scale[order],
         code_joint=np.array(order),
-        first_run=np.cumsum([0, *map(len, ranges)]),
-        runs=np.array([one for frame_ranges in ranges for one in frame_ranges], dtype=int).reshape(-1, 2),
+        first_dof_range=np.cumsum([0, *map(len, ranges)]),
+        dof_ranges=np.array([one for frame_ranges in ranges for one in frame_ranges], dtype=int).reshape(-1, 2),
     )
 
 
-def _runs_of_joints(
-    frames: list[Frame], joint_frame: np.ndarray, offset: np.ndarray, scale: np.ndarray, first_tip: int
+def _joint_ranges(
+    frames: list[Frame], joint_frame: np.ndarray, offset: np.ndarray, scale: np.ndarray, first_leaf: int
 ) -> np.ndarray:
-    """Return where runs of joints begin: of any joints, then of those of ball joints that lie along x, in turns.
+    """Return where ranges of joints begin: of any joints, then of those of ball joints that lie along x, in turns.
 
-    A run and the next one, of those along x, have one weight.
+    A range and the next one, of those along x, have one weight.
     """
-    moving = [j for j, f in enumerate(joint_frame) if 0 < f < first_tip]
-    runs = moving[:1] or [0]
+    moving = [j for j, f in enumerate(joint_frame) if 0 < f < first_leaf]
+    starts = moving[:1] or [0]
     for j in moving:
         along_x = frames[joint_frame[j]].is_ball and not offset[j, 1:].any()
-        if scale[j] != scale[runs[-1]]:
-            runs += [j] * (1 + len(runs) % 2)
-        if along_x != (len(runs) % 2 == 0):
-            runs.append(j)
+        if scale[j] != scale[starts[-1]]:
+            starts += [j] * (1 + len(starts) % 2)
+        if along_x != (len(starts) % 2 == 0):
+            starts.append(j)
     end = moving[-1] + 1 if moving else 0
-    return np.array(runs + [end] * (1 + len(runs) % 2))
+    return np.array(starts + [end] * (1 + len(starts) % 2))
 
 
-def _runs_of_tips(frames: list[Frame], joint_frame: np.ndarray, scale: np.ndarray, first_tip: int) -> np.ndarray:
-    """Return where runs of tips' joints of one weight begin, and where the joints of ball joints begin."""
-    tips = [j for j, f in enumerate(joint_frame) if f >= first_tip and not frames[f].is_ball]
-    end = len(joint_frame) - sum(f >= first_tip and frames[f].is_ball for f in joint_frame)
-    return np.array([j for j in tips if j == tips[0] or scale[j] != scale[j - 1]] + [end])
+def _leaf_ranges(frames: list[Frame], joint_frame: np.ndarray, scale: np.ndarray, first_leaf: int) -> np.ndarray:
+    """Return where ranges of leaves' joints of one weight begin, and where the joints of ball joints begin."""
+    leaves = [j for j, f in enumerate(joint_frame) if f >= first_leaf and not frames[f].is_ball]
+    end = len(joint_frame) - sum(f >= first_leaf and frames[f].is_ball for f in joint_frame)
+    return np.array([j for j in leaves if j == leaves[0] or scale[j] != scale[j - 1]] + [end])
 
 
 def _dof_ranges(frame: Frame) -> list[tuple[int, int]]:

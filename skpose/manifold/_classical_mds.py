@@ -31,10 +31,10 @@ class SpatialMDS(
 
     Parameters
     ----------
-    n_components : int, default=2
-        Dimension of the space.
     skeleton : Skeleton, default=None
         The skeleton of all poses. Needed by all metrics but "angle" and "precomputed".
+    n_components : int, default=2
+        Dimension of the space.
     metric : str, Metric or "precomputed", default="auto"
         The distance, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a warning. With
         "precomputed", X is a square matrix of distances in `fit`, and in `transform` the distances from the new poses
@@ -59,7 +59,8 @@ class SpatialMDS(
     skeleton_ : Skeleton or None
         The skeleton in use; None with "precomputed".
     embedding_ : ndarray of shape (n_samples, n_components)
-        The training poses in the space. Each column's entry of largest magnitude is positive.
+        The training poses in the space; float64, also for float32 poses. Each column's entry of largest magnitude is
+        positive.
     eigenvalues_ : ndarray of shape (n_components,)
         The leading eigenvalues of B, in descending order; without landmarks the squared norms of the columns of
         `embedding_`.
@@ -107,7 +108,7 @@ class SpatialMDS(
     >>> import numpy as np
     >>> from skpose import Skeleton, SpatialMDS
     >>> swing = np.linspace([0.0, 0.0], [0.5, 0.1], 9)
-    >>> mds = SpatialMDS(n_components=1, skeleton=Skeleton.chain(2))
+    >>> mds = SpatialMDS(Skeleton.chain(2), n_components=1)
     >>> mds.fit_transform(swing).shape
     (9, 1)
     >>> mds.explained_variance_ratio_.round(2)
@@ -124,9 +125,9 @@ class SpatialMDS(
 
     def __init__(
         self,
-        n_components=2,
         skeleton=None,
         *,
+        n_components=2,
         metric="auto",
         landmarks=None,
         landmark_selection="farthest",
@@ -134,8 +135,8 @@ class SpatialMDS(
         n_jobs=None,
         verbose=0,
     ):
-        self.n_components = n_components
         self.skeleton = skeleton
+        self.n_components = n_components
         self.metric = metric
         self.landmarks = landmarks
         self.landmark_selection = landmark_selection
@@ -155,7 +156,7 @@ class SpatialMDS(
 
         Returns
         -------
-        self : SpatialMDS
+        SpatialMDS
             The fitted estimator.
         """
         self.fit_transform(X)
@@ -176,9 +177,9 @@ class SpatialMDS(
         Returns
         -------
         ndarray of shape (n_samples, n_components)
-            `embedding_`.
+            The `embedding_`; float64, also for float32 poses.
         """
-        X = self._checked(X, reset=True, ensure_min_samples=2)
+        X = self._check_X(X, reset=True, ensure_min_samples=2)
         if self.metric_ is None:
             X = check_symmetric(X, raise_exception=True)
         n, n_scaled = len(X), min(len(X), self.landmarks or len(X))
@@ -213,9 +214,10 @@ class SpatialMDS(
         Returns
         -------
         ndarray of shape (n_samples, n_components)
+            Coordinates of the poses; float64, also for float32 poses.
         """
         check_is_fitted(self, "embedding_")
-        X = self._checked(X, reset=False)
+        X = self._check_X(X, reset=False)
         return self._embed(X, list(self._batches(len(X), len(self.landmark_indices_))), nullcontext)
 
     def _batches(self, n, n_scaled):

@@ -33,7 +33,7 @@ def classical_scaling(squared, n_components):
     squared -= mean_squared
     squared -= squared.mean(axis=1, keepdims=True)
     squared *= -0.5
-    values, vectors, spectrum = _leading(squared, n_components)
+    values, vectors, spectrum = _leading_eigenpairs(squared, n_components)
     positive = values > ROUNDING * np.abs(spectrum).max()
     if not positive.all():
         few = f"the distances have only {positive.sum()} positive eigenvalues among the leading {n_components}"
@@ -52,7 +52,7 @@ def classical_scaling(squared, n_components):
     return Scaling(vectors * sqrt, values, ratio, negative_share, mean_squared, projection)
 
 
-def _leading(B, n_components):
+def _leading_eigenpairs(B, n_components):
     """The leading eigenvalues of B, padded with zeros, their eigenvectors, and the whole spectrum; B is overwritten."""
     n = len(B)
     k = min(n_components, n)

@@ -18,7 +18,7 @@ class Unconverged(NamedTuple):
     gap: float
 
     @classmethod
-    def joined(cls, parts: Iterable[tuple[int, float]]) -> "Unconverged":
+    def join(cls, parts: Iterable[tuple[int, float]]) -> "Unconverged":
         """Return the sum of the counts and the largest of the gaps."""
         counts, gaps = zip((0, 0.0), *parts, strict=True)
         return cls(sum(counts), max(gaps))
@@ -26,7 +26,7 @@ class Unconverged(NamedTuple):
 
 def warn_of_unconverged(parts: Iterable[tuple[int, float]], n_pairs: int) -> None:
     """Warn if some of the geodesics of so many pairs did not converge."""
-    count, gap = Unconverged.joined(parts)
+    count, gap = Unconverged.join(parts)
     if count:
         warn(
             f"{count} of {n_pairs} geodesics did not converge; their distances are lengths of curves no "

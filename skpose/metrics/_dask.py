@@ -28,7 +28,7 @@ def lazy_distances(X: Any, Y: Any, skeleton: Skeleton | None, metric: Metric) ->
     from dask.delayed import delayed
 
     symmetric = Y is None or Y is X
-    X, Y = _whole_rows(da, X, skeleton, "X"), None if symmetric else _whole_rows(da, Y, skeleton, "Y")
+    X, Y = _rechunk_rows(da, X, skeleton, "X"), None if symmetric else _rechunk_rows(da, Y, skeleton, "Y")
     if not symmetric:
         check_same_width(X, Y)
     dtype = np.result_type(X.dtype, X.dtype if symmetric else Y.dtype)
@@ -39,10 +39,10 @@ def lazy_distances(X: Any, Y: Any, skeleton: Skeleton | None, metric: Metric) ->
     number = da.arange(X.numblocks[0], chunks=1)
     numbers = number, "i", number, "j"
     upper = da.blockwise(_upper_distances, "ij", X, "ik", X, "jk", *numbers, shared=shared, **options)
-    return da.blockwise(_mirrored, "ij", upper, "ij", upper, "ji", *numbers, **options)
+    return da.blockwise(_mirror_below_diagonal, "ij", upper, "ij", upper, "ji", *numbers, **options)
 
 
-def _whole_rows(da: Any, X: Any, skeleton: Skeleton | None, name: str) -> Any:
+def _rechunk_rows(da: Any, X: Any, skeleton: Skeleton | None, name: str) -> Any:
     """Return an array in which every chunk has whole poses."""
     check_is_array(X, name)
     X = da.asarray(X)
@@ -70,11 +70,11 @@ def _distances(X: Any, Y: Any, shared: tuple, name: str = "Y") -> np.ndarray:
 
 
 def _upper_distances(X: Any, Y: Any, row: Any, column: Any, shared: tuple) -> np.ndarray:
-    """Return a tile on the diagonal or above it; below it zeros, which `_mirrored` does not read."""
+    """Return a tile on the diagonal or above it; below it zeros, which `_mirror_below_diagonal` does not read."""
     if row[0] > column[0]:
         return np.broadcast_to(np.zeros((), X.dtype), (len(X), len(Y)))
     return _distances(X, None if row[0] == column[0] else Y, shared, name="X")
 
 
-def _mirrored(tile: Any, mirrored: Any, row: Any, column: Any) -> np.ndarray:
+def _mirror_below_diagonal(tile: Any, mirrored: Any, row: Any, column: Any) -> np.ndarray:
     return mirrored.T if row[0] > column[0] else tile

@@ -12,8 +12,8 @@ from skpose._compiled.path.kept_paths import MOST_NODES, Geodesics, KeptPaths, S
 from skpose._compiled.pose.encode import encode_curve_end
 from skpose._compiled.pose.tree import Steps, Tree
 from skpose._parallel.threads import in_threads
-from skpose.kinematics._shared import jacobian_at, wrapped
-from skpose.metrics._metric import Metric, given
+from skpose.kinematics._shared import jacobian_at, wrap_dofs
+from skpose.metrics._metric import Metric, require_skeleton
 from skpose.metrics._position import Position
 from skpose.metrics._sample import JointSample, Linearization, Sample
 from skpose.metrics._spatial import Spatial, count_curve_codes, no_means_of_one_step
@@ -98,7 +98,7 @@ class Geodesic(Metric):
 
     def sample(self, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton | None, n_jobs: int) -> Sample:
         """Return poses with the geodesics to them from where the search stood last; the mean is Karcher's."""
-        return _GeodesicSample(self, X, weights, given(skeleton), n_jobs)
+        return _GeodesicSample(self, X, weights, require_skeleton(skeleton), n_jobs)
 
 
 def no_paths(tree: Tree, n: int, n_steps: int) -> KeptPaths:
@@ -128,7 +128,7 @@ class _GeodesicSample(JointSample):
         """Compute the geodesics from a pose to all poses, as well as the gradient so far needs them."""
         tree, n, n_steps = self.tree, len(self.dofs), int(self.metric.n_steps)
         found = no_geodesics(tree, n)
-        ends = wrapped(tree, self.dofs, pose[None]) if self.frees_angles else self.dofs
+        ends = wrap_dofs(tree, self.dofs, pose[None]) if self.frees_angles else self.dofs
         tol = max(GRADIENT_NORM, SHARE * slope / n_steps) if np.isfinite(slope) else FIRST_TOL
         search = Search(n_steps, self.frees_angles, tol, 0.0)
         in_threads(

@@ -60,7 +60,7 @@ class DistanceMatrix(TiledMatrix):
         """Return the distances of a tile, in `out` if that is given, and how many of them did not converge."""
         out = np.empty(tile.shape, self.dtype) if out is None else out
         diagonal = self.symmetric and tile.top == tile.left
-        unconverged = Unconverged.joined(in_threads(self._tasks(tile, diagonal, n_jobs, out), n_jobs))
+        unconverged = Unconverged.join(in_threads(self._tasks(tile, diagonal, n_jobs, out), n_jobs))
         if diagonal:
             mirror(out, n_jobs)
         return out, unconverged

@@ -132,30 +132,90 @@ class Metric(BaseEstimator):
         return None
 
     def n_codes(self, tree: Tree, n_dofs: int) -> int:
-        """Return the length of the code of a pose, given the skeleton as compiled code has it, and the columns."""
+        """Return the length of the code of a pose.
+
+        Parameters
+        ----------
+        tree : Tree
+            The skeleton as compiled code has it.
+        n_dofs : int
+            Number of the columns of a pose.
+
+        Returns
+        -------
+        int
+            How many numbers `encode` writes.
+        """
         raise NotImplementedError(f"{type(self).__name__} must define n_codes(tree, n_dofs), the length of a code")
 
     def lower_bound(self) -> "Metric | None":
         """Return a metric that is never more than this one and is the Euclidean distance of codes; None for none.
 
         Searches rest on it. Without one they measure all pairs.
+
+        Returns
+        -------
+        Metric or None
+            The bound.
         """
         return None
 
     def upper_bound(self) -> "Metric | None":
-        """Return a metric that is never less than this one and takes far less time; None for none."""
+        """Return a metric that is never less than this one and takes far less time; None for none.
+
+        Returns
+        -------
+        Metric or None
+            The bound.
+        """
         return None
 
     def why_no_means(self) -> str:
-        """Return why no mean can be found under this metric; empty where one can."""
+        """Return why no mean can be found under this metric; empty where one can.
+
+        Returns
+        -------
+        str
+            The reason, for an error.
+        """
         return "it defines no Metric.sample"
 
     def sample(self, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton | None, n_jobs: int) -> Sample:
-        """Return poses (n_poses, n_dofs) of weights whose sum is 1, for the search for their mean or median."""
+        """Return weighted poses, for the search for their mean or median.
+
+        Parameters
+        ----------
+        X : ndarray of shape (n_poses, n_dofs)
+            Poses: joint angles, rad.
+        weights : ndarray of shape (n_poses,)
+            Their weights, of sum 1.
+        skeleton : Skeleton or None
+            Their skeleton; None where the metric needs none.
+        n_jobs : int
+            Threads.
+
+        Returns
+        -------
+        Sample
+            What the search asks of the metric.
+        """
         raise ValueError(f"{self!r} has no means: {self.why_no_means()}")
 
     def direct_means(self, X: np.ndarray, skeleton: Skeleton | None) -> DirectMeans | None:
-        """Return the means of any weightings of poses, where they take no search from pose to pose; else None."""
+        """Return the means of any weightings of poses, where they take no search from pose to pose; else None.
+
+        Parameters
+        ----------
+        X : ndarray of shape (n_poses, n_dofs)
+            Poses: joint angles, rad.
+        skeleton : Skeleton or None
+            Their skeleton; None where the metric needs none.
+
+        Returns
+        -------
+        DirectMeans or None
+            The means, by weights.
+        """
         return None
 
     def check_params(self) -> None:
@@ -167,12 +227,38 @@ class Metric(BaseEstimator):
             raise ValueError(str(error)) from None
 
     def tree_for(self, skeleton: Skeleton | None, dtype: np.dtype | None = None) -> Tree:
-        """Return the skeleton as compiled code has it; an empty one where the metric needs none."""
+        """Return the skeleton as compiled code has it; an empty one where the metric needs none.
+
+        Parameters
+        ----------
+        skeleton : Skeleton or None
+            The skeleton.
+        dtype : dtype, default=None
+            Type of its numbers; None is float64.
+
+        Returns
+        -------
+        Tree
+            The arrays of the skeleton.
+        """
         used = skeleton if self.needs_skeleton else None
         return tree_of(used) if dtype is None else tree_of(used, dtype)
 
     def encode_poses(self, poses: np.ndarray, skeleton: Skeleton | None) -> np.ndarray:
-        """Return the codes (n_poses, n_codes) of poses, in float64."""
+        """Return the codes of poses, in float64.
+
+        Parameters
+        ----------
+        poses : ndarray of shape (n_poses, n_dofs)
+            Poses: joint angles, rad.
+        skeleton : Skeleton or None
+            Their skeleton; None where the metric needs none.
+
+        Returns
+        -------
+        ndarray of shape (n_poses, n_codes)
+            The codes.
+        """
         tree = self.tree_for(skeleton)
         codes = np.empty((len(poses), self.n_codes(tree, poses.shape[1])))
         loops.encode_poses(poses, self.encode, tree, self.steps, codes)
@@ -185,7 +271,7 @@ class Metric(BaseEstimator):
         return hash((type(self), *sorted(self.get_params().items())))
 
 
-def given(skeleton: Skeleton | None) -> Skeleton:
+def require_skeleton(skeleton: Skeleton | None) -> Skeleton:
     """Return the skeleton of a metric that needs one, which `resolve` has seen to."""
     if skeleton is None:
         raise ValueError("the metric needs a skeleton, got None")

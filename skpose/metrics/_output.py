@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from skpose._parallel.checkpoint import AttributeCheckpoint, FileCheckpoint
-from skpose._parallel.lock import locked
+from skpose._parallel.lock import hold_lock
 from skpose.metrics._run import PlainRun, ResumedRun
 from skpose.metrics._tiles import Tile, Tiling
 from skpose.metrics._writers import ArrayWriter, FileTarget
@@ -53,7 +53,7 @@ class Destination:
         return None if self.resumable else self._plain.view(tile, dtype)
 
     @contextmanager
-    def started(self, tiling: Tiling, fingerprint: dict[str, Any] | None) -> Iterator[PlainRun | ResumedRun]:
+    def start_run(self, tiling: Tiling, fingerprint: dict[str, Any] | None) -> Iterator[PlainRun | ResumedRun]:
         """Yield what is left to do, where an earlier call may have done a part of it.
 
         Parameters
@@ -75,10 +75,10 @@ class Destination:
             yield PlainRun(tiling, self._plain)
             return
         path = target.path
-        with nullcontext() if path is None else locked(path) as token:
+        with nullcontext() if path is None else hold_lock(path) as token:
             target.check(self.array)
             checkpoint = AttributeCheckpoint(self.array.attrs) if path is None else FileCheckpoint(path)
-            with target.opened() as writer:
+            with target.open_writer() as writer:
                 run = ResumedRun(tiling, fingerprint, target=target, writer=writer, token=token, checkpoint=checkpoint)
                 try:
                     yield run

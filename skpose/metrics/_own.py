@@ -7,7 +7,7 @@ import numpy as np
 from numba import njit
 
 from skpose._compiled.pose.encode import encode_positions
-from skpose._compiled.simd.lanes import aligned
+from skpose._compiled.simd.lanes import empty_aligned
 
 
 def compile_encode(function: Callable[[np.ndarray, np.ndarray, np.ndarray], None]) -> Any:
@@ -50,7 +50,7 @@ def compile_encode(function: Callable[[np.ndarray, np.ndarray, np.ndarray], None
     def encode(poses: Any, tree: Any, steps: Any, scratch: Any, codes: Any) -> None:
         n_dofs, width = poses.shape
         n_joints = tree.offset.shape[0] - 1
-        placed = aligned(3 * n_joints + 1, width, poses.dtype)
+        placed = empty_aligned(3 * n_joints + 1, width, poses.dtype)
         if n_joints > 0:
             encode_positions(poses, tree, steps, scratch, placed)
         pose, positions, code = np.empty(n_dofs), np.empty((n_joints, 3)), np.empty(codes.shape[0])

@@ -84,18 +84,6 @@ def pose_distances(
         Without Y exactly symmetric, with an exactly zero diagonal. Equal poses are at distance zero also between X and
         Y.
 
-    Warns
-    -----
-    ConvergenceWarning
-        If geodesics did not converge, with their number.
-    UserWarning
-        If `metric` is "auto" and there is no skeleton, so that the distances are those of "angle", in rad.
-        If a skeleton is given and the angles look like degrees: 15 % of the columns go beyond three whole turns. Angles
-        may leave [−π, π] by some turns, as those of recordings do that are continuous in time. Those in a
-        ``dask.array`` are not looked at.
-        If workers cannot write into `out`: they do not see its file, two of them would share a chunk of zarr's, or
-        two computers a file on NFS.
-
     Raises
     ------
     ValueError
@@ -107,6 +95,18 @@ def pose_distances(
         or something else changes it meanwhile.
     OSError
         If the file of `out` cannot be written, for example as the disk is full.
+
+    Warns
+    -----
+    ConvergenceWarning
+        If geodesics did not converge, with their number.
+    UserWarning
+        If `metric` is "auto" and there is no skeleton, so that the distances are those of "angle", in rad.
+        If a skeleton is given and the angles look like degrees: 15 % of the columns go beyond three whole turns. Angles
+        may leave [−π, π] by some turns, as those of recordings do that are continuous in time. Those in a
+        ``dask.array`` are not looked at.
+        If workers cannot write into `out`: they do not see its file, two of them would share a chunk of zarr's, or
+        two computers a file on NFS.
 
     See Also
     --------
@@ -212,7 +212,7 @@ def pose_distances_chunked(
     reduce_func : callable, default=None
         Called as ``reduce_func(D_chunk, start)`` with a chunk of shape (n_chunk, n_y), which it may change, and the
         index of its first row in X. It returns an array, a list or a sparse matrix of length n_chunk, a tuple of
-        these, or None to change the chunk in place. None gives the chunks themselves.
+        these, or None where it keeps its result elsewhere. None gives the chunks themselves.
     skeleton : Skeleton, default=None
         The skeleton of all poses. Needed by all but "angle".
     metric : str or Metric, default="auto"
@@ -227,7 +227,7 @@ def pose_distances_chunked(
     Yields
     ------
     D_chunk : ndarray, sparse matrix, list or tuple
-        A chunk of distances, or the result of `reduce_func`.
+        A chunk of distances, or the result of `reduce_func`, None too.
 
     Raises
     ------
@@ -296,8 +296,8 @@ def _reduce(reduce_func: Callable[[np.ndarray, int], Any], chunk: np.ndarray, st
     """Return what the user's function returns for a chunk, whose length it must have."""
     n_rows = len(chunk)
     result = reduce_func(chunk, start)
-    if result is None:
-        return chunk
+    if result is None:  # nothing to keep; the chunk itself would pass for a result where a return was forgotten
+        return None
     for part in result if isinstance(result, tuple) else (result,):
         if not hasattr(part, "__len__") and not hasattr(part, "shape"):
             raise TypeError(

@@ -7,7 +7,7 @@ from skpose._compiled.pose.measure import measure_euclidean
 from skpose._compiled.pose.tree import Tree
 from skpose.kinematics._shared import jacobian_at, weighted_positions
 from skpose.metrics._direct_means import ExtrinsicMeans
-from skpose.metrics._metric import Metric, given
+from skpose.metrics._metric import Metric, require_skeleton
 from skpose.metrics._sample import JointSample, Linearization, Sample
 from skpose.skeleton import Skeleton
 
@@ -56,11 +56,11 @@ class Position(Metric):
 
     def sample(self, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton | None, n_jobs: int) -> Sample:
         """Return poses whose joints are placed once."""
-        return _PositionSample(X, weights, given(skeleton))
+        return _PositionSample(X, weights, require_skeleton(skeleton))
 
     def direct_means(self, X: np.ndarray, skeleton: Skeleton | None) -> ExtrinsicMeans:
         """Return extrinsic means."""
-        return ExtrinsicMeans(X, given(skeleton))
+        return ExtrinsicMeans(X, require_skeleton(skeleton))
 
 
 class _PositionSample(JointSample):

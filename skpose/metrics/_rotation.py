@@ -6,7 +6,7 @@ from skpose._compiled.pose.encode import encode_rotations
 from skpose._compiled.pose.measure import measure_rotations
 from skpose._compiled.pose.tree import Tree
 from skpose.kinematics._shared import STEP, columns_around
-from skpose.metrics._metric import Metric, given
+from skpose.metrics._metric import Metric, require_skeleton
 from skpose.metrics._sample import JointSample, Linearization, Sample
 from skpose.skeleton import Skeleton
 
@@ -53,7 +53,7 @@ class Rotation(Metric):
 
     def sample(self, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton | None, n_jobs: int) -> Sample:
         """Return poses whose bones are oriented once."""
-        return _RotationSample(X, weights, given(skeleton))
+        return _RotationSample(X, weights, require_skeleton(skeleton))
 
 
 class _RotationSample(JointSample):

@@ -55,11 +55,11 @@ class WorkerOutput(NamedTuple):
         obstacle = self.token.obstacle() or self.target.obstacle(here=self.client == computer())
         return obstacle and f"{socket.gethostname()}: {obstacle}"
 
-    def written(self, tile: Tile, distances: np.ndarray, unconverged: Unconverged) -> Computed:
+    def write(self, tile: Tile, distances: np.ndarray, unconverged: Unconverged) -> Computed:
         """Write a tile, or return it to be written if this worker does not see the destination."""
         if obstacle := self.obstacle():
             return Computed(unconverged, distances, obstacle=obstacle)
-        with self.target.opened() as writer:
+        with self.target.open_writer() as writer:
             checksums = writer.write(tile, self.tiling.mirror_of(tile), distances)
             writer.sync()
         return Computed(unconverged, None, checksums)
@@ -68,7 +68,7 @@ class WorkerOutput(NamedTuple):
         """Return whether a noted tile has the bytes that it had then; None if this worker does not see it."""
         if self.obstacle():
             return None
-        with self.target.opened() as writer:
+        with self.target.open_writer() as writer:
             return _is_intact(writer, self.tiling, note)
 
 
@@ -85,7 +85,7 @@ class PlainRun:
     def resume(self, n_jobs: int | None, n_threads: int, remote: bool) -> None:
         """Leave no tile out."""
 
-    def completed(self, results: Iterable[tuple[Tile, Computed]]) -> Generator[None, None, None]:
+    def complete(self, results: Iterable[tuple[Tile, Computed]]) -> Generator[None, None, None]:
         """Write each tile; yields once for each."""
         for tile, computed in results:
             if computed.distances is not None:
@@ -137,10 +137,10 @@ class ResumedRun:
                 )
             self._head = found[0]
             edge: Any = self._head.get("edge")
-            if not _is_whole(edge) or not 0 < edge <= LARGEST_EDGE:
+            if not _is_integer(edge) or not 0 < edge <= LARGEST_EDGE:
                 raise checkpoint.not_notes()
             tiling = tiling._replace(edge=edge)
-            self._noted = _valid(found[1], tiling)
+            self._noted = _select_valid(found[1], tiling)
         self.tiling, self._writer, self._checkpoint = tiling, writer, checkpoint
         self.output = None if token is None else WorkerOutput(target, token, tiling, computer())
         self._token = token
@@ -160,8 +160,8 @@ class ResumedRun:
         if self.output is not None and self._noted:
             results = from_workers(WorkerOutput.is_intact, self.output, self._noted, n_jobs)
         else:
-            results = in_threads((functools.partial(self._checked, note) for note in self._noted), n_threads)
-        results = (self._checked(note) if intact is None else (note, intact) for note, intact in results)
+            results = in_threads((functools.partial(self._check_note, note) for note in self._noted), n_threads)
+        results = (self._check_note(note) if intact is None else (note, intact) for note, intact in results)
         notes = [list(note) for note, intact in results if intact]
         self._checkpoint.start(self._head, notes)
         complete = {Tile(*note[:4]) for note in notes}
@@ -169,7 +169,7 @@ class ResumedRun:
         self.unconverged = [Unconverged(*note[6:]) for note in notes]
         self._notes = [*notes]
 
-    def _checked(self, note: Note) -> tuple[Note, bool]:
+    def _check_note(self, note: Note) -> tuple[Note, bool]:
         return note, _is_intact(self._writer, self.tiling, note)
 
     def _for_workers(self) -> WorkerOutput | None:
@@ -184,9 +184,9 @@ class ResumedRun:
         )
         return None
 
-    def completed(self, results: Iterable[tuple[Tile, Computed]]) -> Generator[None, None, None]:
+    def complete(self, results: Iterable[tuple[Tile, Computed]]) -> Generator[None, None, None]:
         """Write and note each tile, while the next one is computed; yields once for each."""
-        yield from one_behind(self._finish, _warned(results))
+        yield from one_behind(self._finish, _warn_if_not_written(results))
 
     def save(self) -> None:
         """Wait until the disk has all tiles that are complete, and note them; for the end."""
@@ -210,16 +210,16 @@ class ResumedRun:
         n_tiles = len(self._notes)
         n_read = min(n_tiles, max(2, min(SAMPLE, n_tiles // 8)))
         sample = [tuple(self._notes[i]) for i in np.linspace(0, n_tiles - 1, n_read).astype(int)]
-        change = self._taken() or self._writer.change()
+        change = self._find_new_holder() or self._writer.change()
         if change is None and not all(_is_intact(self._writer, self.tiling, note) for note in sample):
             change = "a complete tile does not have the numbers any more that were written"
         if change is not None:
-            raise self._changed(change)
+            raise self._change_error(change)
 
-    def _taken(self) -> str | None:
-        return None if self._token is None else self._token.taken()
+    def _find_new_holder(self) -> str | None:
+        return None if self._token is None else self._token.find_new_holder()
 
-    def _changed(self, change: str) -> RuntimeError:
+    def _change_error(self, change: str) -> RuntimeError:
         return RuntimeError(
             f"out was changed by something else while it was being written: {change}. The notes on complete tiles are "
             f"kept in {self._checkpoint}. Find what wrote there, such as a second start of a script that creates out "
@@ -246,8 +246,8 @@ class ResumedRun:
     def _save(self, notes: list[list], on_disk: bool) -> None:
         if not on_disk:
             self._writer.sync()
-        if taken := self._taken():  # the notes are another call's too
-            raise self._changed(taken)
+        if taken := self._find_new_holder():  # the notes are another call's too
+            raise self._change_error(taken)
         try:
             self._checkpoint.add(notes)
         except FileNotFoundError:  # removed meanwhile
@@ -256,19 +256,19 @@ class ResumedRun:
         self._saved = time.monotonic()
 
 
-def _valid(notes: list[list], tiling: Tiling) -> list[Note]:
+def _select_valid(notes: list[list], tiling: Tiling) -> list[Note]:
     """Return the notes on tiles of this tiling, the last one on each: a file may hold anything."""
     return list({note[:4]: note for note in map(tuple, notes) if _is_valid(note, tiling)}.values())
 
 
 def _is_valid(note: Note, tiling: Tiling) -> bool:
-    if len(note) != NOTE_LENGTH or not all(map(_is_whole, note[:7])) or type(note[7]) not in (int, float):
+    if len(note) != NOTE_LENGTH or not all(map(_is_integer, note[:7])) or type(note[7]) not in (int, float):
         return False
     tile = Tile(*note[:4])
     return note[6] >= 0 and tiling.has(tile)
 
 
-def _is_whole(number: Any) -> bool:
+def _is_integer(number: Any) -> bool:
     return type(number) is int  # True is another type
 
 
@@ -277,7 +277,7 @@ def _is_intact(writer: Writer, tiling: Tiling, note: Note) -> bool:
     return writer.checksums(tile, tiling.mirror_of(tile)) == [*note[4:6]]
 
 
-def _warned(results: Iterable[tuple[Tile, Computed]]) -> Iterator[tuple[Tile, Computed]]:
+def _warn_if_not_written(results: Iterable[tuple[Tile, Computed]]) -> Iterator[tuple[Tile, Computed]]:
     """Warn, once, if a worker could not write."""
     warned = False
     for tile, computed in results:
@@ -292,11 +292,11 @@ def _warned(results: Iterable[tuple[Tile, Computed]]) -> Iterator[tuple[Tile, Co
 
 def _differences(found: dict[str, Any], expected: dict[str, Any]) -> list[str]:
     """Return the names of what differs between the heads of two checkpoints, but for the edge of the tiles."""
-    before, now = ({"shape": head.get("shape"), **_named(head.get(IDENTITY))} for head in (found, expected))
+    before, now = ({"shape": head.get("shape"), **_as_dict(head.get(IDENTITY))} for head in (found, expected))
     if before.keys() != now.keys():
         return ["version or checkout of skpose, whose notes have another form"]
     return [name for name in now if before[name] != now[name]]
 
 
-def _named(fingerprint: Any) -> dict[str, Any]:
+def _as_dict(fingerprint: Any) -> dict[str, Any]:
     return fingerprint if isinstance(fingerprint, dict) else {}

@@ -12,7 +12,7 @@ from skpose._compiled.pose.middle import count_middle_codes, encode_middle, meas
 from skpose._compiled.pose.tree import Steps, Tree
 from skpose.kinematics._shared import STEP, columns_around, jacobian_at
 from skpose.metrics._matrix import DistanceMatrix
-from skpose.metrics._metric import CoarseBound, Metric, given
+from skpose.metrics._metric import CoarseBound, Metric, require_skeleton
 from skpose.metrics._position import Position
 from skpose.metrics._sample import JointSample, Linearization, Sample
 from skpose.skeleton import Skeleton
@@ -105,7 +105,7 @@ class Spatial(Metric):
 
     def sample(self, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton | None, n_jobs: int) -> Sample:
         """Return poses whose distances are measured anew from every pose, gradients by differences."""
-        return _SpatialSample(self, X, weights, given(skeleton), n_jobs)
+        return _SpatialSample(self, X, weights, require_skeleton(skeleton), n_jobs)
 
 
 def count_curve_codes(tree: Tree) -> int:
@@ -130,7 +130,7 @@ class _SpatialSample(JointSample):
     def __init__(self, metric: Spatial, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton, n_jobs: int):
         super().__init__(X, weights, skeleton)
         self.metric, self.n_jobs = metric, n_jobs
-        self.mean_tensor, rows = np.zeros((self.dofs.shape[1], self.dofs.shape[1])), _some(X)
+        self.mean_tensor, rows = np.zeros((self.dofs.shape[1], self.dofs.shape[1])), _sample_rows(X)
         for row in rows:
             jacobian = jacobian_at(self.tree, self.dofs[row], False)
             self.mean_tensor += jacobian.T @ jacobian / len(rows)
@@ -150,7 +150,7 @@ class _SpatialSample(JointSample):
 
     def best_pose(self, power: int) -> tuple[np.ndarray, float]:
         """Return the pose with the least sum to all, of some of the given ones, and that sum."""
-        rows = _some(self.X)
+        rows = _sample_rows(self.X)
         sums = self._distances(self.X[rows]) ** power @ self.weights
         return self.dofs[rows[sums.argmin()]], float(sums.min())
 
@@ -169,7 +169,7 @@ class _SpatialSample(JointSample):
         return tensor + TWIST * np.trace(tensor) / len(pose) * np.eye(len(pose))
 
 
-def _some(X: np.ndarray) -> np.ndarray:
+def _sample_rows(X: np.ndarray) -> np.ndarray:
     """Return the rows of some of the poses, the same poses in any order of the rows."""
     shares = np.linspace(0, len(X) - 1, min(len(X), SOME))
     return np.lexsort(X.T)[np.unique(shares.astype(int))]

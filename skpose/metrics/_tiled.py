@@ -91,32 +91,32 @@ class TiledMatrix:
         remote = self.n_pairs * self.work_per_pair > WORTH_SENDING and in_processes(n_jobs)
         n_threads = 1 if remote else n_workers
         tiling = self.tiling(n_threads, n_workers if remote else 1, destination.chunk)
-        with destination.started(tiling, self.fingerprint() if destination.resumable else None) as run:
+        with destination.start_run(tiling, self.fingerprint() if destination.resumable else None) as run:
             run.resume(n_jobs, n_threads, remote)
             results: Generator[tuple[Tile, Computed], None, None]
             if remote:
-                results = from_workers(_computed, (self, run.output), run.tiles, n_jobs)
+                results = from_workers(_compute_in_worker, (self, run.output), run.tiles, n_jobs)
             else:
-                results = ((t, self._computed(t, n_workers, destination.view(t, self.dtype))) for t in run.tiles)
+                results = ((t, self._compute(t, n_workers, destination.view(t, self.dtype))) for t in run.tiles)
             with (
                 progress(str(self), len(run.tiles), verbose) as advance,
                 closing(results),  # an interruption here also ends the work of others for it
-                closing(run.completed(results)) as completed,
+                closing(run.complete(results)) as completed,
             ):
                 for _ in completed:
                     advance()
         return destination.array, run.unconverged
 
-    def _computed(self, tile: Tile, n_jobs: int, out: np.ndarray | None) -> Computed:
+    def _compute(self, tile: Tile, n_jobs: int, out: np.ndarray | None) -> Computed:
         distances, unconverged = self.distances(tile, n_jobs, out)
         return Computed(unconverged, distances)
 
 
-def _computed(shared: tuple[TiledMatrix, WorkerOutput | None], tile: Tile) -> Computed:
+def _compute_in_worker(shared: tuple[TiledMatrix, WorkerOutput | None], tile: Tile) -> Computed:
     """Compute a tile in a worker, and write it there where that is possible."""
     matrix, output = shared
     distances, unconverged = matrix.distances(tile)
-    return Computed(unconverged, distances) if output is None else output.written(tile, distances, unconverged)
+    return Computed(unconverged, distances) if output is None else output.write(tile, distances, unconverged)
 
 
 def metric_fingerprint(metric: Metric) -> dict[str, Any]:

@@ -57,7 +57,7 @@ class Target(Protocol):
     def check(self, array: Any) -> None:
         """Raise an error unless what is written there is what is in the array."""
 
-    def opened(self) -> AbstractContextManager[Writer]:
+    def open_writer(self) -> AbstractContextManager[Writer]:
         """Open it for writing."""
 
 
@@ -136,7 +136,7 @@ class FileTarget(NamedTuple):
             )
 
     @contextmanager
-    def opened(self) -> Iterator["FileWriter"]:
+    def open_writer(self) -> Iterator["FileWriter"]:
         descriptor = os.open(self.path, os.O_WRONLY | BINARY)
         try:
             yield FileWriter(self, descriptor)

@@ -45,7 +45,7 @@ class ZarrTarget:
         return f"{where} is an array with another {' and another '.join(names)}" if names else None
 
     @contextmanager
-    def opened(self) -> Iterator["ZarrWriter"]:
+    def open_writer(self) -> Iterator["ZarrWriter"]:
         yield ZarrWriter(self._array(), self)
 
     def _array(self) -> Any:

@@ -85,7 +85,7 @@ class Barycenter:
         found.sort(key=lambda one: one[0])  # so that sums do not depend on the threads
         pairs, squares = np.concatenate([one[1] for one in found]), np.concatenate([one[2] for one in found])
         order = np.argsort(pairs[:, 0], kind="stable")
-        unconverged = Unconverged.joined(one[3] for one in found)
+        unconverged = Unconverged.join(one[3] for one in found)
         n_geodesics = sum(one[4] for one in found)
         return Aligned(pairs[order, 0], pairs[order, 1], squares[order], unconverged, n_geodesics)
 
@@ -103,7 +103,7 @@ class Barycenter:
             path = _best_path(costs, self.paths)
             missing = path[~known[path[:, 0], path[:, 1]]]
             if not len(missing):
-                return path, Unconverged.joined(parts), int(known.sum())
+                return path, Unconverged.join(parts), int(known.sum())
             for i in np.unique(missing[:, 0]):
                 columns = missing[missing[:, 0] == i, 1]
                 squares, some = self._squares(mean[i], motion[columns])

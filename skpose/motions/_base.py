@@ -38,13 +38,13 @@ class MotionEstimatorMixin(PoseEstimatorMixin):
 
     frame_rate_: float | None
 
-    def _checked(self, X, *, reset):  # type: ignore[override]  # validate_data has no options for motions
+    def _check_X(self, X, *, reset):  # type: ignore[override]  # validate_data has no options for motions
         """Return the motions of X as `Sequences`, on the skeleton in use; the poses are a copy if `reset`.
 
         With `reset` forget what was learnt before, and learn the skeleton, the frame rate and the metric.
         """
         if _is_rows(X):
-            poses = super()._checked(X, reset=reset, copy=reset)
+            poses = super()._check_X(X, reset=reset, copy=reset)
             self._check_kind(None, reset)
             return Sequences(np.ascontiguousarray(poses), np.arange(len(poses) + 1))
         if reset:

@@ -23,7 +23,7 @@ import numpy as np
 from skpose._compiled.pose import loops
 from skpose._compiled.pose.measure import measure_boxes, measure_euclidean
 from skpose._compiled.pose.tree import Steps
-from skpose._compiled.warping.paths import Encoded, MotionPairs, Paths, accumulate_from, warped_loop
+from skpose._compiled.warping.paths import Encoded, MotionPairs, Paths, accumulate_from, warp_loop
 from skpose.kinematics._shared import tree_of
 from skpose.motions._index import SequenceIndex
 from skpose.neighbors._shared import FLOAT32, ChordFilter, FilterPoints
@@ -52,18 +52,18 @@ class Bounds:
     def boxes(self, motions: np.ndarray) -> np.ndarray:
         """Return bounds of closed paths to some motions, by boxes."""
         lanes, starts = self.index.box_lanes(motions)
-        return self._warped(lanes, starts, measure_boxes, CLOSED)
+        return self._warp(lanes, starts, measure_boxes, CLOSED)
 
     def frames(self, motions: np.ndarray, paths: Paths) -> np.ndarray:
         """Return bounds of the paths to some motions, by frames."""
         lanes, starts = self.index.frame_lanes(motions)
-        return self._warped(lanes, starts, measure_euclidean, paths)
+        return self._warp(lanes, starts, measure_euclidean, paths)
 
-    def _warped(self, lanes: np.ndarray, starts: np.ndarray, measure: object, paths: Paths) -> np.ndarray:
+    def _warp(self, lanes: np.ndarray, starts: np.ndarray, measure: object, paths: Paths) -> np.ndarray:
         n_motions = len(starts) - 1
         sums = np.empty((1, n_motions))
         query, pairs = Encoded(self.points.coordinates, np.array([0, self.n])), MotionPairs(0, 1, 0, n_motions, False)
-        warped_loop(FLOAT32)(query, Encoded(lanes, starts), pairs, paths, measure, NO_TREE, NO_WRAP, sums)
+        warp_loop(FLOAT32)(query, Encoded(lanes, starts), pairs, paths, measure, NO_TREE, NO_WRAP, sums)
         return self._in_units(sums[0], self.n + np.diff(starts))
 
     def of_frames(self, start: int, stop: int) -> np.ndarray:
@@ -91,7 +91,7 @@ class Bounds:
         return np.maximum(sums - n_cells * self.slack, 0.0) * self.scale
 
 
-def left_over(bounds: np.ndarray, paths: Paths, behind: np.ndarray | None = None) -> np.ndarray:
+def sums_to_end(bounds: np.ndarray, paths: Paths, behind: np.ndarray | None = None) -> np.ndarray:
     """Return the least sums (n, m) of the bounds from each cell, itself included, to the end of a path.
 
     `behind` are those of the column behind the last one, of open paths.

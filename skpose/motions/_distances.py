@@ -30,8 +30,8 @@ MOTION_CONSTRAINTS = METRIC_CONSTRAINTS | ALIGNMENT_CONSTRAINTS | {"n_jobs": [No
     prefer_skip_nested_validation=True,
 )
 def motion_distances(
-    A: Any,
-    B: Any = None,
+    X: Any,
+    Y: Any = None,
     *,
     skeleton: Skeleton | None = None,
     metric: str | Metric = "auto",
@@ -42,7 +42,7 @@ def motion_distances(
     out: Any = None,
     verbose: int = 0,
 ) -> np.ndarray:
-    r"""Distances between all motions of A and all motions of B, by dynamic time warping under a distance of poses.
+    r"""Distances between all motions of X and all motions of Y, by dynamic time warping under a distance of poses.
 
     With d the distance between poses, and a path a sequence of pairs of frames (i, j) from (0, 0) to the last of both,
     by steps (1, 0), (0, 1) and (1, 1) [1]_,
@@ -53,11 +53,11 @@ def motion_distances(
 
     Parameters
     ----------
-    A : list of array-like or of Motion, MotionDataset, or array of shape (n_motions, n_frames, n_dofs)
+    X : list of array-like or of Motion, MotionDataset, or array of shape (n_motions, n_frames, n_dofs)
         Motions of shape (n_frames, n_dofs) each: joint angles, and rotation vectors of ball joints, rad. Lengths may
         differ.
-    B : as A, default=None
-        Other motions; None is A, of which one triangle is then computed.
+    Y : as X, default=None
+        Other motions; None is X, of which one triangle is then computed.
     skeleton : Skeleton, default=None
         The skeleton of all motions. None is that of the `Motion` objects, where they differ their mean, as
         ``MotionDataset.skeleton``; arrays need it, but for "angle".
@@ -65,8 +65,8 @@ def motion_distances(
         The distance between poses, see `pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a
         warning.
     alignment : {"dtw", "subsequence", "frames"}, default="dtw"
-        "dtw" warps the whole of both. "subsequence" looks for the motion of A inside the one of B: the path takes all
-        frames of A, and begins and ends at any frame of B; the sum is divided by n. It is not symmetric. "frames" takes
+        "dtw" warps the whole of both. "subsequence" looks for the motion of X inside the one of Y: the path takes all
+        frames of X, and begins and ends at any frame of Y; the sum is divided by n. It is not symmetric. "frames" takes
         the pairs (i, i) of motions of equal length, and is the mean over the frames.
     window : float between 0 and 1, default=None
         Sakoe–Chiba band of "dtw": times of a pair, as shares of the two durations, may differ by this; half a frame
@@ -76,7 +76,7 @@ def motion_distances(
     n_jobs : int, default=None
         Threads; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors. Where that context names
         a backend of processes or a cluster, tiles are computed there. The result does not depend on it.
-    out : array of shape (n_a, n_b), default=None
+    out : array of shape (n_x, n_y), default=None
         Array for the result, of its dtype, such as a ``numpy.memmap`` or a zarr array; see `pose_distances`, also for
         how a file that was left incomplete is finished.
     verbose : int, default=0
@@ -84,8 +84,8 @@ def motion_distances(
 
     Returns
     -------
-    ndarray of shape (n_a, n_b)
-        Distances, in m, or rad for "angle": float32 where all motions are, else float64. Without B exactly symmetric
+    ndarray of shape (n_x, n_y)
+        Distances, in m, or rad for "angle": float32 where all motions are, else float64. Without Y exactly symmetric
         with a zero diagonal, but for "subsequence". `out` if that is given.
 
     Raises
@@ -112,8 +112,8 @@ def motion_distances(
 
     Notes
     -----
-    Time O(frames of A · frames of B) distances between poses; the recursion adds some nanoseconds to each. Memory O(n_a
-    · n_b), and the codes of some thousand frames of each side: there is no matrix of the distances between frames. DTW
+    Time O(frames of X · frames of Y) distances between poses; the recursion adds some nanoseconds to each. Memory O(n_x
+    · n_y), and the codes of some thousand frames of each side: there is no matrix of the distances between frames. DTW
     obeys no triangle inequality, under any metric.
 
     The distance counts frames: motions should have one frame rate, and a lower one costs less: 12 Hz is enough for most
@@ -139,9 +139,9 @@ def motion_distances(
            [0.015, 0.   , 0.144],
            [0.118, 0.144, 0.   ]])
     """
-    if B is A:
-        B = None
-    given = {"A": A} if B is None else {"A": A, "B": B}
+    if Y is X:
+        Y = None
+    given = {"X": X} if Y is None else {"X": X, "Y": Y}
     checked = check_motions(given, skeleton)
     skeleton = checked[0].skeleton
     chosen = resolve(metric, skeleton)
@@ -152,7 +152,7 @@ def motion_distances(
     check_alignment(alignment, window, **dict(zip(given, sequences, strict=True)))
     matrix = MotionMatrix(
         sequences[0],
-        None if B is None else sequences[1],
+        None if Y is None else sequences[1],
         chosen,
         skeleton,
         alignment=alignment,

@@ -43,7 +43,9 @@ class MotionMatch(NamedTuple):
 
 
 class MotionIndex:
-    """Motions that are searched by `find_motion` more than once: their joint positions along principal axes.
+    """Motions prepared for many queries: what `find_motion` takes in the place of motions.
+
+    It holds the joint positions along principal axes.
 
     Parameters
     ----------
@@ -62,6 +64,10 @@ class MotionIndex:
         The skeleton in use.
     frame_rate : float or None
         Frame rate of the motions, Hz; None for arrays.
+
+    See Also
+    --------
+    find_motion : The search.
 
     Notes
     -----
@@ -136,11 +142,13 @@ def find_motion(
         What is looked for: joint angles, and rotation vectors of ball joints, rad.
     motions : list of array-like of shape (n_frames, n_dofs), list of Motion, MotionDataset, MotionIndex, or array of \
 shape (n_motions, n_frames, n_dofs)
-        Where to look. A `MotionIndex` is made once for many queries.
+        Where to look. For many queries pass a `MotionIndex`, which is made once.
     k : int, default=5
         Number of matches.
-    skeleton, metric
-        As for `motion_distances`; with a `MotionIndex` they are its own, and not given here.
+    skeleton : Skeleton, default=None
+        As for `motion_distances`; that of a `MotionIndex` is its own, and not given here.
+    metric : str or Metric, default="auto"
+        Likewise.
     n_jobs : int, default=None
         Threads; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors.
     verbose : int, default=0

@@ -63,16 +63,16 @@ class SequenceIndex:
 
     def box_lanes(self, motions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the boxes of some motions in groups of lanes, and where those of each begin."""
-        rows, starts = gathered(self.box_starts, motions)
+        rows, starts = gather_rows(self.box_starts, motions)
         return loops.in_lanes(self.boxes[rows]), starts
 
     def frame_lanes(self, motions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the coordinates of the frames of some motions in groups of lanes, and where those of each begin."""
-        rows, starts = gathered(self.sequences.starts, motions)
+        rows, starts = gather_rows(self.sequences.starts, motions)
         return loops.in_lanes(self.coordinates(rows).astype(FLOAT32, copy=False)), starts
 
 
-def gathered(starts: np.ndarray, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def gather_rows(starts: np.ndarray, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the rows of chosen parts, part i being starts[i]:starts[i + 1], and where each begins among them."""
     counts = starts[chosen + 1] - starts[chosen]
     ends = np.cumsum(counts)

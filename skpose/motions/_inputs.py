@@ -39,7 +39,7 @@ class Sequences(NamedTuple):
         """Return the poses of a motion."""
         return self.poses[self.starts[i] : self.starts[i + 1]]
 
-    def part(self, first: int, last: int) -> "Sequences":
+    def slice(self, first: int, last: int) -> "Sequences":
         """Return the motions first:last, without a copy."""
         starts = self.starts[first : last + 1]
         return Sequences(self.poses[starts[0] : starts[-1]], starts - starts[0])
@@ -53,7 +53,7 @@ class Sequences(NamedTuple):
         return cls(np.ascontiguousarray(np.concatenate(arrays)), starts)
 
 
-class Checked(NamedTuple):
+class CheckedMotions(NamedTuple):
     """Motions on the skeleton on which they are compared."""
 
     sequences: Sequences
@@ -61,7 +61,7 @@ class Checked(NamedTuple):
     frame_rate: float | None  # Hz; None for arrays, which have none
 
 
-def check_motions(given: dict[str, Any], skeleton: Skeleton | None, *, rows: bool = False) -> list[Checked]:
+def check_motions(given: dict[str, Any], skeleton: Skeleton | None, *, rows: bool = False) -> list[CheckedMotions]:
     """Return the given motions, by name, on one skeleton and at one frame rate.
 
     Functions call `warn_of_degrees` themselves, as only what the user calls warns; for estimators it is called here.
@@ -76,19 +76,19 @@ def check_motions(given: dict[str, Any], skeleton: Skeleton | None, *, rows: boo
     rows : bool
         Whether a two-dimensional array is motions of one frame each, as estimators take it, and no mistake.
     """
-    lists = {name: _listed(motions, name, rows) for name, motions in given.items()}
+    lists = {name: _list_motions(motions, name, rows) for name, motions in given.items()}
     named = {name: {f"{name}[{i}]": motion for i, motion in enumerate(one)} for name, one in lists.items()}
     return _on_one_skeleton(named, skeleton, [m for m in given.values() if isinstance(m, MotionDataset)], rows)
 
 
-def check_single_motions(given: dict[str, Any], skeleton: Skeleton | None) -> list[Checked]:
+def check_single_motions(given: dict[str, Any], skeleton: Skeleton | None) -> list[CheckedMotions]:
     """Return motions that are given one by one, each a Motion or an array (n_frames, n_dofs)."""
     for name, motion in given.items():
         _check_is_one(motion, name)
     return _on_one_skeleton({name: {name: motion} for name, motion in given.items()}, skeleton, [], rows=False)
 
 
-def check_motion(motion: Any, skeleton: Skeleton | None, name: str) -> Checked:
+def check_motion(motion: Any, skeleton: Skeleton | None, name: str) -> CheckedMotions:
     """Return one motion, a Motion or an array (n_frames, n_dofs)."""
     return check_single_motions({name: motion}, skeleton)[0]
 
@@ -97,14 +97,14 @@ def _check_is_one(motion: Any, name: str) -> None:
     """Refuse several motions where one belongs; what else is no motion is refused with the lists' elements."""
     shape = _shape(motion)
     if isinstance(motion, MotionDataset) or (isinstance(motion, list | tuple) and motion and shape is None):
-        raise TypeError(f"{name} {ONE_MOTION}{_described(motion)}: pass one of them, such as {name}[0]")
+        raise TypeError(f"{name} {ONE_MOTION}{_describe(motion)}: pass one of them, such as {name}[0]")
     if shape is not None and len(shape) == 3:
         raise TypeError(f"{name} {ONE_MOTION}an array of shape {shape}: pass one of them, such as {name}[0]")
 
 
 def _on_one_skeleton(
     given: dict[str, dict[str, Any]], skeleton: Skeleton | None, datasets: list[MotionDataset], rows: bool
-) -> list[Checked]:
+) -> list[CheckedMotions]:
     """Return motions by argument and by name on one skeleton and at one frame rate, see `check_motions`."""
     if skeleton is not None:
         check_skeleton(skeleton)
@@ -121,7 +121,7 @@ def _on_one_skeleton(
         sequences = Sequences.of(list(arrays.values()))
         if rows and skeleton is not None:
             warn_of_degrees(in_estimator=True, **{argument: sequences.poses})
-        checked.append(Checked(sequences, skeleton, frame_rate))
+        checked.append(CheckedMotions(sequences, skeleton, frame_rate))
     widths = [one.sequences.poses.shape[1] for one in checked]
     if len(set(widths)) > 1:
         first, second = list(given)[:2]
@@ -131,7 +131,7 @@ def _on_one_skeleton(
     return checked
 
 
-def _listed(motions: Any, name: str, rows: bool) -> list[Any]:
+def _list_motions(motions: Any, name: str, rows: bool) -> list[Any]:
     """Return motions as a list, each a Motion or what may be an array of poses."""
     expected = f"{name} must be motions: a list of arrays (n_frames, n_dofs) or of skpose.Motion, got "
     if isinstance(motions, Motion):
@@ -139,7 +139,7 @@ def _listed(motions: Any, name: str, rows: bool) -> list[Any]:
     if isinstance(motions, dict):
         raise TypeError(f"{expected}a dict: pass list({name}.values())")
     if isinstance(motions, Skeleton | str | bytes) or not isinstance(motions, Iterable):
-        raise TypeError(f"{expected}{_described(motions)}{_remedy(motions)}")
+        raise TypeError(f"{expected}{_describe(motions)}{_remedy(motions)}")
     shape = None if isinstance(motions, MotionDataset) else getattr(motions, "shape", None)
     holds_motions = shape is not None and len(shape) == 1 and getattr(motions, "dtype", None) == np.dtype(object)
     if shape is not None and not holds_motions:
@@ -163,7 +163,7 @@ def _shape(value: Any) -> tuple[int, ...] | None:
     return None if shape is None else tuple(shape)
 
 
-def _described(value: Any) -> str:
+def _describe(value: Any) -> str:
     """Return what a value is, for errors."""
     if isinstance(value, Skeleton):
         return "a Skeleton"
@@ -257,9 +257,9 @@ def _poses(motion: Any, skeleton: Skeleton | None, name: str) -> np.ndarray:
         return motion.angles
     described = None
     if shape is not None and len(shape) < 2:
-        described = f"an array of shape {shape}" if shape else _described(motion)
+        described = f"an array of shape {shape}" if shape else _describe(motion)
     elif isinstance(motion, MotionDataset | Skeleton) or (shape is None and not hasattr(motion, "__array__")):
-        described = _described(motion)
+        described = _describe(motion)
     if described and not hasattr(motion, "collect"):  # what has no values yet has a remedy of its own
         raise TypeError(f"{name} {ONE_MOTION}{described}{_remedy(motion)}")
     return check_poses(motion, skeleton, name)

@@ -14,7 +14,7 @@ from skpose.motions._base import MotionEstimatorMixin
 from skpose.motions._distances import ALIGNMENT_CONSTRAINTS
 from skpose.motions._index import SequenceIndex
 from skpose.motions._queries import Request, find
-from skpose.neighbors._shared import check_mode, checked_k, requested, sparse_graph
+from skpose.neighbors._shared import check_k, check_mode, select_requested, sparse_graph
 
 
 class MotionKNeighborsTransformer(
@@ -169,10 +169,10 @@ class MotionKNeighborsTransformer(
 
         Returns
         -------
-        self : MotionKNeighborsTransformer
+        MotionKNeighborsTransformer
             The fitted transformer.
         """
-        X = self._checked(X, reset=True)
+        X = self._check_X(X, reset=True)
         brute = self.algorithm == "brute"
         self._index = SequenceIndex(X, self.skeleton_, self.metric_, brute=brute)
         self.n_samples_fit_ = X.n_motions
@@ -229,7 +229,8 @@ class MotionKNeighborsTransformer(
         Returns
         -------
         distances : ndarray of shape (n_queries, n_neighbors)
-            In m, or rad for "angle", divided by the frames as in `motion_distances`; only if requested.
+            In m, or rad for "angle", divided by the frames as in `motion_distances`; float64, also for float32 poses.
+            Only if requested.
         indices : ndarray of shape (n_queries, n_neighbors)
             By distance, those equally far away by index.
         evaluations : MotionEvaluations
@@ -242,7 +243,7 @@ class MotionKNeighborsTransformer(
         """
         check_is_fitted(self, "n_samples_fit_")
         found = self._find(X, n_neighbors)
-        return requested(
+        return select_requested(
             (return_distance, found.distances), (True, found.indices), (return_evaluations, found.evaluations)
         )
 
@@ -273,12 +274,12 @@ class MotionKNeighborsTransformer(
 
     def _find(self, X, n_neighbors):
         """Return the nearest training motions of X, as for `kneighbors`."""
-        k = checked_k(self.n_neighbors if n_neighbors is None else n_neighbors, X is None, self.n_samples_fit_)
+        k = check_k(self.n_neighbors if n_neighbors is None else n_neighbors, X is None, self.n_samples_fit_)
         if X is None:
             self._check_how_to_answer()
             queries, excluded = self._index.sequences, np.arange(self.n_samples_fit_)
         else:
-            queries = self._checked(X, reset=False)
+            queries = self._check_X(X, reset=False)
             excluded = np.full(queries.n_motions, -1)
         window = self.window_
         found = find(Request(self._index, queries, excluded, k, window), self.n_jobs, self.verbose)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from skpose._compiled.pose import loops
-from skpose._compiled.warping.paths import Encoded, MotionPairs, Paths, warped_loop
+from skpose._compiled.warping.paths import Encoded, MotionPairs, Paths, warp_loop
 from skpose._parallel.tasks import LITTLE_WORK, TASKS_PER_JOB, WORK_PER_TASK
 from skpose._parallel.threads import in_threads
 from skpose.metrics import Metric
@@ -29,7 +29,7 @@ WORK_PER_CELL = 6.0  # of the recursion, in addition to that of the distance
 
 
 class MotionMatrix(TiledMatrix):
-    """The distances between motions A and motions B, where B=None is A.
+    """The distances between motions X and motions Y, where Y=None is X.
 
     `alignment` and `window` are those of `motion_distances`; `normalize` divides by the number of frames.
     """
@@ -38,8 +38,8 @@ class MotionMatrix(TiledMatrix):
 
     def __init__(
         self,
-        A: Sequences,
-        B: Sequences | None,
+        X: Sequences,
+        Y: Sequences | None,
         metric: Metric,
         skeleton: Skeleton | None,
         *,
@@ -47,35 +47,35 @@ class MotionMatrix(TiledMatrix):
         window: float | None = None,
         normalize: bool = True,
     ):
-        self.A, self.B, self.metric = A, B, metric
+        self.X, self.Y, self.metric = X, Y, metric
         self.alignment, self.normalize = alignment, normalize
         self.paths = Paths.of(window, alignment == "subsequence")
         self.skeleton = skeleton if metric.needs_skeleton else None
-        self.result_dtype = np.result_type(A.poses, (A if B is None else B).poses)
+        self.result_dtype = np.result_type(X.poses, (X if Y is None else Y).poses)
         self.dtype = np.dtype(np.float64) if metric.iterative else self.result_dtype
-        self.shape = A.n_motions, (A if B is None else B).n_motions
+        self.shape = X.n_motions, (X if Y is None else Y).n_motions
 
     @property
     def columns(self) -> Sequences:
-        return self.A if self.B is None else self.B
+        return self.X if self.Y is None else self.Y
 
     @property
     def symmetric(self) -> bool:
-        return self.B is None and self.alignment != "subsequence"
+        return self.Y is None and self.alignment != "subsequence"
 
     @property
     def n_cells(self) -> int:
         """The number of pairs of frames; of symmetric distances, those of one triangle."""
         if self.alignment == "frames":
-            return len(self.A.poses) // self.A.n_motions * self.n_pairs
-        n_frames = len(self.A.poses)
+            return len(self.X.poses) // self.X.n_motions * self.n_pairs
+        n_frames = len(self.X.poses)
         if self.symmetric:
-            return (n_frames * n_frames - int((self.A.lengths**2).sum())) // 2
+            return (n_frames * n_frames - int((self.X.lengths**2).sum())) // 2
         return n_frames * len(self.columns.poses)
 
     @functools.cached_property
     def work_per_cell(self) -> float:
-        return work_per_cell(self.metric, self.skeleton, self.A)
+        return work_per_cell(self.metric, self.skeleton, self.X)
 
     @property
     def work_per_pair(self) -> float:
@@ -85,28 +85,28 @@ class MotionMatrix(TiledMatrix):
     @property
     def largest_edge(self) -> int:
         """The number of motions that have, in the mean, ENCODED_AT_ONCE frames; a power of two."""
-        longest = max(self.A.lengths.mean(), self.columns.lengths.mean())
+        longest = max(self.X.lengths.mean(), self.columns.lengths.mean())
         return 2 ** int(np.log2(max(1.0, ENCODED_AT_ONCE / longest)))
 
     def fingerprint(self) -> dict[str, Any]:
         return metric_fingerprint(self.metric) | {
             "dtype": self.dtype.str,
             "alignment, window or normalize": [self.alignment, self.paths.window, self.normalize],
-            "A": digest(*self.A),
-            "B": "A" if self.B is None else digest(*self.B),
+            "X": digest(*self.X),
+            "Y": "X" if self.Y is None else digest(*self.Y),
             "skeleton": digest(*self.metric.tree_for(self.skeleton)),
         }
 
     def distances(self, tile: Tile, n_jobs: int = 1, out: np.ndarray | None = None) -> tuple[np.ndarray, Unconverged]:
         """Return the distances of a tile, in `out` if that is given, and how many geodesics did not converge."""
-        rows, columns = self.A.part(tile.top, tile.bottom), self.columns.part(tile.left, tile.right)
+        rows, columns = self.X.slice(tile.top, tile.bottom), self.columns.slice(tile.left, tile.right)
         diagonal = self.symmetric and tile.top == tile.left
         if self.alignment == "frames":
             sums, unconverged = self._sums_of_frames(rows, None if diagonal else columns, n_jobs)
         else:
             sums = np.zeros(tile.shape)
             tasks = self._tasks(rows, columns, diagonal, n_jobs, sums)
-            unconverged = Unconverged.joined(in_threads(tasks, n_jobs))
+            unconverged = Unconverged.join(in_threads(tasks, n_jobs))
         if diagonal:
             mirror(sums, n_jobs)
         if self.normalize:
@@ -134,13 +134,13 @@ class MotionMatrix(TiledMatrix):
             distances, unconverged = matrix.distances(Tile(0, n_rows, 0, n_columns), n_jobs)
             sums += distances
             parts.append(unconverged)
-        return sums, Unconverged.joined(parts)
+        return sums, Unconverged.join(parts)
 
     def _tasks(
         self, rows: Sequences, columns: Sequences, diagonal: bool, n_jobs: int, sums: np.ndarray
     ) -> Iterator[Callable[[], tuple[int, float]]]:
         """Yield the tasks of a tile as functions to call."""
-        metric, loop, tree = self.metric, warped_loop(self.dtype), self.metric.tree_for(self.skeleton, self.dtype)
+        metric, loop, tree = self.metric, warp_loop(self.dtype), self.metric.tree_for(self.skeleton, self.dtype)
         X = self._encode(rows.poses)
         Y = loops.in_lanes(X if diagonal else self._encode(columns.poses))
         work = WORK_PER_TASK

@@ -19,7 +19,7 @@ from skpose.motions._barycenter import Aligned, Barycenter
 from skpose.motions._inputs import Sequences, check_motions
 from skpose.motions._matrix import MotionMatrix
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import interpolate
+from skpose.skeleton._shared import interpolate_poses
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -164,13 +164,6 @@ def mean_motion(
     MeanMotion
         The poses of the mean, and how much each phase and each joint varies.
 
-    Warns
-    -----
-    ConvergenceWarning
-        If `max_iter` was too small, or if geodesics did not converge. It is then still a motion.
-    UserWarning
-        If the poses look like degrees, see `pose_distances`.
-
     Raises
     ------
     TypeError
@@ -178,6 +171,13 @@ def mean_motion(
     ValueError
         For arrays without a skeleton, poses of the wrong width or not finite, motions of different frame rates,
         skeletons that are not comparable.
+
+    Warns
+    -----
+    ConvergenceWarning
+        If `max_iter` was too small, or if geodesics did not converge. It is then still a motion.
+    UserWarning
+        If the poses look like degrees, see `pose_distances`.
 
     See Also
     --------
@@ -229,7 +229,7 @@ def mean_motion(
     if n_frames is not None and n_frames != len(mean):
         if frame_rate is not None and n_frames > 1 and len(mean) > 1:
             frame_rate *= (n_frames - 1) / (len(mean) - 1)
-        mean = interpolate(skeleton.bones, mean, np.linspace(0, len(mean) - 1, n_frames))
+        mean = interpolate_poses(skeleton.bones, mean, np.linspace(0, len(mean) - 1, n_frames))
     barycenter = Barycenter(sequences, skeleton, chosen, window, effective_n_jobs(n_jobs))
     aligned, before = barycenter.align(mean), None
     objectives, converged = [aligned.objective], False

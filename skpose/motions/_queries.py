@@ -76,7 +76,7 @@ def find(request: Request, n_jobs: int | None, verbose: int) -> Nearest:
 
 def find_some(request: Request, rows: tuple[int, int]) -> Nearest:
     """Find the nearest motions of the queries first:last."""
-    queries, excluded = request.queries.part(*rows), request.excluded[slice(*rows)]
+    queries, excluded = request.queries.slice(*rows), request.excluded[slice(*rows)]
     index = request.index
     work = work_per_cell(index.metric, index.skeleton, index.sequences) * share_of_band(request.window)
     work *= len(queries.poses) * len(index.sequences.poses)
@@ -95,7 +95,7 @@ def _by_brute_force(request: Request, queries: Sequences, excluded: np.ndarray) 
     n_motions, n_frames = motions.n_motions, len(motions.poses)
     parts, unconverged = [], []
     for rows in gen_batches(queries.n_motions, max(1, MOST_DISTANCES // n_motions)):
-        some = queries.part(rows.start, rows.stop).in_float64()
+        some = queries.slice(rows.start, rows.stop).in_float64()
         matrix = MotionMatrix(some, motions, index.metric, index.skeleton, window=request.window)
         distances, counts = matrix.write(None, 1)
         left_out = np.flatnonzero(excluded[rows] >= 0)

@@ -125,19 +125,19 @@ def segment_repetitions(
     Repetitions
         First frames, last frames and distances; none where nothing repeats.
 
-    Warns
-    -----
-    ConvergenceWarning
-        If geodesics did not converge.
-    UserWarning
-        If the poses look like degrees, see `pose_distances`.
-
     Raises
     ------
     TypeError
         For several motions in the place of one.
     ValueError
         For poses that `pose_distances` refuses, and a `min_frames` above `max_frames`.
+
+    Warns
+    -----
+    ConvergenceWarning
+        If geodesics did not converge.
+    UserWarning
+        If the poses look like degrees, see `pose_distances`.
 
     See Also
     --------

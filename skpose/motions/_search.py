@@ -12,8 +12,8 @@ import numpy as np
 
 from skpose._compiled.pose import loops
 from skpose._compiled.warping.paths import Paths
-from skpose._compiled.warping.within import Ends, Within, path_sum_loop, warped_within_loop
-from skpose.motions._bounds import Bounds, left_over
+from skpose._compiled.warping.within import Ends, Within, path_sum_loop, warp_within_loop
+from skpose.motions._bounds import Bounds, sums_to_end
 from skpose.motions._index import SequenceIndex
 from skpose.motions._results import MotionEvaluations
 
@@ -44,11 +44,11 @@ class Aligner:
         n_columns = stop - start
         remaining = NO_BOUNDS
         if bounds is not None and np.isfinite(limit) and len(codes) * n_columns <= MOST_CELLS:
-            remaining = left_over(bounds.of_frames(start, stop), self.paths)
+            remaining = sums_to_end(bounds.of_frames(start, stop), self.paths)
         ends = Ends(np.empty(n_columns), np.empty(n_columns, np.int64))
         lanes = loops.in_lanes(self.encode(self.index.sequences.poses[start:stop]))
         within = Within(limit * (1.0 + ROUNDING), remaining)
-        n_cells, *unconverged = warped_within_loop(FLOAT64)(
+        n_cells, *unconverged = warp_within_loop(FLOAT64)(
             codes, lanes, self.paths, within, self.metric.measure, self._tree, self.metric.steps, ends
         )
         self.evaluations += MotionEvaluations(1, n_cells)

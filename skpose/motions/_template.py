@@ -77,12 +77,12 @@ class Templates:
 
         def rate(length: int) -> None:
             step = max(1, length // STARTS_PER_LENGTH)
-            found.extend(self._rated(start, length) for start in range(0, self.n - length + 1, step))
+            found.extend(self._rate(start, length) for start in range(0, self.n - length + 1, step))
 
         tasks: Iterator[Callable[[], None]] = (partial(rate, length) for length in self._lengths())
         in_threads(tasks, n_jobs)
         found.sort(reverse=True)
-        return max(map(self._refined, found[:REFINED]), default=Template(0.0, 0, 0))
+        return max(map(self._refine, found[:REFINED]), default=Template(0.0, 0, 0))
 
     def repetitions(self, template: Template) -> Found:
         """Return the template and the segments of its path families, in their order."""
@@ -90,7 +90,7 @@ class Templates:
         before, near_before = segments_of(self.similarities, 0, start, start, stop)
         after, near_after = segments_of(self.similarities, stop, self.n, start, stop)
         rows = np.concatenate([before, [(start, stop)], after])
-        segments = np.array([_without_slivers(self.frames[first:last]) for first, last in rows])
+        segments = np.array([_trim_slivers(self.frames[first:last]) for first, last in rows])
         if np.ptp(segments[len(before)]) < self.least:
             segments[len(before)] = self.frames[start], self.frames[stop - 1] + 1  # the template is long enough whole
         similarities = np.concatenate([near_before, [1.0], near_after])
@@ -102,7 +102,7 @@ class Templates:
             yield length
             length = max(length + 1, int(GROWTH * length))
 
-    def _rated(self, start: int, length: int) -> Template:
+    def _rate(self, start: int, length: int) -> Template:
         """Return a template with its fitness, the harmonic mean of score and coverage; zero for one not allowed."""
         none = Template(0.0, start, length)
         if not self._is_allowed(start, length):
@@ -122,12 +122,12 @@ class Templates:
         last = start + length - 1
         return self.reach[start] <= last and self.least <= self.frames[last] - self.frames[start] + 1 <= self.most
 
-    def _refined(self, template: Template) -> Template:
+    def _refine(self, template: Template) -> Template:
         """Return the best template near one."""
         step = max(1, template.length // 8)
         while step and template.fitness > 0.0:
             near = [
-                self._rated(template.start + shift, template.length + growth)
+                self._rate(template.start + shift, template.length + growth)
                 for shift in (-step, 0, step)
                 for growth in (-step, 0, step)
             ]
@@ -146,7 +146,7 @@ def _first_far(distances: np.ndarray, far: float) -> np.ndarray:
     return np.minimum.accumulate(nearest[::-1])[::-1]
 
 
-def _without_slivers(frames: np.ndarray) -> tuple[int, int]:
+def _trim_slivers(frames: np.ndarray) -> tuple[int, int]:
     """Return the first frame of a segment, given those of it that move, and the one behind its last.
 
     What lies at an edge, apart from the rest by a pause that is longer than itself, belongs to the repetition before or

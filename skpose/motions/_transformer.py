@@ -130,10 +130,10 @@ class MotionDistanceTransformer(MotionEstimatorMixin, ClassNamePrefixFeaturesOut
 
         Returns
         -------
-        self : MotionDistanceTransformer
+        MotionDistanceTransformer
             The fitted transformer.
         """
-        self._motions = self._checked(X, reset=True)
+        self._motions = self._check_X(X, reset=True)
         check_alignment(self.alignment, self.window, X=self._motions)
         self.n_samples_fit_ = self._motions.n_motions
         return self
@@ -151,7 +151,7 @@ class MotionDistanceTransformer(MotionEstimatorMixin, ClassNamePrefixFeaturesOut
         Returns
         -------
         ndarray of shape (n_samples_fit, n_samples_fit)
-            Exactly symmetric with a zero diagonal, but for "subsequence".
+            Exactly symmetric with a zero diagonal, but for "subsequence"; float32 for float32 motions, else float64.
         """
         self.fit(X, y)
         return self._distances(self._motions, None)
@@ -170,7 +170,7 @@ class MotionDistanceTransformer(MotionEstimatorMixin, ClassNamePrefixFeaturesOut
             In m, or rad for "angle": float32 where both X and the training motions are, else float64.
         """
         check_is_fitted(self, "n_samples_fit_")
-        motions = self._checked(X, reset=False)
+        motions = self._check_X(X, reset=False)
         check_alignment(self.alignment_, self.window_, X=motions, X_fit=self._motions)
         return self._distances(motions, self._motions)
 

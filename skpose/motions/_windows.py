@@ -27,7 +27,7 @@ from skpose._compiled.pose.loops import in_lanes
 from skpose._compiled.warping.paths import accumulate, accumulate_from, path_to
 from skpose._parallel.progress import progress
 from skpose._parallel.threads import in_threads
-from skpose.motions._bounds import OPEN, Bounds, left_over
+from skpose.motions._bounds import OPEN, Bounds, sums_to_end
 from skpose.motions._index import FRAMES_PER_BOX, SequenceIndex
 from skpose.motions._matrix import work_per_cell
 from skpose.motions._results import MotionEvaluations
@@ -70,18 +70,18 @@ class WindowSearch:
         codes = self._aligner().encode(query)
         if self.index.filter is None or not self._is_worth_it(query, k):
             starts = self.index.sequences.starts.tolist()
-            return chosen(self._within(codes, None, itertools.pairwise(starts), np.inf), k)
+            return choose_windows(self._within(codes, None, itertools.pairwise(starts), np.inf), k)
         bounds = Bounds(self.index, query)
         by_boxes = self._bounds_of_boxes(bounds)
         covered = float(np.quantile(by_boxes, FIRST_SHARE))  # all paths up to this sum are in what is scanned
         measured: dict[int, Window] = {}
         while True:
-            by_frames, ends = self._scanned(bounds, by_boxes, covered)
+            by_frames, ends = self._scan_boxes(bounds, by_boxes, covered)
             limit = self._limit(bounds, codes, ends, k, measured)
             while limit <= covered:
                 near = max(FRAMES_PER_BOX, len(query) // NEAR)
-                regions = self._runs(by_frames <= limit * (1.0 + ROUNDING), near)
-                found = chosen(self._within(codes, bounds, regions, limit), k)
+                regions = self._find_regions(by_frames <= limit * (1.0 + ROUNDING), near)
+                found = choose_windows(self._within(codes, bounds, regions, limit), k)
                 if len(found) == k or np.isinf(limit):
                     return found
                 # A limit of zero is not raised by a factor.
@@ -100,12 +100,12 @@ class WindowSearch:
     def _run(self, what: str, tasks: list[Callable[[], Any]]) -> list[Any]:
         with progress(what, len(tasks), self.verbose) as advance:
 
-            def counted(task: Callable[[], Any]) -> Any:
+            def run_and_count(task: Callable[[], Any]) -> Any:
                 result = task()
                 advance()
                 return result
 
-            return in_threads([functools.partial(counted, task) for task in tasks], self.n_jobs)
+            return in_threads([functools.partial(run_and_count, task) for task in tasks], self.n_jobs)
 
     def _bounds_of_boxes(self, bounds: Bounds) -> np.ndarray:
         """Return, for each box, a lower bound of the sums of all paths through it."""
@@ -113,13 +113,13 @@ class WindowSearch:
 
         def fill(first: int, last: int) -> None:
             distances = bounds.of_boxes(first, last)
-            least[first:last] = through(distances, left_over(distances, OPEN), np.full(bounds.n, np.inf))[0]
+            least[first:last] = sums_through(distances, sums_to_end(distances, OPEN), np.full(bounds.n, np.inf))[0]
 
         starts = self.index.box_starts.tolist()
         self._run("bounds of boxes", [functools.partial(fill, *ends) for ends in itertools.pairwise(starts)])
         return least
 
-    def _scanned(self, bounds: Bounds, by_boxes: np.ndarray, limit: float) -> tuple[np.ndarray, np.ndarray]:
+    def _scan_boxes(self, bounds: Bounds, by_boxes: np.ndarray, limit: float) -> tuple[np.ndarray, np.ndarray]:
         """Return lower bounds of the sums of all paths through each frame, and of those that end there.
 
         Only boxes within the limit are scanned; elsewhere the bounds are infinite.
@@ -128,7 +128,7 @@ class WindowSearch:
         firsts = np.repeat(self.index.sequences.starts[:-1], np.diff(self.index.box_starts)) + FRAMES_PER_BOX * box_of
         frames = np.repeat(by_boxes, np.diff(np.append(firsts, self.index.sequences.starts[-1])))
         by_frames, ends = np.full(len(frames), np.inf), np.full(len(frames), np.inf)
-        regions = self._runs(frames <= limit * (1.0 + ROUNDING), 0)
+        regions = self._find_regions(frames <= limit * (1.0 + ROUNDING), 0)
 
         def scan(start: int, stop: int) -> None:
             step = max(FRAMES_PER_BOX, SCANNED_AT_ONCE // bounds.n)
@@ -136,12 +136,12 @@ class WindowSearch:
             none = np.full(bounds.n, np.inf)
             behind = [none]  # what is left over in the first column of each chunk, from the last chunk on
             for chunk in chunks[:0:-1]:
-                behind.append(left_over(bounds.of_frames(*chunk), OPEN, behind[-1])[:, 0])
+                behind.append(sums_to_end(bounds.of_frames(*chunk), OPEN, behind[-1])[:, 0])
             edge = none
             for chunk in chunks:
                 distances = bounds.of_frames(*chunk)
-                onwards = left_over(distances, OPEN, behind.pop())
-                by_frames[slice(*chunk)], to = through(distances, onwards, edge)
+                onwards = sums_to_end(distances, OPEN, behind.pop())
+                by_frames[slice(*chunk)], to = sums_through(distances, onwards, edge)
                 ends[slice(*chunk)], edge = to[-1], to[:, -1].copy()
 
         self._run("bounds of frames", [functools.partial(scan, *region) for region in regions])
@@ -164,19 +164,19 @@ class WindowSearch:
             if len(best) == k and ends[end] > best[-1].sum:
                 break
             if end not in measured:
-                measured[end] = self._measured(bounds, codes, end)
+                measured[end] = self._measure_window(bounds, codes, end)
             window = measured[end]
             found.append(window)
             half = max(1, (window.stop - window.start) // 2)  # where windows end that overlap this one
             free[max(0, end - half) : end + half] = False
             if len(found) % batch == 0:
-                before, best = best, chosen(found, k)
+                before, best = best, choose_windows(found, k)
                 if len(best) == k and best == before:
                     break
-        best = chosen(found, k)
+        best = choose_windows(found, k)
         return best[-1].sum if len(best) == k else np.inf
 
-    def _measured(self, bounds: Bounds, codes: np.ndarray, end: int) -> Window:
+    def _measure_window(self, bounds: Bounds, codes: np.ndarray, end: int) -> Window:
         """Return the window that ends at a frame, with the sum along the path that is best by the bounds."""
         starts = self.index.sequences.starts
         motion = int(np.searchsorted(starts, end, side="right")) - 1
@@ -190,8 +190,8 @@ class WindowSearch:
         total = aligner.path_sum(codes, lanes, path - [0, first - start])
         return Window(total, motion, first, end + 1)
 
-    def _runs(self, chosen_frames: np.ndarray, near: int) -> list[tuple[int, int]]:
-        """Return runs of chosen frames, as first and last, which is not included; near ones of a motion are joined."""
+    def _find_regions(self, chosen_frames: np.ndarray, near: int) -> list[tuple[int, int]]:
+        """Return ranges of chosen frames, first and end; those of a motion that are near are joined."""
         frames = np.flatnonzero(chosen_frames)
         if not len(frames):
             return []
@@ -219,7 +219,7 @@ class WindowSearch:
         return [window for found, _ in results for window in found]
 
 
-def through(distances: np.ndarray, onwards: np.ndarray, edge: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def sums_through(distances: np.ndarray, onwards: np.ndarray, edge: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the least sum of the open paths through each column, and the sums of those to each cell.
 
     `onwards` are the sums from each cell on, which are overwritten, `edge` those to the column before the first one.
@@ -231,7 +231,7 @@ def through(distances: np.ndarray, onwards: np.ndarray, edge: np.ndarray) -> tup
     return onwards.min(axis=0), to
 
 
-def chosen(windows: Iterable[Window], k: int) -> list[Window]:
+def choose_windows(windows: Iterable[Window], k: int) -> list[Window]:
     """Return the k best windows of which no two overlap by more than half; of equal sums the first comes first."""
     best: list[Window] = []
     # Of each motion those that are chosen, by start. As none lies in another one, they are in order of stop too.

@@ -20,7 +20,7 @@ from skpose._compiled.pose import loops
 from skpose._compiled.pose.measure import measure_euclidean
 from skpose._compiled.pose.nearest import Candidates, Groups, bounds_of_groups_loop, nearest_of_groups_loop
 from skpose._compiled.pose.tree import Steps
-from skpose._compiled.simd.lanes import aligned, lanes
+from skpose._compiled.simd.lanes import empty_aligned, lanes
 from skpose._parallel.rows import over_rows
 from skpose.kinematics._shared import tree_of
 from skpose.metrics import Metric
@@ -81,7 +81,7 @@ class ChordFilter:
         self.axes = np.ascontiguousarray(np.linalg.eigh(codes.T @ codes)[1].T[: -N_AXES - 1 : -1])
         width = lanes(FLOAT32)
         self.n_coordinates = len(self.axes) + 1
-        self.groups = aligned(-(-len(poses) // width) * self.n_coordinates, width, FLOAT32)
+        self.groups = empty_aligned(-(-len(poses) // width) * self.n_coordinates, width, FLOAT32)
         self.norm = 0.0
         for start in range(0, len(poses), ENCODED_AT_ONCE):
             coordinates, norms = self._coordinates(poses[start : start + ENCODED_AT_ONCE])

@@ -68,7 +68,7 @@ class GeodesicSearch:
         best = NearestSoFar(limits, max(1, np.bincount(near.queries, minlength=1).max()))
         self._solve(poses, near, best)
         parts.append(best.entries())
-        return Neighbors.sorted(parts)
+        return Neighbors.sort(parts)
 
     def _solve(self, poses: np.ndarray, chords: Neighbors, best: NearestSoFar) -> None:
         """Solve the geodesics that may be among the best, in order of chord."""

@@ -37,10 +37,10 @@ class GraphTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Tran
 
         Returns
         -------
-        self : object
+        PoseKNeighborsTransformer or PoseRadiusNeighborsTransformer
             The fitted transformer.
         """
-        X = self._checked(X, reset=True, copy=True)
+        X = self._check_X(X, reset=True, copy=True)
         self._index = PoseIndex(X, self.skeleton_, self.metric_, brute=self.algorithm == "brute")
         self._index.sort_groups()
         self.n_samples_fit_ = len(X)
@@ -69,7 +69,7 @@ class GraphTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Tran
             self._check_how_to_answer()
             X, excluded = self._index.poses, np.arange(self.n_samples_fit_)
         else:
-            X = self._checked(X, reset=False)
+            X = self._check_X(X, reset=False)
             excluded = np.full(len(X), -1)
         found = find(Request(criterion, self._index, X, excluded), self.n_jobs, self.verbose)
         warn_of_unconverged(found.unconverged, found.evaluations.geodesics)
@@ -89,7 +89,7 @@ class GraphTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Tran
         return self.n_samples_fit_
 
 
-def checked_k(n_neighbors, excludes_itself, n_samples_fit):
+def check_k(n_neighbors, excludes_itself, n_samples_fit):
     """Return a number of neighbours, as an int, that the training data have."""
     if not isinstance(n_neighbors, Integral):
         raise TypeError(f"n_neighbors must be a whole number, got {n_neighbors!r}")

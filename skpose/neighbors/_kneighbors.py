@@ -6,9 +6,9 @@ from typing import ClassVar
 from sklearn.utils.validation import check_is_fitted
 
 from skpose._compat.sklearn import Interval
-from skpose.neighbors._graph import GraphTransformer, checked_k
+from skpose.neighbors._graph import GraphTransformer, check_k
 from skpose.neighbors._queries import KNearest
-from skpose.neighbors._results import requested
+from skpose.neighbors._results import select_requested
 
 
 class PoseKNeighborsTransformer(GraphTransformer):
@@ -171,7 +171,7 @@ class PoseKNeighborsTransformer(GraphTransformer):
         Returns
         -------
         distances : ndarray of shape (n_queries, n_neighbors)
-            In m, or rad for "angle"; only if requested.
+            In m, or rad for "angle"; float64, also for float32 poses. Only if requested.
         indices : ndarray of shape (n_queries, n_neighbors)
             By distance, those equally far away by index.
         evaluations : Evaluations
@@ -187,7 +187,7 @@ class PoseKNeighborsTransformer(GraphTransformer):
         found, n_queries = self._find(X, self._k_nearest(X, n_neighbors))
         near = found.neighbors
         distances, indices = (part.reshape(n_queries, -1) for part in (near.distances, near.indices))
-        return requested((return_distance, distances), (True, indices), (return_evaluations, found.evaluations))
+        return select_requested((return_distance, distances), (True, indices), (return_evaluations, found.evaluations))
 
     def kneighbors_graph(self, X=None, n_neighbors=None, mode="connectivity"):
         """Compute the graph of the k nearest training poses.
@@ -211,4 +211,4 @@ class PoseKNeighborsTransformer(GraphTransformer):
 
     def _k_nearest(self, X, n_neighbors):
         k = self.n_neighbors if n_neighbors is None else n_neighbors
-        return KNearest(checked_k(k, X is None, self.n_samples_fit_))
+        return KNearest(check_k(k, X is None, self.n_samples_fit_))

@@ -81,7 +81,7 @@ def find(request: Request, n_jobs: int | None, verbose: int) -> Found:
                 advance()
     parts = [found[task] for task in tasks]
     return Found(
-        Neighbors.joined(part.neighbors for part in parts),
+        Neighbors.join(part.neighbors for part in parts),
         Evaluations(*map(sum, zip(*(part.evaluations for part in parts), strict=True))),
         [one for part in parts for one in part.unconverged],
     )

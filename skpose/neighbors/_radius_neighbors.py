@@ -9,7 +9,7 @@ from sklearn.utils.validation import check_is_fitted
 from skpose._compat.sklearn import Interval
 from skpose.neighbors._graph import GraphTransformer
 from skpose.neighbors._queries import WithinRadius
-from skpose.neighbors._results import requested
+from skpose.neighbors._results import select_requested
 
 
 class PoseRadiusNeighborsTransformer(GraphTransformer):
@@ -152,7 +152,7 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
         Returns
         -------
         distances : ndarray of shape (n_queries,) of ndarrays
-            In m, or rad for "angle"; only if requested.
+            In m, or rad for "angle"; float64, also for float32 poses. Only if requested.
         indices : ndarray of shape (n_queries,) of ndarrays
             The neighbours; without distances, sorted by index.
         evaluations : Evaluations
@@ -161,6 +161,8 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
 
         Raises
         ------
+        TypeError
+            For a radius that is not one number, such as an array with one for each pose.
         ValueError
             For a negative radius, or if `sort_results` is True and `return_distance` is not.
         """
@@ -171,8 +173,8 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
         near = found.neighbors
         starts = np.searchsorted(near.queries, np.arange(1, n_queries))
         order = slice(None) if return_distance else np.lexsort((near.indices, near.queries))
-        distances, indices = (_ragged(np.split(part, starts)) for part in (near.distances, near.indices[order]))
-        return requested((return_distance, distances), (True, indices), (return_evaluations, found.evaluations))
+        distances, indices = (_object_array(np.split(part, starts)) for part in (near.distances, near.indices[order]))
+        return select_requested((return_distance, distances), (True, indices), (return_evaluations, found.evaluations))
 
     def radius_neighbors_graph(self, X=None, radius=None, mode="connectivity", sort_results=False):
         """Compute the graph of all training poses within a radius.
@@ -198,12 +200,15 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
 
     def _within_radius(self, radius, measured):
         radius = self.radius if radius is None else radius
+        if not isinstance(radius, Real):
+            raise TypeError(f"radius must be one number for all poses, got {radius!r}: call once for each radius")
+        radius = float(radius)
         if not radius >= 0:
             raise ValueError(f"radius must be zero or more, got {radius}")
-        return WithinRadius(float(radius), measured)
+        return WithinRadius(radius, measured)
 
 
-def _ragged(parts):
+def _object_array(parts):
     """Return an array of arrays, also where all are of one length."""
     ragged = np.empty(len(parts), dtype=object)
     for i, part in enumerate(parts):

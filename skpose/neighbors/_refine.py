@@ -11,7 +11,7 @@ import numpy as np
 
 from skpose._compiled.pose.loops import encode_lanes_loop, encode_poses
 from skpose._compiled.pose.nearest import Groups, bounds_of_groups_loop, nearest_of_groups_loop
-from skpose._compiled.simd.lanes import aligned, lanes
+from skpose._compiled.simd.lanes import empty_aligned, lanes
 from skpose._parallel.rows import over_rows
 from skpose.metrics import Metric
 from skpose.metrics._shared import CoarseBound
@@ -94,7 +94,7 @@ class Refinement:
             poses, indices = poses[rows], indices[rows]
         if len(indices) == 0:
             return
-        codes = self._encoded(poses, self.metric.encode, queries.codes.shape[1], FLOAT64)
+        codes = self._encode(poses, self.metric.encode, queries.codes.shape[1], FLOAT64)
         groups, loop = Groups(codes, indices, near, slack), nearest_of_groups_loop(FLOAT64)
         tail = queries.excluded, self.measure, self.tree, self.steps, best.heaps
         self.n_measured += sum(
@@ -108,7 +108,7 @@ class Refinement:
 
     def _bound(self, coarse: CoarseBound, codes: np.ndarray, poses: np.ndarray, near: np.ndarray) -> None:
         """Replace zeros by coarse bounds."""
-        groups, loop = self._encoded(poses, coarse.encode, codes.shape[1], FLOAT32), bounds_of_groups_loop()
+        groups, loop = self._encode(poses, coarse.encode, codes.shape[1], FLOAT32), bounds_of_groups_loop()
         tail: Any = (coarse.measure, self.metric.tree_for(self.index.skeleton, FLOAT32), self.steps, near)
         limits = np.zeros(len(codes), FLOAT32)
         over_rows(
@@ -118,11 +118,11 @@ class Refinement:
             self.n_jobs,
         )
 
-    def _encoded(self, poses: np.ndarray, encode: Any, n_codes: int, dtype: np.dtype) -> np.ndarray:
+    def _encode(self, poses: np.ndarray, encode: Any, n_codes: int, dtype: np.dtype) -> np.ndarray:
         """Return poses as groups of lanes."""
         width = lanes(dtype)
         n_groups, loop, tail = len(poses) // width, encode_lanes_loop(dtype), (encode, self.tree, self.steps)
-        codes = aligned(n_groups * n_codes, width, dtype)
+        codes = empty_aligned(n_groups * n_codes, width, dtype)
         work = len(poses) * n_codes * self.metric.encode_work
         over_rows(lambda first, last: loop(poses, first, last, *tail, codes), n_groups, work, self.n_jobs)
         return codes

@@ -42,21 +42,21 @@ class Neighbors(NamedTuple):
     distances: np.ndarray
 
     @classmethod
-    def joined(cls, parts: Iterable[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> "Neighbors":
+    def join(cls, parts: Iterable[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> "Neighbors":
         """Concatenate parts that are sorted already."""
         return cls(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
     @classmethod
-    def sorted(cls, parts: list[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> "Neighbors":
+    def sort(cls, parts: list[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> "Neighbors":
         """Concatenate and sort parts that are in any order."""
-        queries, indices, distances = cls.joined(parts)
+        queries, indices, distances = cls.join(parts)
         order = queries.argsort(kind="stable")
         for row in np.split(order, np.flatnonzero(np.diff(queries[order])) + 1):
             row[:] = row[np.lexsort((indices[row], distances[row]))]
         return cls(queries[order], indices[order], distances[order])
 
 
-def requested(*parts: tuple[bool, Any]) -> Any:
+def select_requested(*parts: tuple[bool, Any]) -> Any:
     """Return those of some results that are requested: a tuple of them, or the only one itself."""
     chosen = tuple(result for is_requested, result in parts if is_requested)
     return chosen if len(chosen) > 1 else chosen[0]

@@ -86,7 +86,7 @@ class Search:
             found = NearestSoFar(limits, LANES * len(numbers))
             self._measure_groups(queries, bounds, numbers, found)
             parts.append(found.entries())
-        return Neighbors.sorted(parts or [NearestSoFar(limits, 1).entries()])
+        return Neighbors.sort(parts or [NearestSoFar(limits, 1).entries()])
 
     def refine(
         self, codes: np.ndarray, candidates: Candidates, best: NearestSoFar, at_once: int = FLOAT64_LANES

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from skpose._typing import ArrayLike
-from skpose._validation.options import check_kind, check_whole
+from skpose._validation.options import check_integer, check_kind
 from skpose.kinematics import forward_kinematics
 from skpose.metrics import Metric
 from skpose.motions import Alignment, align_motions
@@ -84,7 +84,7 @@ class AlignmentDisplay:
             The display itself.
         """
         names, differences = self.alignment._of_joints(quantity)
-        check_whole(n_poses, 1, "n_poses")
+        check_integer(n_poses, 1, "n_poses")
         plane = check_view(view)
         rows = ROW * len(names)
         self.ax_, self.figure_ = axes(ax, "AlignmentDisplay.plot", (WIDTH, rows + STRIPS + 2 * LABELS))
@@ -187,7 +187,38 @@ class AlignmentDisplay:
         view: str = "xy",
         **style,
     ) -> "AlignmentDisplay":
-        """Align two motions and draw them; the parameters are those of `skpose.motions.align_motions` and of `plot`."""
+        """Align two motions and draw them.
+
+        Parameters
+        ----------
+        a : array-like of shape (n_frames, n_dofs) or Motion
+            The first motion.
+        b : array-like of shape (n_frames, n_dofs) or Motion
+            The second motion.
+        skeleton : Skeleton, default=None
+            The skeleton of both; None is that of the `Motion` objects.
+        metric : str or Metric, default="auto"
+            The distance between poses, see `skpose.motions.align_motions`.
+        alignment : {"dtw", "subsequence", "frames"}, default="dtw"
+            How frames are paired, see `skpose.motions.align_motions`.
+        window : float between 0 and 1, default=None
+            Width of the band of "dtw", see `skpose.motions.align_motions`.
+        quantity : {"distance", "rotation"}, default="distance"
+            What the map shows, see `plot`.
+        n_poses : int, default=8
+            Pairs of poses to draw, fewer where the motions have fewer.
+        ax : matplotlib Axes, default=None
+            The axes in whose place all is drawn; None makes new ones.
+        view : str, default="xy"
+            The horizontal and the vertical axis, see `PoseDisplay.plot`.
+        **style
+            Style of the map, such as cmap, vmax; see `matplotlib.axes.Axes.imshow`.
+
+        Returns
+        -------
+        AlignmentDisplay
+            The display.
+        """
         found = align_motions(a, b, skeleton=skeleton, metric=metric, alignment=alignment, window=window)
         return cls.from_alignment(found, quantity=quantity, n_poses=n_poses, ax=ax, view=view, **style)
 
@@ -202,6 +233,27 @@ class AlignmentDisplay:
         view: str = "xy",
         **style,
     ) -> "AlignmentDisplay":
-        """Draw an alignment; the other parameters are those of `plot`."""
+        """Draw an alignment.
+
+        Parameters
+        ----------
+        alignment : Alignment
+            The path of two motions, from `skpose.motions.align_motions`.
+        quantity : {"distance", "rotation"}, default="distance"
+            What the map shows, see `plot`.
+        n_poses : int, default=8
+            Pairs of poses to draw, fewer where the motions have fewer.
+        ax : matplotlib Axes, default=None
+            The axes in whose place all is drawn; None makes new ones.
+        view : str, default="xy"
+            The horizontal and the vertical axis, see `PoseDisplay.plot`.
+        **style
+            Style of the map, such as cmap, vmax; see `matplotlib.axes.Axes.imshow`.
+
+        Returns
+        -------
+        AlignmentDisplay
+            The display.
+        """
         check_kind(alignment, Alignment, "alignment", "from_motions(a, b) aligns two motions")
         return cls(alignment).plot(ax, quantity=quantity, n_poses=n_poses, view=view, **style)

@@ -126,7 +126,28 @@ class DistanceMatrixDisplay:
     def from_distances(
         cls, distances: ArrayLike, *, sequence: ArrayLike | None = None, names=None, unit: str = "m", ax=None, **style
     ) -> "DistanceMatrixDisplay":
-        """Draw a matrix of distances."""
+        """Draw a matrix of distances.
+
+        Parameters
+        ----------
+        distances : array-like of shape (n_poses, n_poses)
+            Distances.
+        sequence : array-like of shape (n_poses,), default=None
+            Sequence of each pose; lines are drawn between sequences.
+        names : list of str, default=None
+            Names of the sequences.
+        unit : str, default="m"
+            Unit of the distances.
+        ax : matplotlib Axes, default=None
+            The axes to draw into; None makes new ones.
+        **style
+            Style of the image, such as cmap, vmax; see `matplotlib.axes.Axes.imshow`.
+
+        Returns
+        -------
+        DistanceMatrixDisplay
+            The display.
+        """
         distances = np.asarray(distances)
         if distances.ndim != 2 or distances.shape[0] != distances.shape[1]:
             raise ValueError(f"distances must be a square matrix, got shape {distances.shape}")

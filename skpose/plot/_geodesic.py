@@ -126,7 +126,28 @@ class GeodesicDisplay:
         ax=None,
         resolution: int = 60,
     ) -> "GeodesicDisplay":
-        """Find the geodesic between two poses, (n_dofs,) joint angles in rad, and draw it."""
+        """Find the geodesic between two poses and draw it.
+
+        Parameters
+        ----------
+        start : array-like of shape (n_dofs,)
+            The first pose: joint angles, rad.
+        end : array-like of shape (n_dofs,)
+            The last pose.
+        skeleton : Skeleton
+            Their skeleton.
+        metric : str or Metric, default="geodesic"
+            The metric, see `skpose.geodesic`.
+        ax : matplotlib Axes, default=None
+            The axes to draw into; None makes new ones.
+        resolution : int, default=60
+            Points of the background, horizontally and vertically.
+
+        Returns
+        -------
+        GeodesicDisplay
+            The display.
+        """
         first, last = check_pose(start, skeleton, "start"), check_pose(end, skeleton, "end")
         warn_of_degrees(start=first[None], end=last[None])
         found = geodesic(first, last, skeleton, metric=metric)
@@ -136,7 +157,24 @@ class GeodesicDisplay:
     def from_geodesic(
         cls, geodesic: GeodesicResult, skeleton: Skeleton, *, ax=None, resolution: int = 60
     ) -> "GeodesicDisplay":
-        """Draw a geodesic."""
+        """Draw a geodesic.
+
+        Parameters
+        ----------
+        geodesic : GeodesicResult
+            The geodesic.
+        skeleton : Skeleton
+            Its skeleton.
+        ax : matplotlib Axes, default=None
+            The axes to draw into; None makes new ones.
+        resolution : int, default=60
+            Points of the background, horizontally and vertically.
+
+        Returns
+        -------
+        GeodesicDisplay
+            The display.
+        """
         check_kind(geodesic, GeodesicResult, "geodesic", "skpose.geodesic(start, end, skeleton) finds one")
         check_skeleton(skeleton)
         if geodesic.path.shape[1] != skeleton.n_dofs:

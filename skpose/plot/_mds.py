@@ -82,7 +82,26 @@ class MDSDisplay:
     def from_estimator(
         cls, mds: SpatialMDS, X: ArrayLike, labels: ArrayLike | None = None, *, ax=None, **style
     ) -> "MDSDisplay":
-        """Draw poses embedded by a fitted `SpatialMDS` of at least two components."""
+        """Draw poses embedded by a fitted `SpatialMDS` of at least two components.
+
+        Parameters
+        ----------
+        mds : SpatialMDS
+            The fitted estimator.
+        X : array-like of shape (n_poses, n_dofs) or (n_poses, n_samples_fit)
+            Poses: joint angles, rad; or what else `SpatialMDS.transform` takes.
+        labels : array-like of shape (n_poses,), default=None
+            Label of each pose; None draws all in one colour.
+        ax : matplotlib Axes, default=None
+            The axes to draw into; None makes new ones.
+        **style
+            Style of the markers, see `matplotlib.axes.Axes.scatter`.
+
+        Returns
+        -------
+        MDSDisplay
+            The display.
+        """
         check_kind(mds, SpatialMDS, "mds", "it comes first, then the poses; from_embedding draws other embeddings")
         unit = "m" if mds.metric_ is None else mds.metric_.unit
         return cls.from_embedding(
@@ -100,7 +119,28 @@ class MDSDisplay:
         ax=None,
         **style,
     ) -> "MDSDisplay":
-        """Draw embedded poses."""
+        """Draw embedded poses.
+
+        Parameters
+        ----------
+        embedding : array-like of shape (n_poses, n_components)
+            Coordinates of the poses, of which the first two are drawn.
+        labels : array-like of shape (n_poses,), default=None
+            Label of each pose; None draws all in one colour.
+        shares : array-like of shape (n_components,), default=None
+            Shares of the variance, one for each component.
+        unit : str, default="m"
+            Unit of the components.
+        ax : matplotlib Axes, default=None
+            The axes to draw into; None makes new ones.
+        **style
+            Style of the markers, see `matplotlib.axes.Axes.scatter`.
+
+        Returns
+        -------
+        MDSDisplay
+            The display.
+        """
         embedding = np.asarray(embedding)
         if embedding.ndim != 2 or embedding.shape[1] < 2:
             raise ValueError(f"embedding must have at least two components, got shape {embedding.shape}")

@@ -64,6 +64,21 @@ class MeanMotionDisplay:
 
     @classmethod
     def from_mean(cls, mean: MeanMotion, *, ax=None, **style) -> "MeanMotionDisplay":
-        """Draw a `skpose.motions.mean_motion`; the other parameters are those of `plot`."""
+        """Draw a mean motion.
+
+        Parameters
+        ----------
+        mean : MeanMotion
+            The mean, from `skpose.motions.mean_motion`.
+        ax : matplotlib Axes, default=None
+            The axes to draw into; None makes new ones.
+        **style
+            Style of the map, such as cmap, vmax; see `matplotlib.axes.Axes.imshow`.
+
+        Returns
+        -------
+        MeanMotionDisplay
+            The display.
+        """
         check_kind(mean, MeanMotion, "mean", "skpose.motions.mean_motion(motions) finds one")
         return cls(mean).plot(ax, **style)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from skpose._typing import ArrayLike
-from skpose._validation.options import check_kind, check_whole
+from skpose._validation.options import check_integer, check_kind
 from skpose._validation.poses import check_is_array, check_pose, check_poses
 from skpose._validation.skeletons import check_skeleton
 from skpose._validation.units import warn_of_degrees
@@ -136,7 +136,26 @@ class PoseDisplay:
 
     @classmethod
     def from_pose(cls, pose: ArrayLike, skeleton: Skeleton, *, ax=None, view: str = "xy", **style) -> "PoseDisplay":
-        """Draw a pose, (n_dofs,) joint angles in rad; the other parameters are those of `plot`."""
+        """Draw a pose.
+
+        Parameters
+        ----------
+        pose : array-like of shape (n_dofs,)
+            Joint angles, rad.
+        skeleton : Skeleton
+            Its skeleton.
+        ax : matplotlib Axes, default=None
+            The axes to draw into, see `plot`; None makes new ones.
+        view : str, default="xy"
+            The axes of the drawing, see `plot`.
+        **style
+            Style of the lines, see `plot`.
+
+        Returns
+        -------
+        PoseDisplay
+            The display.
+        """
         pose = check_pose(pose, skeleton, "pose")
         warn_of_degrees(pose=pose[None])
         return cls.from_positions(forward_kinematics(pose[None], skeleton)[0], skeleton, ax=ax, view=view, **style)
@@ -145,9 +164,25 @@ class PoseDisplay:
     def from_positions(
         cls, positions: ArrayLike, skeleton: Skeleton, *, ax=None, view: str = "xy", **style
     ) -> "PoseDisplay":
-        """Draw given positions of the joints, (n_joints, 3) in m; they need not be a pose, such as a mean of positions.
+        """Draw given positions of the joints; they need not be a pose, such as a mean of positions.
 
-        The other parameters are those of `plot`.
+        Parameters
+        ----------
+        positions : array-like of shape (n_joints, 3)
+            Positions of the joints, m, the root at the origin.
+        skeleton : Skeleton
+            Its skeleton.
+        ax : matplotlib Axes, default=None
+            The axes to draw into, see `plot`; None makes new ones.
+        view : str, default="xy"
+            The axes of the drawing, see `plot`.
+        **style
+            Style of the lines, see `plot`.
+
+        Returns
+        -------
+        PoseDisplay
+            The display.
         """
         check_is_array(positions, "positions")
         check_skeleton(skeleton)
@@ -191,7 +226,22 @@ class PoseStripDisplay:
         self.positions, self.skeleton, self.labels, self.title = positions, skeleton, labels, title
 
     def plot(self, ax=None, *, view: str = "xy", **style) -> "PoseStripDisplay":
-        """Draw the poses; the parameters are those of `PoseDisplay.plot`."""
+        """Draw the poses.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, default=None
+            The axes to draw into; None makes new ones.
+        view : str, default="xy"
+            The horizontal and the vertical axis, see `PoseDisplay.plot`.
+        **style
+            Style of the lines, see `PoseDisplay.plot`.
+
+        Returns
+        -------
+        PoseStripDisplay
+            The display itself.
+        """
         horizontal, vertical = check_view(view)
         self.ax_, self.figure_ = axes(ax, "PoseStripDisplay.plot", (max(4.0, 1.4 * len(self.positions)), 3.5))
         flat = self.positions[:, :, [horizontal, vertical]]
@@ -217,7 +267,30 @@ class PoseStripDisplay:
         view: str = "xy",
         **style,
     ) -> "PoseStripDisplay":
-        """Draw poses, (n_poses, n_dofs) joint angles in rad, with labels below; None numbers them."""
+        """Draw poses.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_poses, n_dofs)
+            Poses: joint angles, rad.
+        skeleton : Skeleton
+            Their skeleton.
+        labels : sequence of str, default=None
+            Text below each pose; None numbers them.
+        title : str, default="pose"
+            Title of the labels, with their unit.
+        ax : matplotlib Axes, default=None
+            The axes to draw into; None makes new ones.
+        view : str, default="xy"
+            The horizontal and the vertical axis, see `PoseDisplay.plot`.
+        **style
+            Style of the lines, see `PoseDisplay.plot`.
+
+        Returns
+        -------
+        PoseStripDisplay
+            The display.
+        """
         check_is_array(X, "X")
         check_skeleton(skeleton)
         X = check_poses(X, skeleton, "X")
@@ -229,9 +302,28 @@ class PoseStripDisplay:
 
     @classmethod
     def from_motion(cls, motion: Motion, *, n_poses: int = 8, ax=None, view: str = "xy", **style) -> "PoseStripDisplay":
-        """Draw poses of a motion at equal intervals, the first and the last among them, with their times in s."""
+        """Draw poses of a motion at equal intervals, the first and the last among them, with their times in s.
+
+        Parameters
+        ----------
+        motion : Motion
+            The motion.
+        n_poses : int, default=8
+            Number of poses to draw, fewer where the motion has fewer.
+        ax : matplotlib Axes, default=None
+            The axes to draw into; None makes new ones.
+        view : str, default="xy"
+            The horizontal and the vertical axis, see `PoseDisplay.plot`.
+        **style
+            Style of the lines, see `PoseDisplay.plot`.
+
+        Returns
+        -------
+        PoseStripDisplay
+            The display.
+        """
         check_kind(motion, Motion, "motion", "from_poses(X, skeleton) draws an array of poses")
-        check_whole(n_poses, 1, "n_poses")
+        check_integer(n_poses, 1, "n_poses")
         if not len(motion):
             raise ValueError("motion has no frames, and there is nothing to draw")
         frames = np.unique(np.rint(np.linspace(0, len(motion) - 1, n_poses)).astype(int))
@@ -244,9 +336,30 @@ class PoseStripDisplay:
     def from_geodesic(
         cls, geodesic: GeodesicResult, skeleton: Skeleton, *, n_poses: int = 8, ax=None, view: str = "xy", **style
     ) -> "PoseStripDisplay":
-        """Draw poses along a geodesic at equal lengths of curve, the two ends among them."""
+        """Draw poses along a geodesic at equal lengths of curve, the two ends among them.
+
+        Parameters
+        ----------
+        geodesic : GeodesicResult
+            The geodesic.
+        skeleton : Skeleton
+            Its skeleton.
+        n_poses : int, default=8
+            Number of poses to draw.
+        ax : matplotlib Axes, default=None
+            The axes to draw into; None makes new ones.
+        view : str, default="xy"
+            The horizontal and the vertical axis, see `PoseDisplay.plot`.
+        **style
+            Style of the lines, see `PoseDisplay.plot`.
+
+        Returns
+        -------
+        PoseStripDisplay
+            The display.
+        """
         check_kind(geodesic, GeodesicResult, "geodesic", "skpose.geodesic(start, end, skeleton) finds one")
-        check_whole(n_poses, 2, "n_poses")
+        check_integer(n_poses, 2, "n_poses")
         labels = [f"{length:.2f}" for length in np.linspace(0, geodesic.curve_length, n_poses)]
         return cls.from_poses(
             geodesic.resample(n_poses),

@@ -5,7 +5,7 @@ from numbers import Real
 import numpy as np
 from sklearn.utils.validation import check_is_fitted
 
-from skpose._validation.options import check_kind, check_whole
+from skpose._validation.options import check_integer, check_kind
 from skpose.kinematics import forward_kinematics
 from skpose.plot._pose import PoseStripDisplay
 from skpose.skeleton import Skeleton
@@ -50,7 +50,22 @@ class TangentPCADisplay:
         self.component, self.share = component, share
 
     def plot(self, ax=None, *, view: str = "xy", **style) -> "TangentPCADisplay":
-        """Draw the poses; the parameters are those of `PoseDisplay.plot`."""
+        """Draw the poses.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, default=None
+            The axes to draw into; None makes new ones.
+        view : str, default="xy"
+            The horizontal and the vertical axis, see `PoseDisplay.plot`.
+        **style
+            Style of the lines, see `PoseDisplay.plot`.
+
+        Returns
+        -------
+        TangentPCADisplay
+            The display itself.
+        """
         labels = [f"{deviation:+.3g}".replace("-", "−") if deviation else "0" for deviation in self.deviations]
         title = f"standard deviations along component {self.component + 1}, {self.share:.0%} of the variance"
         strip = PoseStripDisplay(self.positions, self.skeleton, labels, title).plot(ax, view=view, **style)
@@ -71,12 +86,32 @@ class TangentPCADisplay:
     ) -> "TangentPCADisplay":
         """Draw poses along a component of a fitted `PoseTangentPCA`, from minus to plus `extent` standard deviations.
 
-        Components count from 0. The other parameters are those of `plot`.
+        Parameters
+        ----------
+        pca : PoseTangentPCA
+            The fitted estimator.
+        component : int, default=0
+            Index of the component, the first is 0.
+        n_poses : int, default=5
+            Number of poses to draw.
+        extent : float, default=2.0
+            Score of the last pose, in standard deviations of the training poses; the first has its opposite.
+        ax : matplotlib Axes, default=None
+            The axes to draw into; None makes new ones.
+        view : str, default="xy"
+            The horizontal and the vertical axis, see `PoseDisplay.plot`.
+        **style
+            Style of the lines, see `PoseDisplay.plot`.
+
+        Returns
+        -------
+        TangentPCADisplay
+            The display.
         """
         check_kind(pca, PoseTangentPCA, "pca", "PoseTangentPCA(skeleton).fit(X) is one")
         check_is_fitted(pca, "n_components_")
-        check_whole(component, 0, "component")
-        check_whole(n_poses, 2, "n_poses")
+        check_integer(component, 0, "component")
+        check_integer(n_poses, 2, "n_poses")
         if component >= pca.n_components_:
             raise ValueError(
                 f"component must be less than {pca.n_components_}, the number of components of pca, as the first is 0; "

@@ -9,7 +9,7 @@ from sklearn.utils.validation import check_is_fitted
 
 from skpose._base import POSE_CONSTRAINTS, PoseEstimatorMixin
 from skpose._compat.sklearn import Interval, StrOptions, fit_context
-from skpose.preprocessing._kernels import Kernel, repaired
+from skpose.preprocessing._kernels import Kernel, repair_kernel
 
 SCALE_SAMPLES = 500  # poses from which gamma="scale" takes the mean squared distance
 
@@ -143,7 +143,7 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
 
         Returns
         -------
-        self : PoseDistanceTransformer
+        PoseDistanceTransformer
             The fitted transformer.
         """
         self._learn(X)
@@ -163,7 +163,7 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
         Returns
         -------
         ndarray of shape (n_samples_fit, n_samples_fit)
-            Exactly symmetric; distances have an exactly zero diagonal.
+            Exactly symmetric; distances have an exactly zero diagonal. float32 for float32 poses, else float64.
         """
         kernel = self._learn(X)
         return self._similarity(self._distances(self.X_fit_, None)) if kernel is None else kernel
@@ -179,10 +179,10 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
         Returns
         -------
         ndarray of shape (n_samples, n_samples_fit)
-            float32 where both X and the training poses are, else float64.
+            Distances; float32 where both X and the training poses are, else float64.
         """
         check_is_fitted(self, "n_samples_fit_")
-        return self._similarity(self._distances(self._checked(X, reset=False), self.X_fit_))
+        return self._similarity(self._distances(self._check_X(X, reset=False), self.X_fit_))
 
     def _learn(self, X):
         """Learn from the training poses; return their kernel where it is needed for that, else None."""
@@ -191,7 +191,7 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
                 f'psd="{self.psd}" repairs a kernel, got kernel=None, which gives distances: choose a kernel, "rbf" or '
                 '"laplacian", or psd="ignore"'
             )
-        self.X_fit_ = self._checked(X, reset=True, copy=True)
+        self.X_fit_ = self._check_X(X, reset=True, copy=True)
         self._kernel = self._repair = kernel = None
         if self.kernel is not None:
             self.gamma_ = self._scale() if self.gamma == "scale" else float(self.gamma)
@@ -199,7 +199,7 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
             if self.psd != "ignore":
                 distances = self._distances(self.X_fit_, None)
                 equal = distances == 0
-                kernel, self._repair = repaired(self._kernel.of(distances), equal, self.psd)
+                kernel, self._repair = repair_kernel(self._kernel.of(distances), equal, self.psd)
                 self.negative_share_ = self._repair.negative_share
         self.n_samples_fit_ = len(self.X_fit_)
         return kernel

@@ -62,7 +62,7 @@ class Repair:
         return kernel
 
 
-def repaired(kernel, equal, psd):
+def repair_kernel(kernel, equal, psd):
     """Return a symmetric kernel repaired, overwriting it, and its `Repair`.
 
     The diagonal of a kernel of distances is one, so rounding changes an eigenvalue by no more than some n times the

@@ -128,10 +128,10 @@ class PoseFromPositions(EstimatorMixin, TransformerMixin, BaseEstimator):
 
         Returns
         -------
-        self : PoseFromPositions
+        PoseFromPositions
             The fitted transformer.
         """
-        self._checked(X, reset=True)
+        self._check_X(X, reset=True)
         return self
 
     def transform(self, X):
@@ -154,7 +154,7 @@ class PoseFromPositions(EstimatorMixin, TransformerMixin, BaseEstimator):
             pose; for positions that are likely in another unit than the skeleton.
         """
         check_is_fitted(self, "skeleton_")
-        positions = self._checked(X, reset=False)
+        positions = self._check_X(X, reset=False)
         fitted = inverse_kinematics(
             positions,
             self.skeleton_,
@@ -201,7 +201,7 @@ class PoseFromPositions(EstimatorMixin, TransformerMixin, BaseEstimator):
         check_feature_names_in(self, input_features, generate_names=False)
         return np.asarray(self.skeleton_.dof_names, dtype=object)
 
-    def _checked(self, X, *, reset):
+    def _check_X(self, X, *, reset):
         """Return X as positions (n_samples, n_joints, 3); with `reset` learn the skeleton."""
         if reset:
             self._forget()

@@ -55,16 +55,19 @@ class Bone(NamedTuple):
 
     @property
     def is_ball(self) -> bool:
+        """True for a ball joint."""
         return self.dofs == BALL
 
     @property
     def dof_names(self) -> tuple[str, ...]:
+        """One name for each column of a pose."""
         if self.is_ball:
             return tuple(f"{self.name}_{BALL}_{axis}" for axis in "xyz")
         return tuple(f"{self.name}_r{axis}" for axis in self.dofs.lower())
 
     @property
     def n_dofs(self) -> int:
+        """Number of the columns of a pose that belong to the joint."""
         return 3 if self.is_ball else len(self.dofs)
 
 

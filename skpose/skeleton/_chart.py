@@ -12,7 +12,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from skpose.skeleton._bone import Bone
-from skpose.skeleton._interpolation import linear
+from skpose.skeleton._interpolation import interpolate_values
 from skpose.skeleton._rotations import TWO_PI, columns_of, rotations_of
 from skpose.skeleton._skeleton import Skeleton
 
@@ -22,17 +22,17 @@ TOL = 1e-10  # mean step at which it has converged, rad
 
 def steps_from(bones: Sequence[Bone], base: np.ndarray, poses: np.ndarray) -> np.ndarray:
     """Return the steps (n_poses, n_dofs) from a base (n_dofs,) to poses."""
-    steps = linear(np.zeros_like(base), poses - base, np.ones(1), TWO_PI)
-    for bone, columns in _turning(bones):
+    steps = interpolate_values(np.zeros_like(base), poses - base, np.ones(1), TWO_PI)
+    for bone, columns in _joints_of_three_dofs(bones):
         at = rotations_of(bone, base[None, columns])
         steps[:, columns] = (at.inv() * rotations_of(bone, poses[:, columns])).as_rotvec()
     return steps
 
 
-def moved(bones: Sequence[Bone], base: np.ndarray, steps: np.ndarray) -> np.ndarray:
+def move(bones: Sequence[Bone], base: np.ndarray, steps: np.ndarray) -> np.ndarray:
     """Return the poses (n_poses, n_dofs) at steps from a base, as numbers near its own."""
     poses = base + steps
-    for bone, columns in _turning(bones):
+    for bone, columns in _joints_of_three_dofs(bones):
         turned = rotations_of(bone, base[None, columns]) * Rotation.from_rotvec(steps[:, columns])
         poses[:, columns] = columns_of(bone, turned, base[columns])
     return poses
@@ -41,14 +41,14 @@ def moved(bones: Sequence[Bone], base: np.ndarray, steps: np.ndarray) -> np.ndar
 def mean_of_joints(bones: Sequence[Bone], poses: np.ndarray) -> tuple[np.ndarray, bool]:
     """Return the pose from which the mean step to the poses is zero, and whether the iteration converged to it."""
     base = np.arctan2(np.sin(poses).mean(axis=0), np.cos(poses).mean(axis=0))
-    for bone, columns in _turning(bones):
+    for bone, columns in _joints_of_three_dofs(bones):
         mean = rotations_of(bone, poses[:, columns]).mean().as_quat()[None]
         base[columns] = columns_of(bone, Rotation.from_quat(mean), poses[:1, columns])[0]
     for _ in range(MAX_ITER):
         step = steps_from(bones, base, poses).mean(axis=0)
         if np.abs(step).max(initial=0.0) <= TOL:
             return base, True
-        base = moved(bones, base, step[None])[0]
+        base = move(bones, base, step[None])[0]
     return base, False
 
 
@@ -60,14 +60,14 @@ def skeleton_at(skeleton: Skeleton, base: np.ndarray) -> tuple[Skeleton, np.ndar
     bones, pose = list(skeleton.bones), base.copy()
     place = {bone.name: i for i, bone in enumerate(bones)}
     rests = dict(zip(skeleton.joint_names, skeleton.rest_rotations, strict=True))
-    for bone, columns in _turning(skeleton.bones):
+    for bone, columns in _joints_of_three_dofs(skeleton.bones):
         rest = rests[bone.name] @ rotations_of(bone, base[None, columns]).as_matrix()[0]
         bones[place[bone.name]] = bone._replace(dofs="rotvec", rest_rotation=rest, limits=None)
         pose[columns] = 0.0
     return replace(skeleton, bones=tuple(bones)), pose
 
 
-def _turning(bones: Sequence[Bone]) -> Iterator[tuple[Bone, slice]]:
+def _joints_of_three_dofs(bones: Sequence[Bone]) -> Iterator[tuple[Bone, slice]]:
     """Yield the joints with three dofs and their columns."""
     first = 0
     for bone in bones:

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from skpose.skeleton._bone import Bone
-from skpose.skeleton._rotations import LOCKED, NO_TURN, TWO_PI, columns_of, squared_gap, twin, unlocked
+from skpose.skeleton._rotations import LOCKED, NO_TURN, TWO_PI, columns_of, resolve_gimbal_lock, squared_gap, twin
 
 
 def continuous_triples(order: str, rotations: Rotation) -> np.ndarray:
@@ -23,11 +23,11 @@ def continuous_columns(bone: Bone, rotations: Rotation) -> np.ndarray:
     # Twins and whole turns of a frame before change its nearest triple in gimbal lock by a twin and whole turns, which
     # are undone after this.
     for frame in np.flatnonzero(np.abs(np.cos(columns[1:, 1])) < LOCKED):
-        columns[frame + 1] = unlocked(bone.dofs, columns[frame + 1 : frame + 2], columns[frame])[0]
+        columns[frame + 1] = resolve_gimbal_lock(bone.dofs, columns[frame + 1 : frame + 2], columns[frame])[0]
     return continuous_angles(columns)
 
 
-def without_jumps(bones: Sequence[Bone], poses: np.ndarray) -> np.ndarray:
+def remove_jumps(bones: Sequence[Bone], poses: np.ndarray) -> np.ndarray:
     """Return poses (n_frames, n_dofs) of joints whose rotations stay and whose numbers do not jump."""
     poses, first = poses.copy(), 0
     for bone in bones:

@@ -9,7 +9,7 @@ from skpose.skeleton._continuity import continuous_columns
 from skpose.skeleton._rotations import rotations_of
 
 
-def converted(bones: Sequence[Bone], others: Sequence[Bone], poses: np.ndarray) -> np.ndarray:
+def convert(bones: Sequence[Bone], others: Sequence[Bone], poses: np.ndarray) -> np.ndarray:
     """Return poses in time on the same bones in the same order, which differ in their dofs."""
     columns, first = [], 0
     for bone, other in zip(bones, others, strict=True):

@@ -8,14 +8,14 @@ from skpose.skeleton._bone import Bone
 from skpose.skeleton._rotations import TWO_PI, columns_of, rotations_of
 
 
-def interpolate(bones: Sequence[Bone], poses: np.ndarray, at: np.ndarray) -> np.ndarray:
+def interpolate_poses(bones: Sequence[Bone], poses: np.ndarray, at: np.ndarray) -> np.ndarray:
     """Return poses (n, n_dofs) at rows of others, (n_poses, n_dofs), which need not be whole; whole rows are kept.
 
     The rotation of a ball joint, or of one with three Euler angles, is the slerp between two rows, as numbers near the
     row before. Other angles change linearly along their difference wrapped to [−π, π].
     """
     start, end, part = _rows_around(poses, at)
-    between = linear(start, end, part, TWO_PI)
+    between = interpolate_values(start, end, part, TWO_PI)
     moved = (part[:, 0] > 0.0) & (start != end).any(axis=1)
     first = 0
     for bone in bones:
@@ -31,7 +31,7 @@ def interpolate(bones: Sequence[Bone], poses: np.ndarray, at: np.ndarray) -> np.
 
 def interpolate_linearly(values: np.ndarray, at: np.ndarray) -> np.ndarray:
     """Return values (n, k) at rows of others, which need not be whole."""
-    return linear(*_rows_around(values, at), 0.0)
+    return interpolate_values(*_rows_around(values, at), 0.0)
 
 
 def _rows_around(values: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -46,14 +46,14 @@ def straight_line(
 ) -> np.ndarray:
     """Return poses on the line of "spatial": slerp of ball joints, angles linearly, wrapped where there is a period."""
     parts = np.linspace(0.0, 1.0, n_poses)
-    line = linear(start, end, parts[:, None], period) if period else np.linspace(start, end, n_poses)
-    turned = interpolate(bones, np.stack([start, end]), parts)
+    line = interpolate_values(start, end, parts[:, None], period) if period else np.linspace(start, end, n_poses)
+    turned = interpolate_poses(bones, np.stack([start, end]), parts)
     is_ball = np.repeat([bone.is_ball for bone in bones], [bone.n_dofs for bone in bones])
     line[:, is_ball] = turned[:, is_ball]
     return line
 
 
-def linear(start: np.ndarray, end: np.ndarray, part: np.ndarray, period: float) -> np.ndarray:
+def interpolate_values(start: np.ndarray, end: np.ndarray, part: np.ndarray, period: float) -> np.ndarray:
     """Return values between others, their difference wrapped where there is a period."""
     gap = end - start
     return start + part * (gap - period * np.rint(gap / period) if period else gap)

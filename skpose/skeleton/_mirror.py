@@ -5,7 +5,7 @@ from scipy.spatial.transform import Rotation
 
 from skpose.skeleton._bone import Bone
 from skpose.skeleton._continuity import continuous_columns
-from skpose.skeleton._rotations import fitted_columns, rotations_of
+from skpose.skeleton._rotations import fit_columns, rotations_of
 from skpose.skeleton._sides import partners
 from skpose.skeleton._skeleton import Skeleton
 
@@ -14,7 +14,7 @@ MISSED = 1e-3  # rad by which a mirrored rotation may miss the axes of a joint
 ASYMMETRY = 45.0  # degrees between a bone and the mirror image of its partner, at angle zero
 
 
-def mirrored_poses(skeleton: Skeleton, poses: np.ndarray, axis: str) -> np.ndarray:
+def mirror_poses(skeleton: Skeleton, poses: np.ndarray, axis: str) -> np.ndarray:
     """Return the mirror image of poses in time, see `Motion.mirrored`."""
     if axis not in ("x", "y", "z"):
         raise ValueError(f'axis must be "x", "y" or "z", the one that points to the left or to the right, got {axis!r}')
@@ -31,11 +31,11 @@ def mirrored_poses(skeleton: Skeleton, poses: np.ndarray, axis: str) -> np.ndarr
         given = poses[:, ends[k] - partner.n_dofs : ends[k]]
         # Relative to angle zero a joint rotates in its parent's axes by G = B L Bᵀ, with B its axes at angle zero and L
         # its own rotation. G becomes M G M of the partner, so that L becomes Cᵀ L C of it.
-        columns.append(_reflected(partner, bone, given, rest[k].T * mirror @ rest[j]))
+        columns.append(_reflect(partner, bone, given, rest[k].T * mirror @ rest[j]))
     return np.concatenate(columns, axis=1)
 
 
-def _reflected(partner: Bone, bone: Bone, given: np.ndarray, change: np.ndarray) -> np.ndarray:
+def _reflect(partner: Bone, bone: Bone, given: np.ndarray, change: np.ndarray) -> np.ndarray:
     """Return columns of a joint that are the rotations Cᵀ L C of its partner, with det C = −1."""
     if bone.is_ball and partner.is_ball:
         return -given @ change
@@ -52,7 +52,7 @@ def _reflected(partner: Bone, bone: Bone, given: np.ndarray, change: np.ndarray)
     if bone.n_dofs == 3:
         return continuous_columns(bone, rotations)
     if bone.n_dofs:
-        columns, missed = fitted_columns(bone, rotations)
+        columns, missed = fit_columns(bone, rotations)
     else:
         columns, missed = np.zeros((len(given), 0)), rotations.magnitude()
     worst = missed.argmax()

@@ -14,12 +14,12 @@ from skpose._validation.skeletons import check_skeleton
 from skpose._validation.units import warn_of_degrees
 from skpose.skeleton._bone import Bone, is_axes
 from skpose.skeleton._comparison import mismatch
-from skpose.skeleton._continuity import without_jumps
-from skpose.skeleton._conversions import converted
-from skpose.skeleton._interpolation import interpolate, interpolate_linearly
-from skpose.skeleton._mirror import mirrored_poses
+from skpose.skeleton._continuity import remove_jumps
+from skpose.skeleton._conversions import convert
+from skpose.skeleton._interpolation import interpolate_linearly, interpolate_poses
+from skpose.skeleton._mirror import mirror_poses
 from skpose.skeleton._root import root_parts, with_root_joint
-from skpose.skeleton._sampling import chosen_frames, resampled_frames
+from skpose.skeleton._sampling import choose_frames, resample_frames
 from skpose.skeleton._skeleton import Skeleton
 
 if TYPE_CHECKING:
@@ -153,6 +153,7 @@ class Motion:
 
     @property
     def times(self) -> np.ndarray:
+        """Time of each frame, s."""
         return self.frame_numbers / self.frame_rate
 
     def __len__(self) -> int:
@@ -160,7 +161,7 @@ class Motion:
 
     def __getitem__(self, frames: int | np.integer | slice) -> "Motion":
         """Return some frames: ``motion[10:50]``, ``motion[::2]`` at half the rate, ``motion[3]`` as one frame."""
-        rows, step, numbers = chosen_frames(self.frame_numbers, frames)
+        rows, step, numbers = choose_frames(self.frame_numbers, frames)
         return replace(
             self,
             angles=self.angles[rows],
@@ -244,13 +245,13 @@ class Motion:
             Of the same skeleton.
         """
         check_frame_rate(frame_rate)
-        rows, numbers = resampled_frames(self.frame_numbers, self.frame_rate, frame_rate)
+        rows, numbers = resample_frames(self.frame_numbers, self.frame_rate, frame_rate)
         return replace(
             self,
-            angles=interpolate(self.skeleton.bones, self.angles, rows),
+            angles=interpolate_poses(self.skeleton.bones, self.angles, rows),
             frame_rate=frame_rate,
             root_positions=interpolate_linearly(self.root_positions, rows),
-            root_angles=interpolate((self._root,), self.root_angles, rows),
+            root_angles=interpolate_poses((self._root,), self.root_angles, rows),
             frame_numbers=numbers,
         )
 
@@ -269,8 +270,8 @@ class Motion:
         Motion
             Of the same skeleton; angles may leave [−π, π].
         """
-        angles = without_jumps(self.skeleton.bones, self.angles)
-        return replace(self, angles=angles, root_angles=without_jumps((self._root,), self.root_angles))
+        angles = remove_jumps(self.skeleton.bones, self.angles)
+        return replace(self, angles=angles, root_angles=remove_jumps((self._root,), self.root_angles))
 
     def to_rotvec(self) -> "Motion":
         """Return the same motion with joints of two or three Euler angles as ball joints, on `Skeleton.to_rotvec`.
@@ -339,7 +340,7 @@ class Motion:
 
     def _on(self, skeleton: Skeleton) -> "Motion":
         """Return the motion on a skeleton with the same bones in the same order, which differ in their dofs."""
-        return replace(self, skeleton=skeleton, angles=converted(self.skeleton.bones, skeleton.bones, self.angles))
+        return replace(self, skeleton=skeleton, angles=convert(self.skeleton.bones, skeleton.bones, self.angles))
 
     def mirrored(self, axis: Literal["x", "y", "z"] = "x") -> "Motion":
         """Return the mirror image of the motion: what the left does, the right does.
@@ -381,7 +382,7 @@ class Motion:
         >>> other[["left_upper_arm_rz", "right_upper_arm_rz"]].to_numpy() + 0.0
         array([[ 0. , -2.5]])
         """
-        angles = mirrored_poses(self.skeleton, self.angles, axis)
+        angles = mirror_poses(self.skeleton, self.angles, axis)
         return replace(
             self,
             angles=angles,

@@ -11,7 +11,7 @@ from skpose._validation.poses import check_is_array, check_poses
 from skpose._validation.skeletons import check_skeleton
 from skpose._validation.units import warn_of_degrees
 from skpose.skeleton._bone import Bone
-from skpose.skeleton._rotations import fitted_columns, rotations_of
+from skpose.skeleton._rotations import fit_columns, rotations_of
 from skpose.skeleton._skeleton import Skeleton
 
 RotationForm = Literal["quaternion_wxyz", "quaternion_xyzw", "matrix", "6d", "rotvec"]
@@ -66,7 +66,7 @@ def poses_from_rotations(rotations: ArrayLike, skeleton: Skeleton, *, form: Rota
     >>> poses_from_rotations([[half, quarter]], arm, form="quaternion_wxyz").round(3)
     array([[3.142, 0.   , 0.   , 1.571]])
     """
-    bones = _rotating(skeleton)
+    bones = _bones_with_dofs(skeleton)
     shape = _form_of(form).shape
     array = np.array(rotations, dtype=np.float64)  # a copy: see `rotations_of`
     if array.ndim != 2 + len(shape) or array.shape[1:] != (len(bones), *shape):
@@ -82,7 +82,7 @@ def poses_from_rotations(rotations: ArrayLike, skeleton: Skeleton, *, form: Rota
     flat = _form_of(form).read(array.reshape(-1, *shape), lambda bad, expected: _refuse(array, bad, bones, expected))
     columns = []
     for i, bone in enumerate(bones):
-        fitted, missed = fitted_columns(bone, flat[i :: len(bones)])
+        fitted, missed = fit_columns(bone, flat[i :: len(bones)])
         worst = missed.argmax()
         if missed[worst] > TOLERANCE:
             about = " and ".join(bone.dofs.lower())
@@ -197,7 +197,7 @@ def _form_of(form: str) -> _Form:
     return FORMS[form]
 
 
-def _rotating(skeleton: Skeleton) -> list[Bone]:
+def _bones_with_dofs(skeleton: Skeleton) -> list[Bone]:
     """Return the bones whose joints have dofs."""
     check_skeleton(skeleton)
     return [bone for bone in skeleton.bones if bone.dofs]

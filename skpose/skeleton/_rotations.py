@@ -26,10 +26,10 @@ def columns_of(bone: Bone, rotations: Rotation, near: np.ndarray) -> np.ndarray:
     if bone.is_ball:
         return nearest_vectors(rotations.as_rotvec(), near)
     angles = euler_angles(bone.dofs, rotations)
-    return nearest_angles(unlocked(bone.dofs, angles, near), near)
+    return nearest_angles(resolve_gimbal_lock(bone.dofs, angles, near), near)
 
 
-def fitted_columns(bone: Bone, rotations: Rotation) -> tuple[np.ndarray, np.ndarray]:
+def fit_columns(bone: Bone, rotations: Rotation) -> tuple[np.ndarray, np.ndarray]:
     """Return the columns (n, n_dofs) of a joint that give rotations, and the angles (n,), rad, by which they miss.
 
     A joint with three dofs misses none. One with fewer comes near: a hinge as near as it can.
@@ -68,7 +68,7 @@ def euler_angles(order: str, rotations: Rotation) -> np.ndarray:
     return np.stack(triple if order.islower() else triple[::-1], axis=1)
 
 
-def unlocked(order: str, angles: np.ndarray, near: np.ndarray) -> np.ndarray:
+def resolve_gimbal_lock(order: str, angles: np.ndarray, near: np.ndarray) -> np.ndarray:
     """Return Euler triples (n, 3), those in gimbal lock replaced by those of the same rotation nearest to others.
 
     In gimbal lock the first and the third axis are one line, so that only the sum of these angles, or their difference,
@@ -80,7 +80,7 @@ def unlocked(order: str, angles: np.ndarray, near: np.ndarray) -> np.ndarray:
     first, middle, third = angles.T
     near_first, near_third = near[..., 0], near[..., 2]
     same = np.sign(np.sin(middle)) * _parity(order)  # of the two axes: 1 if first + s, third + s are one rotation
-    excess = _wrapped((near_first - same * near_third) - (first - same * third)) / 2.0
+    excess = _wrap((near_first - same * near_third) - (first - same * third)) / 2.0
     nearest = np.stack([near_first - excess, middle, near_third + same * excess], axis=1)
     return np.where(locked[:, None], nearest, angles)
 
@@ -114,10 +114,10 @@ def twin(angles: np.ndarray) -> np.ndarray:
 
 def squared_gap(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return the squared differences of angles (n, 3), each wrapped to [−π, π], summed to (n,)."""
-    return np.square(_wrapped(a - b)).sum(axis=-1)
+    return np.square(_wrap(a - b)).sum(axis=-1)
 
 
-def _wrapped(angles: np.ndarray) -> np.ndarray:
+def _wrap(angles: np.ndarray) -> np.ndarray:
     return angles - TWO_PI * np.rint(angles / TWO_PI)
 
 

@@ -5,7 +5,7 @@ from operator import index
 import numpy as np
 
 
-def chosen_frames(frame_numbers: np.ndarray, frames: int | np.integer | slice) -> tuple[slice, int, np.ndarray]:
+def choose_frames(frame_numbers: np.ndarray, frames: int | np.integer | slice) -> tuple[slice, int, np.ndarray]:
     """Return the rows of a frame or of a slice, how many frames they are apart, and their new numbers."""
     n = len(frame_numbers)
     step = 1
@@ -33,7 +33,7 @@ def chosen_frames(frame_numbers: np.ndarray, frames: int | np.integer | slice) -
     return frames, step, numbers // step
 
 
-def resampled_frames(numbers: np.ndarray, old_rate: float, frame_rate: float) -> tuple[np.ndarray, np.ndarray]:
+def resample_frames(numbers: np.ndarray, old_rate: float, frame_rate: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the rows, which need not be whole, of the frames at a new rate, and their numbers."""
     step = old_rate / frame_rate
     # 1e-9 allows for rounding: a rate that divides the old one exactly keeps the last frame.

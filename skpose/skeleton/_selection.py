@@ -7,7 +7,7 @@ from skpose._validation.skeletons import SkeletonLike
 from skpose.skeleton._bone import Bone
 
 
-def selected_bones(
+def select_bones(
     skeleton: SkeletonLike, joints: str | Iterable[str] | None, drop: str | Iterable[str]
 ) -> tuple[Bone, ...]:
     """Return the bones of some joints, and of those that carry them, see `Skeleton.select`."""

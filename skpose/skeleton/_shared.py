@@ -1,11 +1,11 @@
 """Names of `skpose.skeleton` that the other packages of skpose use, in addition to the public ones."""
 
 from skpose.skeleton._bone import BALL
-from skpose.skeleton._chart import mean_of_joints, moved, skeleton_at, steps_from
+from skpose.skeleton._chart import mean_of_joints, move, skeleton_at, steps_from
 from skpose.skeleton._comparison import LARGEST_DIFFERENCE, check_comparable, check_rest_poses, mismatch
-from skpose.skeleton._continuity import continuous_columns, continuous_triples, without_jumps
+from skpose.skeleton._continuity import continuous_columns, continuous_triples, remove_jumps
 from skpose.skeleton._html import foldable_table
-from skpose.skeleton._interpolation import interpolate, straight_line
+from skpose.skeleton._interpolation import interpolate_poses, straight_line
 from skpose.skeleton._proportions import MEAN_HEIGHT, PROPORTIONS
 from skpose.skeleton._rest import NO_DIRECTION, axes_at_zero, directions_at_zero, size_of
 from skpose.skeleton._root import heading, root_angles_of, root_orientations, with_root_joint
@@ -29,12 +29,13 @@ __all__ = [
     "directions_at_zero",
     "foldable_table",
     "heading",
-    "interpolate",
+    "interpolate_poses",
     "mean_of_joints",
     "mismatch",
-    "moved",
+    "move",
     "others",
     "partners",
+    "remove_jumps",
     "root_angles_of",
     "root_orientations",
     "rotations_of",
@@ -45,5 +46,4 @@ __all__ = [
     "straight_line",
     "with_carriers",
     "with_root_joint",
-    "without_jumps",
 ]

@@ -26,12 +26,12 @@ def partners(names: Sequence[str]) -> list[int]:
     several = [f"{name!r} ({', '.join(map(repr, others))})" for name, others in found.items() if len(others) > 1]
     if several:
         raise ValueError(
-            f"joints of the left and of the right must be pairs by name, but some have several: {_some(several)}"
+            f"joints of the left and of the right must be pairs by name, but some have several: {_list_some(several)}"
         )
     alone = [repr(name) for name in names if not found[name] and (_WORD.search(name) or _LETTER.search(name))]
     if alone:
         raise ValueError(
-            f"joints of the left and of the right must be pairs by name, but some are alone: {_some(alone)}"
+            f"joints of the left and of the right must be pairs by name, but some are alone: {_list_some(alone)}"
         )
     return [index[others[0]] if others else index[name] for name, others in found.items()]
 
@@ -67,5 +67,5 @@ def _other(match: re.Match) -> str:
     return other.upper() if side.isupper() else other.capitalize() if side[0].isupper() else other
 
 
-def _some(names: list[str]) -> str:
+def _list_some(names: list[str]) -> str:
     return ", ".join(names[:6]) + (f" and {len(names) - 6} more" if len(names) > 6 else "")

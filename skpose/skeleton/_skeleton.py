@@ -13,8 +13,8 @@ from skpose._validation.names import near_names
 from skpose.skeleton._bone import BALL, Bone, check_bone, is_axes, mean_bone
 from skpose.skeleton._comparison import check_comparable
 from skpose.skeleton._html import columns_of_bones, foldable_table
-from skpose.skeleton._selection import selected_bones
-from skpose.skeleton._weights import joint_weights, weighted_bones
+from skpose.skeleton._selection import select_bones
+from skpose.skeleton._weights import joint_weights, weight_bones
 
 
 @dataclass(frozen=True, repr=False)
@@ -98,6 +98,19 @@ class Skeleton:
     def chain(cls, n: int) -> "Skeleton":
         """Return a planar arm: n bones of 1 m, each rotating about z at its near end.
 
+        Parameters
+        ----------
+        n : int
+            Number of bones.
+
+        Returns
+        -------
+        Skeleton
+            With joints "joint_1" to "joint_n".
+
+        Examples
+        --------
+        >>> from skpose import Skeleton
         >>> Skeleton.chain(3).dof_names
         ('joint_1_rz', 'joint_2_rz', 'joint_3_rz')
         """
@@ -231,35 +244,42 @@ class Skeleton:
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints, without the root."""
         return tuple(bone.name for bone in self.bones)
 
     @cached_property
     def dof_names(self) -> tuple[str, ...]:
+        """One name for each column of an array of poses."""
         return tuple(name for bone in self.bones for name in bone.dof_names)
 
     @cached_property
     def parents(self) -> np.ndarray:
+        """Index of each joint's parent, -1 for the root."""
         index: dict[str | None, int] = {None: -1, **{name: i for i, name in enumerate(self.joint_names)}}
-        return _frozen([index[bone.parent] for bone in self.bones], dtype=np.intp)
+        return _freeze([index[bone.parent] for bone in self.bones], dtype=np.intp)
 
     @cached_property
     def offsets(self) -> np.ndarray:
-        return _frozen([bone.offset for bone in self.bones])
+        """The bones' offsets, m, of shape (n_joints, 3)."""
+        return _freeze([bone.offset for bone in self.bones])
 
     @cached_property
     def rest_rotations(self) -> np.ndarray:
-        return _frozen([np.eye(3) if b.rest_rotation is None else b.rest_rotation for b in self.bones])
+        """The joints' constant rotations, of shape (n_joints, 3, 3)."""
+        return _freeze([np.eye(3) if b.rest_rotation is None else b.rest_rotation for b in self.bones])
 
     @cached_property
     def limits(self) -> np.ndarray | None:
+        """Range of each dof, rad, of shape (n_dofs, 2); None where no bone has any."""
         if all(bone.limits is None for bone in self.bones):
             return None
         free = (-np.inf, np.inf)
-        return _frozen([pair for b in self.bones for pair in (b.limits or [free] * b.n_dofs)])
+        return _freeze([pair for b in self.bones for pair in (b.limits or [free] * b.n_dofs)])
 
     @cached_property
     def weights(self) -> np.ndarray:
-        return _frozen(joint_weights(self))
+        """Weight of each joint in distances."""
+        return _freeze(joint_weights(self))
 
     def with_weights(self, weights: Mapping[str, float] | ArrayLike | Literal["mass"]) -> "Skeleton":
         r"""Return the skeleton with weights of its joints in distances.
@@ -315,7 +335,7 @@ class Skeleton:
         >>> float(skeleton.with_weights("mass").weights.sum().round(2))
         0.82
         """
-        weighted = replace(self, bones=weighted_bones(self, weights))
+        weighted = replace(self, bones=weight_bones(self, weights))
         if not weighted.weights.any():
             raise ValueError("weights must be positive for at least one joint, but all are zero")
         return weighted
@@ -356,7 +376,7 @@ class Skeleton:
         >>> skeleton.select(drop=["left_pelvis", "right_pelvis"])  # the upper part of the body
         Skeleton(n_joints=12, n_dofs=28)
         """
-        return replace(self, bones=selected_bones(self, joints, drop))
+        return replace(self, bones=select_bones(self, joints, drop))
 
     def columns_in(self, skeleton: "Skeleton") -> np.ndarray:
         """Return the columns, in poses of a larger skeleton, of the dofs of this one.
@@ -391,10 +411,12 @@ class Skeleton:
 
     @property
     def n_joints(self) -> int:
+        """Number of joints, without the root."""
         return len(self.bones)
 
     @cached_property
     def n_dofs(self) -> int:
+        """Number of dofs, the columns of an array of poses."""
         return len(self.dof_names)
 
     @cached_property
@@ -420,7 +442,7 @@ class Skeleton:
         return self  # immutable; scikit-learn's clone copies every parameter
 
 
-def _frozen(values: Any, dtype: type = np.float64) -> np.ndarray:
+def _freeze(values: Any, dtype: type = np.float64) -> np.ndarray:
     array: np.ndarray = np.array(values, dtype=dtype)
     array.flags.writeable = False
     return array

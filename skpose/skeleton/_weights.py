@@ -15,7 +15,7 @@ ROOT = -1
 SAME_PLACE = 1e-9  # m; files that print nine digits leave this much between joints in one place
 
 
-def weighted_bones(
+def weight_bones(
     skeleton: SkeletonLike, weights: Mapping[str, float] | ArrayLike | Literal["mass"]
 ) -> tuple[Bone, ...]:
     """Return the bones of a skeleton with weights, see `Skeleton.with_weights`."""
@@ -47,29 +47,29 @@ def _by_name(weights: Any) -> Any:
 
 
 def joint_weights(skeleton: SkeletonLike) -> np.ndarray:
-    """Return the weights (n_joints,) of the joints; joints in one place count once where none is given."""
+    """Return the weights (n_joints,) of the joints; joints in one point count once where none is given."""
     weights = np.ones(skeleton.n_joints)
     taken = set()
-    for j, (bone, place) in enumerate(zip(skeleton.bones, _places(skeleton), strict=True)):
+    for j, (bone, key) in enumerate(zip(skeleton.bones, _position_keys(skeleton), strict=True)):
         if bone.weight is not None:
             weights[j] = bone.weight
-        elif place in taken:
+        elif key in taken:
             weights[j] = 0.0
         if weights[j] > 0.0:
-            taken.add(place)
+            taken.add(key)
     return weights
 
 
-def _places(skeleton: SkeletonLike) -> list[tuple]:
-    """Return for each joint a key that is the same for all joints that stand in one place in every pose."""
+def _position_keys(skeleton: SkeletonLike) -> list[tuple]:
+    """Return for each joint a key that is the same for all joints that are at one point in every pose."""
     axes = [ROOT]  # of the root, then of each joint: the joint whose dofs rotate it, itself or the nearest one above
     to_axes = [np.eye(3)]  # from the joint's own axes to these
-    places: list[tuple[int, np.ndarray]] = [(ROOT, np.zeros(3))]  # axes, and coordinates in them
-    centres: dict[int, tuple] = {}  # the places about which axes rotate
-    found: dict[int, list[np.ndarray]] = {}  # coordinates of the places in each joint's axes
+    points: list[tuple[int, np.ndarray]] = [(ROOT, np.zeros(3))]  # axes, and coordinates in them
+    centres: dict[int, tuple] = {}  # the points about which axes rotate
+    found: dict[int, list[np.ndarray]] = {}  # coordinates of the points in each joint's axes
 
-    def key(place: tuple[int, np.ndarray]) -> tuple:
-        frame, numbers = place
+    def key(point: tuple[int, np.ndarray]) -> tuple:
+        frame, numbers = point
         if frame != ROOT and _is_near(numbers, np.zeros(3)):
             return centres[frame]
         known = found.setdefault(frame, [])
@@ -82,14 +82,14 @@ def _places(skeleton: SkeletonLike) -> list[tuple]:
         axes.append(j if bone.dofs else axes[parent])
         to_axes.append(np.eye(3) if bone.dofs else to_axes[parent] @ skeleton.rest_rotations[j])
         carrier = j + 1 if skeleton.offset_frame == "own" else parent
-        frame, start = axes[carrier], places[parent]
+        frame, start = axes[carrier], points[parent]
         if skeleton.offsets[j].any():
             before = start[1] if start[0] == frame else np.zeros(3)
             centres.setdefault(frame, key(start))
-            places.append((frame, before + to_axes[carrier] @ skeleton.offsets[j]))
+            points.append((frame, before + to_axes[carrier] @ skeleton.offsets[j]))
         else:
-            places.append(start)
-    return [key(place) for place in places[1:]]
+            points.append(start)
+    return [key(point) for point in points[1:]]
 
 
 def _is_near(a: np.ndarray, b: np.ndarray) -> bool:

@@ -156,7 +156,7 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
 
         Returns
         -------
-        self : PoseKernelRegressor
+        PoseKernelRegressor
             The fitted regressor.
         """
         self._forget()
@@ -164,7 +164,7 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
         require_means(self.metric_, "PoseKernelRegressor")
         _check_has_names(y, self.skeleton_)
         X, y = validate_data(self, X, y, dtype=np.float64, multi_output=True, y_numeric=True)
-        poses = self._checked_poses(y)
+        poses = self._check_y(y)
         warn_of_no_skeleton(self.metric, self.skeleton)
         weights = check_sample_weight(sample_weight, X)
         counted = weights > 0.0
@@ -240,7 +240,7 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
         check_is_fitted(self, "gamma_")
         predicted = self.predict(X)
         _check_has_names(y, self.skeleton_)
-        y = self._checked_poses(check_array(y, dtype=[np.float64, np.float32], ensure_2d=False, input_name="y"))
+        y = self._check_y(check_array(y, dtype=[np.float64, np.float32], ensure_2d=False, input_name="y"))
         check_consistent_length(predicted, y)
         if len(y) < 2:
             warn("the share of variance of less than two poses is not defined", UndefinedMetricWarning)
@@ -259,7 +259,7 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
             return float(np.allclose(predicted.reshape(y.shape), y, rtol=0.0, atol=EQUAL))
         return float(1.0 - unexplained / total)
 
-    def _checked_poses(self, y):
+    def _check_y(self, y):
         """Return targets as poses (n_samples, n_dofs) that fit the skeleton: float32 if they were, else float64."""
         y = check_array(y, dtype=[np.float64, np.float32], ensure_2d=False, input_name="y")
         y = y.reshape(len(y), -1)

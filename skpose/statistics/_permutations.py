@@ -1,7 +1,7 @@
-"""Permutation test of a quadratic form: its value as given, and with the labels "A" and "B" exchanged at random.
+"""Permutation test of a quadratic form: its value as given, and with the labels "X" and "Y" exchanged at random.
 
-A split is a vector c over the units of both sets, 1 / n for those that it counts to A and −1 / m for the others. All
-splits that the design admits are equally likely where A and B do not differ.
+A split is a vector c over the units of both sets, 1 / n for those that it counts to X and −1 / m for the others. All
+splits that the design admits are equally likely where X and Y do not differ.
 """
 
 from collections.abc import Iterator
@@ -28,56 +28,56 @@ class Outcome(NamedTuple):
 class Design(NamedTuple):
     """The splits that are equally likely where the sets do not differ."""
 
-    n_a: int
-    n_b: int
-    paired: bool  # whether labels change only within a pair: A[i] and B[i]
+    n_x: int
+    n_y: int
+    paired: bool  # whether labels change only within a pair: X[i] and Y[i]
 
     @property
     def n_splits(self) -> int:
-        return 2**self.n_a if self.paired else comb(self.n_a + self.n_b, self.n_a)
+        return 2**self.n_x if self.paired else comb(self.n_x + self.n_y, self.n_x)
 
     @property
     def n_equal(self) -> int:
-        """The number of splits that have the value of any one: it and, in sets of equal size, A and B exchanged."""
-        return 2 if self.n_a == self.n_b else 1
+        """The number of splits that have the value of any one: it and, in sets of equal size, X and Y exchanged."""
+        return 2 if self.n_x == self.n_y else 1
 
     @property
     def given(self) -> np.ndarray:
         """The split that the user gives."""
-        return np.repeat([1.0 / self.n_a, -1.0 / self.n_b], [self.n_a, self.n_b])
+        return np.repeat([1.0 / self.n_x, -1.0 / self.n_y], [self.n_x, self.n_y])
 
     def all(self) -> Iterator[np.ndarray]:
         """Yield all splits, in chunks (n, n_units)."""
         if self.paired:
             for first in range(0, self.n_splits, self._at_once):
                 numbers = np.arange(first, min(first + self._at_once, self.n_splits))
-                yield self._flipped((numbers[:, None] >> np.arange(self.n_a)) & 1 == 1)
+                yield self._flip((numbers[:, None] >> np.arange(self.n_x)) & 1 == 1)
             return
-        subsets = combinations(range(self.n_a + self.n_b), self.n_a)
+        subsets = combinations(range(self.n_x + self.n_y), self.n_x)
         while chunk := list(islice(subsets, self._at_once)):
-            yield self._with_in_a(np.array(chunk))
+            yield self._split(np.array(chunk))
 
-    def drawn(self, n_permutations: int, rng: np.random.RandomState) -> Iterator[np.ndarray]:
+    def draw(self, n_permutations: int, rng: np.random.RandomState) -> Iterator[np.ndarray]:
         """Yield so many random splits, in chunks (n, n_units), which do not depend on the size of a chunk."""
         for first in range(0, n_permutations, self._at_once):
             n = min(self._at_once, n_permutations - first)
             if self.paired:
-                yield self._flipped(rng.random_sample((n, self.n_a)) < 0.5)
+                yield self._flip(rng.random_sample((n, self.n_x)) < 0.5)
             else:
-                order = rng.random_sample((n, self.n_a + self.n_b)).argsort(axis=1)
-                yield self._with_in_a(order[:, : self.n_a])
+                order = rng.random_sample((n, self.n_x + self.n_y)).argsort(axis=1)
+                yield self._split(order[:, : self.n_x])
 
     @property
     def _at_once(self) -> int:
-        return max(1, VALUES_AT_ONCE // (self.n_a + self.n_b))
+        return max(1, VALUES_AT_ONCE // (self.n_x + self.n_y))
 
-    def _flipped(self, flips: np.ndarray) -> np.ndarray:
+    def _flip(self, flips: np.ndarray) -> np.ndarray:
         signs = np.where(flips, -1.0, 1.0)
         return np.concatenate([signs, signs], axis=1) * self.given
 
-    def _with_in_a(self, units: np.ndarray) -> np.ndarray:
-        splits = np.full((len(units), self.n_a + self.n_b), -1.0 / self.n_b)
-        np.put_along_axis(splits, units, 1.0 / self.n_a, axis=1)
+    def _split(self, units: np.ndarray) -> np.ndarray:
+        splits = np.full((len(units), self.n_x + self.n_y), -1.0 / self.n_y)
+        np.put_along_axis(splits, units, 1.0 / self.n_x, axis=1)
         return splits
 
 
@@ -88,7 +88,7 @@ def permutation_test(G: np.ndarray, design: Design, n_permutations: int, rng: np
     `n_permutations`; else of random ones, the given one counted among them.
     """
     exact = design.n_splits <= n_permutations
-    chunks = design.all() if exact else design.drawn(n_permutations, rng)
+    chunks = design.all() if exact else design.draw(n_permutations, rng)
     (statistic,) = _values(design.given[None], G)
     null = np.concatenate([_values(splits, G) for splits in chunks])
     n_as_large = int((null >= statistic - ROUNDING * np.abs(G).max()).sum())

@@ -1,7 +1,7 @@
 """Spaces of vectors at a base pose, in which principal components are found: one for each metric of `PoseTangentPCA`.
 
 Each has `vectors` of poses, whose Euclidean lengths are distances from the base; `steps`, directions in the space as
-what `moved` takes; and `motions`, the same as velocities of the joints.
+what `move` takes; and `motions`, the same as velocities of the joints.
 """
 
 from typing import NamedTuple, Protocol
@@ -14,7 +14,7 @@ from skpose.geodesics._shared import TangentSpace, to_joints, why_no_logarithms
 from skpose.kinematics._shared import jacobians_of, tree_of_all_joints
 from skpose.metrics import Angle, Geodesic, Metric, Position
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import mean_of_joints, moved, skeleton_at, steps_from
+from skpose.skeleton._shared import mean_of_joints, move, skeleton_at, steps_from
 
 
 class Space(Protocol):
@@ -29,7 +29,7 @@ class Space(Protocol):
     def motions(self, steps: np.ndarray) -> np.ndarray:
         """Return steps as velocities of the joints, (k, 3 n_joints), or of the columns without a skeleton."""
 
-    def moved(self, steps: np.ndarray) -> np.ndarray:
+    def move(self, steps: np.ndarray) -> np.ndarray:
         """Return the poses at steps from the base."""
 
 
@@ -47,7 +47,7 @@ class Columns(NamedTuple):
     def motions(self, steps: np.ndarray) -> np.ndarray:
         return steps
 
-    def moved(self, steps: np.ndarray) -> np.ndarray:
+    def move(self, steps: np.ndarray) -> np.ndarray:
         return self.pose + steps
 
 
@@ -75,8 +75,8 @@ class Lines(NamedTuple):
     def motions(self, steps: np.ndarray) -> np.ndarray:
         return steps @ self.jacobian().T
 
-    def moved(self, steps: np.ndarray) -> np.ndarray:
-        return moved(self.skeleton.bones, self.pose, steps)
+    def move(self, steps: np.ndarray) -> np.ndarray:
+        return move(self.skeleton.bones, self.pose, steps)
 
 
 class Geodesics(NamedTuple):
@@ -100,7 +100,7 @@ class Geodesics(NamedTuple):
     def motions(self, steps: np.ndarray) -> np.ndarray:
         return to_joints(self.space.skeleton, steps).reshape(len(steps), -1)
 
-    def moved(self, steps: np.ndarray) -> np.ndarray:
+    def move(self, steps: np.ndarray) -> np.ndarray:
         poses, n_missed = self.space.exponentials(steps)
         if n_missed:
             warn(

@@ -34,8 +34,10 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
     skeleton : Skeleton, default=None
         The skeleton of all poses. Needed by all metrics but "angle".
     n_components : int or float, default=None
-        Number of components; a float between 0 and 1 is the share of the variance that they have to explain. None
-        keeps all in which the poses vary.
+        Number of components, at most the number of poses and that of their columns; a float between 0 and 1 is the
+        share of the variance that they have to explain. None keeps all in which the poses vary. Where an int asks for
+        more than these, the others explain no variance, and no direction is made up for them: their variances, their
+        rows of `components_` and all their scores are zero.
     metric : str or Metric, default="auto"
         "angle", "position", "geodesic" or such an object: the vectors that stand for poses. "position" linearises the
         positions along the straight line from the joint-wise mean; "geodesic" takes the logarithms at the intrinsic
@@ -51,9 +53,9 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
     components_ : ndarray of shape (n_components, 3 * n_joints)
         Motions of the joints: the velocity of each as the score grows, m per m of score.
         ``components_.reshape(-1, skeleton.n_joints, 3)`` has one row for each joint. Times the square roots of the
-        weights they are orthonormal. The largest entry of each, so scaled, is positive. Joints without weight move with
-        the others under "position", and have zeros under "geodesic". Under "angle" of shape (n_components, n_dofs), as
-        in scikit-learn.
+        weights they are orthonormal, but for rows of zeros. The largest entry of each, so scaled, is positive. Joints
+        without weight move with the others under "position", and have zeros under "geodesic". Under "angle" of shape
+        (n_components, n_dofs), as in scikit-learn.
     explained_variance_ : ndarray of shape (n_components,)
         Variance of the scores about the mean pose, m².
     explained_variance_ratio_ : ndarray of shape (n_components,)
@@ -92,7 +94,7 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
 
     *Geodesic.* Lengths of vectors are distances. `inverse_transform` follows geodesics, `exp_map`.
 
-    "position" takes O(n_samples · n_joints²) time.
+    "position" takes O(n_samples · n_joints²) time. Fitted attributes are float64, also for float32 poses.
 
     References
     ----------
@@ -152,7 +154,7 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
 
         Returns
         -------
-        self : PoseTangentPCA
+        PoseTangentPCA
             The fitted estimator.
         """
         self.fit_transform(X)
@@ -174,7 +176,7 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
         ndarray of shape (n_samples, n_components)
             Scores, m; rad under "angle". float32 for float32 poses, else float64.
         """
-        given = self._checked(X, reset=True, ensure_min_samples=2)
+        given = self._check_X(X, reset=True, ensure_min_samples=2)
         X = given.astype(np.float64)
         self.mean_ = self._mean(X)
         space = self._space()
@@ -182,13 +184,16 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
         U, sizes, directions = np.linalg.svd(vectors, full_matrices=False)
         U, directions = svd_flip(U, directions, u_based_decision=False)
         variances = sizes**2 / (len(X) - 1)
-        n = self._chosen(sizes, variances, X.shape)
-        self._directions = directions[:n]
-        self._steps = space.steps(X, U[:, :n] / sizes[:n], self._directions)
-        self.components_ = space.motions(self._steps)
-        self.explained_variance_ = variances[:n]
-        self.explained_variance_ratio_ = variances[:n] / variances.sum()
-        self.singular_values_ = sizes[:n]
+        n = self._choose_n_components(sizes, variances, X.shape)
+        n_varying = min(n, _count_varying(sizes, len(X)))
+        directions = directions[:n_varying]
+        steps = space.steps(X, U[:, :n_varying] / sizes[:n_varying], directions)
+        # Where the poses do not vary there is only rounding, in which any direction is as good as another.
+        self._directions, self._steps, self.components_, self.explained_variance_, self.singular_values_ = (
+            _with_zeros(known, n)
+            for known in (directions, steps, space.motions(steps), variances[:n_varying], sizes[:n_varying])
+        )
+        self.explained_variance_ratio_ = self.explained_variance_ / variances.sum()
         self.n_components_ = n
         return self._scores(vectors, given.dtype)
 
@@ -206,7 +211,7 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
             Scores, m; rad under "angle". float32 for float32 poses, else float64.
         """
         check_is_fitted(self, "n_components_")
-        X = self._checked(X, reset=False)
+        X = self._check_X(X, reset=False)
         return self._scores(self._space().vectors(X.astype(np.float64)), X.dtype)
 
     def inverse_transform(self, X):
@@ -230,7 +235,7 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
                 f"X must have {self.n_components_} columns, one score for each component, as transform returns them, "
                 f"got {scores.shape[1]}"
             )
-        return self._space().moved(scores.astype(np.float64) @ self._steps).astype(scores.dtype, copy=False)
+        return self._space().move(scores.astype(np.float64) @ self._steps).astype(scores.dtype, copy=False)
 
     def reconstruction_error(self, X):
         """Return how far each pose is from the pose of its scores: poses that were not in `fit` state how well it does.
@@ -245,10 +250,10 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
         ndarray of shape (n_samples,)
             Root mean squared distance of the joints, m: √(Σ w_j ‖p_j − q_j‖² / Σ w_j), with p and q the positions of
             joint j in the pose and in ``inverse_transform(transform(X))``, and w its weight. Without a skeleton the
-            root mean squared difference of the columns, rad.
+            root mean squared difference of the columns, rad. float64, also for float32 poses.
         """
         check_is_fitted(self, "n_components_")
-        X = self._checked(X, reset=False).astype(np.float64)
+        X = self._check_X(X, reset=False).astype(np.float64)
         found = self.inverse_transform(self._scores(self._space().vectors(X), X.dtype))
         if self.skeleton_ is None:
             return np.sqrt(np.square(X - found).mean(axis=1))
@@ -281,9 +286,9 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
         space = TangentSpace(skeleton, self.mean_, self.metric_.n_steps, effective_n_jobs(self.n_jobs))
         return Geodesics(space)
 
-    def _chosen(self, sizes, variances, shape):
+    def _choose_n_components(self, sizes, variances, shape):
         """Return the number of components that the parameter asks for, from all singular values and variances."""
-        n_varying = int((sizes > VARIES * sizes[0]).sum())
+        n_varying = _count_varying(sizes, shape[0])
         if sizes[0] <= ROUNDING * np.sqrt(shape[0]):
             raise ValueError(
                 f"all {shape[0]} poses of X are equal under the metric {self.metric_.label!r}, got no variance to "
@@ -292,10 +297,10 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
         if self.n_components is None:
             return n_varying
         if isinstance(self.n_components, Integral):
-            if int(self.n_components) > n_varying:
+            if int(self.n_components) > min(shape):
                 raise ValueError(
-                    f"n_components must be at most {n_varying}, the number of components in which the {shape[0]} poses "
-                    f"of {shape[1]} columns vary, got {self.n_components}; None keeps all of them"
+                    f"n_components must be at most {min(shape)} for {shape[0]} poses of {shape[1]} columns, got "
+                    f"{self.n_components}; None keeps all in which the poses vary"
                 )
             return int(self.n_components)
         reached = np.searchsorted(np.cumsum(variances) / variances.sum(), self.n_components, side="right") + 1
@@ -312,3 +317,17 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
         tags = super().__sklearn_tags__()
         tags.transformer_tags.preserves_dtype = ["float64", "float32"]
         return tags
+
+
+def _count_varying(sizes, n_samples):
+    """Return the number of components in which poses vary, from their singular values.
+
+    The vectors from a mean sum to zero, so that n poses vary in n − 1. Under "geodesic" the sum is zero up to the
+    tolerance of the mean, which is more than rounding and no variance either.
+    """
+    return min(int((sizes > VARIES * sizes[0]).sum()), n_samples - 1)
+
+
+def _with_zeros(rows, n):
+    """Return rows with as many zero rows after them as make n."""
+    return np.concatenate([rows, np.zeros((n - len(rows), *rows.shape[1:]))])

@@ -13,7 +13,7 @@ from skpose.metrics import Metric
 from skpose.metrics._shared import METRIC_CONSTRAINTS, resolve, warn_of_no_skeleton, warn_of_unconverged
 from skpose.skeleton import Skeleton
 from skpose.statistics._permutations import Design, permutation_test
-from skpose.statistics._unit_means import Distances, negative_distances, repaired_kernel
+from skpose.statistics._unit_means import Distances, mean_kernel, negative_distances
 from skpose.statistics._units import check_units
 
 
@@ -35,8 +35,8 @@ class TwoSampleTestResult:
         level of the test, nothing can be found.
     exact : bool
         Whether `null_distribution` has all splits. If not, the given one is counted in addition to it.
-    n_a, n_b : int
-        The number of motions, or of single poses, in A and in B.
+    n_x, n_y : int
+        The number of motions, or of single poses, in X and in Y.
     paired : bool
         Whether only the two of each pair were exchanged.
     width : float or None
@@ -58,8 +58,8 @@ class TwoSampleTestResult:
     null_distribution: np.ndarray
     least_pvalue: float
     exact: bool
-    n_a: int
-    n_b: int
+    n_x: int
+    n_y: int
     paired: bool
     width: float | None = None
     negative_share: float | None = None
@@ -67,7 +67,7 @@ class TwoSampleTestResult:
     def __repr__(self) -> str:
         least = "the least possible" if self.pvalue <= self.least_pvalue else f"at least {self.least_pvalue:.3g}"
         how = "exact" if self.exact else f"{len(self.null_distribution)} permutations"
-        sets = f"{self.n_a} pairs" if self.paired else f"{self.n_a} against {self.n_b}"
+        sets = f"{self.n_x} pairs" if self.paired else f"{self.n_x} against {self.n_y}"
         return f"TwoSampleTestResult(statistic={self.statistic:.3g}, pvalue={self.pvalue:.3g}, {least}, {how}, {sets})"
 
 
@@ -83,8 +83,8 @@ class TwoSampleTestResult:
     prefer_skip_nested_validation=True,
 )
 def two_sample_test(
-    A: Any,
-    B: Any,
+    X: Any,
+    Y: Any,
     *,
     skeleton: Skeleton | None = None,
     metric: str | Metric = "auto",
@@ -102,10 +102,10 @@ def two_sample_test(
     - "mmd", the squared maximum mean discrepancy [2]_, :math:`E\, k(a, a') + E\, k(b, b') - 2 E\, k(a, b)`, with the
       kernel :math:`k = \exp(-d^2 / 2 \sigma^2)`, σ the median distance.
 
-    The p-value is the share of the splits of all of A and B into two such sets whose statistic is at least as large.
+    The p-value is the share of the splits of all of X and Y into two such sets whose statistic is at least as large.
 
-    **The elements of A and B are permuted**: the rows of an array, or whole motions of a list. They must be
-    exchangeable: if A and B do not differ, any of them could as well be in the other set. Consecutive frames of a
+    **The elements of X and Y are permuted**: the rows of an array, or whole motions of a list. They must be
+    exchangeable: if X and Y do not differ, any of them could as well be in the other set. Consecutive frames of a
     recording are not: permuted one by one, they mostly give a small p to any two recordings, and whole cycles of a
     walk a large one. So pass motions, or an array of poses that are independent, such as one of each recording. The
     question decides what a motion is:
@@ -113,16 +113,16 @@ def two_sample_test(
     - Two people's walks: a recording. The test is about these two people, of whom more recordings could be taken.
     - Two groups of people: all recordings of a person, joined by ``Motion.concatenate``, as people are exchangeable
       and recordings of one person belong together.
-    - The same people before and after: ``paired=True``, where A[i] is before and B[i] after of one person. Only A[i]
-      and B[i] change places, and the differences between people cancel.
+    - The same people before and after: ``paired=True``, where X[i] is before and Y[i] after of one person. Only X[i]
+      and Y[i] change places, and the differences between people cancel.
 
     Parameters
     ----------
-    A : list of array-like or of Motion, MotionDataset, or array of shape (n_poses, n_dofs)
+    X : list of array-like or of Motion, MotionDataset, or array of shape (n_poses, n_dofs)
         Motions of shape (n_frames, n_dofs) each, or poses that are exchangeable: joint angles, and rotation vectors of
         ball joints, rad. An array of shape (n_motions, n_frames, n_dofs) is motions too. Lengths may differ: each
         motion counts once, with the mean over its poses.
-    B : as A
+    Y : as X
         The other set; the number may be another one.
     skeleton : Skeleton, default=None
         The skeleton of all poses. None is that of the `Motion` objects, where they differ their mean; arrays need it,
@@ -132,7 +132,7 @@ def two_sample_test(
     statistic : {"energy", "mmd"}, default="energy"
         "energy" has no parameter; "mmd" weighs distances well above σ less.
     paired : bool, default=False
-        Whether A[i] and B[i] belong together, and only they are exchanged.
+        Whether X[i] and Y[i] belong together, and only they are exchanged.
     n_permutations : int, default=999
         Random permutations. If there are no more splits than this, all are taken, each once.
     random_state : int, RandomState instance or None, default=None
@@ -150,8 +150,8 @@ def two_sample_test(
     TypeError
         For one motion in the place of several, and for Motions and arrays together.
     ValueError
-        For poses that `pose_distances` refuses and motions that `motion_distances` refuses; for poses in A and
-        motions in B; for one element in each; for pairs with sets of different sizes.
+        For poses that `pose_distances` refuses and motions that `motion_distances` refuses; for poses in X and
+        motions in Y; for one element in each; for pairs with sets of different sizes.
 
     Warns
     -----
@@ -171,9 +171,9 @@ def two_sample_test(
     The test is about sets of poses: the order of the frames has no part in it. It says that the distributions differ,
     not in what. All poses are compared on one skeleton, so that the lengths of people's bones have no part either.
 
-    The p-value is valid under any metric and either statistic: if A and B are exchangeable, it is at most α with a
+    The p-value is valid under any metric and either statistic: if X and Y are exchangeable, it is at most α with a
     probability of no more than α. It is never zero [5]_. Ties count as larger. With few elements it cannot be small:
-    three motions against three have 20 splits, of which any two that exchange A and B have the same statistic, so
+    three motions against three have 20 splits, of which any two that exchange X and Y have the same statistic, so
     that p is at least 0.1; four against four 0.029, five pairs 0.0625, six 0.031; see
     `TwoSampleTestResult.least_pvalue`.
 
@@ -223,22 +223,22 @@ def two_sample_test(
     >>> two_sample_test(one[:3], one[3:])
     TwoSampleTestResult(statistic=0.052, pvalue=0.5, at least 0.1, exact, 3 against 2)
     """
-    units = check_units(A, B, skeleton, paired)
+    units = check_units(X, Y, skeleton, paired)
     skeleton = units.skeleton
     if skeleton is not None:
-        warn_of_degrees(A=units.of_a, B=units.of_b)
+        warn_of_degrees(X=units.of_x, Y=units.of_y)
     chosen = resolve(metric, skeleton)
     warn_of_no_skeleton(metric, skeleton)
     distances = Distances(chosen, skeleton, n_jobs)
-    means = (negative_distances if statistic == "energy" else repaired_kernel)(units.sequences, distances)
-    design = Design(units.n_a, units.n_b, paired)
+    means = (negative_distances if statistic == "energy" else mean_kernel)(units.sequences, distances)
+    design = Design(units.n_x, units.n_y, paired)
     outcome = permutation_test(means.matrix, design, n_permutations, check_random_state(random_state))
     n_poses = len(units.sequences.poses)
     warn_of_unconverged([means.unconverged], n_poses * (n_poses - 1) // 2)
     return TwoSampleTestResult(
         **outcome._asdict(),
-        n_a=units.n_a,
-        n_b=units.n_b,
+        n_x=units.n_x,
+        n_y=units.n_y,
         paired=paired,
         width=means.width,
         negative_share=means.negative_share,

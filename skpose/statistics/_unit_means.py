@@ -1,7 +1,7 @@
 """Means of a function of the distance over all pairs of poses of two units, tile by tile.
 
-The two statistics are quadratic forms of such a matrix G, and need no more than it: with c = 1 / n for the units of A
-and −1 / m for those of B, both are cᵀGc: the energy statistic with minus the mean distances, and the squared MMD
+The two statistics are quadratic forms of such a matrix G, and need no more than it: with c = 1 / n for the units of X
+and −1 / m for those of Y, both are cᵀGc: the energy statistic with minus the mean distances, and the squared MMD
 with mean kernels, which are the inner products of the mean embeddings of the units.
 """
 
@@ -14,7 +14,7 @@ from sklearn.utils import gen_batches
 from skpose.metrics import Metric
 from skpose.metrics._shared import DistanceMatrix, Unconverged
 from skpose.motions._shared import Sequences
-from skpose.preprocessing._shared import Kernel, repaired
+from skpose.preprocessing._shared import Kernel, repair_kernel
 from skpose.skeleton import Skeleton
 
 TILE = 4096  # frames, the edge of a tile: 134 MB in float64
@@ -32,7 +32,7 @@ class Distances(NamedTuple):
         """Return the distances, in float64, and how many of them did not converge."""
         matrix = DistanceMatrix(X, Y, self.metric, self.skeleton)
         distances, unconverged = matrix.write(None, self.n_jobs)
-        return distances.astype(np.float64, copy=False), Unconverged.joined(unconverged)
+        return distances.astype(np.float64, copy=False), Unconverged.join(unconverged)
 
 
 class UnitMeans(NamedTuple):
@@ -49,11 +49,11 @@ def negative_distances(sequences: Sequences, distances: Distances) -> UnitMeans:
     return UnitMeans(*_means(sequences, distances, lambda d: np.negative(d, out=d)))
 
 
-def repaired_kernel(sequences: Sequences, distances: Distances) -> UnitMeans:
+def mean_kernel(sequences: Sequences, distances: Distances) -> UnitMeans:
     """Return the mean of exp(−d² / 2σ²) over the pairs of poses of every two units, repaired.
 
     The width σ is the median distance between different poses of two units. It must not depend on which units are those
-    of A, so every unit gives as many poses, evenly spread over it.
+    of X, so every unit gives as many poses, evenly spread over it.
     """
     chosen, unit = _spread(sequences)
     d, unconverged = distances.between(sequences.poses[chosen], None)
@@ -62,10 +62,10 @@ def repaired_kernel(sequences: Sequences, distances: Distances) -> UnitMeans:
     width = float(np.median(apart)) if len(apart) else 1.0  # all poses equal: every width gives the same
     kernel = Kernel("rbf", 0.5 / width**2)
     if len(chosen) == len(sequences.poses):  # all distances are known
-        means = _of_units(_summed(kernel.of(d), sequences.starts[:-1], sequences.starts[:-1]), sequences)
+        means = _of_units(_sum_rectangles(kernel.of(d), sequences.starts[:-1], sequences.starts[:-1]), sequences)
     else:
         means, unconverged = _means(sequences, distances, kernel.of)
-    matrix, repair = repaired(means, np.eye(len(means), dtype=bool), "clip")
+    matrix, repair = repair_kernel(means, np.eye(len(means), dtype=bool), "clip")
     return UnitMeans(matrix, unconverged, width, repair.negative_share)
 
 
@@ -90,14 +90,14 @@ def _means(
         d, found = distances.between(sequences.poses[rows], other)
         unconverged.append(found)
         (at, starts), (to, others) = _units_in(sequences, rows), _units_in(sequences, columns)
-        tile = _summed(function(d), starts, others)
+        tile = _sum_rectangles(function(d), starts, others)
         sums[at, to] += tile
         if other is not None:
             sums[to, at] += tile.T
-    return _of_units(sums, sequences), Unconverged.joined(unconverged)
+    return _of_units(sums, sequences), Unconverged.join(unconverged)
 
 
-def _summed(values: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+def _sum_rectangles(values: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
     """Return the sums over rectangles that begin at these rows and columns."""
     return np.add.reduceat(np.add.reduceat(values, columns, axis=1), rows, axis=0)
 

@@ -15,55 +15,55 @@ FRAMES_OF_A_RECORDING = 0.4  # ratio of `_warn_of_frames`: recordings at usual f
 class Units(NamedTuple):
     """Units of both sets: single poses, or whole motions."""
 
-    sequences: Sequences  # of A, then of B; a pose is a motion of one frame
-    n_a: int
-    n_b: int
+    sequences: Sequences  # of X, then of Y; a pose is a motion of one frame
+    n_x: int
+    n_y: int
     skeleton: Skeleton | None
     name: str  # of a unit, plural
 
     @property
-    def of_a(self) -> np.ndarray:
-        return self.sequences.part(0, self.n_a).poses
+    def of_x(self) -> np.ndarray:
+        return self.sequences.slice(0, self.n_x).poses
 
     @property
-    def of_b(self) -> np.ndarray:
-        return self.sequences.part(self.n_a, self.n_a + self.n_b).poses
+    def of_y(self) -> np.ndarray:
+        return self.sequences.slice(self.n_x, self.n_x + self.n_y).poses
 
 
-def check_units(A: Any, B: Any, skeleton: Skeleton | None, paired: bool) -> Units:
-    """Return the units of A and of B on one skeleton."""
-    rows = _are_rows(A)
-    if rows != _are_rows(B):
+def check_units(X: Any, Y: Any, skeleton: Skeleton | None, paired: bool) -> Units:
+    """Return the units of X and of Y on one skeleton."""
+    rows = _are_rows(X)
+    if rows != _are_rows(Y):
         kinds = ("poses", "motions") if rows else ("motions", "poses")
         raise ValueError(
-            f"A and B must be of one kind, as rows of an array are permuted one by one and motions whole, but A is "
-            f"{kinds[0]} and B {kinds[1]}: pass lists of motions, or two arrays (n_poses, n_dofs)"
+            f"X and Y must be of one kind, as rows of an array are permuted one by one and motions whole, but X is "
+            f"{kinds[0]} and Y {kinds[1]}: pass lists of motions, or two arrays (n_poses, n_dofs)"
         )
     if rows:
-        a, b = check_poses(A, skeleton, "A"), check_poses(B, skeleton, "B")
+        a, b = check_poses(X, skeleton, "X"), check_poses(Y, skeleton, "Y")
         if a.shape[1] != b.shape[1]:
             raise ValueError(
-                f"A has {a.shape[1]} columns and B has {b.shape[1]}; poses of one skeleton have equally many"
+                f"X has {a.shape[1]} columns and Y has {b.shape[1]}; poses of one skeleton have equally many"
             )
         both = np.concatenate([a, b])
         units = Units(Sequences(both, np.arange(len(both) + 1)), len(a), len(b), skeleton, "poses")
     else:
-        (one, skeleton, _), (other, *_) = check_motions({"A": A, "B": B}, skeleton)
+        (one, skeleton, _), (other, *_) = check_motions({"X": X, "Y": Y}, skeleton)
         starts = np.concatenate([one.starts, one.starts[-1] + other.starts[1:]])
         both = np.concatenate([one.poses, other.poses])
         units = Units(Sequences(both, starts), one.n_motions, other.n_motions, skeleton, "motions")
-    if paired and units.n_a != units.n_b:
+    if paired and units.n_x != units.n_y:
         raise ValueError(
-            f"paired=True takes A[i] and B[i] as a pair, such as one person before and after, but A has {units.n_a} "
-            f"{units.name} and B has {units.n_b}: leave out those without a partner, or pass paired=False"
+            f"paired=True takes X[i] and Y[i] as a pair, such as one person before and after, but X has {units.n_x} "
+            f"{units.name} and Y has {units.n_y}: leave out those without a partner, or pass paired=False"
         )
-    if units.n_a == units.n_b == 1:
+    if units.n_x == units.n_y == 1:
         join = "" if rows else ", or cut each motion into pieces only where these are independent"
         raise ValueError(
-            f"A and B have one of the {units.name} each, so that p would be 1 for any two: pass more of them{join}"
+            f"X and Y have one of the {units.name} each, so that p would be 1 for any two: pass more of them{join}"
         )
     if rows:
-        _warn_of_frames(A=units.of_a, B=units.of_b)
+        _warn_of_frames(X=units.of_x, Y=units.of_y)
     return units
 
 

@@ -45,7 +45,7 @@ def explorer(
     dataset: MotionDataset,
     *,
     metrics: Sequence[str | Metric] = ("spatial", "position", "rotation", "angle"),
-    rate: float | None = 12.0,
+    frame_rate: float | None = 12.0,
     labels: Sequence[str] | None = None,
     title: str | None = None,
     n_jobs: int | None = None,
@@ -63,7 +63,7 @@ def explorer(
         The motions. Their subjects and actions, where they have them, are choices of colour.
     metrics : sequence of str or Metric, default=("spatial", "position", "rotation", "angle")
         The metrics whose embeddings are in the page, see `skpose.pose_distances`; the page starts with the first.
-    rate : float, default=12.0
+    frame_rate : float, default=12.0
         Poses a second, Hz, see `Motion.resample`; None takes every frame.
     labels : sequence of str, default=None
         A name for each motion; None is made of its subject, action and trial, as far as they are known.
@@ -95,9 +95,9 @@ def explorer(
 
     Notes
     -----
-    The poses are those of ``dataset.poses(rate)``, on the mean skeleton: the figures in the page are what the distances
-    are about. The root is in them only after ``dataset.with_root()``. The numbers of a pose are rounded to a 65,536th
-    of a whole turn; by how much a joint is moved at most, `Page.note` and the page state.
+    The poses are those of ``dataset.poses(frame_rate)``, on the mean skeleton: the figures in the page are what the
+    distances are about. The root is in them only after ``dataset.with_root()``. The numbers of a pose are rounded to a
+    65,536th of a whole turn; by how much a joint is moved at most, `Page.note` and the page state.
 
     The embedding is `SpatialMDS` with two components; of more than 2,000 poses 1,000 are landmarks, so that the cost
     is one distance for each pose and landmark. "geodesic" takes an hour for a million distances. 10,000 poses of 56
@@ -116,8 +116,8 @@ def explorer(
             f"dataset must be a skpose.datasets.MotionDataset, got {type(dataset).__name__}: MotionDataset(motions) "
             "makes one of motions"
         )
-    names = _checked_labels(labels, dataset)
-    skeleton, motions = _prepared(dataset, rate)
+    names = _check_labels(labels, dataset)
+    skeleton, motions = _prepare_motions(dataset, frame_rate)
     chosen = _check_metrics(metrics, skeleton)
     X = np.concatenate([motion.angles for motion in motions])
     packed = pack(X, STEP)
@@ -151,7 +151,7 @@ def _check_metrics(metrics: Sequence[str | Metric], skeleton: Skeleton) -> list[
     return list(dict.fromkeys(resolve(one, skeleton) for one in given))
 
 
-def _checked_labels(labels: Sequence[str] | None, dataset: MotionDataset) -> list[str]:
+def _check_labels(labels: Sequence[str] | None, dataset: MotionDataset) -> list[str]:
     if labels is None:
         known = [getattr(dataset, name, None) for name in ("subjects", "actions", "trials")]
         parts = zip(*(values for values in known if values is not None), strict=True)
@@ -164,16 +164,16 @@ def _checked_labels(labels: Sequence[str] | None, dataset: MotionDataset) -> lis
     return [str(label) for label in given]
 
 
-def _prepared(dataset: MotionDataset, rate: float | None) -> tuple[Skeleton, list[Motion]]:
-    """Return the mean skeleton, and the motions on it at the rate, as `MotionDataset.poses` has them."""
+def _prepare_motions(dataset: MotionDataset, frame_rate: float | None) -> tuple[Skeleton, list[Motion]]:
+    """Return the mean skeleton, and the motions on it at the frame rate, as `MotionDataset.poses` has them."""
     motions: list[Motion] = []
     if len(dataset):
         motions = list(dataset.retarget(dataset.skeleton, method="numbers"))
-        motions = motions if rate is None else [motion.resample(rate) for motion in motions]
+        motions = motions if frame_rate is None else [motion.resample(frame_rate) for motion in motions]
     if (n := sum(map(len, motions))) < 2:
         raise ValueError(
             f"an explorer shows at least 2 poses, got {n} of {len(dataset)} motions: choose other motions, or a higher "
-            "rate"
+            "frame rate"
         )
     return dataset.skeleton, motions
 
@@ -236,8 +236,8 @@ def _embeddings(
     first = None
     for metric in metrics:
         scaling = SpatialMDS(
-            2,
-            skeleton=skeleton,
+            skeleton,
+            n_components=2,
             metric=metric,
             landmarks=LANDMARKS if len(X) > ALL else None,
             random_state=0,

@@ -31,18 +31,18 @@ def pack(values: np.ndarray, step: float | None = None) -> Packed:
     """
     low, extent = float(values.min()), float(np.ptp(values))
     if step is None:
-        return _packed(values, low, extent / LEVELS, np.dtype("<u2"))
+        return _pack_values(values, low, extent / LEVELS, np.dtype("<u2"))
     step = max(step, extent / MOST)
-    return _packed(values, low, step, np.dtype("<u2" if extent <= LEVELS * step else "<u4"))
+    return _pack_values(values, low, step, np.dtype("<u2" if extent <= LEVELS * step else "<u4"))
 
 
 def pack_angles(angles: np.ndarray) -> Packed:
     """Return angles (n, k), rad, likewise: as steps of 2π / 65,536, without whole turns."""
     turns = np.rint(angles * (TURN / (2.0 * np.pi))) % TURN
-    return _packed(turns * (2.0 * np.pi / TURN), 0.0, 2.0 * np.pi / TURN, np.dtype("<u2"))
+    return _pack_values(turns * (2.0 * np.pi / TURN), 0.0, 2.0 * np.pi / TURN, np.dtype("<u2"))
 
 
-def _packed(values: np.ndarray, low: float, step: float, dtype: np.dtype) -> Packed:
+def _pack_values(values: np.ndarray, low: float, step: float, dtype: np.dtype) -> Packed:
     steps = np.rint((values - low) / step) if step > 0.0 else np.zeros(values.shape)
     whole = steps.astype(dtype)
     change = np.diff(whole, axis=0, prepend=np.zeros((1, whole.shape[1]), dtype))  # modulo the number of levels

@@ -92,7 +92,13 @@ class Page:
             new.write_bytes(self.html.encode("utf-8"))
 
     def open(self) -> Path:
-        """Write the page to a temporary file and show it in the browser; return the file, which stays."""
+        """Write the page to a temporary file and show it in the browser.
+
+        Returns
+        -------
+        Path
+            The file, which stays.
+        """
         path = Path(tempfile.mkdtemp(prefix="skpose_")) / "view.html"
         self.save(path)
         webbrowser.open(path.as_uri())

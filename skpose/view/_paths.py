@@ -8,7 +8,7 @@ from skpose._validation.units import warn_of_degrees
 from skpose.geodesics import geodesic
 from skpose.kinematics import forward_kinematics
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import TWO_PI, interpolate, straight_line
+from skpose.skeleton._shared import TWO_PI, interpolate_poses, straight_line
 from skpose.view._page import Page
 from skpose.view._player import page, pairs_data
 from skpose.view._scene import motion_data
@@ -88,4 +88,4 @@ def _at_constant_speed(path: np.ndarray, skeleton: Skeleton, n: int) -> tuple[np
         if travelled[-1]
         else np.linspace(0.0, len(path) - 1, n)
     )
-    return interpolate(skeleton.bones, path, where), float(travelled[-1])
+    return interpolate_poses(skeleton.bones, path, where), float(travelled[-1])

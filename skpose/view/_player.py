@@ -88,8 +88,8 @@ def player(
     >>> page.title
     'first and second'
     """
-    shown = _checked_motions(motions)
-    names = _checked_labels(labels, len(shown))
+    shown = _check_motions(motions)
+    names = _check_labels(labels, len(shown))
     data = [motion_data(motion, name) for motion, name in zip(shown, names, strict=True)]
     aligned = None if alignment is None else _alignment_data(alignment, shown)
     return page(data, aligned, overlay=overlay, title=" and ".join(names) if title is None else title)
@@ -123,7 +123,7 @@ def pairs_data(path: np.ndarray, distances: np.ndarray, columns: Sequence[Sequen
     return {"path": pack(path, 1.0), "distances": pack(distances), "columns": [list(map(int, c)) for c in columns]}
 
 
-def _checked_motions(motions: Motion | Iterable[Motion]) -> list[Motion]:
+def _check_motions(motions: Motion | Iterable[Motion]) -> list[Motion]:
     expected = "motions must be a skpose.Motion or several in a list"
     if isinstance(motions, Motion):
         motions = [motions]
@@ -144,7 +144,7 @@ def _checked_motions(motions: Motion | Iterable[Motion]) -> list[Motion]:
     return shown
 
 
-def _checked_labels(labels: Sequence[str] | None, n: int) -> list[str]:
+def _check_labels(labels: Sequence[str] | None, n: int) -> list[str]:
     if labels is None:
         return [f"motion {i}" for i in range(1, n + 1)] if n > 1 else ["motion"]
     if isinstance(labels, str) or len(labels) != n:

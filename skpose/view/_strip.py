@@ -26,7 +26,7 @@ def strip(motion: Motion) -> str:
     frames = np.unique(np.rint(np.linspace(0, len(motion) - 1, N_POSES)).astype(int))
     columns = ("angles", "root_positions", "root_angles", "frame_numbers")
     motion = replace(motion, **{name: getattr(motion, name)[frames] for name in columns})
-    flat = _seen(scene_of(motion))
+    flat = _project(scene_of(motion))
     scale = HEIGHT / max(float(np.ptp(flat[..., 1])), 0.25 * float(np.ptp(flat[..., 0], axis=1).max()), 1e-9)
     flat = scale * (flat - [0.0, flat[..., 1].min()])
     left, right = flat[..., 0].min(axis=1), flat[..., 0].max(axis=1)
@@ -47,7 +47,7 @@ def strip(motion: Motion) -> str:
     )
 
 
-def _seen(scene: Scene) -> np.ndarray:
+def _project(scene: Scene) -> np.ndarray:
     """Return all points (n_frames, 1 + n_joints, 2), the root first, as seen from the side; where it goes is right."""
     joints = scene.joints + [[0.0, 1.0, 0.0]] * scene.root[:, None]
     points = np.concatenate([scene.root[:, None] * [0.0, 1.0, 0.0], joints], axis=1)

@@ -88,7 +88,7 @@ def test_distances_of_amc_files_at_another_rate(tmp_path):
     X = motion.resample(20).angles
     out, asf = str(tmp_path / "D.npy"), str(DATA / "arm.asf")
     files = [str(DATA / "arm.amc")]
-    options = ["--frame-rate", "60", "--rate", "20", "--out", out]
+    options = ["--amc-frame-rate", "60", "--frame-rate", "20", "--out", out]
     assert main(["distances", *files, *options]) == 0  # finds the skeleton next to the file
     np.testing.assert_array_equal(np.load(out), pose_distances(X, skeleton=Skeleton.mean([motion.skeleton])))
     Path(out).unlink()
@@ -230,7 +230,7 @@ def test_errors_are_one_line(files, capsys, arguments, message):
     "arguments",
     [
         ["distances", "a.bvh"],
-        ["distances", "a.bvh", "--out", "D.npy", "--rate", "-1"],
+        ["distances", "a.bvh", "--out", "D.npy", "--frame-rate", "-1"],
         ["distances", "a.bvh", "--out", "D.npy", "--jobs", "0"],
         ["compare", "--jobs", "0"],
         ["distances", "a.bvh", "--out", "D.csv"],

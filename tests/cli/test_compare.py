@@ -44,7 +44,7 @@ def test_accuracies_are_those_of_the_nearest_neighbour_in_other_groups(gait, row
             assert accuracy == np.mean(y[in_other_groups.argmin(axis=1)] == y)
         shares = []
         for i in range(len(gait)):
-            mds = SpatialMDS(1, skeleton=gait.skeleton, metric=row.metric).fit(X[sequence == i])
+            mds = SpatialMDS(gait.skeleton, n_components=1, metric=row.metric).fit(X[sequence == i])
             shares.append(mds.explained_variance_ratio_[0])
         np.testing.assert_allclose(row.first_component, np.median(shares))
 

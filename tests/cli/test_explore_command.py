@@ -65,7 +65,7 @@ def test_all_metrics_but_the_geodesic_at_12_hz():
     assert [one["metric"] for one in data["embeddings"]] == ["spatial", "position", "rotation", "angle"]
     assert (data["rate"], data["counts"]) == (12.0, [12] * 4)
     Path("explore.html").unlink()
-    assert explore("gait", "--rate", "24", "--metric", "position") == 0
+    assert explore("gait", "--frame-rate", "24", "--metric", "position") == 0
     assert (shown()["rate"], shown()["counts"]) == (24.0, [24] * 4)
 
 
@@ -104,11 +104,11 @@ def test_an_index_has_labels_and_rates(tmp_path):
         shutil.copy(data / "arm.amc", f"cmu/{name}/arm.amc")
     rows = ["subject,trial,action,frames_per_second,file", "Anna,1,wave,60,a/arm.amc", "Ben,2,point,30,b/arm.amc"]
     Path("cmu/index.csv").write_text("\n".join(rows))
-    assert explore("cmu", "--metric", "position", "--rate", "30") == 0
+    assert explore("cmu", "--metric", "position", "--frame-rate", "30") == 0
     found = shown()
     assert groups(found) == {"subject": ["Anna", "Ben"], "action": ["wave", "point"]}
     assert found["labels"] == ["Anna · wave · 1", "Ben · point · 2"]
-    expected = shown_of(explorer(load_cmu("cmu"), metrics=["position"], rate=30))
+    expected = shown_of(explorer(load_cmu("cmu"), metrics=["position"], frame_rate=30))
     assert found["counts"] == expected["counts"]
     assert found["counts"][0] < found["counts"][1]  # the first lasts half as long
 

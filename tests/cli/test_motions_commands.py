@@ -68,7 +68,7 @@ def test_motions(motions, options, parameters, capsys):
 
 
 def test_motions_in_float32_and_at_another_rate(motions):
-    assert main(["motions", ".", "--rate", "10", "--dtype", "float32", "--out", "D.npy"]) == 0
+    assert main(["motions", ".", "--frame-rate", "10", "--dtype", "float32", "--out", "D.npy"]) == 0
     arrays = [motion.resample(10).angles.astype(np.float32) for motion in motions]
     skeleton = Skeleton.mean({motion.skeleton: None for motion in motions})
     D = np.load("D.npy")
@@ -123,8 +123,8 @@ def test_motions_of_different_rates_are_refused_by_file(motions, capsys):
     for command in (["motions", *FILES, "fast.bvh", "--out", "D.npy"], ["find", "a.bvh", "fast.bvh"]):
         line = refusal(command, capsys)
         assert line.startswith("skpose: a.bvh has 20 frames a second and fast.bvh 40, which changes the distances:")
-        assert line.endswith("resample all with --rate, such as --rate 20")
-    assert main(["motions", *FILES, "fast.bvh", "--rate", "20", "--out", "D.npy"]) == 0
+        assert line.endswith("resample all with --frame-rate, such as --frame-rate 20")
+    assert main(["motions", *FILES, "fast.bvh", "--frame-rate", "20", "--out", "D.npy"]) == 0
     save_bvh("digits.bvh", replace(motions[0], frame_rate=20.0005), scale=1.0)  # as a file that writes fewer digits
     assert main(["motions", *FILES, "digits.bvh", "--out", "E.npy"]) == 0
 
@@ -197,7 +197,7 @@ def test_find_a_part_of_a_file(motions, calls, capsys):
     assert capsys.readouterr().out.splitlines()[0].endswith("distance, rad")
     assert main(["find", "a.bvh", *FILES[1:], "--from", "0.3", "--to", "0.31"]) == 0
     np.testing.assert_array_equal(calls[-1][0].angles, motions[0].angles[6:7])
-    assert main(["find", "a.bvh", *FILES[1:], "--from", "0.5", "--rate", "10"]) == 0
+    assert main(["find", "a.bvh", *FILES[1:], "--from", "0.5", "--frame-rate", "10"]) == 0
     np.testing.assert_array_equal(calls[-1][0].angles, motions[0].resample(10).angles[5:])
     assert calls[-1][1][0].frame_rate == 10
 

@@ -54,7 +54,7 @@ def with_ctrl_c(test):
 @pytest.mark.slow
 @with_ctrl_c
 def test_the_same_command_finishes_a_matrix_after_ctrl_c(files, capsys):
-    arguments = ["distances", *files, "--scale", "0.01", "--rate", "150000", "--jobs", "1", "--out", "D.npy"]
+    arguments = ["distances", *files, "--scale", "0.01", "--frame-rate", "150000", "--jobs", "1", "--out", "D.npy"]
     process = start("-m", "skpose", *arguments)
     while not Path("D.npy.progress").exists():
         assert process.poll() is None, process.communicate()

@@ -50,7 +50,7 @@ def test_page_of_one_file(capsys):
 
 
 def test_page_of_a_folder_at_another_rate(folder):
-    assert main(["view", ".", "--rate", "10", "--overlay", "--out", "view.html"]) == 0
+    assert main(["view", ".", "--frame-rate", "10", "--overlay", "--out", "view.html"]) == 0
     assert [motion["label"] for motion in shown()["motions"]] == ["anna.bvh", "ben.bvh"]
     assert [motion["rate"] for motion in shown()["motions"]] == [10, 10]
     assert [motion["joints"]["shape"][0] for motion in shown()["motions"]] == [10, 7]
@@ -87,7 +87,9 @@ def test_what_cannot_be_aligned_is_named_by_its_file(capsys):
     assert line.startswith("skpose: cat.bvh has no bone-wise mean with anna.bvh: ")
     assert line.endswith("Leave --align out to see them side by side")
     save_bvh("fast.bvh", replace(load_bvh("ben.bvh", scale=1.0), frame_rate=40), scale=1.0)
-    assert "resample all with --rate, such as --rate 20" in refusal(["anna.bvh", "fast.bvh", "--align"], capsys)
+    assert "resample all with --frame-rate, such as --frame-rate 20" in refusal(
+        ["anna.bvh", "fast.bvh", "--align"], capsys
+    )
     assert main(["view", "anna.bvh", "cat.bvh", "fast.bvh", "--out", "view.html"]) == 0  # but all can be seen
 
 

@@ -27,7 +27,7 @@ def test_agrees_with_the_definition(bandwidth):
     for X in (rng.normal(size=(40, 2)), rng.uniform(-2, 2, size=(30, 3)), rng.normal(size=(25, HUMANOID.n_dofs))):
         skeleton, metric = (HUMANOID, "spatial") if X.shape[1] == HUMANOID.n_dofs else (None, "angle")
         modes = reference.medoid_shift(pose_distances(X, skeleton=skeleton, metric=metric), bandwidth)
-        shift = MedoidShift(bandwidth, skeleton=skeleton, metric=metric).fit(X)
+        shift = MedoidShift(skeleton, bandwidth=bandwidth, metric=metric).fit(X)
         np.testing.assert_array_equal(shift.cluster_centers_indices_[shift.labels_], modes)
         np.testing.assert_array_equal(shift.cluster_centers_, X[np.unique(modes)])
 
@@ -35,8 +35,8 @@ def test_agrees_with_the_definition(bandwidth):
 def test_extreme_bandwidths(blobs):
     X = blobs[0][:60]
     D = pose_distances(X, metric="angle")
-    np.testing.assert_array_equal(MedoidShift(1e-3, metric="angle").fit(X).labels_, np.arange(60))
-    one = MedoidShift(1e3, metric="angle").fit(X)
+    np.testing.assert_array_equal(MedoidShift(bandwidth=1e-3, metric="angle").fit(X).labels_, np.arange(60))
+    one = MedoidShift(bandwidth=1e3, metric="angle").fit(X)
     np.testing.assert_array_equal(one.cluster_centers_indices_, [np.square(D).sum(axis=0).argmin()])
     np.testing.assert_array_equal(one.labels_, 0)
 
@@ -47,7 +47,9 @@ def test_bandwidths_whose_square_is_zero_or_infinite(bandwidth, sparse, blobs):
     X = np.repeat(blobs[0][:30], 2, axis=0)
     D = pose_distances(X, metric="angle")
     rows, columns = np.divmod(np.arange(D.size), len(D))
-    shift = MedoidShift(bandwidth, metric="precomputed").fit(csr_array((D.ravel(), (rows, columns))) if sparse else D)
+    shift = MedoidShift(bandwidth=bandwidth, metric="precomputed").fit(
+        csr_array((D.ravel(), (rows, columns))) if sparse else D
+    )
     expected = np.zeros(60) if bandwidth > 1 else np.repeat(np.arange(30), 2)
     np.testing.assert_array_equal(shift.labels_, expected)
     assert shift.bandwidth_ == bandwidth
@@ -55,11 +57,11 @@ def test_bandwidths_whose_square_is_zero_or_infinite(bandwidth, sparse, blobs):
 
 def test_finds_blobs_by_bandwidth_and_by_number(blobs):
     X, y = blobs
-    assert adjusted_rand_score(y, MedoidShift(1.4, metric="angle").fit_predict(X)) > 0.95
+    assert adjusted_rand_score(y, MedoidShift(bandwidth=1.4, metric="angle").fit_predict(X)) > 0.95
     shift = MedoidShift(n_clusters=4, metric="angle").fit(X)
     assert len(shift.cluster_centers_) == 4
     assert adjusted_rand_score(y, shift.labels_) > 0.95
-    np.testing.assert_array_equal(MedoidShift(shift.bandwidth_, metric="angle").fit(X).labels_, shift.labels_)
+    np.testing.assert_array_equal(MedoidShift(bandwidth=shift.bandwidth_, metric="angle").fit(X).labels_, shift.labels_)
 
 
 def test_estimated_bandwidth_is_the_mean_distance_to_three_tenths_of_the_others(blobs):
@@ -77,19 +79,19 @@ def test_a_number_of_clusters_that_no_bandwidth_gives():
     with pytest.raises(ValueError, match="n_clusters=4 is more than the 3 samples"):
         MedoidShift(n_clusters=4, metric="precomputed").fit(D)
     with pytest.raises(ValueError, match="bandwidth and n_clusters are both given"):
-        MedoidShift(1.0, n_clusters=2, metric="precomputed").fit(D)
+        MedoidShift(bandwidth=1.0, n_clusters=2, metric="precomputed").fit(D)
 
 
 def test_equal_samples_move_as_one_and_ties_end():
     np.testing.assert_array_equal(MedoidShift(metric="angle").fit(np.ones((7, 2))).labels_, 0)
     X = np.repeat(np.random.default_rng(0).normal(size=(20, 3)), 4, axis=0)
     for bandwidth in (0.01, 0.5, 1.0, 3.0):
-        labels = MedoidShift(bandwidth, metric="angle").fit_predict(X).reshape(20, 4)
+        labels = MedoidShift(bandwidth=bandwidth, metric="angle").fit_predict(X).reshape(20, 4)
         assert (labels == labels[:, :1]).all()
     angle = np.linspace(0, 2 * np.pi, 24, endpoint=False)
     polygon = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     for bandwidth in (0.05, 0.3, 0.5, 1.0, 10.0):
-        MedoidShift(bandwidth, metric="angle").fit(polygon)
+        MedoidShift(bandwidth=bandwidth, metric="angle").fit(polygon)
 
 
 def test_a_full_graph_gives_what_the_matrix_gives(blobs):
@@ -98,7 +100,7 @@ def test_a_full_graph_gives_what_the_matrix_gives(blobs):
     rows, columns = np.divmod(np.arange(D.size), len(D))
     graph = csr_array((D.ravel(), (rows, columns)))  # with explicit zeros on the diagonal
     for bandwidth in (0.3, 0.8, 1.5):
-        dense, sparse = (MedoidShift(bandwidth, metric="precomputed").fit(A) for A in (D, graph))
+        dense, sparse = (MedoidShift(bandwidth=bandwidth, metric="precomputed").fit(A) for A in (D, graph))
         np.testing.assert_array_equal(sparse.labels_, dense.labels_)
         np.testing.assert_array_equal(sparse.cluster_centers_indices_, dense.cluster_centers_indices_)
     assert graph.nnz == D.size
@@ -113,7 +115,7 @@ def test_a_graph_agrees_with_the_definition(bandwidth, n_neighbors):
     rows, columns = graph.nonzero()
     D[rows, columns] = D[columns, rows] = np.linalg.norm(X[rows] - X[columns], axis=1)
     np.fill_diagonal(D, 0)
-    shift = MedoidShift(bandwidth, metric="precomputed").fit(graph)
+    shift = MedoidShift(bandwidth=bandwidth, metric="precomputed").fit(graph)
     np.testing.assert_array_equal(shift.cluster_centers_indices_[shift.labels_], reference.medoid_shift(D, bandwidth))
 
 
@@ -124,17 +126,17 @@ def test_a_graph_agrees_with_the_definition(bandwidth, n_neighbors):
 )
 def test_graphs_of_scikit_learns_transformers(neighbours, blobs):
     X, y = blobs
-    labels = MedoidShift(0.7, metric="precomputed").fit_predict(neighbours.fit_transform(X))
+    labels = MedoidShift(bandwidth=0.7, metric="precomputed").fit_predict(neighbours.fit_transform(X))
     assert adjusted_rand_score(y, labels) > 0.8
 
 
 def test_predict_takes_the_nearest_mode(blobs):
     X, _ = blobs
-    shift = MedoidShift(1.4, metric="angle").fit(X[:200])
+    shift = MedoidShift(bandwidth=1.4, metric="angle").fit(X[:200])
     expected = pose_distances(X[200:], shift.cluster_centers_, metric="angle").argmin(axis=1)
     np.testing.assert_array_equal(shift.predict(X[200:]), expected)
     D = pose_distances(X, X[:200].copy(), metric="angle")
-    given = MedoidShift(1.4, metric="precomputed").fit(D[:200])
+    given = MedoidShift(bandwidth=1.4, metric="precomputed").fit(D[:200])
     np.testing.assert_array_equal(given.predict(D[200:]), expected)
     assert get_tags(given).input_tags.pairwise
     with pytest.raises(TypeError, match="Sparse data was passed for X, but dense data is required"):
@@ -147,8 +149,8 @@ def test_the_given_matrix_is_not_changed(blobs):
     D = pose_distances(blobs[0][:50], metric="angle")
     graph = csr_array(D)
     before, data = D.copy(), graph.data.copy()
-    MedoidShift(1.0, metric="precomputed").fit(D)
-    MedoidShift(1.0, metric="precomputed").fit(graph)
+    MedoidShift(bandwidth=1.0, metric="precomputed").fit(D)
+    MedoidShift(bandwidth=1.0, metric="precomputed").fit(graph)
     np.testing.assert_array_equal(D, before)
     np.testing.assert_array_equal(graph.data, data)
 
@@ -166,7 +168,7 @@ def test_poses_of_a_skeleton():
 @pytest.mark.skipif(not HAS_CALLBACKS, reason="this scikit-learn has no callbacks")
 def test_callbacks_are_called_for_every_step(blobs):
     recorder = Recorder()
-    shift = MedoidShift(1.4, metric="angle").set_callbacks(recorder).fit(blobs[0])
+    shift = MedoidShift(bandwidth=1.4, metric="angle").set_callbacks(recorder).fit(blobs[0])
     assert recorder.tasks == ["fit", "distances", *["shift"] * shift.n_iter_]
     assert recorder.open == 0
-    np.testing.assert_array_equal(shift.labels_, MedoidShift(1.4, metric="angle").fit(blobs[0]).labels_)
+    np.testing.assert_array_equal(shift.labels_, MedoidShift(bandwidth=1.4, metric="angle").fit(blobs[0]).labels_)

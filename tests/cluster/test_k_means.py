@@ -144,7 +144,7 @@ def test_a_mean_that_is_no_nearer_is_not_taken(blobs):
 @pytest.mark.parametrize("metric", METRICS)
 def test_centres_are_means_and_samples_are_with_the_nearest(metric, poses):
     weights = np.random.default_rng(0).uniform(0.5, 2.0, len(poses))
-    k_means = PoseKMeans(3, ARM, metric=metric, tol=0.0, random_state=0).fit(poses, sample_weight=weights)
+    k_means = PoseKMeans(ARM, n_clusters=3, metric=metric, tol=0.0, random_state=0).fit(poses, sample_weight=weights)
     D = reference.distances(
         poses, k_means.cluster_centers_, ARM, "position" if metric in ("geodesic", "spatial") else metric
     )
@@ -165,10 +165,10 @@ def test_centres_are_means_and_samples_are_with_the_nearest(metric, poses):
 
 def test_the_best_of_several_runs_is_taken(blobs):
     X, _ = blobs
-    one = [PoseKMeans(8, metric="angle", random_state=seed).fit(X).inertia_ for seed in range(5)]
+    one = [PoseKMeans(n_clusters=8, metric="angle", random_state=seed).fit(X).inertia_ for seed in range(5)]
     rng = np.random.RandomState(0)
-    best = PoseKMeans(8, metric="angle", n_init=6, random_state=0).fit(X).inertia_
-    each = [PoseKMeans(8, metric="angle", random_state=rng).fit(X).inertia_ for _ in range(6)]
+    best = PoseKMeans(n_clusters=8, metric="angle", n_init=6, random_state=0).fit(X).inertia_
+    each = [PoseKMeans(n_clusters=8, metric="angle", random_state=rng).fit(X).inertia_ for _ in range(6)]
     assert best == min(each)
     assert len(set(one)) > 1
 
@@ -181,7 +181,7 @@ def test_a_sample_twice_is_a_sample_of_twice_the_weight_in_any_order(poses):
     order = np.random.default_rng(3).permutation(counts.sum())
     repeated = np.repeat(poses, counts, axis=0)[order]
     for seed in range(4):
-        k_means = PoseKMeans(4, ARM, metric="position", random_state=seed)
+        k_means = PoseKMeans(ARM, n_clusters=4, metric="position", random_state=seed)
         a = k_means.fit(poses, sample_weight=counts)
         expected, labels = a.cluster_centers_, a.labels_
         np.testing.assert_allclose(k_means.fit(repeated).cluster_centers_, expected, rtol=0, atol=1e-9)
@@ -194,15 +194,15 @@ def test_a_sample_twice_is_a_sample_of_twice_the_weight_in_any_order(poses):
 
 def test_the_same_seed_gives_the_same_result(poses):
     for metric in METRICS:
-        a, b = (PoseKMeans(4, ARM, metric=metric, random_state=5).fit(poses[:20]) for _ in range(2))
+        a, b = (PoseKMeans(ARM, n_clusters=4, metric=metric, random_state=5).fit(poses[:20]) for _ in range(2))
         np.testing.assert_array_equal(a.cluster_centers_, b.cluster_centers_)
-        two = PoseKMeans(4, ARM, metric=metric, random_state=5, n_jobs=2).fit(poses[:20])
+        two = PoseKMeans(ARM, n_clusters=4, metric=metric, random_state=5, n_jobs=2).fit(poses[:20])
         np.testing.assert_array_equal(a.cluster_centers_, two.cluster_centers_)
 
 
 def test_equal_distances_are_decided_by_index():
     X = np.array([[0.0], [1.0], [2.0]])
-    k_means = PoseKMeans(2, metric="angle", random_state=0).fit(X[[0, 2]])
+    k_means = PoseKMeans(n_clusters=2, metric="angle", random_state=0).fit(X[[0, 2]])
     np.testing.assert_array_equal(k_means.predict([[1.0]]), [0])
 
 
@@ -211,12 +211,12 @@ def test_fewer_different_samples_than_clusters():
     with pytest.warns(
         ConvergenceWarning, match="2 distinct .* n_clusters=4, as the samples .* are 2 different poses; lower"
     ):
-        k_means = PoseKMeans(4, metric="angle", random_state=0).fit(X)
+        k_means = PoseKMeans(n_clusters=4, metric="angle", random_state=0).fit(X)
     assert k_means.inertia_ == 0.0
     assert k_means.cluster_centers_.shape == (4, 2)
     assert {tuple(center) for center in k_means.cluster_centers_} == {(0.0, 0.0), (1.0, 1.0)}
     with pytest.raises(ValueError, match="n_clusters=7 is more than the 6 samples"):
-        PoseKMeans(7, metric="angle").fit(X)
+        PoseKMeans(n_clusters=7, metric="angle").fit(X)
 
 
 def test_poses_that_differ_in_nothing_that_is_seen():
@@ -229,14 +229,14 @@ def test_poses_that_differ_in_nothing_that_is_seen():
     with pytest.warns(
         ConvergenceWarning, match="2 distinct .* though the samples .* are 4 different poses: no sample is nearest"
     ):
-        k_means = PoseKMeans(3, skeleton, metric="position", random_state=0).fit(X)
+        k_means = PoseKMeans(skeleton, n_clusters=3, metric="position", random_state=0).fit(X)
     assert k_means.inertia_ < 1e-20
     np.testing.assert_array_equal(k_means.labels_[[0, 2]], k_means.labels_[[1, 3]])
 
 
 def test_weights_that_are_all_zero_are_refused(blobs):
     X, zeros = blobs[0], np.zeros(len(blobs[0]))
-    k_means = PoseKMeans(2, metric="angle", random_state=0).fit(X)
+    k_means = PoseKMeans(n_clusters=2, metric="angle", random_state=0).fit(X)
     for method in (k_means.score, k_means.fit):
         with pytest.raises(ValueError, match="sample_weight must be somewhere positive"):
             method(X, sample_weight=zeros)
@@ -244,7 +244,7 @@ def test_weights_that_are_all_zero_are_refused(blobs):
 
 def test_an_end_by_max_iter_is_said(blobs):
     with pytest.warns(ConvergenceWarning, match="k-means did not converge: .* max_iter=1 iterations; raise max_iter"):
-        PoseKMeans(8, metric="angle", max_iter=1, random_state=0).fit(blobs[0])
+        PoseKMeans(n_clusters=8, metric="angle", max_iter=1, random_state=0).fit(blobs[0])
 
 
 def test_wrapped_angles_form_one_cluster_around_half_a_turn():
@@ -252,16 +252,16 @@ def test_wrapped_angles_form_one_cluster_around_half_a_turn():
     X = np.concatenate([rng.normal(np.pi, 0.2, size=(20, 1)), rng.normal(0.0, 0.2, size=(20, 1))])
     X = (X + np.pi) % (2 * np.pi) - np.pi
     truth = np.repeat([0, 1], 20)
-    wrapped = PoseKMeans(2, metric=Angle(wrap=True), random_state=0).fit(X)
+    wrapped = PoseKMeans(n_clusters=2, metric=Angle(wrap=True), random_state=0).fit(X)
     assert adjusted_rand_score(truth, wrapped.labels_) == 1.0
-    assert adjusted_rand_score(truth, PoseKMeans(2, metric="angle", random_state=0).fit_predict(X)) < 0.9
+    assert adjusted_rand_score(truth, PoseKMeans(n_clusters=2, metric="angle", random_state=0).fit_predict(X)) < 0.9
 
 
 # --- as an estimator -------------------------------------------------------------------------------------------------
 
 
 def test_methods_agree_with_distances(poses):
-    k_means = PoseKMeans(3, ARM, metric="position", random_state=0).fit(poses)
+    k_means = PoseKMeans(ARM, n_clusters=3, metric="position", random_state=0).fit(poses)
     new = poses[:9] + 0.1
     D = pose_distances(new, k_means.cluster_centers_, skeleton=ARM, metric="position")
     np.testing.assert_allclose(k_means.transform(new), D, rtol=0, atol=1e-12)
@@ -278,17 +278,17 @@ def test_poses_of_a_skeleton():
     gait = make_gait(2, 1, duration=1.0, random_state=0)
     X, _ = gait.poses(frame_rate=12)
     frame = pd.DataFrame(X, columns=gait.skeleton.dof_names)
-    k_means = PoseKMeans(3, gait.skeleton, metric="position", random_state=0).fit(frame)
+    k_means = PoseKMeans(gait.skeleton, n_clusters=3, metric="position", random_state=0).fit(frame)
     assert k_means.cluster_centers_.shape == (3, X.shape[1])
     with pytest.raises(ValueError, match="columns of X are named after degrees of freedom"):
-        PoseKMeans(3, gait.skeleton).fit(frame[frame.columns[::-1]])
+        PoseKMeans(gait.skeleton, n_clusters=3).fit(frame[frame.columns[::-1]])
     with pytest.raises(ValueError, match="'n_clusters' parameter of PoseKMeans must be an int"):
-        PoseKMeans(gait.skeleton).fit(X)
+        PoseKMeans(gait.skeleton, n_clusters=gait.skeleton).fit(X)
 
 
 @pytest.mark.skipif(not HAS_CALLBACKS, reason="this scikit-learn has no callbacks")
 def test_callbacks_are_called_for_every_step(blobs):
     recorder = Recorder()
-    k_means = PoseKMeans(5, metric="angle", random_state=0).set_callbacks(recorder).fit(blobs[0])
+    k_means = PoseKMeans(n_clusters=5, metric="angle", random_state=0).set_callbacks(recorder).fit(blobs[0])
     assert recorder.tasks == ["fit", "first centres", *["iteration"] * k_means.n_iter_]
     assert recorder.open == 0

@@ -16,7 +16,7 @@ from numba.core.compiler import Compiler
 from numba.core.errors import TypingError
 from numba.core.runtime import _nrt_python, rtsys
 from numba.extending import overload
-from test_separate import MODULE, PROGRAM
+from test_by_address import MODULE, PROGRAM
 
 from skpose import Skeleton, pose_metric
 from skpose._compiled.pose.measure import measure_euclidean
@@ -28,7 +28,7 @@ from skpose._compiled.simd.lanes import flat
 pytestmark = pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled")
 
 numbas_own = functools.partial(njit, nogil=True, fastmath={"contract"})
-whole = functools.partial(numbas_own, pipeline_class=fallback.whole_compiler, no_cfunc_wrapper=True)  # not cached
+whole = functools.partial(numbas_own, pipeline_class=fallback.external_compiler, no_cfunc_wrapper=True)  # not cached
 
 
 @internal

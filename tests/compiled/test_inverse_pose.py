@@ -1,4 +1,4 @@
-"""The pieces of inverse kinematics against differences: gradient, Hessian, steps; and one fit from end to end."""
+"""The parts of inverse kinematics against differences: gradient, Hessian, steps; and one fit from end to end."""
 
 import numpy as np
 import pytest

@@ -9,7 +9,7 @@ from skpose import Skeleton, pose_distances
 from skpose._compiled.pose.loops import encode_lanes_loop, encode_poses
 from skpose._compiled.pose.nearest import bounds_of_groups_loop
 from skpose._compiled.pose.tree import Steps
-from skpose._compiled.simd.lanes import aligned, lanes
+from skpose._compiled.simd.lanes import empty_aligned, lanes
 from skpose.kinematics._tree import tree_of
 from skpose.metrics import Spatial
 
@@ -27,7 +27,7 @@ def two_chords(X, Y, skeleton, *, wrap=True):
     """The least bound of each pose, alone in a group: the lanes hold copies of it."""
     tree, steps = tree_of(skeleton), Steps.of(10, wrap)
     n_codes = COARSE.n_codes(tree)
-    codes, groups = np.empty((len(X), n_codes)), aligned(len(Y) * n_codes, LANES, FLOAT32)
+    codes, groups = np.empty((len(X), n_codes)), empty_aligned(len(Y) * n_codes, LANES, FLOAT32)
     encode_poses(X, COARSE.encode, tree, steps, codes)
     encode_lanes_loop(FLOAT32)(np.repeat(Y, LANES, axis=0), 0, len(Y), COARSE.encode, tree, steps, groups)
     bounds, limits = np.zeros((len(X), len(Y)), FLOAT32), np.zeros(len(X), FLOAT32)

@@ -1,4 +1,4 @@
-"""The pieces of the geodesic's solver, each against dense numpy: gradient, Gauss-Newton blocks, Hessian, solution."""
+"""The parts of the geodesic's solver, each against dense numpy: gradient, Gauss-Newton blocks, Hessian, solution."""
 
 from typing import NamedTuple
 
@@ -58,7 +58,11 @@ def blocks(tree, equations):
     n_pairs = equations.first_pair[-1]
     pairs = equations.pairs.reshape(-1, n_pairs, 4, LANES)
     ancestors = [
-        [e for first, stop in tree.runs[tree.first_run[f] : tree.first_run[f + 1]] for e in range(first, stop)]
+        [
+            e
+            for first, stop in tree.dof_ranges[tree.first_dof_range[f] : tree.first_dof_range[f + 1]]
+            for e in range(first, stop)
+        ]
         for f in range(len(tree.frame_parent))
     ]
     for f in range(1, len(tree.frame_parent)):
@@ -207,7 +211,7 @@ def test_solution_where_limbs_are_eliminated_first(name, are_small, n_nodes, sha
     part = parts(skeleton, poses, 1)
     # These skeletons are too small to gain from it; limbs are single bones as if trunks cost little.
     order = order_by(part.tree, 100.0, *((0, 1, 1) if are_small else (orders.CALL, *N_FREE)))
-    assert (order.pieces[:, 3] > 0).sum() >= 5
+    assert (order.supernodes[:, 3] > 0).sum() >= 5
     fixed = np.zeros(poses.shape, bool)
     fixed[1:-1] = rng.random((n_nodes - 2, skeleton.n_dofs)) < share_fixed
     part.equations.gradient[fixed] = 0.0

@@ -34,7 +34,7 @@ def compile_meanwhile():
                 seen.append(function())
 
         watcher = threading.Thread(target=watch)
-        whole = functools.partial(njit, pipeline_class=fallback.whole_compiler, no_cfunc_wrapper=True)
+        whole = functools.partial(njit, pipeline_class=fallback.external_compiler, no_cfunc_wrapper=True)
         tree = tree_of(random_tree(0))
         poses = np.zeros((1, len(tree.column)))
         jacobians = np.empty((1, 3 * len(tree.offset) - 3, len(tree.column)))
@@ -87,7 +87,7 @@ def test_an_error_leaves_the_process_as_it_was():
 
     constant = Constant()
     with pytest.raises(RuntimeError):
-        njit(pipeline_class=fallback.whole_compiler)(lambda: constant)()
+        njit(pipeline_class=fallback.external_compiler)(lambda: constant)()
     assert seen
     assert set(seen) == {before}
     assert state() == before

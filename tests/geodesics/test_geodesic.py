@@ -310,7 +310,7 @@ def test_results_compare_by_identity():
     assert len({one, other}) == 2
 
 
-def test_paths_wrap_unless_they_are_told_not_to():
+def test_paths_wrap_unless_the_metric_does_not():
     skeleton, metrics = Skeleton.chain(1), ("geodesic", Geodesic(wrap=True), Geodesic(wrap=False))
     lengths = [geodesic([0.0], [6.0], skeleton, metric=metric).length for metric in metrics]
     assert lengths[0] == lengths[1] < 0.3

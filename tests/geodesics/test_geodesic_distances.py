@@ -122,18 +122,18 @@ def test_one_frame_and_no_way_to_converge(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("motion", "poses", "error"),
+    ("X", "Y", "error"),
     [
-        ([[0.0]], [[0.0, 0.0]], "motion has"),
-        ([[0.0, 0.0]], [[0.0]], "poses has"),
-        ([[0.0, np.nan]], [[0.0, 0.0]], "motion"),
+        ([[0.0]], [[0.0, 0.0]], "X has"),
+        ([[0.0, 0.0]], [[0.0]], "Y has"),
+        ([[0.0, np.nan]], [[0.0, 0.0]], "Input X contains NaN"),
         ([0.0, 0.0], [[0.0, 0.0]], "2D array"),
         (np.zeros((0, 2)), [[0.0, 0.0]], "0 sample"),
     ],
 )
-def test_what_is_no_motion_or_no_poses_is_refused(motion, poses, error):
+def test_what_is_no_motion_or_no_poses_is_refused(X, Y, error):
     with pytest.raises(ValueError, match=error):
-        geodesic_distances(motion, poses, Skeleton.chain(2))
+        geodesic_distances(X, Y, Skeleton.chain(2))
 
 
 def test_degrees_are_noticed():

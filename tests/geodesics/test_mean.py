@@ -222,7 +222,7 @@ def test_results_compare_by_identity():
     assert len({one, other}) == 2
 
 
-def test_geodesics_wrap_unless_they_are_told_not_to():
+def test_geodesics_wrap_unless_the_metric_does_not():
     metrics = ("geodesic", Geodesic(wrap=True), Geodesic(wrap=False))
     means = [frechet_mean([[0.0], [6.0]], ONE_BONE, metric=metric) for metric in metrics]
     assert means[0].variance == means[1].variance < 0.03

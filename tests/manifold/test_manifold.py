@@ -40,7 +40,7 @@ def assert_equal_but_for_signs(A, B, **tolerance):
 @pytest.mark.parametrize("n", [30, 300, 2100], ids=["dense", "Lanczos", "many"])
 def test_angle_metric_is_pca(n):
     X = np.random.default_rng(0).normal(size=(n, 6)) * [6, 5, 4, 3, 2, 1]
-    mds, pca = SpatialMDS(3, metric="angle").fit(X), PCA(3).fit(X)
+    mds, pca = SpatialMDS(n_components=3, metric="angle").fit(X), PCA(3).fit(X)
     assert_equal_but_for_signs(mds.embedding_[:50], pca.transform(X)[:50], atol=1e-8)
     np.testing.assert_allclose(mds.explained_variance_ratio_, pca.explained_variance_ratio_, rtol=1e-8)
     new = np.random.default_rng(1).normal(size=(9, 6))
@@ -50,7 +50,7 @@ def test_angle_metric_is_pca(n):
 
 @pytest.mark.parametrize("metric", ["position", "rotation", "spatial"])
 def test_agrees_with_the_definition(metric, X):
-    mds = SpatialMDS(4, skeleton=HUMANOID, metric=metric).fit(X)
+    mds = SpatialMDS(HUMANOID, n_components=4, metric=metric).fit(X)
     values, vectors = torgerson(pose_distances(X, skeleton=HUMANOID, metric=metric))
     np.testing.assert_allclose(mds.eigenvalues_, values[:4], rtol=1e-9)
     assert_equal_but_for_signs(mds.embedding_, vectors[:, :4] * np.sqrt(values[:4]), atol=1e-9)
@@ -64,7 +64,7 @@ def test_agrees_with_the_definition(metric, X):
 def test_the_ratio_has_one_definition(n):
     X = np.random.default_rng(0).normal(size=(n, 4))
     D = pose_distances(X, skeleton=Skeleton.chain(4), n_jobs=2)
-    mds, (values, _) = SpatialMDS(2, metric="precomputed").fit(D), torgerson(D)
+    mds, (values, _) = SpatialMDS(n_components=2, metric="precomputed").fit(D), torgerson(D)
     np.testing.assert_allclose(mds.explained_variance_ratio_, values[:2] / values[values > 0].sum(), rtol=1e-9)
     np.testing.assert_allclose(mds.negative_share_, -values[values < 0].sum() / np.abs(values).sum(), rtol=1e-9)
     assert mds.negative_share_ > 0.01
@@ -73,21 +73,21 @@ def test_the_ratio_has_one_definition(n):
 def test_lanczos_agrees_with_the_dense_decomposition():
     D = pose_distances(np.random.default_rng(0).normal(size=(400, HUMANOID.n_dofs)), skeleton=HUMANOID)
     values, vectors = torgerson(D)
-    mds = SpatialMDS(3, metric="precomputed").fit(D)
+    mds = SpatialMDS(n_components=3, metric="precomputed").fit(D)
     np.testing.assert_allclose(mds.eigenvalues_, values[:3], rtol=1e-10)
     assert_equal_but_for_signs(mds.embedding_, vectors[:, :3] * np.sqrt(values[:3]), atol=1e-7)
 
 
 @pytest.mark.parametrize("parameters", [{}, {"metric": "position"}, {"landmarks": 12}])
 def test_transform_of_training_poses_is_their_embedding(parameters, X):
-    mds = SpatialMDS(3, skeleton=HUMANOID, random_state=0, **parameters)
+    mds = SpatialMDS(HUMANOID, n_components=3, random_state=0, **parameters)
     embedding = mds.fit_transform(X)
     assert embedding is mds.embedding_
     np.testing.assert_allclose(mds.transform(X), embedding, atol=1e-9)
 
 
 def test_precomputed_distances(X, D):
-    given, own = SpatialMDS(3, metric="precomputed"), SpatialMDS(3, skeleton=HUMANOID)
+    given, own = SpatialMDS(n_components=3, metric="precomputed"), SpatialMDS(HUMANOID, n_components=3)
     before = D.copy()
     np.testing.assert_allclose(given.fit_transform(D[:20, :20]), own.fit_transform(X[:20]), atol=1e-10)
     np.testing.assert_allclose(given.transform(D[20:, :20]), own.transform(X[20:]), atol=1e-10)
@@ -108,7 +108,7 @@ def test_distances_of_a_star_have_negative_eigenvalues_and_no_nan():
     D[0] = D[:, 0] = 1.0
     np.fill_diagonal(D, 0)
     with pytest.warns(UserWarning, match="only 3 positive eigenvalues among the leading 5; the components beyond"):
-        mds = SpatialMDS(5, metric="precomputed").fit(D)
+        mds = SpatialMDS(n_components=5, metric="precomputed").fit(D)
     values, _ = torgerson(D)
     np.testing.assert_allclose(mds.negative_share_, -values[values < 0].sum() / np.abs(values).sum())
     assert mds.negative_share_ > 0.05
@@ -120,12 +120,12 @@ def test_distances_of_a_star_have_negative_eigenvalues_and_no_nan():
 
 @pytest.mark.filterwarnings("ignore:all distances are zero:UserWarning")
 def test_equal_poses():
-    mds = SpatialMDS(2, metric="angle").fit(np.ones((5, 3)))
+    mds = SpatialMDS(n_components=2, metric="angle").fit(np.ones((5, 3)))
     np.testing.assert_array_equal(mds.embedding_, 0)
     np.testing.assert_array_equal(mds.explained_variance_ratio_, 0)
     assert mds.negative_share_ == 0
     np.testing.assert_array_equal(
-        SpatialMDS(2, metric="angle").fit(np.ones((300, 3))).embedding_, 0
+        SpatialMDS(n_components=2, metric="angle").fit(np.ones((300, 3))).embedding_, 0
     )  # Lanczos iteration cannot start
     with pytest.raises(ValueError, match="minimum of 2 is required"):
         SpatialMDS(metric="angle").fit(np.ones((1, 3)))
@@ -135,13 +135,13 @@ def test_equal_poses():
 def test_a_few_landmarks_place_euclidean_data_exactly(selection):
     """One landmark more than dimensions determines every point."""
     X = np.random.default_rng(0).normal(size=(200, 3))
-    mds = SpatialMDS(3, landmarks=4, landmark_selection=selection, random_state=0, metric="angle").fit(X)
+    mds = SpatialMDS(n_components=3, landmarks=4, landmark_selection=selection, random_state=0, metric="angle").fit(X)
     assert mds.landmark_indices_.shape == (4,)
     np.testing.assert_array_equal(mds.X_fit_, X[mds.landmark_indices_])
     np.testing.assert_allclose(
         pose_distances(mds.embedding_, metric="angle"), pose_distances(X, metric="angle"), atol=1e-8
     )
-    same = SpatialMDS(3, landmarks=4, landmark_selection=selection, random_state=0, metric="angle").fit(X)
+    same = SpatialMDS(n_components=3, landmarks=4, landmark_selection=selection, random_state=0, metric="angle").fit(X)
     np.testing.assert_array_equal(same.embedding_, mds.embedding_)
 
 
@@ -151,16 +151,18 @@ def test_farthest_landmarks_spread_out(metric):
     X = np.concatenate([np.full((20, 2), 0.0), np.full((20, 2), 5.0), [[20.0, -20.0]]])
     X += np.random.default_rng(0).normal(size=X.shape) * 0.01
     data = pose_distances(X, metric="angle") if metric == "precomputed" else X
-    mds = SpatialMDS(2, metric=metric, landmarks=3, random_state=0).fit(data)
+    mds = SpatialMDS(n_components=2, metric=metric, landmarks=3, random_state=0).fit(data)
     assert {0 if i < 20 else 1 if i < 40 else 2 for i in mds.landmark_indices_} == {0, 1, 2}
     assert mds.embedding_.shape == (41, 2)
 
 
 def test_landmarks_never_store_all_distances():
     X = np.random.default_rng(0).normal(size=(5000, 4))
-    SpatialMDS(2, landmarks=20, random_state=0, metric="angle").fit(X[:50])  # compiled before memory is measured
+    SpatialMDS(n_components=2, landmarks=20, random_state=0, metric="angle").fit(
+        X[:50]
+    )  # compiled before memory is measured
     tracemalloc.start()
-    SpatialMDS(2, landmarks=20, random_state=0, metric="angle").fit(X)
+    SpatialMDS(n_components=2, landmarks=20, random_state=0, metric="angle").fit(X)
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert peak < 10 * 5000 * 20 * 8
@@ -181,11 +183,11 @@ def test_column_names_are_checked_by_the_skeleton(X):
 @pytest.mark.skipif(not HAS_CALLBACKS, reason="this scikit-learn has no callbacks")
 def test_callbacks_are_called_for_every_step(X):
     recorder = Recorder()
-    recorded = SpatialMDS(2, skeleton=HUMANOID, landmarks=10, random_state=0).set_callbacks(recorder).fit(X)
+    recorded = SpatialMDS(HUMANOID, n_components=2, landmarks=10, random_state=0).set_callbacks(recorder).fit(X)
     assert recorder.tasks == ["fit", "distances", "eigenvectors", "placing"]
     assert recorder.open == 0
     assert recorder.torn_down
-    plain = SpatialMDS(2, skeleton=HUMANOID, landmarks=10, random_state=0).fit(X)
+    plain = SpatialMDS(HUMANOID, n_components=2, landmarks=10, random_state=0).fit(X)
     np.testing.assert_array_equal(recorded.embedding_, plain.embedding_)
 
 
@@ -197,7 +199,9 @@ def test_figures_of_the_paper_on_cmu_sequences(cmu):
     """Section 3.2: modes at 0.40 and 0.80 in the paper, p below 1e-6."""
     shares = {
         metric: [
-            SpatialMDS(1, skeleton=m.skeleton, metric=metric).fit(m.resample(12).angles).explained_variance_ratio_[0]
+            SpatialMDS(m.skeleton, n_components=1, metric=metric)
+            .fit(m.resample(12).angles)
+            .explained_variance_ratio_[0]
             for m in cmu
         ]
         for metric in ("angle", "spatial")
@@ -213,7 +217,7 @@ def test_figure_4_two_peoples_walks_mix_under_the_spatial_metric(other, angle, s
     both = cmu[[names.index(("02", "01")), names.index(other)]]
     X, sequence = both.poses(frame_rate=12)
     for metric, expected in (("angle", angle), ("spatial", spatial)):
-        points = SpatialMDS(2, skeleton=both.skeleton, metric=metric).fit_transform(X)
+        points = SpatialMDS(both.skeleton, n_components=2, metric=metric).fit_transform(X)
         assert abs(silhouette_score(points, sequence) - expected) < 0.03
 
 
@@ -222,5 +226,5 @@ def test_landmarks_are_chosen_by_the_weights_of_joints():
     skeleton = Skeleton([Bone("arm", None, (1, 0, 0), "z"), Bone("leg", None, (0, 1, 0), "z")]).with_weights({"leg": 0})
     X = np.column_stack([np.repeat([0.0, 0.1], [38, 2]), np.linspace(-2, 2, 40)])
     X[[20, 39], 0] = 0.1, 0.0
-    mds = SpatialMDS(1, skeleton, landmarks=2, random_state=0).fit(X)
+    mds = SpatialMDS(skeleton, n_components=1, landmarks=2, random_state=0).fit(X)
     assert set(X[mds.landmark_indices_, 0]) == {0.0, 0.1}

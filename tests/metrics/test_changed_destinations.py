@@ -15,7 +15,7 @@ from test_out import TREE, reported
 
 from skpose import pose_distances
 from skpose._parallel.checkpoint import FileCheckpoint
-from skpose._parallel.lock import locked
+from skpose._parallel.lock import hold_lock
 from skpose.metrics import _run, _writers, _zarr_writer
 
 
@@ -185,7 +185,7 @@ def test_a_second_call_after_the_folder_was_emptied_stops_the_first(tmp_path, mo
     def begin_again():
         if next(calls) == 20:
             zarr.create_array(tmp_path / "D.zarr", **kind, overwrite=True)
-            stack.enter_context(locked(tmp_path / "D.zarr"))
+            stack.enter_context(hold_lock(tmp_path / "D.zarr"))
 
     with ExitStack() as stack:
         with reported(begin_again), pytest.raises(RuntimeError, match=r"skpose.lock was removed, and is the lock of"):

@@ -87,13 +87,13 @@ def test_a_chunk_is_computed_when_it_is_asked_for(X):
     assert starts == [0]
 
 
-def test_none_means_that_the_chunk_was_changed_in_place(X):
-    def clear(chunk, start):
-        chunk[chunk < 5] = 0.0
-
-    whole = np.concatenate(list(pose_distances_chunked(X, reduce_func=clear, metric="angle", working_memory=MEMORY)))
-    D = pose_distances(X, metric="angle")
-    np.testing.assert_allclose(whole, np.where(D < 5, 0, D), rtol=1e-12)
+def test_none_of_a_function_that_keeps_its_results_is_none(X):
+    """As scikit-learn has it: where a return was forgotten, the distances do not pass for the result."""
+    sums = []
+    options = {"reduce_func": lambda chunk, start: sums.extend(chunk.sum(axis=1)), "working_memory": MEMORY}
+    assert list(pose_distances_chunked(X, metric="angle", **options)) == [None] * 10
+    np.testing.assert_allclose(sums, pose_distances(X, metric="angle").sum(axis=1), rtol=1e-12)
+    assert list(pairwise_distances_chunked(X, **options)) == [None] * 10
 
 
 @pytest.mark.parametrize(
@@ -104,7 +104,7 @@ def test_none_means_that_the_chunk_was_changed_in_place(X):
         ({"reduce_func": lambda chunk, start: (chunk, [])}, ValueError, "returned 0 entries for a chunk of 100 rows"),
         ({"reduce_func": 3}, ValueError, "'reduce_func' parameter of pose_distances_chunked"),
         ({"working_memory": 0}, ValueError, "'working_memory' parameter of pose_distances_chunked"),
-        ({"metric": "spatial"}, ValueError, 'metric="spatial" needs a skeleton'),
+        ({"metric": "spatial"}, ValueError, "the metric 'spatial' needs a skeleton"),
         ({"Y": np.zeros((2, 3))}, ValueError, f"X has {TREE.n_dofs} columns and Y has 3"),
     ],
 )

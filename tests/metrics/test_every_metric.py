@@ -116,7 +116,7 @@ def test_neighbours_are_those_of_the_matrix(metric, D):
 
 def test_estimators_of_poses_take_it(metric, D):
     assert np.allclose(PoseDistanceTransformer(SKELETON, metric=metric).fit(X).transform(X), D, rtol=0, atol=ROUNDING)
-    for estimator in (SpatialMDS(2, skeleton=SKELETON), MedoidShift(skeleton=SKELETON)):
+    for estimator in (SpatialMDS(SKELETON, n_components=2), MedoidShift(skeleton=SKELETON)):
         own = clone(estimator).set_params(metric=metric).fit(X)
         given = clone(estimator).set_params(metric="precomputed", skeleton=None).fit(D)
         assert own.metric_ == metric
@@ -153,7 +153,9 @@ def test_whole_motions_take_it(entry, metric):
 def call_means(metric):
     yield lambda: frechet_mean(X, SKELETON, metric=metric)
     yield lambda: geometric_median(X, SKELETON, metric=metric)
-    yield lambda: PoseKMeans(2, skeleton=SKELETON, metric=metric, n_init=1, max_iter=2, tol=1.0, random_state=0).fit(X)
+    yield lambda: PoseKMeans(SKELETON, n_clusters=2, metric=metric, n_init=1, max_iter=2, tol=1.0, random_state=0).fit(
+        X
+    )
     yield lambda: PoseKernelRegressor(SKELETON, metric=metric).fit(X[:, :1], X)
     yield lambda: PoseTangentPCA(SKELETON, metric=metric).fit(X)
     yield lambda: mean_motion(GAIT[:2], metric=metric, max_iter=1)

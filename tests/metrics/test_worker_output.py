@@ -18,7 +18,7 @@ from skpose import pose_distances
 from skpose._parallel import lock
 from skpose._parallel.checkpoint import FileCheckpoint
 from skpose._parallel.file_systems import computer
-from skpose._parallel.lock import locked
+from skpose._parallel.lock import hold_lock
 from skpose.metrics import _run, _writers, _zarr_writer
 from skpose.metrics._convergence import Unconverged
 from skpose.metrics._matrix import DistanceMatrix
@@ -277,7 +277,7 @@ def test_a_worker_reports_a_tile_when_the_disk_has_it(tmp_path, monkeypatch, kin
     seen = []
     for module, name in (_writers, "fdatasync"), (_zarr_writer, "sync"):
         monkeypatch.setattr(module, name, lambda _: seen.append(array[:].sum()))
-    with locked(target.path) as token:
+    with hold_lock(target.path) as token:
         output = WorkerOutput(target, token, Tiling((64, 64), 32, True), "here")
         output.written(Tile(0, 32, 32, 64), np.ones((32, 32)), Unconverged(0, 0.0))
     assert seen == [2 * 32 * 32] * (1 if kind == "npy" else 2 * 2 + 4)  # files of chunks, and their folders
@@ -287,7 +287,7 @@ def test_a_worker_writes_only_where_the_token_is(tmp_path):
     """The run that sent the task may have ended, and another one may have started."""
     array = created(tmp_path, "npy", (6, 6))
     target, distances = FileTarget.of(array), np.ones((3, 3))
-    with locked(target.path) as token:
+    with hold_lock(target.path) as token:
         output = WorkerOutput(target, token, Tiling((6, 6), 3, True), computer())
         computed = output.written(Tile(0, 3, 3, 6), distances, Unconverged(1, 0.5))
         assert (computed.distances, computed.obstacle, computed.unconverged) == (None, None, (1, 0.5))
@@ -304,7 +304,7 @@ def test_a_worker_writes_only_where_the_token_is(tmp_path):
             assert f"{socket.gethostname()}: " in refused.obstacle
             assert reason in refused.obstacle
     assert "cannot be read" in output.written(Tile(0, 3, 0, 3), distances, Unconverged(0, 0.0)).obstacle
-    with locked(target.path):
+    with hold_lock(target.path):
         assert "another file" in output.written(Tile(0, 3, 0, 3), distances, Unconverged(0, 0.0)).obstacle
     assert array.sum() == 18
 
@@ -313,7 +313,7 @@ def test_two_computers_do_not_write_one_file_on_nfs(tmp_path, monkeypatch):
     array, distances = created(tmp_path, "npy", (6, 6)), np.ones((3, 3))
     monkeypatch.setattr(_writers, "writes_whole_pages", lambda _: "nfs4")
     target, folder = FileTarget.of(array), ZarrTarget(created(tmp_path, "zarr", (6, 6)))
-    with locked(target.path) as token:
+    with hold_lock(target.path) as token:
         output = WorkerOutput(target, token, Tiling((6, 6), 3, True), computer())
         assert output.obstacle() is None
         elsewhere = output._replace(client="another computer")

@@ -251,7 +251,7 @@ def test_degrees_are_noticed_at_the_users_line():
     with pytest.warns(UserWarning, match=r"^values of a reach .* np\.radians\(a\)") as found:
         align_motions(a, b, skeleton=ARM)
     assert [warning.filename for warning in found] == [__file__]
-    with pytest.warns(UserWarning, match="^values of A reach") as found:
+    with pytest.warns(UserWarning, match="^values of X reach") as found:
         motion_distances([a], [b], skeleton=ARM)
     assert [warning.filename for warning in found] == [__file__]
     with pytest.warns(UserWarning, match="^values of motions reach") as found:

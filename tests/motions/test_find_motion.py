@@ -11,7 +11,7 @@ from skpose.metrics._registry import METRICS
 from skpose.motions import MotionIndex, MotionMatch, find_motion
 from skpose.motions._index import SequenceIndex
 from skpose.motions._inputs import Sequences
-from skpose.motions._windows import Window, WindowSearch, chosen
+from skpose.motions._windows import Window, WindowSearch, choose_windows
 
 ARM = Skeleton.chain(3)
 
@@ -118,7 +118,7 @@ def test_the_best_windows_of_many():
         if not any(window.motion == other.motion and window.overlaps(other) for other in best):
             best.append(window)
     for k in (1, 5, 1000):
-        assert chosen(many, k) == best[:k]
+        assert choose_windows(many, k) == best[:k]
 
 
 def test_threads_change_nothing(recordings):

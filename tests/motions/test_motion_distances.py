@@ -40,13 +40,13 @@ def for_geodesics(metric):
     return (CHAIN, [3, 1, 5, 2]) if metric == "geodesic" else (TREE, [9, 1, 30, 12, 17])
 
 
-def plain(A, B, skeleton, metric, window=None, alignment="dtw"):
+def plain(X, Y, skeleton, metric, window=None, alignment="dtw"):
     """Return the distances by our own distances between all frames and a recursion of Python."""
-    D = np.empty((len(A), len(B)))
+    D = np.empty((len(X), len(Y)))
     for i, j in np.ndindex(D.shape):
-        costs = pose_distances(A[i], B[j].copy(), skeleton=skeleton, metric=metric).astype(float)
+        costs = pose_distances(X[i], Y[j].copy(), skeleton=skeleton, metric=metric).astype(float)
         D[i, j] = reference.least_sum(costs, window, alignment)
-        D[i, j] /= len(A[i]) + (len(B[j]) if alignment == "dtw" else 0)
+        D[i, j] /= len(X[i]) + (len(Y[j]) if alignment == "dtw" else 0)
     return D
 
 
@@ -55,13 +55,13 @@ def plain(A, B, skeleton, metric, window=None, alignment="dtw"):
 def test_the_definition(metric, alignment):
     skeleton, _ = for_geodesics(metric)
     lengths = [4] * 3 if alignment == "frames" else [6, 1, 3]
-    A, B = motions(lengths, skeleton), motions(lengths[:2], skeleton, seed=1)
+    X, Y = motions(lengths, skeleton), motions(lengths[:2], skeleton, seed=1)
     parameters = {"skeleton": skeleton, "metric": metric, "alignment": alignment}
-    D = motion_distances(A, B, **parameters)
-    np.testing.assert_allclose(D, plain(A, B, skeleton, metric, alignment=alignment), rtol=1e-10)
+    D = motion_distances(X, Y, **parameters)
+    np.testing.assert_allclose(D, plain(X, Y, skeleton, metric, alignment=alignment), rtol=1e-10)
     if metric != "geodesic":  # whose definition is a search for the shortest curve
         wrap = metric == "spatial"
-        expected = reference.motion_distances(A, B, skeleton, metric, kind=alignment, wrap=wrap)
+        expected = reference.motion_distances(X, Y, skeleton, metric, kind=alignment, wrap=wrap)
         np.testing.assert_allclose(D, expected, rtol=1e-10)
 
 
@@ -70,13 +70,13 @@ def test_the_definition(metric, alignment):
 @pytest.mark.parametrize("n_frames", [1, 2, 3, 8, 17, 127, 128, 129, 255, 256, 300])
 def test_all_lengths(n_frames, dtype, window):
     """Columns that fill groups of lanes and blocks of them or do not, at any place among other motions."""
-    A = [a.astype(dtype) for a in motions([1, 2, 40], CHAIN)]
-    B = [b.astype(dtype) for b in motions([n_frames, 5, 1, n_frames, 130], CHAIN, seed=1)]
-    D = motion_distances(A, B, skeleton=CHAIN, metric="position", window=window)
+    X = [a.astype(dtype) for a in motions([1, 2, 40], CHAIN)]
+    Y = [b.astype(dtype) for b in motions([n_frames, 5, 1, n_frames, 130], CHAIN, seed=1)]
+    D = motion_distances(X, Y, skeleton=CHAIN, metric="position", window=window)
     assert D.dtype == dtype
     tolerance = 1e-12 if dtype is np.float64 else 1e-5
-    for i, a in enumerate(A):
-        for j, b in enumerate(B):
+    for i, a in enumerate(X):
+        for j, b in enumerate(Y):
             costs = pose_distances(a, b, skeleton=CHAIN, metric="position").astype(float)
             accumulate(costs, Paths(1.0 if window is None else window, False))
             assert D[i, j] == pytest.approx(costs[-1, -1] / (len(a) + len(b)), rel=tolerance)
@@ -84,40 +84,40 @@ def test_all_lengths(n_frames, dtype, window):
 
 @pytest.mark.parametrize(("shape", "window"), in_turns([(300, 129), (129, 300), (127, 128), (257, 256)], WINDOWS))
 def test_long_motions_in_a_band(shape, window):
-    A, B = motions(shape[:1], CHAIN), motions(shape[1:], CHAIN, seed=1)
-    D = motion_distances(A, B, skeleton=CHAIN, window=window)
-    np.testing.assert_allclose(D, plain(A, B, CHAIN, "spatial", window), rtol=1e-12)
+    X, Y = motions(shape[:1], CHAIN), motions(shape[1:], CHAIN, seed=1)
+    D = motion_distances(X, Y, skeleton=CHAIN, window=window)
+    np.testing.assert_allclose(D, plain(X, Y, CHAIN, "spatial", window), rtol=1e-12)
 
 
 @pytest.mark.parametrize("n_frames", [1, 127, 128, 129, 300])
 def test_a_subsequence_in_several_blocks(n_frames):
-    A, B = motions([1, 20, 150], CHAIN), motions([3, n_frames, 300], CHAIN, seed=1)
-    D = motion_distances(A, B, skeleton=CHAIN, alignment="subsequence")
-    np.testing.assert_allclose(D, plain(A, B, CHAIN, "spatial", alignment="subsequence"), rtol=1e-12)
+    X, Y = motions([1, 20, 150], CHAIN), motions([3, n_frames, 300], CHAIN, seed=1)
+    D = motion_distances(X, Y, skeleton=CHAIN, alignment="subsequence")
+    np.testing.assert_allclose(D, plain(X, Y, CHAIN, "spatial", alignment="subsequence"), rtol=1e-12)
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 @pytest.mark.parametrize("metric", METRICS)
 def test_one_triangle_is_symmetric_with_zero_diagonal(metric, dtype):
     skeleton, lengths = for_geodesics(metric)
-    A = [a.astype(dtype) for a in motions(lengths, skeleton)]
+    X = [a.astype(dtype) for a in motions(lengths, skeleton)]
     for window in (None, 0.3):
         parameters = {"skeleton": skeleton, "metric": metric, "window": window}
-        D = motion_distances(A, **parameters)
+        D = motion_distances(X, **parameters)
         assert D.dtype == dtype
         np.testing.assert_array_equal(D, D.T)
         np.testing.assert_array_equal(np.diag(D), 0)
         assert (D[~np.eye(len(D), dtype=bool)] > 0).all()
-        copies = [a.copy() for a in A]
+        copies = [a.copy() for a in X]
         tolerance = 1e-10 if dtype is np.float64 else 2e-5
-        np.testing.assert_allclose(D, motion_distances(A, copies, **parameters), rtol=tolerance, atol=1e-12)
-        np.testing.assert_array_equal(D, motion_distances(A, A, **parameters))
+        np.testing.assert_allclose(D, motion_distances(X, copies, **parameters), rtol=tolerance, atol=1e-12)
+        np.testing.assert_array_equal(D, motion_distances(X, X, **parameters))
 
 
 def test_equal_motions_are_at_distance_zero_between_two_lists():
-    A = motions([3, 20, 40])
+    X = motions([3, 20, 40])
     for alignment in ("dtw", "subsequence"):
-        D = motion_distances(A, [a.copy() for a in A], skeleton=TREE, alignment=alignment)
+        D = motion_distances(X, [a.copy() for a in X], skeleton=TREE, alignment=alignment)
         np.testing.assert_array_equal(np.diag(D), 0)
 
 
@@ -138,16 +138,16 @@ def test_a_slower_motion_is_nearer_than_without_warping():
 
 @pytest.mark.parametrize("alignment", ALIGNMENTS)
 def test_normalize_divides_by_the_number_of_frames(alignment):
-    A, B = (motions([7] * 3), motions([7] * 2)) if alignment == "frames" else (motions([7, 3, 12]), motions([5, 9]))
+    X, Y = (motions([7] * 3), motions([7] * 2)) if alignment == "frames" else (motions([7, 3, 12]), motions([5, 9]))
     parameters = {"skeleton": TREE, "alignment": alignment}
-    sums = motion_distances(A, B, normalize=False, **parameters)
-    frames = np.array([[len(a) + (len(b) if alignment == "dtw" else 0) for b in B] for a in A])
-    np.testing.assert_array_equal(motion_distances(A, B, **parameters), sums / frames)
+    sums = motion_distances(X, Y, normalize=False, **parameters)
+    frames = np.array([[len(a) + (len(b) if alignment == "dtw" else 0) for b in Y] for a in X])
+    np.testing.assert_array_equal(motion_distances(X, Y, **parameters), sums / frames)
 
 
 def test_a_narrower_window_is_never_nearer():
-    A = motions([30, 41, 56])
-    D = [motion_distances(A, skeleton=TREE, window=w) for w in (None, 1, 0.5, 0.2, 0.1, 0.05, 0)]
+    X = motions([30, 41, 56])
+    D = [motion_distances(X, skeleton=TREE, window=w) for w in (None, 1, 0.5, 0.2, 0.1, 0.05, 0)]
     np.testing.assert_array_equal(D[0], D[1])
     for wide, narrow in pairwise(D):
         assert (wide <= narrow).all()
@@ -155,9 +155,9 @@ def test_a_narrower_window_is_never_nearer():
 
 
 def test_position_is_never_more_than_geodesic_nor_that_than_spatial():
-    A = motions([3, 4, 2], CHAIN, scale=0.5)
+    X = motions([3, 4, 2], CHAIN, scale=0.5)
     position, geodesic, spatial = (
-        motion_distances(A, skeleton=CHAIN, metric=metric) for metric in ("position", "geodesic", "spatial")
+        motion_distances(X, skeleton=CHAIN, metric=metric) for metric in ("position", "geodesic", "spatial")
     )
     assert (position <= geodesic).all()
     assert (geodesic <= spatial * (1 + 1e-9)).all()
@@ -165,32 +165,32 @@ def test_position_is_never_more_than_geodesic_nor_that_than_spatial():
 
 @pytest.mark.parametrize("alignment", ["dtw", "subsequence"])
 def test_the_order_of_motions_and_of_rows_changes_nothing(alignment):
-    A, B = motions([9, 130, 30, 12, 17]), motions([200, 3, 30], seed=1)
+    X, Y = motions([9, 130, 30, 12, 17]), motions([200, 3, 30], seed=1)
     parameters = {"skeleton": TREE, "alignment": alignment}
-    D = motion_distances(A, B, **parameters)
+    D = motion_distances(X, Y, **parameters)
     order, other = [3, 0, 4, 2, 1], [2, 0, 1]
-    D_in_order = motion_distances([A[i] for i in order], [B[j] for j in other], **parameters)
+    D_in_order = motion_distances([X[i] for i in order], [Y[j] for j in other], **parameters)
     np.testing.assert_array_equal(D_in_order, D[np.ix_(order, other)])
-    np.testing.assert_array_equal(motion_distances(A[1:2], B[:1], **parameters), D[1:2, :1])
+    np.testing.assert_array_equal(motion_distances(X[1:2], Y[:1], **parameters), D[1:2, :1])
     if alignment == "dtw":
-        S = motion_distances(A, **parameters)
-        S_in_order = motion_distances([A[i] for i in order], **parameters)
+        S = motion_distances(X, **parameters)
+        S_in_order = motion_distances([X[i] for i in order], **parameters)
         np.testing.assert_allclose(S_in_order, S[np.ix_(order, order)], rtol=1e-12)
 
 
 def test_both_directions_of_time_have_one_distance():
-    A, B = motions([9, 30, 17]), motions([12, 33], seed=1)
+    X, Y = motions([9, 30, 17]), motions([12, 33], seed=1)
     for window in (None, 0.2):
-        forward = motion_distances(A, B, skeleton=TREE, window=window)
-        backward = motion_distances([a[::-1] for a in A], [b[::-1] for b in B], skeleton=TREE, window=window)
+        forward = motion_distances(X, Y, skeleton=TREE, window=window)
+        backward = motion_distances([a[::-1] for a in X], [b[::-1] for b in Y], skeleton=TREE, window=window)
         np.testing.assert_allclose(forward, backward, rtol=1e-12)
 
 
 @pytest.mark.parametrize(("metric", "alignment"), in_turns(list(METRICS), ALIGNMENTS))
 def test_the_number_of_threads_and_of_tasks_changes_nothing(metric, alignment, monkeypatch):
     skeleton, lengths = for_geodesics(metric)
-    A = motions([4] * 5 if alignment == "frames" else lengths, skeleton)
-    cases = [(A, None), (A, [a + 0.1 for a in A[:3]])]
+    X = motions([4] * 5 if alignment == "frames" else lengths, skeleton)
+    cases = [(X, None), (X, [a + 0.1 for a in X[:3]])]
     parameters = {"skeleton": skeleton, "metric": metric, "alignment": alignment}
     one = [motion_distances(*case, **parameters) for case in cases]
     monkeypatch.setattr(_matrix, "WORK_PER_TASK", 1.0)  # a task for every pair
@@ -222,44 +222,44 @@ def test_tasks_are_all_pairs_once(triangle, most_cells):
 
 @pytest.mark.parametrize("dtypes", [("f4", "f4"), ("f4", "f8"), ("f8", "f4")])
 def test_float32_in_float32_out(dtypes):
-    A, B = ([m.astype(dtype) for m in motions([5, 9, 40], seed=seed)] for seed, dtype in enumerate(dtypes))
-    D = motion_distances(A, B, skeleton=TREE)
+    X, Y = ([m.astype(dtype) for m in motions([5, 9, 40], seed=seed)] for seed, dtype in enumerate(dtypes))
+    D = motion_distances(X, Y, skeleton=TREE)
     assert D.dtype == np.result_type(*dtypes)
-    exact = motion_distances([a.astype(float) for a in A], [b.astype(float) for b in B], skeleton=TREE)
+    exact = motion_distances([a.astype(float) for a in X], [b.astype(float) for b in Y], skeleton=TREE)
     np.testing.assert_allclose(D, exact, rtol=2e-5)
-    assert motion_distances([*A, B[0]], skeleton=TREE).dtype == np.result_type(*dtypes)
+    assert motion_distances([*X, Y[0]], skeleton=TREE).dtype == np.result_type(*dtypes)
 
 
 def test_metric_parameters_arrive():
     turn = 2 * np.pi * np.ones((1, TREE.n_dofs))
-    A = motions([4, 6])
-    a, b = [A[0]], [A[1] + turn]
+    X = motions([4, 6])
+    a, b = [X[0]], [X[1] + turn]
     wrapped = motion_distances(a, b, skeleton=TREE)
-    np.testing.assert_allclose(wrapped, motion_distances(A[:1], A[1:], skeleton=TREE), rtol=1e-9)
+    np.testing.assert_allclose(wrapped, motion_distances(X[:1], X[1:], skeleton=TREE), rtol=1e-9)
     assert (motion_distances(a, b, skeleton=TREE, metric=Spatial(wrap=False)) > 2 * wrapped).all()
-    coarse = motion_distances(A[:1], [A[1] + 1.0], skeleton=TREE, metric=Spatial(1))
-    np.testing.assert_allclose(coarse, motion_distances(A[:1], [A[1] + 1.0], skeleton=TREE, metric="position"))
-    assert (coarse < motion_distances(A[:1], [A[1] + 1.0], skeleton=TREE)).all()
+    coarse = motion_distances(X[:1], [X[1] + 1.0], skeleton=TREE, metric=Spatial(1))
+    np.testing.assert_allclose(coarse, motion_distances(X[:1], [X[1] + 1.0], skeleton=TREE, metric="position"))
+    assert (coarse < motion_distances(X[:1], [X[1] + 1.0], skeleton=TREE)).all()
 
 
 def test_auto_is_spatial_with_a_skeleton_and_angle_without():
-    A = motions([4, 6])
-    expected = motion_distances(A, skeleton=TREE, metric="spatial")
-    np.testing.assert_array_equal(motion_distances(A, skeleton=TREE), expected)
+    X = motions([4, 6])
+    expected = motion_distances(X, skeleton=TREE, metric="spatial")
+    np.testing.assert_array_equal(motion_distances(X, skeleton=TREE), expected)
     with pytest.warns(UserWarning, match='"auto" without a skeleton means "angle"'):
-        D = motion_distances(A)
-    np.testing.assert_array_equal(D, motion_distances(A, metric="angle"))
-    np.testing.assert_array_equal(D, motion_distances(A, metric="angle", skeleton=TREE))
+        D = motion_distances(X)
+    np.testing.assert_array_equal(D, motion_distances(X, metric="angle"))
+    np.testing.assert_array_equal(D, motion_distances(X, metric="angle", skeleton=TREE))
 
 
 @pytest.mark.parametrize("alignment", ALIGNMENTS)
 def test_unconverged_geodesics_are_counted_once_and_warned_of(alignment, monkeypatch):
-    A = motions([3, 3, 3], CHAIN)
+    X = motions([3, 3, 3], CHAIN)
     n_cells = {"frames": 9, "dtw": 27, "subsequence": 81}[alignment]  # of one triangle where it is symmetric
     compute = MotionMatrix.distances
     monkeypatch.setattr(MotionMatrix, "distances", lambda *args: (compute(*args)[0], Unconverged(2, 0.25)))
     with pytest.warns(ConvergenceWarning, match=f"2 of {n_cells} geodesics did not converge.* is 0.25"):
-        motion_distances(A, skeleton=CHAIN, metric="geodesic", alignment=alignment)
+        motion_distances(X, skeleton=CHAIN, metric="geodesic", alignment=alignment)
 
 
 @pytest.mark.parametrize("window", [None, 0.4])
@@ -269,11 +269,11 @@ def test_as_many_geodesics_did_not_converge_as_there_are_such_pairs_of_frames(wi
     a, b = (rng.uniform(-3, 3, size=(n, skeleton.n_dofs)) for n in (3, 4))
 
     def unconverged(matrix):
-        return Unconverged.joined(matrix.write(None, 1)[1])
+        return Unconverged.join(matrix.write(None, 1)[1])
 
     pairs = [(i, j) for i in range(3) for j in range(4) if window is None or abs(i / 2 - j / 3) <= window]
     each = [unconverged(DistanceMatrix(a[[i]], b[[j]], metric, skeleton)) for i, j in pairs]
-    expected = Unconverged.joined(each)
+    expected = Unconverged.join(each)
     assert expected.count > 0
     matrix = MotionMatrix(Sequences.of([a]), Sequences.of([b, b]), metric, skeleton, window=window)
     assert unconverged(matrix) == (2 * expected.count, expected.gap)
@@ -310,14 +310,14 @@ def two_motions_a_tile(monkeypatch):
     ("alignment", "triangle"), [("dtw", True), ("dtw", False), ("subsequence", True), ("frames", True)]
 )
 def test_the_same_call_continues_where_it_stopped(tmp_path, alignment, triangle, two_motions_a_tile, monkeypatch):
-    A = motions([15] * 9 if alignment == "frames" else [12, 15, 9, 20, 15, 8, 14, 30, 11])
-    B = None if triangle else motions([9, 12, 20, 15], seed=1)
+    X = motions([15] * 9 if alignment == "frames" else [12, 15, 9, 20, 15, 8, 14, 30, 11])
+    Y = None if triangle else motions([9, 12, 20, 15], seed=1)
     parameters = {"skeleton": TREE, "alignment": alignment}
-    expected = motion_distances(A, B, **parameters)
+    expected = motion_distances(X, Y, **parameters)
     path = tmp_path / "D.npy"
     out = np.lib.format.open_memmap(path, mode="w+", shape=expected.shape)
     with stopped_after(3), pytest.raises(Stop):
-        motion_distances(A, B, out=out, **parameters)
+        motion_distances(X, Y, out=out, **parameters)
     assert not np.array_equal(out, expected)
     del out
     tiles, compute = [], MotionMatrix.distances
@@ -328,9 +328,9 @@ def test_the_same_call_continues_where_it_stopped(tmp_path, alignment, triangle,
 
     monkeypatch.setattr(MotionMatrix, "distances", counted)
     out = np.lib.format.open_memmap(path, mode="r+")
-    assert motion_distances(A, B, out=out, **parameters) is out
+    assert motion_distances(X, Y, out=out, **parameters) is out
     np.testing.assert_array_equal(out, expected)
-    rows, columns = -(-len(A) // 2), -(-expected.shape[1] // 2)
+    rows, columns = -(-len(X) // 2), -(-expected.shape[1] // 2)
     symmetric = triangle and alignment != "subsequence"
     assert len(tiles) == (rows * (rows + 1) // 2 if symmetric else rows * columns) - 3
     assert [file.name for file in tmp_path.iterdir()] == ["D.npy"]
@@ -344,14 +344,14 @@ def test_the_same_call_continues_where_it_stopped(tmp_path, alignment, triangle,
         ({"window": 0.3}, "alignment, window or normalize"),
         ({"normalize": False}, "alignment, window or normalize"),
         ({"skeleton": random_tree(1)}, "skeleton"),
-        ({"A": motions([12] * 9, seed=1)}, "A"),
-        ({"A": [motions([12 * 9])[0][9 * i : 9 * i + 9] for i in range(12)][:9]}, "A"),
-        ({"B": motions([12] * 9)}, "B"),
+        ({"X": motions([12] * 9, seed=1)}, "X"),
+        ({"X": [motions([12 * 9])[0][9 * i : 9 * i + 9] for i in range(12)][:9]}, "X"),
+        ({"Y": motions([12] * 9)}, "Y"),
     ],
     ids=lambda value: "+".join(value) if isinstance(value, dict) else "",
 )
 def test_other_distances_are_not_mixed_in(tmp_path, other, name, two_motions_a_tile):
-    call = {"A": motions([12] * 9), "skeleton": TREE}
+    call = {"X": motions([12] * 9), "skeleton": TREE}
     out = np.lib.format.open_memmap(tmp_path / "D.npy", mode="w+", shape=(9, 9))
     with stopped_after(3), pytest.raises(Stop):
         motion_distances(**call, out=out)
@@ -389,8 +389,8 @@ def test_backends_give_the_same_to_the_last_bit(backend, monkeypatch):
     monkeypatch.setattr("skpose.metrics._tiled.from_workers", counted)
     monkeypatch.setattr("skpose.metrics._tiled.WORTH_SENDING", 0)
     monkeypatch.setattr(_matrix, "ENCODED_AT_ONCE", 32)
-    A, same = motions([12, 15, 9, 20, 15, 8, 14, 30, 11]), motions([6] * 7)
-    cases = [(A, None, "dtw"), (A, [a[::-1] for a in A[:3]], "subsequence"), (same, None, "frames")]
+    X, same = motions([12, 15, 9, 20, 15, 8, 14, 30, 11]), motions([6] * 7)
+    cases = [(X, None, "dtw"), (X, [a[::-1] for a in X[:3]], "subsequence"), (same, None, "frames")]
     with dask_cluster() if backend == "dask" else nullcontext():
         for one, other, alignment in cases:
             parameters = {"skeleton": TREE, "alignment": alignment}

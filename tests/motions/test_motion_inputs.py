@@ -17,9 +17,9 @@ from skpose.motions._inputs import check_motion, check_motions, check_single_mot
 
 CHAIN = Skeleton.chain(2)
 RNG = np.random.default_rng(0)
-A = [RNG.normal(size=(n, 2)) for n in (5, 7, 3)]
+X = [RNG.normal(size=(n, 2)) for n in (5, 7, 3)]
 BLOCK = RNG.normal(size=(3, 4, 2))
-EXPECTED = motion_distances(A, skeleton=CHAIN)
+EXPECTED = motion_distances(X, skeleton=CHAIN)
 
 
 @pytest.fixture(scope="module")
@@ -53,8 +53,8 @@ def at(dataset, rate):
     ],
 )  # fmt: skip
 def test_all_kinds_of_lists_of_arrays(convert):
-    np.testing.assert_array_equal(motion_distances(convert(A), skeleton=CHAIN), EXPECTED)
-    np.testing.assert_array_equal(motion_distances(A, convert(A), skeleton=CHAIN).argmin(axis=1), [0, 1, 2])
+    np.testing.assert_array_equal(motion_distances(convert(X), skeleton=CHAIN), EXPECTED)
+    np.testing.assert_array_equal(motion_distances(X, convert(X), skeleton=CHAIN).argmin(axis=1), [0, 1, 2])
 
 
 @pytest.mark.parametrize("convert", [np.asarray, np.ndarray.tolist, np.asfortranarray, list])
@@ -71,9 +71,9 @@ def test_whole_numbers_and_half_precision_are_computed_in_float64():
 
 
 def test_the_arrays_stay_as_they_were():
-    copies = [a.copy() for a in A]
-    motion_distances(A, skeleton=CHAIN, normalize=False)
-    for a, copy in zip(A, copies, strict=True):
+    copies = [a.copy() for a in X]
+    motion_distances(X, skeleton=CHAIN, normalize=False)
+    for a, copy in zip(X, copies, strict=True):
         np.testing.assert_array_equal(a, copy)
 
 
@@ -85,7 +85,7 @@ def test_datasets_and_lists_of_motions_are_compared_on_the_mean_skeleton(gait):
     for given in (dataset, slow, tuple(slow)):
         np.testing.assert_array_equal(motion_distances(given), expected)
     both = motion_distances(dataset[:1], dataset[1:])
-    np.testing.assert_allclose(both, expected[:1, 1:], rtol=1e-10)  # one mean of A and B
+    np.testing.assert_allclose(both, expected[:1, 1:], rtol=1e-10)  # one mean of X and Y
     alone = motion_distances(slow[:1], slow[:1])
     own = motion_distances([slow[0].angles], [slow[0].angles], skeleton=slow[0].skeleton)
     np.testing.assert_array_equal(alone, own)
@@ -124,23 +124,23 @@ def test_rates_are_one_but_for_the_rounding_of_files(gait):
     np.testing.assert_array_equal(motion_distances([a, rounded]), motion_distances([a, b]))
     for given in (([a, gait[1]],), ([a], [gait[1]])):
         with pytest.raises(
-            ValueError, match=r"one frame rate.* A\[0\] has 12 Hz and .\[.\] 60 Hz: pass .*resample\(12\)"
+            ValueError, match=r"one frame rate.* X\[0\] has 12 Hz and .\[.\] 60 Hz: pass .*resample\(12\)"
         ):
             motion_distances(*given)
 
 
 def test_degrees_are_warned_of_once_and_by_name():
-    degrees = [np.degrees(a) * 3 for a in A]
-    with pytest.warns(UserWarning, match=r"values of A reach .* if they are in degrees") as found:
+    degrees = [np.degrees(a) * 3 for a in X]
+    with pytest.warns(UserWarning, match=r"values of X reach .* if they are in degrees") as found:
         motion_distances(degrees, degrees[:1], skeleton=CHAIN)
     assert len(found) == 1
     assert found[0].filename == __file__
-    with pytest.warns(UserWarning, match="values of B reach"):
-        motion_distances(A, degrees, skeleton=CHAIN)
+    with pytest.warns(UserWarning, match="values of Y reach"):
+        motion_distances(X, degrees, skeleton=CHAIN)
     motion_distances(degrees, metric="angle")  # whose distance has the unit of the columns
 
 
-MOTIONS = re.escape("A must be motions: a list of arrays (n_frames, n_dofs) or of skpose.Motion, got ")
+MOTIONS = re.escape("X must be motions: a list of arrays (n_frames, n_dofs) or of skpose.Motion, got ")
 ARRAY = re.escape("or an array (n_motions, n_frames, n_dofs), got an array of shape ")
 ONE = re.escape("must be one motion, a skpose.Motion or an array (n_frames, n_dofs), got ")
 
@@ -148,39 +148,39 @@ ONE = re.escape("must be one motion, a skpose.Motion or an array (n_frames, n_do
 @pytest.mark.parametrize(
     ("given", "error", "message"),
     [
-        (A[0], ValueError, ARRAY + r"\(5, 2\): pass \[A\] for one motion, A\[:, None\] for motions of one frame"),
-        (A[0].tolist(), ValueError, ARRAY + r"\(5, 2\): pass \[A\] for one motion"),
-        (pd.DataFrame(A[0]), ValueError, ARRAY + r"\(5, 2\): pass \[A\] for one motion$"),
-        (pl.DataFrame(A[0]), ValueError, ARRAY + r"\(5, 2\): pass \[A\] for one motion$"),
-        (A[0][0], ValueError, ARRAY + r"\(2,\)$"),
+        (X[0], ValueError, ARRAY + r"\(5, 2\): pass \[X\] for one motion, X\[:, None\] for motions of one frame"),
+        (X[0].tolist(), ValueError, ARRAY + r"\(5, 2\): pass \[X\] for one motion"),
+        (pd.DataFrame(X[0]), ValueError, ARRAY + r"\(5, 2\): pass \[X\] for one motion$"),
+        (pl.DataFrame(X[0]), ValueError, ARRAY + r"\(5, 2\): pass \[X\] for one motion$"),
+        (X[0][0], ValueError, ARRAY + r"\(2,\)$"),
         (BLOCK[None], ValueError, ARRAY + r"\(1, 3, 4, 2\)$"),
         (BLOCK[:0], ValueError, ARRAY + r"\(0, 4, 2\)$"),
-        (BLOCK[:, :0], ValueError, r"A\[0\] has no frames: leave it out"),
+        (BLOCK[:, :0], ValueError, r"X\[0\] has no frames: leave it out"),
         ([], ValueError, MOTIONS + "none"),
-        ([A[0], A[0][:0]], ValueError, r"A\[1\] has no frames: leave it out"),
+        ([X[0], X[0][:0]], ValueError, r"X\[1\] has no frames: leave it out"),
         ("walk.bvh", TypeError, MOTIONS + r"'walk\.bvh': skpose\.io\.load_motion\(path\) reads"),
         (Path("walk.bvh"), TypeError, MOTIONS + r".*walk\.bvh.*: skpose\.io\.load_motion\(path\) reads"),
-        (["walk.bvh"], TypeError, r"A\[0\] " + ONE + r"'walk\.bvh': skpose\.io\.load_motion\(path\) reads"),
-        ({"a": A[0]}, TypeError, MOTIONS + r"a dict: pass list\(A.values\(\)\)"),
-        ([{"a": A[0]}], TypeError, r"A\[0\] " + ONE + "a dict$"),
+        (["walk.bvh"], TypeError, r"X\[0\] " + ONE + r"'walk\.bvh': skpose\.io\.load_motion\(path\) reads"),
+        ({"a": X[0]}, TypeError, MOTIONS + r"a dict: pass list\(X.values\(\)\)"),
+        ([{"a": X[0]}], TypeError, r"X\[0\] " + ONE + "a dict$"),
         (None, TypeError, MOTIONS + "None"),
         (3, TypeError, MOTIONS + "3"),
-        ([A[0], None], TypeError, r"A\[1\] " + ONE + "None"),
-        ([1.0, 2.0], TypeError, r"A\[0\] " + ONE + r"1\.0"),
-        ([A[0], A[1][0]], TypeError, r"A\[1\] " + ONE + r"an array of shape \(2,\)"),
-        ([A[0][0], A[0]], TypeError, r"A\[0\] " + ONE + r"an array of shape \(2,\)"),
-        ([[[1.0, 2.0], [1.0]]], TypeError, r"A\[0\] " + ONE + "a list of list"),
-        (pd.DataFrame(A[0]).groupby([0, 0, 1, 1, 1]), TypeError, r"A\[0\] " + ONE + "a tuple of DataFrame and"),
-        ([BLOCK], ValueError, r"A\[0\] must have shape \(n_poses, 2\), got \(3, 4, 2\)"),
+        ([X[0], None], TypeError, r"X\[1\] " + ONE + "None"),
+        ([1.0, 2.0], TypeError, r"X\[0\] " + ONE + r"1\.0"),
+        ([X[0], X[1][0]], TypeError, r"X\[1\] " + ONE + r"an array of shape \(2,\)"),
+        ([X[0][0], X[0]], TypeError, r"X\[0\] " + ONE + r"an array of shape \(2,\)"),
+        ([[[1.0, 2.0], [1.0]]], TypeError, r"X\[0\] " + ONE + "a list of list"),
+        (pd.DataFrame(X[0]).groupby([0, 0, 1, 1, 1]), TypeError, r"X\[0\] " + ONE + "a tuple of DataFrame and"),
+        ([BLOCK], ValueError, r"X\[0\] must have shape \(n_poses, 2\), got \(3, 4, 2\)"),
         (CHAIN, TypeError, MOTIONS + "a Skeleton: pass it as skeleton="),
-        ([CHAIN], TypeError, r"A\[0\] " + ONE + "a Skeleton: pass it as skeleton="),
-        ([A[0], np.full((2, 2), np.nan)], ValueError, r"Input A\[1\] contains NaN"),
-        ([A[0], np.full((2, 2), np.inf)], ValueError, r"Input A\[1\] contains infinity"),
-        ([A[0], A[0] * 1j], ValueError, "Complex data not supported"),
-        ([csr_array(A[0])], TypeError, r"Sparse data was passed for A\[0\]"),
-        ([A[0], np.ones((2, 3))], ValueError, r"A\[1\] has 3 columns, but the skeleton has 2 degrees of freedom"),
-        ([pd.DataFrame(A[0], columns=CHAIN.dof_names[::-1])], ValueError, r"columns of A\[0\].* order"),
-        ([pl.LazyFrame(A[0])], TypeError, r"A\[0\] must be an array of poses, got a LazyFrame.*A\[0\]\.collect"),
+        ([CHAIN], TypeError, r"X\[0\] " + ONE + "a Skeleton: pass it as skeleton="),
+        ([X[0], np.full((2, 2), np.nan)], ValueError, r"Input X\[1\] contains NaN"),
+        ([X[0], np.full((2, 2), np.inf)], ValueError, r"Input X\[1\] contains infinity"),
+        ([X[0], X[0] * 1j], ValueError, "Complex data not supported"),
+        ([csr_array(X[0])], TypeError, r"Sparse data was passed for X\[0\]"),
+        ([X[0], np.ones((2, 3))], ValueError, r"X\[1\] has 3 columns, but the skeleton has 2 degrees of freedom"),
+        ([pd.DataFrame(X[0], columns=CHAIN.dof_names[::-1])], ValueError, r"columns of X\[0\].* order"),
+        ([pl.LazyFrame(X[0])], TypeError, r"X\[0\] must be an array of poses, got a LazyFrame.*X\[0\]\.collect"),
     ],
     ids=lambda value: "" if isinstance(value, type) else None,
 )  # fmt: skip
@@ -191,37 +191,37 @@ def test_what_is_no_list_of_motions_is_refused_in_words(given, error, message):
 
 def test_no_list_of_motions_but_one_or_datasets(gait):
     for given, message in (
-        (gait[0], MOTIONS + r"one Motion: pass \[A\]"),
-        ([gait, gait], r"A\[0\] " + ONE + r"a MotionDataset of 4: join datasets by \[\*first, \*second\]"),
-        ([[gait[0]], [gait[1]]], r"A\[0\] " + ONE + "a list of Motion"),
-        ([gait[0], gait[1].angles], r"A must be all .* 1 Motion, and 1 other, A\[1\] among them: pass motion\.angles"),
+        (gait[0], MOTIONS + r"one Motion: pass \[X\]"),
+        ([gait, gait], r"X\[0\] " + ONE + r"a MotionDataset of 4: join datasets by \[\*first, \*second\]"),
+        ([[gait[0]], [gait[1]]], r"X\[0\] " + ONE + "a list of Motion"),
+        ([gait[0], gait[1].angles], r"X must be all .* 1 Motion, and 1 other, X\[1\] among them: pass motion\.angles"),
     ):
         with pytest.raises(TypeError, match=message):
             motion_distances(given)
-    with pytest.raises(TypeError, match=r"A and B must be all .* got 4 Motions, and 1 other, B\[0\] among them"):
+    with pytest.raises(TypeError, match=r"X and Y must be all .* got 4 Motions, and 1 other, Y\[0\] among them"):
         motion_distances(gait, [gait[0].angles], skeleton=gait.skeleton)
-    with pytest.raises(ValueError, match=r"A\[1\] has no frames: leave it out"):
+    with pytest.raises(ValueError, match=r"X\[1\] has no frames: leave it out"):
         motion_distances([gait[0], gait[1][:0]])
 
 
 def test_skeletons_that_do_not_fit_are_refused_by_the_name_of_the_motion(gait):
-    with pytest.raises(ValueError, match=r"^A\[0\]: the motion's angles do not carry over to this skeleton"):
+    with pytest.raises(ValueError, match=r"^X\[0\]: the motion's angles do not carry over to this skeleton"):
         motion_distances(list(gait), skeleton=CHAIN)
-    other = Motion(CHAIN, A[0], 60)
-    with pytest.raises(ValueError, match=r"A\[0\].*A\[1\]|A\[1\].*A\[0\]"):
+    other = Motion(CHAIN, X[0], 60)
+    with pytest.raises(ValueError, match=r"X\[0\].*X\[1\]|X\[1\].*X\[0\]"):
         motion_distances([gait[0], other])
     with pytest.raises(TypeError, match=r"skeleton must be a skpose\.Skeleton, got "):
-        motion_distances(A, skeleton="chain")
+        motion_distances(X, skeleton="chain")
 
 
 def test_widths_without_a_skeleton():
     wide = np.ones((2, 3))
-    with pytest.raises(ValueError, match=r"A\[0\] has 2 columns and A\[1\] has 3; poses of one skeleton"):
-        motion_distances([A[0], wide], metric="angle")
-    with pytest.raises(ValueError, match="A has 2 columns and B has 3; poses of one skeleton"):
-        motion_distances(A, [wide], metric="angle")
+    with pytest.raises(ValueError, match=r"X\[0\] has 2 columns and X\[1\] has 3; poses of one skeleton"):
+        motion_distances([X[0], wide], metric="angle")
+    with pytest.raises(ValueError, match="X has 2 columns and Y has 3; poses of one skeleton"):
+        motion_distances(X, [wide], metric="angle")
     with pytest.raises(ValueError, match="the metric 'position' needs a skeleton"):
-        motion_distances(A, metric="position")
+        motion_distances(X, metric="position")
 
 
 @pytest.mark.parametrize(
@@ -232,8 +232,8 @@ def test_widths_without_a_skeleton():
         ({"window": 0.1, "alignment": "frames"}, 'window is the band of alignment="dtw", got window=0.1'),
         ({"alignment": "subsequence", "window": 0}, 'window is the band of alignment="dtw", got window=0 with'),
         ({"alignment": "open"}, "'alignment' parameter"),
-        ({"alignment": "frames"}, r"equal length, but A\[0\] has 5 frames and A\[1\] 7: resample them, or take"),
-        ({"alignment": "frames", "B": A[1:], "A": A[:1]}, r"A\[0\] has 5 frames and B\[0\] 7"),
+        ({"alignment": "frames"}, r"equal length, but X\[0\] has 5 frames and X\[1\] 7: resample them, or take"),
+        ({"alignment": "frames", "Y": X[1:], "X": X[:1]}, r"X\[0\] has 5 frames and Y\[0\] 7"),
         ({"metric": "euclidean"}, "'metric' parameter"),
         ({"metric": Spatial(0)}, "'n_steps' parameter of Spatial"),
         ({"normalize": "yes"}, "'normalize' parameter"),
@@ -241,17 +241,17 @@ def test_widths_without_a_skeleton():
 )
 def test_parameters_are_checked(parameters, message):
     with pytest.raises(ValueError, match=message):
-        motion_distances(**{"A": A, "skeleton": CHAIN} | parameters)
+        motion_distances(**{"X": X, "skeleton": CHAIN} | parameters)
 
 
 def test_rows_are_motions_of_one_frame_for_estimators():
-    (checked,) = check_motions({"X": A[0]}, CHAIN, rows=True)
-    np.testing.assert_array_equal(checked.sequences.poses, A[0])
+    (checked,) = check_motions({"X": X[0]}, CHAIN, rows=True)
+    np.testing.assert_array_equal(checked.sequences.poses, X[0])
     np.testing.assert_array_equal(checked.sequences.lengths, 1)
 
 
 def test_one_motion_where_one_belongs(gait):
-    for given, skeleton in ((A[0], CHAIN), (A[0].tolist(), CHAIN), (pd.DataFrame(A[0]), CHAIN), (gait[0], None)):
+    for given, skeleton in ((X[0], CHAIN), (X[0].tolist(), CHAIN), (pd.DataFrame(X[0]), CHAIN), (gait[0], None)):
         checked = check_motion(given, skeleton, "query")
         assert checked.sequences.n_motions == 1
         np.testing.assert_array_equal(checked.sequences.motion(0), getattr(given, "angles", given))
@@ -260,17 +260,17 @@ def test_one_motion_where_one_belongs(gait):
     for given, message in (
         (gait, r"^query " + ONE + r"a MotionDataset of 4: pass one of them, such as query\[0\]"),
         ([gait[0]], r"^query " + ONE + r"a list of Motion: pass one of them, such as query\[0\]"),
-        (A, r"^query " + ONE + r"a list of ndarray: pass one of them, such as query\[0\]"),
+        (X, r"^query " + ONE + r"a list of ndarray: pass one of them, such as query\[0\]"),
         (BLOCK, r"^query " + ONE + r"an array of shape \(3, 4, 2\): pass one of them, such as query\[0\]"),
-        (A[0][0], r"^query " + ONE + r"an array of shape \(2,\)$"),
+        (X[0][0], r"^query " + ONE + r"an array of shape \(2,\)$"),
         ("walk.bvh", r"^query " + ONE + r"'walk\.bvh': skpose\.io\.load_motion"),
     ):
         with pytest.raises(TypeError, match=message):
             check_motion(given, CHAIN, "query")
     with pytest.raises(ValueError, match=r"^query has no frames: leave it out"):
-        check_motion(A[0][:0], CHAIN, "query")
+        check_motion(X[0][:0], CHAIN, "query")
     with pytest.raises(ValueError, match=r"^Input query contains NaN"):
-        check_motion(A[0] * np.nan, CHAIN, "query")
+        check_motion(X[0] * np.nan, CHAIN, "query")
 
 
 def test_motions_that_are_given_one_by_one_have_one_skeleton(gait):

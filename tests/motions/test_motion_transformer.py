@@ -202,8 +202,8 @@ def test_estimators_that_take_distances(motions):
     D = MotionDistanceTransformer(ARM).fit_transform(motions)
     for estimator in (
         HDBSCAN(2, metric="precomputed", copy=True),
-        MedoidShift(0.5, metric="precomputed"),
-        SpatialMDS(2, metric="precomputed"),
+        MedoidShift(bandwidth=0.5, metric="precomputed"),
+        SpatialMDS(n_components=2, metric="precomputed"),
     ):
         pipeline = make_pipeline(MotionDistanceTransformer(ARM), clone(estimator)).fit(motions)
         alone = clone(estimator).fit(D)

@@ -100,13 +100,13 @@ def test_few_lengths_are_measured_in_any_order(name):
 
 def test_the_coarse_bound_leaves_little_of_what_the_filter_leaves(monkeypatch):
     """So little that most of it is not even encoded for lengths."""
-    encoded, n_poses = Refinement._encoded, {FLOAT32: 0, FLOAT64: 0}
+    encoded, n_poses = Refinement._encode, {FLOAT32: 0, FLOAT64: 0}
 
     def counting(self, poses, encode, n_codes, dtype):
         n_poses[dtype] += len(poses)
         return encoded(self, poses, encode, n_codes, dtype)
 
-    monkeypatch.setattr(Refinement, "_encoded", counting)
+    monkeypatch.setattr(Refinement, "_encode", counting)
     knn = PoseKNeighborsTransformer(HUMANOID).fit(sequences(HUMANOID, 40, 200))
     for query in sequences(HUMANOID, 4, 10, seed=1):
         knn.kneighbors(query[np.newaxis], 5)

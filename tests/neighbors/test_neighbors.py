@@ -198,6 +198,15 @@ def test_survives_pickle_and_clone(each, X, queries):
         np.testing.assert_array_equal(other.transform(queries).toarray(), expected.toarray())
 
 
+@pytest.mark.parametrize("radius", [np.full(3, 0.5), [0.5], "0.5", np.array(0.5)], ids=["array", "list", "word", "0d"])
+def test_a_radius_is_one_number(X, radius):
+    """As scikit-learn's brute force has it; its trees take an array, which their docstring does not say."""
+    near = PoseRadiusNeighborsTransformer(metric="angle").fit(X)
+    for method in (near.radius_neighbors, near.radius_neighbors_graph):
+        with pytest.raises(TypeError, match=r"radius must be one number for all poses, got .*: call once for each"):
+            method(X[:3], radius)
+
+
 def test_float32_poses_give_distances_in_float64_as_in_scikit_learn(X, queries):
     knn = PoseKNeighborsTransformer(HUMANOID).fit(X.astype(np.float32))
     distances, _ = knn.kneighbors(queries.astype(np.float32))

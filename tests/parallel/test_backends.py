@@ -245,7 +245,7 @@ def test_graphs_are_the_same_to_the_last_bit(processes, small_tasks, X, metric):
 
 
 def test_landmarks_give_the_same_coordinates(processes, small_tasks, X):
-    mds = SpatialMDS(2, skeleton=TREE, landmarks=20, random_state=0)
+    mds = SpatialMDS(TREE, n_components=2, landmarks=20, random_state=0)
     found = mds.fit_transform(X)
     with joblib.parallel_config(backend="threading", n_jobs=1):
         np.testing.assert_array_equal(mds.fit_transform(X), found)

@@ -12,13 +12,13 @@ import threading
 import pytest
 
 from skpose._parallel import lock
-from skpose._parallel.lock import Token, locked
+from skpose._parallel.lock import Token, hold_lock
 
 HOLDER = """
 import sys
 from pathlib import Path
-from skpose._parallel.lock import locked
-with locked(Path("D.npy")):
+from skpose._parallel.lock import hold_lock
+with hold_lock(Path("D.npy")):
     print("locked", flush=True)
     sys.stdin.read()
 """
@@ -26,8 +26,8 @@ with locked(Path("D.npy")):
 FORKED = """
 import os, signal, sys
 from pathlib import Path
-from skpose._parallel.lock import locked
-with locked(Path("D.npy")):
+from skpose._parallel.lock import hold_lock
+with hold_lock(Path("D.npy")):
     if os.fork() == 0:  # outlives the process that has the lock
         print("forked", flush=True)
         sys.stdin.read()
@@ -52,17 +52,17 @@ def path(tmp_path):
 
 
 def test_the_file_of_the_lock_is_removed(path):
-    with locked(path) as token:
+    with hold_lock(path) as token:
         assert token.path == path.with_name("D.npy.lock")
         assert token.path.exists()
     assert not token.path.exists()
-    with pytest.raises(KeyError), locked(path):
+    with pytest.raises(KeyError), hold_lock(path):
         raise KeyError
     assert list(path.parent.iterdir()) == []
 
 
 def test_a_folder_has_its_lock_inside(tmp_path):
-    with locked(tmp_path) as token:
+    with hold_lock(tmp_path) as token:
         assert token.path == tmp_path / "skpose.lock"
 
 
@@ -73,7 +73,7 @@ def test_links_lead_to_one_lock(tmp_path, path):
         link.symlink_to(path)
     except OSError:
         pytest.skip("this system has no links for everybody")
-    with locked(link), pytest.raises(RuntimeError, match=r"D\.npy is being written"), locked(path):
+    with hold_lock(link), pytest.raises(RuntimeError, match=r"D\.npy is being written"), hold_lock(path):
         pass
 
 
@@ -83,12 +83,12 @@ def test_threads_of_one_process_exclude_each_other(path, thread):
 
     def try_it():
         try:
-            with locked(path):
+            with hold_lock(path):
                 pass
         except RuntimeError as error:
             errors.append(str(error))
 
-    with locked(path):
+    with hold_lock(path):
         if thread == "another":
             other = threading.Thread(target=try_it)
             other.start()
@@ -106,7 +106,7 @@ def test_another_process_is_named_and_its_end_is_the_end_of_the_lock(path, how):
     if how == "SIGKILL" and sys.platform == "win32":
         pytest.skip("Windows has no SIGKILL")
     process = start(HOLDER, path.parent)
-    with pytest.raises(RuntimeError) as caught, locked(path):
+    with pytest.raises(RuntimeError) as caught, hold_lock(path):
         pass
     for part in (str(path), f"process {process.pid} on {socket.gethostname()}", "wait until it has ended, or end it"):
         assert part in str(caught.value)
@@ -114,7 +114,7 @@ def test_another_process_is_named_and_its_end_is_the_end_of_the_lock(path, how):
         process.send_signal(signal.SIGKILL)
     process.communicate()
     assert path.with_name("D.npy.lock").exists() == (how == "SIGKILL")  # which does not matter
-    with locked(path):
+    with hold_lock(path):
         pass
     assert not path.with_name("D.npy.lock").exists()
 
@@ -123,11 +123,11 @@ def test_another_process_is_named_and_its_end_is_the_end_of_the_lock(path, how):
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork")
 def test_a_forked_process_does_not_keep_the_lock_of_a_killed_one(path):
     process = start(FORKED, path.parent)
-    with pytest.raises(RuntimeError, match="is being written by process"), locked(path):
+    with pytest.raises(RuntimeError, match="is being written by process"), hold_lock(path):
         pass
     process.kill()
     assert process.wait() == -signal.SIGKILL
-    with locked(path):  # the child still runs
+    with hold_lock(path):  # the child still runs
         process.stdin.close()
     assert process.stdout.read() == "ended\n"
     process.stdout.close()
@@ -144,9 +144,9 @@ def test_a_file_that_its_holder_removes_meanwhile_is_no_lock(path, monkeypatch):
         take(descriptor)
 
     monkeypatch.setattr(lock, "_lock", late)
-    with locked(path) as token:
+    with hold_lock(path) as token:
         assert json.loads(token.path.read_text())["token"] == token.value
-        with pytest.raises(RuntimeError), locked(path):
+        with pytest.raises(RuntimeError), hold_lock(path):
             pass
 
 
@@ -156,13 +156,16 @@ def test_a_file_system_without_locks_is_an_error(path, monkeypatch):
 
     monkeypatch.setattr(lock, "_lock", refuse)
     message = r"D\.npy\.lock cannot be locked \(No locks available\), so that another process might write"
-    with pytest.raises(OSError, match=message), locked(path):
+    with pytest.raises(OSError, match=message), hold_lock(path):
         pass
 
 
 def refused(path):
     """Return the message of an error about the file of the lock."""
-    with pytest.raises(OSError, match="It is the lock that keeps two processes from writing") as caught, locked(path):
+    with (
+        pytest.raises(OSError, match="It is the lock that keeps two processes from writing") as caught,
+        hold_lock(path),
+    ):
         pass
     assert str(path.with_name(f"{path.name}.lock")) in str(caught.value)
     return str(caught.value)
@@ -228,19 +231,19 @@ def test_a_full_disk_leaves_no_lock(path, monkeypatch):
 
 @pytest.mark.parametrize("content", ["", "[", "[1]", '{"process": 1', '{"process": 1}', "\xff"])
 def test_a_holder_that_has_not_written_its_name_yet(path, content):
-    with locked(path) as token:
+    with hold_lock(path) as token:
         token.path.write_text(content)
-        with pytest.raises(RuntimeError, match="a process that began just now"), locked(path):
+        with pytest.raises(RuntimeError, match="a process that began just now"), hold_lock(path):
             pass
         assert "is another file there" in token.obstacle()
 
 
 def test_a_token_shows_whether_the_same_destination_is_seen(path, tmp_path):
-    with locked(path) as token:
+    with hold_lock(path) as token:
         assert token.obstacle() is None
         assert Token(token.path, "0").obstacle() == f"{token.path} is another file there"
         elsewhere = Token(tmp_path / "elsewhere" / "D.npy.lock", token.value)
         assert elsewhere.obstacle() == f"{elsewhere.path} cannot be read there (No such file or directory)"
     assert "cannot be read there" in token.obstacle()  # of a run that has ended
-    with locked(path):
+    with hold_lock(path):
         assert "is another file there" in token.obstacle()  # of the run before

@@ -66,7 +66,7 @@ def test_every_call_that_may_take_long_shows_its_progress_if_requested(X, capsys
         PoseKNeighborsTransformer(TREE),
         PoseRadiusNeighborsTransformer(TREE),
         SpatialMDS(skeleton=TREE),
-        MedoidShift(1.0, skeleton=TREE),
+        MedoidShift(TREE, bandwidth=1.0),
     ]
     for estimator in estimators:
         estimator = clone(estimator).set_params(verbose=verbose)
@@ -86,7 +86,7 @@ def test_each_stage_of_an_estimator_is_one_bar(X, capsys, monkeypatch):
     lines = [line.split(":")[0] for line in capsys.readouterr().err.splitlines()]
     assert lines == ["20 × 20 distances", *["60 poses in 2 dimensions"] * 2]
     monkeypatch.setattr("skpose.cluster._shift.WEIGHTS", 600)
-    shift = MedoidShift(1.0, skeleton=TREE, verbose=1).fit(X)
+    shift = MedoidShift(TREE, bandwidth=1.0, verbose=1).fit(X)
     lines = [line.split(":")[0] for line in capsys.readouterr().err.splitlines()]
     assert lines[:2] == ["60 × 60 distances", "shift of 60 samples"]
     assert len(lines) <= 1 + shift.n_iter_
@@ -96,7 +96,7 @@ def test_each_stage_of_an_estimator_is_one_bar(X, capsys, monkeypatch):
 def test_callbacks_see_the_tiles_of_distances(X, monkeypatch):
     monkeypatch.setattr("skpose.metrics._matrix.ENCODED_AT_ONCE", 16)
     recorder = Recorder()
-    SpatialMDS(2, skeleton=TREE).set_callbacks(recorder).fit(X)
+    SpatialMDS(TREE, n_components=2).set_callbacks(recorder).fit(X)
     assert recorder.tasks == ["fit", "distances", "60 × 60 distances", *["step"] * 10, "eigenvectors"]
     assert recorder.open == 0
 
@@ -106,6 +106,6 @@ def test_scikit_learns_own_bar_shows_them(X, monkeypatch, capsys):
     from sklearn.callback import ProgressBar
 
     monkeypatch.setattr("skpose.metrics._matrix.ENCODED_AT_ONCE", 16)
-    mds = SpatialMDS(2, skeleton=TREE).set_callbacks(ProgressBar()).fit(X)
-    np.testing.assert_array_equal(mds.embedding_, SpatialMDS(2, skeleton=TREE).fit(X).embedding_)
+    mds = SpatialMDS(TREE, n_components=2).set_callbacks(ProgressBar()).fit(X)
+    np.testing.assert_array_equal(mds.embedding_, SpatialMDS(TREE, n_components=2).fit(X).embedding_)
     assert "60 × 60 distances" in capsys.readouterr().out

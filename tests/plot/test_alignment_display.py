@@ -185,7 +185,7 @@ SWING = align_motions(np.zeros((3, 2)), np.ones((4, 2)), skeleton=ARM)
         (
             lambda: AlignmentDisplay.from_alignment(np.zeros((3, 2))),
             TypeError,
-            r"^alignment must be a skpose\.Alignment",
+            r"^alignment must be a skpose\.motions\.Alignment",
         ),
         (lambda: AlignmentDisplay.from_alignment(WITHOUT), ValueError, "no skeleton and so no joints: pass skeleton="),
         (lambda: AlignmentDisplay.from_alignment(SWING, quantity="angle"), ValueError, "quantity must be"),

@@ -219,14 +219,14 @@ WRONG_ARGUMENTS = [
     ),
     (
         lambda: PoseStripDisplay.from_geodesic(ARM, shortest_path()),
-        r"^geodesic must be a skpose\.Geodesic, got S",
+        r"^geodesic must be a skpose\.geodesics\.GeodesicResult, got S",
     ),
     (lambda: PoseStripDisplay.from_geodesic(shortest_path(), None), r"^skeleton must be a skpose\.Skeleton, got None"),
     (lambda: GeodesicDisplay.from_poses(ARM, START, END), "^start must be one pose, got a Skeleton"),
     (lambda: GeodesicDisplay.from_poses(START, END, None), r"^skeleton must be a skpose\.Skeleton, got None"),
     (
         lambda: GeodesicDisplay.from_geodesic(ARM, shortest_path()),
-        r"^geodesic must be a skpose\.Geodesic, got S",
+        r"^geodesic must be a skpose\.geodesics\.GeodesicResult, got S",
     ),
     (
         lambda: GeodesicDisplay.from_geodesic(shortest_path(), None),

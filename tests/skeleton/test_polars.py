@@ -49,7 +49,7 @@ def test_functions_take_data_frames_and_check_their_columns(name):
     "estimator",
     [
         PoseDistanceTransformer(ARM), PoseKNeighborsTransformer(ARM), PoseRadiusNeighborsTransformer(ARM),
-        SpatialMDS(skeleton=ARM), MedoidShift(1.0, skeleton=ARM),
+        SpatialMDS(skeleton=ARM), MedoidShift(ARM, bandwidth=1.0),
     ],
     ids=lambda estimator: type(estimator).__name__,
 )  # fmt: skip

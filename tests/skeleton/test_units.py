@@ -49,7 +49,7 @@ CALLS = {
     "neighbors": lambda X: PoseKNeighborsTransformer(ARM, n_neighbors=2).fit(X),
     "mds": lambda X: SpatialMDS(skeleton=ARM).fit(X),
     "mds with landmarks": lambda X: SpatialMDS(skeleton=ARM, landmarks=3, random_state=0).fit_transform(X),
-    "medoid shift": lambda X: MedoidShift(1.0, skeleton=ARM).fit_predict(X),
+    "medoid shift": lambda X: MedoidShift(ARM, bandwidth=1.0).fit_predict(X),
 }
 
 
@@ -86,7 +86,7 @@ def test_the_sign_is_named():
 def test_later_poses_of_an_estimator_are_watched():
     transformer = PoseDistanceTransformer(ARM).fit(RADIANS)
     assert len(caught(transformer.transform, DEGREES)) == 1
-    shift = MedoidShift(1.0, skeleton=ARM).fit(RADIANS)
+    shift = MedoidShift(ARM, bandwidth=1.0).fit(RADIANS)
     assert len(caught(shift.predict, DEGREES)) == 1
 
 

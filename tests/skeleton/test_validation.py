@@ -54,9 +54,9 @@ ESTIMATORS = [
     PoseKNeighborsTransformer(ARM, n_neighbors=2),
     PoseRadiusNeighborsTransformer(ARM),
     SpatialMDS(skeleton=ARM),
-    MedoidShift(1.0, skeleton=ARM),
+    MedoidShift(ARM, bandwidth=1.0),
     PoseDistanceTransformer(metric="angle"),
-    MedoidShift(1.0, metric="precomputed"),
+    MedoidShift(bandwidth=1.0, metric="precomputed"),
 ]
 OF_POSES |= {f"fit of {one!r}": ("X", lambda X, one=one: clone(one).fit(X)) for one in ESTIMATORS}
 OF_POSES |= {

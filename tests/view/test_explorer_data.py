@@ -39,7 +39,7 @@ def some_poses(n, skeleton=None, seed=0, scale=0.4):
 @pytest.mark.parametrize("name", [*SKELETONS])
 def test_poses_are_those_of_the_dataset_but_for_half_a_step(name):
     dataset = MotionDataset([some_poses(12, SKELETONS[name], seed, scale=2.0) for seed in range(3)])
-    data = data_of(explorer(dataset, rate=20, metrics=["position"]))
+    data = data_of(explorer(dataset, frame_rate=20, metrics=["position"]))
     X, sequence = dataset.poses(20)
     found = unpack(data["poses"])
     assert np.abs(found - X).max() <= STEP / 2 * (1 + 1e-6)
@@ -51,7 +51,7 @@ def test_poses_are_those_of_the_dataset_but_for_half_a_step(name):
 
 def test_whole_turns_stay():
     motion = Motion(Skeleton.chain(2), [[0.1, 0.2], [0.1 + 2 * np.pi, 0.2 - 6 * np.pi], [0.5, 0.4]], 30)
-    data = data_of(explorer(MotionDataset([motion]), rate=None, metrics=["angle"]))
+    data = data_of(explorer(MotionDataset([motion]), frame_rate=None, metrics=["angle"]))
     np.testing.assert_allclose(unpack(data["poses"]), motion.angles, atol=STEP / 2 * (1 + 1e-6))
 
 
@@ -64,7 +64,7 @@ def test_poses_of_several_people_are_on_the_mean_skeleton(gait, page):
 
 def test_every_frame_and_its_time():
     motion = replace(some_poses(4), frame_numbers=[3, 4, 8, 20])
-    data = data_of(explorer(MotionDataset([motion, some_poses(2)]), rate=None))
+    data = data_of(explorer(MotionDataset([motion, some_poses(2)]), frame_rate=None))
     np.testing.assert_allclose(unpack(data["times"])[:, 0], [*motion.times, 0, 1 / 30], atol=5e-4)
     assert (data["counts"], data["rate"]) == ([4, 2], 30.0)
 
@@ -92,7 +92,7 @@ def test_up_in_the_page_is_up_in_the_world(up, turn):
     """The root's own axes may be any: its orientation brings them into the world."""
     angles = np.tile(np.radians(turn), (5, 1))
     motion = replace(some_poses(5), root_angles=angles, root_axes="XYZ", up=up)
-    found = data_of(explorer(MotionDataset([motion]), metrics=["position"], rate=None))["up"]
+    found = data_of(explorer(MotionDataset([motion]), metrics=["position"], frame_rate=None))["up"]
     to_page = np.zeros((3, 3))
     to_page[range(3), found["order"]] = found["signs"]
     assert np.linalg.det(to_page) == pytest.approx(1.0)  # no mirror
@@ -112,7 +112,7 @@ def test_embeddings_are_those_of_spatial_mds(gait, page):
     assert [one["unit"] for one in embeddings] == ["m", "m", "m", "rad"]
     first = unpack(embeddings[0]["points"])
     for one in embeddings:
-        mds = SpatialMDS(2, skeleton=gait.skeleton, metric=one["metric"]).fit(X)
+        mds = SpatialMDS(gait.skeleton, n_components=2, metric=one["metric"]).fit(X)
         points = unpack(one["points"])
         signs = np.sign((points * mds.embedding_).sum(axis=0))
         np.testing.assert_allclose(points, mds.embedding_ * signs, atol=np.ptp(points) / 65535)
@@ -124,7 +124,7 @@ def test_axes_point_to_where_those_of_the_first_do():
     """In a dataset where they do not as they are scaled."""
     gait = make_gait(n_subjects=2, n_sequences=1, duration=1.0, frame_rate=24, random_state=2)
     metrics = ["spatial", "rotation", "angle"]
-    raw = [SpatialMDS(2, skeleton=gait.skeleton, metric=m).fit_transform(gait.poses(12)[0]) for m in metrics]
+    raw = [SpatialMDS(gait.skeleton, n_components=2, metric=m).fit_transform(gait.poses(12)[0]) for m in metrics]
     assert sum(((points * raw[0]).sum(axis=0) < 0).sum() for points in raw) == 2
     found = [unpack(one["points"]) for one in data_of(explorer(gait, metrics=metrics))["embeddings"]]
     for points, scaled in zip(found, raw, strict=True):
@@ -136,7 +136,7 @@ def test_many_poses_are_placed_by_landmarks(gait, monkeypatch):
     monkeypatch.setattr(_explorer, "ALL", 40)
     monkeypatch.setattr(_explorer, "LANDMARKS", 20)
     (one,) = data_of(explorer(gait, metrics=["position"]))["embeddings"]
-    mds = SpatialMDS(2, skeleton=gait.skeleton, metric="position", landmarks=20, random_state=0)
+    mds = SpatialMDS(gait.skeleton, n_components=2, metric="position", landmarks=20, random_state=0)
     expected = mds.fit_transform(gait.poses(12)[0])
     np.testing.assert_allclose(unpack(one["points"]), expected, atol=np.ptp(expected) / 65535)
 
@@ -148,7 +148,7 @@ def test_pages_are_the_same_each_time(gait, page):
 def test_geodesic_is_a_metric_too():
     dataset = MotionDataset([some_poses(8)])
     (one,) = data_of(explorer(dataset, metrics=["geodesic"]))["embeddings"]
-    expected = SpatialMDS(2, skeleton=Skeleton.chain(3), metric="geodesic").fit_transform(dataset.poses(12)[0])
+    expected = SpatialMDS(Skeleton.chain(3), n_components=2, metric="geodesic").fit_transform(dataset.poses(12)[0])
     np.testing.assert_allclose(np.abs(unpack(one["points"])), np.abs(expected), atol=np.ptp(expected) / 65535)
 
 
@@ -177,7 +177,7 @@ def test_no_name_is_markup():
     names = ["<script>alert(1)</script>", "</script><!--", "\udc80"]
     skeleton = Skeleton(Bone(name, None, (0.1 * i, 1, 0), "z") for i, name in enumerate(names))
     motions = [some_poses(3, skeleton, seed) for seed in range(3)]
-    page = explorer(MotionDataset(motions, names, names, names), title="</title><script>", rate=None)
+    page = explorer(MotionDataset(motions, names, names, names), title="</title><script>", frame_rate=None)
     assert data_of(page)["skeleton"]["names"] == names
     assert page.html.count("<script") == 2  # data and program
     assert page.html.count("</title>") == 1
@@ -196,7 +196,7 @@ def test_no_name_is_markup():
         ({"metrics": ["euclidean"]}, "metrics must be among angle, .*, got 'euclidean'"),
         ({"labels": "abcd"}, "labels must be a list of one name for each of the 4 motions, got 'abcd'"),
         ({"labels": ["a"]}, "labels must be a list of one name for each of the 4 motions, got 1 labels"),
-        ({"rate": -1}, "frame_rate must be"),
+        ({"frame_rate": -1}, "frame_rate must be"),
     ],
 )
 def test_wrong_arguments_are_refused(gait, arguments, message):
@@ -217,7 +217,7 @@ def test_too_few_poses_are_refused():
 
 
 def test_motions_without_frames_have_no_points():
-    data = data_of(explorer(MotionDataset([some_poses(0), some_poses(3)]), metrics=["angle"], rate=None))
+    data = data_of(explorer(MotionDataset([some_poses(0), some_poses(3)]), metrics=["angle"], frame_rate=None))
     assert data["counts"] == [0, 3]
 
 

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from skpose import Bone, Skeleton, geodesic, pose_distances
 from skpose.kinematics._forward import weighted_positions
 from skpose.metrics import Geodesic, Spatial
-from skpose.skeleton._continuity import without_jumps
+from skpose.skeleton._continuity import remove_jumps
 
 pytestmark = pytest.mark.slow
 
@@ -158,7 +158,7 @@ def test_poses_of_a_geodesic_do_not_jump(numbers, hdm05):
     for a, b in zip(X[:4], X[4:8], strict=True):
         poses = np.array(numbers.geodesic(hdm05.skeleton, [a, b])["poses"])
         for one, other in pairwise(poses):
-            nearest = without_jumps(hdm05.skeleton.bones, np.stack([one, other]))[1]
+            nearest = remove_jumps(hdm05.skeleton.bones, np.stack([one, other]))[1]
             np.testing.assert_allclose(other, nearest, atol=1e-9)
 
 

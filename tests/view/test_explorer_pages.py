@@ -295,7 +295,7 @@ def test_names_are_text(browser):
     skeleton = Skeleton(Bone(name, None, (0.1 * i, 1, 0), "z") for i, name in enumerate(NAMES))
     rng = np.random.default_rng(0)
     motions = [Motion(skeleton, rng.normal(size=(4, 3)), 30) for _ in NAMES]
-    browser.open(explorer(MotionDataset(motions, NAMES, NAMES, NAMES), title=NAMES[0], rate=None))
+    browser.open(explorer(MotionDataset(motions, NAMES, NAMES, NAMES), title=NAMES[0], frame_rate=None))
     assert browser.find("h1").text == NAMES[0]
     where = places(browser)
     row = int(apart(where)[0])
@@ -326,7 +326,7 @@ def test_motions_without_labels(browser, gait):
 def test_times_of_motions_that_begin_late_and_lack_frames(browser):
     angles = np.random.default_rng(0).normal(size=(5, 3))
     motion = Motion(Skeleton.chain(3), angles, 10, frame_numbers=[20, 21, 25, 26, 30])
-    browser.open(explorer(MotionDataset([motion]), metrics=["angle"], rate=None))
+    browser.open(explorer(MotionDataset([motion]), metrics=["angle"], frame_rate=None))
     seen = []
     for _ in range(5):
         seen.append(browser.find("#clock").text)
@@ -341,7 +341,7 @@ def test_times_of_motions_that_begin_late_and_lack_frames(browser):
 def test_poses_on_a_line_or_in_one_place(browser, angles):
     """Points that have no extent."""
     dataset = MotionDataset([Motion(Skeleton.chain(1), angles, 30)])
-    browser.open(explorer(dataset, metrics=["angle"], rate=None))
+    browser.open(explorer(dataset, metrics=["angle"], frame_rate=None))
     where = places(browser)
     assert np.isfinite(where).all()
     width, height = browser.js("[skpose.stage.width, skpose.stage.height]")

@@ -146,7 +146,7 @@ def test_geodesics_with_the_root_are_near_those_of_python(browser, hdm05_folder)
 
     dataset = load_hdm05(hdm05_folder).to_rotvec().with_root("tilt")
     chosen = dataset[::40]
-    held = Held(page := explorer(chosen, metrics=["position"], rate=2), chosen.skeleton)
+    held = Held(page := explorer(chosen, metrics=["position"], frame_rate=2), chosen.skeleton)
     browser.open(page)
     where = places(browser)
     click(browser, where[0])

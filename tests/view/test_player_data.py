@@ -238,7 +238,7 @@ def test_labels_are_one_each(labels):
 def test_alignments_of_other_motions_are_refused():
     longer = Motion(ARM.skeleton, np.zeros((4, 2)), 30)
     alignment = align_motions(ARM, longer)
-    with pytest.raises(TypeError, match=r"alignment must be a skpose\.Alignment, got str"):
+    with pytest.raises(TypeError, match=r"alignment must be a skpose\.motions\.Alignment, got str"):
         player([ARM, longer], alignment="dtw")
     with pytest.raises(ValueError, match="an alignment is one of two motions, got 1"):
         player(ARM, alignment=alignment)

@@ -4,7 +4,7 @@ The energy is Σ w ‖R·F(θ) + o − p‖² + ρ² ‖θ ⊖ θ₀‖² over t
 ball joint of the tree and its position o as three dofs more. Joints with three dofs are rotations, not numbers:
 derivatives are by turns in their own axes.
 
-No Jacobian is formed: sums over the joints that a frame moves, gathered from the tips to the root, give gradient and
+No Jacobian is formed: sums over the joints that a frame moves, gathered from the leaves to the root, give gradient and
 matrix, as in `path.normal_equations`, which does so for the many poses of a path.
 """
 
@@ -21,8 +21,8 @@ from skpose._compiled.pose.screws import place_with_screws
 from skpose._compiled.pose.signatures import TREE
 from skpose._compiled.pose.tree import Tree
 from skpose._compiled.simd.copying import copy_to
-from skpose._compiled.simd.jit import internal, separate
-from skpose._compiled.simd.signatures import MATRIX, REAL, VECTOR, named
+from skpose._compiled.simd.jit import by_address, internal
+from skpose._compiled.simd.signatures import MATRIX, REAL, VECTOR, tuple_type
 
 
 class State(NamedTuple):
@@ -61,9 +61,9 @@ class Workspace(NamedTuple):
     scratch: np.ndarray
 
 
-STATE = named(State, MATRIX, VECTOR, VECTOR, VECTOR, MATRIX)
-TARGET = named(Target, MATRIX, VECTOR, MATRIX, VECTOR, REAL, VECTOR, VECTOR)
-WORKSPACE = named(Workspace, TREE, STATE, STATE, STATE, STATE, STATE, EQUATIONS, MATRIX, VECTOR)
+STATE = tuple_type(State, MATRIX, VECTOR, VECTOR, VECTOR, MATRIX)
+TARGET = tuple_type(Target, MATRIX, VECTOR, MATRIX, VECTOR, REAL, VECTOR, VECTOR)
+WORKSPACE = tuple_type(Workspace, TREE, STATE, STATE, STATE, STATE, STATE, EQUATIONS, MATRIX, VECTOR)
 
 
 @internal
@@ -94,7 +94,7 @@ def workspace_of(tree, frees_angles):
     )
 
 
-@separate(lambda: types.void(STATE, STATE))
+@by_address(lambda: types.void(STATE, STATE))
 def copy_state(source, target):
     """Copy a state to another one."""
     copy_to(target.rotations, source.rotations)
@@ -104,7 +104,7 @@ def copy_state(source, target):
     copy_to(target.screws, source.screws)
 
 
-@separate(lambda: types.void(WORKSPACE, STATE))
+@by_address(lambda: types.void(WORKSPACE, STATE))
 def place_state(work, state):
     """Compute the positions and the screws of a state."""
     copy_to(work.tree.reference, state.rotations)
@@ -156,7 +156,7 @@ def half_square_away(tree, state, target):
     return half
 
 
-@separate(lambda: REAL(WORKSPACE, STATE, TARGET, REAL))
+@by_address(lambda: REAL(WORKSPACE, STATE, TARGET, REAL))
 def evaluate_pose(work, state, target, stiffness):
     """Place the joints; return half the energy."""
     place_state(work, state)
@@ -214,7 +214,7 @@ def _sum_joints(tree, state, target, sums):
             sums[p, i] += sums[f, i]
 
 
-@separate(lambda: types.void(STATE, TARGET, REAL, WORKSPACE))
+@by_address(lambda: types.void(STATE, TARGET, REAL, WORKSPACE))
 def fill_gradient(state, target, stiffness, work):
     """Compute the gradient of half the energy by turns, angles and the root's position."""
     tree, gradient, sums, screws = work.tree, work.equations.gradient, work.sums, state.screws
@@ -239,7 +239,7 @@ def fill_gradient(state, target, stiffness, work):
                 gradient[N_ORIGIN + d] += stiffness * (state.dofs[d] - target.prior_dofs[d])
 
 
-@separate(lambda: types.void(STATE, REAL, WORKSPACE))
+@by_address(lambda: types.void(STATE, REAL, WORKSPACE))
 def fill_matrix(state, stiffness, work):
     """Compute the Gauss-Newton matrix, after the gradient."""
     tree, sums, screws, matrix = work.tree, work.sums, state.screws, work.equations.matrix
@@ -257,8 +257,8 @@ def fill_matrix(state, stiffness, work):
             j4 = c * px - a * pz + n * q
             j5 = a * py - b * px + n * r
             matrix[N_ORIGIN + d, 0], matrix[N_ORIGIN + d, 1], matrix[N_ORIGIN + d, 2] = j3, j4, j5
-            for s in range(tree.first_run[f], tree.first_run[f + 1]):
-                for e in range(tree.runs[s, 0], min(tree.runs[s, 1], d + 1)):
+            for s in range(tree.first_dof_range[f], tree.first_dof_range[f + 1]):
+                for e in range(tree.dof_ranges[s, 0], min(tree.dof_ranges[s, 1], d + 1)):
                     jj = j0 * screws[e, 0] + j1 * screws[e, 1] + j2 * screws[e, 2]
                     jj += j3 * screws[e, 3] + j4 * screws[e, 4] + j5 * screws[e, 5]
                     matrix[N_ORIGIN + d, N_ORIGIN + e] = jj
@@ -285,8 +285,8 @@ def add_second_derivatives_of_pose(state, work):
             x = xu * a + xv * b + xt * c - along * ox - trace * a
             y = yu * a + yv * b + yt * c - along * oy - trace * b
             z = zu * a + zv * b + zt * c - along * oz - trace * c
-            for s in range(tree.first_run[f], tree.first_run[f + 1]):
-                for e in range(tree.runs[s, 0], min(tree.runs[s, 1], d + 1)):
+            for s in range(tree.first_dof_range[f], tree.first_dof_range[f + 1]):
+                for e in range(tree.dof_ranges[s, 0], min(tree.dof_ranges[s, 1], d + 1)):
                     second = x * screws[e, 0] + y * screws[e, 1] + z * screws[e, 2]
                     matrix[N_ORIGIN + d, N_ORIGIN + e] += second
         if tree.ball[f] >= 0:

@@ -64,7 +64,7 @@ def _unwind(tree, state, target):
 
 
 @internal
-def _without_turns(work, target, fit, max_iter):
+def _remove_turns(work, target, fit, max_iter):
     """Take whole turns off the angles of a fit: a hinge that the positions leave nearly open may go through many.
 
     With a stiffness they cost, so without them the minimum is elsewhere.
@@ -161,7 +161,7 @@ def fit_frames(tree, observed, initials, rules, run_in, found):
                 else:
                     fit = again
                 fit = Fit(fit.half, n_iter, fit.converged)
-            fit = _without_turns(work, target, fit, rules.max_iter)
+            fit = _remove_turns(work, target, fit, rules.max_iter)
             distance = _distance(fit, target.weights)
             started, last = True, min(distance, WORSE * last + MORE)
         if i >= run_in:

@@ -14,8 +14,8 @@ from skpose._compiled.inverse.energy import TARGET, WORKSPACE, copy_state, place
 from skpose._compiled.inverse.step import FIRST_DAMPING, FIT, Fit, minimise_pose
 from skpose._compiled.pose.rotation import product, quaternion_of
 from skpose._compiled.simd.copying import copy_to
-from skpose._compiled.simd.jit import internal, separate
-from skpose._compiled.simd.signatures import MATRIX, VECTOR, WHOLE
+from skpose._compiled.simd.jit import by_address, internal
+from skpose._compiled.simd.signatures import INTEGER, MATRIX, VECTOR
 
 ROOT = np.int64(1)  # frame that turns the root; not a literal, for which numba would compile its users once more
 TIE = 1e-6  # of a rotation's products, by which smaller rotations fit better
@@ -270,9 +270,9 @@ def _try_hinges(work, target, fit, max_iter):
     return Fit(fit.half, n_iter, fit.converged)
 
 
-@separate(lambda: FIT(WORKSPACE, TARGET, MATRIX, VECTOR, WHOLE))
+@by_address(lambda: FIT(WORKSPACE, TARGET, MATRIX, VECTOR, INTEGER))
 def fit_afresh(work, target, rotations, angles, max_iter):
-    """Find the pose from a first one on, with the root's place and orientation by the best fit of all joints."""
+    """Find the pose from a first one on, with the root's position and orientation by the best fit of all joints."""
     start_at(work.tree, work.here, rotations, angles)
     _align_root(work, target)
     _point_bones(work, target, ROOT)

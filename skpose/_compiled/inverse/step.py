@@ -1,4 +1,4 @@
-"""Inverse kinematics of one frame: the pose, and the place and orientation of the root, of least `energy`.
+"""Inverse kinematics of one frame: the pose, and the position and orientation of the root, of least `energy`.
 
 Gauss-Newton in a trust region. A step turns joints in their own axes (`retract`), and its matrix is factorised along
 the tree (`tree_cholesky`). Where positions cannot be reached the terms that Gauss-Newton leaves out are added, once
@@ -23,8 +23,8 @@ from skpose._compiled.inverse.energy import (
 )
 from skpose._compiled.inverse.tree_cholesky import N_ORIGIN, factorise, solve
 from skpose._compiled.pose.rotation import product, quaternion_of
-from skpose._compiled.simd.jit import internal, separate
-from skpose._compiled.simd.signatures import FLAG, REAL, WHOLE, named
+from skpose._compiled.simd.jit import by_address, internal
+from skpose._compiled.simd.signatures import FLAG, INTEGER, REAL, tuple_type
 
 PRECISION = 1e-9  # a step that brings the joints no nearer than this is no step, m
 NEGLIGIBLE = 1e-10  # decrease relative to the energy that is none, far below what noise makes of it
@@ -44,7 +44,7 @@ class Fit(NamedTuple):
     converged: bool
 
 
-FIT = named(Fit, REAL, WHOLE, FLAG)
+FIT = tuple_type(Fit, REAL, INTEGER, FLAG)
 
 
 @internal
@@ -82,7 +82,7 @@ def _mean_diagonal(matrix):
 
 
 @internal
-def _corrected(work, target, stiffness, damping):
+def _correct(work, target, stiffness, damping):
     """Take a second step from where a first one led, by the same equations; return the energy reached.
 
     Where the energy has not fallen, the reason is most often a narrow curved valley, which a straight step leaves and
@@ -96,7 +96,7 @@ def _corrected(work, target, stiffness, damping):
     return evaluate_pose(work, work.beyond, target, stiffness)
 
 
-@separate(lambda: FIT(WORKSPACE, TARGET, REAL, WHOLE))
+@by_address(lambda: FIT(WORKSPACE, TARGET, REAL, INTEGER))
 def minimise_pose(work, target, first_damping, max_iter):
     """Find the minimum from the state `work.here` on, in place.
 
@@ -138,7 +138,7 @@ def minimise_pose(work, target, first_damping, max_iter):
             retract(tree, here, equations.step, target, there)
             reached = evaluate_pose(work, there, target, stiffness)
             if not half - reached > LEAST_RATIO * predicted:
-                again = _corrected(work, target, stiffness, damping)
+                again = _correct(work, target, stiffness, damping)
                 if again < reached:
                     reached = again
                     copy_state(work.beyond, there)

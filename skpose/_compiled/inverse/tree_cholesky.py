@@ -1,7 +1,7 @@
 """Normal equations of one pose, factorised along the tree: H = LᵀDL.
 
 Two dofs are coupled in H = JᵀJ only where one is an ancestor of the other, as otherwise they move no joint in common.
-Elimination from the tips to the root keeps all other entries zero, so it costs n·depth² and not n³. R. Featherstone,
+Elimination from the leaves to the root keeps all other entries zero, so it costs n·depth² and not n³. R. Featherstone,
 "Efficient factorization of the joint-space inertia matrix for branched kinematic trees", International Journal of
 Robotics Research 24(6), 2005, doi:10.1177/0278364905054928.
 
@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._compiled.pose.signatures import TREE
-from skpose._compiled.simd.jit import internal, jit, separate
-from skpose._compiled.simd.signatures import FLAG, FLAG_VECTOR, MATRIX, REAL, VECTOR, WHOLE_VECTOR, named
+from skpose._compiled.simd.jit import by_address, internal, jit
+from skpose._compiled.simd.signatures import FLAG, FLAG_VECTOR, INTEGER_VECTOR, MATRIX, REAL, VECTOR, tuple_type
 
 N_ORIGIN = 3  # dofs of the root's position
 
@@ -30,7 +30,7 @@ class Equations(NamedTuple):
     frame_of: np.ndarray  # (n,) the frame of each dof; 0 for the root's position
 
 
-EQUATIONS = named(Equations, MATRIX, MATRIX, VECTOR, VECTOR, FLAG_VECTOR, WHOLE_VECTOR)
+EQUATIONS = tuple_type(Equations, MATRIX, MATRIX, VECTOR, VECTOR, FLAG_VECTOR, INTEGER_VECTOR)
 
 
 @jit
@@ -46,17 +46,17 @@ def equations_of(tree):
 
 @internal
 def _copy_row(tree, equations, k, damping):
-    """Copy a row of the matrix to the factor, damped; with a row of the identity in the place of a fixed dof."""
+    """Copy a row of the matrix to the factor, damped; with a row of the identity instead of that of a fixed dof."""
     matrix, factor, fixed, f = equations.matrix, equations.factor, equations.fixed, equations.frame_of[k]
     for j in range(min(N_ORIGIN, k + 1)):
         factor[k, j] = 0.0 if fixed[k] or fixed[j] else matrix[k, j]
-    for s in range(tree.first_run[f], tree.first_run[f + 1]):
-        for j in range(N_ORIGIN + tree.runs[s, 0], min(N_ORIGIN + tree.runs[s, 1], k + 1)):
+    for s in range(tree.first_dof_range[f], tree.first_dof_range[f + 1]):
+        for j in range(N_ORIGIN + tree.dof_ranges[s, 0], min(N_ORIGIN + tree.dof_ranges[s, 1], k + 1)):
             factor[k, j] = 0.0 if fixed[k] or fixed[j] else matrix[k, j]
     factor[k, k] = 1.0 if fixed[k] else matrix[k, k] + damping
 
 
-@separate(lambda: FLAG(TREE, EQUATIONS, REAL))
+@by_address(lambda: FLAG(TREE, EQUATIONS, REAL))
 def factorise(tree, equations, damping):
     """Factorise the matrix plus a multiple of the identity; return whether that is positive definite."""
     factor = equations.factor
@@ -68,13 +68,13 @@ def factorise(tree, equations, damping):
         if not pivot > 0.0:
             return False
         f = equations.frame_of[k]
-        for s in range(tree.first_run[f + 1] - 1, tree.first_run[f] - 1, -1):
-            for i in range(min(N_ORIGIN + tree.runs[s, 1], k) - 1, N_ORIGIN + tree.runs[s, 0] - 1, -1):
+        for s in range(tree.first_dof_range[f + 1] - 1, tree.first_dof_range[f] - 1, -1):
+            for i in range(min(N_ORIGIN + tree.dof_ranges[s, 1], k) - 1, N_ORIGIN + tree.dof_ranges[s, 0] - 1, -1):
                 share = factor[k, i] / pivot
                 for j in range(N_ORIGIN):
                     factor[i, j] -= share * factor[k, j]
-                for r in range(tree.first_run[f], s + 1):
-                    for j in range(N_ORIGIN + tree.runs[r, 0], min(N_ORIGIN + tree.runs[r, 1], i + 1)):
+                for r in range(tree.first_dof_range[f], s + 1):
+                    for j in range(N_ORIGIN + tree.dof_ranges[r, 0], min(N_ORIGIN + tree.dof_ranges[r, 1], i + 1)):
                         factor[i, j] -= share * factor[k, j]
                 factor[k, i] = share
         for i in range(min(N_ORIGIN, k) - 1, -1, -1):
@@ -85,7 +85,7 @@ def factorise(tree, equations, damping):
     return True
 
 
-@separate(lambda: REAL(TREE, EQUATIONS, REAL))
+@by_address(lambda: REAL(TREE, EQUATIONS, REAL))
 def solve(tree, equations, damping):
     """Compute the step from the factors; return by how much it lowers the quadratic model, without the damping."""
     factor, step, gradient = equations.factor, equations.step, equations.gradient
@@ -94,8 +94,8 @@ def solve(tree, equations, damping):
         step[k] = 0.0 if equations.fixed[k] else -gradient[k]
     for k in range(n - 1, -1, -1):
         f = equations.frame_of[k]
-        for s in range(tree.first_run[f], tree.first_run[f + 1]):
-            for i in range(N_ORIGIN + tree.runs[s, 0], min(N_ORIGIN + tree.runs[s, 1], k)):
+        for s in range(tree.first_dof_range[f], tree.first_dof_range[f + 1]):
+            for i in range(N_ORIGIN + tree.dof_ranges[s, 0], min(N_ORIGIN + tree.dof_ranges[s, 1], k)):
                 step[i] -= factor[k, i] * step[k]
         for i in range(min(N_ORIGIN, k)):
             step[i] -= factor[k, i] * step[k]
@@ -104,8 +104,8 @@ def solve(tree, equations, damping):
         value = step[k] / factor[k, k]
         for i in range(min(N_ORIGIN, k)):
             value -= factor[k, i] * step[i]
-        for s in range(tree.first_run[f], tree.first_run[f + 1]):
-            for i in range(N_ORIGIN + tree.runs[s, 0], min(N_ORIGIN + tree.runs[s, 1], k)):
+        for s in range(tree.first_dof_range[f], tree.first_dof_range[f + 1]):
+            for i in range(N_ORIGIN + tree.dof_ranges[s, 0], min(N_ORIGIN + tree.dof_ranges[s, 1], k)):
                 value -= factor[k, i] * step[i]
         step[k] = value
     lowered = 0.0

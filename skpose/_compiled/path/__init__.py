@@ -16,7 +16,7 @@ What calls what::
              |                 |
              |           block_cholesky                     its steps
              |                 |
-    normal_equations     band_cholesky, elimination         gradient and Hessian; the factors, and their places
+    normal_equations     band_cholesky, elimination         gradient and Hessian; the factors, and their indices
              |                 |
          curvature           order                          what the exact Hessian adds; the order, limb by limb
              |                 |

@@ -13,16 +13,16 @@ import math
 
 from numba import types
 
-from skpose._compiled.path.elimination import PIECE, n_registers
+from skpose._compiled.path.elimination import SUPERNODE, n_registers
 from skpose._compiled.path.energy import LANES
-from skpose._compiled.simd.jit import inlined, internal, separate
+from skpose._compiled.simd.jit import by_address, inlined, internal
 from skpose._compiled.simd.lanes import full_like, rows, sum_of_lanes
-from skpose._compiled.simd.signatures import FLAG, MATRIX, WHOLE
+from skpose._compiled.simd.signatures import FLAG, INTEGER, MATRIX
 
 AT_ONCE = 4  # rows
 
 
-@separate(lambda: types.void(MATRIX, *[WHOLE] * 8))
+@by_address(lambda: types.void(MATRIX, *[INTEGER] * 8))
 def subtract(cells, target, width, source, source_width, n_rows, n_chunks, factor, lane):
     """Subtract Wᵀ · source from four rows, `width` registers long, in registers from the target on.
 
@@ -55,22 +55,24 @@ def _scale(chunks, target, scale, n_chunks):
 
 
 @internal
-def _ends(piece, i):
+def _ends(supernode, i):
     """Return the ends of the registers of block row i that are not zero: of the band and of the border."""
-    ancestors = n_registers((i + 2) * piece.n_ancestors)  # those at the next pose are the last
-    return piece.n if i == piece.n_blocks - 1 else piece.edge, min(piece.width, piece.edge + ancestors)
+    ancestors = n_registers((i + 2) * supernode.n_ancestors)  # those at the next pose are the last
+    return supernode.n if i == supernode.n_blocks - 1 else supernode.edge, min(
+        supernode.width, supernode.edge + ancestors
+    )
 
 
-@separate(lambda: FLAG(MATRIX, PIECE))
-def factorise_band(cells, piece):
+@by_address(lambda: FLAG(MATRIX, SUPERNODE))
+def factorise_band(cells, supernode):
     """Factorise UᵀU in place, X and Y right of U; return whether that is possible.
 
     The diagonal of U holds the inverses of its numbers.
     """
-    n, width, m, chunks = piece.n, piece.width, piece.n * LANES, rows(cells, 0)
-    for i in range(piece.n_blocks):
-        (end, border_end), top = _ends(piece, i), piece.band + i * m * width
-        border, above = piece.edge, top - m * width
+    n, width, m, chunks = supernode.n, supernode.width, supernode.n * LANES, rows(cells, 0)
+    for i in range(supernode.n_blocks):
+        (end, border_end), top = _ends(supernode, i), supernode.band + i * m * width
+        border, above = supernode.edge, top - m * width
         for p in range(0, m, AT_ONCE):
             first, lane, here = p // LANES, p % LANES, top + p * width
             if i > 0:  # XᵀX and XᵀY of the block row above
@@ -99,37 +101,37 @@ def factorise_band(cells, piece):
     return True
 
 
-@separate(lambda: types.void(MATRIX, PIECE))
-def substitute_forward(cells, piece):
+@by_address(lambda: types.void(MATRIX, SUPERNODE))
+def substitute_forward(cells, supernode):
     """Solve Uᵀ y = x in place, x in the solution; subtract Yᵀy from the border's numbers there."""
-    n, width, m, chunks = piece.n, piece.width, piece.n * LANES, rows(cells, 0)
-    border = piece.solution + piece.n_blocks * n
-    for i in range(piece.n_blocks):
-        end, border_end = _ends(piece, i)
+    n, width, m, chunks = supernode.n, supernode.width, supernode.n * LANES, rows(cells, 0)
+    border = supernode.solution + supernode.n_blocks * n
+    for i in range(supernode.n_blocks):
+        end, border_end = _ends(supernode, i)
         for p in range(m):
-            first, lane, row = p // LANES, p % LANES, piece.band + (i * m + p) * width
-            at = piece.solution + i * n + first
+            first, lane, row = p // LANES, p % LANES, supernode.band + (i * m + p) * width
+            at = supernode.solution + i * n + first
             value = cells[at, lane] * cells[row + first, lane]
             # Left of the diagonal there are zeros; on it there is no number of U.
             _subtract_row(chunks, at, row + first, value, end - first)
-            _subtract_row(chunks, border, row + piece.edge, value, border_end - piece.edge)
+            _subtract_row(chunks, border, row + supernode.edge, value, border_end - supernode.edge)
             cells[at, lane] = value
 
 
-@separate(lambda: types.void(MATRIX, PIECE))
-def substitute_back(cells, piece):
+@by_address(lambda: types.void(MATRIX, SUPERNODE))
+def substitute_back(cells, supernode):
     """Solve U x = y − Y z in place, y in the solution and z the border's numbers there."""
-    n, width, m, chunks = piece.n, piece.width, piece.n * LANES, rows(cells, 0)
-    border = piece.solution + piece.n_blocks * n
-    for i in range(piece.n_blocks - 1, -1, -1):
-        end, border_end = _ends(piece, i)
+    n, width, m, chunks = supernode.n, supernode.width, supernode.n * LANES, rows(cells, 0)
+    border = supernode.solution + supernode.n_blocks * n
+    for i in range(supernode.n_blocks - 1, -1, -1):
+        end, border_end = _ends(supernode, i)
         for p in range(m - 1, -1, -1):
-            first, lane, row = p // LANES, p % LANES, piece.band + (i * m + p) * width
-            at, total = piece.solution + i * n + first, full_like(chunks, 0.0)
+            first, lane, row = p // LANES, p % LANES, supernode.band + (i * m + p) * width
+            at, total = supernode.solution + i * n + first, full_like(chunks, 0.0)
             value = cells[at, lane]
             cells[at, lane] = 0.0
             for c in range(end - first):
                 total = total + chunks[at + c] * chunks[row + first + c]
-            for c in range(border_end - piece.edge):
-                total = total + chunks[border + c] * chunks[row + piece.edge + c]
+            for c in range(border_end - supernode.edge):
+                total = total + chunks[border + c] * chunks[row + supernode.edge + c]
             cells[at, lane] = (value - sum_of_lanes(total)) * cells[row + first, lane]

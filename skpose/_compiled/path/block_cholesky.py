@@ -1,15 +1,15 @@
-"""The damped normal equations of a path, solved by Cholesky: piece by piece of the skeleton, see `elimination`."""
+"""The damped normal equations of a path, solved by Cholesky, one supernode at a time, see `elimination`."""
 
 from numba import types
 
 from skpose._compiled.path.band_cholesky import AT_ONCE, factorise_band, substitute_back, substitute_forward, subtract
-from skpose._compiled.path.elimination import FACTORS, n_registers, piece_at
+from skpose._compiled.path.elimination import FACTORS, n_registers, supernode_at
 from skpose._compiled.path.energy import LANES, STEPS
 from skpose._compiled.path.normal_equations import EQUATIONS, first_row
 from skpose._compiled.pose.signatures import TREE
-from skpose._compiled.simd.jit import internal, separate
+from skpose._compiled.simd.jit import by_address, internal
 from skpose._compiled.simd.lanes import rows
-from skpose._compiled.simd.signatures import FLAG, FLAG_MATRIX, MATRIX, REAL, WHOLE
+from skpose._compiled.simd.signatures import FLAG, FLAG_MATRIX, INTEGER, MATRIX, REAL
 
 
 @internal
@@ -29,34 +29,34 @@ def _clear(cells, first, n):
         chunks[at] = 0.0
 
 
-@separate(lambda: types.void(TREE, EQUATIONS, REAL, FLAG_MATRIX, WHOLE, FACTORS))
+@by_address(lambda: types.void(TREE, EQUATIONS, REAL, FLAG_MATRIX, INTEGER, FACTORS))
 def _fill(tree, equations, damping, fixed, k, factors):
-    """Copy the numbers of a piece's dofs to its band, D damped, and those with its ancestors to the border.
+    """Copy the numbers of a supernode's dofs to its band, D damped, and those with its ancestors to the border.
 
     A fixed dof keeps the damping alone; padded dofs get a row of the identity.
     """
-    piece, pairs, n_free = piece_at(factors, k), equations.pairs, factors.n_free
-    places, numbers = factors.order.places[factors.kind], factors.cells.reshape(factors.cells.size)
-    start, stride, width, m = piece.band * LANES, piece.stride, piece.width * LANES, piece.n * LANES
-    _clear(factors.cells, piece.band, piece.n_blocks * m * piece.width)
-    for row in range(piece.n_blocks * m):
+    supernode, pairs, n_free = supernode_at(factors, k), equations.pairs, factors.n_free
+    indices, numbers = factors.order.indices[factors.kind], factors.cells.reshape(factors.cells.size)
+    start, stride, width, m = supernode.band * LANES, supernode.stride, supernode.width * LANES, supernode.n * LANES
+    _clear(factors.cells, supernode.band, supernode.n_blocks * m * supernode.width)
+    for row in range(supernode.n_blocks * m):
         numbers[start + row * width + row % m] = 1.0
     any_fixed = _any(fixed)
     for i in range(n_free):  # the step from pose i on ends at pose i + 1, where another begins
         before, after = first_row(equations, i // STEPS, 0), first_row(equations, (i + 1) // STEPS, 0)
         lane, next_lane, has_next = i % STEPS, (i + 1) % STEPS, i < n_free - 1
         top = start + i * stride * width
-        block = top + i * stride if piece.n_blocks == 1 else top
-        border = top + piece.edge * LANES + i * piece.n_ancestors
+        block = top + i * stride if supernode.n_blocks == 1 else top
+        border = top + supernode.edge * LANES + i * supernode.n_ancestors
         for f in range(1, tree.frame_parent.shape[0]):
-            if not piece.first_dof <= tree.first_dof[f] < piece.end_dof:
+            if not supernode.first_dof <= tree.first_dof[f] < supernode.end_dof:
                 continue
             for d in range(tree.first_dof[f], tree.end_dof[f]):
-                if places[d, 0] != k:
+                if indices[d, 0] != k:
                     continue
-                row, p, a = 4 * equations.first_pair[d], places[d, 1], 0
-                for r in range(tree.first_run[f], tree.first_run[f + 1]):
-                    for e in range(tree.runs[r, 0], min(tree.runs[r, 1], d + 1)):
+                row, p, a = 4 * equations.first_pair[d], indices[d, 1], 0
+                for r in range(tree.first_dof_range[f], tree.first_dof_range[f + 1]):
+                    for e in range(tree.dof_ranges[r, 0], min(tree.dof_ranges[r, 1], d + 1)):
                         value = pairs[before + row + 1, lane] + pairs[after + row, next_lane]
                         forward, back = pairs[after + row + 2, next_lane], pairs[after + row + 3, next_lane]
                         row += 4
@@ -64,8 +64,8 @@ def _fill(tree, equations, damping, fixed, k, factors):
                             value = 0.0 if fixed[i + 1, d] or fixed[i + 1, e] else value
                             forward = 0.0 if fixed[i + 1, d] or fixed[i + 2, e] else forward
                             back = 0.0 if fixed[i + 2, d] or fixed[i + 1, e] else back
-                        if places[e, 0] == k:
-                            q = places[e, 1]
+                        if indices[e, 0] == k:
+                            q = indices[e, 1]
                             numbers[block + q * width + p] = value
                             if has_next:
                                 numbers[block + p * width + stride + q] = forward
@@ -73,95 +73,99 @@ def _fill(tree, equations, damping, fixed, k, factors):
                         else:
                             numbers[border + p * width + a] = value
                             if has_next:
-                                numbers[border + p * width + piece.n_ancestors + a] = forward
+                                numbers[border + p * width + supernode.n_ancestors + a] = forward
                                 numbers[border + (stride + p) * width + a] = back
                             a += 1
                 numbers[block + p * width + p] += damping
 
 
-@separate(lambda: FLAG(FACTORS, WHOLE, FLAG))
+@by_address(lambda: FLAG(FACTORS, INTEGER, FLAG))
 def _eliminate(factors, k, is_first):
     """Subtract YᵀY of a limb from its trunk, once for all limbs that one joint carries: this may be their first.
 
     Returns whether the next limb is the first of others.
     """
-    piece, cells, n_free = piece_at(factors, k), factors.cells, factors.n_free
-    trunk, ancestors = piece_at(factors, piece.trunk), factors.order.ancestors[k]
-    places = factors.order.places[factors.kind]
-    n, width, m = piece.n_ancestors, piece.width - piece.edge, piece.n * LANES
+    supernode, cells, n_free = supernode_at(factors, k), factors.cells, factors.n_free
+    trunk, ancestors = supernode_at(factors, supernode.trunk), factors.order.ancestors[k]
+    indices = factors.order.indices[factors.kind]
+    n, width, m = supernode.n_ancestors, supernode.width - supernode.edge, supernode.n * LANES
     sums, numbers = factors.starts[-1, 0], cells.reshape(cells.size)
     if is_first:
         _clear(cells, sums, width * LANES * width)
     for q in range(0, n_free * n, AT_ONCE):  # the lower triangle
         top = max(0, q // n - 1) * m  # above there are zeros
-        source = piece.band + top * piece.width + piece.edge
+        source = supernode.band + top * supernode.width + supernode.edge
         n_rows, n_chunks, factor = n_free * m - top, n_registers(q + AT_ONCE), source + q // LANES
-        subtract(cells, sums + q * width, width, source, piece.width, n_rows, n_chunks, factor, q % LANES)
-    if piece_at(factors, k + 1).n_ancestors == n and factors.order.ancestors[k + 1, n - 1] == ancestors[n - 1]:
+        subtract(cells, sums + q * width, width, source, supernode.width, n_rows, n_chunks, factor, q % LANES)
+    if supernode_at(factors, k + 1).n_ancestors == n and factors.order.ancestors[k + 1, n - 1] == ancestors[n - 1]:
         return False
     for q in range(n_free * n):
-        column = q // n * trunk.stride + places[ancestors[q % n], 1]
+        column = q // n * trunk.stride + indices[ancestors[q % n], 1]
         for p in range(q + 1):
-            row = p // n * trunk.stride + places[ancestors[p % n], 1]
+            row = p // n * trunk.stride + indices[ancestors[p % n], 1]
             at = (trunk.band + row * trunk.width) * LANES + column
             numbers[at] += numbers[(sums + q * width) * LANES + p]
     return True
 
 
-@separate(lambda: FLAG(TREE, EQUATIONS, REAL, FLAG_MATRIX, FACTORS))
+@by_address(lambda: FLAG(TREE, EQUATIONS, REAL, FLAG_MATRIX, FACTORS))
 def factorise(tree, equations, damping, fixed, factors):
     """Factorise H + λ, without the dofs that are fixed; return whether it is positive definite."""
-    first, last, is_first = factors.order.first_piece[factors.kind], factors.order.first_piece[factors.kind + 1], True
+    first, last, is_first = (
+        factors.order.first_supernode[factors.kind],
+        factors.order.first_supernode[factors.kind + 1],
+        True,
+    )
     for k in range(first, last):
         _fill(tree, equations, damping, fixed, k, factors)
     for k in range(first, last):
-        piece = piece_at(factors, k)
-        if not factorise_band(factors.cells, piece):
+        supernode = supernode_at(factors, k)
+        if not factorise_band(factors.cells, supernode):
             return False
-        if piece.n_ancestors > 0:
+        if supernode.n_ancestors > 0:
             is_first = _eliminate(factors, k, is_first)
     return True
 
 
-@separate(lambda: types.void(FACTORS, WHOLE, FLAG))
+@by_address(lambda: types.void(FACTORS, INTEGER, FLAG))
 def _carry(factors, k, to_trunk):
     """Add a limb's solution at its border to that of its trunk, or copy the trunk's there."""
-    piece, numbers = piece_at(factors, k), factors.cells.reshape(factors.cells.size)
-    trunk, ancestors = piece_at(factors, piece.trunk), factors.order.ancestors[k]
-    places = factors.order.places[factors.kind]
-    n, border = piece.n_ancestors, (piece.solution + piece.n_blocks * piece.n) * LANES
+    supernode, numbers = supernode_at(factors, k), factors.cells.reshape(factors.cells.size)
+    trunk, ancestors = supernode_at(factors, supernode.trunk), factors.order.ancestors[k]
+    indices = factors.order.indices[factors.kind]
+    n, border = supernode.n_ancestors, (supernode.solution + supernode.n_blocks * supernode.n) * LANES
     for q in range(factors.n_free * n):
-        at = trunk.solution * LANES + q // n * trunk.stride + places[ancestors[q % n], 1]
+        at = trunk.solution * LANES + q // n * trunk.stride + indices[ancestors[q % n], 1]
         if to_trunk:
             numbers[at] += numbers[border + q]
         else:
             numbers[border + q] = numbers[at]
 
 
-@separate(lambda: types.void(EQUATIONS, FACTORS, MATRIX))
+@by_address(lambda: types.void(EQUATIONS, FACTORS, MATRIX))
 def solve(equations, factors, step):
     """Compute step = −(H + λ)⁻¹ gradient by the factors; of fixed dofs the gradient has to be zero."""
-    first, last = factors.order.first_piece[factors.kind], factors.order.first_piece[factors.kind + 1]
-    places, cells = factors.order.places[factors.kind], factors.cells
+    first, last = factors.order.first_supernode[factors.kind], factors.order.first_supernode[factors.kind + 1]
+    indices, cells = factors.order.indices[factors.kind], factors.cells
     numbers = cells.reshape(cells.size)
     for k in range(first, last):
-        piece = piece_at(factors, k)
-        _clear(cells, piece.solution, piece.n_blocks * piece.n + piece.width - piece.edge)
-    for d in range(places.shape[0]):
-        piece = piece_at(factors, places[d, 0])
+        supernode = supernode_at(factors, k)
+        _clear(cells, supernode.solution, supernode.n_blocks * supernode.n + supernode.width - supernode.edge)
+    for d in range(indices.shape[0]):
+        supernode = supernode_at(factors, indices[d, 0])
         for i in range(factors.n_free):
-            numbers[piece.solution * LANES + i * piece.stride + places[d, 1]] = -equations.gradient[i + 1, d]
+            numbers[supernode.solution * LANES + i * supernode.stride + indices[d, 1]] = -equations.gradient[i + 1, d]
     for k in range(first, last):
-        piece = piece_at(factors, k)
-        substitute_forward(cells, piece)
-        if piece.n_ancestors > 0:
+        supernode = supernode_at(factors, k)
+        substitute_forward(cells, supernode)
+        if supernode.n_ancestors > 0:
             _carry(factors, k, True)
     for k in range(last - 1, first - 1, -1):
-        piece = piece_at(factors, k)
-        if piece.n_ancestors > 0:
+        supernode = supernode_at(factors, k)
+        if supernode.n_ancestors > 0:
             _carry(factors, k, False)
-        substitute_back(cells, piece)
-    for d in range(places.shape[0]):
-        piece = piece_at(factors, places[d, 0])
+        substitute_back(cells, supernode)
+    for d in range(indices.shape[0]):
+        supernode = supernode_at(factors, indices[d, 0])
         for i in range(factors.n_free):
-            step[i + 1, d] = numbers[piece.solution * LANES + i * piece.stride + places[d, 1]]
+            step[i + 1, d] = numbers[supernode.solution * LANES + i * supernode.stride + indices[d, 1]]

@@ -1,10 +1,11 @@
-"""The order in which the dofs of a path are eliminated, and the place of the factors' numbers.
+"""The order in which the dofs of a path are eliminated, and the indices of the factors' numbers.
 
 One branch of the skeleton at a time, as branches move no joint in common. The poses' blocks of a branch are a band, see
 `band_cholesky`: its factors cost the cube of the number of dofs. But most dofs of a large skeleton are in limbs, such
-as an arm with its fingers: parts that couple with one another only through the trunk that carries them. So where that
-takes fewer operations (`order`), limbs are eliminated first, at all poses. A limb's own blocks are
-a band, and right of it is its border, the numbers that couple it with its ancestors:
+as an arm with its fingers: subtrees that couple with one another only through the trunk that carries them. So where
+that takes fewer operations (`order`), limbs are eliminated first, at all poses. What is eliminated together is a
+*supernode*: a limb, a trunk, or a branch without limbs. A limb's own blocks are a band, and right of it is its border,
+the numbers that couple it with its ancestors:
 
     [B W; Wᵀ T],  B = UᵀU,  W becomes U⁻ᵀW,  T becomes T − WᵀW
 
@@ -18,9 +19,9 @@ import numpy as np
 
 from skpose._compiled.path.energy import LANES
 from skpose._compiled.path.order import ORDER, Order
-from skpose._compiled.simd.jit import internal, separate
-from skpose._compiled.simd.lanes import aligned
-from skpose._compiled.simd.signatures import MATRIX, WHOLE, WHOLE_MATRIX, named
+from skpose._compiled.simd.jit import by_address, internal
+from skpose._compiled.simd.lanes import empty_aligned
+from skpose._compiled.simd.signatures import INTEGER, INTEGER_MATRIX, MATRIX, tuple_type
 
 
 class Factors(NamedTuple):
@@ -29,17 +30,19 @@ class Factors(NamedTuple):
     n_free: int  # poses
     order: Order
     kind: int  # 1 where limbs are eliminated first, else 0
-    starts: np.ndarray  # (n_pieces + 1, 2) registers where a piece's band and solution begin; last what is behind them
+    starts: (
+        np.ndarray
+    )  # (n_supernodes + 1, 2) registers where a supernode's band and solution begin; last what is behind them
     cells: np.ndarray  # (n_registers, LANES) bands and solutions, then a matrix as wide as the widest border
 
 
-class Piece(NamedTuple):
+class Supernode(NamedTuple):
     """A limb, a trunk, or a branch without limbs; numbers of rows and columns are those of its band."""
 
     first_dof: int
     end_dof: int  # the dofs of a trunk lie between, with those of its limbs
     n_ancestors: int  # dofs of the trunk that carry a limb; else zero
-    trunk: int  # the piece that carries a limb
+    trunk: int  # the supernode that carries a limb
     n_blocks: int  # one for all poses, or one for each
     n: int  # registers in a row of a block
     stride: int  # rows from one pose to the next
@@ -49,8 +52,8 @@ class Piece(NamedTuple):
     solution: int  # first register; as many numbers as there are rows, then those of the border's columns
 
 
-FACTORS = named(Factors, WHOLE, ORDER, WHOLE, WHOLE_MATRIX, MATRIX)
-PIECE = named(Piece, *[WHOLE] * len(Piece._fields))
+FACTORS = tuple_type(Factors, INTEGER, ORDER, INTEGER, INTEGER_MATRIX, MATRIX)
+SUPERNODE = tuple_type(Supernode, *[INTEGER] * len(Supernode._fields))
 
 
 @internal
@@ -59,30 +62,30 @@ def n_registers(n_numbers):
     return -(-n_numbers // LANES)
 
 
-@separate(lambda: PIECE(FACTORS, WHOLE))
-def piece_at(factors, k):
-    """Return a piece by its number."""
-    row, n_free = factors.order.pieces[k], factors.n_free
+@by_address(lambda: SUPERNODE(FACTORS, INTEGER))
+def supernode_at(factors, k):
+    """Return a supernode by its number."""
+    row, n_free = factors.order.supernodes[k], factors.n_free
     first, end, n_dofs, n_ancestors, trunk, is_dense = row[0], row[1], row[2], row[3], row[4], row[5]
     n_blocks, n = (1, n_registers(n_free * n_dofs)) if is_dense else (n_free, n_registers(n_dofs))
     stride = n_dofs if is_dense else n * LANES
     edge = n if n_blocks == 1 else 2 * n  # nothing is right of a single block
     width = edge + n_registers(n_free * n_ancestors)
     starts = factors.starts[k]
-    return Piece(first, end, n_ancestors, trunk, n_blocks, n, stride, edge, width, starts[0], starts[1])
+    return Supernode(first, end, n_ancestors, trunk, n_blocks, n, stride, edge, width, starts[0], starts[1])
 
 
-@separate(lambda: FACTORS(ORDER, WHOLE))
+@by_address(lambda: FACTORS(ORDER, INTEGER))
 def factors_for(order, n_nodes):
     """Return factors for a path of so many poses, not yet filled."""
-    n_pieces, kind = order.pieces.shape[0], 1 if n_nodes - 2 <= order.most_poses[0] else 0
-    starts, end, n_sums = np.zeros((n_pieces + 1, 2), np.int64), 0, 0
-    factors = Factors(n_nodes - 2, order, kind, starts, aligned(0, LANES, np.float64))
-    for k in range(order.first_piece[kind], order.first_piece[kind + 1]):
-        piece = piece_at(factors, k)
-        border = piece.width - piece.edge
-        starts[k, 0], starts[k, 1] = end, end + piece.n_blocks * piece.n * LANES * piece.width
-        end = starts[k, 1] + piece.n_blocks * piece.n + border
+    n_supernodes, kind = order.supernodes.shape[0], 1 if n_nodes - 2 <= order.most_poses[0] else 0
+    starts, end, n_sums = np.zeros((n_supernodes + 1, 2), np.int64), 0, 0
+    factors = Factors(n_nodes - 2, order, kind, starts, empty_aligned(0, LANES, np.float64))
+    for k in range(order.first_supernode[kind], order.first_supernode[kind + 1]):
+        supernode = supernode_at(factors, k)
+        border = supernode.width - supernode.edge
+        starts[k, 0], starts[k, 1] = end, end + supernode.n_blocks * supernode.n * LANES * supernode.width
+        end = starts[k, 1] + supernode.n_blocks * supernode.n + border
         n_sums = max(n_sums, border * LANES * border)
-    starts[n_pieces, 0] = end
-    return Factors(n_nodes - 2, order, kind, starts, aligned(end + n_sums, LANES, np.float64))
+    starts[n_supernodes, 0] = end
+    return Factors(n_nodes - 2, order, kind, starts, empty_aligned(end + n_sums, LANES, np.float64))

@@ -18,9 +18,9 @@ from numba import types
 from skpose._compiled.pose.forward import orient, place, place_joints, workspace, workspace_rows
 from skpose._compiled.pose.screws import set_screws
 from skpose._compiled.pose.signatures import TREE
-from skpose._compiled.simd.jit import internal, separate
-from skpose._compiled.simd.lanes import aligned, full_like, next_lane, rows, sqrt, sum_of_lanes
-from skpose._compiled.simd.signatures import FLAG, MATRIX, REAL, WHOLE, named
+from skpose._compiled.simd.jit import by_address, internal
+from skpose._compiled.simd.lanes import empty_aligned, full_like, next_lane, rows, sqrt, sum_of_lanes
+from skpose._compiled.simd.signatures import FLAG, INTEGER, MATRIX, REAL, tuple_type
 
 FINE = 8  # chords into which each chord of a path is divided to measure it again
 LANES = 8  # poses computed at once
@@ -45,11 +45,11 @@ class Samples(NamedTuple):
     screws: np.ndarray  # ((substeps + 1) · 6 n_dofs, LANES) see `set_screws`
 
 
-PATH = named(Path, MATRIX, MATRIX, WHOLE)
-SAMPLES = named(Samples, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX)
+PATH = tuple_type(Path, MATRIX, MATRIX, INTEGER)
+SAMPLES = tuple_type(Samples, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX)
 
 
-@separate(lambda: PATH(TREE, MATRIX, WHOLE))
+@by_address(lambda: PATH(TREE, MATRIX, INTEGER))
 def path_of(tree, poses, substeps):
     """Return the path of these poses with so many chords between two of them."""
     ends = np.empty((2, 3 * tree.offset.shape[0]))
@@ -73,16 +73,16 @@ def copy_free(source, target):
             target.poses[i, d] = source.poses[i, d]
 
 
-@separate(lambda: SAMPLES(TREE, PATH))
+@by_address(lambda: SAMPLES(TREE, PATH))
 def samples_for(tree, path):
     """Return arrays for the samples of a path."""
     n, n_samples = tree.column.shape[0], path.substeps + 1
     return Samples(
-        aligned(2 * n, LANES, np.float64),
-        aligned(n, LANES, np.float64),
-        aligned(workspace_rows(tree), LANES, np.float64),
-        aligned(n_samples * 3 * tree.offset.shape[0], LANES, np.float64),
-        aligned(n_samples * 6 * n, LANES, np.float64),
+        empty_aligned(2 * n, LANES, np.float64),
+        empty_aligned(n, LANES, np.float64),
+        empty_aligned(workspace_rows(tree), LANES, np.float64),
+        empty_aligned(n_samples * 3 * tree.offset.shape[0], LANES, np.float64),
+        empty_aligned(n_samples * 6 * n, LANES, np.float64),
     )
 
 
@@ -97,7 +97,7 @@ def _load(path, first, poses):
             poses[n + d, w] = path.poses[following, d] - path.poses[here, d] if w < STEPS else 0.0
 
 
-@separate(lambda: types.void(TREE, PATH, WHOLE, FLAG, SAMPLES))
+@by_address(lambda: types.void(TREE, PATH, INTEGER, FLAG, SAMPLES))
 def place_samples(tree, path, first, with_screws, samples):
     """Compute the positions of all samples of the steps from this one on, and the screws if so asked."""
     _load(path, first, samples.poses)
@@ -126,7 +126,7 @@ def place_samples(tree, path, first, with_screws, samples):
         screws[path.substeps * 6 * n + i] = next_lane(screws[i])
 
 
-@separate(lambda: REAL(TREE, PATH, SAMPLES))
+@by_address(lambda: REAL(TREE, PATH, SAMPLES))
 def evaluate(tree, path, samples):
     """Return half the energy."""
     n_coordinates, P, half = 3 * tree.offset.shape[0], rows(samples.P, 0), 0.0
@@ -142,14 +142,14 @@ def evaluate(tree, path, samples):
     return half
 
 
-@separate(lambda: MATRIX(MATRIX, WHOLE))
-def divided(poses, parts):
+@by_address(lambda: MATRIX(MATRIX, INTEGER))
+def divide(poses, n_parts):
     """Divide every step between poses into equal parts; return all poses, those given among them."""
     n_steps, n_dofs = poses.shape[0] - 1, poses.shape[1]
-    out = np.empty((n_steps * parts + 1, n_dofs))
+    out = np.empty((n_steps * n_parts + 1, n_dofs))
     for i in range(out.shape[0]):
-        step = min(i // parts, n_steps - 1)
-        t = (i - step * parts) / parts
+        step = min(i // n_parts, n_steps - 1)
+        t = (i - step * n_parts) / n_parts
         for d in range(n_dofs):
             out[i, d] = poses[step, d] + t * (poses[step + 1, d] - poses[step, d])
     for d in range(n_dofs):
@@ -178,14 +178,17 @@ def _chords(tree, poses, dofs, scratch):
     return length, energy
 
 
-@separate(lambda: types.UniTuple(REAL, 2)(TREE, MATRIX))
+@by_address(lambda: types.UniTuple(REAL, 2)(TREE, MATRIX))
 def chords(tree, poses):
     """Return the sum of the chords between poses, and the sum of their squares."""
-    dofs, scratch = aligned(poses.shape[1], LANES, np.float64), aligned(workspace_rows(tree), LANES, np.float64)
+    dofs, scratch = (
+        empty_aligned(poses.shape[1], LANES, np.float64),
+        empty_aligned(workspace_rows(tree), LANES, np.float64),
+    )
     return _chords(tree, poses, dofs, scratch)
 
 
 @internal
 def curve_length(tree, poses):
     """Return the length of the curve through poses, measured on a grid `FINE` times finer."""
-    return chords(tree, divided(poses, FINE))[0]
+    return chords(tree, divide(poses, FINE))[0]

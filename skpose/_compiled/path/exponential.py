@@ -19,7 +19,7 @@ import numpy as np
 from skpose._compiled.path.energy import path_of
 from skpose._compiled.path.geodesic import GRADIENT_NORM, MAX_ITER, NEVER, find_geodesic, shorter_line
 from skpose._compiled.path.minimiser import LEAST_DAMPING as LEAST_OF_PATHS
-from skpose._compiled.path.minimiser import Settings, Stop, minimise, unbounded
+from skpose._compiled.path.minimiser import Settings, Stop, minimise, no_bounds
 from skpose._compiled.pose.chart import chart_at, free_tree, pose_of
 from skpose._compiled.pose.forward import orient, place_joints, workspace, workspace_rows
 from skpose._compiled.pose.jacobian import write_jacobian
@@ -124,7 +124,7 @@ def tangent_space(tree, pose):
 def logarithms_from(tree, pose, ends, first, last, n_steps, found):
     """Compute the logarithms at a pose of the ends first:last, the difference of angles wrapped already."""
     n_dofs, n = pose.shape[0], found.velocities.shape[1]
-    free, bounds, scratch = free_tree(tree, True), unbounded(n_dofs), np.empty(workspace_rows(tree))
+    free, bounds, scratch = free_tree(tree, True), no_bounds(n_dofs), np.empty(workspace_rows(tree))
     basis = tangent_space(tree, pose)
     here, following, nodes = np.empty(n), np.empty(n), np.empty((n_steps + 1, n_dofs))
     # From a path that is nearly the one that is looked for: the exact Hessian all along.
@@ -187,7 +187,7 @@ def _advance(tree, pose, basis, step, near, tol):
 
 
 @internal
-def _following(tree, pose, basis, tangential, tol):
+def _find_following(tree, pose, basis, tangential, tol):
     """Find the pose whose chord from a pose has a given tangential part; see `_advance`.
 
     It begins at the pose nearest to the positions of that tangential step, a good start where limbs are straight.
@@ -208,7 +208,7 @@ def _first_pose(tree, pose, basis, tangential, tol):
     length, n = math.sqrt((tangential**2).sum()), basis.shape[0]
     start = np.empty(n)
     _positions(tree, pose, np.empty(workspace_rows(tree)), start)
-    found, positions, error = _following(tree, pose, basis, tangential, tol)
+    found, positions, error = _find_following(tree, pose, basis, tangential, tol)
     share, low, high = 1.0, 0.0, math.inf
     for _ in range(MAX_CHORDS):
         chord = math.sqrt(((positions - start) ** 2).sum())
@@ -225,7 +225,7 @@ def _first_pose(tree, pose, basis, tangential, tol):
         if is_reached:
             found, positions, error = _advance(tree, pose, basis, share * tangential, found, tol)
         else:
-            found, positions, error = _following(tree, pose, basis, share * tangential, tol)
+            found, positions, error = _find_following(tree, pose, basis, share * tangential, tol)
     chord = math.sqrt(((positions - start) ** 2).sum())
     return found, positions, max(error, abs(chord - length))
 
@@ -250,6 +250,6 @@ def exponential(tree, pose, velocity, n_steps):
         basis = tangent_space(tree, found)
         tangential = basis.T @ (positions - before)
         before = positions
-        found, positions, error = _following(tree, found, basis, tangential, tol)
+        found, positions, error = _find_following(tree, found, basis, tangential, tol)
         worst = max(worst, error)
     return found, worst / length

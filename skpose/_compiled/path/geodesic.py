@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import types
 
-from skpose._compiled.path.energy import FINE, chords, curve_length, divided, path_of
+from skpose._compiled.path.energy import FINE, chords, curve_length, divide, path_of
 from skpose._compiled.path.minimiser import (
     BOUNDS,
     FIRST_DAMPING,
@@ -27,8 +27,8 @@ from skpose._compiled.path.minimiser import (
     Settings,
     Stop,
     minimise,
+    no_bounds,
     rounding_length,
-    unbounded,
 )
 from skpose._compiled.pose.chart import coordinates_of, differs, dofs_of, free_tree, line_of_angles, set_references
 from skpose._compiled.pose.encode import n_line_codes
@@ -38,8 +38,8 @@ from skpose._compiled.pose.rotation import product, vector_of
 from skpose._compiled.pose.signatures import TREE
 from skpose._compiled.pose.tree import TWO_PI
 from skpose._compiled.simd.copying import copy_to
-from skpose._compiled.simd.jit import internal, jit, passed, separate
-from skpose._compiled.simd.signatures import FLAG, MATRIX, REAL, VECTOR, WHOLE, named
+from skpose._compiled.simd.jit import by_address, first_class, internal, jit
+from skpose._compiled.simd.signatures import FLAG, INTEGER, MATRIX, REAL, VECTOR, tuple_type
 
 MAX_ITER, TOL = 500, 1e-6  # iterations in each refinement; share of the length that is left to gain
 GRADIENT_NORM = 1e-7  # of the energy, where not only the length of a path matters but also its direction, m²/rad
@@ -66,7 +66,7 @@ class Curve(NamedTuple):
     converged: bool
 
 
-CURVE = named(Curve, MATRIX, REAL, REAL, REAL, REAL, REAL, WHOLE, FLAG)
+CURVE = tuple_type(Curve, MATRIX, REAL, REAL, REAL, REAL, REAL, INTEGER, FLAG)
 
 
 @internal
@@ -83,14 +83,14 @@ def _settings_for(substeps, stop):
     return Settings(stop, FIRST_DAMPING, False, LEAST_CHANGE, False, PATIENCE if substeps == 1 else NEVER)
 
 
-@separate(lambda: MATRIX(TREE, TREE, VECTOR, VECTOR, WHOLE))
+@by_address(lambda: MATRIX(TREE, TREE, VECTOR, VECTOR, INTEGER))
 def slerp_line(tree, free, start, end, n_steps):
     """Set the references, and return the line on which ball joints turn by slerp, in coordinates."""
     ends = np.empty((2, start.shape[0]))
     set_references(tree, free, start, end)
     coordinates_of(tree, free, start, ends[0])
     coordinates_of(tree, free, end, ends[1])
-    return divided(ends, n_steps)
+    return divide(ends, n_steps)
 
 
 @internal
@@ -105,8 +105,8 @@ def _curve_length(tree, local, poses):
     return along
 
 
-@separate(lambda: types.Tuple([CURVE, FLAG])(TREE, MATRIX, TREE, MATRIX, OUTCOME, WHOLE))
-def checked(line_tree, line, tree, samples, outcome, n_iter):
+@by_address(lambda: types.Tuple([CURVE, FLAG])(TREE, MATRIX, TREE, MATRIX, OUTCOME, INTEGER))
+def check_discretisation(line_tree, line, tree, samples, outcome, n_iter):
     """Return the samples of a path as a curve, and whether it passes the discretisation check.
 
     It also has to be no longer than the line, whose coordinates may be others.
@@ -116,13 +116,13 @@ def checked(line_tree, line, tree, samples, outcome, n_iter):
     along = _curve_length(tree, local, samples)
     passes = along - length <= MAX_GAP * along + noise
     if passes and along > chords(line_tree, line)[0]:
-        finer = divided(line, (samples.shape[0] - 1) // (line.shape[0] - 1))
+        finer = divide(line, (samples.shape[0] - 1) // (line.shape[0] - 1))
         passes = along <= curve_length(line_tree, finer) + noise
     gain = 0.5 * outcome.gain  # of the length, the square root of the energy
     return Curve(samples, energy, length, along, outcome.gradient_norm, gain, n_iter, outcome.converged), passes
 
 
-@separate(lambda: CURVE(TREE, MATRIX, BOUNDS, STOP))
+@by_address(lambda: CURVE(TREE, MATRIX, BOUNDS, STOP))
 def find_geodesic(tree, line, bounds, stop):
     """Find a path of least energy that passes the discretisation check, from a line of poses on.
 
@@ -131,13 +131,13 @@ def find_geodesic(tree, line, bounds, stop):
     n_iter, poses = 0, line
     for factor, substeps in REFINEMENTS:
         if substeps > 1:
-            poses = line if factor == 1 else divided(poses, 2)
+            poses = line if factor == 1 else divide(poses, 2)
         settings = _settings_for(substeps, stop)
         path = path_of(tree, poses, substeps)
         outcome = minimise(tree, path, bounds, settings)
         n_iter += outcome.n_iter
         poses = path.poses
-        curve, passes = checked(tree, line, tree, divided(poses, substeps), outcome, n_iter)
+        curve, passes = check_discretisation(tree, line, tree, divide(poses, substeps), outcome, n_iter)
         given_up = substeps == 1 and outcome.gain == math.inf  # in the middle of the search; refined, it may end
         if passes and not given_up:
             return curve
@@ -146,7 +146,7 @@ def find_geodesic(tree, line, bounds, stop):
     return Curve(line, energy, length, _curve_length(tree, local, line), math.nan, math.nan, n_iter, False)
 
 
-@separate(lambda: types.Tuple([MATRIX, REAL])(TREE, TREE, VECTOR, VECTOR, WHOLE))
+@by_address(lambda: types.Tuple([MATRIX, REAL])(TREE, TREE, VECTOR, VECTOR, INTEGER))
 def shorter_line(tree, free, start, end, n_steps):
     """Return the shorter straight line from a pose to another, in coordinates, and its length."""
     line = slerp_line(tree, free, start, end, n_steps)
@@ -222,7 +222,7 @@ def _is_ahead(tree, x, y):
     return True
 
 
-@passed
+@first_class
 def measure_geodesic(x, Y, first, last, tree, steps, scratch, results):
     """Compute the length of the geodesic, eq. 3; where chord and straight line agree already, that of the line.
 
@@ -233,7 +233,7 @@ def measure_geodesic(x, Y, first, last, tree, steps, scratch, results):
     width, n_groups = Y.size // Y.shape[0], results.distances.shape[0]
     codes, distances = Y.reshape((Y.shape[0], width)), results.distances.reshape((n_groups, width))
     skip, gaps = results.skip.reshape((n_groups, width)), results.gap.reshape((n_groups, width))
-    bounds, noise, free = unbounded(n), rounding_length(tree), free_tree(tree, steps.half_turn < math.inf)
+    bounds, noise, free = no_bounds(n), rounding_length(tree), free_tree(tree, steps.half_turn < math.inf)
     start, end, stop = np.empty(n), np.empty(n), stop_at(MAX_ITER, TOL)
     for k in range(first, last):
         code, group = codes[k * n_codes : (k + 1) * n_codes], k - first

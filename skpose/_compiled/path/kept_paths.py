@@ -12,18 +12,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._compiled.path.energy import divided, path_of, samples_for
+from skpose._compiled.path.energy import divide, path_of, samples_for
 from skpose._compiled.path.geodesic import (
     LEAST_CHANGE,
     MAX_ITER,
     PATIENCE,
     REFINEMENTS,
     SUBSTEPS,
-    checked,
+    check_discretisation,
     find_geodesic,
     shorter_line,
 )
-from skpose._compiled.path.minimiser import FIRST_DAMPING, Settings, Stop, minimise, unbounded
+from skpose._compiled.path.minimiser import FIRST_DAMPING, Settings, Stop, minimise, no_bounds
 from skpose._compiled.path.normal_equations import equations_for, gradient_of
 from skpose._compiled.pose.chart import coordinates_of, follow, free_tree, slopes_of_turns
 from skpose._compiled.simd.copying import copy_to
@@ -120,7 +120,7 @@ def _record(free, curve, n_steps, i, found):
 def follow_geodesics(tree, pose, ends, first, last, search, kept, found):
     """Compute the geodesics from a pose to the ends first:last, whose angles are wrapped already; keep their paths."""
     free, own = free_tree(tree, search.frees_angles), free_tree(tree, search.frees_angles)
-    bounds, least, gain = unbounded(pose.shape[0]), search.gradient_norm, search.gain
+    bounds, least, gain = no_bounds(pose.shape[0]), search.gradient_norm, search.gain
     settings = Settings(Stop(MAX_STEPS, least, gain), FIRST_DAMPING, False, LEAST_CHANGE, False, PATIENCE)
     for i in range(first, last):
         line, _ = shorter_line(tree, free, pose, ends[i], search.n_steps)
@@ -130,8 +130,8 @@ def follow_geodesics(tree, pose, ends, first, last, search, kept, found):
             if _follow_base(tree, own, pose, ends[i], nodes):
                 path = path_of(own, nodes, kept.substeps[i])
                 outcome = minimise(own, path, bounds, settings)
-                samples = divided(path.poses, kept.substeps[i])
-                curve, passes = checked(free, line, own, samples, outcome, outcome.n_iter)
+                samples = divide(path.poses, kept.substeps[i])
+                curve, passes = check_discretisation(free, line, own, samples, outcome, outcome.n_iter)
                 if passes and curve.converged:
                     _keep(kept, i, own, curve, search.n_steps)
                     _record(own, curve, search.n_steps, i, found)

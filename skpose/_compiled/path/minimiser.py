@@ -37,8 +37,8 @@ from skpose._compiled.path.normal_equations import (
 )
 from skpose._compiled.path.order import order_of
 from skpose._compiled.pose.signatures import TREE
-from skpose._compiled.simd.jit import internal, separate
-from skpose._compiled.simd.signatures import FLAG, REAL, VECTOR, WHOLE, named
+from skpose._compiled.simd.jit import by_address, internal
+from skpose._compiled.simd.signatures import FLAG, INTEGER, REAL, VECTOR, tuple_type
 
 # λ is relative to the mean diagonal of the normal equations.
 FIRST_DAMPING, LEAST_DAMPING, MAX_DAMPING = 1e-6, 1e-8, 1e6
@@ -89,9 +89,9 @@ class Outcome(NamedTuple):
     converged: bool
 
 
-BOUNDS, STOP = named(Bounds, VECTOR, VECTOR), named(Stop, WHOLE, REAL, REAL)
-SETTINGS = named(Settings, STOP, REAL, FLAG, REAL, FLAG, WHOLE)
-OUTCOME = named(Outcome, REAL, REAL, WHOLE, FLAG)
+BOUNDS, STOP = tuple_type(Bounds, VECTOR, VECTOR), tuple_type(Stop, INTEGER, REAL, REAL)
+SETTINGS = tuple_type(Settings, STOP, REAL, FLAG, REAL, FLAG, INTEGER)
+OUTCOME = tuple_type(Outcome, REAL, REAL, INTEGER, FLAG)
 
 
 class Line(NamedTuple):
@@ -113,7 +113,7 @@ class System(NamedTuple):
 
 
 @internal
-def unbounded(n_dofs):
+def no_bounds(n_dofs):
     """Return bounds that leave all angles free."""
     return Bounds(np.full(n_dofs, -math.inf), np.full(n_dofs, math.inf))
 
@@ -248,7 +248,7 @@ def _perturb(path, bounds):
 
 
 @internal
-def _updated_damping(damping, raised, ratio, least):
+def _update_damping(damping, raised, ratio, least):
     """Return the next damping: less where the decrease is as predicted, the raised one where it is not."""
     if ratio > 0.75:
         return max(0.1 * damping, least)
@@ -263,13 +263,13 @@ def relative_gap(tree, poses):
 
 
 @internal
-def _predicted(system, damping, step):
+def _predict(system, damping, step):
     """Return the decrease by the quadratic model for a damped step, and minus the slope along it."""
     slope = -_dot(system.equations.gradient, step)
     return 0.5 * (damping * _dot(step, step) + slope), slope
 
 
-@separate(lambda: OUTCOME(TREE, PATH, BOUNDS, SETTINGS))
+@by_address(lambda: OUTCOME(TREE, PATH, BOUNDS, SETTINGS))
 def minimise(tree, path, bounds, settings):
     """Minimise the energy of a path in place: its ends are fixed and placed already, its free poses within bounds."""
     shape = path.poses.shape
@@ -298,14 +298,14 @@ def minimise(tree, path, bounds, settings):
         stationary, used, predicted, slope = norm <= stop.gradient_norm, math.inf, 0.0, 0.0
         if not stationary:
             used = _damped_step(tree, system, damping, scale, step)
-            predicted, slope = _predicted(system, used, step)
+            predicted, slope = _predict(system, used, step)
             if ROUNDING * half < predicted <= least_gain * half and not verified:
                 if not exact:
                     normal_equations(tree, path, True, system.samples, system.equations)
                     _fix_at_bounds(path, bounds, system)
                 verified, exact, last_slope, damping = True, True, 0.0, LEAST_DAMPING * scale
                 used = _damped_step(tree, system, damping, scale, step)
-                predicted, slope = _predicted(system, used, step)
+                predicted, slope = _predict(system, used, step)
             stationary = predicted <= least_gain * half
             # Where the damping alone leaves no step.
             if used == math.inf or (predicted <= ROUNDING * half and damping > scale):
@@ -330,7 +330,7 @@ def minimise(tree, path, bounds, settings):
             step, last_step = last_step, step
         last_slope = slope if ratio > 0.25 and not exact else 0.0
         raised = 4.0 * (used if settings.raise_used else damping)
-        damping = _updated_damping(damping, raised, ratio, least_damping * scale)
+        damping = _update_damping(damping, raised, ratio, least_damping * scale)
         check = iteration % settings.patience == settings.patience - 1
         if check and relative_gap(tree, path.poses) > DIVERGED * MAX_GAP:
             return Outcome(norm, math.inf, iteration + 1, False)

@@ -6,7 +6,7 @@ inner derivative, so that F(θ_i) drops out of its eq. 7 and 13.)
 The matrix is block tridiagonal: a pose shares chords with the pose before it and the pose after it. Each step between
 two poses adds to four blocks: sample s lies at the fraction t from one pose to the next, so that it moves with 1 − t of
 the one and t of the other. Steps are in lanes, see `energy`, and nothing passes from one to another. No Jacobian
-is ever formed: its products are sums over the joints that a dof moves, gathered from the tips of the skeleton to the
+is ever formed: its products are sums over the joints that a dof moves, gathered from the leaves of the skeleton to the
 root. Two dofs are coupled only where one moves what the other moves; such pairs alone have numbers.
 """
 
@@ -18,9 +18,9 @@ from numba import types
 from skpose._compiled.path.curvature import add_ball, add_second_derivatives
 from skpose._compiled.path.energy import LANES, PATH, SAMPLES, STEPS, place_samples
 from skpose._compiled.pose.signatures import TREE
-from skpose._compiled.simd.jit import inlined, internal, separate
-from skpose._compiled.simd.lanes import aligned, full_like, rows
-from skpose._compiled.simd.signatures import FLAG, MATRIX, WHOLE_VECTOR, named
+from skpose._compiled.simd.jit import by_address, inlined, internal
+from skpose._compiled.simd.lanes import empty_aligned, full_like, rows
+from skpose._compiled.simd.signatures import FLAG, INTEGER_VECTOR, MATRIX, tuple_type
 
 
 class NormalEquations(NamedTuple):
@@ -40,7 +40,7 @@ class NormalEquations(NamedTuple):
     forces: np.ndarray  # ((substeps + 1) · 12, LANES) see `_add_pairs_of`
 
 
-EQUATIONS = named(NormalEquations, WHOLE_VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX)
+EQUATIONS = tuple_type(NormalEquations, INTEGER_VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX)
 
 
 @internal
@@ -48,7 +48,7 @@ def _n_groups(path):
     return -(-(path.poses.shape[0] - 1) // STEPS)
 
 
-@separate(lambda: EQUATIONS(TREE, PATH))
+@by_address(lambda: EQUATIONS(TREE, PATH))
 def equations_for(tree, path):
     """Return normal equations for a path, not yet filled."""
     n_nodes, n = path.poses.shape
@@ -56,17 +56,17 @@ def equations_for(tree, path):
     first_pair = np.zeros(n + 1, np.int64)
     for f in range(1, n_frames):
         for d in range(tree.first_dof[f], tree.end_dof[f]):
-            for r in range(tree.first_run[f], tree.first_run[f + 1]):
-                first_pair[d + 1] += min(tree.runs[r, 1], d + 1) - tree.runs[r, 0]
+            for r in range(tree.first_dof_range[f], tree.first_dof_range[f + 1]):
+                first_pair[d + 1] += min(tree.dof_ranges[r, 1], d + 1) - tree.dof_ranges[r, 0]
     for d in range(n):
         first_pair[d + 1] += first_pair[d]
     return NormalEquations(
         first_pair,
-        aligned(n_groups * first_pair[n] * 4, LANES, np.float64),
+        empty_aligned(n_groups * first_pair[n] * 4, LANES, np.float64),
         np.empty((n_nodes, n)),
-        aligned((2 * path.substeps + 1) * n_frames * 16, LANES, np.float64),
-        aligned((path.substeps + 1) * n_frames * 12, LANES, np.float64),
-        aligned((path.substeps + 1) * 12, LANES, np.float64),
+        empty_aligned((2 * path.substeps + 1) * n_frames * 16, LANES, np.float64),
+        empty_aligned((path.substeps + 1) * n_frames * 12, LANES, np.float64),
+        empty_aligned((path.substeps + 1) * 12, LANES, np.float64),
     )
 
 
@@ -292,9 +292,9 @@ def _set_pairs(tree, substeps, exact, group, samples, equations):
             if exact:
                 add_second_derivatives(tree, f, d, substeps, P, screws, moments, forces)
             row = first_row(equations, group, equations.first_pair[d])
-            for r in range(tree.first_run[f], tree.first_run[f + 1]):
-                end = min(tree.runs[r, 1], d + 1)
-                for e in range(tree.runs[r, 0], end, 2):
+            for r in range(tree.first_dof_range[f], tree.first_dof_range[f + 1]):
+                end = min(tree.dof_ranges[r, 1], d + 1)
+                for e in range(tree.dof_ranges[r, 0], end, 2):
                     both = min(1, end - 1 - e)
                     _set_two_pairs(n, e, both, substeps, screws, forces, pairs, row)
                     row += 4 + 4 * both
@@ -317,7 +317,7 @@ def _add_gradient_of(tree, path, group, samples, equations):
     _add_gradient(tree, group * STEPS, path.substeps, screws, moments, equations.forces, equations.gradient)
 
 
-@separate(lambda: types.void(TREE, PATH, SAMPLES, EQUATIONS))
+@by_address(lambda: types.void(TREE, PATH, SAMPLES, EQUATIONS))
 def gradient_of(tree, path, samples, equations):
     """Compute the gradient of half the energy alone; the blocks stay as they are."""
     equations.gradient[:] = 0.0
@@ -325,7 +325,7 @@ def gradient_of(tree, path, samples, equations):
         _add_gradient_of(tree, path, group, samples, equations)
 
 
-@separate(lambda: types.void(TREE, PATH, FLAG, SAMPLES, EQUATIONS))
+@by_address(lambda: types.void(TREE, PATH, FLAG, SAMPLES, EQUATIONS))
 def normal_equations(tree, path, exact, samples, equations):
     """Compute the blocks of the normal equations, or of the exact Hessian, and the gradient of half the energy."""
     n_frames, n_coordinates, substeps = tree.frame_parent.shape[0], 3 * tree.offset.shape[0], path.substeps

@@ -1,4 +1,4 @@
-"""The order in which the dofs of a path are eliminated: the pieces of the skeleton, see `elimination`.
+"""The order in which the dofs of a path are eliminated: the supernodes of the skeleton, see `elimination`.
 
 Which limbs are chosen is decided by the multiplications that they take. They are counted in twelfths: so all counts are
 whole numbers, and no rounding chooses.
@@ -10,9 +10,9 @@ import numpy as np
 
 from skpose._compiled.path.energy import LANES
 from skpose._compiled.pose.signatures import TREE
-from skpose._compiled.simd.jit import internal, separate
+from skpose._compiled.simd.jit import by_address, internal
 from skpose._compiled.simd.shared import shared, shared_structure, shared_type
-from skpose._compiled.simd.signatures import REAL, WHOLE, WHOLE_CUBE, WHOLE_MATRIX, WHOLE_VECTOR
+from skpose._compiled.simd.signatures import INTEGER, INTEGER_CUBE, INTEGER_MATRIX, INTEGER_VECTOR, REAL
 
 # Free poses of a path with the default number of steps, for which limbs are chosen, and of a refined one.
 N_FREE, N_FREE_REFINED = 9, 19
@@ -22,12 +22,12 @@ CALL = 700  # multiplications in the time of what each four rows of a block take
 
 @shared_structure
 class Order(NamedTuple):
-    """The pieces without limbs, and with them."""
+    """The supernodes without limbs, and with them."""
 
-    first_piece: np.ndarray  # (3,) pieces of either kind are pieces[first_piece[i]:first_piece[i + 1]]
-    pieces: np.ndarray  # (n_pieces, 6) first dof, end of the dofs, dofs, ancestors, number of the trunk, 1 if dense
-    places: np.ndarray  # (2, n_dofs, 2) the piece of each dof, and its place there
-    ancestors: np.ndarray  # (n_pieces, n) the dofs that carry a limb
+    first_supernode: np.ndarray  # (3,) those of kind i are supernodes[first_supernode[i]:first_supernode[i + 1]]
+    supernodes: np.ndarray  # (n_supernodes, 6) first dof, end, number of dofs, of ancestors, the trunk, 1 if dense
+    indices: np.ndarray  # (2, n_dofs, 2) the supernode of each dof, and its index there
+    ancestors: np.ndarray  # (n_supernodes, n) the dofs that carry a limb
     most_poses: np.ndarray  # (1,) free poses of a path up to which eliminating limbs first is faster
 
 
@@ -42,7 +42,7 @@ class Subtrees(NamedTuple):
     largest: np.ndarray  # (n,) dofs of the largest limb of a branch, where the branch begins; zero: it has none
 
 
-ORDER = shared_type(Order, [WHOLE_VECTOR, WHOLE_MATRIX, WHOLE_CUBE, WHOLE_MATRIX, WHOLE_VECTOR])
+ORDER = shared_type(Order, [INTEGER_VECTOR, INTEGER_MATRIX, INTEGER_CUBE, INTEGER_MATRIX, INTEGER_VECTOR])
 
 
 @internal
@@ -65,10 +65,10 @@ def _subtrees(tree):
     while d < n_dofs:
         f = frame_of[d]
         trees.frame[i], trees.first_dof[i], trees.n_dofs[i], trees.carrier[i] = f, d, tree.end_dof[f] - d, -1
-        for r in range(tree.first_run[f], tree.first_run[f + 1]):
-            end = min(tree.runs[r, 1], d)  # before it are the dofs of ancestors, the nearest one's last
-            if end > tree.runs[r, 0]:
-                trees.n_ancestors[i] += end - tree.runs[r, 0]
+        for r in range(tree.first_dof_range[f], tree.first_dof_range[f + 1]):
+            end = min(tree.dof_ranges[r, 1], d)  # before it are the dofs of ancestors, the nearest one's last
+            if end > tree.dof_ranges[r, 0]:
+                trees.n_ancestors[i] += end - tree.dof_ranges[r, 0]
                 trees.carrier[i] = number[end - 1]
         while d < tree.end_dof[f]:
             number[d] = i
@@ -96,14 +96,14 @@ def _is_limb(trees, i, branch, largest):
 
 
 @internal
-def _padded(n_dofs):
+def _pad(n_dofs):
     return -(-n_dofs // LANES) * LANES
 
 
 @internal
 def _band(n_dofs, n_free, call):
     """Return the multiplications of a band: Cholesky, the block right of it and the product of that; and its calls."""
-    rows = _padded(n_dofs)
+    rows = _pad(n_dofs)
     return n_free * (14 * rows**3 + 12 * call * rows)
 
 
@@ -113,7 +113,7 @@ def _with_limbs(trees, branch, largest, n_free, call):
     total, n_trunk = 0, trees.n_dofs[branch]
     for i in range(branch, _end(trees, branch)):
         if _is_limb(trees, i, branch, largest):
-            rows, columns = _padded(trees.n_dofs[i]), trees.n_ancestors[i] * n_free
+            rows, columns = _pad(trees.n_dofs[i]), trees.n_ancestors[i] * n_free
             total += _band(trees.n_dofs[i], n_free, call) + n_free * rows * columns * (9 * rows + 2 * columns)
             n_trunk -= trees.n_dofs[i]
     return total + _band(n_trunk * n_free, 1, call)
@@ -148,48 +148,48 @@ def _is_worth_it(trees, worth, call, n_free):
 
 
 @internal
-def _add_piece(tree, trees, i, trunk, is_limb, k, kind, order):
-    """Write piece k: a limb, or what is left of a branch, whose dofs have no place yet."""
-    piece, places = order.pieces[k], order.places[kind]
+def _add_supernode(tree, trees, i, trunk, is_limb, k, kind, order):
+    """Write supernode k: a limb, or what is left of a branch, whose dofs have no index yet."""
+    supernode, indices = order.supernodes[k], order.indices[kind]
     first, n, n_ancestors = trees.first_dof[i], 0, 0
     for d in range(first, first + trees.n_dofs[i]):
-        if places[d, 0] < 0:
-            places[d, 0], places[d, 1] = k, n
+        if indices[d, 0] < 0:
+            indices[d, 0], indices[d, 1] = k, n
             n += 1
     if is_limb:
         f = trees.frame[i]
-        for r in range(tree.first_run[f], tree.first_run[f + 1]):
-            for d in range(tree.runs[r, 0], min(tree.runs[r, 1], first)):
+        for r in range(tree.first_dof_range[f], tree.first_dof_range[f + 1]):
+            for d in range(tree.dof_ranges[r, 0], min(tree.dof_ranges[r, 1], first)):
                 order.ancestors[k, n_ancestors] = d
                 n_ancestors += 1
-    piece[0], piece[1], piece[2], piece[3] = first, first + trees.n_dofs[i], n, n_ancestors
-    piece[4], piece[5] = trunk, 1 if trunk == k and trees.largest[i] > 0 and kind == 1 else 0
+    supernode[0], supernode[1], supernode[2], supernode[3] = first, first + trees.n_dofs[i], n, n_ancestors
+    supernode[4], supernode[5] = trunk, 1 if trunk == k and trees.largest[i] > 0 and kind == 1 else 0
 
 
-@separate(lambda: ORDER(TREE, REAL, WHOLE, WHOLE, WHOLE))
+@by_address(lambda: ORDER(TREE, REAL, INTEGER, INTEGER, INTEGER))
 def order_by(tree, worth, call, n_free, n_free_refined):
-    """Divide the dofs of a skeleton into pieces, by the costs of limbs and paths of so many free poses."""
+    """Divide the dofs of a skeleton into supernodes, by the costs of limbs and paths of so many free poses."""
     trees = _subtrees(tree)
-    n_pieces, widest, n = 0, 0, trees.carrier.shape[0]
+    n_supernodes, widest, n = 0, 0, trees.carrier.shape[0]
     for branch in range(n):
         if trees.carrier[branch] < 0:
             _choose_limbs(trees, branch, worth, call, n_free)
-            n_pieces += 2
+            n_supernodes += 2
             for i in range(branch, _end(trees, branch)):
                 if _is_limb(trees, i, branch, trees.largest[branch]):
-                    n_pieces += 1
+                    n_supernodes += 1
                     widest = max(widest, trees.n_ancestors[i])
     order = Order(
         np.zeros(3, np.int64),
-        np.zeros((n_pieces, 6), np.int64),
+        np.zeros((n_supernodes, 6), np.int64),
         np.zeros((2, tree.column.shape[0], 2), np.int64),
-        np.zeros((n_pieces, widest), np.int64),
+        np.zeros((n_supernodes, widest), np.int64),
         np.zeros(1, np.int64),
     )
     k = 0
     for kind in range(2):
         for d in range(tree.column.shape[0]):
-            order.places[kind, d, 0] = -1
+            order.indices[kind, d, 0] = -1
         for branch in range(n):
             if trees.carrier[branch] < 0:
                 end, trunk = _end(trees, branch), k
@@ -197,11 +197,11 @@ def order_by(tree, worth, call, n_free, n_free_refined):
                     trunk += kind == 1 and _is_limb(trees, i, branch, trees.largest[branch])
                 for i in range(branch, end):
                     if kind == 1 and _is_limb(trees, i, branch, trees.largest[branch]):
-                        _add_piece(tree, trees, i, trunk, True, k, kind, order)
+                        _add_supernode(tree, trees, i, trunk, True, k, kind, order)
                         k += 1
-                _add_piece(tree, trees, branch, trunk, False, k, kind, order)
+                _add_supernode(tree, trees, branch, trunk, False, k, kind, order)
                 k += 1
-        order.first_piece[kind + 1] = k
+        order.first_supernode[kind + 1] = k
     if _is_worth_it(trees, worth, call, n_free):
         order.most_poses[0] = n_free
     if _is_worth_it(trees, worth, call, n_free_refined):

@@ -46,7 +46,7 @@ the quaternions, which `rotation.canonical` makes the same for all numbers of on
 
 What a step leaves out
 ----------------------
-A *tip* is a frame at the end of the tree that holds one joint: there the joint's offset is rotated, a vector, and not
+A *leaf* is a frame at the end of the tree that holds one joint: there the joint's offset is rotated, a vector, and not
 the frame. Of a frame's rotation only two rows are stored, since the third is their cross product. Joints fixed to the
 root do not move. A ball joint's axes are chosen so that the joint it carries lies along x, or so that the axes of the
 next frame need no constant rotation. Frames with the same number of dofs stand together in *batches*, so that the

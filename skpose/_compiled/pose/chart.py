@@ -21,7 +21,7 @@ from skpose._compiled.pose.rotation import (
 )
 from skpose._compiled.pose.signatures import TREE
 from skpose._compiled.pose.tree import TWO_PI, Tree
-from skpose._compiled.simd.jit import internal, jit, separate
+from skpose._compiled.simd.jit import by_address, internal, jit
 from skpose._compiled.simd.shared import shared
 from skpose._compiled.simd.signatures import FLAG
 
@@ -30,7 +30,7 @@ FARTHEST = 1.5 * math.pi  # rotation vectors are at their best near zero, and us
 NO_TURN = 1e-12  # rotation below which there is none but for rounding, about no axis, rad
 
 
-@separate(lambda: TREE(TREE, FLAG))
+@by_address(lambda: TREE(TREE, FLAG))
 def free_tree(tree, frees_angles):
     """Return the tree with references of its own; with its frames of three angles as ball joints, if so asked."""
     ball, reference = tree.ball.copy(), tree.reference.copy()
@@ -58,14 +58,14 @@ def free_tree(tree, frees_angles):
             tree.angle_dof,
             tree.ball_frame,
             tree.first_joint,
-            tree.first_tip,
+            tree.first_leaf,
             tree.joint_parent,
             tree.joint_frame,
             tree.offset,
             tree.scale,
             tree.code_joint,
-            tree.first_run,
-            tree.runs,
+            tree.first_dof_range,
+            tree.dof_ranges,
         )
     )
 

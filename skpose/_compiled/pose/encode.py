@@ -2,11 +2,11 @@
 
 import math
 
-from skpose._compiled.pose.forward import SQRT2, rotated
+from skpose._compiled.pose.forward import SQRT2, rotate
 from skpose._compiled.pose.rotation import canonical, product, quaternion_of
-from skpose._compiled.pose.step import parts_of, plan_of, take_step
+from skpose._compiled.pose.step import plan_of, step_arrays, take_step
 from skpose._compiled.pose.tree import TWO_PI
-from skpose._compiled.simd.jit import inlined, passed
+from skpose._compiled.simd.jit import first_class, inlined
 from skpose._compiled.simd.lanes import flat, rint, rows
 from skpose._compiled.simd.trigonometry import cosine_sine
 
@@ -37,9 +37,9 @@ def ball_rotation(pose, tree, k):
 
 
 @inlined
-def pose_joints(pose, tree, plan, parts):
+def pose_joints(pose, tree, plan, arrays):
     """Compute the joint positions of a pose, as one step of the whole angles from zero."""
-    C, S, A, B, Q, _, P = parts
+    C, S, A, B, Q, _, P = arrays
     sign, column, shift, dof = flat(tree.sign), flat(tree.column), flat(tree.shift), flat(tree.angle_dof)
     for k in range(plan.n_angles):
         d = dof[k]
@@ -56,10 +56,10 @@ def pose_joints(pose, tree, plan, parts):
             P[3 * j + i] = P[3 * plan.joint_parent[j] + i] + plan.offset[3 * j + i]
     for i in range(3 * plan.first_moving, 3 * plan.n_joints):
         P[i] = 0.0
-    take_step(plan, parts)
+    take_step(plan, arrays)
 
 
-@passed
+@first_class
 def encode_angles(pose, tree, steps, scratch, code):
     """Write the angles themselves; the one code that needs no skeleton."""
     angles, put = rows(pose, 0), rows(code, 0)
@@ -67,26 +67,26 @@ def encode_angles(pose, tree, steps, scratch, code):
         put[d] = principal(angles[d], steps)
 
 
-@passed
+@first_class
 def encode_positions(pose, tree, steps, scratch, code):
     """Write F(θ): the scaled joint positions in the skeleton's order, without the root's."""
     plan, put, order = plan_of(tree), rows(code, 0), flat(tree.code_joint)
-    parts = parts_of(tree, scratch)
-    pose_joints(rows(pose, 0), tree, plan, parts)
+    arrays = step_arrays(tree, scratch)
+    pose_joints(rows(pose, 0), tree, plan, arrays)
     for j in range(1, plan.n_joints):
         for i in range(3):
-            put[3 * order[j] - 3 + i] = parts.P[3 * j + i] * plan.scale[j]
+            put[3 * order[j] - 3 + i] = arrays.P[3 * j + i] * plan.scale[j]
 
 
 @inlined
 def _rotate_quaternion(Q, q, axis, cos, sin):
     """Rotate the quaternion (w, x, y, z) at row q about an axis, given the cosine and sine of half the angle."""
     a, b, c = q + 1 + axis, q + 1 + (axis + 1) % 3, q + 1 + (axis + 2) % 3
-    Q[a], Q[q] = rotated(Q[a], Q[q], cos, sin)
-    Q[b], Q[c] = rotated(Q[b], Q[c], cos, sin)
+    Q[a], Q[q] = rotate(Q[a], Q[q], cos, sin)
+    Q[b], Q[c] = rotate(Q[b], Q[c], cos, sin)
 
 
-@passed
+@first_class
 def encode_rotations(pose, tree, steps, scratch, code):
     """Write the world orientation of every frame but the root's, as unit quaternions (w, x, y, z) of either sign."""
     plan, angles, put, Q = plan_of(tree), rows(pose, 0), rows(code, 0), rows(scratch, 0)
@@ -118,17 +118,17 @@ n_line_codes = inlined(count_line_codes)  # what compiled functions call
 
 
 @inlined
-def put_balls_and_joints(plan, parts, put, at):
+def put_balls_and_joints(plan, arrays, put, at):
     """Write the quaternions of ball joints from row `at` on, and then the joint positions but the root's."""
     for k in range(plan.n_balls):
         for i in range(4):
-            put[at + 4 * k + i] = parts.Q[9 * k + i]
+            put[at + 4 * k + i] = arrays.Q[9 * k + i]
     first = at + 4 * plan.n_balls - 3
     for i in range(3, 3 * plan.n_joints):
-        put[first + i] = parts.P[i]
+        put[first + i] = arrays.P[i]
 
 
-@passed
+@first_class
 def encode_curve_end(pose, tree, steps, scratch, code):
     """Write what a line needs of its ends.
 
@@ -137,12 +137,12 @@ def encode_curve_end(pose, tree, steps, scratch, code):
     """
     plan, angles, put = plan_of(tree), rows(pose, 0), rows(code, 0)
     sign, column, dof, n = flat(tree.sign), flat(tree.column), flat(tree.angle_dof), plan.n_angles
-    parts = parts_of(tree, scratch)
-    pose_joints(angles, tree, plan, parts)
+    arrays = step_arrays(tree, scratch)
+    pose_joints(angles, tree, plan, arrays)
     for k in range(n):
         d = dof[k]
         angle = principal(angles[column[d]] * sign[d], steps)
         put[k] = angle
         put[n + k], put[2 * n + k] = cosine_sine(angle * (0.5 / steps.n_steps))
-        put[3 * n + k], put[4 * n + k] = parts.C[k], parts.S[k]
-    put_balls_and_joints(plan, parts, put, 5 * n)
+        put[3 * n + k], put[4 * n + k] = arrays.C[k], arrays.S[k]
+    put_balls_and_joints(plan, arrays, put, 5 * n)

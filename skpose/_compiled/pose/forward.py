@@ -2,7 +2,7 @@
 
 import math
 
-from skpose._compiled.pose.rotation import product, quaternion_of, turned_back
+from skpose._compiled.pose.rotation import product, quaternion_of, turn_back
 from skpose._compiled.simd.jit import inlined, internal
 from skpose._compiled.simd.lanes import rows
 from skpose._compiled.simd.trigonometry import cosine_sine
@@ -33,7 +33,7 @@ def workspace(tree, scratch):
 
 
 @inlined
-def rotated(u, v, c, s):
+def rotate(u, v, c, s):
     """Rotate the two columns of a matrix that a rotation about the third axis mixes."""
     return c * u + s * v, c * v - s * u
 
@@ -58,7 +58,7 @@ def orient(tree, dofs, C, S, H):
             q = SQRT2 * w, SQRT2 * u, SQRT2 * v, SQRT2 * t
             for i in range(0, 9, 3):
                 row, before = 9 * f + i, 9 * p + i
-                H[row], H[row + 1], H[row + 2] = turned_back((H[before], H[before + 1], H[before + 2]), q)
+                H[row], H[row + 1], H[row + 2] = turn_back((H[before], H[before + 1], H[before + 2]), q)
             for d in range(tree.first_dof[f], end):
                 C[d] = dofs[d]
             continue
@@ -70,16 +70,16 @@ def orient(tree, dofs, C, S, H):
             row, before = 9 * f + i, 9 * p + i
             if n_dofs == 0:
                 H[row + a] = H[before + a]
-                H[row + b], H[row + c] = rotated(
+                H[row + b], H[row + c] = rotate(
                     H[before + b], H[before + c], tree.fixed_rotation[f, 0], tree.fixed_rotation[f, 1]
                 )
                 continue
             x, y, z = H[before], H[before + 1], H[before + 2]
             if n_dofs > 2:
-                x, y = rotated(x, y, C[end - 3], S[end - 3])
+                x, y = rotate(x, y, C[end - 3], S[end - 3])
             if n_dofs > 1:
-                z, x = rotated(z, x, C[end - 2], S[end - 2])
-            y, z = rotated(y, z, C[end - 1], S[end - 1])
+                z, x = rotate(z, x, C[end - 2], S[end - 2])
+            y, z = rotate(y, z, C[end - 1], S[end - 1])
             H[row], H[row + 1], H[row + 2] = x, y, z
 
 

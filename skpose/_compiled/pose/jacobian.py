@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from skpose._compiled.pose.forward import orient, place_joints, rotated, workspace, workspace_rows
+from skpose._compiled.pose.forward import orient, place_joints, rotate, workspace, workspace_rows
 from skpose._compiled.pose.rotation import right_jacobian
 from skpose._compiled.simd.jit import internal, jit
 
@@ -30,10 +30,10 @@ def rotation_axes(tree, C, S, H, stride, axes):
             # The columns of H are the axes after all the rotations; undo these, the last one first.
             x, y, z = H[9 * f + 3 * i], H[9 * f + 3 * i + 1], H[9 * f + 3 * i + 2]
             axes[stride * (end - 1) + i] = x
-            y, z = rotated(y, z, C[end - 1], 0.0 - S[end - 1])
+            y, z = rotate(y, z, C[end - 1], 0.0 - S[end - 1])
             if n_dofs > 1:
                 axes[stride * (end - 2) + i] = y
-                z, x = rotated(z, x, C[end - 2], 0.0 - S[end - 2])
+                z, x = rotate(z, x, C[end - 2], 0.0 - S[end - 2])
             if n_dofs > 2:
                 axes[stride * (end - 3) + i] = z
 

@@ -9,9 +9,9 @@ from numba import from_dtype, types
 from skpose._compiled.pose.forward import workspace_rows
 from skpose._compiled.pose.results import Results, results_of
 from skpose._compiled.pose.signatures import shared_types
-from skpose._compiled.simd.jit import jit, separate
-from skpose._compiled.simd.lanes import aligned, any_greater, lanes, rows
-from skpose._compiled.simd.signatures import array_type, named
+from skpose._compiled.simd.jit import by_address, jit
+from skpose._compiled.simd.lanes import any_greater, empty_aligned, lanes, rows
+from skpose._compiled.simd.signatures import array_type, tuple_type
 
 GROUPS_IN_CACHE = 16  # groups of lanes that are used on one row after the other
 FLOAT64_LANES = lanes(np.dtype(np.float64))
@@ -29,9 +29,9 @@ class PairRange(NamedTuple):
 
 def _encode_poses(poses, encode, tree, steps, codes):
     n_poses, n_dofs = poses.shape
-    scratch = aligned(workspace_rows(tree), FLOAT64_LANES, poses.dtype)
-    pose = aligned(n_dofs, FLOAT64_LANES, poses.dtype)
-    code = aligned(codes.shape[1], FLOAT64_LANES, poses.dtype)
+    scratch = empty_aligned(workspace_rows(tree), FLOAT64_LANES, poses.dtype)
+    pose = empty_aligned(n_dofs, FLOAT64_LANES, poses.dtype)
+    code = empty_aligned(codes.shape[1], FLOAT64_LANES, poses.dtype)
     for start in range(0, n_poses, FLOAT64_LANES):
         for w in range(FLOAT64_LANES):
             i = min(start + w, n_poses - 1)
@@ -46,9 +46,9 @@ def _encode_poses(poses, encode, tree, steps, codes):
 def _encode_lanes(poses, first, last, encode, tree, steps, codes):
     n_dofs, n_codes = poses.shape[1], codes.shape[0] // (poses.shape[0] // codes.shape[1])
     width = codes.shape[1]
-    scratch = aligned(workspace_rows(tree), FLOAT64_LANES, poses.dtype)
-    pose = aligned(n_dofs, FLOAT64_LANES, poses.dtype)
-    code = aligned(n_codes, FLOAT64_LANES, poses.dtype)
+    scratch = empty_aligned(workspace_rows(tree), FLOAT64_LANES, poses.dtype)
+    pose = empty_aligned(n_dofs, FLOAT64_LANES, poses.dtype)
+    code = empty_aligned(n_codes, FLOAT64_LANES, poses.dtype)
     for start in range(first * width, last * width, FLOAT64_LANES):
         for w in range(FLOAT64_LANES):
             for d in range(n_dofs):
@@ -62,7 +62,7 @@ def _encode_lanes(poses, first, last, encode, tree, steps, codes):
 
 def _pair_distances(X, Y, pairs, measure, tree, steps, distances):
     width = Y.shape[1]
-    scratch = aligned(workspace_rows(tree), width, X.dtype)
+    scratch = empty_aligned(workspace_rows(tree), width, X.dtype)
     results = results_of(GROUPS_IN_CACHE, width, X.dtype)
     gaps = rows(results.gap, 0)
     n_unconverged, worst = 0, 0.0
@@ -99,12 +99,15 @@ def _pair_distance_signature():
     return types.float64(pose, pose, types.intp, encode_type(), measure_type(float64), tree, steps)
 
 
-@separate(_pair_distance_signature)
+@by_address(_pair_distance_signature)
 def pair_distance(x, y, n_codes, encode, measure, tree, steps):
     """Compute the distance of two poses by the functions of matrices: x is in the first lane, y in all others."""
     n_dofs = x.shape[0]
-    scratch, pose = aligned(workspace_rows(tree), FLOAT64_LANES, x.dtype), aligned(n_dofs, FLOAT64_LANES, x.dtype)
-    code, first = aligned(n_codes, FLOAT64_LANES, x.dtype), aligned(1, n_codes, x.dtype)[0]
+    scratch, pose = (
+        empty_aligned(workspace_rows(tree), FLOAT64_LANES, x.dtype),
+        empty_aligned(n_dofs, FLOAT64_LANES, x.dtype),
+    )
+    code, first = empty_aligned(n_codes, FLOAT64_LANES, x.dtype), empty_aligned(1, n_codes, x.dtype)[0]
     results = results_of(1, FLOAT64_LANES, x.dtype)
     for w in range(FLOAT64_LANES):
         results.skip[0, w] = w != 1
@@ -121,7 +124,7 @@ def results_type(dtype):
     """Return numba's type of Results."""
     real = from_dtype(dtype)
     kinds = (real, 2), (types.boolean, 2), (real, 2), (real, 1), (types.int64, 1)
-    return named(Results, *(array_type(*kind, readonly=False) for kind in kinds))
+    return tuple_type(Results, *(array_type(*kind, readonly=False) for kind in kinds))
 
 
 def encode_type():
@@ -162,10 +165,10 @@ def encode_lanes_loop(dtype):
 
     There are as many poses, in float64, as all groups have lanes.
     """
-    float64, whole = np.dtype(np.float64), types.int64
+    float64, integer = np.dtype(np.float64), types.int64
     tree, steps = shared_types(float64)
     poses, codes = array_type(types.float64, 2, readonly=True), array_type(from_dtype(dtype), 2, readonly=False)
-    return jit(_encode_lanes, signatures=[types.void(poses, whole, whole, encode_type(), tree, steps, codes)])
+    return jit(_encode_lanes, signatures=[types.void(poses, integer, integer, encode_type(), tree, steps, codes)])
 
 
 @functools.cache
@@ -178,7 +181,7 @@ def pair_distances_loop(dtype):
     real, at = from_dtype(dtype), types.int64
     tree, steps = shared_types(dtype)
     X, Y = array_type(real, 2, readonly=True), array_type(real, 2, readonly=True)
-    pairs = named(PairRange, at, at, at, at, types.boolean)
+    pairs = tuple_type(PairRange, at, at, at, at, types.boolean)
     distances = array_type(real, 2, readonly=False, layout="A")
     unconverged = types.Tuple((types.int64, types.float64))
     signature = unconverged(X, Y, pairs, measure_type(dtype), tree, steps, distances)
@@ -189,7 +192,7 @@ def in_lanes(codes):
     """Return codes (n, n_codes) as groups of n_codes rows of lanes, the last group filled up with copies."""
     width = lanes(codes.dtype)
     n_groups, n_codes = -(-len(codes) // width), codes.shape[1]
-    rows_of_lanes = aligned(n_groups * n_codes, width, codes.dtype)
+    rows_of_lanes = empty_aligned(n_groups * n_codes, width, codes.dtype)
     groups = rows_of_lanes.reshape(n_groups, n_codes, width)
     n_full = len(codes) // width
     groups[:n_full] = codes[: n_full * width].reshape(n_full, width, n_codes).transpose(0, 2, 1)

@@ -8,9 +8,9 @@ import math
 import numpy as np
 
 from skpose._compiled.pose.rotation import TIE
-from skpose._compiled.pose.step import for_scale, no_squares, parts_of, plan_of, take_step, weighted
+from skpose._compiled.pose.step import for_scale, no_squares, plan_of, step_arrays, take_step, weighted_sum
 from skpose._compiled.pose.tree import SLERP_TERMS, TWO_PI, Squares, Steps
-from skpose._compiled.simd.jit import inlined, passed
+from skpose._compiled.simd.jit import first_class, inlined
 from skpose._compiled.simd.lanes import any_greater, flat, full_like, greater, minimum, rows, sqrt
 from skpose._compiled.simd.trigonometry import series
 
@@ -23,7 +23,7 @@ def turns_off(gap, steps):
     return greater(gap, steps.half_turn) - greater(0.0 - gap, steps.half_turn)
 
 
-@passed
+@first_class
 def measure_euclidean(x, Y, first, last, tree, steps, scratch, results):
     """Compute ‖y − x‖₂, every difference wrapped where the metric wraps."""
     a, n = flat(x), x.shape[0]
@@ -42,7 +42,7 @@ def measure_euclidean(x, Y, first, last, tree, steps, scratch, results):
         rows(results.distances, k - first)[0] = sqrt(one + two + three)
 
 
-@passed
+@first_class
 def measure_boxes(x, Y, first, last, tree, steps, scratch, results):
     """Compute the Euclidean distances from a point x to boxes, whose codes are the lower corner, then the upper one."""
     a, n = flat(x), x.shape[0]
@@ -73,7 +73,7 @@ def _squared_angle_series(degree=24):
 _SQUARED_ANGLE = _squared_angle_series()
 
 
-@passed
+@first_class
 def measure_rotations(x, Y, first, last, tree, steps, scratch, results):
     """Compute √Σ ℓ² φ² over the bones, φ the angle between the orientations of the bone's frame."""
     a, weight, n_frames = flat(x), flat(tree.weight), tree.weight.shape[0]
@@ -93,8 +93,8 @@ def measure_rotations(x, Y, first, last, tree, steps, scratch, results):
 
 
 @inlined
-def _without_references(steps):
-    """Return the steps with an address in the place of the array, whose references would be counted in inner loops."""
+def _drop_references(steps):
+    """Return the steps with an address instead of the array, whose references would be counted in inner loops."""
     return Steps(steps.n_steps, steps.half_turn, steps.cos_turn, steps.sin_turn, flat(steps.slerp))
 
 
@@ -163,17 +163,17 @@ def last_chord(plan, b, before, P):
         p, q, r = b[k] - P[i], b[k + 1] - P[i + 1], b[k + 2] - P[i + 2]
         scale, one, two, three, total = for_scale(plan.scale[j], P, squares)
         squares = Squares(scale, one + p * p, two + q * q, three + r * r, total)
-    return sqrt(weighted(squares))
+    return sqrt(weighted_sum(squares))
 
 
 @inlined
-def _line(plan, a, b, steps, parts, limit):
+def _line(plan, a, b, steps, arrays, limit):
     """Return the length of the straight line from an encoded pose a to others b, and whether that was computed.
 
     Elsewhere it is more than the limit in every lane, and so is what is returned: the length so far and of the chord
     from there on, a lower bound by the triangle inequality.
     """
-    C, S, A, B, n = parts.C, parts.S, parts.A, parts.B, plan.n_angles
+    C, S, A, B, n = arrays.C, arrays.S, arrays.A, arrays.B, plan.n_angles
     before = 5 * n + 4 * plan.n_balls - 3
     apart = full_like(b, 0.0)
     for d in range(n):
@@ -182,36 +182,36 @@ def _line(plan, a, b, steps, parts, limit):
         A[d], B[d] = 2.0 * s * s, 2.0 * s * c
         C[d], S[d] = a[3 * n + d], a[4 * n + d]
     for k in range(plan.n_balls):
-        apart = apart + _start_ball(a, b, 5 * n + 4 * k, parts.Q, 9 * k, steps.slerp)
-    start_joints(plan, a, before, parts.P)
+        apart = apart + _start_ball(a, b, 5 * n + 4 * k, arrays.Q, 9 * k, steps.slerp)
+    start_joints(plan, a, before, arrays.P)
     length = full_like(b, 0.0)
     for step in range(1, steps.n_steps):
-        length = length + sqrt(take_step(plan, parts))
+        length = length + sqrt(take_step(plan, arrays))
         if limit < math.inf and step % STEPS_PER_BOUND == 0 and step < steps.n_steps - 1:
-            bound = length + last_chord(plan, b, before, parts.P)
+            bound = length + last_chord(plan, b, before, arrays.P)
             if not any_greater(0.0 - bound, 0.0 - limit):
                 return bound, False
     # From a pose to itself the samples differ by rounding; the distance is zero.
-    return (length + last_chord(plan, b, before, parts.P)) * greater(apart, 0.0), True
+    return (length + last_chord(plan, b, before, arrays.P)) * greater(apart, 0.0), True
 
 
-@passed
+@first_class
 def measure_line(x, Y, first, last, tree, steps, scratch, results):
     """Compute the length of the straight line in the dofs, Σ ‖F(c_n) − F(c_{n−1})‖, sec. 2.2 of the paper."""
-    plan, a, bare = plan_of(tree), flat(x), _without_references(steps)
-    parts = parts_of(tree, scratch)
+    plan, a, bare = plan_of(tree), flat(x), _drop_references(steps)
+    arrays = step_arrays(tree, scratch)
     for k in range(first, last):
-        length, _ = _line(plan, a, rows(Y, k * x.shape[0]), bare, parts, math.inf)
+        length, _ = _line(plan, a, rows(Y, k * x.shape[0]), bare, arrays, math.inf)
         rows(results.distances, k - first)[0] = length
 
 
-@passed
+@first_class
 def measure_line_within(x, Y, first, last, tree, steps, scratch, results):
     """Compute `measure_line` where that may be within the limit, elsewhere a lower bound that is above it."""
-    plan, a, bare = plan_of(tree), flat(x), _without_references(steps)
-    parts = parts_of(tree, scratch)
+    plan, a, bare = plan_of(tree), flat(x), _drop_references(steps)
+    arrays = step_arrays(tree, scratch)
     for k in range(first, last):
-        length, is_whole = _line(plan, a, rows(Y, k * x.shape[0]), bare, parts, results.limit[0])
+        length, is_complete = _line(plan, a, rows(Y, k * x.shape[0]), bare, arrays, results.limit[0])
         rows(results.distances, k - first)[0] = length
-        if not is_whole:
+        if not is_complete:
             results.n_ruled_out[0] += 1

@@ -14,8 +14,8 @@ import numpy as np
 
 from skpose._compiled.pose.encode import pose_joints, principal, put_balls_and_joints
 from skpose._compiled.pose.measure import last_chord, start_joints
-from skpose._compiled.pose.step import displace_joints, parts_of, plan_of
-from skpose._compiled.simd.jit import inlined, passed
+from skpose._compiled.pose.step import displace_joints, plan_of, step_arrays
+from skpose._compiled.simd.jit import first_class, inlined
 from skpose._compiled.simd.lanes import any_greater, flat, full_like, greater, minimum, rows, sqrt
 from skpose._compiled.simd.trigonometry import cosine_sine
 
@@ -31,7 +31,7 @@ def count_middle_codes(tree):
 n_middle_codes = inlined(count_middle_codes)  # what compiled functions call
 
 
-@passed
+@first_class
 def encode_middle(pose, tree, steps, scratch, code):
     """Write what the middle of a line needs of its ends.
 
@@ -40,19 +40,19 @@ def encode_middle(pose, tree, steps, scratch, code):
     """
     plan, angles, put = plan_of(tree), rows(pose, 0), rows(code, 0)
     sign, column, shift, dof = flat(tree.sign), flat(tree.column), flat(tree.shift), flat(tree.angle_dof)
-    parts = parts_of(tree, scratch)
-    pose_joints(angles, tree, plan, parts)
+    arrays = step_arrays(tree, scratch)
+    pose_joints(angles, tree, plan, arrays)
     n = plan.n_angles
     for k in range(n):
         d = dof[k]
         put[k], put[n + k] = cosine_sine((principal(angles[column[d]] * sign[d], steps) + shift[d]) * 0.5)
-    put_balls_and_joints(plan, parts, put, 2 * n)
+    put_balls_and_joints(plan, arrays, put, 2 * n)
 
 
 @inlined
-def _set_middle(plan, a, b, steps, parts):
+def _set_middle(plan, a, b, steps, arrays):
     """Set all dofs to the middle of the line; return 1 in the lanes where that is certain, else 0."""
-    C, S, Q, n = parts.C, parts.S, parts.Q, plan.n_angles
+    C, S, Q, n = arrays.C, arrays.S, arrays.Q, plan.n_angles
     least = full_like(b, 1.0)
     for d in range(n):
         ac, bs = a[d] * b[d], a[n + d] * b[n + d]
@@ -76,17 +76,17 @@ def _set_middle(plan, a, b, steps, parts):
     return greater(least, NEAR_HALF_TURN * NEAR_HALF_TURN)
 
 
-@passed
+@first_class
 def measure_two_chords(x, Y, first, last, tree, steps, scratch, results):
     """Compute ‖F(m) − F(a)‖ + ‖F(b) − F(m)‖, m the middle of the line from a to b."""
     plan, a, n_codes = plan_of(tree), flat(x), x.shape[0]
-    parts, before = parts_of(tree, scratch), n_middle_codes(tree) - 3
+    arrays, before = step_arrays(tree, scratch), n_middle_codes(tree) - 3
     for k in range(first, last):
         b = rows(Y, k * n_codes)
-        certain = _set_middle(plan, a, b, steps, parts)
-        start_joints(plan, a, before, parts.P)
-        length = sqrt(displace_joints(plan, parts))
-        rows(results.distances, k - first)[0] = (length + last_chord(plan, b, before, parts.P)) * certain
+        certain = _set_middle(plan, a, b, steps, arrays)
+        start_joints(plan, a, before, arrays.P)
+        length = sqrt(displace_joints(plan, arrays))
+        rows(results.distances, k - first)[0] = (length + last_chord(plan, b, before, arrays.P)) * certain
 
 
 def middle_slack(tree):

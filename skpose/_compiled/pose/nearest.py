@@ -22,8 +22,8 @@ from skpose._compiled.pose.loops import FLOAT64_LANES, GROUPS_IN_CACHE, encode_t
 from skpose._compiled.pose.results import results_of
 from skpose._compiled.pose.signatures import shared_types
 from skpose._compiled.simd.jit import inlined, jit
-from skpose._compiled.simd.lanes import aligned, any_greater, least, rows
-from skpose._compiled.simd.signatures import array_type, named
+from skpose._compiled.simd.lanes import any_greater, empty_aligned, least, rows
+from skpose._compiled.simd.signatures import array_type, tuple_type
 
 ROWS_IN_CACHE = 1024  # rows of lanes, where a group has few of them; with less, the call of the measure shows
 
@@ -126,7 +126,7 @@ def _rounding(tree):
 
 @inlined
 def _run(bounds, i, limit, group, end, per_bound):
-    """Return the first run of groups, from this one on and before the end, whose bounds are within the limit."""
+    """Return the first range of groups, from this one on and before the end, whose bounds are within the limit."""
     while group < end and bounds[i, group // per_bound] > limit:
         group += 1
     stop = group
@@ -144,7 +144,7 @@ def _n_together(n_codes):
 def _bounds_of_groups(queries, codes, first, last, limits, measure, tree, steps, bounds):
     n_codes, width = queries.shape[1], codes.shape[1]
     n_groups, n_together = bounds.shape[1], _n_together(n_codes)
-    scratch = aligned(workspace_rows(tree), width, queries.dtype)
+    scratch = empty_aligned(workspace_rows(tree), width, queries.dtype)
     results = results_of(n_together, width, queries.dtype)
     distances = rows(results.distances, 0)
     for group in range(0, n_groups, n_together):
@@ -162,7 +162,7 @@ def _nearest_of_groups(queries, groups, first, last, excluded, measure, tree, st
     n_codes, width = queries.shape[1], groups.codes.shape[1]
     n_groups, n_together = len(groups.indices) // width, _n_together(n_codes)
     per_bound = n_groups // max(1, groups.bounds.shape[1])
-    scratch = aligned(workspace_rows(tree), width, queries.dtype)
+    scratch = empty_aligned(workspace_rows(tree), width, queries.dtype)
     results = results_of(n_together, width, queries.dtype)
     distances, rounding, n_measured = rows(results.distances, 0), _rounding(tree), 0
     for group in range(0, n_groups, n_together):
@@ -193,9 +193,9 @@ def _nearest_of_groups(queries, groups, first, last, excluded, measure, tree, st
 
 def _nearest_of_candidates(queries, poses, candidates, batch, encode, measure, tree, steps, heaps):
     n_dofs = poses.shape[1]
-    scratch = aligned(workspace_rows(tree), FLOAT64_LANES, queries.dtype)
-    pose = aligned(n_dofs, FLOAT64_LANES, queries.dtype)
-    code = aligned(queries.shape[1], FLOAT64_LANES, queries.dtype)
+    scratch = empty_aligned(workspace_rows(tree), FLOAT64_LANES, queries.dtype)
+    pose = empty_aligned(n_dofs, FLOAT64_LANES, queries.dtype)
+    code = empty_aligned(queries.shape[1], FLOAT64_LANES, queries.dtype)
     results = results_of(1, FLOAT64_LANES, queries.dtype)
     taken = np.empty(FLOAT64_LANES, np.int64)
     rounding, n_measured, n_unconverged, worst = _rounding(tree), 0, 0, 0.0
@@ -228,9 +228,9 @@ def _nearest_of_candidates(queries, poses, candidates, batch, encode, measure, t
 
 def _heaps_type(real):
     """Return numba's type of Heaps."""
-    whole = types.int64
-    kinds = ((real, 1), (real, 2), (whole, 2), (whole, 1))
-    return named(Heaps, *(array_type(kind, ndim, readonly=False) for kind, ndim in kinds))
+    integer = types.int64
+    kinds = ((real, 1), (real, 2), (integer, 2), (integer, 1))
+    return tuple_type(Heaps, *(array_type(kind, ndim, readonly=False) for kind, ndim in kinds))
 
 
 # Compiled when first requested, see `skpose._compiled.pose.loops`.
@@ -243,11 +243,11 @@ def bounds_of_groups_loop():
     `queries` holds codes as rows, `codes` groups of lanes. Each bound (n_queries, n_groups) of a query first:last that
     is within its limit becomes the least distance to the poses of the group. In float32.
     """
-    real, whole, float32 = types.float32, types.int64, np.dtype(np.float32)
+    real, integer, float32 = types.float32, types.int64, np.dtype(np.float32)
     tree, steps = shared_types(float32)
     queries, codes = array_type(real, 2, readonly=True), array_type(real, 2, readonly=True)
     limits, bounds = array_type(real, 1, readonly=True), array_type(real, 2, readonly=False)
-    signature = types.void(queries, codes, whole, whole, limits, measure_type(float32), tree, steps, bounds)
+    signature = types.void(queries, codes, integer, integer, limits, measure_type(float32), tree, steps, bounds)
     return jit(_bounds_of_groups, signatures=[signature])
 
 
@@ -258,13 +258,13 @@ def nearest_of_groups_loop(dtype):
     `queries` holds codes as rows. Only Groups within reach of a query first:last are measured. Query i does not keep
     pose excluded[i]. Returns the number of pairs measured. For measures that always converge.
     """
-    real, whole = from_dtype(dtype), types.int64
+    real, integer = from_dtype(dtype), types.int64
     tree, steps = shared_types(dtype)
-    kinds = (real, 2), (whole, 1), (types.float32, 2), (types.float64, 1)
-    groups = named(Groups, *(array_type(*kind, readonly=False) for kind in kinds))
-    queries, excluded = array_type(real, 2, readonly=True), array_type(whole, 1, readonly=True)
+    kinds = (real, 2), (integer, 1), (types.float32, 2), (types.float64, 1)
+    groups = tuple_type(Groups, *(array_type(*kind, readonly=False) for kind in kinds))
+    queries, excluded = array_type(real, 2, readonly=True), array_type(integer, 1, readonly=True)
     tail = excluded, measure_type(dtype), tree, steps, _heaps_type(real)
-    return jit(_nearest_of_groups, signatures=[whole(queries, groups, whole, whole, *tail)])
+    return jit(_nearest_of_groups, signatures=[integer(queries, groups, integer, integer, *tail)])
 
 
 @functools.cache
@@ -276,13 +276,13 @@ def nearest_of_candidates_loop(dtype):
     keep. Returns the number of pairs measured, the number of geodesics that did not converge and the largest of their
     gaps.
     """
-    real, whole, float64 = types.float64, types.int64, np.dtype(np.float64)
+    real, integer, float64 = types.float64, types.int64, np.dtype(np.float64)
     tree, steps = shared_types(float64)
     queries, poses = array_type(real, 2, readonly=True), array_type(from_dtype(dtype), 2, readonly=True)
-    kinds = (whole, 2), (real, 2), (whole, 1)
-    candidates = named(Candidates, *(array_type(*kind, readonly=False) for kind in kinds))
-    batch = named(Batch, *3 * [whole])
-    counts = types.Tuple((whole, whole, real))
+    kinds = (integer, 2), (real, 2), (integer, 1)
+    candidates = tuple_type(Candidates, *(array_type(*kind, readonly=False) for kind in kinds))
+    batch = tuple_type(Batch, *3 * [integer])
+    counts = types.Tuple((integer, integer, real))
     signature = counts(
         queries, poses, candidates, batch, encode_type(), measure_type(float64), tree, steps, _heaps_type(real)
     )

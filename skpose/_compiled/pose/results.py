@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._compiled.simd.jit import inlined
-from skpose._compiled.simd.lanes import aligned
+from skpose._compiled.simd.lanes import empty_aligned
 
 
 class Results(NamedTuple):
@@ -24,10 +24,10 @@ class Results(NamedTuple):
 @inlined
 def results_of(n_groups, width, dtype):
     """Return results of so many groups: none skipped, no gaps, no limit."""
-    distances, gap = aligned(n_groups, width, dtype), aligned(n_groups, width, dtype)
-    skip = aligned(n_groups, width, np.bool_)
+    distances, gap = empty_aligned(n_groups, width, dtype), empty_aligned(n_groups, width, dtype)
+    skip = empty_aligned(n_groups, width, np.bool_)
     # np.empty, np.zeros and slices are more functions to compile.
-    limit, n_ruled_out = aligned(1, 1, dtype)[0], aligned(1, 1, np.int64)[0]
+    limit, n_ruled_out = empty_aligned(1, 1, dtype)[0], empty_aligned(1, 1, np.int64)[0]
     limit[0], n_ruled_out[0] = np.inf, 0
     for k in range(n_groups):
         for w in range(width):

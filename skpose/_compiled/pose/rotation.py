@@ -42,7 +42,7 @@ def inverse(q):
 
 
 @inlined
-def turned_back(v, q):
+def turn_back(v, q):
     """Return the vector v·R, R the matrix of the quaternion q / √2: a row of an orientation, times a rotation.
 
     With u the vector part, v·R = v + w t + t × u with t = v × u. The factor √2 in q stands for the two twos of the

@@ -5,7 +5,7 @@ from numba import types
 from skpose._compiled.pose.forward import orient, place_joints, workspace
 from skpose._compiled.pose.jacobian import rotation_axes
 from skpose._compiled.pose.signatures import TREE
-from skpose._compiled.simd.jit import internal, separate
+from skpose._compiled.simd.jit import by_address, internal
 from skpose._compiled.simd.lanes import flat
 from skpose._compiled.simd.signatures import MATRIX, VECTOR
 
@@ -29,7 +29,7 @@ def set_screws(tree, C, S, H, P, screws):
             screws[k + 5] = P[o] * y - P[o + 1] * x
 
 
-@separate(lambda: types.void(TREE, VECTOR, VECTOR, VECTOR, MATRIX))
+@by_address(lambda: types.void(TREE, VECTOR, VECTOR, VECTOR, MATRIX))
 def place_with_screws(tree, dofs, scratch, P, screws):
     """Compute the joint positions of one pose, and the screws of its dofs, (n_dofs, 6)."""
     C, S, H, positions = workspace(tree, scratch)

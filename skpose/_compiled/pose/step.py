@@ -1,8 +1,8 @@
 """One step of all angles along a line, and the joints placed anew: in lanes."""
 
-from skpose._compiled.pose.forward import rotated
-from skpose._compiled.pose.rotation import turned_back
-from skpose._compiled.pose.tree import BALL, Parts, Plan, Squares
+from skpose._compiled.pose.forward import rotate
+from skpose._compiled.pose.rotation import turn_back
+from skpose._compiled.pose.tree import BALL, Plan, Squares, StepArrays
 from skpose._compiled.simd.jit import inlined
 from skpose._compiled.simd.lanes import flat, full_like, rows
 
@@ -18,9 +18,9 @@ def plan_of(tree):
         tree.ball_frame.shape[0],
         tree.batch_kind.shape[0],
         tree.first_joint.shape[0] - 1,
-        tree.first_tip.shape[0] - 1,
+        tree.first_leaf.shape[0] - 1,
         first_moving,
-        tree.first_tip[-1],
+        tree.first_leaf[-1],
         tree.offset.shape[0],
         flat(tree.frame_parent),
         flat(tree.first_dof),
@@ -32,7 +32,7 @@ def plan_of(tree):
         flat(tree.batch_kind),
         flat(tree.first_frame),
         flat(tree.first_joint),
-        flat(tree.first_tip),
+        flat(tree.first_leaf),
         flat(tree.joint_parent),
         flat(tree.joint_frame),
         flat(tree.offset),
@@ -41,15 +41,15 @@ def plan_of(tree):
 
 
 @inlined
-def parts_of(tree, scratch):
-    """Return the parts of a scratch array, the root's frame and position set."""
+def step_arrays(tree, scratch):
+    """Return the rows of a scratch array that a step uses, the root's frame and position set."""
     n, q, h = tree.angle_dof.shape[0], 9 * tree.ball_frame.shape[0], 6 * tree.frame_parent.shape[0]
     H, P = rows(scratch, 4 * n + q), rows(scratch, 4 * n + q + h)
     for i in range(6):
         H[i] = 1.0 if i % 4 == 0 else 0.0
     for i in range(3):
         P[i] = 0.0
-    return Parts(
+    return StepArrays(
         rows(scratch, 0), rows(scratch, n), rows(scratch, 2 * n), rows(scratch, 3 * n), rows(scratch, 4 * n), H, P
     )
 
@@ -68,10 +68,10 @@ def _rotate_batch(n_dofs, first, last, plan, C, S, H):
         for i in range(0, 6, 3):
             x, y, z = H[before + i], H[before + i + 1], H[before + i + 2]
             if n_dofs > 2:
-                x, y = rotated(x, y, cz, sz)
+                x, y = rotate(x, y, cz, sz)
             if n_dofs > 1:
-                z, x = rotated(z, x, cy, sy)
-            y, z = rotated(y, z, cx, sx)
+                z, x = rotate(z, x, cy, sy)
+            y, z = rotate(y, z, cx, sx)
             H[row + i], H[row + i + 1], H[row + i + 2] = x, y, z
 
 
@@ -98,7 +98,7 @@ def _rotate_balls(first, last, plan, Q, H):
         before, row = 6 * plan.frame_parent[f], 6 * f
         quaternion = advance(Q, 9 * plan.ball[f])
         for i in range(0, 6, 3):
-            x, y, z = turned_back((H[before + i], H[before + i + 1], H[before + i + 2]), quaternion)
+            x, y, z = turn_back((H[before + i], H[before + i + 1], H[before + i + 2]), quaternion)
             H[row + i], H[row + i + 1], H[row + i + 2] = x, y, z
 
 
@@ -110,7 +110,7 @@ def _rotate_fixed(first, last, plan, H):
         b, c = (a + 1) % 3, (a + 2) % 3
         cos, sin = plan.fixed_rotation[4 * f], plan.fixed_rotation[4 * f + 1]
         for i in range(0, 6, 3):
-            u, v = rotated(H[before + i + b], H[before + i + c], cos, sin)
+            u, v = rotate(H[before + i + b], H[before + i + c], cos, sin)
             H[row + i + a], H[row + i + b], H[row + i + c] = H[before + i + a], u, v
 
 
@@ -144,14 +144,14 @@ def _place_along_x(H, h, P, j, p, x, squares):
 
 
 @inlined
-def _rotate_frames(plan, parts):
-    """Compute the orientations of all frames but the tips."""
-    C, S, H = parts.C, parts.S, parts.H
+def _rotate_frames(plan, arrays):
+    """Compute the orientations of all frames but the leaves."""
+    C, S, H = arrays.C, arrays.S, arrays.H
     for b in range(plan.n_batches):
         kind, first, last = plan.batch_kind[b], plan.first_frame[b], plan.first_frame[b + 1]
         # A literal number lets the compiler remove the branches on it.
         if kind == BALL:
-            _rotate_balls(first, last, plan, parts.Q, H)
+            _rotate_balls(first, last, plan, arrays.Q, H)
         elif kind == 3:
             _rotate_batch(3, first, last, plan, C, S, H)
         elif kind == 2:
@@ -163,21 +163,21 @@ def _rotate_frames(plan, parts):
 
 
 @inlined
-def _tip_offset(plan, parts, f, x, y):
-    """Return the offset (x, y, 0) of a tip's joint, rotated by its angles."""
-    C, S = parts.C, parts.S
+def _leaf_offset(plan, arrays, f, x, y):
+    """Return the offset (x, y, 0) of a leaf's joint, rotated by its angles."""
+    C, S = arrays.C, arrays.S
     d, n_dofs = plan.end_angle[f] - 1, plan.end_dof[f] - plan.first_dof[f]
-    u, v, w = full_like(parts.P, x), C[d] * y, S[d] * y
+    u, v, w = full_like(arrays.P, x), C[d] * y, S[d] * y
     if n_dofs > 1:
-        u, w = rotated(u, w, C[d - 1], S[d - 1])
+        u, w = rotate(u, w, C[d - 1], S[d - 1])
     if n_dofs > 2:
-        v, u = rotated(v, u, C[d - 2], S[d - 2])
+        v, u = rotate(v, u, C[d - 2], S[d - 2])
     return u, v, w
 
 
 @inlined
 def _ball_offset(Q, q, x):
-    """Return the offset (x, 0, 0) of a ball joint's tip, rotated by one step."""
+    """Return the offset (x, 0, 0) of a ball joint's leaf, rotated by one step."""
     a, b, c, d = advance(Q, q)
     return (1.0 - (c * c + d * d)) * x, (b * c + a * d) * x, (b * d - a * c) * x
 
@@ -190,7 +190,7 @@ def no_squares(scale, P):
 
 
 @inlined
-def weighted(squares):
+def weighted_sum(squares):
     """Return the weighted sum of squares."""
     return squares.total + (squares.scale * squares.scale) * (squares.first + squares.second + squares.third)
 
@@ -201,26 +201,26 @@ def for_scale(scale, P, squares):
     if scale == squares.scale:
         return squares
     zero = full_like(P, 0.0)
-    return Squares(scale, zero, zero, zero, weighted(squares))
+    return Squares(scale, zero, zero, zero, weighted_sum(squares))
 
 
 @inlined
-def take_step(plan, parts):
+def take_step(plan, arrays):
     """Add one step to all dofs and place the joints; return the square of their displacement."""
-    C, S, A, B = parts.C, parts.S, parts.A, parts.B
+    C, S, A, B = arrays.C, arrays.S, arrays.A, arrays.B
     for d in range(plan.n_angles):
         c, s, a, b = C[d], S[d], A[d], B[d]
         C[d], S[d] = c - a * c - b * s, s - a * s + b * c
-    return displace_joints(plan, parts)
+    return displace_joints(plan, arrays)
 
 
 @inlined
-def displace_joints(plan, parts):
+def displace_joints(plan, arrays):
     """Add one step to the ball joints, none to the angles, and place the joints; return as `take_step`."""
-    H, P = parts.H, parts.P
-    _rotate_frames(plan, parts)
+    H, P = arrays.H, arrays.P
+    _rotate_frames(plan, arrays)
     squares = no_squares(plan.scale[plan.n_joints - 1], P)
-    for b in range(0, plan.n_runs, 2):
+    for b in range(0, plan.n_ranges, 2):
         squares = for_scale(plan.scale[plan.first_joint[b]], P, squares)
         for j in range(plan.first_joint[b], plan.first_joint[b + 1]):
             x, y, z = plan.offset[3 * j], plan.offset[3 * j + 1], plan.offset[3 * j + 2]
@@ -228,15 +228,15 @@ def displace_joints(plan, parts):
         for j in range(plan.first_joint[b + 1], plan.first_joint[b + 2]):
             h, x = 6 * plan.joint_frame[j], plan.offset[3 * j]
             squares = _place_along_x(H, h, P, j, plan.joint_parent[j], x, squares)
-    for b in range(plan.n_tip_runs):
-        squares = for_scale(plan.scale[plan.first_tip[b]], P, squares)
-        for j in range(plan.first_tip[b], plan.first_tip[b + 1]):
+    for b in range(plan.n_leaf_ranges):
+        squares = for_scale(plan.scale[plan.first_leaf[b]], P, squares)
+        for j in range(plan.first_leaf[b], plan.first_leaf[b + 1]):
             f = plan.joint_frame[j]
-            x, y, z = _tip_offset(plan, parts, f, plan.offset[3 * j], plan.offset[3 * j + 1])
+            x, y, z = _leaf_offset(plan, arrays, f, plan.offset[3 * j], plan.offset[3 * j + 1])
             squares = _place_joint(H, 6 * plan.frame_parent[f], P, j, plan.joint_parent[j], x, y, z, squares)
-    for j in range(plan.first_ball_tip, plan.n_joints):
+    for j in range(plan.first_ball_leaf, plan.n_joints):
         f = plan.joint_frame[j]
-        x, y, z = _ball_offset(parts.Q, 9 * plan.ball[f], plan.offset[3 * j])
+        x, y, z = _ball_offset(arrays.Q, 9 * plan.ball[f], plan.offset[3 * j])
         squares = for_scale(plan.scale[j], P, squares)
         squares = _place_joint(H, 6 * plan.frame_parent[f], P, j, plan.joint_parent[j], x, y, z, squares)
-    return weighted(squares)
+    return weighted_sum(squares)

@@ -20,7 +20,7 @@ class Tree(NamedTuple):
 
     What carries no weight, and nothing that does, is left out, with its dofs.
 
-    Frames stand in batches, tips last; joints in the order of their frames; dofs depth first.
+    Frames stand in batches, leaves last; joints in the order of their frames; dofs depth first.
     """
 
     frame_parent: np.ndarray  # (n_frames,) the frame that carries each frame
@@ -35,21 +35,25 @@ class Tree(NamedTuple):
     weight: np.ndarray  # (n_frames,) squared lengths of the bones fixed to the frame, times their weights, summed, m²
     pivot: np.ndarray  # (n_frames,) joint at the centre of the frame's rotation
     batch_kind: np.ndarray  # (n_batches,) how many angles the frames of a batch have, or BALL
-    first_frame: np.ndarray  # (n_batches + 1,) frames of batch b are first_frame[b]:first_frame[b + 1]; then the tips
+    first_frame: np.ndarray  # (n_batches + 1,) frames of batch b are first_frame[b]:first_frame[b + 1]; then the leaves
     column: np.ndarray  # (n_dofs,) column of each dof in an array of poses
     sign: np.ndarray  # (n_dofs,) -1 where the frame's axis points against the skeleton's, else 1
     shift: np.ndarray  # (n_dofs,) constant added to the angle, rad
     angle_dof: np.ndarray  # (n_angles,) the dofs that are angles
     ball_frame: np.ndarray  # (n_balls,) the frames of ball joints
-    first_joint: np.ndarray  # (n_runs + 1,) of runs of joints that move and are no tips: any, along x, any, along x …
-    first_tip: np.ndarray  # (n_tip_runs + 1,) of runs of tips' joints of one weight; then those of ball joints
+    first_joint: (
+        np.ndarray
+    )  # (n_ranges + 1,) of ranges of moving joints that are no leaves: any, along x, any, along x …
+    first_leaf: np.ndarray  # (n_leaf_ranges + 1,) of ranges of leaves' joints of one weight; then those of ball joints
     joint_parent: np.ndarray  # (n_joints + 1,) parent of each joint
     joint_frame: np.ndarray  # (n_joints + 1,) frame in which the joint's offset is given
-    offset: np.ndarray  # (n_joints + 1, 3) from the parent, m; z is zero for a tip's joint
+    offset: np.ndarray  # (n_joints + 1, 3) from the parent, m; z is zero for a leaf's joint
     scale: np.ndarray  # (n_joints + 1,) square root of the weight of each joint, by which its positions are multiplied
-    code_joint: np.ndarray  # (n_joints + 1,) place of each joint among those of the code of positions, plus one
-    first_run: np.ndarray  # (n_frames + 1,) runs of frame f are runs[first_run[f]:first_run[f + 1]]
-    runs: np.ndarray  # (n_runs, 2) dofs of a frame and of its ancestors, as ranges
+    code_joint: np.ndarray  # (n_joints + 1,) index of each joint among those of the code of positions, plus one
+    first_dof_range: (
+        np.ndarray
+    )  # (n_frames + 1,) ranges of frame f: dof_ranges[first_dof_range[f]:first_dof_range[f + 1]]
+    dof_ranges: np.ndarray  # (n_dof_ranges, 2) dofs of a frame and of its ancestors: first, and the one behind the last
 
     @property
     def n_joints(self) -> int:
@@ -67,10 +71,10 @@ class Plan(NamedTuple):
     n_angles: int
     n_balls: int
     n_batches: int
-    n_runs: int
-    n_tip_runs: int
+    n_ranges: int
+    n_leaf_ranges: int
     first_moving: int  # joint; the ones before it are fixed to the root
-    first_ball_tip: int  # joint
+    first_ball_leaf: int  # joint
     n_joints: int  # the root's included
     frame_parent: np.ndarray
     first_dof: np.ndarray
@@ -82,14 +86,14 @@ class Plan(NamedTuple):
     batch_kind: np.ndarray
     first_frame: np.ndarray
     first_joint: np.ndarray
-    first_tip: np.ndarray
+    first_leaf: np.ndarray
     joint_parent: np.ndarray
     joint_frame: np.ndarray
     offset: np.ndarray
     scale: np.ndarray
 
 
-class Parts(NamedTuple):
+class StepArrays(NamedTuple):
     """The rows of a scratch array that a step uses; their shapes are those of one pose."""
 
     C: Any  # (n_angles,) cosines of the angles
@@ -151,8 +155,8 @@ def slerp_series(n_steps: int) -> np.ndarray:
         return (np.sin(0.5 * angle(t) / n_steps) / np.sin(0.5 * angle(t))) ** 2
 
     functions = (shares, curvatures)
-    return np.stack([np.polynomial.chebyshev.cheb2poly(_interpolated(f)) for f in functions])
+    return np.stack([np.polynomial.chebyshev.cheb2poly(_chebyshev_series(f)) for f in functions])
 
 
-def _interpolated(function: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+def _chebyshev_series(function: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     return np.polynomial.chebyshev.chebinterpolate(function, SLERP_TERMS - 1)

@@ -8,7 +8,7 @@ What calls what::
               |
        +------+-----+-----------+----------+
        |            |           |          |
-    lanes_llvm   separate    fallback    cache              what numba writes for lanes; functions with an address of
+    lanes_llvm  by_address   fallback    cache              what numba writes for lanes; functions with an address of
        |            |           |                           their own; which compiler; compiled functions on disk
      lanes          |        compiler     shared            vectors; numba's passes, fewer; named tuples as one address
        |            |           |          |
@@ -18,13 +18,13 @@ What calls what::
 
 What is compiled with what
 --------------------------
-A function is a part of each of its callers, and these of theirs. So large functions are *separate*: they are compiled
-once, for the types that they spell out (`signatures`), and their callers call them by address. Only what has an
-address is optimised and becomes machine code, with all its parts at once (`compiler`). A function has no entry points
-but those that it needs (`jit`): one for Python takes longer to compile than most functions here. And a named tuple of
-many arrays, such as `pose.tree.Tree`, is one address (`shared`): it is some two hundred numbers, which every call would
-copy. What `lanes` has is not
-compiled at all: numba writes its instructions into the caller (`lanes_llvm`), as it does with its own operators.
+A function is compiled into each of its callers, and these into theirs. So large functions are called *by address*: they
+are compiled once, for the types that they spell out (`signatures`). Only what has an address is optimised and becomes
+machine code, with all internal functions that it calls (`compiler`). A function has no entry points but those that it
+needs (`jit`): one for Python takes longer to compile than most functions here. And a named tuple of many arrays, such
+as `pose.tree.Tree`, is one address (`shared`): it is some two hundred numbers, which every call would copy. What
+`lanes` has is not compiled at all: numba writes its instructions into the caller (`lanes_llvm`), as it does with its
+own operators.
 
 Lanes
 -----

@@ -1,9 +1,10 @@
-"""What numba does to compile a function: private parts of it, without which `fallback` has its own compiler.
+"""Compilers with fewer passes than numba's, made of its private parts; without these `fallback` takes numba's own.
 
 numba treats every function as one that Python may call. It optimises it, translates it into machine code and writes it
-to its cache, and does all of this again with each function that it is a part of. Here a function is either a *part* of
-others, of which nothing is kept but its code for LLVM, or a *whole*, which has an address: it is optimised with all its
-parts, once. Passes that are for closures, array expressions, generators and the like are left out.
+to its cache, and does all of this again with each function that calls it. Here a function is either *internal* to its
+callers, so that nothing of it is kept but its code for LLVM, or *external*, with an address: it is optimised once, with
+all internal functions that it calls. (These are LLVM's words for what a module keeps to itself, and what others may
+call.) Passes that are for closures, array expressions, generators and the like are left out.
 """
 
 from types import BuiltinFunctionType
@@ -20,10 +21,19 @@ from numba.extending import models, register_model
 from skpose._compiled.simd.private import Signature
 
 
-class _Whole(JITCodeLibrary):
-    """The code of a function that is called by address, with that of all its parts."""
+class _ExternalLibrary(JITCodeLibrary):
+    """The code of a function that is called by address, with that of all internal functions that it calls."""
 
     _codegen: Any
+
+    def add_ir_module(self, ir_module: Any) -> None:
+        """Do as numba, and take llvmlite's objects apart: they refer to one another, and would wait to be collected."""
+        super().add_ir_module(ir_module)
+        for function in ir_module.functions:
+            for block in function.blocks:
+                for instruction in block.instructions:
+                    instruction.operands = []
+                block.instructions.clear()
 
     def _optimize_functions(self, ll_module: Any) -> None:
         """Do as numba, but not for the functions that are only declared, which are most."""
@@ -34,7 +44,7 @@ class _Whole(JITCodeLibrary):
                 passes.run(function, builder)
 
     def _finalize_specific(self) -> None:
-        """Do as numba, and let the parts find their environments: constants that they make Python objects of."""
+        """Do as numba, and let internal functions find their environments: constants that become Python objects."""
         super()._finalize_specific()
         for variable in self._final_module.global_variables:
             environment = lookup_environment(variable.name)
@@ -42,13 +52,13 @@ class _Whole(JITCodeLibrary):
                 self._codegen.set_env(variable.name, environment)
 
 
-class _Part(_Whole):
-    """The code of a function that is only a part of others: not optimised, and without an address."""
+class _InternalLibrary(_ExternalLibrary):
+    """The code of a function that is internal to others: not optimised, and without an address."""
 
     class codegen:
         @staticmethod
         def set_env(name: str, env: Any) -> None:
-            """Do nothing: each whole does it for its parts."""
+            """Do nothing: the external function that calls this one does it."""
 
     def finalize(self) -> None:
         for library in dict.fromkeys(self._linking_libraries):
@@ -121,7 +131,7 @@ class _Typing(_Remembering):
 
 
 class _Passes:
-    """The passes that a function needs, in the place of numba's PassManager: nothing is analysed between them."""
+    """The passes that a function needs, instead of numba's PassManager: nothing is analysed between them."""
 
     pipeline_name = "skpose"
     passes = tuple(
@@ -150,7 +160,7 @@ class _Passes:
 
 
 class _Compiler(CompilerBase):
-    library: type[_Whole]
+    library: type[_ExternalLibrary]
 
     def __init__(self, typingctx: Any, *args: Any):
         super().__init__(typingctx, *args)
@@ -165,13 +175,13 @@ class _Compiler(CompilerBase):
         return [_Passes()]
 
 
-class WholeCompiler(_Compiler):
+class ExternalCompiler(_Compiler):
     """Compiles functions that are called by address."""
 
-    library = _Whole
+    library = _ExternalLibrary
 
 
-class PartCompiler(_Compiler):
+class InternalCompiler(_Compiler):
     """Compiles functions that are called in compiled functions only."""
 
-    library = _Part
+    library = _InternalLibrary

@@ -15,12 +15,12 @@ from skpose._compiled.simd.private import FITTING, Compiler
 from skpose._warnings import warn
 
 
-def whole_compiler(*args: Any) -> Any:
+def external_compiler(*args: Any) -> Any:
     """Return a compiler of one function that is called by address."""
     return _compilers()[0](*args)
 
 
-def part_compiler(*args: Any) -> Any:
+def internal_compiler(*args: Any) -> Any:
     """Return a compiler of one function that is called in compiled functions only."""
     return _compilers()[1](*args)
 
@@ -28,9 +28,9 @@ def part_compiler(*args: Any) -> Any:
 @functools.cache
 def _compilers() -> tuple[Callable, Callable]:
     try:
-        from skpose._compiled.simd.compiler import PartCompiler, WholeCompiler
+        from skpose._compiled.simd.compiler import ExternalCompiler, InternalCompiler
 
-        _try(WholeCompiler, PartCompiler)
+        _try(ExternalCompiler, InternalCompiler)
     except Exception as error:  # a part of numba that has changed may raise any
         reason = f"{type(error).__name__}: {str(error).partition(chr(10))[0]}"
         warn(
@@ -38,11 +38,11 @@ def _compilers() -> tuple[Callable, Callable]:
             f"used: results are the same, first calls take longer; install a newer skpose, or numba{FITTING}"
         )
         return Compiler, Compiler
-    return WholeCompiler, PartCompiler
+    return ExternalCompiler, InternalCompiler
 
 
 def _factorise(matrix: Any, damping: float, factor: Any) -> tuple[int, float]:
-    """Factorise a symmetric matrix A + λ = U D Uᵀ in place of the factor; λ grows until the pivots are positive.
+    """Factorise a symmetric matrix A + λ = U D Uᵀ in the array of the factor; λ grows until the pivots are positive.
 
     Returns how often it has grown, and λ. The function is made of what all kernels here are made of: arrays, loops in
     loops, branches, variables that change in them and one whose type changes, and a tuple.
@@ -67,12 +67,12 @@ def _factorise(matrix: Any, damping: float, factor: Any) -> tuple[int, float]:
     return n_failures, damping
 
 
-def _try(whole: Callable, part: Callable) -> None:
-    """Compile a kernel as a part of another function, and compare what it returns with plain Python."""
+def _try(external: Callable, internal: Callable) -> None:
+    """Compile a kernel that is internal to another function, and compare what it returns with plain Python."""
     njit: Any = functools.partial(numba.njit, no_cfunc_wrapper=True)
-    factorise = njit(pipeline_class=part, no_cpython_wrapper=True)(_factorise)
+    factorise = njit(pipeline_class=internal, no_cpython_wrapper=True)(_factorise)
 
-    @njit(pipeline_class=whole)
+    @njit(pipeline_class=external)
     def factorise_damped(matrix: Any, factor: Any) -> float:
         failures = factorise(matrix, 0.25, factor)
         return failures[0] + failures[1]

@@ -10,9 +10,9 @@ from typing import Any
 from numba import config, njit
 
 from skpose._compiled.simd import lanes_llvm  # noqa: F401  (it defines lanes for numba)
+from skpose._compiled.simd.by_address import FunctionByAddress, load_callees
 from skpose._compiled.simd.cache import cache_under
-from skpose._compiled.simd.fallback import part_compiler, whole_compiler
-from skpose._compiled.simd.separate import Separate, load_separates
+from skpose._compiled.simd.fallback import external_compiler, internal_compiler
 from skpose._warnings import warn
 
 
@@ -46,26 +46,30 @@ CACHED = _can_cache()
 DIGEST = sources_digest()
 
 
-def _reduced(compiled: Any, protocol: Any) -> Any:
+def _reduce(compiled: Any, protocol: Any) -> Any:
     """Pickle a function of a module by its name, as Python does; numba pickles its code, which is compiled anew."""
     name, module = compiled.__qualname__, sys.modules.get(compiled.__module__)
     return name if getattr(module, name, None) is compiled else type(compiled).__reduce_ex__(compiled, protocol)
 
 
-def _compiled(
-    function: Callable | None = None, *, compiler: Callable = whole_compiler, signatures: Sequence = (), **options: Any
+def _compile(
+    function: Callable | None = None,
+    *,
+    compiler: Callable = external_compiler,
+    signatures: Sequence = (),
+    **options: Any,
 ) -> Any:
     """Compile a function by numba: at once where signatures are given, else at its first call.
 
     Contraction to fused multiply-add is the one liberty taken: it moves no NaN and is the same in every lane.
     """
     if function is None:
-        return functools.partial(_compiled, compiler=compiler, signatures=signatures, **options)
+        return functools.partial(_compile, compiler=compiler, signatures=signatures, **options)
     compiled = njit(nogil=True, fastmath={"contract"}, pipeline_class=compiler, **options)(function)
-    if CACHED and hasattr(compiled, "enable_caching") and compiler is whole_compiler:
-        cache_under(DIGEST, compiled, load_separates)
+    if CACHED and hasattr(compiled, "enable_caching") and compiler is external_compiler:
+        cache_under(DIGEST, compiled, load_callees)
     if hasattr(compiled, "py_func"):
-        compiled.__reduce_ex__ = functools.partial(_reduced, compiled)
+        compiled.__reduce_ex__ = functools.partial(_reduce, compiled)
     if signatures and hasattr(compiled, "compile"):
         for signature in signatures:
             compiled.compile(signature)
@@ -73,23 +77,23 @@ def _compiled(
     return compiled
 
 
-# A function is a whole, with an address, or a part of others, see `compiler`. Its entry points take longer
-# to compile than most functions here, so it has those that it needs: jit is called from Python, passed is an argument
-# of a compiled function, a separate function is _called_apart, and the others are parts. Python crashes when it calls
-# one that it has no entry to; tests/test_architecture.py looks for such calls.
-jit = functools.partial(_compiled, no_cfunc_wrapper=True)
-passed = functools.partial(_compiled, no_cpython_wrapper=True)
-_called_apart = functools.partial(_compiled, no_cfunc_wrapper=True, no_cpython_wrapper=True)
-internal = functools.partial(_called_apart, compiler=part_compiler)
+# A function is external, with an address, or internal to others, see `compiler`. Its entry points take longer to
+# compile than most functions here, so it has those that it needs: jit is called from Python, first_class is an argument
+# of a compiled function, by_address is called by compiled functions, and the others are compiled into their callers.
+# Python crashes when it calls one that it has no entry to; tests/test_architecture.py looks for such calls.
+jit = functools.partial(_compile, no_cfunc_wrapper=True)
+first_class = functools.partial(_compile, no_cpython_wrapper=True)
+_without_entries = functools.partial(_compile, no_cfunc_wrapper=True, no_cpython_wrapper=True)
+internal = functools.partial(_without_entries, compiler=internal_compiler)
 inlined = functools.partial(internal, forceinline=True)
 
 
-def separate(signature: Callable[[], Any]) -> Callable[[Callable], Callable]:
+def by_address(signature: Callable[[], Any]) -> Callable[[Callable], Callable]:
     """Compile a function apart from its callers, which are compiled functions, for the signature that is returned."""
 
     def decorate(function: Callable) -> Callable:
         if config.DISABLE_JIT:
             return function
-        return Separate(function, lambda: _called_apart(function, signatures=[signature()]))
+        return FunctionByAddress(function, lambda: _without_entries(function, signatures=[signature()]))
 
     return decorate

@@ -22,7 +22,7 @@ def lanes(dtype) -> int:
     return VECTOR_BYTES // dtype.itemsize
 
 
-def aligned(n_rows, width, dtype):
+def empty_aligned(n_rows, width, dtype):
     """Return an empty array (n_rows, width) at the start of a cache line: a row across two takes twice the time."""
     raw = np.empty(n_rows * width + CACHE_LINE, dtype)
     skip = (-raw.ctypes.data % CACHE_LINE) // raw.itemsize

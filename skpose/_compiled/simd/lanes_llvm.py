@@ -192,8 +192,8 @@ def _matrix_of(n_rows, width, dtype):
     return types.Array(parse_dtype(dtype), 2, "C")
 
 
-@_defines(lanes.aligned, _matrix_of)
-def _aligned(context, builder, sig, args):
+@_defines(lanes.empty_aligned, _matrix_of)
+def _empty_aligned(context, builder, sig, args):
     n_rows, width = (context.cast(builder, args[i], sig.args[i], types.intp) for i in (0, 1))
     number = context.get_data_type(sig.return_type.dtype)
     itemsize = intp_t(context.get_abi_sizeof(number))
@@ -240,7 +240,7 @@ def _least(context, builder, sig, args):
     return builder.call(function, args, fastmath=("nnan",))
 
 
-def _exceeding(context, builder, sig, args):
+def _compare_greater(context, builder, sig, args):
     """Return a flag for each lane: its value is more than the bound."""
     bound = _broadcast(context, builder, args[1], sig.args[1], sig.args[0])
     return builder.fcmp_ordered(">", args[0], bound)
@@ -253,12 +253,12 @@ def _greater(context, builder, sig, args):
         ir.Constant(numbers, [number] * sig.return_type.width if isinstance(sig.return_type, LanesType) else number)
         for number in (1.0, 0.0)
     )
-    return builder.select(_exceeding(context, builder, sig, args), one, zero)
+    return builder.select(_compare_greater(context, builder, sig, args), one, zero)
 
 
 @_defines(lanes.any_greater, lambda value, bound: types.boolean)
 def _any_greater(context, builder, sig, args):
-    exceeding = _exceeding(context, builder, sig, args)
+    exceeding = _compare_greater(context, builder, sig, args)
     if not isinstance(sig.args[0], LanesType):
         return exceeding
     flags = ir.IntType(sig.args[0].width)

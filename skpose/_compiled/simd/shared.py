@@ -135,10 +135,10 @@ def _allocation(context: Any, builder: Any, shared_type: Any) -> tuple[Any, Any]
     return size, _destructor(context, builder.module, shared_type)
 
 
-def _hidden(context: Any, builder: Any, shared_type: Any, meminfo: Any) -> Any:
+def _hide(context: Any, builder: Any, shared_type: Any, meminfo: Any) -> Any:
     """Return the structure whose fields have just been stored.
 
-    Loads of fields may be moved to any place where LLVM sees the address. It sees this one after the stores.
+    Loads of fields may be moved to where LLVM sees the address. It sees this one after the stores.
     """
     made = create_struct_proxy(shared_type)(context, builder)
     kind = meminfo.type
@@ -146,7 +146,7 @@ def _hidden(context: Any, builder: Any, shared_type: Any, meminfo: Any) -> Any:
     return made._getvalue()
 
 
-def _filled(context: Any, builder: Any, shared_type: Any, meminfo: Any, values: Any) -> Any:
+def _fill(context: Any, builder: Any, shared_type: Any, meminfo: Any, values: Any) -> Any:
     """Return a new structure with the fields of a named tuple."""
     data = context.nrt.meminfo_data(builder, meminfo)
     fields = builder.inttoptr(builder.ptrtoint(data, intp_t), ir.PointerType())  # a pointer to what is stored there
@@ -154,7 +154,7 @@ def _filled(context: Any, builder: Any, shared_type: Any, meminfo: Any, values: 
         value = builder.extract_value(values, i)
         context.nrt.incref(builder, kind, value)
         builder.store(value, _address_of(context, builder, shared_type, fields, i))
-    return _hidden(context, builder, shared_type, meminfo)
+    return _hide(context, builder, shared_type, meminfo)
 
 
 def shared_type(named_tuple: type, fields: list) -> SharedType:
@@ -193,7 +193,7 @@ def _unbox(shared_type: Any, value: Any, c: Any) -> Any:
                 status = c.pyapi.nrt_adapt_ndarray_from_python(builder.call(item_of, [value, i]), field)
                 is_error = builder.or_(builder.load(failed, typ=false_bit.type), is_not_null(builder, status))
                 builder.store(is_error, failed)
-            builder.store(_hidden(context, builder, shared_type, meminfo), made)
+            builder.store(_hide(context, builder, shared_type, meminfo), made)
             with if_unlikely(builder, builder.load(failed, typ=false_bit.type)):
                 c.pyapi.err_set_string("PyExc_TypeError", "the fields of a shared structure are arrays")
                 context.nrt.decref(builder, shared_type, builder.load(made, typ=value_type))
@@ -205,7 +205,7 @@ def _share(typingctx: Any, plain: Any) -> Any:
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         allocation = _allocation(context, builder, signature.return_type)
         meminfo = context.nrt.meminfo_alloc_dtor(builder, *allocation)
-        return _filled(context, builder, signature.return_type, meminfo, args[0])
+        return _fill(context, builder, signature.return_type, meminfo, args[0])
 
     return SharedType(plain)(plain), codegen
 

@@ -9,14 +9,14 @@ def array_type(dtype, ndim, *, readonly, layout="C"):
     return types.Array(dtype, ndim, layout, readonly=readonly)
 
 
-def named(kind: type, *fields: Any) -> types.BaseTuple:
+def tuple_type(kind: type, *fields: Any) -> types.BaseTuple:
     """Return numba's type of a NamedTuple with fields of these types."""
     if all(field == fields[0] for field in fields):
         return types.NamedUniTuple(fields[0], len(fields), kind)
     return types.NamedTuple(fields, kind)
 
 
-REAL, WHOLE, FLAG = types.float64, types.int64, types.boolean
+REAL, INTEGER, FLAG = types.float64, types.int64, types.boolean
 VECTOR, MATRIX, CUBE = (array_type(REAL, ndim, readonly=False) for ndim in (1, 2, 3))
 FLAG_VECTOR, FLAG_MATRIX = (array_type(FLAG, ndim, readonly=False) for ndim in (1, 2))
-WHOLE_VECTOR, WHOLE_MATRIX, WHOLE_CUBE = (array_type(WHOLE, ndim, readonly=False) for ndim in (1, 2, 3))
+INTEGER_VECTOR, INTEGER_MATRIX, INTEGER_CUBE = (array_type(INTEGER, ndim, readonly=False) for ndim in (1, 2, 3))

@@ -5,7 +5,7 @@ c(i, j) the distance of a cell, the least sum of all paths to it is S(i, j) = c(
 S(i − 1, j − 1)) (H. Sakoe, S. Chiba, 1978, doi:10.1109/TASSP.1978.1163055). A *closed* path goes from the first cell
 to the last one. An *open* one takes all rows and begins and ends at any column: the one motion inside the other.
 
-`warped_loop` has no matrix of distances. The columns are the frames of many motions, one after another in groups of
+`warp_loop` has no matrix of distances. The columns are the frames of many motions, one after another in groups of
 lanes, so that no lane is left empty between two of them. A block of groups that fits into the cache is taken for one
 row after the other: distances by the measure, then the sums, of which only those of the row above and those of the last
 column of the block before are kept.
@@ -29,8 +29,8 @@ from skpose._compiled.pose.loops import GROUPS_IN_CACHE, measure_type
 from skpose._compiled.pose.results import results_of
 from skpose._compiled.pose.signatures import shared_types
 from skpose._compiled.simd.jit import inlined, jit
-from skpose._compiled.simd.lanes import aligned, any_greater, rows
-from skpose._compiled.simd.signatures import array_type, named
+from skpose._compiled.simd.lanes import any_greater, empty_aligned, rows
+from skpose._compiled.simd.signatures import array_type, tuple_type
 
 
 class Encoded(NamedTuple):
@@ -118,11 +118,11 @@ def _warp_row(costs, first_cost, above, start, stop, diagonal, left):
         diagonal = up
 
 
-def _warped(x, y, pairs, paths, measure, tree, steps, sums):
+def _warp_pairs(x, y, pairs, paths, measure, tree, steps, sums):
     X, x_starts, Y, y_starts = x.codes, x.starts, y.codes, y.starts
     width, in_band = Y.shape[1], paths.window < 1.0
     block = GROUPS_IN_CACHE * width
-    scratch = aligned(workspace_rows(tree), width, X.dtype)
+    scratch = empty_aligned(workspace_rows(tree), width, X.dtype)
     results = results_of(GROUPS_IN_CACHE, width, X.dtype)
     costs = results.distances.reshape(-1)
     above = np.empty(block + 1)  # sums of a row: in slot 0 of the column before the block, then of its columns
@@ -181,22 +181,22 @@ def _warped(x, y, pairs, paths, measure, tree, steps, sums):
 
 
 @functools.cache
-def warped_loop(dtype):
+def warp_loop(dtype):
     """``loop(x, y, pairs, paths, measure, tree, steps, sums)``: least sums of some MotionPairs.
 
     Both x and y are Encoded: the motions of the rows, whose codes are rows, and those of the columns, whose codes are
     groups of lanes. Returns how many geodesics did not converge, and the largest of their
     gaps. A closed path may have a window, an open one none.
     """
-    real, whole = from_dtype(dtype), types.int64
+    real, integer = from_dtype(dtype), types.int64
     tree, steps = shared_types(dtype)
-    motions = named(Encoded, array_type(real, 2, readonly=False), array_type(whole, 1, readonly=False))
-    pairs = named(MotionPairs, whole, whole, whole, whole, types.boolean)
-    paths = named(Paths, types.float64, types.boolean)
+    motions = tuple_type(Encoded, array_type(real, 2, readonly=False), array_type(integer, 1, readonly=False))
+    pairs = tuple_type(MotionPairs, integer, integer, integer, integer, types.boolean)
+    paths = tuple_type(Paths, types.float64, types.boolean)
     sums = array_type(types.float64, 2, readonly=False, layout="A")
-    unconverged = types.Tuple((whole, types.float64))
+    unconverged = types.Tuple((integer, types.float64))
     signature = unconverged(motions, motions, pairs, paths, measure_type(dtype), tree, steps, sums)
-    return jit(_warped, signatures=[signature])
+    return jit(_warp_pairs, signatures=[signature])
 
 
 @jit

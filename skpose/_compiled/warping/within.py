@@ -17,8 +17,8 @@ from skpose._compiled.pose.loops import measure_type
 from skpose._compiled.pose.results import results_of
 from skpose._compiled.pose.signatures import shared_types
 from skpose._compiled.simd.jit import jit
-from skpose._compiled.simd.lanes import aligned
-from skpose._compiled.simd.signatures import array_type, named
+from skpose._compiled.simd.lanes import empty_aligned
+from skpose._compiled.simd.signatures import array_type, tuple_type
 from skpose._compiled.warping.paths import Paths, add_gaps, band, reach_of
 
 
@@ -36,11 +36,11 @@ class Ends(NamedTuple):
     starts: np.ndarray  # (n_columns,) the column at which that path begins
 
 
-def _warped_within(X, Y, paths, within, measure, tree, steps, ends):
+def _warp_within(X, Y, paths, within, measure, tree, steps, ends):
     limit, left_over, sums, starts = within.limit, within.left_over, ends.sums, ends.starts
     n, n_columns, width, n_codes = X.shape[0], sums.shape[0], Y.shape[1], X.shape[1]
     n_groups, reach = Y.shape[0] // n_codes, reach_of(n, n_columns, paths.window)
-    scratch = aligned(workspace_rows(tree), width, X.dtype)
+    scratch = empty_aligned(workspace_rows(tree), width, X.dtype)
     results = results_of(1, width, X.dtype)
     above, origins = np.full(n_groups * width, np.inf), np.zeros(n_groups * width, np.int64)
     first, stop = 0, n_columns if paths.is_open else 0  # reached cells of the row above, the last one not included
@@ -101,7 +101,7 @@ def _warped_within(X, Y, paths, within, measure, tree, steps, ends):
 
 def _path_sum(X, Y, path, measure, tree, steps):
     width = Y.shape[1]
-    scratch = aligned(workspace_rows(tree), width, X.dtype)
+    scratch = empty_aligned(workspace_rows(tree), width, X.dtype)
     results = results_of(1, width, X.dtype)
     total = 0.0
     for cell in range(path.shape[0]):
@@ -114,21 +114,21 @@ def _path_sum(X, Y, path, measure, tree, steps):
 
 
 @functools.cache
-def warped_within_loop(dtype):
+def warp_within_loop(dtype):
     """``loop(X, Y, paths, within, measure, tree, steps, ends)``: the Ends of the paths of one pair within a limit.
 
     X holds the codes of the rows, Y those of the columns in groups of lanes. Returns the numbers of cells measured and
     of geodesics that did not converge, and the largest of their gaps.
     """
-    real, whole = from_dtype(dtype), types.int64
+    real, integer = from_dtype(dtype), types.int64
     tree, steps = shared_types(dtype)
     X, Y = array_type(real, 2, readonly=True), array_type(real, 2, readonly=True)
-    paths = named(Paths, types.float64, types.boolean)
-    within = named(Within, types.float64, array_type(types.float64, 2, readonly=False))
-    ends = named(Ends, array_type(types.float64, 1, readonly=False), array_type(whole, 1, readonly=False))
-    counts = types.Tuple((whole, whole, types.float64))
+    paths = tuple_type(Paths, types.float64, types.boolean)
+    within = tuple_type(Within, types.float64, array_type(types.float64, 2, readonly=False))
+    ends = tuple_type(Ends, array_type(types.float64, 1, readonly=False), array_type(integer, 1, readonly=False))
+    counts = types.Tuple((integer, integer, types.float64))
     signature = counts(X, Y, paths, within, measure_type(dtype), tree, steps, ends)
-    return jit(_warped_within, signatures=[signature])
+    return jit(_warp_within, signatures=[signature])
 
 
 @functools.cache

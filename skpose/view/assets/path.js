@@ -2,7 +2,7 @@
 //
 // The ends of a path are fixed, its other nodes are free. Between two nodes there may be several chords, over samples
 // that lie evenly on the straight line between the coordinates of the two. No Jacobian is formed: its products are sums
-// over the joints that a coordinate moves, gathered from the tips of the skeleton to the root.
+// over the joints that a coordinate moves, gathered from the leaves of the skeleton to the root.
 
 class Path {
   constructor(chart, nodes, substeps) {

@@ -1,11 +1,11 @@
 """Functions that are compiled once, for one signature; their callers call them by address.
 
 numba compiles a function into each of its callers again, and these into theirs. So what is many levels below the
-function that Python calls is compiled many times, and a large function takes seconds. A separate function is not a part
-of its callers, and nothing of it is inlined: it is for what takes microseconds.
+function that Python calls is compiled many times, and a large function takes seconds. A function that is called
+by address is not compiled into its callers, and nothing of it is inlined: it is for what takes microseconds.
 
 Callers refer to it by a symbol, which LLVM knows once the function has been compiled or loaded. numba's cache does not
-know about that: `load_separates` is for everything that is loaded from there.
+know about that: `load_callees` is for everything that is loaded from there.
 """
 
 from collections.abc import Callable
@@ -26,8 +26,8 @@ from skpose._compiled.simd.private import (
 )
 
 
-class Separate:
-    """A separate function, to be compiled when it is needed first."""
+class FunctionByAddress:
+    """A function that is called by address, to be compiled when it is needed first."""
 
     def __init__(self, function: Callable, compile: Callable[[], Any]):
         self.py_func, self.__module__ = function, function.__module__
@@ -38,7 +38,7 @@ class Separate:
 
     @cached_property
     def numba_type(self) -> types.Function:
-        """The type that numba sees in the place of the function, which is compiled for that."""
+        """The type that numba sees instead of the function, which is compiled for that."""
         dispatcher = self._compile()
         (result,) = dispatcher.overloads.values()
         symbol = f"{self.py_func.__module__}.{self.py_func.__qualname__}"
@@ -60,19 +60,19 @@ def _call_of(symbol: str) -> Callable:
     return call
 
 
-@typeof_impl.register(Separate)
-def _type_of(separate: Separate, _: Any) -> types.Function:
-    return separate.numba_type
+@typeof_impl.register(FunctionByAddress)
+def _type_of(function: FunctionByAddress, _: Any) -> types.Function:
+    return function.numba_type
 
 
-def load_separates(function: Callable) -> None:
-    """Compile or load all separate functions that a function calls, and the compiled functions that it consists of."""
+def load_callees(function: Callable) -> None:
+    """Compile or load all functions that a function, or one compiled into it, calls by address."""
     seen, waiting = {function}, [function]
     while waiting:
         caller = waiting.pop()
         for name in caller.__code__.co_names:
             callee = caller.__globals__.get(name)
-            if isinstance(callee, Separate):
+            if isinstance(callee, FunctionByAddress):
                 _ = callee.numba_type
             elif isinstance(callee, Dispatcher) and callee.py_func not in seen:
                 seen.add(callee.py_func)

@@ -8,11 +8,11 @@ import pytest
 from numba import config
 
 MODULE = """
-from skpose._compiled.simd.jit import internal, jit, separate
+from skpose._compiled.simd.jit import internal, jit, by_address
 from skpose._compiled.simd.signatures import REAL
 
 
-@separate(lambda: REAL(REAL))
+@by_address(lambda: REAL(REAL))
 def inverse(x):
     if x == 0.0:
         raise ValueError("zero has no inverse")
