@@ -157,8 +157,8 @@ def test_parameters_can_be_searched_over():
         PoseDistanceTransformer(ARM),
         PoseKNeighborsTransformer(ARM, n_neighbors=3),
         PoseRadiusNeighborsTransformer(ARM),
-        SpatialMDS(2, ARM),
-        PoseKMeans(2, ARM, random_state=0),
+        SpatialMDS(ARM),
+        PoseKMeans(ARM, n_clusters=2, random_state=0),
         PoseKernelRegressor(ARM),
         PoseTangentPCA(ARM),
         MotionDistanceTransformer(ARM),
@@ -203,7 +203,7 @@ def test_a_class_in_the_place_of_a_metric_is_refused(metric, X):
     for call in (
         lambda: pose_distances(X, skeleton=ARM, metric=metric),
         lambda: pose_metric(ARM, metric=metric),
-        lambda: SpatialMDS(2, ARM, metric=metric).fit(X),
+        lambda: SpatialMDS(ARM, metric=metric).fit(X),
         lambda: PoseKNeighborsTransformer(ARM, metric=metric).fit(X),
         lambda: motion_distances([X], skeleton=ARM, metric=metric),
         lambda: geodesic(X[0], X[1], ARM, metric=metric),
@@ -313,7 +313,7 @@ ON_SPATIAL_OF_A_SKELETON = {
     "AlignmentDisplay.from_motions": lambda X, **kw: AlignmentDisplay.from_motions(X, X / 2, **kw).alignment.distance,
 }
 ON_POSITION = {
-    "PoseKMeans": lambda X, **kw: fitted_metric(PoseKMeans(2, random_state=0, **kw), X),
+    "PoseKMeans": lambda X, **kw: fitted_metric(PoseKMeans(n_clusters=2, random_state=0, **kw), X),
     "PoseKernelRegressor": lambda X, **kw: fitted_metric(PoseKernelRegressor(**kw), X),
     "PoseTangentPCA": lambda X, **kw: fitted_metric(PoseTangentPCA(**kw), X),
 }
