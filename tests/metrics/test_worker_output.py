@@ -279,7 +279,7 @@ def test_a_worker_reports_a_tile_when_the_disk_has_it(tmp_path, monkeypatch, kin
         monkeypatch.setattr(module, name, lambda _: seen.append(array[:].sum()))
     with hold_lock(target.path) as token:
         output = WorkerOutput(target, token, Tiling((64, 64), 32, True), "here")
-        output.written(Tile(0, 32, 32, 64), np.ones((32, 32)), Unconverged(0, 0.0))
+        output.write(Tile(0, 32, 32, 64), np.ones((32, 32)), Unconverged(0, 0.0))
     assert seen == [2 * 32 * 32] * (1 if kind == "npy" else 2 * 2 + 4)  # files of chunks, and their folders
 
 
@@ -289,7 +289,7 @@ def test_a_worker_writes_only_where_the_token_is(tmp_path):
     target, distances = FileTarget.of(array), np.ones((3, 3))
     with hold_lock(target.path) as token:
         output = WorkerOutput(target, token, Tiling((6, 6), 3, True), computer())
-        computed = output.written(Tile(0, 3, 3, 6), distances, Unconverged(1, 0.5))
+        computed = output.write(Tile(0, 3, 3, 6), distances, Unconverged(1, 0.5))
         assert (computed.distances, computed.obstacle, computed.unconverged) == (None, None, (1, 0.5))
         assert len(computed.checksums) == 2
         assert array.sum() == 18
@@ -298,14 +298,14 @@ def test_a_worker_writes_only_where_the_token_is(tmp_path):
         zarrs = output._replace(target=ZarrTarget(created(tmp_path, "zarr", (6, 6))))
         zarrs.target.path = tmp_path / "E.zarr"
         for other, reason in (missing, "E.npy is missing there"), (longer, "is shorter"), (zarrs, "E.zarr is missing"):
-            refused = other.written(Tile(0, 3, 0, 3), distances, Unconverged(0, 0.0))
+            refused = other.write(Tile(0, 3, 0, 3), distances, Unconverged(0, 0.0))
             assert refused.distances is distances
             assert refused.checksums is None
             assert f"{socket.gethostname()}: " in refused.obstacle
             assert reason in refused.obstacle
-    assert "cannot be read" in output.written(Tile(0, 3, 0, 3), distances, Unconverged(0, 0.0)).obstacle
+    assert "cannot be read" in output.write(Tile(0, 3, 0, 3), distances, Unconverged(0, 0.0)).obstacle
     with hold_lock(target.path):
-        assert "another file" in output.written(Tile(0, 3, 0, 3), distances, Unconverged(0, 0.0)).obstacle
+        assert "another file" in output.write(Tile(0, 3, 0, 3), distances, Unconverged(0, 0.0)).obstacle
     assert array.sum() == 18
 
 
@@ -317,7 +317,7 @@ def test_two_computers_do_not_write_one_file_on_nfs(tmp_path, monkeypatch):
         output = WorkerOutput(target, token, Tiling((6, 6), 3, True), computer())
         assert output.obstacle() is None
         elsewhere = output._replace(client="another computer")
-        refused = elsewhere.written(Tile(0, 3, 3, 6), distances, Unconverged(0, 0.0))
+        refused = elsewhere.write(Tile(0, 3, 3, 6), distances, Unconverged(0, 0.0))
         assert "D.npy is on nfs4, where two computers cannot write one file, but a zarr array" in refused.obstacle
         assert refused.distances is distances
         assert elsewhere._replace(target=folder).obstacle() is None  # whose chunks are files of their own
