@@ -158,7 +158,7 @@ class MotionDataset:
         columns: dict[str, list] = {"motion": list(range(len(self)))}
         columns |= {name.removesuffix("s"): labels.tolist() for name, labels in self._labels.items()}
         columns["frames"] = [len(motion) for motion in self]
-        columns["rate, Hz"] = [f"{motion.frame_rate:g}" for motion in self]
+        columns["frame rate, Hz"] = [f"{motion.frame_rate:g}" for motion in self]
         columns["duration, s"] = [f"{len(motion) / motion.frame_rate:.1f}" for motion in self]
         columns["joints"] = [motion.skeleton.n_joints for motion in self]
         if any(self._retargeting):
