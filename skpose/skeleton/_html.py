@@ -21,7 +21,8 @@ def foldable_table(title: str, columns: Mapping[str, Sequence[object]]) -> str:
         _row("td", [columns[name][i] for name in names]) for i in range(min(n_rows, MOST_ROWS))
     ]
     more = f"<p>… and {n_rows - MOST_ROWS} more</p>" if n_rows > MOST_ROWS else ""
-    return f"<details><summary>{heading}</summary><table style="color: inherit; border-spacing: 1em 0">{''.join(rows)}</table>{more}</details>"
+    table = f'<table style="color: inherit; border-spacing: 1em 0">{"".join(rows)}</table>'
+    return f"<details><summary>{heading}</summary>{table}{more}</details>"
 
 
 def _row(tag: str, cells: Sequence[object]) -> str:

@@ -47,7 +47,7 @@ def test_a_dataset_is_a_table_of_its_motions():
     gait = make_gait(n_subjects=2, n_sequences=1, random_state=0)
     summary, headings, rows = cells_of(gait._repr_html_())
     assert summary == repr(gait)
-    assert headings == ["motion", "subject", "trial", "action", "frames", "rate, Hz", "duration, s", "joints"]
+    assert headings == ["motion", "subject", "trial", "action", "frames", "frame rate, Hz", "duration, s", "joints"]
     assert [row[3] for row in rows] == gait.actions.tolist()
     assert [int(row[4]) for row in rows] == [len(motion) for motion in gait]
     _, headings, rows = cells_of(gait.retarget(gait[0].skeleton, method="orientations")._repr_html_())
