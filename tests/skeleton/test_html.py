@@ -74,7 +74,7 @@ def test_a_long_table_says_how_many_rows_it_leaves_out():
 def test_a_table_is_small_and_has_no_colours_that_a_dark_notebook_hides(shown):
     text = shown._repr_html_()
     assert len(text) < 8_000
-    assert set(re.findall(r'style="([^"]*)"', text)) == {"text-align: left"}
+    assert set(re.findall(r'style="([^"]*)"', text)) == {"text-align: left", "color: inherit; border-spacing: 1em 0"}
     assert not re.search(r"<(script|link|img|style)|class=|http", text)
 
 
