@@ -8,11 +8,12 @@ from skpose._compiled.pose.encode import encode_angles
 from skpose._compiled.pose.measure import measure_euclidean
 from skpose._compiled.pose.tree import TWO_PI, Steps, Tree
 from skpose.metrics._direct_means import ArithmeticMeans
-from skpose.metrics._metric import Metric
+from skpose.metrics._metric import Metric, own_encode
 from skpose.metrics._sample import Linearization, Sample
 from skpose.skeleton import Skeleton
 
 
+@own_encode
 class Angle(Metric):
     r"""Distance between the columns of two poses, :math:`\|a - b\|_2`, rad (eq. 1 of [1]_).
 
@@ -68,10 +69,6 @@ class Angle(Metric):
     def lower_bound(self) -> Metric | None:
         """Return this metric itself; None where differences are wrapped, which makes them no Euclidean distance."""
         return None if self.wrap else self
-
-    def why_no_means(self) -> str:
-        """Return nothing: there are means."""
-        return ""
 
     def sample(self, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton | None, n_jobs: int) -> Sample:
         """Return poses as points whose coordinates are the columns; wrapped ones are points of a torus."""

@@ -1,24 +1,29 @@
 """The base class of metrics: what the floors above ask of one, and what a metric of one's own has to say."""
 
+import inspect
 from collections.abc import Callable
+from types import FunctionType
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
+from numba import config
 from sklearn.base import BaseEstimator
 
 from skpose._compat.sklearn import InvalidParameterError, validate_parameter_constraints
 from skpose._compiled.pose import loops
 from skpose._compiled.pose.tree import Steps, Tree
+from skpose._compiled.simd.private import Dispatcher
 from skpose.kinematics._shared import tree_of
 from skpose.metrics._direct_means import DirectMeans
+from skpose.metrics._own import check_functions
 from skpose.metrics._sample import Sample
 from skpose.skeleton import Skeleton
 
 NO_STEPS = Steps.of(1, wrap=False)  # of metrics that need no line
+_COMPILED_TYPE = FunctionType if getattr(config, "DISABLE_JIT", False) else Dispatcher
 _COMPILED = "encode", "measure", "measure_within"
-_TRUE_OF_ONE = (
-    "measure_within", "coarse_bound", "lower_bound", "upper_bound", "why_no_means", "sample", "direct_means"
-)  # fmt: skip
+# What stays true of a class that measures anew: the rest is of the metric that it inherits from, and refused.
+_INHERITABLE = {"encode", "measure", "steps", "unit", "needs_skeleton", "encode_work", "measure_work"}
 
 
 class CoarseBound(NamedTuple):
@@ -44,7 +49,8 @@ class Metric(BaseEstimator):
     Attributes
     ----------
     name : str
-        The name in tables, plots and pages; for the metrics of this package also the short form, ``metric="spatial"``.
+        The name in tables, plots and pages, by default that of the class; for the metrics of this package also the
+        short form, ``metric="spatial"``.
     unit : str
         The unit of a distance.
     equation : str
@@ -104,22 +110,31 @@ class Metric(BaseEstimator):
         """
         super().__init_subclass__()
         for name in _COMPILED:
-            function = vars(cls).get(name)
-            if function is not None and not isinstance(function, staticmethod):
+            function = inspect.getattr_static(cls, name, None)
+            if isinstance(function, Dispatcher | FunctionType):  # and no property
                 setattr(cls, name, staticmethod(function))
-        if "encode" in vars(cls) or "measure" in vars(cls):
-            for base in cls.__mro__[1 : cls.__mro__.index(Metric)]:
-                if foreign := [name for name in _TRUE_OF_ONE if name in vars(base) and name not in vars(cls)]:
-                    raise TypeError(
-                        f"{cls.__name__} measures another distance than {base.__name__}, but inherits "
-                        f"{', '.join(foreign)} from it: derive {cls.__name__} from Metric; it may use "
-                        f"{base.__name__}.encode"
-                    )
+        if not hasattr(cls, "name"):
+            cls.name = cls.__name__
+        anew = {"encode", "measure"} & vars(cls).keys()
+        for base in cls.__mro__[1 : cls.__mro__.index(Metric)] if anew else ():
+            members = vars(base).keys() & (vars(Metric).keys() | {"name"})
+            same_code = {"n_codes"} if anew == {"measure"} else set()
+            foreign = sorted(members - vars(cls).keys() - _INHERITABLE - same_code)
+            foreign = [name for name in foreign if not name.startswith("_")]
+            if foreign and issubclass(base, Metric):
+                raise TypeError(
+                    f"{cls.__name__} measures another distance than {base.__name__}, but inherits "
+                    f"{', '.join(foreign)} from it: derive {cls.__name__} from Metric; it may use "
+                    f"{base.__name__}.encode"
+                )
 
     @property
     def label(self) -> str:
         """The name, and the parameters where they are not the defaults: for tables, plots and pages."""
-        return self.name if self == type(self)() else repr(self)
+        signature = inspect.signature(type(self)).parameters
+        changed = [(key, value) for key, value in self._parameters() if value != signature[key].default]
+        given = ", ".join(f"{key}={value!r}" for key, value in changed)
+        return f"{type(self).__name__}({given})" if changed else self.name
 
     @property
     def steps(self) -> Steps:
@@ -178,7 +193,7 @@ class Metric(BaseEstimator):
         str
             The reason, for an error.
         """
-        return "it defines no Metric.sample"
+        return "it defines no Metric.sample" if type(self).sample is Metric.sample else ""
 
     def sample(self, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton | None, n_jobs: int) -> Sample:
         """Return weighted poses, for the search for their mean or median.
@@ -225,6 +240,36 @@ class Metric(BaseEstimator):
             validate_parameter_constraints(self._parameter_constraints, given, type(self).__name__)
         except InvalidParameterError as error:  # in which scikit-learn would put the name of the function called
             raise ValueError(str(error)) from None
+        name = type(self).__name__
+        for key, value in given.items():
+            if type(value).__hash__ is None:
+                raise ValueError(
+                    f"parameters of metrics are numbers, words or tuples of them, so that metrics can be compared, but "
+                    f"{key} of {name} is {type(value).__name__}: pass a tuple"
+                )
+        for function in ("encode", "measure"):
+            if not isinstance(getattr(self, function, None), _COMPILED_TYPE):
+                raise ValueError(
+                    f"{name}.{function} must be a compiled function: make it with skpose.metrics.compile_{function}, "
+                    "or take that of another metric"
+                )
+
+    def _parameters(self) -> list[tuple[str, Any]]:
+        """Return the parameters by name; numpy's numbers are Python's."""
+        given = sorted(self.get_params(deep=False).items())
+        return [(key, value.item() if isinstance(value, np.generic) else value) for key, value in given]
+
+    def _check_functions(self, tree: Tree, n_dofs: int) -> None:
+        """Refuse functions of a metric of one's own that would write beyond a code, or give what is no distance."""
+        n_codes = self.n_codes(tree, n_dofs)
+        if (owner := _OWNERS.get(self.encode)) is not None:
+            expected = owner.n_codes(self, tree, n_dofs)
+            if n_codes != expected:
+                raise ValueError(
+                    f"{type(self).__name__}.n_codes gives {n_codes}, but its encode, that of {owner.__name__}, writes "
+                    f"{expected} numbers: return as many"
+                )
+        check_functions(self, tree, n_dofs, n_codes)
 
     def tree_for(self, skeleton: Skeleton | None, dtype: np.dtype | None = None) -> Tree:
         """Return the skeleton as compiled code has it; an empty one where the metric needs none.
@@ -260,15 +305,25 @@ class Metric(BaseEstimator):
             The codes.
         """
         tree = self.tree_for(skeleton)
+        self._check_functions(tree, poses.shape[1])
         codes = np.empty((len(poses), self.n_codes(tree, poses.shape[1])))
         loops.encode_poses(poses, self.encode, tree, self.steps, codes)
         return codes
 
     def __eq__(self, other: object) -> bool:
-        return type(self) is type(other) and self.get_params() == other.get_params()
+        return isinstance(other, Metric) and type(self) is type(other) and self._parameters() == other._parameters()
 
     def __hash__(self) -> int:
-        return hash((type(self), *sorted(self.get_params().items())))
+        return hash((type(self), *self._parameters()))
+
+
+_OWNERS: dict[Any, type[Metric]] = {}  # of the library's own encodes: whose codes have the length that they write
+
+
+def own_encode(cls: type[Metric]) -> type[Metric]:
+    """Note, as a decorator, that the length of what a class's encode writes is what its `n_codes` states."""
+    _OWNERS[cls.encode] = cls
+    return cls
 
 
 def require_skeleton(skeleton: Skeleton | None) -> Skeleton:

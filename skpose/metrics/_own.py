@@ -7,6 +7,8 @@ import numpy as np
 from numba import njit
 
 from skpose._compiled.pose.encode import encode_positions
+from skpose._compiled.pose.loops import encode_poses
+from skpose._compiled.pose.tree import Tree
 from skpose._compiled.simd.lanes import empty_aligned
 
 
@@ -44,7 +46,8 @@ def compile_encode(function: Callable[[np.ndarray, np.ndarray, np.ndarray], None
     ...     for j in range(positions.shape[0]):
     ...         code[j] = positions[j, 1]
     """
-    one = njit(function, nogil=True)
+    plain = getattr(function, "py_func", function)
+    one = njit(plain, nogil=True)
 
     @njit(nogil=True)
     def encode(poses: Any, tree: Any, steps: Any, scratch: Any, codes: Any) -> None:
@@ -64,6 +67,7 @@ def compile_encode(function: Callable[[np.ndarray, np.ndarray, np.ndarray], None
             for k in range(codes.shape[0]):
                 codes[k, w] = code[k]
 
+    encode.plain = plain  # type: ignore[attr-defined]  # for `check_functions`
     return encode
 
 
@@ -93,7 +97,8 @@ def compile_measure(function: Callable[[np.ndarray, np.ndarray], float]) -> Any:
     ... def largest_difference(a, b):
     ...     return abs(a - b).max()
     """
-    one = njit(function, nogil=True)
+    plain = getattr(function, "py_func", function)
+    one = njit(plain, nogil=True)
 
     @njit(nogil=True)
     def measure(x: Any, Y: Any, first: Any, last: Any, tree: Any, steps: Any, scratch: Any, results: Any) -> None:
@@ -105,4 +110,57 @@ def compile_measure(function: Callable[[np.ndarray, np.ndarray], float]) -> Any:
                     code[i] = Y[k * n + i, w]
                 results.distances[k - first, w] = one(x, code)
 
+    measure.plain = plain  # type: ignore[attr-defined]
     return measure
+
+
+_checked: set[tuple] = set()  # metrics whose functions have been checked, on so many dofs and joints
+
+
+def check_functions(metric: Any, tree: Tree, n_dofs: int, n_codes: int) -> None:
+    """Refuse functions of a metric of one's own that do not fit its `n_codes`, or give what is no distance.
+
+    They run as plain Python, which sees when they leave an array, on two poses that are made up. Compiled, they would
+    write into other memory without a word.
+    """
+    encode, measure = (getattr(function, "plain", None) for function in (metric.encode, metric.measure))
+    key = (metric, n_dofs, n_codes, tree.n_joints)
+    if (encode is None and measure is None) or key in _checked:
+        return
+    poses, name = np.stack([np.zeros(n_dofs), 0.1 + 0.05 * np.arange(n_dofs)]), type(metric).__name__
+    codes = np.full((2, n_codes), np.nan)
+    if encode is None:
+        encode_poses(poses, metric.encode, tree, metric.steps, codes)
+    else:
+        positions = np.empty((2, 3 * tree.n_joints))
+        if tree.n_joints:
+            encode_poses(poses, encode_positions, tree, metric.steps, positions)
+        for pose, placed, code in zip(poses, positions.reshape(2, -1, 3), codes, strict=True):
+            try:
+                encode(pose, placed, code)
+            except IndexError as error:
+                raise ValueError(
+                    f"{name}.encode leaves an array ({error}): a pose has {n_dofs} numbers, positions have "
+                    f"{len(placed)} rows, and a code has the {n_codes} numbers that {name}.n_codes states"
+                ) from None
+        if n_missing := int(np.isnan(codes).sum(axis=1).max()):
+            raise ValueError(
+                f"{name}.encode leaves {n_missing} of the {n_codes} numbers of a code unwritten, or NaN: it must write "
+                f"as many as {name}.n_codes states"
+            )
+    if measure is not None:
+        try:
+            found = [[float(measure(a.copy(), b.copy())) for b in codes] for a in codes]
+        except IndexError as error:
+            raise ValueError(f"{name}.measure leaves a code, of {n_codes} numbers: {error}") from None
+        (same, there), (back, _) = found
+        if same != 0.0 or not there >= 0.0 or not np.isfinite(there):
+            raise ValueError(
+                f"{name}.measure gives {same:g} between equal poses and {there:g} between two others: a distance is "
+                "zero between equal poses, finite, and nowhere negative"
+            )
+        if abs(there - back) > 1e-9 * abs(there):
+            raise ValueError(
+                f"{name}.measure gives {there:g} from one pose to another and {back:g} back: a distance is symmetric"
+            )
+    _checked.add(key)

@@ -84,10 +84,18 @@ def pose_metric(
 def _compile(metric: Metric, skeleton: Skeleton | None) -> Callable[[np.ndarray, np.ndarray], float]:
     steps, encode, measure, pair = metric.steps, metric.encode, metric.measure, loops.pair_distance
     tree = metric.tree_for(skeleton)
-    if skeleton is None:  # "angle" on poses of any length, which are their own code
-        n_dofs, n_codes, refusal = -1, -1, "the two poses differ in length"
+    metric._check_functions(tree, 3 if skeleton is None else skeleton.n_dofs)
+    if skeleton is None:  # poses of any length
+        n_dofs, refusal = -1, "the two poses differ in length"
+        n_codes = metric.n_codes(tree, 0)
+        n_per_dof = metric.n_codes(tree, 1) - n_codes
+        if metric.n_codes(tree, 7) != n_codes + 7 * n_per_dof:
+            raise ValueError(
+                f"the code of {metric.label!r} does not grow by as many numbers with each column: pass skeleton=, "
+                "which says how many columns there are"
+            )
     else:
-        n_dofs = skeleton.n_dofs
+        n_dofs, n_per_dof = skeleton.n_dofs, 0
         n_codes = metric.n_codes(tree, n_dofs)
         refusal = f"a pose has the wrong length: the skeleton has {n_dofs} degrees of freedom, one number for each"
 
@@ -102,6 +110,6 @@ def _compile(metric: Metric, skeleton: Skeleton | None) -> Callable[[np.ndarray,
         a, b = np.empty(width), np.empty(width)
         for i in range(width):
             a[i], b[i] = x[i], y[i]
-        return pair(a, b, width if n_codes < 0 else n_codes, encode, measure, shared(Tree(*fields)), steps)
+        return pair(a, b, n_codes + n_per_dof * width, encode, measure, shared(Tree(*fields)), steps)
 
     return distance

@@ -7,11 +7,12 @@ from skpose._compiled.pose.measure import measure_euclidean
 from skpose._compiled.pose.tree import Tree
 from skpose.kinematics._shared import jacobian_at, weighted_positions
 from skpose.metrics._direct_means import ExtrinsicMeans
-from skpose.metrics._metric import Metric, require_skeleton
+from skpose.metrics._metric import Metric, own_encode, require_skeleton
 from skpose.metrics._sample import JointSample, Linearization, Sample
 from skpose.skeleton import Skeleton
 
 
+@own_encode
 class Position(Metric):
     r"""Distance between the positions of all joints, :math:`\|F(a) - F(b)\|_2`, m (sec. 2 of [1]_).
 
@@ -49,10 +50,6 @@ class Position(Metric):
     def lower_bound(self) -> Metric:
         """Return this metric itself."""
         return self
-
-    def why_no_means(self) -> str:
-        """Return nothing: there are means."""
-        return ""
 
     def sample(self, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton | None, n_jobs: int) -> Sample:
         """Return poses whose joints are placed once."""

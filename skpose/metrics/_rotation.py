@@ -6,11 +6,12 @@ from skpose._compiled.pose.encode import encode_rotations
 from skpose._compiled.pose.measure import measure_rotations
 from skpose._compiled.pose.tree import Tree
 from skpose.kinematics._shared import STEP, columns_around
-from skpose.metrics._metric import Metric, require_skeleton
+from skpose.metrics._metric import Metric, own_encode, require_skeleton
 from skpose.metrics._sample import JointSample, Linearization, Sample
 from skpose.skeleton import Skeleton
 
 
+@own_encode
 class Rotation(Metric):
     r"""Distance between the world orientations of all bones, :math:`\sqrt{\sum_b \ell_b^2 \varphi_b^2}`, m.
 
@@ -46,10 +47,6 @@ class Rotation(Metric):
     def n_codes(self, tree: Tree, n_dofs: int) -> int:
         """Return four for each frame of the skeleton but the root's."""
         return 4 * (len(tree.frame_parent) - 1)
-
-    def why_no_means(self) -> str:
-        """Return nothing: there are means."""
-        return ""
 
     def sample(self, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton | None, n_jobs: int) -> Sample:
         """Return poses whose bones are oriented once."""

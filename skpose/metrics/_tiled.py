@@ -121,13 +121,10 @@ def _compute_in_worker(shared: tuple[TiledMatrix, WorkerOutput | None], tile: Ti
 
 def metric_fingerprint(metric: Metric) -> dict[str, Any]:
     """Return the part of a fingerprint that is of the version and the metric."""
-    parameters = {
-        name: value.item() if isinstance(value, np.generic) else value  # numpy's 10 is 10
-        for name, value in sorted(metric.get_params().items())
-    }
+    kind = type(metric)
     return {
         "version of skpose": version("skpose"),
-        "metric or parameters of it": [metric.name, *map(repr, parameters.items())],
+        "metric or parameters of it": [f"{kind.__module__}.{kind.__qualname__}", *map(repr, metric._parameters())],
     }
 
 

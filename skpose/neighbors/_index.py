@@ -30,6 +30,11 @@ class PoseIndex:
         self.filter = None
         self.groups = _groups(np.arange(len(poses)))
         bound = None if brute else metric.lower_bound()
+        if bound is not None and not (isinstance(bound, Metric) and bound.lower_bound() == bound):
+            raise ValueError(
+                f"the lower bound of {metric.label!r} must be a metric that is the Euclidean distance of its codes, "
+                f"and so its own lower bound, such as Position(), got {bound!r}"
+            )
         if bound is not None:
             chords = ChordFilter(self.poses, bound, skeleton)
             self.filter = chords if np.isfinite(chords.norm) else None

@@ -1,11 +1,12 @@
 """What holds for every metric, those of one's own too: through all that takes one."""
 
+import functools
 import pickle
 
 import numpy as np
 import pytest
 import reference
-from every_metric import EVERY_METRIC, LargestDistance, measure_largest
+from every_metric import EVERY_METRIC, LargestDistance, measure_largest, measure_sum
 from sklearn.base import clone
 from sklearn.neighbors import KNeighborsClassifier
 
@@ -25,7 +26,7 @@ from skpose import (
 from skpose.cluster import PoseKMeans
 from skpose.datasets import humanoid, make_gait
 from skpose.geodesics import frechet_mean, geometric_median
-from skpose.metrics import Metric, Position, Spatial
+from skpose.metrics import Angle, Metric, Position, Spatial, compile_encode, compile_measure
 from skpose.motions import align_motions, find_motion, mean_motion, segment_repetitions
 from skpose.statistics import PoseKernelRegressor, PoseTangentPCA, two_sample_test
 from skpose.view import explorer
@@ -198,10 +199,117 @@ def test_a_metric_that_measures_anew_inherits_no_bounds_and_means():
         class Longest(Position):
             measure = measure_largest
 
+    with pytest.raises(TypeError, match="inherits name from it"):
+
+        class Nameless(LargestDistance):
+            measure = measure_largest
+
     class Renamed(LargestDistance):  # nothing is inherited that is not true of it
+        name = "another"
         measure = measure_largest
 
     assert Renamed() != LargestDistance()
+
+
+def own_metric(length=lambda tree, n_dofs: n_dofs, **members):
+    """Return a metric of one's own that takes the columns as its code."""
+    members = {"encode": Angle.encode, "measure": measure_sum, "needs_skeleton": False, **members}
+    return type("Own", (Metric,), {"n_codes": lambda self, tree, n_dofs: length(tree, n_dofs), **members})()
+
+
+@compile_encode
+def encode_twice(pose, positions, code):
+    for d in range(len(pose)):
+        code[d], code[len(pose) + d] = pose[d], 2.0 * pose[d]
+
+
+@compile_measure
+def measure_signed(a, b):
+    return a[0] - b[0] + 5.0 * (a[0] != b[0])
+
+
+@compile_measure
+def measure_beyond(a, b):
+    return abs(a[len(a)] - b[0])
+
+
+@compile_measure
+def measure_from_one(a, b):
+    return 1.0 + np.abs(a - b).sum()
+
+
+@pytest.mark.parametrize(
+    ("metric", "words"),
+    [
+        (own_metric(lambda tree, n_dofs: n_dofs + 1), "n_codes gives {}, but its encode, that of Angle, writes"),
+        (own_metric(encode=encode_twice), "Own.encode leaves an array .*numbers that Own.n_codes states"),
+        (own_metric(lambda tree, n_dofs: 3 * n_dofs, encode=encode_twice), "numbers of a code unwritten"),
+        (own_metric(measure=measure_signed), "Own.measure gives 4.9 from one pose to another and 5.1 back"),
+        (own_metric(measure=measure_beyond), "Own.measure leaves a code"),
+        (own_metric(measure=measure_from_one), "Own.measure gives 1 between equal poses"),
+        (
+            own_metric(measure=lambda a, b: 0.0),
+            "Own.measure must be a compiled function: make it with .*compile_measure",
+        ),
+    ],
+    ids=["length", "writes beyond", "writes too little", "no symmetry", "reads beyond", "not zero", "not compiled"],
+)
+def test_functions_that_make_no_distance_are_refused_in_words(metric, words):
+    """Compiled, they would write into other memory, or give numbers that look right."""
+    for call in (lambda: pose_distances([[0.0, 1.0], [2.0, 3.0]], metric=metric), lambda: pose_metric(metric=metric)):
+        with pytest.raises(ValueError, match=words.replace("{}", r"\d")):
+            call()
+
+
+def test_a_code_may_be_longer_than_a_pose_where_there_is_no_skeleton():
+    metric = own_metric(lambda tree, n_dofs: 2 * n_dofs, encode=encode_twice)
+    poses = np.random.default_rng(0).normal(size=(2, 5))
+    expected = 3.0 * np.abs(poses[0] - poses[1]).sum()
+    assert pose_distances(poses, metric=metric)[0, 1] == pytest.approx(expected)
+    assert pose_metric(metric=metric)(*poses) == pytest.approx(expected)
+
+
+def test_a_lower_bound_that_is_not_euclidean_is_refused():
+    class Fine(LargestDistance):
+        def lower_bound(self):
+            return Spatial(2)
+
+    with pytest.raises(ValueError, match=r"lower bound of 'largest distance' must be .*Euclidean.*got Spatial"):
+        PoseKNeighborsTransformer(SKELETON, metric=Fine()).fit(X)
+
+
+class Scaled(Metric):
+    """A metric whose compiled function depends on a parameter."""
+
+    encode = Angle.encode
+    needs_skeleton = False
+
+    def __init__(self, scale=1.0):
+        self.scale = scale
+
+    @property
+    def measure(self):
+        return measure_scaled(self.scale)
+
+    def n_codes(self, tree, n_dofs):
+        return n_dofs
+
+
+@functools.cache
+def measure_scaled(scale):
+    @compile_measure
+    def measure(a, b):
+        return scale * np.abs(a - b).sum()
+
+    return measure
+
+
+def test_compiled_functions_may_depend_on_parameters():
+    assert [pose_distances([[0.0], [1.0]], metric=Scaled(s))[0, 1] for s in (1.0, 3.0)] == [1.0, 3.0]
+    assert Scaled().label == "Scaled"
+    assert Scaled(np.float64(3.0)).label == "Scaled(scale=3.0)"
+    with pytest.raises(ValueError, match="scale of Scaled is list: pass a tuple"):
+        pose_distances([[0.0], [1.0]], metric=Scaled([1.0]))
 
 
 def test_parameters_of_a_name_are_refused_in_words():

@@ -53,7 +53,7 @@ def test_tiles_lie_where_the_mapping_has_them(tmp_path, monkeypatch, order, offs
     target = FileTarget.of(array)
     target.check(array)
     tiles = Tile(0, 20, 0, 20), Tile(7, 31, 40, 53), Tile(59, 60, 0, 60), Tile(31, 40, 0, 60), Tile(10, 11, 55, 56)
-    with target.opened() as writer:
+    with target.open_writer() as writer:
         for tile in tiles:
             distances = RNG.uniform(size=tile.shape).astype(dtype)
             mirrored = tile.mirrored if tile.left in (40, 55) else None
@@ -72,7 +72,7 @@ def test_tiles_lie_where_the_mapping_has_them(tmp_path, monkeypatch, order, offs
 def test_numbers_are_written_in_the_dtype_of_the_file(tmp_path):
     array = np.memmap(tmp_path / "D", np.float32, "w+", shape=(4, 4))
     distances = RNG.uniform(size=(8, 8))[::2, ::2]
-    with FileTarget.of(array).opened() as writer:
+    with FileTarget.of(array).open_writer() as writer:
         writer.write(Tile(0, 4, 0, 4), None, distances)
     np.testing.assert_array_equal(array, distances.astype(np.float32))
 
@@ -82,7 +82,7 @@ def test_a_part_of_the_disk_that_cannot_be_read_is_not_intact(tmp_path, monkeypa
         raise OSError(errno.EIO, "Input/output error")
 
     array = np.memmap(tmp_path / "D", float, "w+", shape=(4, 4))
-    with FileTarget.of(array).opened() as writer:
+    with FileTarget.of(array).open_writer() as writer:
         monkeypatch.setattr(_writers, "_read", refuse)
         assert writer.checksums(Tile(0, 4, 0, 4), None) is None
 
