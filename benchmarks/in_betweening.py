@@ -11,7 +11,7 @@ the median of the sequences, and over all their frames. Only the keys are known:
 - cubic Euler: natural cubic splines of the angles.
 - slerp: each joint by itself, what `Motion.resample` does with ball joints.
 - RotationSpline: scipy's, of each joint by itself, of continuous angular velocity and acceleration.
-- geodesic, spline: `skpose.geodesics.interpolate_poses`.
+- geodesic, spline: `skpose.geodesics.interpolate`.
 
 Each table is followed by the number of sequences in which the spline is nearer than RotationSpline, and by the time.
 Without folders: generated gait.

@@ -2,7 +2,6 @@
 
 from skpose.metrics._convergence import Unconverged, warn_of_unconverged
 from skpose.metrics._direct_means import TOL as TOL_EXTRINSIC
-from skpose.metrics._direct_means import positions_of
 from skpose.metrics._geodesic import no_geodesics, no_paths
 from skpose.metrics._matrix import ENCODED_AT_ONCE, DistanceMatrix
 from skpose.metrics._metric import CoarseBound
@@ -43,7 +42,6 @@ __all__ = [
     "no_geodesics",
     "no_paths",
     "paired_distances",
-    "positions_of",
     "require",
     "require_geodesic",
     "require_means",

@@ -16,7 +16,7 @@ from skpose.geodesics._shared import TangentSpace
 from skpose.kinematics._shared import weighted_positions
 from skpose.metrics import Angle, Position
 from skpose.metrics._shared import METRIC_CONSTRAINTS, require
-from skpose.statistics._spaces import Columns, Geodesics, Lines, line_mean, why_no_vectors
+from skpose.statistics._spaces import Columns, Geodesics, Lines, Space, line_mean, why_no_vectors
 
 VARIES = 1e-7  # singular value, relative to the largest, above which poses vary
 ROUNDING = 1e-12  # root mean square of all scores, m or rad, below which there is only rounding
@@ -275,7 +275,7 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
                 return line_mean(X, skeleton)
         return frechet_mean(X, skeleton, metric=self.metric_, n_jobs=self.n_jobs).pose
 
-    def _space(self):
+    def _space(self) -> Space:
         """Return the space of vectors at the mean."""
         skeleton: Any = self.skeleton_
         match self.metric_:

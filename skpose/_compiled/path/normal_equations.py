@@ -37,7 +37,7 @@ class NormalEquations(NamedTuple):
     gradient: np.ndarray  # (n_nodes, n_dofs) of half the energy, m²/rad
     sums: np.ndarray  # ((2 substeps + 1) · n_frames · 16, LANES) see `_sum_products`
     moments: np.ndarray  # ((substeps + 1) · n_frames · 12, LANES) see `_sum_moments`
-    forces: np.ndarray  # ((substeps + 1) · 12, LANES) see `_add_pairs_of`
+    forces: np.ndarray  # ((substeps + 1) · 12, LANES) see `_set_pairs`
 
 
 EQUATIONS = tuple_type(NormalEquations, INTEGER_VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX)
