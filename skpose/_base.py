@@ -146,10 +146,10 @@ class PoseEstimatorMixin(EstimatorMixin):
         """
         metric = params.get("metric", self.metric)
         of_metric = [name for name in params if name.startswith("metric__")]
-        if of_metric and isinstance(metric, str):
+        if of_metric and not isinstance(metric, Metric):
             raise ValueError(
-                f"{of_metric[0]} is a parameter of a metric, but metric={metric!r} is a name, which has none: pass an "
-                "object of skpose.metrics, such as metric=Spatial()"
+                f"{of_metric[0]} is a parameter of a metric, but metric={metric!r} is no object, which has some: pass "
+                "one of skpose.metrics, such as metric=Spatial()"
             )
         return super().set_params(**params)  # type: ignore[misc]  # of BaseEstimator, as __sklearn_tags__
 

@@ -26,6 +26,11 @@ _COMPILED = "encode", "measure", "measure_within"
 _INHERITABLE = {"encode", "measure", "steps", "unit", "needs_skeleton", "encode_work", "measure_work"}
 
 
+def _defined(cls: type, name: str) -> Any:
+    """Return a member of a class as it is written there."""
+    return inspect.getattr_static(cls, name, None)
+
+
 class CoarseBound(NamedTuple):
     """A lower bound of a metric, computed in float32: encode and measure as a metric has them."""
 
@@ -113,19 +118,19 @@ class Metric(BaseEstimator):
             function = inspect.getattr_static(cls, name, None)
             if isinstance(function, Dispatcher | FunctionType):  # and no property
                 setattr(cls, name, staticmethod(function))
-        if not hasattr(cls, "name"):
+        above = cls.__mro__[1 : cls.__mro__.index(Metric)]
+        if "name" not in vars(cls) and getattr(cls, "name", None) in (None, *(base.__name__ for base in above)):
             cls.name = cls.__name__
-        anew = {"encode", "measure"} & vars(cls).keys()
-        for base in cls.__mro__[1 : cls.__mro__.index(Metric)] if anew else ():
-            members = vars(base).keys() & (vars(Metric).keys() | {"name"})
-            same_code = {"n_codes"} if anew == {"measure"} else set()
-            foreign = sorted(members - vars(cls).keys() - _INHERITABLE - same_code)
-            foreign = [name for name in foreign if not name.startswith("_")]
-            if foreign and issubclass(base, Metric):
+        for member in sorted(vars(Metric).keys() | {"name"}):
+            if member.startswith("_") or member in _INHERITABLE:
+                continue
+            of = next(base for base in cls.__mro__ if member in vars(base) or base is Metric)
+            functions = ["encode"] if member == "n_codes" else ["encode", "measure"]
+            own = of is cls or of is Metric or not issubclass(of, Metric)
+            if not own and any(_defined(of, name) is not _defined(cls, name) for name in functions):
                 raise TypeError(
-                    f"{cls.__name__} measures another distance than {base.__name__}, but inherits "
-                    f"{', '.join(foreign)} from it: derive {cls.__name__} from Metric; it may use "
-                    f"{base.__name__}.encode"
+                    f"{cls.__name__} measures another distance than {of.__name__}, but inherits {member} from it: "
+                    f"derive {cls.__name__} from Metric; it may use {of.__name__}.encode"
                 )
 
     @property
@@ -242,6 +247,8 @@ class Metric(BaseEstimator):
             raise ValueError(str(error)) from None
         name = type(self).__name__
         for key, value in given.items():
+            if isinstance(value, bool) and "boolean" not in self._parameter_constraints.get(key, ["boolean"]):
+                raise ValueError(f"{key} of {name} must be a number, got {value}")
             if type(value).__hash__ is None:
                 raise ValueError(
                     f"parameters of metrics are numbers, words or tuples of them, so that metrics can be compared, but "
@@ -261,7 +268,13 @@ class Metric(BaseEstimator):
 
     def _check_functions(self, tree: Tree, n_dofs: int) -> None:
         """Refuse functions of a metric of one's own that would write beyond a code, or give what is no distance."""
-        n_codes = self.n_codes(tree, n_dofs)
+        try:
+            n_codes = self.n_codes(tree, n_dofs)
+        except TypeError as error:
+            raise ValueError(
+                f"{type(self).__name__}.n_codes must be a method, n_codes(self, tree, n_dofs), that returns the length "
+                f"of a code: {error}"
+            ) from error
         if (owner := _OWNERS.get(self.encode)) is not None:
             expected = owner.n_codes(self, tree, n_dofs)
             if n_codes != expected:

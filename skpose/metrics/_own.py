@@ -1,5 +1,6 @@
 """Compilation of the two functions of a metric of one's own, written for one pose and for two."""
 
+import hashlib
 from collections.abc import Callable
 from typing import Any
 
@@ -21,7 +22,7 @@ def compile_encode(function: Callable[[np.ndarray, np.ndarray, np.ndarray], None
         ``function(pose, positions, code)``, which numba can compile. `pose` of shape (n_dofs,) are the columns, rad.
         `positions` of shape (n_joints, 3) are the joints that have weight, in the order of the skeleton and in the axes
         of the root, m, times the square roots of their weights; of shape (0, 3) without a skeleton. It writes into
-        `code` of shape (n_codes,).
+        `code` of shape (n_codes,), which holds anything before.
 
     Returns
     -------
@@ -92,10 +93,11 @@ def compile_measure(function: Callable[[np.ndarray, np.ndarray], float]) -> Any:
 
     Examples
     --------
+    >>> import numpy as np
     >>> from skpose.metrics import compile_measure
     >>> @compile_measure
     ... def largest_difference(a, b):
-    ...     return abs(a - b).max()
+    ...     return np.abs(a - b).max()
     """
     plain = getattr(function, "py_func", function)
     one = njit(plain, nogil=True)
@@ -127,7 +129,8 @@ def check_functions(metric: Any, tree: Tree, n_dofs: int, n_codes: int) -> None:
     key = (metric, n_dofs, n_codes, tree.n_joints)
     if (encode is None and measure is None) or key in _checked:
         return
-    poses, name = np.stack([np.zeros(n_dofs), 0.1 + 0.05 * np.arange(n_dofs)]), type(metric).__name__
+    name = type(metric).__name__
+    poses = np.stack([0.1 + 0.05 * np.arange(n_dofs), 0.7 - 0.03 * np.arange(n_dofs)])
     codes = np.full((2, n_codes), np.nan)
     if encode is None:
         encode_poses(poses, metric.encode, tree, metric.steps, codes)
@@ -135,32 +138,49 @@ def check_functions(metric: Any, tree: Tree, n_dofs: int, n_codes: int) -> None:
         positions = np.empty((2, 3 * tree.n_joints))
         if tree.n_joints:
             encode_poses(poses, encode_positions, tree, metric.steps, positions)
-        for pose, placed, code in zip(poses, positions.reshape(2, -1, 3), codes, strict=True):
-            try:
-                encode(pose, placed, code)
-            except IndexError as error:
-                raise ValueError(
-                    f"{name}.encode leaves an array ({error}): a pose has {n_dofs} numbers, positions have "
-                    f"{len(placed)} rows, and a code has the {n_codes} numbers that {name}.n_codes states"
-                ) from None
+        given = (
+            f"encode(pose, positions, code) was called with a pose of {n_dofs} numbers, positions of {tree.n_joints} "
+            f"rows, and a code of the {n_codes} numbers that {name}.n_codes states"
+        )
+        for pose, placed, code in zip(poses, positions.reshape(2, tree.n_joints, 3), codes, strict=True):
+            _run(f"{name}.encode", given, encode, pose, placed, code)
         if n_missing := int(np.isnan(codes).sum(axis=1).max()):
             raise ValueError(
                 f"{name}.encode leaves {n_missing} of the {n_codes} numbers of a code unwritten, or NaN: it must write "
                 f"as many as {name}.n_codes states"
             )
     if measure is not None:
+        given = f"measure(a, b) was called with codes of {n_codes} numbers, and must return a number"
+        found = [[_run(f"{name}.measure", given, measure, a.copy(), b.copy()) for b in codes] for a in codes]
         try:
-            found = [[float(measure(a.copy(), b.copy())) for b in codes] for a in codes]
-        except IndexError as error:
-            raise ValueError(f"{name}.measure leaves a code, of {n_codes} numbers: {error}") from None
-        (same, there), (back, _) = found
-        if same != 0.0 or not there >= 0.0 or not np.isfinite(there):
+            (same, there), (back, again) = np.array(found, dtype=float).tolist()
+        except (TypeError, ValueError):
+            raise ValueError(f"{name}.measure returns no number, got {found[0][1]!r}") from None
+        if same != 0.0 or again != 0.0 or not there >= 0.0 or not np.isfinite(there):
             raise ValueError(
-                f"{name}.measure gives {same:g} between equal poses and {there:g} between two others: a distance is "
-                "zero between equal poses, finite, and nowhere negative"
+                f"{name}.measure gives {same or again:g} between equal poses and {there:g} between two others: a "
+                "distance is zero between equal poses, finite, and nowhere negative"
             )
         if abs(there - back) > 1e-9 * abs(there):
             raise ValueError(
                 f"{name}.measure gives {there:g} from one pose to another and {back:g} back: a distance is symmetric"
             )
     _checked.add(key)
+
+
+def _run(name: str, given: str, function: Callable, *arguments: np.ndarray) -> Any:
+    """Return what a function of a user's returns; its errors say how it was called."""
+    try:
+        with np.errstate(all="ignore"):
+            return function(*arguments)
+    except Exception as error:
+        raise ValueError(f"{name} failed: {type(error).__name__}: {error}; {given}") from error
+
+
+def fingerprint_of_functions(metric: Any) -> list[str]:
+    """Return what identifies the functions of a metric of one's own, which may be edited while a file is unfinished."""
+    codes = [getattr(function, "plain", None) for function in (metric.encode, metric.measure)]
+    return [
+        hashlib.sha256(repr((code.co_code, code.co_consts, code.co_names)).encode()).hexdigest()
+        for code in (function.__code__ for function in codes if function is not None)
+    ]

@@ -84,7 +84,7 @@ def pose_metric(
 def _compile(metric: Metric, skeleton: Skeleton | None) -> Callable[[np.ndarray, np.ndarray], float]:
     steps, encode, measure, pair = metric.steps, metric.encode, metric.measure, loops.pair_distance
     tree = metric.tree_for(skeleton)
-    metric._check_functions(tree, 3 if skeleton is None else skeleton.n_dofs)
+    metric._check_functions(tree, 64 if skeleton is None else skeleton.n_dofs)
     if skeleton is None:  # poses of any length
         n_dofs, refusal = -1, "the two poses differ in length"
         n_codes = metric.n_codes(tree, 0)

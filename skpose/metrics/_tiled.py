@@ -20,6 +20,7 @@ from skpose._parallel.tasks import TASKS_PER_WORKER, WORK_PER_TASK
 from skpose.metrics._convergence import Unconverged
 from skpose.metrics._metric import Metric
 from skpose.metrics._output import Destination
+from skpose.metrics._own import fingerprint_of_functions
 from skpose.metrics._run import Computed, WorkerOutput
 from skpose.metrics._tiles import Tile, Tiling
 
@@ -124,7 +125,11 @@ def metric_fingerprint(metric: Metric) -> dict[str, Any]:
     kind = type(metric)
     return {
         "version of skpose": version("skpose"),
-        "metric or parameters of it": [f"{kind.__module__}.{kind.__qualname__}", *map(repr, metric._parameters())],
+        "metric or parameters of it": [
+            f"{kind.__module__}.{kind.__qualname__}",
+            *map(repr, metric._parameters()),
+            *fingerprint_of_functions(metric),
+        ],
     }
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from skpose._compiled.pose.measure import measure_euclidean
 from skpose._compiled.simd.lanes import lanes
 from skpose.metrics import Metric
 from skpose.neighbors._filter import FLOAT32, ChordFilter
@@ -30,7 +31,8 @@ class PoseIndex:
         self.filter = None
         self.groups = _groups(np.arange(len(poses)))
         bound = None if brute else metric.lower_bound()
-        if bound is not None and not (isinstance(bound, Metric) and bound.lower_bound() == bound):
+        is_euclidean = isinstance(bound, Metric) and bound.lower_bound() == bound and bound.measure is measure_euclidean
+        if bound is not None and not is_euclidean:
             raise ValueError(
                 f"the lower bound of {metric.label!r} must be a metric that is the Euclidean distance of its codes, "
                 f"and so its own lower bound, such as Position(), got {bound!r}"
