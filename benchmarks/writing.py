@@ -71,7 +71,7 @@ class PageFaults:
 def page_faults(n_jobs=None):
     """Write through a mapping, in this process; workers only compute."""
     with ExitStack() as stack:
-        stack.enter_context(replaced(FileTarget, "opened", lambda target: nullcontext(PageFaults(target))))
+        stack.enter_context(replaced(FileTarget, "open_writer", lambda target: nullcontext(PageFaults(target))))
         stack.enter_context(replaced(ResumedRun, "_for_workers", lambda run: None))
         if n_jobs:
             stack.enter_context(workers())
