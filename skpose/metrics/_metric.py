@@ -26,7 +26,7 @@ _COMPILED = "encode", "measure", "measure_within"
 _INHERITABLE = {"encode", "measure", "steps", "unit", "needs_skeleton", "encode_work", "measure_work"}
 
 
-def _defined(cls: type, name: str) -> Any:
+def _find_member(cls: type, name: str) -> Any:
     """Return a member of a class as it is written there."""
     return inspect.getattr_static(cls, name, None)
 
@@ -127,7 +127,7 @@ class Metric(BaseEstimator):
             of = next(base for base in cls.__mro__ if member in vars(base) or base is Metric)
             functions = ["encode"] if member == "n_codes" else ["encode", "measure"]
             own = of is cls or of is Metric or not issubclass(of, Metric)
-            if not own and any(_defined(of, name) is not _defined(cls, name) for name in functions):
+            if not own and any(_find_member(of, name) is not _find_member(cls, name) for name in functions):
                 raise TypeError(
                     f"{cls.__name__} measures another distance than {of.__name__}, but inherits {member} from it: "
                     f"derive {cls.__name__} from Metric; it may use {of.__name__}.encode"
