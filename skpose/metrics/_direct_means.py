@@ -40,8 +40,10 @@ class ArithmeticMeans:
     def mean(self, weights: np.ndarray, max_iter: int = 1, tol: float = 0.0) -> DirectMean:
         """Return the weighted mean of the columns."""
         pose = weights @ self.X / weights.sum()
-        variance = weights @ ((self.X - pose) ** 2).sum(axis=1) / weights.sum()
-        return DirectMean(pose, pose, float(variance), 0.0, 0, True)
+        gaps = pose - self.X
+        variance = weights @ (gaps**2).sum(axis=1) / weights.sum()
+        gradient_norm = np.linalg.norm(weights @ gaps) / weights.sum()  # zero, but for rounding
+        return DirectMean(pose, pose, float(variance), float(gradient_norm), 0, True)
 
 
 class ExtrinsicMeans:
