@@ -43,7 +43,7 @@ plt.show()
 # %%
 # The centres of the clusters under the spatial distance.
 PoseStripDisplay.from_poses(
-    X[shift.cluster_centers_indices_], skeleton, labels=["cluster 0", "cluster 1"], title="medoids", view="zy"
+    X[shift.cluster_centers_indices_], skeleton, labels=["cluster 0", "cluster 1"], title="medoids", projection="zy"
 )
 plt.show()
 
@@ -57,5 +57,5 @@ shares = [np.mean(pair.actions[sequence[k_means.labels_ == k]] == "run") for k i
 print(f"k-means, 6 clusters: inertia {k_means.inertia_:.1f} m², {k_means.n_iter_} iterations")
 order = np.argsort(shares)
 labels = [f"{shares[k]:.0%} run" for k in order]
-PoseStripDisplay.from_poses(k_means.cluster_centers_[order], skeleton, labels=labels, title="k-means", view="zy")
+PoseStripDisplay.from_poses(k_means.cluster_centers_[order], skeleton, labels=labels, title="k-means", projection="zy")
 plt.show()

@@ -34,7 +34,7 @@ other = Motion(walk.skeleton, angles, walk.frame_rate)
 # shank, which is the ankle.
 alignment = align_motions(walk, other)
 print(alignment)
-AlignmentDisplay.from_alignment(alignment, view="zy")
+AlignmentDisplay.from_alignment(alignment, projection="zy")
 plt.show()
 
 # %%
@@ -44,7 +44,7 @@ player([walk, other], labels=["walk", "other tempo, bent knee"], alignment=align
 
 # %%
 # The rotations show the joint itself. The rotation of "left_shank", relative to the thigh, is that of the knee.
-AlignmentDisplay.from_alignment(alignment, quantity="rotation", view="zy")
+AlignmentDisplay.from_alignment(alignment, quantity="rotation", projection="zy")
 plt.show()
 
 # %%
@@ -67,5 +67,5 @@ if folder:
     for alignment in alignments:
         print(alignment)
     largest = [alignment.joint_differences()[0].largest for alignment in alignments]
-    AlignmentDisplay.from_alignment(alignments[int(np.argmax(largest))], view="zy")
+    AlignmentDisplay.from_alignment(alignments[int(np.argmax(largest))], projection="zy")
     plt.show()

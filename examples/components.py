@@ -38,7 +38,7 @@ print(f"{pca.n_components_} components explain 90 % of the variance: {shares}")
 # Two standard deviations to each side of the mean, seen from the side: left limbs in blue, right ones in vermilion.
 figure, axes = plt.subplots(3, 1, figsize=(9, 10), layout="constrained")
 for component, ax in enumerate(axes):
-    TangentPCADisplay.from_estimator(pca, component, view="zy", ax=ax)
+    TangentPCADisplay.from_estimator(pca, component, projection="zy", ax=ax)
 plt.show()
 
 # %%

@@ -32,7 +32,7 @@ sums = pose_distances_chunked(
 )
 medoid = int(np.concatenate(list(sums)).argmin())
 print(f"the medoid is a pose of a {dataset.actions[sequence[medoid]]}")
-PoseDisplay.from_pose(X[medoid], skeleton, view="zxy")
+PoseDisplay.from_pose(X[medoid], skeleton, projection="zxy")
 plt.show()
 
 # %%

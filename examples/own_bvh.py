@@ -39,7 +39,7 @@ except MocapFormatError as error:
 # %%
 # A motion is a table of angles with named columns.
 print(motions[0].to_pandas().iloc[:3, :3].round(3))
-PoseStripDisplay.from_motion(motions[0], view="zy")
+PoseStripDisplay.from_motion(motions[0], projection="zy")
 plt.show()
 
 # %%
@@ -61,5 +61,5 @@ i, j = np.unravel_index(D.argmax(), D.shape)
 shortest = geodesic(X[i], X[j], skeleton)
 save_bvh(folder / "shortest.bvh", Motion(skeleton, shortest.resample(20), frame_rate=10), scale=0.01)
 print(f"shortest.bvh: {shortest.length:.2f} m, the straight line {D[i, j]:.2f} m")
-PoseStripDisplay.from_geodesic(shortest, skeleton, view="zy")
+PoseStripDisplay.from_geodesic(shortest, skeleton, projection="zy")
 plt.show()

@@ -73,7 +73,7 @@ shown = (
     ("mean of positions", averages, "C1"),
 )
 for title, joints, color in shown:
-    PoseDisplay.from_positions(joints[worst], skeleton, ax=axes[1], view="zy", color=color, label=title)
+    PoseDisplay.from_positions(joints[worst], skeleton, ax=axes[1], projection="zy", color=color, label=title)
 axes[1].set_title("the frame of the largest change")
 axes[1].legend()
 plt.show()

@@ -51,7 +51,7 @@ plt.show()
 
 # %%
 # The path itself, at constant speed.
-PoseStripDisplay.from_geodesic(geodesics[worst], skeleton, view="zy")
+PoseStripDisplay.from_geodesic(geodesics[worst], skeleton, projection="zy")
 plt.show()
 
 # %%

@@ -37,7 +37,7 @@ plt.show()
 # %%
 # The first poses of the strides are one phase of the movement.
 PoseStripDisplay.from_poses(
-    walk.angles[strides.starts], walk.skeleton, labels=range(1, len(strides) + 1), title="stride", view="zy"
+    walk.angles[strides.starts], walk.skeleton, labels=range(1, len(strides) + 1), title="stride", projection="zy"
 )
 plt.show()
 
@@ -45,7 +45,7 @@ plt.show()
 # The typical stride.
 mean = mean_motion(strides.motions)
 print(mean)
-PoseStripDisplay.from_motion(mean.to_motion(), n_poses=9, view="zy")
+PoseStripDisplay.from_motion(mean.to_motion(), n_poses=9, projection="zy")
 plt.show()
 
 # %%
@@ -67,6 +67,6 @@ if folder:
     chosen = (dataset.actions == "squat") & (dataset.subjects == "bd")
     squat = mean_motion([motion.to_rotvec().resample(30) for motion in dataset[chosen]])
     print(f"{chosen.sum()} squats: {squat}")
-    PoseStripDisplay.from_motion(squat.to_motion(), n_poses=9, view="zy")
+    PoseStripDisplay.from_motion(squat.to_motion(), n_poses=9, projection="zy")
     MeanMotionDisplay.from_mean(squat)
     plt.show()

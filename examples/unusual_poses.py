@@ -59,7 +59,7 @@ PoseStripDisplay.from_poses(
     skeleton,
     labels=[f"{factor[i]:.2f}" for i in highest[:8]],
     title="local outlier factor",
-    view="zy",
+    projection="zy",
 )
 plt.show()
 

@@ -111,7 +111,7 @@ for ax, frame in zip(axes, np.linspace(5, len(seen[0]) - 6, 4).astype(int), stri
     fit = fits["gaps filled"][0]
     root = fit.root_positions[frame]
     positions = in_world(fit.skeleton, fit.poses, fit.root_positions, Rotation.from_rotvec(fit.root_rotations))[frame]
-    PoseDisplay.from_positions(positions - root, fit.skeleton, ax=ax, view="zy")
+    PoseDisplay.from_positions(positions - root, fit.skeleton, ax=ax, projection="zy")
     dots, circles = given[frame] - root, truths[0][frame][lost[frame]] - root
     ax.scatter(dots[:, 2], dots[:, 1], s=14, color="black", zorder=3)
     ax.scatter(circles[:, 2], circles[:, 1], s=50, facecolors="none", edgecolors="black", zorder=3)

@@ -6,7 +6,7 @@
 | `_sequence`                               | lengths of the paths from the frames of a motion to poses               |
 | `_logarithm`                              | poses as vectors at a base, and back                                    |
 | `_interpolate`, `_spline`                 | motions through key poses                                               |
-| `_mean`, `_median`                        | Fréchet means and geometric medians; `_given` checks the poses          |
+| `_mean`, `_median`                        | Fréchet means and geometric medians; `_weighted_poses` checks the poses |
 | `_descent`, `_quasi_newton`               | how they are found, from what a metric's `sample` says at a pose        |
 | `_weightings`                             | means of many weightings of one set of poses                            |
 """

@@ -133,15 +133,15 @@ def interpolate(
     at = _check_times(times, len(X), frame_rate)
     n_threads = effective_n_jobs(n_jobs)
     geodesics = _geodesics(X, skeleton, require_geodesic(metric, skeleton, "interpolate"), n_threads)
-    piece, shares = _locate_frames(at, frame_rate)
-    in_pieces = [shares[piece == i] for i in range(len(geodesics))]
+    segment, shares = _locate_frames(at, frame_rate)
+    in_segments = [shares[segment == i] for i in range(len(geodesics))]
     if method == "spline":
-        between = spline_between(geodesics, np.diff(at), in_pieces, skeleton, n_threads)
+        between = spline_between(geodesics, np.diff(at), in_segments, skeleton, n_threads)
     else:
-        between = [path._at(share) for path, share in zip(geodesics, in_pieces, strict=True)]
+        between = [path._at(share) for path, share in zip(geodesics, in_segments, strict=True)]
     frames = np.concatenate(between)
     on_key = np.isin(shares, [0.0, 1.0])
-    frames[on_key] = X[(piece + shares.astype(int))[on_key]]
+    frames[on_key] = X[(segment + shares.astype(int))[on_key]]
     return Motion(skeleton, remove_jumps(skeleton.bones, frames), frame_rate)
 
 
@@ -186,10 +186,10 @@ def _geodesics(X: np.ndarray, skeleton: Skeleton, metric: Geodesic, n_jobs: int)
 
 
 def _locate_frames(times: np.ndarray, frame_rate: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return of each frame the piece between keys that it is in, and its share of the time there, 0 or 1 on keys."""
+    """Return of each frame the segment between keys that it is in, and its share of the time there, 0 or 1 on keys."""
     keys = (times - times[0]) * frame_rate  # in frames
     frames = np.arange(np.floor(keys[-1] + ON_KEY) + 1)
     nearest = np.abs(keys - np.rint(keys)) < ON_KEY
     keys[nearest] = np.rint(keys[nearest])
-    piece = np.clip(np.searchsorted(keys, frames, side="right") - 1, 0, len(keys) - 2)
-    return piece, (frames - keys[piece]) / np.diff(keys)[piece]
+    segment = np.clip(np.searchsorted(keys, frames, side="right") - 1, 0, len(keys) - 2)
+    return segment, (frames - keys[segment]) / np.diff(keys)[segment]

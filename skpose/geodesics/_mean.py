@@ -11,7 +11,7 @@ from skpose._validation.poses import check_poses
 from skpose._validation.units import warn_of_degrees
 from skpose._warnings import warn
 from skpose.geodesics._descent import MEAN
-from skpose.geodesics._given import CONSTRAINTS, Given, minimise
+from skpose.geodesics._weighted_poses import CONSTRAINTS, WeightedPoses, minimise
 from skpose.metrics import Metric
 from skpose.metrics._shared import require_means, resolve
 from skpose.skeleton import Skeleton
@@ -179,15 +179,15 @@ def frechet_mean(
     """
     X = check_poses(X, skeleton, "X").astype(np.float64)
     warn_of_degrees(X=X)
-    given, chosen = Given.of(X, skeleton, sample_weight), resolve(metric, skeleton, auto="position")
+    weighted, chosen = WeightedPoses.of(X, skeleton, sample_weight), resolve(metric, skeleton, auto="position")
     require_means(chosen, "frechet_mean")
-    direct = chosen.direct_means(given.X, skeleton)
+    direct = chosen.direct_means(weighted.X, skeleton)
     if direct is not None:
-        found = direct.mean(given.weights, max_iter)
+        found = direct.mean(weighted.weights, max_iter)
         reason = "" if found.converged else _reason(found.n_iter, max_iter)
         mean = FrechetMeanResult(found.pose, found.variance, found.gradient_norm, found.n_iter, not reason)
     else:
-        sample = given.sample(chosen, n_jobs)
+        sample = weighted.sample(chosen, n_jobs)
         start, others = sample.start()
         spread, n_iter, reason = minimise(chosen, sample, start, MEAN, max_iter, tol)
         pose = sample.columns(spread.pose, others)

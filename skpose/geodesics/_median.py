@@ -11,7 +11,7 @@ from skpose._validation.poses import check_poses
 from skpose._validation.units import warn_of_degrees
 from skpose._warnings import warn
 from skpose.geodesics._descent import MEDIAN, descend
-from skpose.geodesics._given import CONSTRAINTS, Given, minimise
+from skpose.geodesics._weighted_poses import CONSTRAINTS, WeightedPoses, minimise
 from skpose.metrics import Metric, Position
 from skpose.metrics._shared import require_means, resolve
 from skpose.skeleton import Skeleton
@@ -145,12 +145,12 @@ def geometric_median(
     """
     X = check_poses(X, skeleton, "X").astype(np.float64)
     warn_of_degrees(X=X)
-    given, chosen = Given.of(X, skeleton, sample_weight), resolve(metric, skeleton, auto="position")
+    weighted, chosen = WeightedPoses.of(X, skeleton, sample_weight), resolve(metric, skeleton, auto="position")
     require_means(chosen, "geometric_median")
-    sample = given.sample(chosen, n_jobs)
+    sample = weighted.sample(chosen, n_jobs)
     start, others = sample.start()
     if chosen.needs_skeleton and chosen != Position():
-        start = descend(given.sample(Position(), n_jobs), start, MEDIAN, max_iter, tol)[0].pose
+        start = descend(weighted.sample(Position(), n_jobs), start, MEDIAN, max_iter, tol)[0].pose
     spread, n_iter, reason = minimise(chosen, sample, start, MEDIAN, max_iter, tol)
     pose = sample.columns(spread.pose, others)
     median = GeometricMedianResult(pose, spread.value, spread.norm, n_iter, not reason)

@@ -33,7 +33,7 @@ ROUNDING = 1e-12  # of the metric tensor, relative to its trace
 ORTHONORMAL = 2  # iterations after which products of two bases are so, up to 1e-4 for a turn by 20°
 
 
-class Piece(NamedTuple):
+class Segment(NamedTuple):
     """The geodesic from one key to the next, as what a spline needs of it; bases are those of tangent spaces."""
 
     path: GeodesicResult
@@ -49,56 +49,56 @@ def spline_between(
 ) -> list[np.ndarray]:
     """Return poses between keys.
 
-    `spans` are the times between the keys; `shares` are the poses of each piece, as s from 0 to 1.
+    `spans` are the times between the keys; `shares` are the poses of each segment, as s from 0 to 1.
     """
-    pieces: list[Piece | None] = [None] * len(geodesics)
+    segments: list[Segment | None] = [None] * len(geodesics)
 
     def prepare(i: int) -> None:
-        pieces[i] = _piece(geodesics[i], skeleton)
+        segments[i] = _segment_of(geodesics[i], skeleton)
 
     in_threads((partial(prepare, i) for i in range(len(geodesics))), n_jobs)
-    known = [piece for piece in pieces if piece is not None]
+    known = [segment for segment in segments if segment is not None]
     slopes = natural_slopes(known, spans)
     poses = [np.empty(0)] * len(known)
 
     def draw(i: int) -> None:
-        piece, h = known[i], spans[i]
-        start = h * slopes[i] - piece.leaving
-        end = h * slopes[i + 1] - piece.arriving
-        poses[i] = _draw(piece, start, end, shares[i], skeleton)
+        segment, h = known[i], spans[i]
+        start = h * slopes[i] - segment.leaving
+        end = h * slopes[i + 1] - segment.arriving
+        poses[i] = _draw(segment, start, end, shares[i], skeleton)
 
     in_threads((partial(draw, i) for i in range(len(known))), n_jobs)
     return poses
 
 
-def natural_slopes(pieces: list[Piece], spans: np.ndarray) -> list[np.ndarray]:
+def natural_slopes(segments: list[Segment], spans: np.ndarray) -> list[np.ndarray]:
     """Return the slopes of the natural cubic spline at the keys, each in the basis of its key, per unit of time.
 
     The equations of the keys, h' m₋ + 2 (h + h') m + h m₊ = 3 (h' a + h a'), h the time before and h' that after,
     by elimination from the first key to the last and back.
     """
-    n = len(pieces)
+    n = len(segments)
     share, right = np.empty(n), []
-    share[0], slope = 0.5, 1.5 * pieces[0].leaving / spans[0]
+    share[0], slope = 0.5, 1.5 * segments[0].leaving / spans[0]
     right.append(slope)
     for i in range(1, n + 1):
-        before = pieces[i - 1]
+        before = segments[i - 1]
         arriving, brought = before.arriving / spans[i - 1], before.forth @ right[i - 1]
         if i == n:
             right.append((3.0 * arriving - brought) / (2.0 - share[i - 1]))
             break
         h, after = spans[i - 1], spans[i]
         pivot = 2.0 * (h + after) - after * share[i - 1]
-        leaving = pieces[i].leaving / after
+        leaving = segments[i].leaving / after
         share[i] = h / pivot
         right.append((3.0 * (after * arriving + h * leaving) - after * brought) / pivot)
     slopes = [right[n]]
     for i in range(n - 1, -1, -1):
-        slopes.append(right[i] - share[i] * (pieces[i].forth.T @ slopes[-1]))
+        slopes.append(right[i] - share[i] * (segments[i].forth.T @ slopes[-1]))
     return slopes[::-1]
 
 
-def _piece(path: GeodesicResult, skeleton: Skeleton) -> Piece:
+def _segment_of(path: GeodesicResult, skeleton: Skeleton) -> Segment:
     """Return what the spline needs of a geodesic."""
     tree = tree_of(skeleton)
     shares = np.linspace(0.0, 1.0, len(path.path))
@@ -112,7 +112,7 @@ def _piece(path: GeodesicResult, skeleton: Skeleton) -> Piece:
         forth = _step(before, after) @ forth
     first, last = bases[0], bases[-1]
     leaving, arriving = first.T @ (difference @ near[:3]), -last.T @ (difference @ near[3:])
-    return Piece(path, first, last, leaving, arriving, _turn(forth @ leaving, arriving) @ forth)
+    return Segment(path, first, last, leaving, arriving, _turn(forth @ leaving, arriving) @ forth)
 
 
 def _turn(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -129,15 +129,15 @@ def _turn(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.eye(len(a)) - np.outer(u + v, u + v) / (1.0 + u @ v) + 2.0 * np.outer(v, u)
 
 
-def _draw(piece: Piece, start: np.ndarray, end: np.ndarray, shares: np.ndarray, skeleton: Skeleton) -> np.ndarray:
+def _draw(segment: Segment, start: np.ndarray, end: np.ndarray, shares: np.ndarray, skeleton: Skeleton) -> np.ndarray:
     """Return the poses of the spline between two keys, given how much its slopes differ from the geodesic's."""
     tree = tree_of(skeleton)
-    nodes, at = np.unique(np.concatenate([np.linspace(0.0, 1.0, len(piece.path.path)), shares]), return_inverse=True)
-    base = piece.path._at(nodes)
+    nodes, at = np.unique(np.concatenate([np.linspace(0.0, 1.0, len(segment.path.path)), shares]), return_inverse=True)
+    base = segment.path._at(nodes)
     bases = _bases(tree, base)
     steps = [_step(before, after) for before, after in pairwise(bases)]
-    forth = _transport(bases[0].T @ (piece.first @ start), steps)
-    back = _transport(bases[-1].T @ (piece.last @ end), [step.T for step in steps[::-1]])[::-1]
+    forth = _transport(bases[0].T @ (segment.first @ start), steps)
+    back = _transport(bases[-1].T @ (segment.last @ end), [step.T for step in steps[::-1]])[::-1]
     poses, dofs = base.copy(), to_tree_order(tree, base)
     drawn = at[len(at) - len(shares) :]
     for k in sorted(set(drawn)):

@@ -7,7 +7,7 @@ from joblib import effective_n_jobs
 
 from skpose._parallel.threads import in_threads
 from skpose.geodesics._descent import MEAN
-from skpose.geodesics._given import Given, minimise
+from skpose.geodesics._weighted_poses import WeightedPoses, minimise
 from skpose.metrics import Metric
 from skpose.skeleton import Skeleton
 
@@ -64,7 +64,7 @@ class WeightedMeans:
             mean = self._direct.mean(weights, MAX_ITER, TOL_DIRECT)
             return mean.pose, mean.converged
         counted = weights > 0.0
-        sample = Given(self.poses[counted], weights[counted] / weights.sum(), self.skeleton).sample(
+        sample = WeightedPoses(self.poses[counted], weights[counted] / weights.sum(), self.skeleton).sample(
             self.metric, self.n_jobs
         )
         start, others = sample.start()

@@ -7,7 +7,7 @@ import numpy as np
 from skpose._warnings import warn
 
 OUTLIER = 4.0  # robust standard deviations from the median; of normal noise one length in 16,000 is as far
-LOST = 0.9  # share of the square that the correction may take: above, the bone is as short as the noise
+LARGEST_CORRECTION = 0.9  # share of the square that the correction may take: above, the bone is as short as the noise
 STRETCH = 0.1  # of the length: a slow change of this size is named; a back that bends changes by 0.08
 CHANCE = 4.0  # standard deviations of a correlation by chance
 UNCERTAIN = 0.05  # of the length: a standard error of this size is named
@@ -39,7 +39,7 @@ def bone_length(lengths: np.ndarray, weights: np.ndarray) -> Length:
         return Length(float(np.sqrt(w @ q)), np.nan, 0.0)
     mean = w @ q
     variance = w @ np.square(q - mean) * n / (n - 1.0)
-    value = (mean**2 - min(1.5 * variance, LOST * mean**2)) ** 0.25
+    value = (mean**2 - min(1.5 * variance, LARGEST_CORRECTION * mean**2)) ** 0.25
     # How much each frame moves the value: L⁴ = 2.5 mean(q)² − 1.5 mean(q²).
     influence = (5.0 * mean * (q - mean) - 1.5 * (q**2 - w @ q**2)) / (4.0 * value**3)
     error = np.sqrt(w @ np.square(influence) / (n - 1.0))

@@ -22,7 +22,7 @@ from skpose.skeleton import Skeleton
 from skpose.skeleton._shared import size_of, with_root_joint
 
 TASK = 512  # frames, some 50 ms; fixed, so that poses do not depend on n_jobs
-RUN_IN = 32  # frames before a task that it computes too, and drops: its first frame is then no start
+WARM_UP = 32  # frames before a task that it computes too, and drops: its first frame is then no start
 WARM_ITER = 20  # iterations from the frame before
 MAX_ITER = 1000  # iterations from the initial pose, of which a few frames need hundreds
 LARGER, SMALLER = 10.0, 50.0  # times that what is seen may differ in size from the skeleton: few joints may be seen
@@ -66,15 +66,15 @@ class Problem:
 
     def solve(self, task: Task) -> Found:
         """Find the poses of some frames."""
-        run_in = self.run_in(task) if self.rules.is_sequence else np.array([], np.int64)
-        frames, found = np.concatenate([run_in, np.arange(task.first, task.last)]), self.empty(task.last - task.first)
+        warm_up = self.warm_up(task) if self.rules.is_sequence else np.array([], np.int64)
+        frames, found = np.concatenate([warm_up, np.arange(task.first, task.last)]), self.empty(task.last - task.first)
         ever = np.asarray((self.weights[task.start : task.end] > 0.0).any(axis=0))
         observed = Observed(self.positions[frames], self.weights[frames], self.stiffness[frames], ever)
         initial = self.initial if self.rules.is_sequence else self.initial[frames]
-        fit_frames(self.tree, observed, initial, self.rules, len(run_in), found)
+        fit_frames(self.tree, observed, initial, self.rules, len(warm_up), found)
         return found
 
-    def run_in(self, task: Task) -> np.ndarray:
+    def warm_up(self, task: Task) -> np.ndarray:
         """Return the frames before a task from which it starts.
 
         They are those just before it, and just before the last sight of each joint: a joint that is lost keeps the
@@ -83,7 +83,7 @@ class Problem:
         before = self.weights[task.start : task.first] > 0.0
         sights = task.first - np.argmax(before[::-1, before.any(axis=0)], axis=0) if len(before) else task.first
         ends = np.unique(np.append(sights, task.first))
-        chosen = [np.arange(max(end - RUN_IN, task.start), end) for end in ends.tolist()]
+        chosen = [np.arange(max(end - WARM_UP, task.start), end) for end in ends.tolist()]
         return np.unique(np.concatenate(chosen))
 
     def collect(self, found: Found) -> FittedPoses:

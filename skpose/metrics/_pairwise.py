@@ -263,13 +263,13 @@ def pose_distances_chunked(
     chosen = resolve(metric, skeleton)
     X, Y = _check(X, Y, skeleton)
     warn_of_no_skeleton(metric, skeleton)
-    whole = DistanceMatrix(X, Y, chosen, skeleton)
-    n_rows, n_columns = whole.shape
+    complete = DistanceMatrix(X, Y, chosen, skeleton)
+    n_rows, n_columns = complete.shape
     memory = get_config()["working_memory"] if working_memory is None else working_memory
-    n_fitting = max(1, int(memory * 2**20 / (whole.result_dtype.itemsize * n_columns)))
+    n_fitting = max(1, int(memory * 2**20 / (complete.result_dtype.itemsize * n_columns)))
     batches = list(gen_batches(n_rows, min(n_rows, n_fitting)))
     unconverged = []
-    with progress(str(whole), len(batches), verbose) as advance:
+    with progress(str(complete), len(batches), verbose) as advance:
         for batch in batches:
             matrix = DistanceMatrix(X[batch], X if Y is None else Y, chosen, skeleton)
             chunk, parts = matrix.write(None, n_jobs)

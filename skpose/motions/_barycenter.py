@@ -57,7 +57,7 @@ class Barycenter:
 
     def __init__(self, motions: Sequences, skeleton: Skeleton, metric: Metric, window: float | None, n_jobs: int):
         self.motions, self.skeleton, self.metric = motions, skeleton, metric
-        self.is_chord = metric == Position()
+        self.is_chord = metric == metric.lower_bound()
         self.paths = Paths.of(window)
         self.n_jobs = n_jobs
         self.tree = tree_of(skeleton)

@@ -52,9 +52,9 @@ class CostModel:
 
         n_first poses are measured for each query, and then this share of all pairs.
         """
-        whole = self.work_of_tile(n_queries, self.n_poses)
+        brute_force = self.work_of_tile(n_queries, self.n_poses)
         work = self.work_of_pairs(n_queries * n_first) + self.work_of_filter(n_queries, self.n_poses)
-        return work + share * whole < whole
+        return work + share * brute_force < brute_force
 
 
 def sample_of(n_queries: int) -> np.ndarray:

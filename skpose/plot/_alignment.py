@@ -12,7 +12,7 @@ from skpose.motions import Alignment, align_motions
 from skpose.motions._shared import Quantity
 from skpose.plot._axes import axes
 from skpose.plot._joint_map import ROW, draw_joint_map
-from skpose.plot._pose import GAP, check_view, draw_pose
+from skpose.plot._pose import GAP, check_projection, draw_pose
 from skpose.skeleton import Motion, Skeleton
 
 WIDTH, STRIPS, LABELS = 10.0, 3.6, 0.5  # inches: the figure, all poses, labels of time
@@ -60,7 +60,7 @@ class AlignmentDisplay:
         self.alignment = alignment
 
     def plot(
-        self, ax=None, *, quantity: Quantity = "distance", n_poses: int = 8, view: str = "xy", **style
+        self, ax=None, *, quantity: Quantity = "distance", n_poses: int = 8, projection: str = "xy", **style
     ) -> "AlignmentDisplay":
         """Draw the display.
 
@@ -73,7 +73,7 @@ class AlignmentDisplay:
             rotations, degrees, of joints with dofs.
         n_poses : int, default=8
             Pairs of poses to draw, fewer where the motions have fewer.
-        view : str, default="xy"
+        projection : str, default="xy"
             The horizontal and the vertical axis of the poses, see `PoseDisplay.plot`.
         **style
             Style of the map, such as cmap, vmax; see `matplotlib.axes.Axes.imshow`.
@@ -85,7 +85,7 @@ class AlignmentDisplay:
         """
         names, differences = self.alignment._of_joints(quantity)
         check_integer(n_poses, 1, "n_poses")
-        plane = check_view(view)
+        plane = check_projection(projection)
         rows = ROW * len(names)
         self.ax_, self.figure_ = axes(ax, "AlignmentDisplay.plot", (WIDTH, rows + STRIPS + 2 * LABELS))
         self.ax_.set_axis_off()
@@ -184,7 +184,7 @@ class AlignmentDisplay:
         quantity: Quantity = "distance",
         n_poses: int = 8,
         ax=None,
-        view: str = "xy",
+        projection: str = "xy",
         **style,
     ) -> "AlignmentDisplay":
         """Align two motions and draw them.
@@ -209,7 +209,7 @@ class AlignmentDisplay:
             Pairs of poses to draw, fewer where the motions have fewer.
         ax : matplotlib Axes, default=None
             The axes in whose place all is drawn; None makes new ones.
-        view : str, default="xy"
+        projection : str, default="xy"
             The horizontal and the vertical axis, see `PoseDisplay.plot`.
         **style
             Style of the map, such as cmap, vmax; see `matplotlib.axes.Axes.imshow`.
@@ -220,7 +220,7 @@ class AlignmentDisplay:
             The display.
         """
         found = align_motions(a, b, skeleton=skeleton, metric=metric, alignment=alignment, window=window)
-        return cls.from_alignment(found, quantity=quantity, n_poses=n_poses, ax=ax, view=view, **style)
+        return cls.from_alignment(found, quantity=quantity, n_poses=n_poses, ax=ax, projection=projection, **style)
 
     @classmethod
     def from_alignment(
@@ -230,7 +230,7 @@ class AlignmentDisplay:
         quantity: Quantity = "distance",
         n_poses: int = 8,
         ax=None,
-        view: str = "xy",
+        projection: str = "xy",
         **style,
     ) -> "AlignmentDisplay":
         """Draw an alignment.
@@ -245,7 +245,7 @@ class AlignmentDisplay:
             Pairs of poses to draw, fewer where the motions have fewer.
         ax : matplotlib Axes, default=None
             The axes in whose place all is drawn; None makes new ones.
-        view : str, default="xy"
+        projection : str, default="xy"
             The horizontal and the vertical axis, see `PoseDisplay.plot`.
         **style
             Style of the map, such as cmap, vmax; see `matplotlib.axes.Axes.imshow`.
@@ -256,4 +256,4 @@ class AlignmentDisplay:
             The display.
         """
         check_kind(alignment, Alignment, "alignment", "from_motions(a, b) aligns two motions")
-        return cls(alignment).plot(ax, quantity=quantity, n_poses=n_poses, view=view, **style)
+        return cls(alignment).plot(ax, quantity=quantity, n_poses=n_poses, projection=projection, **style)

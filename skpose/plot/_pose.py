@@ -20,33 +20,39 @@ SIDES = {"": "#606060", "left": COLOURS[0], "right": COLOURS[1]}
 GAP = 0.15  # between two figures of a strip, relative to the width of the widest
 
 
-def check_view(view: str) -> list[int]:
-    if not isinstance(view, str) or len(view) != 2 or not set(view) <= set("xyz") or view[0] == view[1]:
-        raise ValueError(f'view must be two of the axes x, y, z, horizontal and vertical, such as "xy", got {view!r}')
-    return ["xyz".index(axis) for axis in view]
+def check_projection(projection: str) -> list[int]:
+    names = set(projection) if isinstance(projection, str) and len(projection) == 2 else set()
+    if len(names & set("xyz")) != 2:
+        raise ValueError(
+            f'projection must be two of the axes x, y, z, horizontal and vertical, such as "xy", got {projection!r}'
+        )
+    return ["xyz".index(axis) for axis in projection]
 
 
-def check_view_of_axes(view: str, ax) -> list[int]:
+def check_projection_of_axes(projection: str, ax) -> list[int]:
     """Return the indices of two axes, or of three for axes of three dimensions; left is not exchanged with right."""
-    if not isinstance(view, str) or len(view) != 3:
+    if not isinstance(projection, str) or len(projection) != 3:
         if getattr(ax, "name", None) == "3d":
             raise ValueError(
-                f'ax has three dimensions, got view={view!r}: pass three axes, the last one up, such as view="zxy"'
+                f"ax has three dimensions, got projection={projection!r}: pass three axes, the last one up, such as "
+                'projection="zxy"'
             )
-        return check_view(view)
-    if sorted(view) != ["x", "y", "z"]:
-        raise ValueError(f'a view of three axes must have each of x, y, z once, such as "zxy", got {view!r}')
-    if view not in "xyzxy":  # a left-handed order shows the mirror image
+        return check_projection(projection)
+    if sorted(projection) != ["x", "y", "z"]:
         raise ValueError(
-            f'a view of three axes must be "zxy" where y points up, "xyz" where z does, or "yzx" where x does, as '
-            f"other orders exchange left and right; got {view!r}"
+            f'a projection on three axes must have each of x, y, z once, such as "zxy", got {projection!r}'
+        )
+    if projection not in "xyzxy":  # a left-handed order shows the mirror image
+        raise ValueError(
+            'a projection on three axes must be "zxy" where y points up, "xyz" where z does, or "yzx" where x does, as '
+            f"other orders exchange left and right; got {projection!r}"
         )
     if ax is not None and getattr(ax, "name", None) != "3d":
         raise ValueError(
-            f"view={view!r} has three axes and needs an ax of three dimensions, got one of two: make it by "
+            f"projection={projection!r} has three axes and needs an ax of three dimensions, got one of two: make it by "
             'plt.subplots(subplot_kw={"projection": "3d"})'
         )
-    return ["xyz".index(axis) for axis in view]
+    return ["xyz".index(axis) for axis in projection]
 
 
 def draw_pose(ax, seen: np.ndarray, skeleton: Skeleton, shift: float, style: dict) -> None:
@@ -96,7 +102,7 @@ class PoseDisplay:
     >>> display = PoseDisplay.from_pose([0.4, 0.5, 0.6], Skeleton.chain(3), label="an arm")
     >>> display.ax_.get_xlabel()
     'x (m)'
-    >>> display = PoseDisplay.from_pose([0.4, 0.5, 0.6], Skeleton.chain(3), view="zxy")
+    >>> display = PoseDisplay.from_pose([0.4, 0.5, 0.6], Skeleton.chain(3), projection="zxy")
     >>> display.ax_.get_zlabel()
     'y (m)'
     """
@@ -104,15 +110,15 @@ class PoseDisplay:
     def __init__(self, positions: np.ndarray, skeleton: Skeleton):
         self.positions, self.skeleton = positions, skeleton
 
-    def plot(self, ax=None, *, view: str = "xy", **style) -> "PoseDisplay":
+    def plot(self, ax=None, *, projection: str = "xy", **style) -> "PoseDisplay":
         """Draw the display.
 
         Parameters
         ----------
         ax : matplotlib Axes, default=None
-            The axes to draw into; None makes new ones. For a view of three axes they have three dimensions
+            The axes to draw into; None makes new ones. For a projection on three axes they have three dimensions
             (``projection="3d"``).
-        view : str, default="xy"
+        projection : str, default="xy"
             The horizontal and the vertical axis: in files whose y points up "xy" is a view from the front or the back,
             "zy" from the side. Three axes, the last one up, draw in three dimensions: "zxy" where y points up, "xyz"
             where z does.
@@ -124,18 +130,20 @@ class PoseDisplay:
         PoseDisplay
             The display itself.
         """
-        seen = check_view_of_axes(view, ax)
+        seen = check_projection_of_axes(projection, ax)
         self.ax_, self.figure_ = axes(ax, "PoseDisplay.plot", projection="3d" if len(seen) == 3 else None)
         if ax is None and len(seen) == 3:
             self.ax_.set_box_aspect((3, 3, 4))  # people are taller than wide
             self.ax_.locator_params(nbins=5)
         draw_pose(self.ax_, self.positions[:, seen], self.skeleton, 0.0, style)
-        self.ax_.set(**{f"{axis}label": f"{name} (m)" for axis, name in zip("xyz", view, strict=False)})
+        self.ax_.set(**{f"{axis}label": f"{name} (m)" for axis, name in zip("xyz", projection, strict=False)})
         self.ax_.set_aspect("equal", adjustable="datalim")
         return self
 
     @classmethod
-    def from_pose(cls, pose: ArrayLike, skeleton: Skeleton, *, ax=None, view: str = "xy", **style) -> "PoseDisplay":
+    def from_pose(
+        cls, pose: ArrayLike, skeleton: Skeleton, *, ax=None, projection: str = "xy", **style
+    ) -> "PoseDisplay":
         """Draw a pose.
 
         Parameters
@@ -146,7 +154,7 @@ class PoseDisplay:
             Its skeleton.
         ax : matplotlib Axes, default=None
             The axes to draw into, see `plot`; None makes new ones.
-        view : str, default="xy"
+        projection : str, default="xy"
             The axes of the drawing, see `plot`.
         **style
             Style of the lines, see `plot`.
@@ -158,11 +166,13 @@ class PoseDisplay:
         """
         pose = check_pose(pose, skeleton, "pose")
         warn_of_degrees(pose=pose[None])
-        return cls.from_positions(forward_kinematics(pose[None], skeleton)[0], skeleton, ax=ax, view=view, **style)
+        return cls.from_positions(
+            forward_kinematics(pose[None], skeleton)[0], skeleton, ax=ax, projection=projection, **style
+        )
 
     @classmethod
     def from_positions(
-        cls, positions: ArrayLike, skeleton: Skeleton, *, ax=None, view: str = "xy", **style
+        cls, positions: ArrayLike, skeleton: Skeleton, *, ax=None, projection: str = "xy", **style
     ) -> "PoseDisplay":
         """Draw given positions of the joints; they need not be a pose, such as a mean of positions.
 
@@ -174,7 +184,7 @@ class PoseDisplay:
             Its skeleton.
         ax : matplotlib Axes, default=None
             The axes to draw into, see `plot`; None makes new ones.
-        view : str, default="xy"
+        projection : str, default="xy"
             The axes of the drawing, see `plot`.
         **style
             Style of the lines, see `plot`.
@@ -189,7 +199,7 @@ class PoseDisplay:
         positions = np.asarray(positions, dtype=np.float64)
         if positions.shape != (skeleton.n_joints, 3):
             raise ValueError(f"positions must have shape ({skeleton.n_joints}, 3), got {positions.shape}")
-        return cls(positions, skeleton).plot(ax, view=view, **style)
+        return cls(positions, skeleton).plot(ax, projection=projection, **style)
 
 
 class PoseStripDisplay:
@@ -225,14 +235,14 @@ class PoseStripDisplay:
     def __init__(self, positions: np.ndarray, skeleton: Skeleton, labels: Sequence[str], title: str):
         self.positions, self.skeleton, self.labels, self.title = positions, skeleton, labels, title
 
-    def plot(self, ax=None, *, view: str = "xy", **style) -> "PoseStripDisplay":
+    def plot(self, ax=None, *, projection: str = "xy", **style) -> "PoseStripDisplay":
         """Draw the poses.
 
         Parameters
         ----------
         ax : matplotlib Axes, default=None
             The axes to draw into; None makes new ones.
-        view : str, default="xy"
+        projection : str, default="xy"
             The horizontal and the vertical axis, see `PoseDisplay.plot`.
         **style
             Style of the lines, see `PoseDisplay.plot`.
@@ -242,16 +252,16 @@ class PoseStripDisplay:
         PoseStripDisplay
             The display itself.
         """
-        horizontal, vertical = check_view(view)
+        horizontal, vertical = check_projection(projection)
         self.ax_, self.figure_ = axes(ax, "PoseStripDisplay.plot", (max(4.0, 1.4 * len(self.positions)), 3.5))
         flat = self.positions[:, :, [horizontal, vertical]]
         low, high = (edge(flat[..., 0], axis=1, initial=0.0) for edge in (np.min, np.max))
-        step = (1.0 + GAP) * max((high - low).max(), 0.25 * np.ptp(flat[..., 1])) or 1.0  # bones along the view
+        step = (1.0 + GAP) * max((high - low).max(), 0.25 * np.ptp(flat[..., 1])) or 1.0  # bones seen end on
         centres = np.arange(len(flat)) * step
         for pose, centre, middle in zip(flat, centres, (low + high) / 2, strict=True):
             draw_pose(self.ax_, pose, self.skeleton, centre - middle, style)
         self.ax_.set_xticks(centres, self.labels)
-        self.ax_.set(xlabel=self.title, ylabel=f"{view[1]} (m)")
+        self.ax_.set(xlabel=self.title, ylabel=f"{projection[1]} (m)")
         self.ax_.set_aspect("equal", adjustable="datalim")
         return self
 
@@ -264,7 +274,7 @@ class PoseStripDisplay:
         labels: Sequence[str] | None = None,
         title: str = "pose",
         ax=None,
-        view: str = "xy",
+        projection: str = "xy",
         **style,
     ) -> "PoseStripDisplay":
         """Draw poses.
@@ -281,7 +291,7 @@ class PoseStripDisplay:
             Title of the labels, with their unit.
         ax : matplotlib Axes, default=None
             The axes to draw into; None makes new ones.
-        view : str, default="xy"
+        projection : str, default="xy"
             The horizontal and the vertical axis, see `PoseDisplay.plot`.
         **style
             Style of the lines, see `PoseDisplay.plot`.
@@ -298,10 +308,12 @@ class PoseStripDisplay:
         labels = [str(i) for i in range(len(X))] if labels is None else list(labels)
         if len(labels) != len(X):
             raise ValueError(f"labels must be one for each of the {len(X)} poses, got {len(labels)}")
-        return cls(forward_kinematics(X, skeleton), skeleton, labels, title).plot(ax, view=view, **style)
+        return cls(forward_kinematics(X, skeleton), skeleton, labels, title).plot(ax, projection=projection, **style)
 
     @classmethod
-    def from_motion(cls, motion: Motion, *, n_poses: int = 8, ax=None, view: str = "xy", **style) -> "PoseStripDisplay":
+    def from_motion(
+        cls, motion: Motion, *, n_poses: int = 8, ax=None, projection: str = "xy", **style
+    ) -> "PoseStripDisplay":
         """Draw poses of a motion at equal intervals, the first and the last among them, with their times in s.
 
         Parameters
@@ -312,7 +324,7 @@ class PoseStripDisplay:
             Number of poses to draw, fewer where the motion has fewer.
         ax : matplotlib Axes, default=None
             The axes to draw into; None makes new ones.
-        view : str, default="xy"
+        projection : str, default="xy"
             The horizontal and the vertical axis, see `PoseDisplay.plot`.
         **style
             Style of the lines, see `PoseDisplay.plot`.
@@ -329,12 +341,18 @@ class PoseStripDisplay:
         frames = np.unique(np.rint(np.linspace(0, len(motion) - 1, n_poses)).astype(int))
         labels = [f"{motion.times[frame]:.2f}" for frame in frames]
         return cls.from_poses(
-            motion.angles[frames], motion.skeleton, labels=labels, title="time (s)", ax=ax, view=view, **style
+            motion.angles[frames],
+            motion.skeleton,
+            labels=labels,
+            title="time (s)",
+            ax=ax,
+            projection=projection,
+            **style,
         )
 
     @classmethod
     def from_geodesic(
-        cls, geodesic: GeodesicResult, skeleton: Skeleton, *, n_poses: int = 8, ax=None, view: str = "xy", **style
+        cls, geodesic: GeodesicResult, skeleton: Skeleton, *, n_poses: int = 8, ax=None, projection: str = "xy", **style
     ) -> "PoseStripDisplay":
         """Draw poses along a geodesic at equal lengths of curve, the two ends among them.
 
@@ -348,7 +366,7 @@ class PoseStripDisplay:
             Number of poses to draw.
         ax : matplotlib Axes, default=None
             The axes to draw into; None makes new ones.
-        view : str, default="xy"
+        projection : str, default="xy"
             The horizontal and the vertical axis, see `PoseDisplay.plot`.
         **style
             Style of the lines, see `PoseDisplay.plot`.
@@ -367,6 +385,6 @@ class PoseStripDisplay:
             labels=labels,
             title="arc length from the first pose (m)",
             ax=ax,
-            view=view,
+            projection=projection,
             **style,
         )

@@ -49,14 +49,14 @@ class TangentPCADisplay:
         self.positions, self.skeleton, self.deviations = positions, skeleton, deviations
         self.component, self.share = component, share
 
-    def plot(self, ax=None, *, view: str = "xy", **style) -> "TangentPCADisplay":
+    def plot(self, ax=None, *, projection: str = "xy", **style) -> "TangentPCADisplay":
         """Draw the poses.
 
         Parameters
         ----------
         ax : matplotlib Axes, default=None
             The axes to draw into; None makes new ones.
-        view : str, default="xy"
+        projection : str, default="xy"
             The horizontal and the vertical axis, see `PoseDisplay.plot`.
         **style
             Style of the lines, see `PoseDisplay.plot`.
@@ -68,7 +68,7 @@ class TangentPCADisplay:
         """
         labels = [f"{deviation:+.3g}".replace("-", "−") if deviation else "0" for deviation in self.deviations]
         title = f"standard deviations along component {self.component + 1}, {self.share:.0%} of the variance"
-        strip = PoseStripDisplay(self.positions, self.skeleton, labels, title).plot(ax, view=view, **style)
+        strip = PoseStripDisplay(self.positions, self.skeleton, labels, title).plot(ax, projection=projection, **style)
         self.ax_, self.figure_ = strip.ax_, strip.figure_
         return self
 
@@ -81,7 +81,7 @@ class TangentPCADisplay:
         n_poses: int = 5,
         extent: float = 2.0,
         ax=None,
-        view: str = "xy",
+        projection: str = "xy",
         **style,
     ) -> "TangentPCADisplay":
         """Draw poses along a component of a fitted `PoseTangentPCA`, from minus to plus `extent` standard deviations.
@@ -98,7 +98,7 @@ class TangentPCADisplay:
             Score of the last pose, in standard deviations of the training poses; the first has its opposite.
         ax : matplotlib Axes, default=None
             The axes to draw into; None makes new ones.
-        view : str, default="xy"
+        projection : str, default="xy"
             The horizontal and the vertical axis, see `PoseDisplay.plot`.
         **style
             Style of the lines, see `PoseDisplay.plot`.
@@ -125,4 +125,4 @@ class TangentPCADisplay:
         scores[:, component] = deviations * np.sqrt(pca.explained_variance_[component])
         positions = forward_kinematics(pca.inverse_transform(scores), pca.skeleton_)
         share = float(pca.explained_variance_ratio_[component])
-        return cls(positions, pca.skeleton_, deviations, component, share).plot(ax, view=view, **style)
+        return cls(positions, pca.skeleton_, deviations, component, share).plot(ax, projection=projection, **style)

@@ -1,15 +1,18 @@
 """Spaces of vectors at a base pose, in which principal components are found: one for each metric of `PoseTangentPCA`.
 
-Each has `vectors` of poses, whose Euclidean lengths are distances from the base; `steps`, directions in the space as
-what `move` takes; and `motions`, the same as velocities of the joints.
+`SPACES` has the metrics under which poses have vectors. A space has `vectors` of poses, whose Euclidean lengths are
+distances from the base; `steps`, directions in the space as what `move` takes; and `motions`, the same as velocities of
+the joints. Its base is the `mean` that belongs to it.
 """
 
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
+from joblib import effective_n_jobs
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose._warnings import warn
+from skpose.geodesics import frechet_mean
 from skpose.geodesics._shared import TangentSpace, to_joints, why_no_logarithms
 from skpose.kinematics._shared import jacobians_of, tree_of_all_joints
 from skpose.metrics import Angle, Geodesic, Metric, Position
@@ -19,6 +22,18 @@ from skpose.skeleton._shared import mean_of_joints, move, skeleton_at, steps_fro
 
 class Space(Protocol):
     """Vectors at a base pose."""
+
+    @staticmethod
+    def why_not(metric: Any) -> str:
+        """Return why poses have no such vectors under a metric with these parameters; empty where they have."""
+
+    @staticmethod
+    def mean(X: np.ndarray, skeleton: Any, metric: Any, n_jobs: int | None) -> np.ndarray:
+        """Return the mean of poses, at which their vectors are short."""
+
+    @classmethod
+    def at(cls, pose: np.ndarray, skeleton: Any, metric: Any, n_jobs: int | None) -> "Space":
+        """Return the space at a base pose."""
 
     def vectors(self, X: np.ndarray) -> np.ndarray:
         """Return the vectors (n_poses, n) of poses."""
@@ -37,6 +52,18 @@ class Columns(NamedTuple):
     """Numbers as they are: the space of scikit-learn's PCA."""
 
     pose: np.ndarray
+
+    @staticmethod
+    def why_not(metric: Angle) -> str:
+        return "angles that are wrapped are points of a torus" if metric.wrap else ""
+
+    @staticmethod
+    def mean(X: np.ndarray, skeleton: Skeleton | None, metric: Angle, n_jobs: int | None) -> np.ndarray:
+        return X.mean(axis=0)
+
+    @classmethod
+    def at(cls, pose: np.ndarray, skeleton: Skeleton | None, metric: Angle, n_jobs: int | None) -> "Columns":
+        return cls(pose)
 
     def vectors(self, X: np.ndarray) -> np.ndarray:
         return X - self.pose
@@ -59,6 +86,26 @@ class Lines(NamedTuple):
 
     skeleton: Skeleton
     pose: np.ndarray
+
+    @staticmethod
+    def why_not(metric: Position) -> str:
+        return ""
+
+    @staticmethod
+    def mean(X: np.ndarray, skeleton: Skeleton, metric: Position, n_jobs: int | None) -> np.ndarray:
+        """Return the joint-wise mean of poses."""
+        mean, converged = mean_of_joints(skeleton.bones, X)
+        if not converged:
+            warn(
+                "the joint-wise mean of the poses did not converge, as the rotations of a joint spread over half a "
+                "turn or more; it is a pose, but the components are about another one than the mean",
+                ConvergenceWarning,
+            )
+        return mean
+
+    @classmethod
+    def at(cls, pose: np.ndarray, skeleton: Skeleton, metric: Position, n_jobs: int | None) -> "Lines":
+        return cls(skeleton, pose)
 
     def jacobian(self) -> np.ndarray:
         """Return the velocities of all joints, (3 n_joints, n_dofs), by the numbers of steps."""
@@ -83,6 +130,18 @@ class Geodesics(NamedTuple):
     """Logarithms: the first velocities of geodesics."""
 
     space: TangentSpace
+
+    @staticmethod
+    def why_not(metric: Geodesic) -> str:
+        return why_no_logarithms(metric)
+
+    @staticmethod
+    def mean(X: np.ndarray, skeleton: Skeleton, metric: Geodesic, n_jobs: int | None) -> np.ndarray:
+        return frechet_mean(X, skeleton, metric=metric, n_jobs=n_jobs).pose
+
+    @classmethod
+    def at(cls, pose: np.ndarray, skeleton: Skeleton, metric: Geodesic, n_jobs: int | None) -> "Geodesics":
+        return cls(TangentSpace(skeleton, pose, metric.n_steps, effective_n_jobs(n_jobs)))
 
     def vectors(self, X: np.ndarray) -> np.ndarray:
         found, n_unconverged = self.space.logarithms(X)
@@ -111,25 +170,10 @@ class Geodesics(NamedTuple):
         return poses
 
 
-def line_mean(X: np.ndarray, skeleton: Skeleton) -> np.ndarray:
-    """Return the joint-wise mean of poses, the base of `Lines`."""
-    mean, converged = mean_of_joints(skeleton.bones, X)
-    if not converged:
-        warn(
-            "the joint-wise mean of the poses did not converge, as the rotations of a joint spread over half a turn or "
-            "more; it is a pose, but the components are about another one than the mean",
-            ConvergenceWarning,
-        )
-    return mean
+SPACES: dict[type[Metric], type[Space]] = {Angle: Columns, Position: Lines, Geodesic: Geodesics}
 
 
 def why_no_vectors(metric: Metric) -> str:
     """Return why poses have no vectors under a metric; empty where they have."""
-    match metric:
-        case Angle():
-            return "angles that are wrapped are points of a torus" if metric.wrap else ""
-        case Position():
-            return ""
-        case Geodesic():
-            return why_no_logarithms(metric)
-    return "no vectors are known whose lengths are its distances"
+    space = SPACES.get(type(metric))
+    return "no vectors are known whose lengths are its distances" if space is None else space.why_not(metric)

@@ -1,22 +1,18 @@
 """Principal components of poses, in the tangent space at their mean."""
 
 from numbers import Integral
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
-from joblib import effective_n_jobs
 from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, TransformerMixin
 from sklearn.utils.extmath import svd_flip
 from sklearn.utils.validation import check_array, check_is_fitted
 
 from skpose._base import PoseEstimatorMixin
 from skpose._compat.sklearn import Interval, RealNotInt, fit_context
-from skpose.geodesics import frechet_mean
-from skpose.geodesics._shared import TangentSpace
 from skpose.kinematics._shared import weighted_positions
-from skpose.metrics import Angle, Position
 from skpose.metrics._shared import METRIC_CONSTRAINTS, require
-from skpose.statistics._spaces import Columns, Geodesics, Lines, Space, line_mean, why_no_vectors
+from skpose.statistics._spaces import SPACES, Space, why_no_vectors
 
 VARIES = 1e-7  # singular value, relative to the largest, above which poses vary
 ROUNDING = 1e-12  # root mean square of all scores, m or rad, below which there is only rounding
@@ -178,7 +174,7 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
         """
         given = self._check_X(X, reset=True, ensure_min_samples=2)
         X = given.astype(np.float64)
-        self.mean_ = self._mean(X)
+        self.mean_ = SPACES[type(self.metric_)].mean(X, self.skeleton_, self.metric_, self.n_jobs)
         space = self._space()
         vectors = space.vectors(X)
         U, sizes, directions = np.linalg.svd(vectors, full_matrices=False)
@@ -265,26 +261,9 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
         super()._learn_metric(skeleton)
         require(self.metric_, "PoseTangentPCA", "vectors that stand for poses", why_no_vectors)
 
-    def _mean(self, X):
-        """Return the mean of poses that belongs to the metric."""
-        skeleton: Any = self.skeleton_  # which all metrics but "angle" have
-        match self.metric_:
-            case Angle():
-                return X.mean(axis=0)
-            case Position():
-                return line_mean(X, skeleton)
-        return frechet_mean(X, skeleton, metric=self.metric_, n_jobs=self.n_jobs).pose
-
     def _space(self) -> Space:
         """Return the space of vectors at the mean."""
-        skeleton: Any = self.skeleton_
-        match self.metric_:
-            case Angle():
-                return Columns(self.mean_)
-            case Position():
-                return Lines(skeleton, self.mean_)
-        space = TangentSpace(skeleton, self.mean_, self.metric_.n_steps, effective_n_jobs(self.n_jobs))
-        return Geodesics(space)
+        return SPACES[type(self.metric_)].at(self.mean_, self.skeleton_, self.metric_, self.n_jobs)
 
     def _choose_n_components(self, sizes, variances, shape):
         """Return the number of components that the parameter asks for, from all singular values and variances."""

@@ -8,7 +8,7 @@ import numpy as np
 from skpose.datasets import MotionDataset
 from skpose.kinematics import forward_kinematics
 from skpose.manifold import SpatialMDS
-from skpose.metrics import Metric
+from skpose.metrics import Metric, Spatial
 from skpose.metrics._shared import METRICS, resolve
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._shared import root_orientations
@@ -19,7 +19,6 @@ from skpose.view._skeleton import NUMBERS, skeleton_data
 
 ALL = 2_000  # poses; of more, some are scaled and the others placed by their distances to these
 LANDMARKS = 1_000
-N_STEPS = 10  # chords of "spatial" and "geodesic", as the default of pose_distances
 STEP = 2.0 * np.pi / TURN  # of the numbers of a pose, rad
 MILLISECOND = 1e-3
 ASSETS = (
@@ -129,7 +128,8 @@ def explorer(
         "title": heading,
         "rate": rates.pop() if len(rates) == 1 else None,
         "error": error,
-        "steps": N_STEPS,
+        "metrics": [{"name": name, "unit": metric.unit} for name, metric in METRICS.items()],
+        "steps": Spatial().n_steps,
         "poses": packed,
         "skeleton": skeleton_data(skeleton),
         "size": _size(X, skeleton),

@@ -12,7 +12,7 @@ from sklearn.exceptions import ConvergenceWarning
 
 from skpose import Bone, Motion, Skeleton, forward_kinematics, geodesic
 from skpose.geodesics import interpolate
-from skpose.geodesics._spline import Piece, _piece, _step, natural_slopes
+from skpose.geodesics._spline import Segment, _segment_of, _step, natural_slopes
 from skpose.metrics import Geodesic
 
 METHODS = ["geodesic", "spline"]
@@ -76,8 +76,8 @@ def test_slopes_solve_the_equations_of_the_natural_spline():
     for turn in turns:
         axes.append(turn @ axes[-1])
     gaps = np.diff(keys, axis=0)
-    pieces = [Piece(None, None, None, axes[i] @ gaps[i], axes[i + 1] @ gaps[i], turns[i]) for i in range(5)]
-    found = natural_slopes(pieces, spans)
+    segments = [Segment(None, None, None, axes[i] @ gaps[i], axes[i + 1] @ gaps[i], turns[i]) for i in range(5)]
+    found = natural_slopes(segments, spans)
     times = np.concatenate([[0.0], np.cumsum(spans)])
     expected = CubicSpline(times, keys, bc_type="natural")(times, 1)
     np.testing.assert_allclose([a.T @ m for a, m in zip(axes, found, strict=True)], expected, atol=1e-12)
@@ -87,13 +87,13 @@ def test_transport_around_a_triangle_on_a_sphere_turns_by_its_area():
     """Gauss and Bonnet. In these angles a line bends near the pole, so that it takes many steps."""
     rod = Skeleton([Bone("rod", None, (1.0, 0.0, 0.0), "yz")])
     corners = np.array([[0.0, 0.0], [0.0, np.pi / 2], [-1.2, np.pi / 2], [0.0, 0.0]])
-    pieces = [_piece(geodesic(a, b, rod, metric=Geodesic(80)), rod) for a, b in pairwise(corners)]
-    vector = pieces[0].leaving / np.linalg.norm(pieces[0].leaving)
-    for piece, following in pairwise([*pieces, pieces[0]]):
-        vector = following.first.T @ piece.last @ piece.forth @ vector
-    angle = np.arccos(vector @ pieces[0].leaving / np.linalg.norm(pieces[0].leaving))
+    segments = [_segment_of(geodesic(a, b, rod, metric=Geodesic(80)), rod) for a, b in pairwise(corners)]
+    vector = segments[0].leaving / np.linalg.norm(segments[0].leaving)
+    for segment, following in pairwise([*segments, segments[0]]):
+        vector = following.first.T @ segment.last @ segment.forth @ vector
+    angle = np.arccos(vector @ segments[0].leaving / np.linalg.norm(segments[0].leaving))
     # Its sides give the area (L'Huilier).
-    a, b, c = (np.linalg.norm(piece.leaving) for piece in pieces)
+    a, b, c = (np.linalg.norm(segment.leaving) for segment in segments)
     s = (a + b + c) / 2
     area = 4 * np.arctan(np.sqrt(np.tan(s / 2) * np.tan((s - a) / 2) * np.tan((s - b) / 2) * np.tan((s - c) / 2)))
     assert area > 1.0

@@ -19,7 +19,7 @@ NOT_SEEN = pytest.mark.filterwarnings("ignore:in .* frames, first in frame:UserW
 @pytest.fixture
 def small_tasks(monkeypatch):
     monkeypatch.setattr(_inverse_problem, "TASK", TASK)
-    monkeypatch.setattr(_inverse_problem, "RUN_IN", 32)
+    monkeypatch.setattr(_inverse_problem, "WARM_UP", 32)
 
 
 @pytest.fixture(scope="module")
@@ -134,7 +134,7 @@ def test_the_frames_before_a_task_are_few(walk):
     positions[40:, 3] = positions[1000:, 5] = np.nan
     problem = _inverse_problem.problem_of(positions, FIGURE, None, None, [3500, 500], "ignore", 0.0)
     tasks = list(problem.tasks())
-    frames = [problem.run_in(task).tolist() for task in tasks]
+    frames = [problem.warm_up(task).tolist() for task in tasks]
     assert [task.last for task in tasks] == [*range(512, 3500, 512), 3500, 4000]
     assert frames[0] == frames[-1] == []
     assert frames[6] == [*range(8, 40), *range(968, 1000), *range(3040, 3072)]

@@ -66,12 +66,12 @@ def figures(display):
     return [np.concatenate(parts) for parts in found.values()]
 
 
-@pytest.mark.parametrize("view", ["xy", "zy"])
-def test_poses_keep_their_shape_and_stand_at_their_times(view):
+@pytest.mark.parametrize("projection", ["xy", "zy"])
+def test_poses_keep_their_shape_and_stand_at_their_times(projection):
     found = align_motions(*two_motions())
-    display = AlignmentDisplay.from_alignment(found, n_poses=6, view=view)
+    display = AlignmentDisplay.from_alignment(found, n_poses=6, projection=projection)
     display.figure_.canvas.draw()
-    columns = ["xyz".index(axis) for axis in view]
+    columns = ["xyz".index(axis) for axis in projection]
     for inches in (None, (5, 9), (14, 6)):
         if inches:
             display.figure_.set_size_inches(inches)
@@ -141,7 +141,7 @@ def test_short_motions_can_be_drawn(lengths):
     display = AlignmentDisplay.from_motions(a, b)
     display.figure_.canvas.draw()
     assert np.isfinite([*display.map_ax_.get_xlim(), *display.strips_ax_.get_xlim()]).all()
-    still = AlignmentDisplay.from_motions(np.zeros((3, 2)), np.zeros((3, 2)), skeleton=ARM, view="zx")
+    still = AlignmentDisplay.from_motions(np.zeros((3, 2)), np.zeros((3, 2)), skeleton=ARM, projection="zx")
     still.figure_.canvas.draw()  # seen along its bones, the arm is a point
 
 
@@ -190,7 +190,11 @@ SWING = align_motions(np.zeros((3, 2)), np.ones((4, 2)), skeleton=ARM)
         (lambda: AlignmentDisplay.from_alignment(WITHOUT), ValueError, "no skeleton and so no joints: pass skeleton="),
         (lambda: AlignmentDisplay.from_alignment(SWING, quantity="angle"), ValueError, "quantity must be"),
         (lambda: AlignmentDisplay.from_alignment(SWING, n_poses=0), ValueError, "n_poses must be a whole number"),
-        (lambda: AlignmentDisplay.from_alignment(SWING, view="xx"), ValueError, "view must be two of the axes"),
+        (
+            lambda: AlignmentDisplay.from_alignment(SWING, projection="xx"),
+            ValueError,
+            "projection must be two of the axes",
+        ),
         (
             lambda: AlignmentDisplay.from_motions(ARM, SWING.b),
             TypeError,

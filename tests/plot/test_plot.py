@@ -106,7 +106,7 @@ def test_axes_have_labels_with_units(name):
 @pytest.mark.parametrize("skeleton", SKELETONS.values(), ids=SKELETONS)
 def test_bones_are_where_the_joints_are(skeleton):
     pose = np.random.default_rng(0).normal(size=skeleton.n_dofs)
-    display = PoseDisplay.from_pose(pose, skeleton, view="zy", label="it")
+    display = PoseDisplay.from_pose(pose, skeleton, projection="zy", label="it")
     F = np.concatenate([forward_kinematics(pose[None], skeleton)[0], np.zeros((1, 3))])
     lines = display.ax_.lines
     expected = np.stack([F[skeleton.parents], F[:-1]], axis=1)[..., [2, 1]]
@@ -169,8 +169,8 @@ def test_equal_poses_can_be_drawn(skeleton):
         assert np.isfinite([*ax.get_xlim(), *ax.get_ylim()]).all()
     assert np.ptp(display.ax_.get_xlim()) > 0
     equal = np.zeros((3, skeleton.n_dofs))
-    for view in ("xy", "zy"):
-        strip = PoseStripDisplay.from_poses(equal, skeleton, view=view)
+    for projection in ("xy", "zy"):
+        strip = PoseStripDisplay.from_poses(equal, skeleton, projection=projection)
         strip.figure_.canvas.draw()
         assert (np.diff(strip.ax_.get_xticks()) > 0).all()
     DistanceMatrixDisplay.from_poses(equal, skeleton).figure_.canvas.draw()
@@ -328,9 +328,9 @@ def test_a_geodesic_is_drawn_with_the_line_and_the_ratio_of_their_lengths():
 @pytest.mark.parametrize(
     ("draw", "message"),
     [
-        (lambda: PoseDisplay.from_pose(START, ARM, view="xx"), "view must be two of the axes"),
-        (lambda: PoseDisplay.from_pose(START, ARM, view="front"), "view must be two of the axes"),
-        (lambda: PoseDisplay.from_pose(START, ARM, view=None), "view must be two of the axes"),
+        (lambda: PoseDisplay.from_pose(START, ARM, projection="xx"), "projection must be two of the axes"),
+        (lambda: PoseDisplay.from_pose(START, ARM, projection="front"), "projection must be two of the axes"),
+        (lambda: PoseDisplay.from_pose(START, ARM, projection=None), "projection must be two of the axes"),
         (lambda: PoseStripDisplay.from_motion(Motion(ARM, X[:0], 10)), "motion has no frames"),
         (
             lambda: PoseStripDisplay.from_motion(Motion(ARM, X, 10), n_poses=0),

@@ -32,7 +32,7 @@ def test_poses_along_a_component(metric):
 
 def test_the_mean_is_in_the_middle_and_drawn_into_the_given_axes(pca):
     ax = Figure().subplots()
-    display = TangentPCADisplay.from_estimator(pca, ax=ax, view="yx", color="black")
+    display = TangentPCADisplay.from_estimator(pca, ax=ax, projection="yx", color="black")
     assert display.ax_ is ax
     assert display.figure_ is ax.figure
     np.testing.assert_allclose(display.positions[2], forward_kinematics(pca.mean_[None], CHAIN)[0], atol=1e-12)

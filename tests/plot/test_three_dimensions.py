@@ -21,33 +21,33 @@ def drawn_bones(ax):
     return points[:, :2]
 
 
-@pytest.mark.parametrize("view", ["zxy", "xyz", "yzx"])
+@pytest.mark.parametrize("projection", ["zxy", "xyz", "yzx"])
 @pytest.mark.parametrize("skeleton", SKELETONS.values(), ids=SKELETONS)
-def test_bones_are_where_the_joints_are(skeleton, view):
+def test_bones_are_where_the_joints_are(skeleton, projection):
     pose = np.random.default_rng(0).normal(size=skeleton.n_dofs)
-    display = PoseDisplay.from_pose(pose, skeleton, view=view, label="it")
-    ax, columns = display.ax_, ["xyz".index(axis) for axis in view]
+    display = PoseDisplay.from_pose(pose, skeleton, projection=projection, label="it")
+    ax, columns = display.ax_, ["xyz".index(axis) for axis in projection]
     F = np.concatenate([forward_kinematics(pose[None], skeleton)[0], np.zeros((1, 3))])
     expected = np.stack([F[skeleton.parents], F[:-1]], axis=1)[..., columns]
     np.testing.assert_array_equal(*(np.unique(bones.reshape(-1, 6), axis=0) for bones in (drawn_bones(ax), expected)))
-    assert [ax.get_xlabel(), ax.get_ylabel(), ax.get_zlabel()] == [f"{axis} (m)" for axis in view]
+    assert [ax.get_xlabel(), ax.get_ylabel(), ax.get_zlabel()] == [f"{axis} (m)" for axis in projection]
     assert [line.get_label()[0] for line in ax.lines] == ["i"] + ["_"] * (len(ax.lines) - 1)
     display.figure_.canvas.draw()
 
 
 def test_three_axes_show_no_mirror_image():
     """The third axis is the cross product of the others, on the page as in the file."""
-    for view in ("zxy", "xyz", "yzx"):
-        first, second, third = np.eye(3)[["xyz".index(axis) for axis in view]]
+    for projection in ("zxy", "xyz", "yzx"):
+        first, second, third = np.eye(3)[["xyz".index(axis) for axis in projection]]
         np.testing.assert_array_equal(np.cross(first, second), third)
-    for view in ("xzy", "yxz", "zyx"):
+    for projection in ("xzy", "yxz", "zyx"):
         with pytest.raises(ValueError, match="exchange left and right"):
-            PoseDisplay.from_pose(np.zeros(3), ARM, view=view)
+            PoseDisplay.from_pose(np.zeros(3), ARM, projection=projection)
 
 
 def test_lengths_are_equal_in_all_directions_and_sides_have_colours():
     skeleton = SKELETONS["humanoid"]
-    ax = PoseDisplay.from_pose(np.zeros(skeleton.n_dofs), skeleton, view="zxy").ax_
+    ax = PoseDisplay.from_pose(np.zeros(skeleton.n_dofs), skeleton, projection="zxy").ax_
     ranges = np.array([np.ptp(ax.get_xlim3d()), np.ptp(ax.get_ylim3d()), np.ptp(ax.get_zlim3d())])
     shares = ranges / ax.get_box_aspect()
     np.testing.assert_allclose(shares, shares[0])
@@ -57,13 +57,15 @@ def test_lengths_are_equal_in_all_directions_and_sides_have_colours():
 def test_given_axes_are_drawn_into_and_must_fit_the_view():
     figure = plt.figure()
     flat, deep = figure.add_subplot(121), figure.add_subplot(122, projection="3d")
-    assert PoseDisplay.from_pose(np.zeros(3), ARM, ax=deep, view="zxy").ax_ is deep
-    with pytest.raises(ValueError, match=r'ax has three dimensions, got view=.xy.: pass three axes.*"zxy"'):
+    assert PoseDisplay.from_pose(np.zeros(3), ARM, ax=deep, projection="zxy").ax_ is deep
+    with pytest.raises(ValueError, match=r'ax has three dimensions, got projection=.xy.: pass three axes.*"zxy"'):
         PoseDisplay.from_pose(np.zeros(3), ARM, ax=deep)
-    with pytest.raises(ValueError, match=r"view='zxy' has three axes and needs an ax of three dimensions.*subplot_kw"):
-        PoseDisplay.from_pose(np.zeros(3), ARM, ax=flat, view="zxy")
+    with pytest.raises(
+        ValueError, match=r"projection='zxy' has three axes and needs an ax of three dimensions.*subplot_kw"
+    ):
+        PoseDisplay.from_pose(np.zeros(3), ARM, ax=flat, projection="zxy")
     with pytest.raises(ValueError, match="must have each of x, y, z once"):
-        PoseDisplay.from_pose(np.zeros(3), ARM, view="xxy")
+        PoseDisplay.from_pose(np.zeros(3), ARM, projection="xxy")
 
 
 @pytest.mark.slow

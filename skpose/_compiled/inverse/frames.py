@@ -118,7 +118,7 @@ def _distance(fit, weights):
 
 
 @jit
-def fit_frames(tree, observed, initials, rules, run_in, found):
+def fit_frames(tree, observed, initials, rules, warm_up, found):
     """Find the poses of a sequence, or of frames that each have a first pose; nothing is written of the first ones.
 
     Of a sequence, a frame in which nothing is seen has the pose of the frame before.
@@ -164,5 +164,5 @@ def fit_frames(tree, observed, initials, rules, run_in, found):
             fit = _remove_turns(work, target, fit, rules.max_iter)
             distance = _distance(fit, target.weights)
             started, last = True, min(distance, WORSE * last + MORE)
-        if i >= run_in:
-            _write(tree, work, target, initial, fit, found, i - run_in)
+        if i >= warm_up:
+            _write(tree, work, target, initial, fit, found, i - warm_up)

@@ -1,7 +1,6 @@
-// Two poses: the straight line and the shortest path between them as figures, and their five distances.
+// Two poses: the straight line and the shortest path between them as figures, and their distances by all metrics.
 
 const LINE_PARTS = 64; // parts of the straight line by which its length is measured
-const UNITS = { angle: "rad" }; // of the others: m
 
 /** A path of poses at constant speed of all joints together: `at(share)` is the pose at a share of its length. */
 class Travel {
@@ -35,6 +34,7 @@ class Comparison {
     const [a, b] = [poses.pose(first), poses.pose(second)];
     Object.assign(this, { first, second });
     this.distances = distances(skeleton, a, b, data.steps);
+    this.metrics = data.metrics.filter(({ name }) => name in this.distances || name === "geodesic");
     const line = Array.from({ length: LINE_PARTS + 1 }, (_, i) => skeleton.between(a, b, i / LINE_PARTS));
     this.paths = { line: new Travel(skeleton, line), shortest: null };
     this.done = this.search(skeleton, a, b, data.steps, changed);
@@ -60,21 +60,23 @@ class Comparison {
   label(name) {
     const metric = name === "line" ? "spatial" : "geodesic";
     const words = name === "line" ? "straight line" : "shortest path";
-    return metric in this.distances ? `${words}, ${inUnits(metric, this.distances[metric])}` : words;
+    return metric in this.distances ? `${words}, ${this.distance(metric)}` : words;
   }
-}
 
-/** A distance with its unit; a geodesic's with fewer digits, as searches from rounded poses may end elsewhere. */
-const inUnits = (metric, value) =>
-  `${Number(value.toPrecision(metric === "geodesic" ? 3 : 4))} ${UNITS[metric] ?? "m"}`;
+  /** A distance with its unit; a geodesic's with fewer digits, as searches from rounded poses may end elsewhere. */
+  distance(metric) {
+    const { unit } = this.metrics.find(({ name }) => name === metric);
+    return `${Number(this.distances[metric].toPrecision(metric === "geodesic" ? 3 : 4))} ${unit}`;
+  }
 
-/** The rows of the table of distances: metric, value, note. */
-function distanceRows({ distances: found, geodesic: path, failure }) {
-  return ["angle", "position", "rotation", "spatial", "geodesic"].map((metric) => {
-    if (metric in found) {
-      const converged = metric !== "geodesic" || path.converged;
-      return [metric, inUnits(metric, found[metric]), converged ? "" : "not converged"];
-    }
-    return [metric, failure ? "–" : "…", failure || "is computed"];
-  });
+  /** The rows of the table of distances: metric, value, note. */
+  rows() {
+    return this.metrics.map(({ name }) => {
+      if (name in this.distances) {
+        const converged = name !== "geodesic" || this.geodesic.converged;
+        return [name, this.distance(name), converged ? "" : "not converged"];
+      }
+      return [name, this.failure ? "–" : "…", this.failure || "is computed"];
+    });
+  }
 }

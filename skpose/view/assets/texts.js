@@ -76,7 +76,7 @@ function writeComparison() {
   element("pair").replaceChildren(
     "A: ", textElement("span", name(comparison.first)), "; B: ", textElement("span", name(comparison.second)),
   );
-  element("distances").replaceChildren(...distanceRows(comparison).map((cells) => {
+  element("distances").replaceChildren(...comparison.rows().map((cells) => {
     const row = document.createElement("tr");
     row.append(...cells.map((cell, i) => textElement(i ? "td" : "th", cell, i ? {} : { scope: "row" })));
     return row;

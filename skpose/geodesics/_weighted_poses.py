@@ -23,7 +23,7 @@ CONSTRAINTS = MEAN_CONSTRAINTS | {
 }
 
 
-class Given(NamedTuple):
+class WeightedPoses(NamedTuple):
     """Poses of weight, in float64, and their weights of sum 1."""
 
     X: np.ndarray  # (n_poses, n_dofs)
@@ -31,7 +31,7 @@ class Given(NamedTuple):
     skeleton: Skeleton | None
 
     @classmethod
-    def of(cls, poses: np.ndarray, skeleton: Skeleton, sample_weight: ArrayLike | None) -> "Given":
+    def of(cls, poses: np.ndarray, skeleton: Skeleton, sample_weight: ArrayLike | None) -> "WeightedPoses":
         """Check the weights of poses, which are checked already, and leave out those of weight zero."""
         weights = _check_weights(sample_weight, len(poses))
         counted = weights > 0.0
