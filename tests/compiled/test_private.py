@@ -11,6 +11,9 @@ from pathlib import Path
 
 import numba
 import pytest
+from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.codegen import CPUCodegen, JITCodeLibrary
+from numba.core.typing.context import BaseContext
 
 import skpose
 from skpose._compiled.simd import cache, compiler, fallback, private
@@ -66,6 +69,76 @@ def test_without_a_name_of_the_compilers_numbas_own_is_used(module, name, take_a
     take_away(module, name)
     with pytest.warns(UserWarning, match=rf"does not compile as skpose expects \(.*{name}.*\), so its own"):
         assert fallback._compilers() == (private.Compiler, private.Compiler)
+
+
+def attributes_of(module):
+    """The private parts of numba's classes that a module overrides or uses, as (class, name)."""
+    for cls in vars(module).values():
+        if isinstance(cls, type) and cls.__module__ == module.__name__:
+            base = next((base for base in cls.__mro__ if base.__module__.startswith("numba")), BaseContext)
+            names = [name for name, member in vars(cls).items() if inspect.isfunction(member)]
+            yield from ((base, name) for name in names if hasattr(base, name) and not name.startswith("__"))
+
+
+def take_attribute_away(owner, name, monkeypatch):
+    """Take an attribute from a class and from those that it inherits from; of instances, what may be set."""
+    defining = [base for base in owner.__mro__ if name in vars(base)]
+    for base in defining:
+        monkeypatch.delattr(base, name)
+    if not defining:
+        monkeypatch.setattr(owner, name, property(), raising=False)
+
+
+ATTRIBUTES = {
+    *attributes_of(compiler),
+    (JITCodeLibrary, "_get_module_for_linking"),
+    (CPUCodegen, "_function_pass_manager"),
+    (CPUCodegen, "_data_layout"),
+    (JITCodeLibrary, "_codegen"),
+    (JITCodeLibrary, "_final_module"),
+    (JITCodeLibrary, "_linking_libraries"),
+}
+
+
+@pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="nothing is compiled")
+@pytest.mark.parametrize(("owner", "name"), sorted(ATTRIBUTES, key=str))
+def test_without_an_attribute_that_the_compilers_use_numbas_own_is_used(owner, name, monkeypatch):
+    """Without a method that they override too: numba would call another one, and nothing would fail."""
+    monkeypatch.delitem(sys.modules, compiler.__name__)
+    monkeypatch.setattr(fallback, "_compilers", fallback._compilers.__wrapped__)  # not cached
+    take_attribute_away(owner, name, monkeypatch)
+    with pytest.warns(UserWarning, match=r"does not compile as skpose expects \(.*\), so its own"):
+        assert fallback._compilers() == (private.Compiler, private.Compiler)
+
+
+def test_a_method_that_numba_would_not_call_is_noticed():
+    class Renamed:
+        def finalize_all(self):
+            """Do what `finalize` did."""
+
+    with pytest.raises(AttributeError, match="JITCodeLibrary has no finalize_all"):
+        compiler._overrides(JITCodeLibrary)(Renamed)
+
+
+@pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="nothing is cached")
+@pytest.mark.parametrize(
+    ("owner", "name"),
+    [
+        (FunctionCache, "load_overload"),
+        (FunctionCache, "_py_func"),
+        (FunctionCache, "_cache_file"),
+        (IndexDataCacheFile, "_version"),
+        (private.Dispatcher, "_cache"),
+    ],
+)
+def test_without_an_attribute_of_the_cache_nothing_is_cached(owner, name, monkeypatch):
+    function = jit(lambda x: x)
+    before = function._cache
+    take_attribute_away(owner, name, monkeypatch)
+    with pytest.warns(UserWarning, match="does not cache as skpose expects"):
+        cache.cache_under("", function, lambda _: None)
+    monkeypatch.undo()
+    assert function._cache is before
 
 
 @pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="nothing is cached")

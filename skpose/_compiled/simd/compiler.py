@@ -7,7 +7,8 @@ all internal functions that it calls. (These are LLVM's words for what a module 
 call.) Passes that are for closures, array expressions, generators and the like are left out.
 """
 
-from types import BuiltinFunctionType
+from collections.abc import Callable
+from types import BuiltinFunctionType, FunctionType
 from typing import Any, ClassVar
 
 from numba import types
@@ -21,6 +22,19 @@ from numba.extending import models, register_model
 from skpose._compiled.simd.private import Signature
 
 
+def _overrides(base: type) -> Callable[[type], type]:
+    """Refuse, as a decorator, a class with a method that this class of numba's has not: nobody would call it."""
+
+    def check(cls: type) -> type:
+        for name, member in vars(cls).items():
+            if isinstance(member, FunctionType) and not name.startswith("__") and not hasattr(base, name):
+                raise AttributeError(f"{base.__name__} has no {name}")
+        return cls
+
+    return check
+
+
+@_overrides(JITCodeLibrary)
 class _ExternalLibrary(JITCodeLibrary):
     """The code of a function that is called by address, with that of all internal functions that it calls."""
 
@@ -52,6 +66,7 @@ class _ExternalLibrary(JITCodeLibrary):
                 self._codegen.set_env(variable.name, environment)
 
 
+@_overrides(JITCodeLibrary)
 class _InternalLibrary(_ExternalLibrary):
     """The code of a function that is internal to others: not optimised, and without an address."""
 
@@ -69,6 +84,7 @@ class _InternalLibrary(_ExternalLibrary):
         return 0
 
 
+@_overrides(types.Function)
 class _Operator(types.Function):
     """numba's type of an operator, or of a builtin function such as `min`, with a memory of what that returns.
 
@@ -92,6 +108,7 @@ class _Operator(types.Function):
 register_model(_Operator)(models.OpaqueModel)
 
 
+@_overrides(BaseContext)
 class _Remembering:
     """numba's typing context, in which operators have a memory."""
 
@@ -113,6 +130,7 @@ class _Remembering:
         return operator
 
 
+@_overrides(BaseContext)
 class _Typing(_Remembering):
     """The typing context of functions that are compiled once for all numbers.
 
@@ -159,6 +177,7 @@ class _Passes:
             one.run_pass(state)
 
 
+@_overrides(CompilerBase)
 class _Compiler(CompilerBase):
     library: type[_ExternalLibrary]
 
