@@ -22,7 +22,7 @@ def compile_encode(function: Callable[[np.ndarray, np.ndarray, np.ndarray], None
         ``function(pose, positions, code)``, which numba can compile. `pose` of shape (n_dofs,) are the columns, rad.
         `positions` of shape (n_joints, 3) are the joints that have weight, in the order of the skeleton and in the axes
         of the root, m, times the square roots of their weights; of shape (0, 3) without a skeleton. It writes into
-        `code` of shape (n_codes,), which holds anything before.
+        `code` of shape (n_codes,), which is NaN before: all numbers, each finite.
 
     Returns
     -------
@@ -49,6 +49,10 @@ def compile_encode(function: Callable[[np.ndarray, np.ndarray, np.ndarray], None
     """
     plain = getattr(function, "py_func", function)
     one = njit(plain, nogil=True)
+    unwritten = (
+        f"{plain.__qualname__}, which encodes poses, leaves a number of some pose's code unwritten, or writes NaN or "
+        "infinity: it must write as many numbers as n_codes states, for every pose"
+    )
 
     @njit(nogil=True)
     def encode(poses: Any, tree: Any, steps: Any, scratch: Any, codes: Any) -> None:
@@ -64,8 +68,11 @@ def compile_encode(function: Callable[[np.ndarray, np.ndarray, np.ndarray], None
             for j in range(n_joints):
                 for i in range(3):
                     positions[j, i] = placed[3 * j + i, w]
+            code[:] = np.nan
             one(pose, positions, code)
             for k in range(codes.shape[0]):
+                if not np.isfinite(code[k]):
+                    raise ValueError(unwritten)
                 codes[k, w] = code[k]
 
     encode.plain = plain  # type: ignore[attr-defined]  # for `check_functions`
@@ -79,7 +86,7 @@ def compile_measure(function: Callable[[np.ndarray, np.ndarray], float]) -> Any:
     ----------
     function : callable
         ``function(a, b) -> float``, which numba can compile, on codes of shape (n_codes,), float32 or float64. It must
-        give zero for equal codes, nothing negative, and the same for (b, a).
+        give zero for equal codes, elsewhere a finite number, nowhere negative, and the same for (b, a).
 
     Returns
     -------
@@ -101,6 +108,10 @@ def compile_measure(function: Callable[[np.ndarray, np.ndarray], float]) -> Any:
     """
     plain = getattr(function, "py_func", function)
     one = njit(plain, nogil=True)
+    no_distance = (
+        f"{plain.__qualname__}, which measures codes, gives NaN, infinity or less than zero for some poses: a distance "
+        "is finite and not negative"
+    )
 
     @njit(nogil=True)
     def measure(x: Any, Y: Any, first: Any, last: Any, tree: Any, steps: Any, scratch: Any, results: Any) -> None:
@@ -110,7 +121,10 @@ def compile_measure(function: Callable[[np.ndarray, np.ndarray], float]) -> Any:
             for w in range(width):
                 for i in range(n):
                     code[i] = Y[k * n + i, w]
-                results.distances[k - first, w] = one(x, code)
+                distance = one(x, code)
+                if not 0.0 <= distance < np.inf:
+                    raise ValueError(no_distance)
+                results.distances[k - first, w] = distance
 
     measure.plain = plain  # type: ignore[attr-defined]
     return measure

@@ -75,10 +75,6 @@ class Search:
             for numbers in self._numbers(queries_left, bounds, best_of_rest.current_limits):
                 self._measure_groups(queries_left, bounds, numbers, best_of_rest)
             best.put(rest, best_of_rest)
-        if (best.heaps.counts < k).any():
-            raise ValueError(
-                f"the metric {self.metric.label!r} gives NaN or infinity for some poses: it must give finite numbers"
-            )
         return Neighbors(*best.sorted_entries())
 
     def within(self, poses: np.ndarray, excluded: np.ndarray, limits: ArrayLike, *, measured: bool = True) -> Neighbors:

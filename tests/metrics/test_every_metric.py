@@ -316,20 +316,58 @@ def measure_scaled(scale):
 
 
 @compile_measure
-def measure_nan(a, b):
-    distance = np.abs(a - b).sum()
-    return np.nan if distance > 3.0 else distance
+def measure_some(a, b):
+    return np.nan if a[0] * b[0] < -1.0 else np.abs(a - b).sum()
 
 
-def test_a_search_refuses_distances_that_are_no_numbers():
-    search = PoseKNeighborsTransformer(metric=own_metric(measure=measure_nan), n_neighbors=2).fit([[0.0], [9.0], [1.0]])
-    with pytest.raises(ValueError, match="'Own' gives NaN or infinity for some poses"):
-        search.kneighbors()
+@compile_measure
+def measure_below_zero(a, b):
+    return np.abs(a - b).sum() if a[0] * b[0] >= -1.0 else -1.0
+
+
+@compile_encode
+def encode_some(pose, positions, code):
+    if pose[0] < 5.0:
+        code[:] = pose
+
+
+NO_DISTANCE = "which measures codes, gives NaN, infinity or less than zero for some poses"
+FAR = np.array([[-1.0], [9.0], [1.0], [-1.0], [9.0], [0.0]])
+CALLS = {
+    "pose_distances": lambda metric: pose_distances(FAR, metric=metric),
+    "pose_metric": lambda metric: pose_metric(metric=metric)(*FAR[:2]),
+    "k nearest": lambda metric: PoseKNeighborsTransformer(metric=metric, n_neighbors=2).fit(FAR).kneighbors(),
+    "within": lambda metric: PoseRadiusNeighborsTransformer(metric=metric, radius=2.0).fit(FAR).radius_neighbors(),
+    "motion_distances": lambda metric: motion_distances([FAR, FAR[::-1]], metric=metric),
+    "find_motion": lambda metric: find_motion(FAR[:2], [FAR], metric=metric, k=1),
+}
+
+
+@pytest.mark.parametrize(
+    ("metric", "words"),
+    [
+        (own_metric(measure=measure_some), f"measure_some, {NO_DISTANCE}"),
+        pytest.param(
+            own_metric(measure=measure_below_zero), f"measure_below_zero, {NO_DISTANCE}", marks=pytest.mark.slow
+        ),
+        pytest.param(
+            own_metric(encode=encode_some),
+            "encode_some, which encodes poses, leaves a number of some pose's code",
+            marks=pytest.mark.slow,
+        ),
+    ],
+    ids=["NaN", "below zero", "unwritten"],
+)
+@pytest.mark.parametrize("call", CALLS)
+def test_no_number_comes_of_what_is_no_distance(call, metric, words):
+    """Two example poses do not show what a function does with all others."""
+    with pytest.raises(ValueError, match=words):
+        CALLS[call](metric)
 
 
 def test_a_file_knows_the_functions_of_a_metric():
     """A metric that is edited between two runs has another function of the same name."""
-    fingerprints = [metric_fingerprint(own_metric(measure=measure)) for measure in (measure_sum, measure_nan)]
+    fingerprints = [metric_fingerprint(own_metric(measure=measure)) for measure in (measure_sum, measure_some)]
     assert fingerprints[0] == metric_fingerprint(own_metric(measure=measure_sum)) != fingerprints[1]
 
 
