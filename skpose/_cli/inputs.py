@@ -85,7 +85,6 @@ def read_motions(
     rotations: Literal["rotvec"] | None = None,
     method: Method = "numbers",
     with_root: Literal["tilt", "whole"] | None = None,
-    up: Literal["x", "y", "z"] | None = None,
     one_frame_rate: bool = False,
     amc_frame_rates: Mapping[Path, float] | None = None,
 ) -> MotionDataset:
@@ -113,7 +112,7 @@ def read_motions(
             for name, report in zip(names, dataset.retargeting, strict=True):
                 print(f"{name}: by {report}")
         if with_root is not None:
-            dataset = dataset.with_root(with_root, up=up)
+            dataset = dataset.with_root(with_root)
         dataset = dataset.retarget(dataset.skeleton, method="numbers")
     if frame_rate is not None:
         dataset = MotionDataset([motion.resample(frame_rate) for motion in dataset], names, names, names)

@@ -14,8 +14,21 @@ from skpose._cli.terminal import Interruption, discard, output_may_close, standa
 
 INTERRUPTED = 130  # a shell's status after Ctrl-C
 # Options of `load_motion`.
-READING = "asf", "frame_rate", "scale", "on_nan", "trust", "stretch", "missing", "root", "model", "hands"
-PREPARING = "rotations", "method", "with_root", "up"  # options of what is done with the motions
+READING = [
+    "asf",
+    "frame_rate",
+    "scale",
+    "on_nan",
+    "trust",
+    "stretch",
+    "missing",
+    "root",
+    "root_offset",
+    "up",
+    "model",
+    "hands",
+]
+PREPARING = "rotations", "method", "with_root"  # options of what is done with the motions
 ALIGNING = "alignment", "window"
 NAMED = {"method": "retarget", "frame_rate": "amc-frame-rate"}  # options that have another name than the argument
 
@@ -36,8 +49,6 @@ def _status(arguments: Sequence[str] | None, interruption: Interruption) -> int:
     options = parser.parse_args(arguments)
     if getattr(options, "scheduler", None) is not None and options.backend not in ("dask", "ray"):
         parser.error(f"--scheduler is for --backend dask or ray, not {options.backend}")
-    if getattr(options, "up", None) is not None and options.with_root is None:
-        parser.error("--up is for --with-root tilt or whole")
     if getattr(options, "window", None) is not None and options.alignment != "dtw":
         parser.error(f"--window is the band of --alignment dtw, not {options.alignment}")
     if getattr(options, "ends", None) is not None and options.ends <= (options.begins or 0.0):

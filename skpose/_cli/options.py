@@ -86,12 +86,6 @@ def add_preparing(parser: argparse.ArgumentParser, frame_rate: float | None = No
         choices=["tilt", "whole"],
         help="make the orientation of the root a part of the poses: without the heading, or whole; default: neither",
     )
-    parser.add_argument(
-        "--up",
-        choices=["x", "y", "z"],
-        help="the axis of the world that points up, for --with-root; default: y for BVH and AMC files, z for AMASS "
-        "files",
-    )
 
 
 def add_frame_rate(parser: argparse.ArgumentParser, default: float | None = None) -> None:
@@ -122,6 +116,12 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
     )
     add_scale(parser, "metres per unit of length; default: 1 for BVH, the unit in the skeleton's file for AMC")
     parser.add_argument(
+        "--up",
+        choices=["x", "y", "z", "-x", "-y", "-z"],
+        help="the direction of the files' world that points up, such as --up z or --up=-y; default: y for BVH and AMC "
+        "files, z for AMASS files",
+    )
+    parser.add_argument(
         "--model",
         metavar="FILE",
         help="body model (.npz) of AMASS files, see skpose.io.load_amass; {gender} in it is replaced by the motion's; "
@@ -137,6 +137,7 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
         ("on-nan", ["raise", "drop"], "frames with NaN or infinite numbers: refuse the file, or leave them out"),
         ("trust", ["header", "rows"], "number of frames of a BVH file: as stated after Frames:, or as it has rows"),
         ("stretch", ["raise", "mean"], "bones of a BVH file that change their lengths: refuse it, or take the mean"),
+        ("root-offset", ["replace", "add"], "position channels of a BVH file's ROOT and its OFFSET"),
         ("missing", ["raise", "rest"], "bones that a frame of an AMC file leaves out: refuse it, or set them to zero"),
     ):
         parser.add_argument(f"--{name}", choices=choices, default=choices[0], help=f"{meaning}; default: {choices[0]}")

@@ -12,6 +12,7 @@ from skpose.io._arguments import PathLike, Readable
 from skpose.io._npz import Archive
 from skpose.io._smpl import BY_SIZE, HANDS, MODELS, mean_joints, shaped_joints
 from skpose.io._source import Source
+from skpose.io._up import Up, check_up_of_file, stand
 from skpose.skeleton import Bone, Motion, Skeleton
 from skpose.skeleton._shared import continuous_triples
 
@@ -22,7 +23,7 @@ PARTS = {"root_orient": 3, "pose_body": 63, "pose_jaw": 3, "pose_eye": 6, "pose_
 FACE = "pose_jaw", "pose_eye"  # only in SMPL-X
 
 
-def load_amass(path: Readable, *, model: PathLike | None = None, hands: bool = True) -> Motion:
+def load_amass(path: Readable, *, model: PathLike | None = None, hands: bool = True, up: Up | None = None) -> Motion:
     """Read a motion of AMASS, or any other of SMPL, SMPL-H or SMPL-X in its format, from an .npz file.
 
     Parameters
@@ -35,6 +36,9 @@ def load_amass(path: Readable, *, model: PathLike | None = None, hands: bool = T
         proportions, with a warning.
     hands : bool, default=True
         Whether to read the joints beyond the wrists. Without them motions of SMPL and of SMPL-H have one skeleton.
+    up : {"x", "y", "z", "-x", "-y", "-z"}, default=None
+        The direction of the file's world that points up, see `load_bvh`; None is z, with a warning where poses stand
+        along another axis.
 
     Returns
     -------
@@ -67,8 +71,8 @@ def load_amass(path: Readable, *, model: PathLike | None = None, hands: bool = T
     and https://smpl-x.is.tue.mpg.de have them. Without one, J of the pelvis is unknown as well, so that positions of
     the root are all shifted by one vector (in the models by some 0.3 m); the movement is right.
 
-    The world's z is up. The root's rotation vectors become angles about the axes "ZYX": the heading, then the lean to a
-    side, then forward, where 90° is upright, since a model's own y axis is its upward one.
+    The world's z is up, unless `up` says otherwise. The root's rotation vectors become angles about the axes "ZYX": the
+    heading, then the lean to a side, then forward, where 90° is upright, since a model's own y axis is its upward one.
 
     Joints that end a chain, such as the head of SMPL-H and the last joints of fingers, have columns as well. They move
     nothing, so that no distance but "angle" depends on them. Eyes and jaw are read with or without `hands`.
@@ -87,14 +91,15 @@ def load_amass(path: Readable, *, model: PathLike | None = None, hands: bool = T
     --------
     >>> from skpose.io import load_amass
     >>> load_amass("ACCAD/Female1Walking_c3d/B3_-_walk1_poses.npz", model="smplh/{gender}/model.npz")  # doctest: +SKIP
-    Motion(415 frames at 120 Hz, 3.5 s, Skeleton(n_joints=51, n_dofs=153))
+    Motion(415 frames at 120 Hz, 3.5 s, z up, Skeleton(n_joints=51, n_dofs=153))
     """
     with Source(path, "an AMASS file (.npz)", binary=True) as source:
-        return read_amass(source, model=model, hands=hands)
+        return read_amass(source, model=model, hands=hands, up=up)
 
 
-def read_amass(source: Source, *, model: PathLike | None = None, hands: bool = True) -> Motion:
+def read_amass(source: Source, *, model: PathLike | None = None, hands: bool = True, up: Up | None = None) -> Motion:
     """Read the motion of an open AMASS file."""
+    check_up_of_file(up)
     file = Archive(source)
     name = _model_name(file)
     trans = file.numbers("trans", (None, 3))
@@ -122,15 +127,16 @@ def read_amass(source: Source, *, model: PathLike | None = None, hands: bool = T
     ]
     columns = np.repeat([joint in kept for joint in tree], 3)
     with source.format_errors():
-        return Motion(
+        motion = Motion(
             Skeleton(bones, offset_frame="parent"),
             poses[:, columns],
             frame_rate,
             trans + at_rest[root],
             _angles(poses[:, :3]),
             ROOT_AXES,
-            up="z",
+            root_name=root,
         )
+    return stand(motion, up, source, "z")
 
 
 def _model_name(file: Archive) -> str:

@@ -15,6 +15,7 @@ from skpose.io._arguments import Readable
 from skpose.io._asf import AsfFile, content_of
 from skpose.io._numbers import drop_not_finite
 from skpose.io._source import Chunk, Source
+from skpose.io._up import Up, check_up_of_file, stand
 from skpose.io._words import NUMBER, WHOLE, Token, complaint
 from skpose.skeleton import Motion
 
@@ -29,6 +30,7 @@ def load_amc(
     scale: float | None = None,
     on_nan: Literal["raise", "drop"] = "raise",
     missing: Literal["raise", "rest"] = "raise",
+    up: Up | None = None,
 ) -> Motion:
     """Read a motion from an Acclaim AMC file and the ASF file of its skeleton.
 
@@ -48,6 +50,9 @@ def load_amc(
         others keep their times, see `Motion.frame_numbers`; that of the first frame of the file is 0.
     missing : {"raise", "rest"}, default="raise"
         What to do with a bone that a frame does not mention: refuse the file, or set its angles there to zero.
+    up : {"x", "y", "z", "-x", "-y", "-z"}, default=None
+        The direction of the file's world that points up, see `load_bvh`; None is y, with a warning where poses stand
+        along another axis.
 
     Returns
     -------
@@ -79,26 +84,34 @@ def load_amc(
     --------
     >>> from skpose.io import load_amc
     >>> load_amc("02_01.amc", "02.asf")  # doctest: +SKIP
-    Motion(343 frames at 120 Hz, 2.9 s, Skeleton(n_joints=30, n_dofs=56))
+    Motion(343 frames at 120 Hz, 2.9 s, y up, Skeleton(n_joints=30, n_dofs=56))
     """
     content = content_of(asf, scale)
     with Source(path, "an AMC file") as source:
-        return read_amc(source, content, frame_rate=frame_rate, on_nan=on_nan, missing=missing)
+        return read_amc(source, content, frame_rate=frame_rate, on_nan=on_nan, missing=missing, up=up)
 
 
 def read_amc(
-    source: Source, asf: Acclaim, *, frame_rate: float = 120.0, on_nan: str = "raise", missing: str = "raise"
+    source: Source,
+    asf: Acclaim,
+    *,
+    frame_rate: float = 120.0,
+    on_nan: str = "raise",
+    missing: str = "raise",
+    up: Up | None = None,
 ) -> Motion:
     """Read the motion of an open AMC file, with the content of its ASF file."""
     check_positive("frame_rate", frame_rate)
     check_choice("on_nan", on_nan, ("raise", "drop"))
     check_choice("missing", missing, ("raise", "rest"))
+    check_up_of_file(up)
     asf, in_radians, first = _read_head(source, asf)
     reader = RowReader(asf.channels, source, asf.name, fill=missing == "rest", keep_nan=on_nan == "drop")
     numbers = read_frames(source, reader, first)
     numbers, frames = drop_not_finite(numbers, np.arange(len(numbers)), source)  # none if on_nan="raise"
     with source.format_errors():
-        return _motion(numbers, frames, asf, in_radians, frame_rate)
+        motion = _motion(numbers, frames, asf, in_radians, frame_rate)
+    return stand(motion, up, source)
 
 
 def _read_head(source: Source, asf: Acclaim) -> tuple[Acclaim, bool, Chunk]:

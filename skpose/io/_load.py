@@ -11,6 +11,7 @@ from skpose.io._arguments import PathLike, Readable
 from skpose.io._asf import AsfFile, content_of
 from skpose.io._bvh import read_bvh
 from skpose.io._source import Source
+from skpose.io._up import Up
 from skpose.io._words import WHOLE
 from skpose.skeleton import Motion
 
@@ -34,6 +35,8 @@ def load_motion(
     model: PathLike | None = None,
     hands: bool = True,
     root: str | None = None,
+    root_offset: Literal["replace", "add"] = "replace",
+    up: Up | None = None,
 ) -> Motion:
     """Read a motion from a BVH, AMC or AMASS file.
 
@@ -64,6 +67,11 @@ def load_motion(
     root : str, default=None
         Name of the joint of a BVH file that is the root of the skeleton, see `load_bvh`. The root of an AMC file is
         that of its skeleton.
+    root_offset : str, default="replace"
+        How to read a BVH file, see `load_bvh`.
+    up : {"x", "y", "z", "-x", "-y", "-z"}, default=None
+        The direction of the file's world that points up, see `load_bvh`. None is y for BVH and AMC files and z for
+        AMASS files, with a warning where poses stand along another axis.
 
     Returns
     -------
@@ -88,9 +96,9 @@ def load_motion(
     --------
     >>> from skpose.io import load_motion
     >>> load_motion("dance.bvh.gz", scale=0.01)  # doctest: +SKIP
-    Motion(1200 frames at 60 Hz, 20.0 s, Skeleton(n_joints=52, n_dofs=114))
+    Motion(1200 frames at 60 Hz, 20.0 s, y up, Skeleton(n_joints=52, n_dofs=114))
     >>> load_motion("cmu/subjects/02/02_01.amc")  # doctest: +SKIP
-    Motion(343 frames at 120 Hz, 2.9 s, Skeleton(n_joints=30, n_dofs=56))
+    Motion(343 frames at 120 Hz, 2.9 s, y up, Skeleton(n_joints=30, n_dofs=56))
     """
     with Source(path, "a BVH, AMC or AMASS file", binary=True) as source:
         found = _format_of(source)
@@ -101,10 +109,19 @@ def load_motion(
                 )
             if scale not in (None, 1.0):
                 raise ValueError(f"{source.name} is an AMASS file, in metres: scale must be None, got {scale!r}")
-            return read_amass(source, model=model, hands=hands)
+            return read_amass(source, model=model, hands=hands, up=up)
         if found == "BVH":
             scale = 1.0 if scale is None else scale
-            return read_bvh(source, scale=scale, on_nan=on_nan, trust=trust, stretch=stretch, root=root)
+            return read_bvh(
+                source,
+                scale=scale,
+                on_nan=on_nan,
+                trust=trust,
+                stretch=stretch,
+                root=root,
+                root_offset=root_offset,
+                up=up,
+            )
         if found in ("TRC", "C3D"):
             raise source.error(
                 f"this is a {found} file, positions of markers without a skeleton: load_{found.lower()} reads it, "
@@ -123,7 +140,7 @@ def load_motion(
             if not asf.is_file():
                 raise FileNotFoundError(f"{source.name} needs its skeleton and there is no {asf}: pass asf=, the file")
         content = content_of(asf, scale)
-        return read_amc(source, content, frame_rate=frame_rate, on_nan=on_nan, missing=missing)
+        return read_amc(source, content, frame_rate=frame_rate, on_nan=on_nan, missing=missing, up=up)
 
 
 def file_format(path: Readable) -> Format:

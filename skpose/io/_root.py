@@ -80,15 +80,19 @@ def _varies(values: np.ndarray, tolerance: float) -> bool:
     return bool((np.ptp(values, axis=0) > tolerance).any())
 
 
-def root_movement(chain: list[Joint], numbers: np.ndarray, longest: float) -> tuple[np.ndarray, str, np.ndarray]:
+def root_movement(
+    chain: list[Joint], numbers: np.ndarray, longest: float, root_offset: str
+) -> tuple[np.ndarray, str, np.ndarray]:
     """Return positions (n_frames, 3) in the file's unit, axes and angles (n_frames, k) in rad of a chain's last joint.
 
     They are those of its own channels if nothing above it is moved or rotated, and its movement in space otherwise.
+    Position channels of ROOT replace its OFFSET, or are added to it.
     """
     first, *more = chain
     positions = np.tile(first.offset, (len(numbers), 1))
     for axis, column in first.columns("position").items():
-        positions[:, "xyz".index(axis)] += numbers[:, column]
+        start = positions[:, "xyz".index(axis)] if root_offset == "add" else 0.0
+        positions[:, "xyz".index(axis)] = start + numbers[:, column]
     above: Rotation | None = None
     for parent, joint in zip(chain, more, strict=False):
         own = _rotation(parent, numbers)

@@ -43,10 +43,10 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0) -> None:
     Notes
     -----
     Joints, offsets and angles of a skeleton that came from a BVH file are written as they are, to nine digits after
-    the point; the root is named "root". A joint with one or two dofs gets channels for all three axes, the others
-    zero: Blender refuses files with fewer. A ball joint gets three angles in the order ZYX, which BVH has instead of
-    rotation vectors: positions are the same. Of the angles that are one rotation it gets those that change least from
-    frame to frame.
+    the point, and the root has its name, with an underscore where a joint has it too. A joint with one or two dofs gets
+    channels for all three axes, the others zero: Blender refuses files with fewer. A ball joint gets three angles in
+    the order ZYX, which BVH has instead of rotation vectors: positions are the same. Of the angles that are one
+    rotation it gets those that change least from frame to frame.
 
     In an ASF skeleton, and any other with offsets in the joints' "own" axes, a joint rotates the bone that *ends* at
     it; in a BVH file it rotates the bones that *start* at it. So the BVH joint with a bone's name is at the bone's near
@@ -69,7 +69,7 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0) -> None:
     check_new(path)
     check_positive("scale", scale)
     skeleton = motion.skeleton
-    for name in skeleton.joint_names:
+    for name in (motion.root_name, *skeleton.joint_names):
         if name != name.strip() or set(name) & set("{}\r\n"):
             raise ValueError(f"joint {name!r} cannot be written: BVH has names of one line, without braces")
     if (gaps := np.flatnonzero(np.diff(motion.frame_numbers) > 1)).size:
@@ -110,7 +110,7 @@ def _statements(motion: Motion, scale: float) -> Iterator[tuple[int, str, np.nda
         vector = rest[bone.name if own else bone.parent] @ bone.offset / scale
         return "OFFSET " + " ".join(f"{x:.{DIGITS}f}" for x in vector)
 
-    root = "root"
+    root = motion.root_name
     while root in bones:
         root += "_"
     axes, angles = _intrinsic(motion.root_axes, motion.root_angles)

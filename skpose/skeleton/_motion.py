@@ -58,6 +58,8 @@ class Motion:
         read with ``on_nan="drop"``.
     up : {"x", "y", "z"}, default="y"
         The axis of the world that points up, for `with_root`; "y" is usual in BVH and AMC files.
+    root_name : str, default="root"
+        The name of the root, which is no joint of the skeleton: that of the file from which the motion was read.
 
     Attributes
     ----------
@@ -92,7 +94,7 @@ class Motion:
     >>> from skpose import Motion, Skeleton
     >>> swing = Motion(Skeleton.chain(2), np.linspace([0, 0], [1, 2], 25), frame_rate=24)
     >>> swing
-    Motion(25 frames at 24 Hz, 1.0 s, Skeleton(n_joints=2, n_dofs=2))
+    Motion(25 frames at 24 Hz, 1.0 s, y up, Skeleton(n_joints=2, n_dofs=2))
     >>> len(swing.resample(12))
     13
     """
@@ -105,6 +107,7 @@ class Motion:
     root_axes: str = "xyz"
     frame_numbers: np.ndarray = None  # type: ignore[assignment]  # None becomes 0, 1, 2, …
     up: Literal["x", "y", "z"] = "y"
+    root_name: str = "root"
 
     if TYPE_CHECKING:
 
@@ -118,6 +121,7 @@ class Motion:
             root_axes: str = "xyz",
             frame_numbers: ArrayLike | None = None,
             up: Literal["x", "y", "z"] = "y",
+            root_name: str = "root",
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -127,6 +131,8 @@ class Motion:
             expected = 'at most one each of the letters x, y and z in one case, such as "xyz" or "ZXY"'
             raise ValueError(f"root_axes must be {expected}, got {self.root_axes!r}")
         check_up(self.up)
+        if not isinstance(self.root_name, str) or not self.root_name:
+            raise ValueError(f"root_name must be the name of the root, got {self.root_name!r}")
         check_column_names(self.angles, self.skeleton, "angles")
         angles = np.asarray(self.angles, dtype=np.float64)
         n_frames = len(angles) if angles.ndim else 0
@@ -181,7 +187,7 @@ class Motion:
 
     def __repr__(self) -> str:
         seconds = len(self) / self.frame_rate
-        return f"Motion({len(self)} frames at {self.frame_rate:g} Hz, {seconds:.1f} s, {self.skeleton!r})"
+        return f"Motion({len(self)} frames at {self.frame_rate:g} Hz, {seconds:.1f} s, {self.up} up, {self.skeleton!r})"
 
     @staticmethod
     def concatenate(motions: Iterable["Motion"]) -> "Motion":

@@ -60,10 +60,3 @@ def test_the_orientation_of_the_root(files):
             positions.append(np.stack([R.apply(P[:, j]) for j in range(P.shape[1])], axis=1))
         P = np.concatenate(positions).reshape(4, -1)
         np.testing.assert_allclose(np.load(out), np.linalg.norm(P[:, None] - P, axis=-1), atol=1e-7)
-
-
-def test_an_axis_without_a_use(files, capsys):
-    with pytest.raises(SystemExit) as stop:
-        main([*files, "--up", "z"])
-    assert stop.value.code == 2
-    assert "--up is for --with-root tilt or whole" in capsys.readouterr().err

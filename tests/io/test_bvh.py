@@ -36,7 +36,7 @@ def test_skeleton_and_motion():
     np.testing.assert_allclose(np.degrees(motion.angles[1, 0]), -10)
     assert motion.root_axes == "ZYX"
     np.testing.assert_allclose(np.degrees(motion.root_angles[0]), [10, 20, 30])
-    np.testing.assert_allclose(motion.root_positions, [[0.02, 0.92, 0.03], [0.01, 0.9, 0]])
+    np.testing.assert_allclose(motion.root_positions, [[0.01, 0.02, 0.03], [0, 0, 0]])
 
 
 def test_positions_by_hand():

@@ -37,7 +37,7 @@ class Node:
         for channel, value in zip(self.channels, self.values[frame], strict=True):
             axis = "XYZ".index(channel[0])
             if channel.endswith("position"):
-                moved[axis] = value + (self.offset[axis] if parent is None else 0)
+                moved[axis] = value
             else:
                 c, s = np.cos(np.radians(value)), np.sin(np.radians(value))
                 one = np.eye(4)
@@ -119,8 +119,7 @@ def test_the_skeleton_is_that_of_the_same_file_without_the_reference(load):
     assert motion.skeleton == without.skeleton
     np.testing.assert_array_equal(motion.angles, without.angles)
     np.testing.assert_array_equal(motion.root_angles, without.root_angles)
-    # OFFSET of a ROOT is added to its position channels, and replaced by those of a JOINT.
-    np.testing.assert_allclose(motion.root_positions, without.root_positions - [1, 2, 3])
+    np.testing.assert_array_equal(motion.root_positions, without.root_positions)
 
 
 def test_several_joints_that_stand_still(load):

@@ -202,10 +202,24 @@ def test_a_joint_named_end(load):
     assert skeleton.bones[1].dofs == "X"
 
 
-def test_an_offset_of_the_root_is_added_to_its_position(load):
-    motion = load(changed(("OFFSET 0 0 0", "OFFSET 100 0 -1")))
-    np.testing.assert_array_equal(motion.root_positions, [[101, 2, 2], [104, 5, 5]])
+def test_position_channels_of_the_root_replace_its_offset(load):
+    """As programs that write both mean it: with the OFFSET added, people would float above the floor."""
+    text = changed(("OFFSET 0 0 0", "OFFSET 100 0 -1"))
+    motion = load(text)
+    np.testing.assert_array_equal(motion.root_positions, [[1, 2, 3], [4, 5, 6]])
     np.testing.assert_array_equal(forward_kinematics(motion.angles, motion.skeleton)[0, 0], [0, 10, 0])
+    added = load(text, root_offset="add")
+    np.testing.assert_array_equal(added.root_positions, [[101, 2, 2], [104, 5, 5]])
+    with pytest.raises(ValueError, match="root_offset must be"):
+        load(text, root_offset="keep")
+
+
+def test_an_offset_of_the_root_is_its_position_where_it_has_no_channel(load):
+    text = changed(("OFFSET 0 0 0", "OFFSET 100 7 -1"), ("6 Xposition Yposition Zposition", "4 Yposition"))
+    rows = text.splitlines()
+    rows[-2:] = (" ".join(row.split()[1:2] + row.split()[3:]) for row in rows[-2:])
+    motion = load("\n".join(rows))
+    np.testing.assert_array_equal(motion.root_positions, [[100, 2, -1], [100, 5, -1]])
 
 
 # The number of frames
@@ -482,4 +496,4 @@ def test_options_with_unknown_values(option, message, load):
 def test_numbers_past_what_a_float_holds(refused):
     assert "offset" in refused(changed(("OFFSET 0 5 0", "OFFSET 0 1e308 0")), scale=100)[2]
     moved = changed(("OFFSET 0 0 0", "OFFSET 1e308 0 0"), ("\n1 2", "\n1e308 2"))
-    assert "root_positions holds inf" in refused(moved)[2]
+    assert "root_positions holds inf" in refused(moved, root_offset="add")[2]

@@ -22,7 +22,7 @@ def test_defaults_and_repr():
     np.testing.assert_array_equal(motion.root_positions, np.zeros((2, 3)))
     np.testing.assert_array_equal(motion.root_angles, np.zeros((2, 3)))
     assert len(motion) == 2
-    assert repr(motion) == "Motion(2 frames at 2 Hz, 1.0 s, Skeleton(n_joints=2, n_dofs=2))"
+    assert repr(motion) == "Motion(2 frames at 2 Hz, 1.0 s, y up, Skeleton(n_joints=2, n_dofs=2))"
 
 
 @pytest.mark.parametrize(
