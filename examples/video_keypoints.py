@@ -123,7 +123,7 @@ plt.show()
 # The skeletons differ in their rest poses, so that equal numbers are not equal poses: the directions of the bones
 # bring all motions onto one skeleton. Hips and pelvis are on one line, and nothing shows how the pelvis rotates about
 # it: with the tilt of the root as a part of the poses that plays no part. From here on these are poses like any others.
-motions = [fit.to_motion(RATE, up=seen[0].up) for fit in fits["gaps filled"]]
+motions = [fit.to_motion() for fit in fits["gaps filled"]]
 dataset = MotionDataset(motions, subjects=people.subjects, actions=people.actions)
 dataset = dataset.retarget(motions[0].skeleton, method="orientations").with_root("tilt")
 X, sequence = dataset.poses(frame_rate=12)

@@ -6,8 +6,9 @@ from typing import Literal
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from skpose._warnings import warn
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import root_angles_of
+from skpose.skeleton._shared import complaint_of_up, root_angles_of
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -32,6 +33,10 @@ class FittedPoses:
         Orientations of the root as rotation vectors, rad.
     n_iter : ndarray of shape (n_frames,) of int
         Iterations.
+    frame_rate : float or None
+        Frames per second, Hz, of the `Keypoints`; None for an array.
+    up : {"x", "y", "z"} or None
+        The axis of the world that points up in the `Keypoints`; None for an array.
 
     Examples
     --------
@@ -47,6 +52,8 @@ class FittedPoses:
     root_positions: np.ndarray
     root_rotations: np.ndarray
     n_iter: np.ndarray
+    frame_rate: float | None = None
+    up: Literal["x", "y", "z"] | None = None
 
     def __len__(self) -> int:
         return len(self.poses)
@@ -59,22 +66,42 @@ class FittedPoses:
         left = int((~self.converged).sum())
         return f"FittedPoses({frames}, {joints}, {off}, {f'{left} not converged' if left else 'all converged'})"
 
-    def to_motion(self, frame_rate: float, up: Literal["x", "y", "z"] = "y") -> Motion:
+    def to_motion(self, frame_rate: float | None = None, up: Literal["x", "y", "z"] | None = None) -> Motion:
         """Return the poses as a motion.
 
         Parameters
         ----------
-        frame_rate : float
-            Frames per second, Hz, such as that of the `Keypoints`.
-        up : {"x", "y", "z"}, default="y"
-            The axis of the world that points up, such as that of the `Keypoints`.
+        frame_rate : float, default=None
+            Frames per second, Hz. None is that of the `Keypoints`; poses at an array of positions need it.
+        up : {"x", "y", "z"}, default=None
+            The axis of the world that points up. None is that of the `Keypoints`, and y for an array.
 
         Returns
         -------
         Motion
             With the root's positions and orientations; the latter as angles about "xyz", see `Motion.unwrap`.
+
+        Raises
+        ------
+        ValueError
+            If the frame rate is not known.
+
+        Warns
+        -----
+        UserWarning
+            If the axis that points up is not known, and in nearly all frames the poses stand along another one than y.
         """
+        rate = self.frame_rate if frame_rate is None else frame_rate
+        if rate is None:
+            raise ValueError(
+                "the frame rate is not known, as the positions came as an array: pass frame_rate=, in Hz, or give "
+                "inverse_kinematics Keypoints, which have one"
+            )
         angles, axes = np.zeros((len(self), 3)), "xyz"
         if len(self):
             angles, axes = root_angles_of(Rotation.from_rotvec(self.root_rotations), angles, axes)
-        return Motion(self.skeleton, self.poses, frame_rate, self.root_positions, angles, axes, up=up)
+        known = self.up if up is None else up
+        motion = Motion(self.skeleton, self.poses, rate, self.root_positions, angles, axes, up=known or "y")
+        if known is None and (complaint := complaint_of_up(motion, "y")):
+            warn(complaint)
+        return motion

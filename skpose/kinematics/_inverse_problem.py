@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from sklearn.exceptions import ConvergenceWarning
@@ -50,6 +50,8 @@ class Problem:
     initial: np.ndarray  # (n_frames or 1, n_dofs + 3)
     ends: np.ndarray  # (n_sequences,) number of the frame after the last of each sequence
     rules: Rules
+    frame_rate: float | None  # of keypoints
+    up: Literal["x", "y", "z"] | None
 
     def tasks(self) -> Iterator[Task]:
         """Yield the parts of the sequences."""
@@ -103,6 +105,8 @@ class Problem:
             root_positions=found.origins[held],
             root_rotations=columns[:, :N_ROOT],
             n_iter=found.n_iter,
+            frame_rate=self.frame_rate,
+            up=self.up,
         )
         if unseen.any():
             kept = "that of the frame before" if self.rules.is_sequence else "the initial one"
@@ -167,6 +171,8 @@ def problem_of(
         initial=np.clip(dofs, lower, upper),
         ends=_ends(lengths, n),
         rules=rules,
+        frame_rate=positions.frame_rate if isinstance(positions, Keypoints) else None,
+        up=positions.up if isinstance(positions, Keypoints) else None,
     )
 
 

@@ -1,7 +1,7 @@
 """A motion: poses of one skeleton in time, with the movement of the root stored apart."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal, NoReturn
 
 import numpy as np
@@ -107,7 +107,7 @@ class Motion:
     root_axes: str = "xyz"
     frame_numbers: np.ndarray = None  # type: ignore[assignment]  # None becomes 0, 1, 2, …
     up: Literal["x", "y", "z"] = "y"
-    root_name: str = "root"
+    root_name: str = field(default="root", kw_only=True)
 
     if TYPE_CHECKING:
 
@@ -121,6 +121,7 @@ class Motion:
             root_axes: str = "xyz",
             frame_numbers: ArrayLike | None = None,
             up: Literal["x", "y", "z"] = "y",
+            *,
             root_name: str = "root",
         ) -> None: ...
 

@@ -12,6 +12,7 @@ from skpose.skeleton._root import heading, root_angles_of, root_orientations, wi
 from skpose.skeleton._rotations import TWO_PI, columns_of, rotations_of
 from skpose.skeleton._selection import with_carriers
 from skpose.skeleton._sides import others, partners, sides
+from skpose.skeleton._upright import complaint_of_up
 
 __all__ = [
     "BALL",
@@ -24,6 +25,7 @@ __all__ = [
     "check_comparable",
     "check_rest_poses",
     "columns_of",
+    "complaint_of_up",
     "continuous_columns",
     "continuous_triples",
     "directions_at_zero",

@@ -110,6 +110,28 @@ def test_the_motion_has_the_positions(gait, up):
     assert (motion.up, motion.frame_rate, motion.skeleton) == (up, 60.0, gait.skeleton)
 
 
+@pytest.mark.parametrize("up", ["y", "z"])
+def test_the_motion_of_keypoints_has_their_frame_rate_and_axis(gait, up):
+    """Up is not y by itself: tilts would be those of another world."""
+    seen = Keypoints(in_space(gait), gait.skeleton.joint_names, 25.0, up=up)
+    fitted = inverse_kinematics(seen, gait.skeleton)
+    assert (fitted.up, fitted.frame_rate) == (up, 25.0)
+    motion = fitted.to_motion()
+    assert (motion.up, motion.frame_rate) == (up, 25.0)
+    assert fitted.to_motion(50.0, "x").up == "x"
+
+
+def test_the_motion_of_an_array_needs_a_frame_rate_and_warns_of_people_who_lie(gait):
+    fitted = inverse_kinematics(in_space(gait), gait.skeleton)
+    with pytest.raises(ValueError, match="the frame rate is not known, as the positions came as an array"):
+        fitted.to_motion()
+    assert fitted.to_motion(60.0).up == "y"
+    with_z_up = inverse_kinematics(in_space(gait)[..., [2, 0, 1]], gait.skeleton)
+    with pytest.warns(UserWarning, match="stands along z: pass up='z', or up='y' if the person lies"):
+        with_z_up.to_motion(60.0)
+    assert with_z_up.to_motion(60.0, "z").up == "z"
+
+
 def test_no_frames_are_no_poses():
     fitted = inverse_kinematics(np.zeros((0, FIGURE.n_joints, 3)), FIGURE)
     assert fitted.poses.shape == (0, FIGURE.n_dofs)
