@@ -4,6 +4,7 @@ import inspect
 from collections.abc import Callable
 from types import FunctionType
 from typing import Any, ClassVar, NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numba import config
@@ -24,6 +25,10 @@ _COMPILED_TYPE = FunctionType if getattr(config, "DISABLE_JIT", False) else Disp
 _COMPILED = "encode", "measure", "measure_within"
 # What stays true of a class that measures anew: the rest is of the metric that it inherits from, and refused.
 _INHERITABLE = {"encode", "measure", "steps", "unit", "needs_skeleton", "encode_work", "measure_work"}
+
+
+# Names of the parameters of each class: scikit-learn inspects the constructor at each call, for some 10 µs.
+_PARAMETERS: "WeakKeyDictionary[type[Metric], tuple[str, ...]]" = WeakKeyDictionary()
 
 
 def _find_member(cls: type, name: str) -> Any:
@@ -132,6 +137,24 @@ class Metric(BaseEstimator):
                     f"{cls.__name__} measures another distance than {of.__name__}, but inherits {member} from it: "
                     f"derive {cls.__name__} from Metric; it may use {of.__name__}.encode"
                 )
+
+    def get_params(self, deep: bool = True) -> dict[str, Any]:
+        """Return the parameters by name.
+
+        Parameters
+        ----------
+        deep : bool, default=True
+            Not used, as no parameter of a metric has parameters of its own.
+
+        Returns
+        -------
+        dict
+            The parameters.
+        """
+        cls = type(self)
+        if cls not in _PARAMETERS:
+            _PARAMETERS[cls] = tuple(super().get_params(deep=False))
+        return {name: getattr(self, name) for name in _PARAMETERS[cls]}
 
     @property
     def label(self) -> str:

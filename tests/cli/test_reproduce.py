@@ -17,6 +17,7 @@ from skpose._cli.main import main
 from skpose._cli.targets import REPORT
 from skpose.datasets import make_gait, walks_and_runs
 
+pytestmark = pytest.mark.slow
 PAPER = {"0.94", "40 %", "80 %", "< 1e-6", "90 %", "100 %", "60 %", "65 %"}
 
 

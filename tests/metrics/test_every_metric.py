@@ -168,6 +168,18 @@ def call_means(metric):
     yield lambda: mean_motion(GAIT[:2], metric=metric, max_iter=1)
 
 
+# Means by descent take seconds: of the library's own they are tested one by one in tests/geodesics too.
+DESCENDING = {"spatial", "Spatial(n_steps=7, wrap=False)", "geodesic"}
+
+
+@pytest.mark.parametrize(
+    "metric",
+    [
+        pytest.param(entry.metric, id=label, marks=pytest.mark.slow if label in DESCENDING else ())
+        for entry in EVERY_METRIC
+        for label in [entry.metric.label]
+    ],
+)
 @pytest.mark.filterwarnings("ignore::sklearn.exceptions.ConvergenceWarning")
 def test_means_are_found_or_refused_in_words(metric):
     """A metric that says nothing about means gets none, and no other metric's."""

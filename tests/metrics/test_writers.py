@@ -213,7 +213,7 @@ def test_chunks_of_zarr_are_on_the_disk_before_they_are_noted(tmp_path, monkeypa
     np.testing.assert_array_equal(out[:], pose_distances(X, skeleton=TREE))
 
 
-@pytest.mark.parametrize("kind", ["npy", "zarr"])
+@pytest.mark.parametrize("kind", ["npy", pytest.param("zarr", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("thread", ["the same", "another"])
 def test_two_calls_do_not_write_into_one_destination_at_once(tmp_path, kind, thread):
     if kind == "npy":

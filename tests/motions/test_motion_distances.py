@@ -377,7 +377,7 @@ def dask_cluster():
 
 
 @pytest.mark.parametrize(
-    "backend", ["loky", *(pytest.param(name, marks=pytest.mark.slow) for name in ("multiprocessing", "dask"))]
+    "backend", [pytest.param(name, marks=pytest.mark.slow) for name in ("loky", "multiprocessing", "dask")]
 )
 def test_backends_give_the_same_to_the_last_bit(backend, monkeypatch):
     sent = []
