@@ -103,7 +103,9 @@ def _as_options(message: str, options: argparse.Namespace) -> str:
         given = next((text for text in found.groups()[1:] if text is not None), None)
         if given == "False":
             return f"--no-{name}"
-        return f"--{name}" + (f" {shlex.quote(given)}" if given is not None else "")
+        if given is None:
+            return f"--{name}"
+        return f"--{name}{'=' if given.startswith('-') else ' '}{shlex.quote(given)}"  # "-y" would be another option
 
     message = " ".join(message.split())
     names = "|".join(name for name in (*READING, *PREPARING, *ALIGNING) if hasattr(options, name))

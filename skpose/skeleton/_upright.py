@@ -19,9 +19,10 @@ def complaint_of_up(motion: Motion, up: str) -> str:
     found = _find_up(motion, up)
     if found == up:
         return ""
+    stands = f"the head is below the feet along {found[-1]}" if len(found) > 1 else f"the pose stands along {found}"
     return (
-        f"{up} is taken as the axis that points up, as is usual, but in nearly all frames the pose stands along "
-        f"{found[-1]}{', head down' if len(found) > 1 else ''}: pass up={found!r}, or up={up!r} if the person lies"
+        f"{up} is taken as the axis that points up, as is usual, but in nearly all frames {stands}: pass up={found!r}, "
+        f"or up={up!r} if the person {'lies' if found[-1] != up else 'is upside down'}"
     )
 
 
