@@ -13,13 +13,16 @@ from skpose.keypoints import Keypoints
 NAMES = ["hip", "knee", "ankle"]
 
 
-def trc_file(n_frames=20):
-    """Return a TRC file of three markers, the knee lost in some frames."""
+def trc_file(n_frames=20, *, points=None, names=NAMES):
+    """Return a TRC file of markers in mm at 100 Hz; by default of three, the knee lost in some frames."""
+    points = positions(n_frames) if points is None else points
+    n_frames, n_markers, _ = points.shape
     head = "PathFileType\t4\t(X/Y/Z)\twalk.trc\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\n"
-    head += f"100.00\t100.00\t{n_frames}\t3\tmm\t100.00\nFrame#\tTime\t" + "".join(f"{name}\t\t\t" for name in NAMES)
-    head += "\n\t\t" + "\t".join(f"{axis}{i}" for i in (1, 2, 3) for axis in "XYZ") + "\t\n\n"
+    head += f"100.00\t100.00\t{n_frames}\t{n_markers}\tmm\t100.00\n"
+    head += "Frame#\tTime\t" + "".join(f"{name}\t\t\t" for name in names)
+    head += "\n\t\t" + "\t".join(f"{axis}{i + 1}" for i in range(n_markers) for axis in "XYZ") + "\t\n\n"
     rows = []
-    for k, row in enumerate(positions(n_frames)):
+    for k, row in enumerate(points):
         cells = ["" if np.isnan(number) else f"{number:.5f}" for number in row.ravel()]
         rows.append("\t".join([str(k + 1), f"{k / 100:.5f}", *cells]))
     return (head + "\n".join(rows) + "\n").encode()
