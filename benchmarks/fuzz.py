@@ -1,4 +1,4 @@
-"""Do readers survive any content of a file? 20,000 files of motions, and 20,000 of keypoints, with something wrong.
+"""Do readers survive any content of a file? 20,000 files of motions, and 20,000 of each format of keypoints, damaged.
 
     pip install "skpose[bench]"
     python benchmarks/fuzz.py [HOW MANY] [--quick]
@@ -24,7 +24,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 import damaged
 import mutations
 
-FULL, QUICK = 20_000, 200  # files
+FULL, QUICK = 20_000, 200  # files of motions, and of each format of keypoints
 MOST_SECONDS, MOST_BYTES = 10, 2_000_000_000
 
 
@@ -33,11 +33,11 @@ def give_up(*_):
 
 
 def every_kind_of_keypoints(n_cases, outcomes):
-    """Count the outcomes of files of keypoints, as many in all; return the slowest: seconds, kind, bytes."""
+    """Count the outcomes of so many files of keypoints of each kind; return the slowest: seconds, kind, bytes."""
     slowest = (0.0, "", 0)
     for kind in damaged.FILES:
         rng = np.random.default_rng(0)
-        for _ in range(n_cases // len(damaged.FILES)):
+        for _ in range(n_cases):
             data = damaged.damaged(kind, rng)
             signal.setitimer(signal.ITIMER_REAL, MOST_SECONDS)
             start = time.perf_counter()
@@ -49,7 +49,9 @@ def every_kind_of_keypoints(n_cases, outcomes):
 
 def main():
     parser = common.parser(__doc__, folder=False)
-    parser.add_argument("n_cases", nargs="?", type=int, help=f"number of files; default: {FULL:,}")
+    parser.add_argument(
+        "n_cases", nargs="?", type=int, help=f"number of files, and of each format of keypoints; default: {FULL:,}"
+    )
     options = parser.parse_args()
     common.print_machine()
     n_cases = options.n_cases or (QUICK if options.quick else FULL)

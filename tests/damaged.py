@@ -7,7 +7,7 @@ import warnings
 import c3d_files
 import numpy as np
 
-from skpose.io import MocapFormatError, load_c3d, load_keypoints, load_trc
+from skpose.io import MocapFormatError, load_c3d, load_c3d_quantities, load_keypoints, load_trc
 from skpose.keypoints import Keypoints
 
 NAMES = ["hip", "knee", "ankle"]
@@ -52,9 +52,30 @@ def _saved(save, *arguments, **arrays):
     return file.getvalue()
 
 
+def _trc_forms():
+    """Return TRC files in the forms of several programs."""
+    text = trc_file()
+    lines = text.split(b"\n")
+    seen = trc_file(points=np.nan_to_num(positions()))
+    no_axes = b"\n".join(lines[:4] + lines[6:])
+    more_names = b"\n".join([*lines[:3], lines[3] + b"toe\t\t\theel", *lines[4:]])
+    return [text, seen.replace(b"\t", b" "), text.replace(b"\t", b","), no_axes, more_names + b"\t\t\t1\n\t\n"]
+
+
+def _other_c3d_kinds():
+    """Return C3D files of MIPS, of ten points, of points that are no positions, and one that contradicts itself."""
+    ten = np.random.default_rng(7).uniform(-800, 800, (20, 10, 3))
+    return [
+        c3d_files.c3d_file(positions(), NAMES, processor=c3d_files.MIPS, step=0.05),
+        c3d_files.c3d_file(ten, ["hip"] * 10, axis_up="-Z", ANGLE_UNITS="deg"),
+        c3d_files.c3d_file(positions(), NAMES, ANGLES=["knee"], SCALARS=["toe"]),
+        c3d_files.c3d_file(positions(), NAMES, USED=4, FRAMES=40),
+    ]
+
+
 FILES = {
-    "TRC": [trc_file()],
-    "C3D": c3d_kinds(),
+    "TRC": _trc_forms(),
+    "C3D": c3d_kinds() + _other_c3d_kinds(),
     "NPY": [_saved(np.save, positions()), _saved(np.save, np.asfortranarray(positions(), np.float32))],
     "NPZ": [
         _saved(np.savez, keypoints=positions(), scores=np.ones((20, 3)), fps=25, names=NAMES),
@@ -63,6 +84,15 @@ FILES = {
 }
 BYTES = [0, 1, 2, 4, 9, 10, 32, 44, 45, 46, 48, 57, 80, 84, 85, 86, 95, 127, 128, 254, 255]
 WORDS = [b"", b"NaN", b"1e999", b"-inf", b"1_0", b"1,5", b"9" * 40, b"1000000000", b"-1", b"x\ty", b"\t", b"\n", b"\r"]
+
+
+ARRAYS = [(load_keypoints, {"names": NAMES, "frame_rate": 25, "scale": 0.001})]
+READERS = {
+    "TRC": [(load_trc, {}), (load_trc, {"trust": "rows", "zeros": "missing", "scale": 1, "frame_rate": 9, "up": "-y"})],
+    "C3D": [(load_c3d, {}), (load_c3d, {"zeros": "missing", "scale": 1, "up": "-x"}), (load_c3d_quantities, {})],
+    "NPY": ARRAYS,
+    "NPZ": ARRAYS,
+}
 
 
 def damaged(kind, rng):
@@ -94,21 +124,20 @@ def damaged(kind, rng):
 
 
 def outcome(kind, data):
-    """Return "read" or "refused" for a file; any exception but MocapFormatError is raised."""
+    """Return what its first reader makes of a file, "read" or "refused"; exceptions but MocapFormatError are raised."""
+    outcomes = []
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         warnings.filterwarnings("ignore", message="the open file: ", category=UserWarning)
-        try:
-            if kind == "TRC":
-                found = load_trc(io.BytesIO(data))
-            elif kind == "C3D":
-                found = load_c3d(io.BytesIO(data))
+        for read, options in READERS[kind]:
+            try:
+                found = read(io.BytesIO(data), **options)
+            except MocapFormatError as error:
+                if not error.message or not str(error).startswith("the open file"):
+                    raise AssertionError(f"an error without message or file name: {error!r}") from error
+                outcomes.append("refused")
             else:
-                found = load_keypoints(io.BytesIO(data), names=NAMES, frame_rate=25, scale=0.001)
-        except MocapFormatError as error:
-            if not error.message or not str(error).startswith("the open file"):
-                raise AssertionError(f"an error without message or file name: {error!r}") from error
-            return "refused"
-    if not isinstance(found, Keypoints):
-        raise AssertionError(f"no keypoints: {found!r}")
-    return "read"
+                if not isinstance(found, dict if read is load_c3d_quantities else Keypoints):
+                    raise AssertionError(f"no keypoints: {found!r}")
+                outcomes.append("read")
+    return outcomes[0]

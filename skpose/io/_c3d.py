@@ -72,9 +72,9 @@ def load_c3d(
     UserWarning
         If something is left out: points without a label, and what POINT:ANGLES, FORCES, MOMENTS, POWERS and SCALARS
         list, which `load_c3d_quantities` reads. If labels are given twice, which are numbered, or no point has one. If
-        positions are (0, 0, 0). If the file does not say which axis points up, or markers of head and feet speak against
-        what it says. If header and parameters differ, and the length of the file says which is right. If the markers
-        are less than 0.3 or more than 5 m apart: the file may name the wrong unit.
+        positions are (0, 0, 0). If all residuals are negative. If the file does not say which axis points up, or
+        markers of head and feet speak against what it says. If header and parameters differ, and the length of the file
+        says which is right. If the markers are less than 0.3 or more than 5 m apart: the unit may be wrong.
 
     See Also
     --------
@@ -176,7 +176,7 @@ def load_c3d_quantities(path: Readable) -> dict[str, C3DQuantity]:
 
 
 def _read(source: Source) -> tuple[Recording, dict[int, str], dict[int, str]]:
-    """Return a file, and by the indices of its points the names of those that have one, and the kinds of no positions."""
+    """Return a file, and by the indices of its points the names, where they have one, and the kinds of no positions."""
     if source.binary != "C3D":
         raise source.error("expected a C3D file, whose second byte is 80; this is none, or is damaged")
     recording = read_recording(source)
@@ -184,7 +184,9 @@ def _read(source: Source) -> tuple[Recording, dict[int, str], dict[int, str]]:
     labels = recording.parameters.texts("POINT:LABELS")[:n_points]
     named = [i for i, label in enumerate(labels) if label]
     if not named:
-        source.warn(f"none of its {n_points} points has a name (POINT:LABELS): they are called '1' to '{n_points}' here")
+        source.warn(
+            f"none of its {n_points} points has a name (POINT:LABELS): they are called '1' to '{n_points}' here"
+        )
         return recording, {i: str(i + 1) for i in range(n_points)}, {}
     if without := n_points - len(named):
         source.warn(f"{without} of {n_points} points have no label and are left out")

@@ -163,10 +163,9 @@ def read_recording(source: Source) -> Recording:
     if processor not in (INTEL, DEC, MIPS):
         raise source.error(f"expected the processor 84, 85 or 86 in byte {at + 1}, found {processor}")
     header = struct.unpack(f"{_order(processor)}10H", data[:20])
-    if BLOCK * (header[8] - 1) > length:
-        raise source.error(f"the frames begin at block {header[8]} by the header: is the file cut short, or damaged?")
     # Where the header does not say where the frames begin, the parameters have as many blocks as they can say.
-    stop = BLOCK * (header[8] - 1) if BLOCK * (header[8] - 1) > at else at + 256 * BLOCK
+    start = BLOCK * (header[8] - 1)
+    stop = start if at < start <= length else at + 256 * BLOCK
     data += file.read(max(stop - len(data), 0))
     parameters = Parameters(source, data[:stop], processor)
     frame_rate = _frame_rate(source, parameters, float(parameters.floats(data[20:24])[0]))
@@ -235,39 +234,59 @@ def _find_frames(
     is_float : list of bool
         Whether numbers are floats, by the parameters and by the header.
     """
-    used = parameters.number("POINT:USED", math.nan)
-    if used == 0 or (math.isnan(used) and header[1] == 0):
-        raise source.error("it holds no points: is it a file of analog channels, such as forces, alone?")
-    n_points = [n for n in (0 if math.isnan(used) else int(used), header[1]) if n > 0]
-    n_frames, starts = _n_frames(parameters, header), [header[8], int(parameters.number("POINT:DATA_START", 0.0)) % 65536]
-    starts = [BLOCK * (block - 1) for block in starts if bounds[0] <= BLOCK * (block - 1) <= bounds[1]]
-    if used < 0 or not n_frames:
-        stated = f"{n_frames[0] if n_frames else 0} frames of {used:g} points"
-        raise source.error(f"it states {stated}: expected at least one")
-    if not starts:
-        raise source.error(
-            f"the frames begin at block {header[8]} by the header, which cannot be: is the file damaged?"
-        )
-    analog = _n_analog(parameters, header, frame_rate)
-    stated = [Frames(*one) for one in product(*map(dict.fromkeys, (starts, n_points, analog, is_float, n_frames)))]
+    stated = _stated(source, parameters, header, bounds, frame_rate, is_float)
     length = bounds[1]
-    if len(stated) == 1 and not math.isnan(used):
+    agrees = len(stated) == 1 and parameters.number("POINT:USED", 0.0) > 0
+    if agrees:
         _check_length(source, stated[0], length)
         return stated[0]
+    differ = _difference(stated)
     fitting = [one for one in stated if 0 <= one.left(length) < BLOCK]
     if not fitting and len({one[:-1] for one in stated}) == 1:  # only the number of frames differs
         fitting = [one for one in stated if one.left(length) >= 0][:1]
-    differ = _difference(stated)
     if not fitting:
-        one = stated[0]
         raise source.error(
-            f"it states {one.n_frames} frames of {one.n_points} points, but {differ}, and the length of the file, "
-            f"{length} bytes, fits neither: is it cut short, or damaged?"
+            f"it states {stated[0].n_frames} frames of {stated[0].n_points} points, but {differ}, and the length of "
+            f"the file, {length} bytes, fits neither: is it cut short, or damaged?"
         )
     if len({one[:-1] for one in fitting}) > 1:
-        raise source.error(f"{differ}, and the length of the file fits more than one: which are the points is not certain")
+        raise source.error(
+            f"{differ}, and the length of the file fits more than one: which are the points is not certain"
+        )
     source.warn(f"{differ}: {fitting[0].n_frames} frames of {fitting[0].n_points} points fit the length of the file")
     return fitting[0]
+
+
+def _stated(
+    source: Source,
+    parameters: Parameters,
+    header: tuple[int, ...],
+    bounds: tuple[int, int],
+    frame_rate: float,
+    is_float: list[bool],
+) -> list[Frames]:
+    """Return all that header and parameters may mean, first what the parameters say; one where they agree."""
+    used = parameters.number("POINT:USED", math.nan)
+    if used == 0 or (math.isnan(used) and header[1] == 0):
+        raise source.error("it holds no points: is it a file of analog channels, such as forces, alone?")
+    n_frames = _n_frames(parameters, header)
+    if used < 0 or not n_frames:
+        count = n_frames[0] if n_frames else 0
+        shown = header[1] if math.isnan(used) else used
+        raise source.error(f"it states {count} frames of {shown:g} points: expected at least one")
+    n_points = [n for n in (0 if math.isnan(used) else int(used), header[1]) if n > 0]
+    blocks = header[8], int(parameters.number("POINT:DATA_START", 0.0)) % 65536
+    starts = [start for start in (BLOCK * (block - 1) for block in blocks) if bounds[0] <= start <= bounds[1]]
+    if not starts:
+        raise source.error(
+            f"the frames begin at block {header[8]} by the header, which cannot be: is the file cut short, or damaged?"
+        )
+    n_analog = _n_analog(parameters, header, frame_rate)
+    every = [
+        Frames(start, points, analog, floats, frames)
+        for start, points, analog, floats, frames in product(starts, n_points, n_analog, is_float, n_frames)
+    ]
+    return list(dict.fromkeys(every))
 
 
 def _difference(stated: list[Frames]) -> str:

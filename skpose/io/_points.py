@@ -58,8 +58,8 @@ def drop_origin(source: Source, positions: np.ndarray, names: list[str], zeros: 
     shown = ", ".join(map(repr, of[:3])) + (f" and {len(of) - 3} more" if len(of) > 3 else "")
     share = f"{at_origin.mean():.2g}" if at_origin.mean() < 0.001 else f"{at_origin.mean():.1%}".replace("%", " %")
     source.warn(
-        f"{np.count_nonzero(at_origin)} positions ({share} of all) are exactly (0, 0, 0), of {shown}: some programs write "
-        "lost markers so. zeros='missing' reads them as not seen, zeros='seen' as they are"
+        f"{np.count_nonzero(at_origin)} positions ({share} of all) are exactly (0, 0, 0), of {shown}: some programs "
+        "write lost markers so. zeros='missing' reads them as not seen, zeros='seen' as they are"
     )
 
 

@@ -217,6 +217,6 @@ def _check_times(source: Source, times: np.ndarray, frame_rate: float, is_stated
         k = int(np.argmax(wrong))
         raise source.error(
             f"{'DataRate is' if is_stated else 'the mean rate is'} {frame_rate:g} Hz, so frame {k} after the first is "
-            f"{k / frame_rate:.6g} s after it, but Time says {times[k] - times[0]:.6g} s: frame_rate= chooses the rate, "
-            "without regard to Time"
+            f"{k / frame_rate:.6g} s after it, but Time says {times[k] - times[0]:.6g} s: frame_rate= chooses the "
+            "rate, without regard to Time"
         )

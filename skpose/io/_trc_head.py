@@ -138,17 +138,20 @@ def _read_names(source: Source, lines: Lines, n_markers: int) -> tuple[list[str]
     n_columns = 3 * len(names) if n_columns is None else n_columns
     if n_columns == 3 * n_markers < 3 * len(names):
         source.warn(
-            f"line {line} names {len(names)} markers, but NumMarkers and the columns are those of {n_markers}: the names "
-            f"from {str(names[n_markers])!r} on are left out"
+            f"line {line} names {len(names)} markers, but NumMarkers and the columns are those of {n_markers}: the "
+            f"names from {str(names[n_markers])!r} on are left out"
         )
         names = names[:n_markers]
     elif n_columns != 3 * len(names):
         raise source.error(
-            f"expected {n_markers} names of markers (NumMarkers), found {len(names)}, and {n_columns} columns of numbers",
+            f"expected {n_markers} names of markers (NumMarkers), found {len(names)}, and {n_columns} columns of "
+            "numbers",
             line,
         )
     elif len(names) != n_markers:
-        source.warn(f"NumMarkers is {n_markers}, but there are names and columns of {len(names)} markers: they are read")
+        source.warn(
+            f"NumMarkers is {n_markers}, but there are names and columns of {len(names)} markers: they are read"
+        )
     if not names:
         raise source.error("there are no markers", line)
     return number_names(source, [str(name) for name in names]), below

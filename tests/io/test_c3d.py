@@ -164,7 +164,10 @@ def test_the_number_of_frames():
     [
         (written(USED=0), "it holds no points: is it a file of analog channels"),
         (written(USED=-1), "it states 20 frames of -1 points"),
-        (with_header(written(USED=30000), n_points=30000), "it states 20 frames of 30000 points, and holds 0; is it cut"),
+        (
+            with_header(written(USED=30000), n_points=30000),
+            "it states 20 frames of 30000 points, and holds 0; is it cut",
+        ),
         (
             with_header(written(FRAMES=21, positions=np.ones((20, 32, 3)), labels=["a"]), last=21),
             "states 21 frames of 32 points, and holds 20",
@@ -172,16 +175,22 @@ def test_the_number_of_frames():
         (with_header(written(USED=0, FRAMES=0), last=0), "it holds no points"),
         (with_header(written(FRAMES=0), last=0), "it states 0 frames of 3 points: expected at least one"),
         (written(USED=np.zeros(0, int)), "POINT:USED: expected a number, found nothing"),
-        (written(USED=2), r"differ \(points: 2 or 3\), and the length of the file fits more than one: which are the po"),
-        (with_header(written(USED=50), n_points=40), r"but .* differ \(points: 50 or 40\), and the length of the file, \d+ bytes, fits neither"),
+        (
+            written(USED=2),
+            r"differ \(points: 2 or 3\), and the length of the file fits more than one: which are the po",
+        ),
+        (
+            with_header(written(USED=50), n_points=40),
+            r"but .* differ \(points: 50 or 40\), and the length of the file, \d+ bytes, fits neither",
+        ),
         (with_header(written(USED=None), n_points=40), "only the header says how many points .* fits neither"),
         (written(USED="three"), "POINT:USED: expected a number, found text"),
         (written(SCALE=np.nan), "POINT:SCALE: expected one finite number, found nan"),
         (written(SCALE=np.array([-1.0, 1.0])), "POINT:SCALE: expected one finite number, found -1, 1"),
         (written(SCALE=0.0), "POINT:SCALE: expected a number that is not zero, found 0"),
         (written(RATE=-5.0), "POINT:RATE: expected a positive number, found -5"),
-        (with_header(written(DATA_START=1), start=1), "begin at block 1 by the header, which cannot be"),
-        (with_header(written(), start=999), "begin at block 999 by the header: is the file cut short"),
+        (with_header(written(DATA_START=1), start=1), "begin at block 1 by the header, which cannot be: is the"),
+        (with_header(written(DATA_START=999), start=999), "begin at block 999 by the header, which cannot be: is the"),
         (written(LABELS=3), "POINT:LABELS: expected text, found numbers"),
         (written(RATE=np.zeros(0)), "POINT:RATE: expected a number, found nothing"),
         (written(more=[c3d_files.parameter(1, "USED", 2)]), "it has two parameters POINT:USED, which differ"),

@@ -67,7 +67,9 @@ def test_where_a_frame_has_none_values_are_nan():
 
 def test_a_file_without_positions():
     data = written(ANGLES=LABELS, FORCES=None, POWERS=None, SCALARS=None, MOMENTS=None)
-    with pytest.raises(MocapFormatError, match="none of its points is a position of a marker: 8 in POINT:ANGLES, which"):
+    with pytest.raises(
+        MocapFormatError, match="none of its points is a position of a marker: 8 in POINT:ANGLES, which"
+    ):
         load_c3d(io.BytesIO(data))
     assert len(load_c3d_quantities(io.BytesIO(data))) == 8
 
@@ -83,7 +85,8 @@ def test_ezc3d_reads_the_same_numbers(tmp_path):
     ezc3d = pytest.importorskip("ezc3d")
     (tmp_path / "a.c3d").write_bytes(written())
     file = ezc3d.c3d(str(tmp_path / "a.c3d"))
-    points = dict(zip(file["parameters"]["POINT"]["LABELS"]["value"], file["data"]["points"][:3].T.swapaxes(0, 1)))
+    labels = file["parameters"]["POINT"]["LABELS"]["value"]
+    points = {label: file["data"]["points"][:3, i].T for i, label in enumerate(labels)}
     quantities, markers = load_c3d_quantities(tmp_path / "a.c3d"), load_c3d(tmp_path / "a.c3d")
     assert {*quantities, *markers.names} == set(points)
     for name, one in quantities.items():

@@ -45,7 +45,7 @@ def test_people_that_stand_along_another_axis_than_y(axis, sign):
     markers = load_trc(trc(positions), up=up)
     assert markers.up == axis
     heights = markers.positions[:, :, "xyz".index(axis)]
-    assert (heights[:, 0] > heights[:, 1]).all() and (heights[:, 1] > heights[:, 2]).all()
+    assert (np.diff(heights, axis=1) < 0.0).all()
 
 
 def test_a_c3d_file_says_which_axis_is_up_and_the_markers_another():
@@ -110,5 +110,5 @@ def test_an_axis_that_points_down_in_trc(up, turn):
     markers = load_trc(trc(WALK), up=up)
     assert markers.up == up[1]
     np.testing.assert_allclose(markers.positions, WALK / 1000 * turn, atol=1e-8)
-    with pytest.raises(ValueError, match="up must be .* got 'up'"):
+    with pytest.raises(ValueError, match=r"up must be .* got 'up'"):
         load_trc(trc(WALK), up="up")

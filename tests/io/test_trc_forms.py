@@ -67,8 +67,9 @@ def two_tabs(text):
         lambda text: text.replace("\t", ","),
         lambda text: text.replace("\t", ",").replace("\n", ",,,,\n"),
     ],
-    ids=["first line at blanks", "keys at blanks", "keys at tabs and blanks", "blanks before a count", "blanks after Time",
-         "columns at blanks", "two tabs", "no line of axes", "no line of axes, no blank one", "tabs at all ends",
+    ids=["first line at blanks", "keys at blanks", "keys at tabs and blanks", "blanks before a count",
+         "blanks after Time", "columns at blanks", "two tabs", "no line of axes", "no line of axes, no blank one",
+         "tabs at all ends",
          "axes at the left", "blank rows", "commas", "more commas"],
 )  # fmt: skip
 def test_heads_and_rows(text, change, tmp_path):
@@ -100,7 +101,8 @@ def test_names_without_columns_are_left_out():
     text = joined(lines_of(text)[:6] + [row + "\t" * 9 for row in lines_of(text)[6:]])
     for some in (text, joined(lines_of(text)[:4] + lines_of(text)[5:])):  # without the line of axes, too
         with pytest.warns(
-            UserWarning, match="line 4 names 6 markers, but NumMarkers and the columns are those of 3: the names from 'V_h"
+            UserWarning,
+            match="line 4 names 6 markers, but NumMarkers and the columns are those of 3: the names from 'V_h",
         ):
             markers = load(some)
         assert markers.names == ("hip", "knee", "ankle")
@@ -126,7 +128,9 @@ def test_numbers_without_a_frame_below_the_last_one():
     """A spreadsheet's sums, say."""
     text = LOST + "\t" * 5 + "127.9\t\t\n" + "\t" * 5 + "54.1\n"
     for options in ({}, {"trust": "rows"}):
-        with pytest.warns(UserWarning, match=f"2 rows after the last frame, from line {HEAD + 21} on, have numbers but n"):
+        with pytest.warns(
+            UserWarning, match=f"2 rows after the last frame, from line {HEAD + 21} on, have numbers but n"
+        ):
             np.testing.assert_array_equal(load(text, **options).positions, load(LOST).positions)
     lines = lines_of(TRC)
     between = joined([*lines[: HEAD + 3], "\t" * 5 + "1.5" + "\t" * 5, *lines[HEAD + 3 :]])
@@ -145,10 +149,14 @@ def at_rate(rate, text=TRC):
 @pytest.mark.parametrize("zero", ["0", "0.000"])
 def test_a_rate_of_zero_is_that_of_the_times(zero):
     text = replaced(at_rate(90.69), 3, "100.00\t100.00", f"{zero}\t0")
-    with pytest.warns(UserWarning, match=r"DataRate is 0: 90.69 Hz is the rate of the column Time; frame_rate= chooses"):
+    with pytest.warns(
+        UserWarning, match=r"DataRate is 0: 90.69 Hz is the rate of the column Time; frame_rate= chooses"
+    ):
         assert load(text).frame_rate == pytest.approx(90.69, rel=1e-4)
     assert load(text, frame_rate=50).frame_rate == 50
-    frozen = joined([*lines_of(text)[:HEAD], *(row.replace(row.split("\t")[1], "0", 1) for row in lines_of(text)[HEAD:])])
+    frozen = joined(
+        [*lines_of(text)[:HEAD], *(row.replace(row.split("\t")[1], "0", 1) for row in lines_of(text)[HEAD:])]
+    )
     refused(frozen, "DataRate is 0, and Time does not say the rate either: frame_rate= chooses it")
     one = replaced(joined(lines_of(text)[: HEAD + 1]), 3, "\t20\t", "\t1\t")
     refused(one, "DataRate is 0, and Time does not say the rate either: frame_rate= chooses it")
