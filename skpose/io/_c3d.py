@@ -20,7 +20,7 @@ UP |= {axis.upper(): axis for axis in UPS[3:]}  # type: ignore[misc]
 
 
 class C3DQuantity(NamedTuple):
-    """What a model has computed from markers in every frame of a C3D file, such as the angles of a joint.
+    """A quantity that a model has computed from markers in each frame of a C3D file, such as the angles of a joint.
 
     Attributes
     ----------
@@ -30,6 +30,14 @@ class C3DQuantity(NamedTuple):
         The file's unit, such as "deg", "N" or "Nmm"; empty where it names none.
     values : ndarray of shape (n_frames, 3)
         The numbers as they are in the file, NaN where there are none.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from skpose.io import C3DQuantity
+    >>> knee = C3DQuantity("angles", "deg", np.zeros((580, 3)))
+    >>> f"{knee.kind} in {knee.unit}"
+    'angles in deg'
     """
 
     kind: str

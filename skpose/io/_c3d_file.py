@@ -25,7 +25,7 @@ SAME_RATE, SAME_SCALE = 0.01, 1e-3  # relative differences between header and pa
 
 
 class Frames(NamedTuple):
-    """Where the frames are, and what is in them."""
+    """Place and content of the frames."""
 
     start: int  # bytes before the first frame
     n_points: int
@@ -38,13 +38,13 @@ class Frames(NamedTuple):
         """The bytes of a frame."""
         return (4 * self.n_points + self.n_analog) * (4 if self.is_float else 2)
 
-    def left(self, length: int) -> int:
+    def rest(self, length: int) -> int:
         """Return the bytes of a file of this length that follow the frames; negative if it is too short."""
         return length - self.start - self.n_frames * self.n_bytes
 
 
 class Recording(NamedTuple):
-    """What was read: the parameters, the frame rate in Hz, and positions in the file's unit, NaN for lost markers."""
+    """Parameters, frame rate in Hz, and positions in the file's unit, NaN for lost markers."""
 
     parameters: "Parameters"
     frame_rate: float
@@ -234,16 +234,16 @@ def _find_frames(
     is_float : list of bool
         Whether numbers are floats, by the parameters and by the header.
     """
-    stated = _stated(source, parameters, header, bounds, frame_rate, is_float)
+    stated = _list_layouts(source, parameters, header, bounds, frame_rate, is_float)
     length = bounds[1]
     agrees = len(stated) == 1 and parameters.number("POINT:USED", 0.0) > 0
     if agrees:
         _check_length(source, stated[0], length)
         return stated[0]
     differ = _difference(stated)
-    fitting = [one for one in stated if 0 <= one.left(length) < BLOCK]
+    fitting = [one for one in stated if 0 <= one.rest(length) < BLOCK]
     if not fitting and len({one[:-1] for one in stated}) == 1:  # only the number of frames differs
-        fitting = [one for one in stated if one.left(length) >= 0][:1]
+        fitting = [one for one in stated if one.rest(length) >= 0][:1]
     if not fitting:
         raise source.error(
             f"it states {stated[0].n_frames} frames of {stated[0].n_points} points, but {differ}, and the length of "
@@ -257,7 +257,7 @@ def _find_frames(
     return fitting[0]
 
 
-def _stated(
+def _list_layouts(
     source: Source,
     parameters: Parameters,
     header: tuple[int, ...],
@@ -328,7 +328,7 @@ def _n_analog(parameters: Parameters, header: tuple[int, ...], frame_rate: float
 
 def _check_length(source: Source, frames: Frames, length: int) -> None:
     """Refuse a file that is too short for its frames, or holds more than can be stated."""
-    left = frames.left(length)
+    left = frames.rest(length)
     if left < 0:
         there = (length - frames.start) // frames.n_bytes
         raise source.error(

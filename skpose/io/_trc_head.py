@@ -96,7 +96,7 @@ def _read_values(source: Source, lines: Lines, given: set[str]) -> dict[str, Tok
     second, values = next(lines, (first, ""))
     names, found = head_words(keys, first), head_words(values, second)
     not_empty = [name for name in names if name], [value for value in found if value]
-    if len(not_empty[0]) == len(not_empty[1]):  # whatever the number of tabs between them
+    if len(not_empty[0]) == len(not_empty[1]):  # with any number of tabs between them
         names, found = not_empty
     by_key = {name.lower(): value for name, value in zip(names, found, strict=False)}
     for key in ("DataRate", "NumFrames", "NumMarkers", "Units"):
