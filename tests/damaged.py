@@ -106,12 +106,8 @@ def damaged(kind, rng):
         how = rng.integers(6)
         if how == 0 and kind == "C3D":
             data[at : at + 2] = struct.pack("<h", rng.choice([-32768, -2, -1, 0, 3, 255, 256, 32767]))
-        elif how <= 1 and kind == "TRC":
-            lines = data.split(b"\n")
-            line = lines[rng.integers(min(8, len(lines)))].split(b"\t")
-            line[rng.integers(len(line))] = WORDS[rng.integers(len(WORDS))]
-            lines[rng.integers(min(8, len(lines)))] = b"\t".join(line)
-            data = bytearray(b"\n".join(lines))
+        elif how <= 3 and kind == "TRC" and rng.random() < 0.8:
+            data = _damaged_line(data, rng)
         elif how == 2:
             del data[at : at + int(rng.integers(1, 600))]
         elif how == 3:
@@ -121,6 +117,25 @@ def damaged(kind, rng):
         if not data:
             break
     return bytes(data)
+
+
+def _damaged_line(data, rng):
+    """Return a text with another word, separator or numbers in a line, or with the line in another place."""
+    lines = data.split(b"\n")
+    i = int(rng.integers(min(8, len(lines)) if rng.random() < 0.7 else len(lines)))
+    cells, how = lines[i].split(b"\t"), rng.integers(6)
+    if how <= 1:
+        cells[rng.integers(len(cells))] = WORDS[rng.integers(len(WORDS))]
+    elif how == 2:
+        cells += [b""] * int(rng.integers(1, 4))
+    elif how == 3:
+        cells = lines[i].replace(b"\t", [b" ", b"  ", b"\t\t", b","][rng.integers(4)]).split(b"\t")
+    elif how == 4:
+        cells = lines[i].translate(bytes.maketrans(b"1234567890", b"0246813579")).split(b"\t")
+    lines[i] = bytearray(b"\t".join(cells))
+    if how == 5:
+        lines.insert(int(rng.integers(len(lines))), lines[i] if rng.random() < 0.5 else bytearray(b"\t\t"))
+    return bytearray(b"\n".join(lines))
 
 
 def outcome(kind, data):

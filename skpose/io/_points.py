@@ -1,4 +1,4 @@
-"""Steps that the readers of markers share: the axis that points up, markers at the origin, names that are given twice."""
+"""Steps that the readers of markers share: the axis that points up, markers at the origin, names given twice."""
 
 from typing import Any, Literal
 
