@@ -243,7 +243,7 @@ def _find_frames(
     differ = _difference(stated)
     fitting = [one for one in stated if 0 <= one.rest(length) < BLOCK]
     if not fitting and len({one[:-1] for one in stated}) == 1:  # only the number of frames differs
-        fitting = [one for one in stated if one.rest(length) >= 0][:1]
+        fitting = [one for one in stated if one.rest(length) >= 0]
     if not fitting:
         raise source.error(
             f"it states {stated[0].n_frames} frames of {stated[0].n_points} points, but {differ}, and the length of "
@@ -253,8 +253,9 @@ def _find_frames(
         raise source.error(
             f"{differ}, and the length of the file fits more than one: which are the points is not certain"
         )
-    source.warn(f"{differ}: {fitting[0].n_frames} frames of {fitting[0].n_points} points fit the length of the file")
-    return fitting[0]
+    found = min(fitting)  # the fewest frames, as zeros may follow the last one
+    source.warn(f"{differ}: {found.n_frames} frames of {found.n_points} points fit the length of the file")
+    return found
 
 
 def _list_layouts(

@@ -130,7 +130,7 @@ def _read_rows(source: Source, head: Head, lines: Lines) -> np.ndarray:
         if not text.strip():
             continue  # at the end
         is_whole = head.n_frames is None or len(rows) == head.n_frames
-        if is_whole and not any(cells_of(text, line)[:2]):
+        if is_whole and not "".join(text.split("\t", 2)[:2]).strip():
             no_frames.append(line)
             continue
         if len(rows) == head.n_frames:

@@ -186,3 +186,31 @@ def test_what_is_no_unit_of_length(unit):
 def test_names_of_parameters_in_any_case():
     data = written().replace(b"POINT", b"Point").replace(b"LABELS", b"Labels")
     assert load(data).names == tuple(NAMES)
+
+
+LONG = np.random.default_rng(8).uniform(-800, 800, (200, 7, 3))
+LONG_FILE = {"positions": LONG, "labels": list("abcdefg"), "analog": np.ones((200, 3, 2))}
+ONE_WRONG = [
+    *(with_header(written(**LONG_FILE), **{word: value})
+      for word, right in {"n_points": 7, "analog": 6, "first": 1, "last": 200, "start": 3, "samples": 3}.items()
+      for value in {0, 1, 2, 10, 999, right - 1, right + 1, 2 * right} - {right}),
+    *(written(**LONG_FILE, **{name: value})
+      for name, right in {"USED": 7, "FRAMES": 200, "DATA_START": 3, "LONG_FRAMES": 200}.items()
+      for value in {0, 1, 2, 10, 999, right - 1, right + 1, 2 * right} - {right}),
+    *(with_header(written(**LONG_FILE), scale=scale) for scale in (0.0, 0.1, np.nan)),
+    *(written(**LONG_FILE, SCALE=scale) for scale in (0.1, None)),
+]  # fmt: skip
+
+
+@pytest.mark.filterwarnings("ignore:the open file. :UserWarning")
+def test_one_wrong_word_never_moves_a_point():
+    """Of all words that say where the points are, one is wrong: the others and the length of the file are not."""
+    expected, n_read = LONG / 1000, 0
+    for data in ONE_WRONG:
+        try:
+            found = load(data)
+        except MocapFormatError:
+            continue
+        n_read += 1
+        np.testing.assert_allclose(found.positions, expected, rtol=1e-6)
+    assert n_read > 0.8 * len(ONE_WRONG)
