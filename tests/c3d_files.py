@@ -109,3 +109,13 @@ def frames(positions, analog, processor, step):
         points[..., :3] = np.rint(points[..., :3] / step)
     numbers = np.concatenate([points.reshape(len(points), -1), analog.reshape(len(points), -1)], axis=1)
     return (to_floats if step is None else to_words)(numbers.ravel(), processor)
+
+
+def with_header(data, processor=INTEL, **words):
+    """Return a file with other words in its header: n_points, analog, first, last, start, samples, scale or rate."""
+    data = bytearray(data)
+    at = {"n_points": 2, "analog": 4, "first": 6, "last": 8, "scale": 12, "start": 16, "samples": 18, "rate": 20}
+    for name, value in words.items():
+        made = to_floats([value], processor) if name in ("scale", "rate") else to_words([value], processor)
+        data[at[name] : at[name] + len(made)] = made
+    return bytes(data)

@@ -7,19 +7,22 @@ import warnings
 import c3d_files
 import numpy as np
 
-from skpose.io import MocapFormatError, load_c3d, load_keypoints, load_trc
+from skpose.io import MocapFormatError, load_c3d, load_c3d_quantities, load_keypoints, load_trc
 from skpose.keypoints import Keypoints
 
 NAMES = ["hip", "knee", "ankle"]
 
 
-def trc_file(n_frames=20):
-    """Return a TRC file of three markers, the knee lost in some frames."""
+def trc_file(n_frames=20, *, points=None, names=NAMES):
+    """Return a TRC file of markers in mm at 100 Hz; by default of three, the knee lost in some frames."""
+    points = positions(n_frames) if points is None else points
+    n_frames, n_markers, _ = points.shape
     head = "PathFileType\t4\t(X/Y/Z)\twalk.trc\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\n"
-    head += f"100.00\t100.00\t{n_frames}\t3\tmm\t100.00\nFrame#\tTime\t" + "".join(f"{name}\t\t\t" for name in NAMES)
-    head += "\n\t\t" + "\t".join(f"{axis}{i}" for i in (1, 2, 3) for axis in "XYZ") + "\t\n\n"
+    head += f"100.00\t100.00\t{n_frames}\t{n_markers}\tmm\t100.00\n"
+    head += "Frame#\tTime\t" + "".join(f"{name}\t\t\t" for name in names)
+    head += "\n\t\t" + "\t".join(f"{axis}{i + 1}" for i in range(n_markers) for axis in "XYZ") + "\t\n\n"
     rows = []
-    for k, row in enumerate(positions(n_frames)):
+    for k, row in enumerate(points):
         cells = ["" if np.isnan(number) else f"{number:.5f}" for number in row.ravel()]
         rows.append("\t".join([str(k + 1), f"{k / 100:.5f}", *cells]))
     return (head + "\n".join(rows) + "\n").encode()
@@ -49,9 +52,30 @@ def _saved(save, *arguments, **arrays):
     return file.getvalue()
 
 
+def _trc_forms():
+    """Return TRC files in the forms of several programs."""
+    text = trc_file()
+    lines = text.split(b"\n")
+    seen = trc_file(points=np.nan_to_num(positions()))
+    no_axes = b"\n".join(lines[:4] + lines[6:])
+    more_names = b"\n".join([*lines[:3], lines[3] + b"toe\t\t\theel", *lines[4:]])
+    return [text, seen.replace(b"\t", b" "), text.replace(b"\t", b","), no_axes, more_names + b"\t\t\t1\n\t\n"]
+
+
+def _other_c3d_kinds():
+    """Return C3D files of MIPS, of ten points, of points that are no positions, and one that contradicts itself."""
+    ten = np.random.default_rng(7).uniform(-800, 800, (20, 10, 3))
+    return [
+        c3d_files.c3d_file(positions(), NAMES, processor=c3d_files.MIPS, step=0.05),
+        c3d_files.c3d_file(ten, ["hip"] * 10, axis_up="-Z", ANGLE_UNITS="deg"),
+        c3d_files.c3d_file(positions(), NAMES, ANGLES=["knee"], SCALARS=["toe"]),
+        c3d_files.c3d_file(positions(), NAMES, USED=4, FRAMES=40),
+    ]
+
+
 FILES = {
-    "TRC": [trc_file()],
-    "C3D": c3d_kinds(),
+    "TRC": _trc_forms(),
+    "C3D": c3d_kinds() + _other_c3d_kinds(),
     "NPY": [_saved(np.save, positions()), _saved(np.save, np.asfortranarray(positions(), np.float32))],
     "NPZ": [
         _saved(np.savez, keypoints=positions(), scores=np.ones((20, 3)), fps=25, names=NAMES),
@@ -60,6 +84,15 @@ FILES = {
 }
 BYTES = [0, 1, 2, 4, 9, 10, 32, 44, 45, 46, 48, 57, 80, 84, 85, 86, 95, 127, 128, 254, 255]
 WORDS = [b"", b"NaN", b"1e999", b"-inf", b"1_0", b"1,5", b"9" * 40, b"1000000000", b"-1", b"x\ty", b"\t", b"\n", b"\r"]
+
+
+ARRAYS = [(load_keypoints, {"names": NAMES, "frame_rate": 25, "scale": 0.001})]
+READERS = {
+    "TRC": [(load_trc, {}), (load_trc, {"trust": "rows", "zeros": "missing", "scale": 1, "frame_rate": 9, "up": "-y"})],
+    "C3D": [(load_c3d, {}), (load_c3d, {"zeros": "missing", "scale": 1, "up": "-x"}), (load_c3d_quantities, {})],
+    "NPY": ARRAYS,
+    "NPZ": ARRAYS,
+}
 
 
 def damaged(kind, rng):
@@ -73,12 +106,8 @@ def damaged(kind, rng):
         how = rng.integers(6)
         if how == 0 and kind == "C3D":
             data[at : at + 2] = struct.pack("<h", rng.choice([-32768, -2, -1, 0, 3, 255, 256, 32767]))
-        elif how <= 1 and kind == "TRC":
-            lines = data.split(b"\n")
-            line = lines[rng.integers(min(8, len(lines)))].split(b"\t")
-            line[rng.integers(len(line))] = WORDS[rng.integers(len(WORDS))]
-            lines[rng.integers(min(8, len(lines)))] = b"\t".join(line)
-            data = bytearray(b"\n".join(lines))
+        elif how <= 3 and kind == "TRC" and rng.random() < 0.8:
+            data = _damaged_line(data, rng)
         elif how == 2:
             del data[at : at + int(rng.integers(1, 600))]
         elif how == 3:
@@ -90,22 +119,40 @@ def damaged(kind, rng):
     return bytes(data)
 
 
+def _damaged_line(data, rng):
+    """Return a text with another word, separator or numbers in a line, or with the line in another place."""
+    lines = data.split(b"\n")
+    i = int(rng.integers(min(8, len(lines)) if rng.random() < 0.7 else len(lines)))
+    cells, how = lines[i].split(b"\t"), rng.integers(6)
+    if how <= 1:
+        cells[rng.integers(len(cells))] = WORDS[rng.integers(len(WORDS))]
+    elif how == 2:
+        cells += [b""] * int(rng.integers(1, 4))
+    elif how == 3:
+        cells = lines[i].replace(b"\t", [b" ", b"  ", b"\t\t", b","][rng.integers(4)]).split(b"\t")
+    elif how == 4:
+        cells = lines[i].translate(bytes.maketrans(b"1234567890", b"0246813579")).split(b"\t")
+    lines[i] = bytearray(b"\t".join(cells))
+    if how == 5:
+        lines.insert(int(rng.integers(len(lines))), lines[i] if rng.random() < 0.5 else bytearray(b"\t\t"))
+    return bytearray(b"\n".join(lines))
+
+
 def outcome(kind, data):
-    """Return "read" or "refused" for a file; any exception but MocapFormatError is raised."""
+    """Return what its first reader makes of a file, "read" or "refused"; exceptions but MocapFormatError are raised."""
+    outcomes = []
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         warnings.filterwarnings("ignore", message="the open file: ", category=UserWarning)
-        try:
-            if kind == "TRC":
-                found = load_trc(io.BytesIO(data))
-            elif kind == "C3D":
-                found = load_c3d(io.BytesIO(data))
+        for read, options in READERS[kind]:
+            try:
+                found = read(io.BytesIO(data), **options)
+            except MocapFormatError as error:
+                if not error.message or not str(error).startswith("the open file"):
+                    raise AssertionError(f"an error without message or file name: {error!r}") from error
+                outcomes.append("refused")
             else:
-                found = load_keypoints(io.BytesIO(data), names=NAMES, frame_rate=25, scale=0.001)
-        except MocapFormatError as error:
-            if not error.message or not str(error).startswith("the open file"):
-                raise AssertionError(f"an error without message or file name: {error!r}") from error
-            return "refused"
-    if not isinstance(found, Keypoints):
-        raise AssertionError(f"no keypoints: {found!r}")
-    return "read"
+                if not isinstance(found, dict if read is load_c3d_quantities else Keypoints):
+                    raise AssertionError(f"no keypoints: {found!r}")
+                outcomes.append("read")
+    return outcomes[0]

@@ -237,10 +237,10 @@ def _describe(file: Path | BytesIO, reading: dict[str, Any]) -> None:
     if isinstance(file, BytesIO):
         file.seek(0)
     if kind in ("TRC", "C3D"):
-        try:
-            _describe_points((load_trc if kind == "TRC" else load_c3d)(file, scale=reading["scale"]))
-        except ImportError as error:
-            raise ValueError(str(error)) from None
+        options = {"scale": reading["scale"], "up": reading["up"]}
+        _describe_points(
+            load_trc(file, trust=reading["trust"], **options) if kind == "TRC" else load_c3d(file, **options)
+        )
         return
     if kind == "ASF":
         skeleton = load_asf(file, scale=reading["scale"])

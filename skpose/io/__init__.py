@@ -9,7 +9,7 @@ from skpose.io._amass import load_amass
 from skpose.io._amc import load_amc
 from skpose.io._asf import AsfFile, load_asf
 from skpose.io._bvh import load_bvh
-from skpose.io._c3d import load_c3d
+from skpose.io._c3d import C3DQuantity, load_c3d, load_c3d_quantities
 from skpose.io._error import MocapFormatError
 from skpose.io._keypoints import load_keypoints
 from skpose.io._load import asf_path, file_format, load_motion
@@ -18,6 +18,7 @@ from skpose.io._trc import load_trc
 
 __all__ = [
     "AsfFile",
+    "C3DQuantity",
     "MocapFormatError",
     "asf_path",
     "file_format",
@@ -26,6 +27,7 @@ __all__ = [
     "load_asf",
     "load_bvh",
     "load_c3d",
+    "load_c3d_quantities",
     "load_keypoints",
     "load_motion",
     "load_trc",

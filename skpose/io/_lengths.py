@@ -9,13 +9,23 @@ METRES = {
 }  # fmt: skip
 
 
+ANGLES = {"rad", "radian", "radians", "deg", "degree", "degrees"}
+FEWEST = 4  # letters of a name that is cut short, as where a C3D file has no room for more
+
+
 def metres_of(unit: str) -> float | None:
-    """Return the metres of one unit, by its name in any case; None if it is not known."""
-    return METRES.get(unit.strip().lower())
+    """Return the metres of one unit, by its name in any case, also where its end is cut off; None if not known."""
+    word = unit.strip().lower()
+    if word in METRES or len(word) < FEWEST:
+        return METRES.get(word)
+    found = {metres for name, metres in METRES.items() if name.startswith(word)}
+    return found.pop() if len(found) == 1 else None
 
 
 def complaint_of_unit(where: str, unit: str) -> str:
     """Return the message on a unit that is not known, and `where` the file states it."""
+    if unit.strip().lower() in ANGLES:
+        return f"{where}: expected a unit of length, found {unit[:40]!r}: these are angles, no positions of markers"
     return (
         f"{where}: expected a unit of length such as mm, cm, m, in or ft, found {unit[:40]!r}; scale=, the metres of "
         "one unit, reads the file nevertheless"

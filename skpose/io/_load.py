@@ -194,7 +194,7 @@ def _format_of(source: Source) -> Format:
         )
     for line in source.head.splitlines():
         word, *_ = line.partition("#")[0].lower().split() or [""]
-        if word == "pathfiletype":
+        if word.partition(",")[0] == "pathfiletype":  # some are separated by commas
             return "TRC"
         if word == "hierarchy":
             return "BVH"

@@ -22,7 +22,8 @@ from skpose.skeleton._shared import size_of
 
 ZIP = (b"PK\x03\x04", b"PK\x05\x06")  # the first bytes of an archive, and of one without members
 NPY = b"\x93NUMPY"
-C3D = re.compile(rb"[\x01-\x08]P[^\n]", re.DOTALL)  # the block of the parameters, and 80; no text begins so
+C3D = re.compile(rb"(?!%PDF|\x89PNG)[^\0]P", re.DOTALL)  # the block of the parameters, and 80
+C3D_HEADER = 512  # bytes, some of which are zero in every C3D file, and in no text
 NEWLINE = ord("\n")
 HEAD = 1 << 18  # bytes, at most, that say what a file is
 CHUNK = 1 << 18  # bytes of lines that are read at once: enough for numpy's parser, and they fit the cache
@@ -219,7 +220,11 @@ def _binary_kind(head: bytes) -> Literal["zip", "npy", "C3D"] | None:
         return "zip"
     if head.startswith(NPY):
         return "npy"
-    return "C3D" if C3D.match(head) else None
+    return "C3D" if _is_c3d(head) else None
+
+
+def _is_c3d(head: bytes) -> bool:
+    return C3D.match(head) is not None and b"\0" in head[:C3D_HEADER]
 
 
 def _other_kind(head: bytes) -> str | None:
@@ -232,7 +237,7 @@ def _other_kind(head: bytes) -> str | None:
         return "this is UTF-16 text; save it as UTF-8. It is"
     if head.startswith(ZIP):
         return "this is a zip archive,"
-    if C3D.match(head):
+    if _is_c3d(head):
         return "this is a C3D file, which load_c3d reads,"
     if re.match(rb"\x80[\x02-\x05]", head):
         return "this is a pickle, which could run any program and is never read,"

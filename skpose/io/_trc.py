@@ -1,40 +1,29 @@
 """Reader of TRC files, positions of markers in time as text, of Motion Analysis and OpenSim."""
 
-import re
-from collections.abc import Iterator
-from typing import Literal, NamedTuple
+from itertools import chain
+from typing import Literal
 
 import numpy as np
 
-from skpose._validation.motions import check_frame_rate, check_up
+from skpose._validation.motions import check_frame_rate
 from skpose._validation.options import check_choice, check_positive
 from skpose.io._arguments import Readable
-from skpose.io._lengths import complaint_of_unit, metres_of
-from skpose.io._source import Chunk, Source
-from skpose.io._words import NUMBER, WHOLE, Token, complaint
+from skpose.io._points import Zeros, check_options, drop_origin, stand_points
+from skpose.io._source import Source
+from skpose.io._trc_head import Head, Lines, cells_of, lines_of, read_head
+from skpose.io._up import Up
+from skpose.io._words import NUMBER, complaint
 from skpose.keypoints import Keypoints
-
-REQUIRED = "DataRate", "NumFrames", "NumMarkers", "Units"
-AXIS = re.compile(r"([XYZ])\d*", re.IGNORECASE)
-
-
-class Head(NamedTuple):
-    """The numbers and names above the frames."""
-
-    frame_rate: float
-    n_frames: int
-    claimed: Token  # the number of frames in the file
-    scale: float  # metres of one unit
-    names: list[str]
 
 
 def load_trc(
     path: Readable,
     *,
-    up: Literal["x", "y", "z"] = "y",
+    up: Up | None = None,
     scale: float | None = None,
     frame_rate: float | None = None,
     trust: Literal["header", "rows"] = "header",
+    zeros: Zeros | None = None,
 ) -> Keypoints:
     """Read positions of markers from a TRC file, as OpenSim reads and writes them.
 
@@ -42,15 +31,20 @@ def load_trc(
     ----------
     path : str, path-like or file
         The file, or an open one; compressed by gzip or not.
-    up : {"x", "y", "z"}, default="y"
-        The axis that points up, which the format does not state; OpenSim's is y.
+    up : {"x", "y", "z", "-x", "-y", "-z"}, default=None
+        The direction that points up, which the format does not state. None is OpenSim's, y, with a warning where
+        markers of head and feet speak against it. Where an axis points down the world is turned by half a turn: about x
+        if y or z points down, about y if x does.
     scale : float, default=None
         Metres per unit of length. None is the unit that the file names.
     frame_rate : float, default=None
-        Frames per second. None is the file's DataRate, refused where the column Time contradicts it. With a number the
-        column is not compared.
+        Frames per second. None is the file's DataRate, refused where the column Time contradicts it; where DataRate is
+        0, the rate of that column, with a warning. With a number neither is looked at.
     trust : {"header", "rows"}, default="header"
         What to do where NumFrames is not the number of rows: refuse the file, or read the rows that there are.
+    zeros : {"seen", "missing"}, default=None
+        What a position of exactly (0, 0, 0) is: a position, or a lost marker, as some programs write it. None is
+        "seen", with a warning where there are any.
 
     Returns
     -------
@@ -67,7 +61,10 @@ def load_trc(
     Warns
     -----
     UserWarning
-        If the markers are less than 0.3 or more than 5 m apart: the file may name the wrong unit.
+        If the markers are less than 0.3 or more than 5 m apart: the file may name the wrong unit. If positions are
+        (0, 0, 0). If people stand along another axis than y. If two markers have one name: they are numbered. If
+        NumMarkers is not the number of names, and the number of columns says which is right. If DataRate is 0. If rows
+        without Frame# and Time follow the last frame.
 
     See Also
     --------
@@ -76,8 +73,9 @@ def load_trc(
 
     Notes
     -----
-    A marker is lost where its three cells are empty or NaN. Cells are separated by tabs alone, so that an empty cell
-    shifts no other. One or two empty cells of three are refused, as are rows that are too short.
+    A marker is lost where its three cells are empty or NaN. Where there are tabs they separate the cells, so that an
+    empty cell shifts no other; a line without tabs is split at blanks, and one of a file that begins with
+    ``PathFileType,`` at commas. One or two empty cells of three are refused, as are rows that are too short.
 
     References
     ----------
@@ -104,102 +102,45 @@ def load_trc(
     array([0. , 0.9, 0. ])
     """
     check_choice("trust", trust, ("header", "rows"))
-    check_up(up)
+    check_options(up, zeros)
     if scale is not None:
         check_positive("scale", scale)
     if frame_rate is not None:
         check_frame_rate(frame_rate)
     with Source(path, "a TRC file") as source:
-        head = _read_head(source, scale)
-        rows = _read_rows(source, head, trust == "header")
-        rate = head.frame_rate if frame_rate is None else frame_rate
+        lines = lines_of(source)
+        head, first = read_head(source, lines, frame_rate, scale, trust)
+        rows = _read_rows(source, head, lines if first is None else chain([first], lines))
+        rate = _rate_of(source, rows[:, 0]) if head.frame_rate is None else head.frame_rate
         if frame_rate is None:
-            _check_times(source, rows[:, 0], rate)
+            _check_times(source, rows[:, 0], rate, head.frame_rate is not None)
         with source.format_errors():
-            found = Keypoints(rows[:, 1:].reshape(len(rows), len(head.names), 3) * head.scale, head.names, rate, up=up)
+            positions = rows[:, 1:].reshape(len(rows), len(head.names), 3)
+            drop_origin(source, positions, head.names, zeros)
+            positions, axis = stand_points(source, positions * head.scale, head.names, up, "y", "as is usual")
+            found = Keypoints(positions, head.names, rate, up=axis)
         source.warn_of_extent(found.positions, head.scale)
         return found
 
 
-def _read_head(source: Source, scale: float | None) -> Head:
-    first = _next_cells(source)
-    if not first or first[0].lower() != "pathfiletype":
-        at = first[0] if first else 1
-        raise source.error("expected a TRC file, which begins with PathFileType", at)
-    keys = _next_cells(source)
-    values: dict[str, Token] = dict(zip(keys, _next_cells(source), strict=False))
-    for key in REQUIRED:
-        if not values.get(key):
-            raise source.error(f"expected a value of {key} below the keys of line 2", source.line)
-    claimed = {}
-    for key in ("NumFrames", "NumMarkers"):
-        if not WHOLE.fullmatch(values[key]):
-            raise source.error(f"{key}: expected a whole number, found {str(values[key][:40])!r}", values[key])
-        claimed[key] = int(values[key])
-    unit = values["Units"]
-    if scale is None and (scale := metres_of(unit)) is None:
-        raise source.error(complaint_of_unit("Units", unit), unit)
-    rate = source.positive(values["DataRate"], "DataRate")
-    names = _read_names(source, claimed["NumMarkers"])
-    return Head(rate, claimed["NumFrames"], values["NumFrames"], scale, names)
-
-
-def _read_names(source: Source, n_markers: int) -> list[str]:
-    """Return the markers' names, of the line of names and of the line of axes."""
-    cells = _next_cells(source)
-    if [str(cell).lower() for cell in cells[:2]] != ["frame#", "time"]:
-        raise source.error("expected Frame#, Time and the markers' names, separated by tabs", source.line)
-    names = [cell for cell in cells[2:] if cell]
-    if len(names) != n_markers:
-        raise source.error(f"expected {n_markers} names of markers (NumMarkers), found {len(names)}", source.line)
-    if not names:
-        raise source.error("there are no markers", source.line)
-    first = dict[str, Token]()
-    for name in names:
-        if name in first:
-            raise source.error(
-                f"two markers are named {str(name)!r}, in columns {first[name].column} and {name.column}: rename one, "
-                "as points are matched by name",
-                name,
-            )
-        first[name] = name
-    axes = [cell for cell in _next_cells(source) if cell]
-    if len(axes) != 3 * n_markers:
-        raise source.error(f"expected {3 * n_markers} columns X1, Y1, Z1 and so on, found {len(axes)}", source.line)
-    for i, cell in enumerate(axes):
-        match = AXIS.fullmatch(cell)
-        if not match or match[1].upper() != "XYZ"[i % 3]:
-            raise source.error(f"expected the columns X, Y, Z of each marker, found {str(cell[:40])!r}", cell)
-    return [str(name) for name in names]
-
-
-def _next_cells(source: Source) -> list[Token]:
-    """Return the cells of the next line, without blanks around them; empty at the end of the file."""
-    text = source.readline()
-    return [] if text is None else _cells(text, source.line)
-
-
-def _cells(text: str, line: int) -> list[Token]:
-    """Return the cells of a line with their positions."""
-    cells, column = [], 1
-    for cell in text.rstrip("\r\n").split("\t"):
-        cells.append(Token(cell.strip(), line, column + len(cell) - len(cell.lstrip())))
-        column += len(cell) + 1
-    return cells
-
-
-def _read_rows(source: Source, head: Head, strict: bool) -> np.ndarray:
+def _read_rows(source: Source, head: Head, lines: Lines) -> np.ndarray:
     """Return the columns but the first, Frame#, as an array (n_frames, 1 + 3 n_markers), NaN for lost markers."""
-    rows, frame = list[np.ndarray](), None
-    for line, text in _lines(source.chunks()):
+    rows, frame, no_frames = list[np.ndarray](), None, list[int]()
+    for line, text in lines:
         if not text.strip():
-            continue  # one below the head, and at the end
-        if strict and len(rows) == head.n_frames:
+            continue  # at the end
+        is_whole = head.n_frames is None or len(rows) == head.n_frames
+        if is_whole and not "".join(text.split("\t", 2)[:2]).strip():
+            no_frames.append(line)
+            continue
+        if len(rows) == head.n_frames:
             raise source.error(
                 f"expected the end of the file after {head.n_frames} rows (NumFrames); trust='rows' reads them all",
                 line,
             )
         row = _numbers(source, text, line, head.names)
+        if no_frames:
+            raise source.error("expected a frame, found a row without Frame# and Time", no_frames[0])
         if frame is not None and row[0] != frame + 1:
             raise source.error(
                 f"expected frame {frame + 1:.0f}, found {row[0]:g}: frames are missing or out of order; a row of empty "
@@ -208,37 +149,39 @@ def _read_rows(source: Source, head: Head, strict: bool) -> np.ndarray:
             )
         frame = row[0]
         rows.append(row[1:])
-    if strict and len(rows) != head.n_frames:
+    if head.n_frames is not None and len(rows) != head.n_frames:
         raise source.error(
             f"NumFrames: expected {head.n_frames} rows, found {len(rows)}; is the file cut short? trust='rows' reads "
             "the rows that there are",
             head.claimed,
         )
+    if no_frames:
+        source.warn(
+            f"{len(no_frames)} rows after the last frame, from line {no_frames[0]} on, have numbers but neither Frame# "
+            "nor Time, and are left out"
+        )
     return np.array(rows) if rows else np.empty((0, 1 + 3 * len(head.names)))
 
 
-def _lines(chunks: Iterator[Chunk]) -> Iterator[tuple[int, bytes]]:
-    for chunk in chunks:
-        yield from enumerate(chunk.lines, start=chunk.line)
-
-
-def _numbers(source: Source, text: bytes, line: int, names: list[str]) -> np.ndarray:
+def _numbers(source: Source, text: str, line: int, names: list[str]) -> np.ndarray:
     """Return the numbers of a row, NaN for empty cells."""
-    cells, width = text.strip(b"\r\n").split(b"\t"), 2 + 3 * len(names)
+    cells, width = text.split("\t"), 2 + 3 * len(names)
+    if len(cells) < width and any(len(cell.split()) > 1 for cell in cells):
+        cells = text.split()  # at blanks; no cell is empty then
     while len(cells) > width and not cells[-1].strip():
         cells.pop()
     if len(cells) != width:
         raise source.error(
-            f"expected {width} cells separated by tabs, Frame#, Time and three for each of {len(names)} markers, found "
-            f"{len(cells)}: the cells of a lost marker are empty, but not left out",
+            f"expected {width} cells, Frame#, Time and three for each of {len(names)} markers, found {len(cells)}: the "
+            "cells of a lost marker are empty, but not left out",
             line,
         )
     try:
         row = np.array([float(cell) if cell and not cell.isspace() else np.nan for cell in cells])
     except ValueError:
         row = None
-    if row is None or b"_" in text or np.isinf(row).any() or np.isnan(row[:2]).any():
-        tokens = _cells(text.decode("utf-8", errors="replace"), line)
+    if row is None or "_" in text or not text.isascii() or np.isinf(row).any() or np.isnan(row[:2]).any():
+        tokens = cells_of("\t".join(cells), line)
         for i, token in enumerate(tokens):
             lost = i > 1 and (not token or token.lower() == "nan")
             if not lost and not (NUMBER.fullmatch(token) and np.isfinite(float(token))):
@@ -255,7 +198,17 @@ def _numbers(source: Source, text: bytes, line: int, names: list[str]) -> np.nda
     return row
 
 
-def _check_times(source: Source, times: np.ndarray, frame_rate: float) -> None:
+def _rate_of(source: Source, times: np.ndarray) -> float:
+    """Return the frame rate by the column Time, for a file whose DataRate is 0."""
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        rate = (len(times) - 1) / (times[-1] - times[0]) if len(times) > 1 else np.nan
+    if not (rate > 0 and np.isfinite(rate)):
+        raise source.error("DataRate is 0, and Time does not say the rate either: frame_rate= chooses it", 3)
+    source.warn(f"DataRate is 0: {rate:g} Hz is the rate of the column Time; frame_rate= chooses another")
+    return float(rate)
+
+
+def _check_times(source: Source, times: np.ndarray, frame_rate: float, is_stated: bool) -> None:
     """Refuse times that are not those of the frame rate, rounded or up to 1 % faster or slower."""
     frames = np.arange(len(times))
     with np.errstate(over="ignore", invalid="ignore"):
@@ -263,6 +216,7 @@ def _check_times(source: Source, times: np.ndarray, frame_rate: float) -> None:
     if wrong.any():
         k = int(np.argmax(wrong))
         raise source.error(
-            f"DataRate is {frame_rate:g} Hz, so frame {k} after the first is {k / frame_rate:.6g} s after it, but Time "
-            f"says {times[k] - times[0]:.6g} s: frame_rate= chooses the rate, without regard to Time"
+            f"{'DataRate is' if is_stated else 'the mean rate is'} {frame_rate:g} Hz, so frame {k} after the first is "
+            f"{k / frame_rate:.6g} s after it, but Time says {times[k] - times[0]:.6g} s: frame_rate= chooses the "
+            "rate, without regard to Time"
         )

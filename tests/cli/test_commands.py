@@ -312,5 +312,7 @@ def test_info_of_markers(kind, tmp_path, capsys):
     assert lines[0] == "20 frames at 100 Hz, 0.20 s"
     assert lines[1] == f"3 points, {'y' if kind == 'TRC' else 'z'} is up"
     assert [line.split() for line in lines[4:]] == [["hip", "0.0%"], ["knee", "15.0%"], ["ankle", "0.0%"]]
+    assert main(["info", str(tmp_path), "--up=-x", "--scale", "0.002", "--trust", "rows"]) == 0
+    assert capsys.readouterr().out.splitlines()[1] == "3 points, x is up"
     line = error_line(["distances", str(tmp_path / f"walk.{kind.lower()}"), "--out", str(tmp_path / "D.npy")], capsys)
     assert f"this is a {kind} file, positions of markers without a skeleton: load_{kind.lower()} reads it" in line

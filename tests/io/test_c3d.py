@@ -14,6 +14,9 @@ from skpose.io import MocapFormatError, load_c3d
 POSITIONS, NAMES = damaged.positions(), damaged.NAMES
 
 
+with_header = c3d_files.with_header
+
+
 def load(data, **options):
     return load_c3d(io.BytesIO(data), **options)
 
@@ -73,7 +76,7 @@ def test_a_negative_residual_alone_is_a_lost_marker():
     at = len(data) - 512
     data[at : at + 12] = struct.pack("<3f", 0.0, 0.0, 0.0)  # seen at the origin
     data[at + 28 : at + 32] = struct.pack("<f", -1.0)  # not seen, at (700, 700, 700)
-    markers = load(bytes(data))
+    markers = load(bytes(data), zeros="seen")
     np.testing.assert_array_equal(markers.confidences, [[1.0, 0.0, 1.0]])
     np.testing.assert_array_equal(markers.positions[0, 0], 0.0)
 
@@ -92,12 +95,24 @@ def test_an_unknown_unit_is_refused_unless_scale_says_what_it_is(unit):
 
 def test_the_axis_that_points_up():
     for axis in "XYZ":
-        assert load(written(axis_up=f"+{axis}")).up == axis.lower()
+        assert load(written(axis_up=f"+{axis}")).up == load(written(axis_up=axis)).up == axis.lower()
     assert load(written(), up="y").up == "y"
-    refused(written(axis_up="-Z"), r"POINT:Y_SCREEN: expected \+X, \+Y or \+Z, found '-Z'; up= chooses the axis")
-    assert load(written(axis_up="-Z"), up="z").up == "z"
-    with pytest.raises(ValueError, match="up must be 'x' or 'y' or 'z', got 'up'"):
+    refused(written(axis_up="+W"), r"POINT:Y_SCREEN: expected \+X, .* or -Z, found '\+W'; up= chooses the axis")
+    assert load(written(axis_up="+W"), up="z").up == "z"
+    with pytest.raises(ValueError, match="up must be 'x' or 'y' or 'z' or '-x' or '-y' or '-z', got 'up'"):
         load(written(), up="up")
+
+
+@pytest.mark.parametrize(
+    ("up", "turned"), [("-x", [-1.0, 1.0, -1.0]), ("-y", [1.0, -1.0, -1.0]), ("-z", [1.0, -1.0, -1.0])]
+)
+def test_an_axis_that_points_down(up, turned):
+    """Half a turn, by the file's own word or by the option: what pointed down points up, and nothing is mirrored."""
+    expected = load(written()).positions * turned
+    for markers in (load(written(), up=up), load(written(axis_up=up.upper()))):
+        assert markers.up == up[1]
+        np.testing.assert_array_equal(markers.positions, expected)
+    assert np.linalg.det(np.diag(turned)) == 1.0
 
 
 def test_labels_in_several_parameters():
@@ -115,21 +130,33 @@ def test_points_without_a_label_and_labels_without_a_point():
             markers = load(written(labels=labels))
         assert markers.names == ("hip", "ankle")
         np.testing.assert_allclose(markers.positions, POSITIONS[:, [0, 2]] / 1000, rtol=1e-6)
-    refused(written(labels=["hip", "knee", "hip"]), "several points are named 'hip': rename them")
-    refused(written(labels=["", "", ""]), "none of its points has a name")
+    with pytest.warns(UserWarning, match=r"none of its 3 points has a name .* they are called '1' to '3' here"):
+        markers = load(written(labels=["", "", ""]))
+    assert markers.names == ("1", "2", "3")
+    np.testing.assert_array_equal(markers.positions, load(written()).positions)
+
+
+def test_labels_that_are_given_twice_are_numbered():
+    with pytest.warns(UserWarning, match="several points are named 'hip'; the next one is 'hip_3' here$"):
+        markers = load(written(labels=["hip", "hip_2", "hip"]))
+    assert markers.names == ("hip", "hip_2", "hip_3")
+    np.testing.assert_array_equal(markers.positions, load(written()).positions)
+    with pytest.warns(UserWarning, match="the next one is 'hip_2' here, and 1 more likewise"):
+        assert load(written(labels=["hip"] * 3)).names == ("hip", "hip_2", "hip_3")
 
 
 def test_the_number_of_frames():
-    positions = np.zeros((65535, 1, 3))
+    positions = np.ones((65535, 1, 3))
     assert len(load(written(positions=positions[:40000], labels=["a"]))) == 40000  # -25536 as a signed integer
     assert len(load(written(positions=positions, labels=["a"]))) == 65535
-    more = {"positions": np.zeros((70000, 1, 3)), "labels": ["a"], "FRAMES": -1}
+    more = {"positions": np.ones((70000, 1, 3)), "labels": ["a"], "FRAMES": -1}
     refused(written(**more), "more than the 65535 frames that it states")
     assert len(load(written(**more, LONG_FRAMES=70000.0))) == 70000
     more = {"positions": positions, "labels": ["a"], "FRAMES": -1}
     refused(written(**more, LONG_FRAMES=70000.0), "it states 70000 frames of 1 points, and holds 655")
     assert len(load(written(FRAMES=None))) == 20  # the header states it too
-    assert len(load(written(FRAMES=12))) == 12
+    with pytest.warns(UserWarning, match=r"differ \(frames: 12 or 20\): 12 frames of 3 points fit the length"):
+        assert len(load(written(FRAMES=12))) == 12  # the points are certain, and so many are stated twice
 
 
 @pytest.mark.parametrize(
@@ -137,19 +164,33 @@ def test_the_number_of_frames():
     [
         (written(USED=0), "it holds no points: is it a file of analog channels"),
         (written(USED=-1), "it states 20 frames of -1 points"),
-        (written(USED=30000), "it states 20 frames of 30000 points, and holds 0; is it cut short"),
         (
-            written(FRAMES=21, positions=np.zeros((20, 32, 3)), labels=["a"]),
+            with_header(written(USED=30000), n_points=30000),
+            "it states 20 frames of 30000 points, and holds 0; is it cut",
+        ),
+        (
+            with_header(written(FRAMES=21, positions=np.ones((20, 32, 3)), labels=["a"]), last=21),
             "states 21 frames of 32 points, and holds 20",
         ),
+        (with_header(written(USED=0, FRAMES=0), last=0), "it holds no points"),
+        (with_header(written(FRAMES=0), last=0), "it states 0 frames of 3 points: expected at least one"),
         (written(USED=np.zeros(0, int)), "POINT:USED: expected a number, found nothing"),
-        (written(USED=None), "it has no parameter POINT:USED"),
+        (
+            written(USED=2),
+            r"differ \(points: 2 or 3\), and the length of the file fits more than one: which are the po",
+        ),
+        (
+            with_header(written(USED=50), n_points=40),
+            r"but .* differ \(points: 50 or 40\), and the length of the file, \d+ bytes, fits neither",
+        ),
+        (with_header(written(USED=None), n_points=40), "only the header says how many points .* fits neither"),
         (written(USED="three"), "POINT:USED: expected a number, found text"),
         (written(SCALE=np.nan), "POINT:SCALE: expected one finite number, found nan"),
         (written(SCALE=np.array([-1.0, 1.0])), "POINT:SCALE: expected one finite number, found -1, 1"),
         (written(SCALE=0.0), "POINT:SCALE: expected a number that is not zero, found 0"),
         (written(RATE=-5.0), "POINT:RATE: expected a positive number, found -5"),
-        (written(DATA_START=9), "the frames begin at block 3 by the header, and at 9 by POINT:DATA_START"),
+        (with_header(written(DATA_START=1), start=1), "begin at block 1 by the header, which cannot be: is the"),
+        (with_header(written(DATA_START=999), start=999), "begin at block 999 by the header, which cannot be: is the"),
         (written(LABELS=3), "POINT:LABELS: expected text, found numbers"),
         (written(RATE=np.zeros(0)), "POINT:RATE: expected a number, found nothing"),
         (written(more=[c3d_files.parameter(1, "USED", 2)]), "it has two parameters POINT:USED, which differ"),
@@ -161,12 +202,6 @@ def test_the_number_of_frames():
 )
 def test_what_is_refused(data, message):
     refused(data, message)
-
-
-def test_analog_samples_are_where_both_counts_say():
-    data = bytearray(written(analog=np.zeros((20, 4, 2))))
-    data[18:20] = struct.pack("<H", 3)
-    refused(bytes(data), "3 analog samples a frame by the header, and 4 by ANALOG:RATE")
 
 
 def test_what_points_do_not_need_cannot_refuse_a_file():

@@ -1,0 +1,174 @@
+"""The head of a TRC file: keys and values, the names of the markers, and the line of axes below them.
+
+Programs separate the cells by tabs, by blanks, by both, or by commas. Where there are tabs they separate, so that an
+empty cell shifts no other and names may have blanks in them.
+"""
+
+import re
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from skpose.io._lengths import complaint_of_unit, metres_of
+from skpose.io._points import number_names
+from skpose.io._source import Chunk, Source
+from skpose.io._words import NUMBER, WHOLE, Token
+
+COMMAS = "pathfiletype,"  # what a file begins with whose cells are separated by commas
+COLUMNS = re.compile(r"\s*frame\s?#?\s+times?(?=\s|$)", re.IGNORECASE)
+AXIS = re.compile(r"([XYZ])\d*", re.IGNORECASE)
+WORD = re.compile(r"\S+")
+OPTIONS = {"datarate": "frame_rate", "units": "scale", "numframes": "trust"}  # what replaces a value of the head
+
+
+class Head(NamedTuple):
+    """The numbers and names above the frames."""
+
+    frame_rate: float | None  # Hz; None where DataRate is 0, or not requested
+    n_frames: int | None  # that the file states; None where it is not requested
+    claimed: Token | None  # the word of this number
+    scale: float  # metres of one unit
+    names: list[str]  # of the markers that have columns
+
+
+Lines = Iterator[tuple[int, str]]
+
+
+def lines_of(source: Source) -> Lines:
+    """Yield the lines of the file with their numbers, their cells separated by tabs or by blanks."""
+    commas = source.head[: len(COMMAS)].lower() == COMMAS
+    for line, text in _lines(source.chunks()):
+        text = text.rstrip("\r\n")
+        yield line, text.replace(",", "\t") if commas else text
+
+
+def _lines(chunks: Iterator[Chunk]) -> Lines:
+    for chunk in chunks:
+        # Names may be in any encoding; numbers and keywords are ASCII.
+        yield from enumerate((line.decode("utf-8", errors="replace") for line in chunk.lines), start=chunk.line)
+
+
+def read_head(
+    source: Source, lines: Lines, frame_rate: float | None, scale: float | None, trust: str
+) -> tuple[Head, tuple[int, str] | None]:
+    """Return the head, and the first line that is not blank below it; None at the end of the file.
+
+    `frame_rate`, `scale` and `trust="rows"` come before what the head says: then it need not say it.
+    """
+    line, text = next(lines, (1, ""))
+    first = head_words(text, line)
+    if not first or first[0].lower() != "pathfiletype":
+        raise source.error("expected a TRC file, which begins with PathFileType", first[0] if first else line)
+    given = {"datarate": frame_rate is not None, "units": scale is not None, "numframes": trust == "rows"}
+    values = _read_values(source, lines, {key for key, is_given in given.items() if is_given})
+    n_markers = _count(source, values["nummarkers"], "NumMarkers")
+    claimed = None if trust == "rows" else values["numframes"]
+    n_frames = None if claimed is None else _count(source, claimed, "NumFrames")
+    if scale is None and (scale := metres_of(unit := values["units"])) is None:
+        raise source.error(complaint_of_unit("Units", unit), unit)
+    if frame_rate is None and not _is_zero(values["datarate"]):
+        frame_rate = source.positive(values["datarate"], "DataRate")
+    names, row = _read_names(source, lines, n_markers)
+    return Head(frame_rate, n_frames, claimed, scale, names), row
+
+
+def head_words(text: str, line: int) -> list[Token]:
+    """Return the words of a line with their positions, and an empty one for each empty cell between tabs."""
+    words, column = list[Token](), 1
+    for cell in text.split("\t"):
+        found = [Token(match[0], line, column + match.start()) for match in WORD.finditer(cell)]
+        words += found or [Token("", line, column)]
+        column += len(cell) + 1
+    return words
+
+
+def cells_of(text: str, line: int, column: int = 1) -> list[Token]:
+    """Return the cells of a line between tabs with their positions, without blanks around them."""
+    cells = []
+    for cell in text.split("\t"):
+        cells.append(Token(cell.strip(), line, column + len(cell) - len(cell.lstrip())))
+        column += len(cell) + 1
+    return cells
+
+
+def _read_values(source: Source, lines: Lines, given: set[str]) -> dict[str, Token]:
+    """Return the values of the third line by the keys of the second, in lower case."""
+    first, keys = next(lines, (2, ""))
+    second, values = next(lines, (first, ""))
+    names, found = head_words(keys, first), head_words(values, second)
+    not_empty = [name for name in names if name], [value for value in found if value]
+    if len(not_empty[0]) == len(not_empty[1]):  # with any number of tabs between them
+        names, found = not_empty
+    by_key = {name.lower(): value for name, value in zip(names, found, strict=False)}
+    for key in ("DataRate", "NumFrames", "NumMarkers", "Units"):
+        if not by_key.get(key.lower()) and key.lower() not in given:
+            option = OPTIONS.get(key.lower(), "")
+            remedy = f"; {option}= says it otherwise" if option else ""
+            raise source.error(f"expected a value of {key} below the keys of line {first}{remedy}", second)
+    return by_key
+
+
+def _count(source: Source, word: Token, key: str) -> int:
+    if not WHOLE.fullmatch(word):
+        raise source.error(f"{key}: expected a whole number, found {str(word[:40])!r}", word)
+    return int(word)
+
+
+def _is_zero(word: Token) -> bool:
+    return NUMBER.fullmatch(word) is not None and float(word) == 0.0
+
+
+def _read_names(source: Source, lines: Lines, n_markers: int) -> tuple[list[str], tuple[int, str] | None]:
+    """Return the names of the markers that have columns, and the first line below that is not blank and not of axes."""
+    line, text = next(lines, (4, ""))
+    columns = COLUMNS.match(text)
+    if not columns:
+        raise source.error("expected Frame#, Time and the markers' names", line)
+    rest = text[columns.end() :]
+    names = [name for name in cells_of(rest, line, columns.end() + 1) if name]
+    words = [Token(match[0], line, columns.end() + match.start() + 1) for match in WORD.finditer(rest)]
+    if "\t" not in rest or (len(names) != n_markers and len(words) == n_markers):
+        names = words
+    below = _next_row(lines)
+    n_columns = None
+    if below is not None and not NUMBER.fullmatch(next(iter(below[1].split()))):
+        n_columns = _count_axes(source, *below, n_markers)
+        below = _next_row(lines)
+    elif below is not None:
+        n_columns = len(head_words(below[1].rstrip(), below[0])) - 2
+    n_columns = 3 * len(names) if n_columns is None else n_columns
+    if n_columns == 3 * n_markers < 3 * len(names):
+        source.warn(
+            f"line {line} names {len(names)} markers, but NumMarkers and the columns are those of {n_markers}: the "
+            f"names from {str(names[n_markers])!r} on are left out"
+        )
+        names = names[:n_markers]
+    elif n_columns != 3 * len(names):
+        raise source.error(
+            f"expected {n_markers} names of markers (NumMarkers), found {len(names)}, and {n_columns} columns of "
+            "numbers",
+            line,
+        )
+    elif len(names) != n_markers:
+        source.warn(
+            f"NumMarkers is {n_markers}, but there are names and columns of {len(names)} markers: they are read"
+        )
+    if not names:
+        raise source.error("there are no markers", line)
+    return number_names(source, [str(name) for name in names]), below
+
+
+def _next_row(lines: Lines) -> tuple[int, str] | None:
+    """Return the next line that is not blank."""
+    return next(((line, text) for line, text in lines if text.strip()), None)
+
+
+def _count_axes(source: Source, line: int, text: str, n_markers: int) -> int:
+    """Return the number of columns X1, Y1, Z1 and so on."""
+    axes = [cell for cell in head_words(text, line) if cell]
+    if len(axes) % 3:
+        raise source.error(f"expected {3 * n_markers} columns X1, Y1, Z1 and so on, found {len(axes)}", line)
+    for i, cell in enumerate(axes):
+        match = AXIS.fullmatch(cell)
+        if not match or match[1].upper() != "XYZ"[i % 3]:
+            raise source.error(f"expected the columns X, Y, Z of each marker, found {str(cell[:40])!r}", cell)
+    return len(axes)
