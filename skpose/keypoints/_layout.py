@@ -12,7 +12,7 @@ from skpose._validation.numbers import as_numbers
 from skpose._validation.positions import check_positions
 from skpose.keypoints._keypoints import Keypoints
 from skpose.keypoints._names import find_names
-from skpose.keypoints._pictures import refuse_pictures
+from skpose.keypoints._pictures import refuse_pictures, warn_of_landmarks
 from skpose.keypoints._tables import TABLES
 from skpose.skeleton._shared import others, partners, sides
 
@@ -238,6 +238,11 @@ class Layout:
             that number. For keypoints without a point of the layout, or with several that have its name but for the
             spelling.
 
+        Warns
+        -----
+        UserWarning
+            If x and y of MediaPipe's landmarks are all from 0 to 1: they may be those of the picture.
+
         Notes
         -----
         Where an axis points down the positions of an array are turned by half a turn: about x if y or z points down, so
@@ -268,6 +273,8 @@ class Layout:
         self._check_shape(array)
         array = check_positions(array, len(self.names), "positions")
         refuse_pictures(array, self.names, "positions")
+        if self.name == "mediapipe33":
+            warn_of_landmarks(array)
         sure = np.where(np.isnan(array).any(axis=2), 0.0, 1.0)
         if confidences is not None:
             sure = as_numbers(confidences, "confidences", masked=0.0)

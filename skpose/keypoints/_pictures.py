@@ -11,6 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from skpose._warnings import warn
 from skpose.skeleton._shared import others
 
 POINTS, PAIRED = 8, 6  # points that a person has at least: of any names, and with left and right among them
@@ -30,6 +31,16 @@ def refuse_pictures(positions: np.ndarray, names: Sequence[str], what: str) -> N
         return
     if sign := _sign(positions, positions[shown]):
         raise ValueError(f"{what} look like keypoints in two dimensions: {sign}. {REMEDY}")
+
+
+def warn_of_landmarks(positions: np.ndarray) -> None:
+    """Warn if x and y of MediaPipe's landmarks (n, points, 3) are within a picture of width and height 1."""
+    seen = positions[~np.isnan(positions).any(axis=2)][:, :2]
+    if len(seen) and seen.min() >= 0.0 and seen.max() <= 1.0:
+        warn(
+            "x and y of all landmarks are from 0 to 1, as in MediaPipe's pose_landmarks, whose unit is the picture: "
+            "distances need pose_world_landmarks, in metres, with the hips at zero"
+        )
 
 
 def is_spatial(points: np.ndarray) -> bool:
