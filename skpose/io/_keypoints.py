@@ -19,7 +19,7 @@ from skpose.io._other import NUMBERS, is_numbers
 from skpose.io._source import Source
 from skpose.io._stored import Stored
 from skpose.keypoints import Keypoints, Layout, layouts
-from skpose.keypoints._shared import REMEDY, find_names, refuse_pictures
+from skpose.keypoints._shared import REMEDY, find_names, refuse_pictures, remedy_without
 
 POSITIONS = "positions", "keypoints"
 CONFIDENCES = "confidences", "scores"
@@ -237,7 +237,7 @@ def _order(source: Source, names: list[str], n_points: int, layout: Layout) -> l
     if missing:
         raise source.error(
             f"it has no point {missing[0]!r}, as the layout {layout.name!r} has; its points are "
-            f"{', '.join(names[:50])}. Pass the layout that they are of, layout.without({missing}), or none"
+            f"{', '.join(names[:50])}. Pass the layout that they are of, none, or {remedy_without(layout, missing)}"
         )
     return [names.index(found[name]) for name in layout.names]
 

@@ -289,7 +289,7 @@ class Layout:
         if missing:
             raise ValueError(
                 f"the keypoints have no point named {missing[0]!r}, as the layout {self.name!r} has; their names are "
-                f"{', '.join(given.names)}. Pass the layout that they are of, or layout.without({missing})"
+                f"{', '.join(given.names)}. Pass the layout that they are of, or {remedy_without(self, missing)}"
             )
         chosen = given.select(found.values())
         columns = {name: (chosen.positions[:, i], chosen.confidences[:, i]) for i, name in enumerate(found)}
@@ -379,3 +379,12 @@ class Layout:
         stay = tuple(name for name in self.names if name not in out)
         midpoints = {name: ends for name, ends in self.midpoints.items() if name not in out}
         return replace(self, names=stay, parents=parents, midpoints=midpoints, rigid=frozenset(rigid))
+
+
+def remedy_without(layout: Layout, missing: list[str]) -> str:
+    """Return in words how to make a layout without points that are missing."""
+    try:
+        layout.without(missing)
+    except ValueError:  # the root, or a part of a midpoint
+        return "make a Layout of your own for the points that there are"
+    return f"layout.without({missing})"
