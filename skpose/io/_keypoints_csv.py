@@ -15,7 +15,7 @@ from skpose.keypoints._shared import REMEDY
 SEPARATORS = ",;\t"
 SURE = "visibility", "confidence", "score", "likelihood", "conf", "vis", "v", "c"
 # A coordinate after or before the name of its point: nose_x, nose.X, noseX, x_nose, x1.
-AFTER = re.compile(rf"(.+?)(?:[\s_.:-]+(x|y|z|{'|'.join(SURE)})|(?<=[a-z0-9])([XYZ]))", re.IGNORECASE)
+AFTER = re.compile(rf"(.*[^\s_.:-])(?:[\s_.:-]+(x|y|z|{'|'.join(SURE)})|(?<=[a-z0-9])([XYZ]))", re.IGNORECASE)
 BEFORE = re.compile(rf"(x|y|z|{'|'.join(SURE)})(?:[\s_.:-]+(.+)|(\d+))", re.IGNORECASE)
 LONG = {"x", "y", "z"}
 LONGEST = 100  # characters of a name
@@ -35,7 +35,7 @@ def is_table(head: str) -> bool:
     """Return whether the beginning of a file is a header of positions."""
     line = next((line for line in head.splitlines() if line.strip()), "")
     cells = _cells(line, _separator(line))
-    return len(cells) > 2 and ({cell.lower() for cell in cells} >= LONG or bool(_points(cells)))
+    return len(cells) > 1 and ({cell.lower() for cell in cells} >= LONG or bool(_points(cells)))
 
 
 def read_csv(source: Source) -> Stored:

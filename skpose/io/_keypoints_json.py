@@ -26,6 +26,7 @@ PERSONS = "people", "instances", "annotations", "poses", "persons"
 UNDECIDED = "keypoints", "joints", "points", "landmark"
 FLAT = "pose_landmarks", "poseLandmarks", "landmarks", "pose_keypoints_2d", "pose_keypoints", "keypoints_2d"
 SURE = "visibility", "confidence", "score", "likelihood", "presence"
+SCORES = "keypoint_scores", "keypoints_scores", "scores"
 COCO_FLAT = 3  # numbers a point, x, y and whether it is visible, in COCO's flat lists
 OPENPOSE = 4  # x, y, z and 1 or 0, in OpenPose's
 
@@ -64,17 +65,28 @@ class _Reader:
             return None
         if isinstance(frame, dict):
             if key := next((key for key in SPATIAL if frame.get(key) not in (None, [], {})), None):
-                return self.frame_of(frame[key], f"{where}.{key}".lstrip("."), key)
+                return self.scored(frame, key, where)
             if key := next((key for key in PERSONS if key in frame), None):
                 return self.one(frame[key], f"{where}.{key}".lstrip("."))
             if key := next((key for key in UNDECIDED if key in frame), None):
-                return self.frame_of(frame[key], f"{where}.{key}".lstrip("."), key)
+                return self.scored(frame, key, where)
             if key := next((key for key in FLAT if frame.get(key) not in (None, [], {})), None):
                 remedy = "; MediaPipe gives metres as pose_world_landmarks" if "andmarks" in key else ""
                 self.refuse_flat(f"{where}.{key}".lstrip("."), f"in units of a picture{remedy}")
             if any(key in frame for key in (*SPATIAL, *FLAT)):
                 return None  # nobody is seen
         return self.frame_of(frame, where, "")
+
+    def scored(self, frame: dict, key: str, where: str) -> Points | None:
+        """Return the points under a key, with the scores that the frame has beside them."""
+        found = self.frame_of(frame[key], f"{where}.{key}".lstrip("."), key)
+        scores = next((frame[one] for one in SCORES if isinstance(frame.get(one), list)), None)
+        if found is None or scores is None:
+            return found
+        if len(scores) != len(found.rows):
+            self.refuse(where, f"expected a score for each of {len(found.rows)} points, found {len(scores)}")
+        rows = [[*row[:3], self.number(score, where)] for row, score in zip(found.rows, scores, strict=True)]
+        return Points(found.names, rows)
 
     def one(self, people: Any, where: str) -> Points | None:
         """Return the points of the only person of a list."""
@@ -221,10 +233,10 @@ def _frames(reader: _Reader, document: Any) -> tuple[list, str | None]:
         for key in FRAMES:
             if isinstance(document.get(key), list):
                 return document[key], key
-        for key in WORLD:  # one list for all frames, as an app writes it
-            value = document.get(key)
-            if isinstance(value, list) and len(value) > 1 and isinstance(value[0], list):
-                return value, key
+        times = document.get("timestamps")
+        for key in WORLD:  # with a time for each they are frames; else they are people
+            if isinstance(times, list) and isinstance(document.get(key), list) and len(times) == len(document[key]):
+                return document[key], key
         return [document], None
     if not isinstance(document, list):
         reader.refuse("", f"expected keypoints, found {_kind(document)}")
