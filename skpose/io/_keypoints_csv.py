@@ -15,7 +15,7 @@ from skpose.keypoints._shared import REMEDY
 SEPARATORS = ",;\t"
 SURE = "visibility", "confidence", "score", "likelihood", "conf", "vis", "v", "c"
 # A coordinate after or before the name of its point: nose_x, nose.X, noseX, x_nose, x1.
-AFTER = re.compile(rf"(.*[^\s_.:-])(?:[\s_.:-]+(x|y|z|{'|'.join(SURE)})|(?<=[a-z0-9])([XYZ]))", re.IGNORECASE)
+AFTER = re.compile(rf"(.*[^\s_.:-])(?:[\s_.:-]+(x|y|z|{'|'.join(SURE)})|(?-i:(?<=[a-z0-9])([XYZ])))", re.IGNORECASE)
 BEFORE = re.compile(rf"(x|y|z|{'|'.join(SURE)})(?:[\s_.:-]+(.+)|(\d+))", re.IGNORECASE)
 LONG = {"x", "y", "z"}
 LONGEST = 100  # characters of a name
