@@ -193,7 +193,8 @@ def _not_keypoints(source: Source) -> str:
         return f"{expected}, found C3D: load_c3d reads it"
     if is_numbers(source.head):
         return f"{expected}, found {NUMBERS}"
-    word = next(iter(source.head.split(maxsplit=1)), "")
+    lines = (line.split() for line in source.head.splitlines())
+    word = next((words[0] for words in lines if words and not words[0].startswith("#")), "")
     for beginning, reader in (("pathfiletype", "load_trc"), ("hierarchy", "load_bvh"), (":", "load_motion")):
         if word.lower().startswith(beginning):
             return f"{expected}, found {word[:40]!r}: {reader} reads it"
