@@ -65,11 +65,11 @@ class _Reader:
             return None
         if isinstance(frame, dict):
             if key := next((key for key in SPATIAL if frame.get(key) not in (None, [], {})), None):
-                return self.scored(frame, key, where)
+                return self.with_scores(frame, key, where)
             if key := next((key for key in PERSONS if key in frame), None):
                 return self.one(frame[key], f"{where}.{key}".lstrip("."))
             if key := next((key for key in UNDECIDED if key in frame), None):
-                return self.scored(frame, key, where)
+                return self.with_scores(frame, key, where)
             if key := next((key for key in FLAT if frame.get(key) not in (None, [], {})), None):
                 remedy = "; MediaPipe gives metres as pose_world_landmarks" if "andmarks" in key else ""
                 self.refuse_flat(f"{where}.{key}".lstrip("."), f"in units of a picture{remedy}")
@@ -77,8 +77,8 @@ class _Reader:
                 return None  # nobody is seen
         return self.frame_of(frame, where, "")
 
-    def scored(self, frame: dict, key: str, where: str) -> Points | None:
-        """Return the points under a key, with the scores that the frame has beside them."""
+    def with_scores(self, frame: dict, key: str, where: str) -> Points | None:
+        """Return the points under a key, with the scores that the frame has next to them."""
         found = self.frame_of(frame[key], f"{where}.{key}".lstrip("."), key)
         scores = next((frame[one] for one in SCORES if isinstance(frame.get(one), list)), None)
         if found is None or scores is None:

@@ -1,4 +1,4 @@
-"""Sets of markers and of what stands for them, as tables: points on the skin, and means of them inside the body."""
+"""Sets of markers, and of the points that Pose2Sim has in their place, as tables: points, and means of them."""
 
 from skpose.keypoints._table import RIGID, Table
 
@@ -107,7 +107,7 @@ OPENCAP43 = Table(
     },
 )
 
-# Means of the markers of the pelvis stand for the hips: some 8 cm above the joints, which lie inside the body.
+# Means of the markers of the pelvis stand for the hips: some 8 cm above the joints.
 PLUG_IN_GAIT39 = Table(
     "plug_in_gait39",
     (

@@ -24,8 +24,8 @@ def find_names(wanted: Iterable[str], names: Sequence[str]) -> dict[str, str]:
             same = [other for other in names if spelling(other) == spelling(name)]
             if len(same) > 1:
                 raise ValueError(
-                    f"the point {name!r} may be {' or '.join(map(repr, same))}: name one of them {name!r}, or select "
-                    "the points that are wanted"
+                    f"the point {name!r} may be {' or '.join(map(repr, same))}: name one of them {name!r}, or leave "
+                    "the other out"
                 )
             if same:
                 found[name] = same[0]

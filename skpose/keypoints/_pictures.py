@@ -16,6 +16,7 @@ from skpose.skeleton._shared import others
 
 POINTS, PAIRED = 8, 6  # points that a person has at least: of any names, and with left and right among them
 THICKNESS = 1e-6  # of a plane, relative to its extent
+LOOKED_AT = 1024  # frames at most, evenly spaced, where they show that there is no sign
 PIXELS = 10.0  # points of one person are so many metres apart at most
 REMEDY = (
     "Lengths of bones are not known from a picture: lift them to 3-D first, by a pose estimator that gives 3-D "
@@ -25,17 +26,19 @@ REMEDY = (
 
 def refuse_pictures(positions: np.ndarray, names: Sequence[str], what: str) -> None:
     """Refuse positions (n, points, 3), NaN where not seen, whose numbers are those of keypoints in two dimensions."""
-    shown = ~np.isnan(positions).any(axis=2)
-    n_points = np.count_nonzero(shown.any(axis=0))
-    if n_points < PAIRED or (n_points < POINTS and not _paired(names)):
+    step = -(-len(positions) // LOOKED_AT)
+    if step > 1 and is_spatial(_seen(positions[::step])) and not _sign(positions[::step]):
+        return  # a sign of all frames is one of some
+    n_points = np.count_nonzero((~np.isnan(positions)).all(axis=2).any(axis=0))
+    if n_points < PAIRED or (n_points < POINTS and not _has_pairs(names)):
         return
-    if sign := _sign(positions, positions[shown]):
+    if sign := _sign(positions):
         raise ValueError(f"{what} look like keypoints in two dimensions: {sign}. {REMEDY}")
 
 
 def warn_of_landmarks(positions: np.ndarray) -> None:
     """Warn if x and y of MediaPipe's landmarks (n, points, 3) are within a picture of width and height 1."""
-    seen = positions[~np.isnan(positions).any(axis=2)][:, :2]
+    seen = _seen(positions)[:, :2]
     if len(seen) and seen.min() >= 0.0 and seen.max() <= 1.0:
         warn(
             "x and y of all landmarks are from 0 to 1, as in MediaPipe's pose_landmarks, whose unit is the picture: "
@@ -44,7 +47,9 @@ def warn_of_landmarks(positions: np.ndarray) -> None:
 
 
 def is_spatial(points: np.ndarray) -> bool:
-    """Return whether points (n, 3) are not in one plane."""
+    """Return whether points (n, 3) are not in one plane; False for none."""
+    if not len(points):
+        return False
     least, _, most = _spread(points)
     return bool(least > THICKNESS**2 * most)
 
@@ -62,8 +67,14 @@ def _spread(points: np.ndarray) -> np.ndarray:
     return np.linalg.eigvalsh(centred.T @ centred)
 
 
-def _sign(positions: np.ndarray, points: np.ndarray) -> str:
-    """Return in words what shows that points (n, 3), those that are seen, are in two dimensions; nothing if not."""
+def _seen(positions: np.ndarray) -> np.ndarray:
+    """Return the points (n, 3) that are seen in any frame."""
+    return positions[~np.isnan(positions).any(axis=2)]
+
+
+def _sign(positions: np.ndarray) -> str:
+    """Return in words what shows that positions, of which some are seen, are in two dimensions; nothing if not."""
+    points = _seen(positions)
     low, high = points.min(axis=0), points.max(axis=0)
     others_are_flags = high.max() <= 2.0 and not (points % 1.0).any()
     if 0.0 <= low[2] < high[2] <= 2.0 and not (points[:, 2] % 1.0).any() and not others_are_flags:
@@ -87,7 +98,7 @@ def _extent(positions: np.ndarray) -> float:
     return float(np.median((np.nanmax(seen, axis=1) - np.nanmin(seen, axis=1)).max(axis=1)))
 
 
-def _paired(names: Sequence[str]) -> bool:
+def _has_pairs(names: Sequence[str]) -> bool:
     """Return whether a name has a partner on the other side."""
     known = set(names)
     return any(other in known for name in names for other in others(name))

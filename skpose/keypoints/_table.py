@@ -1,4 +1,4 @@
-"""What a table of a layout states.
+"""Tables of layouts: the points, their parents, and the source.
 
 A table has a row for each point of the array, in its order, and then one for each midpoint: name, parent, whether the
 point is rigid. Names are those of the source in snake case; those of OpenPose, Kinect and Pose2Sim have their sides

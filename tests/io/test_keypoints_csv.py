@@ -115,7 +115,7 @@ def test_frames_that_are_left_out_stay_at_their_time():
 
 
 def test_anipose():
-    """Errors, numbers of cameras and a matrix stand beside x, y and z; fnum is the frame."""
+    """Errors, numbers of cameras and a matrix stand next to x, y and z; fnum is the frame."""
     head = "a_x,a_y,a_z,a_error,a_ncams,a_score,M_00,M_01,center_0,fnum"
     found = read(f"{head}\n1,2,3,0.1,2,0.9,1,0,0,0\n1,2,4,0.1,2,0.8,1,0,0,1\n", layout=None)
     same(found, Keypoints([[[1.0, 2, 3]], [[1, 2, 4]]], ["a"], 30, [[0.9], [0.8]]))

@@ -295,7 +295,7 @@ def test_an_archive_of_positions_names_its_reader(key, tmp_path):
     ):
         load_motion(tmp_path / "a.npz")
     np.savez(tmp_path / "b.npz", positions=np.zeros((2, 3, 3)), poses=np.zeros((2, 72)), mocap_framerate=30)
-    with pytest.raises(MocapFormatError, match="trans"):  # a motion all the same
+    with pytest.raises(MocapFormatError, match="trans"):  # a motion nevertheless
         load_motion(tmp_path / "b.npz")
 
 

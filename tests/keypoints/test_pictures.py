@@ -59,6 +59,17 @@ def test_pictures_are_refused_at_every_door(door, array, sign):
     assert isinstance(caught.value, MocapFormatError) == door.startswith("load")
 
 
+@pytest.mark.parametrize("sign", [PLANE, FLAGS, "as scores are"])
+def test_long_recordings_are_looked_at_in_full(sign):
+    """A single frame that is no picture makes a recording that is none."""
+    array = np.tile({PLANE: FLAT, FLAGS: LABELLED, "as scores are": SCORED}[sign], (150, 1, 1))
+    with pytest.raises(ValueError, match=sign):
+        COCO.keypoints(array, 30)
+    if sign != "as scores are":  # in the median frame
+        array[1501, 3, 2] = 0.3
+        COCO.keypoints(array, 30)
+
+
 @pytest.mark.parametrize("name", PEOPLE)
 def test_people_are_not_refused(name):
     """Nor one frame of them, in any axes; nor when they lie, or walk far in some other unit."""
