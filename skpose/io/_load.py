@@ -10,7 +10,6 @@ from skpose.io._amc import read_amc
 from skpose.io._arguments import PathLike, Readable
 from skpose.io._asf import AsfFile, content_of
 from skpose.io._bvh import read_bvh
-from skpose.io._npz import Archive
 from skpose.io._other import route_of
 from skpose.io._source import Source
 from skpose.io._up import Up
@@ -21,7 +20,6 @@ Format = Literal["BVH", "AMC", "ASF", "AMASS", "TRC", "C3D"]
 # The last line of the head of a table of OpenSim, and one before it.
 OPENSIM = re.compile(r"^[ \t]*endheader[ \t\r]*$", re.MULTILINE | re.IGNORECASE)
 OPENSIM_KEY = re.compile(r"^[ \t]*(nrows|ncolumns|indegrees|datarows|datacolumns)\b", re.MULTILINE | re.IGNORECASE)
-POSITIONS, POSES = {"positions", "keypoints"}, {"poses", "pose_body", "root_orient"}  # keys of .npz files
 ASF_KEYWORDS = {":version", ":name", ":units", ":documentation", ":root", ":bonedata", ":hierarchy", ":skin"}
 
 
@@ -106,11 +104,6 @@ def load_motion(
     with Source(path, "a BVH, AMC or AMASS file", binary=True) as source:
         found = _format_of(source)
         if found == "AMASS":
-            if (keys := Archive(source).keys) & POSITIONS and not keys & POSES:
-                raise source.error(
-                    f"this is an array of positions ({', '.join(sorted(keys & POSITIONS))}), not a motion: "
-                    "load_keypoints reads it, fit_skeleton and inverse_kinematics find the motion"
-                )
             if root is not None:
                 raise ValueError(
                     f"root={root!r} is for BVH files; {source.name} is an AMASS file, whose root is the pelvis"
