@@ -27,7 +27,7 @@ REMEDY = (
 def refuse_pictures(positions: np.ndarray, names: Sequence[str], what: str) -> None:
     """Refuse positions (n, points, 3), NaN where not seen, whose numbers are those of keypoints in two dimensions."""
     step = -(-len(positions) // LOOKED_AT)
-    if step > 1 and is_spatial(_seen(positions[::step])) and not _sign(positions[::step]):
+    if step > 1 and is_spatial(_find_seen(positions[::step])) and not _sign(positions[::step]):
         return  # a sign of all frames is one of some
     n_points = np.count_nonzero((~np.isnan(positions)).all(axis=2).any(axis=0))
     if n_points < PAIRED or (n_points < POINTS and not _has_pairs(names)):
@@ -38,8 +38,8 @@ def refuse_pictures(positions: np.ndarray, names: Sequence[str], what: str) -> N
 
 def warn_of_landmarks(positions: np.ndarray) -> None:
     """Warn if x and y of MediaPipe's landmarks (n, points, 3) are within a picture of width and height 1."""
-    seen = _seen(positions)[:, :2]
-    if len(seen) and seen.min() >= 0.0 and seen.max() <= 1.0:
+    seen = _find_seen(positions)[:, :2]
+    if len(seen) and 0.0 <= seen.min() < seen.max() <= 1.0:
         warn(
             "x and y of all landmarks are from 0 to 1, as in MediaPipe's pose_landmarks, whose unit is the picture: "
             "distances need pose_world_landmarks, in metres, with the hips at zero"
@@ -67,14 +67,14 @@ def _spread(points: np.ndarray) -> np.ndarray:
     return np.linalg.eigvalsh(centred.T @ centred)
 
 
-def _seen(positions: np.ndarray) -> np.ndarray:
+def _find_seen(positions: np.ndarray) -> np.ndarray:
     """Return the points (n, 3) that are seen in any frame."""
     return positions[~np.isnan(positions).any(axis=2)]
 
 
 def _sign(positions: np.ndarray) -> str:
     """Return in words what shows that positions, of which some are seen, are in two dimensions; nothing if not."""
-    points = _seen(positions)
+    points = _find_seen(positions)
     low, high = points.min(axis=0), points.max(axis=0)
     others_are_flags = high.max() <= 2.0 and not (points % 1.0).any()
     if 0.0 <= low[2] < high[2] <= 2.0 and not (points[:, 2] % 1.0).any() and not others_are_flags:
