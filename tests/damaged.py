@@ -1,6 +1,8 @@
 """Files of keypoints with something wrong in them, and what their readers do with them; for tests and the benchmark."""
 
+import csv
 import io
+import json
 import struct
 import warnings
 
@@ -73,6 +75,35 @@ def _other_c3d_kinds():
     ]
 
 
+def json_documents(n_frames=20):
+    """Return keypoints as OpenPose, MediaPipe and COCO's style write them, mm, by name where a style has names."""
+    array = np.nan_to_num(positions(n_frames))
+    rows = np.concatenate([array, np.ones((n_frames, 3, 1))], axis=2)
+    points = [[dict(zip("xyz", point, strict=True), visibility=0.9) for point in frame] for frame in array.tolist()]
+    coco = {
+        "images": [{"id": i} for i in range(n_frames)],
+        "annotations": [{"image_id": i, "keypoints": row.ravel().tolist()} for i, row in enumerate(rows)],
+        "categories": [{"keypoints": NAMES}],
+    }
+    return [
+        [{"people": [{"pose_keypoints_3d": row.ravel().tolist()}]} for row in rows],
+        {"fps": 25, "frames": [{"frame": i, "pose_world_landmarks": one} for i, one in enumerate(points)]},
+        [dict(zip(NAMES, frame, strict=True)) for frame in points],
+        coco,
+    ]
+
+
+def csv_file(n_frames=20):
+    """Return a CSV file of three points and how sure each is."""
+    file = io.StringIO()
+    axes = "x", "y", "z", "score"
+    writer = csv.writer(file)
+    writer.writerow(["frame", *(f"{name}_{axis}" for name in NAMES for axis in axes)])
+    for i, frame in enumerate(positions(n_frames)):
+        writer.writerow([i, *("" if np.isnan(x) else f"{x:.3f}" for point in frame for x in (*point, 0.5))])
+    return file.getvalue().encode()
+
+
 FILES = {
     "TRC": _trc_forms(),
     "C3D": c3d_kinds() + _other_c3d_kinds(),
@@ -81,6 +112,8 @@ FILES = {
         _saved(np.savez, keypoints=positions(), scores=np.ones((20, 3)), fps=25, names=NAMES),
         _saved(np.savez_compressed, positions=positions(), frame_rate=[25.0]),
     ],
+    "JSON": [json.dumps(document).encode() for document in json_documents()],
+    "CSV": [csv_file()],
 }
 BYTES = [0, 1, 2, 4, 9, 10, 32, 44, 45, 46, 48, 57, 80, 84, 85, 86, 95, 127, 128, 254, 255]
 WORDS = [b"", b"NaN", b"1e999", b"-inf", b"1_0", b"1,5", b"9" * 40, b"1000000000", b"-1", b"x\ty", b"\t", b"\n", b"\r"]
@@ -92,11 +125,13 @@ READERS = {
     "C3D": [(load_c3d, {}), (load_c3d, {"zeros": "missing", "scale": 1, "up": "-x"}), (load_c3d_quantities, {})],
     "NPY": ARRAYS,
     "NPZ": ARRAYS,
+    "JSON": ARRAYS,
+    "CSV": ARRAYS,
 }
 
 
 def damaged(kind, rng):
-    """Return a file of a kind, "TRC", "C3D", "NPY" or "NPZ", with some damage."""
+    """Return a file of a kind, one of FILES, with some damage."""
     data = bytearray(FILES[kind][rng.integers(len(FILES[kind]))])
     if rng.random() < 0.25:
         return bytes(data[: rng.integers(len(data))])
@@ -108,6 +143,10 @@ def damaged(kind, rng):
             data[at : at + 2] = struct.pack("<h", rng.choice([-32768, -2, -1, 0, 3, 255, 256, 32767]))
         elif how <= 3 and kind == "TRC" and rng.random() < 0.8:
             data = _damaged_line(data, rng)
+        elif how <= 1 and kind in ("JSON", "CSV"):
+            words = data.split(b",")
+            words[rng.integers(min(60, len(words)))] = WORDS[rng.integers(len(WORDS))]
+            data = bytearray(b",".join(words))
         elif how == 2:
             del data[at : at + int(rng.integers(1, 600))]
         elif how == 3:

@@ -1,6 +1,7 @@
 """Readers of motion-capture files, and a writer of BVH.
 
-Acclaim ASF/AMC, Biovision BVH and AMASS are motions; TRC, C3D and arrays of keypoints are positions without a skeleton.
+Acclaim ASF/AMC, Biovision BVH and AMASS are motions; TRC, C3D and keypoints, as JSON, CSV or arrays, are positions
+without a skeleton.
 Angles are in radians, lengths in metres. A file that does not follow its format raises `MocapFormatError` with the line
 and the column, or with the key.
 """

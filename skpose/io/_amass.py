@@ -144,7 +144,12 @@ def _model_name(file: Archive) -> str:
     if "poses" not in file.keys:
         if not file.keys & set(PARTS):
             keys = ", ".join(sorted(file.keys)) or "none"
-            raise file.source.error(f"it has no poses, so it is no motion in the format of AMASS; its keys are {keys}")
+            route = ""
+            if file.keys & {"positions", "keypoints"}:
+                route = ": load_keypoints reads its positions, fit_skeleton and inverse_kinematics find the motion"
+            raise file.source.error(
+                f"it has no poses, so it is no motion in the format of AMASS; its keys are {keys}{route}"
+            )
         return "SMPL-X" if file.keys & set(FACE) else "SMPL-H"
     shape = file.shape("poses")
     if len(shape) != 2 or shape[1] not in {3 * size for size in BY_SIZE}:

@@ -1,7 +1,9 @@
-"""Reader of keypoints that a program has stored as arrays of numpy, in .npz or .npy files."""
+"""Reader of keypoints that a program has stored as arrays of numpy, as JSON or as CSV."""
 
+import os
 import re
 from collections.abc import Callable, Iterable
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -10,15 +12,21 @@ from skpose._validation.motions import check_frame_rate, check_up
 from skpose._validation.options import check_positive
 from skpose.io._arguments import Readable
 from skpose.io._error import MocapFormatError
+from skpose.io._keypoints_csv import is_table, read_csv
+from skpose.io._keypoints_json import json_files, read_folder, read_json
 from skpose.io._npz import Archive, read_array
+from skpose.io._other import NUMBERS, is_numbers
 from skpose.io._source import Source
+from skpose.io._stored import Stored
 from skpose.keypoints import Keypoints, Layout, layouts
+from skpose.keypoints._shared import REMEDY, find_names, refuse_pictures, remedy_without
 
 POSITIONS = "positions", "keypoints"
 CONFIDENCES = "confidences", "scores"
 RATES = "frame_rate", "fps"
 NAMES = "names"
 SHAPES = (None, None, 3), (None, None, 4)
+KIND = "keypoints as JSON, CSV with a header, .npz or .npy"
 
 
 def load_keypoints(
@@ -30,19 +38,23 @@ def load_keypoints(
     scale: float = 1.0,
     up: Literal["x", "y", "z"] | None = None,
 ) -> Keypoints:
-    """Read keypoints in three dimensions from an .npz or .npy file of numpy.
+    """Read keypoints in three dimensions from a file of JSON, CSV or numpy, or from a folder of JSON files.
+
+    The format is recognised by the content of the file, not by its name.
 
     Parameters
     ----------
     path : str, path-like or file
-        The file, or an open one.
+        The file, or an open one, compressed by gzip or not; or a folder with a JSON file for each frame, as OpenPose
+        writes it.
     layout : Layout or str, default=None
-        The layout of the keypoints, or the name of one of `skpose.keypoints.layouts`: the names of the columns, the
-        axis that points up, and points that are midpoints of others.
+        The layout of the keypoints, or the name of one of `skpose.keypoints.layouts`: the names of the points, the
+        axis that points up, and points that are means of others. Where the file names its points they are found by
+        their names, in any order and spelling, and others are left out.
     names : iterable of str, default=None
-        Name of each point, without a layout. None is the file's own, `names` of an .npz file.
+        Name of each point in the file. None is the file's own, or those of the layout.
     frame_rate : float, default=None
-        Frames per second. None is the file's own, `frame_rate` or `fps` of an .npz file.
+        Frames per second. None is the file's own, `frame_rate` or `fps`, which CSV files do not state.
     scale : float, default=1.0
         Metres per unit of length.
     up : {"x", "y", "z"}, default=None
@@ -51,21 +63,25 @@ def load_keypoints(
     Returns
     -------
     Keypoints
-        Positions in m, NaN where a point is not seen: where a number is NaN, or the confidence is 0.
+        Positions in m, NaN where a point is not seen: where a number is NaN or not there, or the confidence is 0.
 
     Raises
     ------
     MocapFormatError
-        If the file is not what it should be, such as cut short, or in two dimensions; with its name and the key.
+        If the file is not what it should be, such as cut short, or in two dimensions; with its name, and the line or
+        the key.
     OSError
         If it cannot be read.
     ValueError
-        If names or the frame rate are neither given nor in the file, or a layout and `names` or `up` are both given.
+        If names or the frame rate are neither given nor in the file, or a layout and `up` are both given.
 
     Warns
     -----
     UserWarning
-        If the points are less than 0.3 or more than 5 m apart: they may be in another unit than metres.
+        If the points are less than 0.3 or more than 5 m apart: they may be in another unit than metres. Not for a
+        layout without left and right, such as that of a hand.
+    UserWarning
+        If x and y of MediaPipe's landmarks are all from 0 to 1: they may be those of the picture.
 
     See Also
     --------
@@ -86,6 +102,16 @@ def load_keypoints(
 
     Nothing is unpickled: arrays of objects are refused.
 
+    A CSV file has a header and a row for each frame, with columns such as ``nose_x``, ``nose_y``, ``nose_z`` and, for
+    all points or none, ``nose_visibility``, ``_confidence``, ``_score`` or ``_likelihood``. A column ``frame`` says
+    which frame a row is.
+
+    A JSON file is a frame, a list of frames, or an object with a list of them as ``frames``, and ``fps``. A frame has
+    one person's points as ``pose_world_landmarks`` (MediaPipe, also ``worldLandmarks``), ``pose_keypoints_3d`` of its
+    ``people`` (OpenPose), ``keypoints_3d``, or ``keypoints`` (COCO, MMPose): lists of x, y, z and how sure, or objects
+    with these, by name or in the order of a layout. ``frame`` or ``frame_id`` says which frame it is. Frames that are
+    left out between others are not seen. Landmarks and keypoints of pictures are refused.
+
     Examples
     --------
     >>> from pathlib import Path
@@ -97,44 +123,95 @@ def load_keypoints(
     ...     np.savez(path, keypoints=np.random.default_rng(0).random((50, 3, 3)), fps=25)
     ...     load_keypoints(path, names=["shoulder", "elbow", "wrist"])
     Keypoints(50 frames at 25 Hz, 2.0 s, 3 points)
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder, "hand.csv")
+    ...     _ = path.write_text("frame,wrist_x,wrist_y,wrist_z\\n0,0.1,1.2,0.4\\n1,0.1,1.3,0.4\\n")
+    ...     load_keypoints(path, frame_rate=30)
+    Keypoints(2 frames at 30 Hz, 0.1 s, 1 points)
     """
     check_positive("scale", scale)
     if frame_rate is not None:
         check_frame_rate(frame_rate)
-    if layout is not None and (names is not None or up is not None):
-        raise ValueError(f"a layout states names and up: pass layout= or {'names' if up is None else 'up'}=, not both")
+    if layout is not None and up is not None:
+        raise ValueError("a layout states which axis points up: pass layout= or up=, not both")
     if up is not None:
         check_up(up)
     layout = None if layout is None else _layout(layout)
-    with Source(path, "an .npz or .npy file", binary=True) as source:
-        if source.binary == "npy":
-            array, confidences = _read_or_explain(source, lambda: read_array(source, *SHAPES)), None
+    names = None if names is None else list(names)
+    folder = path if isinstance(path, str | os.PathLike) and Path(path).is_dir() else None
+    files = json_files(folder) if folder is not None else []
+    if folder is not None and not files:
+        raise MocapFormatError(folder, None, "expected a JSON file for each frame in the folder, found none")
+    with Source(files[0] if files else path, KIND, binary=True) as source:
+        n_points = len(names) if names is not None else len(layout.names) if layout is not None else None
+        if folder is not None:
+            source.name = os.fspath(folder)
+            stored = read_folder(source, files, n_points)
         else:
-            array, confidences, stated_rate, stated_names = _from_archive(source)
-            frame_rate = stated_rate if frame_rate is None else frame_rate
-            names = stated_names if names is None else names
-            if layout is not None and stated_names is not None:
-                order = _order(source, stated_names, layout)
-                array, confidences = array[:, order], None if confidences is None else confidences[:, order]
+            stored = _read(source, n_points)
+        frame_rate = stored.frame_rate if frame_rate is None else frame_rate
         if frame_rate is None:
             raise ValueError(f"{source.name} does not state its frame rate: pass frame_rate=, in Hz")
+        names = stored.names if names is None else names
         if layout is None and names is None:
             raise ValueError(f"{source.name} does not name its points: pass layout=, or names=, one for each point")
-        if array.shape[2] == 4:
-            if confidences is not None:
-                raise source.error("confidences are given twice: as a key, and as the fourth number of each position")
-            array, confidences = array[:, :, :3], np.nan_to_num(array[:, :, 3])
         with source.format_errors():
-            if layout is not None:
-                found = layout.keypoints(array * scale, frame_rate, confidences)
+            refuse_pictures(stored.positions, names or (), "positions")
+            positions = stored.positions * scale
+            if layout is not None and names is not None:
+                order = _order(source, names, positions.shape[1], layout)
+                positions = positions[:, order]
+                confidences = None if stored.confidences is None else stored.confidences[:, order]
+                found = layout.keypoints(positions, frame_rate, confidences)
+            elif layout is not None:
+                found = layout.keypoints(positions, frame_rate, stored.confidences)
             else:
-                found = Keypoints(array * scale, names or (), frame_rate, confidences, up or "y")
-        source.warn_of_extent(found.positions, scale)
+                found = Keypoints(positions, names or (), frame_rate, stored.confidences, up or "y")
+        if layout is None or layout.pairs:
+            source.warn_of_extent(found.positions, scale)
         return found
 
 
-def _from_archive(source: Source) -> tuple[np.ndarray, np.ndarray | None, float | None, list[str] | None]:
-    """Return positions, confidences, frame rate and names of an .npz file; None for what it does not have."""
+def _read(source: Source, n_points: int | None) -> Stored:
+    """Return what an open file holds, whose content says which of the formats it is."""
+    if source.binary == "npy":
+        return _with_fourth(source, Stored(_read_or_explain(source, lambda: read_array(source, *SHAPES)), None, None))
+    if source.binary == "zip":
+        return _with_fourth(source, _from_archive(source))
+    start = source.head.lstrip()[:1]
+    if start and start in "[{":
+        return read_json(source, n_points)
+    if source.binary is None and is_table(source.head):
+        return read_csv(source)
+    raise source.error(_not_keypoints(source))
+
+
+def _not_keypoints(source: Source) -> str:
+    """Return the message on a file that holds no keypoints, with the function that reads it."""
+    expected = f"expected {KIND}"
+    if source.binary == "C3D":
+        return f"{expected}, found C3D: load_c3d reads it"
+    if is_numbers(source.head):
+        return f"{expected}, found {NUMBERS}"
+    lines = (line.split() for line in source.head.splitlines())
+    word = next((words[0] for words in lines if words and not words[0].startswith("#")), "")
+    for beginning, reader in (("pathfiletype", "load_trc"), ("hierarchy", "load_bvh"), (":", "load_motion")):
+        if word.lower().startswith(beginning):
+            return f"{expected}, found {word[:40]!r}: {reader} reads it"
+    return f"{expected}, found {word[:40]!r}, which begins none of them"
+
+
+def _with_fourth(source: Source, stored: Stored) -> Stored:
+    """Return positions of three coordinates, the fourth as confidences."""
+    if stored.positions.shape[2] == 3:
+        return stored
+    if stored.confidences is not None:
+        raise source.error("confidences are given twice: as a key, and as the fourth number of each position")
+    return stored._replace(positions=stored.positions[:, :, :3], confidences=np.nan_to_num(stored.positions[:, :, 3]))
+
+
+def _from_archive(source: Source) -> Stored:
+    """Return what an .npz file holds."""
     file = Archive(source)
     key = _one_of(file, POSITIONS)
     if key is None:
@@ -149,21 +226,21 @@ def _from_archive(source: Source) -> tuple[np.ndarray, np.ndarray | None, float 
             raise source.error(f"{found}: expected a positive number, found {rate:g}")
     if NAMES in file.keys:
         names = file.texts(NAMES, (None,))
-    return array, confidences, rate, names
+    return Stored(array, confidences, names, rate)
 
 
-def _order(source: Source, names: list[str], layout: Layout) -> list[int]:
-    """Return the columns of a file in the order of a layout, by the names that the file states."""
-    if sorted(names) != sorted(layout.names):
-        other = next((name for name in names if name not in layout.names), None)
-        found = (
-            f"the point {other!r}, which it does not have" if other else f"{len(names)} of {len(layout.names)} points"
-        )
+def _order(source: Source, names: list[str], n_points: int, layout: Layout) -> list[int]:
+    """Return the columns of the points of a layout, by the names of the file's points."""
+    if len(names) != n_points:
+        raise source.error(f"there are {len(names)} names, and {n_points} points")
+    found = find_names(layout.names, names)
+    missing = [name for name in layout.names if name not in found]
+    if missing:
         raise source.error(
-            f"{NAMES}: expected those of the layout {layout.name!r}, found {found}; pass the layout that the file has, "
-            "or none"
+            f"it has no point {missing[0]!r}, as the layout {layout.name!r} has; its points are "
+            f"{', '.join(names[:50])}. Pass the layout that they are of, none, or {remedy_without(layout, missing)}"
         )
-    return [names.index(name) for name in layout.names]
+    return [names.index(found[name]) for name in layout.names]
 
 
 def _one_of(file: Archive, keys: tuple[str, str]) -> str | None:
@@ -179,10 +256,7 @@ def _read_or_explain(source: Source, read: Callable[[], np.ndarray]) -> np.ndarr
         return read()
     except MocapFormatError as error:
         if re.search(r"found \(\d+, \d+, 2\)$", error.message):
-            raise source.error(
-                f"{error.message}: these are keypoints in two dimensions. Lengths of bones are not known from a "
-                "picture: lift them to 3-D first, by a pose estimator that gives 3-D keypoints or by several cameras"
-            ) from None
+            raise source.error(f"{error.message}: these are keypoints in two dimensions. {REMEDY}") from None
         raise
 
 

@@ -10,6 +10,7 @@ from skpose.io._amc import read_amc
 from skpose.io._arguments import PathLike, Readable
 from skpose.io._asf import AsfFile, content_of
 from skpose.io._bvh import read_bvh
+from skpose.io._other import route_of
 from skpose.io._source import Source
 from skpose.io._up import Up
 from skpose.io._words import WHOLE
@@ -192,6 +193,8 @@ def _format_of(source: Source) -> Format:
             "is not read: load_trc reads the markers of the same trial, fit_skeleton and inverse_kinematics find the "
             "motion"
         )
+    if route := route_of(source.head):
+        raise source.error(f"{route}; fit_skeleton and inverse_kinematics find the motion")
     for line in source.head.splitlines():
         word, *_ = line.partition("#")[0].lower().split() or [""]
         if word.partition(",")[0] == "pathfiletype":  # some are separated by commas

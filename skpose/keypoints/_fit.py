@@ -123,7 +123,8 @@ def fit_skeleton(keypoints: Keypoints | ArrayLike, layout: Layout) -> Skeleton:
         dofs = "" if name in layout.rigid else BALL
         bones.append(Bone(name, parent, (lengths[name].value, 0.0, 0.0), dofs, rests[name]))
     skeleton = Skeleton(bones)
-    _warn_of_size(skeleton)
+    if layout.pairs:  # a hand or an arm has not the size of a person
+        _warn_of_size(skeleton)
     return skeleton
 
 

@@ -12,6 +12,7 @@ from skpose._typing import ArrayLike
 from skpose._validation.motions import check_frame_rate, check_up
 from skpose._validation.numbers import as_numbers
 from skpose._validation.positions import check_positions
+from skpose.keypoints._pictures import refuse_pictures
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -41,7 +42,9 @@ class Keypoints:
     ------
     ValueError
         For shapes that do not fit each other, such as positions in two dimensions, infinite positions, names given
-        twice, confidences below 0 or above 1, a frame rate that is not positive.
+        twice, confidences below 0 or above 1, a frame rate that is not positive. For eight points or more, or six with
+        left and right, that are in two dimensions by their numbers: in one plane in all frames, such as z = 0, or with
+        COCO's visibility, 0, 1 or 2, or the score of pixels in the place of z.
 
     See Also
     --------
@@ -104,6 +107,7 @@ class Keypoints:
             raise ValueError("confidences must be from 0, not seen, to 1, where a point is seen")
         confidences[~seen] = 0.0
         positions[confidences == 0.0] = np.nan
+        refuse_pictures(positions, names, "positions")
         for name, value in {"names": names, "positions": positions, "confidences": confidences}.items():
             object.__setattr__(self, name, value)
 

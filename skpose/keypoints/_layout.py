@@ -11,16 +11,17 @@ from skpose._typing import ArrayLike
 from skpose._validation.numbers import as_numbers
 from skpose._validation.positions import check_positions
 from skpose.keypoints._keypoints import Keypoints
+from skpose.keypoints._names import find_names
+from skpose.keypoints._pictures import refuse_pictures, warn_of_landmarks
 from skpose.keypoints._tables import TABLES
 from skpose.skeleton._shared import others, partners, sides
 
 UPS = ("x", "y", "z", "-x", "-y", "-z")
-PIXELS = 10.0  # a person moves through so many metres at most where the third number of each point is in [0, 1]
 
 
 @dataclass(frozen=True, repr=False)
 class Layout:
-    """The points of a pose estimator, a sensor or SMPL, and the tree of bones between them.
+    """The points of a pose estimator, a sensor, a set of markers or SMPL, and the tree of bones between them.
 
     Parameters
     ----------
@@ -31,8 +32,9 @@ class Layout:
         "right_hip", make pairs.
     parents : mapping of str to str or None
         Parent of each point and of each midpoint; None for the root, of which there is one.
-    midpoints : mapping of str to pair of str, default={}
-        Points that are not in the array, each in the middle between two others; such as the pelvis between the hips.
+    midpoints : mapping of str to iterable of str, default={}
+        Points that are not in the array, each the mean of two others or more; such as the pelvis between the hips, or
+        amid four markers.
     rigid : iterable of str, default=()
         Points that are fixed to the frame of their parent, such as the hips to the pelvis and the ears to the nose.
         The bones of all others are ball joints.
@@ -53,7 +55,7 @@ class Layout:
     Raises
     ------
     ValueError
-        For a name given twice, a parent or an end of a midpoint that is no point, a cycle, several roots, a layout in
+        For a name given twice, a parent or a part of a midpoint that is no point, a cycle, several roots, a layout in
         which every bone is rigid; the message names the point.
 
     See Also
@@ -83,7 +85,7 @@ class Layout:
     name: str
     names: tuple[str, ...]
     parents: Mapping[str, str | None] = field(hash=False)
-    midpoints: Mapping[str, tuple[str, str]] = field(default_factory=dict, hash=False)
+    midpoints: Mapping[str, tuple[str, ...]] = field(default_factory=dict, hash=False)
     rigid: frozenset[str] = frozenset()
     up: Literal["x", "y", "z", "-x", "-y", "-z"] = "y"
     source: str = ""
@@ -111,6 +113,9 @@ class Layout:
                     f"{argument} must be a mapping by name, such as {{'left_hip': 'pelvis'}}, got "
                     f"{type(getattr(self, argument)).__name__}"
                 )
+        for name, ends in dict(self.midpoints).items():
+            if isinstance(ends, str):
+                raise TypeError(f"midpoint {name!r} must be a sequence of names, got one string, {ends!r}")
         values = {
             "names": tuple(self.names),
             "parents": MappingProxyType(dict(self.parents)),
@@ -133,13 +138,16 @@ class Layout:
                 raise ValueError(f"layout {self.name!r}: points must differ, got {name!r} {points.count(name)} times")
         known = set(self.names)
         for name, ends in self.midpoints.items():
-            if len(ends) != 2 or len(set(ends)) != 2:
-                raise ValueError(f"layout {self.name!r}: midpoint {name!r} must be between two points, got {ends!r}")
+            if len(ends) < 2 or len(set(ends)) != len(ends):
+                raise ValueError(
+                    f"layout {self.name!r}: midpoint {name!r} must be the mean of two points or more, each once, got "
+                    f"{ends!r}"
+                )
             for end in ends:
                 if end not in known:
                     raise ValueError(
-                        f"layout {self.name!r}: midpoint {name!r} is between {ends[0]!r} and {ends[1]!r}, but {end!r} "
-                        "is neither among the names nor a midpoint before it"
+                        f"layout {self.name!r}: midpoint {name!r} is the mean of {', '.join(map(repr, ends))}, but "
+                        f"{end!r} is neither among the names nor a midpoint before it"
                     )
             known.add(name)
 
@@ -199,60 +207,105 @@ class Layout:
         arguments = (dict(self.parents), dict(self.midpoints), self.rigid, self.up, self.source)
         return Layout, (self.name, self.names, *arguments)
 
-    def keypoints(self, positions: ArrayLike, frame_rate: float, confidences: ArrayLike | None = None) -> Keypoints:
-        """Return positions in the layout's order as keypoints with names, the midpoints among them.
+    def keypoints(
+        self,
+        positions: ArrayLike | Keypoints,
+        frame_rate: float | None = None,
+        confidences: ArrayLike | None = None,
+    ) -> Keypoints:
+        """Return positions as keypoints of the layout, with its names, the midpoints among them.
 
         Parameters
         ----------
-        positions : array-like of shape (n_frames, n_points, 3)
-            Positions of ``layout.names``, m; NaN where a point is not seen.
-        frame_rate : float
-            Frames per second, Hz.
+        positions : array-like of shape (n_frames, n_points, 3), or Keypoints
+            Positions of ``layout.names``, m; NaN where a point is not seen. Points of keypoints are found by their
+            names, in any order and spelling, others are left out; an array is in the order of the layout.
+        frame_rate : float, default=None
+            Frames per second of an array, Hz; keypoints have their own.
         confidences : array-like of shape (n_frames, n_points), default=None
-            How sure each position is, from 0, not seen, to 1; MediaPipe's visibility, OpenPose's score.
+            How sure each position of an array is, from 0, not seen, to 1; MediaPipe's visibility, OpenPose's score.
 
         Returns
         -------
         Keypoints
-            Of ``layout.points``, with x, y or z up. A midpoint is seen where both of its ends are, and is as sure as
-            the less sure one.
+            Of ``layout.points``, with x, y or z up. A midpoint is seen where all of its points are, and is as sure as
+            the least sure one; keypoints that have a point of its name keep theirs.
 
         Raises
         ------
         ValueError
             For positions in two dimensions, or of another number of points; the message names the layouts that have
-            that number.
+            that number. For keypoints without a point of the layout, or with several that have its name but for the
+            spelling.
+
+        Warns
+        -----
+        UserWarning
+            If x and y of MediaPipe's landmarks are all from 0 to 1: they may be those of the picture.
 
         Notes
         -----
-        Where an axis points down the positions are turned by half a turn: about x if y or z points down, so that
-        (x, y, z) becomes (x, −y, −z), and about y if x does.
+        Where an axis points down the positions of an array are turned by half a turn: about x if y or z points down, so
+        that (x, y, z) becomes (x, −y, −z), and about y if x does. Keypoints state themselves which axis points up.
+
+        Of names that differ, those that are the same but for the case come first, such as Nose and nose. Then those of
+        the same words: RBigToe and right_big_toe, ShoulderLeft and left_shoulder.
 
         Examples
         --------
         >>> import numpy as np
-        >>> from skpose.keypoints import layouts
+        >>> from skpose.keypoints import Keypoints, layouts
         >>> seen = layouts["coco17"].keypoints(np.random.default_rng(0).normal(size=(5, 17, 3)), frame_rate=30)
         >>> seen.names[-2:]
         ('pelvis', 'neck')
+        >>> names = [name.upper() for name in layouts["coco17"].names]
+        >>> found = layouts["coco17"].keypoints(Keypoints(seen.positions[:, :17], names, frame_rate=30))
+        >>> bool((found.positions == seen.positions).all())
+        True
         """
+        if isinstance(positions, Keypoints):
+            if frame_rate is not None or confidences is not None:
+                raise ValueError("keypoints have a frame rate and confidences: pass no others with them")
+            return self._of_keypoints(positions)
+        if frame_rate is None:
+            raise ValueError("frame_rate must be the frames per second of the positions, in Hz, got None")
         array = as_numbers(positions, "positions")
         self._check_shape(array)
         array = check_positions(array, len(self.names), "positions")
+        refuse_pictures(array, self.names, "positions")
+        if self.name == "mediapipe33":
+            warn_of_landmarks(array)
         sure = np.where(np.isnan(array).any(axis=2), 0.0, 1.0)
         if confidences is not None:
             sure = as_numbers(confidences, "confidences", masked=0.0)
         if sure.shape != array.shape[:2]:
             raise ValueError(f"confidences must have shape {array.shape[:2]}, one a position, got {sure.shape}")
-        if self.up.startswith("-"):
-            array *= [-1.0, 1.0, -1.0] if self.up == "-x" else [1.0, -1.0, -1.0]
         columns = {name: (array[:, i], sure[:, i]) for i, name in enumerate(self.names)}
-        for name, (one, other) in self.midpoints.items():
-            (a, sure_a), (b, sure_b) = columns[one], columns[other]
-            columns[name] = (a + b) / 2.0, np.minimum(sure_a, sure_b)
-        array, sure = (np.stack(parts, axis=1) for parts in zip(*columns.values(), strict=True))
-        up: Any = self.up[-1]
-        return Keypoints(array, self.points, frame_rate, confidences=sure, up=up)
+        return self._of_columns(columns, frame_rate, self.up)
+
+    def _of_keypoints(self, given: Keypoints) -> Keypoints:
+        found = find_names(self.points, given.names)
+        missing = [name for name in self.names if name not in found]
+        if missing:
+            raise ValueError(
+                f"the keypoints have no point named {missing[0]!r}, as the layout {self.name!r} has; their names are "
+                f"{', '.join(given.names)}. Pass the layout that they are of, or {remedy_without(self, missing)}"
+            )
+        chosen = given.select(found.values())
+        columns = {name: (chosen.positions[:, i], chosen.confidences[:, i]) for i, name in enumerate(found)}
+        return self._of_columns(columns, given.frame_rate, given.up)
+
+    def _of_columns(self, columns: dict[str, tuple[np.ndarray, np.ndarray]], frame_rate: float, up: str) -> Keypoints:
+        """Return keypoints of positions (n, 3) and confidences (n,) by name; midpoints that are not there are made."""
+        for name, ends in self.midpoints.items():
+            if name not in columns:
+                parts, sure = zip(*(columns[end] for end in ends), strict=True)
+                columns[name] = np.mean(parts, axis=0), np.min(sure, axis=0)
+        array, confidences = (np.stack([columns[name][i] for name in self.points], axis=1) for i in (0, 1))
+        if up.startswith("-"):
+            array *= [-1.0, 1.0, -1.0] if up == "-x" else [1.0, -1.0, -1.0]
+        axis: Any = up[-1]
+        return Keypoints(array, self.points, frame_rate, confidences=confidences, up=axis)
 
     def _check_shape(self, array: np.ndarray) -> None:
         """Refuse arrays of another layout or in another form, with the remedy."""
@@ -272,15 +325,6 @@ class Layout:
             raise ValueError(
                 f"positions have {array.shape[1]} points, and the layout {self.name!r} has {n}{self._suggest(array)}"
             )
-        if array.shape[2] == 3 and np.isfinite(array).any(axis=(0, 1)).all():
-            flat = array.reshape(-1, 3)
-            low, high = np.nanmin(flat, axis=0), np.nanmax(flat, axis=0)
-            if low[2] >= 0.0 and 0.0 < high[2] <= 1.0 and (high - low)[:2].max() > PIXELS:
-                raise ValueError(
-                    "positions look like pixels, with how sure each is in the place of z: points are spread over "
-                    f"{(high - low)[0]:.4g} in x and {(high - low)[1]:.4g} in y, and all z are between 0 and 1. "
-                    "Three coordinates in m are needed: lift them to 3-D first"
-                )
 
     def _suggest(self, array: np.ndarray) -> str:
         """Return in words which layouts have as many points as an array."""
@@ -310,7 +354,7 @@ class Layout:
         KeyError
             For a name that no point has.
         ValueError
-            For the root, or an end of a midpoint that stays.
+            For the root, or a part of a midpoint that stays.
 
         Examples
         --------
@@ -335,3 +379,12 @@ class Layout:
         stay = tuple(name for name in self.names if name not in out)
         midpoints = {name: ends for name, ends in self.midpoints.items() if name not in out}
         return replace(self, names=stay, parents=parents, midpoints=midpoints, rigid=frozenset(rigid))
+
+
+def remedy_without(layout: Layout, missing: list[str]) -> str:
+    """Return in words how to make a layout without points that are missing."""
+    try:
+        layout.without(missing)
+    except ValueError:  # the root, or a part of a midpoint
+        return "make a Layout of your own for the points that there are"
+    return f"layout.without({missing})"

@@ -3,7 +3,8 @@
 from collections.abc import Iterator, Mapping
 
 from skpose.keypoints._layout import Layout
-from skpose.keypoints._tables import RIGID, TABLES, Table
+from skpose.keypoints._table import RIGID, Table
+from skpose.keypoints._tables import TABLES
 
 
 def _layout(table: Table) -> Layout:
@@ -24,27 +25,37 @@ _BY_NAME = {table.name: _layout(table) for table in TABLES}
 class _Layouts(Mapping[str, Layout]):
     """The layouts that come with the library, by name; a read-only mapping.
 
-    ================ ======================================== ====== =============================================
-    name             keypoints of                             up     made besides
-    ================ ======================================== ====== =============================================
-    "coco17"         COCO, lifted to 3-D: MMPose, MoveNet ...  y      pelvis, neck
-    "mediapipe33"    MediaPipe Pose, its world landmarks      −y     pelvis, neck
-    "h36m17"         Human3.6M, in world coordinates          z
-    "body25"         OpenPose BODY_25, triangulated           −y
-    "kinect25"       Kinect v2, in camera space               y
-    "smpl24"         SMPL, its joints                         y
-    "cmu31"          CMU's ASF files, the root and 30 bones   y
-    ================ ======================================== ====== =============================================
+    ================== ======================================== ====== ===========================================
+    name               keypoints of                             up     made besides
+    ================== ======================================== ====== ===========================================
+    "coco17"           COCO, lifted to 3-D: MMPose, MoveNet ... y      pelvis, neck
+    "mediapipe33"      MediaPipe Pose, its world landmarks      −y     pelvis, neck
+    "h36m17"           Human3.6M, in world coordinates          z
+    "body25"           OpenPose BODY_25, triangulated           −y
+    "kinect25"         Kinect v2, in camera space               y
+    "smpl24"           SMPL, its joints                         y
+    "cmu31"            CMU's ASF files, the root and 30 bones   y
+    "kinect20"         the first Kinect, in skeleton space      y
+    "mediapipe_hand21" MediaPipe Hands, one, world landmarks    −y
+    "pose2sim21"       Pose2Sim, HALPE_26 without the face      y      hip
+    "opencap43"        OpenCap's markers, of video              y      pelvis, knees, ankles, elbows, wrists
+    "plug_in_gait39"   markers of Plug-in Gait, the full body   z      pelvis, hips, thorax, head, wrists
+    ================== ======================================== ====== ===========================================
 
     Each states where the order of its points is from, ``layouts["coco17"].source``. Keypoints that are lifted from
     pictures to 3-D have no axis of their own that points up: where it is not y, pass
     ``dataclasses.replace(layouts["coco17"], up="z")``. `Layout` makes another one in a few lines.
 
+    Files of markers name their points, and some have fewer of them:
+    ``layouts["plug_in_gait39"].without(["LUPA", "RUPA"]).keypoints(load_c3d("walk.c3d"))``. Markers stand on the skin,
+    and so do the ends of bones that are markers; the hips of "plug_in_gait39" are means of markers of the pelvis, above
+    the joints. Where a file states joint centres, a `Layout` with these is better.
+
     Examples
     --------
     >>> from skpose.keypoints import layouts
-    >>> list(layouts)
-    ['coco17', 'mediapipe33', 'h36m17', 'body25', 'kinect25', 'smpl24', 'cmu31']
+    >>> list(layouts)[:3]
+    ['coco17', 'mediapipe33', 'h36m17']
     >>> layouts["coco17"].names[:3]
     ('nose', 'left_eye', 'right_eye')
     >>> layouts["coco17"].pairs[0]

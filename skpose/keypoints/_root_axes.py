@@ -23,19 +23,23 @@ def root_axes(points: Points, layout: Layout, up: str) -> np.ndarray:
 
     Points that are rigid with the root, and the start of the trunk, are turned onto their mean shape: generalised
     Procrustes analysis with Kabsch's rotations, J. C. Gower, "Generalized Procrustes analysis", Psychometrika 40, 1975,
-    doi:10.1007/BF02291478. Left and up are those of the mean shape. Without left and right by name nothing is turned:
-    the root has the axes of the world, with y up.
+    doi:10.1007/BF02291478. Left and up are those of the mean shape. Without left and right by name, as in a hand, x
+    points from the last of the points that are rigid with the root to the first, and y towards all of them. Where these
+    are on one line, or fewer than two, nothing is turned: the root has the axes of the world, with y up.
     """
     names, pairs, middle = _shape(layout)
     n = len(points[layout.root])
+    in_world = np.tile(np.roll(np.eye(3), "yzx".index(up), axis=0).T, (n, 1, 1))
     if not pairs:
-        return np.tile(np.roll(np.eye(3), "yzx".index(up), axis=0).T, (n, 1, 1))
+        return in_world
     vectors, weights = _vectors(points, layout, names, up)
     left = [(names.index(a), names.index(b)) for a, b in pairs]
     upward = [names.index(name) for name in middle]
 
     axes = _orthonormal(vectors, left, upward)
     known = ~np.isnan(axes[:, 0, 0])
+    if not known.any() and not layout.pairs:
+        return in_world
     if not known.any():
         _refuse(layout, [name for name in names if name])
     shape = _mean_shape(axes[known], vectors[known], weights[known])
@@ -71,6 +75,8 @@ def _shape(layout: Layout) -> tuple[list[str], list[tuple[str, str]], list[str]]
     if not pairs:
         pairs = [pair for pair in layout.pairs if set(pair) <= set(balls)]
         names += [name for pair in pairs for name in pair]
+    if not layout.pairs and len(rigid) > 1:
+        return rigid, [(rigid[0], rigid[-1])], rigid
     middle = [name for name in names if name not in sided]
     if not middle:
         middle = [""]

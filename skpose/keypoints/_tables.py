@@ -1,29 +1,7 @@
-"""The layouts that come with the library as tables, each with the source of the order of its points.
+"""The layouts that come with the library as tables, each with the source of the order of its points."""
 
-A table has a row for each point of the array, in its order, and then one for each midpoint: name, parent, whether the
-point is rigid. Names are those of the source in snake case; those of OpenPose and Kinect have their sides first.
-"""
-
-from collections.abc import Mapping
-from typing import Literal, NamedTuple
-
-RIGID = True
-Row = tuple[str, str | None] | tuple[str, str | None, bool]
-
-
-class Table(NamedTuple):
-    """The points of a layout."""
-
-    name: str
-    rows: tuple[Row, ...]
-    source: str
-    up: Literal["y", "z", "-y"] = "y"
-    midpoints: Mapping[str, tuple[str, str]] = {}
-
-    @property
-    def names(self) -> list[str]:
-        return [row[0] for row in self.rows if row[0] not in self.midpoints]
-
+from skpose.keypoints._marker_tables import OPENCAP43, PLUG_IN_GAIT39, POSE2SIM21
+from skpose.keypoints._table import RIGID, Table
 
 HIPS, SHOULDERS = ("left_hip", "right_hip"), ("left_shoulder", "right_shoulder")
 
@@ -197,6 +175,65 @@ KINECT25 = Table(
     "axes: https://learn.microsoft.com/en-us/previous-versions/windows/kinect/dn772836(v=ieb.10)",
 )
 
+# The first Kinect: skeleton space, metres, y up, z away from the sensor, which stands still and may be tilted.
+KINECT20 = Table(
+    "kinect20",
+    (
+        ("hip_center", None),
+        ("spine", "hip_center"),
+        ("shoulder_center", "spine"),
+        ("head", "shoulder_center"),
+        ("left_shoulder", "shoulder_center"),
+        ("left_elbow", "left_shoulder"),
+        ("left_wrist", "left_elbow"),
+        ("left_hand", "left_wrist"),
+        ("right_shoulder", "shoulder_center"),
+        ("right_elbow", "right_shoulder"),
+        ("right_wrist", "right_elbow"),
+        ("right_hand", "right_wrist"),
+        ("left_hip", "hip_center", RIGID),
+        ("left_knee", "left_hip"),
+        ("left_ankle", "left_knee"),
+        ("left_foot", "left_ankle"),
+        ("right_hip", "hip_center", RIGID),
+        ("right_knee", "right_hip"),
+        ("right_ankle", "right_knee"),
+        ("right_foot", "right_ankle"),
+    ),
+    source="NUI_SKELETON_POSITION_INDEX of NuiSkeleton.h, https://www.cnblogs.com/mumuliang/p/2099392.html; axes: "
+    "https://learn.microsoft.com/en-us/previous-versions/windows/kinect-1.8/hh973078(v=ieb.10)",
+)
+
+# World landmarks of one hand: metres, the axes of the picture, y down. The knuckles move little within the palm.
+MEDIAPIPE_HAND21 = Table(
+    "mediapipe_hand21",
+    (
+        ("wrist", None),
+        ("thumb_cmc", "wrist", RIGID),
+        ("thumb_mcp", "thumb_cmc"),
+        ("thumb_ip", "thumb_mcp"),
+        ("thumb_tip", "thumb_ip"),
+        ("index_finger_mcp", "wrist", RIGID),
+        ("index_finger_pip", "index_finger_mcp"),
+        ("index_finger_dip", "index_finger_pip"),
+        ("index_finger_tip", "index_finger_dip"),
+        ("middle_finger_mcp", "wrist", RIGID),
+        ("middle_finger_pip", "middle_finger_mcp"),
+        ("middle_finger_dip", "middle_finger_pip"),
+        ("middle_finger_tip", "middle_finger_dip"),
+        ("ring_finger_mcp", "wrist", RIGID),
+        ("ring_finger_pip", "ring_finger_mcp"),
+        ("ring_finger_dip", "ring_finger_pip"),
+        ("ring_finger_tip", "ring_finger_dip"),
+        ("pinky_mcp", "wrist", RIGID),
+        ("pinky_pip", "pinky_mcp"),
+        ("pinky_dip", "pinky_pip"),
+        ("pinky_tip", "pinky_dip"),
+    ),
+    source="MediaPipe Hand Landmarker, https://ai.google.dev/edge/mediapipe/solutions/vision/hand_landmarker",
+    up="-y",
+)
+
 # Hips and the first joint of the spine turn with the pelvis, as in SMPL. There neck and collars turn together too, with
 # spine3; here each has a ball joint, as a bone is turned by the joint at its end. Every pose of SMPL can be reached.
 SMPL24 = Table(
@@ -269,4 +306,17 @@ CMU31 = Table(
     source="CMU Graphics Lab Motion Capture Database, http://mocap.cs.cmu.edu/subjects/35/35.asf",
 )
 
-TABLES = (COCO17, MEDIAPIPE33, H36M17, BODY25, KINECT25, SMPL24, CMU31)
+TABLES = (
+    COCO17,
+    MEDIAPIPE33,
+    H36M17,
+    BODY25,
+    KINECT25,
+    SMPL24,
+    CMU31,
+    KINECT20,
+    MEDIAPIPE_HAND21,
+    POSE2SIM21,
+    OPENCAP43,
+    PLUG_IN_GAIT39,
+)

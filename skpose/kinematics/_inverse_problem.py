@@ -16,10 +16,11 @@ from skpose._validation.positions import check_positions
 from skpose._validation.skeletons import limits_of
 from skpose._warnings import warn
 from skpose.keypoints import Keypoints
+from skpose.keypoints._shared import is_spatial, refuse_pictures
 from skpose.kinematics._fitted_poses import FittedPoses
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of_all_joints
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import size_of, with_root_joint
+from skpose.skeleton._shared import positions_at_zero, size_of, with_root_joint
 
 TASK = 512  # frames, some 50 ms; fixed, so that poses do not depend on n_jobs
 WARM_UP = 32  # frames before a task that it computes too, and drops: its first frame is then no start
@@ -180,6 +181,8 @@ def _match(positions: ArrayLike | Keypoints, skeleton: Skeleton) -> tuple[np.nda
     """Return positions (n_frames, n_joints, 3) and confidences (n_frames, n_joints) in the skeleton's order."""
     if not isinstance(positions, Keypoints):
         given = check_positions(positions, skeleton.n_joints, "positions")
+        if is_spatial(positions_at_zero(skeleton)):  # an arm may move in one plane
+            refuse_pictures(given, skeleton.joint_names, "positions")
         return given, np.ones(given.shape[:2])
     common = [name for name in skeleton.joint_names if name in positions.names]
     if not common:

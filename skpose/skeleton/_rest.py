@@ -29,11 +29,16 @@ def directions_at_zero(skeleton: SkeletonLike) -> np.ndarray:
 
 def size_of(skeleton: SkeletonLike) -> float:
     """Return the longest edge of the box around the joints and the root at angle zero."""
+    return float(np.ptp(positions_at_zero(skeleton), axis=0).max())
+
+
+def positions_at_zero(skeleton: SkeletonLike) -> np.ndarray:
+    """Return the positions (n_joints + 1, 3) of the joints at angle zero, and last of the root, at the origin."""
     axes = axes_at_zero(skeleton)
     if skeleton.offset_frame == "parent":
         axes = np.concatenate([axes, np.eye(3)[None]])[skeleton.parents]
     bones = np.einsum("jab,jb->ja", axes, skeleton.offsets)
-    positions = np.zeros((skeleton.n_joints + 1, 3))  # the last is the root's, whose index is -1
+    positions = np.zeros((skeleton.n_joints + 1, 3))  # the root's index is -1
     for j, parent in enumerate(skeleton.parents):
         positions[j] = positions[parent] + bones[j]
-    return float(np.ptp(positions, axis=0).max())
+    return positions

@@ -7,7 +7,7 @@ from skpose.skeleton._continuity import continuous_columns, continuous_triples, 
 from skpose.skeleton._html import foldable_table
 from skpose.skeleton._interpolation import interpolate_poses, straight_line
 from skpose.skeleton._proportions import MEAN_HEIGHT, PROPORTIONS
-from skpose.skeleton._rest import NO_DIRECTION, axes_at_zero, directions_at_zero, size_of
+from skpose.skeleton._rest import NO_DIRECTION, axes_at_zero, directions_at_zero, positions_at_zero, size_of
 from skpose.skeleton._root import heading, root_angles_of, root_orientations, with_root_joint
 from skpose.skeleton._rotations import TWO_PI, columns_of, rotations_of
 from skpose.skeleton._selection import with_carriers
@@ -37,6 +37,7 @@ __all__ = [
     "move",
     "others",
     "partners",
+    "positions_at_zero",
     "remove_jumps",
     "root_angles_of",
     "root_orientations",

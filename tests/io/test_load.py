@@ -13,7 +13,17 @@ import numpy as np
 import pytest
 from conftest import DATA
 
-from skpose.io import MocapFormatError, _source, asf_path, file_format, load_amc, load_asf, load_bvh, load_motion
+from skpose.io import (
+    MocapFormatError,
+    _source,
+    asf_path,
+    file_format,
+    load_amc,
+    load_asf,
+    load_bvh,
+    load_keypoints,
+    load_motion,
+)
 
 BVH, AMC, ASF = DATA / "biped.bvh", DATA / "arm.amc", DATA / "arm.asf"
 
@@ -248,3 +258,53 @@ def test_an_array_names_its_reader(tmp_path):
     np.save(tmp_path / "a.npy", np.zeros((2, 3, 3)))
     with pytest.raises(MocapFormatError, match=r"this is an array \(\.npy\), not a motion: load_keypoints reads"):
         load_motion(tmp_path / "a.npy")
+
+
+KINECT = "".join(f"{100 + i} {80 - i} {2000 + 7 * i} {i % 2}\n" for i in range(40))
+ROUTES = [
+    ('{"people": []}', r"this is JSON: load_keypoints reads keypoints of OpenPose, MediaPipe and COCO"),
+    ("\n [[1, 2, 3]]", "this is JSON: load_keypoints reads"),
+    (KINECT, r"this is a table of numbers without names, such as Kinect's text of joints: numpy\.loadtxt reads it"),
+    ("20 40\n" + KINECT, "this is a table of numbers without names"),  # with the counts of frames and joints first
+    (KINECT.replace(" ", ",").replace("\n", ".5\n"), "this is a table of numbers without names"),
+    ("0.139 0.432 2.86 1\n" * 9000, "this is a table of numbers without names"),
+    ("frame,nose_x,nose_y,nose_z\n0,1,2,3\n", r"this is a table with a header \(CSV\): load_keypoints reads"),
+    ("time;x;y;z\n0;1;2;3\n", r"this is a table with a header \(CSV\)"),
+]
+
+
+@pytest.mark.parametrize(("text", "message"), ROUTES)
+def test_files_that_are_no_motions_name_the_route_that_reads_them(text, message, tmp_path):
+    (tmp_path / "walk.bvh").write_text(text)
+    for read in (load_motion, file_format):
+        with pytest.raises(MocapFormatError, match=rf"walk\.bvh: {message}.*fit_skeleton and inverse_kinematics find"):
+            read(tmp_path / "walk.bvh")
+
+
+def test_frames_of_an_amc_file_are_no_table_of_numbers(tmp_path):
+    text = AMC.read_text()
+    (tmp_path / "a.amc").write_text(text[text.index("1\n") :])
+    assert file_format(tmp_path / "a.amc") == "AMC"
+
+
+@pytest.mark.parametrize("key", ["positions", "keypoints"])
+def test_an_archive_of_positions_names_its_reader(key, tmp_path):
+    np.savez(tmp_path / "a.npz", **{key: np.zeros((2, 3, 3)), "fps": 30})
+    with pytest.raises(MocapFormatError, match=rf"its keys are fps, {key}: load_keypoints reads its positions"):
+        load_motion(tmp_path / "a.npz")
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (BVH.read_bytes(), "found 'HIERARCHY': load_bvh reads it"),
+        (ASF.read_bytes(), "found ':version': load_motion reads it"),
+        (damaged.FILES["TRC"][0], "found 'PathFileType': load_trc reads it"),
+        (damaged.FILES["C3D"][0], "found C3D: load_c3d reads it"),
+        (KINECT.encode(), "found a table of numbers without names, .* numpy.loadtxt reads it"),
+    ],
+)
+def test_load_keypoints_names_the_reader_of_other_files(data, message, tmp_path):
+    (tmp_path / "a.json").write_bytes(data)
+    with pytest.raises(MocapFormatError, match=f"expected keypoints as JSON, CSV with a header, .*{message}"):
+        load_keypoints(tmp_path / "a.json")

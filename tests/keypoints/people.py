@@ -5,7 +5,9 @@ import reference
 from scipy.spatial.transform import Rotation
 
 from skpose import Bone, Skeleton
-from skpose.keypoints import Layout
+from skpose.keypoints import Layout, layouts
+
+PEOPLE = [name for name, layout in layouts.items() if layout.pairs]  # a hand is none
 
 # Points of a standing person, m: x to the left, y up, z forward. Those of the right mirror those of the left.
 MIDDLE = {
@@ -27,7 +29,27 @@ MIDDLE = {
     "upperneck": (0, 1.53, 0.02),
     "head": (0, 1.65, 0.03),
     "nose": (0, 1.58, 0.12),
+    "hip": (0, 0.92, 0),
+    "hip_center": (0, 0.93, -0.01),
+    "shoulder_center": (0, 1.42, -0.02),
+    "C7": (0, 1.47, -0.07),
+    "C7_study": (0, 1.47, -0.07),
+    "T10": (0, 1.2, -0.1),
+    "CLAV": (0, 1.4, 0.05),
+    "STRN": (0, 1.22, 0.1),
+    "RBAK": (-0.1, 1.33, -0.1),
+    "wrist": (0.28, 0.93, 0.08),
 }
+# One hand, whose wrist is that of no side; fingers point down.
+HAND = {
+    "thumb": ("cmc mcp ip tip", (0.26, 0.91, 0.1), (-0.01, -0.025, 0.015)),
+    "index_finger": ("mcp pip dip tip", (0.27, 0.84, 0.11), (0.002, -0.03, 0.004)),
+    "middle_finger": ("mcp pip dip tip", (0.28, 0.835, 0.09), (0.0, -0.032, 0.004)),
+    "ring_finger": ("mcp pip dip tip", (0.285, 0.84, 0.07), (0.001, -0.03, 0.003)),
+    "pinky": ("mcp pip dip tip", (0.29, 0.85, 0.05), (0.002, -0.022, 0.001)),
+}
+for finger, (joints, first, step) in HAND.items():
+    MIDDLE |= {f"{finger}_{name}": np.add(first, np.multiply(i, step)) for i, name in enumerate(joints.split())}
 LEFT = {
     "hip": (0.1, 0.92, 0),
     "hipjoint": (0.09, 0.88, 0.01),
@@ -59,6 +81,44 @@ LEFT = {
     "eye_outer": (0.045, 1.62, 0.09),
     "ear": (0.08, 1.6, 0.01),
     "mouth": (0.025, 1.54, 0.1),
+    "FHD": (0.07, 1.66, 0.1),
+    "BHD": (0.07, 1.66, -0.07),
+    "SHO": (0.18, 1.48, 0),
+    "UPA": (0.24, 1.33, 0),
+    "ELB": (0.28, 1.17, -0.03),
+    "FRM": (0.29, 1.04, 0.02),
+    "WRA": (0.25, 0.94, 0.11),
+    "WRB": (0.3, 0.94, 0.05),
+    "FIN": (0.29, 0.85, 0.12),
+    "ASI": (0.12, 1.0, 0.1),
+    "PSI": (0.05, 1.03, -0.09),
+    "THI": (0.16, 0.7, 0.02),
+    "KNE": (0.16, 0.5, 0.02),
+    "TIB": (0.15, 0.3, 0.0),
+    "ANK": (0.15, 0.09, -0.02),
+    "HEE": (0.11, 0.04, -0.08),
+    "TOE": (0.12, 0.04, 0.12),
+    "ASIS_study": (0.12, 1.0, 0.1),
+    "PSIS_study": (0.05, 1.03, -0.09),
+    "HJC_study": (0.09, 0.92, 0.02),
+    "knee_study": (0.15, 0.5, 0.02),
+    "mknee_study": (0.06, 0.5, 0.02),
+    "ankle_study": (0.14, 0.09, -0.02),
+    "mankle_study": (0.07, 0.1, -0.02),
+    "toe_study": (0.1, 0.03, 0.15),
+    "5meta_study": (0.16, 0.02, 0.1),
+    "calc_study": (0.11, 0.05, -0.07),
+    "shoulder_study": (0.18, 1.48, 0),
+    "thigh1_study": (0.17, 0.75, 0.03),
+    "thigh2_study": (0.15, 0.65, 0.08),
+    "thigh3_study": (0.16, 0.66, -0.03),
+    "sh1_study": (0.16, 0.36, 0.0),
+    "sh2_study": (0.13, 0.25, 0.05),
+    "sh3_study": (0.14, 0.26, -0.05),
+    "lelbow_study": (0.28, 1.17, -0.03),
+    "melbow_study": (0.21, 1.16, -0.03),
+    "lwrist_study": (0.25, 0.94, 0.11),
+    "mwrist_study": (0.3, 0.94, 0.05),
 }
 
 
@@ -68,16 +128,26 @@ def standing(name):
         return np.array(MIDDLE[name])
     for side, sign in (("left", 1), ("right", -1)):
         for part, point in LEFT.items():
-            if name in (f"{side}_{part}", f"{part}_{side}", side[0] + part):
+            letter = side[0].upper()
+            spellings = f"{side}_{part}", f"{part}_{side}", side[0] + part
+            if name in (*spellings, letter + part, f"{letter}_{part}", f"{letter}.{part}"):
                 return np.array(point) * [sign, 1, 1]
     raise KeyError(name)
 
 
+def standing_in(layout):
+    """Return the position of each point of a layout on the standing person; midpoints are means."""
+    found = {name: standing(name) for name in layout.names}
+    for name, parts in layout.midpoints.items():
+        found[name] = np.mean([found[part] for part in parts], axis=0)
+    return found
+
+
 def person(layout):
     """Return the skeleton of the standing person: bones in the axes of the world at rest."""
-    bones = []
+    bones, at = [], standing_in(layout)
     for name, parent in layout.parents.items():
-        offset = np.zeros(3) if parent is None else standing(name) - standing(parent)
+        offset = np.zeros(3) if parent is None else at[name] - at[parent]
         bones.append(Bone(name, parent, offset, "" if parent is None or name in layout.rigid else "rotvec"))
     return Skeleton(bones)
 
@@ -105,7 +175,8 @@ def lengths(skeleton):
 
 def true_lengths(layout):
     """Return the length of each bone of the standing person by name."""
-    return {n: np.linalg.norm(standing(n) - standing(p)) for n, p in layout.parents.items() if p is not None}
+    at = standing_in(layout)
+    return {n: np.linalg.norm(at[n] - at[p]) for n, p in layout.parents.items() if p is not None}
 
 
 def errors(skeleton, truth):

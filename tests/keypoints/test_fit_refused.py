@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from people import ARM, lengths, moving, one_bone
+from people import ARM, PEOPLE, lengths, moving, one_bone
 
 from skpose import forward_kinematics
 from skpose.keypoints import fit_skeleton, layouts
@@ -91,9 +91,10 @@ def test_a_limb_that_is_never_seen_with_the_root_is_refused():
         fit_skeleton(positions, layout)
 
 
+@pytest.mark.parametrize("name", PEOPLE)
 @pytest.mark.parametrize(("unit", "scale"), [("millimetres", 1e3), ("centimetres", 1e2)])
-def test_other_units_are_named(layout, unit, scale):
-    factor = 1 / scale
+def test_other_units_are_named(name, unit, scale):
+    layout, factor = layouts[name], 1 / scale
     with pytest.warns(UserWarning, match=f"if positions are in {unit}, pass {factor:g} \\* positions"):
         fit_skeleton(scale * moving(layout), layout)
 

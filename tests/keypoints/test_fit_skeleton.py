@@ -5,7 +5,7 @@ import warnings
 import numpy as np
 import pytest
 import reference
-from people import errors, moving, person, standing, true_lengths
+from people import PEOPLE, errors, moving, person, standing, standing_in, true_lengths
 from scipy.spatial.transform import Rotation
 
 from skpose import Skeleton, forward_kinematics
@@ -89,11 +89,31 @@ def test_the_skeleton_reaches_the_positions_with_rotations_about_zero(layout):
     assert np.linalg.norm(vectors.mean(axis=0), axis=1).max() < 0.12
 
 
-def test_the_rest_pose_stands_with_x_to_the_left_y_up_and_z_forward(layout):
+@pytest.mark.parametrize("name", PEOPLE)
+def test_the_rest_pose_stands_with_x_to_the_left_y_up_and_z_forward(name):
+    layout = layouts[name]
     skeleton = fit_skeleton(moving(layout), layout)
     rest = dict(zip(skeleton.joint_names, forward_kinematics(np.zeros((1, skeleton.n_dofs)), skeleton)[0], strict=True))
+    at = standing_in(layout)
     for name, point in rest.items():
-        assert np.linalg.norm(point - (standing(name) - standing(layout.root))) < 0.2, name
+        assert np.linalg.norm(point - (at[name] - at[layout.root])) < 0.2, name
+
+
+def test_a_hand_at_rest_has_its_knuckles_up_and_its_thumb_along_x():
+    """Whichever way it was turned in the world; z is perpendicular to the palm."""
+    layout, turn = layouts["mediapipe_hand21"], Rotation.random(random_state=3)
+    for axes in (np.eye(3), turn.as_matrix()):
+        skeleton = fit_skeleton(moving(layout, n=50) @ axes, layout)
+        rest = dict(
+            zip(skeleton.joint_names, forward_kinematics(np.zeros((1, skeleton.n_dofs)), skeleton)[0], strict=True)
+        )
+        palm = [rest[name] for name in layout.points if name in layout.rigid]
+        mean = np.mean(palm, axis=0)
+        assert mean[1] > 0.05
+        np.testing.assert_allclose(mean[2], 0.0, atol=1e-9)
+        across = rest["thumb_cmc"] - rest["pinky_mcp"]
+        assert across[0] > 0.03
+        np.testing.assert_allclose(across[2], 0.0, atol=1e-9)
 
 
 def test_how_the_person_stands_in_the_world_plays_no_part(layout):
@@ -144,9 +164,7 @@ def test_rigid_points_keep_their_shape_where_points_are_missing(layout):
         parent = layout.parents[name]
         siblings = [other for other in layout.rigid if layout.parents[other] == parent]
         for other in {*siblings, parent, layout.parents[parent] or parent}:
-            found, truth = (
-                np.linalg.norm(at[name] - at[other]) for at in (rest, {p: standing(p) for p in layout.points})
-            )
+            found, truth = (np.linalg.norm(at[name] - at[other]) for at in (rest, standing_in(layout)))
             np.testing.assert_allclose(found, truth, atol=1e-8)
 
 
@@ -197,7 +215,9 @@ def test_two_frames_are_enough(layout):
     assert np.isfinite(skeleton.offsets).all()
 
 
-def test_skeletons_of_two_people_have_a_mean(layout):
+@pytest.mark.parametrize("name", PEOPLE)
+def test_skeletons_of_two_people_have_a_mean(name):
+    layout = layouts[name]
     noise = 0.01 * np.random.default_rng(0).normal(size=(400, len(layout.names), 3))
     one = fit_skeleton(moving(layout, n=400, seed=0), layout)
     other = fit_skeleton(1.1 * moving(layout, n=400, seed=1) + noise, layout)
@@ -218,7 +238,9 @@ def test_weights_of_mass_need_a_head(name):
         fit_skeleton(moving(layouts[name]), layouts[name]).with_weights("mass")
 
 
-def test_it_can_be_drawn(layout):
+@pytest.mark.parametrize("name", PEOPLE)
+def test_it_can_be_drawn(name):
+    layout = layouts[name]
     skeleton = fit_skeleton(moving(layout, n=20), layout)
     display = PoseDisplay.from_pose(np.zeros(skeleton.n_dofs), skeleton)
     assert len(display.ax_.lines) == 3  # the middle, the left, the right

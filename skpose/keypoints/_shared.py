@@ -1,0 +1,7 @@
+"""Names of `skpose.keypoints` that the other packages of skpose use, in addition to the public ones."""
+
+from skpose.keypoints._layout import remedy_without
+from skpose.keypoints._names import find_names
+from skpose.keypoints._pictures import REMEDY, is_spatial, refuse_pictures
+
+__all__ = ["REMEDY", "find_names", "is_spatial", "refuse_pictures", "remedy_without"]

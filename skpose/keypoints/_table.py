@@ -1,0 +1,26 @@
+"""Tables of layouts: the points, their parents, and the source.
+
+A table has a row for each point of the array, in its order, and then one for each midpoint: name, parent, whether the
+point is rigid. Names are those of the source in snake case; those of OpenPose, Kinect and Pose2Sim have their sides
+first, and those of markers are as in files, with the letters of both sides in capitals.
+"""
+
+from collections.abc import Mapping
+from typing import Literal, NamedTuple
+
+RIGID = True
+Row = tuple[str, str | None] | tuple[str, str | None, bool]
+
+
+class Table(NamedTuple):
+    """The points of a layout."""
+
+    name: str
+    rows: tuple[Row, ...]
+    source: str
+    up: Literal["y", "z", "-y"] = "y"
+    midpoints: Mapping[str, tuple[str, ...]] = {}
+
+    @property
+    def names(self) -> list[str]:
+        return [row[0] for row in self.rows if row[0] not in self.midpoints]

@@ -1,0 +1,145 @@
+"""Keypoints in two dimensions that are passed as three: refused at every door, and nothing else with them."""
+
+import io
+
+import numpy as np
+import pytest
+from people import ARM, PEOPLE, moving, person
+from scipy.spatial.transform import Rotation
+
+from skpose import Bone, Skeleton, forward_kinematics, inverse_kinematics
+from skpose.io import MocapFormatError, load_keypoints
+from skpose.keypoints import Keypoints, Layout, fit_skeleton, layouts
+
+COCO = layouts["coco17"]
+RNG = np.random.default_rng(0)
+FLAT = moving(COCO, n=20)
+FLAT[:, :, 2] = 0.0
+# COCO's (x, y, v) in pixels, as it labels them; (0, 0, 0) where a point is not labelled.
+LABELLED = np.concatenate([RNG.uniform(100, 500, (20, 17, 2)).round(), RNG.integers(1, 3, (20, 17, 1))], axis=2)
+LABELLED[3, 4] = 0.0
+SCORED = np.concatenate([RNG.uniform(100, 500, (20, 17, 2)), RNG.uniform(0, 1, (20, 17, 1))], axis=2)
+IN_TWO = r"look like keypoints in two dimensions: {}.* Lengths of bones are not known from a picture: lift them"
+PLANE, FLAGS = "all points of all frames are in one plane", "all third numbers are 0, 1 or 2, as COCO says"
+PICTURES = [
+    (FLAT, f"{PLANE}, where z is 0"),
+    (FLAT[:1], PLANE),
+    (np.where(RNG.uniform(size=(20, 17, 1)) < 0.3, np.nan, FLAT), PLANE),
+    (FLAT[..., [0, 2, 1]] + [0, 3, 0], f"{PLANE}, where y is 3"),
+    (FLAT @ Rotation.random(random_state=1).as_matrix(), PLANE),
+    (FLAT.astype(np.float32) @ Rotation.random(random_state=1).as_matrix().astype(np.float32), PLANE),
+    (FLAT * [640, 480, 1], PLANE),
+    (np.add(FLAT, [0, 0, 2]), f"{PLANE}, where z is 2"),
+    (LABELLED, FLAGS),
+    (LABELLED / [640, 480, 1], FLAGS),
+    (SCORED, "in a frame points are spread over .* all third numbers are between 0 and 1, as scores are"),
+]
+DOORS = {
+    "Keypoints": lambda array: Keypoints(array, COCO.names, 30),
+    "names of no person": lambda array: Keypoints(array, [f"p{i}" for i in range(17)], 30),
+    "Layout.keypoints": lambda array: COCO.keypoints(array, 30),
+    "fit_skeleton": lambda array: fit_skeleton(array, COCO),
+    "load_keypoints": lambda array: load_keypoints(npz(array), names=COCO.names, frame_rate=30),
+    "load_keypoints, layout": lambda array: load_keypoints(npz(array), COCO, frame_rate=30),
+    "load_keypoints, scale": lambda array: load_keypoints(npz(array), COCO, frame_rate=30, scale=0.001),
+}
+
+
+def npz(array):
+    file = io.BytesIO()
+    np.savez(file, positions=array)
+    return io.BytesIO(file.getvalue())
+
+
+@pytest.mark.parametrize("door", DOORS)
+@pytest.mark.parametrize(("array", "sign"), PICTURES)
+def test_pictures_are_refused_at_every_door(door, array, sign):
+    with pytest.raises(ValueError, match=IN_TWO.format(sign)) as caught:
+        DOORS[door](array)
+    assert isinstance(caught.value, MocapFormatError) == door.startswith("load")
+
+
+@pytest.mark.parametrize("sign", [PLANE, FLAGS, "as scores are"])
+def test_long_recordings_are_looked_at_in_full(sign):
+    """A single frame that is no picture makes a recording that is none."""
+    array = np.tile({PLANE: FLAT, FLAGS: LABELLED, "as scores are": SCORED}[sign], (150, 1, 1))
+    with pytest.raises(ValueError, match=sign):
+        COCO.keypoints(array, 30)
+    if sign != "as scores are":  # in the median frame
+        array[1501, 3, 2] = 0.3
+        COCO.keypoints(array, 30)
+
+
+@pytest.mark.parametrize("name", PEOPLE)
+def test_people_are_not_refused(name):
+    """Nor one frame of them, in any axes; nor when they lie, or walk far in some other unit."""
+    layout = layouts[name]
+    positions = moving(layout, n=30)
+    turned = positions @ Rotation.random(random_state=2).as_matrix()
+    for array in (
+        positions,
+        turned,
+        positions[:1],
+        positions * 1000,
+        np.add(positions, [30, 0, 0]),
+        positions.round(3),
+    ):
+        layout.keypoints(array, 30)
+    skeleton = person(layout)
+    inverse_kinematics(forward_kinematics(np.zeros((1, skeleton.n_dofs)), skeleton), skeleton)
+
+
+def test_legs_that_walk_along_a_hall_are_not_pixels():
+    """Heights from 0 to 1 m with z up, and 12 m of x: spread out in time, not in a frame."""
+    names = [f"{side}_{part}" for side in ("left", "right") for part in ("hip", "knee", "ankle", "toe")]
+    array = RNG.uniform(0, 0.9, (100, 8, 3)) + np.linspace(0, 12, 100)[:, None, None] * [1, 0, 0]
+    Keypoints(array, names, 100, up="z")
+
+
+def test_an_arm_may_move_in_one_plane():
+    angles = RNG.uniform(-1, 1, (30, 2)).cumsum(axis=1)
+    steps = 0.3 * np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=2)
+    positions = np.concatenate([np.zeros((30, 1, 3)), steps.cumsum(axis=1)], axis=1)
+    fit_skeleton(ARM.keypoints(positions, 30), ARM)
+    seven = np.concatenate([positions, positions[:, :2] + [1, 1, 0], positions[:, :2] - [1, 1, 0]], axis=1)
+    Keypoints(seven, [f"p{i}" for i in range(7)], 30)
+    sided = [f"{side}_{part}" for side in ("left", "right") for part in ("shoulder", "elbow", "wrist")]
+    with pytest.raises(ValueError, match=PLANE):
+        Keypoints(seven[:, :6], sided, 30)
+
+
+def test_what_is_on_one_line_or_in_one_place_is_no_picture():
+    names = [f"p{i}" for i in range(10)]
+    Keypoints(np.linspace(0, 1, 10)[None, :, None] * [1.0, 2.0, 0.0], names, 30)
+    Keypoints(np.zeros((3, 10, 3)), names, 30)
+    Keypoints(RNG.integers(0, 3, (4, 10, 3)), names, 30)
+    Keypoints(np.full((3, 10, 3), np.nan), names, 30)
+
+
+def chain(n, axes):
+    """Return a skeleton of n bones, straight at rest."""
+    return Skeleton([Bone(f"j{i}", f"j{i - 1}" if i else None, (0.2, 0.0, 0.0), axes) for i in range(n)])
+
+
+def test_inverse_kinematics_of_people_refuses_pictures_and_of_flat_mechanisms_does_not():
+    skeleton = person(COCO)
+    flat = np.zeros((5, skeleton.n_joints, 3))
+    flat[..., :2] = RNG.normal(size=(5, skeleton.n_joints, 2))
+    with pytest.raises(ValueError, match=PLANE):
+        inverse_kinematics(flat, skeleton)
+    flat[..., 2] = RNG.integers(0, 3, flat.shape[:2])
+    with pytest.raises(ValueError, match=FLAGS):
+        inverse_kinematics(100 * flat * [1, 1, 0.01], skeleton)
+    snake = chain(12, "z")
+    poses = RNG.uniform(-0.3, 0.3, (5, 12))
+    fitted = inverse_kinematics(forward_kinematics(poses, snake), snake)
+    assert np.nanmax(fitted.residuals) < 1e-4
+
+
+def test_landmarks_of_a_picture_are_named():
+    layout = layouts["mediapipe33"]
+    landmarks = RNG.uniform(0.2, 0.8, (5, 33, 3))
+    with pytest.warns(UserWarning, match="whose unit is the picture: distances need pose_world_landmarks, in metres"):
+        layout.keypoints(landmarks, 30)
+    layout.keypoints(landmarks - landmarks[:, 23:25].mean(axis=1, keepdims=True), 30)
+    Layout("mine", layout.names, dict(layout.parents), layout.midpoints, layout.rigid).keypoints(landmarks, 30)
