@@ -27,15 +27,16 @@ def check_roots(motions: Sequence[Motion]) -> None:
         first = motions[0]
         if motion.up != first.up:
             raise ValueError(
-                f'motions[0] has "{first.up}" up and motions[{i}] "{motion.up}": roots of different worlds have no mean; '
-                'rotate the motions into one world, or, if they are in one, dataclasses.replace(motion, up="y") states '
-                "so"
+                f'motions[0] has "{first.up}" up and motions[{i}] "{motion.up}": roots of different worlds have no '
+                'mean; rotate the motions into one world, or, if they are in one, dataclasses.replace(motion, up="y") '
+                "states so"
             )
         axes, others = (set(one.root_axes.lower()) for one in (first, motion))
         if axes != others and find_root_joint(motion.skeleton):
             raise ValueError(
-                f'motions[0] has root axes "{first.root_axes}" and motions[{i}] "{motion.root_axes}", and their poses an '
-                'orientation of the root: with_root("tilt") or with_root("whole"), the same for all, before the mean'
+                f'motions[0] has root axes "{first.root_axes}" and motions[{i}] "{motion.root_axes}", so that their '
+                "poses hold different parts of the root's orientation: motion.without_root() of all, and then the same "
+                "with_root(part) of all, or none"
             )
 
 
@@ -46,7 +47,8 @@ def mean_root(motions: Sequence[Motion], aligned: Aligned) -> MeanRoot:
     the mean of motions that are apart would jump from one to the other where their numbers of frames change.
     """
     first = motions[0]
-    orientations, positions = [], []
+    orientations: list[Rotation] = []
+    positions = []
     for motion in motions:
         own = root_orientations(motion.root_angles, motion.root_axes)
         # Seen from the first motion, not by the heading of each: bones may point down where the root is at angle zero,

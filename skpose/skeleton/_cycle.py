@@ -75,10 +75,10 @@ def close_cycle(frames: Frames, endpoint: bool) -> tuple[Frames, str]:
     away = _distances(positions, positions[0])
     if away[-1] > FAR * away.max():
         complaint = (
-            f"the cycle ends {away[-1] / away.max():.0%} as far from its first pose as the farthest of its poses is, so "
-            "that it is not whole, or more than one; it is closed nevertheless, and goes as far as its frames do. From "
-            "each start of a repetition to the next: [motion[a : b + 1] for a, b in itertools.pairwise(starts)], with "
-            "endpoint=True"
+            f"the cycle ends {away[-1] / away.max():.0%} as far from its first pose as the farthest of its poses is: "
+            "it is not whole, or more than one. It is closed nevertheless, and goes as far as its frames do. Whole cycles "
+            "go from the start of each repetition to that of the next: [motion[a : b + 1] for a, b in "
+            "itertools.pairwise(starts)], then to_cycle(endpoint=True)"
         )
     turn = frames.turns[-1]
     gap = steps_between(frames.bones, frames.poses[-1:], frames.rotate(turn).poses[:1])

@@ -10,8 +10,8 @@ from skpose._displays import Page, displays
 from skpose._typing import ArrayLike
 from skpose._validation.columns import check_column_names, other_than_poses
 from skpose._validation.motions import check_frame_rate, check_up
-from skpose._validation.skeletons import check_skeleton
 from skpose._validation.options import check_integer
+from skpose._validation.skeletons import check_skeleton
 from skpose._validation.units import warn_of_degrees
 from skpose._warnings import warn
 from skpose.skeleton._bone import Bone, is_axes
@@ -380,8 +380,8 @@ class Motion:
         self._check_heading("repeat", least=2)
         if gap := describe_opening(self._frames):
             raise ValueError(
-                f"repeat needs a cycle, whose last frame is its first one moved along the floor, but between them {gap}: "
-                "motion.to_cycle() makes one of a motion that ends a frame before it begins again, "
+                f"repeat needs a cycle, whose last frame is its first one moved along the floor, but from one to the "
+                f"other {gap}: motion.to_cycle() makes one of a motion that ends a frame before it begins again, "
                 "motion.to_cycle(endpoint=True) of one that ends with its first pose"
             )
         return self if n == 1 else self._with_frames(repeat_cycle(self._frames, n))
@@ -394,8 +394,8 @@ class Motion:
             ends = root_joint_orientations(self.skeleton, self.angles[[0, -1]])
             if abs(heading(ends[1:] * ends[:1].inv(), self.up)[0]) > HEADED:
                 raise ValueError(
-                    f'the heading changes and is a part of the poses, as of with_root("whole"), so that {function} does '
-                    "not know the root's: call motion.without_root() first"
+                    f'the heading changes and is a part of the poses, as of with_root("whole"): {function} needs it '
+                    "as the root's, call motion.without_root() first"
                 )
 
     @property
