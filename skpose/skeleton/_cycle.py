@@ -19,6 +19,8 @@ from skpose.skeleton._skeleton import Skeleton
 ROOT = Bone("root", None, (0.0, 0.0, 0.0), BALL)
 NEAR = 0.25  # of a step at the ends: nearer to the first pose, the last one is that again
 FAR = 0.2  # of the largest distance from the first pose: farther from it, something is missing; strides reach 0.17
+CUT = 1.5  # usual steps, by which the cut at whole frames may be off
+JUMP = 1.5  # times the largest step inside: larger ones at the ends are no movement
 SEAM = 0.1  # of the largest change between two frames, by which the end of a cycle may be off its start
 ROUNDING = 1e-6  # of files: rad, m
 
@@ -59,25 +61,31 @@ class Frames(NamedTuple):
         return self._replace(poses=poses)
 
 
-def close_cycle(frames: Frames, endpoint: bool) -> tuple[Frames, str]:
+def close_cycle(frames: Frames, endpoint: bool) -> tuple[Frames, list[str]]:
     """Return a cycle, and what speaks against it; without `endpoint` the frame that ends it is added."""
+    complaints = []
     positions = _positions(frames)
-    complaint = ""
+    steps = _distances(positions[1:], positions[:-1]) / np.diff(frames.numbers)
+    if not endpoint and _distances(positions[-1], positions[0]) < NEAR * steps[[0, -1]].mean():
+        complaints.append(
+            "the last pose is the first one again, and is taken for the one before it: pass endpoint=True if the cycle "
+            "ends with the pose that it begins with"
+        )
+    if len(steps) > 2 and steps[[0, -1]].max() > JUMP * steps[1:-1].max():
+        complaints.append(
+            f"the joints move {steps[[0, -1]].max() / steps[1:-1].max():.1f} times as fast between two frames at an "
+            "end of the cycle as anywhere else in it, so that it jumps there when it is repeated. The mean of motions "
+            "that begin or end at different phases does so, see its n_poses: cut them at the same event"
+        )
     if not endpoint:
-        steps = _distances(positions[[1, -1]], positions[[0, -2]]) / np.diff(frames.numbers)[[0, -1]]
-        if _distances(positions[-1], positions[0]) < NEAR * steps.mean():
-            complaint = (
-                "the last pose is the first one again, and is taken for the one before it: pass endpoint=True if the "
-                "cycle ends with the pose that it begins with"
-            )
         frames = _add_end(frames)
         positions = _positions(frames)
     away = _distances(positions, positions[0])
-    if away[-1] > FAR * away.max():
-        complaint = (
+    if away[-1] > max(FAR * away.max(), CUT * np.median(steps)):
+        complaints.append(
             f"the cycle ends {away[-1] / away.max():.0%} as far from its first pose as the farthest of its poses is: "
-            "it is not whole, or more than one. It is closed nevertheless, and goes as far as its frames do. Whole cycles "
-            "go from the start of each repetition to that of the next: [motion[a : b + 1] for a, b in "
+            "it is not whole, or more than one. It is closed nevertheless, and goes as far as its frames do. Whole "
+            "cycles go from the start of each repetition to that of the next: [motion[a : b + 1] for a, b in "
             "itertools.pairwise(starts)], then to_cycle(endpoint=True)"
         )
     turn = frames.turns[-1]
@@ -87,7 +95,7 @@ def close_cycle(frames: Frames, endpoint: bool) -> tuple[Frames, str]:
         poses=displace(frames.bones, frames.poses, shares[:, None] * gap), places=frames.places.copy()
     )
     closed.heights[:] += shares * (frames.heights[0] - frames.heights[-1])
-    return closed, complaint
+    return closed, complaints
 
 
 def _add_end(frames: Frames) -> Frames:
