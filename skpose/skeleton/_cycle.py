@@ -17,9 +17,9 @@ from skpose.skeleton._root import heading
 from skpose.skeleton._skeleton import Skeleton
 
 ROOT = Bone("root", None, (0.0, 0.0, 0.0), BALL)
-NEAR = 0.25  # of a step at the ends: nearer to the first pose, the last one is that again
+NEAR = 0.25  # of the smaller step at the ends: nearer to the first pose, the last one is that again
 FAR = 0.2  # of the largest distance from the first pose: farther from it, something is missing; strides reach 0.17
-CUT = 1.5  # usual steps, by which the cut at whole frames may be off
+CUT = 1.5  # steps, usual ones or those at the ends, by which the cut at whole frames may be off
 JUMP = 1.5  # times the largest step inside: larger ones at the ends are no movement
 SEAM = 0.1  # of the largest change between two frames, by which the end of a cycle may be off its start
 ROUNDING = 1e-6  # of files: rad, m
@@ -66,7 +66,7 @@ def close_cycle(frames: Frames, endpoint: bool) -> tuple[Frames, list[str]]:
     complaints = []
     positions = _positions(frames)
     steps = _distances(positions[1:], positions[:-1]) / np.diff(frames.numbers)
-    if not endpoint and _distances(positions[-1], positions[0]) < NEAR * steps[[0, -1]].mean():
+    if not endpoint and _distances(positions[-1], positions[0]) < NEAR * steps[[0, -1]].min():
         complaints.append(
             "the last pose is the first one again, and is taken for the one before it: pass endpoint=True if the cycle "
             "ends with the pose that it begins with"
@@ -81,7 +81,7 @@ def close_cycle(frames: Frames, endpoint: bool) -> tuple[Frames, list[str]]:
         frames = _add_end(frames)
         positions = _positions(frames)
     away = _distances(positions, positions[0])
-    if away[-1] > max(FAR * away.max(), CUT * np.median(steps)):
+    if away[-1] > max(FAR * away.max(), CUT * max(np.median(steps), steps[[0, -1]].mean())):
         complaints.append(
             f"the cycle ends {away[-1] / away.max():.0%} as far from its first pose as the farthest of its poses is: "
             "it is not whole, or more than one. It is closed nevertheless, and goes as far as its frames do. Whole "
