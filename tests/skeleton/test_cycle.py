@@ -222,7 +222,7 @@ def test_what_is_no_cycle_is_not_repeated():
     with pytest.raises(ValueError, match=rf"{name} rotates by 5.7°: motion.to_cycle\(\)"):
         replace(cycle, angles=column).repeat(2)
     higher = cycle.root_positions + np.linspace(0, 1, len(cycle))[:, None] * [0, 0.1, 0]
-    with pytest.raises(ValueError, match="the height of the root changes by 0.1 m"):
+    with pytest.raises(ValueError, match=r"the height of the root changes by 0\.1 m"):
         replace(cycle, root_positions=higher).repeat(2)
     with pytest.raises(ValueError, match="repeat needs a cycle"):
         cycle[:-1].repeat(2)  # ends a frame before
