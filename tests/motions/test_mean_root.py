@@ -98,7 +98,7 @@ def test_means_of_roots_without_warping_are_plain_means():
 def test_each_motion_counts_the_same_in_each_frame():
     """One of two walks pauses: its frames of the pause are one place, not eight of nine."""
     slow, fast = walk(), walk()
-    rows = np.r_[np.zeros(8, dtype=int), np.arange(len(slow))]
+    rows = np.r_[np.arange(10), np.full(8, 10), np.arange(10, len(slow))]
     far = 2 * slow.root_positions
     slow = replace(
         slow,

@@ -256,3 +256,11 @@ def test_slices_that_end_a_frame_before_are_not_warned_of():
     squat = 0.5 * (1 - np.cos(2 * np.pi * np.arange(61) / 60))[:, None] ** 2
     Motion(Skeleton.chain(1), squat[:60], 30).to_cycle()
     Motion(Skeleton.chain(1), squat, 30).to_cycle(endpoint=True)
+
+
+def test_heights_do_not_add_up():
+    """What is left of the height, less than a tenth of a step, is not carried on from cycle to cycle."""
+    cycle = periodic(TREES["own"])
+    off = cycle.root_positions + np.linspace(0, 0.0005, len(cycle))[:, None] * [0, 1, 0]
+    found = replace(cycle, root_positions=off).repeat(50)
+    assert np.ptp(found.root_positions[:, 1]) < np.ptp(off[:, 1]) + 1e-9

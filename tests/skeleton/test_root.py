@@ -241,3 +241,18 @@ def test_what_returns_motions_keeps_the_root(what):
     assert np.ptp(there.root_positions, axis=0).max() > 0.1 or len(there) == 1
     assert there.root_angles.any()
     assert len(there.frame_numbers) == len(there)
+
+
+@pytest.mark.parametrize("frame", TREES)
+def test_a_joint_at_the_root_may_have_a_rest_rotation(frame):
+    """All other joints stay where they are in the world."""
+    rooted = random_motion(TREES[frame]).with_root("tilt")
+    rest = Rotation.from_euler("xyz", [0.4, -1.0, 2.0]).as_matrix()
+    bones = [b._replace(rest_rotation=rest) if b.name == "root" else b for b in rooted.skeleton.bones]
+    motion = replace(rooted, skeleton=Skeleton(bones, frame))
+    there = motion.without_root()
+    before, after = (
+        np.einsum("nab,njb->nja", orientations(m).as_matrix(), reference.forward_kinematics(m.angles, m.skeleton))
+        for m in (motion, there)
+    )
+    np.testing.assert_allclose(after, before[:, 1:], atol=1e-12)
