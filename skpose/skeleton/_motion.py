@@ -291,7 +291,7 @@ class Motion:
             Whether the last frame is the first pose again, as of a stride from heel strike to heel strike, both
             included. False: the last frame is the one before, as in slices ``motion[start:stop]`` and of
             `segment_repetitions`. A frame is then added, at the mean of the velocities of the first and the last
-            step. (`numpy.linspace` has the same word for the same thing.)
+            step. `numpy.linspace` has the same word for the same thing.
 
         Returns
         -------
