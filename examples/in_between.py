@@ -3,8 +3,8 @@ In-betweens of a stride
 =======================
 
 A few key poses of a walk are all that is kept, and `skpose.geodesics.interpolate` fills in the frames between: along
-geodesics, or on a smooth spline of poses. Joint by joint, slerp and the cubic spline of the angles do so too. How near
-does each come to the frames that were left out?
+geodesics, or on a smooth spline of poses, and the movement of the root where the keys have one. Joint by joint, slerp
+and the cubic spline of the angles do so too. How near does each come to the frames that were left out?
 """
 
 import matplotlib.pyplot as plt
@@ -19,16 +19,16 @@ from skpose.view import player
 walk = make_gait(1, 1, activities=["walk"], duration=4, frame_rate=60, random_state=0).motions[0]
 skeleton, rate, every = walk.skeleton, walk.frame_rate, 12
 walk = walk[60 : 60 + 8 * every + 1]
-keys, times = walk.angles[::every], np.arange(0, len(walk), every) / rate
+keys = walk[::every]  # a motion with fewer frames, and their times
 print(f"{len(keys)} key poses for {len(walk)} frames, {every / rate:.1f} s from key to key")
 
 # %%
 # Each method gives a pose for each frame.
 filled = {
-    "slerp": Motion(skeleton, keys, rate / every).to_rotvec().resample(rate),
-    "geodesic": interpolate(keys, times, skeleton, frame_rate=rate, method="geodesic"),
-    "cubic Euler": Motion(skeleton, CubicSpline(times, keys, bc_type="natural")(np.arange(len(walk)) / rate), rate),
-    "spline": interpolate(keys, times, skeleton, frame_rate=rate),
+    "slerp": keys.to_rotvec().resample(rate),
+    "geodesic": interpolate(keys, frame_rate=rate, method="geodesic"),
+    "cubic Euler": Motion(skeleton, CubicSpline(keys.times, keys.angles, bc_type="natural")(walk.times), rate),
+    "spline": interpolate(keys, frame_rate=rate),
 }
 truth = forward_kinematics(walk.angles, skeleton)
 left_out = np.arange(len(walk)) % every > 0

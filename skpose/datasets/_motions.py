@@ -322,6 +322,10 @@ class MotionDataset:
         MotionDataset
             With the same labels.
 
+        See Also
+        --------
+        MotionDataset.without_root : The inverse.
+
         Examples
         --------
         >>> from skpose.datasets import make_gait
@@ -336,6 +340,29 @@ class MotionDataset:
                     'worlds are not comparable; rotate the motions into one world, or pass up="y" if all are in one'
                 )
         return self._with(motion.with_root(part, up=up) for motion in self)
+
+    def without_root(self) -> "MotionDataset":
+        """Return the motions with the orientation of the root given back to it, see `Motion.without_root`.
+
+        Returns
+        -------
+        MotionDataset
+            With the same labels.
+
+        Examples
+        --------
+        >>> from skpose.datasets import make_gait
+        >>> gait = make_gait(n_subjects=2, n_sequences=1, random_state=0)
+        >>> gait.with_root("tilt").without_root().skeleton == gait.skeleton
+        True
+        """
+        motions = []
+        for i, motion in enumerate(self.motions):
+            try:
+                motions.append(motion.without_root())
+            except ValueError as error:
+                raise ValueError(f"motions[{i}]: {error}") from None
+        return self._with(motions)
 
     def poses(
         self,

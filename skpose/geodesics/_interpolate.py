@@ -1,5 +1,6 @@
 """Motions through key poses: along geodesics, or along a smooth curve."""
 
+from dataclasses import replace
 from functools import partial
 from numbers import Integral
 
@@ -16,9 +17,10 @@ from skpose._validation.poses import check_poses
 from skpose._validation.units import warn_of_degrees
 from skpose._warnings import warn
 from skpose.geodesics._geodesic import GeodesicResult, shortest_path
+from skpose.geodesics._root_between import root_between
 from skpose.geodesics._spline import spline_between
 from skpose.metrics import Geodesic, Metric
-from skpose.metrics._shared import MEAN_CONSTRAINTS, require_geodesic
+from skpose.metrics._shared import METRIC_CONSTRAINTS, require_geodesic
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._shared import remove_jumps
 
@@ -26,13 +28,13 @@ ON_KEY = 1e-6  # frames between a frame and a key that are at one time
 
 
 @validate_params(
-    MEAN_CONSTRAINTS | {"method": [StrOptions({"geodesic", "spline"})], "n_jobs": [None, Integral]},
+    METRIC_CONSTRAINTS | {"method": [StrOptions({"geodesic", "spline"})], "n_jobs": [None, Integral]},
     prefer_skip_nested_validation=True,
 )
 def interpolate(
-    poses: ArrayLike,
-    times: ArrayLike,
-    skeleton: Skeleton,
+    poses: ArrayLike | Motion,
+    times: ArrayLike | None = None,
+    skeleton: Skeleton | None = None,
     *,
     frame_rate: float,
     method: str = "spline",
@@ -46,12 +48,13 @@ def interpolate(
 
     Parameters
     ----------
-    poses : array-like of shape (n_poses, n_dofs)
-        Key poses, at least two: joint angles, rad.
-    times : array-like of shape (n_poses,)
-        Their times, s, increasing.
-    skeleton : Skeleton
-        The skeleton of the poses.
+    poses : Motion, or array-like of shape (n_poses, n_dofs)
+        Key poses, at least two: joint angles, rad. Those of a Motion have a root, which is interpolated too; of an
+        array nothing is known of it, and it stays at rest.
+    times : array-like of shape (n_poses,), default=None
+        Their times, s, increasing. None is those of a Motion; an array needs them.
+    skeleton : Skeleton, default=None
+        The skeleton of the poses. None is that of a Motion; an array needs it.
     frame_rate : float
         Frames a second of the motion.
     method : {"spline", "geodesic"}, default="spline"
@@ -65,15 +68,17 @@ def interpolate(
     Returns
     -------
     Motion
-        Frames at ``times[0] + i / frame_rate`` up to ``times[-1]``, the root at rest. A key pose that falls on a frame
-        is met exactly. The numbers of the angles do not jump from frame to frame; those of a key may be others of the
-        same rotations.
+        Frames at ``times[0] + i / frame_rate`` up to ``times[-1]``. A key pose that falls on a frame is met exactly.
+        The numbers of the angles do not jump from frame to frame; those of a key may be others of the same rotations.
+        The root has the axes, the axis that points up and the name of that of a Motion; axes that cannot describe a
+        rotation between two keys are replaced by "xyz".
 
     Raises
     ------
     ValueError
         For fewer than two poses, poses of the wrong width, out of order by name or not finite; for times of the wrong
-        shape, not finite or not increasing; for a frame rate that is not positive.
+        shape, not finite or not increasing; for a frame rate that is not positive; for arrays without times or
+        skeleton, and a Motion with another skeleton than the one given.
 
     Warns
     -----
@@ -94,6 +99,11 @@ def interpolate(
     of the joints, which these follow for a unit of time, each by its own turn. For one joint with one angle it is the
     natural cubic spline of the angle. De Casteljau's algorithm [2]_ would take three geodesics for each frame, and
     slopes from elsewhere. ``benchmarks/in_betweening.py`` compares with other methods.
+
+    *The root* goes from key to key in a straight line with "geodesic", and rotates by slerp. With "spline" its position
+    is the natural cubic spline of the keys, and its orientation ``scipy``'s RotationSpline, whose angular acceleration
+    is continuous. It rotates by less than half a turn from key to key: faster turns need more keys. Poses and root are
+    interpolated each by itself, so that a foot that stands on the floor at two keys may slide between them.
 
     *Twists.* What no joint shows turns as on the line to the next key, by slerp for joints with three dofs, and its
     speed may change at keys; so do joints without weight. Where a limb is nearly straight, small movements may need
@@ -124,8 +134,19 @@ def interpolate(
     array([0. , 0.5, 1. , 0.5, 0. ])
     >>> interpolate(keys, times, arm, frame_rate=2).angles.ravel().round(2)  # slows down at the top
     array([0.  , 0.69, 1.  , 0.69, 0.  ])
+
+    Every tenth frame of a recording as keys, and all that is known of the root:
+
+    >>> import numpy as np
+    >>> from skpose import Motion
+    >>> forward = np.linspace([0, 1, 0], [0, 1, 2], 61)
+    >>> recording = Motion(arm, np.sin(np.linspace(0, 3, 61))[:, None], 30, root_positions=forward)
+    >>> motion = interpolate(recording[::10], frame_rate=30)
+    >>> len(motion), np.allclose(motion.root_positions, forward)
+    (61, True)
     """
-    X = check_poses(poses, skeleton, "poses").astype(np.float64)
+    keys, skeleton, times = _check_keys(poses, times, skeleton)
+    X = check_poses(poses if keys is None else keys.angles, skeleton, "poses").astype(np.float64)
     if len(X) < 2:
         raise ValueError(f"poses must be at least two key poses, got {len(X)}: one pose is no motion")
     warn_of_degrees(poses=X)
@@ -142,7 +163,31 @@ def interpolate(
     frames = np.concatenate(between)
     on_key = np.isin(shares, [0.0, 1.0])
     frames[on_key] = X[(segment + shares.astype(int))[on_key]]
-    return Motion(skeleton, remove_jumps(skeleton.bones, frames), frame_rate)
+    motion = Motion(skeleton, remove_jumps(skeleton.bones, frames), frame_rate)
+    if keys is None:
+        return motion
+    positions, angles, axes = root_between(keys, at, at[segment] + shares * np.diff(at)[segment], method)
+    positions[on_key] = keys.root_positions[(segment + shares.astype(int))[on_key]]
+    return replace(
+        motion, root_positions=positions, root_angles=angles, root_axes=axes, up=keys.up, root_name=keys.root_name
+    )
+
+
+def _check_keys(
+    poses: ArrayLike | Motion, times: ArrayLike | None, skeleton: Skeleton | None
+) -> tuple[Motion | None, Skeleton, ArrayLike]:
+    """Return the keys as a Motion, or None for an array, their skeleton, and their times."""
+    if isinstance(poses, Motion):
+        if skeleton is not None and skeleton != poses.skeleton:
+            raise ValueError(
+                "poses are a Motion of another skeleton than the one given: leave skeleton out, or pass "
+                "skpose.kinematics.retarget(motion, skeleton) as poses"
+            )
+        return poses, poses.skeleton, poses.times if times is None else times
+    for name, value in (("times", times), ("skeleton", skeleton)):
+        if value is None:
+            raise ValueError(f"interpolate needs {name}= for key poses that are no Motion, which has them")
+    return None, skeleton, times  # type: ignore[return-value]  # neither is None
 
 
 def _check_times(times: ArrayLike, n_poses: int, frame_rate: float) -> np.ndarray:

@@ -178,5 +178,7 @@ def _by_positions(
     for joint in np.flatnonzero(there >= 0):
         wished[:, joint] = factor * (root.apply(positions[:, there[joint]]) + motion.root_positions)
     fitted = inverse_kinematics(wished, skeleton, n_jobs=n_jobs, verbose=verbose)
-    result = replace(fitted.to_motion(motion.frame_rate, motion.up), frame_numbers=motion.frame_numbers)
+    result = replace(
+        fitted.to_motion(motion.frame_rate, motion.up), frame_numbers=motion.frame_numbers, root_name=motion.root_name
+    )
     return result, f"positions, joints within {round(100.0 * float(np.nanmax(fitted.residuals)), 2):g} cm"

@@ -1,8 +1,9 @@
 """Mean motions: a typical motion whose bones keep their lengths, and how much the motions differ from it."""
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from numbers import Integral, Real
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from joblib import effective_n_jobs
@@ -18,6 +19,7 @@ from skpose.metrics._shared import METRIC_CONSTRAINTS, require, resolve, warn_of
 from skpose.motions._barycenter import Aligned, Barycenter
 from skpose.motions._inputs import Sequences, check_motions
 from skpose.motions._matrix import MotionMatrix
+from skpose.motions._mean_root import check_roots, mean_root
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._shared import interpolate_poses
 
@@ -45,6 +47,16 @@ class MeanMotion:
         after each iteration.
     converged : bool
         Whether the objective stopped decreasing before `max_iter`.
+    root_positions : ndarray of shape (n_frames, 3) or None
+        Mean positions of the root, m, see `mean_motion`; None where the motions were arrays, which have no root.
+    root_angles : ndarray of shape (n_frames, k) or None
+        Mean rotations of the root, rad, about `root_axes`, as of a `Motion`.
+    root_axes : str
+        Those of the motions.
+    up : {"x", "y", "z"} or None
+        The axis of the world that points up, in all motions.
+    root_name : str
+        The name of the root.
 
     Examples
     --------
@@ -53,7 +65,7 @@ class MeanMotion:
     >>> from skpose.motions import mean_motion
     >>> swing = np.linspace(0.0, 1.0, 9)[:, None]
     >>> mean_motion([swing, swing + 0.2], skeleton=Skeleton.chain(1))
-    MeanMotion(9 frames, standard deviation 0.054 m, converged in 3 iterations)
+    MeanMotion(9 frames, root unknown, standard deviation 0.054 m, converged in 3 iterations)
     """
 
     skeleton: Skeleton
@@ -64,6 +76,11 @@ class MeanMotion:
     n_poses: np.ndarray
     objectives: np.ndarray
     converged: bool
+    root_positions: np.ndarray | None = None
+    root_angles: np.ndarray | None = None
+    root_axes: str = "xyz"
+    up: Literal["x", "y", "z"] | None = None
+    root_name: str = "root"
 
     def __len__(self) -> int:
         return len(self.poses)
@@ -73,7 +90,8 @@ class MeanMotion:
         state = "converged" if self.converged else "not converged"
         deviation = float(np.sqrt(np.average(self.std**2, weights=self.n_poses)))
         iterations = f"{self.n_iter} iteration{'s' if self.n_iter != 1 else ''}"
-        return f"MeanMotion({frames}, standard deviation {deviation:.3f} m, {state} in {iterations})"
+        root = "root unknown" if self.up is None else f"{self.up} up"
+        return f"MeanMotion({frames}, {root}, standard deviation {deviation:.3f} m, {state} in {iterations})"
 
     @property
     def objective(self) -> float:
@@ -86,7 +104,9 @@ class MeanMotion:
         return len(self.objectives) - 1
 
     def to_motion(self, frame_rate: float | None = None) -> Motion:
-        """Return the mean as a motion, its root at rest.
+        """Return the mean as a motion, with the mean movement of the root.
+
+        Of arrays nothing is known of the root: it rests at the origin, with y up.
 
         Parameters
         ----------
@@ -97,12 +117,20 @@ class MeanMotion:
         -------
         Motion
             With the poses of the mean.
+
+        See Also
+        --------
+        Motion.to_cycle : Close a typical stride, or another movement that repeats, so that it can be looped.
         """
         frame_rate = self.frame_rate if frame_rate is None else frame_rate
         if frame_rate is None:
             raise ValueError("to_motion needs frame_rate=, as the mean is one of arrays, which have none")
         check_frame_rate(frame_rate)
-        return Motion(self.skeleton, self.poses, frame_rate)
+        motion = Motion(self.skeleton, self.poses, frame_rate)
+        if self.up is None:
+            return motion
+        names = ("root_positions", "root_angles", "root_axes", "up", "root_name")
+        return replace(motion, **{name: getattr(self, name) for name in names})
 
 
 @validate_params(
@@ -142,7 +170,7 @@ def mean_motion(
     ----------
     motions : list of array-like or of Motion, MotionDataset, or array of shape (n_motions, n_frames, n_dofs)
         Motions of shape (n_frames, n_dofs) each: joint angles, and rotation vectors of ball joints, rad. Lengths may
-        differ. The movement of the root is no part of the mean.
+        differ. Where they are Motions, the mean has a root that moves.
     skeleton : Skeleton, default=None
         The skeleton of all motions, and of the mean. None is that of the `Motion` objects, where they differ their
         mean, as ``MotionDataset.skeleton``; arrays need it.
@@ -170,7 +198,9 @@ def mean_motion(
         For one motion in the place of several, and for Motions and arrays together.
     ValueError
         For arrays without a skeleton, poses of the wrong width or not finite, motions of different frame rates,
-        skeletons that are not comparable.
+        skeletons that are not comparable; for Motions in which different axes of the world point up, or of which only
+        some have the whole orientation of the root in their poses, as after ``with_root("whole")`` and
+        ``with_root("tilt")``.
 
     Warns
     -----
@@ -191,6 +221,12 @@ def mean_motion(
     "position". It is a local minimum. Frames of the mean are phases of the movement, not equal times: the mean has the
     frame rate of the motions, or with `n_frames` the duration of the medoid.
 
+    The *root* has no part in the alignment: it is averaged along the paths of the poses. Each motion is moved along the
+    floor, and rotated about the vertical, so that all begin at one place and with one heading; heights and tilts stay
+    as they are. Each frame then has the mean position and the mean rotation of the root in the frames that are aligned
+    to it, each motion counting the same. The mean begins above the origin, with heading zero. Positions are those of
+    the motions, in m, on each skeleton that they are put on.
+
     An iteration takes O(n_frames · frames of all motions) distances between poses, and a fraction of a millisecond for
     each frame whose poses have changed. "geodesic" computes only those distances that "position", a lower bound, does
     not exclude from the path, and some ten geodesics for each aligned pose: milliseconds each, so minutes for some
@@ -209,11 +245,12 @@ def mean_motion(
     >>> from skpose.datasets import make_gait
     >>> walk = make_gait(1, 1, activities=["walk"], duration=6, frame_rate=20, random_state=0)[0]
     >>> mean = mean_motion(segment_repetitions(walk).motions)
-    >>> mean.to_motion()
+    >>> mean.to_motion()  # of a person who walks on the spot, as these are generated
     Motion(22 frames at 20 Hz, 1.1 s, y up, Skeleton(n_joints=22, n_dofs=42))
     >>> mean.skeleton.joint_names[mean.joint_std.mean(axis=0).argmax()]
     'right_toes'
     """
+    motions = list(motions) if isinstance(motions, Iterator) else motions
     checked = check_motions({"motions": motions}, skeleton)[0]
     skeleton, frame_rate = checked.skeleton, checked.frame_rate
     if skeleton is None:
@@ -223,6 +260,8 @@ def mean_motion(
         )
     chosen = resolve(metric, skeleton, auto="position")
     require(chosen, "mean_motion", "means by descent and the chord as a lower bound", _why_not_of_motions)
+    given = list(motions) if frame_rate is not None else []  # arrays have no root
+    check_roots(given)
     sequences = checked.sequences.in_float64()
     warn_of_degrees(motions=sequences.poses)
     mean = sequences.motion(_medoid(sequences, skeleton, window, n_jobs))
@@ -254,7 +293,8 @@ def mean_motion(
     n_poses = aligned.n_poses
     std = np.sqrt(np.bincount(aligned.mean_frames, aligned.squares) / n_poses)
     joint_std = _joint_std(mean, sequences.poses, aligned, skeleton)
-    return MeanMotion(skeleton, mean, frame_rate, std, joint_std, n_poses, np.array(objectives), converged)
+    root = mean_root(given, aligned) if given else ()
+    return MeanMotion(skeleton, mean, frame_rate, std, joint_std, n_poses, np.array(objectives), converged, *root)
 
 
 def _why_not_of_motions(metric: Metric) -> str:

@@ -38,6 +38,24 @@ def move(bones: Sequence[Bone], base: np.ndarray, steps: np.ndarray) -> np.ndarr
     return poses
 
 
+def steps_between(bones: Sequence[Bone], poses: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Return the steps (n_poses, n_dofs) from each pose to the other of the same row."""
+    steps = interpolate_values(np.zeros_like(poses), others - poses, np.ones(1), TWO_PI)
+    for bone, columns in _joints_of_three_dofs(bones):
+        at = rotations_of(bone, poses[:, columns])
+        steps[:, columns] = (at.inv() * rotations_of(bone, others[:, columns])).as_rotvec()
+    return steps
+
+
+def displace(bones: Sequence[Bone], poses: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """Return each pose moved by the step of the same row, as numbers near its own."""
+    moved = poses + steps
+    for bone, columns in _joints_of_three_dofs(bones):
+        turned = rotations_of(bone, poses[:, columns]) * Rotation.from_rotvec(steps[:, columns])
+        moved[:, columns] = columns_of(bone, turned, poses[:, columns])
+    return moved
+
+
 def mean_of_joints(bones: Sequence[Bone], poses: np.ndarray) -> tuple[np.ndarray, bool]:
     """Return the pose from which the mean step to the poses is zero, and whether the iteration converged to it."""
     base = np.arctan2(np.sin(poses).mean(axis=0), np.cos(poses).mean(axis=0))

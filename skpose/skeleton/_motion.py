@@ -10,15 +10,27 @@ from skpose._displays import Page, displays
 from skpose._typing import ArrayLike
 from skpose._validation.columns import check_column_names, other_than_poses
 from skpose._validation.motions import check_frame_rate, check_up
+from skpose._validation.options import check_integer
 from skpose._validation.skeletons import check_skeleton
 from skpose._validation.units import warn_of_degrees
+from skpose._warnings import warn
 from skpose.skeleton._bone import Bone, is_axes
 from skpose.skeleton._comparison import mismatch
 from skpose.skeleton._continuity import remove_jumps
 from skpose.skeleton._conversions import convert
+from skpose.skeleton._cycle import Frames, close_cycle, describe_opening, repeat_cycle
 from skpose.skeleton._interpolation import interpolate_linearly, interpolate_poses
 from skpose.skeleton._mirror import mirror_poses
-from skpose.skeleton._root import root_parts, with_root_joint
+from skpose.skeleton._root import (
+    continuous_root_angles,
+    find_root_joint,
+    heading,
+    root_joint_orientations,
+    root_orientations,
+    root_parts,
+    with_root_joint,
+    without_root_joint,
+)
 from skpose.skeleton._sampling import choose_frames, resample_frames
 from skpose.skeleton._skeleton import Skeleton
 
@@ -32,6 +44,7 @@ REMEDIES = {
     "root_axes": 'with_root("tilt") makes the orientation a part of the poses of both, and leaves one axis to the root',
     "up": 'their worlds are not the same; if they are, dataclasses.replace(motion, up="y") states so',
 }
+HEADED = 1e-6  # rad, above which the heading of poses changes
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -260,6 +273,149 @@ class Motion:
             root_positions=interpolate_linearly(self.root_positions, rows),
             root_angles=interpolate_poses((self._root,), self.root_angles, rows),
             frame_numbers=numbers,
+        )
+
+    def to_cycle(self, *, endpoint: bool = False) -> "Motion":
+        """Return the motion as a cycle: its last frame is its first one, moved along the floor.
+
+        `repeat` continues it without a jump, and so do programs that loop a motion from the place where it ends. What
+        is left between the end and the start is distributed over all frames, the same share for each interval of time:
+        each joint, and the tilt of the root, by a rotation about a fixed axis; hinges by their angle; the height of the
+        root linearly. The first frame is changed by half of it, the last by half of it in the other direction. Where
+        the cycle goes is kept: the step of the root along the floor and the change of its heading are those of the
+        motion.
+
+        Parameters
+        ----------
+        endpoint : bool, default=False
+            Whether the last frame is the first pose again, as of a stride from heel strike to heel strike, both
+            included. False: the last frame is the one before, as in slices ``motion[start:stop]`` and of
+            `segment_repetitions`. A frame is then added, at the mean of the velocities of the first and the last
+            step. `numpy.linspace` has the same word for the same thing.
+
+        Returns
+        -------
+        Motion
+            With one frame more than the motion, or as many.
+
+        Raises
+        ------
+        ValueError
+            For fewer than three frames; if the poses themselves change their heading, as of ``with_root("whole")``.
+
+        Warns
+        -----
+        UserWarning
+            If the last pose is the first one and `endpoint` is False; if the end is so far from the first pose that the
+            motion is no whole cycle: more than a fifth as far as the farthest of its poses, and than one and a half
+            usual steps; if the joints jump at an end: half as fast again as anywhere else.
+
+        See Also
+        --------
+        skpose.motions.segment_repetitions : The cycles of a motion, such as strides.
+        skpose.motions.mean_motion : A typical one.
+
+        Examples
+        --------
+        One swing to and fro, in 24 steps of 1 cm forward:
+
+        >>> import numpy as np
+        >>> from skpose import Motion, Skeleton
+        >>> swing = np.sin(np.arange(24) * np.pi / 12)[:, None]
+        >>> forward = np.arange(24)[:, None] * [0, 0, 0.01]
+        >>> cycle = Motion(Skeleton.chain(1), swing, 24, forward).to_cycle()
+        >>> len(cycle), cycle.root_positions[-1].round(3)
+        (25, array([0.  , 0.  , 0.24]))
+        >>> cycle.repeat(3)
+        Motion(73 frames at 24 Hz, 3.0 s, y up, Skeleton(n_joints=1, n_dofs=1))
+        """
+        self._check_heading("to_cycle", least=3)
+        cycle, complaints = close_cycle(self._frames, endpoint)
+        for complaint in complaints:
+            warn(complaint)
+        return self._with_frames(cycle)
+
+    def repeat(self, n: int) -> "Motion":
+        """Return a cycle n times, each from the place and with the heading at which the one before ends.
+
+        Of the last frame of a cycle and the first of the next, which are one pose, there is one.
+
+        Parameters
+        ----------
+        n : int
+            How often, at least once.
+
+        Returns
+        -------
+        Motion
+            With n · (len(motion) − 1) + 1 frames.
+
+        Raises
+        ------
+        ValueError
+            If the last frame is not the first one, moved along the floor: if a joint or the tilt of the root is off by
+            more than a tenth of what changes most between two frames, or the height likewise. `to_cycle` makes it so.
+
+        See Also
+        --------
+        Motion.to_cycle : Close a cycle.
+        Motion.concatenate : Motions one after another, where they are.
+
+        Examples
+        --------
+        A quarter of a circle, four times:
+
+        >>> import numpy as np
+        >>> from skpose import Motion, Skeleton
+        >>> arc, still = np.linspace(0, np.pi / 2, 5), np.zeros((5, 1))
+        >>> places = np.column_stack([1 - np.cos(arc), still, np.sin(arc)])
+        >>> quarter = Motion(Skeleton.chain(1), still, 4, places, arc[:, None], root_axes="y")
+        >>> circle = quarter.repeat(4)
+        >>> circle.root_positions[[4, 8, 12, 16]].round(3) + 0.0
+        array([[ 1.,  0.,  1.],
+               [ 2.,  0.,  0.],
+               [ 1.,  0., -1.],
+               [ 0.,  0.,  0.]])
+        """
+        check_integer(n, 1, "n")
+        self._check_heading("repeat", least=2)
+        if gap := describe_opening(self._frames):
+            raise ValueError(
+                f"repeat needs a cycle, whose last frame is its first one moved along the floor, but from one to the "
+                f"other {gap}: motion.to_cycle() makes one of a motion that ends a frame before it begins again, "
+                "motion.to_cycle(endpoint=True) of one that ends with its first pose"
+            )
+        return self if n == 1 else self._with_frames(repeat_cycle(self._frames, n))
+
+    def _check_heading(self, function: str, least: int) -> None:
+        """Refuse motions of too few frames, and those whose heading is in the poses, where it would be closed."""
+        if len(self) < least:
+            raise ValueError(f"{function} needs at least {least} frames, got {len(self)}")
+        if find_root_joint(self.skeleton) and not self.root_angles.any():
+            ends = root_joint_orientations(self.skeleton, self.angles[[0, -1]])
+            if abs(heading(ends[1:] * ends[:1].inv(), self.up)[0]) > HEADED:
+                raise ValueError(
+                    f'the heading changes and is a part of the poses, as of with_root("whole"): {function} needs it '
+                    "as the root's, call motion.without_root() first"
+                )
+
+    @property
+    def _frames(self) -> Frames:
+        """The poses with the orientation of the root."""
+        root = root_orientations(self.root_angles, self.root_axes)
+        poses = np.concatenate([self.angles, root.as_rotvec()], axis=1)
+        return Frames(self.skeleton, poses, self.root_positions, self.frame_numbers, self.up)
+
+    def _with_frames(self, frames: Frames) -> "Motion":
+        """Return the motion with other frames."""
+        root_angles, root_axes = continuous_root_angles(frames.root, self.root_axes)
+        return replace(
+            self,
+            angles=remove_jumps(self.skeleton.bones, frames.poses[:, :-3]),
+            root_positions=frames.places,
+            root_angles=root_angles,
+            root_axes=root_axes,
+            frame_numbers=frames.numbers,
         )
 
     def unwrap(self) -> "Motion":
@@ -492,6 +648,10 @@ class Motion:
             The orientation that is left to the root is the heading, an angle about the axis that points up, or zero.
             The joint's name is "root" with an underscore for each joint that has this name already.
 
+        See Also
+        --------
+        Motion.without_root : The inverse.
+
         Notes
         -----
         An orientation is R = heading · tilt, of which the tilt is the rotation about a horizontal axis (the swing
@@ -521,4 +681,45 @@ class Motion:
             root_angles=left,
             root_axes=axes,
             up=up,
+        )
+
+    def without_root(self) -> "Motion":
+        """Return the motion with its poses' orientation of the root given back to the root, the inverse of `with_root`.
+
+        The joint at the root is left out, and its rotation becomes a part of the root's: all other joints stay where
+        they are in the world. This holds for poses that `with_root` did not make too, such as means.
+
+        Returns
+        -------
+        Motion
+            On the skeleton without the joint at the root. The root has the axes of the motion where these are three,
+            and otherwise "xyz"; its angles are continuous in time.
+
+        Raises
+        ------
+        ValueError
+            If the skeleton has no such joint: of length zero, at the root, with three dofs, and carrying all others.
+
+        See Also
+        --------
+        Motion.with_root : Make the orientation of the root a part of the poses.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from skpose import Motion, Skeleton
+        >>> motion = Motion(Skeleton.chain(2), [[0, 0]], 30, root_angles=np.radians([[30, 60, 0]]))
+        >>> there = motion.with_root("tilt").without_root()
+        >>> there.skeleton == motion.skeleton
+        True
+        >>> np.degrees(there.root_angles).round(3) + 0.0, there.root_axes
+        (array([[30., 60.,  0.]]), 'xyz')
+        """
+        skeleton, columns = without_root_joint(self.skeleton)
+        own = root_joint_orientations(self.skeleton, self.angles)
+        root = root_orientations(self.root_angles, self.root_axes) * own
+        axes = self.root_axes if len(self.root_axes) == 3 else "xyz"
+        root_angles, root_axes = continuous_root_angles(root, axes)
+        return replace(
+            self, skeleton=skeleton, angles=self.angles[:, columns], root_angles=root_angles, root_axes=root_axes
         )

@@ -5,8 +5,11 @@ from scipy.spatial.transform import Rotation
 
 from skpose._validation.motions import check_up
 from skpose.skeleton._bone import BALL, Bone
-from skpose.skeleton._rotations import columns_of
+from skpose.skeleton._continuity import continuous_columns
+from skpose.skeleton._rotations import columns_of, fit_columns, rotations_of
 from skpose.skeleton._skeleton import Skeleton
+
+EXACT = 1e-9  # rad, by which angles about fewer than three axes may miss an orientation
 
 
 def root_parts(root_angles: np.ndarray, root_axes: str, part: str, up: str) -> tuple[np.ndarray, np.ndarray, str]:
@@ -39,6 +42,20 @@ def root_angles_of(orientations: Rotation, near: np.ndarray, axes: str) -> tuple
     return columns_of(Bone("root", None, (0.0, 0.0, 0.0), axes), orientations, near), axes
 
 
+def continuous_root_angles(orientations: Rotation, axes: str) -> tuple[np.ndarray, str]:
+    """Return orientations (n,) over time as angles (n, k), and the axes: the given ones, or "xyz" where these miss."""
+    bone = Bone("root", None, (0.0, 0.0, 0.0), axes)
+    if len(axes) < 3:
+        if not axes:
+            columns, missed = np.zeros((len(orientations), 0)), orientations.magnitude()
+        else:
+            columns, missed = fit_columns(bone, orientations)
+        if not (missed > EXACT).any():
+            return np.unwrap(columns, axis=0), axes
+        bone = bone._replace(dofs="xyz")
+    return continuous_columns(bone, orientations), bone.dofs
+
+
 def heading(orientations: Rotation, up: str) -> np.ndarray:
     """Return the angles (n,) in [−π, π] of the twist about an axis of the world.
 
@@ -57,3 +74,36 @@ def with_root_joint(skeleton: Skeleton) -> Skeleton:
         name += "_"
     bones = [bone._replace(parent=name) if bone.parent is None else bone for bone in skeleton.bones]
     return Skeleton([Bone(name, None, (0.0, 0.0, 0.0), BALL), *bones], skeleton.offset_frame)
+
+
+def find_root_joint(skeleton: Skeleton) -> str:
+    """Return the name of a joint at the root, of length zero and with three dofs, that carries all others, or ""."""
+    first, *more = [bone for bone in skeleton.bones if bone.parent is None]
+    is_root_joint = not more and first.n_dofs == 3 and not np.any(first.offset) and len(skeleton.bones) > 1
+    return first.name if is_root_joint else ""
+
+
+def without_root_joint(skeleton: Skeleton) -> tuple[Skeleton, np.ndarray]:
+    """Return the skeleton without its joint at the root, and which columns are left."""
+    name = find_root_joint(skeleton)
+    if not name:
+        at_root = ", ".join(bone.name for bone in skeleton.bones if bone.parent is None)
+        raise ValueError(
+            "without_root needs a motion of with_root, whose skeleton has one joint of length zero at the root, with "
+            f"three dofs, that carries all others; at the root of this one are {at_root}"
+        )
+    bones = [
+        bone._replace(parent=None if bone.parent == name else bone.parent)
+        for bone in skeleton.bones
+        if bone.name != name
+    ]
+    there = Skeleton(bones, skeleton.offset_frame)
+    return there, there.columns_in(skeleton)
+
+
+def root_joint_orientations(skeleton: Skeleton, poses: np.ndarray) -> Rotation:
+    """Return the orientations (n,) of the joint at the root, relative to the root."""
+    i = skeleton.joint_names.index(find_root_joint(skeleton))
+    bone, first = skeleton.bones[i], sum(bone.n_dofs for bone in skeleton.bones[:i])
+    rotations = rotations_of(bone, poses[:, first : first + 3])
+    return Rotation.from_matrix(skeleton.rest_rotations[i]) * rotations

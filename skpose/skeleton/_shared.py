@@ -8,7 +8,14 @@ from skpose.skeleton._html import foldable_table
 from skpose.skeleton._interpolation import interpolate_poses, straight_line
 from skpose.skeleton._proportions import MEAN_HEIGHT, PROPORTIONS
 from skpose.skeleton._rest import NO_DIRECTION, axes_at_zero, directions_at_zero, positions_at_zero, size_of
-from skpose.skeleton._root import heading, root_angles_of, root_orientations, with_root_joint
+from skpose.skeleton._root import (
+    continuous_root_angles,
+    find_root_joint,
+    heading,
+    root_angles_of,
+    root_orientations,
+    with_root_joint,
+)
 from skpose.skeleton._rotations import TWO_PI, columns_of, rotations_of
 from skpose.skeleton._selection import with_carriers
 from skpose.skeleton._sides import others, partners, sides
@@ -27,8 +34,10 @@ __all__ = [
     "columns_of",
     "complaint_of_up",
     "continuous_columns",
+    "continuous_root_angles",
     "continuous_triples",
     "directions_at_zero",
+    "find_root_joint",
     "foldable_table",
     "heading",
     "interpolate_poses",

@@ -1,11 +1,10 @@
 """Along which axis of the world people stand in a motion: whether the axis that is said to point up does."""
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
+from skpose.skeleton._joint_positions import joint_positions
 from skpose.skeleton._motion import Motion
 from skpose.skeleton._root import root_orientations
-from skpose.skeleton._rotations import rotations_of
 
 N_FRAMES = 32  # that are looked at, evenly spaced
 NEARLY_ALL = 0.9  # of these
@@ -52,17 +51,5 @@ def _find_up(motion: Motion, default: str) -> str:
 
 def _positions(motion: Motion, frames: np.ndarray) -> np.ndarray:
     """Return the positions (n, n_joints + 1, 3) of the root and of the joints in some frames, relative to the root."""
-    skeleton = motion.skeleton
-    orientations = [root_orientations(motion.root_angles[frames], motion.root_axes)]
-    positions = [np.zeros((len(frames), 3))]
-    first = 0
-    for bone, parent, rest in zip(skeleton.bones, skeleton.parents, skeleton.rest_rotations, strict=True):
-        columns = motion.angles[frames, first : first + bone.n_dofs]
-        first += bone.n_dofs
-        own = orientations[parent + 1] * Rotation.from_matrix(rest)
-        if bone.n_dofs:
-            own = own * rotations_of(bone, columns)
-        carrier = own if skeleton.offset_frame == "own" else orientations[parent + 1]
-        positions.append(positions[parent + 1] + carrier.apply(bone.offset))
-        orientations.append(own)
-    return np.stack(positions, axis=1)
+    root = root_orientations(motion.root_angles[frames], motion.root_axes)
+    return joint_positions(motion.skeleton, motion.angles[frames], root)

@@ -186,7 +186,7 @@ def test_a_motion_from_arrays_needs_a_frame_rate():
         mean.to_motion()
 
 
-def test_the_root_and_the_form_of_the_motions_do_not_matter():
+def test_the_root_and_the_form_of_the_motions_do_not_matter_to_the_poses():
     skeleton = SKELETONS["humanoid"]
     arrays = swings(3, skeleton=skeleton)
     rng = np.random.default_rng(0)
@@ -195,7 +195,6 @@ def test_the_root_and_the_form_of_the_motions_do_not_matter():
     for given in (motions, [m.astype(np.float32).astype(float) for m in arrays]):
         mean = mean_motion(given, skeleton=skeleton)
         np.testing.assert_allclose(mean.objectives, expected.objectives, rtol=1e-5)
-    assert not mean_motion(motions).to_motion().root_positions.any()
 
 
 @pytest.mark.parametrize("metric", METRICS)
@@ -222,7 +221,7 @@ def test_warns_once_where_it_did_not_converge():
     assert caught[0].filename == __file__
     assert not mean.converged
     assert repr(mean).endswith("not converged in 1 iteration)")
-    assert repr(mean_motion(gait)).startswith("MeanMotion(20 frames, standard deviation 0.")
+    assert repr(mean_motion(gait)).startswith("MeanMotion(20 frames, y up, standard deviation 0.")
     assert isinstance(mean, MeanMotion)
 
 

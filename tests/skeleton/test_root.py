@@ -1,5 +1,7 @@
 """The orientation of the root as a part of the poses."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import reference
@@ -8,7 +10,9 @@ from scipy.spatial.transform import Rotation
 
 from skpose import Bone, Motion, Skeleton, forward_kinematics, pose_distances
 from skpose.datasets import MotionDataset
+from skpose.geodesics import interpolate
 from skpose.kinematics import retarget
+from skpose.motions import mean_motion, segment_repetitions
 
 UP = {"x": [1.0, 0, 0], "y": [0, 1.0, 0], "z": [0, 0, 1.0]}
 TREES = {frame: random_tree(4, kinds=MIXED, offset_frame=frame) for frame in ("own", "parent")}
@@ -21,6 +25,8 @@ def random_motion(skeleton, seed=0, n=20, axes="ZXY"):
 
 
 def orientations(motion):
+    if not motion.root_axes:
+        return Rotation.identity(len(motion))
     return Rotation.from_euler(motion.root_axes, motion.root_angles)
 
 
@@ -152,3 +158,101 @@ def test_retargeting_and_the_root_commute(frame):
     expected = forward_kinematics(motion.with_root("whole").angles, motion.with_root("whole").skeleton)
     for result in (there, first):
         np.testing.assert_allclose(forward_kinematics(result.angles, result.skeleton), expected, atol=1e-9)
+
+
+@pytest.mark.parametrize("frame", TREES)
+@pytest.mark.parametrize("part", ["whole", "tilt"])
+@pytest.mark.parametrize("up", UP)
+@pytest.mark.parametrize("axes", ["ZXY", "xyz", "y", "zx", ""])
+def test_without_root_is_the_inverse(frame, part, up, axes):
+    motion = random_motion(TREES[frame], axes=axes)
+    motion = replace(motion, up=up, root_name="Hips", frame_numbers=np.arange(len(motion)) * 2 + 5)
+    there = motion.with_root(part).without_root()
+    assert there.skeleton == motion.skeleton
+    np.testing.assert_array_equal(there.angles, motion.angles)
+    np.testing.assert_array_equal(there.root_positions, motion.root_positions)
+    np.testing.assert_array_equal(there.frame_numbers, motion.frame_numbers)
+    assert (there.up, there.root_name, there.frame_rate) == (up, "Hips", motion.frame_rate)
+    np.testing.assert_allclose((orientations(there).inv() * orientations(motion)).magnitude(), 0.0, atol=1e-12)
+    if len(axes) == 3 and part == "whole":
+        assert there.root_axes == axes
+    # And of poses that with_root did not make: the joint at the root may have become something else.
+    rooted = motion.with_root(part).to_euler("ZXY")
+    np.testing.assert_allclose(
+        (orientations(rooted.without_root()).inv() * orientations(motion)).magnitude(), 0.0, atol=1e-9
+    )
+
+
+def test_without_root_gives_numbers_that_do_not_jump():
+    turning = np.linspace(0, 9, 200)[:, None] * [0.0, 1.0, 0.0] + [0.2, 0.0, 0.1]
+    motion = Motion(Skeleton.chain(2), np.zeros((200, 2)), 30, root_angles=turning, root_axes="YXZ")
+    there = motion.with_root("whole").without_root()
+    assert np.abs(np.diff(there.root_angles, axis=0)).max() < 0.1
+    empty = Motion(motion.skeleton, np.zeros((0, 2)), 30).with_root().without_root()
+    assert (len(empty), empty.skeleton) == (0, motion.skeleton)
+
+
+def test_without_root_needs_a_joint_at_the_root():
+    motion = random_motion(Skeleton.chain(2))
+    with pytest.raises(
+        ValueError, match=r"without_root needs a motion of with_root.*at the root of this one are joint_1"
+    ):
+        motion.without_root()
+    assert motion.with_root().with_root().without_root().without_root().skeleton == motion.skeleton
+    two = Skeleton([Bone("a", None, (0, 0, 0), "xyz"), Bone("b", None, (1, 0, 0), "xyz")])
+    with pytest.raises(ValueError, match="are a, b"):
+        random_motion(two).without_root()
+    dataset = MotionDataset([motion.with_root(), motion], subjects=["a", "b"])
+    with pytest.raises(ValueError, match=r"motions\[1\]: without_root needs"):
+        dataset.without_root()
+    both = MotionDataset([motion, motion], subjects=["a", "b"])
+    assert both.with_root("whole").without_root().skeleton == both.skeleton
+    assert both.with_root().without_root().subjects.tolist() == ["a", "b"]
+
+
+TREE = random_tree(4, kinds=["xyz", "ZXY", "rotvec"])
+KEPT = {
+    "resample": lambda m: m.resample(10),
+    "slice": lambda m: m[3:17:2],
+    "frame": lambda m: m[4],
+    "unwrap": lambda m: m.unwrap(),
+    "to_rotvec": lambda m: m.to_rotvec(),
+    "to_euler": lambda m: m.to_euler("ZXY"),
+    "select": lambda m: m.select(m.skeleton.joint_names[0]),
+    "with_root": lambda m: m.with_root("tilt"),
+    "concatenate": lambda m: Motion.concatenate([m, m]),
+    "numbers": lambda m: retarget(m, m.skeleton),
+    "positions": lambda m: retarget(m, m.skeleton, method="positions"),
+    "orientations": lambda m: retarget(m, m.to_rotvec().skeleton, method="orientations"),
+    "cycle": lambda m: Motion.concatenate([m, m[-2::-1]]).to_cycle(endpoint=True).repeat(2),
+    "dataset": lambda m: MotionDataset([m]).to_rotvec().motions[0],
+    "interpolate": lambda m: interpolate(m[::5], frame_rate=30, method="geodesic"),
+    "mean": lambda m: mean_motion([m, m[:-1]]).to_motion(),
+    "segments": lambda m: segment_repetitions(Motion.concatenate([m] * 5), metric="position").motions[0],
+}
+
+
+@pytest.mark.parametrize("what", KEPT)
+def test_what_returns_motions_keeps_the_root(what):
+    motion = replace(random_motion(TREE), up="z", root_name="Hips", frame_numbers=np.arange(20) + 3)
+    smooth = replace(motion, angles=0.5 * np.sin(np.arange(20)[:, None] / 3 + np.arange(TREE.n_dofs)))
+    there = KEPT[what](smooth)
+    assert (there.up, there.root_name) == ("z", "Hips")
+    assert np.ptp(there.root_positions, axis=0).max() > 0.1 or len(there) == 1
+    assert there.root_angles.any()
+    assert len(there.frame_numbers) == len(there)
+
+
+@pytest.mark.parametrize("frame", TREES)
+def test_a_joint_at_the_root_may_have_a_rest_rotation(frame):
+    """All other joints stay where they are in the world."""
+    rooted = random_motion(TREES[frame]).with_root("tilt")
+    rest = Rotation.from_euler("xyz", [0.4, -1.0, 2.0]).as_matrix()
+    bones = [b._replace(rest_rotation=rest) if b.name == "root" else b for b in rooted.skeleton.bones]
+    motion = replace(rooted, skeleton=Skeleton(bones, frame))
+    there = motion.without_root()
+    before, after = (
+        np.einsum("nab,njb->nja", orientations(m).as_matrix(), reference.forward_kinematics(m.angles, m.skeleton))
+        for m in (motion, there)
+    )
+    np.testing.assert_allclose(after, before[:, 1:], atol=1e-12)

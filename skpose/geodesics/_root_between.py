@@ -1,0 +1,20 @@
+"""The root between key poses: its place linearly or by a cubic spline, its orientation by slerp or by a spline."""
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import RotationSpline, Slerp
+
+from skpose.skeleton import Motion
+from skpose.skeleton._shared import continuous_root_angles, root_orientations
+
+
+def root_between(keys: Motion, at: np.ndarray, times: np.ndarray, method: str) -> tuple[np.ndarray, np.ndarray, str]:
+    """Return positions (n, 3), angles (n, k) and axes of the root at times, given keys and their times."""
+    orientations = root_orientations(keys.root_angles, keys.root_axes)
+    if method == "spline":
+        positions = CubicSpline(at, keys.root_positions, bc_type="natural")(times)
+        between = RotationSpline(at, orientations)(times)
+    else:
+        positions = np.stack([np.interp(times, at, values) for values in keys.root_positions.T], axis=1)
+        between = Slerp(at, orientations)(times)
+    return positions, *continuous_root_angles(between, keys.root_axes)

@@ -1,0 +1,78 @@
+"""The mean movement of the root, along the paths that align motions to their mean."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from skpose.motions._barycenter import Aligned
+from skpose.skeleton import Motion
+from skpose.skeleton._shared import continuous_root_angles, find_root_joint, heading, root_orientations
+
+
+class MeanRoot(NamedTuple):
+    """The movement of the root of a mean, and its world."""
+
+    positions: np.ndarray  # (n_frames, 3), m
+    angles: np.ndarray  # (n_frames, k), rad
+    axes: str
+    up: str
+    name: str
+
+
+def check_roots(motions: Sequence[Motion]) -> None:
+    """Refuse motions whose roots have no mean: other worlds, or orientations that are in the poses of some only."""
+    for i, motion in enumerate(motions):
+        first = motions[0]
+        if motion.up != first.up:
+            raise ValueError(
+                f'motions[0] has "{first.up}" up and motions[{i}] "{motion.up}": roots of different worlds have no '
+                'mean; rotate the motions into one world, or, if they are in one, dataclasses.replace(motion, up="y") '
+                "states so"
+            )
+        axes, others = (set(one.root_axes.lower()) for one in (first, motion))
+        if axes != others and find_root_joint(motion.skeleton):
+            raise ValueError(
+                f'motions[0] has root axes "{first.root_axes}" and motions[{i}] "{motion.root_axes}", so that their '
+                "poses hold different parts of the root's orientation: motion.without_root() of all, and then the same "
+                "with_root(part) of all, or none"
+            )
+
+
+def mean_root(motions: Sequence[Motion], aligned: Aligned) -> MeanRoot:
+    """Return the mean of the roots, each seen from where its motion begins and headed as it begins.
+
+    Each motion counts the same in each frame, with the mean of its frames that are aligned there: were it each frame,
+    the mean of motions that are apart would jump from one to the other where their numbers of frames change.
+    """
+    first = motions[0]
+    orientations: list[Rotation] = []
+    positions = []
+    for motion in motions:
+        own = root_orientations(motion.root_angles, motion.root_axes)
+        # Seen from the first motion, not by the heading of each: bones may point down where the root is at angle zero,
+        # and then have no heading.
+        begin = own[:1] if not orientations else orientations[0][:1]
+        back = Rotation.from_euler(first.up, -heading(own[:1] * begin.inv(), first.up))
+        orientations.append(back * own)
+        positions.append(back.apply(motion.root_positions - motion.root_positions[0] * _on_floor(first.up)))
+    everywhere, places = Rotation.concatenate(orientations), np.concatenate(positions)
+    motion_of = np.repeat(np.arange(len(motions)), [len(motion) for motion in motions])
+    means, mean_places = [], []
+    for rows in aligned.groups():
+        counts = np.bincount(motion_of[rows], minlength=len(motions))
+        weights = 1.0 / (len(motions) * counts[motion_of[rows]])
+        means.append(everywhere[rows].mean(weights))
+        mean_places.append(weights @ places[rows])
+    mean = Rotation.concatenate(means)
+    back = Rotation.from_euler(first.up, -heading(mean[:1], first.up))
+    angles, axes = continuous_root_angles(back * mean, first.root_axes)
+    there = np.array(mean_places)
+    there = back.apply(there - there[0] * _on_floor(first.up))
+    return MeanRoot(there, angles, axes, first.up, first.root_name)
+
+
+def _on_floor(up: str) -> np.ndarray:
+    """Return 1 for axes along the floor and 0 for the one that points up."""
+    return np.array([float(axis != up) for axis in "xyz"])
