@@ -8,6 +8,8 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from skpose._cli.messages import Note, Skipped, count_files, group
 from skpose._validation.units import LARGEST, SMALLEST, UNITS, extent_of, likely_unit
 from skpose._warnings import warn
@@ -77,7 +79,7 @@ class Reader:
                 try:
                     content = self._read(path, load)
                     if frames and not len(content):
-                        raise ValueError(f"{name} has no frames: leave it out")
+                        raise ValueError(f"{name} has no frames")
                 except (OSError, ValueError) as error:
                     message = _describe(error, name)
                     if self._skipped is None or i < required:
@@ -141,8 +143,11 @@ class Reader:
         """Return the content in the unit that the format has, or in the one in which it has the size of a person."""
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            content = load_at(None)
-        size = _size(content)
+            try:
+                content = load_at(None)
+                size = _size(content)
+            except MocapFormatError:  # as where a file should state its unit, and does not
+                size = np.inf
         if SMALLEST <= size <= LARGEST or size == 0.0:
             for one in caught:
                 warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
@@ -170,7 +175,7 @@ class Reader:
         for (unit, others), scales in units.items():
             sizes = [scale.size for scale in scales]
             span = f"{min(sizes):.3g}" + (f" to {max(sizes):.3g}" if max(sizes) > min(sizes) else "")
-            text = "the unit that the format has" if unit is None else f"{unit}, --scale {UNITS[unit]:.4g}"
+            text = "as without --scale" if unit is None else f"{unit}, --scale {UNITS[unit]:.4g}"
             more = "".join(f"; {other}, --scale {UNITS[other]:.4g}, are possible too" for other in others)
             of = count_files([scale.name for scale in scales], names)
             print(f"skpose: --scale auto: {of}: {text}: {span} m from end to end{more}", file=sys.stderr)

@@ -91,7 +91,8 @@ class Archive:
         if key not in self.keys:
             raise self.source.error(f"it has no {key}; its keys are {', '.join(sorted(self.keys)) or 'none'}")
         entry = self._zip.getinfo(f"{key}.npy")
-        if is_too_much(entry.file_size, min(entry.compress_size, self._n_bytes)):
+        packed = min(entry.compress_size, self._n_bytes)
+        if entry.compress_type != zipfile.ZIP_STORED and is_too_much(entry.file_size, packed):
             raise self.source.error(
                 f"{key}: its compression holds {entry.file_size // 10**6} MB, over {TIMES} times its size, which no "
                 "recording does; if it is one nevertheless, save it with numpy.savez, without compression"
