@@ -235,10 +235,10 @@ class RowReader:
 
     def _fault(self, name: Token, values: list[Token], number: Token, again: bool) -> str:
         """Return what is wrong with a line of a frame."""
-        if name not in self.channels:
-            return f"{self.asf.name} has no bone {str(name[:40])!r}; is it the right skeleton?"
         if again:
             return f"{str(name)!r} appears twice in frame {number}"
+        if name not in self.channels:
+            return f"{self.asf.name} has no bone {str(name[:40])!r}; is it the right skeleton?"
         expected = self.channels[name]
         return (
             f"{str(name)!r} has {len(values)} numbers, but {self.asf.name} gives it {len(expected)} "

@@ -44,7 +44,7 @@ def is_too_much(unpacked: int, packed: int) -> bool:
 
 
 class _Pipe(io.RawIOBase):
-    """A pipe, whose first bytes have been read."""
+    """A pipe of which a byte has been read. Reads are full ones, as the beginning says what a file is."""
 
     def __init__(self, raw: io.FileIO, first: bytes):
         self._raw, self._first = raw, first
@@ -52,11 +52,11 @@ class _Pipe(io.RawIOBase):
     def readable(self) -> bool:
         return True
 
-    def readinto(self, buffer: Any) -> int | None:
-        if not self._first:
-            return self._raw.readinto(buffer)
-        buffer[: len(self._first)] = self._first  # one byte
-        n, self._first = len(self._first), b""
+    def readinto(self, buffer: Any) -> int:
+        n = len(self._first)
+        buffer[:n], self._first = self._first, b""
+        while n < len(buffer) and (more := self._raw.readinto(memoryview(buffer)[n:])):
+            n += more
         return n
 
     def close(self) -> None:

@@ -48,6 +48,16 @@ def test_load_cmu_by_its_index(folder):
     assert [motion.frame_rate for motion in dataset] == [30, 120]
 
 
+def test_a_rate_that_is_not_known_is_blank_in_the_index_and_assumed_with_a_warning(folder):
+    write_index(folder, "01,02,run,,subjects/01/01_02.amc", "02,01,walk,60,subjects/02/02_01.amc")
+    with pytest.warns(UserWarning, match="AMC files do not state their frame rate: 120 Hz is taken"):
+        assert [motion.frame_rate for motion in load_cmu(folder)] == [120, 60]
+    assert [motion.frame_rate for motion in load_cmu(folder, frame_rate=30)] == [30, 60]
+    (folder / "index.csv").unlink()
+    with pytest.warns(UserWarning, match="120 Hz is taken"):
+        assert {motion.frame_rate for motion in load_cmu(folder)} == {120}
+
+
 def test_load_cmu_names_what_is_missing(folder, tmp_path):
     write_index(folder, "01,09,walk,120,subjects/01/01_09.amc")
     with pytest.raises(FileNotFoundError, match=r"01_09\.amc is missing, but .*index\.csv refers to it"):
@@ -158,6 +168,16 @@ def test_fetch_cmu(server, folder, tmp_path_factory, monkeypatch):
     np.testing.assert_array_equal(dataset.motions[1].angles, load_cmu(folder, frame_rate=120).motions[1].angles)
     shutil.rmtree(folder / "subjects")  # now from disk
     assert list(fetch_cmu(["01"], data_home=home, frame_rate=120).actions) == ["walk", "run/jog"]
+
+
+def test_fetch_cmu_writes_no_rate_that_it_does_not_know(server, folder, tmp_path_factory):
+    home = tmp_path_factory.mktemp("home")
+    with pytest.warns(UserWarning, match="120 Hz is taken"):
+        assert {motion.frame_rate for motion in fetch_cmu([1], data_home=home)} == {120}
+    assert ",walk,,subjects/01/01_01.amc" in (home / "cmu_mocap" / "index.csv").read_text()
+    with pytest.warns(UserWarning, match="120 Hz is taken"):
+        load_cmu(home / "cmu_mocap")
+    assert {motion.frame_rate for motion in load_cmu(home / "cmu_mocap", frame_rate=60)} == {60}
 
 
 def test_fetch_cmu_refuses_a_file_with_another_digest(server, folder, tmp_path, tmp_path_factory, monkeypatch):
