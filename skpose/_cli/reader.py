@@ -149,8 +149,7 @@ class Reader:
             except MocapFormatError:  # as where a file should state its unit, and does not
                 size = np.inf
         if SMALLEST <= size <= LARGEST or size == 0.0:
-            for one in caught:
-                warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
+            self._notes += [Note(name, str(one.message), one.category) for one in caught]
             self._scales.append(Scale(name, size, None, ()))
             return content
         with warnings.catch_warnings():

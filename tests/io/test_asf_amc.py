@@ -165,8 +165,8 @@ def test_a_name_among_the_numbers_of_a_bone(load):
         ("tip 12\n", "toe 12\n", "line 8: a.asf has no bone 'toe'; is it the right skeleton?"),
         (
             "tip 12\n",
-            "tail 12\n",
-            "line 8: frame 1: expected 0, found '12', as a.asf gives 'tail' no degrees of freedom; is it the",
+            "tip 12\ntail 12\n",
+            "line 9: frame 1: expected 0, found '12', as a.asf gives 'tail' no degrees of freedom; is it the",
         ),
         ("tip 12\n", "tip 12\ntip 12\n", "line 9: 'tip' appears twice in frame 1"),
         ("tip 12\n", "tip twelve\n", "line 8: frame 1: expected a number, found 'twelve'"),
