@@ -94,7 +94,7 @@ def check_bvh(path):
 
 def check_amc(path, asf):
     """Compare the angles with those of every word, read by float; each bone has its axes in the order x, y, z."""
-    motion = load_amc(path, asf)
+    motion = load_amc(path, asf, frame_rate=120)
     numbers: dict[str, list[list[float]]] = {}
     for line in path.read_text(encoding="latin-1").splitlines():
         name, *words = line.split()
@@ -115,7 +115,7 @@ def reader(name, asf):
     """Return a function that reads a path."""
     if asf:
         content = AsfFile(asf)
-        return lambda path: load_amc(path, content)
+        return lambda path: load_amc(path, content, frame_rate=120)
     return {"skpose": load_bvh, "pybvh": pybvh_motion}[name]
 
 
@@ -163,7 +163,7 @@ def real_bvh(folder, files, size):
     """Print the rows of CMU recordings as BVH."""
     for file in files:
         path = folder / f"{file.stem}.bvh"
-        save_bvh(path, load_amc(file, asf_path(file)))
+        save_bvh(path, load_amc(file, asf_path(file), frame_rate=120))
         for form in FORMS[:2]:
             if form != FORMS[0]:
                 write_rows(path, table_of(path), form)
@@ -176,12 +176,12 @@ def amc(folder, files, size):
     for file in files:
         asf = AsfFile(asf_path(file))
         check_amc(file, asf)
-        compare(file.name, file, {"skpose": lambda file=file, asf=asf: load_amc(file, asf)}, size)
+        compare(file.name, file, {"skpose": lambda file=file, asf=asf: load_amc(file, asf, frame_rate=120)}, size)
     large, file = folder / "large.amc", files[0]
     write_amc(large, file, size.n_bytes)
     asf = asf_path(file)
     check_amc(large, AsfFile(asf))
-    contestants = {"skpose": lambda: load_amc(large, AsfFile(asf))}
+    contestants = {"skpose": lambda: load_amc(large, AsfFile(asf), frame_rate=120)}
     compare(f"frames of {file.name}", large, contestants, size, {"skpose": [file, asf]})
 
 

@@ -135,11 +135,18 @@ def outcome(kind: str, data: bytes, chosen: dict[str, str]) -> str:
             if kind == "BVH":
                 made = [load_bvh(io.BytesIO(data), **some("on_nan", "trust", "stretch", "root"))]
             elif kind == "ASF":
-                made = [load_asf(io.BytesIO(data)), load_amc(io.BytesIO(AMC), io.BytesIO(data), **some("missing"))]
+                made = [
+                    load_asf(io.BytesIO(data)),
+                    load_amc(io.BytesIO(AMC), io.BytesIO(data), frame_rate=60, **some("missing")),
+                ]
             else:
                 chosen = chosen | {"root": None}  # which AMC does not have
-                made = [load_amc(io.BytesIO(data), io.BytesIO(ASF), **some("on_nan", "missing"))]
-            made.append(load_motion(io.BytesIO(data), asf=io.BytesIO(ASF), **chosen) if kind != "ASF" else made[-1])
+                made = [load_amc(io.BytesIO(data), io.BytesIO(ASF), frame_rate=60, **some("on_nan", "missing"))]
+            made.append(
+                load_motion(io.BytesIO(data), asf=io.BytesIO(ASF), frame_rate=60, **chosen)
+                if kind != "ASF"
+                else made[-1]
+            )
         except MocapFormatError as error:
             if not error.message or not str(error).startswith("the open file"):
                 raise AssertionError(f"an error without message or file name: {error!r}") from error

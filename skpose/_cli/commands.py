@@ -6,7 +6,7 @@ from contextlib import ExitStack, contextmanager
 from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import joblib
 import numpy as np
@@ -17,12 +17,10 @@ from skpose._cli.inputs import (
     check_one_frame_rate,
     files_in_messages,
     motion_files,
-    name_of,
     read_gait,
-    read_if_pipe,
-    reading_options,
 )
 from skpose._cli.labels import Labels
+from skpose._cli.reader import Rate, Reader, name_of
 from skpose._cli.targets import REPORT, is_unfinished
 from skpose._files import check_new, created_meanwhile_error, new_file
 from skpose._parallel.checkpoint import FileCheckpoint
@@ -222,38 +220,47 @@ def _shorten(names: Sequence[str]) -> list[str]:
     return short if len(set(short)) == len(short) else list(names)
 
 
-def info(files: Sequence[Path], reading: dict[str, Any]) -> None:
+def info(files: Sequence[Path], reader: Reader) -> None:
     """Print the contents of each file: frames, joints or points, degrees of freedom; its name, if there are several."""
-    files = motion_files(files, (".bvh", ".amc", ".asf", ".trc", ".c3d"))
-    reading = reading_options(reading)
-    for i, path in enumerate(files):
+    files, blank = motion_files(files, (".bvh", ".amc", ".asf", ".trc", ".c3d")), ""
+    for path, content in reader.read(files, _load):
         if len(files) > 1:
-            print(f"{chr(10) * (i > 0)}{name_of(path)}")
-        _describe(read_if_pipe(path), reading)
+            print(f"{blank}{name_of(path)}")
+            blank = "\n"
+        if isinstance(content, Keypoints):
+            _describe_points(content)
+        else:
+            _describe(content, reader.rates.get(path))
 
 
-def _describe(file: Path | BytesIO, reading: dict[str, Any]) -> None:
+def _load(file: Path | BytesIO, **options: Any) -> Motion | Skeleton | Keypoints:
+    """Return the content of a file of any format."""
     kind = file_format(file)
     if isinstance(file, BytesIO):
         file.seek(0)
-    if kind in ("TRC", "C3D"):
-        options = {"scale": reading["scale"], "up": reading["up"]}
-        _describe_points(
-            load_trc(file, trust=reading["trust"], **options) if kind == "TRC" else load_c3d(file, **options)
-        )
-        return
     if kind == "ASF":
-        skeleton = load_asf(file, scale=reading["scale"])
-    else:
-        motion = load_motion(file, **reading)
-        skeleton = motion.skeleton
-        print(f"{len(motion)} frames at {motion.frame_rate:g} Hz, {len(motion) / motion.frame_rate:.2f} s")
+        return load_asf(file, scale=options["scale"])
+    if kind in ("TRC", "C3D"):
+        shared = {name: options[name] for name in ("scale", "up") if options[name] is not None}
+        if kind == "C3D":
+            return load_c3d(file, **shared)
+        return load_trc(file, frame_rate=options["frame_rate"], trust=options["trust"], **shared)
+    return load_motion(file, **options)
+
+
+def _describe(content: Motion | Skeleton, rate: Rate | None) -> None:
+    skeleton, root = (content, "root") if isinstance(content, Skeleton) else (content.skeleton, content.root_name)
+    if isinstance(content, Motion):
+        by = f" by {rate.origin}" if rate is not None and rate.hertz == content.frame_rate else ""
+        print(
+            f"{len(content)} frames at {content.frame_rate:g} Hz{by}, {len(content) / content.frame_rate:.2f} s, {content.up} up"
+        )
     print(f"{skeleton.n_joints} joints besides the root, {skeleton.n_dofs} degrees of freedom\n")
-    width = max(len(name) for name in ("joint", "parent", *skeleton.joint_names))
+    width = max(len(name) for name in ("joint", "parent", root, *skeleton.joint_names))
     print(f"{'joint':<{width}}  {'parent':<{width}}  {'bone, m':>8}  rotates about")
     for bone in skeleton.bones:
         length = np.linalg.norm(bone.offset)
-        print(f"{bone.name:<{width}}  {bone.parent or 'root':<{width}}  {length:>8.3f}  {bone.dofs or '-'}")
+        print(f"{bone.name:<{width}}  {bone.parent or root:<{width}}  {length:>8.3f}  {bone.dofs or '-'}")
 
 
 def _describe_points(points: Keypoints) -> None:
@@ -265,7 +272,7 @@ def _describe_points(points: Keypoints) -> None:
         print(f"{name:<{width}}  {np.mean(confidences == 0.0):>8.1%}")
 
 
-def reproduce(folder: Path | None, scale: float | None, out: Path, seed: int, n_jobs: int) -> None:
+def reproduce(folder: Path | None, scale: float | Literal["auto"] | None, out: Path, seed: int, n_jobs: int) -> None:
     """Repeat section 3 of the paper: print the numbers, and write them with the figures to a folder."""
     if find_spec("matplotlib") is None:
         raise ValueError("the figures need matplotlib: pip install 'skpose[plot]'")
@@ -279,7 +286,9 @@ def reproduce(folder: Path | None, scale: float | None, out: Path, seed: int, n_
         source = f"{len(dataset)} motions of {len(set(dataset.subjects))} people in the folder {folder.resolve().name}"
     findings = studies.reproduce(dataset, seed, n_jobs=n_jobs, verbose=1)
     print(report.text(findings))
-    given = ("" if folder is None else "FOLDER ") + ("" if scale is None else f"--scale {scale:g} ")
+    given = ("" if folder is None else "FOLDER ") + (
+        "" if scale is None else f"--scale {scale if scale == 'auto' else format(scale, 'g')} "
+    )
     command = f"skpose reproduce {given}--out DIR --seed {seed}"
     out.mkdir(exist_ok=True)
     with ExitStack() as files:  # all of them or none
@@ -290,7 +299,7 @@ def reproduce(folder: Path | None, scale: float | None, out: Path, seed: int, n_
     print(f"\nWritten to {out}: {', '.join(REPORT)}")
 
 
-def compare_metrics(folder: Path | None, scale: float | None, n_jobs: int) -> None:
+def compare_metrics(folder: Path | None, scale: float | Literal["auto"] | None, n_jobs: int) -> None:
     """Print how well each metric classifies walking and running."""
     if folder is None:
         dataset, source = make_gait(random_state=0), "generated gait, skpose.datasets.make_gait(random_state=0)"

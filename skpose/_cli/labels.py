@@ -1,33 +1,27 @@
 """Subjects, actions and trials of files: those of an index.csv, or of their names."""
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from skpose.datasets._shared import INDEX, NAME, WALKING_AND_RUNNING, read_index
+from skpose.datasets._shared import INDEX, NAME, WALKING_AND_RUNNING, rows_of
 
 LABELS = re.compile(r"(?P<subject>[^_]+)_(?P<action>.+)_(?P<trial>[^_]+)\.bvh(\.gz)?", re.IGNORECASE)
 CMU = re.compile(r"(?P<subject>\d+)_(?P<trial>\d+)(?P<action>)\.amc(\.gz)?", re.IGNORECASE)
 
 
 class Labels(NamedTuple):
-    """Labels of files, empty where they are not known, and the frame rates that an index states, Hz."""
+    """Labels of files, empty where they are not known."""
 
     subjects: list[str]
     trials: list[str]
     actions: list[str]
-    rates: dict[Path, float]
 
 
-def labels_of(folders: Iterable[Path], files: Sequence[Path]) -> Labels:
-    """Return the labels of files, by the index.csv of those of the folders that have one, or by their names."""
-    indexed = {
-        folder / row["file"]: row
-        for folder in folders
-        if (folder / INDEX).is_file()
-        for row in read_index(folder / INDEX)
-    }
+def labels_of(files: Sequence[Path]) -> Labels:
+    """Return the labels of files, by an index.csv in the folder of each or in one above it, or by their names."""
+    indexed = rows_of(files)
     found = []
     for path in files:
         matches = (pattern.fullmatch(path.name) for pattern in (LABELS, NAME, CMU))
@@ -35,7 +29,7 @@ def labels_of(folders: Iterable[Path], files: Sequence[Path]) -> Labels:
         words = {} if named is None else {key: text.replace("_", " ") for key, text in named.groupdict("").items()}
         found.append(indexed.get(path, words))
     subjects, trials, actions = ([row.get(key, "") for row in found] for key in ("subject", "trial", "action"))
-    return Labels(subjects, trials, actions, {path: row["frames_per_second"] for path, row in indexed.items()})
+    return Labels(subjects, trials, actions)
 
 
 def labels_of_walks_and_runs(folder: Path, paths: Sequence[Path]) -> dict[str, list[str]]:

@@ -50,6 +50,16 @@ def add_files(parser: argparse.ArgumentParser, order: str = ", in the order of t
         metavar="FILE",
         help=f"BVH, AMC or AMASS files{order}; for a folder its BVH and AMC files, sorted; - is standard input",
     )
+    add_skip_errors(parser)
+
+
+def add_skip_errors(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--skip-errors",
+        action="store_true",
+        help="leave out files that cannot be read, and go on with the others; they are listed at the end, and the exit "
+        "status is 3; default: the first of them is an error",
+    )
 
 
 def add_metric(parser: argparse.ArgumentParser) -> None:
@@ -110,9 +120,10 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--amc-frame-rate",
         type=positive(float),
-        default=120.0,
         metavar="HZ",
-        help="frame rate of AMC files, which do not state it; default: 120",
+        help="frame rate of AMC files, which do not state it (info: also of TRC files, in the place of the one they "
+        "state); default: that of an index.csv in the folder of a file or in one above it, see "
+        "skpose.datasets.load_cmu, or of a name as in HDM05, otherwise 120, with a warning",
     )
     add_scale(parser, "metres per unit of length; default: 1 for BVH, the unit in the skeleton's file for AMC")
     parser.add_argument(
@@ -149,7 +160,19 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
 
 
 def add_scale(parser: argparse.ArgumentParser, meaning: str) -> None:
-    parser.add_argument("--scale", type=positive(float), metavar="M", help=meaning)
+    parser.add_argument(
+        "--scale",
+        type=_scale,
+        metavar="M",
+        help=f"{meaning}; auto: for each file the unit in which it has the size of a person, which is printed",
+    )
+
+
+def _scale(text: str) -> float | str:
+    return text if text == "auto" else positive(float)(text)
+
+
+_scale.__name__ = "positive number or auto"  # in argparse's error message
 
 
 def add_jobs(parser: argparse.ArgumentParser) -> None:

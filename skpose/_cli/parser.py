@@ -15,6 +15,7 @@ from skpose._cli.options import (
     add_poses,
     add_preparing,
     add_reading,
+    add_skip_errors,
     positive,
     seconds,
     share,
@@ -22,7 +23,10 @@ from skpose._cli.options import (
 from skpose._cli.targets import file_named
 
 ALIGNMENTS = "dtw", "subsequence", "frames"  # those of motion_distances
-EXIT_STATUS = "Exit status: 0 success, 1 error in the files or the computation, 2 wrong options, 130 interrupted."
+EXIT_STATUS = (
+    "Exit status: 0 success, 1 error in the files or the computation, 2 wrong options, 3 success without the files "
+    "that --skip-errors left out, 130 interrupted."
+)
 
 
 def command_line() -> argparse.ArgumentParser:
@@ -153,8 +157,8 @@ def command_line() -> argparse.ArgumentParser:
         "explore",
         "write a page of all poses of some files as points, to find and compare poses and motions",
         ". Near points are similar poses under the metric. Subjects and actions are those of an index.csv in the "
-        "folder, see skpose.datasets.load_cmu, which also states the frame rates of its AMC files, or of the names of "
-        "files, SUBJECT_ACTION_TRIAL.bvh or as those of CMU and HDM05. The page is one HTML file that needs no network",
+        "folder of a file or in one above it, see skpose.datasets.load_cmu, or of the names of files, "
+        "SUBJECT_ACTION_TRIAL.bvh or as those of CMU and HDM05. The page is one HTML file that needs no network",
     )
     add_files(explore, order="")
     explore.add_argument(
@@ -178,8 +182,9 @@ def command_line() -> argparse.ArgumentParser:
         nargs="+",
         type=Path,
         metavar="FILE",
-        help="a file, or a folder, for its BVH, AMC and ASF files; - is standard input",
+        help="a file, or a folder, for its BVH, AMC, ASF, TRC and C3D files; - is standard input",
     )
+    add_skip_errors(info)
     add_reading(info)
     return parser
 

@@ -74,14 +74,18 @@ def complaint_of_size(size: float, scale: float) -> str | None:
 def complaint_of_extent(positions: np.ndarray, scale: float) -> str | None:
     """Return the warning on a file's points, read at so many metres a unit; None if they have the size of a person.
 
-    The size is that of the median frame, in which at least two points are seen; positions have shape (n, points, 3).
+    The size is `extent_of` the positions.
     """
+    return _complaint(extent_of(positions), scale, "the points are", "in the median frame")
+
+
+def extent_of(positions: np.ndarray) -> float:
+    """Return how far apart points (n, points, 3) are in the median frame that has two or more; zero where none has."""
     seen = positions[(~np.isnan(positions[:, :, 0])).sum(axis=1) > 1]
     if len(seen) == 0:
-        return None
+        return 0.0
     seen = seen[:: -(-len(seen) // LOOKED_AT)]
-    size = float(np.median((np.nanmax(seen, axis=1) - np.nanmin(seen, axis=1)).max(axis=1)))
-    return _complaint(size, scale, "the points are", "in the median frame")
+    return float(np.median((np.nanmax(seen, axis=1) - np.nanmin(seen, axis=1)).max(axis=1)))
 
 
 def _complaint(size: float, scale: float, what: str, when: str) -> str | None:

@@ -19,7 +19,7 @@ from skpose.io import asf_path
 SERVER = "http://mocap.cs.cmu.edu"
 
 
-def load_cmu(folder: PathLike, *, frame_rate: float = 120.0, verbose: int = 0) -> MotionDataset:
+def load_cmu(folder: PathLike, *, frame_rate: float | None = None, verbose: int = 0) -> MotionDataset:
     """Read the motions of a folder of CMU's ASF and AMC files.
 
     Parameters
@@ -27,8 +27,8 @@ def load_cmu(folder: PathLike, *, frame_rate: float = 120.0, verbose: int = 0) -
     folder : str or path-like
         Folder with an ``index.csv`` of the columns subject, trial, action, frames_per_second and file (relative to
         the folder), or with CMU's own layout, ``subjects/SS/SS_TT.amc`` and ``subjects/SS/SS.asf``.
-    frame_rate : float, default=120.0
-        Frames per second, Hz, if there is no index; most of CMU's files are at 120 Hz.
+    frame_rate : float, default=None
+        Frames per second, Hz, where no index states it. None is 120 Hz, as of most of CMU's files, with a warning.
     verbose : int, default=0
         Whether to show how many files have been read.
 
@@ -54,10 +54,11 @@ def load_cmu(folder: PathLike, *, frame_rate: float = 120.0, verbose: int = 0) -
     folder = Path(folder)
     index = folder / INDEX if (folder / INDEX).is_file() else None
     rows = read_index(index) if index else _scan(folder, frame_rate)
+    rows = [row | {"frames_per_second": row["frames_per_second"] or frame_rate} for row in rows]
     return read_motions(folder, rows, index, asf_path, verbose)
 
 
-def _scan(folder: Path, frame_rate: float) -> list[dict]:
+def _scan(folder: Path, frame_rate: float | None) -> list[dict]:
     """Return rows as those of an index for a folder with CMU's own layout."""
     paths = sorted((folder / "subjects").glob("*/*_*.amc"))
     if not paths:
@@ -75,7 +76,7 @@ def fetch_cmu(
     subjects: Iterable[int | str],
     data_home: PathLike | None = None,
     *,
-    frame_rate: float = 120.0,
+    frame_rate: float | None = None,
     verbose: int = 0,
 ) -> MotionDataset:
     """Download subjects of the CMU motion-capture database, unless they are there already, and read them.
@@ -86,8 +87,9 @@ def fetch_cmu(
         Numbers of the subjects, such as ``[2, 35]``.
     data_home : str or path-like, default=None
         Folder in which the files are stored, under "cmu_mocap"; None is scikit-learn's data home.
-    frame_rate : float, default=120.0
-        Frames per second, Hz. The database does not state it in a readable form; some subjects are at 60 Hz.
+    frame_rate : float, default=None
+        Frames per second, Hz. The database does not state it in a readable form; some subjects are at 60 Hz. None is
+        120 Hz, with a warning, and blank in the index.
     verbose : int, default=0
         Whether to show how many files have been downloaded and read.
 

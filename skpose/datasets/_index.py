@@ -4,7 +4,7 @@ import csv
 import io
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from skpose._parallel.progress import progress
@@ -37,7 +37,7 @@ def read_motions(
 
 
 def read_index(path: Path) -> list[dict]:
-    """Return the rows of an index with the frame rates as numbers."""
+    """Return the rows of an index with the frame rates as numbers, None where they are blank."""
     try:
         text = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
@@ -53,14 +53,47 @@ def read_index(path: Path) -> list[dict]:
         for row in reader:
             if any(row[name] is None for name in COLUMNS) or not row["file"]:
                 raise MocapFormatError(path, reader.line_num, f"expected a value for each of {', '.join(COLUMNS)}")
-            rate = _number(row["frames_per_second"])
-            if not 0.0 < rate < math.inf:
+            rate = _number(row["frames_per_second"]) if row["frames_per_second"].strip() else None
+            if rate is not None and not 0.0 < rate < math.inf:
                 problem = f"frames_per_second: expected a positive number, found {row['frames_per_second']!r}"
                 raise MocapFormatError(path, reader.line_num, problem)
             rows.append(row | {"frames_per_second": rate})
     if not rows:
         raise MocapFormatError(path, None, "the index names no motions")
     return rows
+
+
+def rows_of(files: Iterable[Path]) -> dict[Path, dict]:
+    """Return, of the files that an index in their folder or in one above it names, its row, with the `index` itself."""
+    indexes: dict[Path, dict[Path, dict]] = {}
+    found = {}
+    for path in files:
+        # A link may be in the folder of an index, or be one to a file that is.
+        for absolute in dict.fromkeys((Path(os.path.abspath(path)), Path(os.path.realpath(path)))):
+            for folder in absolute.parents:
+                if folder not in indexes:
+                    indexes[folder] = _rows_in(folder) if is_index(folder / INDEX) else {}
+                if path not in found and absolute in indexes[folder]:
+                    found[path] = indexes[folder][absolute]
+    return found
+
+
+def _rows_in(folder: Path) -> dict[Path, dict]:
+    """Return the rows of a folder's index by the absolute paths of their files."""
+    index = folder / INDEX
+    return {Path(os.path.abspath(folder / row["file"])): row | {"index": index} for row in read_index(index)}
+
+
+def is_index(path: Path) -> bool:
+    """Return whether a file is an index of motions, by its head; other programs write files of that name, too."""
+    try:
+        if not path.is_file():
+            return False
+        with path.open("rb") as file:
+            head = file.readline(10_000).decode("utf-8-sig", errors="replace")
+    except OSError:  # of a folder above, which may not be ours
+        return False
+    return {"file", "frames_per_second"} <= set(next(csv.reader([head]), []))
 
 
 def _number(text: str) -> float:

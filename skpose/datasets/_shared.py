@@ -1,7 +1,7 @@
 """Names of `skpose.datasets` that the other packages of skpose use, in addition to the public ones."""
 
 from skpose.datasets._hdm05 import NAME
-from skpose.datasets._index import INDEX, read_index
+from skpose.datasets._index import INDEX, read_index, rows_of
 from skpose.datasets._motions import ONE_REST, ONE_RIG
 from skpose.datasets._walks_and_runs import WALKING_AND_RUNNING
 
@@ -12,4 +12,5 @@ __all__ = [
     "ONE_RIG",
     "WALKING_AND_RUNNING",
     "read_index",
+    "rows_of",
 ]

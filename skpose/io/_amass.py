@@ -4,12 +4,17 @@ N. Mahmood, N. Ghorbani, N. F. Troje, G. Pons-Moll, M. J. Black, "AMASS: archive
 ICCV 2019, doi:10.1109/ICCV.2019.00554.
 """
 
+from typing import Literal
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from skpose._validation.options import check_choice
 from skpose._warnings import warn
 from skpose.io._arguments import PathLike, Readable
+from skpose.io._keypoints import POSITIONS
 from skpose.io._npz import Archive
+from skpose.io._numbers import drop_not_finite
 from skpose.io._smpl import BY_SIZE, HANDS, MODELS, mean_joints, shaped_joints
 from skpose.io._source import Source
 from skpose.io._up import Up, check_up_of_file, stand
@@ -21,9 +26,18 @@ RATES = "mocap_framerate", "mocap_frame_rate"
 # Parts of a pose and their widths, of files without `poses`, in its order.
 PARTS = {"root_orient": 3, "pose_body": 63, "pose_jaw": 3, "pose_eye": 6, "pose_hand": 90}
 FACE = "pose_jaw", "pose_eye"  # only in SMPL-X
+DROP = "; on_nan='drop' leaves such frames out"
+MOST_KEYS = 12  # that a message lists
 
 
-def load_amass(path: Readable, *, model: PathLike | None = None, hands: bool = True, up: Up | None = None) -> Motion:
+def load_amass(
+    path: Readable,
+    *,
+    model: PathLike | None = None,
+    hands: bool = True,
+    on_nan: Literal["raise", "drop"] = "raise",
+    up: Up | None = None,
+) -> Motion:
     """Read a motion of AMASS, or any other of SMPL, SMPL-H or SMPL-X in its format, from an .npz file.
 
     Parameters
@@ -36,6 +50,9 @@ def load_amass(path: Readable, *, model: PathLike | None = None, hands: bool = T
         proportions, with a warning.
     hands : bool, default=True
         Whether to read the joints beyond the wrists. Without them motions of SMPL and of SMPL-H have one skeleton.
+    on_nan : {"raise", "drop"}, default="raise"
+        What to do with frames in which a number of the poses or of `trans` is NaN or infinite: refuse the file, or
+        leave these frames out. The others keep their times, see `Motion.frame_numbers`.
     up : {"x", "y", "z", "-x", "-y", "-z"}, default=None
         The direction of the file's world that points up, see `load_bvh`; None is z, with a warning where poses stand
         along another axis.
@@ -56,7 +73,8 @@ def load_amass(path: Readable, *, model: PathLike | None = None, hands: bool = T
     Warns
     -----
     UserWarning
-        If no model is given. If the model has fewer directions of shape than the file has `betas`.
+        If no model is given. If the model has fewer directions of shape than the file has `betas`. If frames are left
+        out, with their count.
 
     See Also
     --------
@@ -94,17 +112,22 @@ def load_amass(path: Readable, *, model: PathLike | None = None, hands: bool = T
     Motion(415 frames at 120 Hz, 3.5 s, z up, Skeleton(n_joints=51, n_dofs=153))
     """
     with Source(path, "an AMASS file (.npz)", binary=True) as source:
-        return read_amass(source, model=model, hands=hands, up=up)
+        return read_amass(source, model=model, hands=hands, on_nan=on_nan, up=up)
 
 
-def read_amass(source: Source, *, model: PathLike | None = None, hands: bool = True, up: Up | None = None) -> Motion:
+def read_amass(
+    source: Source, *, model: PathLike | None = None, hands: bool = True, on_nan: str = "raise", up: Up | None = None
+) -> Motion:
     """Read the motion of an open AMASS file."""
+    check_choice("on_nan", on_nan, ("raise", "drop"))
     check_up_of_file(up)
     file = Archive(source)
-    name = _model_name(file)
-    trans = file.numbers("trans", (None, 3))
+    name, finite = _model_name(file), on_nan == "raise"
+    trans = file.numbers("trans", (None, 3), finite=finite, remedy=DROP)
     frame_rate = _frame_rate(file)
-    poses = _poses(file, name, len(trans))
+    poses = _poses(file, name, len(trans), finite)
+    rows, frames = drop_not_finite(np.hstack([trans, poses]), np.arange(len(trans)), source)
+    trans, poses = rows[:, :3], rows[:, 3:]
     if model is None:
         warn(
             "bones have the lengths of a person of mean height and proportions, as AMASS files have no skeleton: "
@@ -134,6 +157,7 @@ def read_amass(source: Source, *, model: PathLike | None = None, hands: bool = T
             trans + at_rest[root],
             _angles(poses[:, :3]),
             ROOT_AXES,
+            frames,
             root_name=root,
         )
     return stand(motion, up, source, "z")
@@ -143,12 +167,9 @@ def _model_name(file: Archive) -> str:
     """Return the body model of a file's poses, by their width."""
     if "poses" not in file.keys:
         if not file.keys & set(PARTS):
-            keys = ", ".join(sorted(file.keys)) or "none"
-            route = ""
-            if file.keys & {"positions", "keypoints"}:
-                route = ": load_keypoints reads its positions, fit_skeleton and inverse_kinematics find the motion"
             raise file.source.error(
-                f"it has no poses, so it is no motion in the format of AMASS; its keys are {keys}{route}"
+                f"it has no poses, so it is no motion in the format of AMASS; {_other_reader(file)}; its keys are "
+                f"{_list_keys(file)}"
             )
         return "SMPL-X" if file.keys & set(FACE) else "SMPL-H"
     shape = file.shape("poses")
@@ -158,12 +179,29 @@ def _model_name(file: Archive) -> str:
     return BY_SIZE[shape[1] // 3]
 
 
-def _poses(file: Archive, name: str, n_frames: int) -> np.ndarray:
+def _other_reader(file: Archive) -> str:
+    """Return which function reads an .npz file with other keys."""
+    if found := sorted(file.keys & set(POSITIONS)):
+        return f"it has {found[0]}, positions of points without a skeleton: load_keypoints reads them"
+    return (
+        f"load_keypoints reads positions of points, under the key {' or '.join(POSITIONS)}; other arrays of positions "
+        "become Keypoints(array, names, frame_rate), and arrays of joint angles Motion(skeleton, angles, frame_rate)"
+    )
+
+
+def _list_keys(file: Archive) -> str:
+    keys = sorted(file.keys)
+    more = f" and {len(keys) - MOST_KEYS} more" if len(keys) > MOST_KEYS else ""
+    return ", ".join(keys[:MOST_KEYS]) + more or "none"
+
+
+def _poses(file: Archive, name: str, n_frames: int, finite: bool) -> np.ndarray:
     """Return the rotation vectors (n_frames, 3 n_joints) of all joints, the root first."""
     if "poses" in file.keys:
-        return file.numbers("poses", (n_frames, 3 * len(MODELS[name])))
+        return file.numbers("poses", (n_frames, 3 * len(MODELS[name])), finite=finite, remedy=DROP)
     parts = {key: width for key, width in PARTS.items() if name == "SMPL-X" or key not in FACE}
-    return np.concatenate([file.numbers(key, (n_frames, width)) for key, width in parts.items()], axis=1)
+    arrays = [file.numbers(key, (n_frames, width), finite=finite, remedy=DROP) for key, width in parts.items()]
+    return np.concatenate(arrays, axis=1)
 
 
 def _frame_rate(file: Archive) -> float:

@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 
 from skpose._validation.options import check_choice, check_positive
+from skpose._warnings import warn
 from skpose.io._acclaim import Acclaim
 from skpose.io._arguments import Readable
 from skpose.io._asf import AsfFile, content_of
@@ -20,13 +21,14 @@ from skpose.io._words import NUMBER, WHOLE, Token, complaint
 from skpose.skeleton import Motion
 
 Line = tuple[int, str]  # its number, and its text without a comment
+USUAL_RATE = 120.0  # Hz, of CMU and HDM05
 
 
 def load_amc(
     path: Readable,
     asf: Readable | AsfFile,
     *,
-    frame_rate: float = 120.0,
+    frame_rate: float | None = None,
     scale: float | None = None,
     on_nan: Literal["raise", "drop"] = "raise",
     missing: Literal["raise", "rest"] = "raise",
@@ -41,8 +43,9 @@ def load_amc(
     asf : str, path-like, file or AsfFile
         The ASF file that it belongs to, which states which angles the numbers are. An `AsfFile` is read once for
         several motions.
-    frame_rate : float, default=120.0
-        Frames per second; the format does not store it. 120 Hz is CMU's usual rate.
+    frame_rate : float, default=None
+        Frames per second, Hz; the format does not store it. None is 120 Hz, the usual rate of CMU and HDM05, with a
+        warning.
     scale : float, default=None
         Metres per unit of length, as in `load_asf`; None for an `AsfFile`, which has its scale.
     on_nan : {"raise", "drop"}, default="raise"
@@ -70,20 +73,26 @@ def load_amc(
     ValueError
         If a scale differs from that of an `AsfFile`.
 
+    Warns
+    -----
+    UserWarning
+        If no frame rate is given. The text is the same for every file, so that Python shows it once for many files.
+
     See Also
     --------
     save_bvh : Write the motion in a format that most programs read.
 
     Notes
     -----
-    The root's position and orientation in the ASF file are added to the root's numbers.
+    The root's position and orientation in the ASF file are added to the root's numbers. Rigid bones, those without
+    dofs, need not be in the AMC file; where they are, their numbers must be zero.
 
     Cost: some 25 MB a second. Memory is at most some 2.3 times that of the array.
 
     Examples
     --------
     >>> from skpose.io import load_amc
-    >>> load_amc("02_01.amc", "02.asf")  # doctest: +SKIP
+    >>> load_amc("02_01.amc", "02.asf", frame_rate=120)  # doctest: +SKIP
     Motion(343 frames at 120 Hz, 2.9 s, y up, Skeleton(n_joints=30, n_dofs=56))
     """
     content = content_of(asf, scale)
@@ -95,22 +104,28 @@ def read_amc(
     source: Source,
     asf: Acclaim,
     *,
-    frame_rate: float = 120.0,
+    frame_rate: float | None = None,
     on_nan: str = "raise",
     missing: str = "raise",
     up: Up | None = None,
 ) -> Motion:
     """Read the motion of an open AMC file, with the content of its ASF file."""
-    check_positive("frame_rate", frame_rate)
+    if frame_rate is not None:
+        check_positive("frame_rate", frame_rate)
     check_choice("on_nan", on_nan, ("raise", "drop"))
     check_choice("missing", missing, ("raise", "rest"))
     check_up_of_file(up)
     asf, in_radians, first = _read_head(source, asf)
-    reader = RowReader(asf.channels, source, asf.name, fill=missing == "rest", keep_nan=on_nan == "drop")
+    reader = RowReader(asf, source, fill=missing == "rest", keep_nan=on_nan == "drop")
     numbers = read_frames(source, reader, first)
     numbers, frames = drop_not_finite(numbers, np.arange(len(numbers)), source)  # none if on_nan="raise"
     with source.format_errors():
-        motion = _motion(numbers, frames, asf, in_radians, frame_rate)
+        motion = _motion(numbers, frames, asf, in_radians, frame_rate or USUAL_RATE)
+    if frame_rate is None:
+        warn(
+            f"AMC files do not state their frame rate: {USUAL_RATE:g} Hz is taken, the usual rate of CMU and HDM05; "
+            "pass frame_rate=, in Hz"
+        )
     return stand(motion, up, source)
 
 
@@ -155,23 +170,22 @@ class RowReader:
 
     Parameters
     ----------
-    channels : dict of lists of str
-        Names of the bones and of their channels, in the order of the numbers that `row` returns.
+    asf : Acclaim
+        The skeleton: its `channels`, by bone, have the order of the numbers that `row` returns.
     source : Source
         The AMC file, for its errors.
-    asf : str
-        Name of the ASF file, for messages.
     fill : bool
         Whether the numbers of a bone that a frame does not mention are zero.
     keep_nan : bool
         Whether numbers may be NaN or infinite.
     """
 
-    def __init__(self, channels: dict[str, list[str]], source: Source, asf: str, fill: bool, keep_nan: bool):
-        self.channels, self.source, self.asf, self.fill, self.keep_nan = channels, source, asf, fill, keep_nan
+    def __init__(self, asf: Acclaim, source: Source, fill: bool, keep_nan: bool):
+        self.asf, self.channels, self.source, self.fill, self.keep_nan = asf, asf.channels, source, fill, keep_nan
         self.n_words = -1
         self.names: dict[int, str] = {}  # bones by the index of their name
         self.numbers: list[int] = []  # index of each number; -1 is a zero appended to the words
+        self.zeros: list[int] = []  # indices of the numbers of rigid bones
 
     def row(self, number: Token, frame: list[Line]) -> np.ndarray:
         """Return the numbers of a frame."""
@@ -181,24 +195,31 @@ class RowReader:
             self._learn(number, frame)
         words.append("0")
         try:
-            row = np.array([words[i] for i in self.numbers], dtype=np.float64)
-            regular = "_" not in text and text.isascii() and np.isfinite(row).all()  # "1_0" is a number to Python
+            row = np.array([words[i] for i in self.numbers + self.zeros], dtype=np.float64)
+            as_expected = np.isfinite(row).all() and not row[len(self.numbers) :].any()
+            regular = bool(as_expected) and "_" not in text and text.isascii()  # "1_0" is a number to Python
         except ValueError:
             self._learn(number, frame)  # an error if lines end elsewhere, so that a name is among the numbers
             regular = False
         if not regular:
             self._check(number, frame)
-        return row
+            if not np.isfinite(row).all():
+                row[:] = np.nan  # of a rigid bone too: the frame is left out
+        return row[: len(self.numbers)]
 
     def _learn(self, number: Token, frame: list[Line]) -> None:
         """Learn the indices from this frame, if it is complete."""
         first: dict[str, int] = {}
-        self.names, self.n_words = {}, 0
+        self.names, self.n_words, self.zeros = {}, 0, []
         for line, text in frame:
             name, *values = self.source.words(text, line)
-            if name not in self.channels or name in first or len(values) != len(self.channels[name]):
+            rigid = name in self.asf.bones and name not in self.channels
+            fits = rigid or (name in self.channels and len(values) == len(self.channels[name]))
+            if name in first or not fits:
                 raise self.source.error(self._fault(name, values, number, name in first), name)
             self.names[self.n_words], first[name] = str(name), self.n_words + 1
+            if rigid:
+                self.zeros += range(self.n_words + 1, self.n_words + 1 + len(values))
             self.n_words += 1 + len(values)
         absent = [name for name in self.channels if name not in first]
         if absent and not self.fill:
@@ -214,25 +235,32 @@ class RowReader:
 
     def _fault(self, name: Token, values: list[Token], number: Token, again: bool) -> str:
         """Return what is wrong with a line of a frame."""
-        if name not in self.channels:
-            return f"{self.asf} has no bone {str(name[:40])!r} with degrees of freedom; is it the right skeleton?"
         if again:
             return f"{str(name)!r} appears twice in frame {number}"
+        if name not in self.channels:
+            return f"{self.asf.name} has no bone {str(name[:40])!r}; is it the right skeleton?"
         expected = self.channels[name]
         return (
-            f"{str(name)!r} has {len(values)} numbers, but {self.asf} gives it {len(expected)} ({' '.join(expected)}); "
-            "is the line cut short, or the skeleton another?"
+            f"{str(name)!r} has {len(values)} numbers, but {self.asf.name} gives it {len(expected)} "
+            f"({' '.join(expected)}); is the line cut short, or the skeleton another?"
         )
 
     def _check(self, number: Token, frame: list[Line]) -> None:
-        """Check every word of a frame; an error names the first that is not a number."""
+        """Check every word of a frame; an error names the first that is no number, or not zero as it must be."""
         for line, text in frame:
-            for token in self.source.words(text, line)[1:]:
+            name, *values = self.source.words(text, line)
+            for token in values:
                 if not NUMBER.fullmatch(token):
                     raise self.source.error(f"frame {number}: {complaint(token)}", token)
                 if not self.keep_nan and not np.isfinite(float(token)):
                     raise self.source.error(
                         f"frame {number}: {complaint(token)}; on_nan='drop' leaves such frames out", token
+                    )
+                if name not in self.channels and np.isfinite(float(token)) and float(token) != 0.0:
+                    raise self.source.error(
+                        f"frame {number}: expected 0, found {str(token[:40])!r}, as {self.asf.name} gives "
+                        f"{str(name[:40])!r} no degrees of freedom; is it the right skeleton?",
+                        token,
                     )
 
 

@@ -60,7 +60,7 @@ class AsfFile:
     --------
     >>> from skpose.io import AsfFile, load_amc
     >>> asf = AsfFile("02.asf")  # doctest: +SKIP
-    >>> motions = [load_amc(f"02_{trial:02}.amc", asf) for trial in range(1, 11)]  # doctest: +SKIP
+    >>> motions = [load_amc(f"02_{trial:02}.amc", asf, frame_rate=120) for trial in range(1, 11)]  # doctest: +SKIP
     """
 
     def __init__(self, path: Readable, *, scale: float | None = None):

@@ -27,7 +27,7 @@ def load_motion(
     path: Readable,
     *,
     asf: Readable | AsfFile | None = None,
-    frame_rate: float = 120.0,
+    frame_rate: float | None = None,
     scale: float | None = None,
     on_nan: Literal["raise", "drop"] = "raise",
     trust: Literal["header", "rows"] = "header",
@@ -50,12 +50,13 @@ def load_motion(
     asf : str, path-like, file or AsfFile, default=None
         The skeleton of an AMC file. None is the file at `asf_path`: walk.asf for walk.amc, or, as in the CMU database,
         02.asf for 02_01.amc, or HDM_bd.asf for HDM_bd_walk_001_120.amc.
-    frame_rate : float, default=120.0
-        Frames per second of an AMC file, which does not state it; BVH and AMASS files do.
+    frame_rate : float, default=None
+        Frames per second of an AMC file, which does not state it; BVH and AMASS files do. None is 120 Hz, with a
+        warning, see `load_amc`.
     scale : float, default=None
         Metres per unit of length. None is 1 for BVH, and the unit of the ASF file for AMC. AMASS files are in metres.
     on_nan : {"raise", "drop"}, default="raise"
-        What to do with frames of BVH and AMC files in which a number is NaN or infinite: refuse the file, or leave
+        What to do with frames in which a number is NaN or infinite: refuse the file, or leave
         these frames out. The others keep their times.
     trust, stretch : str
         How to read a BVH file, see `load_bvh`.
@@ -98,7 +99,7 @@ def load_motion(
     >>> from skpose.io import load_motion
     >>> load_motion("dance.bvh.gz", scale=0.01)  # doctest: +SKIP
     Motion(1200 frames at 60 Hz, 20.0 s, y up, Skeleton(n_joints=52, n_dofs=114))
-    >>> load_motion("cmu/subjects/02/02_01.amc")  # doctest: +SKIP
+    >>> load_motion("cmu/subjects/02/02_01.amc", frame_rate=120)  # doctest: +SKIP
     Motion(343 frames at 120 Hz, 2.9 s, y up, Skeleton(n_joints=30, n_dofs=56))
     """
     with Source(path, "a BVH, AMC or AMASS file", binary=True) as source:
@@ -110,7 +111,7 @@ def load_motion(
                 )
             if scale not in (None, 1.0):
                 raise ValueError(f"{source.name} is an AMASS file, in metres: scale must be None, got {scale!r}")
-            return read_amass(source, model=model, hands=hands, up=up)
+            return read_amass(source, model=model, hands=hands, on_nan=on_nan, up=up)
         if found == "BVH":
             scale = 1.0 if scale is None else scale
             return read_bvh(
@@ -138,7 +139,7 @@ def load_motion(
             if not isinstance(path, str | os.PathLike):
                 raise ValueError("an AMC file needs its skeleton: pass asf=, the ASF file")
             asf = asf_path(path)
-            if not asf.is_file():
+            if not os.path.lexists(asf):
                 raise FileNotFoundError(f"{source.name} needs its skeleton and there is no {asf}: pass asf=, the file")
         content = content_of(asf, scale)
         return read_amc(source, content, frame_rate=frame_rate, on_nan=on_nan, missing=missing, up=up)
@@ -223,7 +224,8 @@ def asf_path(amc: PathLike) -> Path:
     Path
         The path walk.asf in the folder of walk.amc if there is such a file; otherwise the name up to the last
         underscore, as in the CMU database: 02.asf in the folder of 02_01.amc; or up to the one before it, and so on, as
-        in HDM05: HDM_bd.asf for HDM_bd_walk_001_120.amc. Where there is none of them, 02.asf, which does not exist.
+        in HDM05: HDM_bd.asf for HDM_bd_walk_001_120.amc. For a link also by the name and the folder of the file that it
+        is a link to. Where there is none of them, 02.asf, which does not exist.
 
     Examples
     --------
@@ -232,8 +234,13 @@ def asf_path(amc: PathLike) -> Path:
     'cmu/subjects/02/02.asf'
     """
     amc = Path(amc)
+    candidates = _asf_paths(amc)
+    linked = _asf_paths(Path(os.path.realpath(amc))) if amc.is_symlink() else []
+    found = next((path for path in candidates + linked if os.path.lexists(path) and not path.is_dir()), None)
+    return found or candidates[min(1, len(candidates) - 1)]
+
+
+def _asf_paths(amc: Path) -> list[Path]:
     name = amc.name[:-3] if amc.name.lower().endswith(".gz") else amc.name
-    stem = Path(name).stem
-    parts = stem.split("_")
-    candidates = [amc.with_name(f"{'_'.join(parts[:n])}.asf") for n in range(len(parts), 0, -1)]
-    return next((path for path in candidates if path.is_file()), candidates[min(1, len(candidates) - 1)])
+    parts = Path(name).stem.split("_")
+    return [amc.with_name(f"{'_'.join(parts[:n])}.asf") for n in range(len(parts), 0, -1)]

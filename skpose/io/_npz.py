@@ -17,6 +17,7 @@ from typing import IO, NamedTuple
 import numpy as np
 
 from skpose.io._error import MocapFormatError
+from skpose.io._opening import TIMES, is_too_much
 from skpose.io._source import Source
 
 MAGIC = re.compile(rb"\x93NUMPY[\x01\x02]\x00")
@@ -55,7 +56,9 @@ class Archive:
             raise source.error("expected an .npz file, a zip archive of numpy's arrays; this is none, or is damaged")
         self.source, self._pickled = source, f". {pickled}" if pickled else ""
         with _damage(source, "the archive"):
-            self._zip = zipfile.ZipFile(source.seekable())
+            file = source.seekable()
+            self._n_bytes = file.seek(0, io.SEEK_END)
+            self._zip = zipfile.ZipFile(file)
             self.keys = {name.removesuffix(".npy") for name in self._zip.namelist() if name.endswith(".npy")}
 
     def shape(self, key: str) -> tuple[int, ...]:
@@ -63,13 +66,13 @@ class Archive:
         with self._open(key) as (member, length):
             return _read_header(self.source, key, member, length, self._pickled).shape
 
-    def numbers(self, key: str, *shapes: Shape, finite: bool = True) -> np.ndarray:
-        """Return an array of finite numbers as float64, if its shape is one of these."""
+    def numbers(self, key: str, *shapes: Shape, finite: bool = True, remedy: str = "") -> np.ndarray:
+        """Return an array of numbers as float64, if its shape is one of these, and all are finite or need not be."""
         array = as_float64(self._read(key, NUMBERS, shapes))
         if finite and not np.isfinite(array).all():
             index = tuple(np.argwhere(~np.isfinite(array))[0].tolist())
             raise self.source.error(
-                f"{key}: expected finite numbers, found {array[index]} at index {_format_shape(index)}"
+                f"{key}: expected finite numbers, found {array[index]} at index {_format_shape(index)}{remedy}"
             )
         return array
 
@@ -87,8 +90,15 @@ class Archive:
         """Open the entry of a key for reading, and say how long it is."""
         if key not in self.keys:
             raise self.source.error(f"it has no {key}; its keys are {', '.join(sorted(self.keys)) or 'none'}")
-        with _damage(self.source, key), self._zip.open(f"{key}.npy") as member:
-            yield member, self._zip.getinfo(f"{key}.npy").file_size
+        entry = self._zip.getinfo(f"{key}.npy")
+        packed = min(entry.compress_size, self._n_bytes)
+        if entry.compress_type != zipfile.ZIP_STORED and is_too_much(entry.file_size, packed):
+            raise self.source.error(
+                f"{key}: its compression holds {entry.file_size // 10**6} MB, over {TIMES} times its size, which no "
+                "recording does; if it is one nevertheless, save it with numpy.savez, without compression"
+            )
+        with _damage(self.source, key), self._zip.open(entry) as member:
+            yield member, entry.file_size
 
 
 def read_array(source: Source, *shapes: Shape) -> np.ndarray:

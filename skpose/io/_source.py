@@ -16,6 +16,7 @@ from skpose._validation.units import complaint_of_extent, complaint_of_size
 from skpose._warnings import warn
 from skpose.io._arguments import Readable
 from skpose.io._error import MocapFormatError
+from skpose.io._opening import Unpacked, open_file
 from skpose.io._words import NUMBER, Token, complaint
 from skpose.skeleton import Skeleton
 from skpose.skeleton._shared import size_of
@@ -79,15 +80,16 @@ class Source:
         with ExitStack() as closing:
             if isinstance(file, str | os.PathLike):
                 self.name = os.fspath(file)
-                stream: Any = closing.enter_context(Path(file).open("rb"))
+                stream: Any = closing.enter_context(open_file(file))
             elif hasattr(file, "read"):
                 self.name = str(getattr(file, "name", "the open file"))
                 stream = _as_bytes(file)
             else:
                 raise TypeError(f"expected a path or an open file to read, got {type(file).__name__}")
             with self._gzip_errors():
-                if stream.peek(2)[:2] == b"\x1f\x8b":
-                    stream = closing.enter_context(gzip.GzipFile(fileobj=stream))
+                self._packed = stream.peek(2)[:2] == b"\x1f\x8b"
+                if self._packed:
+                    stream = io.BufferedReader(Unpacked(stream, self.error), HEAD)
                 head = stream.peek(HEAD)
                 self.head = head.removeprefix(b"\xef\xbb\xbf").decode("utf-8", errors="replace")
                 self.binary = _binary_kind(head) if binary else None
@@ -113,7 +115,7 @@ class Source:
 
     def seekable(self) -> IO[bytes]:
         """Return the whole file, of which nothing has been read, as one in which any position can be read."""
-        if isinstance(self._stream, gzip.GzipFile):
+        if self._packed:
             if self.binary == "zip":
                 raise self.error("a zip archive compressed by gzip once more: decompress it first, with gunzip")
             with self._gzip_errors():

@@ -17,11 +17,12 @@ from skpose._cli import parser
 from skpose._cli.main import main
 from skpose._parallel.backends import from_workers
 from skpose._parallel.checkpoint import IDENTITY, FileCheckpoint
-from skpose.io import load_amc, load_bvh
+from skpose.io import load_amc, load_asf, load_bvh
 from skpose.metrics._registry import METRICS
 from skpose.motions._matrix import ALIGNMENTS
 
 BVH = str(DATA / "biped.bvh")
+RATE = "--amc-frame-rate", "60"  # without which a warning says that 120 Hz is taken
 
 
 @pytest.fixture
@@ -138,9 +139,9 @@ def test_on_a_cluster(files, sent):
 
 @pytest.mark.parametrize("name", ["biped.bvh", "arm.amc", "arm.asf"])
 def test_info(name, capsys):
-    assert main(["info", str(DATA / name)]) == 0
+    assert main(["info", str(DATA / name), *RATE]) == 0
     out = capsys.readouterr().out
-    skeleton = load_bvh(BVH).skeleton if name == "biped.bvh" else load_amc(DATA / "arm.amc", DATA / "arm.asf").skeleton
+    skeleton = load_bvh(BVH).skeleton if name == "biped.bvh" else load_asf(DATA / "arm.asf")
     assert f"{skeleton.n_joints} joints besides the root, {skeleton.n_dofs} degrees of freedom" in out
     assert (" Hz" in out) == (name != "arm.asf")
     assert all(joint in out for joint in skeleton.joint_names)
@@ -150,9 +151,9 @@ def test_info_of_several_files(capsys):
     files = [str(DATA / name) for name in ("biped.bvh", "arm.amc", "arm.asf")]
     each = []
     for file in files:
-        assert main(["info", file]) == 0
+        assert main(["info", file, *RATE]) == 0
         each.append(f"{file}\n{capsys.readouterr().out}")
-    assert main(["info", *files]) == 0
+    assert main(["info", *files, *RATE]) == 0
     assert capsys.readouterr().out == "\n".join(each)
 
 
@@ -173,7 +174,7 @@ def test_the_options_of_messages_are_options_of_the_command_line(name, tmp_path,
     text = Path(BVH if name.endswith("bvh") else DATA / "arm.amc").read_text(encoding="utf-8")
     assert old in text
     Path(name).write_text(text.replace(old, new), encoding="utf-8")
-    more = [] if name.endswith("bvh") else ["--asf", str(DATA / "arm.asf")]
+    more = [] if name.endswith("bvh") else ["--asf", str(DATA / "arm.asf"), *RATE]
     for command in (["info"], ["distances", "--out", "D.npy"], ["neighbors", "--neighbors", "1", "--out", "G.npz"]):
         line = error_line([*command, name, *more], capsys)
         assert " ".join(remedy) in line
@@ -279,12 +280,12 @@ def test_warnings_are_one_line_and_hands_can_be_left_out(tmp_path, monkeypatch, 
     monkeypatch.chdir(tmp_path)
     for name, width in (("a.npz", 72), ("b.npz", 156)):  # SMPL and SMPL-H
         np.savez(name, poses=np.zeros((2, width)), trans=np.zeros((2, 3)), mocap_framerate=60.0)
-    command = ["distances", "a.npz", "b.npz", "--metric", "position", "--out", "D.npy"]
+    command = ["distances", "a.npz", "b.npz", "--metric", "position", "--up", "y", "--out", "D.npy"]
     with warnings.catch_warnings():
         warnings.simplefilter("default")
         assert main(command) == 1
         warning, error = capsys.readouterr().err.splitlines()
-        assert warning.startswith("skpose: warning: bones have the lengths of a person")
+        assert warning.startswith("skpose: warning: in all 2 files: bones have the lengths of a person")
         assert "--model takes them from" in warning
         assert error.startswith("skpose: b.npz has no bone-wise mean with a.npz")
         assert main([*command, "--no-hands"]) == 0

@@ -128,11 +128,10 @@ def test_names_as_those_of_the_databases():
     from skpose._cli.labels import labels_of
 
     names = ["02_01.amc", "HDM_bd_squat1Reps_001_120.amc", "anna_run_fast_2.bvh", "anna_run_3.bvh.gz", "other.bvh"]
-    found = labels_of([], [Path("x") / name for name in names])
+    found = labels_of([Path("x") / name for name in names])
     assert found.subjects == ["02", "bd", "anna", "anna", ""]
     assert found.actions == ["", "squat1Reps", "run fast", "run", ""]
     assert found.trials == ["01", "squat1Reps 001", "2", "3", ""]
-    assert found.rates == {}
 
 
 def test_what_is_refused_leaves_no_page(capsys):

@@ -20,6 +20,7 @@ from skpose.datasets import MotionDataset, make_gait
 from skpose.io import save_bvh
 
 BVH = DATA / "biped.bvh"
+RATE = "--amc-frame-rate", "60"  # without which a warning says that 120 Hz is taken
 
 
 @pytest.fixture(autouse=True)
@@ -57,7 +58,7 @@ def error_of(arguments, capsys):
 def test_a_pipe_on_standard_input(file, name, capsys):
     if name != "-" and not Path(name).exists():
         pytest.skip("there is no /dev/stdin")
-    more = {"arm.amc": ["--asf", str(DATA / "arm.asf")], "biped.bvh": ["--scale", "0.01"]}.get(file, [])
+    more = {"arm.amc": ["--asf", str(DATA / "arm.asf"), *RATE], "biped.bvh": ["--scale", "0.01"]}.get(file, [])
     assert main(["info", str(DATA / file), *more]) == 0
     expected = capsys.readouterr().out
     command = [sys.executable, "-m", "skpose", "info", name, *more]
@@ -82,7 +83,7 @@ def test_errors_name_standard_input(monkeypatch, capsys):
     for content, message in (
         (b"", "standard input: the file is empty"),
         (b"hello", "standard input: expected HIERARCHY"),
-        ((DATA / "arm.amc").read_bytes(), "an AMC file needs its skeleton: pass --asf"),
+        ((DATA / "arm.amc").read_bytes(), "standard input: an AMC file needs its skeleton: pass --asf"),
     ):
         standard_input(monkeypatch, content)
         assert error_of(["info", "-"], capsys).startswith(message)
@@ -94,7 +95,7 @@ def test_the_skeleton_of_several_files_from_a_pipe(capsys):
     shutil.copy(DATA / "arm.amc", "b.amc")
     os.mkfifo("asf")
     with subprocess.Popen(["cp", str(DATA / "arm.asf"), "asf"]):
-        assert main(["distances", "a.amc", "b.amc", "--asf", "asf", "--metric", "angle", "--out", "D.npy"]) == 0
+        assert main(["distances", "a.amc", "b.amc", "--asf", "asf", *RATE, "--metric", "angle", "--out", "D.npy"]) == 0
     assert np.load("D.npy").shape == (6, 6)
 
 
@@ -109,9 +110,9 @@ def test_info_of_a_folder(capsys):
     for name in ("notes.txt", "._a.bvh", "G.npz"):
         Path("takes", name).write_text("not a motion")
     files = [str(Path("takes", name)) for name in ("arm.amc", "arm.asf", "below/a.BVH")]
-    assert main(["info", *files]) == 0
+    assert main(["info", *files, *RATE]) == 0
     expected = capsys.readouterr().out
-    assert main(["info", "takes"]) == 0
+    assert main(["info", "takes", *RATE]) == 0
     assert capsys.readouterr().out == expected
     assert main(["distances", "takes/below", "takes/below/a.BVH", "--metric", "angle", "--out", "D.npy"]) == 0
     assert np.load("D.npy").shape == (4, 4)

@@ -98,7 +98,9 @@ def test_too_many_files_and_files_without_frames_are_refused(capsys):
     text = Path("anna.bvh").read_text()
     head = text[: text.index("Frames:")]
     Path("empty.bvh").write_text(f"{head}Frames: 0\nFrame Time: 0.05\n")
-    assert refusal(["anna.bvh", "empty.bvh"], capsys).endswith("empty.bvh has no frames: leave it out")
+    assert refusal(["anna.bvh", "empty.bvh"], capsys).endswith(
+        "empty.bvh has no frames; --skip-errors leaves out such files"
+    )
 
 
 def test_the_page_ends_in_html(capsys):

@@ -48,6 +48,16 @@ def test_load_cmu_by_its_index(folder):
     assert [motion.frame_rate for motion in dataset] == [30, 120]
 
 
+def test_a_rate_that_is_not_known_is_blank_in_the_index_and_assumed_with_a_warning(folder):
+    write_index(folder, "01,02,run,,subjects/01/01_02.amc", "02,01,walk,60,subjects/02/02_01.amc")
+    with pytest.warns(UserWarning, match="AMC files do not state their frame rate: 120 Hz is taken"):
+        assert [motion.frame_rate for motion in load_cmu(folder)] == [120, 60]
+    assert [motion.frame_rate for motion in load_cmu(folder, frame_rate=30)] == [30, 60]
+    (folder / "index.csv").unlink()
+    with pytest.warns(UserWarning, match="120 Hz is taken"):
+        assert {motion.frame_rate for motion in load_cmu(folder)} == {120}
+
+
 def test_load_cmu_names_what_is_missing(folder, tmp_path):
     write_index(folder, "01,09,walk,120,subjects/01/01_09.amc")
     with pytest.raises(FileNotFoundError, match=r"01_09\.amc is missing, but .*index\.csv refers to it"):
@@ -77,7 +87,7 @@ def test_load_cmu_names_what_is_missing(folder, tmp_path):
 
 
 def test_a_dataset_is_compared_on_the_mean_skeleton(folder):
-    dataset = load_cmu(folder)
+    dataset = load_cmu(folder, frame_rate=120)
     one, other = (load_asf(folder / "subjects" / s / f"{s}.asf") for s in ("01", "02"))
     assert dataset.skeleton == Skeleton.mean([one, other])  # each subject once, not each motion
     X, sequence = dataset.poses()
@@ -87,7 +97,7 @@ def test_a_dataset_is_compared_on_the_mean_skeleton(folder):
 
 
 def test_select_by_mask_and_by_index(folder):
-    dataset = load_cmu(folder)
+    dataset = load_cmu(folder, frame_rate=120)
     for chosen in (dataset.trials == "01", [0, 2]):
         part = dataset[chosen]
         assert list(part.subjects) == ["01", "02"]
@@ -97,13 +107,13 @@ def test_select_by_mask_and_by_index(folder):
 
 
 def test_motions_of_one_asf_file_share_its_skeleton(folder):
-    one, same, other = load_cmu(folder)
+    one, same, other = load_cmu(folder, frame_rate=120)
     assert one.skeleton is same.skeleton
     assert one.skeleton != other.skeleton
 
 
 def test_walks_and_runs_are_selected_by_the_first_word_of_their_action(folder):
-    motions = load_cmu(folder).motions
+    motions = load_cmu(folder, frame_rate=120).motions
     actions = [" Walk, slow", "run/jog", "walking stick"]
     chosen = walks_and_runs(MotionDataset(motions, ["01", "01", "02"], ["01", "02", "01"], actions))
     assert chosen.motions == motions[:2]
@@ -152,26 +162,36 @@ def server(folder, monkeypatch):
 
 def test_fetch_cmu(server, folder, tmp_path_factory, monkeypatch):
     home = tmp_path_factory.mktemp("home")
-    dataset = fetch_cmu([1], data_home=home)
+    dataset = fetch_cmu([1], data_home=home, frame_rate=120)
     assert list(dataset.actions) == ["walk", "run/jog"]
     assert list(dataset.trials) == ["01", "02"]
-    np.testing.assert_array_equal(dataset.motions[1].angles, load_cmu(folder).motions[1].angles)
+    np.testing.assert_array_equal(dataset.motions[1].angles, load_cmu(folder, frame_rate=120).motions[1].angles)
     shutil.rmtree(folder / "subjects")  # now from disk
-    assert list(fetch_cmu(["01"], data_home=home).actions) == ["walk", "run/jog"]
+    assert list(fetch_cmu(["01"], data_home=home, frame_rate=120).actions) == ["walk", "run/jog"]
+
+
+def test_fetch_cmu_writes_no_rate_that_it_does_not_know(server, folder, tmp_path_factory):
+    home = tmp_path_factory.mktemp("home")
+    with pytest.warns(UserWarning, match="120 Hz is taken"):
+        assert {motion.frame_rate for motion in fetch_cmu([1], data_home=home)} == {120}
+    assert ",walk,,subjects/01/01_01.amc" in (home / "cmu_mocap" / "index.csv").read_text()
+    with pytest.warns(UserWarning, match="120 Hz is taken"):
+        load_cmu(home / "cmu_mocap")
+    assert {motion.frame_rate for motion in load_cmu(home / "cmu_mocap", frame_rate=60)} == {60}
 
 
 def test_fetch_cmu_refuses_a_file_with_another_digest(server, folder, tmp_path, tmp_path_factory, monkeypatch):
     home = tmp_path_factory.mktemp("home")
     monkeypatch.setattr(_cmu, "DIGESTS", {"01_01.amc": "0" * 64})
     with pytest.raises(OSError, match=r"digest of 01_01\.amc differs from that of the file .* Nothing was kept; try"):
-        fetch_cmu([1], data_home=home)
+        fetch_cmu([1], data_home=home, frame_rate=120)
     assert not list(home.rglob("01_01.amc*"))
     monkeypatch.setattr(_cmu, "DIGESTS", {"01_01.amc": _cmu.digest(folder / "subjects" / "01" / "01_01.amc")})
-    assert len(fetch_cmu([1], data_home=home)) == 2
+    assert len(fetch_cmu([1], data_home=home, frame_rate=120)) == 2
     (changed,) = home.rglob("01_01.amc")
     changed.write_text(changed.read_text() + "4\n")  # the user's, which is not removed
     with pytest.raises(OSError, match=r"digest of 01_01\.amc .* Delete .*01_01\.amc to download it again"):
-        fetch_cmu([1], data_home=home)
+        fetch_cmu([1], data_home=home, frame_rate=120)
     assert changed.read_text().endswith("4\n")
 
 
@@ -179,7 +199,7 @@ def test_the_index_of_fetch_cmu_keeps_earlier_subjects(server, folder, tmp_path_
     home = tmp_path_factory.mktemp("home")
     shutil.copy(DATA / "arm.amc", folder / "subjects" / "02" / "02_02.amc")
     assert set(fetch_cmu([1], data_home=home, frame_rate=60).subjects) == {"01"}
-    assert set(fetch_cmu([2], data_home=home).subjects) == {"02"}
+    assert set(fetch_cmu([2], data_home=home, frame_rate=120).subjects) == {"02"}
     assert set(fetch_cmu([1], data_home=home, frame_rate=30).subjects) == {"01"}
     dataset = load_cmu(home / "cmu_mocap")
     assert sorted(zip(dataset.subjects, dataset.actions, strict=True)) == [

@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 from skpose import forward_kinematics
 from skpose._cli.main import main
 from skpose.datasets import MotionDataset, humanoid
-from skpose.io import MocapFormatError, file_format, load_amass, load_bvh, load_motion
+from skpose.io import MocapFormatError, file_format, load_amass, load_bvh, load_keypoints, load_motion
 
 # As the models' authors number the joints: the body, then hands or face and fingers.
 BODY = [-1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19]
@@ -337,7 +337,10 @@ def test_pickles_in_place_of_files(write, tmp_path):
         ({"poses": np.zeros((8, 156))}, r"poses: expected shape \(9, 156\), found \(8, 156\)"),
         ({"trans": np.zeros((9, 4))}, r"trans: expected shape \(n, 3\), found \(9, 4\)"),
         ({"trans": None}, "it has no trans; its keys are betas, dmpls, gender, mocap_framerate, poses"),
-        ({"poses": None}, "it has no poses, so it is no motion in the format of AMASS; its keys are betas, dmpls"),
+        (
+            {"poses": None},
+            "it has no poses, so it is no motion .*; load_keypoints reads .* its keys are betas, dmpls",
+        ),
         ({"poses": np.full((9, 156), "a")}, "poses: expected numbers, found an array of dtype <U1"),
         ({"poses": np.zeros((9, 156), complex)}, "poses: expected numbers, found an array of dtype complex128"),
         ({"poses": np.zeros((9, 156), "f8,i4")}, r"poses: expected .*shape|poses: expected the header of an array"),
@@ -351,6 +354,84 @@ def test_pickles_in_place_of_files(write, tmp_path):
 def test_wrong_files(change, message, write):
     with pytest.raises(MocapFormatError, match=rf"a\.npz: {message}"):
         load_amass(write(motion_arrays("SMPL-H"), **change))
+
+
+@NO_MODEL
+@pytest.mark.parametrize("parts", [False, True], ids=["poses", "parts of poses"])
+def test_frames_with_nan_can_be_left_out(write, parts):
+    """Of the position, of the pose, or of both; the others keep their numbers and their times."""
+    arrays = motion_arrays("SMPL-X")
+    whole = load_amass(write(arrays))
+    poses, trans = arrays["poses"].copy(), arrays["trans"].copy()
+    trans[2, 1], trans[7, 0], poses[5, 80], poses[7, 3] = np.nan, np.inf, -np.inf, np.nan
+    edges = np.cumsum([0, 3, 63, 3, 6, 90])
+    names = "root_orient", "pose_body", "pose_jaw", "pose_eye", "pose_hand"
+    changed = {name: poses[:, a:b] for name, a, b in zip(names, edges, edges[1:], strict=False)}
+    path = write(arrays, trans=trans, **({"poses": None, **changed} if parts else {"poses": poses}))
+    kept = [0, 1, 3, 4, 6, 8]
+    for load in (load_amass, load_motion):
+        with pytest.warns(UserWarning, match=r"a\.npz: 3 of 9 frames have a number that is NaN or infinite"):
+            motion = load(path, on_nan="drop")
+        np.testing.assert_array_equal(motion.frame_numbers, kept)
+        np.testing.assert_allclose(motion.times, whole.times[kept])
+        np.testing.assert_array_equal(motion.angles, whole.angles[kept])
+        np.testing.assert_array_equal(motion.root_positions, whole.root_positions[kept])
+        found, expected = (Rotation.from_euler("ZYX", a) for a in (motion.root_angles, whole.root_angles[kept]))
+        assert (found.inv() * expected).magnitude().max() < 1e-12  # whose angles may differ by whole turns
+        with pytest.raises(
+            MocapFormatError, match=r"trans: .* nan at index \(2, 1\); on_nan='drop' leaves such frames"
+        ):
+            load(path)
+    only_poses = write(arrays, poses=poses)
+    with pytest.raises(MocapFormatError, match=r"poses: .* at index \(5, 80\); on_nan='drop' leaves such frames out"):
+        load_amass(only_poses)
+    with pytest.raises(ValueError, match="on_nan must be"):
+        load_amass(only_poses, on_nan="keep")
+
+
+@NO_MODEL
+def test_nothing_else_may_be_nan(write):
+    for key, value in (("mocap_framerate", np.nan), ("betas", np.full(16, np.nan))):
+        path = write(motion_arrays("SMPL-H"), **{key: value})
+        with pytest.raises(MocapFormatError, match=key) as caught:
+            load_amass(path, on_nan="drop", model=write(model_arrays("SMPL-H"), "model.npz"))
+        assert "on_nan" not in str(caught.value)
+
+
+@NO_MODEL
+def test_all_frames_may_be_left_out(write):
+    with pytest.warns(UserWarning, match="9 of 9 frames"):
+        assert len(load_amass(write(motion_arrays("SMPL"), trans=np.full((9, 3), np.nan)), on_nan="drop")) == 0
+
+
+def test_on_nan_on_the_command_line(write, capsys):
+    arrays = motion_arrays("SMPL")
+    path = str(write(arrays, trans=np.where(np.arange(9)[:, None] == 4, np.nan, arrays["trans"])))
+    with warnings.catch_warnings():
+        warnings.simplefilter("default")
+        assert main(["info", path]) == 1
+        assert "--on-nan drop leaves such frames out" in capsys.readouterr().err
+        assert main(["info", path, "--on-nan", "drop"]) == 0
+    assert capsys.readouterr().out.startswith("8 frames at 120 Hz")
+
+
+@pytest.mark.parametrize("key", ["positions", "keypoints"])
+def test_a_file_of_keypoints_names_its_reader(write, key):
+    path = write({key: np.zeros((5, 3, 3)), "fps": 25, "names": list("abc")})
+    with pytest.raises(MocapFormatError, match=f"it has {key}, positions of points .*: load_keypoints reads them"):
+        load_motion(path)
+    assert len(load_keypoints(path)) == 5
+
+
+def test_of_a_hundred_keys_some_are_listed(write):
+    path = write({f"joint_{i:03}": np.zeros(3) for i in range(100)})
+    message = (
+        r"a\.npz: it has no poses, so .* load_keypoints reads positions of points, under the key positions or "
+        r"keypoints; .* Keypoints\(array, names, frame_rate\), .* Motion\(skeleton, angles, frame_rate\); its keys are "
+        r"joint_000, .*, joint_011 and 88 more$"
+    )
+    with pytest.raises(MocapFormatError, match=message):
+        load_motion(path)
 
 
 @pytest.mark.parametrize(

@@ -120,7 +120,7 @@ def test_changed_files(kind, seed, both):
             rng.choice(choices) for choices in (["raise", "drop"], ["raise", "rest"], ["header", "rows"])
         )
         if kind == "AMC":
-            found = both(chunk, load_amc, data, ASF, on_nan=on_nan, missing=missing)
+            found = both(chunk, load_amc, data, ASF, frame_rate=60, on_nan=on_nan, missing=missing)
         else:
             found = both(chunk, load_bvh, data, on_nan=on_nan, trust=trust)
         n_read += isinstance(found[0], list)
@@ -162,7 +162,7 @@ UNUSUAL = [
 def test_what_is_unusual_in_the_middle_of_a_file(old, new, missing, both):
     assert old in FRAMES
     data = b":DEGREES\n" + FRAMES.replace(old, new)
-    both(40, load_amc, data, ASF, missing=missing, on_nan="drop")
+    both(40, load_amc, data, ASF, frame_rate=60, missing=missing, on_nan="drop")
 
 
 @pytest.mark.slow
@@ -170,5 +170,5 @@ def test_real_files(cmu_folder, hdm05_folder, both):
     for path in [*cmu_folder.rglob("*.amc"), *hdm05_folder.rglob("*_01*.amc")]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            found = both(5000, load_motion, path)
+            found = both(5000, load_motion, path, frame_rate=120)
         assert isinstance(found[0], list), path

@@ -63,7 +63,7 @@ FOOT = b"MOTION\nFrames: 1\nFrame Time: 1\n"
 )  # fmt: skip
 def test_memory_does_not_depend_on_counts_and_depth(data):
     with bounded_memory(data), pytest.raises(MocapFormatError):
-        load_motion(io.BytesIO(data), asf=io.BytesIO(mutations.ASF))
+        load_motion(io.BytesIO(data), asf=io.BytesIO(mutations.ASF), frame_rate=60)
 
 
 @pytest.mark.filterwarnings("ignore:the open file. joints in lines:UserWarning")

@@ -1,11 +1,13 @@
 """Oddities of ASF and AMC files from many programs, one a test: read correctly, or refused with a remedy."""
 
+import warnings
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from skpose import forward_kinematics
-from skpose.io import MocapFormatError, load_amc
+from skpose.io import AsfFile, MocapFormatError, load_amc, load_motion
 
 ASF = """:version 1.10
 :units
@@ -75,7 +77,7 @@ def load(tmp_path):
     def load(asf=ASF, amc=AMC, **options):
         (tmp_path / "a.asf").write_text(asf, newline="")
         (tmp_path / "a.amc").write_text(amc, newline="")
-        return load_amc(tmp_path / "a.amc", tmp_path / "a.asf", **{"scale": 1} | options)
+        return load_amc(tmp_path / "a.amc", tmp_path / "a.asf", **{"scale": 1, "frame_rate": 120} | options)
 
     return load
 
@@ -274,6 +276,37 @@ def test_frames_with_nan(load, refused):
     assert "found '４０'" in refused(amc=changed(AMC, ("knee 40", "knee ４０")), on_nan="drop")[3]
 
 
+RIGID = changed(AMC, ("knee 40", "hip 0 0.0 -0\nknee 40"), ("toe 61", "toe 61\nhip 0e5"))  # as some programs write
+
+
+def test_rigid_bones_may_be_listed_with_zeros(load, refused):
+    """In any number, also in some frames only, and with three dofs for every joint that has any."""
+    same(load(amc=RIGID), load())
+    same(load(amc=changed(RIGID, ("hip 0e5", ""))), load())
+    same(load(amc=changed(RIGID, ("hip 0 0.0 -0", "hip"))), load())
+    forced = changed(FORCED, ("knee 40", "hip 0 0 0\nknee 40"), ("knee 41", "hip 0 0 0\nknee 41"))
+    same(load(amc=forced), load(amc=FORCED))
+
+
+def test_rigid_bones_have_nothing_but_zeros(refused, load):
+    fault = "as a.asf gives 'hip' no degrees of freedom; is it the right skeleton?"
+    assert refused(amc=changed(RIGID, ("0.0 -0", "0.0 1e-300"))) == (
+        "a.amc", 5, 11, f"frame 1: expected 0, found '1e-300', {fault}",
+    )  # fmt: skip
+    # In a frame of the form of the one before it, too.
+    both = changed(AMC, ("knee 40", "hip 0\nknee 40"), ("knee 41", "hip 2\nknee 41"))
+    assert refused(amc=both) == ("a.amc", 10, 5, f"frame 2: expected 0, found '2', {fault}")
+    assert "expected a number, found 'zero'" in refused(amc=changed(RIGID, ("0.0 -0", "zero")))[3]
+    assert "expected a number, found '0_0'" in refused(amc=changed(RIGID, ("0.0 -0", "0_0")))[3]
+    assert "'hip' appears twice in frame 1" in refused(amc=changed(RIGID, ("knee 40", "hip 0\nknee 40")))[3]
+    other = changed(RIGID, ("hip 0 0.0 -0", "tail 0 0 0"))  # which the skeleton does not have
+    assert refused(amc=other) == ("a.amc", 5, 1, "a.asf has no bone 'tail'; is it the right skeleton?")
+    broken = changed(RIGID, ("0.0 -0", "nan"))
+    assert "expected a finite number, found 'nan'; on_nan='drop' leaves such frames out" in refused(amc=broken)[3]
+    with pytest.warns(UserWarning, match=r"a\.amc: 1 of 2 frames have a number that is NaN or infinite"):
+        np.testing.assert_array_equal(load(amc=broken, on_nan="drop").angles, load().angles[1:])
+
+
 def test_names_with_underscores(load):
     same_names = ASF.replace("knee", "left_knee"), AMC.replace("knee", "left_knee")
     np.testing.assert_array_equal(load(*same_names).angles, load().angles)
@@ -282,14 +315,35 @@ def test_names_with_underscores(load):
 def test_files_that_do_not_belong_together(refused):
     other = changed(ASF, ("name toe", "name foot"), ("knee toe", "knee foot"))
     assert refused(other) == (
-        "a.amc", 6, 1, "a.asf has no bone 'toe' with degrees of freedom; is it the right skeleton?",
+        "a.amc", 6, 1, "a.asf has no bone 'toe'; is it the right skeleton?",
     )  # fmt: skip
 
 
 def test_the_frame_rate_is_an_argument(load):
-    assert (load().frame_rate, load(frame_rate=60).frame_rate) == (120, 60)
+    assert (load(frame_rate=120).frame_rate, load(frame_rate=60).frame_rate) == (120, 60)
     with pytest.raises(ValueError, match="frame_rate must be a positive number, got 0"):
         load(frame_rate=0)
+
+
+def test_the_frame_rate_that_is_assumed_is_said_once_for_many_files(tmp_path):
+    """Python shows a warning of one text and one line once; an AMC file without a rate is at 120 Hz."""
+    (tmp_path / "a.asf").write_text(ASF)
+    names = [tmp_path / f"a_{i}.amc" for i in range(3)]
+    for name in names:
+        name.write_text(AMC)
+    asf = AsfFile(tmp_path / "a.asf", scale=1.0)
+    for read in (lambda path: load_amc(path, asf), load_motion):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("default")
+            warnings.filterwarnings("ignore", message=".* from end to end")
+            rates = [read(name).frame_rate for name in names]
+        assert rates == [120, 120, 120]
+        (only,) = caught
+        assert str(only.message) == (
+            "AMC files do not state their frame rate: 120 Hz is taken, the usual rate of CMU and HDM05; pass "
+            "frame_rate=, in Hz"
+        )
+        assert only.filename == __file__
 
 
 @pytest.mark.parametrize(

@@ -180,7 +180,7 @@ def test_all_readers_watch_the_size():
         lambda: load_motion(DATA / "biped.bvh"),
         lambda: load_asf(DATA / "arm.asf", scale=100.0),
         lambda: AsfFile(DATA / "arm.asf", scale=100.0),
-        lambda: load_amc(DATA / "arm.amc", DATA / "arm.asf", scale=100.0),
+        lambda: load_amc(DATA / "arm.amc", DATA / "arm.asf", scale=100.0, frame_rate=60),
     ):
         (warning,) = caught(read)
         assert "from end to end at angle zero" in str(warning.message)

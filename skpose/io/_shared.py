@@ -1,0 +1,5 @@
+"""Names of `skpose.io` that the other packages of skpose use, in addition to the public ones."""
+
+from skpose.io._opening import open_file
+
+__all__ = ["open_file"]
