@@ -1,44 +1,222 @@
 """The joints of two differently rigged skeletons that are counterparts of each other."""
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from skpose._validation.names import near_names
+from skpose._validation.skeletons import check_skeleton
+from skpose.kinematics._landmarks import SIDES, Landmarks, find_landmarks, path_up, plain_names
+from skpose.kinematics._lines import Lines, find_lines, pair_of
+from skpose.kinematics._matching import match_landmarks
+from skpose.kinematics._rigs import ANKLE, ELBOW, HIP, KNEE, LIMBS, WRIST
 from skpose.skeleton import Skeleton
 
+People = tuple[Landmarks, Landmarks]  # of the source and of the target
 SHOWN = 4  # names in a message
+# A share of the longest path from the root: hands, feet, head and neck of a person are shorter, a forearm with its hand
+# is longer.
+LIMB = 0.28
+HINT = "; joints that it leaves out stay at rest. skpose.kinematics.find_counterparts returns those found by names"
 
 
-def counterparts(source: Skeleton, target: Skeleton, joints: Mapping[str, str] | None) -> np.ndarray:
-    """Return the index (n_joints,) in the source of the counterpart of each joint of the target; -1 where it has none.
+class Counterparts(NamedTuple):
+    """The counterparts of the joints of a target in a source."""
 
-    The roots are counterparts of each other. Nothing is guessed: without a mapping, joints of equal names are.
+    there: np.ndarray  # (n_joints,) the index of each joint's counterpart, -1 where it has none
+    placed: np.ndarray  # (n_joints,) whether both are at one place of a person, and not only in one direction
+    measured: np.ndarray  # (n_joints,) whether the bones before a joint count where sizes are compared
+    lines: Lines
+    hips: tuple[tuple[int, int], tuple[int, int]] | None  # the joints of the source and of the target, if known
+
+    def count(self, by_place: bool = False) -> str:
+        """Return in words how many joints have counterparts."""
+        return f"{int((self.placed if by_place else self.there >= 0).sum())} of {len(self.there)} joints"
+
+
+def find_counterparts(source: Skeleton, target: Skeleton) -> dict[str, str]:
+    """Return which joint of one skeleton `retarget` takes as the counterpart of each joint of another, by their names.
+
+    It can be changed and passed to `retarget` and to `MotionDataset.retarget` as ``joints=``.
+
+    Parameters
+    ----------
+    source : Skeleton
+        The skeleton of a motion.
+    target : Skeleton
+        The skeleton that its poses shall have.
+
+    Returns
+    -------
+    dict of str to str
+        Names of joints of `target`, in its order, to names of joints of `source`. Joints without a counterpart are
+        left out. The two roots are counterparts always.
+
+    Raises
+    ------
+    ValueError
+        If the skeletons have no name in common and are not both of known rigs, or if an arm or a leg has no
+        counterpart.
+
+    See Also
+    --------
+    retarget : Return the poses of a motion on another skeleton.
+
+    Notes
+    -----
+    Where all joints of one skeleton have their names in the other, joints of equal names are counterparts. Otherwise, if
+    both are people of known rigs, those that are at the same place of a person: known are the names of CMU and HDM05
+    (as ASF and as BVH), Bandai-Namco, LAFAN1, Mixamo, SMPL, Rokoko, Xsens, Unreal, 3ds Max's Biped, of
+    `skpose.keypoints.layouts` and of `skpose.datasets.humanoid`, with any prefix that all names of a skeleton have, such
+    as "mixamorig:" and "Bip01 ", with any spelling of left and right, and in any case. A skeleton is of a rig if all names
+    of both legs or of both arms are the rig's, follow each other as in a person, and have a person's proportions at angle
+    zero; one with a tail is none. Joints between the hips and the chest, and in the neck, which rigs have in any number,
+    are counterparts in their order, where they are at nearly the same share of the length.
+
+    Otherwise joints of equal names are counterparts, and no others.
+
+    Examples
+    --------
+    >>> from skpose import Bone, Skeleton
+    >>> from skpose.kinematics import find_counterparts
+    >>> bones = [("LeftUpLeg", None, 0.1), ("LeftLeg", "LeftUpLeg", -0.4), ("LeftFoot", "LeftLeg", -0.4)]
+    >>> mixamo = [Bone(f"mixamorig:{n}", p and f"mixamorig:{p}", (0, y, 0), "xyz") for n, p, y in bones]
+    >>> mixamo += [b._replace(name=b.name.replace("Left", "Right"), parent=b.parent and b.parent.replace("Left", "Right"))
+    ...            for b in mixamo]
+    >>> from skpose.datasets import humanoid
+    >>> legs = humanoid().select(["left_foot", "right_foot"])
+    >>> find_counterparts(Skeleton(mixamo, "parent"), legs)["left_thigh"]
+    'mixamorig:LeftLeg'
     """
+    check_skeleton(source)
+    check_skeleton(target)
+    there = counterparts(source, target, None).there
+    return {name: source.joint_names[j] for name, j in zip(target.joint_names, there, strict=True) if j >= 0}
+
+
+def counterparts(source: Skeleton, target: Skeleton, joints: Mapping[str, str] | None) -> Counterparts:
+    """Return the counterparts of the joints of a target: the given ones, or those that follow from the names."""
+    people = find_landmarks(source), find_landmarks(target)
+    known = bool(people[0].joints and people[1].joints) and not _has_names_of_other(source, target, people)
+    if joints is None and known:
+        there, placed = match_landmarks(source, target, people)
+        measured = np.zeros(target.n_joints, dtype=bool)
+        measured[[j for name, j in people[1].joints.items() if name.partition("_")[2] in (KNEE, ANKLE, ELBOW, WRIST)]] = True
+        measured &= there >= 0
+    else:
+        there = _by_names(source, target, joints, people)
+        placed = measured = there >= 0
+    _check_order(source, target, there)
     if joints is None:
-        joints = {name: name for name in target.joint_names if name in source}
+        _check_limbs(source, target, there, people)
+    hips = (pair_of(people[0], HIP), pair_of(people[1], HIP)) if known else (None, None)
+    lines = find_lines(source, target, there, people if known else None)
+    return Counterparts(there, placed, measured, lines, None if None in hips else hips)
+
+
+def _has_names_of_other(source: Skeleton, target: Skeleton, people: People) -> bool:
+    """Return whether one of two skeletons has all names of the other, and a trunk and a neck of equal names."""
+    names = [plain_names(skeleton.joint_names) for skeleton in (source, target)]
+    if not (set(names[0]) <= set(names[1]) or set(names[1]) <= set(names[0])):
+        return False
+    for chains in ((people[0].trunk, people[1].trunk), (people[0].neck, people[1].neck)):
+        one, other = ([names[i][j] for j in chain] for i, chain in enumerate(chains))
+        if one and other and one != other:
+            return False
+    return True
+
+
+def _by_names(
+    source: Skeleton, target: Skeleton, joints: Mapping[str, str] | None, people: People
+) -> np.ndarray:
+    """Return the index (n_joints,) of the counterpart of each joint of the target by a mapping, or by equal names."""
+    if joints is None:
+        plain = dict(zip(plain_names(source.joint_names), source.joint_names, strict=True))
+        pairs = zip(target.joint_names, plain_names(target.joint_names), strict=True)
+        joints = {name: name if name in source else plain[short] for name, short in pairs if name in source or short in plain}
         if not joints:
             raise ValueError(
                 "the motion's skeleton and the given one have no name of a joint in common: pass joints=, a mapping of "
-                f"joints of the given skeleton ({_list_some(target)}) to the motion's ({_list_some(source)})"
+                f"joints of the given skeleton ({_list_some(target.joint_names)}) to the motion's "
+                f"({_list_some(source.joint_names)}){_list_rigs(people)}"
             )
     _check(source, target, joints)
     index = {name: i for i, name in enumerate(source.joint_names)}
-    there = np.array([index[joints[name]] if name in joints else -1 for name in target.joint_names], dtype=np.intp)
-    _check_order(source, target, there)
-    return there
+    return np.array([index[joints[name]] if name in joints else -1 for name in target.joint_names], dtype=np.intp)
 
 
-def ratio_of_lengths(source: Skeleton, target: Skeleton, there: np.ndarray) -> float:
+def _check_limbs(source: Skeleton, target: Skeleton, there: np.ndarray, people: People) -> None:
+    """Refuse counterparts that leave an arm or a leg, or as long a part of another skeleton, without any."""
+    ours = people[1].joints
+    out = set(_long_parts(target, there))
+    for side in SIDES:
+        for limb in LIMBS:
+            joints = [ours[f"{side}_{mark}"] for mark in limb if f"{side}_{mark}" in ours]
+            alone = [joint for joint in joints if there[joint] < 0]
+            if len(alone) > 1 or joints[-1:] == alone:  # a knee or an elbow alone may be missing: the limb is straight
+                out.update(alone)
+    if out:
+        found = int((there >= 0).sum())
+        raise ValueError(
+            f"only {found} of {target.n_joints} joints of the given skeleton have counterparts in the motion's, and limbs "
+            f"would stay at rest: {_list_some([target.joint_names[j] for j in sorted(out)])} have none{_list_rigs(people)}. Pass "
+            f"joints=, a mapping of joints of the given skeleton to the motion's "
+            f"({_list_some([source.joint_names[j] for j in range(source.n_joints) if j not in there])}){HINT}"
+        )
+
+
+def _long_parts(target: Skeleton, there: np.ndarray) -> list[int]:
+    """Return the joints of those parts of a skeleton without counterparts that are as long as limbs.
+
+    A part ends at the end of a chain, or is of several joints that move before a chain that does not branch.
+    """
+    lengths = np.linalg.norm(target.offsets, axis=1)
+    from_root = np.array([lengths[path_up(target, j)].sum() for j in range(target.n_joints)])
+    children = [np.flatnonzero(target.parents == j) for j in range(target.n_joints)]
+    branches = np.array([len(below) > 1 for below in children])
+    for j in reversed(range(target.n_joints)):
+        branches[j] |= any(branches[child] for child in children[j])
+    out: set[int] = set()
+    for end in range(target.n_joints):
+        if len(children[end]) and (there[end] < 0 or branches[end]):
+            continue  # neither the end of a chain nor a joint with a counterpart that no branch follows
+        path = path_up(target, end)
+        if there[end] >= 0:
+            path = path[1:]
+        part = []
+        for joint in path:
+            if there[joint] >= 0:
+                break
+            part.append(joint)
+        moving = [joint for joint in part if target.bones[joint].dofs]
+        if lengths[part].sum() > LIMB * from_root.max() and len(moving) > (there[end] >= 0):
+            out.update(part)
+    return sorted(out)
+
+
+def _list_rigs(people: People) -> str:
+    """Return in words of which rigs two skeletons are, where that is known or nearly so."""
+    words = []
+    for person, whose in zip(people, ("the motion's skeleton", "the given one"), strict=True):
+        if person.rig:
+            words.append(f"{whose} has the names of {person.rig}")
+        elif person.reason:
+            words.append(f"{whose} is taken for none, as {person.reason}")
+    known = " (other names than those of find_counterparts are not known)" if len(words) < 2 else ""
+    return "; " + ", ".join(words) + known if words else ""
+
+
+def ratio_of_lengths(source: Skeleton, target: Skeleton, found: Counterparts) -> float:
     """Return how many times as long the target's bones are as the source's: those that both have, summed.
 
     They are the bones between a joint that has a counterpart and the next one toward the root that has one, or the root
     itself, where the first one's counterpart is further from the root than the second one's.
     """
+    there = found.there
     lengths = [np.linalg.norm(skeleton.offsets, axis=1) for skeleton in (target, source)]
     sums = np.zeros(2)
-    for joint in np.flatnonzero(there >= 0):
+    for joint in np.flatnonzero(found.measured):
         above = _find_mapped_above(target, there, int(joint))
         first = int(there[above]) if above >= 0 else -1
         path = _path(source, int(there[joint]), first)
@@ -109,6 +287,5 @@ def _path(skeleton: Skeleton, last: int, first: int) -> list[int] | None:
     return bones
 
 
-def _list_some(skeleton: Skeleton) -> str:
-    names = skeleton.joint_names
+def _list_some(names: Sequence[str]) -> str:
     return ", ".join(map(repr, names[:SHOWN])) + ", …" * (len(names) > SHOWN)

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from skpose._validation.skeletons import check_skeleton
-from skpose.kinematics._counterparts import counterparts, ratio_of_lengths
+from skpose.kinematics._counterparts import Counterparts, counterparts, ratio_of_lengths
 from skpose.kinematics._forward import forward_kinematics
 from skpose.kinematics._inverse import inverse_kinematics
 from skpose.kinematics._orientations import by_orientations
@@ -143,16 +143,26 @@ def retarget_and_report(
         method = "positions"
     if method in ("numbers", "unchecked"):
         angles, report = _same_numbers(motion, skeleton, method), UNCHANGED
-    there = counterparts(motion.skeleton, skeleton, joints)
-    factor = ratio_of_lengths(motion.skeleton, skeleton, there) if scale == "lengths" else float(scale)
+    found = counterparts(motion.skeleton, skeleton, joints)
+    factor = ratio_of_lengths(motion.skeleton, skeleton, found) if scale == "lengths" else float(scale)
     if method == "positions":
-        return _by_positions(motion, skeleton, there, factor, n_jobs, verbose)
+        return _by_positions(motion, skeleton, found, factor, n_jobs, verbose)
     if method == "orientations":
-        result, apart = by_orientations(motion, skeleton, there)
-        report = f"orientations, directions within {round(apart, 2):g}°"
+        result, apart = by_orientations(motion, skeleton, found.there, found.lines)
+        report = f"orientations, {found.count()}, directions within {round(apart, 2):g}°"
     else:
         result = replace(motion, skeleton=skeleton, angles=angles)
+    if method == "orientations" and found.hips is not None:
+        hips = factor * _middle_of_hips(motion, found.hips[0])
+        shift = result.root_positions - _middle_of_hips(result, found.hips[1])
+        return replace(result, root_positions=hips + shift), report
     return replace(result, root_positions=factor * motion.root_positions), report
+
+
+def _middle_of_hips(motion: Motion, hips: tuple[int, int]) -> np.ndarray:
+    """Return the positions (n_frames, 3) of the middle between two joints in the world."""
+    middle = forward_kinematics(motion.angles, motion.skeleton)[:, hips].mean(axis=1)
+    return root_orientations(motion.root_angles, motion.root_axes).apply(middle) + motion.root_positions
 
 
 def _same_numbers(motion: Motion, skeleton: Skeleton, method: str) -> np.ndarray:
@@ -167,16 +177,17 @@ def _same_numbers(motion: Motion, skeleton: Skeleton, method: str) -> np.ndarray
 
 
 def _by_positions(
-    motion: Motion, skeleton: Skeleton, there: np.ndarray, factor: float, n_jobs: int | None, verbose: int
+    motion: Motion, skeleton: Skeleton, pairs: Counterparts, factor: float, n_jobs: int | None, verbose: int
 ) -> tuple[Motion, str]:
     """Return the motion whose joints are nearest to their counterparts, in the world times a factor."""
+    count = pairs.count(by_place=True)
     if not len(motion):
-        return replace(motion, skeleton=skeleton, angles=np.zeros((0, skeleton.n_dofs))), "positions"
+        return replace(motion, skeleton=skeleton, angles=np.zeros((0, skeleton.n_dofs))), f"positions, {count}"
     root = root_orientations(motion.root_angles, motion.root_axes)
     positions = forward_kinematics(motion.angles, motion.skeleton)
     wished = np.full((len(motion), skeleton.n_joints, 3), np.nan)
-    for joint in np.flatnonzero(there >= 0):
-        wished[:, joint] = factor * (root.apply(positions[:, there[joint]]) + motion.root_positions)
+    for joint in np.flatnonzero(pairs.placed):
+        wished[:, joint] = factor * (root.apply(positions[:, pairs.there[joint]]) + motion.root_positions)
     fitted = inverse_kinematics(wished, skeleton, n_jobs=n_jobs, verbose=verbose)
     result = replace(fitted.to_motion(motion.frame_rate, motion.up), frame_numbers=motion.frame_numbers)
-    return result, f"positions, joints within {round(100.0 * float(np.nanmax(fitted.residuals)), 2):g} cm"
+    return result, f"positions, {count} within {round(100.0 * float(np.nanmax(fitted.residuals)), 2):g} cm"
