@@ -40,8 +40,9 @@ Z_UP = Rotation.from_euler("x", 90, degrees=True)
 class Rig(NamedTuple):
     """Names of a file: those of trunk and neck, and of the left arm and leg, each with its point and its segment.
 
-    A point of the trunk is its height, m, and its segment the share of the chest in the rotation; the last one of the
-    trunk carries the neck and the arms. Names without a segment are End Sites.
+    The point "" is that of the chest, "root" that of the root. A point of the trunk is its height, m, and its segment
+    the share of the chest in the rotation; the last one of the trunk carries the neck and the arms. Names without a
+    segment are End Sites.
     """
 
     root: tuple[str, float]
@@ -53,10 +54,13 @@ class Rig(NamedTuple):
     whole: Rotation = IDENTITY  # of the rest pose
     arms_down: float = 0.0  # degrees, in the rest pose
     up: str = "y"
-    at_chest: tuple[str, ...] = ()  # joints at the point of the chest, as in files without bones there
 
 
-ARM = [("LeftShoulder", "collar", "clavicle"), ("LeftArm", "shoulder", "upper_arm"), ("LeftForeArm", "elbow", "forearm")]
+ARM = [
+    ("LeftShoulder", "collar", "clavicle"),
+    ("LeftArm", "shoulder", "upper_arm"),
+    ("LeftForeArm", "elbow", "forearm"),
+]
 LEG = [("LeftUpLeg", "hip", "thigh"), ("LeftLeg", "knee", "shank"), ("LeftFoot", "ankle", "foot")]
 NECK = [("Neck", "neck", "neck"), ("Head", "head", "head"), ("Head_end", "top", "")]
 RIGS = {
@@ -64,18 +68,34 @@ RIGS = {
         ("Hips", 0.1),
         [("LowerBack", 0.1, 0.2), ("Spine", 0.22, 0.6), ("Spine1", 0.44, 1.0)],
         [("Neck", "", "neck"), ("Neck1", "neck1", "neck"), ("Head", "head", "head"), ("Head_end", "top", "")],
-        [("LeftShoulder", "", "clavicle"), *ARM[1:], ("LeftHand", "wrist", "hand"), ("LeftFingerBase", "wrist", "hand")]
-        + [("LeftHandIndex1", "hand", "hand"), ("LeftHandIndex1_end", "tip", "")],
+        [
+            ("LeftShoulder", "", "clavicle"),
+            *ARM[1:],
+            ("LeftHand", "wrist", "hand"),
+            ("LeftFingerBase", "wrist", "hand"),
+            ("LeftHandIndex1", "hand", "hand"),
+            ("LeftHandIndex1_end", "tip", ""),
+        ],
         [("LHipJoint", "root", "pelvis"), *LEG, ("LeftToeBase", "ball", "toe"), ("LeftToeBase_end", "toe", "")],
     ),
     "Bandai-Namco": Rig(
         ("Hips", 0.03),
         [("Spine", 0.18, 0.5), ("Chest", 0.3, 1.0)],
         [*NECK[:2], ("Head_end", "head", "")],
-        [("Shoulder_L", "collar", "clavicle"), ("UpperArm_L", "shoulder", "upper_arm")]
-        + [("LowerArm_L", "elbow", "forearm"), ("Hand_L", "wrist", "hand"), ("Hand_L_end", "wrist", "")],
-        [("UpperLeg_L", "hip", "thigh"), ("LowerLeg_L", "knee", "shank"), ("Foot_L", "ankle", "foot")]
-        + [("Toes_L", "ball", "toe"), ("Toes_L_end", "ball", "")],
+        [
+            ("Shoulder_L", "collar", "clavicle"),
+            ("UpperArm_L", "shoulder", "upper_arm"),
+            ("LowerArm_L", "elbow", "forearm"),
+            ("Hand_L", "wrist", "hand"),
+            ("Hand_L_end", "wrist", ""),
+        ],
+        [
+            ("UpperLeg_L", "hip", "thigh"),
+            ("LowerLeg_L", "knee", "shank"),
+            ("Foot_L", "ankle", "foot"),
+            ("Toes_L", "ball", "toe"),
+            ("Toes_L_end", "ball", ""),
+        ],
         ("_L", "_R"),
         SPINE_ALONG_X,
         -80.0,
@@ -103,27 +123,52 @@ RIGS = {
         [("Spine1", 0.1, 0.25), ("Spine2", 0.2, 0.5), ("Spine3", 0.3, 0.75), ("Spine4", 0.4, 1.0)],
         NECK,
         [*ARM, ("LeftHand", "wrist", "hand"), ("LeftHand_end", "hand", "")],
-        [("LeftThigh", "hip", "thigh"), ("LeftShin", "knee", "shank"), LEG[2], ("LeftToe", "ball", "toe")]
-        + [("LeftToeTip", "toe", "toe")],
+        [
+            ("LeftThigh", "hip", "thigh"),
+            ("LeftShin", "knee", "shank"),
+            LEG[2],
+            ("LeftToe", "ball", "toe"),
+            ("LeftToeTip", "toe", "toe"),
+        ],
     ),
     "Xsens as BVH": Rig(
         ("Hips", 0.0),
         [("Chest", 0.11, 0.25), ("Chest2", 0.2, 0.5), ("Chest3", 0.29, 0.75), ("Chest4", 0.38, 1.0)],
         NECK,
-        [("LeftCollar", "collar", "clavicle"), ("LeftShoulder", "shoulder", "upper_arm")]
-        + [("LeftElbow", "elbow", "forearm"), ("LeftWrist", "wrist", "hand"), ("LeftWrist_end", "hand", "")],
-        [("LeftHip", "hip", "thigh"), ("LeftKnee", "knee", "shank"), ("LeftAnkle", "ankle", "foot")]
-        + [("LeftToe", "ball", "toe"), ("LeftToe_end", "toe", "")],
+        [
+            ("LeftCollar", "collar", "clavicle"),
+            ("LeftShoulder", "shoulder", "upper_arm"),
+            ("LeftElbow", "elbow", "forearm"),
+            ("LeftWrist", "wrist", "hand"),
+            ("LeftWrist_end", "hand", ""),
+        ],
+        [
+            ("LeftHip", "hip", "thigh"),
+            ("LeftKnee", "knee", "shank"),
+            ("LeftAnkle", "ankle", "foot"),
+            ("LeftToe", "ball", "toe"),
+            ("LeftToe_end", "toe", ""),
+        ],
     ),
     "Unreal": Rig(
         ("pelvis", 0.04),
         [("spine_01", 0.1, 0.3), ("spine_02", 0.22, 0.7), ("spine_03", 0.35, 1.0)],
         [("neck_01", "neck", "neck"), ("head", "head", "head"), ("head_end", "top", "")],
-        [("clavicle_l", "collar", "clavicle"), ("upperarm_l", "shoulder", "upper_arm")]
-        + [("lowerarm_l", "elbow", "forearm"), ("hand_l", "wrist", "hand"), ("middle_01_l", "hand", "hand")]
-        + [("middle_01_l_end", "tip", "")],
-        [("thigh_l", "hip", "thigh"), ("calf_l", "knee", "shank"), ("foot_l", "ankle", "foot")]
-        + [("ball_l", "ball", "toe"), ("ball_l_end", "toe", "")],
+        [
+            ("clavicle_l", "collar", "clavicle"),
+            ("upperarm_l", "shoulder", "upper_arm"),
+            ("lowerarm_l", "elbow", "forearm"),
+            ("hand_l", "wrist", "hand"),
+            ("middle_01_l", "hand", "hand"),
+            ("middle_01_l_end", "tip", ""),
+        ],
+        [
+            ("thigh_l", "hip", "thigh"),
+            ("calf_l", "knee", "shank"),
+            ("foot_l", "ankle", "foot"),
+            ("ball_l", "ball", "toe"),
+            ("ball_l_end", "toe", ""),
+        ],
         ("_l", "_r"),
         Z_UP,
         45.0,
@@ -133,11 +178,21 @@ RIGS = {
         ("Bip01 Pelvis", 0.05),
         [("Bip01 Spine", 0.15, 0.5), ("Bip01 Spine1", 0.33, 1.0)],
         [(f"Bip01 {name}", *rest) for name, *rest in NECK],
-        [("Bip01 L Clavicle", "collar", "clavicle"), ("Bip01 L UpperArm", "shoulder", "upper_arm")]
-        + [("Bip01 L Forearm", "elbow", "forearm"), ("Bip01 L Hand", "wrist", "hand")]
-        + [("Bip01 L Finger2", "hand", "hand"), ("Bip01 L Finger2_end", "tip", "")],
-        [("Bip01 L Thigh", "hip", "thigh"), ("Bip01 L Calf", "knee", "shank"), ("Bip01 L Foot", "ankle", "foot")]
-        + [("Bip01 L Toe0", "ball", "toe"), ("Bip01 L Toe0_end", "toe", "")],
+        [
+            ("Bip01 L Clavicle", "collar", "clavicle"),
+            ("Bip01 L UpperArm", "shoulder", "upper_arm"),
+            ("Bip01 L Forearm", "elbow", "forearm"),
+            ("Bip01 L Hand", "wrist", "hand"),
+            ("Bip01 L Finger2", "hand", "hand"),
+            ("Bip01 L Finger2_end", "tip", ""),
+        ],
+        [
+            ("Bip01 L Thigh", "hip", "thigh"),
+            ("Bip01 L Calf", "knee", "shank"),
+            ("Bip01 L Foot", "ankle", "foot"),
+            ("Bip01 L Toe0", "ball", "toe"),
+            ("Bip01 L Toe0_end", "toe", ""),
+        ],
         (" L ", " R "),
         arms_down=50.0,
     ),
@@ -154,7 +209,7 @@ class Joint(NamedTuple):
 
 
 def joints_of(rig, leave_out=()):
-    """The joints of a rig of `RIGS`, parents first; those that are left out with all that follows them in their chain."""
+    """The joints of a rig of `RIGS`, parents first; chains end before joints that are left out."""
     name, height = rig.root
     root = np.array([0.0, height, 0.0])
     joints = [Joint(name, None, root, "pelvis")]
@@ -162,7 +217,7 @@ def joints_of(rig, leave_out=()):
         joints.append(Joint(name, joints[-1].name, np.array([0.0, height, 0.0]), f"chest {share}"))
     chest = joints[-1]
     chains = [(chest, rig.neck, "")]
-    for side, mirror in (("left", 1.0), ("right", -1.0)):
+    for side in ("left", "right"):
         for start, chain in ((chest, rig.arm), (joints[0], rig.leg)):
             names = [name if side == "left" else other_side(name, rig) for name, *_ in chain]
             chains.append((start, [(n, *rest) for n, (_, *rest) in zip(names, chain, strict=True)], side))
@@ -255,7 +310,9 @@ def hierarchy(joints, offsets, rename):
         joint = joints[name]
         depth[name] = 0 if joint.parent is None else depth[joint.parent] + 1
         indent = "\t" * depth[name]
-        yield indent + (f"ROOT {rename(name)}" if joint.parent is None else f"JOINT {rename(name)}" * bool(joint.segment))
+        yield indent + (
+            f"ROOT {rename(name)}" if joint.parent is None else f"JOINT {rename(name)}" * bool(joint.segment)
+        )
         if not joint.segment:
             yield f"{indent}End Site"
         yield f"{indent}{{"
@@ -296,7 +353,9 @@ def random_segments(n_frames=8, seed=0, size=1.0):
         down = Rotation.from_euler("z", -60.0 * sign, degrees=True)
         segments[f"clavicle {side}"] = segments["chest"] * about(5, 0, 5)
         segments[f"upper_arm {side}"] = segments[f"clavicle {side}"] * about(40, 25, 30) * down
-        segments[f"forearm {side}"] = segments[f"upper_arm {side}"] * Rotation.from_euler("y", -sign * elbow, degrees=True)
+        segments[f"forearm {side}"] = segments[f"upper_arm {side}"] * Rotation.from_euler(
+            "y", -sign * elbow, degrees=True
+        )
         segments[f"hand {side}"] = segments[f"forearm {side}"] * about(15, 10, 15)
         segments[f"thigh {side}"] = segments["pelvis"] * about(10, 40, 12)
         segments[f"shank {side}"] = segments[f"thigh {side}"] * Rotation.from_euler("x", knee, degrees=True)

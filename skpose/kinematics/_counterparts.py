@@ -8,12 +8,12 @@ import numpy as np
 from skpose._validation.names import near_names
 from skpose._validation.skeletons import check_skeleton
 from skpose.kinematics._landmarks import SIDES, Landmarks, find_landmarks, path_up, plain_names
-from skpose.kinematics._lines import Lines, find_lines, pair_of
 from skpose.kinematics._matching import match_landmarks
-from skpose.kinematics._rigs import ANKLE, ELBOW, HIP, KNEE, LIMBS, WRIST
+from skpose.kinematics._rigs import ANKLE, COLLAR, ELBOW, KNEE, LIMBS, SHOULDER, WRIST
 from skpose.skeleton import Skeleton
 
 People = tuple[Landmarks, Landmarks]  # of the source and of the target
+ENDS = (KNEE, ANKLE, ELBOW, WRIST)  # of the bones by which people of different rigs are compared in size
 SHOWN = 4  # names in a message
 # A share of the longest path from the root: hands, feet, head and neck of a person are shorter, a forearm with its hand
 # is longer.
@@ -27,10 +27,9 @@ class Counterparts(NamedTuple):
     there: np.ndarray  # (n_joints,) the index of each joint's counterpart, -1 where it has none
     placed: np.ndarray  # (n_joints,) whether both are at one place of a person, and not only in one direction
     measured: np.ndarray  # (n_joints,) whether the bones before a joint count where sizes are compared
-    lines: Lines
-    hips: tuple[tuple[int, int], tuple[int, int]] | None  # the joints of the source and of the target, if known
+    people: People | None  # the landmarks of source and target, if both are of known rigs
 
-    def count(self, by_place: bool = False) -> str:
+    def in_words(self, by_place: bool = False) -> str:
         """Return in words how many joints have counterparts."""
         return f"{int((self.placed if by_place else self.there >= 0).sum())} of {len(self.there)} joints"
 
@@ -65,28 +64,33 @@ def find_counterparts(source: Skeleton, target: Skeleton) -> dict[str, str]:
 
     Notes
     -----
-    Where all joints of one skeleton have their names in the other, joints of equal names are counterparts. Otherwise, if
-    both are people of known rigs, those that are at the same place of a person: known are the names of CMU and HDM05
-    (as ASF and as BVH), Bandai-Namco, LAFAN1, Mixamo, SMPL, Rokoko, Xsens, Unreal, 3ds Max's Biped, of
-    `skpose.keypoints.layouts` and of `skpose.datasets.humanoid`, with any prefix that all names of a skeleton have, such
-    as "mixamorig:" and "Bip01 ", with any spelling of left and right, and in any case. A skeleton is of a rig if all names
-    of both legs or of both arms are the rig's, follow each other as in a person, and have a person's proportions at angle
-    zero; one with a tail is none. Joints between the hips and the chest, and in the neck, which rigs have in any number,
-    are counterparts in their order, where they are at nearly the same share of the length.
+    Where all joints of one skeleton have their names in the other, joints of equal names are counterparts.
+    Otherwise, if both are people of known rigs, those that are at the same place of a person. Known are the names
+    of CMU and HDM05 (as ASF and as BVH), Bandai-Namco, LAFAN1, Mixamo, SMPL, Rokoko, Xsens, Unreal, 3ds Max's
+    Biped, of `skpose.keypoints.layouts` and of `skpose.datasets.humanoid`: with any prefix that all names of a
+    skeleton have, such as "mixamorig:" and "Bip01 ", any spelling of left and right, and in any case.
 
-    Otherwise joints of equal names are counterparts, and no others.
+    Names alone do not suffice: "LeftShoulder" is the shoulder in one rig and the beginning of the collarbone in
+    another. A skeleton is of a rig if all names of both legs or of both arms are the rig's, if these joints follow
+    each other as in a person, and have a person's proportions at angle zero; one with a tail is none. Joints
+    between the hips and the chest, and in the neck, of which rigs have any number, are counterparts in their order,
+    where they are at nearly the same share of the length. Joints of equal names that are attached to counterparts,
+    such as fingers, are counterparts.
+
+    If one of the skeletons is of no known rig, joints of equal names are counterparts, and no others.
 
     Examples
     --------
     >>> from skpose import Bone, Skeleton
-    >>> from skpose.kinematics import find_counterparts
-    >>> bones = [("LeftUpLeg", None, 0.1), ("LeftLeg", "LeftUpLeg", -0.4), ("LeftFoot", "LeftLeg", -0.4)]
-    >>> mixamo = [Bone(f"mixamorig:{n}", p and f"mixamorig:{p}", (0, y, 0), "xyz") for n, p, y in bones]
-    >>> mixamo += [b._replace(name=b.name.replace("Left", "Right"), parent=b.parent and b.parent.replace("Left", "Right"))
-    ...            for b in mixamo]
     >>> from skpose.datasets import humanoid
-    >>> legs = humanoid().select(["left_foot", "right_foot"])
-    >>> find_counterparts(Skeleton(mixamo, "parent"), legs)["left_thigh"]
+    >>> from skpose.kinematics import find_counterparts
+    >>> chain = {"UpLeg": None, "Leg": "UpLeg", "Foot": "Leg"}
+    >>> mixamo = Skeleton(
+    ...     Bone(f"mixamorig:{side}{name}", above and f"mixamorig:{side}{above}", (0, -0.4, 0), "xyz")
+    ...     for side in ("Left", "Right")
+    ...     for name, above in chain.items()
+    ... )
+    >>> find_counterparts(mixamo, humanoid().select(["left_shank", "right_shank"]))["left_thigh"]
     'mixamorig:LeftLeg'
     """
     check_skeleton(source)
@@ -98,43 +102,60 @@ def find_counterparts(source: Skeleton, target: Skeleton) -> dict[str, str]:
 def counterparts(source: Skeleton, target: Skeleton, joints: Mapping[str, str] | None) -> Counterparts:
     """Return the counterparts of the joints of a target: the given ones, or those that follow from the names."""
     people = find_landmarks(source), find_landmarks(target)
-    known = bool(people[0].joints and people[1].joints) and not _has_names_of_other(source, target, people)
+    known = bool(people[0].joints and people[1].joints) and not _have_equal_names(source, target, people)
+    if joints is None:
+        _check_people(people)
     if joints is None and known:
         there, placed = match_landmarks(source, target, people)
-        measured = np.zeros(target.n_joints, dtype=bool)
-        measured[[j for name, j in people[1].joints.items() if name.partition("_")[2] in (KNEE, ANKLE, ELBOW, WRIST)]] = True
-        measured &= there >= 0
+        ends = [j for name, j in people[1].joints.items() if name.partition("_")[2] in ENDS]
+        measured = np.isin(np.arange(target.n_joints), ends) & (there >= 0)
     else:
         there = _by_names(source, target, joints, people)
         placed = measured = there >= 0
+        people = _agreeing(people, there)
     _check_order(source, target, there)
     if joints is None:
         _check_limbs(source, target, there, people)
-    hips = (pair_of(people[0], HIP), pair_of(people[1], HIP)) if known else (None, None)
-    lines = find_lines(source, target, there, people if known else None)
-    return Counterparts(there, placed, measured, lines, None if None in hips else hips)
+    return Counterparts(there, placed, measured, people if known else None)
 
 
-def _has_names_of_other(source: Skeleton, target: Skeleton, people: People) -> bool:
-    """Return whether one of two skeletons has all names of the other, and a trunk and a neck of equal names."""
+def _agreeing(people: People, there: np.ndarray) -> People:
+    """Return the landmarks that given counterparts agree with, and those of collarbones that have none."""
+    theirs, ours = (person.joints for person in people)
+    same = {name for name, joint in ours.items() if there[joint] >= 0 and there[joint] == theirs.get(name)}
+    alone = {
+        f"{side}_{COLLAR}"
+        for side in SIDES
+        if f"{side}_{SHOULDER}" in same
+        and f"{side}_{COLLAR}" not in theirs
+        and there[ours.get(f"{side}_{COLLAR}", 0)] < 0
+    }
+    return (
+        people[0]._replace(joints={name: j for name, j in theirs.items() if name in same}),
+        people[1]._replace(joints={name: j for name, j in ours.items() if name in same | alone}),
+    )
+
+
+def _have_equal_names(source: Skeleton, target: Skeleton, people: People) -> bool:
+    """Return whether one skeleton has all names of the other, and equal names are at one place, if that is known."""
     names = [plain_names(skeleton.joint_names) for skeleton in (source, target)]
     if not (set(names[0]) <= set(names[1]) or set(names[1]) <= set(names[0])):
         return False
-    for chains in ((people[0].trunk, people[1].trunk), (people[0].neck, people[1].neck)):
-        one, other = ([names[i][j] for j in chain] for i, chain in enumerate(chains))
-        if one and other and one != other:
-            return False
-    return True
+    theirs, ours = (person.joints for person in people)
+    pairs = [(theirs[mark], ours[mark]) for mark in theirs.keys() & ours.keys()]
+    if people[0].trunk and people[1].trunk:
+        pairs.append((people[0].trunk[-1], people[1].trunk[-1]))
+    return all(names[0][j] == names[1][k] for j, k in pairs)
 
 
-def _by_names(
-    source: Skeleton, target: Skeleton, joints: Mapping[str, str] | None, people: People
-) -> np.ndarray:
+def _by_names(source: Skeleton, target: Skeleton, joints: Mapping[str, str] | None, people: People) -> np.ndarray:
     """Return the index (n_joints,) of the counterpart of each joint of the target by a mapping, or by equal names."""
     if joints is None:
         plain = dict(zip(plain_names(source.joint_names), source.joint_names, strict=True))
         pairs = zip(target.joint_names, plain_names(target.joint_names), strict=True)
-        joints = {name: name if name in source else plain[short] for name, short in pairs if name in source or short in plain}
+        joints = {
+            name: name if name in source else plain[short] for name, short in pairs if name in source or short in plain
+        }
         if not joints:
             raise ValueError(
                 "the motion's skeleton and the given one have no name of a joint in common: pass joints=, a mapping of "
@@ -146,23 +167,38 @@ def _by_names(
     return np.array([index[joints[name]] if name in joints else -1 for name in target.joint_names], dtype=np.intp)
 
 
+def _check_people(people: People) -> None:
+    """Refuse a person and a skeleton that has the names of one and is none, by its names or its proportions."""
+    for one, other, whose in (
+        (people[0], people[1], "the motion's skeleton"),
+        (people[1], people[0], "the given skeleton"),
+    ):
+        if one.reason and other.joints:
+            raise ValueError(
+                f"the names of {whose} may mean other joints than those of a person of {other.rig}: {one.reason}. Pass "
+                "joints=, a mapping of joints of the given skeleton to the motion's, if they are counterparts"
+            )
+
+
 def _check_limbs(source: Skeleton, target: Skeleton, there: np.ndarray, people: People) -> None:
     """Refuse counterparts that leave an arm or a leg, or as long a part of another skeleton, without any."""
     ours = people[1].joints
-    out = set(_long_parts(target, there))
+    out: dict[int, None] = {}  # in their order
     for side in SIDES:
         for limb in LIMBS:
             joints = [ours[f"{side}_{mark}"] for mark in limb if f"{side}_{mark}" in ours]
             alone = [joint for joint in joints if there[joint] < 0]
             if len(alone) > 1 or joints[-1:] == alone:  # a knee or an elbow alone may be missing: the limb is straight
-                out.update(alone)
+                out.update(dict.fromkeys(alone))
+    out.update(dict.fromkeys(_long_parts(target, there)))
     if out:
         found = int((there >= 0).sum())
+        free = [name for j, name in enumerate(source.joint_names) if j not in there]
         raise ValueError(
-            f"only {found} of {target.n_joints} joints of the given skeleton have counterparts in the motion's, and limbs "
-            f"would stay at rest: {_list_some([target.joint_names[j] for j in sorted(out)])} have none{_list_rigs(people)}. Pass "
-            f"joints=, a mapping of joints of the given skeleton to the motion's "
-            f"({_list_some([source.joint_names[j] for j in range(source.n_joints) if j not in there])}){HINT}"
+            f"only {found} of {target.n_joints} joints of the given skeleton have counterparts in the motion's, and "
+            f"limbs would stay at rest: {_list_some([target.joint_names[j] for j in out], 8)} have none"
+            f"{_list_rigs(people)}. Pass joints=, a mapping of joints of the given skeleton to the motion's, of which "
+            f"{_list_some(free, 8)} are free{HINT}"
         )
 
 
@@ -196,15 +232,14 @@ def _long_parts(target: Skeleton, there: np.ndarray) -> list[int]:
 
 
 def _list_rigs(people: People) -> str:
-    """Return in words of which rigs two skeletons are, where that is known or nearly so."""
+    """Return in words of which rigs two skeletons are."""
     words = []
     for person, whose in zip(people, ("the motion's skeleton", "the given one"), strict=True):
         if person.rig:
-            words.append(f"{whose} has the names of {person.rig}")
-        elif person.reason:
-            words.append(f"{whose} is taken for none, as {person.reason}")
-    known = " (other names than those of find_counterparts are not known)" if len(words) < 2 else ""
-    return "; " + ", ".join(words) + known if words else ""
+            words.append(f"{whose} has names of {person.rig}")
+        else:
+            words.append(f"{whose} has names of no rig that is known")
+    return "; " + ", ".join(words)
 
 
 def ratio_of_lengths(source: Skeleton, target: Skeleton, found: Counterparts) -> float:
@@ -287,5 +322,5 @@ def _path(skeleton: Skeleton, last: int, first: int) -> list[int] | None:
     return bones
 
 
-def _list_some(names: Sequence[str]) -> str:
-    return ", ".join(map(repr, names[:SHOWN])) + ", …" * (len(names) > SHOWN)
+def _list_some(names: Sequence[str], n: int = SHOWN) -> str:
+    return ", ".join(map(repr, names[:n])) + ", …" * (len(names) > n)

@@ -5,7 +5,7 @@ skeleton is of a rig only as a whole: at least both legs or both arms have all t
 in a person, and the lengths at angle zero are those of a person. What remains uncertain is no landmark.
 """
 
-import os.path
+import itertools
 import re
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -47,26 +47,17 @@ def find_landmarks(skeleton: Skeleton) -> Landmarks:
     """Return the landmarks of a skeleton by its names."""
     keys = _keys_of(skeleton.joint_names)
     animal = [name for name, (_, rest) in zip(skeleton.joint_names, keys, strict=True) if rest.startswith(NO_PERSON)]
-    found, most, reason = [], 0, ""
-    for rig in RIGS:
-        joints, n_known = _find(keys, rig, skeleton)
-        if not joints:
-            continue
-        reason = _complaint(skeleton, joints)
-        if animal:
-            reason = f"it has a joint {animal[0]!r}, as animals have"
-        if reason:
-            reason = f"it has names of {rig.name}, but {reason}"
-        elif n_known > most:
-            found, most = [(rig, joints)], n_known
-        elif n_known == most:
-            found.append((rig, joints))
-    if not found:
-        return NONE._replace(reason=reason)
+    candidates = [(rig, *_find(keys, rig, skeleton)) for rig in RIGS]
+    most = max(n_known for *_, n_known in candidates)
+    if not most:
+        return NONE
+    found = [(rig, joints) for rig, joints, n_known in candidates if n_known == most]
+    for rig, joints in found:
+        complaint = f"it has a joint {animal[0]!r}, as animals have" if animal else _complaint(skeleton, joints)
+        if complaint:
+            return NONE._replace(reason=f"it has names of {rig.name}, but {complaint}")
     # Several rigs may have the same names: what they agree on is certain.
     joints = {name: j for name, j in found[0][1].items() if all(other.get(name) == j for _, other in found)}
-    if _complaint(skeleton, joints):
-        return NONE
     trunk, neck = _axis(skeleton, joints)
     hips = [joints[f"{side}_{HIP}"] for side in SIDES if f"{side}_{HIP}" in joints]
     if len(hips) == 2 and (middle := common_parent(skeleton, *hips)) >= 0:
@@ -90,20 +81,40 @@ def common_parent(skeleton: Skeleton, a: int, b: int) -> int:
 
 
 def plain_names(names: Sequence[str]) -> list[str]:
-    """Return names without a namespace and without what all of them begin with, such as "mixamorig:" and "Bip01 "."""
-    names = [name.rpartition(":")[2] or name for name in names]
-    prefix = os.path.commonprefix(names) if len(names) > 1 else ""
-    return [name.removeprefix(prefix) for name in names]
+    """Return names without a namespace or a word that all of them begin with, such as "mixamorig:" and "Bip01 ".
+
+    A word for a side stays: the names of a left arm are not those of a right one.
+    """
+    names = _without_namespace(names)
+    word = re.sub(r"[^\W_]*$", "", _common_start(names))
+    return names if split_sides([word])[0][0] else [name.removeprefix(word) for name in names]
 
 
 def _keys_of(names: Sequence[str]) -> list[tuple[str, str]]:
-    """Return the side of each name, and the rest of it in lower case without signs between words."""
-    return [(side, re.sub(r"[\W_]+", "", rest).lower()) for side, rest in split_sides(plain_names(names))]
+    """Return the side of each name, and the rest of it in lower case without signs between words.
+
+    What all names begin with is left out. It is no side: those of a rig have both.
+    """
+    names = _without_namespace(names)
+    start = _common_start(names)
+    sides = split_sides([name.removeprefix(start) for name in names])
+    return [(side, re.sub(r"[\W_]+", "", rest).lower()) for side, rest in sides]
+
+
+def _without_namespace(names: Sequence[str]) -> list[str]:
+    return [name.rpartition(":")[2] or name for name in names]
+
+
+def _common_start(names: Sequence[str]) -> str:
+    """Return the letters with which all names begin; none for a single name."""
+    first, last = min(names), max(names)
+    same = next((i for i in range(len(first)) if first[i] != last[i : i + 1]), len(first))
+    return first[:same] if len(names) > 1 else ""
 
 
 def _table_of(rig: Rig) -> dict[tuple[str, str], str]:
     """Return the landmark of each name of a rig, both sides, or "" for others."""
-    left = [name for name in rig.left]
+    left = list(rig.left)
     right = [others(name)[0] for name in left]
     keys = _keys_of([*rig.middle, *left, *right, "z"])[:-1]  # the last, so that nothing is common to all
     marks = [*rig.middle.values(), *(f"left_{mark}" if mark else "" for mark in rig.left.values())]
@@ -146,7 +157,7 @@ def _complaint(skeleton: Skeleton, joints: dict[str, int]) -> str:
     for side in SIDES:
         for order in ORDER:
             here = [(f"{side}_{mark}", joints[f"{side}_{mark}"]) for mark in order if f"{side}_{mark}" in joints]
-            for (_, above), (_, below) in zip(here, here[1:], strict=False):
+            for (_, above), (_, below) in itertools.pairwise(here):
                 if above not in path_up(skeleton, below)[1:]:
                     return f"its joint {names[below]!r} does not come after {names[above]!r}"
         for part, start, end in (

@@ -1,4 +1,4 @@
-"""The lines of two skeletons that shall be parallel: bones that are counterparts of each other, and what stands for them.
+"""The lines of two skeletons that shall be parallel: bones that are counterparts, and what stands for them.
 
 A bone's counterpart is the line between the counterparts of its ends, or, where its near end has none, the bone that
 ends at the counterpart of its far end. In people of known rigs some bones are of the rig rather than of the person: the
@@ -127,7 +127,7 @@ def _tie_neck_to_chest(
     """
     base = base_of_neck(target, people[1])
     trunk = people[0].trunk
-    if base < 0 or not trunk or base_of_neck(source, people[0]) >= 0 or there[base] == trunk[-1]:
+    if base < 0 or there[base] < 0 or not trunk or base_of_neck(source, people[0]) >= 0 or there[base] == trunk[-1]:
         return
     lines[base] = Line(int(target.parents[base]), base, int(source.parents[trunk[-1]]), trunk[-1])
 

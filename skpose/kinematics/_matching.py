@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from skpose.kinematics._landmarks import HIPS, SIDES, Landmarks, path_up, plain_names
+from skpose.kinematics._landmarks import HIPS, Landmarks, path_up, plain_names
 from skpose.kinematics._lines import base_of_neck
 from skpose.kinematics._rigs import ANKLE, BALL, ELBOW, HEAD, HEAD_CENTER, HEAD_TOP, HIP, KNEE, SHOULDER, TOE, WRIST
 from skpose.skeleton import Skeleton
@@ -65,7 +65,9 @@ def _match_trunk(source: Skeleton, target: Skeleton, people: tuple[Landmarks, La
     """
     if not (people[0].trunk and people[1].trunk):
         return
-    chains = [[*person.trunk, *person.neck, *([person.joints[HEAD]] if HEAD in person.joints else [])] for person in people]
+    chains = [
+        [*person.trunk, *person.neck, *([person.joints[HEAD]] if HEAD in person.joints else [])] for person in people
+    ]
     chests = [len(person.trunk) - 1 for person in people]
     if HEAD in people[0].joints and HEAD in people[1].joints:
         bases = [base_of_neck(skeleton, person) for skeleton, person in zip((source, target), people, strict=True)]
@@ -74,17 +76,16 @@ def _match_trunk(source: Skeleton, target: Skeleton, people: tuple[Landmarks, La
             if bases[i] >= 0 and bases[j] < 0:
                 base = chains[i].index(bases[i])
                 place = shares[j][chests[j]]
-                chests[i] = min(chests[i], base, key=lambda k, i=i, place=place: abs(shares[i][k] - place))
+                chests[i] = base if abs(shares[i][base] - place) < abs(shares[i][chests[i]] - place) else chests[i]
     there[chains[1][chests[1]]] = chains[0][chests[0]]
-    _match_in_order(source, target, *(chain[: chest + 1] for chain, chest in zip(chains, chests, strict=True)), there)
+    below = [chain[: chest + 1] for chain, chest in zip(chains, chests, strict=True)]
+    _match_in_order(source, target, below[0], below[1], there)
     if HEAD in people[0].joints and HEAD in people[1].joints:
-        above = (chain[chest + 1 :] for chain, chest in zip(chains, chests, strict=True))
-        _match_in_order(source, target, *above, there)
+        above = [chain[chest + 1 :] for chain, chest in zip(chains, chests, strict=True)]
+        _match_in_order(source, target, above[0], above[1], there)
 
 
-def _match_in_order(
-    source: Skeleton, target: Skeleton, theirs: list[int], ours: list[int], there: np.ndarray
-) -> None:
+def _match_in_order(source: Skeleton, target: Skeleton, theirs: list[int], ours: list[int], there: np.ndarray) -> None:
     """Match the joints of two chains before their last ones, which are counterparts, by their share of the length.
 
     As many as possible are matched, in their order, and of these the nearest.

@@ -98,7 +98,7 @@ def _bones(motion: Motion, root: Rotation, target: Skeleton, lines: Lines) -> _B
     wished_at_zero, wished = np.zeros((n, 3)), np.zeros((len(motion), n, 3))
     wished_at_zero[joints], wished[:, joints] = zero[: len(joints)], found[:, : len(joints)]
     directions = lines.directions
-    known = directions.any(axis=1) & wished_at_zero.any(axis=1) & wished.any(axis=(0, 2))
+    known = np.logical_and.reduce([directions.any(axis=1), wished_at_zero.any(axis=1), wished.any(axis=(0, 2))])
     carried: dict[int, list[int]] = {ROOT: [], **{j: [] for j, bone in enumerate(target.bones) if bone.dofs}}
     for joint, carrier in enumerate(find_carriers(target)):
         carried[carrier] += [joint] * bool(known[joint])

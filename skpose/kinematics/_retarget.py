@@ -11,7 +11,9 @@ from skpose._validation.skeletons import check_skeleton
 from skpose.kinematics._counterparts import Counterparts, counterparts, ratio_of_lengths
 from skpose.kinematics._forward import forward_kinematics
 from skpose.kinematics._inverse import inverse_kinematics
+from skpose.kinematics._lines import find_lines, pair_of
 from skpose.kinematics._orientations import by_orientations
+from skpose.kinematics._rigs import HIP
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._shared import check_rest_poses, mismatch, root_orientations
 
@@ -142,26 +144,36 @@ def retarget_and_report(
                 counterparts(motion.skeleton, skeleton, joints)  # raises what no method can mend
         method = "positions"
     if method in ("numbers", "unchecked"):
-        angles, report = _same_numbers(motion, skeleton, method), UNCHANGED
+        angles = _same_numbers(motion, skeleton, method)
+        pairs = counterparts(motion.skeleton, skeleton, None) if scale == "lengths" else None
+        factor = float(scale) if pairs is None else ratio_of_lengths(motion.skeleton, skeleton, pairs)
+        result = replace(motion, skeleton=skeleton, angles=angles, root_positions=factor * motion.root_positions)
+        return result, UNCHANGED
     found = counterparts(motion.skeleton, skeleton, joints)
     factor = ratio_of_lengths(motion.skeleton, skeleton, found) if scale == "lengths" else float(scale)
     if method == "positions":
         return _by_positions(motion, skeleton, found, factor, n_jobs, verbose)
-    if method == "orientations":
-        result, apart = by_orientations(motion, skeleton, found.there, found.lines)
-        report = f"orientations, {found.count()}, directions within {round(apart, 2):g}°"
-    else:
-        result = replace(motion, skeleton=skeleton, angles=angles)
-    if method == "orientations" and found.hips is not None:
-        hips = factor * _middle_of_hips(motion, found.hips[0])
-        shift = result.root_positions - _middle_of_hips(result, found.hips[1])
-        return replace(result, root_positions=hips + shift), report
-    return replace(result, root_positions=factor * motion.root_positions), report
+    lines = find_lines(motion.skeleton, skeleton, found.there, found.people)
+    result, apart = by_orientations(motion, skeleton, found.there, lines)
+    report = f"orientations, {found.in_words()}, directions within {round(apart, 2):g}°"
+    return replace(result, root_positions=_root_positions(motion, result, found, factor)), report
 
 
-def _middle_of_hips(motion: Motion, hips: tuple[int, int]) -> np.ndarray:
+def _root_positions(motion: Motion, result: Motion, found: Counterparts, factor: float) -> np.ndarray:
+    """Return the positions (n_frames, 3) of the root of a result, times a factor.
+
+    In people of known rigs it is the middle between the hips that stays where it is: roots are above it in some rigs.
+    """
+    hips = [pair_of(person, HIP) for person in found.people or ()]
+    if not hips or None in hips:
+        return factor * motion.root_positions
+    middles = [_middle(one, pair) for one, pair in zip((motion, result), hips, strict=True) if pair is not None]
+    return factor * middles[0] + (result.root_positions - middles[1])
+
+
+def _middle(motion: Motion, pair: tuple[int, int]) -> np.ndarray:
     """Return the positions (n_frames, 3) of the middle between two joints in the world."""
-    middle = forward_kinematics(motion.angles, motion.skeleton)[:, hips].mean(axis=1)
+    middle = forward_kinematics(motion.angles, motion.skeleton)[:, pair].mean(axis=1)
     return root_orientations(motion.root_angles, motion.root_axes).apply(middle) + motion.root_positions
 
 
@@ -180,7 +192,7 @@ def _by_positions(
     motion: Motion, skeleton: Skeleton, pairs: Counterparts, factor: float, n_jobs: int | None, verbose: int
 ) -> tuple[Motion, str]:
     """Return the motion whose joints are nearest to their counterparts, in the world times a factor."""
-    count = pairs.count(by_place=True)
+    count = pairs.in_words(by_place=True)
     if not len(motion):
         return replace(motion, skeleton=skeleton, angles=np.zeros((0, skeleton.n_dofs))), f"positions, {count}"
     root = root_orientations(motion.root_angles, motion.root_axes)

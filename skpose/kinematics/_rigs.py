@@ -45,7 +45,7 @@ CMU = Rig(
 )
 HDM05 = CMU._replace(
     name="HDM05",
-    source="M. Müller et al., \"Documentation Mocap Database HDM05\", 2007, and its file HDM_bd.asf: CMU's bones",
+    source='M. Müller et al., "Documentation Mocap Database HDM05", 2007, and its file HDM_bd.asf: CMU\'s bones',
 )
 # A bone of an ASF file begins where the one before ends, and a BVH joint with its name is at its beginning.
 CMU_BONES_AS_BVH = Rig(
@@ -62,7 +62,9 @@ _LEG = {"LeftUpLeg": HIP, "LeftLeg": KNEE, "LeftFoot": ANKLE}
 CMU_BVH = Rig(
     "CMU as BVH",
     "B. Hahne's conversion for MotionBuilder, http://cgspeed.com: LHipJoint, LowerBack, Neck1, LeftFingerBase, LThumb",
-    _ARM | _LEG | {"LHipJoint": OTHER, "LeftToeBase": BALL, "LeftToeBase_end": TOE, "LeftFingerBase": OTHER}
+    _ARM
+    | _LEG
+    | {"LHipJoint": OTHER, "LeftToeBase": BALL, "LeftToeBase_end": TOE, "LeftFingerBase": OTHER}
     # LeftFingerBase is at LeftHand, and the bone to LeftHandIndex1 is the hand.
     | {"LeftHandIndex1": HAND, "LThumb": OTHER},
     dict.fromkeys(("LowerBack", "Spine", "Spine1", "Neck", "Neck1"), OTHER) | {"Head": HEAD, "Head_end": HEAD_TOP},
@@ -127,6 +129,13 @@ XSENS_BVH = Rig(
     | {"LeftHip": HIP, "LeftKnee": KNEE, "LeftAnkle": ANKLE, "LeftToe": BALL, "LeftToe_end": TOE},
     dict.fromkeys(("Hips", "Chest", "Chest2", "Chest3", "Chest4", "Neck"), OTHER)
     | {"Head": HEAD, "Head_end": HEAD_TOP},
+)
+CHARACTER_STUDIO = Rig(
+    "character studio",
+    "the other names of its BVH files, http://www.character-studio.net/bvh_file_specification.htm",
+    {"LeftCollar": COLLAR, "LeftUpArm": SHOULDER, "LeftLowArm": ELBOW, "LeftHand": WRIST, "LeftHand_end": HAND}
+    | {"LeftUpLeg": HIP, "LeftLowLeg": KNEE, "LeftFoot": ANKLE},
+    dict.fromkeys(("Hips", "Chest", "Neck"), OTHER) | {"Head": HEAD, "Head_end": HEAD_TOP},
 )
 XSENS = Rig(
     "Xsens MVN",
@@ -213,6 +222,19 @@ HUMANOID_AS_BVH = Rig(
 
 RIGS = (
     *(CMU, CMU_BONES_AS_BVH, CMU_BVH, HDM05, BANDAI_NAMCO, LAFAN1, MIXAMO, SMPL, ROKOKO, ROKOKO_STUDIO),
-    *(XSENS_BVH, XSENS, UNREAL, BIPED, COCO17, MEDIAPIPE33, H36M17, BODY25, KINECT25, KINECT20, HUMANOID),
+    *(
+        XSENS_BVH,
+        CHARACTER_STUDIO,
+        XSENS,
+        UNREAL,
+        BIPED,
+        COCO17,
+        MEDIAPIPE33,
+        H36M17,
+        BODY25,
+        KINECT25,
+        KINECT20,
+        HUMANOID,
+    ),
     HUMANOID_AS_BVH,
 )
