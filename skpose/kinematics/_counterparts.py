@@ -105,6 +105,7 @@ def counterparts(source: Skeleton, target: Skeleton, joints: Mapping[str, str] |
     known = bool(people[0].joints and people[1].joints) and not _have_equal_names(source, target, people)
     if joints is None:
         _check_people(people)
+    agreed = people
     if joints is None and known:
         there, placed = match_landmarks(source, target, people)
         ends = [j for name, j in people[1].joints.items() if name.partition("_")[2] in ENDS]
@@ -112,11 +113,11 @@ def counterparts(source: Skeleton, target: Skeleton, joints: Mapping[str, str] |
     else:
         there = _by_names(source, target, joints, people)
         placed = measured = there >= 0
-        people = _agreeing(people, there)
+        agreed = _agreeing(people, there)
     _check_order(source, target, there)
     if joints is None:
         _check_limbs(source, target, there, people)
-    return Counterparts(there, placed, measured, people if known else None)
+    return Counterparts(there, placed, measured, agreed if known else None)
 
 
 def _agreeing(people: People, there: np.ndarray) -> People:
@@ -190,7 +191,8 @@ def _check_limbs(source: Skeleton, target: Skeleton, there: np.ndarray, people: 
             alone = [joint for joint in joints if there[joint] < 0]
             if len(alone) > 1 or joints[-1:] == alone:  # a knee or an elbow alone may be missing: the limb is straight
                 out.update(dict.fromkeys(alone))
-    out.update(dict.fromkeys(_long_parts(target, there)))
+    if not all(f"{side}_{mark}" in ours for side in SIDES for limb in LIMBS for mark in limb):
+        out.update(dict.fromkeys(_long_parts(target, there)))
     if out:
         found = int((there >= 0).sum())
         free = [name for j, name in enumerate(source.joint_names) if j not in there]

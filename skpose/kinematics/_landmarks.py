@@ -107,9 +107,10 @@ def _without_namespace(names: Sequence[str]) -> list[str]:
 
 def _common_start(names: Sequence[str]) -> str:
     """Return the letters with which all names begin; none for a single name."""
+    if len(names) < 2:
+        return ""
     first, last = min(names), max(names)
-    same = next((i for i in range(len(first)) if first[i] != last[i : i + 1]), len(first))
-    return first[:same] if len(names) > 1 else ""
+    return first[: next((i for i in range(len(first)) if first[i] != last[i : i + 1]), len(first))]
 
 
 def _table_of(rig: Rig) -> dict[tuple[str, str], str]:

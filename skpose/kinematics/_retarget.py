@@ -62,13 +62,17 @@ def retarget(
         it was.
     joints : mapping of str to str, default=None
         The counterpart of each joint: names of joints of `skeleton` to names of joints of ``motion.skeleton``. Joints
-        that are left out have none. None matches equal names, and no others. The two roots are counterparts always.
+        that are left out have none. None takes those that `find_counterparts` finds by names: equal ones, and the
+        joints of people whose rigs are known. The two roots are counterparts always.
     scale : float or "lengths", default=1.0
         Factor of positions in the world, m: of the root, and for "positions" of all joints. "lengths" is the ratio of
         the lengths, summed, of the bones that both skeletons have, between joints with counterparts: the motion as a
-        person of the size of `skeleton` would perform it.
-    n_jobs, verbose : default=None, 0
+        person of the size of `skeleton` would perform it. Of people of different rigs it is that of legs and arms.
+    n_jobs : int, default=None
         For "positions", see `inverse_kinematics`.
+    verbose : int, default=0
+        Whether to print the method, how many joints have counterparts, and how near it came, as
+        `MotionDataset.retargeting` states it; for "positions" also the progress.
 
     Returns
     -------
@@ -79,7 +83,12 @@ def retarget(
     ------
     ValueError
         If the method cannot, see above; the message names the joint and the remedy. If `joints` has an unknown name, or
-        one counterpart for two joints, or nothing is in common.
+        one counterpart for two joints. Without `joints`, if an arm, a leg or as long a part of `skeleton` has no
+        counterpart, so that it would stay at rest, or if the names of one skeleton do not mean a person's joints.
+
+    See Also
+    --------
+    find_counterparts : Return the counterparts that are taken without `joints`.
 
     Notes
     -----
@@ -92,10 +101,17 @@ def retarget(
     A root that carries no bone by itself takes the orientation of the motion's root, rotated by those quarter turns
     that bring the two rest poses nearest to each other: files differ in the axes that point up and forward.
 
+    In people of known rigs, see `find_counterparts`, bones to the hips and from the spine to the shoulders are as steep
+    as the rig has them. For these the line from side to side is the counterpart. Bones of a limb without counterparts
+    point along the line between the joints around them that have some. The middle between the hips stays in its place,
+    and not the root, which is higher up in some rigs.
+
     By positions, lengths differ unless the skeletons are of one person; then no pose has the joints where their
     counterparts are, and directions differ by some degrees. Prefer orientations where they can. Twists about bones at
     the end of a chain are not seen, and are those of the rest pose. The root's place and orientation follow from
-    the joints that have counterparts, not from the motion's root: fewer than three joints do not show them.
+    the joints that have counterparts, not from the motion's root: fewer than three joints do not show them. In people
+    of known rigs joints of the trunk, and ends of hands, feet and head, are at other places in each rig, and have no
+    part in it unless `joints` names them.
 
     Examples
     --------
@@ -112,7 +128,10 @@ def retarget(
     array([[[ 0. , -0.5,  0. ],
             [ 0. , -0.5, -0.5]]])
     """
-    return retarget_and_report(motion, skeleton, method, joints, scale, n_jobs, verbose)[0]
+    result, report = retarget_and_report(motion, skeleton, method, joints, scale, n_jobs, verbose)
+    if verbose:
+        print(report)
+    return result
 
 
 def retarget_and_report(
