@@ -33,7 +33,8 @@ class Lines(NamedTuple):
     """The lines that shall be parallel."""
 
     of_bones: dict[int, Line]  # for the joint at which each bone of the target ends
-    twists: dict[int, Line]  # for joints that carry one bone: a line across, which shows the rotation about the bone
+    twists: dict[int, Line]  # for joints that carry one bone or none: a line across, which shows the rotation about it
+    pelvis: list[Line]  # lines that show how the rest poses of the two are rotated, if they are known
     directions: np.ndarray  # (n_joints, 3) of the lines of bones in the target at angle zero; zeros where there is none
 
 
@@ -52,7 +53,7 @@ def find_lines(
         lines[joint] = Line(int(target.parents[joint]), joint, source_start, end)
     directions = directions_at_zero(target)
     if people is None:
-        return Lines(lines, {}, directions)
+        return Lines(lines, {}, [], directions)
     positions = at_zero(target)
     _keep_straight(lines, target, there, people[1], positions)
     _tie_neck_to_chest(lines, source, target, there, people)
@@ -60,7 +61,19 @@ def find_lines(
     for joint, line in lines.items():
         if line.start != int(target.parents[joint]):
             directions[joint] = unit(positions[line.end] - positions[line.start])
-    return Lines(lines, _find_twists(source, target, people), directions)
+    return Lines(lines, _find_twists(source, target, people), _find_pelvis(people), directions)
+
+
+def _find_pelvis(people: tuple[Landmarks, Landmarks]) -> list[Line]:
+    """Return the line between the hips, and that from the root to the chest.
+
+    At angle zero limbs may point anywhere, but a trunk is straight.
+    """
+    hips = pair_of(people[0], HIP), pair_of(people[1], HIP)
+    if None in hips or not (people[0].trunk and people[1].trunk):
+        return []
+    across = [Line(ours[1], ours[0], theirs[1], theirs[0]) for theirs, ours in [hips] if theirs and ours]
+    return [*across, Line(ROOT, people[1].trunk[-1], ROOT, people[0].trunk[-1])]
 
 
 def at_zero(skeleton: Skeleton) -> np.ndarray:

@@ -73,7 +73,9 @@ class _Bones(NamedTuple):
     wished_at_zero: np.ndarray  # (n_joints, 3) directions of the counterparts at angle zero, in the axes of their root
     wished: np.ndarray  # (n_frames, n_joints, 3) in the world
     carried: dict[int, list[int]]  # those that rotate with the root and with each joint that has dofs
-    twists: dict[int, "_Twist"]  # for joints that carry one of them
+    twists: dict[int, "_Twist"]  # for joints that carry one of them or none
+    pelvis: tuple[np.ndarray, np.ndarray]  # (n, 3) lines at angle zero that show how the rest poses are rotated, and
+    # those of the source; none if they are not known
 
 
 class _Twist(NamedTuple):
@@ -88,7 +90,7 @@ def _bones(motion: Motion, root: Rotation, target: Skeleton, lines: Lines) -> _B
     """Return the bones of the target, and the directions in which they shall point."""
     n, source = target.n_joints, motion.skeleton
     joints, across = list(lines.of_bones), list(lines.twists)
-    all_lines = [*lines.of_bones.values(), *lines.twists.values()]
+    all_lines = [*lines.of_bones.values(), *lines.twists.values(), *lines.pelvis]
     zero = source_lines(source, at_zero(source)[None], all_lines)[0]
     positions = forward_kinematics(motion.angles, source)
     positions = np.concatenate([positions, np.zeros((len(positions), 1, 3))], axis=1)  # the root's index is -1
@@ -103,12 +105,13 @@ def _bones(motion: Motion, root: Rotation, target: Skeleton, lines: Lines) -> _B
     for joint, carrier in enumerate(find_carriers(target)):
         carried[carrier] += [joint] * bool(known[joint])
     points, twists = at_zero(target), {}
+    here = unit(points[[line.end for line in all_lines]] - points[[line.start for line in all_lines]])
     for i, joint in enumerate(across, start=len(joints)):
-        direction = unit(points[all_lines[i].end] - points[all_lines[i].start])
-        if len(carried[joint]) == 1 and direction.any() and zero[i].any() and found[:, i].any():
-            twists[joint] = _Twist(direction, zero[i], found[:, i])
+        if len(carried[joint]) < 2 and here[i].any() and zero[i].any() and found[:, i].any():
+            twists[joint] = _Twist(here[i], zero[i], found[:, i])
+    first = len(joints) + len(across)
     ends = {joint: line.source_end for joint, line in lines.of_bones.items()}
-    return _Bones(directions, ends, wished_at_zero, wished, carried, twists)
+    return _Bones(directions, ends, wished_at_zero, wished, carried, twists, (here[first:], zero[first:]))
 
 
 def _leaders(source: Skeleton, target: Skeleton, there: np.ndarray, bones: _Bones) -> dict[int, int]:
@@ -124,7 +127,7 @@ def _leaders(source: Skeleton, target: Skeleton, there: np.ndarray, bones: _Bone
             leaders[joint] = end if source.offset_frame == "own" else int(source.parents[end])
         elif joint == ROOT:
             leaders[joint] = ROOT
-        elif there[joint] >= 0 and source.offset_frame == target.offset_frame:
+        elif there[joint] >= 0 and (joint in bones.twists or source.offset_frame == target.offset_frame):
             leaders[joint] = int(there[joint])
     return leaders
 
@@ -157,17 +160,19 @@ def _turns(target: Skeleton, bones: _Bones, leaders: dict[int, int]) -> dict[int
             now = turns[j].apply(bones.directions[carried])
             turns[j] = _fit(now[None], bones.wished_at_zero[None, carried])[0] * turns[j]
         if twist := bones.twists.get(j):
-            axis = turns[j].apply(bones.directions[carried])
-            turns[j] = _fit_twist(axis, turns[j].apply(twist.direction)[None], twist.wished_at_zero[None])[0] * turns[j]
+            axes = turns[j].apply(bones.directions[bones.carried[j]])
+            turns[j] = _fit_twist(axes, turns[j].apply(twist.direction)[None], twist.wished_at_zero[None])[0] * turns[j]
     return turns
 
 
 def _quarter_turns(bones: _Bones) -> Rotation:
-    """Return the rotation by quarter turns that brings the two rest poses nearest to each other.
+    """Return the rotation that brings the two rest poses nearest to each other, by quarter turns.
 
     Files differ in the axis that points up and in the one that points forward. Where the bones that the root carries do
-    not show it, as a root that carries none, the whole skeleton does.
+    not show it, as a root that carries none, the whole skeleton does. People's pelvis shows it, to the degree.
     """
+    if len(bones.pelvis[0]) and all(lines.any(axis=1).all() for lines in bones.pelvis):
+        return _fit(bones.pelvis[0][None], bones.pelvis[1][None])[0]
     known = sorted(k for carried in bones.carried.values() for k in carried)
     product_of_both = bones.wished_at_zero[known].T @ bones.directions[known]
     if len(known) < 2 or np.linalg.svd(product_of_both, compute_uv=False)[1] < LINE * len(known):
@@ -187,6 +192,8 @@ def _fit_joint(predicted: Rotation, joint: int, target: Skeleton, bones: _Bones)
     """Return the rotations (n_frames,) of a joint that give its bones their directions, and the largest angle left."""
     carried = bones.carried[joint]
     if not carried:
+        if twist := bones.twists.get(joint):
+            predicted = _fit_twist(np.zeros((0, 3)), predicted.apply(twist.direction), twist.wished) * predicted
         return predicted, 0.0
     wished = bones.wished[:, carried]
     now = np.stack([predicted.apply(bones.directions[k]) for k in carried], axis=1)
@@ -223,7 +230,9 @@ def _fit(a: np.ndarray, b: np.ndarray) -> Rotation:
 
 
 def _fit_twist(axes: np.ndarray, a: np.ndarray, b: np.ndarray) -> Rotation:
-    """Return the rotations (n,) about axes (n, 3) that take directions a (n, 3) nearest to b."""
+    """Return the rotations (n,) that take directions a (n, 3) to b, or nearest to it about given axes (n, 3)."""
+    if not len(axes):
+        return _fit(a[:, None], b[:, None])
     sines = (axes * np.cross(a, b)).sum(axis=1)
     cosines = (a * b).sum(axis=1) - (axes * a).sum(axis=1) * (axes * b).sum(axis=1)
     return Rotation.from_rotvec(np.arctan2(sines, cosines)[:, None] * axes)
