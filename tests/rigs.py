@@ -54,6 +54,7 @@ class Rig(NamedTuple):
     whole: Rotation = IDENTITY  # of the rest pose
     arms_down: float = 0.0  # degrees, in the rest pose
     up: str = "y"
+    twisted: bool = False  # in the rest pose the pelvis is rotated by 90° about the spine, and the left leg points up
 
 
 ARM = [
@@ -99,6 +100,7 @@ RIGS = {
         ("_L", "_R"),
         SPINE_ALONG_X,
         -80.0,
+        twisted=True,
     ),
     "LAFAN1": Rig(
         ("Hips", 0.05),
@@ -251,6 +253,9 @@ def file_of(rig, segments, *, rename=None, leave_out=(), stretch=None):
         arm = joint.segment.startswith(("upper_arm", "forearm", "hand"))
         down = -rig.arms_down if "left" in joint.segment else rig.arms_down
         rest[name] = rig.whole * Rotation.from_euler("z", down * arm, degrees=True)
+        if rig.twisted and joint.segment.startswith(("pelvis", "thigh", "shank", "foot", "toe")):
+            up = 180.0 if "left" in joint.segment else 0.0
+            rest[name] = rig.whole * Rotation.from_euler("yz", [90.0, up], degrees=True)
         if joint.segment:
             turned[name] = world * rotation_of(joint.segment, segments)
         if joint.parent is None:

@@ -17,11 +17,12 @@ from skpose.skeleton import Skeleton
 from skpose.skeleton._shared import NO_DIRECTION, directions_at_zero
 
 ROOT = -1
+MIDDLE = -2  # the middle between the hips, in people of known rigs: roots are higher up in some
 STRAIGHT = np.cos(np.radians(30.0))  # bones of a limb, or of the trunk, on one line but for as much have one direction
 
 
 class Line(NamedTuple):
-    """Two joints of the target, and the two of the source between which the direction is; -1 is the root."""
+    """Two joints of the target, and the two of the source between which the direction is, or `ROOT` or `MIDDLE`."""
 
     start: int
     end: int
@@ -35,6 +36,7 @@ class Lines(NamedTuple):
     of_bones: dict[int, Line]  # for the joint at which each bone of the target ends
     twists: dict[int, Line]  # for joints that carry one bone or none: a line across, which shows the rotation about it
     pelvis: list[Line]  # lines that show how the rest poses of the two are rotated, if they are known
+    hips: tuple[tuple[int, int] | None, tuple[int, int] | None]  # of source and target
     directions: np.ndarray  # (n_joints, 3) of the lines of bones in the target at angle zero; zeros where there is none
 
 
@@ -53,15 +55,18 @@ def find_lines(
         lines[joint] = Line(int(target.parents[joint]), joint, source_start, end)
     directions = directions_at_zero(target)
     if people is None:
-        return Lines(lines, {}, [], directions)
-    positions = at_zero(target)
+        return Lines(lines, {}, [], (None, None), directions)
+    hips = pair_of(people[0], HIP), pair_of(people[1], HIP)
+    positions = at_zero(target, hips[1])
     _keep_straight(lines, target, there, people[1], positions)
     _tie_neck_to_chest(lines, source, target, there, people)
     _lay_across(lines, source, target, there, people)
+    if None not in hips:
+        _begin_between_hips(lines, target, people[1])
     for joint, line in lines.items():
         if line.start != int(target.parents[joint]):
             directions[joint] = unit(positions[line.end] - positions[line.start])
-    return Lines(lines, _find_twists(source, target, people), _find_pelvis(people), directions)
+    return Lines(lines, _find_twists(target, people), _find_pelvis(people), hips, directions)
 
 
 def _find_pelvis(people: tuple[Landmarks, Landmarks]) -> list[Line]:
@@ -69,17 +74,26 @@ def _find_pelvis(people: tuple[Landmarks, Landmarks]) -> list[Line]:
 
     At angle zero limbs may point anywhere, but a trunk is straight.
     """
-    hips = pair_of(people[0], HIP), pair_of(people[1], HIP)
+    hips = [pair_of(person, HIP) for person in people]
     if None in hips or not (people[0].trunk and people[1].trunk):
         return []
-    across = [Line(ours[1], ours[0], theirs[1], theirs[0]) for theirs, ours in [hips] if theirs and ours]
-    return [*across, Line(ROOT, people[1].trunk[-1], ROOT, people[0].trunk[-1])]
+    (theirs, ours) = [pair or (ROOT, ROOT) for pair in hips]
+    return [
+        Line(ours[1], ours[0], theirs[1], theirs[0]),
+        Line(MIDDLE, people[1].trunk[-1], MIDDLE, people[0].trunk[-1]),
+    ]
 
 
-def at_zero(skeleton: Skeleton) -> np.ndarray:
-    """Return the positions (n_joints + 1, 3) at angle zero; the last is the root's, whose index is -1."""
-    positions = forward_kinematics(np.zeros((1, skeleton.n_dofs)), skeleton)[0]
-    return np.concatenate([positions, np.zeros((1, 3))])
+def at_zero(skeleton: Skeleton, hips: tuple[int, int] | None) -> np.ndarray:
+    """Return the positions (n_joints + 2, 3) at angle zero; `MIDDLE` and `ROOT` are the indices of the last two."""
+    return with_root(forward_kinematics(np.zeros((1, skeleton.n_dofs)), skeleton), hips)[0]
+
+
+def with_root(positions: np.ndarray, hips: tuple[int, int] | None) -> np.ndarray:
+    """Return positions (n_frames, n_joints, 3) with those of the middle between the hips and of the root."""
+    root = np.zeros((len(positions), 1, 3))
+    middle = positions[:, list(hips)].mean(axis=1, keepdims=True) if hips is not None else root
+    return np.concatenate([positions, middle, root], axis=1)
 
 
 def unit(vectors: np.ndarray) -> np.ndarray:
@@ -119,6 +133,19 @@ def _keep_straight(
             source_start = ROOT if above < 0 else int(there[above])
             for joint in path:
                 lines[joint] = Line(int(parents[joint]), joint, source_start, int(there[end]))
+
+
+def _begin_between_hips(lines: dict[int, Line], target: Skeleton, person: Landmarks) -> None:
+    """Let the lines of the trunk that begin at the root begin in the middle between the hips.
+
+    In the target they do where the root carries the bone, and the line is fixed to the pelvis.
+    """
+    carriers = find_carriers(target)
+    for joint in person.trunk:
+        line = lines.get(joint)
+        if line is not None and line.source_start == ROOT:
+            start = MIDDLE if line.start == ROOT and carriers[joint] == ROOT else line.start
+            lines[joint] = line._replace(start=start, source_start=MIDDLE)
 
 
 def base_of_neck(skeleton: Skeleton, person: Landmarks) -> int:
@@ -174,7 +201,7 @@ def _lay_across(
                     lines[joint] = Line(parent, joint, start, int(there[joint]))
 
 
-def _find_twists(source: Skeleton, target: Skeleton, people: tuple[Landmarks, Landmarks]) -> dict[int, Line]:
+def _find_twists(target: Skeleton, people: tuple[Landmarks, Landmarks]) -> dict[int, Line]:
     """Return the lines between the hips, and between the shoulders, for the joints that carry them by others.
 
     These are the root or the joint of the hips, and the joint of the chest.
@@ -202,7 +229,7 @@ def pair_of(person: Landmarks, mark: str) -> tuple[int, int] | None:
 def source_lines(source: Skeleton, positions: np.ndarray, lines: list[Line]) -> np.ndarray:
     """Return the directions (n_frames, n_lines, 3) of lines in the source; zeros where they are too short in a frame.
 
-    Positions (n_frames, n_joints + 1, 3) are in the axes of the root, which is the last.
+    Positions (n_frames, n_joints + 2, 3) are those of `with_root`.
     """
     starts, ends = [line.source_start for line in lines], [line.source_end for line in lines]
     vectors = positions[:, ends] - positions[:, starts]

@@ -21,7 +21,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from skpose.kinematics._forward import forward_kinematics
-from skpose.kinematics._lines import ROOT, Lines, at_zero, find_carriers, source_lines, unit
+from skpose.kinematics._lines import ROOT, Lines, at_zero, find_carriers, source_lines, unit, with_root
 from skpose.skeleton import Bone, Motion, Skeleton
 from skpose.skeleton._shared import (
     LARGEST_DIFFERENCE,
@@ -91,9 +91,8 @@ def _bones(motion: Motion, root: Rotation, target: Skeleton, lines: Lines) -> _B
     n, source = target.n_joints, motion.skeleton
     joints, across = list(lines.of_bones), list(lines.twists)
     all_lines = [*lines.of_bones.values(), *lines.twists.values(), *lines.pelvis]
-    zero = source_lines(source, at_zero(source)[None], all_lines)[0]
-    positions = forward_kinematics(motion.angles, source)
-    positions = np.concatenate([positions, np.zeros((len(positions), 1, 3))], axis=1)  # the root's index is -1
+    zero = source_lines(source, at_zero(source, lines.hips[0])[None], all_lines)[0]
+    positions = with_root(forward_kinematics(motion.angles, source), lines.hips[0])
     found = source_lines(source, positions, all_lines)
     for i in range(len(all_lines)):
         found[:, i] = root.apply(found[:, i])
@@ -104,7 +103,7 @@ def _bones(motion: Motion, root: Rotation, target: Skeleton, lines: Lines) -> _B
     carried: dict[int, list[int]] = {ROOT: [], **{j: [] for j, bone in enumerate(target.bones) if bone.dofs}}
     for joint, carrier in enumerate(find_carriers(target)):
         carried[carrier] += [joint] * bool(known[joint])
-    points, twists = at_zero(target), {}
+    points, twists = at_zero(target, lines.hips[1]), {}
     here = unit(points[[line.end for line in all_lines]] - points[[line.start for line in all_lines]])
     for i, joint in enumerate(across, start=len(joints)):
         if len(carried[joint]) < 2 and here[i].any() and zero[i].any() and found[:, i].any():

@@ -88,7 +88,7 @@ def degrees(a, b):
 # --- what is matched -------------------------------------------------------------------------------------------------
 
 
-RING = list(zip(RIGS, [*list(RIGS)[1:], next(iter(RIGS))], strict=True))  # from each to the next one
+RING = [*zip(RIGS, [*list(RIGS)[1:], next(iter(RIGS))], strict=True), ("Bandai-Namco", "CMU as BVH")]
 PAIRS = [
     pytest.param(here, there, marks=[] if (here, there) in RING else pytest.mark.slow)
     for here in RIGS
@@ -314,7 +314,7 @@ def test_a_trunk_of_equal_names_is_not_a_person(files):
     assert dataset.retargeting[0].startswith("orientations, 24 of 33 joints, directions within 0°")
     moving = np.ptp(dataset[0].angles, axis=0) > 1e-6
     for name in ("LeftArm", "LeftUpLeg", "RightLeg", "RightForeArm"):
-        assert moving[[column.startswith(f"{name}_") for column in target.dof_names]].all()
+        assert moving[[column.startswith(f"{name}_") for column in target.dof_names]].any()
 
 
 def quadruped(tail=True):
