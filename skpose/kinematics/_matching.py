@@ -15,8 +15,9 @@ SHARE = 0.25  # of the length of trunk or neck: joints further apart are no coun
 def match_landmarks(
     source: Skeleton, target: Skeleton, people: tuple[Landmarks, Landmarks]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the index (n_joints,) of the counterpart of each joint of the target, -1 where it has none, and of which
-    both are at one place.
+    """Return the index (n_joints,) of the counterpart of each joint of the target, -1 where it has none.
+
+    The second array (n_joints,) states which pairs are at one place of a person.
     """
     _check_hips(source, target, people)
     there = np.full(target.n_joints, -1, dtype=np.intp)
