@@ -252,9 +252,8 @@ def _describe(content: Motion | Skeleton, rate: Rate | None) -> None:
     skeleton, root = (content, "root") if isinstance(content, Skeleton) else (content.skeleton, content.root_name)
     if isinstance(content, Motion):
         by = f" by {rate.origin}" if rate is not None and rate.hertz == content.frame_rate else ""
-        print(
-            f"{len(content)} frames at {content.frame_rate:g} Hz{by}, {len(content) / content.frame_rate:.2f} s, {content.up} up"
-        )
+        seconds = len(content) / content.frame_rate
+        print(f"{len(content)} frames at {content.frame_rate:g} Hz{by}, {seconds:.2f} s, {content.up} up")
     print(f"{skeleton.n_joints} joints besides the root, {skeleton.n_dofs} degrees of freedom\n")
     width = max(len(name) for name in ("joint", "parent", root, *skeleton.joint_names))
     print(f"{'joint':<{width}}  {'parent':<{width}}  {'bone, m':>8}  rotates about")

@@ -1,44 +1,259 @@
 """The joints of two differently rigged skeletons that are counterparts of each other."""
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from skpose._validation.names import near_names
+from skpose._validation.skeletons import check_skeleton
+from skpose.kinematics._landmarks import SIDES, Landmarks, find_landmarks, path_up, plain_names
+from skpose.kinematics._matching import match_landmarks
+from skpose.kinematics._rigs import ANKLE, COLLAR, ELBOW, KNEE, LIMBS, SHOULDER, WRIST
 from skpose.skeleton import Skeleton
 
+People = tuple[Landmarks, Landmarks]  # of the source and of the target
+ENDS = (KNEE, ANKLE, ELBOW, WRIST)  # of the bones by which people of different rigs are compared in size
 SHOWN = 4  # names in a message
+# A share of the longest path from the root: hands, feet, head and neck of a person are shorter, a forearm with its hand
+# is longer.
+LIMB = 0.28
+HINT = "; joints that it leaves out stay at rest. skpose.kinematics.find_counterparts returns those found by names"
 
 
-def counterparts(source: Skeleton, target: Skeleton, joints: Mapping[str, str] | None) -> np.ndarray:
-    """Return the index (n_joints,) in the source of the counterpart of each joint of the target; -1 where it has none.
+class Counterparts(NamedTuple):
+    """The counterparts of the joints of a target in a source."""
 
-    The roots are counterparts of each other. Nothing is guessed: without a mapping, joints of equal names are.
+    there: np.ndarray  # (n_joints,) the index of each joint's counterpart, -1 where it has none
+    placed: np.ndarray  # (n_joints,) whether both are at one place of a person, and not only in one direction
+    measured: np.ndarray  # (n_joints,) whether the bones before a joint count where sizes are compared
+    people: People | None  # the landmarks of source and target, if both are of known rigs
+
+    def in_words(self, by_place: bool = False) -> str:
+        """Return in words how many joints have counterparts."""
+        return f"{int((self.placed if by_place else self.there >= 0).sum())} of {len(self.there)} joints"
+
+
+def find_counterparts(source: Skeleton, target: Skeleton) -> dict[str, str]:
+    """Return which joint of one skeleton `retarget` takes as the counterpart of each joint of another, by their names.
+
+    It can be changed and passed to `retarget` and to `MotionDataset.retarget` as ``joints=``.
+
+    Parameters
+    ----------
+    source : Skeleton
+        The skeleton of a motion.
+    target : Skeleton
+        The skeleton that its poses shall have.
+
+    Returns
+    -------
+    dict of str to str
+        Names of joints of `target`, in its order, to names of joints of `source`. Joints without a counterpart are
+        left out. The two roots are counterparts always.
+
+    Raises
+    ------
+    ValueError
+        If the skeletons have no name in common and are not both of known rigs, or if an arm or a leg has no
+        counterpart.
+
+    See Also
+    --------
+    retarget : Return the poses of a motion on another skeleton.
+
+    Notes
+    -----
+    Where all joints of one skeleton have their names in the other, joints of equal names are counterparts.
+    Otherwise, if both are people of known rigs, those that are at the same place of a person. Known are the names
+    of CMU and HDM05 (as ASF and as BVH), Bandai-Namco, LAFAN1, Mixamo, SMPL, Rokoko, Xsens, Unreal, 3ds Max's
+    Biped, of `skpose.keypoints.layouts` and of `skpose.datasets.humanoid`: with any prefix that all names of a
+    skeleton have, such as "mixamorig:" and "Bip01 ", any spelling of left and right, and in any case.
+
+    Names alone do not suffice: "LeftShoulder" is the shoulder in one rig and the beginning of the collarbone in
+    another. A skeleton is of a rig if all names of both legs or of both arms are the rig's, if these joints follow
+    each other as in a person, and have a person's proportions at angle zero; one with a tail is none. Joints
+    between the hips and the chest, and in the neck, of which rigs have any number, are counterparts in their order,
+    where they are at nearly the same share of the length. Joints of equal names that are attached to counterparts,
+    such as fingers, are counterparts.
+
+    If one of the skeletons is of no known rig, joints of equal names are counterparts, and no others.
+
+    Examples
+    --------
+    >>> from skpose import Bone, Skeleton
+    >>> from skpose.datasets import humanoid
+    >>> from skpose.kinematics import find_counterparts
+    >>> chain = {"UpLeg": None, "Leg": "UpLeg", "Foot": "Leg"}
+    >>> mixamo = Skeleton(
+    ...     Bone(f"mixamorig:{side}{name}", above and f"mixamorig:{side}{above}", (0, -0.4, 0), "xyz")
+    ...     for side in ("Left", "Right")
+    ...     for name, above in chain.items()
+    ... )
+    >>> find_counterparts(mixamo, humanoid().select(["left_shank", "right_shank"]))["left_thigh"]
+    'mixamorig:LeftLeg'
     """
+    check_skeleton(source)
+    check_skeleton(target)
+    there = counterparts(source, target, None).there
+    return {name: source.joint_names[j] for name, j in zip(target.joint_names, there, strict=True) if j >= 0}
+
+
+def counterparts(source: Skeleton, target: Skeleton, joints: Mapping[str, str] | None) -> Counterparts:
+    """Return the counterparts of the joints of a target: the given ones, or those that follow from the names."""
+    people = find_landmarks(source), find_landmarks(target)
+    known = bool(people[0].joints and people[1].joints) and not _have_equal_names(source, target, people)
     if joints is None:
-        joints = {name: name for name in target.joint_names if name in source}
+        _check_people(people)
+    agreed = people
+    if joints is None and known:
+        there, placed = match_landmarks(source, target, people)
+        ends = [j for name, j in people[1].joints.items() if name.partition("_")[2] in ENDS]
+        measured = np.isin(np.arange(target.n_joints), ends) & (there >= 0)
+    else:
+        there = _by_names(source, target, joints, people)
+        placed = measured = there >= 0
+        agreed = _agreeing(people, there)
+    _check_order(source, target, there)
+    if joints is None:
+        _check_limbs(source, target, there, people)
+    return Counterparts(there, placed, measured, agreed if known else None)
+
+
+def _agreeing(people: People, there: np.ndarray) -> People:
+    """Return the landmarks that given counterparts agree with, and those of collarbones that have none."""
+    theirs, ours = (person.joints for person in people)
+    same = {name for name, joint in ours.items() if there[joint] >= 0 and there[joint] == theirs.get(name)}
+    alone = {
+        f"{side}_{COLLAR}"
+        for side in SIDES
+        if f"{side}_{SHOULDER}" in same
+        and f"{side}_{COLLAR}" not in theirs
+        and there[ours.get(f"{side}_{COLLAR}", 0)] < 0
+    }
+    return (
+        people[0]._replace(joints={name: j for name, j in theirs.items() if name in same}),
+        people[1]._replace(joints={name: j for name, j in ours.items() if name in same | alone}),
+    )
+
+
+def _have_equal_names(source: Skeleton, target: Skeleton, people: People) -> bool:
+    """Return whether one skeleton has all names of the other, and equal names are at one place, if that is known."""
+    names = [plain_names(skeleton.joint_names) for skeleton in (source, target)]
+    if not (set(names[0]) <= set(names[1]) or set(names[1]) <= set(names[0])):
+        return False
+    theirs, ours = (person.joints for person in people)
+    pairs = [(theirs[mark], ours[mark]) for mark in theirs.keys() & ours.keys()]
+    if people[0].trunk and people[1].trunk:
+        pairs.append((people[0].trunk[-1], people[1].trunk[-1]))
+    return all(names[0][j] == names[1][k] for j, k in pairs)
+
+
+def _by_names(source: Skeleton, target: Skeleton, joints: Mapping[str, str] | None, people: People) -> np.ndarray:
+    """Return the index (n_joints,) of the counterpart of each joint of the target by a mapping, or by equal names."""
+    if joints is None:
+        plain = dict(zip(plain_names(source.joint_names), source.joint_names, strict=True))
+        pairs = zip(target.joint_names, plain_names(target.joint_names), strict=True)
+        joints = {
+            name: name if name in source else plain[short] for name, short in pairs if name in source or short in plain
+        }
         if not joints:
             raise ValueError(
                 "the motion's skeleton and the given one have no name of a joint in common: pass joints=, a mapping of "
-                f"joints of the given skeleton ({_list_some(target)}) to the motion's ({_list_some(source)})"
+                f"joints of the given skeleton ({_list_some(target.joint_names)}) to the motion's "
+                f"({_list_some(source.joint_names)}){_list_rigs(people)}"
             )
     _check(source, target, joints)
     index = {name: i for i, name in enumerate(source.joint_names)}
-    there = np.array([index[joints[name]] if name in joints else -1 for name in target.joint_names], dtype=np.intp)
-    _check_order(source, target, there)
-    return there
+    return np.array([index[joints[name]] if name in joints else -1 for name in target.joint_names], dtype=np.intp)
 
 
-def ratio_of_lengths(source: Skeleton, target: Skeleton, there: np.ndarray) -> float:
+def _check_people(people: People) -> None:
+    """Refuse a person and a skeleton that has the names of one and is none, by its names or its proportions."""
+    for one, other, whose in (
+        (people[0], people[1], "the motion's skeleton"),
+        (people[1], people[0], "the given skeleton"),
+    ):
+        if one.reason and other.joints:
+            raise ValueError(
+                f"the names of {whose} may mean other joints than those of a person of {other.rig}: {one.reason}. Pass "
+                "joints=, a mapping of joints of the given skeleton to the motion's, if they are counterparts"
+            )
+
+
+def _check_limbs(source: Skeleton, target: Skeleton, there: np.ndarray, people: People) -> None:
+    """Refuse counterparts that leave an arm or a leg, or as long a part of another skeleton, without any."""
+    ours = people[1].joints
+    out: dict[int, None] = {}  # in their order
+    for side in SIDES:
+        for limb in LIMBS:
+            joints = [ours[f"{side}_{mark}"] for mark in limb if f"{side}_{mark}" in ours]
+            alone = [joint for joint in joints if there[joint] < 0]
+            if len(alone) > 1 or joints[-1:] == alone:  # a knee or an elbow alone may be missing: the limb is straight
+                out.update(dict.fromkeys(alone))
+    if not all(f"{side}_{mark}" in ours for side in SIDES for limb in LIMBS for mark in limb):
+        out.update(dict.fromkeys(_long_parts(target, there)))
+    if out:
+        found = int((there >= 0).sum())
+        free = [name for j, name in enumerate(source.joint_names) if j not in there]
+        raise ValueError(
+            f"only {found} of {target.n_joints} joints of the given skeleton have counterparts in the motion's, and "
+            f"limbs would stay at rest: {_list_some([target.joint_names[j] for j in out], 8)} have none"
+            f"{_list_rigs(people)}. Pass joints=, a mapping of joints of the given skeleton to the motion's, of which "
+            f"{_list_some(free, 8)} are free{HINT}"
+        )
+
+
+def _long_parts(target: Skeleton, there: np.ndarray) -> list[int]:
+    """Return the joints of those parts of a skeleton without counterparts that are as long as limbs.
+
+    A part ends at the end of a chain, or is of several joints that move before a chain that does not branch.
+    """
+    lengths = np.linalg.norm(target.offsets, axis=1)
+    from_root = np.array([lengths[path_up(target, j)].sum() for j in range(target.n_joints)])
+    children = [np.flatnonzero(target.parents == j) for j in range(target.n_joints)]
+    branches = np.array([len(below) > 1 for below in children])
+    for j in reversed(range(target.n_joints)):
+        branches[j] |= any(branches[child] for child in children[j])
+    out: set[int] = set()
+    for end in range(target.n_joints):
+        if len(children[end]) and (there[end] < 0 or branches[end]):
+            continue  # neither the end of a chain nor a joint with a counterpart that no branch follows
+        path = path_up(target, end)
+        if there[end] >= 0:
+            path = path[1:]
+        part = []
+        for joint in path:
+            if there[joint] >= 0:
+                break
+            part.append(joint)
+        moving = [joint for joint in part if target.bones[joint].dofs]
+        if lengths[part].sum() > LIMB * from_root.max() and len(moving) > (there[end] >= 0):
+            out.update(part)
+    return sorted(out)
+
+
+def _list_rigs(people: People) -> str:
+    """Return in words of which rigs two skeletons are."""
+    words = []
+    for person, whose in zip(people, ("the motion's skeleton", "the given one"), strict=True):
+        if person.rig:
+            words.append(f"{whose} has names of {person.rig}")
+        else:
+            words.append(f"{whose} has names of no rig that is known")
+    return "; " + ", ".join(words)
+
+
+def ratio_of_lengths(source: Skeleton, target: Skeleton, found: Counterparts) -> float:
     """Return how many times as long the target's bones are as the source's: those that both have, summed.
 
     They are the bones between a joint that has a counterpart and the next one toward the root that has one, or the root
     itself, where the first one's counterpart is further from the root than the second one's.
     """
+    there = found.there
     lengths = [np.linalg.norm(skeleton.offsets, axis=1) for skeleton in (target, source)]
     sums = np.zeros(2)
-    for joint in np.flatnonzero(there >= 0):
+    for joint in np.flatnonzero(found.measured):
         above = _find_mapped_above(target, there, int(joint))
         first = int(there[above]) if above >= 0 else -1
         path = _path(source, int(there[joint]), first)
@@ -109,6 +324,5 @@ def _path(skeleton: Skeleton, last: int, first: int) -> list[int] | None:
     return bones
 
 
-def _list_some(skeleton: Skeleton) -> str:
-    names = skeleton.joint_names
-    return ", ".join(map(repr, names[:SHOWN])) + ", …" * (len(names) > SHOWN)
+def _list_some(names: Sequence[str], n: int = SHOWN) -> str:
+    return ", ".join(map(repr, names[:n])) + ", …" * (len(names) > n)

@@ -21,15 +21,14 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from skpose.kinematics._forward import forward_kinematics
+from skpose.kinematics._lines import ROOT, Lines, at_zero, find_carriers, source_lines, unit, with_root
 from skpose.skeleton import Bone, Motion, Skeleton
 from skpose.skeleton._shared import (
     LARGEST_DIFFERENCE,
-    NO_DIRECTION,
     TWO_PI,
     axes_at_zero,
     columns_of,
     continuous_columns,
-    directions_at_zero,
     root_angles_of,
     root_orientations,
     rotations_of,
@@ -39,19 +38,19 @@ ROUNDING = 1e-6  # rad
 # Least squares fit a second direction if it has this weight: bones bent by up to 16° have one direction, since a few
 # degrees, as of hips from noisy keypoints, say nothing about the rotation about their line.
 LINE = 2e-2
-ROOT = -1
 REMEDY = 'method="positions" comes as near to the positions of the joints as this skeleton can, by inverse kinematics'
 
 
-def by_orientations(motion: Motion, target: Skeleton, there: np.ndarray) -> tuple[Motion, float]:
+def by_orientations(motion: Motion, target: Skeleton, there: np.ndarray, lines: Lines) -> tuple[Motion, float]:
     """Return the motion on the target, and the largest angle, degrees, between a bone and its counterpart.
 
-    There is the index of each joint's counterpart in the motion's skeleton, -1 where it has none.
+    There is the index of each joint's counterpart in the motion's skeleton, -1 where it has none, and lines are those
+    that shall be parallel.
     """
     if not len(motion):
         return replace(motion, skeleton=target, angles=np.zeros((0, target.n_dofs))), 0.0
     root = root_orientations(motion.root_angles, motion.root_axes)
-    bones = _bones(motion, root, target, there)
+    bones = _bones(motion, root, target, lines)
     leaders = _leaders(motion.skeleton, target, there, bones)
     turns = _turns(target, bones, leaders)
     followed = _since_zero(motion.skeleton, motion.angles, root)
@@ -67,56 +66,51 @@ def by_orientations(motion: Motion, target: Skeleton, there: np.ndarray) -> tupl
 
 
 class _Bones(NamedTuple):
-    """The bones of the target that have a direction and a counterpart with one."""
+    """The bones of the target that have a direction and a counterpart with one, or lines that stand for them."""
 
     directions: np.ndarray  # (n_joints, 3) at angle zero, in the axes of the root
-    ends: list[int]  # the joint of the source at which each counterpart ends
+    ends: dict[int, int]  # the joint of the source at which each counterpart ends
     wished_at_zero: np.ndarray  # (n_joints, 3) directions of the counterparts at angle zero, in the axes of their root
     wished: np.ndarray  # (n_frames, n_joints, 3) in the world
     carried: dict[int, list[int]]  # those that rotate with the root and with each joint that has dofs
+    twists: dict[int, "_Twist"]  # for joints that carry one of them or none
+    pelvis: tuple[np.ndarray, np.ndarray]  # (n, 3) lines at angle zero that show how the rest poses are rotated, and
+    # those of the source; none if they are not known
 
 
-def _bones(motion: Motion, root: Rotation, target: Skeleton, there: np.ndarray) -> _Bones:
+class _Twist(NamedTuple):
+    """A line across the bone that a joint carries, with its counterpart."""
+
+    direction: np.ndarray  # (3,) at angle zero
+    wished_at_zero: np.ndarray  # (3,)
+    wished: np.ndarray  # (n_frames, 3)
+
+
+def _bones(motion: Motion, root: Rotation, target: Skeleton, lines: Lines) -> _Bones:
     """Return the bones of the target, and the directions in which they shall point."""
-    source = motion.skeleton
-    lengths = np.linalg.norm(target.offsets, axis=1)
-    here, starts = np.flatnonzero(there >= 0), {}
-    for joint in here.tolist():
-        start = int(target.parents[joint])
-        while start >= 0 and there[start] < 0 and lengths[start] == 0.0:  # the same point as the joint before
-            start = int(target.parents[start])
-        end = int(there[joint])
-        # Both ends of the bone have counterparts; or else the bone that ends at that of the far end is the counterpart.
-        starts[joint] = -1 if start < 0 else int(there[start]) if there[start] >= 0 else int(source.parents[end])
-    n = target.n_joints
-    at_zero, wished = np.zeros((1, n, 3)), np.zeros((len(motion), n, 3))
-    longest = np.linalg.norm(source.offsets, axis=1).max()
-    for directions, angles in ((at_zero, np.zeros((1, source.n_dofs))), (wished, motion.angles)):
-        positions = forward_kinematics(angles, source)
-        positions = np.concatenate([positions, np.zeros((len(positions), 1, 3))], axis=1)  # the root's index is -1
-        for joint, start in starts.items():
-            bone = positions[:, there[joint]] - positions[:, start]
-            size = np.linalg.norm(bone, axis=1, keepdims=True)
-            if size.min() > NO_DIRECTION * longest:
-                directions[:, joint] = bone / size
-    for joint in here.tolist():
-        wished[:, joint] = root.apply(wished[:, joint])
-    directions = directions_at_zero(target)
-    known = directions.any(axis=1) & at_zero[0].any(axis=1) & wished.any(axis=(0, 2))
-    carried = {j: [k for k in bones if known[k]] for j, bones in _find_carried(target).items()}
-    return _Bones(directions, there.tolist(), at_zero[0], wished, carried)
-
-
-def _find_carried(skeleton: Skeleton) -> dict[int, list[int]]:
-    """Return the bones that rotate with the root and with each joint that has dofs."""
-    mover = {ROOT: ROOT}
-    carried: dict[int, list[int]] = {ROOT: []}
-    for j, bone in enumerate(skeleton.bones):
-        parent = int(skeleton.parents[j])
-        mover[j] = j if bone.dofs else mover[parent]
-        carried.setdefault(mover[j], [])
-        carried[mover[j if skeleton.offset_frame == "own" else parent]].append(j)
-    return carried
+    n, source = target.n_joints, motion.skeleton
+    joints, across = list(lines.of_bones), list(lines.twists)
+    all_lines = [*lines.of_bones.values(), *lines.twists.values(), *lines.pelvis]
+    zero = source_lines(source, at_zero(source, lines.hips[0])[None], all_lines)[0]
+    positions = with_root(forward_kinematics(motion.angles, source), lines.hips[0])
+    found = source_lines(source, positions, all_lines)
+    for i in range(len(all_lines)):
+        found[:, i] = root.apply(found[:, i])
+    wished_at_zero, wished = np.zeros((n, 3)), np.zeros((len(motion), n, 3))
+    wished_at_zero[joints], wished[:, joints] = zero[: len(joints)], found[:, : len(joints)]
+    directions = lines.directions
+    known = np.logical_and.reduce([directions.any(axis=1), wished_at_zero.any(axis=1), wished.any(axis=(0, 2))])
+    carried: dict[int, list[int]] = {ROOT: [], **{j: [] for j, bone in enumerate(target.bones) if bone.dofs}}
+    for joint, carrier in enumerate(find_carriers(target)):
+        carried[carrier] += [joint] * bool(known[joint])
+    points, twists = at_zero(target, lines.hips[1]), {}
+    here = unit(points[[line.end for line in all_lines]] - points[[line.start for line in all_lines]])
+    for i, joint in enumerate(across, start=len(joints)):
+        if len(carried[joint]) < 2 and here[i].any() and zero[i].any() and found[:, i].any():
+            twists[joint] = _Twist(here[i], zero[i], found[:, i])
+    first = len(joints) + len(across)
+    ends = {joint: line.source_end for joint, line in lines.of_bones.items()}
+    return _Bones(directions, ends, wished_at_zero, wished, carried, twists, (here[first:], zero[first:]))
 
 
 def _leaders(source: Skeleton, target: Skeleton, there: np.ndarray, bones: _Bones) -> dict[int, int]:
@@ -132,7 +126,7 @@ def _leaders(source: Skeleton, target: Skeleton, there: np.ndarray, bones: _Bone
             leaders[joint] = end if source.offset_frame == "own" else int(source.parents[end])
         elif joint == ROOT:
             leaders[joint] = ROOT
-        elif there[joint] >= 0 and source.offset_frame == target.offset_frame:
+        elif there[joint] >= 0 and (joint in bones.twists or source.offset_frame == target.offset_frame):
             leaders[joint] = int(there[joint])
     return leaders
 
@@ -164,15 +158,20 @@ def _turns(target: Skeleton, bones: _Bones, leaders: dict[int, int]) -> dict[int
         if carried := bones.carried.get(j):
             now = turns[j].apply(bones.directions[carried])
             turns[j] = _fit(now[None], bones.wished_at_zero[None, carried])[0] * turns[j]
+        if twist := bones.twists.get(j):
+            axes = turns[j].apply(bones.directions[bones.carried[j]])
+            turns[j] = _fit_twist(axes, turns[j].apply(twist.direction)[None], twist.wished_at_zero[None])[0] * turns[j]
     return turns
 
 
 def _quarter_turns(bones: _Bones) -> Rotation:
-    """Return the rotation by quarter turns that brings the two rest poses nearest to each other.
+    """Return the rotation that brings the two rest poses nearest to each other, by quarter turns.
 
     Files differ in the axis that points up and in the one that points forward. Where the bones that the root carries do
-    not show it, as a root that carries none, the whole skeleton does.
+    not show it, as a root that carries none, the whole skeleton does. People's pelvis shows it, to the degree.
     """
+    if len(bones.pelvis[0]) and all(lines.any(axis=1).all() for lines in bones.pelvis):
+        return _fit(bones.pelvis[0][None], bones.pelvis[1][None])[0]
     known = sorted(k for carried in bones.carried.values() for k in carried)
     product_of_both = bones.wished_at_zero[known].T @ bones.directions[known]
     if len(known) < 2 or np.linalg.svd(product_of_both, compute_uv=False)[1] < LINE * len(known):
@@ -192,6 +191,8 @@ def _fit_joint(predicted: Rotation, joint: int, target: Skeleton, bones: _Bones)
     """Return the rotations (n_frames,) of a joint that give its bones their directions, and the largest angle left."""
     carried = bones.carried[joint]
     if not carried:
+        if twist := bones.twists.get(joint):
+            predicted = _fit_twist(np.zeros((0, 3)), predicted.apply(twist.direction), twist.wished) * predicted
         return predicted, 0.0
     wished = bones.wished[:, carried]
     now = np.stack([predicted.apply(bones.directions[k]) for k in carried], axis=1)
@@ -199,6 +200,8 @@ def _fit_joint(predicted: Rotation, joint: int, target: Skeleton, bones: _Bones)
         fit = _fit(now, wished)
         predicted = fit * predicted
         now = np.stack([fit.apply(now[:, i]) for i in range(len(carried))], axis=1)
+    if twist := bones.twists.get(joint):
+        predicted = _fit_twist(now[:, 0], predicted.apply(twist.direction), twist.wished) * predicted
     apart = _degrees_between(now, wished)
     if apart.max() > LARGEST_DIFFERENCE:
         frame, i = np.unravel_index(apart.argmax(), apart.shape)
@@ -223,6 +226,15 @@ def _fit(a: np.ndarray, b: np.ndarray) -> Rotation:
     if not on_a_line.all():
         quaternions[~on_a_line] = Rotation.from_matrix(matrices[~on_a_line]).as_quat()
     return Rotation.from_quat(quaternions)
+
+
+def _fit_twist(axes: np.ndarray, a: np.ndarray, b: np.ndarray) -> Rotation:
+    """Return the rotations (n,) that take directions a (n, 3) to b, or nearest to it about given axes (n, 3)."""
+    if not len(axes):
+        return _fit(a[:, None], b[:, None])
+    sines = (axes * np.cross(a, b)).sum(axis=1)
+    cosines = (a * b).sum(axis=1) - (axes * a).sum(axis=1) * (axes * b).sum(axis=1)
+    return Rotation.from_rotvec(np.arctan2(sines, cosines)[:, None] * axes)
 
 
 def _angles(

@@ -8,10 +8,12 @@ from typing import Literal
 import numpy as np
 
 from skpose._validation.skeletons import check_skeleton
-from skpose.kinematics._counterparts import counterparts, ratio_of_lengths
+from skpose.kinematics._counterparts import Counterparts, counterparts, ratio_of_lengths
 from skpose.kinematics._forward import forward_kinematics
 from skpose.kinematics._inverse import inverse_kinematics
+from skpose.kinematics._lines import find_lines, pair_of
 from skpose.kinematics._orientations import by_orientations
+from skpose.kinematics._rigs import HIP
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._shared import check_rest_poses, mismatch, root_orientations
 
@@ -60,13 +62,17 @@ def retarget(
         it was.
     joints : mapping of str to str, default=None
         The counterpart of each joint: names of joints of `skeleton` to names of joints of ``motion.skeleton``. Joints
-        that are left out have none. None matches equal names, and no others. The two roots are counterparts always.
+        that are left out have none. None takes those that `find_counterparts` finds by names: equal ones, and the
+        joints of people whose rigs are known. The two roots are counterparts always.
     scale : float or "lengths", default=1.0
         Factor of positions in the world, m: of the root, and for "positions" of all joints. "lengths" is the ratio of
         the lengths, summed, of the bones that both skeletons have, between joints with counterparts: the motion as a
-        person of the size of `skeleton` would perform it.
-    n_jobs, verbose : default=None, 0
+        person of the size of `skeleton` would perform it. Of people of different rigs it is that of legs and arms.
+    n_jobs : int, default=None
         For "positions", see `inverse_kinematics`.
+    verbose : int, default=0
+        Whether to print the method, how many joints have counterparts, and how near it came, as
+        `MotionDataset.retargeting` states it; for "positions" also the progress.
 
     Returns
     -------
@@ -77,7 +83,12 @@ def retarget(
     ------
     ValueError
         If the method cannot, see above; the message names the joint and the remedy. If `joints` has an unknown name, or
-        one counterpart for two joints, or nothing is in common.
+        one counterpart for two joints. Without `joints`, if an arm, a leg or as long a part of `skeleton` has no
+        counterpart, so that it would stay at rest, or if the names of one skeleton do not mean a person's joints.
+
+    See Also
+    --------
+    find_counterparts : Return the counterparts that are taken without `joints`.
 
     Notes
     -----
@@ -90,10 +101,17 @@ def retarget(
     A root that carries no bone by itself takes the orientation of the motion's root, rotated by those quarter turns
     that bring the two rest poses nearest to each other: files differ in the axes that point up and forward.
 
+    In people of known rigs, see `find_counterparts`, bones to the hips and from the spine to the shoulders are as steep
+    as the rig has them. For these the line from side to side is the counterpart. Bones of a limb without counterparts
+    point along the line between the joints around them that have some. The middle between the hips stays in its place,
+    and not the root, which is higher up in some rigs.
+
     By positions, lengths differ unless the skeletons are of one person; then no pose has the joints where their
     counterparts are, and directions differ by some degrees. Prefer orientations where they can. Twists about bones at
     the end of a chain are not seen, and are those of the rest pose. The root's place and orientation follow from
-    the joints that have counterparts, not from the motion's root: fewer than three joints do not show them.
+    the joints that have counterparts, not from the motion's root: fewer than three joints do not show them. In people
+    of known rigs joints of the trunk, and ends of hands, feet and head, are at other places in each rig, and have no
+    part in it unless `joints` names them.
 
     Examples
     --------
@@ -110,7 +128,10 @@ def retarget(
     array([[[ 0. , -0.5,  0. ],
             [ 0. , -0.5, -0.5]]])
     """
-    return retarget_and_report(motion, skeleton, method, joints, scale, n_jobs, verbose)[0]
+    result, report = retarget_and_report(motion, skeleton, method, joints, scale, n_jobs, verbose)
+    if verbose:
+        print(report)
+    return result
 
 
 def retarget_and_report(
@@ -142,17 +163,37 @@ def retarget_and_report(
                 counterparts(motion.skeleton, skeleton, joints)  # raises what no method can mend
         method = "positions"
     if method in ("numbers", "unchecked"):
-        angles, report = _same_numbers(motion, skeleton, method), UNCHANGED
-    there = counterparts(motion.skeleton, skeleton, joints)
-    factor = ratio_of_lengths(motion.skeleton, skeleton, there) if scale == "lengths" else float(scale)
+        angles = _same_numbers(motion, skeleton, method)
+        pairs = counterparts(motion.skeleton, skeleton, None) if scale == "lengths" else None
+        factor = float(scale) if pairs is None else ratio_of_lengths(motion.skeleton, skeleton, pairs)
+        result = replace(motion, skeleton=skeleton, angles=angles, root_positions=factor * motion.root_positions)
+        return result, UNCHANGED
+    found = counterparts(motion.skeleton, skeleton, joints)
+    factor = ratio_of_lengths(motion.skeleton, skeleton, found) if scale == "lengths" else float(scale)
     if method == "positions":
-        return _by_positions(motion, skeleton, there, factor, n_jobs, verbose)
-    if method == "orientations":
-        result, apart = by_orientations(motion, skeleton, there)
-        report = f"orientations, directions within {round(apart, 2):g}°"
-    else:
-        result = replace(motion, skeleton=skeleton, angles=angles)
-    return replace(result, root_positions=factor * motion.root_positions), report
+        return _by_positions(motion, skeleton, found, factor, n_jobs, verbose)
+    lines = find_lines(motion.skeleton, skeleton, found.there, found.people)
+    result, apart = by_orientations(motion, skeleton, found.there, lines)
+    report = f"orientations, {found.in_words()}, directions within {round(apart, 2):g}°"
+    return replace(result, root_positions=_root_positions(motion, result, found, factor)), report
+
+
+def _root_positions(motion: Motion, result: Motion, found: Counterparts, factor: float) -> np.ndarray:
+    """Return the positions (n_frames, 3) of the root of a result, times a factor.
+
+    In people of known rigs it is the middle between the hips that stays where it is: roots are above it in some rigs.
+    """
+    hips = [pair_of(person, HIP) for person in found.people or ()]
+    if not hips or None in hips:
+        return factor * motion.root_positions
+    middles = [_middle(one, pair) for one, pair in zip((motion, result), hips, strict=True) if pair is not None]
+    return factor * middles[0] + (result.root_positions - middles[1])
+
+
+def _middle(motion: Motion, pair: tuple[int, int]) -> np.ndarray:
+    """Return the positions (n_frames, 3) of the middle between two joints in the world."""
+    middle = forward_kinematics(motion.angles, motion.skeleton)[:, pair].mean(axis=1)
+    return root_orientations(motion.root_angles, motion.root_axes).apply(middle) + motion.root_positions
 
 
 def _same_numbers(motion: Motion, skeleton: Skeleton, method: str) -> np.ndarray:
@@ -167,18 +208,19 @@ def _same_numbers(motion: Motion, skeleton: Skeleton, method: str) -> np.ndarray
 
 
 def _by_positions(
-    motion: Motion, skeleton: Skeleton, there: np.ndarray, factor: float, n_jobs: int | None, verbose: int
+    motion: Motion, skeleton: Skeleton, pairs: Counterparts, factor: float, n_jobs: int | None, verbose: int
 ) -> tuple[Motion, str]:
     """Return the motion whose joints are nearest to their counterparts, in the world times a factor."""
+    count = pairs.in_words(by_place=True)
     if not len(motion):
-        return replace(motion, skeleton=skeleton, angles=np.zeros((0, skeleton.n_dofs))), "positions"
+        return replace(motion, skeleton=skeleton, angles=np.zeros((0, skeleton.n_dofs))), f"positions, {count}"
     root = root_orientations(motion.root_angles, motion.root_axes)
     positions = forward_kinematics(motion.angles, motion.skeleton)
     wished = np.full((len(motion), skeleton.n_joints, 3), np.nan)
-    for joint in np.flatnonzero(there >= 0):
-        wished[:, joint] = factor * (root.apply(positions[:, there[joint]]) + motion.root_positions)
+    for joint in np.flatnonzero(pairs.placed):
+        wished[:, joint] = factor * (root.apply(positions[:, pairs.there[joint]]) + motion.root_positions)
     fitted = inverse_kinematics(wished, skeleton, n_jobs=n_jobs, verbose=verbose)
     result = replace(
         fitted.to_motion(motion.frame_rate, motion.up), frame_numbers=motion.frame_numbers, root_name=motion.root_name
     )
-    return result, f"positions, joints within {round(100.0 * float(np.nanmax(fitted.residuals)), 2):g} cm"
+    return result, f"positions, {count} within {round(100.0 * float(np.nanmax(fitted.residuals)), 2):g} cm"

@@ -41,15 +41,21 @@ def sides(names: Sequence[str]) -> list[str]:
 
     Letters such as those of "lfemur" and "LHip" state a side if there is a joint with the other one.
     """
+    return [side for side, _ in split_sides(names)]
+
+
+def split_sides(names: Sequence[str]) -> list[tuple[str, str]]:
+    """Return for each joint "left", "right" or "", as `sides` does, and the name without the word or letter for it."""
     known = set(names)
     found = []
     for name in names:
-        letters = [
-            match.group()[0].lower()
+        matches = [
+            match
             for pattern in (_WORD, _LETTER, *_MAYBE)
             if (match := pattern.search(name)) and (pattern in (_WORD, _LETTER) or pattern.sub(_other, name) in known)
         ]
-        found.append({"l": "left", "r": "right"}[letters[0]] if letters else "")
+        side = {"l": "left", "r": "right"}[matches[0].group()[0].lower()] if matches else ""
+        found.append((side, name[: matches[0].start()] + name[matches[0].end() :] if matches else name))
     return found
 
 

@@ -126,9 +126,9 @@ def test_two_files_of_one_motion_have_no_distance():
 
 
 def test_joints_have_other_names():
-    names = {name: f"Mixamo_{name}" for name in POINTS}
+    names = {name: f"{name[:3]}{i}" for i, name in enumerate(POINTS)}
     motion, other = random_motion(rig()), rig("own", names=names)
-    with pytest.raises(ValueError, match=r"no name of a joint in common: pass joints=, .*'Mixamo_spine'"):
+    with pytest.raises(ValueError, match=r"no name of a joint in common: pass joints=, .*'spi0'"):
         retarget(motion, other, method="orientations")
     result = retarget(motion, other, method="orientations", joints={new: old for old, new in names.items()})
     np.testing.assert_allclose(in_space(result), in_space(motion), atol=1e-9)
@@ -257,14 +257,14 @@ def test_hinges_that_cannot_are_refused_and_positions_can():
         retarget(motion, target, method="orientations")
     dataset = MotionDataset([motion]).retarget(target, method="auto")
     np.testing.assert_allclose(in_space(dataset[0]), in_space(motion), atol=1e-6)
-    assert dataset.retargeting == ("positions, joints within 0 cm",)
+    assert dataset.retargeting == ("positions, 5 of 5 joints within 0 cm",)
 
 
 def test_positions_that_cannot_be_reached_are_reported():
     motion = random_motion(hinged(), n=3, size=0.4)
     dataset = MotionDataset([motion]).retarget(hinged("x", "x"), method="auto")
     apart = 100 * np.linalg.norm(in_space(dataset[0]) - in_space(motion), axis=2).max()
-    assert dataset.retargeting == (f"positions, joints within {round(apart, 2):g} cm",)
+    assert dataset.retargeting == (f"positions, 5 of 5 joints within {round(apart, 2):g} cm",)
     assert 1.0 < apart < 20.0
 
 
@@ -321,7 +321,7 @@ def test_arguments_that_are_refused():
 def test_collections_of_mixed_sources():
     """An Euler file, one of another rig with other names, and a hinge that only positions can serve."""
     target = hinged()
-    names = {name: f"m_{name}" for name in POINTS}
+    names = {name: f"{name[:3]}{i}" for i, name in enumerate(POINTS)}
     lower = target.joint_names
     motions = [
         random_motion(target, n=3, size=0.3),
@@ -362,7 +362,7 @@ def test_generated_people_are_retargeted_by_orientations():
     """Of one rig, and hinges whose axes agree: every bone points in the same direction."""
     gait = make_gait(2, 1, random_state=0)
     there = gait.retarget(gait.motions[0].skeleton, method="orientations")
-    assert there.retargeting == ("orientations, directions within 0°",) * len(gait)
+    assert there.retargeting == ("orientations, 22 of 22 joints, directions within 0°",) * len(gait)
 
 
 def test_motions_without_frames():

@@ -1,0 +1,210 @@
+"""The landmarks of a skeleton: which joint is its left knee, by the names of the rigs that are known.
+
+Names alone do not suffice, as "LeftShoulder" is the shoulder in one rig and the collarbone's beginning in another. So a
+skeleton is of a rig only as a whole: at least both legs or both arms have all their names, joints follow each other as
+in a person, and the lengths at angle zero are those of a person. What remains uncertain is no landmark.
+"""
+
+import itertools
+import re
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from skpose.kinematics._rigs import ANKLE, COLLAR, ELBOW, HEAD, HIP, KNEE, LIMBS, RIGS, SHOULDER, WRIST, Rig
+from skpose.skeleton import Skeleton
+from skpose.skeleton._shared import others, split_sides
+
+SIDES = ("left", "right")
+HIPS = "hips"  # the joint that carries both legs, where it is not the root
+ORDER = ((HIP, KNEE, ANKLE), (COLLAR, SHOULDER, ELBOW, WRIST))  # each comes after the one before, where it is
+NO_PERSON = ("tail", "wing", "paw", "hoof")  # the first letters of names that animals have
+# Lengths of the first over the second in people and in files of them; arms are short where a file ends within the
+# forearm, and a name that is at the other end of its bone makes them 0.3 or 3.
+PROPORTIONS = (
+    ("thigh", "shank", 0.6, 1.7),
+    ("upper arm", "forearm", 0.5, 2.6),
+    ("leg", "arm", 0.9, 3.0),
+)
+SYMMETRY = 1.25  # how many times as long as on the other side
+
+
+class Landmarks(NamedTuple):
+    """The landmarks of a skeleton."""
+
+    rig: str  # the names of the rigs that it may be of; empty if it is of none
+    joints: dict[str, int]  # "left_knee", "head" and so on
+    trunk: list[int]  # the joints after the root, or after the joint of the hips, up to the one that carries the arms
+    neck: list[int]  # the joints after that up to the head
+    reason: str = ""  # in words, why a rig whose names it has was not taken
+
+
+NONE = Landmarks("", {}, [], [])
+
+
+def find_landmarks(skeleton: Skeleton) -> Landmarks:
+    """Return the landmarks of a skeleton by its names."""
+    keys = _keys_of(skeleton.joint_names)
+    animal = [name for name, (_, rest) in zip(skeleton.joint_names, keys, strict=True) if rest.startswith(NO_PERSON)]
+    candidates = [(rig, *_find(keys, rig, skeleton)) for rig in RIGS]
+    most = max(n_known for *_, n_known in candidates)
+    if not most:
+        return NONE
+    found = [(rig, joints) for rig, joints, n_known in candidates if n_known == most]
+    for rig, joints in found:
+        complaint = f"it has a joint {animal[0]!r}, as animals have" if animal else _complaint(skeleton, joints)
+        if complaint:
+            return NONE._replace(reason=f"it has names of {rig.name}, but {complaint}")
+    # Several rigs may have the same names: what they agree on is certain.
+    joints = {name: j for name, j in found[0][1].items() if all(other.get(name) == j for _, other in found)}
+    trunk, neck = _axis(skeleton, joints)
+    hips = [joints[f"{side}_{HIP}"] for side in SIDES if f"{side}_{HIP}" in joints]
+    if len(hips) == 2 and (middle := common_parent(skeleton, *hips)) >= 0:
+        joints[HIPS] = middle
+    return Landmarks(" or ".join(rig.name for rig, _ in found), joints, trunk, neck)
+
+
+def path_up(skeleton: Skeleton, joint: int) -> list[int]:
+    """Return a joint and all between it and the root."""
+    path = []
+    while joint >= 0:
+        path.append(joint)
+        joint = int(skeleton.parents[joint])
+    return path
+
+
+def common_parent(skeleton: Skeleton, a: int, b: int) -> int:
+    """Return the last joint that both joints come after; -1 is the root."""
+    above = path_up(skeleton, a)[1:]
+    return next((joint for joint in path_up(skeleton, b)[1:] if joint in above), -1)
+
+
+def plain_names(names: Sequence[str]) -> list[str]:
+    """Return names without a namespace or a word that all of them begin with, such as "mixamorig:" and "Bip01 ".
+
+    A word for a side stays: the names of a left arm are not those of a right one.
+    """
+    names = _without_namespace(names)
+    word = re.sub(r"[^\W_]*$", "", _common_start(names))
+    return names if split_sides([word])[0][0] else [name.removeprefix(word) for name in names]
+
+
+def _keys_of(names: Sequence[str]) -> list[tuple[str, str]]:
+    """Return the side of each name, and the rest of it in lower case without signs between words.
+
+    What all names begin with is left out. It is no side: those of a rig have both.
+    """
+    names = _without_namespace(names)
+    start = _common_start(names)
+    sides = split_sides([name.removeprefix(start) for name in names])
+    return [(side, re.sub(r"[\W_]+", "", rest).lower()) for side, rest in sides]
+
+
+def _without_namespace(names: Sequence[str]) -> list[str]:
+    return [name.rpartition(":")[2] or name for name in names]
+
+
+def _common_start(names: Sequence[str]) -> str:
+    """Return the letters with which all names begin; none for a single name."""
+    if len(names) < 2:
+        return ""
+    first, last = min(names), max(names)
+    return first[: next((i for i in range(len(first)) if first[i] != last[i : i + 1]), len(first))]
+
+
+def _table_of(rig: Rig) -> dict[tuple[str, str], str]:
+    """Return the landmark of each name of a rig, both sides, or "" for others."""
+    left = list(rig.left)
+    right = [others(name)[0] for name in left]
+    keys = _keys_of([*rig.middle, *left, *right, "z"])[:-1]  # the last, so that nothing is common to all
+    marks = [*rig.middle.values(), *(f"left_{mark}" if mark else "" for mark in rig.left.values())]
+    marks += [f"right_{mark}" if mark else "" for mark in rig.left.values()]
+    return dict(zip(keys, marks, strict=True))
+
+
+TABLES = {rig.name: _table_of(rig) for rig in RIGS}
+
+
+def _find(keys: list[tuple[str, str]], rig: Rig, skeleton: Skeleton) -> tuple[dict[str, int], int]:
+    """Return the joints that have names of a rig, by landmark, and how many names of it there are.
+
+    The landmarks of legs, or arms, of which both do not have all names, are left out; all of them if neither has.
+    """
+    if rig.frame not in (None, skeleton.offset_frame):
+        return {}, 0
+    table = TABLES[rig.name]
+    joints: dict[str, int] = {}
+    known = [j for j, key in enumerate(keys) if key in table]
+    for j in known:
+        mark = table[keys[j]]
+        if mark in joints:
+            return {}, 0  # two joints at one place: not this rig
+        if mark:
+            joints[mark] = j
+    legs, arms = (all(f"{side}_{mark}" in joints for side in SIDES for mark in limb) for limb in LIMBS)
+    if not legs and not arms:
+        return {}, 0
+    if not (legs and arms):
+        out = ORDER[0] + ("ball", "toe") if not legs else ORDER[1] + ("hand",)
+        joints = {name: j for name, j in joints.items() if name.partition("_")[2] not in out}
+    return joints, len(known)
+
+
+def _complaint(skeleton: Skeleton, joints: dict[str, int]) -> str:
+    """Return in words what is not as in a person; empty if all is."""
+    names = skeleton.joint_names
+    lengths = {}
+    for side in SIDES:
+        for order in ORDER:
+            here = [(f"{side}_{mark}", joints[f"{side}_{mark}"]) for mark in order if f"{side}_{mark}" in joints]
+            for (_, above), (_, below) in itertools.pairwise(here):
+                if above not in path_up(skeleton, below)[1:]:
+                    return f"its joint {names[below]!r} does not come after {names[above]!r}"
+        for part, start, end in (
+            ("thigh", HIP, KNEE),
+            ("shank", KNEE, ANKLE),
+            ("upper arm", SHOULDER, ELBOW),
+            ("forearm", ELBOW, WRIST),
+        ):
+            if f"{side}_{start}" in joints and f"{side}_{end}" in joints:
+                lengths[side, part] = _length(skeleton, joints[f"{side}_{start}"], joints[f"{side}_{end}"])
+        for whole, parts in (("leg", ("thigh", "shank")), ("arm", ("upper arm", "forearm"))):
+            if all((side, part) in lengths for part in parts):
+                lengths[side, whole] = sum(lengths[side, part] for part in parts)
+        for first, second, low, high in PROPORTIONS:
+            a, b = lengths.get((side, first)), lengths.get((side, second))
+            if a is not None and b is not None and not low * b <= a <= high * b:
+                return f"its {side} {first} is {a / b if b else np.inf:.2g} times as long as its {second}"
+    for part in ("leg", "arm"):
+        a, b = (lengths.get((side, part), 0.0) for side in SIDES)
+        if max(a, b) > SYMMETRY * min(a, b):
+            return f"one {part} of it is {max(a, b) / min(a, b):.2g} times as long as the other"
+    if HEAD in joints and any(
+        joints.get(f"{side}_{mark}") in path_up(skeleton, joints[HEAD]) for side in SIDES for mark in (SHOULDER, HIP)
+    ):
+        return f"its joint {names[joints[HEAD]]!r} comes after an arm or a leg"
+    return ""
+
+
+def _length(skeleton: Skeleton, above: int, below: int) -> float:
+    """Return the length of the bones between two joints."""
+    path = path_up(skeleton, below)
+    return float(np.linalg.norm(skeleton.offsets[path[: path.index(above)]], axis=1).sum())
+
+
+def _axis(skeleton: Skeleton, joints: dict[str, int]) -> tuple[list[int], list[int]]:
+    """Return the joints of the trunk, and those of the neck up to the head."""
+    shoulders = [joints[f"{side}_{SHOULDER}"] for side in SIDES if f"{side}_{SHOULDER}" in joints]
+    if len(shoulders) < 2:
+        return [], []
+    chest = common_parent(skeleton, *shoulders)
+    hips = [joints[f"{side}_{HIP}"] for side in SIDES if f"{side}_{HIP}" in joints]
+    below = path_up(skeleton, common_parent(skeleton, *hips)) if len(hips) == 2 else []
+    trunk = [joint for joint in reversed(path_up(skeleton, chest)) if joint not in below]
+    neck = []
+    if HEAD in joints:
+        above = path_up(skeleton, joints[HEAD])[1:]
+        neck = [joint for joint in reversed(above) if joint not in path_up(skeleton, chest)]
+        neck = neck if chest < 0 or chest in above else []
+    return trunk, neck

@@ -1,0 +1,240 @@
+"""The rigs whose names of joints are known, a table each, with the source of the names.
+
+A table has the names of the left side and of the middle; those of the right follow. It states for each name the
+landmark, the place on a person, at which the joint is: the joint itself, not its bone, as the same word is the shoulder
+in one rig and the end of the collarbone in another. Joints between landmarks, and others, are `OTHER`: they help to
+know the rig, and those of trunk and neck become counterparts by their place along it.
+"""
+
+from collections.abc import Mapping
+from typing import Literal, NamedTuple
+
+# Joints of the limbs, at the same place in every rig.
+HIP, KNEE, ANKLE, SHOULDER, ELBOW, WRIST = "hip", "knee", "ankle", "shoulder", "elbow", "wrist"
+LIMBS = ((HIP, KNEE, ANKLE), (SHOULDER, ELBOW, WRIST))
+COLLAR = "collar"  # where the collarbone begins
+BALL, TOE = "ball", "toe"  # of the foot, where the toes begin, and their end
+HAND = "hand"  # a point of the hand that shows its direction from the wrist
+HEAD = "head"  # the joint between neck and head
+HEAD_TOP, HEAD_CENTER = "head_top", "head_center"
+OTHER = ""
+
+Frame = Literal["own", "parent"]
+
+
+class Rig(NamedTuple):
+    """The names of a rig."""
+
+    name: str
+    source: str
+    left: Mapping[str, str]
+    middle: Mapping[str, str]
+    frame: Frame | None = None  # where names are those of bones: in which frame the joint is at the bone's far end
+
+
+_ASF_LEGS = {"lfemur": KNEE, "ltibia": ANKLE, "lfoot": BALL, "ltoes": TOE}
+# The wrist bends between lwrist, which has the twist of the forearm, and lhand: lradius ends within the forearm.
+_ASF_ARMS = {"lclavicle": SHOULDER, "lhumerus": ELBOW, "lradius": OTHER, "lwrist": WRIST, "lhand": HAND}
+_ASF_MIDDLE = ("lowerback", "upperback", "thorax", "lowerneck")
+CMU = Rig(
+    "CMU",
+    "the 30 bones of the CMU Graphics Lab Motion Capture Database, http://mocap.cs.cmu.edu/subjects/35/35.asf",
+    {"lhipjoint": HIP} | _ASF_LEGS | _ASF_ARMS | {"lfingers": OTHER, "lthumb": OTHER},
+    dict.fromkeys(_ASF_MIDDLE, OTHER) | {"upperneck": HEAD, "head": HEAD_TOP},
+    "own",
+)
+HDM05 = CMU._replace(
+    name="HDM05",
+    source='M. Müller et al., "Documentation Mocap Database HDM05", 2007, and its file HDM_bd.asf: CMU\'s bones',
+)
+# A bone of an ASF file begins where the one before ends, and a BVH joint with its name is at its beginning.
+CMU_BONES_AS_BVH = Rig(
+    "CMU's bones as BVH",
+    "skpose.io.save_bvh: each joint has the name of the bone that begins at it",
+    {"lhipjoint": OTHER, "lfemur": HIP, "ltibia": KNEE, "lfoot": ANKLE, "ltoes": BALL}
+    | {"lclavicle": COLLAR, "lhumerus": SHOULDER, "lradius": ELBOW, "lwrist": OTHER, "lhand": WRIST}
+    | {"lfingers": HAND, "lthumb": OTHER, "ltoes_end": TOE},
+    dict.fromkeys((*_ASF_MIDDLE, "upperneck"), OTHER) | {"head": HEAD, "head_end": HEAD_TOP},
+    "parent",
+)
+_ARM = {"LeftShoulder": COLLAR, "LeftArm": SHOULDER, "LeftForeArm": ELBOW, "LeftHand": WRIST}
+_LEG = {"LeftUpLeg": HIP, "LeftLeg": KNEE, "LeftFoot": ANKLE}
+CMU_BVH = Rig(
+    "CMU as BVH",
+    "B. Hahne's conversion for MotionBuilder, http://cgspeed.com: LHipJoint, LowerBack, Neck1, LeftFingerBase, LThumb",
+    _ARM
+    | _LEG
+    | {"LHipJoint": OTHER, "LeftToeBase": BALL, "LeftToeBase_end": TOE, "LeftFingerBase": OTHER}
+    # LeftFingerBase is at LeftHand, and the bone to LeftHandIndex1 is the hand.
+    | {"LeftHandIndex1": HAND, "LThumb": OTHER},
+    dict.fromkeys(("LowerBack", "Spine", "Spine1", "Neck", "Neck1"), OTHER) | {"Head": HEAD, "Head_end": HEAD_TOP},
+)
+BANDAI_NAMCO = Rig(
+    "Bandai-Namco",
+    "Bandai-Namco-Research-Motiondataset, https://github.com/BandaiNamcoResearchInc/Bandai-Namco-Research-Motiondataset"
+    "; with other spelling Unity's HumanBodyBones, https://docs.unity3d.com/400/Documentation/ScriptReference/HumanBodyBones.html",
+    {"Shoulder_L": COLLAR, "UpperArm_L": SHOULDER, "LowerArm_L": ELBOW, "Hand_L": WRIST, "Hand_L_end": HAND}
+    | {"UpperLeg_L": HIP, "LowerLeg_L": KNEE, "Foot_L": ANKLE, "Toes_L": BALL, "Toes_L_end": TOE},
+    dict.fromkeys(("Hips", "Spine", "Chest", "UpperChest", "Neck"), OTHER) | {"Head": HEAD, "Head_end": HEAD_TOP},
+)
+LAFAN1 = Rig(
+    "LAFAN1",
+    "Ubisoft La Forge Animation Dataset, https://github.com/ubisoft/ubisoft-laforge-animation-dataset",
+    _ARM | _LEG | {"LeftToe": BALL, "LeftToe_end": TOE, "LeftHand_end": HAND},
+    dict.fromkeys(("Hips", "Spine", "Spine1", "Spine2", "Neck"), OTHER) | {"Head": HEAD, "Head_end": HEAD_TOP},
+)
+MIXAMO = Rig(
+    "Mixamo",
+    "the list of a rig compatible with Mixamo's, https://docs.readyplayer.me/asset-creation-guide/asset-creation/templates"
+    "; the prefix: https://gist.github.com/frnsys/e1eaea896bd01e6388b54e1ebf9782c7",
+    _ARM
+    | _LEG
+    | {"LeftToeBase": BALL, "LeftToe_End": TOE, "LeftHandMiddle1": HAND, "LeftEye": OTHER}
+    | {f"LeftHand{finger}{i}": OTHER for finger in ("Thumb", "Index", "Ring", "Pinky") for i in (1, 2, 3, 4)}
+    | {f"LeftHandMiddle{i}": OTHER for i in (2, 3, 4)},
+    dict.fromkeys(("Hips", "Spine", "Spine1", "Spine2", "Neck"), OTHER) | {"Head": HEAD, "HeadTop_End": HEAD_TOP},
+)
+SMPL = Rig(
+    "SMPL",
+    "https://github.com/vchoutas/smplx/blob/main/smplx/joint_names.py",
+    {"left_hip": HIP, "left_knee": KNEE, "left_ankle": ANKLE, "left_foot": BALL, "left_collar": COLLAR}
+    | {"left_shoulder": SHOULDER, "left_elbow": ELBOW, "left_wrist": WRIST, "left_hand": HAND, "left_middle1": HAND}
+    | {f"left_{finger}{i}": OTHER for finger in ("index", "pinky", "ring", "thumb") for i in (1, 2, 3)}
+    | {"left_middle2": OTHER, "left_middle3": OTHER, "left_eye": OTHER},
+    dict.fromkeys(("pelvis", "spine1", "spine2", "spine3", "neck", "jaw"), OTHER) | {"head": HEAD},
+)
+ROKOKO = Rig(
+    "Rokoko",
+    "Rokoko Studio's export in the format Newton, "
+    "https://github.com/DADIU-2019-Team-4/MoMa/blob/master/Assets/Scripts/PMAnimation/BoneType.cs",
+    _ARM
+    | {"LeftThigh": HIP, "LeftShin": KNEE, "LeftFoot": ANKLE, "LeftToe": BALL, "LeftToeTip": TOE}
+    | {"LeftHand_end": HAND, "LeftToe_end": TOE},
+    dict.fromkeys(("Hips", "Spine1", "Spine2", "Spine3", "Spine4", "Neck"), OTHER)
+    | {"Head": HEAD, "Head_end": HEAD_TOP},
+)
+ROKOKO_STUDIO = Rig(
+    "Rokoko Studio Live",
+    "https://github.com/Rokoko/rokoko-studio-live-blender/blob/master/core/animation_lists.py",
+    {"leftShoulder": COLLAR, "leftUpperArm": SHOULDER, "leftLowerArm": ELBOW, "leftHand": WRIST}
+    | {"leftUpLeg": HIP, "leftLeg": KNEE, "leftFoot": ANKLE, "leftToe": BALL, "leftToeEnd": TOE},
+    dict.fromkeys(("hip", "spine", "chest", "neck"), OTHER) | {"head": HEAD},
+)
+XSENS_BVH = Rig(
+    "Xsens as BVH",
+    "Xsens MVN's export as BVH, "
+    "https://github.com/YanjieZe/GMR/blob/master/general_motion_retargeting/ik_configs/xsens_bvh_to_g1.json; the names "
+    "that character studio reads, http://www.character-studio.net/bvh_file_specification.htm",
+    {"LeftCollar": COLLAR, "LeftShoulder": SHOULDER, "LeftElbow": ELBOW, "LeftWrist": WRIST, "LeftWrist_end": HAND}
+    | {"LeftHip": HIP, "LeftKnee": KNEE, "LeftAnkle": ANKLE, "LeftToe": BALL, "LeftToe_end": TOE},
+    dict.fromkeys(("Hips", "Chest", "Chest2", "Chest3", "Chest4", "Neck"), OTHER)
+    | {"Head": HEAD, "Head_end": HEAD_TOP},
+)
+CHARACTER_STUDIO = Rig(
+    "character studio",
+    "the other names of its BVH files, http://www.character-studio.net/bvh_file_specification.htm",
+    {"LeftCollar": COLLAR, "LeftUpArm": SHOULDER, "LeftLowArm": ELBOW, "LeftHand": WRIST, "LeftHand_end": HAND}
+    | {"LeftUpLeg": HIP, "LeftLowLeg": KNEE, "LeftFoot": ANKLE},
+    dict.fromkeys(("Hips", "Chest", "Neck"), OTHER) | {"Head": HEAD, "Head_end": HEAD_TOP},
+)
+XSENS = Rig(
+    "Xsens MVN",
+    "the segments of the MVN User Manual, MV0319P, whose origins are the joints before them",
+    {"LeftShoulder": COLLAR, "LeftUpperArm": SHOULDER, "LeftForeArm": ELBOW, "LeftHand": WRIST}
+    | {"LeftUpperLeg": HIP, "LeftLowerLeg": KNEE, "LeftFoot": ANKLE, "LeftToe": BALL},
+    dict.fromkeys(("Pelvis", "L5", "L3", "T12", "T8", "Neck"), OTHER) | {"Head": HEAD},
+)
+UNREAL = Rig(
+    "Unreal",
+    "the mannequins of Unreal Engine 4 and 5, "
+    "https://github.com/Nick-Pearson/ParkourGame/blob/master/ParkourGame/Source/ParkourGame/Private/Utils/ParkourFNames.cpp",
+    {"clavicle_l": COLLAR, "upperarm_l": SHOULDER, "lowerarm_l": ELBOW, "hand_l": WRIST, "middle_01_l": HAND}
+    | {"thigh_l": HIP, "calf_l": KNEE, "foot_l": ANKLE, "ball_l": BALL}
+    | {f"{finger}_0{i}_l": OTHER for finger in ("thumb", "index", "ring", "pinky") for i in (1, 2, 3)}
+    | {"middle_02_l": OTHER, "middle_03_l": OTHER, "upperarm_twist_01_l": OTHER, "lowerarm_twist_01_l": OTHER}
+    | {"thigh_twist_01_l": OTHER, "calf_twist_01_l": OTHER},
+    dict.fromkeys(("pelvis", *(f"spine_0{i}" for i in range(1, 6)), "neck_01", "neck_02"), OTHER) | {"head": HEAD},
+)
+BIPED = Rig(
+    "Biped",
+    "3ds Max, with the prefix Bip01 or Bip001, https://docs.unity.cn/ScriptReference/HumanBone.html and "
+    "https://pastebin.com/VHFSDJqM",
+    {"L Clavicle": COLLAR, "L UpperArm": SHOULDER, "L Forearm": ELBOW, "L Hand": WRIST, "L Finger2": HAND}
+    | {"L Thigh": HIP, "L Calf": KNEE, "L Foot": ANKLE, "L Toe0": BALL},
+    dict.fromkeys(("Pelvis", "Spine", "Spine1", "Spine2", "Spine3", "Neck"), OTHER) | {"Head": HEAD},
+)
+_POINTS = {"left_hip": HIP, "left_knee": KNEE, "left_ankle": ANKLE}
+_POINTS |= {"left_shoulder": SHOULDER, "left_elbow": ELBOW, "left_wrist": WRIST}
+_FACE = {"left_eye": OTHER, "left_ear": OTHER}
+LAYOUT = "skpose.keypoints.layouts[{!r}], with its source"
+COCO17 = Rig("coco17", LAYOUT.format("coco17"), _POINTS | _FACE, dict.fromkeys(("nose", "pelvis", "neck"), OTHER))
+MEDIAPIPE33 = Rig(
+    "mediapipe33",
+    LAYOUT.format("mediapipe33"),
+    _POINTS
+    | _FACE
+    | dict.fromkeys(("left_eye_inner", "left_eye_outer", "mouth_left", "left_pinky", "left_index", "left_thumb"), OTHER)
+    | {"left_heel": OTHER, "left_foot_index": TOE},
+    dict.fromkeys(("nose", "pelvis", "neck"), OTHER),
+)
+# Its neck is between nose and neck, its head the top of the head.
+H36M17 = Rig(
+    "h36m17",
+    LAYOUT.format("h36m17"),
+    _POINTS,
+    dict.fromkeys(("pelvis", "spine", "thorax", "neck"), OTHER) | {"head": HEAD_TOP},
+)
+BODY25 = Rig(
+    "body25",
+    LAYOUT.format("body25"),
+    _POINTS | _FACE | {"left_big_toe": TOE, "left_small_toe": OTHER, "left_heel": OTHER},
+    dict.fromkeys(("nose", "neck", "mid_hip"), OTHER),
+)
+KINECT25 = Rig(
+    "kinect25",
+    LAYOUT.format("kinect25"),
+    _POINTS | {"left_hand": HAND, "left_hand_tip": OTHER, "left_thumb": OTHER, "left_foot": TOE},
+    dict.fromkeys(("spine_base", "spine_mid", "spine_shoulder", "neck"), OTHER) | {"head": HEAD_CENTER},
+)
+KINECT20 = Rig(
+    "Kinect v1",
+    "the 20 joints of Kinect for Windows 1.8, as MATLAB's Image Acquisition Toolbox, User's Guide, 12-22, lists them",
+    _POINTS | {"left_hand": HAND, "left_foot": TOE},
+    dict.fromkeys(("hip_center", "spine", "shoulder_center"), OTHER) | {"head": HEAD_CENTER},
+)
+HUMANOID = Rig(
+    "humanoid",
+    "skpose.datasets.humanoid",
+    {"left_pelvis": HIP, "left_thigh": KNEE, "left_shank": ANKLE, "left_foot": BALL, "left_toes": TOE}
+    | {"left_clavicle": SHOULDER, "left_upper_arm": ELBOW, "left_forearm": WRIST, "left_hand": HAND},
+    dict.fromkeys(("abdomen", "chest"), OTHER) | {"neck": HEAD, "head": HEAD_TOP},
+    "own",
+)
+HUMANOID_AS_BVH = Rig(
+    "humanoid as BVH",
+    "skpose.io.save_bvh: each joint has the name of the bone that begins at it",
+    {"left_pelvis": OTHER, "left_thigh": HIP, "left_shank": KNEE, "left_foot": ANKLE, "left_toes": BALL}
+    | {"left_clavicle": COLLAR, "left_upper_arm": SHOULDER, "left_forearm": ELBOW, "left_hand": WRIST}
+    | {"left_hand_end": HAND, "left_toes_end": TOE},
+    dict.fromkeys(("abdomen", "chest", "neck"), OTHER) | {"head": HEAD, "head_end": HEAD_TOP},
+    "parent",
+)
+
+RIGS = (
+    *(CMU, CMU_BONES_AS_BVH, CMU_BVH, HDM05, BANDAI_NAMCO, LAFAN1, MIXAMO, SMPL, ROKOKO, ROKOKO_STUDIO),
+    *(
+        XSENS_BVH,
+        CHARACTER_STUDIO,
+        XSENS,
+        UNREAL,
+        BIPED,
+        COCO17,
+        MEDIAPIPE33,
+        H36M17,
+        BODY25,
+        KINECT25,
+        KINECT20,
+        HUMANOID,
+    ),
+    HUMANOID_AS_BVH,
+)
