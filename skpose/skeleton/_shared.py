@@ -11,7 +11,7 @@ from skpose.skeleton._rest import NO_DIRECTION, axes_at_zero, directions_at_zero
 from skpose.skeleton._root import heading, root_angles_of, root_orientations, with_root_joint
 from skpose.skeleton._rotations import TWO_PI, columns_of, rotations_of
 from skpose.skeleton._selection import with_carriers
-from skpose.skeleton._sides import others, partners, sides
+from skpose.skeleton._sides import others, partners, sides, without_side
 from skpose.skeleton._upright import complaint_of_up
 
 __all__ = [
@@ -48,4 +48,5 @@ __all__ = [
     "straight_line",
     "with_carriers",
     "with_root_joint",
+    "without_side",
 ]
