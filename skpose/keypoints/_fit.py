@@ -89,11 +89,11 @@ def fit_skeleton(
     *Rest pose.* The root has x to the left, y up and z forward: its rigid points, with the start of the trunk, are
     turned onto their mean shape in all frames (generalised Procrustes analysis); the start of the trunk counts little,
     and says how the root is rotated about the line of the hips. The rest pose is one of the layout, so that equal
-    numbers are the same pose of all people who are fitted to it: a person stands with bent knees and the forearms held
-    forward, in the middle of what joints can do, since rotation vectors jump half a turn from rest. So stand all bones
-    between points that have the names of the library's layouts, with or without a side ("left_knee", "LKnee", "neck").
-    Bones between other points have their mean direction in the axes of their parent, which is the person's own.
-    The axes of a bone at rest are those of the shortest rotation from forward, and show no twist.
+    numbers are the same pose of all people who are fitted to it: a person stands upright, with bent knees and with the
+    forearms held forward, as in running. That is in the middle of what joints can do, and rotation vectors jump half a
+    turn from rest. So stand all bones between points that have the names of the library's layouts, however they are
+    written: "left_knee", "LKnee". Bones between other points have their mean direction in the axes of their parent,
+    which is the person's own. The axes of a bone at rest are those of the shortest rotation from forward.
 
     Points that are rigid with a bone or with the root have the place where they are in the mean. Three points at least
     say how a bone is twisted: where points are rigid with it, such as shoulders with the neck, its twist is turned onto

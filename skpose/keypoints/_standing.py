@@ -1,8 +1,9 @@
 """How a person of a layout stands at rest: the same for everyone, so that poses of several people compare.
 
-The person stands with bent knees and the forearms held forward, so that joints are in the middle of what they can do.
-An arm that hangs down at rest is half a turn away when it is raised, where rotation vectors jump, and so is a shank
-that is straight at rest in a squat.
+The person stands upright, with bent knees and with the forearms held forward, as in running, so that joints are in the
+middle of what they can do. An arm that hangs down at rest is half a turn away when it is raised, where rotation vectors
+jump, and so is a straight shank in a squat. The thighs point down: where nothing shows how the pelvis is rotated about
+the line of the hips, it is such that thighs and trunk are near to rest.
 """
 
 import numpy as np
@@ -24,11 +25,11 @@ _MIDDLE = (
 )
 _LEFT = (
     (("hip", "hipjoint"), (0.1, 0.92, 0.0)),
-    (("knee", "femur"), (0.1, 0.56, 0.21)),
-    (("ankle", "tibia"), (0.1, 0.19, 0.0)),
-    (("heel",), (0.1, 0.13, -0.06)),
-    (("foot",), (0.1, 0.13, 0.12)),
-    (("toe", "toes", "bigtoe", "smalltoe", "footindex"), (0.1, 0.13, 0.19)),
+    (("knee", "femur"), (0.1, 0.5, 0.0)),
+    (("ankle", "tibia"), (0.1, 0.18, -0.27)),
+    (("heel",), (0.1, 0.12, -0.33)),
+    (("foot",), (0.1, 0.12, -0.17)),
+    (("toe", "toes", "bigtoe", "smalltoe", "footindex"), (0.1, 0.08, -0.1)),
     (("collar",), (0.08, 1.42, 0.0)),
     (("shoulder", "clavicle"), (0.18, 1.45, 0.0)),
     (("elbow", "humerus"), (0.29, 1.23, 0.13)),
