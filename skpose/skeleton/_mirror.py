@@ -28,6 +28,10 @@ MISSED = 1e-3  # rad by which a mirrored rotation may miss the axes of a joint
 ASYMMETRY = 45.0  # degrees between a bone and the mirror image of its partner, at angle zero
 LINE = 2e-2  # second singular value over the first, below which directions are on one line
 ROOT = -1
+REMEDY = (
+    'skpose.kinematics.retarget(motion, skeleton, method="orientations") brings the motion onto a skeleton that can be '
+    'mirrored: of the same bones with dofs="rotvec", or one whose left and right are mirror images'
+)
 SIGNED = [np.eye(3)[list(order)] * signs for order in permutations(range(3)) for signs in product((1, -1), repeat=3)]
 REFLECTIONS = [matrix for matrix in SIGNED if np.linalg.det(matrix) < 0.0]
 
@@ -107,9 +111,7 @@ def _reflect(partner: Bone, bone: Bone, given: np.ndarray, before: np.ndarray, a
     if missed[worst] > MISSED:
         raise ValueError(
             f"the rotation of {partner.name!r} at frame {worst}, mirrored, misses the axes {bone.dofs!r} of "
-            f"{bone.name!r} by {np.degrees(missed[worst]):.3g}°: left and right need dofs about mirrored axes. Make a "
-            f'skeleton in which {bone.name!r} has dofs="rotvec", and skpose.kinematics.retarget(motion, skeleton, '
-            'method="orientations") the motion on it'
+            f"{bone.name!r} by {np.degrees(missed[worst]):.3g}°: left and right need dofs about mirrored axes. {REMEDY}"
         )
     return columns
 
@@ -182,6 +184,15 @@ def _fitted_reflections(
             found[j] = _fit(directions[bones], directions[[other[b] for b in bones]], expected, j == k)
         else:
             found[j] = expected
+    for j, bones in carried.items():
+        apart = _degrees_apart(directions[bones] @ found[j].T, directions[[other[b] for b in bones]])
+        if len(bones) and apart.max() >= ASYMMETRY:
+            name, partner = (skeleton.joint_names[i] for i in (bones[apart.argmax()], other[bones[apart.argmax()]]))
+            raise ValueError(
+                f"at angle zero left and right are mirror images across no axis, and the bone of {name!r} cannot be "
+                f"turned to where the mirror image of that of {partner!r} points, but for {apart.max():.0f}°: too few "
+                f"dofs rotate it by itself. {REMEDY}"
+            )
     return found
 
 
