@@ -21,7 +21,7 @@ BACKWARD = -0.2  # cosine of the angle to forward
 
 
 def fit_skeleton(
-    keypoints: Keypoints | ArrayLike | Sequence[Keypoints | ArrayLike], layout: Layout, *, symmetric: bool = False
+    keypoints: Keypoints | ArrayLike | Sequence[ArrayLike], layout: Layout, *, symmetric: bool = False
 ) -> Skeleton:
     r"""Return the skeleton of a layout that fits positions of a person: lengths of bones, and the layout's rest pose.
 
@@ -185,12 +185,12 @@ def _check_pairs(layout: Layout) -> None:
         if (None if parent is None else partner[parent]) != other:
             raise ValueError(
                 f"left and right of the layout {layout.name!r} differ: {name!r} is attached to {parent!r} and "
-                f"{partner[name]!r} to {other!r}. Pass symmetric=False, or a Layout in which they are alike"
+                f"{partner[name]!r} to {other!r}. Pass symmetric=False, or a Layout in which they are equal"
             )
         if (name in layout.rigid) != (partner[name] in layout.rigid):
             raise ValueError(
                 f"left and right of the layout {layout.name!r} differ: of {name!r} and {partner[name]!r} one is rigid. "
-                "Pass symmetric=False, or a Layout in which they are alike"
+                "Pass symmetric=False, or a Layout in which they are equal"
             )
 
 

@@ -9,7 +9,7 @@ from skpose.keypoints._lengths import bone_length
 from skpose.keypoints._root_axes import Points, rigid_with, root_axes
 from skpose.keypoints._standing import in_front, standing_directions
 
-# Axes of a bone that points forward, in those of the root: x forward, y left, z up. Hardly a bone points backward at
+# Axes of a bone that points forward, in those of the root: x forward, y left, z up. Bones rarely point backward at
 # rest, opposite to where these point, from where there is no one shortest rotation.
 FORWARD = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
 ROUNDS = 200  # at most; each is a few sums

@@ -1,4 +1,4 @@
-"""How a person of a layout stands at rest: the same for everyone, so that poses of several people compare.
+"""The person of a layout at rest: the same for everyone, so that poses of several people compare.
 
 The person stands upright, with bent knees and with the forearms held forward, as in running, so that joints are in the
 middle of what they can do. An arm that hangs down at rest is half a turn away when it is raised, where rotation vectors

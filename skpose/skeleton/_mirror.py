@@ -166,7 +166,7 @@ def _fitted_reflections(
     skeleton: Skeleton, poses: np.ndarray, other: list[int], rest: np.ndarray, directions: np.ndarray, world: str
 ) -> np.ndarray:
     """Return the S of each joint, and the root's as the last, where the skeleton is not its own mirror image."""
-    carried = _carried(skeleton, directions)
+    carried = _find_carried(skeleton, directions)
     means, end = np.empty_like(rest), 0  # of each joint's rotation relative to its parent, in the axes of the root
     for j, bone in enumerate(skeleton.bones):
         columns, end = poses[:, end : end + bone.n_dofs], end + bone.n_dofs
@@ -196,7 +196,7 @@ def _fitted_reflections(
     return found
 
 
-def _carried(skeleton: Skeleton, directions: np.ndarray) -> dict[int, list[int]]:
+def _find_carried(skeleton: Skeleton, directions: np.ndarray) -> dict[int, list[int]]:
     """Return the bones with a direction that rotate with the root and with each joint that has dofs."""
     mover = {ROOT: ROOT}
     carried: dict[int, list[int]] = {ROOT: []}

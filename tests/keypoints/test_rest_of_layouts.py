@@ -1,4 +1,4 @@
-"""Rest poses belong to layouts: equal numbers are the same pose of all people, whatever they do in their recordings."""
+"""Rest poses belong to layouts: equal numbers are the same pose of all people, and in all of their recordings."""
 
 from dataclasses import replace
 

@@ -249,7 +249,7 @@ def test_a_skeleton_that_is_no_mirror_image_at_zero_is_mirrored_by_its_bones(up,
 
 @pytest.mark.parametrize("flip", OPPOSITE_BONES)
 def test_twists_of_a_skeleton_that_is_no_mirror_image_at_zero_are_those_of_the_partner(flip):
-    """Points beside each bone, fixed to it and mirror images in the mean pose, are mirrored as the bones are."""
+    """Points next to each bone, fixed to it and mirror images in the mean pose, are mirrored as the bones are."""
     motion = all_along_x(flip=flip)
     left = [Bone(f"{name}_side_L", f"{name}_L", (0, 0.05, 0.02)) for name in ("Arm", "Foot")]
     # In the mean pose the mirror image exchanges no axis but that of the bone, of one that is half a turn away.
@@ -269,7 +269,7 @@ def test_rest_poses_of_which_one_limb_differs():
     np.testing.assert_allclose(world(image), world(motion)[:, other] * [-1, 1, 1], atol=1e-12)
     np.testing.assert_allclose(world(image.mirrored()), world(motion), atol=1e-12)
     hinges = Skeleton(b._replace(offset=offset.offset) for b, offset in zip(humanoid().bones, outward, strict=True))
-    with pytest.raises(ValueError, match=r"bone of 'left_forearm' cannot be turned .* but for 90°.* retarget"):
+    with pytest.raises(ValueError, match=r"bone of 'left_forearm' cannot be turned .* but for 90°.*retarget"):
         Motion(hinges, np.zeros((1, hinges.n_dofs)), 30).mirrored()
 
 
