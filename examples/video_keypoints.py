@@ -16,7 +16,7 @@ from sklearn.model_selection import LeaveOneGroupOut, cross_val_score
 from sklearn.neighbors import KNeighborsClassifier
 from sklearn.pipeline import make_pipeline
 
-from skpose import Keypoints, PoseDistanceTransformer, forward_kinematics, inverse_kinematics
+from skpose import PoseDistanceTransformer, forward_kinematics, inverse_kinematics
 from skpose.datasets import MotionDataset, load_cmu, make_gait, walks_and_runs
 from skpose.keypoints import fit_skeleton, layouts
 from skpose.plot import PoseDisplay
@@ -77,10 +77,7 @@ def poses_of(recordings):
     fits = []
     for person, keypoints in zip(people.subjects, recordings, strict=True):
         own = [each for each, subject in zip(seen, people.subjects, strict=True) if subject == person]
-        positions = np.concatenate([each.positions for each in own])
-        confidences = np.concatenate([each.confidences for each in own])
-        together = Keypoints(positions, keypoints.names, RATE, confidences, up=keypoints.up)
-        fits.append(inverse_kinematics(keypoints, fit_skeleton(together, layout), regularization=0.02))
+        fits.append(inverse_kinematics(keypoints, fit_skeleton(own, layout), regularization=0.02))
     return fits
 
 
@@ -120,12 +117,11 @@ for ax, frame in zip(axes, np.linspace(5, len(seen[0]) - 6, 4).astype(int), stri
 plt.show()
 
 # %%
-# The skeletons differ in their rest poses, so that equal numbers are not equal poses: the directions of the bones
-# bring all motions onto one skeleton. Hips and pelvis are on one line, and nothing shows how the pelvis rotates about
-# it: with the tilt of the root as a part of the poses that plays no part. From here on these are poses like any others.
+# The skeletons have the rest pose of the layout in common, so that equal numbers are equal poses. Hips and pelvis are
+# on one line, and nothing shows how the pelvis rotates about it: with the tilt of the root as a part of the poses that
+# plays no part. From here on these are poses like any others.
 motions = [fit.to_motion() for fit in fits["gaps filled"]]
-dataset = MotionDataset(motions, subjects=people.subjects, actions=people.actions)
-dataset = dataset.retarget(motions[0].skeleton, method="orientations").with_root("tilt")
+dataset = MotionDataset(motions, subjects=people.subjects, actions=people.actions).with_root("tilt")
 X, sequence = dataset.poses(frame_rate=12)
 y, subject = dataset.actions[sequence], dataset.subjects[sequence]
 for metric in ("position", "spatial"):

@@ -1,5 +1,8 @@
 """The skeleton of a layout that fits positions of its points."""
 
+from collections.abc import Sequence
+from typing import Any, Literal
+
 import numpy as np
 
 from skpose._typing import ArrayLike
@@ -8,27 +11,35 @@ from skpose._warnings import warn
 from skpose.keypoints._keypoints import Keypoints
 from skpose.keypoints._layout import Layout
 from skpose.keypoints._layouts import layouts
-from skpose.keypoints._lengths import bone_length, warn_of_lengths
-from skpose.keypoints._rest_pose import rest_rotations
+from skpose.keypoints._lengths import bone_length, symmetric_lengths, warn_of_lengths
+from skpose.keypoints._rest_pose import partners_of, rest_pose
 from skpose.keypoints._root_axes import Points
 from skpose.skeleton import Bone, Skeleton
 from skpose.skeleton._shared import BALL, size_of
 
+BACKWARD = -0.2  # cosine of the angle to forward
 
-def fit_skeleton(keypoints: Keypoints | ArrayLike, layout: Layout) -> Skeleton:
-    r"""Return the skeleton of a layout that fits positions: lengths of bones, and a rest pose in the middle of them.
+
+def fit_skeleton(
+    keypoints: Keypoints | ArrayLike | Sequence[ArrayLike], layout: Layout, *, symmetric: bool = False
+) -> Skeleton:
+    r"""Return the skeleton of a layout that fits positions of a person: lengths of bones, and the layout's rest pose.
 
     Every point of the layout is a joint of the skeleton. The first is the root's, a rigid joint of length zero; those
-    that are rigid in the layout have no dofs, and all others are ball joints. Offsets are in the joints' own axes and
-    along x, so that column ``NAME_rotvec_x`` is the twist of a bone about itself.
+    that are rigid in the layout have no dofs, and all others are ball joints. Offsets of ball joints are in their own
+    axes and along x, so that column ``NAME_rotvec_x`` is the twist of a bone about itself.
 
     Parameters
     ----------
-    keypoints : Keypoints or array-like of shape (n_frames, n_points, 3)
-        Positions of one person, m. Of keypoints the points are found by name, others are ignored; an array is in the
-        order of ``layout.names``, with NaN where a point is not seen.
+    keypoints : Keypoints, array-like of shape (n_frames, n_points, 3), or sequence of such
+        Positions of one person, m; several recordings in a list, each at its own frame rate. Of keypoints the points
+        are found by name, others are ignored; an array is in the order of ``layout.names``, with NaN where a point is
+        not seen.
     layout : Layout
         The points and the tree of bones, such as ``layouts["coco17"]``.
+    symmetric : bool, default=False
+        Whether left and right are mirror images: bones of one length, the mean of both sides by the frames that show
+        them, and rigid points in mirrored places. Pairs are found by name, see ``layout.pairs``.
 
     Returns
     -------
@@ -39,7 +50,8 @@ def fit_skeleton(keypoints: Keypoints | ArrayLike, layout: Layout) -> Skeleton:
     ------
     ValueError
         For a point of the layout that is never seen, or never with its parent; if no frame shows how the root is
-        turned, as hips and spine are not seen at once or are on one line; if all points are in one place.
+        turned, as hips and spine are not seen at once or are on one line; if all points are in one place; for
+        `symmetric`, if the layout has no pairs, or left and right differ in what they are attached to.
     TypeError
         For what is no layout.
 
@@ -52,6 +64,10 @@ def fit_skeleton(keypoints: Keypoints | ArrayLike, layout: Layout) -> Skeleton:
         As a back bends, a bone from the pelvis to the neck changes by some 8 %.
     UserWarning
         If the standard error of a length is 5 % and more: few frames, or a bone as short as the noise.
+    UserWarning
+        If toes and nose point backward: then left and right are exchanged, or one axis is reversed.
+    UserWarning
+        With `symmetric`, if left and right differ in a length by 10 % and more.
     UserWarning
         If the skeleton is not between 0.3 and 5 m from end to end, and has the size of a person in another unit.
 
@@ -72,14 +88,19 @@ def fit_skeleton(keypoints: Keypoints | ArrayLike, layout: Layout) -> Skeleton:
 
     *Rest pose.* The root has x to the left, y up and z forward: its rigid points, with the start of the trunk, are
     turned onto their mean shape in all frames (generalised Procrustes analysis); the start of the trunk counts little,
-    and says how the root is rotated about the line of the hips. At rest each bone has its mean direction in the axes of
-    its parent, so that rotation vectors spread about zero. Three points at least say how a bone is twisted: where
-    points are rigid with it, such as shoulders with the neck, its twist is turned onto their mean shape, with the mean
-    at zero. Elsewhere nothing shows the twist, and the axes are those of the shortest rotation from the rest pose,
-    without twist. Across the bone, axes at rest are those of the parent after the shortest rotation between both bones.
+    and says how the root is rotated about the line of the hips. The rest pose is one of the layout, so that equal
+    numbers are the same pose of all people who are fitted to it: a person stands upright, with bent knees and with the
+    forearms held forward, as in running. That is in the middle of what joints can do, and rotation vectors jump half a
+    turn from rest. So stand all bones between points that have the names of the library's layouts, however they are
+    written: "left_knee", "LKnee". Bones between other points have their mean direction in the axes of their parent,
+    which is the person's own. The axes of a bone at rest are those of the shortest rotation from forward.
+
+    Points that are rigid with a bone or with the root have the place where they are in the mean. Three points at least
+    say how a bone is twisted: where points are rigid with it, such as shoulders with the neck, its twist is turned onto
+    their mean shape, with those of the left to the left at rest. Elsewhere nothing shows the twist.
 
     *Missing and few data.* Frames count for what they show; frames without a single point count for nothing. A single
-    frame is enough: it is the rest pose, and there is no correction for noise. Bones of length zero are kept.
+    frame is enough; there is no correction for noise. Bones of length zero are kept.
 
     Examples
     --------
@@ -101,11 +122,11 @@ def fit_skeleton(keypoints: Keypoints | ArrayLike, layout: Layout) -> Skeleton:
         if isinstance(layout, str) and layout in layouts:
             remedy = f": pass skpose.keypoints.layouts[{layout!r}]"
         raise TypeError(f"layout must be a skpose.keypoints.Layout, got {type(layout).__name__}{remedy}")
-    if not isinstance(keypoints, Keypoints):
-        keypoints = layout.keypoints(keypoints, frame_rate=1.0)  # the rate plays no part
-    points = _points(keypoints, layout)
+    if symmetric:
+        _check_pairs(layout)
+    points, up = _points(_recordings(keypoints, layout), layout)
     children = [(name, parent) for name in layout.points if (parent := layout.parents[name]) is not None]
-    lengths = {}
+    lengths, frames = {}, {}
     for name, parent in children:
         together = points.confidences[name] * points.confidences[parent]
         if not together.any():
@@ -113,41 +134,87 @@ def fit_skeleton(keypoints: Keypoints | ArrayLike, layout: Layout) -> Skeleton:
                 f"{name!r} and its parent {parent!r} are never seen in one frame, so that there is no length between "
                 f"them: pass layout.without([{name!r}]), or frames that show both"
             )
+        frames[name] = together.sum()
         lengths[name] = bone_length(np.linalg.norm(points[name] - points[parent], axis=1), together)
     if not any(length.value > 0.0 for length in lengths.values()):
         raise ValueError("all points are in one place in all frames, so that there is no skeleton")
-    rests = rest_rotations(points, layout, keypoints.up)
+    if symmetric:
+        lengths = symmetric_lengths(lengths, partners_of(layout), frames)
+    rest = rest_pose(points, layout, up, symmetric)
     warn_of_lengths(lengths)
+    _warn_of_mirror(rest.forward)
     bones = [Bone(layout.root, None, (0.0, 0.0, 0.0))]
     for name, parent in children:
-        dofs = "" if name in layout.rigid else BALL
-        bones.append(Bone(name, parent, (lengths[name].value, 0.0, 0.0), dofs, rests[name]))
+        length = lengths[name].value
+        if name in layout.rigid:
+            direction = rest.directions.get(name, np.zeros(3))
+            bones.append(Bone(name, parent, length * (rest.axes[parent].T @ direction)))
+        else:
+            bones.append(Bone(name, parent, (length, 0.0, 0.0), BALL, rest.axes[parent].T @ rest.axes[name]))
     skeleton = Skeleton(bones)
     if layout.pairs:  # a hand or an arm has not the size of a person
         _warn_of_size(skeleton)
     return skeleton
 
 
-def _points(keypoints: Keypoints, layout: Layout) -> Points:
-    """Return the points of the layout, all of which are seen in some frame."""
-    made = [name for name in layout.midpoints if name not in keypoints.names]
-    missing = [name for name in layout.points if name not in keypoints.names and name not in made]
-    if missing:
+def _recordings(keypoints: Any, layout: Layout) -> list[Keypoints]:
+    """Return the recordings, one or several, as keypoints."""
+    one = isinstance(keypoints, Keypoints) or not isinstance(keypoints, Sequence)
+    if not one and len(keypoints):
+        one = not isinstance(keypoints[0], Keypoints) and np.ndim(keypoints[0]) != 3
+    recordings = []
+    for i, each in enumerate([keypoints] if one else keypoints):
+        if not isinstance(each, Keypoints):
+            try:
+                each = layout.keypoints(each, frame_rate=1.0)  # the rate plays no part
+            except ValueError as error:
+                raise ValueError(f"keypoints[{i}]: {error}" if not one else str(error)) from None
+        recordings.append(each)
+    return recordings
+
+
+def _check_pairs(layout: Layout) -> None:
+    """Refuse layouts in which the left cannot be the mirror image of the right."""
+    partner = partners_of(layout)
+    if not layout.pairs:
         raise ValueError(
-            f"the keypoints have no point named {missing[0]!r}, as the layout {layout.name!r} has; their names are "
-            f"{', '.join(keypoints.names)}. Pass the layout that they are of, or layout.without([{missing[0]!r}])"
+            f"the layout {layout.name!r} has no left and right by name, such as 'left_hip' and 'right_hip', and cannot "
+            "be symmetric: pass symmetric=False, or a Layout with such names"
         )
-    if made:
-        raise ValueError(
-            f"the keypoints have no {' and no '.join(map(repr, made))}, which the layout {layout.name!r} makes of "
-            "other points: make the keypoints with layout.keypoints(positions, frame_rate)"
-        )
-    if not len(keypoints):
+    for name in layout.points:
+        parent, other = layout.parents[name], layout.parents[partner[name]]
+        if (None if parent is None else partner[parent]) != other:
+            raise ValueError(
+                f"left and right of the layout {layout.name!r} differ: {name!r} is attached to {parent!r} and "
+                f"{partner[name]!r} to {other!r}. Pass symmetric=False, or a Layout in which they are equal"
+            )
+        if (name in layout.rigid) != (partner[name] in layout.rigid):
+            raise ValueError(
+                f"left and right of the layout {layout.name!r} differ: of {name!r} and {partner[name]!r} one is rigid. "
+                "Pass symmetric=False, or a Layout in which they are equal"
+            )
+
+
+def _points(recordings: list[Keypoints], layout: Layout) -> tuple[Points, Literal["x", "y", "z"]]:
+    """Return the points of the layout, all of which are seen in some frame, and the axis that points up.
+
+    A frame without a point is between one recording and the next, so that they do not follow each other in time.
+    """
+    parts, up = [], recordings[0].up if recordings else "y"
+    for i, keypoints in enumerate(recordings):
+        _check_names(keypoints, layout, f"keypoints[{i}] have" if len(recordings) > 1 else "the keypoints have")
+        chosen = keypoints.select(layout.points)
+        turned = np.roll(chosen.positions, "xyz".index(up) - "xyz".index(keypoints.up), axis=2)
+        parts += [
+            (turned, chosen.confidences),
+            (np.full((1, *turned.shape[1:]), np.nan), np.zeros((1, turned.shape[1]))),
+        ]
+    if not any(map(len, recordings)):
         raise ValueError("keypoints have no frames, and there is nothing to fit a skeleton to")
-    chosen = keypoints.select(layout.points)
+    positions, confidences = (np.concatenate(arrays) for arrays in zip(*parts[:-1], strict=True))
     points = Points(
-        {name: chosen.positions[:, i] for i, name in enumerate(layout.points)},
-        {name: chosen.confidences[:, i] for i, name in enumerate(layout.points)},
+        {name: positions[:, i] for i, name in enumerate(layout.points)},
+        {name: confidences[:, i] for i, name in enumerate(layout.points)},
     )
     never = [name for name in layout.points if not points.confidences[name].any()]
     if len(never) == len(layout.points):
@@ -157,8 +224,35 @@ def _points(keypoints: Keypoints, layout: Layout) -> Points:
         needed = {layout.root, *layout.midpoints, *(end for ends in layout.midpoints.values() for end in ends)}
         if needed & set(never):
             remedy = "make a Layout of your own of the points that are seen"
-        raise ValueError(f"never seen in {len(chosen)} frames: {', '.join(map(repr, never))}; {remedy}")
-    return points
+        n = sum(map(len, recordings))
+        raise ValueError(f"never seen in {n} frames: {', '.join(map(repr, never))}; {remedy}")
+    return points, up
+
+
+def _check_names(keypoints: Keypoints, layout: Layout, subject: str) -> None:
+    """Refuse keypoints without a point of the layout."""
+    made = [name for name in layout.midpoints if name not in keypoints.names]
+    missing = [name for name in layout.points if name not in keypoints.names and name not in made]
+    if missing:
+        raise ValueError(
+            f"{subject} no point named {missing[0]!r}, as the layout {layout.name!r} has; their names are "
+            f"{', '.join(keypoints.names)}. Pass the layout that they are of, or layout.without([{missing[0]!r}])"
+        )
+    if made:
+        raise ValueError(
+            f"{subject} no {' and no '.join(map(repr, made))}, which the layout {layout.name!r} makes of "
+            "other points: make the keypoints with layout.keypoints(positions, frame_rate)"
+        )
+
+
+def _warn_of_mirror(forward: dict[str, float]) -> None:
+    """Warn if all that points forward in people points backward."""
+    if forward and max(forward.values()) < BACKWARD:
+        warn(
+            f"{', '.join(forward)} point backward, where those of people point forward: left and right are exchanged, "
+            "or the positions are a mirror image. Exchange the names of the left and of the right, or pass "
+            "positions * [-1, 1, 1] if one of the axes is reversed"
+        )
 
 
 def _warn_of_size(skeleton: Skeleton) -> None:

@@ -14,6 +14,11 @@ from skpose._validation.numbers import as_numbers
 from skpose._validation.positions import check_positions
 from skpose.keypoints._pictures import refuse_pictures
 
+REMEDIES = {
+    "frame_rate": "keypoints[::2] has half of the rate; fit_skeleton takes recordings of several rates in a list",
+    "up": "rotate the positions of one into the axes of the other",
+}
+
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Keypoints:
@@ -141,6 +146,61 @@ class Keypoints:
         seconds = len(self) / self.frame_rate
         rate = f"{len(self)} frames at {self.frame_rate:g} Hz, {seconds:.1f} s"
         return f"Keypoints({rate}, {len(self.names)} points{lost.replace('%', ' %')})"
+
+    @staticmethod
+    def concatenate(recordings: Iterable["Keypoints"]) -> "Keypoints":
+        """Return recordings one after another, as one.
+
+        Nothing is moved: where one recording ends elsewhere than the next begins, there is a jump. `fit_skeleton`
+        takes several recordings of a person as they are, at any frame rates.
+
+        Parameters
+        ----------
+        recordings : iterable of Keypoints
+            At least one; with the same points, frame rate and axis that points up.
+
+        Returns
+        -------
+        Keypoints
+            With the frames of all, and the points in the order of the first.
+
+        Raises
+        ------
+        ValueError
+            If the recordings differ in one of these; the message states in which.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from skpose.keypoints import Keypoints
+        >>> one, other = (Keypoints(np.zeros((n, 1, 3)), ["hip"], frame_rate=25) for n in (10, 15))
+        >>> Keypoints.concatenate([one, other])
+        Keypoints(25 frames at 25 Hz, 1.0 s, 1 points)
+        """
+        if isinstance(recordings, Keypoints):
+            raise TypeError("recordings must be a sequence of Keypoints, got Keypoints: put them into a list")
+        parts = list(recordings)
+        if not parts:
+            raise ValueError("concatenate needs at least one recording, got none")
+        first = parts[0]
+        for i, part in enumerate(parts):
+            if not isinstance(part, Keypoints):
+                raise TypeError(f"recordings[{i}] must be Keypoints, got {type(part).__name__}")
+            alone = sorted(set(first.names) ^ set(part.names))
+            if alone:
+                raise ValueError(
+                    f"recordings[{i}] has other points than recordings[0]: only one of them has {alone[0]!r}. Select "
+                    "the points that all have, keypoints.select(names)"
+                )
+            for name, remedy in REMEDIES.items():
+                if getattr(part, name) != getattr(first, name):
+                    values = f"{getattr(part, name)!r}, but recordings[0] {getattr(first, name)!r}"
+                    raise ValueError(f"recordings[{i}] has {name} {values}: {remedy}")
+        chosen = [part.select(first.names) for part in parts]
+        positions, confidences = (
+            np.concatenate([getattr(part, name) for part in chosen]) for name in ("positions", "confidences")
+        )
+        return replace(first, positions=positions, confidences=confidences)
 
     def select(self, names: Iterable[str]) -> "Keypoints":
         """Return some of the points, in the given order.

@@ -11,6 +11,7 @@ LARGEST_CORRECTION = 0.9  # share of the square that the correction may take: ab
 STRETCH = 0.1  # of the length: a slow change of this size is named; a back that bends changes by 0.08
 CHANCE = 4.0  # standard deviations of a correlation by chance
 UNCERTAIN = 0.05  # of the length: a standard error of this size is named
+DIFFERENT = 0.1  # of the length: sides of a person that differ by more are named
 FEW = 2  # frames from which a spread is known
 
 
@@ -59,6 +60,34 @@ def _slow_change(lengths: np.ndarray, seen: np.ndarray, kept: np.ndarray) -> flo
     if not len(products) or products.mean() <= CHANCE / np.sqrt(len(products)) * variance:
         return 0.0
     return float(np.sqrt(products.mean()))
+
+
+def symmetric_lengths(
+    lengths: dict[str, Length], partner: dict[str, str], frames: dict[str, float]
+) -> dict[str, Length]:
+    """Return lengths of which those of the left and of the right are one: the mean, by the frames that show each.
+
+    Sides that differ by much are named in a warning.
+    """
+    found, apart = {}, []
+    for name, length in lengths.items():
+        other = lengths[partner[name]]
+        share = frames[name] / (frames[name] + frames[partner[name]])
+        value = share * length.value + (1.0 - share) * other.value
+        error = float(np.hypot(share * length.error, (1.0 - share) * other.error))
+        found[name] = Length(value, error if partner[name] != name else length.error, length.stretch)
+        difference = abs(length.value - other.value)
+        chance = np.nan_to_num(CHANCE * np.hypot(length.error, other.error))
+        if length.value > other.value and difference > max(DIFFERENT * value, chance):
+            sizes = f"{100.0 * length.value:.3g} and {100.0 * other.value:.3g} cm"
+            apart.append(f"{name} and {partner[name]} with {sizes}")
+    if apart:
+        warn(
+            f"bones of the left and of the right differ in their lengths: {'; '.join(apart)}. With symmetric=True they "
+            "have the mean length, and joints miss the positions by as much. Look for points that are swapped or slip, "
+            "and give less confidence to the side that is hidden"
+        )
+    return found
 
 
 def warn_of_lengths(lengths: dict[str, Length]) -> None:

@@ -1,52 +1,89 @@
-"""The rest pose in the middle of positions: each bone's mean direction, and twist, in the axes of its parent."""
+"""The rest pose: bones where the person of a layout stands, and otherwise where they point in the mean."""
+
+from typing import NamedTuple
 
 import numpy as np
 
 from skpose.keypoints._layout import Layout
 from skpose.keypoints._lengths import bone_length
 from skpose.keypoints._root_axes import Points, rigid_with, root_axes
+from skpose.keypoints._standing import in_front, standing_directions
 
-# Axes of a bone that points forward, in those of the root: x forward, y left, z up. Nobody's bone at the root points
-# backward, opposite to where these point, from where there is no one shortest rotation.
+# Axes of a bone that points forward, in those of the root: x forward, y left, z up. Bones rarely point backward at
+# rest, opposite to where these point, from where there is no one shortest rotation.
 FORWARD = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
 ROUNDS = 200  # at most; each is a few sums
 SETTLED = 1e-10  # change of a mean shape, relative to its size, at which the rounds end
 ROUNDING = 1e-12  # of squares: points on one line have no width
+MIRROR = np.array([-1.0, 1.0, 1.0])  # of what is left in the axes of the root
 ACROSS = 0.02  # distance of a point from the line of a bone, relative to the point's, that shows the bone's twist
 
 
-def rest_rotations(points: Points, layout: Layout, up: str) -> dict[str, np.ndarray]:
-    """Return the rest rotation (3, 3) of each joint but the root's."""
+class RestPose(NamedTuple):
+    """The skeleton at rest, in the axes of the root."""
+
+    axes: dict[str, np.ndarray]  # of each joint, as columns (3, 3); x along the bone; those of the parent where rigid
+    directions: dict[str, np.ndarray]  # (3,) of the bone that ends at each joint but the root
+    forward: dict[str, float]  # how far, from -1 to 1, the bones of toes and nose point forward in the mean
+
+
+def rest_pose(points: Points, layout: Layout, up: str, symmetric: bool) -> RestPose:
+    """Return the rest pose: that of a standing person for points with known names, and the mean for others."""
     axes = {layout.root: root_axes(points, layout, up)}  # of each joint, in every frame, in those of the world
     known = {layout.root: ~np.isnan(axes[layout.root][:, 0, 0])}
-    fixed = _rigid_shape(points, layout, axes[layout.root])
-    rests = {}
-    for name, parent in _in_tree_order(layout):
-        base = FORWARD if parent == layout.root else np.eye(3)
-        directions, weights = _directions(points, name, parent, axes[parent], known[parent])
-        if not weights.any():
-            rests[name] = np.eye(3)  # a bone of length zero
-            axes[name], known[name] = axes[parent], known[parent]
-            continue
-        mean = _mean_direction(directions, weights)
-        if name in fixed:
-            vector = axes_at_rest(parent, layout, rests).T @ (fixed[name] - fixed[parent])
-            mean = vector / np.linalg.norm(vector) if vector.any() else mean
-        rest = shortest_rotations(base[:, 0], mean[None])[0] @ base
-        rests[name], known[name] = rest, known[parent] & ~np.isnan(directions[:, 0])
-        if name in layout.rigid:
-            axes[name] = axes[parent] @ rest
-            continue
-        swings = shortest_rotations(mean, np.where(np.isnan(directions), mean, directions))
-        axes[name] = axes[parent] @ swings @ rest
-        axes[name] = axes[name] @ _about_x(_twists(points, layout, name, axes[name], known[name]))
-    return rests
+    standing, rest = standing_directions(layout), RestPose({layout.root: np.eye(3)}, {}, {})
+    fixed, front = _rigid_shape(points, layout, axes[layout.root]), in_front(layout)
+    for level in _levels(layout):
+        seen = {name: _directions(points, name, parent, axes[parent], known[parent]) for name, parent in level}
+        for name, parent in level:
+            mean, stands = None, name in standing and name not in layout.rigid
+            if not seen[name].shown and not stands:
+                raise ValueError(
+                    f"the bone from {parent!r} to {name!r} is seen in no frame that shows how the root is turned, so "
+                    f"that it has no rest pose: pass layout.without([{name!r}]), or frames that show it"
+                )
+            if seen[name].weights.any():
+                mean = rest.axes[parent] @ _mean_direction(seen[name].directions, seen[name].weights)
+            if name in fixed:
+                vector = fixed[name] - fixed[parent]
+                mean = vector / np.linalg.norm(vector) if vector.any() else mean
+            elif stands:
+                if mean is not None and name in front:
+                    rest.forward[name] = float(mean[2])
+                mean = standing[name]
+            if mean is not None:  # but for bones of length zero
+                rest.directions[name] = mean
+        if symmetric:
+            _make_symmetric(rest.directions, [name for name, _ in level], layout)
+        for name, parent in level:
+            rest.axes[name], axes[name], known[name] = rest.axes[parent], axes[parent], known[parent]
+            if name in layout.rigid or name not in rest.directions:
+                continue
+            rest.axes[name] = shortest_rotations(FORWARD[:, 0], rest.directions[name][None])[0] @ FORWARD
+            known[name] = known[parent] & ~np.isnan(seen[name].directions[:, 0])
+            still = rest.axes[parent].T @ rest.directions[name]
+            swings = shortest_rotations(still, np.where(known[name][:, None], seen[name].directions, still))
+            axes[name] = axes[parent] @ swings @ rest.axes[parent].T @ rest.axes[name]
+            axes[name] = axes[name] @ _about_x(_twists(points, layout, name, axes[name], known[name], rest.axes[name]))
+    return rest
 
 
-def axes_at_rest(name: str, layout: Layout, rests: dict[str, np.ndarray]) -> np.ndarray:
-    """Return the axes (3, 3) of a joint at rest as columns, in those of the root."""
-    parent = layout.parents[name]
-    return np.eye(3) if parent is None else axes_at_rest(parent, layout, rests) @ rests[name]
+def _make_symmetric(directions: dict[str, np.ndarray], names: list[str], layout: Layout) -> None:
+    """Replace directions by the mean of each and the mirror image of its partner's."""
+    partner = partners_of(layout)
+    before = dict(directions)
+    for name in names:
+        if name in before and partner[name] in before:
+            both = before[name] + before[partner[name]] * MIRROR
+            size = np.linalg.norm(both)
+            if size > 1e-9:
+                directions[name] = both / size
+
+
+def partners_of(layout: Layout) -> dict[str, str]:
+    """Return for each point the one on the other side, itself on the middle line."""
+    pairs = {one: other for pair in layout.pairs for one, other in (pair, pair[::-1])}
+    return {name: pairs.get(name, name) for name in layout.points}
 
 
 def shortest_rotations(start: np.ndarray, ends: np.ndarray) -> np.ndarray:
@@ -103,36 +140,37 @@ def _rigid_shape(points: Points, layout: Layout, axes: np.ndarray) -> dict[str, 
     return {layout.root: np.zeros(3)} | shape
 
 
-def _in_tree_order(layout: Layout) -> list[tuple[str, str]]:
-    """Return the points but for the root, each with its parent, parents before their children."""
-    order: list[tuple[str, str]] = []
-    reached = [layout.root]
-    for one in reached:
-        children = [name for name in layout.points if layout.parents[name] == one]
-        order.extend((name, one) for name in children)
-        reached.extend(children)
-    return order
+def _levels(layout: Layout) -> list[list[tuple[str, str]]]:
+    """Return the points but for the root, each with its parent, by the number of bones between them and the root."""
+    levels, parents = [], [layout.root]
+    while children := [
+        (name, parent) for parent in parents for name in layout.points if layout.parents[name] == parent
+    ]:
+        levels.append(children)
+        parents = [name for name, _ in children]
+    return levels
 
 
-def _directions(
-    points: Points, name: str, parent: str, axes: np.ndarray, known: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the directions (n, 3) of a bone in the axes of its parent, NaN where not seen, and their weights (n,).
+class _Directions(NamedTuple):
+    """The directions of a bone."""
 
-    Frames in which the parent's axes are known count; if there are none, those in which it is taken to be at rest.
+    directions: np.ndarray  # (n, 3) in the axes of its parent; NaN where not seen
+    weights: np.ndarray  # (n,) of each frame in the mean; zero if the bone has no length
+    shown: bool  # whether both ends are seen in a frame that shows how the root is turned
+
+
+def _directions(points: Points, name: str, parent: str, axes: np.ndarray, known: np.ndarray) -> _Directions:
+    """Return the directions of a bone.
+
+    Known are the frames in which the axes of the parent are seen. Where no others are, all frames count.
     """
     vectors = np.einsum("nab,na->nb", axes, points[name] - points[parent])
     sizes = np.linalg.norm(vectors, axis=1)
     directions = np.full_like(vectors, np.nan)
     np.divide(vectors, sizes[:, None], out=directions, where=sizes[:, None] > 0.0)
     shown = points.confidences[name] * points.confidences[parent] * ~np.isnan(axes[:, 0, 0])
-    if not shown.any():
-        raise ValueError(
-            f"the bone from {parent!r} to {name!r} is seen in no frame that shows how the root is turned, so that it "
-            f"has no rest pose: pass layout.without([{name!r}]), or frames that show it"
-        )
     weights = np.where(sizes > 0.0, shown, 0.0)
-    return directions, weights * known if (weights * known).any() else weights
+    return _Directions(directions, weights * known if (weights * known).any() else weights, bool(shown.any()))
 
 
 def _mean_direction(directions: np.ndarray, weights: np.ndarray) -> np.ndarray:
@@ -144,11 +182,14 @@ def _mean_direction(directions: np.ndarray, weights: np.ndarray) -> np.ndarray:
     return total / size
 
 
-def _twists(points: Points, layout: Layout, name: str, axes: np.ndarray, known: np.ndarray) -> np.ndarray:
-    """Return the twists (n,), rad, of a bone from given axes (n, 3, 3), zero in the mean, and where nothing shows them.
+def _twists(
+    points: Points, layout: Layout, name: str, axes: np.ndarray, known: np.ndarray, at_rest: np.ndarray
+) -> np.ndarray:
+    """Return the twists (n,), rad, of a bone from given axes (n, 3, 3); zero where nothing shows them.
 
     Points that are rigid with the bone are rotated about it onto their mean shape. Across the bone they are complex
-    numbers, and a twist by φ is the factor exp(iφ).
+    numbers, and a twist by φ is the factor exp(iφ). It is zero where the points of the left are to the left of those of
+    the right at rest, or in the mean where there are no such pairs.
     """
     still, rigid = np.zeros(len(axes)), rigid_with(name, layout)
     if not rigid:
@@ -172,8 +213,13 @@ def _twists(points: Points, layout: Layout, name: str, axes: np.ndarray, known: 
         shape = (weights * turns.conj()[:, None] * numbers).sum(axis=0) / total
         if np.abs(shape - before).max() <= SETTLED * np.abs(shape).max():
             break
+    pairs = [(rigid.index(one), rigid.index(other)) for one, other in layout.pairs if {one, other} <= set(rigid)]
+    across = sum((shape[one] - shape[other] for one, other in pairs), start=0j)
+    left = complex(at_rest[0, 1], at_rest[0, 2])
     middle = turns[shown].sum()
-    return np.where(shown, np.angle(turns * middle.conj()), 0.0)
+    if abs(across) > ACROSS * np.abs(shape).max() and abs(left) > ACROSS:
+        middle = left / across
+    return np.where(shown, np.angle(turns * middle.conjugate()), 0.0)
 
 
 def _about_x(angles: np.ndarray) -> np.ndarray:

@@ -23,24 +23,24 @@ def root_axes(points: Points, layout: Layout, up: str) -> np.ndarray:
 
     Points that are rigid with the root, and the start of the trunk, are turned onto their mean shape: generalised
     Procrustes analysis with Kabsch's rotations, J. C. Gower, "Generalized Procrustes analysis", Psychometrika 40, 1975,
-    doi:10.1007/BF02291478. Left and up are those of the mean shape. Without left and right by name, as in a hand, x
-    points from the last of the points that are rigid with the root to the first, and y towards all of them. Where these
-    are on one line, or fewer than two, nothing is turned: the root has the axes of the world, with y up.
+    doi:10.1007/BF02291478. Left and up are those of the mean shape. Without left and right by name, left is from the
+    last of the rigid points to the first, and up to all of them, as the fingers of a hand are up from the wrist. If
+    there are no such points, or all are on one line, nothing is turned: the root has the axes of the world, with y up.
     """
     names, pairs, middle = _shape(layout)
     n = len(points[layout.root])
-    in_world = np.tile(np.roll(np.eye(3), "yzx".index(up), axis=0).T, (n, 1, 1))
+    world = np.tile(np.roll(np.eye(3), "yzx".index(up), axis=0).T, (n, 1, 1))
     if not pairs:
-        return in_world
+        return world
     vectors, weights = _vectors(points, layout, names, up)
     left = [(names.index(a), names.index(b)) for a, b in pairs]
     upward = [names.index(name) for name in middle]
 
     axes = _orthonormal(vectors, left, upward)
     known = ~np.isnan(axes[:, 0, 0])
-    if not known.any() and not layout.pairs:
-        return in_world
     if not known.any():
+        if not layout.pairs:
+            return world
         _refuse(layout, [name for name in names if name])
     shape = _mean_shape(axes[known], vectors[known], weights[known])
     for _ in range(ROUNDS):
@@ -68,6 +68,8 @@ def _shape(layout: Layout) -> tuple[list[str], list[tuple[str, str]], list[str]]
     The empty name on the middle line is the world's direction up, where no point is there.
     """
     rigid = rigid_with(layout.root, layout)
+    if not layout.pairs:
+        return rigid, [(rigid[0], rigid[-1])] if len(rigid) > 1 else [], rigid
     balls = [name for name in layout.points if layout.parents[name] == layout.root and name not in layout.rigid]
     sided = {name for pair in layout.pairs for name in pair}
     pairs = [pair for pair in layout.pairs if set(pair) <= set(rigid)]

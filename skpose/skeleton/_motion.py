@@ -512,7 +512,13 @@ class Motion:
         zero. With M the reflection, a joint's world rotation R, relative to angle zero, becomes M R M of its partner on
         the other side. So does the root's, and its position p becomes M p. For a skeleton that is its own mirror image,
         joints are at the mirror images of the positions of their partners. The motion stays on the same skeleton: where
-        left and right differ in length, or in direction at angle zero, so do the mirrored limbs.
+        left and right differ in length, or by less than 45° in direction at angle zero, so do the mirrored limbs.
+
+        Skeletons that are not their own mirror image at angle zero across any axis are mirrored by what the bones do:
+        R becomes M R S, with a constant reflection S of each joint that takes the bone of one side to that of the other
+        at zero, so that all bones point where the mirror images of their partners do. Twists about bones are those of
+        the partner but for quarter turns, by which the motion's mean pose is nearest to its mirror image. In files with
+        all bones along x at angle zero, and in poses fitted to keypoints of points with names of one's own, that is so.
 
         Partners are found by name: "LeftArm" and "RightArm", "hand_left", "lfemur" and "rfemur", "L_Hip", "hip.L",
         "hip_l". Joints without a side in their name are on the middle line.
@@ -520,7 +526,8 @@ class Motion:
         Parameters
         ----------
         axis : {"x", "y", "z"}, default="x"
-            The axis that points to the left or to the right at angle zero.
+            The axis that points to the left or to the right at angle zero, and across which the world is mirrored.
+            Where it points up in the world, the world is mirrored across the first of the others.
 
         Returns
         -------
@@ -531,9 +538,8 @@ class Motion:
         ------
         ValueError
             If names state a side and there is no partner, or more than one; if partners have other parents than
-            partners; if a bone at angle zero and the mirror image of its partner are 45° or more apart, as they are
-            across a wrong axis; if a joint with fewer than three dofs cannot take the rotation. The message names the
-            joints.
+            partners; if the skeleton is its own mirror image across another axis at angle zero; if a joint with fewer
+            than three dofs cannot take the rotation. The message names the joints, and the remedy.
 
         Examples
         --------
@@ -545,12 +551,13 @@ class Motion:
         >>> other[["left_upper_arm_rz", "right_upper_arm_rz"]].to_numpy() + 0.0
         array([[ 0. , -2.5]])
         """
-        angles = mirror_poses(self.skeleton, self.angles, axis)
+        image = mirror_poses(self.skeleton, self.angles, self.root_angles, self.root_axes, axis, self.up)
         return replace(
             self,
-            angles=angles,
-            root_positions=self.root_positions * [-1.0 if letter == axis else 1.0 for letter in "xyz"],
-            root_angles=self.root_angles * [1.0 if letter == axis else -1.0 for letter in self.root_axes.lower()],
+            angles=image.poses,
+            root_positions=self.root_positions * image.world,
+            root_angles=image.root_angles,
+            root_axes=image.root_axes,
         )
 
     def select(self, joints: str | Iterable[str] | None = None, *, drop: str | Iterable[str] = ()) -> "Motion":

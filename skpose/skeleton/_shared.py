@@ -18,7 +18,7 @@ from skpose.skeleton._root import (
 )
 from skpose.skeleton._rotations import TWO_PI, columns_of, rotations_of
 from skpose.skeleton._selection import with_carriers
-from skpose.skeleton._sides import others, partners, sides, split_sides
+from skpose.skeleton._sides import others, partners, sides, split_sides, without_side
 from skpose.skeleton._upright import complaint_of_up
 
 __all__ = [
@@ -59,4 +59,5 @@ __all__ = [
     "straight_line",
     "with_carriers",
     "with_root_joint",
+    "without_side",
 ]

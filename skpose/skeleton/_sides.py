@@ -59,6 +59,14 @@ def split_sides(names: Sequence[str]) -> list[tuple[str, str]]:
     return found
 
 
+def without_side(name: str) -> str:
+    """Return a name without the word or the letter for its side; the name itself if it has none."""
+    for pattern in PATTERNS:
+        if pattern.search(name):
+            return pattern.sub("", name, count=1)
+    return name
+
+
 def others(name: str) -> list[str]:
     """Return names that differ by the side."""
     names = dict.fromkeys(pattern.sub(_other, name) for pattern in PATTERNS)

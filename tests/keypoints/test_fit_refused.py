@@ -1,5 +1,7 @@
 """Data from which fit_skeleton makes no skeleton, or one with a warning, and data that are few or flat."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from people import ARM, PEOPLE, lengths, moving, one_bone
@@ -81,14 +83,26 @@ def test_a_point_that_is_never_seen_with_its_parent_is_refused():
         fit_skeleton(positions, ARM)
 
 
-def test_a_limb_that_is_never_seen_with_the_root_is_refused():
-    layout = layouts["coco17"]
+def limb_that_is_never_seen_with_the_root(layout):
     positions = moving(layout, n=20)
-    names = list(layout.names)
-    positions[:10, [names.index("left_wrist")]] = np.nan
-    positions[10:, [names.index("left_hip")]] = np.nan
-    with pytest.raises(ValueError, match="'left_elbow' to 'left_wrist' is seen in no frame that shows how the root"):
-        fit_skeleton(positions, layout)
+    positions[:10, [layout.names.index("left_wrist")]] = np.nan
+    positions[10:, [layout.names.index("left_hip")]] = np.nan
+    return positions
+
+
+def test_a_limb_that_is_never_seen_with_the_root_stands_where_it_does_in_everyone():
+    layout = layouts["coco17"]
+    skeleton = fit_skeleton(limb_that_is_never_seen_with_the_root(layout), layout)
+    np.testing.assert_array_equal(skeleton.rest_rotations, fit_skeleton(moving(layout), layout).rest_rotations)
+
+
+def test_an_unknown_limb_that_is_never_seen_with_the_root_is_refused():
+    layout = layouts["coco17"]
+    names = ["left_flipper" if name == "left_wrist" else name for name in layout.names]
+    parents = {"left_flipper" if name == "left_wrist" else name: parent for name, parent in layout.parents.items()}
+    other = replace(layout, names=names, parents=parents)
+    with pytest.raises(ValueError, match="'left_elbow' to 'left_flipper' is seen in no frame that shows how the root"):
+        fit_skeleton(limb_that_is_never_seen_with_the_root(layout), other)
 
 
 @pytest.mark.parametrize("name", PEOPLE)

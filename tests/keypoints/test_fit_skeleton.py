@@ -1,4 +1,4 @@
-"""fit_skeleton: a joint for each point, and a rest pose in the middle of the data."""
+"""fit_skeleton: a joint for each point, and the rest pose of the layout."""
 
 import warnings
 
@@ -8,7 +8,7 @@ import reference
 from people import PEOPLE, errors, moving, person, standing, standing_in, true_lengths
 from scipy.spatial.transform import Rotation
 
-from skpose import Skeleton, forward_kinematics
+from skpose import Skeleton, forward_kinematics, inverse_kinematics
 from skpose.keypoints import Keypoints, fit_skeleton, layouts
 from skpose.keypoints._root_axes import Points, root_axes
 from skpose.plot import PoseDisplay
@@ -37,11 +37,11 @@ def poses_at(skeleton, positions, layout):
         root = Rotation.align_vectors(end, start, weights=[1e6] * len(rigid) + [1.0] * len(trunk))[0]
         axes, pose = {layout.root: root}, []
         for bone in skeleton.bones[1:]:
-            still = axes[bone.parent] * Rotation.from_matrix(np.array(bone.rest_rotation))
-            axes[bone.name] = still
+            axes[bone.name] = axes[bone.parent]
             if bone.dofs:
+                still = axes[bone.parent] * Rotation.from_matrix(np.array(bone.rest_rotation))
                 fixed = [b for b in skeleton.bones if b.parent == bone.name and not b.dofs]
-                local = [np.array(bone.offset)] + [np.array(b.rest_rotation) @ b.offset for b in fixed]
+                local = [np.array(bone.offset)] + [np.array(b.offset) for b in fixed]
                 seen = [world[bone.name][t] - world[bone.parent][t]]
                 seen += [world[b.name][t] - world[bone.name][t] for b in fixed]
                 if fixed:
@@ -61,7 +61,7 @@ def shortest(start, end):
     return Rotation.from_rotvec(axis / max(sine, 1e-300) * np.arctan2(sine, start @ end))
 
 
-def test_every_point_has_a_joint_and_bones_lie_along_x(layout):
+def test_every_point_has_a_joint_and_bones_that_move_lie_along_x(layout):
     skeleton = fit_skeleton(moving(layout), layout)
     assert set(skeleton.joint_names) == set(layout.points)
     assert skeleton.joint_names[0] == layout.root
@@ -70,11 +70,12 @@ def test_every_point_has_a_joint_and_bones_lie_along_x(layout):
     for bone in skeleton.bones[1:]:
         assert bone.parent == layout.parents[bone.name]
         assert bone.dofs == ("" if bone.name in layout.rigid else "rotvec")
-        assert bone.offset[0] > 0.0
-        assert bone.offset[1:] == (0.0, 0.0)
+        assert bone.offset[1:] == (0.0, 0.0) or not bone.dofs
+        assert bone.offset[0] > 0.0 or not bone.dofs
+        assert (bone.rest_rotation is None) <= (not bone.dofs)
 
 
-def test_the_skeleton_reaches_the_positions_with_rotations_about_zero(layout):
+def test_the_skeleton_reaches_the_positions_far_from_half_turns(layout):
     positions = moving(layout, n=60)
     skeleton = fit_skeleton(positions, layout)
     keypoints = layout.keypoints(positions, 1)
@@ -85,18 +86,23 @@ def test_the_skeleton_reaches_the_positions_with_rotations_about_zero(layout):
     wanted = wanted - wanted[:, :1]
     np.testing.assert_allclose(reached, wanted, atol=1e-6)
     vectors = poses.reshape(len(poses), -1, 3)
-    assert np.linalg.norm(vectors, axis=2).max() < 2.0
-    assert np.linalg.norm(vectors.mean(axis=0), axis=1).max() < 0.12
+    assert np.linalg.norm(vectors, axis=2).max() < 2.3
 
 
 @pytest.mark.parametrize("name", PEOPLE)
-def test_the_rest_pose_stands_with_x_to_the_left_y_up_and_z_forward(name):
+def test_the_rest_pose_has_x_to_the_left_y_up_and_z_forward(name):
     layout = layouts[name]
     skeleton = fit_skeleton(moving(layout), layout)
     rest = dict(zip(skeleton.joint_names, forward_kinematics(np.zeros((1, skeleton.n_dofs)), skeleton)[0], strict=True))
-    at = standing_in(layout)
-    for name, point in rest.items():
-        assert np.linalg.norm(point - (at[name] - at[layout.root])) < 0.2, name
+    for left, right in layout.pairs:
+        assert rest[left][0] > 0.0 > rest[right][0]
+        np.testing.assert_allclose(rest[left], rest[right] * [-1, 1, 1], atol=0.03)  # as symmetric as the person
+    for name, parent in layout.parents.items():
+        truth = standing(name) - standing(parent) if parent else np.zeros(3)
+        if abs(truth[1]) > 0.8 * np.linalg.norm(truth):  # upright in somebody who stands straight
+            assert truth[1] * (rest[name] - rest[parent])[1] > 0.0, name
+    for name in {"left_wrist", "lwrist", "left_hand", "nose"} & set(rest):
+        assert rest[name][2] > 0.08, name
 
 
 def test_a_hand_at_rest_has_its_knuckles_up_and_its_thumb_along_x():
@@ -150,9 +156,8 @@ def test_a_fifth_of_the_points_may_be_missing(layout):
     positions[np.random.default_rng(0).uniform(size=positions.shape[:2]) < 0.2] = np.nan
     skeleton = fit_skeleton(positions, layout)
     assert max(map(abs, errors(skeleton, true_lengths(layout)).values())) < 1e-12
-    for one, other in zip(whole.bones[1:], skeleton.bones[1:], strict=True):
-        turn = np.array(one.rest_rotation).T @ np.array(other.rest_rotation)
-        assert Rotation.from_matrix(turn).magnitude() < 0.25
+    np.testing.assert_allclose(whole.rest_rotations, skeleton.rest_rotations, atol=1e-12)
+    np.testing.assert_allclose(whole.offsets, skeleton.offsets, atol=0.02)  # rigid points by their mean directions
 
 
 def test_rigid_points_keep_their_shape_where_points_are_missing(layout):
@@ -198,13 +203,10 @@ def test_points_of_keypoints_are_found_by_name():
     assert fit_skeleton(more, layout) == fit_skeleton(keypoints, layout)
 
 
-def test_a_single_frame_is_the_rest_pose(layout):
-    positions = moving(layout, n=1)
-    skeleton = fit_skeleton(positions, layout)
-    rest = forward_kinematics(np.zeros((1, skeleton.n_dofs)), skeleton)[0]
-    found = layout.keypoints(positions, 1).select(skeleton.joint_names).positions[0]
-    _, distance = Rotation.align_vectors(found - found[0], rest)
-    np.testing.assert_allclose(distance, 0.0, atol=1e-6)
+def test_a_single_frame_is_enough(layout):
+    keypoints = layout.keypoints(moving(layout, n=1), 1)
+    fitted = inverse_kinematics(keypoints, fit_skeleton(keypoints, layout))
+    assert fitted.residuals.max() < 1e-6
 
 
 def test_two_frames_are_enough(layout):
