@@ -97,7 +97,7 @@ class Reader:
             raise ValueError("no file can be read")
 
     def _find_rates(self, files: Iterable[Path]) -> dict[Path, Rate]:
-        """Return the rates of AMC files by an index.csv, or by a name as in HDM05, unless the command line chooses one."""
+        """Return the rates of AMC files by an index.csv, or by a name as in HDM05, unless an option chooses one."""
         files = [path for path in files if AMC.fullmatch(path.name)]
         stated = {
             path: Rate(float(match["rate"]), "its name") for path in files if (match := NAME.fullmatch(path.name))
