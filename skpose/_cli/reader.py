@@ -97,7 +97,7 @@ class Reader:
             raise ValueError("no file can be read")
 
     def _find_rates(self, files: Iterable[Path]) -> dict[Path, Rate]:
-        """Return the rates of AMC files: by the command line, or else by an index.csv, or by a name as in HDM05."""
+        """Return the rates of AMC files by an index.csv, or by a name as in HDM05, unless an option chooses one."""
         files = [path for path in files if AMC.fullmatch(path.name)]
         stated = {
             path: Rate(float(match["rate"]), "its name") for path in files if (match := NAME.fullmatch(path.name))
@@ -112,7 +112,7 @@ class Reader:
             if rate.hertz != hertz:
                 text = f"--amc-frame-rate {hertz:g} replaces the {rate.hertz:g} Hz that {rate.origin} states"
                 self._notes.append(Note(name_of(path), text))
-        return {path: Rate(hertz, "--amc-frame-rate") for path in files}
+        return {}
 
     def _read(self, path: Path, load: Callable[..., Any]) -> Any:
         """Return the content of a file, and note the warnings."""

@@ -119,7 +119,7 @@ def test_a_link_to_a_file_of_an_index_has_its_rate(cmu, capsys):
 def test_the_option_replaces_the_rate_of_the_index_and_says_so(cmu, capsys):
     assert run("info", *cmu, "--amc-frame-rate", "120") == 0
     captured = capsys.readouterr()
-    assert captured.out.count("3 frames at 120 Hz by --amc-frame-rate") == 2
+    assert captured.out.count("3 frames at 120 Hz, 0.03 s") == 2
     (line,) = lines(captured.err)
     assert line == f"warning: {cmu[1]}: --amc-frame-rate 120 replaces the 30 Hz that index.csv states"
 
