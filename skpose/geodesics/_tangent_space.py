@@ -16,7 +16,9 @@ from skpose.skeleton import Skeleton
 TASK = 8  # poses; some tens of milliseconds
 NOT_MET = 1e-6  # error of a chord of an exponential, relative to its length, that is worth a warning
 NOTHING = 1e-12  # distance that is rounding, m
-MISSED = 1e-4  # the same of where exp_map(log_map) leads, relative to the length of the logarithm
+# Error of where exp_map(log_map) leads, relative to the length of the logarithm, that is worth a warning: as large as
+# the error of that length by n_steps chords.
+MISSED = 1e-3
 # Largest turn of a joint in one step, rad, up to which the exponential finds the next pose: those that meet the same
 # tangential part are farther.
 UNIQUE = 0.1
@@ -43,7 +45,7 @@ class FoundLogarithms(NamedTuple):
             warn(
                 f"{self.n_missed} of the {n} logarithms{origin} do not lead back: exp_map misses their poses by up to "
                 f"{self.farthest:.2g} m, by metric='position'. Their geodesics pass poses from which several geodesics "
-                "go on, as near straight limbs; another n_steps, or a base nearer to these poses, may help",
+                "go on, as near straight limbs; a larger n_steps, or a base nearer to these poses, may help",
                 ConvergenceWarning,
             )
 
@@ -74,13 +76,16 @@ class TangentSpace(NamedTuple):
             self.n_jobs,
         )
         uncertain = np.flatnonzero(~(found.turns <= UNIQUE))
-        reached, _ = self.exponentials(found.velocities[uncertain])
-        between = weighted_positions(reached, self.skeleton) - weighted_positions(poses[uncertain], self.skeleton)
+        misses = self._misses(poses[uncertain], found.velocities[uncertain]) if len(uncertain) else np.empty(0)
+        n_unconverged, n_missed = int((~found.converged).sum()), int((misses > 0.0).sum())
+        return FoundLogarithms(found.velocities, n_unconverged, n_missed, float(misses.max(initial=0.0)))
+
+    def _misses(self, poses: np.ndarray, velocities: np.ndarray) -> np.ndarray:
+        """Return how far from poses their logarithms lead, m; zero where that is near enough."""
+        reached, _ = self.exponentials(velocities)
+        between = weighted_positions(reached, self.skeleton) - weighted_positions(poses, self.skeleton)
         misses = np.linalg.norm(between, axis=1)
-        is_missed = ~(misses <= MISSED * np.linalg.norm(found.velocities[uncertain], axis=1) + NOTHING)
-        farthest = misses[is_missed].max(initial=0.0)
-        n_unconverged, n_missed = int((~found.converged).sum()), int(is_missed.sum())
-        return FoundLogarithms(found.velocities, n_unconverged, n_missed, float(farthest))
+        return np.where(misses <= MISSED * np.linalg.norm(velocities, axis=1) + NOTHING, 0.0, misses)
 
     def exponentials(self, velocities: np.ndarray) -> tuple[np.ndarray, int]:
         """Return the poses at velocities, (n_poses, n_dofs), and how many geodesics could not follow them."""

@@ -6,11 +6,11 @@ tangent space at F_i, the range of J_i. (M. Rumpf, B. Wirth, "Variational time d
 Journal of Numerical Analysis 35(3), 2015.) The logarithm has the direction of P_0 (F_1 − F_0) and N times the length of
 the first chord. The exponential finds F_1 from it, and then pose after pose.
 
-So the exponential inverts the logarithm as exactly as that path is stationary. What is left of the tangential part of a
-second difference adds to all later chords, and so the sum of N of them grows N-fold at the end. No bound on the gradient
-by the angles bounds that for all N: an angle may move the joints little, and a chord of many is short. The share of the
-energy that is left to gain does: paths whose velocities differ by the share δ, in the mean square, differ in energy by
-δ². Therefore the path is found as every geodesic is, and then, of N chords, minimised to where float64 shows no more.
+So the exponential inverts the logarithm as exactly as that path is stationary. What is left of the tangential part of
+a second difference adds to all later chords, and so N-fold to the end. No bound on the gradient by the angles bounds
+that for all N: an angle may move the joints little, and a chord of many is short. The share of the energy that is left
+to gain does: paths whose velocities differ by the share δ, in the mean square, differ in energy by δ². Therefore the
+path is found as every geodesic is, and then, of N chords, minimised to where float64 shows no more.
 
 Velocities are those of the positions and not of the angles. Where a limb is straight, a small movement of its end
 needs a large twist: the angles turn fast and the positions do not, as near the pole of a sphere. So each next pose is
@@ -28,6 +28,7 @@ import numpy as np
 
 from skpose._compiled.path.energy import path_of
 from skpose._compiled.path.geodesic import (
+    GRADIENT_NORM,
     LEAST_CHANGE,
     MAX_ITER,
     NEVER,
@@ -151,6 +152,8 @@ def logarithms_from(tree, pose, ends, first, last, n_steps, found):
     for i in range(first, last):
         line, _ = shorter_line(tree, free, pose, ends[i], n_steps)
         curve = find_geodesic(free, line, bounds, stop_at(MAX_ITER, TOL))
+        if not curve.converged:  # a line that is a geodesic itself is longer than no path that is found more exactly
+            curve = find_geodesic(free, line, bounds, Stop(MAX_ITER, GRADIENT_NORM, 0.0))
         n_samples = (curve.poses.shape[0] - 1) // n_steps
         for k in range(n_steps + 1):
             for d in range(n_dofs):
