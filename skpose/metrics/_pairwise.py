@@ -81,6 +81,7 @@ def pose_distances(
     -------
     ndarray of shape (n_x, n_y)
         The distances, or `out`; float32 where all poses are, computed in float32 (but for "geodesic"), else float64.
+        float32 has an absolute error, see Notes.
         Without Y exactly symmetric, with an exactly zero diagonal. Equal poses are at distance zero also between X and
         Y.
 
@@ -117,6 +118,12 @@ def pose_distances(
 
     Notes
     -----
+    Distances in float32 have an absolute error, for near poses as for far ones: for "position" and "rotation" less than
+    1e-6 S, with S = √Σ w r² over the joints, r the length of the bones from the root to a joint, m, and w its weight;
+    for "spatial" 1 + n_steps/2 times as much; for "angle" 1e-6 times the norm of the longer row, rad. For a person of
+    22 joints S is 4.6 m: the error is below 5e-6 m, and 3e-5 m for "spatial" with ten steps. Smaller distances mean
+    nothing; pass such poses as float64.
+
     "position" ≤ "geodesic" ≤ "spatial": a chord is no longer than a curve, and the geodesic is the shortest one.
     Neither "spatial" nor "geodesic", which is a local minimum and measured by chords, need obey the triangle
     inequality. F does not depend on a twist about a bone that ends the chain, so all but "angle" are pseudo-metrics.

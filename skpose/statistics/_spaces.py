@@ -144,14 +144,9 @@ class Geodesics(NamedTuple):
         return cls(TangentSpace(skeleton, pose, metric.n_steps, effective_n_jobs(n_jobs)))
 
     def vectors(self, X: np.ndarray) -> np.ndarray:
-        found, n_unconverged = self.space.logarithms(X)
-        if n_unconverged:
-            warn(
-                f"{n_unconverged} of the {len(X)} geodesics from the mean did not converge, so that their vectors may "
-                "not be those of the shortest paths; a larger n_steps may help",
-                ConvergenceWarning,
-            )
-        return found
+        found = self.space.logarithms(X)
+        found.warn(" from the mean")
+        return found.velocities
 
     def steps(self, X: np.ndarray, mixing: np.ndarray, directions: np.ndarray) -> np.ndarray:
         return directions

@@ -1,4 +1,5 @@
 import re
+import warnings
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from skpose import Bone, Motion, Skeleton, forward_kinematics, geodesic, pose_di
 from skpose import position_jacobian as jacobian_of
 from skpose.datasets import make_gait
 from skpose.geodesics import exp_map, log_map
-from skpose.geodesics._logarithm import TangentSpace
+from skpose.geodesics._tangent_space import TangentSpace
 from skpose.metrics import Geodesic
 from skpose.statistics import PoseTangentPCA
 
@@ -42,26 +43,27 @@ def assert_same_joints(X, Y, skeleton, atol=1e-6):
 # --- closed forms ----------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("n_steps", [2, 10])
+@pytest.mark.parametrize("n_steps", [2, 10, 80])
 def test_one_bone_moves_on_a_circle(n_steps):
     base, angles = np.array([0.4]), np.array([0.4, 0.9, -1.1, 1.9])
     velocities = log_map(base, angles[:, None], ONE_BONE, metric=Geodesic(n_steps))
     tangent = [-np.sin(0.4), np.cos(0.4), 0.0]
-    np.testing.assert_allclose(velocities[:, 0], arc(angles - 0.4, n_steps)[:, None] * tangent, atol=1e-6)
-    np.testing.assert_allclose(exp_map(base, velocities, ONE_BONE, metric=Geodesic(n_steps))[:, 0], angles, atol=1e-5)
+    np.testing.assert_allclose(velocities[:, 0], arc(angles - 0.4, n_steps)[:, None] * tangent, atol=1e-9)
+    np.testing.assert_allclose(exp_map(base, velocities, ONE_BONE, metric=Geodesic(n_steps))[:, 0], angles, atol=1e-8)
 
 
-def test_a_ball_joint_moves_on_great_circles():
+@pytest.mark.parametrize("n_steps", [2, 10, 80])
+def test_a_ball_joint_moves_on_great_circles(n_steps):
     rng = np.random.default_rng(0)
     base, X = rng.normal(scale=0.5, size=3), rng.normal(scale=0.8, size=(5, 3))
     start, ends = reference.forward_kinematics(base, BALL)[0, 0], reference.forward_kinematics(X, BALL)[:, 0]
     angles = np.arccos(ends @ start / 0.25)
     across = ends - (ends @ start / 0.25)[:, None] * start
-    expected = 0.5 * arc(angles, 10)[:, None] * across / np.linalg.norm(across, axis=1, keepdims=True)
-    velocities = log_map(base, X, BALL)
-    np.testing.assert_allclose(velocities[:, 0], expected, atol=1e-5)
-    found = exp_map(base, velocities, BALL)
-    np.testing.assert_allclose(reference.forward_kinematics(found, BALL)[:, 0], ends, atol=1e-5)
+    expected = 0.5 * arc(angles, n_steps)[:, None] * across / np.linalg.norm(across, axis=1, keepdims=True)
+    velocities = log_map(base, X, BALL, metric=Geodesic(n_steps))
+    np.testing.assert_allclose(velocities[:, 0], expected, atol=1e-6)
+    found = exp_map(base, velocities, BALL, metric=Geodesic(n_steps))
+    np.testing.assert_allclose(reference.forward_kinematics(found, BALL)[:, 0], ends, atol=1e-6)
 
 
 # --- log and exp -----------------------------------------------------------------------------------------------------
@@ -73,6 +75,68 @@ def test_exp_inverts_log(name):
     base, *X = poses_near(skeleton)
     found = exp_map(base, log_map(base, X, skeleton), skeleton)
     assert_same_joints(found, np.array(X), skeleton, atol=2e-4)
+
+
+def miss(base, pose, skeleton, n_steps):
+    """Return by how much exp(log) misses a pose, relative to the logarithm's length, and whether log warns of it."""
+    metric = Geodesic(n_steps)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", ConvergenceWarning)
+        velocity = log_map(base, pose[None], skeleton, metric=metric)
+        is_warned_of = bool(caught)
+        found = exp_map(base, velocity, skeleton, metric=metric)
+    off = pose_distances(found, pose[None], skeleton=skeleton, metric="position")[0, 0]
+    return off / lengths(velocity, skeleton)[0], is_warned_of
+
+
+def near_poses(skeleton, scale, n, seed=0):
+    """Return a base and poses about it."""
+    rng = np.random.default_rng(seed)
+    base = rng.normal(scale=0.3, size=skeleton.n_dofs)
+    return base, base + rng.normal(scale=scale, size=(n, skeleton.n_dofs))
+
+
+@pytest.mark.parametrize("n_steps", [5, 40])
+def test_more_steps_do_not_make_exp_of_log_worse(n_steps):
+    """Each chord adds its error; with a bound on the gradient by angles, 40 steps missed by 1e-3 of the length."""
+    skeleton = SKELETONS["humanoid"].to_rotvec()
+    base, X = near_poses(skeleton, 0.3, 5)
+    for pose in X:
+        relative, is_warned_of = miss(base, pose, skeleton, n_steps)
+        assert relative < 1e-6 or is_warned_of
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("n_steps", [10, 20, 40, 80])
+@pytest.mark.parametrize(("scale", "in_ten"), [(0.05, 0), (0.3, 3), (1.0, 10)])
+@pytest.mark.parametrize("kind", ["Euler angles", "ball joints"])
+def test_what_exp_of_log_misses_is_said(kind, scale, in_ten, n_steps):
+    skeleton = SKELETONS["humanoid"] if kind == "Euler angles" else SKELETONS["humanoid"].to_rotvec()
+    base, X = near_poses(skeleton, scale, 10)
+    found = [miss(base, pose, skeleton, n_steps) for pose in X]
+    assert all(relative < 1e-3 or is_warned_of for relative, is_warned_of in found)
+    assert scale == 1.0 or np.median([relative for relative, _ in found]) < 5e-7
+    assert sum(is_warned_of for _, is_warned_of in found) <= in_ten
+
+
+def test_exp_finds_a_next_pose_half_a_turn_away():
+    """Near a straight limb the pose that the tangential part leads to is behind others that are locally nearest."""
+    skeleton = SKELETONS["humanoid"].to_rotvec()
+    base, X = near_poses(skeleton, 0.05, 15, seed=3)
+    relative, is_warned_of = miss(base, X[9], skeleton, 10)
+    assert relative < 1e-6
+    assert not is_warned_of
+
+
+@pytest.mark.parametrize("n_steps", [2, 10, 40])
+def test_log_inverts_exp(n_steps):
+    for skeleton in (Skeleton.chain(3), BALL, SKELETONS["humanoid"]):
+        base, X = near_poses(skeleton, 0.1, 2, seed=1)
+        velocities = 1.3 * log_map(base, X, skeleton, metric=Geodesic(n_steps))
+        found = exp_map(base, velocities, skeleton, metric=Geodesic(n_steps))
+        again = log_map(base, found, skeleton, metric=Geodesic(n_steps))
+        off = lengths(again - velocities, skeleton) / lengths(velocities, skeleton)
+        assert (off < 1e-6).all()
 
 
 @pytest.mark.slow
@@ -176,7 +240,13 @@ def test_a_stretched_limb_whose_elbow_has_no_weight():
     arm = Skeleton.chain(2).with_weights([0.0, 1.0])
     X = np.array([[0.3, 0.9], [-0.4, 0.8]])
     chords = reference.forward_kinematics(X, arm)[:, 1] - [2.0, 0.0, 0.0]
-    np.testing.assert_allclose(log_map([0.0, 0.0], X, arm)[:, 1], chords, atol=1e-3)
+    with pytest.warns(ConvergenceWarning, match="1 of the 2 logarithms do not lead back.*by up to 0.16 m"):
+        velocities = log_map([0.0, 0.0], X, arm)
+    np.testing.assert_allclose(velocities[:, 1], chords, atol=1e-3)
+    with pytest.warns(ConvergenceWarning, match="1 of the 2 geodesics miss a step"):
+        found = exp_map([0.0, 0.0], velocities, arm)
+    off = pose_distances(found, X, skeleton=arm, metric="position").diagonal()
+    np.testing.assert_allclose(off, [0.0, np.linalg.norm(chords[1])], atol=1e-6)  # no velocity of a joint leads inwards
 
 
 @pytest.mark.slow
@@ -267,9 +337,15 @@ def test_geodesics_that_did_not_converge_are_counted(monkeypatch):
     chain = Skeleton.chain(2)
     base, *X = poses_near(chain, 4)
     found = TangentSpace.logarithms
-    monkeypatch.setattr(TangentSpace, "logarithms", lambda space, poses: (found(space, poses)[0], 2))
+    monkeypatch.setattr(TangentSpace, "logarithms", lambda space, poses: found(space, poses)._replace(n_unconverged=2))
     with pytest.warns(ConvergenceWarning, match="2 of the 3 geodesics did not converge.*larger n_steps may help"):
         assert log_map(base, X, chain).shape == (3, 2, 3)
+    monkeypatch.setattr(
+        TangentSpace, "logarithms", lambda space, poses: found(space, poses)._replace(n_missed=3, farthest=0.0123)
+    )
+    with pytest.warns(ConvergenceWarning, match="3 of the 4 logarithms from the mean do not lead back.*up to 0.012 m"):
+        PoseTangentPCA(chain, metric="geodesic").fit([base, *X])
+    monkeypatch.setattr(TangentSpace, "logarithms", lambda space, poses: found(space, poses)._replace(n_unconverged=2))
     with pytest.warns(ConvergenceWarning, match="2 of the 4 geodesics from the mean did not converge.*larger n_steps"):
         PoseTangentPCA(chain, metric="geodesic").fit([base, *X])
 

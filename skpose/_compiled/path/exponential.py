@@ -6,9 +6,19 @@ tangent space at F_i, the range of J_i. (M. Rumpf, B. Wirth, "Variational time d
 Journal of Numerical Analysis 35(3), 2015.) The logarithm has the direction of P_0 (F_1 − F_0) and N times the length of
 the first chord. The exponential finds F_1 from it, and then pose after pose.
 
+So the exponential inverts the logarithm as exactly as that path is stationary. What is left of the tangential part of
+a second difference adds to all later chords, and so N-fold to the end. No bound on the gradient by the angles bounds
+that for all N: an angle may move the joints little, and a chord of many is short. The share of the energy that is left
+to gain does: paths whose velocities differ by the share δ, in the mean square, differ in energy by δ². Therefore the
+path is found as every geodesic is, and then, of N chords, minimised to where float64 shows no more.
+
 Velocities are those of the positions and not of the angles. Where a limb is straight, a small movement of its end
 needs a large twist: the angles turn fast and the positions do not, as near the pole of a sphere. So each next pose is
-found by positions: nearest to F_i + P_i (F_i − F_{i−1}) first, then such that its tangential part is met.
+found by positions: nearest to F_i + P_i (F_i − F_{i−1}) first, then such that its tangential part is met. Near a
+straight limb that pose may be half a turn of a slow angle away, behind others that are locally nearest: where the part
+is not met, the search starts again after turns of these angles. Where the manifold is nearly a cone, as for two hinges
+of one straight limb, several poses may meet the part, and the exponential may go on from another one than the
+logarithm.
 """
 
 import math
@@ -17,15 +27,23 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._compiled.path.energy import path_of
-from skpose._compiled.path.geodesic import GRADIENT_NORM, MAX_ITER, NEVER, find_geodesic, shorter_line
-from skpose._compiled.path.minimiser import LEAST_DAMPING as LEAST_OF_PATHS
+from skpose._compiled.path.geodesic import (
+    GRADIENT_NORM,
+    LEAST_CHANGE,
+    MAX_ITER,
+    NEVER,
+    TOL,
+    find_geodesic,
+    shorter_line,
+    stop_at,
+)
+from skpose._compiled.path.minimiser import FIRST_DAMPING as FIRST_OF_PATHS
 from skpose._compiled.path.minimiser import Settings, Stop, minimise, no_bounds
 from skpose._compiled.pose.chart import chart_at, free_tree, pose_of
 from skpose._compiled.pose.forward import orient, place_joints, workspace, workspace_rows
 from skpose._compiled.pose.jacobian import write_jacobian
 from skpose._compiled.simd.jit import internal, jit
 
-TOL_CHORDS = 1e-6  # norm of the gradient at which a path of so many chords has converged, m²/rad
 # Eigenvalue of the metric tensor, relative to the largest, above which a direction moves joints: less than for steps of
 # angles (`FLAT` of the means), as velocities of positions stay small along it.
 MOVES = 1e-9
@@ -40,13 +58,16 @@ MAX_CHORDS = 40  # first chords that are tried for the one of the right length
 ROUNDING = 1e-10  # error of a tangential part, relative to the length of a step
 NOTHING = 1e-12  # length of the tangential part of a velocity, relative to it, at which there is none
 REACHED = 1e-6  # the same, above which the joints cannot reach that part
+# Where they do not: eigenvalue below which a direction is slow, relative to the largest; how many; turns along it, rad.
+SLOW, MOST_SLOW, TURNS = 1e-4, 3, (1.0, -1.0, 2.0, -2.0, 3.0, -3.0)
 
 
 class Logarithms(NamedTuple):
     """Logarithms of n poses at one pose."""
 
     velocities: np.ndarray  # (n, 3 n_joints) of the scaled positions, m
-    converged: np.ndarray  # (n,) bool
+    converged: np.ndarray  # (n,) bool: of the geodesics
+    turns: np.ndarray  # (n,) largest change of a coordinate in one step, rad; inf where the path is not yet stationary
 
 
 @internal
@@ -127,19 +148,22 @@ def logarithms_from(tree, pose, ends, first, last, n_steps, found):
     free, bounds, scratch = free_tree(tree, True), no_bounds(n_dofs), np.empty(workspace_rows(tree))
     basis = tangent_space(tree, pose)
     here, following, nodes = np.empty(n), np.empty(n), np.empty((n_steps + 1, n_dofs))
-    # From a path that is nearly the one that is looked for: the exact Hessian all along.
-    settings = Settings(Stop(MAX_ITER, TOL_CHORDS, 0.0), LEAST_OF_PATHS, True, math.inf, True, NEVER)
+    settings = Settings(Stop(MAX_ITER, 0.0, 0.0), FIRST_OF_PATHS, False, LEAST_CHANGE, False, NEVER)
     for i in range(first, last):
         line, _ = shorter_line(tree, free, pose, ends[i], n_steps)
-        curve = find_geodesic(free, line, bounds, Stop(MAX_ITER, GRADIENT_NORM, 0.0))
+        curve = find_geodesic(free, line, bounds, stop_at(MAX_ITER, TOL))
+        if not curve.converged:  # a line that is a geodesic itself is longer than no path that is found more exactly
+            curve = find_geodesic(free, line, bounds, Stop(MAX_ITER, GRADIENT_NORM, 0.0))
         n_samples = (curve.poses.shape[0] - 1) // n_steps
         for k in range(n_steps + 1):
             for d in range(n_dofs):
                 nodes[k, d] = curve.poses[k * n_samples, d]
         path = path_of(free, nodes, 1)
         found.converged[i] = curve.converged
-        if n_samples > 1:  # refined, so of other chords
-            found.converged[i] = minimise(free, path, bounds, settings).converged and curve.converged
+        found.turns[i] = 0.0 if minimise(free, path, bounds, settings).converged else math.inf
+        for k in range(n_steps):
+            for d in range(n_dofs):
+                found.turns[i] = max(found.turns[i], abs(path.poses[k + 1, d] - path.poses[k, d]))
         _positions(free, path.poses[0], scratch, here)
         _positions(free, path.poses[1], scratch, following)
         chord = following - here
@@ -187,14 +211,47 @@ def _advance(tree, pose, basis, step, near, tol):
 
 
 @internal
-def _find_following(tree, pose, basis, tangential, tol):
-    """Find the pose whose chord from a pose has a given tangential part; see `_advance`.
+def _next_from(tree, pose, basis, tangential, start, tol):
+    """Find the pose whose chord from a pose has a given tangential part, from a third pose on; see `_advance`.
 
-    It begins at the pose nearest to the positions of that tangential step, a good start where limbs are straight.
+    It goes by the pose nearest to the positions of that tangential step, a good start where limbs are straight.
     """
     step = basis @ tangential
-    near, _, _ = _advance(tree, pose, np.eye(step.shape[0]), step, pose, NEAREST * math.sqrt((step**2).sum()))
+    near, _, _ = _advance(tree, pose, np.eye(step.shape[0]), step, start, NEAREST * math.sqrt((step**2).sum()))
     return _advance(tree, pose, basis, tangential, near, tol)
+
+
+@internal
+def _find_following(tree, pose, basis, tangential, tol):
+    """Find the pose whose chord from a pose has a given tangential part; see `_advance`."""
+    return _next_from(tree, pose, basis, tangential, pose, tol)
+
+
+@internal
+def _find_after_turns(tree, pose, basis, tangential, tol):
+    """Do what `_find_following` does, and where the part is not met, try again after turns along slow directions."""
+    found, positions, error = _find_following(tree, pose, basis, tangential, tol)
+    reached = REACHED * math.sqrt((tangential**2).sum())
+    if error <= reached:
+        return found, positions, error
+    free, coordinates = chart_at(tree, pose, True)
+    jacobian = _derivatives(free, coordinates, np.empty(workspace_rows(tree)))
+    values, vectors = np.linalg.eigh(jacobian.T @ jacobian)
+    n_slow = 0
+    for k in range(values.shape[0]):
+        if values[k] <= MOVES * values[-1]:
+            continue
+        if values[k] > SLOW * values[-1] or n_slow == MOST_SLOW:
+            break
+        n_slow += 1
+        for turn in TURNS:
+            start = pose_of(tree, free, coordinates + turn * vectors[:, k], pose)
+            other, other_positions, other_error = _next_from(tree, pose, basis, tangential, start, tol)
+            if other_error < error:
+                found, positions, error = other, other_positions, other_error
+            if error <= reached:
+                return found, positions, error
+    return found, positions, error
 
 
 @internal
@@ -208,7 +265,7 @@ def _first_pose(tree, pose, basis, tangential, tol):
     length, n = math.sqrt((tangential**2).sum()), basis.shape[0]
     start = np.empty(n)
     _positions(tree, pose, np.empty(workspace_rows(tree)), start)
-    found, positions, error = _find_following(tree, pose, basis, tangential, tol)
+    found, positions, error = _find_after_turns(tree, pose, basis, tangential, tol)
     share, low, high = 1.0, 0.0, math.inf
     for _ in range(MAX_CHORDS):
         chord = math.sqrt(((positions - start) ** 2).sum())
@@ -250,6 +307,9 @@ def exponential(tree, pose, velocity, n_steps):
         basis = tangent_space(tree, found)
         tangential = basis.T @ (positions - before)
         before = positions
-        found, positions, error = _find_following(tree, found, basis, tangential, tol)
+        if worst <= REACHED * length:
+            found, positions, error = _find_after_turns(tree, found, basis, tangential, tol)
+        else:
+            found, positions, error = _find_following(tree, found, basis, tangential, tol)
         worst = max(worst, error)
     return found, worst / length
