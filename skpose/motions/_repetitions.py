@@ -6,12 +6,14 @@ from typing import Any
 
 import numpy as np
 from joblib import effective_n_jobs
+from sklearn.utils import check_random_state
 
 from skpose._compat.sklearn import Interval, validate_params
 from skpose._validation.units import warn_of_degrees
 from skpose.metrics import Metric
 from skpose.metrics._shared import METRIC_CONSTRAINTS, DistanceMatrix, resolve, warn_of_no_skeleton, warn_of_unconverged
 from skpose.motions._inputs import check_motion
+from skpose.motions._surrogates import p_value
 from skpose.motions._template import Templates
 from skpose.skeleton import Motion, Skeleton
 
@@ -32,7 +34,14 @@ class Repetitions:
     template : int or None
         The repetition that the others resemble most, of distance zero; None where there are none.
     fitness : float
-        How well the repetitions explain the motion, from 0 to 1: see `segment_repetitions`.
+        How well the fittest template explains the motion, from 0 to 1, also where it is not significant: see
+        `segment_repetitions`.
+    pvalue : float
+        How often a motion in which nothing repeats would repeat as much by chance: the share of the surrogates that
+        do, the motion counted among them. 1.0 where nothing moves.
+    pauses : ndarray of shape (n_pauses, 2) of int
+        Where the motion is still: first frame and the one behind the last of each pause. No repetition has a frame of
+        one. What is shorter than a quarter of a repetition is a turn, and no pause.
     motions : list of Motion, or of ndarray of shape (n_frames, n_dofs)
         The repetitions themselves, as `mean_motion` takes them.
 
@@ -42,7 +51,7 @@ class Repetitions:
     >>> from skpose.datasets import make_gait
     >>> run = make_gait(1, 1, activities=["run"], random_state=0)[0]
     >>> segment_repetitions(run)
-    Repetitions(4 of 43 to 45 frames, fitness 0.67)
+    Repetitions(4 of 43 to 45 frames, fitness 0.67, p = 0.01)
     """
 
     starts: np.ndarray
@@ -50,16 +59,21 @@ class Repetitions:
     distances: np.ndarray
     template: int | None
     fitness: float
+    pvalue: float
+    pauses: np.ndarray
     motions: list
 
     def __len__(self) -> int:
         return len(self.starts)
 
     def __repr__(self) -> str:
-        if not len(self):
-            return f"Repetitions(none, fitness {self.fitness:.2f})"
-        lengths = self.stops - self.starts
-        return f"Repetitions({len(self)} of {lengths.min()} to {lengths.max()} frames, fitness {self.fitness:.2f})"
+        found = "none"
+        if len(self):
+            lengths = self.stops - self.starts
+            found = f"{len(self)} of {lengths.min()} to {lengths.max()} frames"
+        n_pauses = len(self.pauses)
+        pauses = f", {n_pauses} pause{'s' * (n_pauses > 1)}" if n_pauses else ""
+        return f"Repetitions({found}{pauses}, fitness {self.fitness:.2f}, p = {self.pvalue:.2g})"
 
 
 @validate_params(
@@ -68,6 +82,9 @@ class Repetitions:
         "min_frames": [Interval(Integral, 1, None, closed="left"), None],
         "max_frames": [Interval(Integral, 1, None, closed="left"), None],
         "min_fitness": [Interval(Real, 0, 1, closed="both")],
+        "alpha": [Interval(Real, 0, 1, closed="right")],
+        "n_surrogates": [Interval(Integral, 1, None, closed="left")],
+        "random_state": ["random_state"],
         "n_jobs": [None, Integral],
     },
     prefer_skip_nested_validation=True,
@@ -80,6 +97,9 @@ def segment_repetitions(
     min_frames: int | None = None,
     max_frames: int | None = None,
     min_fitness: float = 0.3,
+    alpha: float = 0.05,
+    n_surrogates: int = 99,
+    random_state: int | np.random.RandomState | None = None,
     n_jobs: int | None = None,
 ) -> Repetitions:
     r"""Return where a movement repeats, from the distances between all poses of the motion.
@@ -178,6 +198,11 @@ def segment_repetitions(
     checked = check_motion(motion, skeleton, "motion")
     if min_frames is not None and max_frames is not None and min_frames > max_frames:
         raise ValueError(f"min_frames must be no more than max_frames, got {min_frames} and {max_frames}")
+    if alpha * (n_surrogates + 1) < 1.0:
+        raise ValueError(
+            f"n_surrogates={n_surrogates} gives p-values of at least {1 / (n_surrogates + 1):.3g}, so that nothing could "
+            f"be found at alpha={alpha}: use n_surrogates={int(np.ceil(1 / alpha)) - 1} or more"
+        )
     chosen = resolve(metric, checked.skeleton)
     warn_of_no_skeleton(metric, checked.skeleton)
     poses = checked.sequences.poses
@@ -187,12 +212,14 @@ def segment_repetitions(
     distances, unconverged = DistanceMatrix(poses[::k], None, chosen, checked.skeleton).write(None, n_jobs)
     warn_of_unconverged(unconverged, distances.size)
     templates = Templates(distances, (min_frames or 1) / k, (max_frames or np.inf) / k)
-    best = templates.best(effective_n_jobs(n_jobs))
-    if best.fitness > 0.0 and best.fitness >= min_fitness:
-        segments, near, template = templates.repetitions(best)
-    else:
-        segments, near, template = np.zeros((0, 2), dtype=np.int64), np.zeros(0), None
-    starts, stops = k * segments[:, 0], np.minimum(k * segments[:, 1], len(poses))
+    n_threads = effective_n_jobs(n_jobs)
+    best, pvalue = templates.best(n_threads), 1.0
+    if best.fitness > 0.0:
+        pvalue = p_value(templates, n_surrogates, check_random_state(random_state), n_threads)
+    is_sure = best.fitness > 0.0 and best.fitness >= min_fitness and pvalue <= alpha
+    found = templates.repetitions(best) if is_sure else templates.nothing()
+    starts, stops = k * found.segments[:, 0], np.minimum(k * found.segments[:, 1], len(poses))
+    pauses = np.minimum(k * found.pauses, len(poses))
     given = motion if isinstance(motion, Motion) else poses
     repeated = [given[start:stop] for start, stop in zip(starts, stops, strict=True)]
-    return Repetitions(starts, stops, near, template, best.fitness, repeated)
+    return Repetitions(starts, stops, found.distances, found.template, best.fitness, pvalue, pauses, repeated)

@@ -1,0 +1,83 @@
+"""How surely something repeats: the motion is compared with surrogates, its own poses in another order.
+
+A surrogate has the pieces of the motion in random order (J. Theiler et al., 1992, doi:10.1016/0167-2789(92)90102-S).
+Its distances are those of the motion, with rows and columns in that order; none is computed anew. Pieces are shorter
+than a movement, so that a surrogate has the poses and the speeds of the motion, and repeats by chance alone.
+
+Short templates fit by chance, long ones hardly. So the fittest template of each length is compared with those of the
+same length, by a standard score, and the largest score is the statistic (P. H. Westfall, S. S. Young, "Resampling-Based
+Multiple Testing", 1993: max-T). It is the same function of the motion and of each surrogate, so that the rank of the
+motion among them is a p-value, and the search over lengths and starts is accounted for.
+"""
+
+from functools import partial
+
+import numpy as np
+
+from skpose._compiled.path.family import fitness_by_length
+from skpose._parallel.threads import in_threads
+from skpose.motions._template import LEAST_LENGTH, Templates
+
+# In units of the frames in which the motion gets from a pose to a distant one (median), about half a movement:
+PIECE = 0.25  # mean length of a piece
+LEAST_TEMPLATE = 2.0  # shortest template: a movement
+RESOLUTION = 6  # frames of such a half that are kept, where there are more
+MOST_FRAMES = 200  # of a section; longer motions are compared section by section
+GROWTH, STARTS_PER_LENGTH = 1.4, 3  # of the templates; coarser than in `_template`
+STEADY = 0.03  # is added to the standard deviation of a fitness: where all are equal, nothing stands out
+
+
+def p_value(templates: Templates, n_surrogates: int, rng: np.random.RandomState, n_jobs: int) -> float:
+    """Return the share of the surrogates that repeat as much as the motion does, the motion counted among them."""
+    if templates.n < 2 * LEAST_LENGTH:
+        return 1.0
+    half = _frames_of_half(templates)
+    thinning = max(1, int(half / RESOLUTION))
+    half = half / thinning
+    kept = np.arange(0, templates.n, thinning)
+    sections = np.array_split(kept, -(-len(kept) // MOST_FRAMES))
+    lengths = _lengths(min(map(len, sections)), half, templates.least / thinning, templates.most / thinning)
+    n_fitness = n_surrogates + 1
+    fitness = np.zeros((n_fitness, len(lengths)))
+
+    for section in sections:
+        similarities, is_far = (
+            templates.similarities[np.ix_(section, section)],
+            templates.is_far[np.ix_(section, section)],
+        )
+        n = len(section)
+        orders = [np.arange(n), *(_shuffle(n, PIECE * half, rng) for _ in range(n_surrogates))]
+
+        def rate(i: int, similarities=similarities, is_far=is_far, orders=orders) -> None:
+            here = fitness_by_length(similarities, is_far, orders[i], lengths, STARTS_PER_LENGTH)
+            fitness[i] = np.maximum(fitness[i], here)
+
+        in_threads((partial(rate, i) for i in range(n_fitness)), n_jobs)
+    scores = (fitness - fitness.mean(axis=0)) / (fitness.std(axis=0) + STEADY)
+    largest = scores.max(axis=1, initial=-np.inf)
+    return float(np.mean(largest >= largest[0]))
+
+
+def _frames_of_half(templates: Templates) -> float:
+    """Return the median number of frames from a frame to the first one that is far from it, or from one between."""
+    frames = np.flatnonzero(templates.reach < templates.n)
+    return float(np.median(templates.reach[frames] - frames)) if len(frames) else templates.n / 2
+
+
+def _lengths(n: int, half: float, least: float, most: float) -> np.ndarray:
+    """Return the lengths of templates in n frames; at least one, of the longest that may be, but for very few frames."""
+    longest = int(min(n // 2, most))
+    length = int(min(max(LEAST_LENGTH, LEAST_TEMPLATE * half, 0.5 * least), longest))
+    lengths = []
+    while LEAST_LENGTH <= length <= longest:
+        lengths.append(length)
+        length = max(length + 1, int(GROWTH * length))
+    return np.array(lengths, dtype=np.int64)
+
+
+def _shuffle(n: int, piece: float, rng: np.random.RandomState) -> np.ndarray:
+    """Return the frames with pieces of half to three halves of a mean length in random order."""
+    lengths = np.maximum(1, np.rint(piece * rng.uniform(0.5, 1.5, size=n))).astype(np.int64)
+    cuts = np.cumsum(lengths)
+    pieces = np.split(np.arange(n), cuts[cuts < n])
+    return np.concatenate([pieces[i] for i in rng.permutation(len(pieces))])
