@@ -50,7 +50,7 @@ class Repetitions:
     >>> from skpose.motions import segment_repetitions
     >>> from skpose.datasets import make_gait
     >>> run = make_gait(1, 1, activities=["run"], random_state=0)[0]
-    >>> segment_repetitions(run)
+    >>> segment_repetitions(run, random_state=0)
     Repetitions(4 of 43 to 45 frames, fitness 0.67, p = 0.01)
     """
 
@@ -117,10 +117,16 @@ def segment_repetitions(
     The repetitions are the fittest template and its segments. Twice the movement is less fit than the movement: more of
     it is the template itself, which does not count.
 
+    Chance repeats, too: of white noise the fitness of the best template is about that of a walk. So the motion is
+    compared with *surrogates* [2]_, its own poses in another order: pieces of about an eighth of a movement, in random
+    order. The p-value is the share of the surrogates that repeat as much, and above `alpha` nothing is found. What is
+    compared is, for templates of each length, the fitness of the fittest, less its mean over the surrogates and divided
+    by its standard deviation; the largest of these counts.
+
     Stillness is no repetition: frames whose speed is below a fifth of that of fast frames (95th percentile) are left
-    out. With D the median distance between the frames that are left, the similarity of two poses at distance d is
-    :math:`1 - d / 0.9 D`, and a template must have two poses that are 1.25 D apart: half of a movement, or a pose that
-    lasts, is no template.
+    out, and no repetition has a pause longer than half of the frames in which its template moves. With D the median
+    distance between the frames that are left, the similarity of two poses at distance d is :math:`1 - d / 0.9 D`, and a
+    template must have two poses that are 1.25 D apart: half of a movement, or a pose that lasts, is no template.
 
     Parameters
     ----------
@@ -137,20 +143,28 @@ def segment_repetitions(
     min_fitness : float between 0 and 1, default=0.3
         Fitness below which nothing is found. Where k equal repetitions are all of the motion, the fitness is 1 − 1/k;
         people differ, and reach 0.4 to 0.7. Recordings in which little of the motion repeats need a lower one.
+    alpha : float in (0, 1], default=0.05
+        p-value above which nothing is found: the share of motions without repetitions in which some are found. 1 finds
+        them in any case.
+    n_surrogates : int, default=99
+        Surrogates. The least p-value is 1 / (n_surrogates + 1).
+    random_state : int, RandomState instance or None, default=None
+        Source of the surrogates. Pass an int for the same p-value at every call.
     n_jobs : int, default=None
         Threads, as in scikit-learn.
 
     Returns
     -------
     Repetitions
-        First frames, last frames and distances; none where nothing repeats.
+        First frames, last frames, distances, pauses, and the p-value; none where nothing repeats.
 
     Raises
     ------
     TypeError
         For several motions in the place of one.
     ValueError
-        For poses that `pose_distances` refuses, and a `min_frames` above `max_frames`.
+        For poses that `pose_distances` refuses, a `min_frames` above `max_frames`, and fewer surrogates than `alpha`
+        needs.
 
     Warns
     -----
@@ -176,11 +190,20 @@ def segment_repetitions(
     length apart; start and length of the best three are then refined. One movement is found, the one that explains most
     of the motion. Of a cycle, such as a stride, any phase may be the first. The root's movement is no part of it.
 
+    The share `alpha` holds exactly where poses that are a piece apart are independent, and pieces are interchangeable.
+    Movement is smoother: of single actions and of different actions one after the other, repetitions were found in
+    fewer than that. It does not hold for smooth random movements of up to three degrees of freedom that stay near one
+    pose: these pass the same poses in the same order again and again, and are mostly called repetitions. So is what
+    oscillates irregularly: order is tested, not regularity. Two repetitions are enough where they are all of the
+    motion. The surrogates take three to ten times as long as the search up to 300 frames, and twice as long for 2,000.
+
     References
     ----------
     .. [1] M. Müller, N. Jiang, P. Grosche, "A robust fitness measure for capturing repetitions in music recordings with
        applications to audio thumbnailing", IEEE Transactions on Audio, Speech, and Language Processing 21(3), 2013,
        :doi:`10.1109/TASL.2012.2227732`.
+    .. [2] J. Theiler, S. Eubank, A. Longtin, B. Galdrikian, J. D. Farmer, "Testing for nonlinearity in time series: the
+       method of surrogate data", Physica D 58, 1992, :doi:`10.1016/0167-2789(92)90102-S`.
 
     Examples
     --------
@@ -189,19 +212,27 @@ def segment_repetitions(
     >>> from skpose.motions import segment_repetitions
     >>> from skpose.datasets import make_gait
     >>> walk = make_gait(1, 1, activities=["walk"], duration=6, random_state=0)[0]
-    >>> strides = segment_repetitions(walk)
+    >>> strides = segment_repetitions(walk, random_state=0)
     >>> strides
-    Repetitions(5 of 64 to 67 frames, fitness 0.67)
+    Repetitions(5 of 64 to 67 frames, fitness 0.67, p = 0.01)
     >>> (strides.starts / walk.frame_rate).round(1).tolist()
     [0.5, 1.6, 2.7, 3.8, 4.9]
+
+    Noise repeats by chance alone:
+
+    >>> import numpy as np
+    >>> from skpose import Skeleton
+    >>> noise = np.random.default_rng(0).normal(size=(100, 3))
+    >>> segment_repetitions(noise, skeleton=Skeleton.chain(3), random_state=0)
+    Repetitions(none, fitness 0.57, p = 0.65)
     """
     checked = check_motion(motion, skeleton, "motion")
     if min_frames is not None and max_frames is not None and min_frames > max_frames:
         raise ValueError(f"min_frames must be no more than max_frames, got {min_frames} and {max_frames}")
-    if alpha * (n_surrogates + 1) < 1.0:
+    if alpha * (n_surrogates + 1) < 1.0 - 1e-9:
         raise ValueError(
-            f"n_surrogates={n_surrogates} gives p-values of at least {1 / (n_surrogates + 1):.3g}, so that nothing could "
-            f"be found at alpha={alpha}: use n_surrogates={int(np.ceil(1 / alpha)) - 1} or more"
+            f"p-values of n_surrogates={n_surrogates} are at least {1 / (n_surrogates + 1):.3g}, so that nothing is "
+            f"found at alpha={alpha}: use n_surrogates={int(np.ceil(1 / alpha - 1e-9)) - 1} or more, or a larger alpha"
         )
     chosen = resolve(metric, checked.skeleton)
     warn_of_no_skeleton(metric, checked.skeleton)

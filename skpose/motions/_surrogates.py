@@ -37,9 +37,7 @@ def p_value(templates: Templates, n_surrogates: int, rng: np.random.RandomState,
     kept = np.arange(0, templates.n, thinning)
     sections = np.array_split(kept, -(-len(kept) // MOST_FRAMES))
     lengths = _lengths(min(map(len, sections)), half, templates.least / thinning, templates.most / thinning)
-    n_fitness = n_surrogates + 1
-    fitness = np.zeros((n_fitness, len(lengths)))
-
+    fitness = np.zeros((1 + n_surrogates, len(lengths)))
     for section in sections:
         similarities, is_far = (
             templates.similarities[np.ix_(section, section)],
@@ -52,7 +50,7 @@ def p_value(templates: Templates, n_surrogates: int, rng: np.random.RandomState,
             here = fitness_by_length(similarities, is_far, orders[i], lengths, STARTS_PER_LENGTH)
             fitness[i] = np.maximum(fitness[i], here)
 
-        in_threads((partial(rate, i) for i in range(n_fitness)), n_jobs)
+        in_threads((partial(rate, i) for i in range(len(fitness))), n_jobs)
     scores = (fitness - fitness.mean(axis=0)) / (fitness.std(axis=0) + STEADY)
     largest = scores.max(axis=1, initial=-np.inf)
     return float(np.mean(largest >= largest[0]))
@@ -65,7 +63,7 @@ def _frames_of_half(templates: Templates) -> float:
 
 
 def _lengths(n: int, half: float, least: float, most: float) -> np.ndarray:
-    """Return the lengths of templates in n frames; at least one, of the longest that may be, but for very few frames."""
+    """Return the lengths of templates in n frames: the longest that may be, where all of them are short."""
     longest = int(min(n // 2, most))
     length = int(min(max(LEAST_LENGTH, LEAST_TEMPLATE * half, 0.5 * least), longest))
     lengths = []
