@@ -14,24 +14,29 @@ from functools import partial
 
 import numpy as np
 
-from skpose._compiled.path.family import fitness_by_length
+from skpose._compiled.path.family import first_far, fitness_by_length
 from skpose._parallel.threads import in_threads
-from skpose.motions._template import LEAST_LENGTH, Templates
+from skpose.motions._template import EXTENT, LEAST_LENGTH, ZERO, Templates
 
+NEAR = 0.25  # quantile of the distances that takes the place of their median: other movements may be far from this one
 # In units of the frames in which the motion gets from a pose to a distant one (median), about half a movement:
 PIECE = 0.25  # mean length of a piece
 LEAST_TEMPLATE = 2.0  # shortest template: a movement
-RESOLUTION = 6  # frames of such a half that are kept, where there are more
-MOST_FRAMES = 200  # of a section; longer motions are compared section by section
+RESOLUTION = 4  # frames of such a half that are kept, where there are more
+MOST_FRAMES = 300  # of a section; longer motions are compared section by section
 GROWTH, STARTS_PER_LENGTH = 1.4, 3  # of the templates; coarser than in `_template`
 STEADY = 0.03  # is added to the standard deviation of a fitness: where all are equal, nothing stands out
 
 
 def p_value(templates: Templates, n_surrogates: int, rng: np.random.RandomState, n_jobs: int) -> float:
     """Return the share of the surrogates that repeat as much as the motion does, the motion counted among them."""
-    if templates.n < 2 * LEAST_LENGTH:
+    distances = templates.distances
+    positive = distances[distances > 0.0]
+    if templates.n < 2 * LEAST_LENGTH or not len(positive):
         return 1.0
-    half = _frames_of_half(templates)
+    near = np.quantile(positive, NEAR)
+    is_far = distances >= EXTENT * near
+    half = _frames_of_half(is_far)
     thinning = max(1, int(half / RESOLUTION))
     half = half / thinning
     kept = np.arange(0, templates.n, thinning)
@@ -39,14 +44,11 @@ def p_value(templates: Templates, n_surrogates: int, rng: np.random.RandomState,
     lengths = _lengths(min(map(len, sections)), half, templates.least / thinning, templates.most / thinning)
     fitness = np.zeros((1 + n_surrogates, len(lengths)))
     for section in sections:
-        similarities, is_far = (
-            templates.similarities[np.ix_(section, section)],
-            templates.is_far[np.ix_(section, section)],
-        )
-        n = len(section)
+        n, both = len(section), np.ix_(section, section)
+        similarities, is_far_here = 1.0 - distances[both] / (ZERO * near), is_far[both]
         orders = [np.arange(n), *(_shuffle(n, PIECE * half, rng) for _ in range(n_surrogates))]
 
-        def rate(i: int, similarities=similarities, is_far=is_far, orders=orders) -> None:
+        def rate(i: int, similarities=similarities, is_far=is_far_here, orders=orders) -> None:
             here = fitness_by_length(similarities, is_far, orders[i], lengths, STARTS_PER_LENGTH)
             fitness[i] = np.maximum(fitness[i], here)
 
@@ -56,10 +58,11 @@ def p_value(templates: Templates, n_surrogates: int, rng: np.random.RandomState,
     return float(np.mean(largest >= largest[0]))
 
 
-def _frames_of_half(templates: Templates) -> float:
+def _frames_of_half(is_far: np.ndarray) -> float:
     """Return the median number of frames from a frame to the first one that is far from it, or from one between."""
-    frames = np.flatnonzero(templates.reach < templates.n)
-    return float(np.median(templates.reach[frames] - frames)) if len(frames) else templates.n / 2
+    reach = first_far(is_far)
+    frames = np.flatnonzero(reach < len(reach))
+    return float(np.median(reach[frames] - frames)) if len(frames) else len(reach) / 2
 
 
 def _lengths(n: int, half: float, least: float, most: float) -> np.ndarray:

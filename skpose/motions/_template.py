@@ -69,14 +69,13 @@ class Templates:
     def __init__(self, distances: np.ndarray, least: float, most: float):
         self.n_frames = len(distances)
         self.frames = moving_frames(distances)
-        moving = distances[np.ix_(self.frames, self.frames)].astype(np.float64)
+        self.distances = moving = distances[np.ix_(self.frames, self.frames)].astype(np.float64)
         self.n = len(self.frames)
         median = np.median(moving) if self.n else 0.0
         self.zero = ZERO * median
         self.least, self.most = least, most
         self.similarities = 1.0 - moving / self.zero if median > 0.0 else np.ones(moving.shape)
-        self.is_far = moving >= EXTENT * median if median > 0.0 else np.zeros(moving.shape, dtype=bool)
-        self.reach = first_far(self.is_far)
+        self.reach = first_far((moving >= EXTENT * median) & (moving > 0.0))
         self.pauses = np.diff(self.frames, prepend=self.frames[:1]) - 1  # still frames before each one that moves
 
     def best(self, n_jobs: int) -> Template:

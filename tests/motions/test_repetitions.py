@@ -1,7 +1,6 @@
 """Repetitions: motions whose repetitions are known, and what holds for all."""
 
 import functools
-import itertools
 import re
 
 import numpy as np
@@ -46,7 +45,7 @@ def assert_found(found, truth, tolerance):
 
 
 def paths_from(similarities, is_cut, columns, i, k):
-    """All paths from a cell on that do not go into or across a row before which there is a cut: last row, score, cells."""
+    """All paths from a cell on that go on across no cut, which are before some rows: last row, score, cells."""
     n, m = similarities.shape[0], len(columns)
     here = similarities[i, columns[k]]
     if k == m - 1:
@@ -236,9 +235,9 @@ def test_standing_is_a_pause_and_no_slow_repetition(pause, sway):
     np.testing.assert_array_less(found.stops - found.starts, 75)
     expected = np.stack([truth[:-1, 1], truth[1:, 0]], axis=1) - cut.start
     np.testing.assert_allclose(found.pauses, expected, atol=14)
-    edges = zip(np.concatenate([found.starts, found.pauses[:, 0]]), np.concatenate([found.stops, found.pauses[:, 1]]))
-    in_order = sorted(edges)
-    assert all(before[1] <= after[0] for before, after in itertools.pairwise(in_order))
+    both = np.concatenate([np.stack([found.starts, found.stops], axis=1), found.pauses])
+    both = both[np.argsort(both[:, 0])]
+    assert (both[:-1, 1] <= both[1:, 0]).all()
     assert f"{len(found)} of" in repr(found)
     assert ", 4 pauses, " in repr(found)
 
