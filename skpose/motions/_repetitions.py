@@ -6,12 +6,14 @@ from typing import Any
 
 import numpy as np
 from joblib import effective_n_jobs
+from sklearn.utils import check_random_state
 
 from skpose._compat.sklearn import Interval, validate_params
 from skpose._validation.units import warn_of_degrees
 from skpose.metrics import Metric
 from skpose.metrics._shared import METRIC_CONSTRAINTS, DistanceMatrix, resolve, warn_of_no_skeleton, warn_of_unconverged
 from skpose.motions._inputs import check_motion
+from skpose.motions._surrogates import p_value
 from skpose.motions._template import Templates
 from skpose.skeleton import Motion, Skeleton
 
@@ -32,7 +34,14 @@ class Repetitions:
     template : int or None
         The repetition that the others resemble most, of distance zero; None where there are none.
     fitness : float
-        How well the repetitions explain the motion, from 0 to 1: see `segment_repetitions`.
+        How well the fittest template explains the motion, from 0 to 1, also where it is not significant: see
+        `segment_repetitions`.
+    pvalue : float
+        How often a motion in which nothing repeats would repeat as much by chance: the share of the surrogates that
+        do, the motion counted among them. 1.0 where nothing moves.
+    pauses : ndarray of shape (n_pauses, 2) of int
+        Where the motion is still: first frame and the one behind the last of each pause. No repetition has a frame of
+        one. What is shorter than a quarter of a repetition is a turn, and no pause.
     motions : list of Motion, or of ndarray of shape (n_frames, n_dofs)
         The repetitions themselves, as `mean_motion` takes them.
 
@@ -41,8 +50,8 @@ class Repetitions:
     >>> from skpose.motions import segment_repetitions
     >>> from skpose.datasets import make_gait
     >>> run = make_gait(1, 1, activities=["run"], random_state=0)[0]
-    >>> segment_repetitions(run)
-    Repetitions(4 of 43 to 45 frames, fitness 0.67)
+    >>> segment_repetitions(run, random_state=0)
+    Repetitions(4 of 43 to 45 frames, fitness 0.67, p = 0.01)
     """
 
     starts: np.ndarray
@@ -50,16 +59,21 @@ class Repetitions:
     distances: np.ndarray
     template: int | None
     fitness: float
+    pvalue: float
+    pauses: np.ndarray
     motions: list
 
     def __len__(self) -> int:
         return len(self.starts)
 
     def __repr__(self) -> str:
-        if not len(self):
-            return f"Repetitions(none, fitness {self.fitness:.2f})"
-        lengths = self.stops - self.starts
-        return f"Repetitions({len(self)} of {lengths.min()} to {lengths.max()} frames, fitness {self.fitness:.2f})"
+        found = "none"
+        if len(self):
+            lengths = self.stops - self.starts
+            found = f"{len(self)} of {lengths.min()} to {lengths.max()} frames"
+        n_pauses = len(self.pauses)
+        pauses = f", {n_pauses} pause{'s' * (n_pauses > 1)}" if n_pauses else ""
+        return f"Repetitions({found}{pauses}, fitness {self.fitness:.2f}, p = {self.pvalue:.2g})"
 
 
 @validate_params(
@@ -68,6 +82,9 @@ class Repetitions:
         "min_frames": [Interval(Integral, 1, None, closed="left"), None],
         "max_frames": [Interval(Integral, 1, None, closed="left"), None],
         "min_fitness": [Interval(Real, 0, 1, closed="both")],
+        "alpha": [Interval(Real, 0, 1, closed="right")],
+        "n_surrogates": [Interval(Integral, 1, None, closed="left")],
+        "random_state": ["random_state"],
         "n_jobs": [None, Integral],
     },
     prefer_skip_nested_validation=True,
@@ -80,6 +97,9 @@ def segment_repetitions(
     min_frames: int | None = None,
     max_frames: int | None = None,
     min_fitness: float = 0.3,
+    alpha: float = 0.05,
+    n_surrogates: int = 99,
+    random_state: int | np.random.RandomState | None = None,
     n_jobs: int | None = None,
 ) -> Repetitions:
     r"""Return where a movement repeats, from the distances between all poses of the motion.
@@ -97,10 +117,16 @@ def segment_repetitions(
     The repetitions are the fittest template and its segments. Twice the movement is less fit than the movement: more of
     it is the template itself, which does not count.
 
+    Chance repeats, too: of white noise the fitness of the best template is about that of a walk. So the motion is
+    compared with *surrogates* [2]_, its own poses in another order: pieces of about an eighth of a movement, in random
+    order. The p-value is the share of the surrogates that repeat as much, and above `alpha` nothing is found. What is
+    compared is, for templates of each length, the fitness of the fittest, less its mean over the surrogates and divided
+    by its standard deviation; the largest of these counts.
+
     Stillness is no repetition: frames whose speed is below a fifth of that of fast frames (95th percentile) are left
-    out. With D the median distance between the frames that are left, the similarity of two poses at distance d is
-    :math:`1 - d / 0.9 D`, and a template must have two poses that are 1.25 D apart: half of a movement, or a pose that
-    lasts, is no template.
+    out, and no repetition has a pause longer than half of the frames in which its template moves. With D the median
+    distance between the frames that are left, the similarity of two poses at distance d is :math:`1 - d / 0.9 D`, and a
+    template must have two poses that are 1.25 D apart: half of a movement, or a pose that lasts, is no template.
 
     Parameters
     ----------
@@ -117,20 +143,28 @@ def segment_repetitions(
     min_fitness : float between 0 and 1, default=0.3
         Fitness below which nothing is found. Where k equal repetitions are all of the motion, the fitness is 1 − 1/k;
         people differ, and reach 0.4 to 0.7. Recordings in which little of the motion repeats need a lower one.
+    alpha : float in (0, 1], default=0.05
+        p-value above which nothing is found: the share of motions without repetitions in which some are found. 1 finds
+        them in any case.
+    n_surrogates : int, default=99
+        Surrogates. The least p-value is 1 / (n_surrogates + 1).
+    random_state : int, RandomState instance or None, default=None
+        Source of the surrogates. Pass an int for the same p-value at every call.
     n_jobs : int, default=None
         Threads, as in scikit-learn.
 
     Returns
     -------
     Repetitions
-        First frames, last frames and distances; none where nothing repeats.
+        First frames, last frames, distances, pauses, and the p-value; none where nothing repeats.
 
     Raises
     ------
     TypeError
         For several motions in the place of one.
     ValueError
-        For poses that `pose_distances` refuses, and a `min_frames` above `max_frames`.
+        For poses that `pose_distances` refuses, a `min_frames` above `max_frames`, and fewer surrogates than `alpha`
+        needs.
 
     Warns
     -----
@@ -156,11 +190,20 @@ def segment_repetitions(
     length apart; start and length of the best three are then refined. One movement is found, the one that explains most
     of the motion. Of a cycle, such as a stride, any phase may be the first. The root's movement is no part of it.
 
+    The share `alpha` holds exactly where poses that are a piece apart are independent, and pieces are interchangeable.
+    Movement is smoother: of single actions and of different actions one after the other, repetitions were found in
+    fewer than that. It does not hold for smooth random movements of up to three degrees of freedom that stay near one
+    pose: these pass the same poses in the same order again and again, and are mostly called repetitions. So is what
+    oscillates irregularly: order is tested, not regularity. Two repetitions are enough where they are all of the
+    motion. The surrogates take three to ten times as long as the search up to 300 frames, and twice as long for 2,000.
+
     References
     ----------
     .. [1] M. Müller, N. Jiang, P. Grosche, "A robust fitness measure for capturing repetitions in music recordings with
        applications to audio thumbnailing", IEEE Transactions on Audio, Speech, and Language Processing 21(3), 2013,
        :doi:`10.1109/TASL.2012.2227732`.
+    .. [2] J. Theiler, S. Eubank, A. Longtin, B. Galdrikian, J. D. Farmer, "Testing for nonlinearity in time series: the
+       method of surrogate data", Physica D 58, 1992, :doi:`10.1016/0167-2789(92)90102-S`.
 
     Examples
     --------
@@ -169,15 +212,28 @@ def segment_repetitions(
     >>> from skpose.motions import segment_repetitions
     >>> from skpose.datasets import make_gait
     >>> walk = make_gait(1, 1, activities=["walk"], duration=6, random_state=0)[0]
-    >>> strides = segment_repetitions(walk)
+    >>> strides = segment_repetitions(walk, random_state=0)
     >>> strides
-    Repetitions(5 of 64 to 67 frames, fitness 0.67)
+    Repetitions(5 of 64 to 67 frames, fitness 0.67, p = 0.01)
     >>> (strides.starts / walk.frame_rate).round(1).tolist()
     [0.5, 1.6, 2.7, 3.8, 4.9]
+
+    Noise repeats by chance alone:
+
+    >>> import numpy as np
+    >>> from skpose import Skeleton
+    >>> noise = np.random.default_rng(0).normal(size=(100, 3))
+    >>> segment_repetitions(noise, skeleton=Skeleton.chain(3), random_state=0)
+    Repetitions(none, fitness 0.57, p = 0.65)
     """
     checked = check_motion(motion, skeleton, "motion")
     if min_frames is not None and max_frames is not None and min_frames > max_frames:
         raise ValueError(f"min_frames must be no more than max_frames, got {min_frames} and {max_frames}")
+    if alpha * (n_surrogates + 1) < 1.0 - 1e-9:
+        raise ValueError(
+            f"p-values of n_surrogates={n_surrogates} are at least {1 / (n_surrogates + 1):.3g}, so that nothing is "
+            f"found at alpha={alpha}: use n_surrogates={int(np.ceil(1 / alpha - 1e-9)) - 1} or more, or a larger alpha"
+        )
     chosen = resolve(metric, checked.skeleton)
     warn_of_no_skeleton(metric, checked.skeleton)
     poses = checked.sequences.poses
@@ -187,12 +243,14 @@ def segment_repetitions(
     distances, unconverged = DistanceMatrix(poses[::k], None, chosen, checked.skeleton).write(None, n_jobs)
     warn_of_unconverged(unconverged, distances.size)
     templates = Templates(distances, (min_frames or 1) / k, (max_frames or np.inf) / k)
-    best = templates.best(effective_n_jobs(n_jobs))
-    if best.fitness > 0.0 and best.fitness >= min_fitness:
-        segments, near, template = templates.repetitions(best)
-    else:
-        segments, near, template = np.zeros((0, 2), dtype=np.int64), np.zeros(0), None
-    starts, stops = k * segments[:, 0], np.minimum(k * segments[:, 1], len(poses))
+    n_threads = effective_n_jobs(n_jobs)
+    best, pvalue = templates.best(n_threads), 1.0
+    if best.fitness > 0.0:
+        pvalue = p_value(templates, n_surrogates, check_random_state(random_state), n_threads)
+    is_sure = best.fitness > 0.0 and best.fitness >= min_fitness and pvalue <= alpha
+    found = templates.repetitions(best) if is_sure else templates.nothing()
+    starts, stops = k * found.segments[:, 0], np.minimum(k * found.segments[:, 1], len(poses))
+    pauses = np.minimum(k * found.pauses, len(poses))
     given = motion if isinstance(motion, Motion) else poses
     repeated = [given[start:stop] for start, stop in zip(starts, stops, strict=True)]
-    return Repetitions(starts, stops, near, template, best.fitness, repeated)
+    return Repetitions(starts, stops, found.distances, found.template, best.fitness, pvalue, pauses, repeated)

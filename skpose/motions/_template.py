@@ -2,11 +2,12 @@
 
 from collections.abc import Callable, Iterator
 from functools import partial
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
-from skpose._compiled.path.family import family_of, segments_of
+from skpose._compiled.path.family import first_far, fitness_of, segments_of
 from skpose._parallel.threads import in_threads
 
 FAST, FAR = 0.95, 0.95  # quantiles: of speeds, and of distances between frames, that stand for the largest
@@ -18,6 +19,9 @@ EXTENT = 1.25  # distance that a template must have between two of its frames
 # Candidates for templates: lengths in a geometric series, starts a part of the length apart.
 LEAST_LENGTH, GROWTH, STARTS_PER_LENGTH = 5, 1.15, 4
 SLIVER = 0.25  # of a segment: the most that is cut off behind a pause
+# Relative to the frames of the template that move:
+LONGEST_PAUSE = 0.5  # within a repetition
+SHORTEST_PAUSE = 0.25  # between repetitions: what is shorter is a turn, not a pause
 REFINED = 3  # the best of them, whose start and length are then varied in steps from an eighth of the length to 1
 
 
@@ -34,7 +38,8 @@ class Found(NamedTuple):
 
     segments: np.ndarray  # (n_repetitions, 2) first frame, and the one behind the last
     distances: np.ndarray  # (n_repetitions,) mean distance from the template
-    template: int
+    template: int | None
+    pauses: np.ndarray  # (n_pauses, 2) first still frame, and the one behind the last
 
 
 def moving_frames(distances: np.ndarray) -> np.ndarray:
@@ -62,14 +67,16 @@ class Templates:
     """
 
     def __init__(self, distances: np.ndarray, least: float, most: float):
+        self.n_frames = len(distances)
         self.frames = moving_frames(distances)
-        moving = distances[np.ix_(self.frames, self.frames)].astype(np.float64)
+        self.distances = moving = distances[np.ix_(self.frames, self.frames)].astype(np.float64)
         self.n = len(self.frames)
         median = np.median(moving) if self.n else 0.0
         self.zero = ZERO * median
         self.least, self.most = least, most
         self.similarities = 1.0 - moving / self.zero if median > 0.0 else np.ones(moving.shape)
-        self.reach = _first_far(moving, EXTENT * median) if median > 0.0 else np.full(self.n, self.n)
+        self.reach = first_far((moving >= EXTENT * median) & (moving > 0.0))
+        self.pauses = np.diff(self.frames, prepend=self.frames[:1]) - 1  # still frames before each one that moves
 
     def best(self, n_jobs: int) -> Template:
         """Return the template of the largest fitness; its fitness is zero where nothing repeats."""
@@ -87,14 +94,39 @@ class Templates:
     def repetitions(self, template: Template) -> Found:
         """Return the template and the segments of its path families, in their order."""
         start, stop = template.start, template.start + template.length
-        before, near_before = segments_of(self.similarities, 0, start, start, stop)
-        after, near_after = segments_of(self.similarities, stop, self.n, start, stop)
+        before, near_before = self._segments(0, start, template)
+        after, near_after = self._segments(stop, self.n, template)
         rows = np.concatenate([before, [(start, stop)], after])
         segments = np.array([_trim_slivers(self.frames[first:last]) for first, last in rows])
         if np.ptp(segments[len(before)]) < self.least:
             segments[len(before)] = self.frames[start], self.frames[stop - 1] + 1  # the template is long enough whole
         similarities = np.concatenate([near_before, [1.0], near_after])
-        return Found(segments, self.zero * np.maximum(0.0, 1.0 - similarities), len(before))
+        distances = self.zero * np.maximum(0.0, 1.0 - similarities)
+        pauses = self._pauses(segments, max(1.0, SHORTEST_PAUSE * template.length))
+        return Found(segments, distances, len(before), pauses)
+
+    def nothing(self) -> Found:
+        """Return no repetition, and all pauses."""
+        none = np.zeros((0, 2), dtype=np.int64)
+        return Found(none, np.zeros(0), None, self._pauses(none, LEAST_LENGTH))
+
+    def _segments(self, first: int, last: int, template: Template) -> tuple[np.ndarray, np.ndarray]:
+        """Return the segments of a template in some frames, and their mean similarities: between long pauses each."""
+        start, stop = template.start, template.start + template.length
+        cuts = first + np.flatnonzero(self.pauses[first:last] > LONGEST_PAUSE * template.length)
+        edges = [first, *cuts[cuts > first], last]
+        found = [segments_of(self.similarities, i, j, start, stop) for i, j in pairwise(edges)]
+        segments, similarities = zip(*found, strict=True)
+        return np.concatenate(segments), np.concatenate(similarities)
+
+    def _pauses(self, segments: np.ndarray, least: float) -> np.ndarray:
+        """Return the runs of still frames outside of the segments that have at least so many frames."""
+        is_still = np.ones(self.n_frames, dtype=bool)
+        is_still[self.frames] = False
+        for first, last in segments:
+            is_still[first:last] = False
+        edges = np.flatnonzero(np.diff(is_still, prepend=False, append=False)).reshape(-1, 2)
+        return edges[np.ptp(edges, axis=1) >= least]
 
     def _lengths(self) -> Iterator[int]:
         length = LEAST_LENGTH
@@ -103,23 +135,18 @@ class Templates:
             length = max(length + 1, int(GROWTH * length))
 
     def _rate(self, start: int, length: int) -> Template:
-        """Return a template with its fitness, the harmonic mean of score and coverage; zero for one not allowed."""
-        none = Template(0.0, start, length)
+        """Return a template with its fitness, zero for one that is not allowed."""
         if not self._is_allowed(start, length):
-            return none
-        stop = start + length
-        before = family_of(self.similarities, 0, start, start, stop)
-        after = family_of(self.similarities, stop, self.n, start, stop)
-        score, n_cells, n_covered = (sum(both) for both in zip(before, after, strict=True))
-        if score <= 0.0:
-            return none
-        mean_score, coverage = score / (n_cells + length), n_covered / self.n
-        return Template(2.0 * mean_score * coverage / (mean_score + coverage), start, length)
+            return Template(0.0, start, length)
+        longest = LONGEST_PAUSE * length
+        return Template(fitness_of(self.similarities, self.pauses, longest, start, start + length), start, length)
 
     def _is_allowed(self, start: int, length: int) -> bool:
         if not (0 <= start <= self.n - length and LEAST_LENGTH <= length <= self.n // 2):
             return False
         last = start + length - 1
+        if self.pauses[start + 1 : last + 1].max() > LONGEST_PAUSE * length:
+            return False
         return self.reach[start] <= last and self.least <= self.frames[last] - self.frames[start] + 1 <= self.most
 
     def _refine(self, template: Template) -> Template:
@@ -137,13 +164,6 @@ class Templates:
             else:
                 step //= 2
         return template
-
-
-def _first_far(distances: np.ndarray, far: float) -> np.ndarray:
-    """Return, of each first frame, the last one that a segment needs so that two of its frames are far apart."""
-    is_far = np.triu(distances >= far)
-    nearest = np.where(is_far.any(axis=1), is_far.argmax(axis=1), len(distances))
-    return np.minimum.accumulate(nearest[::-1])[::-1]
 
 
 def _trim_slivers(frames: np.ndarray) -> tuple[int, int]:

@@ -5,14 +5,16 @@ import re
 
 import numpy as np
 import pytest
+from scipy.ndimage import gaussian_filter1d
 from scipy.signal import find_peaks
 
-from skpose import Motion, Skeleton, forward_kinematics
-from skpose._compiled.path.family import family_of, segments_of
+from skpose import Motion, Skeleton, forward_kinematics, motions
+from skpose._compiled.path.family import family_of, first_far, fitness_by_length, segments_of
 from skpose.datasets import humanoid, make_gait
-from skpose.motions import _repetitions, segment_repetitions
-from skpose.motions._template import moving_frames
+from skpose.motions import _repetitions
+from skpose.motions._template import LONGEST_PAUSE, moving_frames
 
+segment_repetitions = functools.partial(motions.segment_repetitions, random_state=0)  # the same p-values in each run
 ARM = Skeleton.chain(3)
 KNEE = "left_shank_rx"
 STEPS = (1, 1), (1, 2), (2, 1)
@@ -42,19 +44,19 @@ def assert_found(found, truth, tolerance):
     np.testing.assert_allclose(np.stack([found.starts, found.stops], axis=1), truth, atol=tolerance)
 
 
-def paths_from(similarities, columns, i, k):
-    """All paths from a cell on, as (last row, score, cells)."""
+def paths_from(similarities, is_cut, columns, i, k):
+    """All paths from a cell on that go on across no cut, which are before some rows: last row, score, cells."""
     n, m = similarities.shape[0], len(columns)
     here = similarities[i, columns[k]]
     if k == m - 1:
         yield i, here, 1
     for down, right in STEPS:
-        if i + down < n and k + right < m:
-            for last, score, cells in paths_from(similarities, columns, i + down, k + right):
+        if i + down < n and k + right < m and not is_cut[i + 1 : i + down + 1].any():
+            for last, score, cells in paths_from(similarities, is_cut, columns, i + down, k + right):
                 yield last, here + score, cells + 1
 
 
-def best_family(similarities, first, last_row, start, stop):
+def best_family(similarities, is_cut, first, last_row, start, stop):
     """(score, cells, covered, segments) of the best family in some rows, by trying all of them."""
 
     @functools.cache
@@ -62,7 +64,7 @@ def best_family(similarities, first, last_row, start, stop):
         if i == last_row:
             return 0.0, 0, 0, ()
         found = [best(i + 1)]
-        for last, score, cells in paths_from(similarities[:last_row], range(start, stop), i, 0):
+        for last, score, cells in paths_from(similarities[:last_row], is_cut, range(start, stop), i, 0):
             after = best(last + 1)
             found.append(
                 (score + after[0], cells + after[1], last + 1 - i + after[2], ((i, last + 1, score / cells), *after[3]))
@@ -79,19 +81,50 @@ def test_the_best_family_is_that_of_all_families(seed):
     similarities = rng.uniform(-0.5, 0.5, size=(n, n))
     start, first = int(rng.integers(n - 1)), int(rng.integers(3))
     stop = int(rng.integers(start + 1, min(n, start + 4) + 1))
-    score, n_cells, n_covered, segments = best_family(similarities, first, n - 1, start, stop)
-    family = family_of(similarities, first, n - 1, start, stop)
-    np.testing.assert_allclose(family.score, score, atol=1e-12)
-    assert (family.n_cells, family.n_covered) == (n_cells, n_covered)
-    found, means = segments_of(similarities, first, n - 1, start, stop)
-    np.testing.assert_array_equal(found, np.array([s[:2] for s in segments]).reshape(-1, 2))
-    np.testing.assert_allclose(means, [s[2] for s in segments], atol=1e-12)
+    for pauses in (np.zeros(n, dtype=np.int64), rng.integers(0, 5, size=n)):
+        expected = best_family(similarities, pauses > 2, first, n - 1, start, stop)
+        family = family_of(similarities, pauses, 2.0, first, n - 1, start, stop)
+        np.testing.assert_allclose(family.score, expected[0], atol=1e-12)
+        assert (family.n_cells, family.n_covered) == expected[1:3]
+        if not pauses.any():
+            found, means = segments_of(similarities, first, n - 1, start, stop)
+            np.testing.assert_array_equal(found, np.array([s[:2] for s in expected[3]]).reshape(-1, 2))
+            np.testing.assert_allclose(means, [s[2] for s in expected[3]], atol=1e-12)
 
 
 def test_a_family_may_be_empty():
-    assert family_of(np.full((6, 6), -1.0), 0, 6, 1, 4) == (0.0, 0, 0)
-    assert family_of(np.ones((6, 6)), 2, 2, 1, 4) == (0.0, 0, 0)
+    pauses = np.zeros(6, dtype=np.int64)
+    assert family_of(np.full((6, 6), -1.0), pauses, 0.0, 0, 6, 1, 4) == (0.0, 0, 0)
+    assert family_of(np.ones((6, 6)), pauses, 0.0, 2, 2, 1, 4) == (0.0, 0, 0)
     assert len(segments_of(np.full((6, 6), -1.0), 0, 6, 1, 4)[0]) == 0
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_fitness_of_each_length_in_another_order(seed):
+    """By its equation, of the best of all families, from the matrix in that order."""
+    rng = np.random.default_rng(seed)
+    n, lengths = 8, np.array([2, 3, 4])
+    distances = rng.uniform(size=(n, n))
+    distances = np.triu(distances, 1) + np.triu(distances, 1).T
+    similarities, is_far, order = 0.5 - distances, distances > 0.7, rng.permutation(n)
+    expected = []
+    for m in lengths:
+        best, uncut = 0.0, np.zeros(n, dtype=bool)
+        for start in range(0, n - m + 1, max(1, m // 3)):
+            stop = start + m
+            if not is_far[np.ix_(order, order)][start:stop, start:stop].any():
+                continue
+            permuted = similarities[np.ix_(order, order)]
+            both = [best_family(permuted, uncut, *rows, start, stop) for rows in ((0, start), (stop, n))]
+            score, n_cells, n_covered = (sum(family[i] for family in both) for i in range(3))
+            if score > 0:
+                sigma, gamma = score / (n_cells + m), n_covered / n
+                best = max(best, 2 * sigma * gamma / (sigma + gamma))
+        expected.append(best)
+    np.testing.assert_allclose(fitness_by_length(similarities, is_far, order, lengths, 3), expected, atol=1e-12)
+    assert max(expected) > 0.0
+    reach = [next((j for j in range(n) if is_far[i : j + 1, i : j + 1].any()), n) for i in range(n)]
+    np.testing.assert_array_equal(first_far(is_far), reach)
 
 
 @pytest.mark.parametrize("metric", ["position", "spatial", "rotation", "angle"])
@@ -134,7 +167,9 @@ def test_a_pose_that_lasts_does_not_repeat(n):
     assert len(found) == 0
     assert found.template is None
     assert found.motions == []
-    assert repr(found) == "Repetitions(none, fitness 0.00)"
+    assert found.pvalue == 1.0
+    assert found.pauses.tolist() == ([[0, n]] if n >= 5 else [])
+    assert repr(found) == f"Repetitions(none{', 1 pause' if n >= 5 else ''}, fitness 0.00, p = 1)"
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -143,6 +178,78 @@ def test_what_does_not_repeat_gives_none(seed):
     assert len(segment_repetitions(exercise(150, seed), skeleton=ARM, metric="position")) == 0
     away = np.linspace(0, 3, 200)[:, None] * [0.5, 0.2, 0.1] + 0.1 * exercise(200, seed)
     assert len(segment_repetitions(away, skeleton=ARM, metric="position")) == 0
+
+
+def noise(kind, seed, n_frames=150, skeleton=ARM):
+    rng = np.random.default_rng(seed)
+    poses = rng.normal(size=(n_frames, skeleton.n_dofs))
+    if kind == "smoothed random walk":
+        poses = gaussian_filter1d(np.cumsum(poses, axis=0), 5, axis=0)
+    return 0.3 * poses / poses.std()
+
+
+@pytest.mark.parametrize("kind", ["white noise", "smoothed random walk"])
+def test_noise_does_not_repeat(kind):
+    """Its fitness is that of walks."""
+    found = [segment_repetitions(noise(kind, seed), skeleton=ARM, metric="position") for seed in range(10)]
+    assert np.median([one.fitness for one in found]) > 0.3
+    assert sum(len(one) > 0 for one in found) <= 2  # of ten; 0.5 are expected, and more than 2 in one of 80 cases
+    whatever = segment_repetitions(noise(kind, 0), skeleton=ARM, metric="position", alpha=1.0, min_fitness=0.0)
+    assert len(whatever) > 1
+    assert (whatever.fitness, whatever.pvalue) == (found[0].fitness, found[0].pvalue)
+
+
+@pytest.mark.slow
+def test_the_p_value_of_white_noise_is_uniform():
+    """Of 200 draws as many are below each level as it says, within three standard deviations."""
+    found = [
+        segment_repetitions(noise("white noise", seed, 60), skeleton=ARM, metric="position", random_state=seed)
+        for seed in range(200)
+    ]
+    p = np.array([one.pvalue for one in found])
+    for level in (0.05, 0.1, 0.3, 0.5, 0.8):
+        assert abs((p <= level).mean() - level) < 3 * np.sqrt(level * (1 - level) / len(p)), level
+
+
+def test_how_sure_it_is():
+    poses, truth = recording([60, 60, 60], [30] * 4)
+    found = segment_repetitions(poses, skeleton=ARM, metric="position")
+    assert found.pvalue == 0.01
+    few = segment_repetitions(poses, skeleton=ARM, metric="position", n_surrogates=19)
+    assert few.pvalue == 0.05
+    assert_found(few, truth, 8)
+    assert len(segment_repetitions(poses, skeleton=ARM, metric="position", alpha=0.01)) == 3
+    again = [segment_repetitions(noise("white noise", 3), skeleton=ARM, random_state=seed).pvalue for seed in (1, 1, 2)]
+    assert again[0] == again[1] != again[2]
+
+
+@pytest.mark.parametrize("pause", [80, 400])
+@pytest.mark.parametrize("sway", [0.0, 0.02])
+def test_standing_is_a_pause_and_no_slow_repetition(pause, sway):
+    """The recording begins and ends in the middle of an exercise: from middle to middle it has one more."""
+    poses, truth = recording([60] * 5, [1, pause, pause, pause, pause, 1])
+    poses += sway * np.sin(np.arange(len(poses)) / 15)[:, None]
+    cut = slice(truth[0, 0] + 30, truth[-1, 1] - 30)
+    found = segment_repetitions(poses[cut], skeleton=ARM, metric="position")
+    assert len(found) >= 3
+    np.testing.assert_array_less(found.stops - found.starts, 75)
+    expected = np.stack([truth[:-1, 1], truth[1:, 0]], axis=1) - cut.start
+    np.testing.assert_allclose(found.pauses, expected, atol=14)
+    both = np.concatenate([np.stack([found.starts, found.stops], axis=1), found.pauses])
+    both = both[np.argsort(both[:, 0])]
+    assert (both[:-1, 1] <= both[1:, 0]).all()
+    assert f"{len(found)} of" in repr(found)
+    assert ", 4 pauses, " in repr(found)
+
+
+def test_a_short_hold_belongs_to_the_repetition():
+    """A fifth of a second in each, at the same pose, is a part of the movement; LONGEST_PAUSE says how long may be."""
+    half, hold = exercise(60)[:30], 12
+    assert hold < LONGEST_PAUSE * 50
+    one = np.concatenate([half, np.repeat(half[-1:], hold, axis=0), exercise(60)[30:], np.zeros((50, 3))])
+    found = segment_repetitions(np.concatenate([one] * 5), skeleton=ARM, metric="position")
+    assert_found(found, np.array([(i * len(one), i * len(one) + 72) for i in range(5)]), 8)
+    assert len(found.pauses) == 5
 
 
 def test_one_that_repeats_among_others_that_do_not():
@@ -207,7 +314,7 @@ def test_threads_change_nothing():
     poses, _ = recording([50, 60, 70], [20] * 4)
     one, two = (segment_repetitions(poses, skeleton=ARM, n_jobs=n) for n in (1, 2))
     np.testing.assert_array_equal(one.starts, two.starts)
-    assert one.fitness == two.fitness
+    assert (one.fitness, one.pvalue) == (two.fitness, two.pvalue)
 
 
 def test_long_motions_are_thinned(monkeypatch):
@@ -244,6 +351,9 @@ def test_warns_of_degrees():
             {"skeleton": ARM, "min_frames": 9, "max_frames": 8},
             "min_frames must be no more than max_frames",
         ),
+        (exercise(9), {"skeleton": ARM, "n_surrogates": 9}, "found at alpha=0.05: use n_surrogates=19 or more"),
+        (exercise(9), {"skeleton": ARM, "alpha": 0.001}, "use n_surrogates=999 or more"),
+        (exercise(9), {"skeleton": ARM, "alpha": 0}, "'alpha' parameter of segment_repetitions must be"),
         (exercise(9), {"skeleton": ARM, "min_fitness": 2}, "'min_fitness' parameter of segment_repetitions must be"),
     ],
 )
@@ -283,3 +393,17 @@ def test_strides_of_cmu_are_as_long_as_those_of_the_knee(cmu):
     assert len(ratios) > 20
     np.testing.assert_allclose(np.median(ratios), 1.0, atol=0.02)
     np.testing.assert_allclose(ratios, 1.0, atol=0.1)
+
+
+def test_what_does_not_repeat_of_hdm05(hdm05):
+    """Files of one repetition; and eight of them one after the other, of which the fitness is that of walks."""
+    chosen = hdm05[~np.isin(hdm05.actions, ["jog in a circle", "sneak"])].to_rotvec()
+    files = [m.resample(30) for m in chosen.motions]
+    assert not any(len(segment_repetitions(m, metric="position")) for m in files[::8])
+    for person in ("bd", "bk", "dg"):
+        rng = np.random.default_rng(0)
+        its_own = [np.flatnonzero((chosen.subjects == person) & (chosen.actions == a)) for a in set(chosen.actions)]
+        eight = [files[rng.choice(indices)] for indices in sorted(its_own, key=len)[:8]]
+        found = segment_repetitions(Motion.concatenate(eight), metric="position")
+        assert found.fitness > 0.3
+        assert len(found) == 0

@@ -6,6 +6,12 @@ segments of the motion do not overlap. The best one has the largest score, the s
 (M. Müller, N. Jiang, P. Grosche, 2013, doi:10.1109/TASL.2012.2227732). The template's own path is no part of it here:
 the frames before the template and those behind it have families of their own.
 
+The *fitness* of a template is the harmonic mean of the mean similarity of all cells, to which the template's own frames
+are added as cells of similarity zero, and of the share of all frames that are in the segments.
+
+Still frames are left out of the matrix; `pauses` has their number before each of its frames. No path goes on across a
+pause longer than `longest`.
+
 It follows row by row. Between two paths a family *waits*, in a state next to the cells: there it goes on without a
 cell, or begins a path, and there a path arrives that has taken the last frame of the template.
 """
@@ -63,7 +69,7 @@ def _step(similarities, one, two, row):
 
 
 @jit
-def family_of(similarities, first, last, start, stop):
+def family_of(similarities, pauses, longest, first, last, start, stop):
     """Return the best family in frames first:last of a template, frames start:stop; three rows of states are kept."""
     n, m = last - first, stop - start
     row, one, two = _states(m), _states(m), _states(m)
@@ -73,12 +79,72 @@ def family_of(similarities, first, last, start, stop):
             waiting = Family(one.score[m - 1], one.n_cells[m - 1], one.n_covered[m - 1] + i)
         if i == n:
             break
+        if pauses[first + i] > longest:
+            one.score[:] = -np.inf
+            two.score[:] = -np.inf
         here = similarities[first + i, start:stop]
         _step(here, one, two, row)
         row.score[0] = waiting.score + here[0]
         row.n_cells[0], row.n_covered[0] = waiting.n_cells + 1, waiting.n_covered - i
         row, one, two = two, row, one
     return waiting
+
+
+@jit
+def fitness_of(similarities, pauses, longest, start, stop):
+    """Return the fitness of a template, frames start:stop; zero where no family has a positive score."""
+    n = similarities.shape[0]
+    before = family_of(similarities, pauses, longest, 0, start, start, stop)
+    after = family_of(similarities, pauses, longest, stop, n, start, stop)
+    score = before.score + after.score
+    if score <= 0.0:
+        return 0.0
+    mean_score = score / (before.n_cells + after.n_cells + stop - start)
+    coverage = (before.n_covered + after.n_covered) / n
+    return 2.0 * mean_score * coverage / (mean_score + coverage)
+
+
+@internal
+def _rearrange(matrix, order):
+    """Return a matrix with rows and columns in another order."""
+    n = order.shape[0]
+    out = np.empty((n, n), matrix.dtype)
+    for i in range(n):
+        row, given = out[i], matrix[order[i]]
+        for j in range(n):
+            row[j] = given[order[j]]
+    return out
+
+
+@jit
+def first_far(is_far):
+    """Return, of each first frame, the last one that a segment needs so that two of its frames are far apart."""
+    n = is_far.shape[0]
+    last, reach = n, np.empty(n, np.int64)
+    for i in range(n - 1, -1, -1):
+        j = i + 1
+        while j < last and not is_far[i, j]:
+            j += 1
+        last = min(last, j)
+        reach[i] = last
+    return reach
+
+
+@jit
+def fitness_by_length(similarities, is_far, order, lengths, starts_per_length):
+    """Return the fitness of the fittest template of each length, where the frames are in another order, without pauses.
+
+    Templates start a part of their length apart, and have two frames that are far apart.
+    """
+    n, pauses = order.shape[0], np.zeros(order.shape[0], np.int64)
+    similarities, reach = _rearrange(similarities, order), first_far(_rearrange(is_far, order))
+    best = np.zeros(lengths.shape[0])
+    for k in range(lengths.shape[0]):
+        length = lengths[k]
+        for start in range(0, n - length + 1, max(1, length // starts_per_length)):
+            if reach[start] < start + length:
+                best[k] = max(best[k], fitness_of(similarities, pauses, 0, start, start + length))
+    return best
 
 
 @inlined

@@ -1,0 +1,84 @@
+"""How surely something repeats: the motion is compared with surrogates, its own poses in another order.
+
+A surrogate has the pieces of the motion in random order (J. Theiler et al., 1992, doi:10.1016/0167-2789(92)90102-S).
+Its distances are those of the motion, with rows and columns in that order; none is computed anew. Pieces are shorter
+than a movement, so that a surrogate has the poses and the speeds of the motion, and repeats by chance alone.
+
+Short templates fit by chance, long ones hardly. So the fittest template of each length is compared with those of the
+same length, by a standard score, and the largest score is the statistic (P. H. Westfall, S. S. Young, "Resampling-Based
+Multiple Testing", 1993: max-T). It is the same function of the motion and of each surrogate, so that the rank of the
+motion among them is a p-value, and the search over lengths and starts is accounted for.
+"""
+
+from functools import partial
+
+import numpy as np
+
+from skpose._compiled.path.family import first_far, fitness_by_length
+from skpose._parallel.threads import in_threads
+from skpose.motions._template import EXTENT, LEAST_LENGTH, ZERO, Templates
+
+NEAR = 0.25  # quantile of the distances that takes the place of their median: other movements may be far from this one
+# In units of the frames in which the motion gets from a pose to a distant one (median), about half a movement:
+PIECE = 0.25  # mean length of a piece
+LEAST_TEMPLATE = 2.0  # shortest template: a movement
+RESOLUTION = 4  # frames of such a half that are kept, where there are more
+MOST_FRAMES = 300  # of a section; longer motions are compared section by section
+GROWTH, STARTS_PER_LENGTH = 1.4, 3  # of the templates; coarser than in `_template`
+STEADY = 0.03  # is added to the standard deviation of a fitness: where all are equal, nothing stands out
+
+
+def p_value(templates: Templates, n_surrogates: int, rng: np.random.RandomState, n_jobs: int) -> float:
+    """Return the share of the surrogates that repeat as much as the motion does, the motion counted among them."""
+    distances = templates.distances
+    positive = distances[distances > 0.0]
+    if templates.n < 2 * LEAST_LENGTH or not len(positive):
+        return 1.0
+    near = np.quantile(positive, NEAR)
+    is_far = distances >= EXTENT * near
+    half = _frames_of_half(is_far)
+    thinning = max(1, int(half / RESOLUTION))
+    half = half / thinning
+    kept = np.arange(0, templates.n, thinning)
+    sections = np.array_split(kept, -(-len(kept) // MOST_FRAMES))
+    lengths = _lengths(min(map(len, sections)), half, templates.least / thinning, templates.most / thinning)
+    fitness = np.zeros((1 + n_surrogates, len(lengths)))
+    for section in sections:
+        n, both = len(section), np.ix_(section, section)
+        similarities, is_far_here = 1.0 - distances[both] / (ZERO * near), is_far[both]
+        orders = [np.arange(n), *(_shuffle(n, PIECE * half, rng) for _ in range(n_surrogates))]
+
+        def rate(i: int, similarities=similarities, is_far=is_far_here, orders=orders) -> None:
+            here = fitness_by_length(similarities, is_far, orders[i], lengths, STARTS_PER_LENGTH)
+            fitness[i] = np.maximum(fitness[i], here)
+
+        in_threads((partial(rate, i) for i in range(len(fitness))), n_jobs)
+    scores = (fitness - fitness.mean(axis=0)) / (fitness.std(axis=0) + STEADY)
+    largest = scores.max(axis=1, initial=-np.inf)
+    return float(np.mean(largest >= largest[0]))
+
+
+def _frames_of_half(is_far: np.ndarray) -> float:
+    """Return the median number of frames from a frame to the first one that is far from it, or from one between."""
+    reach = first_far(is_far)
+    frames = np.flatnonzero(reach < len(reach))
+    return float(np.median(reach[frames] - frames)) if len(frames) else len(reach) / 2
+
+
+def _lengths(n: int, half: float, least: float, most: float) -> np.ndarray:
+    """Return the lengths of templates in n frames: the longest that may be, where all of them are short."""
+    longest = int(min(n // 2, most))
+    length = int(min(max(LEAST_LENGTH, LEAST_TEMPLATE * half, 0.5 * least), longest))
+    lengths = []
+    while LEAST_LENGTH <= length <= longest:
+        lengths.append(length)
+        length = max(length + 1, int(GROWTH * length))
+    return np.array(lengths, dtype=np.int64)
+
+
+def _shuffle(n: int, piece: float, rng: np.random.RandomState) -> np.ndarray:
+    """Return the frames with pieces of half to three halves of a mean length in random order."""
+    lengths = np.maximum(1, np.rint(piece * rng.uniform(0.5, 1.5, size=n))).astype(np.int64)
+    cuts = np.cumsum(lengths)
+    pieces = np.split(np.arange(n), cuts[cuts < n])
+    return np.concatenate([pieces[i] for i in rng.permutation(len(pieces))])
