@@ -144,8 +144,8 @@ def segment_repetitions(
         Fitness below which nothing is found. Where k equal repetitions are all of the motion, the fitness is 1 − 1/k;
         people differ, and reach 0.4 to 0.7. Recordings in which little of the motion repeats need a lower one.
     alpha : float in (0, 1], default=0.05
-        p-value above which nothing is found: the share of motions without repetitions in which some are found. 1 finds
-        them in any case.
+        Largest p-value at which something is found: the share of motions without repetitions in which it is. 1 finds
+        repetitions in any case.
     n_surrogates : int, default=99
         Surrogates. The least p-value is 1 / (n_surrogates + 1).
     random_state : int, RandomState instance or None, default=None
@@ -224,7 +224,7 @@ def segment_repetitions(
     >>> from skpose import Skeleton
     >>> noise = np.random.default_rng(0).normal(size=(100, 3))
     >>> segment_repetitions(noise, skeleton=Skeleton.chain(3), random_state=0)
-    Repetitions(none, fitness 0.57, p = 0.65)
+    Repetitions(none, fitness 0.57, p = 0.46)
     """
     checked = check_motion(motion, skeleton, "motion")
     if min_frames is not None and max_frames is not None and min_frames > max_frames:

@@ -1,10 +1,10 @@
-"""How surely something repeats: the motion is compared with surrogates, its own poses in another order.
+"""Significance of repetitions: the motion is compared with surrogates, its own poses in another order.
 
 A surrogate has the pieces of the motion in random order (J. Theiler et al., 1992, doi:10.1016/0167-2789(92)90102-S).
 Its distances are those of the motion, with rows and columns in that order; none is computed anew. Pieces are shorter
 than a movement, so that a surrogate has the poses and the speeds of the motion, and repeats by chance alone.
 
-Short templates fit by chance, long ones hardly. So the fittest template of each length is compared with those of the
+Short templates fit by chance, long ones rarely. So the fittest template of each length is compared with those of the
 same length, by a standard score, and the largest score is the statistic (P. H. Westfall, S. S. Young, "Resampling-Based
 Multiple Testing", 1993: max-T). It is the same function of the motion and of each surrogate, so that the rank of the
 motion among them is a p-value, and the search over lengths and starts is accounted for.
@@ -48,11 +48,12 @@ def p_value(templates: Templates, n_surrogates: int, rng: np.random.RandomState,
         similarities, is_far_here = 1.0 - distances[both] / (ZERO * near), is_far[both]
         orders = [np.arange(n), *(_shuffle(n, PIECE * half, rng) for _ in range(n_surrogates))]
 
-        def rate(i: int, similarities=similarities, is_far=is_far_here, orders=orders) -> None:
-            here = fitness_by_length(similarities, is_far, orders[i], lengths, STARTS_PER_LENGTH)
-            fitness[i] = np.maximum(fitness[i], here)
+        def rate(i: int, similarities: np.ndarray, is_far: np.ndarray, order: np.ndarray) -> None:
+            fitness[i] = np.maximum(
+                fitness[i], fitness_by_length(similarities, is_far, order, lengths, STARTS_PER_LENGTH)
+            )
 
-        in_threads((partial(rate, i) for i in range(len(fitness))), n_jobs)
+        in_threads((partial(rate, i, similarities, is_far_here, order) for i, order in enumerate(orders)), n_jobs)
     scores = (fitness - fitness.mean(axis=0)) / (fitness.std(axis=0) + STEADY)
     largest = scores.max(axis=1, initial=-np.inf)
     return float(np.mean(largest >= largest[0]))
