@@ -66,6 +66,7 @@ def test_nearest_neighbour_in_a_pipeline_is_that_of_the_distances(gait, data, di
     np.testing.assert_array_equal(knn.fit(X[train], y[train]).predict(X[test]), y[train][nearest])
 
 
+@pytest.mark.slow
 def test_grid_search_over_metrics_by_sequence(gait, data):
     X, y, sequence = data
     knn = make_pipeline(PoseDistanceTransformer(gait.skeleton), KNeighborsClassifier(1, metric="precomputed"))

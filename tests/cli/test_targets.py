@@ -154,6 +154,7 @@ def small_study(monkeypatch):
 
 
 @pytest.mark.usefixtures("small_study")
+@pytest.mark.slow
 def test_a_report_is_written_whole_or_not_at_all(capsys, monkeypatch):
     Path("README.md").write_text("mine")
     with monkeypatch.context() as patch:

@@ -297,7 +297,7 @@ def test_the_template_is_as_long_as_is_asked_for_with_pauses_too(seed):
 
 
 @pytest.mark.parametrize("seed", some_slow(range(2), 1))
-@pytest.mark.parametrize("activity", ["walk", "run"])
+@pytest.mark.parametrize("activity", some_slow(["run", "walk"], 1))
 def test_strides_of_generated_gait(activity, seed):
     """As many as the knee bends, as far apart, on both sides and in both orders of the angles."""
     motion = make_gait(1, 1, activities=[activity], duration=6, frame_rate=40, random_state=seed)[0]

@@ -144,8 +144,9 @@ def test_each_task_comes_back_once_and_the_payload_arrives_once(processes):
     check_that_each_comes_once()
 
 
+@slow
 def test_each_task_comes_back_once_from_dask(client):
-    """One test of a cluster that is not slow; `client` is the default of joblib's dask backend."""
+    """`client` is the default of joblib's dask backend."""
     with joblib.parallel_config(backend="dask"):
         check_that_each_comes_once()
 
