@@ -2,7 +2,9 @@
 
 A surrogate has the pieces of the motion in random order (J. Theiler et al., 1992, doi:10.1016/0167-2789(92)90102-S).
 Its distances are those of the motion, with rows and columns in that order; none is computed anew. Pieces are shorter
-than a movement, so that a surrogate has the poses and the speeds of the motion, and repeats by chance alone.
+than a movement, so that a surrogate has the poses and the speeds of the motion, and repeats by chance alone. Still
+frames are left out of the motion, and a surrogate has none: its neighbouring frames are less far apart than those of
+the motion, so that p-values of noise are too large rather than too small.
 
 Short templates fit by chance, long ones rarely. So the fittest template of each length is compared with those of the
 same length, by a standard score, and the largest score is the statistic (P. H. Westfall, S. S. Young, "Resampling-Based
