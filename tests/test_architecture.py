@@ -38,7 +38,7 @@ LAYERS = [
     ["_base"],
     ["neighbors", "preprocessing", "manifold", "cluster"],
     ["motions"],
-    ["statistics"],
+    ["statistics", "biomechanics"],
     ["plot", "view"],
     ["__init__"],
     ["_cli"],

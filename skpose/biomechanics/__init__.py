@@ -1,0 +1,1 @@
+"""Movements of people in the words of those who measure them: angles of joints, symmetry, gait."""
