@@ -284,7 +284,10 @@ class Layout:
         return self._of_columns(columns, frame_rate, self.up)
 
     def _of_keypoints(self, given: Keypoints) -> Keypoints:
-        found = find_names(self.points, given.names)
+        found = find_names(self.names, given.names)
+        # A midpoint "left_knee" of the points "L_knee" and "L_mknee" is not the first of these.
+        others = [name for name in given.names if name not in found.values()]
+        found |= find_names(self.midpoints, others)
         missing = [name for name in self.names if name not in found]
         if missing:
             raise ValueError(

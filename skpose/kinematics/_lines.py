@@ -104,13 +104,19 @@ def unit(vectors: np.ndarray) -> np.ndarray:
 
 def find_carriers(skeleton: Skeleton) -> list[int]:
     """Return for each bone the joint with which it rotates; -1 is the root."""
-    mover = {ROOT: ROOT}
-    carriers = []
+    movers = find_movers(skeleton)
+    if skeleton.offset_frame == "own":
+        return movers
+    return [movers[int(parent)] if parent >= 0 else ROOT for parent in skeleton.parents]
+
+
+def find_movers(skeleton: Skeleton) -> list[int]:
+    """Return for each joint the last one with dofs from the root to it; -1 is the root."""
+    movers: list[int] = []
     for j, bone in enumerate(skeleton.bones):
         parent = int(skeleton.parents[j])
-        mover[j] = j if bone.dofs else mover[parent]
-        carriers.append(mover[j if skeleton.offset_frame == "own" else parent])
-    return carriers
+        movers.append(j if bone.dofs else movers[parent] if parent >= 0 else ROOT)
+    return movers
 
 
 def _keep_straight(

@@ -53,7 +53,7 @@ def by_orientations(motion: Motion, target: Skeleton, there: np.ndarray, lines: 
     bones = _bones(motion, root, target, lines)
     leaders = _leaders(motion.skeleton, target, there, bones)
     turns = _turns(target, bones, leaders)
-    followed = _since_zero(motion.skeleton, motion.angles, root)
+    followed = rotations_since_zero(motion.skeleton, motion.angles, root)
     rotations, worst = {}, 0.0
     for joint, leader in leaders.items():
         rotations[joint], angle = _fit_joint(followed[leader] * turns[joint], joint, target, bones)
@@ -131,7 +131,7 @@ def _leaders(source: Skeleton, target: Skeleton, there: np.ndarray, bones: _Bone
     return leaders
 
 
-def _since_zero(skeleton: Skeleton, angles: np.ndarray, root: Rotation) -> dict[int, Rotation]:
+def rotations_since_zero(skeleton: Skeleton, angles: np.ndarray, root: Rotation) -> dict[int, Rotation]:
     """Return the rotation (n_frames,) of the root and of each joint since angle zero, in the world."""
     axes, zero, column = {ROOT: root}, axes_at_zero(skeleton), 0
     rotations = {ROOT: root}

@@ -73,6 +73,9 @@ class Motion:
         The axis of the world that points up, for `with_root`; "y" is usual in BVH and AMC files.
     root_name : str, default="root"
         The name of the root, which is no joint of the skeleton: that of the file from which the motion was read.
+    fitted : bool, default=False
+        Whether the poses were found from positions of points, as by `skpose.inverse_kinematics`. Positions do not show
+        all rotations, such as that of a straight arm about itself; a recording of rotations does.
 
     Attributes
     ----------
@@ -121,6 +124,7 @@ class Motion:
     frame_numbers: np.ndarray = None  # type: ignore[assignment]  # None becomes 0, 1, 2, …
     up: Literal["x", "y", "z"] = "y"
     root_name: str = field(default="root", kw_only=True)
+    fitted: bool = field(default=False, kw_only=True)
 
     if TYPE_CHECKING:
 
@@ -136,6 +140,7 @@ class Motion:
             up: Literal["x", "y", "z"] = "y",
             *,
             root_name: str = "root",
+            fitted: bool = False,
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -201,7 +206,9 @@ class Motion:
 
     def __repr__(self) -> str:
         seconds = len(self) / self.frame_rate
-        return f"Motion({len(self)} frames at {self.frame_rate:g} Hz, {seconds:.1f} s, {self.up} up, {self.skeleton!r})"
+        fitted = ", fitted to positions" if self.fitted else ""
+        frames = f"{len(self)} frames at {self.frame_rate:g} Hz, {seconds:.1f} s"
+        return f"Motion({frames}, {self.up} up{fitted}, {self.skeleton!r})"
 
     @staticmethod
     def concatenate(motions: Iterable["Motion"]) -> "Motion":
@@ -242,7 +249,14 @@ class Motion:
         )
         ends = np.cumsum([0] + [1 + motion.frame_numbers[-1] if len(motion) else 0 for motion in motions])
         numbers = np.concatenate([end + motion.frame_numbers for end, motion in zip(ends, motions, strict=False)])
-        return replace(first, angles=angles, root_positions=positions, root_angles=rotations, frame_numbers=numbers)
+        return replace(
+            first,
+            angles=angles,
+            root_positions=positions,
+            root_angles=rotations,
+            frame_numbers=numbers,
+            fitted=any(motion.fitted for motion in motions),
+        )
 
     def resample(self, frame_rate: float) -> "Motion":
         """Return the motion at another frame rate, from its first frame to the last time within it.

@@ -1,0 +1,193 @@
+"""The axes of the segments in the reference pose: where a person stands in it, and in which direction.
+
+Two kinds of reference pose. The *rest pose* of a skeleton is made by a program: arms may be held out, knees bent. Each
+segment has axes of its own there, y along a limb; those of a straight limb are parallel, however it is held. In a
+*standing pose* of the person, all joints are at zero by definition: the two segments of a joint have the same axes.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from skpose.biomechanics._segments import LIMBS, SIDES, Segment, Turned
+from skpose.skeleton import Skeleton
+
+UPRIGHT = np.cos(np.radians(45.0))  # of the angle to the vertical up to which legs and trunk stand
+STILL = 10.0  # degrees up to which the segments of a standing person rotate about their mean
+# Two points are the ends of a joint's axis, such as the epicondyles of a knee, if the joint is in the middle of them,
+# and if their line is across the limb; relative to the distance between them, and the cosine.
+OFF_MIDDLE, ALONG = 0.2, 0.5
+BESIDE = 0.1  # distance of a thumb from the line of the hand, relative to its length, that shows where the palm is
+BEFORE = {"shank": "thigh", "forearm": "upper_arm", "hand": "forearm"}
+
+
+class Reference(NamedTuple):
+    """A pose in which the person stands."""
+
+    turned: Turned  # of one frame
+    body: np.ndarray  # (3, 3) its columns are the axes of the body: forward, up, to the right
+    # (3,) of the axes of knees and ankles, "left_knee" and so on, to the right; of wrists, along which the thumb is
+    # beside the hand, to the right where palms face forward.
+    lines: dict[str, np.ndarray]
+    is_rest: bool  # whether it is the rest pose of the skeleton
+
+    def direction(self, segment: Segment) -> np.ndarray:
+        """Return the direction (3,) of a segment."""
+        return self.turned.direction(segment)[0]
+
+
+def find_reference(
+    skeleton: Skeleton, segments: dict[str, Segment], turned: Turned, up: np.ndarray | None
+) -> Reference | str:
+    """Return a pose, one frame, as a reference, or in words why nobody stands in it; up is None for the rest pose.
+
+    The vertical of a rest pose is the axis along which the legs are.
+    """
+    positions = turned.positions[0]
+    pelvis = segments["pelvis"]
+    left, right = positions[pelvis.start], positions[pelvis.end]
+    legs = [positions[segments[f"{side}_shank"].end] - positions[segments[f"{side}_thigh"].start] for side in SIDES]
+    is_rest = up is None
+    vertical = _nearest_axis(-legs[0] - legs[1]) if up is None else up
+    for side, leg in zip(SIDES, legs, strict=True):
+        if degrees_between(-leg, vertical) > np.degrees(np.arccos(UPRIGHT)):
+            return f"its {side} leg points {degrees_between(-leg, vertical):.0f}° away from down"
+    if "trunk" in segments:
+        spine = (positions[segments["trunk"].start] + positions[segments["trunk"].end] - left - right) / 2.0
+        if degrees_between(spine, vertical) > np.degrees(np.arccos(UPRIGHT)):
+            return f"its trunk leans {degrees_between(spine, vertical):.0f}° away from up"
+    across = (right - left) - (right - left) @ vertical * vertical
+    size = np.linalg.norm(across)
+    if size <= UPRIGHT * np.linalg.norm(right - left):
+        return "the line of its hips is not horizontal"
+    z = across / size
+    body = np.stack([np.cross(vertical, z), vertical, z], axis=1)
+    feet = [turned.direction(segments[f"{side}_foot"])[0] for side in SIDES if f"{side}_foot" in segments]
+    if feet and all(foot @ body[:, 0] < -0.5 for foot in feet):
+        return "its toes point backward, so that left and right are exchanged, or it is a mirror image"
+    lines = {}
+    for side in SIDES:
+        for joint, limb in (("knee", "thigh"), ("ankle", "shank")):
+            line = _line_of(skeleton, positions, segments[f"{side}_{limb}"])
+            if line is not None:
+                lines[f"{side}_{joint}"] = line if line @ z > 0.0 else -line
+        if f"{side}_hand" in segments:
+            thumb = _thumb_of(skeleton, positions, segments[f"{side}_hand"])
+            if thumb is not None:
+                lines[f"{side}_wrist"] = thumb if side == "right" else -thumb
+    return Reference(turned, body, lines, is_rest)
+
+
+def least_still(turned: Turned) -> tuple[str, float] | None:
+    """Return the segment that rotates most about its mean, and by how many degrees; None if all stand still."""
+    mean = turned.mean()
+    most = max(
+        (float(np.degrees(Rotation.from_matrix(mean.since_zero[name][0].T @ each).magnitude().max())), name)
+        for name, each in turned.since_zero.items()
+    )
+    return (most[1], most[0]) if most[0] > STILL else None
+
+
+def rest_axes(reference: Reference, segments: dict[str, Segment]) -> dict[str, np.ndarray]:
+    """Return the axes (3, 3) of each segment in a rest pose."""
+    body = reference.body
+    axes: dict[str, np.ndarray] = {name: body for name in ("pelvis", "trunk", "head") if name in segments}
+    for side in SIDES:
+        for limb, (_, ends) in LIMBS.items():
+            if (name := f"{side}_{limb}") not in segments:
+                continue
+            along = reference.direction(segments[name])
+            line = reference.lines.get(f"{side}_{ends[0]}")
+            if limb == "foot":  # the sole is on the floor, or as far from it as the legs are spread
+                spread = _spread(body, reference.direction(segments[f"{side}_shank"]))
+                axes[name] = _heading(spread, along)
+            elif line is not None:
+                axes[name] = _with_line(-along, line)
+            else:
+                before = axes.get(f"{side}_{BEFORE[limb]}", body) if limb in BEFORE else body
+                axes[name] = rotation_onto(before[:, 1], -along) @ before
+    return axes
+
+
+def joint_axes(reference: Reference, joint: str, distal: Segment | None) -> np.ndarray:
+    """Return the axes (3, 3) of a joint in a standing pose: z is its line, and y along the limb that it moves."""
+    along = reference.body[:, 1] if distal is None else -reference.direction(distal)
+    return _with_line(along, reference.lines.get(joint, reference.body[:, 2]))
+
+
+def rotation_onto(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return the smallest rotation (3, 3) that takes a direction to another."""
+    matrix: np.ndarray = Rotation.align_vectors(b, a)[0].as_matrix()
+    return matrix
+
+
+def degrees_between(a: np.ndarray, b: np.ndarray) -> float:
+    """Return the angle between two vectors, degrees."""
+    return float(np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b)))
+
+
+def _nearest_axis(vector: np.ndarray) -> np.ndarray:
+    """Return the axis, with its sign, nearest to a vector."""
+    axis = int(np.abs(vector).argmax())
+    return np.eye(3)[axis] * np.sign(vector[axis])
+
+
+def _with_line(y: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """Return axes with a given y, whose z is as near to a line as may be."""
+    x = np.cross(y, z)
+    x /= np.linalg.norm(x)
+    return np.stack([x, y, np.cross(x, y)], axis=1)
+
+
+def _spread(body: np.ndarray, shank: np.ndarray) -> np.ndarray:
+    """Return the axes of the body, rotated about its x as a leg is that is spread to the side."""
+    _, down, right = body.T @ shank
+    x, up, z = body.T
+    y = -down * up - right * z
+    y /= np.linalg.norm(y)
+    return np.stack([x, y, np.cross(x, y)], axis=1)
+
+
+def _heading(body: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """Return axes, rotated about their y so that x is as near to a direction as may be."""
+    across = np.cross(along, body[:, 1])
+    size = np.linalg.norm(across)
+    if size < 1e-6:
+        return body
+    z = across / size
+    return np.stack([np.cross(body[:, 1], z), body[:, 1], z], axis=1)
+
+
+def _thumb_of(skeleton: Skeleton, positions: np.ndarray, hand: Segment) -> np.ndarray | None:
+    """Return the direction from the line of a hand to its thumb; None if there is none."""
+    parents, names = skeleton.parents.tolist(), skeleton.joint_names
+    for j, name in enumerate(names):
+        if "thumb" not in name.lower():
+            continue
+        above = j
+        while above >= 0 and above != hand.start:
+            above = parents[above]
+        along, across = positions[hand.end] - positions[hand.start], positions[j] - positions[hand.start]
+        across = across - (across @ along) / max(float(along @ along), 1e-300) * along
+        size = float(np.linalg.norm(across))
+        if above == hand.start and size > BESIDE * np.linalg.norm(along):
+            return across / size
+    return None
+
+
+def _line_of(skeleton: Skeleton, positions: np.ndarray, segment: Segment) -> np.ndarray | None:
+    """Return the direction of the line through two points on both sides of the joint at the end of a segment."""
+    parents = skeleton.parents.tolist()
+    points = [j for j, bone in enumerate(skeleton.bones) if parents[j] == segment.end and not bone.dofs]
+    along = positions[segment.end] - positions[segment.start]
+    best, found = OFF_MIDDLE, None
+    for i, a in enumerate(points):
+        for b in points[i + 1 :]:
+            line, middle = positions[b] - positions[a], (positions[a] + positions[b]) / 2.0 - positions[segment.end]
+            size = float(np.linalg.norm(line))
+            if not size or abs(line @ along) > ALONG * size * np.linalg.norm(along):
+                continue
+            if np.linalg.norm(middle) < best * size:
+                best, found = float(np.linalg.norm(middle)) / size, line / size
+    return found

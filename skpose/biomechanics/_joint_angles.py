@@ -1,0 +1,307 @@
+"""Angles of joints, as those who measure people name them: flexion, adduction, rotation."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from sklearn import get_config
+
+from skpose._validation.motions import is_motion
+from skpose._validation.names import near_names
+from skpose._warnings import warn
+from skpose.biomechanics._axes import Reference, find_reference, least_still
+from skpose.biomechanics._measure import measure
+from skpose.biomechanics._segments import LANDMARKS, Segment, find_segments, turn_segments
+from skpose.kinematics._shared import Landmarks, find_landmarks
+from skpose.skeleton import Motion, Skeleton
+
+if TYPE_CHECKING:
+    import pandas
+    import polars
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class JointAngles:
+    """Angles of joints in time, with what they rest on.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Names of the angles, such as ``"knee_flexion_left"``.
+    degrees : ndarray of shape (n_frames, n_angles)
+        The angles, degrees; NaN where the motion does not show them.
+    times : ndarray of shape (n_frames,)
+        Time of each frame, s.
+    zero : str
+        The pose in which joints are at zero.
+    rig : str
+        The rig by whose names the joints were found.
+    missing : dict of str to str
+        For each angle that is NaN in some frames, why.
+    """
+
+    names: tuple[str, ...]
+    degrees: np.ndarray
+    times: np.ndarray
+    zero: str
+    rig: str
+    missing: dict[str, str]
+
+    def __len__(self) -> int:
+        return len(self.degrees)
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """Return one angle in time, degrees."""
+        if name not in self.names:
+            raise KeyError(f"there is no angle {name!r}{near_names(self.names, name)}")
+        return self.degrees[:, self.names.index(name)]
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
+        return np.array(self.degrees, dtype) if copy else np.asarray(self.degrees, dtype)
+
+    def __repr__(self) -> str:
+        missing = f", {len(self.missing)} with NaN" if self.missing else ""
+        return f"JointAngles({len(self)} frames, {len(self.names)} angles{missing}, zero: {self.zero}, {self.rig})"
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Return the angles as a pandas DataFrame, one column for each angle and one row for each frame.
+
+        Returns
+        -------
+        pandas.DataFrame of shape (n_frames, n_angles)
+            Angles, degrees; the index is the time of each frame, s. ``attrs`` has what they rest on.
+
+        Raises
+        ------
+        ImportError
+            If pandas is not installed.
+        """
+        try:
+            import pandas
+        except ImportError:
+            raise ImportError("to_pandas needs pandas: pip install 'skpose[pandas]'") from None
+
+        table = pandas.DataFrame(self.degrees, pandas.Index(self.times, name="time"), list(self.names))
+        table.attrs.update(unit="degrees", zero=self.zero, rig=self.rig, missing=dict(self.missing))
+        return table
+
+    def to_polars(self) -> "polars.DataFrame":
+        """Return the angles as a polars DataFrame, with the time of each frame, s, as its first column.
+
+        Returns
+        -------
+        polars.DataFrame of shape (n_frames, 1 + n_angles)
+            Time, s, and angles, degrees.
+
+        Raises
+        ------
+        ImportError
+            If polars is not installed.
+        """
+        try:
+            import polars
+        except ImportError:
+            raise ImportError("to_polars needs polars: pip install polars") from None
+
+        columns = zip(self.names, self.degrees.T, strict=True)
+        return polars.DataFrame({"time": self.times} | dict(columns))
+
+
+def joint_angles(
+    motion: Motion, *, zero: int | Motion | None = None, joints: Mapping[str, str] | None = None
+) -> "JointAngles | pandas.DataFrame | polars.DataFrame":
+    r"""Return the angles of a person's joints as they are measured in biomechanics, in degrees.
+
+    Flexion, adduction and rotation of hip, knee, ankle, shoulder, elbow and wrist, the angles of trunk and neck, and
+    the pelvis in the world. They depend on how the segments of the body are turned, and not on the columns of a file:
+    the order of Euler angles, and what angle zero of the file means, play no part.
+
+    Parameters
+    ----------
+    motion : Motion
+        The motion of a person.
+    zero : int or Motion, default=None
+        The anatomical standing pose, at which all angles are zero: the number of a frame of the motion, or a recording
+        on the same skeleton, of which the mean is taken. None takes the axes of the segments from the rest pose of the
+        skeleton, if that stands, however it holds arms and knees: straight limbs that hang down are at zero, and feet
+        that are flat on the floor.
+    joints : Mapping of str to str, default=None
+        Joints by landmark, such as ``{"left_knee": "KneeL"}``, for skeletons whose names are not known, or to correct
+        what is found. Landmarks are hip, knee, ankle, ball, toe, shoulder, elbow, wrist and hand, each with "left\_" or
+        "right\_", and head, head_top and head_center.
+
+    Returns
+    -------
+    JointAngles
+        A column for each angle that the skeleton has. With ``sklearn.set_config(transform_output="pandas")`` or
+        "polars" it is a data frame of that library, see `JointAngles.to_pandas`.
+
+    Raises
+    ------
+    TypeError
+        For what is no motion.
+    ValueError
+        If the joints of the legs are not known; if nobody stands in the rest pose and there is no `zero`; if nobody
+        stands in `zero`, or it has another skeleton.
+
+    Warns
+    -----
+    UserWarning
+        If the person moves in the recording `zero`. If positions show of the pelvis only the line of the hips: its tilt
+        is NaN, and the hips' angles are relative to the trunk.
+
+    See Also
+    --------
+    skpose.Motion.to_pandas : The columns of the skeleton, rad.
+
+    Notes
+    -----
+    *Axes.* Each segment has the axes of the ISB [2]_ [3]_: x forward, y up, along limbs, z to the right. z is the line
+    of the hips, and at knees and ankles the line through two points on both sides of the joint, where the skeleton has
+    them, such as markers of the epicondyles.
+
+    *Angles.* Those of Grood and Suntay [1]_: flexion about z of the proximal segment, rotation about y of the distal
+    one, adduction about the axis that is perpendicular to both. With :math:`R = R_z(\varphi) R_x(\psi) R_y(\rho)` they
+    are :math:`\varphi, \psi, \rho` for the right side. Left limbs are mirrored, so that mirrored movements have equal
+    angles. Rotation of the pelvis comes first, then list, then tilt [4]_, so that they do not depend on where the
+    person is headed. The shoulder has, besides these, the plane of elevation and the elevation [3]_.
+
+    ================================  ====================================================
+    positive                          is
+    ================================  ====================================================
+    ``pelvis_tilt``                   backward (posterior); OpenSim's sign
+    ``pelvis_list``                   its right side down
+    ``pelvis_rotation``               to the left, from where the person faces at zero
+    ``trunk_extension``, ``neck_``    backward
+    ``trunk_bending``, ``neck_``      to the right
+    ``trunk_rotation``, ``neck_``     to the left
+    ``hip_flexion``, ``shoulder_``    forward
+    ``knee_flexion``                  backward, as a knee bends
+    ``elbow_flexion``, ``wrist_``     the forearm forward; the palm to the forearm
+    ``*_adduction``                   towards the middle
+    ``*_rotation``                    internal
+    ``ankle_dorsiflexion``            toes up
+    ``ankle_inversion``               sole to the middle
+    ``elbow_pronation``               from palms that face forward, to the middle
+    ``wrist_ulnar_deviation``         towards the little finger
+    ``shoulder_elevation``            from the trunk; 90 is horizontal
+    ``shoulder_plane``                of the elevation: 0 to the side, 90 to the front
+    ================================  ====================================================
+
+    *What is not shown is NaN.* Where two axes are parallel (within 3°), as of an arm held out to the side, flexion and
+    rotation are one. A motion that is ``fitted`` to positions shows how a segment is rotated about itself only by
+    points beside its line, or where the next joint is bent by 15° and more, if that is a hinge: knees and elbows are
+    taken for hinges there. Else rotations are NaN. Files of rotations have them all; whether they were measured is not
+    known, and BVH files of pose estimators have them too.
+
+    Every call computes the forward kinematics of all frames, and a rotation for each joint: some 10 µs a frame.
+
+    References
+    ----------
+    .. [1] E. S. Grood, W. J. Suntay, "A joint coordinate system for the clinical description of three-dimensional
+       motions: application to the knee", J. Biomech. Eng. 105(2), 1983, :doi:`10.1115/1.3138397`.
+    .. [2] G. Wu et al., "ISB recommendation on definitions of joint coordinate system of various joints for the
+       reporting of human joint motion, part I: ankle, hip, and spine", J. Biomech. 35(4), 2002,
+       :doi:`10.1016/S0021-9290(01)00222-6`.
+    .. [3] G. Wu et al., part II: "shoulder, elbow, wrist and hand", J. Biomech. 38(5), 2005,
+       :doi:`10.1016/j.jbiomech.2004.05.042`.
+    .. [4] R. Baker, "Pelvic angles: a mathematically rigorous definition which is consistent with a conventional
+       clinical understanding of the terms", Gait & Posture 13(1), 2001, :doi:`10.1016/S0966-6362(00)00083-7`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from skpose import Motion
+    >>> from skpose.biomechanics import joint_angles
+    >>> from skpose.datasets import humanoid
+    >>> skeleton = humanoid()
+    >>> poses = np.zeros((2, skeleton.n_dofs))
+    >>> poses[1, skeleton.dof_names.index("left_shank_rx")] = np.radians(60)
+    >>> angles = joint_angles(Motion(skeleton, poses, frame_rate=30))
+    >>> angles["knee_flexion_left"].round(6)
+    array([ 0., 60.])
+    """
+    if not is_motion(motion):
+        raise TypeError(
+            f"joint_angles needs a skpose.Motion, got {type(motion).__name__}: Motion(skeleton, poses, frame_rate) "
+            "makes one of poses; positions of points become one by skpose.keypoints.fit_skeleton and "
+            "skpose.inverse_kinematics"
+        )
+    person = _find_person(motion.skeleton, joints)
+    segments = find_segments(motion.skeleton, person)
+    reference, words = _find_zero(motion, zero, segments)
+    found = measure(motion, segments, reference)
+    for message in found.warnings:
+        warn(message)
+    names = tuple(found.columns)
+    degrees = np.degrees(np.stack([found.columns[name] for name in names], axis=1))
+    missing = {name: found.reasons[name] for name in names if np.isnan(found.columns[name]).any()}
+    angles = JointAngles(names, degrees, motion.times, words, person.rig or "the given joints", missing)
+    output = get_config()["transform_output"]
+    return {"pandas": angles.to_pandas, "polars": angles.to_polars}.get(output, lambda: angles)()
+
+
+def _find_person(skeleton: Skeleton, joints: Mapping[str, str] | None) -> Landmarks:
+    """Return the landmarks of a skeleton, by its names or as they are given."""
+    person = find_landmarks(skeleton)
+    for landmark, name in (joints or {}).items():
+        if landmark not in LANDMARKS:
+            raise ValueError(f"joints has the landmark {landmark!r}; expected one of {', '.join(LANDMARKS)}")
+        if name not in skeleton.joint_names:
+            near = near_names(skeleton.joint_names, name)
+            raise ValueError(f"joints[{landmark!r}] is {name!r}, which is no joint of the skeleton{near}")
+        person = person._replace(joints=person.joints | {landmark: skeleton.joint_names.index(name)})
+    needed = [f"{side}_{mark}" for side in ("left", "right") for mark in ("hip", "knee", "ankle")]
+    absent = [mark for mark in needed if mark not in person.joints]
+    if absent:
+        because = f" ({person.reason})" if person.reason else ""
+        raise ValueError(
+            f"the joints {', '.join(absent)} of this skeleton are not known by their names{because}; its joints are "
+            f"{', '.join(skeleton.joint_names)}. Pass joints=, such as {{{absent[0]!r}: {skeleton.joint_names[0]!r}}}"
+        )
+    return person
+
+
+def _find_zero(motion: Motion, zero: Any, segments: dict[str, Segment]) -> tuple[Reference, str]:
+    """Return the pose to which angles are relative, and what it is in words."""
+    remedy = (
+        "pass zero=, a frame of the motion in which the person stands upright with hanging arms, or a recording of "
+        "that on the same skeleton"
+    )
+    if zero is None:
+        rest = turn_segments(Motion(motion.skeleton, np.zeros((1, motion.skeleton.n_dofs)), 1.0), segments)
+        reference = find_reference(motion.skeleton, segments, rest, None)
+        if isinstance(reference, str):
+            raise ValueError(
+                f"nobody stands in the rest pose of this skeleton, at angle zero: {reference}. So {remedy}"
+            )
+        return reference, "rest pose"
+    if is_motion(zero):
+        if zero.skeleton != motion.skeleton:
+            raise ValueError(
+                "zero has another skeleton than the motion: fit one to both recordings, "
+                "fit_skeleton([standing, moving], layout), or pass zero.retarget(motion.skeleton)"
+            )
+        if zero.up != motion.up:
+            raise ValueError(f"zero has up={zero.up!r}, but the motion up={motion.up!r}: their worlds are not the same")
+        if not len(zero):
+            raise ValueError("zero has no frames; expected a recording of a person who stands")
+        standing, words = zero, f"mean of {len(zero)} standing frames"
+    else:
+        if isinstance(zero, bool) or not isinstance(zero, (int, np.integer)):
+            raise TypeError(f"zero must be the number of a frame, a Motion or None, got {type(zero).__name__}")
+        if not -len(motion) <= zero < len(motion):
+            raise ValueError(f"zero is frame {zero} of a motion of {len(motion)} frames, 0 to {len(motion) - 1}")
+        standing, words = motion[int(zero) % len(motion)], f"frame {int(zero) % len(motion)}"
+    turned = turn_segments(standing, segments)
+    if (most := least_still(turned)) is not None:
+        warn(
+            f"the recording zero is no standing person: its {most[0]} rotates by {most[1]:.0f}° about its mean; pass a "
+            "part in which the person stands still, zero[start:stop]"
+        )
+    vertical = np.eye(3)["xyz".index(motion.up)]
+    reference = find_reference(motion.skeleton, segments, turned.mean(), vertical)
+    if isinstance(reference, str):
+        raise ValueError(f"nobody stands in zero, {words}: {reference}. So {remedy}")
+    return reference, words

@@ -1,0 +1,243 @@
+"""Measure the angles of all joints: which segments a joint is between, and what its angles are called."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from skpose.biomechanics._angles import (
+    BENT,
+    HANGING,
+    Three,
+    about_y,
+    angles_of,
+    direction_angles,
+    elevation_angles,
+    hinge_rotations,
+    partly,
+    pelvis_angles,
+    unrotated,
+)
+from skpose.biomechanics._axes import Reference, joint_axes, rest_axes, rotation_onto
+from skpose.biomechanics._segments import LIMBS, SIDES, Segment, Turned, turn_segments
+from skpose.skeleton import Motion
+
+
+class Joint(NamedTuple):
+    """A joint between two segments, with the names of its three angles and the direction of the first."""
+
+    name: str
+    proximal: str
+    distal: str
+    angles: tuple[str, str, str]
+    sign: float = 1.0
+
+
+MIDDLE = (
+    Joint("trunk", "pelvis", "trunk", ("extension", "bending", "rotation")),
+    Joint("neck", "trunk", "head", ("extension", "bending", "rotation")),
+)
+OF_SIDES = (
+    Joint("hip", "pelvis", "thigh", ("flexion", "adduction", "rotation")),
+    Joint("knee", "thigh", "shank", ("flexion", "adduction", "rotation"), -1.0),
+    Joint("ankle", "shank", "foot", ("dorsiflexion", "inversion", "rotation")),
+    Joint("shoulder", "trunk", "upper_arm", ("flexion", "adduction", "rotation")),
+    Joint("elbow", "upper_arm", "forearm", ("flexion", "adduction", "pronation")),
+    Joint("wrist", "forearm", "hand", ("flexion", "ulnar_deviation", "rotation")),
+)
+HINGES = {"thigh": ("shank", -1.0), "upper_arm": ("forearm", 1.0)}  # the next segment, and where it bends
+
+LOCKED = "flexion and rotation are one where the limb points to the side"
+HANGS = f"an arm that hangs within {np.degrees(HANGING):.0f}° of the trunk has no plane of elevation"
+STRAIGHT = f"positions do not show it; the next joint does where it is bent by {BENT:.0f}° and more"
+NO_POINTS = "positions show it only by points beside the line of the segment"
+PALM = "no thumb beside the line of the hand shows where the palm is"
+HINGE = "positions do not show it without points beside the line of the limb before, and the joint is taken for a hinge"
+UPRIGHT_PELVIS = "tilt and rotation are one where the line of the hips is vertical"
+NO_TILT = "positions show of the pelvis only the line of the hips"
+
+
+class Measured(NamedTuple):
+    """Angles by name, and what is to be said of them."""
+
+    columns: dict[str, np.ndarray]  # (n_frames,) rad
+    reasons: dict[str, str]  # why NaN, where there is
+    warnings: list[str]
+
+
+class _Joints:
+    """The joints of a motion, measured one after the other from the pelvis outward.
+
+    `since` has the rotations (n_frames, 3, 3) of each segment since the reference, in the world. Those of segments that
+    are lines in a motion fitted to positions are made of their directions.
+    """
+
+    def __init__(self, motion: Motion, segments: dict[str, Segment], reference: Reference):
+        self.segments, self.reference = segments, reference
+        self.turned = turn_segments(motion, segments)
+        self.lines = {name for name, segment in segments.items() if motion.fitted and segment.is_line}
+        self.axes = rest_axes(reference, segments) if reference.is_rest else {}
+        self.columns: dict[str, np.ndarray] = {}
+        self.reasons: dict[str, str] = {}
+        self.warnings: list[str] = []
+        at_reference = reference.turned.since_zero
+        self.since = {
+            name: rotations @ at_reference[name].transpose(0, 2, 1)
+            for name, rotations in self.turned.since_zero.items()
+            if name not in self.lines
+        }
+
+    def add(self, name: str, angles: np.ndarray, reason: str) -> None:
+        """Add a column, rad, with the reason where it is NaN."""
+        self.columns[name] = angles
+        self.reasons[name] = reason
+
+    def missing(self, name: str, reason: str) -> None:
+        self.add(name, np.full(len(self.turned.positions), np.nan), reason)
+
+    def pelvis(self, world: np.ndarray) -> None:
+        """Measure the pelvis; world are the axes (3, 3) at which it has no rotation."""
+        body = self.reference.body
+        if "pelvis" in self.lines:
+            at_reference = _of_line(self.reference.turned, self.segments)
+            self.since["pelvis"] = _of_line(self.turned, self.segments) @ at_reference.transpose(0, 2, 1)
+            self.warnings.append(
+                f"{NO_TILT}: pelvis_tilt and trunk_extension are NaN, and flexion of the hips is that of the thighs "
+                "relative to the trunk"
+            )
+        three = pelvis_angles(world.T @ self.since["pelvis"] @ body)
+        if "pelvis" in self.lines:
+            self.missing("pelvis_tilt", NO_TILT)
+        else:
+            self.add("pelvis_tilt", three.flexion, UPRIGHT_PELVIS)
+        self.add("pelvis_list", three.adduction, UPRIGHT_PELVIS)
+        self.add("pelvis_rotation", np.unwrap(three.rotation), UPRIGHT_PELVIS)
+
+    def measure(self, joint: Joint, side: str) -> None:
+        """Measure a joint; side is "" in the middle."""
+        proximal, distal = (
+            name if name in ("pelvis", "trunk", "head") else f"{side}_{name}" for name in (joint.proximal, joint.distal)
+        )
+        if not {proximal, distal} <= self.segments.keys():
+            return
+        if self.segments[proximal].carrier == self.segments[distal].carrier:
+            return  # nothing bends between them
+        names = [f"{joint.name}_{angle}" + (f"_{side}" if side else "") for angle in joint.angles]
+        at_proximal, at_distal = self._axes_of(joint, side, proximal, distal)
+        before = self.since[proximal] @ at_proximal
+        if distal in self.lines and joint.distal == "foot":
+            three = self._measure_foot(before, at_proximal, distal)
+            reasons = [LOCKED, NO_POINTS, NO_POINTS]
+        elif distal in self.lines:
+            three, reasons = self._measure_line(joint, side, before, at_distal, distal)
+        else:
+            three, reasons = angles_of(before.transpose(0, 2, 1) @ self.since[distal] @ at_distal), [LOCKED] * 3
+        if proximal in self.lines:
+            three, reasons = self._less_what_is_not_shown(joint, three, reasons)
+        if joint.name in ("elbow", "wrist") and f"{side}_wrist" not in self.reference.lines:
+            three, reasons = self._less_what_the_palm_shows(joint, three, reasons)
+        if joint.name == "trunk" and "pelvis" in self.lines:
+            three, reasons[0] = three._replace(flexion=np.full_like(three.flexion, np.nan)), NO_TILT
+        mirror = -1.0 if side == "left" else 1.0
+        for name, angles, sign, reason in zip(names, three, (joint.sign, mirror, mirror), reasons, strict=True):
+            self.add(name, sign * angles, reason)
+        if joint.name == "shoulder":
+            y = (before.transpose(0, 2, 1) @ self.since[distal] @ at_distal)[:, :, 1] * [1.0, 1.0, mirror]
+            plane, elevation = elevation_angles(y)
+            self.add(f"shoulder_plane_{side}", plane, HANGS)
+            self.add(f"shoulder_elevation_{side}", elevation, HANGS)
+
+    def _axes_of(self, joint: Joint, side: str, proximal: str, distal: str) -> tuple[np.ndarray, np.ndarray]:
+        """Return the axes of both segments of a joint in the reference pose."""
+        if self.reference.is_rest:
+            at_proximal, at_distal = self.axes[proximal], self.axes[distal]
+            if joint.distal == "head" and distal in self.lines:  # its line need not be vertical at rest
+                y = self._upward(self.reference.turned, distal)[0]
+                at_proximal = at_distal = rotation_onto(at_proximal[:, 1], y) @ at_proximal
+            return at_proximal, at_distal
+        limb = self.segments[distal] if joint.distal in LIMBS and joint.distal != "foot" else None
+        both = joint_axes(self.reference, f"{side}_{joint.name}", limb)
+        if joint.distal == "head" and distal in self.lines:
+            both = rotation_onto(both[:, 1], self._upward(self.reference.turned, distal)[0]) @ both
+        return both, both
+
+    def _upward(self, turned: Turned, name: str) -> np.ndarray:
+        """Return the directions (n, 3) of y of a segment that is a line: up the head, and up a limb that hangs."""
+        return turned.direction(self.segments[name]) * (1.0 if name == "head" else -1.0)
+
+    def _measure_line(
+        self, joint: Joint, side: str, before: np.ndarray, at_distal: np.ndarray, distal: str
+    ) -> tuple[Three, list[str]]:
+        """Measure a joint whose distal segment is a line; its rotation is that which the next joint shows, or NaN."""
+        y = np.einsum("nji,nj->ni", before, self._upward(self.turned, distal))
+        axes = unrotated(y)
+        flexion, adduction = direction_angles(y)
+        rotation, reason = np.full(len(y), np.nan), NO_POINTS
+        following, way = HINGES.get(joint.distal, ("", 0.0))
+        if (after := f"{side}_{following}") in self.segments:
+            towards = np.einsum("nji,nj->ni", before, self._upward(self.turned, after))
+            shown, bend = hinge_rotations(axes, towards, way)
+            rotation, reason = np.where(bend >= BENT, shown, np.nan), STRAIGHT
+            axes = axes @ about_y(partly(bend) * shown)
+        self.since[distal] = before @ axes @ at_distal.T
+        return Three(flexion, adduction, rotation), [LOCKED, LOCKED, reason]
+
+    def _measure_foot(self, before: np.ndarray, at_proximal: np.ndarray, distal: str) -> Three:
+        """Measure an ankle whose foot is a line: how far the toes are up, from where they are in the reference pose."""
+        along = np.einsum("nji,nj->ni", before, self.turned.direction(self.segments[distal]))
+        # At rest relative to a shank that is vertical on a horizontal sole.
+        axes = self.axes[distal] if self.reference.is_rest else at_proximal
+        toes = axes.T @ self.reference.direction(self.segments[distal])
+        up = np.arctan2(along[:, 1], along[:, 0]) - np.arctan2(toes[1], toes[0])
+        nothing = np.full(len(up), np.nan)
+        return Three((up + np.pi) % (2.0 * np.pi) - np.pi, nothing, nothing)
+
+    def _less_what_the_palm_shows(self, joint: Joint, three: Three, reasons: list[str]) -> tuple[Three, list[str]]:
+        """Return the angles of elbow or wrist without those that need to know where the palm is in the reference."""
+        nothing = np.full_like(three.flexion, np.nan)
+        if joint.name == "wrist":
+            return Three(nothing, nothing, nothing), [PALM] * 3
+        if self.reference.is_rest:
+            return three._replace(rotation=nothing), [*reasons[:2], PALM]
+        return three, reasons
+
+    def _less_what_is_not_shown(self, joint: Joint, three: Three, reasons: list[str]) -> tuple[Three, list[str]]:
+        """Return the angles of a joint whose proximal segment is a line, without those that follow from assumptions."""
+        nothing = np.full_like(three.flexion, np.nan)
+        if joint.name == "wrist":  # needs the rotation of the forearm
+            return Three(nothing, nothing, nothing), [NO_POINTS] * 3
+        if joint.name in ("knee", "elbow"):
+            return Three(three.flexion, nothing, nothing), [reasons[0], HINGE, HINGE]
+        if joint.name == "ankle":
+            return Three(three.flexion, nothing, nothing), [reasons[0], NO_POINTS, NO_POINTS]
+        return three, reasons
+
+
+def _of_line(turned: Turned, segments: dict[str, Segment]) -> np.ndarray:
+    """Return axes (n, 3, 3) of a pelvis of which the line of the hips is known: y is towards the shoulders."""
+    z = turned.direction(segments["pelvis"])
+    hips = turned.positions[:, segments["pelvis"].start] + turned.positions[:, segments["pelvis"].end]
+    towards = np.broadcast_to([0.0, 0.0, 0.0], z.shape)
+    if "trunk" in segments:
+        trunk = segments["trunk"]
+        towards = turned.positions[:, trunk.start] + turned.positions[:, trunk.end] - hips
+    x = np.cross(towards, z)
+    x /= np.linalg.norm(x, axis=1, keepdims=True)
+    return np.stack([x, np.cross(z, x), z], axis=2)
+
+
+def measure(motion: Motion, segments: dict[str, Segment], reference: Reference) -> Measured:
+    """Return the angles of all joints of a motion, relative to a reference pose."""
+    joints = _Joints(motion, segments, reference)
+    joints.pelvis(_world(motion.up, reference))
+    for joint in MIDDLE:
+        joints.measure(joint, "")
+    for joint in OF_SIDES:
+        for side in SIDES:
+            joints.measure(joint, side)
+    return Measured(joints.columns, joints.reasons, joints.warnings)
+
+
+def _world(up: str, reference: Reference) -> np.ndarray:
+    """Return the axes (3, 3) of the world: those of the body at the reference, upright."""
+    vertical = np.eye(3)["xyz".index(up)]
+    return rotation_onto(reference.body[:, 1], vertical) @ reference.body

@@ -1,0 +1,131 @@
+"""The segments of a person: which joint carries each, how it is turned, and whether positions show that.
+
+A segment is what is rigid between two joints: the thigh, the trunk. It is found by the landmarks of its skeleton, the
+joints of which the names are known. Its *axes* are those of the ISB: x forward, y up, z to the right, where the person
+stands with hanging arms.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from skpose.kinematics import forward_kinematics
+from skpose.kinematics._shared import (
+    Landmarks,
+    common_parent,
+    find_carriers,
+    find_movers,
+    rotations_since_zero,
+)
+from skpose.skeleton import Motion, Skeleton
+from skpose.skeleton._shared import root_orientations
+
+ROOT = -1
+SIDES = "left", "right"
+# Limbs: the landmarks at which each segment begins and may end; the first that is there is taken.
+LIMBS = {
+    "thigh": ("hip", ("knee",)),
+    "shank": ("knee", ("ankle",)),
+    "foot": ("ankle", ("ball", "toe")),
+    "upper_arm": ("shoulder", ("elbow",)),
+    "forearm": ("elbow", ("wrist",)),
+    "hand": ("wrist", ("hand",)),
+}
+LANDMARKS = (
+    *(f"{side}_{mark}" for side in SIDES for mark in ("hip", "knee", "ankle", "ball", "toe")),
+    *(f"{side}_{mark}" for side in SIDES for mark in ("shoulder", "elbow", "wrist", "hand")),
+    *("head", "head_top", "head_center"),
+)
+# Distance of a point from the line of its segment, relative to the length of that, from which the point shows how the
+# segment is turned about the line. An epicondyle is 5 cm from the line of a thigh of 40 cm.
+OFF_LINE = 0.05
+
+
+class Segment(NamedTuple):
+    """A segment of a skeleton."""
+
+    carrier: int  # the joint with which it rotates; -1 is the root
+    start: int  # the joints at its ends; -1 is the root
+    end: int
+    is_line: bool  # whether all of its points are on one line, so that positions do not show the rotation about it
+
+
+def find_segments(skeleton: Skeleton, person: Landmarks) -> dict[str, Segment]:
+    """Return the segments that a skeleton has, by name: "pelvis", "left_thigh" and so on."""
+    carriers, movers, joints = find_carriers(skeleton), find_movers(skeleton), person.joints
+    segments: dict[str, Segment] = {}
+
+    def add(name: str, carrier: int, start: int, end: int) -> None:
+        segments[name] = Segment(carrier, start, end, _is_line(skeleton, carriers, carrier, start, end))
+
+    hips, shoulders = pair(person, "hip"), pair(person, "shoulder")
+    pelvis = ROOT
+    if hips is not None:
+        both = {carriers[hip] for hip in hips}
+        middle = common_parent(skeleton, *hips)
+        pelvis = both.pop() if len(both) == 1 else movers[middle] if middle >= 0 else ROOT
+        add("pelvis", pelvis, *hips)
+    if shoulders is not None:
+        chest = common_parent(skeleton, *shoulders)
+        add("trunk", movers[chest] if chest >= 0 else ROOT, *shoulders)
+    for side in SIDES:
+        for name, (begin, ends) in LIMBS.items():
+            found = [joints[f"{side}_{end}"] for end in ends if f"{side}_{end}" in joints]
+            if f"{side}_{begin}" in joints and found:
+                add(f"{side}_{name}", carriers[found[0]], joints[f"{side}_{begin}"], found[0])
+    top = [joints[mark] for mark in ("head_top", "head_center") if mark in joints]
+    if top:
+        add("head", carriers[top[0]], int(skeleton.parents[top[0]]), top[0])
+    elif "head" in joints and skeleton.offset_frame == "parent":
+        add("head", movers[joints["head"]], joints["head"], joints["head"])
+    return segments
+
+
+def pair(person: Landmarks, mark: str) -> tuple[int, int] | None:
+    """Return the joints of a landmark on both sides, left first; None if one is not known."""
+    names = [f"{side}_{mark}" for side in SIDES]
+    return (person.joints[names[0]], person.joints[names[1]]) if all(name in person.joints for name in names) else None
+
+
+def _is_line(skeleton: Skeleton, carriers: list[int], carrier: int, start: int, end: int) -> bool:
+    """Return whether all points that a joint carries are on the line between the ends of a segment."""
+    zero = np.concatenate([forward_kinematics(np.zeros((1, skeleton.n_dofs)), skeleton)[0], np.zeros((1, 3))])
+    carried = [j for j in range(skeleton.n_joints) if carriers[j] == carrier]
+    points = zero[sorted({*carried, *(int(skeleton.parents[j]) for j in carried)})] - zero[start]
+    along = zero[end] - zero[start]
+    length = float(np.linalg.norm(along))
+    if not length:
+        return True
+    across = points - (points @ along)[:, None] * along / length**2
+    return bool(np.linalg.norm(across, axis=1).max() < OFF_LINE * length)
+
+
+class Turned(NamedTuple):
+    """The segments of a skeleton in each frame."""
+
+    since_zero: dict[str, np.ndarray]  # (n_frames, 3, 3) rotations since angle zero, in the world
+    positions: np.ndarray  # (n_frames, n_joints + 1, 3) of the joints in the axes of the world, the root the last, m
+
+    def direction(self, segment: Segment) -> np.ndarray:
+        """Return the directions (n_frames, 3) from the start of a segment to its end; zeros where it has no length."""
+        along = self.positions[:, segment.end] - self.positions[:, segment.start]
+        sizes = np.linalg.norm(along, axis=1, keepdims=True)
+        return np.divide(along, sizes, out=np.zeros_like(along), where=sizes > 0.0)
+
+    def mean(self) -> "Turned":
+        """Return the mean of the frames, as one."""
+        rotations = {
+            name: Rotation.from_matrix(each).mean().as_matrix()[None] for name, each in self.since_zero.items()
+        }
+        return Turned(rotations, self.positions.mean(axis=0, keepdims=True))
+
+
+def turn_segments(motion: Motion, segments: dict[str, Segment]) -> Turned:
+    """Return how the segments of a motion are turned."""
+    root = root_orientations(motion.root_angles, motion.root_axes)
+    rotations = rotations_since_zero(motion.skeleton, motion.angles, root)
+    joints = forward_kinematics(motion.angles, motion.skeleton)
+    positions = np.stack([root.apply(joints[:, j]) for j in range(joints.shape[1])], axis=1)
+    positions = np.concatenate([positions, np.zeros((len(motion), 1, 3))], axis=1)
+    return Turned({name: rotations[segment.carrier].as_matrix() for name, segment in segments.items()}, positions)
