@@ -58,7 +58,7 @@ def pelvis_angles(rotations: np.ndarray) -> Three:
 
 def elevation_angles(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return plane and angle of elevation (Wu 2005) of right arms with y (n, 3), in the axes of the trunk."""
-    elevation = np.arccos(np.clip(y[:, 1], -1.0, 1.0))
+    elevation = np.arctan2(np.hypot(y[:, 0], y[:, 2]), y[:, 1])
     plane = np.arctan2(-y[:, 0], -y[:, 2])
     return np.where(np.hypot(y[:, 0], y[:, 2]) < HANGING, np.nan, plane), elevation
 

@@ -54,10 +54,14 @@ class Segment(NamedTuple):
 def find_segments(skeleton: Skeleton, person: Landmarks) -> dict[str, Segment]:
     """Return the segments that a skeleton has, by name: "pelvis", "left_thigh" and so on."""
     carriers, movers, joints = find_carriers(skeleton), find_movers(skeleton), person.joints
+    zero = forward_kinematics(np.zeros((1, skeleton.n_dofs)), skeleton)[0]
+    zero = np.concatenate([zero, np.zeros((1, 3))])  # the root
     segments: dict[str, Segment] = {}
 
     def add(name: str, carrier: int, start: int, end: int) -> None:
-        segments[name] = Segment(carrier, start, end, _is_line(skeleton, carriers, carrier, start, end))
+        carried = [j for j in range(skeleton.n_joints) if carriers[j] == carrier]
+        points = zero[sorted({*carried, *(int(skeleton.parents[j]) for j in carried)})]
+        segments[name] = Segment(carrier, start, end, _is_line(points - zero[start], zero[end] - zero[start]))
 
     hips, shoulders = pair(person, "hip"), pair(person, "shoulder")
     pelvis = ROOT
@@ -88,12 +92,8 @@ def pair(person: Landmarks, mark: str) -> tuple[int, int] | None:
     return (person.joints[names[0]], person.joints[names[1]]) if all(name in person.joints for name in names) else None
 
 
-def _is_line(skeleton: Skeleton, carriers: list[int], carrier: int, start: int, end: int) -> bool:
-    """Return whether all points that a joint carries are on the line between the ends of a segment."""
-    zero = np.concatenate([forward_kinematics(np.zeros((1, skeleton.n_dofs)), skeleton)[0], np.zeros((1, 3))])
-    carried = [j for j in range(skeleton.n_joints) if carriers[j] == carrier]
-    points = zero[sorted({*carried, *(int(skeleton.parents[j]) for j in carried)})] - zero[start]
-    along = zero[end] - zero[start]
+def _is_line(points: np.ndarray, along: np.ndarray) -> bool:
+    """Return whether points (n, 3) are on the line of a segment, from its start."""
     length = float(np.linalg.norm(along))
     if not length:
         return True

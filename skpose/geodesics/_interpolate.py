@@ -169,7 +169,13 @@ def interpolate(
     positions, angles, axes = root_between(keys, at, at[segment] + shares * np.diff(at)[segment], method)
     positions[on_key] = keys.root_positions[(segment + shares.astype(int))[on_key]]
     return replace(
-        motion, root_positions=positions, root_angles=angles, root_axes=axes, up=keys.up, root_name=keys.root_name
+        motion,
+        root_positions=positions,
+        root_angles=angles,
+        root_axes=axes,
+        up=keys.up,
+        root_name=keys.root_name,
+        fitted=keys.fitted,
     )
 
 

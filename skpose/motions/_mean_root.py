@@ -19,6 +19,7 @@ class MeanRoot(NamedTuple):
     axes: str
     up: str
     name: str
+    fitted: bool  # whether one of the motions is
 
 
 def check_roots(motions: Sequence[Motion]) -> None:
@@ -70,7 +71,8 @@ def mean_root(motions: Sequence[Motion], aligned: Aligned) -> MeanRoot:
     angles, axes = continuous_root_angles(back * mean, first.root_axes)
     there = np.array(mean_places)
     there = back.apply(there - there[0] * _on_floor(first.up))
-    return MeanRoot(there, angles, axes, first.up, first.root_name)
+    fitted = any(motion.fitted for motion in motions)
+    return MeanRoot(there, angles, axes, first.up, first.root_name, fitted)
 
 
 def _on_floor(up: str) -> np.ndarray:

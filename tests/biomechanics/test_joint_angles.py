@@ -1,0 +1,490 @@
+"""Joint angles: what they are called, where they are zero, that files' conventions play no part, what is not shown."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import sklearn
+from scipy.spatial.transform import Rotation
+
+from skpose import Bone, Motion, Skeleton, inverse_kinematics
+from skpose.biomechanics import joint_angles
+from skpose.datasets import humanoid
+from skpose.io import load_bvh, load_motion, save_bvh
+from skpose.kinematics import forward_kinematics
+
+SIDES = ("left", "right")
+X, Y, Z = np.eye(3)
+# A person who faces +z, with y up and the left at +x; each joint is where its bone begins, as in BVH.
+CHAINS = {
+    "Spine": ("Hips", 0.2 * Y),
+    "Neck": ("Spine", 0.3 * Y),
+    "Head": ("Neck", 0.1 * Y),
+    "Head_end": ("Head", 0.2 * Y),
+}
+FOOT, TOE = -0.05 * Y + 0.12 * Z, 0.05 * Z
+
+
+def person(arms="hanging", dofs="rotvec", spread=0.0, thumb=True, turned=None):
+    """A symmetrical person as in a file of LAFAN1's names, at rest with arms as given, in T-pose palms down."""
+    bones = [Bone("Hips", None, np.zeros(3), dofs)]
+    bones += [Bone(name, parent, offset, dofs) for name, (parent, offset) in CHAINS.items()]
+    for side, sign in (("Left", 1.0), ("Right", -1.0)):
+        outward = np.array([sign, 0.0, 0.0])
+        leg = Rotation.from_rotvec([0.0, 0.0, sign * spread])
+        along = {"hanging": -Y, "T": outward}[arms]
+        beside = Z  # the thumb: palms face the thighs where arms hang, down in a T-pose
+        chain = [
+            ("UpLeg", "Hips", 0.1 * outward),
+            ("Leg", f"{side}UpLeg", leg.apply(-0.4 * Y)),
+            ("Foot", f"{side}Leg", leg.apply(-0.4 * Y)),
+            ("Toe", f"{side}Foot", leg.apply(FOOT)),
+            ("Toe_end", f"{side}Toe", leg.apply(TOE)),
+            ("Shoulder", "Spine", 0.2 * Y + 0.05 * outward),
+            ("Arm", f"{side}Shoulder", 0.12 * outward),
+            ("ForeArm", f"{side}Arm", 0.3 * along),
+            ("Hand", f"{side}ForeArm", 0.25 * along),
+            ("Hand_end", f"{side}Hand", 0.1 * along),
+        ]
+        if thumb:
+            chain.append(("HandThumb", f"{side}Hand", 0.05 * along + 0.04 * beside))
+        bones += [Bone(side + name, parent, offset, dofs) for name, parent, offset in chain]
+    return Skeleton(bones, offset_frame="parent")
+
+
+def pose(skeleton, **rotations):
+    """One frame in which joints have rotated by Rotations; as many frames as these are."""
+    columns = {name: np.atleast_2d(rotation.as_rotvec()) for name, rotation in rotations.items()}
+    angles = np.zeros((max(map(len, columns.values()), default=1), skeleton.n_dofs))
+    for name, rotvecs in columns.items():
+        first = skeleton.dof_names.index(f"{name}_rotvec_x")
+        angles[:, first : first + 3] = rotvecs
+    return Motion(skeleton, angles, 30.0)
+
+
+def about(axis, degrees):
+    return Rotation.from_rotvec(np.radians(degrees) * np.asarray(axis, dtype=float))
+
+
+def value(angles, name):
+    return float(angles[name][0])
+
+
+# The joint of the left side that rotates, about which axis of the world by 20°, and which angle that is. The left is
+# at +x and the front at +z: turning about -x brings what hangs forward.
+MOVES = [
+    ("LeftUpLeg", -X, "hip_flexion_left"),
+    ("LeftUpLeg", -Z, "hip_adduction_left"),
+    ("LeftUpLeg", -Y, "hip_rotation_left"),
+    ("LeftLeg", X, "knee_flexion_left"),
+    ("LeftLeg", -Z, "knee_adduction_left"),
+    ("LeftLeg", -Y, "knee_rotation_left"),
+    ("LeftFoot", -X, "ankle_dorsiflexion_left"),
+    ("LeftFoot", -Z, "ankle_inversion_left"),
+    ("LeftFoot", -Y, "ankle_rotation_left"),
+    ("LeftArm", -X, "shoulder_flexion_left"),
+    ("LeftArm", -Z, "shoulder_adduction_left"),
+    ("LeftArm", -Y, "shoulder_rotation_left"),
+    ("LeftForeArm", -X, "elbow_flexion_left"),
+    ("LeftForeArm", -Z, "elbow_adduction_left"),
+    ("Spine", -X, "trunk_extension"),
+    ("Spine", Z, "trunk_bending"),
+    ("Spine", Y, "trunk_rotation"),
+    ("Head", -X, "neck_extension"),
+    ("Head", Z, "neck_bending"),
+    ("Head", Y, "neck_rotation"),
+    ("Hips", -X, "pelvis_tilt"),
+    ("Hips", Z, "pelvis_list"),
+    ("Hips", Y, "pelvis_rotation"),
+]
+
+
+@pytest.mark.parametrize(("joint", "axis", "name"), MOVES)
+def test_a_rotation_about_one_axis_is_one_angle_on_both_sides(joint, axis, name):
+    """On the right it is mirrored: about y and z the other way."""
+    skeleton = person()
+    rest = joint_angles(pose(skeleton))
+    for side in SIDES if "left" in name else ("left",):
+        mirrored = np.asarray(axis) * ([1, 1, 1] if side == "left" else [1, -1, -1])
+        angles = joint_angles(pose(skeleton, **{joint.replace("Left", side.capitalize()): about(mirrored, 20)}))
+        expected = {name.replace("left", side): 20.0}
+        if name.startswith("shoulder"):
+            expected |= {f"shoulder_elevation_{side}": 20.0 if "rotation" not in name else 0.0}
+        for other in angles.names:
+            if "plane" in other or other.startswith(("wrist", "elbow_pronation")):
+                continue  # below
+            change = value(angles, other) - value(rest, other)
+            assert change == pytest.approx(expected.get(other, 0.0), abs=1e-9), other
+
+
+def test_signs_are_anatomical():
+    """What moves where, without a word of axes; each angle is positive."""
+    skeleton = person()
+    names = skeleton.joint_names
+    at_rest = forward_kinematics(np.zeros((1, skeleton.n_dofs)), skeleton)[0]
+
+    def moves(name, end, direction, **rotations):
+        motion = pose(skeleton, **rotations)
+        step = forward_kinematics(motion.angles, skeleton)[0, names.index(end)] - at_rest[names.index(end)]
+        assert step @ direction > 0.0
+        assert value(joint_angles(motion), name) > value(joint_angles(pose(skeleton)), name)
+
+    for side, outward in (("Left", X), ("Right", -X)):
+        low = side.lower()
+        inward, s = -outward, outward[0]
+        moves(f"hip_flexion_{low}", f"{side}Leg", Z, **{f"{side}UpLeg": about(-X, 30)})
+        moves(f"hip_adduction_{low}", f"{side}Leg", inward, **{f"{side}UpLeg": about(-Z * s, 10)})
+        moves(f"hip_rotation_{low}", f"{side}Toe", inward, **{f"{side}UpLeg": about(-Y * s, 30)})
+        moves(f"knee_flexion_{low}", f"{side}Foot", -Z, **{f"{side}Leg": about(X, 30)})
+        moves(f"ankle_dorsiflexion_{low}", f"{side}Toe", Y, **{f"{side}Foot": about(-X, 20)})
+        moves(f"shoulder_flexion_{low}", f"{side}ForeArm", Z, **{f"{side}Arm": about(-X, 30)})
+        moves(f"elbow_flexion_{low}", f"{side}Hand", Z, **{f"{side}ForeArm": about(-X, 30)})
+        # The palms face the thighs: the thumb moves inward in pronation, the hand inward in flexion and backward in
+        # ulnar deviation.
+        moves(f"elbow_pronation_{low}", f"{side}HandThumb", inward, **{f"{side}ForeArm": about(-Y * s, 20)})
+        moves(f"wrist_flexion_{low}", f"{side}Hand_end", inward, **{f"{side}Hand": about(-Z * s, 20)})
+        moves(f"wrist_ulnar_deviation_{low}", f"{side}Hand_end", -Z, **{f"{side}Hand": about(X, 20)})
+
+
+@pytest.mark.parametrize("arms", ["hanging", "T"])
+@pytest.mark.parametrize("spread", [0.0, 0.3])
+def test_a_hanging_limb_is_at_zero_however_the_rest_pose_holds_it(arms, spread):
+    """Arms lowered from a T-pose, with palms to the thighs, and legs brought together; feet go with their legs."""
+    skeleton = person(arms, spread=spread)
+    rotations = {}
+    for side, s in (("Left", 1.0), ("Right", -1.0)):
+        rotations[f"{side}UpLeg"] = about(-Z * s, np.degrees(spread))
+        if arms == "T":
+            rotations[f"{side}Arm"] = about(-Z * s, 90)
+    angles = joint_angles(pose(skeleton, **rotations))
+    for name in angles.names:
+        expected = 90.0 if name.startswith("elbow_pronation") else 0.0
+        assert "plane" in name or value(angles, name) == pytest.approx(expected, abs=1e-9), name
+    if arms == "T":
+        raised = joint_angles(pose(skeleton))
+        assert value(raised, "shoulder_elevation_left") == pytest.approx(90.0)
+        assert value(raised, "shoulder_adduction_left") == pytest.approx(-90.0)
+        assert value(raised, "shoulder_plane_left") == pytest.approx(0.0, abs=1e-9)
+        assert np.isnan(value(raised, "shoulder_flexion_left"))
+        assert "one" in raised.missing["shoulder_flexion_left"]
+
+
+@pytest.mark.parametrize("name", ["UpLeg", "Leg", "Arm", "ForeArm", "Foot"])
+def test_three_angles_are_those_of_grood_and_suntay(name):
+    """scipy's intrinsic rotations about z, x and y, with x forward, y up and z to the right."""
+    joint, sign, last = {
+        "UpLeg": ("hip", 1, "rotation"),
+        "Leg": ("knee", -1, "rotation"),
+        "Arm": ("shoulder", 1, "rotation"),
+        "ForeArm": ("elbow", 1, None),
+        "Foot": ("ankle", 1, "rotation"),
+    }[name]
+    second = "inversion" if joint == "ankle" else "adduction"
+    first = "dorsiflexion" if joint == "ankle" else "flexion"
+    isb = np.stack([Z, Y, -X], axis=1)
+    rotations = Rotation.random(20, rng=np.random.default_rng(0))
+    for side in SIDES:
+        angles = joint_angles(pose(person(), **{side.capitalize() + name: rotations}))
+        mirror = 1.0 if side == "right" else -1.0
+        about_isb = Rotation.from_matrix(isb.T @ rotations.as_matrix() @ isb)
+        z, x, y = (about_isb.as_euler("ZXY", degrees=True) * [sign, mirror, mirror]).T
+        np.testing.assert_allclose(angles[f"{joint}_{first}_{side}"], z, atol=1e-8)
+        np.testing.assert_allclose(angles[f"{joint}_{second}_{side}"], x, atol=1e-8)
+        if last:
+            np.testing.assert_allclose(angles[f"{joint}_{last}_{side}"], y, atol=1e-8)
+        if joint == "shoulder":
+            down = rotations.apply(-Y) * ([1, 1, 1] if side == "left" else [-1, 1, 1])
+            elevation = np.degrees(np.arccos(-down[:, 1]))
+            np.testing.assert_allclose(angles[f"shoulder_elevation_{side}"], elevation)
+            plane = np.degrees(np.arctan2(down[:, 2], down[:, 0]))
+            np.testing.assert_allclose(angles[f"shoulder_plane_{side}"], plane)
+
+
+def test_tilt_and_list_do_not_depend_on_the_heading():
+    lean = about(-X, 12) * about(Z, 5)
+    for heading in (0, 60, 150, -100):
+        angles = joint_angles(pose(person(), Hips=about(Y, heading) * lean))
+        assert value(angles, "pelvis_rotation") == pytest.approx(heading + value_of_lean("rotation"))
+        assert value(angles, "pelvis_tilt") == pytest.approx(value_of_lean("tilt"))
+        assert value(angles, "pelvis_list") == pytest.approx(value_of_lean("list"))
+
+
+def value_of_lean(name):
+    """scipy's intrinsic rotations about y, x and z (Baker 2001) of the leaning pelvis."""
+    isb = np.stack([Z, Y, -X], axis=1)
+    lean = (about(-X, 12) * about(Z, 5)).as_matrix()
+    y, x, z = Rotation.from_matrix(isb.T @ lean @ isb).as_euler("YXZ", degrees=True)
+    return {"rotation": y, "list": x, "tilt": z}[name]
+
+
+def moving(skeleton, n_frames=40, size=0.4, seed=0):
+    """Random smooth movements of all joints."""
+    rng = np.random.default_rng(seed)
+    phase, speed = rng.uniform(0, 6, skeleton.n_dofs), rng.uniform(0.1, 0.3, skeleton.n_dofs)
+    angles = size * np.sin(phase + speed * np.arange(n_frames)[:, None])
+    root = np.cumsum(rng.normal(size=(n_frames, 3)), axis=0) * 0.02
+    return Motion(skeleton, angles, 30.0, root_positions=root, root_angles=rng.normal(size=(n_frames, 3)) * 0.2)
+
+
+def assert_same(one, other, atol=1e-8, names=None):
+    for name in names or one.names:
+        np.testing.assert_allclose(other[name], one[name], atol=atol, err_msg=name)
+
+
+CHANGES_SIGN = "pelvis_list", "pelvis_rotation", "trunk_bending", "trunk_rotation", "neck_bending", "neck_rotation"
+
+
+@pytest.mark.parametrize("arms", ["hanging", "T"])
+def test_mirrored_motions_have_the_angles_of_the_other_side(arms):
+    motion = moving(person(arms))
+    one, other = joint_angles(motion), joint_angles(motion.mirrored())
+    for name in one.names:
+        partner = name.replace("left", "?").replace("right", "left").replace("?", "right")
+        sign = -1.0 if name in CHANGES_SIGN else 1.0
+        np.testing.assert_allclose(sign * other[partner], one[name], atol=1e-9, err_msg=name)
+
+
+@pytest.mark.parametrize("order", ["XYZ", "xyz", "ZXY", "YXZ", "ZYX"])
+def test_the_order_of_euler_angles_plays_no_part(order):
+    motion = moving(person("T"))
+    assert_same(joint_angles(motion), joint_angles(motion.to_euler(order)), 1e-9)
+
+
+def test_the_axes_of_a_file_play_no_part(tmp_path):
+    """Written as BVH and read back; and with joints whose axes at rest are any."""
+    motion = moving(person("T"))
+    angles = joint_angles(motion)
+    save_bvh(tmp_path / "m.bvh", motion)
+    read = load_bvh(tmp_path / "m.bvh")
+    assert_same(angles, joint_angles(read), 1e-5)
+    skeleton, rng = motion.skeleton, np.random.default_rng(1)
+    axes = [Rotation.identity(), *Rotation.random(skeleton.n_joints, rng=rng)]
+    bones, columns = [], []
+    for j, bone in enumerate(skeleton.bones):
+        before, own = axes[skeleton.parents[j] + 1], axes[j + 1]
+        rest = (before.inv() * own).as_matrix()
+        bones.append(Bone(bone.name, bone.parent, before.inv().apply(bone.offset), "rotvec", rest))
+        turned = Rotation.from_rotvec(motion.angles[:, 3 * j : 3 * j + 3])
+        columns.append((own.inv() * turned * own).as_rotvec())
+    other = replace(motion, skeleton=Skeleton(bones, offset_frame="parent"), angles=np.concatenate(columns, axis=1))
+    assert_same(angles, joint_angles(other), 1e-9)
+
+
+@pytest.mark.parametrize("up", ["x", "z"])
+def test_another_axis_up_changes_nothing(up):
+    """The whole world is turned with the person: root, positions, and the skeleton at rest."""
+    motion = moving(person("T"))
+    turn = Rotation.from_matrix(np.roll(np.eye(3), {"x": -1, "z": 1}[up], axis=0))
+    assert turn.apply(Y) @ np.eye(3)["xyz".index(up)] == pytest.approx(1.0)
+    bones = [bone._replace(offset=tuple(turn.apply(bone.offset))) for bone in motion.skeleton.bones]
+    columns = [turn.apply(motion.angles[:, i : i + 3]) for i in range(0, motion.skeleton.n_dofs, 3)]
+    root = turn * Rotation.from_euler("xyz", motion.root_angles) * turn.inv()
+    other = Motion(
+        Skeleton(bones, offset_frame="parent"),
+        np.concatenate(columns, axis=1),
+        30.0,
+        root_angles=root.as_euler("xyz"),
+        up=up,
+    )
+    assert_same(joint_angles(motion), joint_angles(other), 1e-9)
+
+
+def refitted(motion):
+    """The poses that inverse kinematics finds at the positions of all joints."""
+    positions = forward_kinematics(motion.angles, motion.skeleton)
+    root = Rotation.from_euler(motion.root_axes, motion.root_angles)
+    world = np.stack([root.apply(positions[:, j]) for j in range(positions.shape[1])], axis=1)
+    return inverse_kinematics(world + motion.root_positions[:, None], motion.skeleton).to_motion(30.0, motion.up)
+
+
+def hinged(seed=0):
+    """A motion whose knees and elbows are hinges, as far bent as people bend them."""
+    motion = moving(person("T"), seed=seed)
+    angles = motion.angles.copy()
+    t = np.arange(len(motion))
+    for side, s in (("Left", 1.0), ("Right", -1.0)):
+        for name, axis in (("Leg", X), ("ForeArm", -Y * s)):
+            i = motion.skeleton.dof_names.index(f"{side}{name}_rotvec_x")
+            angles[:, i : i + 3] = (0.9 + 0.5 * np.sin(0.2 * t))[:, None] * axis
+    return replace(motion, angles=angles)
+
+
+def test_poses_fitted_to_positions_have_the_angles_that_positions_show():
+    motion = hinged()
+    recorded, found = joint_angles(motion), joint_angles(refitted(motion))
+    assert not recorded.missing
+    shown = [name for name in found.names if name not in found.missing]
+    assert_same(recorded, found, 1e-4, [name for name in shown if "ankle" not in name])
+    assert {name for name in found.missing if "hip" in name or "shoulder" in name} == set()
+    expected = {f"{joint}_{angle}" for joint in ("knee", "elbow") for angle in ("adduction",)}
+    expected |= {"knee_rotation", "elbow_pronation", "wrist_flexion", "wrist_ulnar_deviation", "wrist_rotation"}
+    expected |= {"ankle_inversion", "ankle_rotation"}
+    lacking = {name.rpartition("_")[0] for name in found.missing if name.endswith(("left", "right"))}
+    assert lacking == expected
+    assert "neck_rotation" in found.missing
+
+
+def test_a_straight_limb_does_not_show_how_it_is_rotated():
+    """Whatever inverse kinematics makes of it; flexion and adduction are there."""
+    skeleton = person()
+    straight = pose(skeleton, LeftUpLeg=about(-X, 30) * about(Y, 25), RightUpLeg=about(-X, 30))
+    bent = pose(skeleton, LeftUpLeg=about(-X, 30) * about(Y, 25), LeftLeg=about(X, 40))
+    found = joint_angles(refitted(straight))
+    assert np.isnan(value(found, "hip_rotation_left"))
+    assert "bent by 15° and more" in found.missing["hip_rotation_left"]
+    assert value(found, "hip_flexion_left") == pytest.approx(value(joint_angles(straight), "hip_flexion_left"))
+    assert value(found, "knee_flexion_left") == pytest.approx(0.0, abs=1e-5)
+    assert value(joint_angles(refitted(bent)), "hip_rotation_left") == pytest.approx(-25.0, abs=1e-5)
+    assert value(joint_angles(refitted(bent)), "knee_flexion_left") == pytest.approx(40.0, abs=1e-5)
+
+
+def test_hyperextended_knees_are_negative():
+    found = joint_angles(refitted(pose(person(), LeftLeg=about(X, -4))))
+    assert value(found, "knee_flexion_left") == pytest.approx(-4.0, abs=1e-5)
+
+
+def test_a_standing_pose_is_zero():
+    motion = moving(person("T"), size=0.3)
+    standing = pose(motion.skeleton, LeftArm=about(-Z, 80), RightArm=about(Z, 80), LeftLeg=about(X, 8))
+    still = Motion.concatenate([standing] * 3)
+    found = joint_angles(Motion.concatenate([still, replace(motion, root_angles=None)]), zero=0)
+    assert found.zero == "frame 0"
+    at_zero = {name: found[name][0] for name in found.names if not name.startswith("shoulder_plane")}
+    np.testing.assert_allclose(list(at_zero.values()), 0.0, atol=1e-9)
+    same = joint_angles(motion, zero=still)
+    assert same.zero == "mean of 3 standing frames"
+    bent = joint_angles(pose(motion.skeleton, LeftLeg=about(X, 30)), zero=still)
+    assert value(bent, "knee_flexion_left") == pytest.approx(22.0)
+    # Relative rotations do not depend on the rest pose: the same from a skeleton that hangs its arms.
+    last = joint_angles(standing, zero=pose(motion.skeleton, LeftArm=about(-Z, 90), RightArm=about(Z, 90)))
+    assert value(last, "shoulder_adduction_left") == pytest.approx(-10.0)
+
+
+@pytest.mark.parametrize(
+    ("zero", "match"),
+    [
+        (99, r"zero is frame 99 of a motion of 40 frames, 0 to 39"),
+        ("first", r"zero must be the number of a frame, a Motion or None, got str"),
+        (True, r"got bool"),
+        ("other", r"another skeleton than the motion: fit one to both recordings"),
+        ("lying", r"nobody stands in zero, frame 0: its left leg points 90° away from down"),
+        ("z", r"zero has up='z', but the motion up='y'"),
+        ("empty", r"zero has no frames"),
+    ],
+)
+def test_what_is_no_zero_is_refused(zero, match):
+    motion = moving(person("T"))
+    if zero == "other":
+        zero = pose(person())
+    elif zero == "lying":
+        motion, zero = replace(motion, root_angles=np.full((40, 3), [np.pi / 2, 0.0, 0.0])), 0
+        motion = replace(motion, angles=np.zeros_like(motion.angles))
+    elif zero == "z":
+        zero = replace(pose(person("T")), up="z")
+    elif zero == "empty":
+        zero = motion[:0]
+    with pytest.raises((ValueError, TypeError), match=match):
+        joint_angles(motion, zero=zero)
+
+
+def test_a_recording_that_moves_is_no_standing_pose():
+    motion = moving(person("T"), size=0.3)
+    with pytest.warns(UserWarning, match="the recording zero is no standing person: its .* rotates by"):
+        joint_angles(motion, zero=motion)
+
+
+def test_a_rest_pose_that_does_not_stand_is_refused():
+    """All bones along x, as in some files."""
+    skeleton = person("T")
+    along = [
+        bone._replace(offset=(float(np.linalg.norm(bone.offset)), 0.0, 0.0) if bone.parent else bone.offset)
+        for bone in skeleton.bones
+    ]
+    with pytest.raises(ValueError, match=r"nobody stands in the rest pose .* pass zero=, a frame of the motion"):
+        joint_angles(moving(Skeleton(along, offset_frame="parent")))
+
+
+def test_exchanged_sides_are_noticed():
+    skeleton = person("T")
+
+    def other(name):
+        if name is None:
+            return None
+        return name.replace("Left", "?").replace("Right", "Left").replace("?", "Right")
+
+    bones = [bone._replace(name=other(bone.name), parent=other(bone.parent)) for bone in skeleton.bones]
+    with pytest.raises(ValueError, match="its toes point backward, so that left and right are exchanged"):
+        joint_angles(moving(Skeleton(bones, offset_frame="parent")))
+
+
+def test_joints_of_unknown_names_can_be_given():
+    skeleton = person()
+    letters = {name: f"joint{i}" for i, name in enumerate(skeleton.joint_names)}
+    bones = [bone._replace(name=letters[bone.name], parent=letters.get(bone.parent)) for bone in skeleton.bones]
+    motion = replace(moving(skeleton), skeleton=Skeleton(bones, offset_frame="parent"))
+    with pytest.raises(ValueError, match=r"left_hip, left_knee, .* not known by their names; its joints are joint0"):
+        joint_angles(motion)
+    given = {"hip": "UpLeg", "knee": "Leg", "ankle": "Foot", "toe": "Toe", "shoulder": "Arm", "elbow": "ForeArm"}
+    joints = {f"{side}_{mark}": letters[side.capitalize() + name] for side in SIDES for mark, name in given.items()}
+    found = joint_angles(motion, joints=joints)
+    assert "the given joints" in repr(found)
+    assert_same(joint_angles(moving(skeleton)), found, names=[n for n in found.names if "wrist" not in n])
+    with pytest.raises(ValueError, match=r"joints\['left_knee'\] is 'joint999', which is no joint of the skeleton"):
+        joint_angles(motion, joints=joints | {"left_knee": "joint999"})
+    with pytest.raises(ValueError, match=r"joints has the landmark 'knee'; expected one of left_hip"):
+        joint_angles(motion, joints={"knee": "joint1"})
+
+
+def test_what_is_no_motion_is_refused():
+    with pytest.raises(TypeError, match=r"joint_angles needs a skpose\.Motion, got ndarray"):
+        joint_angles(np.zeros((3, 42)))
+
+
+def test_tables():
+    pandas, polars = pytest.importorskip("pandas"), pytest.importorskip("polars")
+    motion = moving(person())
+    angles = joint_angles(motion)
+    assert np.asarray(angles).shape == (40, len(angles.names))
+    table = angles.to_pandas()
+    assert isinstance(table, pandas.DataFrame)
+    assert table.index.name == "time"
+    assert table.attrs["unit"] == "degrees"
+    assert table.attrs["zero"] == "rest pose"
+    np.testing.assert_array_equal(table["knee_flexion_left"], angles["knee_flexion_left"])
+    with sklearn.config_context(transform_output="pandas"):
+        pandas.testing.assert_frame_equal(joint_angles(motion), table)
+    with sklearn.config_context(transform_output="polars"):
+        frame = joint_angles(motion)
+    assert isinstance(frame, polars.DataFrame)
+    assert frame.columns == ["time", *angles.names]
+    np.testing.assert_array_equal(frame["time"], motion.times)
+    with pytest.raises(KeyError, match="there is no angle 'knee_angle_left'"):
+        angles["knee_angle_left"]
+
+
+def test_without_a_thumb_nobody_knows_where_the_palm_is():
+    found = joint_angles(moving(person("T", thumb=False)))
+    assert "no thumb" in found.missing["wrist_flexion_left"]
+    assert "no thumb" in found.missing["elbow_pronation_left"]
+    relative = joint_angles(moving(person("hanging", thumb=False)), zero=pose(person("hanging", thumb=False)))
+    assert "elbow_pronation_left" not in relative.missing
+    assert "wrist_flexion_left" in relative.missing
+
+
+def test_joints_that_do_not_bend_have_no_angles():
+    skeleton = person()
+    bones = [bone._replace(dofs="") if bone.name.endswith("Hand") else bone for bone in skeleton.bones]
+    found = joint_angles(Motion(rigid := Skeleton(bones, offset_frame="parent"), np.zeros((2, rigid.n_dofs)), 30.0))
+    assert not [name for name in found.names if name.startswith("wrist")]
+
+
+def test_the_humanoid_and_its_file_agree(tmp_path):
+    """One is a skeleton of bones with names and own axes, the other of joints."""
+    skeleton = humanoid()
+    rng = np.random.default_rng(0)
+    motion = Motion(skeleton, 0.2 * rng.normal(size=(5, skeleton.n_dofs)), 30.0)
+    angles = joint_angles(motion)
+    assert angles.rig == "humanoid"
+    save_bvh(tmp_path / "m.bvh", motion)
+    read = joint_angles(load_motion(tmp_path / "m.bvh"))
+    assert_same(angles, read, 1e-5, [name for name in angles.names if name in read.names])
