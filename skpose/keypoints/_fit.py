@@ -185,8 +185,8 @@ def _check_pairs(layout: Layout) -> None:
     alone = [name for name in alone if partner[name] == name]
     if alone:
         raise ValueError(
-            f"left and right of the layout {layout.name!r} differ: {', '.join(map(repr, alone))} have no partner on the "
-            f"other side. Pass symmetric=False, or layout.without({alone})"
+            f"left and right of the layout {layout.name!r} differ: {', '.join(map(repr, alone))} have no partner on "
+            f"the other side. Pass symmetric=False, or layout.without({alone})"
         )
     for name in layout.points:
         parent, other = layout.parents[name], layout.parents[partner[name]]

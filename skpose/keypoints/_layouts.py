@@ -51,8 +51,7 @@ class _Layouts(Mapping[str, Layout]):
     ``layouts["plug_in_gait39"].without(["LUPA", "RUPA"]).keypoints(load_c3d("walk.c3d"))``. Markers stand on the skin,
     and so do the ends of bones that are markers; the hips of "plug_in_gait39" are means of markers of the pelvis, above
     the joints. Where a file states joint centres, a `Layout` with these is better. Medial markers of knees and ankles
-    are often there for the standing trial alone: ``layouts["opencap_mocap55"].keypoints(markers, absent="unseen")`` reads
-    the others.
+    are often there for the standing trial alone: ``layout.keypoints(markers, absent="unseen")`` reads the others.
 
     Examples
     --------

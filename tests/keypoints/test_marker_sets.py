@@ -17,7 +17,8 @@ PLACES = {
     "opencap_mocap55": "L_HJC L_KJC L_AJC L_toe L_Shoulder L_EJC L_WJC",
     "pose2sim21": "left_hip left_knee left_ankle left_big_toe left_shoulder left_elbow left_wrist",
 }
-OURS = "left_pelvis left_thigh left_shank left_foot left_clavicle left_upper_arm left_forearm left_hand".split()
+_BONES = ("pelvis", "thigh", "shank", "foot", "clavicle", "upper_arm", "forearm", "hand")
+OURS = [f"left_{bone}" for bone in _BONES]
 BONES = [(0, 1), (1, 2), (2, 3), (4, 5), (5, 6), (6, 7)]
 
 

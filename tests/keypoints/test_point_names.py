@@ -9,7 +9,6 @@ from skpose import forward_kinematics, inverse_kinematics
 from skpose.keypoints import Keypoints, Layout, fit_skeleton, layouts
 from skpose.keypoints._names import find_names
 
-
 MARKERS = ["opencap43", "plug_in_gait39", "opencap_mocap55"]
 
 
