@@ -15,7 +15,7 @@ from skpose.keypoints._lengths import bone_length, symmetric_lengths, warn_of_le
 from skpose.keypoints._rest_pose import partners_of, rest_pose
 from skpose.keypoints._root_axes import Points
 from skpose.skeleton import Bone, Skeleton
-from skpose.skeleton._shared import BALL, size_of
+from skpose.skeleton._shared import BALL, sides, size_of
 
 BACKWARD = -0.2  # cosine of the angle to forward
 
@@ -180,6 +180,13 @@ def _check_pairs(layout: Layout) -> None:
         raise ValueError(
             f"the layout {layout.name!r} has no left and right by name, such as 'left_hip' and 'right_hip', and cannot "
             "be symmetric: pass symmetric=False, or a Layout with such names"
+        )
+    alone = [name for name, side in zip(layout.points, sides(layout.points), strict=True) if side]
+    alone = [name for name in alone if partner[name] == name]
+    if alone:
+        raise ValueError(
+            f"left and right of the layout {layout.name!r} differ: {', '.join(map(repr, alone))} have no partner on "
+            f"the other side. Pass symmetric=False, or layout.without({alone})"
         )
     for name in layout.points:
         parent, other = layout.parents[name], layout.parents[partner[name]]

@@ -212,6 +212,8 @@ class Layout:
         positions: ArrayLike | Keypoints,
         frame_rate: float | None = None,
         confidences: ArrayLike | None = None,
+        *,
+        absent: Literal["refuse", "unseen"] = "refuse",
     ) -> Keypoints:
         """Return positions as keypoints of the layout, with its names, the midpoints among them.
 
@@ -224,6 +226,9 @@ class Layout:
             Frames per second of an array, Hz; keypoints have their own.
         confidences : array-like of shape (n_frames, n_points), default=None
             How sure each position of an array is, from 0, not seen, to 1; MediaPipe's visibility, OpenPose's score.
+        absent : {"refuse", "unseen"}, default="refuse"
+            What becomes of points that keypoints do not have: an error, or points that are seen in no frame. Other
+            recordings of the person can show where they are, as the standing trial does for medial markers.
 
         Returns
         -------
@@ -235,8 +240,8 @@ class Layout:
         ------
         ValueError
             For positions in two dimensions, or of another number of points; the message names the layouts that have
-            that number. For keypoints without a point of the layout, or with several that have its name but for the
-            spelling.
+            that number. For keypoints without a point of the layout, or none of all with ``absent="unseen"``, or
+            with several that have its name but for the spelling.
 
         Warns
         -----
@@ -263,10 +268,12 @@ class Layout:
         >>> bool((found.positions == seen.positions).all())
         True
         """
+        if absent not in ("refuse", "unseen"):
+            raise ValueError(f"absent must be 'refuse' or 'unseen', got {absent!r}")
         if isinstance(positions, Keypoints):
             if frame_rate is not None or confidences is not None:
                 raise ValueError("keypoints have a frame rate and confidences: pass no others with them")
-            return self._of_keypoints(positions)
+            return self._of_keypoints(positions, absent)
         if frame_rate is None:
             raise ValueError("frame_rate must be the frames per second of the positions, in Hz, got None")
         array = as_numbers(positions, "positions")
@@ -283,19 +290,21 @@ class Layout:
         columns = {name: (array[:, i], sure[:, i]) for i, name in enumerate(self.names)}
         return self._of_columns(columns, frame_rate, self.up)
 
-    def _of_keypoints(self, given: Keypoints) -> Keypoints:
+    def _of_keypoints(self, given: Keypoints, absent: str) -> Keypoints:
         found = find_names(self.names, given.names)
         # A midpoint "left_knee" of the points "L_knee" and "L_mknee" is not the first of these.
         others = [name for name in given.names if name not in found.values()]
         found |= find_names(self.midpoints, others)
         missing = [name for name in self.names if name not in found]
-        if missing:
+        if missing and (absent == "refuse" or not found):
             raise ValueError(
                 f"the keypoints have no point named {missing[0]!r}, as the layout {self.name!r} has; their names are "
-                f"{', '.join(given.names)}. Pass the layout that they are of, or {remedy_without(self, missing)}"
+                f"{', '.join(given.names)}. Pass the layout that they are of, or {remedy_without(self, missing)}; or "
+                'absent="unseen", if other recordings of the person show where these points are'
             )
         chosen = given.select(found.values())
         columns = {name: (chosen.positions[:, i], chosen.confidences[:, i]) for i, name in enumerate(found)}
+        columns |= {name: (np.full((len(given), 3), np.nan), np.zeros(len(given))) for name in missing}
         return self._of_columns(columns, given.frame_rate, given.up)
 
     def _of_columns(self, columns: dict[str, tuple[np.ndarray, np.ndarray]], frame_rate: float, up: str) -> Keypoints:

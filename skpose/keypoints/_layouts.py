@@ -40,6 +40,7 @@ class _Layouts(Mapping[str, Layout]):
     "pose2sim21"       Pose2Sim, HALPE_26 without the face      y      hip
     "opencap43"        OpenCap's markers, of video              y      pelvis, knees, ankles, elbows, wrists
     "plug_in_gait39"   markers of Plug-in Gait, the full body   z      pelvis, hips, thorax, head, wrists
+    "opencap_mocap55"  OpenCap's markers, of motion capture     y      pelvis, knees, ankles, elbows, wrists
     ================== ======================================== ====== ===========================================
 
     Each states where the order of its points is from, ``layouts["coco17"].source``. Keypoints that are lifted from
@@ -49,7 +50,8 @@ class _Layouts(Mapping[str, Layout]):
     Files of markers name their points, and some have fewer of them:
     ``layouts["plug_in_gait39"].without(["LUPA", "RUPA"]).keypoints(load_c3d("walk.c3d"))``. Markers stand on the skin,
     and so do the ends of bones that are markers; the hips of "plug_in_gait39" are means of markers of the pelvis, above
-    the joints. Where a file states joint centres, a `Layout` with these is better.
+    the joints. Where a file states joint centres, a `Layout` with these is better. Medial markers of knees and ankles
+    are often there for the standing trial alone: ``layout.keypoints(markers, absent="unseen")`` reads the others.
 
     Examples
     --------

@@ -1,6 +1,6 @@
 """The layouts that come with the library as tables, each with the source of the order of its points."""
 
-from skpose.keypoints._marker_tables import OPENCAP43, PLUG_IN_GAIT39, POSE2SIM21
+from skpose.keypoints._marker_tables import OPENCAP43, OPENCAP_MOCAP55, PLUG_IN_GAIT39, POSE2SIM21
 from skpose.keypoints._table import RIGID, Table
 
 HIPS, SHOULDERS = ("left_hip", "right_hip"), ("left_shoulder", "right_shoulder")
@@ -319,4 +319,5 @@ TABLES = (
     POSE2SIM21,
     OPENCAP43,
     PLUG_IN_GAIT39,
+    OPENCAP_MOCAP55,
 )

@@ -202,6 +202,44 @@ KINECT20 = Rig(
     _POINTS | {"left_hand": HAND, "left_foot": TOE},
     dict.fromkeys(("hip_center", "spine", "shoulder_center"), OTHER) | {"head": HEAD_CENTER},
 )
+# Hips are means of markers of the pelvis, shoulders and toes markers on the skin, these on the head of a metatarsal.
+PLUG_IN_GAIT39 = Rig(
+    "plug_in_gait39",
+    LAYOUT.format("plug_in_gait39"),
+    {"left_hip": HIP, "LKNE": KNEE, "LANK": ANKLE, "LTOE": BALL, "LHEE": OTHER}
+    | {"LSHO": SHOULDER, "LELB": ELBOW, "left_wrist": WRIST, "LFIN": HAND}
+    | dict.fromkeys(("LTHI", "LTIB", "LASI", "LPSI", "LUPA", "LFRM", "LWRA", "LWRB", "LFHD", "LBHD"), OTHER),
+    dict.fromkeys(("pelvis", "thorax", "C7", "T10", "CLAV", "STRN", "RBAK"), OTHER) | {"head": HEAD_CENTER},
+)
+OPENCAP43 = Rig(
+    "opencap43",
+    LAYOUT.format("opencap43"),
+    {"LHJC_study": HIP, "left_knee": KNEE, "left_ankle": ANKLE, "L_toe_study": BALL}
+    | {"L_shoulder_study": SHOULDER, "left_elbow": ELBOW, "left_wrist": WRIST}
+    | dict.fromkeys((f"L_{name}_study" for name in ("knee", "mknee", "ankle", "mankle", "5meta", "calc")), OTHER)
+    | dict.fromkeys((f"L_{name}_study" for name in ("lelbow", "melbow", "lwrist", "mwrist")), OTHER)
+    | {f"L_{name}{i}_study": OTHER for name in ("thigh", "sh") for i in (1, 2, 3)}
+    | {"L.ASIS_study": OTHER, "L.PSIS_study": OTHER},
+    {"pelvis": OTHER, "C7_study": OTHER},
+)
+OPENCAP_MOCAP55 = Rig(
+    "opencap_mocap55",
+    LAYOUT.format("opencap_mocap55"),
+    {"L_HJC": HIP, "L_KJC": KNEE, "L_AJC": ANKLE, "L_toe": BALL}
+    | {"L_Shoulder": SHOULDER, "L_EJC": ELBOW, "L_WJC": WRIST}
+    | dict.fromkeys((f"L_{name}" for name in ("knee", "mknee", "ankle", "mankle", "5meta", "calc", "HJC_reg")), OTHER)
+    | dict.fromkeys((f"L_{name}" for name in ("elbow_lat", "elbow_med", "wrist_radius", "wrist_ulna")), OTHER)
+    | dict.fromkeys((f"L_{name}" for name in ("humerus", "forearm", "Sternum", "shank_antsup")), OTHER)
+    | {f"L_thigh{i}": OTHER for i in (1, 2, 3, 4)}
+    | {"L_sh2": OTHER, "L_sh3": OTHER, "L.ASIS": OTHER, "L.PSIS": OTHER},
+    {"pelvis": OTHER, "C7": OTHER},
+)
+POSE2SIM21 = Rig(
+    "pose2sim21",
+    LAYOUT.format("pose2sim21"),
+    _POINTS | {"left_big_toe": TOE, "left_small_toe": OTHER, "left_heel": OTHER},
+    dict.fromkeys(("hip", "neck", "nose"), OTHER) | {"head": HEAD_TOP},
+)
 HUMANOID = Rig(
     "humanoid",
     "skpose.datasets.humanoid",
@@ -234,6 +272,10 @@ RIGS = (
         BODY25,
         KINECT25,
         KINECT20,
+        PLUG_IN_GAIT39,
+        OPENCAP43,
+        OPENCAP_MOCAP55,
+        POSE2SIM21,
         HUMANOID,
     ),
     HUMANOID_AS_BVH,

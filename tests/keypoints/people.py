@@ -9,6 +9,8 @@ from skpose.keypoints import Layout, layouts
 
 PEOPLE = [name for name, layout in layouts.items() if layout.pairs]  # a hand is none
 
+ALONE = {"opencap_mocap55": ["R_sh4", "R_thigh5"]}  # markers on one side alone
+
 # Points of a standing person, m: x to the left, y up, z forward. Those of the right mirror those of the left.
 MIDDLE = {
     "pelvis": (0, 0.92, 0),
@@ -38,6 +40,8 @@ MIDDLE = {
     "CLAV": (0, 1.4, 0.05),
     "STRN": (0, 1.22, 0.1),
     "RBAK": (-0.1, 1.33, -0.1),
+    "L_humerus": (0.25, 1.33, -0.01),  # a marker on the upper arm, and not the elbow, as CMU's is
+    "R_humerus": (-0.25, 1.33, -0.01),
     "wrist": (0.28, 0.93, 0.08),
 }
 # One hand, whose wrist is that of no side; fingers point down.
@@ -119,6 +123,35 @@ LEFT = {
     "melbow_study": (0.21, 1.16, -0.03),
     "lwrist_study": (0.25, 0.94, 0.11),
     "mwrist_study": (0.3, 0.94, 0.05),
+    "KJC": (0.085, 0.5, 0.02),
+    "AJC": (0.09, 0.095, -0.02),
+    "EJC": (0.245, 1.165, -0.03),
+    "WJC": (0.275, 0.94, 0.08),
+    "ASIS": (0.12, 1.0, 0.1),
+    "PSIS": (0.05, 1.03, -0.09),
+    "HJC": (0.09, 0.92, 0.02),
+    "HJC_reg": (0.09, 0.925, 0.03),
+    "Shoulder": (0.18, 1.48, 0),
+    "Sternum": (0.03, 1.42, 0.05),
+    "mknee": (0.06, 0.5, 0.02),
+    "mankle": (0.07, 0.1, -0.02),
+    "toe": (0.1, 0.03, 0.15),
+    "5meta": (0.16, 0.02, 0.1),
+    "calc": (0.11, 0.05, -0.07),
+    "elbow_lat": (0.28, 1.17, -0.03),
+    "elbow_med": (0.21, 1.16, -0.03),
+    "wrist_radius": (0.25, 0.94, 0.11),
+    "wrist_ulna": (0.3, 0.94, 0.05),
+    "forearm": (0.29, 1.04, 0.02),
+    "thigh1": (0.17, 0.75, 0.03),
+    "thigh2": (0.15, 0.65, 0.08),
+    "thigh3": (0.16, 0.66, -0.03),
+    "thigh4": (0.17, 0.6, 0.02),
+    "thigh5": (0.17, 0.62, -0.04),
+    "sh2": (0.13, 0.25, 0.05),
+    "sh3": (0.14, 0.26, -0.05),
+    "sh4": (0.16, 0.3, 0.0),
+    "shank_antsup": (0.12, 0.4, 0.07),
 }
 
 

@@ -3,10 +3,13 @@
 import numpy as np
 import pytest
 from people import moving
+from scipy.spatial.transform import Rotation
 
-from skpose import inverse_kinematics
+from skpose import forward_kinematics, inverse_kinematics
 from skpose.keypoints import Keypoints, Layout, fit_skeleton, layouts
 from skpose.keypoints._names import find_names
+
+MARKERS = ["opencap43", "plug_in_gait39", "opencap_mocap55"]
 
 
 def camel(name):
@@ -98,10 +101,61 @@ def test_means_of_any_number_of_points():
         Layout("three", ["a", "b", "c"], {"m": None, "a": "m", "b": "m", "c": "m"}, {"m": "abc"})
 
 
-@pytest.mark.parametrize("name", ["kinect20", "mediapipe_hand21", "pose2sim21", "opencap43", "plug_in_gait39"])
+@pytest.mark.parametrize("name", ["kinect20", "mediapipe_hand21", "pose2sim21", *MARKERS])
 def test_poses_of_the_new_layouts_reach_all_points(name):
     layout = layouts[name]
     keypoints = layout.keypoints(moving(layout, n=40), 30)
     skeleton = fit_skeleton(keypoints, layout)
     fitted = inverse_kinematics(keypoints, skeleton)
     assert np.nanmax(fitted.residuals) < 1e-4
+
+
+def test_points_that_only_the_standing_trial_has():
+    """Medial markers are taken off before a person moves: knees and ankles are where the others show them."""
+    layout = layouts["opencap_mocap55"]
+    positions = moving(layout, n=60)
+    whole, off = Keypoints(positions, layout.names, 100), ["L_mknee", "R_mknee", "L_mankle", "R_mankle"]
+    less = whole.select([name for name in layout.names if name not in off])
+    with pytest.raises(
+        ValueError, match=r"no point named 'L_mankle'.*or absent=\"unseen\", if other recordings of the"
+    ):
+        layout.keypoints(less)
+    walk = layout.keypoints(less, absent="unseen")
+    truth = layout.keypoints(whole)
+    unseen = [*off, "L_KJC", "R_KJC", "L_AJC", "R_AJC"]
+    for i, name in enumerate(layout.points):
+        if name in unseen:
+            assert np.isnan(walk.positions[:, i]).all(), name
+            assert not walk.confidences[:, i].any()
+        else:
+            np.testing.assert_array_equal(walk.positions[:, i], truth.positions[:, i])
+    skeleton = fit_skeleton([truth[:20], walk], layout)
+    found = forward_kinematics_in_space(inverse_kinematics(walk, skeleton).to_motion())
+    # Of hips, knees and ankles; not a mean of the markers that are left, which are at the outside.
+    columns = [skeleton.joint_names.index(name) for name in unseen]
+    expected = truth.positions[:, [layout.points.index(name) for name in unseen]]
+    assert np.linalg.norm(found[:, columns] - expected, axis=2).max() < 1e-4
+
+
+def test_absent_points_are_refused_where_nothing_is_there():
+    layout = layouts["coco17"]
+    with pytest.raises(ValueError, match="absent must be 'refuse' or 'unseen', got 'nan'"):
+        layout.keypoints(moving(layout, n=3), 30, absent="nan")
+    with pytest.raises(ValueError, match="the keypoints have no point named 'nose'"):
+        layout.keypoints(Keypoints(np.random.default_rng(0).normal(size=(3, 2, 3)), ["a", "b"], 30), absent="unseen")
+
+
+@pytest.mark.parametrize("name", MARKERS)
+def test_names_of_means_are_those_of_no_marker(name):
+    """Names are found in any spelling: L_knee, a marker, must not pass as left_knee, the mean of two."""
+    layout = layouts[name]
+    assert find_names(layout.midpoints, layout.names) == {}
+
+
+def forward_kinematics_in_space(motion):
+    """Positions (n_frames, n_joints, 3) in the world."""
+    root = Rotation.from_euler(motion.root_axes, motion.root_angles).as_matrix()
+    return (
+        np.einsum("nij,nkj->nki", root, forward_kinematics(motion.angles, motion.skeleton))
+        + (motion.root_positions[:, None])
+    )
