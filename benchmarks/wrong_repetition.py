@@ -5,10 +5,11 @@
 Generated squats at 50 Hz, 100 recordings of each number of repetitions, once as they are and once with one of them
 wrong: a knee is in by 15° from 40 to 60 % of the cycle, the left and the right one in turn. "natural" variation is 12 %
 in duration, 4 % in depth, 0.9° in the posture of each repetition and 0.6° of sway in each angle; "large" is twice that.
+
 Columns: the median and the 95th percentile of the largest number of the column "unusual" where nothing is wrong; the
-shares of these recordings in which it is above 4, and above 6; then of those with a wrong repetition: the share in which
-the row with the largest number has that repetition, a joint of that leg, and a time from 40 to 60 % of its cycle, give
-or take 5 %; and the share in which that number is above 4. Recordings in which `segment_repetitions` finds another
+shares of these recordings in which it is above 4, and above 6. Then, of those with a wrong repetition, the share in
+which the row with the largest number has that repetition, a joint of that leg, and a time from 40 to 60 % of its cycle,
+give or take 5 %; and the share in which that number is above 4. Recordings in which `segment_repetitions` finds another
 number of repetitions are counted in the last column, and left out.
 """
 
@@ -21,7 +22,7 @@ import numpy as np
 from skpose.motions import segment_repetitions
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "motions"))
-from squats import SKELETON, squats
+from squats import squats
 
 LEG = "thigh", "shank", "foot", "toes"
 
@@ -59,8 +60,9 @@ def row_of(n, spread, seeds):
 def main():
     options = common.parser(__doc__, folder=False).parse_args()
     common.print_machine()
-    assert "left_shank" in SKELETON.joint_names
-    print(f"{'n':>4} {'variation':>10} {'median':>9} {'95 %':>9} {'> 4':>9} {'> 6':>9} {'named':>9} {'> 4':>9} {'missed':>9}")
+    print(
+        f"{'n':>4} {'variation':>10} {'median':>9} {'95 %':>9} {'> 4':>9} {'> 6':>9} {'named':>9} {'> 4':>9} {'missed':>9}"
+    )
     for n in (10,) if options.quick else (4, 5, 6, 10, 20):
         for name, spread in (("natural", 1.0), ("large", 2.0)):
             print(f"{n:>4} {name:>10} {row_of(n, spread, 4 if options.quick else 100)}", flush=True)

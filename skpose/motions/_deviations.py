@@ -91,7 +91,7 @@ def _means(values: np.ndarray, n_phases: int) -> np.ndarray:
 
 
 def _align(steps: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return repetitions (K, n, J, 3) on one time base, and the time of each there (K, n), as shares of its duration."""
+    """Return repetitions (K, n, J, 3) on one time base, and their times there (K, n), as shares of their durations."""
     moving = np.flatnonzero(weights[:, 0] * np.ptp(steps, axis=(0, 1)).max(axis=1))  # the others cost nothing
     weighted = (weights * steps)[:, :, moving]
     apart = [np.median([np.linalg.norm(a - b, axis=2).mean() for b in weighted]) for a in weighted]

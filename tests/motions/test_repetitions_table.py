@@ -61,7 +61,7 @@ def test_the_wrong_one_of_squats_through_key_poses_is_named(method, side):
 
 
 def test_of_two_wrong_ones_both_are_named():
-    first, cycles = squats(5, 2, "left")
+    first, _ = squats(5, 2, "left")
     second, _ = squats(5, 7, "right")
     usual, _ = squats(5)
     both = replace(usual, angles=first.angles + second.angles - usual.angles)
@@ -114,7 +114,7 @@ def test_one_row_for_each_repetition_joint_and_phase(ten):
 
 def test_x_y_z_lead_from_the_others_to_the_joint_in_the_axes_of_the_root(ten):
     """The left knee is in: to the right, which is −x of the humanoid, by as much as the thigh rotates."""
-    motion, cycles, found, table = ten
+    motion, _, _, table = ten
     knee = table[(table["repetition"] == 4) & (table["joint"] == "left_thigh")]
     row = knee.loc[knee["deviation"].idxmax()]
     usual, _ = squats(1)
@@ -126,7 +126,7 @@ def test_x_y_z_lead_from_the_others_to_the_joint_in_the_axes_of_the_root(ten):
 
 
 def test_repetitions_of_equal_length_and_tempo_against_numpy():
-    """Where every repetition is the same but for a joint that the alignment does not see, it is a median of the rest."""
+    """Repetitions that differ in a joint that the alignment does not see: differences from the median of the rest."""
     n, frames = 5, 201
     rng = np.random.default_rng(0)
     skeleton = Skeleton.chain(2).with_weights({"joint_1": 1.0, "joint_2": 0.0})
@@ -151,7 +151,7 @@ def test_repetitions_of_equal_length_and_tempo_against_numpy():
 
 def test_a_wrong_one_leaves_the_others_as_they_are(ten):
     """The median of the rest moves by less than the rest varies."""
-    motion, _, found, table = ten
+    motion, _, found, _ = ten
     usual, _ = squats(1)
     parts = [usual[a:b].angles for a, b in zip(found.starts, found.stops, strict=True)]
     wrong = [motion[a:b].angles for a, b in zip(found.starts, found.stops, strict=True)]
