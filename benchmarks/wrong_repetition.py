@@ -60,9 +60,8 @@ def row_of(n, spread, seeds):
 def main():
     options = common.parser(__doc__, folder=False).parse_args()
     common.print_machine()
-    print(
-        f"{'n':>4} {'variation':>10} {'median':>9} {'95 %':>9} {'> 4':>9} {'> 6':>9} {'named':>9} {'> 4':>9} {'missed':>9}"
-    )
+    columns = "median", "95 %", "> 4", "> 6", "named", "> 4", "missed"
+    print(f"{'n':>4} {'variation':>10} " + " ".join(f"{name:>9}" for name in columns))
     for n in (10,) if options.quick else (4, 5, 6, 10, 20):
         for name, spread in (("natural", 1.0), ("large", 2.0)):
             print(f"{n:>4} {name:>10} {row_of(n, spread, 4 if options.quick else 100)}", flush=True)

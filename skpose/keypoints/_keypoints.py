@@ -338,7 +338,7 @@ class Keypoints:
         --------
         >>> import numpy as np
         >>> from skpose.keypoints import Keypoints
-        >>> seen = Keypoints([[[0.1, 1.0, 0.0]], [[np.nan] * 3]], ["hand"], frame_rate=30)
+        >>> seen = Keypoints([[[0.1, 1.0, 0.0]], [[np.nan, np.nan, np.nan]]], ["hand"], frame_rate=30)
         >>> seen.to_pandas().round(3)
               hand_x  hand_y  hand_z
         time
@@ -356,6 +356,6 @@ class Keypoints:
             parts = [*parts, "confidence"]
         columns = [f"{name}_{part}" for name in self.names for part in parts]
         index = pandas.Index(self.times, name="time")
-        table = pandas.DataFrame(values.reshape(len(self), -1), index, columns)
+        table = pandas.DataFrame(values.reshape(len(self), len(columns)), index, columns, copy=True)
         table.attrs.update(unit="m", frame_rate=self.frame_rate, up=self.up)
         return table
