@@ -105,10 +105,10 @@ else:
         return sorted({*own, *_PACKAGES, *__all__, "__version__"})
 
 
-def _player(motion):
+def _player(motion, **options):
     from skpose.view import player
 
-    return player(motion)
+    return player(motion, **options)
 
 
 def _strip(motion):
@@ -117,5 +117,5 @@ def _strip(motion):
     return strip(motion)
 
 
-# A motion shows itself by what comes after it in the flow of data.
+# Motions and keypoints show themselves by what comes after them in the flow of data.
 _displays_of_motions.player, _displays_of_motions.strip = _player, _strip

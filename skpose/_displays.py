@@ -1,5 +1,5 @@
-"""Ways to show a motion, which `skpose` fills in: a motion shows itself by pages that stand far below it in the flow
-of data.
+"""Ways to show motions and keypoints, which `skpose` fills in: they show themselves by pages that stand far below them
+in the flow of data.
 """
 
 import os
@@ -26,9 +26,9 @@ class Page(Protocol):
 
 
 class Displays:
-    """Functions that a motion calls to show itself."""
+    """Functions that a motion or keypoints call to show themselves."""
 
-    player: Callable[[Any], Page]  # the page that plays a motion
+    player: Callable[..., Page]  # the page that plays them, with the options of `skpose.view.player`
     strip: Callable[[Any], str]  # some of its poses as a picture, in HTML
 
 

@@ -25,7 +25,8 @@ from skpose._cli.targets import REPORT, is_unfinished
 from skpose._files import check_new, created_meanwhile_error, new_file
 from skpose._parallel.checkpoint import FileCheckpoint
 from skpose.datasets import MotionDataset, make_gait, walks_and_runs
-from skpose.io import file_format, load_asf, load_c3d, load_motion, load_trc
+from skpose.io import file_format, load_asf, load_c3d, load_keypoints, load_motion, load_trc
+from skpose.io._shared import has_keypoints
 from skpose.keypoints import Keypoints
 from skpose.metrics import pose_distances
 from skpose.metrics._shared import resolve
@@ -183,16 +184,24 @@ def _end(motion: Motion, row: int) -> float:
     return motion.times[row] + 1.0 / motion.frame_rate
 
 
-def view(motions: list[Motion], names: list[str], out: Path, *, align: bool, overlay: bool) -> None:
-    """Write a page that plays the motions."""
-    if align and len(motions) != 2:
-        raise ValueError(f"--align is for two files, got {len(motions)}: choose two, or leave --align out")
+def view(
+    shown: list[Motion | Keypoints], names: list[str], out: Path, *, align: bool, overlay: bool, layout: str | None
+) -> None:
+    """Write a page that plays motions and keypoints."""
+    if align and len(shown) != 2:
+        raise ValueError(f"--align is for two files, got {len(shown)}: choose two, or leave --align out")
     alignment = None
     if align:
+        motions = [one for one in shown if isinstance(one, Motion)]
+        for name, one in zip(names, shown, strict=True):
+            if not isinstance(one, Motion):
+                raise ValueError(f"{name} has points without a skeleton, which --align needs. {WITHOUT_ALIGN}")
         check_comparable([motion.skeleton for motion in motions], names, WITHOUT_ALIGN, WITHOUT_ALIGN)
         check_one_frame_rate(MotionDataset(motions, names, names, names))
         alignment = align_motions(*motions)
-    page = player(motions, labels=_shorten(names), alignment=alignment, overlay=overlay)
+    if layout is not None and all(isinstance(one, Motion) for one in shown):
+        raise ValueError("--layout is for files of keypoints or markers, and these have skeletons: leave it out")
+    page = player(shown, labels=_shorten(names), alignment=alignment, layout=layout, overlay=overlay)
     page.save(out)
     print(f"{out}: {page.note}, {page.n_bytes / 1e6:.2g} MB")
 
@@ -223,7 +232,7 @@ def _shorten(names: Sequence[str]) -> list[str]:
 def info(files: Sequence[Path], reader: Reader) -> None:
     """Print the contents of each file: frames, joints or points, degrees of freedom; its name, if there are several."""
     files, blank = motion_files(files, (".bvh", ".amc", ".asf", ".trc", ".c3d")), ""
-    for path, content in reader.read(files, _load):
+    for path, content in reader.read(files, load_any):
         if len(files) > 1:
             print(f"{blank}{name_of(path)}")
             blank = "\n"
@@ -233,11 +242,14 @@ def info(files: Sequence[Path], reader: Reader) -> None:
             _describe(content, reader.rates.get(path))
 
 
-def _load(file: Path | BytesIO, **options: Any) -> Motion | Skeleton | Keypoints:
-    """Return the content of a file of any format."""
-    kind = file_format(file)
-    if isinstance(file, BytesIO):
-        file.seek(0)
+def load_any(file: Path | BytesIO, **options: Any) -> Motion | Skeleton | Keypoints:
+    """Return the content of a file of any format; the layout is that of keypoints."""
+    layout = options.pop("layout", None)
+    kind = None if has_keypoints(file) else file_format(_rewind(file))
+    _rewind(file)
+    if kind is None:
+        shared = {name: options[name] for name in ("scale", "up") if options[name] is not None}
+        return load_keypoints(file, layout, frame_rate=options["frame_rate"], **shared)
     if kind == "ASF":
         return load_asf(file, scale=options["scale"])
     if kind in ("TRC", "C3D"):
@@ -246,6 +258,12 @@ def _load(file: Path | BytesIO, **options: Any) -> Motion | Skeleton | Keypoints
             return load_c3d(file, **shared)
         return load_trc(file, frame_rate=options["frame_rate"], trust=options["trust"], **shared)
     return load_motion(file, **options)
+
+
+def _rewind(file: Path | BytesIO) -> Path | BytesIO:
+    if isinstance(file, BytesIO):
+        file.seek(0)
+    return file
 
 
 def _describe(content: Motion | Skeleton, rate: Rate | None) -> None:

@@ -1,8 +1,10 @@
 """Motions from the files, folders and pipes that a command is given. Errors name the files."""
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
+from io import BytesIO
 from pathlib import Path
 from typing import Any, Literal
 
@@ -12,10 +14,13 @@ from skpose._cli.labels import labels_of_walks_and_runs
 from skpose._cli.reader import Reader, name_of
 from skpose.datasets import MotionDataset, load_cmu, walks_and_runs
 from skpose.datasets._shared import INDEX, ONE_REST, ONE_RIG, read_index
+from skpose.keypoints import Keypoints
 from skpose.kinematics._shared import Method
 from skpose.motions._shared import rates_differ
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._shared import check_comparable, mismatch
+
+MOVING = ".bvh", ".amc", ".trc", ".c3d"  # files of a folder that `skpose view` shows
 
 
 def motion_files(paths: Iterable[Path], suffixes: tuple[str, ...] = (".bvh", ".amc")) -> list[Path]:
@@ -93,11 +98,38 @@ def read_motions(
     return dataset
 
 
-def read_separately(paths: Sequence[Path], frame_rate: float | None, reader: Reader) -> tuple[list[str], list[Motion]]:
-    """Read all files; return their names, and their motions, each on its own skeleton. Refuse those without frames."""
-    read = list(reader.read(motion_files(paths), frames=True))
-    names, motions = [name_of(path) for path, _ in read], [motion for _, motion in read]
-    return names, motions if frame_rate is None else [motion.resample(frame_rate) for motion in motions]
+def read_separately(
+    paths: Sequence[Path], frame_rate: float | None, reader: Reader, load: Callable[..., Any]
+) -> tuple[list[str], list[Motion | Keypoints]]:
+    """Read all files; return their names, and motions, each on its own skeleton, or keypoints. Refuse those without
+    frames, and skeletons without a motion.
+    """
+    read = list(reader.read(motion_files(paths, MOVING), partial(_load_moving, load), frames=True))
+    names, shown = [name_of(path) for path, _ in read], [one for _, one in read]
+    if frame_rate is not None:
+        shown = [_at_rate(one, frame_rate, name) for name, one in zip(names, shown, strict=True)]
+    return names, shown
+
+
+def _load_moving(load: Callable[..., Any], file: Path | BytesIO, **options: Any) -> Motion | Keypoints:
+    content = load(file, **options)
+    if isinstance(content, Skeleton):
+        raise ValueError("this is a skeleton (ASF), which has no motion: choose its AMC file")
+    return content
+
+
+def _at_rate(content: Motion | Keypoints, frame_rate: float, name: str) -> Motion | Keypoints:
+    """Return a motion resampled; of keypoints every other frame, every third and so on, as none is made up."""
+    if isinstance(content, Motion):
+        return content.resample(frame_rate)
+    step = round(content.frame_rate / frame_rate)
+    if step < 1 or rates_differ(content.frame_rate / step, frame_rate):
+        rates = ", ".join(f"{content.frame_rate / k:.4g}" for k in range(1, 6))
+        raise ValueError(
+            f"{name} has points at {content.frame_rate:g} Hz, of which whole frames are left out: use --frame-rate "
+            f"{rates} and so on, got {frame_rate:g}"
+        )
+    return content[::step]
 
 
 def check_one_frame_rate(dataset: MotionDataset) -> None:

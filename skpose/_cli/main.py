@@ -36,6 +36,7 @@ READING = [
 ]
 PREPARING = "rotations", "method", "with_root"  # options of what is done with the motions
 ALIGNING = "alignment", "window"
+DRAWING = ("layout",)
 NAMED = {"method": "retarget", "frame_rate": "amc-frame-rate"}  # options that have another name than the argument
 STORED = {"frame_rate": "amc_frame_rate"}  # under another name than the argument
 
@@ -127,7 +128,9 @@ def _as_options(message: str, options: argparse.Namespace) -> str:
         return f"--{name}{'=' if given.startswith('-') else ' '}{shlex.quote(given)}"  # "-y" would be another option
 
     message = " ".join(message.split())
-    names = "|".join(name for name in (*READING, *PREPARING, *ALIGNING) if hasattr(options, STORED.get(name, name)))
+    names = "|".join(
+        name for name in (*READING, *PREPARING, *ALIGNING, *DRAWING) if hasattr(options, STORED.get(name, name))
+    )
     if not names:
         return message
     call = rf"[\w.]+\([^()]*\b((?:{names})=(?:\"\w+\"|False))\)"
@@ -173,8 +176,9 @@ def _write(options: argparse.Namespace, skipped: Skipped) -> None:
         commands.reproduce(options.folder, options.scale, options.out, options.seed, options.jobs)
         return
     if options.command == "view":
-        names, shown = inputs.read_separately(options.files, options.frame_rate, _reader(options, skipped))
-        commands.view(shown, names, options.out, align=options.align, overlay=options.overlay)
+        reader = _reader(options, skipped, layout=options.layout)
+        names, shown = inputs.read_separately(options.files, options.frame_rate, reader, commands.load_any)
+        commands.view(shown, names, options.out, align=options.align, overlay=options.overlay, layout=options.layout)
         return
     if options.command == "explore":
         dataset = inputs.read_motions(options.files, options.frame_rate, **_reading_arguments(options, skipped))
@@ -203,9 +207,9 @@ def _reading_arguments(options: argparse.Namespace, skipped: Skipped) -> dict[st
     return {"reader": _reader(options, skipped), **{name: getattr(options, name) for name in PREPARING}}
 
 
-def _reader(options: argparse.Namespace, skipped: Skipped) -> "Reader":
+def _reader(options: argparse.Namespace, skipped: Skipped, **more: Any) -> "Reader":
     """Return the reader of files; the `frame_rate` of `load_motion` is that of AMC files, as others state theirs."""
     from skpose._cli.reader import Reader
 
-    arguments = {name: getattr(options, STORED.get(name, name)) for name in READING}
+    arguments = {name: getattr(options, STORED.get(name, name)) for name in READING} | more
     return Reader(arguments, skipped if options.skip_errors else None, "; --skip-errors leaves out such files")

@@ -42,13 +42,18 @@ def add_poses(parser: argparse.ArgumentParser, out: str, suffix: str, result: st
     add_jobs(parser)
 
 
-def add_files(parser: argparse.ArgumentParser, order: str = ", in the order of the rows") -> None:
+def add_files(
+    parser: argparse.ArgumentParser,
+    order: str = ", in the order of the rows",
+    formats: str = "BVH, AMC or AMASS files",
+    of_folders: str = "BVH and AMC",
+) -> None:
     parser.add_argument(
         "files",
         nargs="+",
         type=Path,
         metavar="FILE",
-        help=f"BVH, AMC or AMASS files{order}; for a folder its BVH and AMC files, sorted; - is standard input",
+        help=f"{formats}{order}; for a folder its {of_folders} files, sorted; - is standard input",
     )
     add_skip_errors(parser)
 
@@ -121,9 +126,9 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
         "--amc-frame-rate",
         type=positive(float),
         metavar="HZ",
-        help="frame rate of AMC files, which do not state it (info: also of TRC files, in the place of the one they "
-        "state); default: that of an index.csv in the folder of a file or in one above it, see "
-        "skpose.datasets.load_cmu, or of a name as in HDM05, otherwise 120, with a warning",
+        help="frame rate of AMC files, which do not state it (info and view: also of keypoints, and of TRC files in "
+        "the place of the one they state); default: that of an index.csv in the folder of a file or in one above it, "
+        "see skpose.datasets.load_cmu, or of a name as in HDM05, otherwise 120, with a warning",
     )
     add_scale(parser, "metres per unit of length; default: 1 for BVH, the unit in the skeleton's file for AMC")
     parser.add_argument(

@@ -135,9 +135,15 @@ def command_line() -> argparse.ArgumentParser:
     view = command(
         "view",
         "write a page that plays the motions of some files, to turn them and to compare them",
-        ". The page is one HTML file that needs no network",
+        ". Of keypoints and markers it shows points, and the bones of a layout. The page is one HTML file that needs "
+        "no network",
     )
-    add_files(view, order="")
+    add_files(
+        view,
+        order="",
+        formats="BVH, AMC, AMASS, TRC or C3D files, or keypoints as JSON, CSV or .npz",
+        of_folders="BVH, AMC, TRC and C3D",
+    )
     view.add_argument(
         "--out", type=file_named(".html"), required=True, metavar="VIEW.html", help="the page; open it in a browser"
     )
@@ -149,6 +155,12 @@ def command_line() -> argparse.ArgumentParser:
     )
     view.add_argument(
         "--overlay", action="store_true", help="begin with all motions in one picture instead of side by side"
+    )
+    view.add_argument(
+        "--layout",
+        metavar="NAME",
+        help="layout of keypoints, such as coco17, whose bones are drawn, see skpose.keypoints.layouts; default: the "
+        "one that has the names of the points, or no bones",
     )
     add_frame_rate(view)
     add_reading(view)

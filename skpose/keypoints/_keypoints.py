@@ -4,15 +4,19 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from numbers import Real
-from typing import TYPE_CHECKING, Literal, NoReturn
+from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 import numpy as np
 
+from skpose._displays import Page, displays
 from skpose._typing import ArrayLike
 from skpose._validation.motions import check_frame_rate, check_up
 from skpose._validation.numbers import as_numbers
 from skpose._validation.positions import check_positions
 from skpose.keypoints._pictures import refuse_pictures
+
+if TYPE_CHECKING:
+    import pandas
 
 REMEDIES = {
     "frame_rate": "keypoints[::2] has half of the rate; fit_skeleton takes recordings of several rates in a list",
@@ -274,3 +278,84 @@ class Keypoints:
                 positions[inside, point, axis] = np.interp(frames[inside], seen, self.positions[seen, point, axis])
             confidences[inside, point] = confidence
         return replace(self, positions=positions, confidences=confidences)
+
+    def play(self, layout: Any = None) -> Page:
+        """Return a page that plays the points: ``skpose.view.player(keypoints)``.
+
+        Points that are not seen are not drawn. The player has options, and shows several recordings side by side.
+
+        Parameters
+        ----------
+        layout : Layout or str, default=None
+            The layout, or the name of one, whose bones are drawn between the points, see `skpose.view.player`. None is
+            the one of `skpose.keypoints.layouts` whose points are all there by their names; where there is none, points
+            are drawn without bones.
+
+        Returns
+        -------
+        skpose.view.Page
+            In a notebook it shows itself; elsewhere ``keypoints.play().open()`` shows it in the browser, and
+            ``keypoints.play().save("view.html")`` writes it.
+
+        Raises
+        ------
+        ValueError
+            If no point is seen in any frame, or the layout has a point that the keypoints have not.
+
+        See Also
+        --------
+        skpose.view.player : The page, with its options.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from skpose.keypoints import Keypoints
+        >>> height = np.linspace(1.0, 1.5, 30)
+        >>> seen = Keypoints(np.stack([0 * height, height, 0 * height], axis=1)[:, None], ["hand"], frame_rate=30)
+        >>> seen.play().note
+        '1 recording of points, positions within 0.0042 mm'
+        """
+        return displays.player(self, layout=layout)
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Return the positions as a pandas DataFrame, three columns for each point and one row for each frame.
+
+        Written by ``to_csv``, it is a table that `skpose.io.load_keypoints` reads.
+
+        Returns
+        -------
+        pandas.DataFrame of shape (n_frames, 3 * n_points) or (n_frames, 4 * n_points)
+            Positions, m, in the columns ``NAME_x``, ``NAME_y``, ``NAME_z`` of each point, NaN where it is not seen;
+            index the time of each frame, s. Where any confidence is between 0 and 1, a column ``NAME_confidence``
+            follows for each point. ``table.attrs`` states `unit`, `frame_rate` and `up`.
+
+        Raises
+        ------
+        ImportError
+            If pandas is not installed.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from skpose.keypoints import Keypoints
+        >>> seen = Keypoints([[[0.1, 1.0, 0.0]], [[np.nan, np.nan, np.nan]]], ["hand"], frame_rate=30)
+        >>> seen.to_pandas().round(3)
+              hand_x  hand_y  hand_z
+        time
+        0.000    0.1     1.0     0.0
+        0.033    NaN     NaN     NaN
+        """
+        try:
+            import pandas
+        except ImportError:
+            raise ImportError("to_pandas needs pandas: pip install 'skpose[pandas]'") from None
+
+        values, parts = self.positions, ["x", "y", "z"]
+        if ((self.confidences > 0.0) & (self.confidences < 1.0)).any():
+            values = np.concatenate([values, self.confidences[..., None]], axis=2)
+            parts = [*parts, "confidence"]
+        columns = [f"{name}_{part}" for name in self.names for part in parts]
+        index = pandas.Index(self.times, name="time")
+        table = pandas.DataFrame(values.reshape(len(self), len(columns)), index, columns, copy=True)
+        table.attrs.update(unit="m", frame_rate=self.frame_rate, up=self.up)
+        return table

@@ -1,8 +1,10 @@
 """The layouts that come with the library, made of their tables."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 from skpose.keypoints._layout import Layout
+from skpose.keypoints._names import find_names
 from skpose.keypoints._table import RIGID, Table
 from skpose.keypoints._tables import TABLES
 
@@ -80,3 +82,26 @@ class _Layouts(Mapping[str, Layout]):
 
 
 layouts = _Layouts()
+
+
+def check_layout(layout: Any) -> Layout:
+    """Return a layout, which may be named."""
+    if isinstance(layout, Layout):
+        return layout
+    if not isinstance(layout, str):
+        raise TypeError(f"layout must be a Layout or the name of one, got {type(layout).__name__}")
+    if layout not in layouts:
+        raise ValueError(f"layout must be one of {', '.join(layouts)}, got {layout!r}")
+    return layouts[layout]
+
+
+def find_layout(names: Sequence[str]) -> Layout | None:
+    """Return the layout of which all points are among the names, in any spelling; of several the one with the most."""
+
+    def fits(layout: Layout) -> bool:
+        try:
+            return len(find_names(layout.names, names)) == len(layout.names)
+        except ValueError:  # two points have one name but for the spelling
+            return False
+
+    return max(filter(fits, layouts.values()), key=lambda layout: len(layout.names), default=None)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from numbers import Real
-from typing import Literal, NamedTuple, get_args
+from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
 
 import numpy as np
 
@@ -17,6 +17,9 @@ from skpose.motions._distances import check_alignment
 from skpose.motions._inputs import check_single_motions
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._shared import rotations_of
+
+if TYPE_CHECKING:
+    import pandas
 
 Quantity = Literal["distance", "rotation"]
 
@@ -153,6 +156,80 @@ class Alignment:
             for name, column, row in zip(names, values.T, rows, strict=True)
         ]
         return sorted(found, key=lambda difference: -difference.largest)
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Return the differences of all joints in all pairs of frames as a table.
+
+        Returns
+        -------
+        pandas.DataFrame of shape (n_pairs * n_joints, 13)
+            One row for each pair of the path and each joint, in this order, with the columns
+
+            - pair: row of `path`,
+            - joint: its name,
+            - frame_a, frame_b: the two frames,
+            - time_a, time_b: frame over the frame rate, s, from the first frame on; NaN for arrays,
+            - phase_a, phase_b: frame over the last frame, from 0 to 1; NaN for a motion of one frame,
+            - x, y, z: from the joint in `a` to the joint in `b`, m, in the axes of the root,
+            - deviation: length of this vector, m, as in `joint_distances`,
+            - rotation: as in `joint_rotations`, rad; NaN for joints without dofs.
+
+            ``table.attrs`` has the `distance` of the motions, the `metric` under which they are aligned, and `unit`.
+
+        Raises
+        ------
+        ImportError
+            If pandas is not installed.
+        ValueError
+            Without a skeleton.
+
+        See Also
+        --------
+        Alignment.joint_differences : Which joint is off, when, and by how much, of each joint the largest.
+        Repetitions.to_pandas : Several repetitions against each other.
+
+        Examples
+        --------
+        An arm that swings, and once more with an elbow (the second joint) that bends in between:
+
+        >>> import numpy as np
+        >>> from skpose import Motion, Skeleton
+        >>> from skpose.motions import align_motions
+        >>> swing = np.linspace([0, 0], [2, 0], 21)
+        >>> bent = swing.copy()
+        >>> bent[12, 1] = 0.5
+        >>> arm = Skeleton.chain(2)
+        >>> table = align_motions(Motion(arm, swing, 10), Motion(arm, bent, 10)).to_pandas()
+        >>> row = table.loc[table["deviation"].idxmax()]
+        >>> row["joint"], float(row["time_a"]), round(float(row["deviation"]), 3)
+        ('joint_2', 1.2, 0.495)
+        """
+        try:
+            import pandas
+        except ImportError:
+            raise ImportError("to_pandas needs pandas: pip install 'skpose[pandas]'") from None
+
+        names, deviations = self._of_joints("distance")
+        rotating, angles = self._of_joints("rotation")
+        rotations = np.full(deviations.shape, np.nan)
+        rotations[:, [names.index(name) for name in rotating]] = angles
+        n_pairs, n_joints = deviations.shape
+        columns: dict[str, np.ndarray] = {
+            "pair": np.repeat(np.arange(n_pairs), n_joints),
+            "joint": np.tile(np.array(names, dtype=object), n_pairs),
+        }
+        lasts = np.array([len(poses) - 1 or np.nan for poses in (self.a, self.b)])
+        for word, values in (
+            ("frame", self.path),
+            ("time", self.path / (self.frame_rate or np.nan)),
+            ("phase", self.path / lasts),
+        ):
+            columns |= {f"{word}_{name}": np.repeat(values[:, i], n_joints) for i, name in enumerate("ab")}
+        vectors = _joint_vectors(self.a, self.b, self.path, self.skeleton)  # type: ignore[arg-type]
+        columns |= {axis: vectors[..., i].ravel() for i, axis in enumerate("xyz")}
+        table = pandas.DataFrame(columns | {"deviation": deviations.ravel(), "rotation": rotations.ravel()})
+        table.attrs.update(distance=self.distance, metric=repr(self.metric), unit="m")
+        return table
 
     def _of_joints(self, quantity: Quantity) -> tuple[list[str], np.ndarray]:
         """Return names of joints, and their differences along the path (n_pairs, n), m or rad."""
@@ -293,8 +370,13 @@ def align_motions(
 
 def _joint_distances(a: np.ndarray, b: np.ndarray, path: np.ndarray, skeleton: Skeleton) -> np.ndarray:
     """Return the distances (n_pairs, n_joints) between the positions of each joint, m."""
+    return np.linalg.norm(_joint_vectors(a, b, path, skeleton), axis=2)
+
+
+def _joint_vectors(a: np.ndarray, b: np.ndarray, path: np.ndarray, skeleton: Skeleton) -> np.ndarray:
+    """Return the vectors (n_pairs, n_joints, 3) from the position of each joint in `a` to that in `b`, m."""
     positions_a, positions_b = (forward_kinematics(poses.astype(np.float64), skeleton) for poses in (a, b))
-    return np.linalg.norm(positions_a[path[:, 0]] - positions_b[path[:, 1]], axis=2)
+    return positions_b[path[:, 1]] - positions_a[path[:, 0]]
 
 
 def _joint_rotations(a: np.ndarray, b: np.ndarray, path: np.ndarray, skeleton: Skeleton) -> np.ndarray:

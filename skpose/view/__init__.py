@@ -7,6 +7,7 @@ A page is one HTML file without network, see `Page`. Nothing beyond skpose's own
 | `_player` | the player of motions; `_paths` shows a geodesic and the straight line with it           |
 | `_explorer` | all poses of a collection of motions as points in the plane                            |
 | `_scene`  | motions in space, as pages draw them; `_pack` is their numbers as text                   |
+| `_points` | keypoints in space, with the bones of a layout                                           |
 | `_skeleton` | a skeleton for the scripts that compute poses and distances                            |
 | `_strip`  | some poses of a motion as a small picture (SVG)                                          |
 | `_page`   | one HTML file of markup, styles, scripts and data                                        |

@@ -5,11 +5,16 @@ from typing import Any
 
 import numpy as np
 
+from skpose.keypoints import Keypoints, Layout
+from skpose.keypoints._shared import check_layout
 from skpose.motions import Alignment
 from skpose.skeleton import Motion
 from skpose.view._pack import pack
 from skpose.view._page import Page, page_of
+from skpose.view._points import points_data
 from skpose.view._scene import motion_data
+
+Recording = Motion | Keypoints
 
 MOST = 12  # motions in one page; more would be too small to see
 ASSETS = (
@@ -26,10 +31,11 @@ ASSETS = (
 
 
 def player(
-    motions: Motion | Iterable[Motion],
+    motions: Recording | Iterable[Recording],
     *,
     labels: Sequence[str] | None = None,
     alignment: Alignment | None = None,
+    layout: Layout | str | None = None,
     overlay: bool = False,
     title: str | None = None,
 ) -> Page:
@@ -37,13 +43,19 @@ def player(
 
     Parameters
     ----------
-    motions : Motion or iterable of Motion
-        One motion, or up to twelve, of any skeletons and frame rates.
+    motions : Motion, Keypoints, or iterable of these
+        One motion, or up to twelve, of any skeletons and frame rates. Of keypoints, such as markers, those that are
+        seen in a frame are drawn.
     labels : sequence of str, default=None
         A name for each; None is "motion 1", "motion 2" and so on.
     alignment : Alignment, default=None
         For two motions: the frames that belong together, from ``align_motions(a, b)``. The two are then played in step,
         and colours show how far each joint is from its counterpart.
+    layout : Layout or str, default=None
+        The layout of keypoints, or the name of one of `skpose.keypoints.layouts`: its bones are drawn between the
+        points, and its midpoints with them. None is the layout with the most points of those whose points are all
+        there by their names, in any spelling; where there is none, points are drawn without bones. The help in the page
+        states which one it is.
     overlay : bool, default=False
         Whether several motions start in one picture instead of side by side; a control in the page changes it.
     title : str, default=None
@@ -59,12 +71,12 @@ def player(
     TypeError
         For what is no motion.
     ValueError
-        For motions without frames, for none or more than twelve, for labels that are not one each, and for an
-        alignment of other motions.
+        For motions without frames, and keypoints of which none is seen, for none or more than twelve, for labels that
+        are not one each, for an alignment of other motions, and for a layout without keypoints or of other ones.
 
     See Also
     --------
-    skpose.Motion.play : The player of one motion, without options.
+    skpose.Motion.play, skpose.Keypoints.play : The player of one motion, without options.
     geodesic_player : The shortest path between two poses and the straight line.
     skpose.plot.PoseStripDisplay : Poses side by side with matplotlib.
 
@@ -89,15 +101,23 @@ def player(
     'first and second'
     """
     shown = _check_motions(motions)
-    names = _check_labels(labels, len(shown))
-    data = [motion_data(motion, name) for motion, name in zip(shown, names, strict=True)]
+    names = _check_labels(labels, shown)
+    layout = None if layout is None else check_layout(layout)
+    if layout is not None and not any(isinstance(one, Keypoints) for one in shown):
+        raise ValueError("layout is for keypoints, and there are motions alone, which have bones: leave it out")
+    data = [
+        points_data(one, name, layout) if isinstance(one, Keypoints) else motion_data(one, name)
+        for one, name in zip(shown, names, strict=True)
+    ]
     aligned = None if alignment is None else _alignment_data(alignment, shown)
     return page(data, aligned, overlay=overlay, title=" and ".join(names) if title is None else title)
 
 
 def page(data: list[dict[str, Any]], alignment: dict[str, Any] | None, *, overlay: bool, title: str) -> Page:
-    """Return the page of motions as objects of JSON, see `motion_data` and `pairs_data`."""
-    count = f"{len(data)} motion{'s' * (len(data) > 1)}"
+    """Return the page of motions as objects of JSON, see `motion_data`, `points_data` and `pairs_data`."""
+    plural = "s" * (len(data) > 1)
+    are_points = all("seen" in motion for motion in data)
+    count = f"{len(data)} " + (f"recording{plural} of points" if are_points else f"motion{plural}")
     error = max(motion["error"] for motion in data)
     return page_of(
         title,
@@ -123,37 +143,41 @@ def pairs_data(path: np.ndarray, distances: np.ndarray, columns: Sequence[Sequen
     return {"path": pack(path, 1.0), "distances": pack(distances), "columns": [list(map(int, c)) for c in columns]}
 
 
-def _check_motions(motions: Motion | Iterable[Motion]) -> list[Motion]:
-    expected = "motions must be a skpose.Motion or several in a list"
-    if isinstance(motions, Motion):
+def _check_motions(motions: Recording | Iterable[Recording]) -> list[Recording]:
+    expected = "motions must be a skpose.Motion, skpose.Keypoints, or several in a list"
+    if isinstance(motions, Recording):
         motions = [motions]
     if isinstance(motions, str | bytes) or not isinstance(motions, Iterable):
         hint = ": skpose.io.load_motion(path) reads a motion from a file" if isinstance(motions, str | bytes) else ""
         raise TypeError(f"{expected}, got {type(motions).__name__}{hint}")
     shown = list(motions)
     for i, motion in enumerate(shown):
-        if not isinstance(motion, Motion):
+        if not isinstance(motion, Recording):
             raise TypeError(
                 f"{expected}, got {type(motion).__name__} as motions[{i}]: "
                 "Motion(skeleton, angles, frame_rate) makes one of an array of poses"
             )
         if not len(motion):
             raise ValueError(f"motions[{i}] has no frames, and there is nothing to show: leave it out")
+        if isinstance(motion, Keypoints) and not motion.confidences.any():
+            raise ValueError(f"motions[{i}] has no point that is seen, and there is nothing to show: leave it out")
     if not 0 < len(shown) <= MOST:
         raise ValueError(f"a player shows 1 to {MOST} motions at once, got {len(shown)}: choose some of them")
     return shown
 
 
-def _check_labels(labels: Sequence[str] | None, n: int) -> list[str]:
+def _check_labels(labels: Sequence[str] | None, shown: list[Recording]) -> list[str]:
+    n = len(shown)
     if labels is None:
-        return [f"motion {i}" for i in range(1, n + 1)] if n > 1 else ["motion"]
+        kinds = ["points" if isinstance(one, Keypoints) else "motion" for one in shown]
+        return [f"{kind} {i}" for i, kind in enumerate(kinds, start=1)] if n > 1 else kinds
     if isinstance(labels, str) or len(labels) != n:
         got = repr(labels) if isinstance(labels, str) else f"{len(labels)} labels"
         raise ValueError(f"labels must be a list of one name for each of the {n} motions, got {got}")
     return [str(label) for label in labels]
 
 
-def _alignment_data(alignment: Alignment, motions: list[Motion]) -> dict[str, Any]:
+def _alignment_data(alignment: Alignment, motions: list[Recording]) -> dict[str, Any]:
     """Return what a page holds of an alignment; refuse one of other motions."""
     if not isinstance(alignment, Alignment):
         raise TypeError(
@@ -168,7 +192,13 @@ def _alignment_data(alignment: Alignment, motions: list[Motion]) -> dict[str, An
             "align_motions"
         )
     column = {name: i for i, name in enumerate(alignment.skeleton.joint_names)}
+    columns = []
     for i, (motion, poses) in enumerate(zip(motions, (alignment.a, alignment.b), strict=True)):
+        if not isinstance(motion, Motion):
+            raise ValueError(
+                f"the alignment is one of motions, and motions[{i}] is Keypoints, which have no joints: leave "
+                "alignment out, or make a motion of them by fit_skeleton and inverse_kinematics"
+            )
         if len(motion) != len(poses):
             raise ValueError(
                 f"the alignment is not one of these motions: it has {len(poses)} frames for motions[{i}], which has "
@@ -179,5 +209,5 @@ def _alignment_data(alignment: Alignment, motions: list[Motion]) -> dict[str, An
                 f"the alignment is not one of these motions: {min(unlike)!r} is a joint of only one of the alignment "
                 f"and motions[{i}]: pass align_motions(motions[0], motions[1])"
             )
-    columns = [[column[name] for name in motion.skeleton.joint_names] for motion in motions]
+        columns.append([column[name] for name in motion.skeleton.joint_names])
     return pairs_data(alignment.path, alignment.joint_distances, columns)

@@ -11,7 +11,8 @@ import pytest
 from skpose import Bone, Motion, Skeleton
 from skpose._cli.main import main
 from skpose.datasets import make_gait
-from skpose.io import load_bvh, save_bvh
+from skpose.io import load_bvh, load_trc, save_bvh
+from skpose.keypoints import layouts
 from skpose.motions import align_motions
 from skpose.view import player
 
@@ -27,9 +28,9 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-def shown():
-    """What the page's scripts read."""
-    text = Path("view.html").read_text(encoding="utf-8")
+def shown(page=None):
+    """What the scripts of the page read, or of another one."""
+    text = Path("view.html").read_text(encoding="utf-8") if page is None else page.html
     return json.loads(re.findall(r'id="data">(.*?)</script>', text, flags=re.S)[0])
 
 
@@ -108,3 +109,92 @@ def test_the_page_ends_in_html(capsys):
         main(["view", "anna.bvh", "--out", "view.htm"])
     assert stop.value.code == 2
     assert "'view.htm' does not end in .html, which is the format of the file" in capsys.readouterr().err
+
+
+# --- points without a skeleton ----------------------------------------------------------------------------------------
+
+
+def squatting(n=12):
+    """Keypoints of the layout coco17, its midpoints among them, of somebody who goes down."""
+    layout = layouts["coco17"]
+    sides = [{"l": 0.15, "r": -0.15}.get(name[0], 0.0) for name in layout.names]
+    standing = np.stack([sides, np.linspace(1.7, 0.1, 17), 0.03 * np.arange(17) % 0.1], axis=1)
+    return layout.keypoints(standing * np.linspace(1, 0.8, n)[:, None, None], 30)
+
+
+def write_trc(path, keypoints):
+    """A TRC file with all numbers of the keypoints."""
+    names = "\t\t\t".join(keypoints.names)
+    rows = [
+        "\t".join(map(repr, [i + 1, float(time), *map(float, frame.ravel())]))
+        for i, (time, frame) in enumerate(zip(keypoints.times, keypoints.positions, strict=True))
+    ]
+    head = [
+        f"PathFileType\t4\t(X/Y/Z)\t{path}",
+        "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames",
+        f"{keypoints.frame_rate:g}\t30\t{len(keypoints)}\t{len(keypoints.names)}\tm\t30\t1\t{len(keypoints)}",
+        f"Frame#\tTime\t{names}",
+        "\t\t" + "\t".join(f"{axis}{i + 1}" for i in range(len(keypoints.names)) for axis in "XYZ"),
+        "",
+    ]
+    Path(path).write_text("\n".join([*head, *rows]) + "\n")
+
+
+def test_page_of_markers(capsys):
+    write_trc("squat.trc", squatting())
+    assert main(["view", "squat.trc", "--out", "view.html"]) == 0
+    expected = load_trc("squat.trc").play()
+    (data,) = shown()["motions"]
+    assert data["label"] == "squat.trc"
+    assert data["layout"] == "coco17"
+    assert data | {"label": ""} == shown(expected)["motions"][0] | {"label": ""}
+    assert capsys.readouterr().out.startswith("view.html: 1 recording of points, positions within ")
+
+
+def test_page_of_keypoints_of_any_format(capsys):
+    keypoints = squatting()
+    keypoints.to_pandas().to_csv("squat.csv")
+    np.savez("squat.npz", positions=keypoints.positions[:, :17], frame_rate=30.0)
+    named = {name: dict(zip("xyz", keypoints.positions[0, i], strict=True)) for i, name in enumerate(keypoints.names)}
+    Path("squat.json").write_text(json.dumps({"fps": 30, "frames": [{"keypoints_3d": named}] * 2}))
+    files = ["squat.csv", "squat.npz", "squat.json", "anna.bvh"]
+    assert main(["view", *files, "--amc-frame-rate", "30", "--layout", "coco17", "--out", "view.html"]) == 0
+    data = shown()["motions"]
+    assert [motion["label"] for motion in data] == files
+    assert [motion.get("layout") for motion in data] == ["coco17"] * 3 + [None]
+    for one in data[:2]:
+        assert one["joints"] == shown(keypoints.play())["motions"][0]["joints"]
+    assert ": 4 motions, " in capsys.readouterr().out
+
+
+def test_folders_have_markers_too():
+    write_trc("squat.trc", squatting())
+    assert main(["view", ".", "--out", "view.html"]) == 0
+    assert [motion["label"] for motion in shown()["motions"]] == ["anna.bvh", "ben.bvh", "squat.trc"]
+
+
+def test_of_points_whole_frames_are_left_out(capsys):
+    write_trc("squat.trc", squatting())
+    assert main(["view", "squat.trc", "anna.bvh", "--frame-rate", "10", "--out", "view.html"]) == 0
+    assert [motion["joints"]["shape"][0] for motion in shown()["motions"]] == [4, 10]
+    assert [motion["rate"] for motion in shown()["motions"]] == [10, 10]
+    Path("view.html").unlink()
+    capsys.readouterr()
+    line = refusal(["squat.trc", "--frame-rate", "20"], capsys)
+    assert "squat.trc has points at 30 Hz, of which whole frames are left out: use --frame-rate 30, 15, 10, 7.5" in line
+
+
+def test_what_is_refused_of_points(capsys):
+    write_trc("squat.trc", squatting())
+    line = refusal(["anna.bvh", "squat.trc", "--align"], capsys)
+    assert "squat.trc has points without a skeleton, which --align needs. Leave --align out" in line
+    assert "--layout is for files of keypoints or markers" in refusal(["anna.bvh", "--layout", "coco17"], capsys)
+    assert "layout must be one of coco17, mediapipe33" in refusal(["squat.trc", "--layout", "coco"], capsys)
+    line = refusal(["squat.trc", "--layout", "h36m17"], capsys)
+    assert "no point named 'spine', as the layout 'h36m17' has" in line
+    squatting().to_pandas().to_csv("squat.csv")
+    assert "squat.csv does not state its frame rate: pass --amc-frame-rate" in refusal(["squat.csv"], capsys)
+    np.savez("squat.npz", positions=squatting().positions[:, :17], frame_rate=30.0)
+    assert "squat.npz does not name its points: pass --layout" in refusal(["squat.npz"], capsys)
+    Path("arm.asf").write_text((Path(__file__).parents[1] / "data" / "arm.asf").read_text())
+    assert "this is a skeleton (ASF), which has no motion" in refusal(["arm.asf"], capsys)

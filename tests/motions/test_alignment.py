@@ -192,6 +192,39 @@ def test_the_list_of_joints_is_what_the_arrays_hold():
     assert not np.delete(found.joint_rotations, [skeleton.joint_names.index(name) for name in rotating], axis=1).any()
 
 
+@pytest.mark.parametrize("alignment", ["dtw", "subsequence"])
+@pytest.mark.parametrize("name", ["mixed joints", "humanoid"])
+def test_the_table_has_a_row_for_each_pair_and_joint(name, alignment):
+    skeleton = SKELETONS[name]
+    a, b = (Motion(skeleton, poses, 25) for poses in two_motions(skeleton, 7, 10))
+    found = align_motions(a, b, alignment=alignment)
+    table = found.to_pandas()
+    rows = iter(table.to_dict("records"))
+    positions = [forward_kinematics(motion.angles, skeleton) for motion in (a, b)]
+    for pair, (i, j) in enumerate(found.path.tolist()):
+        for k, bone in enumerate(skeleton.bones):
+            row = next(rows)
+            assert (row["pair"], row["joint"], row["frame_a"], row["frame_b"]) == (pair, bone.name, i, j)
+            times = [row["time_a"], row["time_b"], row["phase_a"], row["phase_b"]]
+            np.testing.assert_allclose(times, [i / 25, j / 25, i / 6, j / 9])
+            difference = positions[1][j, k] - positions[0][i, k]
+            np.testing.assert_allclose([row["x"], row["y"], row["z"]], difference, atol=1e-12)
+            assert row["deviation"] == pytest.approx(np.linalg.norm(difference), abs=1e-12)
+            expected = found.joint_rotations[pair, k] if bone.dofs else np.nan
+            np.testing.assert_array_equal(row["rotation"], expected)
+    assert next(rows, None) is None
+    assert table.attrs == {"distance": found.distance, "metric": repr(found.metric), "unit": "m"}
+    most = table.loc[table["deviation"].idxmax()]
+    first = found.joint_differences()[0]
+    assert (most["joint"], most["deviation"], most["frame_a"]) == (first.joint, first.largest, first.frame_a)
+
+
+def test_the_table_has_no_times_of_arrays_and_no_phase_of_one_frame():
+    table = align_motions([[0.1, 0.0]], [[0.0, 0.0], [0.2, 0.0]], skeleton=ARM).to_pandas()
+    assert table[["time_a", "time_b", "phase_a"]].isna().all(axis=None)
+    assert table["phase_b"].tolist() == [0, 0, 1, 1]
+
+
 def test_without_a_skeleton_there_are_no_joints():
     a, b = two_motions(ARM)
     found = align_motions(a, b, metric="angle")
@@ -200,6 +233,8 @@ def test_without_a_skeleton_there_are_no_joints():
     assert repr(found) == f"Alignment(distance={found.distance:.4g} rad, {len(found.path)} pairs of 9 and 12 frames)"
     with pytest.raises(ValueError, match="no skeleton and so no joints: pass skeleton= to align_motions"):
         found.joint_differences()
+    with pytest.raises(ValueError, match="no skeleton and so no joints: pass skeleton= to align_motions"):
+        found.to_pandas()
     with pytest.warns(UserWarning, match='without a skeleton means "angle"'):
         assert align_motions(a, b).metric == Angle()
     known = align_motions(a, b, metric="angle", skeleton=ARM)

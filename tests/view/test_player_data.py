@@ -220,7 +220,7 @@ ARM = Motion(Skeleton.chain(2), np.zeros((3, 2)), 30)
         ([ARM[:0]], ValueError, r"motions\[0\] has no frames, and there is nothing to show"),
         ([[ARM, ARM[:0]]], ValueError, r"motions\[1\] has no frames"),
         (["walk.bvh"], TypeError, r"got str: skpose.io.load_motion\(path\) reads"),
-        ([3], TypeError, "motions must be a skpose.Motion or several in a list, got int"),
+        ([3], TypeError, "motions must be a skpose.Motion, skpose.Keypoints, or several in a list, got int"),
         ([[ARM, np.zeros((3, 2))]], TypeError, r"got ndarray as motions\[1\]: Motion\(skeleton"),
     ],
 )

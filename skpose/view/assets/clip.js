@@ -1,10 +1,10 @@
 // Motions in a page: which frame is when, where its joints are then, and which frames of two motions belong together.
 
 class Clip {
-  /** Unpack a motion, see `motion_data` of skpose/view/_scene.py. */
+  /** Unpack a motion, see `motion_data` of skpose/view/_scene.py, or keypoints, see `points_data` of _points.py. */
   static async of(motion) {
     const clip = Object.assign(new Clip(), motion);
-    for (const name of ["joints", "root", "headings", "numbers"]) {
+    for (const name of ["joints", "root", "headings", "numbers", "seen"]) {
       if (motion[name]) clip[name] = await unpack(motion[name]);
     }
     clip.frames = clip.joints.rows;
@@ -33,7 +33,8 @@ class Clip {
   }
 
   /**
-   * Position of a point in a frame: 0 is the root, 1 the first joint. `place` is "world", as recorded, "spot", where
+   * Position of a point in a frame: 0 is the root, 1 the first joint. The root of keypoints is their middle, and what is
+   * not seen has a position nevertheless. `place` is "world", as recorded, "spot", where
    * the root does not travel, or "forward", where it does not turn to the side either.
    */
   point(frame, index, place) {
@@ -41,7 +42,7 @@ class Clip {
     let [x, y, z] = index ? [0, 1, 2].map((axis) => this.joints.at(frame, column + axis)) : [0, 0, 0];
     y += this.root.at(frame, 1);
     if (place === "world") return [x + this.root.at(frame, 0), y, z + this.root.at(frame, 2)];
-    if (place === "forward") {
+    if (place === "forward" && this.headings) {
       const heading = this.headings.at(frame, 0);
       const [sin, cos] = [Math.sin(heading), Math.cos(heading)];
       [x, z] = [cos * x - sin * z, sin * x + cos * z];
@@ -52,6 +53,21 @@ class Clip {
   /** Positions of the root and of all joints. */
   points(frame, place) {
     return Array.from({ length: this.names.length + 1 }, (_, index) => this.point(frame, index, place));
+  }
+
+  /** Whether a point is drawn: of keypoints those that are seen, and not their middle. */
+  shows(frame, index) {
+    return !this.seen || (index > 0 && this.seen.at(frame, index - 1) > 0.5);
+  }
+
+  /** Positions of what is drawn. */
+  shown(frame, place) {
+    return this.points(frame, place).filter((_, index) => this.shows(frame, index));
+  }
+
+  /** What a joint is called. */
+  get kind() {
+    return this.seen ? "point" : "joint";
   }
 
   /** The direction (azimuth) in which it goes, or faces where left and right are known, or null. */

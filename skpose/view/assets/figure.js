@@ -135,12 +135,14 @@ function drawAxes(context, view, names) {
 }
 
 /**
- * Draw a skeleton, far parts first; return its points as projected.
+ * Draw a skeleton, far parts first; return its points as projected, null where they are not drawn.
  *
  * `points` are root and joints; `parents` the index of each joint's parent among the joints, -1 for the root;
- * `colourOf` and `widthOf` (a factor) take the index of a joint; `shadow` is whether it has one on the ground.
+ * `colourOf` and `widthOf` (a factor) take the index of a joint; `shadow` is whether it has one on the ground; `shows`
+ * whether a point is drawn, by its index among the points.
  */
-function drawFigure(context, view, points, parents, { size, colourOf, rootColour, widthOf = () => 1, shadow }) {
+function drawFigure(context, view, points, parents, options) {
+  const { size, colourOf, rootColour, widthOf = () => 1, shadow, shows = () => true } = options;
   const flat = points.map(view.project);
   const bones = parents.map((parent, joint) => {
     const [a, b] = [points[parent + 1], points[joint + 1]];
@@ -149,7 +151,8 @@ function drawFigure(context, view, points, parents, { size, colourOf, rootColour
     const thick = Math.min(0.022 * size, 0.22 * length + 0.004 * size) * ((from.scale + to.scale) / 2);
     return { joint, from, to, length, away: (from.away + to.away) / 2, width: Math.max(thick, 1.5) * widthOf(joint) };
   });
-  const drawn = bones.filter((bone) => bone.length > 0 && Math.min(bone.from.away, bone.to.away) > view.near);
+  const drawn = bones.filter(({ joint, length, from, to }) => length > 0 && Math.min(from.away, to.away) > view.near
+    && shows(joint + 1) && shows(parents[joint] + 1));
   context.lineCap = context.lineJoin = "round";
   if (shadow) {
     context.strokeStyle = colours.shadow;
@@ -158,14 +161,18 @@ function drawFigure(context, view, points, parents, { size, colourOf, rootColour
     for (const { joint } of drawn) {
       segment(context, view, ...[parents[joint] + 1, joint + 1].map((i) => [points[i][0], 0, points[i][2]]));
     }
+    parents.forEach((parent, joint) => { // points without a bone, as a line of nearly no length
+      const [x, , z] = points[joint + 1];
+      if (shows(joint + 1) && !shows(parent + 1)) segment(context, view, [x, 0, z], [x + 0.003 * size, 0, z]);
+    });
     context.stroke();
   }
   const dots = flat.map((at, i) => {
     const thick = (bones[i - 1]?.length ? bones[i - 1] : bones.find((bone) => bone.length > 0))?.width ?? 8;
     const radius = Math.max(Math.min(0.55 * thick, 0.02 * size * at.scale), 1.6);
     return { at, radius, away: at.away - 0.03 * size, colour: i ? colourOf(i - 1) : rootColour };
-  });
-  for (const part of [...drawn, ...dots.filter((dot) => dot.away > view.near)].sort((a, b) => b.away - a.away)) {
+  }).filter((dot, i) => dot.away > view.near && shows(i));
+  for (const part of [...drawn, ...dots].sort((a, b) => b.away - a.away)) {
     context.beginPath();
     if (part.at) {
       context.arc(part.at.x, part.at.y, part.radius, 0, 2 * Math.PI);
@@ -182,7 +189,7 @@ function drawFigure(context, view, points, parents, { size, colourOf, rootColour
     context.lineWidth = part.width;
     context.stroke();
   }
-  return flat;
+  return flat.map((at, i) => (shows(i) ? at : null));
 }
 
 /** Write which colours left and right have, up to a place. */
@@ -207,6 +214,7 @@ function drawRing(context, { x, y }) {
 function nearestPoint(flat, x, y, within) {
   let [best, least] = [-1, within];
   flat.forEach((point, i) => {
+    if (!point) return;
     const far = Math.hypot(point.x - x, point.y - y);
     if (far < least) [best, least] = [i, far];
   });

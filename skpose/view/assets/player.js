@@ -122,14 +122,15 @@ function listen() {
 /** Write what the page holds, and show the controls that it needs. */
 function describe() {
   const count = (n, word) => `${n.toLocaleString("en")} ${word}${n === 1 ? "" : "s"}`;
-  const facts = clips.map(({ frames, rate, names }) =>
-    `${count(frames, "frame")} at ${Number(rate.toPrecision(4))} Hz, ${count(names.length, "joint")}`);
+  const facts = clips.map(({ frames, rate, names, kind }) =>
+    `${count(frames, "frame")} at ${Number(rate.toPrecision(4))} Hz, ${count(names.length, kind)}`);
   element("title").append(textElement("span", data.title, { title: data.title }));
   element("summary").textContent = clips.length === 1 ? facts[0] : count(clips.length, "motion");
-  for (const [i, { label, error }] of clips.entries()) {
+  for (const [i, { label, error, seen, layout }] of clips.entries()) {
     const fact = document.createElement("li");
-    const within = `positions within ${error.toPrecision(2)} mm of the motion's`;
+    const within = `positions within ${error.toPrecision(2)} mm of the ${seen ? "recording" : "motion"}'s`;
     fact.append(textElement("span", label), `: ${facts[i]}; ${within}.`);
+    if (layout) fact.append(" Bones of the layout ", textElement("span", layout), ".");
     element("facts").append(fact);
   }
   const names = new Set(clips.flatMap((clip) => clip.names));
@@ -139,15 +140,17 @@ function describe() {
   for (const id of ["play", "time"]) element(id).disabled = clock.count < 2;
   element("most").textContent = pairs ? `${(100 * pairs.largest).toPrecision(3)} cm apart` : "";
   element("layout").value = data.overlay ? "overlay" : "side";
-  element("place").value = pairs || data.overlay ? "forward" : "world";
+  const turns = clips.every((clip) => clip.headings); // it is not known where points face
+  if (!turns) element("place").querySelector("[value=forward]").remove();
+  element("place").value = !pairs && !data.overlay ? "world" : turns ? "forward" : "spot";
 }
 
 /** Show the name of the joint under the pointer next to it. */
 function showTip() {
   const [tip, { hover, canvas, overlaid }] = [element("tip"), stage];
   const figure = hover && stage.views.flatMap((view) => view.figures).find((one) => one.clip === hover.clip);
-  tip.hidden = !figure;
-  if (!figure) return;
+  tip.hidden = !figure?.flat[hover.index];
+  if (tip.hidden) return;
   const [{ x, y }, joint, clip] = [figure.flat[hover.index], hover.index - 1, clips[hover.clip]];
   const words = [textElement("span", joint < 0 ? "root" : clip.names[joint])];
   if (overlaid) words.push(" of ", textElement("span", clip.label));

@@ -68,10 +68,11 @@ class Stage {
       for (const tick of some) {
         const frames = clock.frames(tick);
         const target = this.target(members, frames);
-        const seen = members.flatMap((i) => clips[i].points(frames[i], place));
+        const seen = members.flatMap((i) => clips[i].shown(frames[i], place));
         points.push(...seen.map((point) => point.map((value, axis) => value - target[axis])));
       }
     }
+    if (!points.length) points.push([0, 0, 0]); // of keypoints that are seen in few frames
     this.centre = [0, 1, 2].map((axis) => {
       const [low, high] = points.reduce(([a, b], point) => [Math.min(a, point[axis]), Math.max(b, point[axis])],
         [Infinity, -Infinity]);
@@ -117,13 +118,14 @@ class Stage {
       const flat = drawFigure(context, view, points, clips[i].parents, {
         size,
         shadow: options.ground && this.camera.elevation > 0,
+        shows: (index) => clips[i].shows(frames[i], index),
         colourOf: (joint) => this.colour(i, joint, tick),
         rootColour: this.colour(i, -1, tick),
         widthOf: (joint) => (this.compares ? 0.8 + this.clock.pairs.share(tick, i, joint) : 1),
       });
       const marked = clips[i].names.indexOf(options.joint);
-      if (marked >= 0) this.drawLabel(flat[marked + 1], clips[i].names[marked], area);
-      if (this.hover?.clip === i) drawRing(context, flat[this.hover.index]);
+      if (marked >= 0 && flat[marked + 1]) this.drawLabel(flat[marked + 1], clips[i].names[marked], area);
+      if (this.hover?.clip === i && flat[this.hover.index]) drawRing(context, flat[this.hover.index]);
       return { clip: i, points, flat };
     });
     if (options.axes) {
@@ -157,9 +159,11 @@ class Stage {
     for (const joint of marked >= 0 ? [marked] : clip.ends) {
       context.strokeStyle = this.colour(i, joint, tick);
       for (let at = tick; at > first; at -= stride) {
+        const before = Math.max(first, at - stride);
+        if (![at, before].every((one) => clip.shows(clock.frames(one)[i], joint + 1))) continue;
         context.globalAlpha = 0.8 * (1 - (tick - at) / (tick - first + 1));
         context.beginPath();
-        segment(context, view, point(at, joint), point(Math.max(first, at - stride), joint));
+        segment(context, view, point(at, joint), point(before, joint));
         context.stroke();
       }
     }

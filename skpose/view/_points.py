@@ -1,0 +1,88 @@
+"""Keypoints in space, as pages draw them: like a motion, with the bones of a layout, and without those not seen."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from skpose._validation.units import extent_of
+from skpose.keypoints import Keypoints, Layout
+from skpose.keypoints._shared import find_layout, find_names
+from skpose.skeleton._shared import sides
+from skpose.view._pack import pack
+from skpose.view._scene import AXES, Scene, largest_error
+
+
+class Figure(NamedTuple):
+    """Points with the bones between them."""
+
+    positions: np.ndarray  # (n_frames, n_points, 3), m, NaN where a point is not seen
+    names: list[str]
+    parents: list[int]  # of each point the one at the other end of its bone; −1 where it has none
+    layout: str | None  # whose bones these are
+
+
+def figure_of(keypoints: Keypoints, layout: Layout | None) -> Figure:
+    """Return points with the bones of a layout; None is the one whose points are all there by their names, if any.
+
+    Midpoints of the layout are points too, and points that the layout has not are there without bones.
+    """
+    layout = find_layout(keypoints.names) if layout is None else layout
+    if layout is None:
+        return Figure(keypoints.positions, list(keypoints.names), [-1] * len(keypoints.names), None)
+    known = layout.keypoints(keypoints)  # refuses keypoints without a point of the layout
+    given = find_names(layout.points, keypoints.names)
+    others = [name for name in keypoints.names if name not in given.values()]
+    parents = [-1 if parent is None else known.names.index(parent) for parent in map(layout.parents.get, known.names)]
+    rest = keypoints.positions[:, [keypoints.names.index(name) for name in others]]
+    return Figure(
+        np.concatenate([known.positions, rest], axis=1),
+        [*(given.get(name, name) for name in known.names), *others],
+        parents + [-1] * len(others),
+        layout.name,
+    )
+
+
+def points_data(keypoints: Keypoints, label: str, layout: Layout | None) -> dict[str, Any]:
+    """Return what a page holds of keypoints, as an object of JSON; see `motion_data` of `_scene`.
+
+    Where a point is not seen `seen` is 0, and its position is on the line between where it is seen before and after, so
+    that the middle of all points, which the view follows in the place of a root, does not jump.
+    """
+    figure = figure_of(keypoints, layout)
+    order = AXES[keypoints.up]
+    positions = figure.positions[..., order]
+    seen = ~np.isnan(positions[..., 0])
+    filled = _fill(positions, seen)
+    middle = filled[:, seen.any(axis=0)].mean(axis=1)
+    ground = [0.0, np.nanmin(positions[..., 1]), 0.0]
+    joints = np.where(seen.any(axis=0)[:, None], filled - middle[:, None], 0.0)
+    scene = Scene(joints, middle - ground, np.zeros(len(middle)), "".join("xyz"[axis] for axis in order))
+    size = extent_of(positions) or 1.0
+    packed = {"joints": pack(joints.reshape(len(joints), -1))}
+    packed["root"] = pack(scene.root, packed["joints"]["step"] or size / 2**16)
+    return {
+        "label": label,
+        "names": figure.names,
+        "parents": figure.parents,
+        "sides": sides(figure.names),
+        "axes": scene.axes,
+        "size": size,
+        "rate": keypoints.frame_rate,
+        "start": 0.0,
+        "numbers": None,
+        "headings": None,  # nothing is known of where points face
+        "seen": pack(seen.astype(float), 1.0),
+        "layout": figure.layout,
+        "error": 1e3 * largest_error(scene, packed),
+        **packed,
+    }
+
+
+def _fill(positions: np.ndarray, seen: np.ndarray) -> np.ndarray:
+    """Return positions without gaps: straight lines in time, and where they are seen first and last beyond these."""
+    filled, frames = np.zeros(positions.shape), np.arange(len(positions))
+    for point in np.flatnonzero(seen.any(axis=0)):
+        at = np.flatnonzero(seen[:, point])
+        for axis in range(3):
+            filled[:, point, axis] = np.interp(frames, at, positions[at, point, axis])
+    return filled
