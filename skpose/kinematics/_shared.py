@@ -2,6 +2,7 @@
 
 from skpose.kinematics._chart import STEP, columns_around, jacobian_at, retract
 from skpose.kinematics._forward import jacobians_of, weighted_positions
+from skpose.kinematics._landmarks import Landmarks, find_landmarks
 from skpose.kinematics._retarget import UNCHANGED, Method, retarget_and_report
 from skpose.kinematics._tree import (
     counted_joints,
@@ -15,9 +16,11 @@ from skpose.kinematics._tree import (
 __all__ = [
     "STEP",
     "UNCHANGED",
+    "Landmarks",
     "Method",
     "columns_around",
     "counted_joints",
+    "find_landmarks",
     "from_tree_order",
     "jacobian_at",
     "jacobians_of",
