@@ -69,13 +69,13 @@ def find_feet(skeleton: Skeleton, joints: Mapping[str, str] | None) -> dict[str,
         reason = f" ({landmarks.reason})" if landmarks.reason else ""
         raise ValueError(
             f"hips, ankles and the front of the feet must be known, but the skeleton is {of}{reason} and shows no "
-            f"{', '.join(missing)}: pass joints={{{missing[0]!r}: NAME, ...}} with names of motion.skeleton.joint_names. "
+            f"{', '.join(missing)}: pass joints={{{missing[0]!r}: NAME, ...}}, names of motion.skeleton.joint_names. "
             "Without a point at the front of the foot it is not seen when the foot leaves the floor"
         )
-    twice = {name for name in found.values() if list(found.values()).count(name) > 1}
-    if twice:
-        marks = [mark for mark, name in found.items() if name in twice]
-        raise ValueError(f"hips, ankles and toes must be different joints, but {' and '.join(marks)} are {twice.pop()!r}")
+    for name in found.values():
+        marks = [mark for mark, other in found.items() if other == name]
+        if len(marks) > 1:
+            raise ValueError(f"hips, ankles and toes must be different joints, but {' and '.join(marks)} are {name!r}")
     return found
 
 
@@ -84,7 +84,7 @@ def check_recording(motion: Motion) -> None:
     check_kind(motion, Motion, "motion", "gait needs the positions of the root and a frame rate")
     if motion.frame_rate < LEAST_RATE:
         raise ValueError(
-            f"gait events need at least {LEAST_RATE:g} Hz, as a running foot is on the floor for a quarter of a second; "
+            f"gait events need at least {LEAST_RATE:g} Hz, as a runner's foot is on the floor for a quarter of a second; "
             f"the motion has {motion.frame_rate:g} Hz: use the recording before it was resampled"
         )
     if len(motion) < 2:

@@ -15,7 +15,7 @@ from skpose.biomechanics._feet import Feet
 
 ANKLE, TOE = 0.5, 0.8  # of the speed of travel, below which a part of the foot stands
 LOW = 0.06  # of the length of the leg, above where a part of the foot is lowest, below which it stands
-SWING = 0.1  # of the length of the leg: a foot moves to and fro by at least so much, relative to the pelvis
+SWING = 0.1  # of the length of the leg: a foot moves to and fro by at least this, relative to the pelvis
 LEAST_SPEED = 0.06  # of √(g · leg), 0.18 m/s for a leg of 0.9 m, above which one travels
 GRAVITY = 9.81  # m/s²
 PHASES = (0.3, 0.7)  # of a stride, between which the other foot comes down
@@ -44,7 +44,7 @@ class Stride(NamedTuple):
     last: int
 
 
-def least_speed(feet: Feet) -> float:
+def least_speed_of(feet: Feet) -> float:
     """Return the speed above which one travels, m/s: speeds of people of all sizes compare by √(g · leg)."""
     return LEAST_SPEED * float(np.sqrt(GRAVITY * feet.leg))
 
@@ -53,11 +53,11 @@ def find_stances(feet: Feet) -> list[Stance]:
     """Return each time in which a foot is on the floor after a swing or before one, in order of contacts."""
     speed = np.linalg.norm(feet.travel, axis=1)
     ahead = feet.travel / np.maximum(speed, 1e-12)[:, None]
-    speed = np.maximum(speed, least_speed(feet))
+    speed = np.maximum(speed, least_speed_of(feet))
     found: dict[tuple, Stance] = {}
     for side in range(2):
         parts = feet.ankles[side], feet.toes[side]
-        speeds = [_speed(part, feet.step) / speed for part in parts]
+        speeds = [_speed_of(part, feet.step) / speed for part in parts]
         slow = [own / share for own, share in zip(speeds, (ANKLE, TOE), strict=True)]
         fore, aft = (((part - feet.pelvis)[:, :2] * ahead).sum(axis=1) for part in parts)
         for rows in _supports(fore, aft, SWING * feet.leg):
@@ -71,7 +71,7 @@ def find_stances(feet: Feet) -> list[Stance]:
     return sorted(found.values(), key=lambda one: one.contact if np.isfinite(one.contact) else -1.0)
 
 
-def _speed(positions: np.ndarray, step: float) -> np.ndarray:
+def _speed_of(positions: np.ndarray, step: float) -> np.ndarray:
     return np.linalg.norm(np.gradient(positions, step, axis=0), axis=1)
 
 
@@ -107,10 +107,10 @@ def _stance(side: int, unrest: np.ndarray, middle: int, ankle: np.ndarray, speed
 def find_strides(feet: Feet, stances: list[Stance]) -> tuple[list[Stride], str]:
     """Return the strides of walking or running; where there are none, in words why."""
     fastest = np.linalg.norm(feet.travel, axis=1).max()
-    if fastest < least_speed(feet):
+    if fastest < least_speed_of(feet):
         return [], (
             f"the pelvis moves along the floor by at most {fastest:.2g} m/s, averaged over a step, and gait begins at "
-            f"{least_speed(feet):.2g} m/s. On a treadmill add what the belt moves to root_positions"
+            f"{least_speed_of(feet):.2g} m/s. On a treadmill add what the belt moves to root_positions"
         )
     numbers = [i for i, stance in enumerate(stances) if np.isfinite(stance.contact)]
     triples = list(zip(numbers, numbers[1:], numbers[2:], strict=False))
@@ -137,7 +137,7 @@ def _complaint(feet: Feet, first: Stance, other: Stance, last: Stance) -> str:
         return "left and right foot do not come down half a stride apart, but nearly together, as in jumps"
     along = (last.position - first.position)[:2]
     length = float(np.linalg.norm(along))
-    if length < max(least_speed(feet) * duration * feet.step, FORWARD * feet.leg):
+    if length < max(least_speed_of(feet) * duration * feet.step, FORWARD * feet.leg):
         return f"the feet come down within {length:.2g} m of where they were, as in steps on the spot"
     slide = max(one.slide for one in (first, other, last) if np.isfinite(one.off))
     if slide > SLIDES:

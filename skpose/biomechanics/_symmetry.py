@@ -19,7 +19,7 @@ CLOSED = 0.2  # of the farthest distance from the first pose, within which the l
 NEAR = 0.15  # of the motion, by which the lag of the two sides may differ from none or half
 BETTER = 0.7  # of the distance without a shift, below which another lag is the better one
 AS_GOOD = 1.3  # times the distance at half a cycle, below which another lag is as good: that of several cycles
-ALIKE = 1e-9  # m, of rounding
+EQUAL = 1e-9  # m, of rounding
 LAGS = 60  # that are compared
 
 Quantity = Literal["position", "direction", "rotation"]
@@ -106,11 +106,11 @@ class SymmetryResult:
     def __repr__(self) -> str:
         most = self.joint_asymmetries("position")[0]
         differs = "no joint differs"
-        if most.largest > ALIKE:
+        if most.largest > EQUAL:
             differs = f"{most.joint} differs most: by {most.largest:.3g} m at {most.phase:.0f} %"
         other = HALF if self.shift == NONE else NONE
         means = ""
-        if np.isfinite(self.distances[other]) and max(self.distances.values()) > ALIKE:
+        if np.isfinite(self.distances[other]) and max(self.distances.values()) > EQUAL:
             means = f" (mean {self.distances[self.shift]:.2g} m, shift {other} {self.distances[other]:.2g} m)"
         return (
             f"SymmetryResult({len(self.phases)} frames at {self.frame_rate:g} Hz, {len(self.joints)} joints mirrored "
@@ -241,7 +241,12 @@ def symmetry(
     ...         angles[:, person.dof_names.index(f"{side}_{name}")] = np.radians(degrees) * depth
     >>> angles[:, person.dof_names.index("left_shank_rx")] += np.radians(10) * depth
     >>> result = symmetry(Motion(person, angles, frame_rate=50))
-    >>> result
+    >>> result  # doctest: +NORMALIZE_WHITESPACE
+    SymmetryResult(101 frames at 50 Hz, 22 joints mirrored across x, shift none (mean 0.011 m, shift half cycle 0.11 m),
+                   left_toes differs most: by 0.0822 m at 50 %)
+    >>> most = result.joint_asymmetries("rotation")[0]
+    >>> most.joint, round(most.largest, 3), most.phase
+    ('left_shank', 10.0, 50.0)
     """
     check_kind(motion, Motion, "motion", "the frames of one movement, with the skeleton that has left and right")
     check_choice("shift", shift, ("auto", NONE, HALF))
@@ -259,10 +264,11 @@ def symmetry(
         NONE: float(_distances(there, image).mean()),
         HALF: float(_distances(there, image_by_half).mean()) if is_closed else np.nan,
     }
+    chosen: str = shift
     if shift == "auto":
-        shift = HALF if distances[HALF] < distances[NONE] - ALIKE else NONE
-        _check_lag(there, image, is_closed, distances, shift, motion)
-    others, its_angles = (image, mirror.angles) if shift == NONE else (image_by_half, by_half)
+        chosen = HALF if distances[HALF] < distances[NONE] - EQUAL else NONE
+        _check_lag(there, image, is_closed, distances, chosen, motion)
+    others, its_angles = (image, mirror.angles) if chosen == NONE else (image_by_half, by_half)
     skeleton = motion.skeleton
     return SymmetryResult(
         joints=skeleton.joint_names,
@@ -271,7 +277,7 @@ def symmetry(
         positions=_distances(there, others),
         directions=_angles_between(_bones(there, skeleton), _bones(others, skeleton), skeleton),
         rotations=_rotations_between(motion.angles, its_angles, skeleton),
-        shift=shift,
+        shift=chosen,
         distances=distances,
         frame_rate=motion.frame_rate,
         axis=axis,
@@ -315,11 +321,11 @@ def _check_lag(
         if mean < nearest:
             best, nearest = lag, mean
     as_good = shift == NONE or nearest < AS_GOOD * distances[HALF]
-    if as_good and nearest < BETTER * distances[NONE] - ALIKE:
+    if as_good and nearest < BETTER * distances[NONE] - EQUAL:
         seconds, whole = best / motion.frame_rate, (n - 1) / motion.frame_rate
         raise ValueError(
             f"the other side does the same {seconds:.2g} s later (mean deviation {nearest:.2g} m, against "
-            f"{distances[NONE]:.2g} m at the same time), which is neither none nor half of the motion of {whole:.2g} s: "
+            f"{distances[NONE]:.2g} m at once), which is neither none nor half of the motion of {whole:.2g} s: "
             "symmetry needs one cycle, such as motion[start : stop + 1] from a contact of a foot to its next, or "
             'shift="none" for what both sides do at once'
         )

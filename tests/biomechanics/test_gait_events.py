@@ -135,20 +135,20 @@ def test_missing_frames_are_filled_if_they_are_few():
         gait_events(replace_frames(motion, np.delete(np.arange(len(motion)), np.arange(100, 130))))
 
 
-def replace_frames(motion, rows):
+def replace_frames(motion, rows, numbers=None):
     return replace(
         motion,
         angles=motion.angles[rows],
         root_positions=motion.root_positions[rows],
         root_angles=motion.root_angles[rows],
-        frame_numbers=motion.frame_numbers[rows],
+        frame_numbers=motion.frame_numbers[rows] if numbers is None else numbers,
     )
 
 
-def test_a_part_of_a_recording_has_the_times_of_the_whole():
+def test_a_part_of_a_recording_has_the_events_of_the_whole():
     motion = walk()
     expected, found = gait_events(motion), gait_events(motion[150:])
-    within = found.times[2:-2]
+    within = found.times[2:-2] + 1.5  # the numbers of its frames begin at 0
     assert np.abs(expected.times - within[:, None]).min(axis=1).max() < 0.002
 
 
@@ -160,16 +160,16 @@ def test_names_of_joints_may_be_given():
         for bone in SKELETON.bones
     ]
     unknown = replace(motion, skeleton=Skeleton(bones))
-    with pytest.raises(ValueError, match=r"the skeleton is of no rig that is known and shows no left_hip, .*pass joints="):
+    with pytest.raises(ValueError, match=r"of no rig that is known and shows no left_hip, .*pass joints="):
         gait_events(unknown)
     marks = {f"{side}_{part}": names[f"{side}_{part}"] for side in ("left", "right") for part in ("hip", "ankle")}
     marks |= {f"{side}_toe": names[f"{side}_foot"] for side in ("left", "right")}
     expected, found = gait_events(motion), gait_events(unknown, joints=marks)
     np.testing.assert_array_equal(found.times, expected.times)
     assert found.joints == marks
-    with pytest.raises(ValueError, match="joints must have keys among 'left_hip'.*got 'heel'"):
+    with pytest.raises(ValueError, match=r"joints must have keys among 'left_hip'.*got 'heel'"):
         gait_events(motion, joints={"heel": "left_foot"})
-    with pytest.raises(ValueError, match="joints has 'left_fot' as 'left_toe', which is no joint.*'left_foot'"):
+    with pytest.raises(ValueError, match=r"joints has 'left_fot' as 'left_toe', which is no joint.*'left_foot'"):
         gait_events(motion, joints={"left_toe": "left_fot"})
     with pytest.raises(ValueError, match="must be different joints, but left_ankle and left_toe are 'left_foot'"):
         gait_events(motion, joints={"left_ankle": "left_foot"})
@@ -183,11 +183,11 @@ def test_what_shows_no_gait_is_refused():
         gait_events(motion[::5])
     with pytest.raises(ValueError, match=r"all root_positions of the motion are one.*treadmill.*belt_velocity"):
         gait_events(replace(motion, root_positions=None))
-    with pytest.raises(ValueError, match=r"motion.up is 'z', but in nearly all frames .* along y. .*dataclasses.replace"):
+    with pytest.raises(ValueError, match=r"motion.up is 'z', but in nearly all frames .* along y\..*dataclasses"):
         gait_events(replace(motion, up="z"))
     with pytest.raises(ValueError, match="got a motion of 1 frames"):
         gait_events(motion[:1])
-    with pytest.raises(TypeError, match="motion must be a skpose.Motion, got ndarray"):
+    with pytest.raises(TypeError, match=r"motion must be a skpose\.Motion, got ndarray"):
         gait_events(motion.angles)
 
 
@@ -277,17 +277,10 @@ def test_what_is_no_gait_has_no_events(name):
 
 def test_walking_between_standing_is_found_alone():
     motion = walk(duration=4.0)
-    before, after = (np.repeat(motion.root_positions[[i]], 200, axis=0) for i in (0, -1))
-    stops = Motion(
-        SKELETON,
-        np.concatenate([np.repeat(motion.angles[:1], 200, axis=0), motion.angles, np.repeat(motion.angles[-1:], 200, 0)]),
-        100,
-        np.concatenate([before, motion.root_positions, after]),
-        np.concatenate([np.repeat(motion.root_angles[:1], 200, 0), motion.root_angles, np.repeat(motion.root_angles[-1:], 200, 0)]),
-        motion.root_axes,
-    )
+    rows = np.concatenate([np.zeros(200, int), np.arange(len(motion)), np.full(200, len(motion) - 1)])
+    stops = replace_frames(motion, rows, np.arange(len(rows)))
     found = gait_parameters(stops)
-    assert 2.0 <= found.events.times[0]
+    assert found.events.times[0] >= 2.0
     assert found.events.times[-1] <= 6.1
     middle = found.starts[(found.starts > 3.0) & (found.starts < 4.5)]
     assert len(middle) >= 2

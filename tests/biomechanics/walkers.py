@@ -8,6 +8,7 @@ from skpose import Bone, Motion, Skeleton
 THIGH, SHANK, HIP = 0.45, 0.45, 0.09  # m
 FOOT = 0.15  # m, from the ankle to where the toes begin
 HEIGHT, ANKLE = 0.84, 0.08  # m, of hips and ankles above the floor
+UP = np.array([0.0, HEIGHT, 0.0])
 
 BONES = [
     Bone("left_hip", None, (HIP, 0.0, 0.0)),
@@ -85,7 +86,7 @@ def walk(
         SKELETON,
         np.concatenate(columns, axis=1),
         rate,
-        turned.apply(pelvis + [0.0, HEIGHT, 0.0]),
+        turned.apply(pelvis + UP),
         (turned * root).as_euler(ORDERS[up]),
         ORDERS[up],
         up=up,
@@ -94,7 +95,7 @@ def walk(
 
 def leg(root, pelvis, ankle, foot, sign):
     """Return the rotation vectors of thigh, shank and foot, the knee in front."""
-    hip = pelvis + [0.0, HEIGHT, 0.0] + root.apply([sign * HIP, 0.0, 0.0])
+    hip = pelvis + UP + root.apply([sign * HIP, 0.0, 0.0])
     line = root.inv().apply(ankle - hip)
     length = np.linalg.norm(line, axis=1, keepdims=True)
     assert (length < THIGH + SHANK).all()
