@@ -84,7 +84,7 @@ def check_recording(motion: Motion) -> None:
     check_kind(motion, Motion, "motion", "gait needs the positions of the root and a frame rate")
     if motion.frame_rate < LEAST_RATE:
         raise ValueError(
-            f"gait events need at least {LEAST_RATE:g} Hz, as a runner's foot is on the floor for a quarter of a second; "
+            f"gait events need at least {LEAST_RATE:g} Hz, as a runner's foot stands for a quarter of a second; "
             f"the motion has {motion.frame_rate:g} Hz: use the recording before it was resampled"
         )
     if len(motion) < 2:
