@@ -1,0 +1,157 @@
+"""Feet and pelvis of a motion in the world: the joints that show them, their positions, velocities and heading.
+
+Positions are turned so that the last axis points up, by exchanging axes in a cycle, which keeps left and right.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+from scipy.signal import butter, sosfiltfilt
+
+from skpose._validation.names import near_names
+from skpose._validation.options import check_kind
+from skpose.kinematics import forward_kinematics
+from skpose.kinematics._shared import find_landmarks
+from skpose.skeleton import Motion, Skeleton
+from skpose.skeleton._shared import complaint_of_up, root_orientations
+
+SIDES = ("left", "right")
+PARTS = ("hip", "ankle", "toe")
+MARKS = tuple(f"{side}_{part}" for side in SIDES for part in PARTS)
+LEAST_RATE = 25.0  # Hz; the contact of a running foot then has some six frames
+CUTOFF = 10.0  # Hz, of the low-pass filter
+HEADING = 0.25  # s, standard deviation of the weights over which velocity is averaged to find where one travels
+LONGEST_GAP = 0.1  # s without frames that is filled
+STILL = 1e-6  # m, by which a root that is not recorded moves
+
+
+class Feet(NamedTuple):
+    """Pelvis and feet over time, up last; the two sides are left and right."""
+
+    times: np.ndarray  # (n,) s, evenly spaced
+    pelvis: np.ndarray  # (n, 3) m, amid the hips
+    travel: np.ndarray  # (n, 2) m/s, velocity of the pelvis along the floor, averaged over about a step
+    facing: np.ndarray  # (n, 2) unit vectors along the floor, ahead of the pelvis
+    ankles: np.ndarray  # (2, n, 3) m
+    toes: np.ndarray  # (2, n, 3) m
+    leg: float  # m, from hip to ankle where the leg is longest
+
+    @property
+    def step(self) -> float:
+        """Time from frame to frame, s."""
+        return float(self.times[1] - self.times[0])
+
+
+def find_feet(skeleton: Skeleton, joints: Mapping[str, str] | None) -> dict[str, str]:
+    """Return the names of the joints at hips, ankles and toes: those that the user gives, others by known rigs."""
+    given = {} if joints is None else dict(joints)
+    unknown = [mark for mark in given if mark not in MARKS]
+    if unknown:
+        raise ValueError(f"joints must have keys among {', '.join(map(repr, MARKS))}, got {unknown[0]!r}")
+    for mark, name in given.items():
+        if name not in skeleton.joint_names:
+            hint = near_names(skeleton.joint_names, str(name))
+            raise ValueError(f"joints has {name!r} as {mark!r}, which is no joint of the skeleton: {hint}")
+    landmarks = find_landmarks(skeleton)
+    found = {}
+    for mark in MARKS:
+        # The toe markers of gait laboratories are where the toes begin; toe tips are noisy in many files.
+        names = (mark.replace("toe", "ball"), mark)
+        joint = next((landmarks.joints[name] for name in names if name in landmarks.joints), None)
+        if joint is not None:
+            found[mark] = skeleton.joint_names[joint]
+    found |= given
+    missing = [mark for mark in MARKS if mark not in found]
+    if missing:
+        of = f"of {landmarks.rig}" if landmarks.rig else "of no rig that is known"
+        reason = f" ({landmarks.reason})" if landmarks.reason else ""
+        raise ValueError(
+            f"hips, ankles and the front of the feet must be known, but the skeleton is {of}{reason} and shows no "
+            f"{', '.join(missing)}: pass joints={{{missing[0]!r}: NAME, ...}}, names of motion.skeleton.joint_names. "
+            "Without a point at the front of the foot it is not seen when the foot leaves the floor"
+        )
+    for name in found.values():
+        marks = [mark for mark, other in found.items() if other == name]
+        if len(marks) > 1:
+            raise ValueError(f"hips, ankles and toes must be different joints, but {' and '.join(marks)} are {name!r}")
+    return found
+
+
+def check_recording(motion: Motion) -> None:
+    """Refuse what shows no gait: too low a frame rate, too few frames, no movement of the root, another axis up."""
+    check_kind(motion, Motion, "motion", "gait needs the positions of the root and a frame rate")
+    if motion.frame_rate < LEAST_RATE:
+        raise ValueError(
+            f"gait events need at least {LEAST_RATE:g} Hz, as a runner's foot stands for a quarter of a second; "
+            f"the motion has {motion.frame_rate:g} Hz: use the recording before it was resampled"
+        )
+    if len(motion) < 2:
+        raise ValueError(f"gait events need a recording of at least a stride, got a motion of {len(motion)} frames")
+    if (np.ptp(motion.root_positions, axis=0) <= STILL).all():
+        raise ValueError(
+            "gait needs to know where the person is, but all root_positions of the motion are one: the file has none, "
+            "or they were left out. On a treadmill add what the belt moves: dataclasses.replace(motion, "
+            "root_positions=motion.root_positions + np.outer(motion.times, belt_velocity))"
+        )
+    complaint = complaint_of_up(motion, motion.up)
+    if complaint:
+        seen = complaint.partition("in nearly all frames ")[2].partition(": ")[0]
+        raise ValueError(
+            f"gait needs the axis that points up: motion.up is {motion.up!r}, but in nearly all frames {seen}. Where "
+            "another axis points up, dataclasses.replace(motion, up=...) states so"
+        )
+    gap = np.diff(motion.frame_numbers).max() / motion.frame_rate
+    if gap > LONGEST_GAP + 1.5 / motion.frame_rate:
+        frame = int(np.diff(motion.frame_numbers).argmax())
+        raise ValueError(
+            f"gait events need all frames, but {gap:.2g} s are missing after frame {frame}: cut the motion there, "
+            f"motion[:{frame + 1}] and motion[{frame + 1}:]"
+        )
+
+
+def feet_of(motion: Motion, joints: Mapping[str, str]) -> Feet:
+    """Return pelvis and feet in the world, low-pass filtered."""
+    skeleton = motion.skeleton
+    columns = [skeleton.joint_names.index(joints[mark]) for mark in MARKS]
+    relative = forward_kinematics(motion.angles, skeleton)[:, columns]
+    turned = root_orientations(motion.root_angles, motion.root_axes)
+    here = np.stack([turned.apply(relative[:, i]) for i in range(len(columns))]) + motion.root_positions
+    return feet_at(here[..., _axes(motion.up)], motion.frame_numbers, motion.frame_rate)
+
+
+def _axes(up: str) -> list[int]:
+    """Return the axes of the world in a cycle that ends with the one that points up."""
+    i = "xyz".index(up)
+    return [(i + 1) % 3, (i + 2) % 3, i]
+
+
+def to_world(positions: np.ndarray, up: str) -> np.ndarray:
+    """Return positions (n, 3) whose last axis points up in the axes of the world."""
+    return positions[:, np.argsort(_axes(up))]
+
+
+def feet_at(positions: np.ndarray, numbers: np.ndarray, rate: float) -> Feet:
+    """Return pelvis and feet from the positions (6, n, 3) of `MARKS`, up last, at numbered frames."""
+    every = np.arange(numbers[0], numbers[-1] + 1)
+    if len(every) > len(numbers):
+        positions = np.stack([[np.interp(every, numbers, x) for x in mark.T] for mark in positions]).transpose(0, 2, 1)
+    low_pass = butter(2, CUTOFF, fs=rate, output="sos")
+    positions = sosfiltfilt(low_pass, positions, axis=1, padlen=min(9, positions.shape[1] - 1))
+    left_hip, left_ankle, left_toe, right_hip, right_ankle, right_toe = positions
+    pelvis = (left_hip + right_hip) / 2.0
+    travel = gaussian_filter1d(np.gradient(pelvis[:, :2], 1.0 / rate, axis=0), HEADING * rate, axis=0, mode="nearest")
+    to_right = (right_hip - left_hip)[:, :2]
+    facing = np.stack([-to_right[:, 1], to_right[:, 0]], axis=1)
+    facing /= np.maximum(np.linalg.norm(facing, axis=1, keepdims=True), 1e-12)
+    legs = [np.linalg.norm(hip - ankle, axis=1) for hip, ankle in ((left_hip, left_ankle), (right_hip, right_ankle))]
+    return Feet(
+        every / rate,
+        pelvis,
+        travel,
+        facing,
+        np.stack([left_ankle, right_ankle]),
+        np.stack([left_toe, right_toe]),
+        float(np.max(legs)),
+    )

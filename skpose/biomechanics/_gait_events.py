@@ -1,0 +1,221 @@
+"""Gait events: when the feet come down on the floor and leave it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from skpose.biomechanics._feet import SIDES, check_recording, feet_of, find_feet, to_world
+from skpose.biomechanics._steps import Stance, Stride, find_stances, find_strides
+from skpose.biomechanics._tables import frame_of
+from skpose.skeleton import Motion
+
+if TYPE_CHECKING:
+    import pandas
+
+CONTACT, OFF = "foot contact", "foot off"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class GaitEvents:
+    """The events of walking and running, as `gait_events` finds them, in order of time.
+
+    Attributes
+    ----------
+    feet : ndarray of shape (n_events,) of str
+        "left" or "right".
+    kinds : ndarray of shape (n_events,) of str
+        "foot contact" (heel strike, where the heel comes down first) or "foot off" (toe-off).
+    times : ndarray of shape (n_events,)
+        Time of each event, s, as of ``motion.times``; between frames by linear interpolation.
+    frames : ndarray of shape (n_events,) of int
+        The nearest frame, as ``motion[frame]`` takes it.
+    positions : ndarray of shape (n_events, 3)
+        Position of the ankle in the world while the foot stands after a contact, or before a foot off, m.
+    strides : ndarray of shape (n_strides, 3) of int
+        Numbers of three events: contact of one foot, of the other foot, and of the first one again. Empty where the
+        motion is no gait.
+    joints : dict of str to str
+        The names of the joints that are hips, ankles and toes.
+    frame_rate : float
+        Frame rate of the motion, Hz.
+    up : {"x", "y", "z"}
+        The axis of the world that points up.
+    reason : str
+        Where there are no events, in words why.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from skpose import Motion
+    >>> from skpose.biomechanics import gait_events
+    >>> from skpose.datasets import humanoid
+    >>> still = Motion(humanoid(), np.zeros((60, 42)), 60, np.linspace([0, 0, 0], [0, 0, 0.05], 60))
+    >>> gait_events(still).reason.partition(",")[0]
+    'the pelvis moves along the floor by at most 0.051 m/s'
+    """
+
+    feet: np.ndarray
+    kinds: np.ndarray
+    times: np.ndarray
+    frames: np.ndarray
+    positions: np.ndarray
+    strides: np.ndarray
+    joints: dict[str, str]
+    frame_rate: float
+    up: str
+    reason: str
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+    def __repr__(self) -> str:
+        if not len(self):
+            return f"GaitEvents(none: {self.reason})"
+        counts = [
+            f"{np.count_nonzero((self.feet == side) & (self.kinds == kind))} {side}"
+            for kind in (CONTACT, OFF)
+            for side in SIDES
+        ]
+        span = f"{self.times[0]:.2f} to {self.times[-1]:.2f} s"
+        ankles = ", ".join(f"{self.joints[f'{side}_ankle']} and {self.joints[f'{side}_toe']}" for side in SIDES)
+        return (
+            f"GaitEvents(contacts {counts[0]} {counts[1]}, offs {counts[2]} {counts[3]}, {len(self.strides)} strides, "
+            f"{span} at {self.frame_rate:g} Hz, {self.up} up, feet {ankles})"
+        )
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Return the events as a pandas DataFrame, one row for each.
+
+        Returns
+        -------
+        pandas.DataFrame
+            Columns "foot", "event", "frame" and "time", s.
+
+        Raises
+        ------
+        ImportError
+            If pandas is not installed.
+        """
+        return frame_of({"foot": self.feet, "event": self.kinds, "frame": self.frames, "time": self.times})
+
+
+def gait_events(motion: Motion, *, joints: Mapping[str, str] | None = None) -> GaitEvents:
+    r"""Return when the feet come down and leave the floor, in walking and running.
+
+    A foot comes down at about the time when it is farthest ahead of the pelvis in the direction of travel, and leaves
+    the floor when it is farthest behind [1]_. In between it stands, from the first moment to the last at which the
+    ankle is slower than 0.5 of the speed of travel or the front of the foot slower than 0.8 of it [2]_. The part that
+    is slow must also be lower than 0.06 of the length of the leg above its lowest point of that stance: runners' feet
+    are slow in the air, too.
+
+    Direction and speed of travel are those of the middle between the hips along the floor, averaged over about a step
+    (Gaussian weights, standard deviation 0.25 s), so that turns are followed. Positions are low-pass filtered before
+    (Butterworth, second order, 10 Hz, forwards and backwards).
+
+    Parameters
+    ----------
+    motion : Motion
+        Walking or running, with the positions of the root, at 25 Hz or more.
+    joints : mapping of str to str, default=None
+        Names of joints for any of "left_hip", "left_ankle", "left_toe", "right_hip", "right_ankle" and "right_toe",
+        where a toe is any point at the front of the foot. None finds them in rigs whose names are known; of two
+        points at the front it takes the one where the toes begin.
+
+    Returns
+    -------
+    GaitEvents
+        The events of all strides, of which the first has a swing before it. Where the motion is no gait there are
+        none, and `GaitEvents.reason` states why.
+
+    Raises
+    ------
+    TypeError
+        If `motion` is no Motion.
+    ValueError
+        If the root does not move at all, the frame rate is below 25 Hz, more than 0.1 s of frames are missing, people
+        stand along another axis than `Motion.up`, or joints are not known.
+
+    See Also
+    --------
+    gait_parameters : Cadence, lengths of steps, share of stance.
+
+    Notes
+    -----
+    A stride is three contacts: of one foot, of the other, of the first again. They count if strides take 0.3 to 3 s,
+    the other foot comes down within 30 to 70 % of it, the foot moves by more than 0.35 of the length of the leg and
+    faster than :math:`0.06 \sqrt{g \cdot leg}` (0.18 m/s), at most 45° away from where the pelvis faces, and the
+    pelvis stays above half the length of the leg. So jumps, squats, steps on the spot, walking sideways or backwards
+    and lying down are no gait. Shuffling with shorter strides is not found, either.
+
+    Against the force plates of four public recordings of walking, eight contacts at 60 to 240 Hz, foot contacts were
+    0 ± 26 ms off and foot offs 7 ± 9 ms early (mean ± standard deviation). The height of 0.06 legs is ours; runs were
+    not compared with force plates.
+
+    References
+    ----------
+    .. [1] J. A. Zeni, J. G. Richards, J. S. Higginson, "Two simple methods for determining gait events during treadmill
+       and overground walking using kinematic data", Gait & Posture 27(4), 2008,
+       :doi:`10.1016/j.gaitpost.2007.07.007`.
+    .. [2] T. Bonci et al., "An algorithm for accurate marker-based gait event detection in healthy and pathological
+       populations during complex motor tasks", Frontiers in Bioengineering and Biotechnology 10, 2022,
+       :doi:`10.3389/fbioe.2022.868928`.
+
+    Examples
+    --------
+    A generated walk has no root. Here the lower foot stands still, which moves the person:
+
+    >>> from dataclasses import replace
+    >>> import numpy as np
+    >>> from skpose import forward_kinematics
+    >>> from skpose.biomechanics import gait_events
+    >>> from skpose.datasets import make_gait
+    >>> walk = make_gait(1, 1, activities=["walk"], duration=6, random_state=0)[0]
+    >>> feet = [walk.skeleton.joint_names.index(name) for name in ("left_foot", "right_foot")]
+    >>> balls = forward_kinematics(walk.angles, walk.skeleton)[:, feet]
+    >>> lower = balls[:-1, :, 1].argmin(axis=1)
+    >>> steps = -np.diff(balls, axis=0)[np.arange(len(lower)), lower]
+    >>> walk = replace(walk, root_positions=np.concatenate([[[0, 0, 0]], np.cumsum(steps, axis=0)]))
+    >>> events = gait_events(walk)
+    >>> events.to_pandas().head(4).round(2)
+        foot         event  frame  time
+    0  right  foot contact      2  0.03
+    1   left      foot off      2  0.04
+    2  right      foot off     37  0.62
+    3   left  foot contact     38  0.64
+    """
+    check_recording(motion)
+    names = find_feet(motion.skeleton, joints)
+    feet = feet_of(motion, names)
+    stances = find_stances(feet)
+    strides, reason = find_strides(feet, stances)
+    return _collect(motion, names, stances, strides, reason)
+
+
+def _collect(
+    motion: Motion, names: dict[str, str], stances: list[Stance], strides: list[Stride], reason: str
+) -> GaitEvents:
+    """Return the contacts of strides, and what lifts the feet before and after them."""
+    used = {number for stride in strides for number in stride}
+    rows: list[tuple[float, int, str, int]] = [(stances[i].contact, stances[i].side, CONTACT, i) for i in used]
+    for i, stance in enumerate(stances):
+        following = [j for j in range(i + 1, len(stances)) if stances[j].side == stance.side]
+        if np.isfinite(stance.off) and (i in used or (following and following[0] in used)):
+            rows.append((stance.off, stance.side, OFF, i))
+    rows.sort()
+    number = {row[3]: k for k, row in enumerate(rows) if row[2] == CONTACT}
+    times = (motion.frame_numbers[0] + np.array([row[0] for row in rows])) / motion.frame_rate
+    positions = np.array([stances[row[3]].position for row in rows]).reshape(-1, 3)
+    return GaitEvents(
+        feet=np.array([SIDES[row[1]] for row in rows], dtype=np.str_),
+        kinds=np.array([row[2] for row in rows], dtype=np.str_),
+        times=times,
+        frames=np.abs(motion.times - times[:, None]).argmin(axis=1).astype(np.int64),
+        positions=to_world(positions, motion.up),
+        strides=np.array([[number[i] for i in stride] for stride in strides], dtype=np.int64).reshape(-1, 3),
+        joints=names,
+        frame_rate=motion.frame_rate,
+        up=motion.up,
+        reason=reason,
+    )

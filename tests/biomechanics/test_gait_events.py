@@ -1,0 +1,318 @@
+"""Gait events and parameters: of walkers whose steps are known, of controls that do not walk, of recordings."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from walkers import SKELETON, walk
+
+from skpose import Motion, Skeleton
+from skpose.biomechanics import gait_events, gait_parameters
+from skpose.datasets import humanoid
+
+OFF_BY = 0.012  # s, at 100 Hz: a foot that stops at once is slow that much before it stands, after the filter
+
+
+def mean_of(parameters, quantity, foot="both"):
+    (found,) = [one for one in parameters.summary() if (one.quantity, one.foot) == (quantity, foot)]
+    return found.mean
+
+
+def errors(events, kind, foot, stride, share):
+    """Times (s) by which events of a foot are off the nearest time k + share, in strides."""
+    times = events.times[(events.feet == foot) & (events.kinds == kind)] / stride - share
+    return (times - np.rint(times)) * stride
+
+
+@pytest.mark.parametrize(
+    "known",
+    [
+        {},
+        {"step": 0.4, "cadence": 80.0, "stance": 0.68},
+        {"step": 0.9, "cadence": 165.0, "stance": 0.35},
+        {"phase": 0.44, "width": 0.2},
+        {"up": "z", "heading": 2.0},
+    ],
+)
+def test_events_are_those_of_the_walker(known):
+    stride, stance = 120.0 / known.get("cadence", 110.0), known.get("stance", 0.62)
+    events = gait_events(walk(**known))
+    n_strides = 6.0 / stride
+    for foot, lag in (("left", 0.0), ("right", known.get("phase", 0.5))):
+        contacts = errors(events, "foot contact", foot, stride, lag)
+        offs = errors(events, "foot off", foot, stride, lag + stance)
+        assert len(contacts) >= n_strides - 2
+        assert len(offs) >= n_strides - 2
+        assert np.abs(contacts).max() < 1.5 * OFF_BY
+        assert np.abs(offs).max() < 1.5 * OFF_BY
+    assert (np.diff(events.times) > 0).all()
+    assert (np.abs(events.frames / 100.0 - events.times) <= 0.5001 / 100.0).all()
+
+
+def test_parameters_are_those_of_the_walker():
+    found = gait_parameters(walk(step=0.6, cadence=110.0, stance=0.62, width=0.12, phase=0.45))
+    for foot in ("left", "right"):
+        assert mean_of(found, "cadence", foot) == pytest.approx(110.0, abs=0.1)
+        assert mean_of(found, "stride_length", foot) == pytest.approx(1.2, abs=1e-3)
+        assert mean_of(found, "speed", foot) == pytest.approx(1.1, abs=2e-3)
+        assert mean_of(found, "stride_time", foot) == pytest.approx(120 / 110, abs=1e-3)
+        assert mean_of(found, "step_width", foot) == pytest.approx(0.12, abs=1e-3)
+        assert mean_of(found, "stance", foot) == pytest.approx(62.0, abs=2.5)
+        assert mean_of(found, "double_support", foot) == pytest.approx(24.0, abs=5.0)
+    # The right foot comes down 45 % of the stride after the left one, and the pelvis is as far then.
+    assert mean_of(found, "step_time", "right") == pytest.approx(0.45 * 120 / 110, abs=2e-3)
+    assert mean_of(found, "step_length", "right") == pytest.approx(0.45 * 1.2, abs=1e-3)
+    assert mean_of(found, "step_length", "left") == pytest.approx(0.55 * 1.2, abs=1e-3)
+
+
+def test_the_feet_of_a_runner_are_in_the_air_between_stances():
+    found = gait_parameters(walk(step=0.9, cadence=165.0, stance=0.35))
+    assert mean_of(found, "double_support") == 0.0
+    assert mean_of(found, "stance") == pytest.approx(35.0, abs=1.0)
+
+
+def test_summary_and_table_are_of_the_strides():
+    found = gait_parameters(walk(phase=0.45))
+    table = found.to_pandas()
+    assert len(table) == len(found) == len(found.events.strides)
+    for one in found.summary():
+        values = table[f"{one.quantity} [{one.unit}]"][(table["foot"] == one.foot) | (one.foot == "both")].dropna()
+        assert one.n_strides == len(values)
+        assert one.mean == pytest.approx(values.mean())
+        assert one.std == pytest.approx(values.std())
+    events = found.events.to_pandas()
+    assert list(events.columns) == ["foot", "event", "frame", "time"]
+    assert len(events) == len(found.events)
+    assert repr(found).startswith("GaitParameters(")
+    assert "steps/min" in repr(found)
+    assert "100 Hz, y up" in repr(found)
+    assert "left_foot" in repr(found.events)
+
+
+@pytest.mark.parametrize("up", ["x", "y", "z"])
+@pytest.mark.parametrize("heading", [0.0, 2.5])
+def test_figures_are_the_same_in_every_direction_of_every_world(up, heading):
+    expected = gait_parameters(walk(phase=0.46)).to_pandas()
+    found = gait_parameters(walk(phase=0.46, up=up, heading=heading)).to_pandas()
+    assert (found["foot"] == expected["foot"]).all()
+    numbers = expected.columns[1:]
+    np.testing.assert_allclose(found[numbers], expected[numbers], atol=1e-6)
+
+
+def test_mirrored_walks_have_the_sides_exchanged():
+    motion = walk(phase=0.46, turn=0.2)
+    events, other = gait_events(motion), gait_events(motion.mirrored())
+    assert [{"left": "right", "right": "left"}[foot] for foot in events.feet] == other.feet.tolist()
+    np.testing.assert_allclose(events.times, other.times, atol=1e-9)
+    one, two = gait_parameters(events), gait_parameters(other)
+    np.testing.assert_allclose(one.step_length, two.step_length, atol=1e-9)
+    np.testing.assert_allclose(one.step_width, two.step_width, atol=1e-9)
+
+
+@pytest.mark.parametrize("turn", [0.5, -0.8])
+def test_turns_are_followed(turn):
+    """On a circle of radius r the feet are on circles of r ∓ half the width, of which strides are chords."""
+    found = gait_parameters(walk(turn=turn, width=0.14))
+    assert len(found) >= 8
+    stride = 120.0 / 110.0
+    radius = 1.1 / abs(turn)
+    for foot, sign in (("left", 1.0), ("right", -1.0)):
+        own = radius - sign * np.sign(turn) * 0.07
+        chord = 2.0 * own * np.sin(abs(turn) * stride / 2.0)
+        assert mean_of(found, "stride_length", foot) == pytest.approx(chord, rel=0.01)
+    assert mean_of(found, "cadence") == pytest.approx(110.0, abs=0.2)
+
+
+def test_missing_frames_are_filled_if_they_are_few():
+    motion = walk()
+    thin = replace_frames(motion, np.delete(np.arange(len(motion)), [100, 250, 251, 400]))
+    expected, found = gait_events(motion), gait_events(thin)
+    assert found.kinds.tolist() == expected.kinds.tolist()
+    np.testing.assert_allclose(found.times, expected.times, atol=0.005)
+    assert (np.abs(thin.times[found.frames] - found.times) <= 0.02).all()
+    with pytest.raises(ValueError, match=r"are missing after frame 99: cut the motion there, motion\[:100\]"):
+        gait_events(replace_frames(motion, np.delete(np.arange(len(motion)), np.arange(100, 130))))
+
+
+def replace_frames(motion, rows, numbers=None):
+    return replace(
+        motion,
+        angles=motion.angles[rows],
+        root_positions=motion.root_positions[rows],
+        root_angles=motion.root_angles[rows],
+        frame_numbers=motion.frame_numbers[rows] if numbers is None else numbers,
+    )
+
+
+def test_a_part_of_a_recording_has_the_events_of_the_whole():
+    motion = walk()
+    expected, found = gait_events(motion), gait_events(motion[150:])
+    within = found.times[2:-2] + 1.5  # the numbers of its frames begin at 0
+    assert np.abs(expected.times - within[:, None]).min(axis=1).max() < 0.002
+
+
+def test_names_of_joints_may_be_given():
+    motion = walk()
+    names = {name: f"b{i}" for i, name in enumerate(SKELETON.joint_names)}
+    bones = [
+        bone._replace(name=names[bone.name], parent=None if bone.parent is None else names[bone.parent])
+        for bone in SKELETON.bones
+    ]
+    unknown = replace(motion, skeleton=Skeleton(bones))
+    with pytest.raises(ValueError, match=r"of no rig that is known and shows no left_hip, .*pass joints="):
+        gait_events(unknown)
+    marks = {f"{side}_{part}": names[f"{side}_{part}"] for side in ("left", "right") for part in ("hip", "ankle")}
+    marks |= {f"{side}_toe": names[f"{side}_foot"] for side in ("left", "right")}
+    expected, found = gait_events(motion), gait_events(unknown, joints=marks)
+    np.testing.assert_array_equal(found.times, expected.times)
+    assert found.joints == marks
+    with pytest.raises(ValueError, match=r"joints must have keys among 'left_hip'.*got 'heel'"):
+        gait_events(motion, joints={"heel": "left_foot"})
+    with pytest.raises(ValueError, match=r"joints has 'left_fot' as 'left_toe', which is no joint.*'left_foot'"):
+        gait_events(motion, joints={"left_toe": "left_fot"})
+    with pytest.raises(ValueError, match="must be different joints, but left_ankle and left_toe are 'left_foot'"):
+        gait_events(motion, joints={"left_ankle": "left_foot"})
+    with pytest.raises(ValueError, match="joints= is for a Motion"):
+        gait_parameters(expected, joints=marks)
+
+
+def test_what_shows_no_gait_is_refused():
+    motion = walk()
+    with pytest.raises(ValueError, match=r"at least 25 Hz.*the motion has 20 Hz"):
+        gait_events(motion[::5])
+    with pytest.raises(ValueError, match=r"all root_positions of the motion are one.*treadmill.*belt_velocity"):
+        gait_events(replace(motion, root_positions=None))
+    with pytest.raises(ValueError, match=r"motion.up is 'z', but in nearly all frames .* along y\..*dataclasses"):
+        gait_events(replace(motion, up="z"))
+    with pytest.raises(ValueError, match="got a motion of 1 frames"):
+        gait_events(motion[:1])
+    with pytest.raises(TypeError, match=r"motion must be a skpose\.Motion, got ndarray"):
+        gait_events(motion.angles)
+
+
+def test_a_treadmill_is_refused_until_the_belt_is_added():
+    """The pelvis sways a little where it is."""
+    motion = walk()
+    belt = np.array([0.0, 0.0, 1.1])
+    sway = 0.02 * np.sin(motion.times)[:, None] * [1.0, 0.0, 0.0]
+    treadmill = replace(motion, root_positions=motion.root_positions - np.outer(motion.times, belt) + sway)
+    events = gait_events(treadmill)
+    assert len(events) == 0
+    assert "On a treadmill add what the belt moves" in repr(events)
+    with pytest.raises(ValueError, match="at least one stride of walking or running, got none: the pelvis moves"):
+        gait_parameters(treadmill)
+    restored = replace(treadmill, root_positions=treadmill.root_positions + np.outer(treadmill.times, belt))
+    assert mean_of(gait_parameters(restored), "cadence") == pytest.approx(110.0, abs=0.3)
+
+
+def feet_together(duration=6.0, rate=100.0, travel=1.0):
+    """Hops on both legs, at 1 m/s: the legs fold and stretch, the feet swing forward in the air."""
+    motion = walk(duration=duration, rate=rate)
+    angles = motion.angles.copy()
+    angles[:, 9:] = angles[:, :9]  # the right leg does what the left one does
+    return replace(motion, angles=angles, root_positions=travel * motion.root_positions)
+
+
+def about_the_vertical(motion, angle):
+    """The same movement of a pelvis that faces elsewhere, the legs with it, but travels as before."""
+    facing = Rotation.from_euler("y", angle) * Rotation.from_euler(motion.root_axes, motion.root_angles)
+    return replace(motion, root_angles=facing.as_euler(motion.root_axes))
+
+
+def still(n=300):
+    return Motion(SKELETON, np.zeros((n, SKELETON.n_dofs)), 100, np.linspace([0, 0.9, 0], [0, 0.9, 0.3], n))
+
+
+def squats():
+    n = 600
+    depth = np.sin(np.arange(n) / 100 * np.pi) ** 2
+    angles = np.zeros((n, 18))
+    for first in (0, 9):
+        angles[:, first], angles[:, first + 3], angles[:, first + 6] = -1.2 * depth, 2.2 * depth, -1.0 * depth
+    drop = 0.9 * (1 - np.cos(1.1 * depth))
+    return Motion(SKELETON, angles, 100, np.stack([0 * depth, 0.9 - drop, 0.1 * depth], axis=1))
+
+
+def noise(seed, wander):
+    rng = np.random.default_rng(seed)
+    angles = rng.normal(scale=0.3, size=(600, 18))
+    root = np.cumsum(rng.normal(scale=wander, size=(600, 3)), axis=0) * [1, 0, 1]
+    return Motion(SKELETON, angles, 100, root)
+
+
+def smooth_noise(seed):
+    """Legs that swing slowly and at random while the pelvis glides."""
+    rng = np.random.default_rng(seed)
+    waves = rng.normal(scale=0.5, size=(8, 18)) / np.arange(1, 9)[:, None]
+    phases = rng.uniform(0, 2 * np.pi, size=(8, 18))
+    t = np.arange(600)[:, None, None] / 600
+    angles = (waves * np.sin(2 * np.pi * np.arange(1, 9)[:, None] * t + phases)).sum(axis=1)
+    return Motion(SKELETON, angles, 100, np.linspace([0, 0.9, 0], [0, 0.9, 6], 600))
+
+
+CONTROLS = {
+    "standing": still(),
+    "squats": squats(),
+    "hops": feet_together(),
+    "steps on the spot": replace(walk(), root_positions=0.1 * walk().root_positions),
+    "noise": noise(0, 0.0001),
+    "noise that wanders": noise(1, 0.02),
+    **{f"smooth noise {seed}": smooth_noise(seed) for seed in range(12)},
+    "backwards": about_the_vertical(walk(), np.pi),
+    "sideways": about_the_vertical(walk(), np.pi / 2),
+    "too short": walk(duration=1.0),
+}
+
+
+@pytest.mark.parametrize("name", CONTROLS)
+def test_what_is_no_gait_has_no_events(name):
+    events = gait_events(CONTROLS[name])
+    assert len(events) == len(events.strides) == 0
+    assert events.reason
+    assert len(events.to_pandas()) == 0
+    with pytest.raises(ValueError, match="at least one stride"):
+        gait_parameters(events)
+
+
+def test_walking_between_standing_is_found_alone():
+    motion = walk(duration=4.0)
+    rows = np.concatenate([np.zeros(200, int), np.arange(len(motion)), np.full(200, len(motion) - 1)])
+    stops = replace_frames(motion, rows, np.arange(len(rows)))
+    found = gait_parameters(stops)
+    assert found.events.times[0] >= 2.0
+    assert found.events.times[-1] <= 6.1
+    middle = found.starts[(found.starts > 3.0) & (found.starts < 4.5)]
+    assert len(middle) >= 2
+    assert found.cadence[np.isin(found.starts, middle)] == pytest.approx(110.0, abs=0.5)
+
+
+def test_other_rigs_are_known():
+    names = gait_events(Motion(humanoid(), np.zeros((60, 42)), 60, np.linspace([0, 0, 0], [0, 0, 1], 60))).joints
+    assert names["left_ankle"] == "left_shank"
+    assert names["left_toe"] == "left_foot"  # where the toes begin, not their end
+
+
+@pytest.mark.slow
+def test_recordings_of_walks_and_runs(cmu):
+    for motion, action in zip(cmu, cmu.actions, strict=True):
+        if action not in ("walk", "run/jog"):
+            continue
+        found = gait_parameters(motion)
+        stance, cadence = mean_of(found, "stance"), mean_of(found, "cadence")
+        if action == "walk":
+            assert 57.0 < stance < 65.0
+            assert 75.0 < cadence < 125.0
+            assert 0.6 < mean_of(found, "step_length") < 0.85
+            assert mean_of(found, "double_support") > 10.0
+        elif action == "run/jog":
+            assert 30.0 < stance < 40.0
+            assert 145.0 < cadence < 175.0
+            assert mean_of(found, "double_support") == 0.0
+
+
+@pytest.mark.slow
+def test_recordings_of_other_actions_have_no_gait(cmu, hdm05):
+    for dataset, actions in ((cmu, {"walk", "run/jog", "run", "walk on uneven terrain"}), (hdm05, {"jog in a circle"})):
+        for motion, action in zip(dataset, dataset.actions, strict=True):
+            assert (len(gait_events(motion).strides) > 0) == (action in actions), action
