@@ -109,7 +109,8 @@ class MotionDataset:
 
         "same numbers"; "orientations, 23 of 30 joints, directions within 0°", with the number of joints that have
         counterparts, and the largest angle between a bone and its counterpart; or "positions, 15 of 30 joints within
-        1.2 cm", with the number of joints that have one at the same place, and the largest distance from it.
+        1.2 cm", with the number of joints that have one at the same place, and the largest distance from it. "at rest:
+        LeftHand, RightHand" follows where joints do not move, and what they carry keeps its rest pose.
         """
         return self._retargeting
 

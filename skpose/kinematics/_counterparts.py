@@ -67,7 +67,7 @@ def find_counterparts(source: Skeleton, target: Skeleton) -> dict[str, str]:
     Where all joints of one skeleton have their names in the other, joints of equal names are counterparts.
     Otherwise, if both are people of known rigs, those that are at the same place of a person. Known are the names
     of CMU and HDM05 (as ASF and as BVH), Bandai-Namco, LAFAN1, Mixamo, SMPL, Rokoko, Xsens, Unreal, 3ds Max's
-    Biped, of `skpose.keypoints.layouts` and of `skpose.datasets.humanoid`: with any prefix that all names of a
+    Biped, AnimatedDrawings, of `skpose.keypoints.layouts` and of `skpose.datasets.humanoid`: with any prefix that all names of a
     skeleton have, such as "mixamorig:" and "Bip01 ", any spelling of left and right, and in any case.
 
     Names alone do not suffice: "LeftShoulder" is the shoulder in one rig and the beginning of the collarbone in
@@ -76,6 +76,10 @@ def find_counterparts(source: Skeleton, target: Skeleton) -> dict[str, str]:
     between the hips and the chest, and in the neck, of which rigs have any number, are counterparts in their order,
     where they are at nearly the same share of the length. Joints of equal names that are attached to counterparts,
     such as fingers, are counterparts.
+
+    The ends of hands, feet and the head are joints of the rig, or those with the name of the last joint and a word for
+    the end, as the End Sites of a file have, "LeftHand_end". A foot without a joint at its ball ends at the toe if it
+    points forward at angle zero.
 
     If one of the skeletons is of no known rig, joints of equal names are counterparts, and no others.
 

@@ -12,9 +12,26 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose.kinematics._rigs import ANKLE, COLLAR, ELBOW, HEAD, HIP, KNEE, LIMBS, RIGS, SHOULDER, WRIST, Rig
+from skpose.kinematics._rigs import (
+    ANKLE,
+    BALL,
+    COLLAR,
+    ELBOW,
+    END_NAMES,
+    ENDS,
+    HAND,
+    HEAD,
+    HIP,
+    KNEE,
+    LIMBS,
+    RIGS,
+    SHOULDER,
+    TOE,
+    WRIST,
+    Rig,
+)
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import others, split_sides
+from skpose.skeleton._shared import others, positions_at_zero, split_sides
 
 SIDES = ("left", "right")
 HIPS = "hips"  # the joint that carries both legs, where it is not the root
@@ -27,6 +44,7 @@ PROPORTIONS = (
     ("upper arm", "forearm", 0.5, 2.6),
     ("leg", "arm", 0.9, 3.0),
 )
+FORWARD = 0.5  # cosine of the angle between a foot and the direction forward, up to which it ends at the toe
 SYMMETRY = 1.25  # how many times as long as on the other side
 
 
@@ -46,8 +64,9 @@ NONE = Landmarks("", {}, [], [])
 def find_landmarks(skeleton: Skeleton) -> Landmarks:
     """Return the landmarks of a skeleton by its names."""
     keys = _keys_of(skeleton.joint_names)
+    ends = _ends_of(keys, skeleton)
     animal = [name for name, (_, rest) in zip(skeleton.joint_names, keys, strict=True) if rest.startswith(NO_PERSON)]
-    candidates = [(rig, *_find(keys, rig, skeleton)) for rig in RIGS]
+    candidates = [(rig, *_find(keys, ends, rig, skeleton)) for rig in RIGS]
     most = max(n_known for *_, n_known in candidates)
     if not most:
         return NONE
@@ -58,6 +77,7 @@ def find_landmarks(skeleton: Skeleton) -> Landmarks:
             return NONE._replace(reason=f"it has names of {rig.name}, but {complaint}")
     # Several rigs may have the same names: what they agree on is certain.
     joints = {name: j for name, j in found[0][1].items() if all(other.get(name) == j for _, other in found)}
+    _add_ends(joints, ends, skeleton)
     trunk, neck = _axis(skeleton, joints)
     hips = [joints[f"{side}_{HIP}"] for side in SIDES if f"{side}_{HIP}" in joints]
     if len(hips) == 2 and (middle := common_parent(skeleton, *hips)) >= 0:
@@ -126,16 +146,62 @@ def _table_of(rig: Rig) -> dict[tuple[str, str], str]:
 TABLES = {rig.name: _table_of(rig) for rig in RIGS}
 
 
-def _find(keys: list[tuple[str, str]], rig: Rig, skeleton: Skeleton) -> tuple[dict[str, int], int]:
+def _ends_of(keys: list[tuple[str, str]], skeleton: Skeleton) -> dict[int, int]:
+    """Return by joint the child that has its name and a word for the end, such as "Head_end" after "Head"."""
+    ends = {}
+    for j, (side, rest) in enumerate(keys):
+        parent = int(skeleton.parents[j])
+        if parent >= 0 and (side, rest) in [(keys[parent][0], keys[parent][1] + word) for word in END_NAMES]:
+            ends[parent] = j
+    return ends
+
+
+def _add_ends(joints: dict[str, int], ends: dict[int, int], skeleton: Skeleton) -> None:
+    """Add the ends of hands, head and feet, where no other joint is known to be there.
+
+    A foot without a joint at the ball ends at the toe if it points forward at angle zero, and perhaps at the floor if
+    it points down.
+    """
+    for prefix in ("", "left_", "right_"):
+        for mark, end in ENDS.items():
+            joint = ends.get(joints.get(prefix + mark, -1), -1)
+            if joint >= 0 and prefix + end not in joints:
+                joints[prefix + end] = joint
+    for side in SIDES:
+        toe = ends.get(joints.get(f"{side}_{ANKLE}", -1), -1)
+        if (
+            toe >= 0
+            and not {f"{side}_{BALL}", f"{side}_{TOE}"} & joints.keys()
+            and _points_forward(skeleton, toe, joints)
+        ):
+            joints[f"{side}_{TOE}"] = toe
+
+
+def _points_forward(skeleton: Skeleton, joint: int, joints: dict[str, int]) -> bool:
+    """Return whether the bone that ends at a joint points forward at angle zero, by hips and shoulders."""
+    needed = [f"{side}_{mark}" for mark in (HIP, SHOULDER) for side in SIDES]
+    if not all(mark in joints for mark in needed):
+        return False
+    where = positions_at_zero(skeleton)
+    left, right, *shoulders = (where[joints[mark]] for mark in needed)
+    forward = np.cross(left - right, np.mean(shoulders, axis=0) - (left + right) / 2.0)
+    bone = where[joint] - where[int(skeleton.parents[joint])]
+    return bool(bone @ forward > FORWARD * np.linalg.norm(bone) * np.linalg.norm(forward))
+
+
+def _find(
+    keys: list[tuple[str, str]], ends: dict[int, int], rig: Rig, skeleton: Skeleton
+) -> tuple[dict[str, int], int]:
     """Return the joints that have names of a rig, by landmark, and how many names of it there are.
 
-    The landmarks of legs, or arms, of which both do not have all names, are left out; all of them if neither has.
+    Names of ends of chains are of no rig: each file and reader has its own. The landmarks of legs, or arms, of which
+    both do not have all names, are left out; all of them if neither has.
     """
     if rig.frame not in (None, skeleton.offset_frame):
         return {}, 0
     table = TABLES[rig.name]
     joints: dict[str, int] = {}
-    known = [j for j, key in enumerate(keys) if key in table]
+    known = [j for j, key in enumerate(keys) if key in table and j not in ends.values()]
     for j in known:
         mark = table[keys[j]]
         if mark in joints:
@@ -146,7 +212,7 @@ def _find(keys: list[tuple[str, str]], rig: Rig, skeleton: Skeleton) -> tuple[di
     if not legs and not arms:
         return {}, 0
     if not (legs and arms):
-        out = ORDER[0] + ("ball", "toe") if not legs else ORDER[1] + ("hand",)
+        out = (*ORDER[0], BALL, TOE) if not legs else (*ORDER[1], HAND)
         joints = {name: j for name, j in joints.items() if name.partition("_")[2] not in out}
     return joints, len(known)
 

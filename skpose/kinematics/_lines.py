@@ -12,7 +12,7 @@ import numpy as np
 
 from skpose.kinematics._forward import forward_kinematics
 from skpose.kinematics._landmarks import SIDES, Landmarks, common_parent
-from skpose.kinematics._rigs import COLLAR, HIP, SHOULDER
+from skpose.kinematics._rigs import ANKLE, BALL, COLLAR, HIP, SHOULDER, TOE
 from skpose.skeleton import Skeleton
 from skpose.skeleton._shared import NO_DIRECTION, directions_at_zero
 
@@ -59,12 +59,13 @@ def find_lines(
     hips = pair_of(people[0], HIP), pair_of(people[1], HIP)
     positions = at_zero(target, hips[1])
     _keep_straight(lines, target, there, people[1], positions)
+    _point_feet(lines, there, people)
     _tie_neck_to_chest(lines, source, target, there, people)
     _lay_across(lines, source, target, there, people)
     if None not in hips:
         _begin_between_hips(lines, target, people[1])
     for joint, line in lines.items():
-        if line.start != int(target.parents[joint]):
+        if line.start != int(target.parents[joint]) or line.end != joint:
             directions[joint] = unit(positions[line.end] - positions[line.start])
     return Lines(lines, _find_twists(target, people), _find_pelvis(people), hips, directions)
 
@@ -139,6 +140,20 @@ def _keep_straight(
             source_start = ROOT if above < 0 else int(there[above])
             for joint in path:
                 lines[joint] = Line(int(parents[joint]), joint, source_start, int(there[end]))
+
+
+def _point_feet(lines: dict[int, Line], there: np.ndarray, people: tuple[Landmarks, Landmarks]) -> None:
+    """Let the line from the ankle to the toe be that of a foot whose counterpart has no joint at the ball.
+
+    The foot points there as a whole, and its toes keep their rest pose.
+    """
+    theirs, ours = (person.joints for person in people)
+    for side in SIDES:
+        ankle, ball, toe = (f"{side}_{mark}" for mark in (ANKLE, BALL, TOE))
+        known = {ankle, ball, toe} <= ours.keys() and {ankle, toe} <= theirs.keys() and ball not in theirs
+        if known and [there[ours[mark]] for mark in (ankle, ball, toe)] == [theirs[ankle], -1, theirs[toe]]:
+            lines[ours[ball]] = Line(ours[ankle], ours[toe], theirs[ankle], theirs[toe])
+            lines.pop(ours[toe], None)
 
 
 def _begin_between_hips(lines: dict[int, Line], target: Skeleton, person: Landmarks) -> None:

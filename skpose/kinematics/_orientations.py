@@ -20,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from skpose.kinematics._at_rest import joints_at_rest
 from skpose.kinematics._forward import forward_kinematics
 from skpose.kinematics._lines import ROOT, Lines, at_zero, find_carriers, source_lines, unit, with_root
 from skpose.skeleton import Bone, Motion, Skeleton
@@ -41,14 +42,17 @@ LINE = 2e-2
 REMEDY = 'method="positions" comes as near to the positions of the joints as this skeleton can, by inverse kinematics'
 
 
-def by_orientations(motion: Motion, target: Skeleton, there: np.ndarray, lines: Lines) -> tuple[Motion, float]:
-    """Return the motion on the target, and the largest angle, degrees, between a bone and its counterpart.
+def by_orientations(
+    motion: Motion, target: Skeleton, there: np.ndarray, lines: Lines
+) -> tuple[Motion, float, list[int]]:
+    """Return the motion on the target, the largest angle, degrees, between a bone and its counterpart, what is at rest.
 
+    At rest are joints that move in no frame, though they carry bones.
     There is the index of each joint's counterpart in the motion's skeleton, -1 where it has none, and lines are those
     that shall be parallel.
     """
     if not len(motion):
-        return replace(motion, skeleton=target, angles=np.zeros((0, target.n_dofs))), 0.0
+        return replace(motion, skeleton=target, angles=np.zeros((0, target.n_dofs))), 0.0, []
     root = root_orientations(motion.root_angles, motion.root_axes)
     bones = _bones(motion, root, target, lines)
     leaders = _leaders(motion.skeleton, target, there, bones)
@@ -62,7 +66,7 @@ def by_orientations(motion: Motion, target: Skeleton, there: np.ndarray, lines: 
     if (root.inv() * rotations[ROOT]).magnitude().max() > 1e-12:  # more than rounding
         root_angles, axes = root_angles_of(rotations[ROOT], motion.root_angles, motion.root_axes)
         result = replace(result, root_angles=root_angles, root_axes=axes)
-    return result, worst
+    return result, worst, joints_at_rest(target, leaders)
 
 
 class _Bones(NamedTuple):

@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from skpose._validation.skeletons import check_skeleton
+from skpose.kinematics._at_rest import in_words, joints_at_rest, movers_of, warn_of_ends
 from skpose.kinematics._counterparts import Counterparts, counterparts, ratio_of_lengths
 from skpose.kinematics._forward import forward_kinematics
 from skpose.kinematics._inverse import inverse_kinematics
@@ -71,8 +72,8 @@ def retarget(
     n_jobs : int, default=None
         For "positions", see `inverse_kinematics`.
     verbose : int, default=0
-        Whether to print the method, how many joints have counterparts, and how near it came, as
-        `MotionDataset.retargeting` states it; for "positions" also the progress.
+        Whether to print the method, how many joints have counterparts, how near they came, and which joints stay at
+        rest, as `MotionDataset.retargeting` states it; for "positions" also the progress.
 
     Returns
     -------
@@ -85,6 +86,11 @@ def retarget(
         If the method cannot, see above; the message names the joint and the remedy. If `joints` has an unknown name, or
         one counterpart for two joints. Without `joints`, if an arm, a leg or as long a part of `skeleton` has no
         counterpart, so that it would stay at rest, or if the names of one skeleton do not mean a person's joints.
+
+    Warns
+    -----
+    UserWarning
+        By orientations without `joints`, if a hand, a foot or the head stays at rest that has a bone in both.
 
     See Also
     --------
@@ -103,7 +109,8 @@ def retarget(
 
     In people of known rigs, see `find_counterparts`, bones to the hips and from the spine to the shoulders are as steep
     as the rig has them. For these the line from side to side is the counterpart. Bones of a limb without counterparts
-    point along the line between the joints around them that have some. The middle between the hips stays in its place,
+    point along the line between the joints around them that have some. A foot whose counterpart has no joint at the
+    ball points as a whole to where the toe is. The middle between the hips stays in its place,
     and not the root, which is higher up in some rigs.
 
     By positions, lengths differ unless the skeletons are of one person; then no pose has the joints where their
@@ -173,8 +180,10 @@ def retarget_and_report(
     if method == "positions":
         return _by_positions(motion, skeleton, found, factor, n_jobs, verbose)
     lines = find_lines(motion.skeleton, skeleton, found.there, found.people)
-    result, apart = by_orientations(motion, skeleton, found.there, lines)
-    report = f"orientations, {found.in_words()}, directions within {round(apart, 2):g}°"
+    result, apart, at_rest = by_orientations(motion, skeleton, found.there, lines)
+    if joints is None:
+        warn_of_ends(motion.skeleton, skeleton, found, at_rest)
+    report = f"orientations, {found.in_words()}, directions within {round(apart, 2):g}°{in_words(skeleton, at_rest)}"
     return replace(result, root_positions=_root_positions(motion, result, found, factor)), report
 
 
@@ -223,4 +232,6 @@ def _by_positions(
     result = replace(
         fitted.to_motion(motion.frame_rate, motion.up), frame_numbers=motion.frame_numbers, root_name=motion.root_name
     )
-    return result, f"positions, {count} within {round(100.0 * float(np.nanmax(fitted.residuals)), 2):g} cm"
+    at_rest = joints_at_rest(skeleton, movers_of(skeleton, np.flatnonzero(pairs.placed)))
+    apart = round(100.0 * float(np.nanmax(fitted.residuals)), 2)
+    return result, f"positions, {count} within {apart:g} cm{in_words(skeleton, at_rest)}"

@@ -4,6 +4,9 @@ A table has the names of the left side and of the middle; those of the right fol
 landmark, the place on a person, at which the joint is: the joint itself, not its bone, as the same word is the shoulder
 in one rig and the end of the collarbone in another. Joints between landmarks, and others, are `OTHER`: they help to
 know the rig, and those of trunk and neck become counterparts by their place along it.
+
+Names of the ends of chains, "Head_end" and the like, are those of whoever wrote or read the file, and of no rig: they
+are in no table, and are landmarks by the joint that they end, see `ENDS`.
 """
 
 from collections.abc import Mapping
@@ -18,6 +21,9 @@ HAND = "hand"  # a point of the hand that shows its direction from the wrist
 HEAD = "head"  # the joint between neck and head
 HEAD_TOP, HEAD_CENTER = "head_top", "head_center"
 OTHER = ""
+ENDS = {WRIST: HAND, HEAD: HEAD_TOP, BALL: TOE}  # of a chain whose last joint is there
+# What names of ends have after that of the joint: End Sites as the reader names them, Blender's leaf bones, 3ds Max's.
+END_NAMES = ("end", "nub")
 
 Frame = Literal["own", "parent"]
 
@@ -53,8 +59,8 @@ CMU_BONES_AS_BVH = Rig(
     "skpose.io.save_bvh: each joint has the name of the bone that begins at it",
     {"lhipjoint": OTHER, "lfemur": HIP, "ltibia": KNEE, "lfoot": ANKLE, "ltoes": BALL}
     | {"lclavicle": COLLAR, "lhumerus": SHOULDER, "lradius": ELBOW, "lwrist": OTHER, "lhand": WRIST}
-    | {"lfingers": HAND, "lthumb": OTHER, "ltoes_end": TOE},
-    dict.fromkeys((*_ASF_MIDDLE, "upperneck"), OTHER) | {"head": HEAD, "head_end": HEAD_TOP},
+    | {"lfingers": HAND, "lthumb": OTHER},
+    dict.fromkeys((*_ASF_MIDDLE, "upperneck"), OTHER) | {"head": HEAD},
     "parent",
 )
 _ARM = {"LeftShoulder": COLLAR, "LeftArm": SHOULDER, "LeftForeArm": ELBOW, "LeftHand": WRIST}
@@ -64,24 +70,24 @@ CMU_BVH = Rig(
     "B. Hahne's conversion for MotionBuilder, http://cgspeed.com: LHipJoint, LowerBack, Neck1, LeftFingerBase, LThumb",
     _ARM
     | _LEG
-    | {"LHipJoint": OTHER, "LeftToeBase": BALL, "LeftToeBase_end": TOE, "LeftFingerBase": OTHER}
+    | {"LHipJoint": OTHER, "LeftToeBase": BALL, "LeftFingerBase": OTHER}
     # LeftFingerBase is at LeftHand, and the bone to LeftHandIndex1 is the hand.
     | {"LeftHandIndex1": HAND, "LThumb": OTHER},
-    dict.fromkeys(("LowerBack", "Spine", "Spine1", "Neck", "Neck1"), OTHER) | {"Head": HEAD, "Head_end": HEAD_TOP},
+    dict.fromkeys(("LowerBack", "Spine", "Spine1", "Neck", "Neck1"), OTHER) | {"Head": HEAD},
 )
 BANDAI_NAMCO = Rig(
     "Bandai-Namco",
     "Bandai-Namco-Research-Motiondataset, https://github.com/BandaiNamcoResearchInc/Bandai-Namco-Research-Motiondataset"
     "; with other spelling Unity's HumanBodyBones, https://docs.unity3d.com/400/Documentation/ScriptReference/HumanBodyBones.html",
-    {"Shoulder_L": COLLAR, "UpperArm_L": SHOULDER, "LowerArm_L": ELBOW, "Hand_L": WRIST, "Hand_L_end": HAND}
-    | {"UpperLeg_L": HIP, "LowerLeg_L": KNEE, "Foot_L": ANKLE, "Toes_L": BALL, "Toes_L_end": TOE},
-    dict.fromkeys(("Hips", "Spine", "Chest", "UpperChest", "Neck"), OTHER) | {"Head": HEAD, "Head_end": HEAD_TOP},
+    {"Shoulder_L": COLLAR, "UpperArm_L": SHOULDER, "LowerArm_L": ELBOW, "Hand_L": WRIST}
+    | {"UpperLeg_L": HIP, "LowerLeg_L": KNEE, "Foot_L": ANKLE, "Toes_L": BALL},
+    dict.fromkeys(("Hips", "Spine", "Chest", "UpperChest", "Neck"), OTHER) | {"Head": HEAD},
 )
 LAFAN1 = Rig(
     "LAFAN1",
     "Ubisoft La Forge Animation Dataset, https://github.com/ubisoft/ubisoft-laforge-animation-dataset",
-    _ARM | _LEG | {"LeftToe": BALL, "LeftToe_end": TOE, "LeftHand_end": HAND},
-    dict.fromkeys(("Hips", "Spine", "Spine1", "Spine2", "Neck"), OTHER) | {"Head": HEAD, "Head_end": HEAD_TOP},
+    _ARM | _LEG | {"LeftToe": BALL},
+    dict.fromkeys(("Hips", "Spine", "Spine1", "Spine2", "Neck"), OTHER) | {"Head": HEAD},
 )
 MIXAMO = Rig(
     "Mixamo",
@@ -107,17 +113,14 @@ ROKOKO = Rig(
     "Rokoko",
     "Rokoko Studio's export in the format Newton, "
     "https://github.com/DADIU-2019-Team-4/MoMa/blob/master/Assets/Scripts/PMAnimation/BoneType.cs",
-    _ARM
-    | {"LeftThigh": HIP, "LeftShin": KNEE, "LeftFoot": ANKLE, "LeftToe": BALL, "LeftToeTip": TOE}
-    | {"LeftHand_end": HAND, "LeftToe_end": TOE},
-    dict.fromkeys(("Hips", "Spine1", "Spine2", "Spine3", "Spine4", "Neck"), OTHER)
-    | {"Head": HEAD, "Head_end": HEAD_TOP},
+    _ARM | {"LeftThigh": HIP, "LeftShin": KNEE, "LeftFoot": ANKLE, "LeftToe": BALL, "LeftToeTip": TOE},
+    dict.fromkeys(("Hips", "Spine1", "Spine2", "Spine3", "Spine4", "Neck"), OTHER) | {"Head": HEAD},
 )
 ROKOKO_STUDIO = Rig(
     "Rokoko Studio Live",
     "https://github.com/Rokoko/rokoko-studio-live-blender/blob/master/core/animation_lists.py",
     {"leftShoulder": COLLAR, "leftUpperArm": SHOULDER, "leftLowerArm": ELBOW, "leftHand": WRIST}
-    | {"leftUpLeg": HIP, "leftLeg": KNEE, "leftFoot": ANKLE, "leftToe": BALL, "leftToeEnd": TOE},
+    | {"leftUpLeg": HIP, "leftLeg": KNEE, "leftFoot": ANKLE, "leftToe": BALL},
     dict.fromkeys(("hip", "spine", "chest", "neck"), OTHER) | {"head": HEAD},
 )
 XSENS_BVH = Rig(
@@ -125,17 +128,24 @@ XSENS_BVH = Rig(
     "Xsens MVN's export as BVH, "
     "https://github.com/YanjieZe/GMR/blob/master/general_motion_retargeting/ik_configs/xsens_bvh_to_g1.json; the names "
     "that character studio reads, http://www.character-studio.net/bvh_file_specification.htm",
-    {"LeftCollar": COLLAR, "LeftShoulder": SHOULDER, "LeftElbow": ELBOW, "LeftWrist": WRIST, "LeftWrist_end": HAND}
-    | {"LeftHip": HIP, "LeftKnee": KNEE, "LeftAnkle": ANKLE, "LeftToe": BALL, "LeftToe_end": TOE},
-    dict.fromkeys(("Hips", "Chest", "Chest2", "Chest3", "Chest4", "Neck"), OTHER)
-    | {"Head": HEAD, "Head_end": HEAD_TOP},
+    {"LeftCollar": COLLAR, "LeftShoulder": SHOULDER, "LeftElbow": ELBOW, "LeftWrist": WRIST}
+    | {"LeftHip": HIP, "LeftKnee": KNEE, "LeftAnkle": ANKLE, "LeftToe": BALL},
+    dict.fromkeys(("Hips", "Chest", "Chest2", "Chest3", "Chest4", "Neck"), OTHER) | {"Head": HEAD},
+)
+ANIMATED_DRAWINGS = Rig(
+    "AnimatedDrawings",
+    "CMU's bones with names of character studio, https://github.com/facebookresearch/AnimatedDrawings, examples/bvh",
+    {"LeftCollar": COLLAR, "LeftShoulder": SHOULDER, "LeftElbow": ELBOW, "LeftWrist": WRIST, "LFingers": HAND}
+    | {"LeftHip": HIP, "LeftKnee": KNEE, "LeftAnkle": ANKLE, "LeftToe": BALL}
+    | {"LHipJoint": OTHER, "lhand": OTHER, "LThumb": OTHER},
+    dict.fromkeys(("Hips", "lowerback", "Chest", "Chest2", "lowerneck", "Neck"), OTHER) | {"Head": HEAD},
 )
 CHARACTER_STUDIO = Rig(
     "character studio",
     "the other names of its BVH files, http://www.character-studio.net/bvh_file_specification.htm",
-    {"LeftCollar": COLLAR, "LeftUpArm": SHOULDER, "LeftLowArm": ELBOW, "LeftHand": WRIST, "LeftHand_end": HAND}
+    {"LeftCollar": COLLAR, "LeftUpArm": SHOULDER, "LeftLowArm": ELBOW, "LeftHand": WRIST}
     | {"LeftUpLeg": HIP, "LeftLowLeg": KNEE, "LeftFoot": ANKLE},
-    dict.fromkeys(("Hips", "Chest", "Neck"), OTHER) | {"Head": HEAD, "Head_end": HEAD_TOP},
+    dict.fromkeys(("Hips", "Chest", "Neck"), OTHER) | {"Head": HEAD},
 )
 XSENS = Rig(
     "Xsens MVN",
@@ -173,8 +183,9 @@ MEDIAPIPE33 = Rig(
     LAYOUT.format("mediapipe33"),
     _POINTS
     | _FACE
-    | dict.fromkeys(("left_eye_inner", "left_eye_outer", "mouth_left", "left_pinky", "left_index", "left_thumb"), OTHER)
-    | {"left_heel": OTHER, "left_foot_index": TOE},
+    | dict.fromkeys(("left_eye_inner", "left_eye_outer", "mouth_left", "left_pinky", "left_thumb"), OTHER)
+    # The knuckle of the index finger, some 10° from the middle of the hand.
+    | {"left_index": HAND, "left_heel": OTHER, "left_foot_index": TOE},
     dict.fromkeys(("nose", "pelvis", "neck"), OTHER),
 )
 # Its neck is between nose and neck, its head the top of the head.
@@ -252,9 +263,8 @@ HUMANOID_AS_BVH = Rig(
     "humanoid as BVH",
     "skpose.io.save_bvh: each joint has the name of the bone that begins at it",
     {"left_pelvis": OTHER, "left_thigh": HIP, "left_shank": KNEE, "left_foot": ANKLE, "left_toes": BALL}
-    | {"left_clavicle": COLLAR, "left_upper_arm": SHOULDER, "left_forearm": ELBOW, "left_hand": WRIST}
-    | {"left_hand_end": HAND, "left_toes_end": TOE},
-    dict.fromkeys(("abdomen", "chest", "neck"), OTHER) | {"head": HEAD, "head_end": HEAD_TOP},
+    | {"left_clavicle": COLLAR, "left_upper_arm": SHOULDER, "left_forearm": ELBOW, "left_hand": WRIST},
+    dict.fromkeys(("abdomen", "chest", "neck"), OTHER) | {"head": HEAD},
     "parent",
 )
 
@@ -262,6 +272,7 @@ RIGS = (
     *(CMU, CMU_BONES_AS_BVH, CMU_BVH, HDM05, BANDAI_NAMCO, LAFAN1, MIXAMO, SMPL, ROKOKO, ROKOKO_STUDIO),
     *(
         XSENS_BVH,
+        ANIMATED_DRAWINGS,
         CHARACTER_STUDIO,
         XSENS,
         UNREAL,

@@ -10,7 +10,7 @@ import re
 import numpy as np
 import pytest
 from conftest import in_space
-from rigs import LIMBS, POINTS, RIGS, file_of, limbs_of, motion_of, random_segments
+from rigs import LIMBS, POINTS, RIGS, file_of, limbs_of, motion_of, other_side, random_segments
 
 from skpose import Bone, Motion, Skeleton
 from skpose.datasets import MotionDataset, humanoid, make_gait
@@ -106,7 +106,9 @@ def test_limbs_keep_their_directions_between_rigs(files, here, there):
     if here == there:
         assert dataset.retargeting == ("same numbers",)
     else:
-        assert re.match(r"orientations, 2\d of [23]\d joints, directions within [\d.]+°$", dataset.retargeting[0])
+        assert re.match(
+            r"orientations, 2\d of [23]\d joints, directions within [\d.]+°(; at rest: .*)?$", dataset.retargeting[0]
+        )
     # Worlds stay: z is up in the result of a file with z up. Only in the rest pose axes are others.
     assert degrees(a, b).max() < 1e-5
     limbs = [(limbs_of(here)[key], limbs_of(there)[key]) for key in limbs_of(here)]
@@ -218,8 +220,9 @@ def test_people_of_another_size(files):
 def test_a_person_whose_joints_are_hinges(files):
     """Positions of the limbs, and of the feet and the head, are reached; those of the trunk have no part in it."""
     dataset = MotionDataset([files["Mixamo"][0]]).retarget(humanoid(), method="auto", scale="lengths")
-    assert re.match(r"positions, 15 of 22 joints within [\d.]+ cm$", dataset.retargeting[0])
-    assert float(dataset.retargeting[0].split()[-2]) < 12.0
+    found = re.match(r"positions, 15 of 22 joints within ([\d.]+) cm; at rest: (.*)$", dataset.retargeting[0])
+    assert float(found[1]) < 12.0
+    assert set(found[2].split(", ")) == {"head", *(f"{side}_{end}" for side in SIDES for end in ("hand", "toes"))}
     assert repr(dataset) == "MotionDataset(1 motions; retargeted by 1 positions, 15 of 22 joints or more)"
 
 
@@ -494,3 +497,122 @@ def test_tables_name_each_place_once_and_their_source(table):
     assert set(LIMBS) <= set(marks)
     doubled = {mark for mark in marks if marks.count(mark) > 1}
     assert doubled <= {"toe", "hand"}  # as files without fingers have other names for them
+
+
+# --- the ends of hands, feet and head --------------------------------------------------------------------------------
+
+ENDS_OF = [("ankle", "ball"), ("ball", "toe"), ("wrist", "hand"), ("head", "top")]
+# What the reader names End Sites, and what other programs do; the last joints of each rig's file without fingers.
+END_SITES = {"reader": "{}_end", "Blender": "{}_End", "together": "{}End", "3ds Max": "{}Nub"}
+
+
+def without_fingers(name):
+    """A rig of `rigs` whose hands end after the wrist, feet after the ball and the head after its joint."""
+    rig = RIGS[name]
+    arm = [row for row in rig.arm if row[1] in ("collar", "shoulder", "elbow", "wrist", "")][:4]
+    leg = [row for row in rig.leg if row[1] != "toe" and row[2]]
+    neck = [row for row in rig.neck if row[1] != "top" and row[2]]
+    return rig, arm, neck, leg
+
+
+@pytest.mark.parametrize("end", END_SITES)
+@pytest.mark.parametrize("name", RIGS)
+def test_ends_of_hands_feet_and_head_are_known_without_fingers(name, end):
+    """Every rig, whose file names its End Sites after the last joint of each chain."""
+    rig, arm, neck, leg = without_fingers(name)
+    if not END_SITES[end].startswith("{}_") and rig.sides[0] in ("_L", "_l"):
+        return  # the side would stand within a word
+
+    def row_of(last, point):
+        return END_SITES[end].format(last[0]), point, "" if end == "reader" else last[2]
+
+    rig = rig._replace(
+        arm=[*arm, row_of(arm[-1], "hand")], neck=[*neck, row_of(neck[-1], "top")], leg=[*leg, row_of(leg[-1], "toe")]
+    )
+    text, where = file_of(rig, SEGMENTS)
+    motion = load_bvh(io.StringIO(text), scale=0.01, up=rig.up)
+    # The directions of our own person, on balls, against positions of the file that are known without the library.
+    balls = Skeleton(b._replace(dofs="rotvec" if b.dofs else "", limits=None) for b in humanoid().bones)
+    found = positions_by_name(retarget(motion, balls, method="orientations"))
+    lasts = {point: row[0] for row in (*rig.arm, *rig.leg, *rig.neck) for point in row[1:2]}
+    ours = {"ankle": "shank", "ball": "foot", "toe": "toes", "wrist": "forearm", "hand": "hand"}
+    for start, stop in ENDS_OF:
+        for side in SIDES if start != "head" else [""]:
+            old = [lasts[point] for point in (start, stop)]
+            new = [f"{side}_{ours[point]}" for point in (start, stop)] if side else ["neck", "head"]
+            if side == "right":
+                old = [other_side(one, rig) for one in old]
+            a, b = (x[pair[1]] - x[pair[0]] for x, pair in ((where, old), (found, new)))
+            a, b = (x / np.linalg.norm(x, axis=1, keepdims=True) for x in (a, b))
+            assert degrees(a, b).max() < 1e-4, (start, stop, side)
+
+
+def test_a_mixamo_file_without_fingers_is_mixamo():
+    """Its End Sites are as those of LAFAN1, whose other names all are Mixamo's too: LeftToe_End is no LeftToe_end."""
+    rig, arm, neck, leg = without_fingers("Mixamo")
+    rig = rig._replace(
+        arm=[*arm, ("mixamorig:LeftHand_end", "hand", "")],
+        neck=[*neck, ("mixamorig:Head_end", "top", "")],
+        leg=[*leg, ("mixamorig:LeftToe_End", "toe", "toe")],
+    )
+    for prefix in ("mixamorig:", ""):
+        text, _ = file_of(rig, SEGMENTS, rename=lambda name, prefix=prefix: name.replace("mixamorig:", prefix))
+        skeleton = load_bvh(io.StringIO(text), scale=0.01).skeleton
+        found = find_landmarks(skeleton)
+        names = {mark: skeleton.joint_names[j].removeprefix("mixamorig:") for mark, j in found.joints.items()}
+        assert (found.rig, names["left_ball"], names["left_toe"]) == ("Mixamo", "LeftToeBase", "LeftToe_End")
+        assert (names["left_hand"], names["head_top"]) == ("LeftHand_end", "Head_end")
+        there = find_counterparts(cmu_person(), skeleton)
+        assert there[f"{prefix}LeftToeBase"] == "lfoot"
+
+
+def feet(point):
+    """The rig of LAFAN1 without a joint at the ball: its foot ends at a point of the person."""
+    return RIGS["LAFAN1"]._replace(
+        leg=[*RIGS["LAFAN1"].leg[:3], ("LeftFoot_end", point, "")], whole=RIGS["Mixamo"].whole
+    )
+
+
+def test_a_foot_without_a_ball_ends_at_the_toe_where_it_points_forward(files):
+    """The sole, from the ankle to the toe, keeps its direction in both ways; an end at the floor shows none."""
+    text, where = file_of(feet("toe"), SEGMENTS)
+    short = load_bvh(io.StringIO(text), scale=0.01)
+    balls = Skeleton(b._replace(dofs="rotvec" if b.dofs else "", limits=None) for b in humanoid().bones)
+    for target, ankle, toe in (
+        (files["Mixamo"][0].skeleton, "mixamorig:{}Foot", "mixamorig:{}Toe_End"),
+        (files["Unreal"][0].skeleton, "foot_{}", "ball_{}_end"),
+        (balls, "{}_shank", "{}_toes"),
+    ):
+        found = positions_by_name(retarget(short, target, method="orientations"))
+        for side in SIDES:
+            word = {"m": side.capitalize(), "f": side[0], "{": side}[ankle[0]]
+            a = where[f"{side.capitalize()}Foot_end"] - where[f"{side.capitalize()}Foot"]
+            b = found[toe.format(word)] - found[ankle.format(word)]
+            a, b = (x / np.linalg.norm(x, axis=1, keepdims=True) for x in (a, b))
+            assert degrees(a, b).max() < 1e-4
+    text, _ = file_of(feet("floor"), SEGMENTS)
+    down = find_landmarks(load_bvh(io.StringIO(text), scale=0.01).skeleton)
+    assert not any("toe" in mark or "ball" in mark for mark in down.joints)
+
+
+def test_what_stays_at_rest_is_said(files, capsys):
+    """Feet that end at the floor say nothing about the direction of a foot: it stays, with a warning and by name."""
+    text, _ = file_of(feet("floor"), SEGMENTS)
+    down = load_bvh(io.StringIO(text), scale=0.01).skeleton
+    motion = make_gait(1, 1, random_state=0).motions[0][:5]
+    message = r"'LeftFoot', 'RightFoot' stay at rest.*pass joints=, .* such as 'left_foot', 'right_foot'"
+    with pytest.warns(UserWarning, match=message):
+        result = retarget(motion, down, method="orientations", verbose=1)
+    assert capsys.readouterr().out.endswith("°; at rest: LeftFoot, RightFoot\n")
+    columns = [i for i, name in enumerate(down.dof_names) if "Foot" in name]
+    np.testing.assert_array_equal(result.angles[:, columns], 0.0)
+    with pytest.warns(UserWarning, match=message):
+        report = MotionDataset([motion]).retarget(down, method="orientations").retargeting[0]
+    assert report.endswith("; at rest: LeftFoot, RightFoot")
+    # Given counterparts are the user's own: no warning. The report says what stays at rest all the same.
+    joints = find_counterparts(motion.skeleton, down)
+    retarget(motion, down, method="orientations", joints=joints, verbose=1)
+    assert capsys.readouterr().out.endswith("at rest: LeftFoot, RightFoot\n")
+    # A thumb that has no counterpart is no hand: no warning. What moves is not named, whatever carries no bone neither.
+    retarget(files["Mixamo"][0], files["CMU as BVH"][0].skeleton, method="orientations", verbose=1)
+    assert "Hand" not in capsys.readouterr().out.partition("at rest")[2]
