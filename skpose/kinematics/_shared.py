@@ -5,7 +5,6 @@ from skpose.kinematics._forward import jacobians_of, weighted_positions
 from skpose.kinematics._landmarks import Landmarks, common_parent, find_landmarks
 from skpose.kinematics._lines import find_carriers, find_movers
 from skpose.kinematics._orientations import rotations_since_zero
-from skpose.kinematics._landmarks import Landmarks, find_landmarks
 from skpose.kinematics._retarget import UNCHANGED, Method, retarget_and_report
 from skpose.kinematics._tree import (
     counted_joints,
@@ -27,7 +26,6 @@ __all__ = [
     "find_carriers",
     "find_landmarks",
     "find_movers",
-    "find_landmarks",
     "from_tree_order",
     "jacobian_at",
     "jacobians_of",
