@@ -9,10 +9,10 @@ the standard deviation of the difference and its mean (the offset: zero is the s
 there), in degrees, and the range of OpenSim's. The plain angle between the markers of hip, knee and ankle is the
 control for the knee.
 
-With CMU's walks: hip and knee over the strides that `segment_repetitions` finds, the median over them, and its peak and
-range beside published norms (M. P. Kadaba et al., 1990, doi:10.1002/jor.1100080310; J. Perry, "Gait Analysis", 1992:
-knee flexion reaches about 60°, the hip moves through about 40°). Without a folder, generated
-walks, whose angles say nothing about people.
+With CMU's walks: hip and knee of both sides over the cycle of the gait, from the contact of a foot to its next one, the
+median over all cycles of a person, and its peak and range beside published norms (M. P. Kadaba et al., 1990,
+doi:10.1002/jor.1100080310; J. Perry, "Gait Analysis", 1992: knee flexion reaches about 60°, the hip moves through about
+40°). Without a folder, generated walks on feet that stand, whose angles say nothing about people.
 """
 
 import warnings
@@ -20,13 +20,13 @@ from pathlib import Path
 
 import common
 import numpy as np
+from cycles import stand
 
 from skpose import inverse_kinematics
-from skpose.biomechanics import joint_angles
+from skpose.biomechanics import gait_events, joint_angles
 from skpose.datasets import load_cmu, make_gait
 from skpose.io import load_trc
 from skpose.keypoints import fit_skeleton, layouts
-from skpose.motions import segment_repetitions
 
 LAYOUT = layouts["opencap_mocap55"]
 MIDDLE = {
@@ -99,14 +99,12 @@ def against_opensim(folder):
 
 
 def cycles_of(angles, motion):
-    """Hip and knee of the left side in 101 phases of each repetition, degrees."""
-    found = segment_repetitions(motion, random_state=0)
-    phases = np.linspace(0.0, 1.0, 101)
-    for start, stop in zip(found.starts, found.stops, strict=True):
-        at = start + phases * (stop - start - 1)
-        yield [
-            np.interp(at, np.arange(len(motion)), angles[name]) for name in ("hip_flexion_left", "knee_flexion_left")
-        ]
+    """Hip and knee in 101 phases of each stride of a foot, degrees."""
+    events = gait_events(motion)
+    for first, _, last in events.strides:
+        side, at = events.feet[first], np.linspace(events.frames[first], events.frames[last], 101)
+        names = [f"hip_flexion_{side}", f"knee_flexion_{side}"]
+        yield [np.interp(at, np.arange(len(motion)), angles[name]) for name in names]
 
 
 def against_norm(options):
@@ -115,7 +113,7 @@ def against_norm(options):
         dataset = dataset[dataset.actions == "walk"]
         motions, subjects = list(dataset.motions), list(dataset.subjects)
     else:
-        motions = make_gait(3, 2, activities=["walk"], random_state=0).motions
+        motions = [stand(motion) for motion in make_gait(3, 2, activities=["walk"], random_state=0).motions]
         subjects = [str(i) for i in range(len(motions))]
     if options.quick:
         motions, subjects = motions[:3], subjects[:3]
