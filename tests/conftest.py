@@ -86,6 +86,16 @@ def hdm05(hdm05_folder):
     return load_hdm05(hdm05_folder)
 
 
+@pytest.fixture(scope="session")
+def opensim_folder():
+    """The folder of markers and OpenSim's angles named by SKPOSE_OPENSIM; a wrong folder is a failure."""
+    folder = os.environ.get("SKPOSE_OPENSIM")
+    if folder is None:
+        pytest.skip("SKPOSE_OPENSIM does not name a folder of markers with OpenSim's angles")
+    assert list(Path(folder).glob("*_ik.mot")), f"SKPOSE_OPENSIM={folder} has no files named *_ik.mot"
+    return Path(folder).resolve()
+
+
 ANGLES = "xyz", "ZXY", "", "y", "xz", "ZY", "yxz", "X", "YZX", "zy", "XZY", "zyx"
 MIXED = "rotvec", "ZXY", "", "y", "rotvec", "rotvec", "rotvec", "X", "YZX", "zy", "rotvec", "rotvec"
 

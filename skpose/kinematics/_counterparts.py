@@ -67,8 +67,9 @@ def find_counterparts(source: Skeleton, target: Skeleton) -> dict[str, str]:
     Where all joints of one skeleton have their names in the other, joints of equal names are counterparts.
     Otherwise, if both are people of known rigs, those that are at the same place of a person. Known are the names
     of CMU and HDM05 (as ASF and as BVH), Bandai-Namco, LAFAN1, Mixamo, SMPL, Rokoko, Xsens, Unreal, 3ds Max's
-    Biped, AnimatedDrawings, of `skpose.keypoints.layouts` and of `skpose.datasets.humanoid`: with any prefix that all names of a
-    skeleton have, such as "mixamorig:" and "Bip01 ", any spelling of left and right, and in any case.
+    Biped, AnimatedDrawings, of `skpose.keypoints.layouts` and of `skpose.datasets.humanoid`: with any prefix that
+    all names of a skeleton have, such as "mixamorig:" and "Bip01 ", any spelling of left and right, and in any
+    case.
 
     Names alone do not suffice: "LeftShoulder" is the shoulder in one rig and the beginning of the collarbone in
     another. A skeleton is of a rig if all names of both legs or of both arms are the rig's, if these joints follow

@@ -8,9 +8,10 @@ import sklearn
 from scipy.spatial.transform import Rotation
 
 from skpose import Bone, Motion, Skeleton, inverse_kinematics
-from skpose.biomechanics import joint_angles
+from skpose.biomechanics import gait_events, joint_angles
 from skpose.datasets import humanoid
-from skpose.io import load_bvh, load_motion, save_bvh
+from skpose.io import load_bvh, load_motion, load_trc, save_bvh
+from skpose.keypoints import fit_skeleton, layouts
 from skpose.kinematics import forward_kinematics
 
 SIDES = ("left", "right")
@@ -488,3 +489,53 @@ def test_the_humanoid_and_its_file_agree(tmp_path):
     save_bvh(tmp_path / "m.bvh", motion)
     read = joint_angles(load_motion(tmp_path / "m.bvh"))
     assert_same(angles, read, 1e-5, [name for name in angles.names if name in read.names])
+
+
+@pytest.mark.slow
+def test_markers_give_the_angles_of_opensim(opensim_folder):
+    """Hips and knees of a person who walks and squats; the knee as well as the plain angle between three markers."""
+    layout = layouts["opencap_mocap55"]
+
+    def keypoints(name):
+        return layout.keypoints(load_trc(opensim_folder / f"{name}.trc"), absent="unseen")
+
+    standing = keypoints("static1")
+    skeleton = fit_skeleton(standing, layout)
+    zero = inverse_kinematics(standing, skeleton).to_motion()
+    for name in ("walking1", "squats1"):
+        given = keypoints(name)
+        angles = joint_angles(inverse_kinematics(given, skeleton).to_motion(), zero=zero)
+        text = (opensim_folder / f"{name}_ik.mot").read_text().partition("endheader")[2].strip().splitlines()
+        columns = text[0].split()
+        reference = np.degrees(np.loadtxt(text[1:]))
+        for side in SIDES:
+            letter = side[0]
+            hip, knee, ankle = (
+                given.positions[:, given.names.index(f"{letter.upper()}_{mark}")] for mark in ("HJC", "knee", "ankle")
+            )
+            thigh, shank = hip - knee, ankle - knee
+            thigh, shank = (each / np.linalg.norm(each, axis=1, keepdims=True) for each in (thigh, shank))
+            plain = 180.0 - np.degrees(np.arccos((thigh * shank).sum(axis=1)))
+            hip_theirs, knee_theirs = (
+                reference[:, columns.index(f"{mark}_{letter}")] for mark in ("hip_flexion", "knee_angle")
+            )
+            assert np.corrcoef(angles[f"hip_flexion_{side}"], hip_theirs)[0, 1] > 0.998
+            assert (angles[f"hip_flexion_{side}"] - hip_theirs).std() < 2.0
+            ours = np.corrcoef(angles[f"knee_flexion_{side}"], knee_theirs)[0, 1]
+            assert ours > np.corrcoef(plain, knee_theirs)[0, 1] > 0.99
+            assert (angles[f"knee_flexion_{side}"] - knee_theirs).std() < 3.5
+        assert np.corrcoef(angles["pelvis_rotation"], reference[:, columns.index("pelvis_rotation")])[0, 1] > 0.8
+
+
+def test_walks_are_within_the_norm(cmu):
+    """Perry (1992): the knee bends to about 60° in swing, at about 70 % of the cycle, and the hip moves through 40°."""
+    for motion in cmu[cmu.actions == "walk"].motions[:3]:
+        angles, events = joint_angles(motion), gait_events(motion)
+        assert len(events.strides)
+        for first, _, last in events.strides:
+            side, start, stop = events.feet[first], events.frames[first], events.frames[last]
+            knee, hip = (angles[f"{name}_{side}"][start : stop + 1] for name in ("knee_flexion", "hip_flexion"))
+            assert 50.0 < knee.max() < 80.0
+            assert 0.6 < knee.argmax() / (stop - start) < 0.85
+            assert 35.0 < np.ptp(hip) < 70.0
+            assert hip.argmin() / (stop - start) == pytest.approx(0.55, abs=0.12)
