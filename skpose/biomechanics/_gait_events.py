@@ -150,8 +150,9 @@ def gait_events(motion: Motion, *, joints: Mapping[str, str] | None = None) -> G
     and lying down are no gait. Shuffling with shorter strides is not found, either.
 
     Against the force plates of four public recordings of walking, eight contacts at 60 to 240 Hz, foot contacts were
-    0 ± 26 ms off and foot offs 7 ± 9 ms early (mean ± standard deviation). The height of 0.06 legs is ours; runs were
-    not compared with force plates.
+    0 ± 26 ms off and foot offs 7 ± 9 ms early (mean ± standard deviation). The height of 0.06 legs is
+    ours, chosen on these recordings and on CMU's runs, of which the feet stand for 32 to 37 % of the stride with it and
+    42 to 46 % without. So the errors are no forecast for other recordings; runs were not compared with force plates.
 
     References
     ----------

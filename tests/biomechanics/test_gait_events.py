@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 from walkers import SKELETON, walk
 
 from skpose import Motion, Skeleton
@@ -152,6 +151,14 @@ def test_a_part_of_a_recording_has_the_events_of_the_whole():
     assert np.abs(expected.times - within[:, None]).min(axis=1).max() < 0.002
 
 
+def test_times_are_those_of_the_motion():
+    motion = walk()
+    late = replace(motion, frame_numbers=motion.frame_numbers + 500)
+    expected, found = gait_events(motion), gait_events(late)
+    np.testing.assert_allclose(found.times, expected.times + 5.0, atol=1e-9)
+    np.testing.assert_array_equal(found.frames, expected.frames)
+
+
 def test_names_of_joints_may_be_given():
     motion = walk()
     names = {name: f"b{i}" for i, name in enumerate(SKELETON.joint_names)}
@@ -214,12 +221,6 @@ def feet_together(duration=6.0, rate=100.0, travel=1.0):
     return replace(motion, angles=angles, root_positions=travel * motion.root_positions)
 
 
-def about_the_vertical(motion, angle):
-    """The same movement of a pelvis that faces elsewhere, the legs with it, but travels as before."""
-    facing = Rotation.from_euler("y", angle) * Rotation.from_euler(motion.root_axes, motion.root_angles)
-    return replace(motion, root_angles=facing.as_euler(motion.root_axes))
-
-
 def still(n=300):
     return Motion(SKELETON, np.zeros((n, SKELETON.n_dofs)), 100, np.linspace([0, 0.9, 0], [0, 0.9, 0.3], n))
 
@@ -259,10 +260,20 @@ CONTROLS = {
     "noise": noise(0, 0.0001),
     "noise that wanders": noise(1, 0.02),
     **{f"smooth noise {seed}": smooth_noise(seed) for seed in range(12)},
-    "backwards": about_the_vertical(walk(), np.pi),
-    "sideways": about_the_vertical(walk(), np.pi / 2),
+    "backwards": walk(facing=np.pi),
+    "sideways": walk(facing=np.pi / 2, step=0.4),
     "too short": walk(duration=1.0),
 }
+
+
+def test_small_turns_of_the_pelvis_are_gait():
+    assert mean_of(gait_parameters(walk(facing=0.5, step=0.5)), "cadence") == pytest.approx(110.0, abs=0.2)
+
+
+@pytest.mark.parametrize("facing", [np.pi, np.pi / 2])
+def test_the_reason_names_the_direction(facing):
+    reason = gait_events(walk(facing=facing, step=0.4)).reason
+    assert reason == f"the feet move in a direction {np.degrees(facing):.0f}° away from that in which the pelvis faces"
 
 
 @pytest.mark.parametrize("name", CONTROLS)

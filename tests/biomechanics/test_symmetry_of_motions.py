@@ -144,8 +144,17 @@ def test_the_tilt_of_the_root_is_a_joint_if_it_is_asked_for():
     lean = np.radians(8.0) * np.ones((len(motion), 1))
     motion = replace(motion, root_angles=lean, root_axes="z")
     assert np.nanmax(symmetry(motion).positions) < 1e-12
-    first = symmetry(motion.with_root("tilt")).joint_asymmetries("rotation")[0]
+    found = symmetry(motion.with_root("tilt"))
+    first = found.joint_asymmetries("rotation")[0]
     assert (first.joint, round(first.largest, 6)) == ("root", 16.0)
+    assert np.isnan(found.directions[:, found.joints.index("root")]).all()  # of no length
+
+
+def test_weights_of_joints_have_no_effect():
+    motion = with_angle(stride(), "left_shank_rx", 0.1)
+    weights = dict.fromkeys(PERSON.joint_names, 0.5) | {"left_hand": 0.0}
+    other = symmetry(replace(motion, skeleton=PERSON.with_weights(weights)))
+    np.testing.assert_array_equal(symmetry(motion).positions, other.positions)
 
 
 def test_euler_angles_and_rotation_vectors_are_equal():

@@ -41,11 +41,22 @@ def rotation_about(axis, angles):
 
 
 def walk(
-    step=0.6, cadence=110.0, stance=0.62, width=0.12, duration=6.0, rate=100.0, turn=0.0, phase=0.5, up="y", heading=0.0
+    step=0.6,
+    cadence=110.0,
+    stance=0.62,
+    width=0.12,
+    duration=6.0,
+    rate=100.0,
+    turn=0.0,
+    phase=0.5,
+    up="y",
+    heading=0.0,
+    facing=0.0,
 ):
     """Return a motion of walking with steps (m), cadence (steps/min), share of stance, width (m) and turn (rad/s).
 
     `phase` is where in the stride of the left foot the right one comes down, and the left one comes down at time 0.
+    `facing` is by how much the person faces to the left of the path (rad): by π, one walks backwards.
     A foot is in the air with a constant velocity. The path begins at an angle `heading` (rad).
     """
     stride = 120.0 / cadence
@@ -64,7 +75,7 @@ def walk(
         return place, angle
 
     pelvis, yaw = path(times)
-    root = rotation_about([0.0, 1.0, 0.0], yaw)
+    root = rotation_about([0.0, 1.0, 0.0], yaw + facing)
     columns = []
     for sign, lag in ((1.0, 0.0), (-1.0, phase)):
         number = np.floor(times / stride - lag)
@@ -73,6 +84,7 @@ def walk(
         def stand(n, sign=sign, lag=lag):
             """Positions and headings of the foot in its stance n: where the path is in the middle of it."""
             place, angle = path((n + lag + stance / 2.0) * stride)
+            angle = angle + facing
             return place + rotation_about([0.0, 1.0, 0.0], angle).apply([sign * width / 2.0, ANKLE, 0.0]), angle
 
         here, there = stand(number), stand(number + 1.0)
