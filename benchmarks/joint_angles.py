@@ -10,7 +10,7 @@ there), in degrees, and the range of OpenSim's. The plain angle between the mark
 control for the knee.
 
 With CMU's walks: hip and knee of both sides over the cycle of the gait, from the contact of a foot to its next one, the
-median over all cycles of a person, and its peak and range beside published norms (M. P. Kadaba et al., 1990,
+median over all cycles of a person, and its peak and range next to published norms (M. P. Kadaba et al., 1990,
 doi:10.1002/jor.1100080310; J. Perry, "Gait Analysis", 1992: knee flexion reaches about 60°, the hip moves through about
 40°). Without a folder, generated walks on feet that stand, whose angles say nothing about people.
 """
@@ -93,8 +93,9 @@ def against_opensim(folder):
         print(f"{path.stem}: {fitted}")
         print(f"{'':34}{'r':>7}{'deviation':>11}{'offset':>9}{'range':>8}")
         for name, ours, theirs in pairs:
-            off = ours - theirs
-            r = np.corrcoef(ours, theirs)[0, 1]
+            seen = np.isfinite(ours)
+            off = (ours - theirs)[seen]
+            r = np.corrcoef(ours[seen], theirs[seen])[0, 1]
             print(f"{name:34}{r:7.4f}{off.std():10.1f}°{off.mean():8.1f}°{np.ptp(theirs):7.1f}°")
 
 

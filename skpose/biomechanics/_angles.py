@@ -4,7 +4,7 @@ Rotations are matrices (n, 3, 3) from the axes of the distal segment to those of
 as Grood and Suntay (1983) do, about the proximal z, then x, then the distal y. With the axes of the ISB these are
 flexion, adduction and internal rotation of a right limb. Left ones are mirrored, which reverses the last two.
 
-A limb of positions alone, with no point beside its line, shows flexion and adduction by its direction, but not how it
+A limb of positions alone, with no point off its line, shows flexion and adduction by its direction, but not how it
 is rotated about itself. Where the next segment is bent, its direction shows that too, if the joint between them is a
 hinge, as knee and elbow are.
 """
@@ -47,7 +47,7 @@ def direction_angles(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def pelvis_angles(rotations: np.ndarray) -> Three:
     """Return tilt, list and rotation of a pelvis, rotations (n, 3, 3), taken apart about y, x and z (Baker 2001).
 
-    The rotation comes first, so that tilt and list are those of the person, wherever it is headed.
+    The rotation comes first, so that tilt and list are those of the person, in any direction.
     """
     tilt = np.arctan2(rotations[:, 1, 0], rotations[:, 1, 1])
     lean = np.arcsin(np.clip(-rotations[:, 1, 2], -1.0, 1.0))
@@ -63,7 +63,7 @@ def elevation_angles(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.where(np.hypot(y[:, 0], y[:, 2]) < HANGING, np.nan, plane), elevation
 
 
-def unrotated(y: np.ndarray) -> np.ndarray:
+def set_upright(y: np.ndarray) -> np.ndarray:
     """Return axes (n, 3, 3) of segments with these y (n, 3) that have no rotation about them, in proximal axes.
 
     Directions to the side, where flexion is not defined, are taken as adduction alone.
@@ -80,8 +80,8 @@ def unrotated(y: np.ndarray) -> np.ndarray:
 def hinge_rotations(axes: np.ndarray, distal: np.ndarray, sign: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the rotation of segments about themselves that bends of a hinge show, rad, and the bends, degrees.
 
-    Axes (n, 3, 3) are those of `unrotated` segments, distal (n, 3) the y of the next ones in the same axes. The sign is
-    1 where a bend goes forward, as of an elbow, and -1 where it goes backward.
+    Axes (n, 3, 3) are those of `set_upright` segments, distal (n, 3) the y of the next ones in the same axes. The sign
+    is 1 where a bend goes forward, as of an elbow, and -1 where it goes backward.
     """
     y = axes[:, :, 1]
     hinge = sign * np.cross(y, distal)

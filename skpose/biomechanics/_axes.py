@@ -18,7 +18,9 @@ STILL = 10.0  # degrees up to which the segments of a standing person rotate abo
 # Two points are the ends of a joint's axis, such as the epicondyles of a knee, if the joint is in the middle of them,
 # and if their line is across the limb; relative to the distance between them, and the cosine.
 OFF_MIDDLE, ALONG = 0.2, 0.5
-BESIDE = 0.1  # distance of a thumb from the line of the hand, relative to its length, that shows where the palm is
+THUMB_OFF_LINE = (
+    0.1  # distance of a thumb from the line of the hand, relative to its length, that shows where the palm is
+)
 BEFORE = {"shank": "thigh", "forearm": "upper_arm", "hand": "forearm"}
 
 
@@ -28,7 +30,7 @@ class Reference(NamedTuple):
     turned: Turned  # of one frame
     body: np.ndarray  # (3, 3) its columns are the axes of the body: forward, up, to the right
     # (3,) of the axes of knees and ankles, "left_knee" and so on, to the right; of wrists, along which the thumb is
-    # beside the hand, to the right where palms face forward.
+    # next to the hand, to the right where palms face forward.
     lines: dict[str, np.ndarray]
     is_rest: bool  # whether it is the rest pose of the skeleton
 
@@ -171,7 +173,7 @@ def _thumb_of(skeleton: Skeleton, positions: np.ndarray, hand: Segment) -> np.nd
         along, across = positions[hand.end] - positions[hand.start], positions[j] - positions[hand.start]
         across = across - (across @ along) / max(float(along @ along), 1e-300) * along
         size = float(np.linalg.norm(across))
-        if above == hand.start and size > BESIDE * np.linalg.norm(along):
+        if above == hand.start and size > THUMB_OFF_LINE * np.linalg.norm(along):
             return across / size
     return None
 

@@ -39,6 +39,18 @@ class JointAngles:
         The rig by whose names the joints were found.
     missing : dict of str to str
         For each angle that is NaN in some frames, why.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from skpose import Motion
+    >>> from skpose.biomechanics import joint_angles
+    >>> from skpose.datasets import humanoid
+    >>> angles = joint_angles(Motion(humanoid(), np.zeros((5, 42)), frame_rate=30))
+    >>> angles
+    JointAngles(5 frames, 49 angles, 10 with NaN, zero: rest pose, humanoid)
+    >>> angles.missing["wrist_flexion_left"]
+    'no thumb next to the line of the hand shows where the palm is'
     """
 
     names: tuple[str, ...]
@@ -191,7 +203,7 @@ def joint_angles(
 
     *What is not shown is NaN.* Where two axes are parallel (within 3°), as of an arm held out to the side, flexion and
     rotation are one. A motion that is ``fitted`` to positions shows how a segment is rotated about itself only by
-    points beside its line, or where the next joint is bent by 15° and more, if that is a hinge: knees and elbows are
+    points off its line, or where the next joint is bent by 15° and more, if that is a hinge: knees and elbows are
     taken for hinges there. Else rotations are NaN. Files of rotations have them all; whether they were measured is not
     known, and BVH files of pose estimators have them too.
 

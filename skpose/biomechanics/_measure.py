@@ -15,7 +15,7 @@ from skpose.biomechanics._angles import (
     hinge_rotations,
     partly,
     pelvis_angles,
-    unrotated,
+    set_upright,
 )
 from skpose.biomechanics._axes import Reference, joint_axes, rest_axes, rotation_onto
 from skpose.biomechanics._segments import LIMBS, SIDES, Segment, Turned, turn_segments
@@ -49,9 +49,9 @@ HINGES = {"thigh": ("shank", -1.0), "upper_arm": ("forearm", 1.0)}  # the next s
 LOCKED = "flexion and rotation are one where the limb points to the side"
 HANGS = f"an arm that hangs within {np.degrees(HANGING):.0f}° of the trunk has no plane of elevation"
 STRAIGHT = f"positions do not show it; the next joint does where it is bent by {BENT:.0f}° and more"
-NO_POINTS = "positions show it only by points beside the line of the segment"
-PALM = "no thumb beside the line of the hand shows where the palm is"
-HINGE = "positions do not show it without points beside the line of the limb before, and the joint is taken for a hinge"
+NO_POINTS = "positions show it only by points off the line of the segment"
+PALM = "no thumb next to the line of the hand shows where the palm is"
+HINGE = "positions do not show it without points off the line of the limb before, and the joint is taken for a hinge"
 UPRIGHT_PELVIS = "tilt and rotation are one where the line of the hips is vertical"
 NO_TILT = "positions show of the pelvis only the line of the hips"
 
@@ -139,7 +139,7 @@ class _Joints:
             three, reasons[0] = three._replace(flexion=np.full_like(three.flexion, np.nan)), NO_TILT
         mirror = -1.0 if side == "left" else 1.0
         for name, angles, sign, reason in zip(names, three, (joint.sign, mirror, mirror), reasons, strict=True):
-            self.add(name, sign * angles, reason)
+            self.add(name, sign * angles + 0.0, reason)  # no −0
         if joint.name == "shoulder":
             y = (before.transpose(0, 2, 1) @ self.since[distal] @ at_distal)[:, :, 1] * [1.0, 1.0, mirror]
             plane, elevation = elevation_angles(y)
@@ -169,7 +169,7 @@ class _Joints:
     ) -> tuple[Three, list[str]]:
         """Measure a joint whose distal segment is a line; its rotation is that which the next joint shows, or NaN."""
         y = np.einsum("nji,nj->ni", before, self._upward(self.turned, distal))
-        axes = unrotated(y)
+        axes = set_upright(y)
         flexion, adduction = direction_angles(y)
         rotation, reason = np.full(len(y), np.nan), NO_POINTS
         following, way = HINGES.get(joint.distal, ("", 0.0))

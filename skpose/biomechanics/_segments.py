@@ -38,7 +38,7 @@ LANDMARKS = (
     *("head", "head_top", "head_center"),
 )
 # Distance of a point from the line of its segment, relative to the length of that, from which the point shows how the
-# segment is turned about the line. An epicondyle is 5 cm from the line of a thigh of 40 cm.
+# segment is rotated about the line. An epicondyle is 5 cm from the line of a thigh of 40 cm.
 OFF_LINE = 0.05
 
 

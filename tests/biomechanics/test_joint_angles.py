@@ -34,7 +34,7 @@ def person(arms="hanging", dofs="rotvec", spread=0.0, thumb=True, turned=None):
         outward = np.array([sign, 0.0, 0.0])
         leg = Rotation.from_rotvec([0.0, 0.0, sign * spread])
         along = {"hanging": -Y, "T": outward}[arms]
-        beside = Z  # the thumb: palms face the thighs where arms hang, down in a T-pose
+        thumbward = Z  # palms face the thighs where arms hang, down in a T-pose
         chain = [
             ("UpLeg", "Hips", 0.1 * outward),
             ("Leg", f"{side}UpLeg", leg.apply(-0.4 * Y)),
@@ -48,7 +48,7 @@ def person(arms="hanging", dofs="rotvec", spread=0.0, thumb=True, turned=None):
             ("Hand_end", f"{side}Hand", 0.1 * along),
         ]
         if thumb:
-            chain.append(("HandThumb", f"{side}Hand", 0.05 * along + 0.04 * beside))
+            chain.append(("HandThumb", f"{side}Hand", 0.05 * along + 0.04 * thumbward))
         bones += [Bone(side + name, parent, offset, dofs) for name, parent, offset in chain]
     return Skeleton(bones, offset_frame="parent")
 
@@ -72,7 +72,7 @@ def value(angles, name):
 
 
 # The joint of the left side that rotates, about which axis of the world by 20°, and which angle that is. The left is
-# at +x and the front at +z: turning about -x brings what hangs forward.
+# at +x and the front at +z: a rotation about -x brings what hangs forward.
 MOVES = [
     ("LeftUpLeg", -X, "hip_flexion_left"),
     ("LeftUpLeg", -Z, "hip_adduction_left"),
@@ -102,7 +102,7 @@ MOVES = [
 
 @pytest.mark.parametrize(("joint", "axis", "name"), MOVES)
 def test_a_rotation_about_one_axis_is_one_angle_on_both_sides(joint, axis, name):
-    """On the right it is mirrored: about y and z the other way."""
+    """On the right it is mirrored: the rotations about y and z have the other sign."""
     skeleton = person()
     rest = joint_angles(pose(skeleton))
     for side in SIDES if "left" in name else ("left",):
@@ -326,7 +326,7 @@ def test_poses_fitted_to_positions_have_the_angles_that_positions_show():
 
 
 def test_a_straight_limb_does_not_show_how_it_is_rotated():
-    """Whatever inverse kinematics makes of it; flexion and adduction are there."""
+    """Inverse kinematics makes something up; flexion and adduction are there."""
     skeleton = person()
     straight = pose(skeleton, LeftUpLeg=about(-X, 30) * about(Y, 25), RightUpLeg=about(-X, 30))
     bent = pose(skeleton, LeftUpLeg=about(-X, 30) * about(Y, 25), LeftLeg=about(X, 40))
@@ -521,8 +521,8 @@ def test_markers_give_the_angles_of_opensim(opensim_folder):
             )
             assert np.corrcoef(angles[f"hip_flexion_{side}"], hip_theirs)[0, 1] > 0.998
             assert (angles[f"hip_flexion_{side}"] - hip_theirs).std() < 2.0
-            ours = np.corrcoef(angles[f"knee_flexion_{side}"], knee_theirs)[0, 1]
-            assert ours > np.corrcoef(plain, knee_theirs)[0, 1] > 0.99
+            ours, seen = np.corrcoef(angles[f"knee_flexion_{side}"], knee_theirs)[0, 1], np.isfinite(plain)
+            assert ours > np.corrcoef(plain[seen], knee_theirs[seen])[0, 1] > 0.99
             assert (angles[f"knee_flexion_{side}"] - knee_theirs).std() < 3.5
         assert np.corrcoef(angles["pelvis_rotation"], reference[:, columns.index("pelvis_rotation")])[0, 1] > 0.8
 
@@ -537,5 +537,5 @@ def test_walks_are_within_the_norm(cmu):
             knee, hip = (angles[f"{name}_{side}"][start : stop + 1] for name in ("knee_flexion", "hip_flexion"))
             assert 50.0 < knee.max() < 80.0
             assert 0.6 < knee.argmax() / (stop - start) < 0.85
-            assert 35.0 < np.ptp(hip) < 70.0
+            assert 35.0 < np.ptp(hip) < 80.0
             assert hip.argmin() / (stop - start) == pytest.approx(0.55, abs=0.12)
