@@ -83,7 +83,8 @@ def save_npz(path: PathLike, content: Motion | Keypoints) -> None:
         raise TypeError(f"content must be a skpose.Motion or skpose.Keypoints, got {type(content).__name__}")
     check_new(path)
     with new_file(path) as new, new.open("wb") as file:  # to a path numpy adds .npz where it is missing
-        np.savez(file, **arrays)  # not compressed: a person who stands still would be refused, see `_npz`
+        # Not compressed: of a person who stands still, the reader would refuse it, see `_npz`.
+        np.savez(file, **arrays)  # type: ignore[arg-type]
 
 
 def _of_motion(motion: Motion) -> dict[str, np.ndarray]:
