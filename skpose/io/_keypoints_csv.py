@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose.io._source import Source
-from skpose.io._stored import ANGLES_HEAD, FRAME, Stored, at_frames
+from skpose.io._stored import ANGLES_HEAD, FRAME, POINTS_HEAD, Stored, at_frames
 from skpose.io._words import NUMBER, complaint
 from skpose.keypoints._shared import REMEDY
 
@@ -139,7 +139,8 @@ def _columns(source: Source, header: list[str], line: int) -> Columns:
     if not points:
         raise source.error("expected a header with the coordinates of points, such as nose_x,nose_y,nose_z", line)
     numbered = [NUMBERED.fullmatch(name) for name in points]
-    is_numbered = len({match[1] for match in numbered if match}) == 1 and None not in numbered
+    is_ours = tuple(header[: len(POINTS_HEAD)]) == POINTS_HEAD  # where points have the names that they had
+    is_numbered = not is_ours and len({match[1] for match in numbered if match}) == 1 and None not in numbered
     if is_numbered:
         numbers = [int(match[2]) for match in numbered if match]
         points = {name: points[name] for _, name in sorted(zip(numbers, points, strict=True))}

@@ -234,7 +234,7 @@ def test_errors_are_one_line(files, capsys, arguments, message):
         ["distances", "a.bvh", "--out", "D.npy", "--frame-rate", "-1"],
         ["distances", "a.bvh", "--out", "D.npy", "--jobs", "0"],
         ["compare", "--jobs", "0"],
-        ["distances", "a.bvh", "--out", "D.csv"],
+        ["distances", "a.bvh", "--out", "D.txt"],
         ["distances", "a.bvh", "--out", "D"],
         ["neighbors", "a.bvh", "--out", "G.npy"],
         ["distances", "a.bvh", "--out", "D.npy", "--metric", "cosine"],

@@ -106,10 +106,13 @@ def test_names_of_points_that_would_be_others_are_refused(name, tmp_path):
         assert load_keypoints(tmp_path / "a.csv").names == (name, "knee")
 
 
-def test_numbered_points_need_names_and_keep_their_order(tmp_path):
-    points = seen(("1", "2", "3"))
+@pytest.mark.parametrize("names", [("1", "2", "3"), ("831", "104", "103"), ("marker 2", "marker 1", "marker 9")])
+def test_numbers_are_names_in_their_order(names, tmp_path):
+    """In tables of other programs they are the order of the points."""
+    points = seen(names)
     save_csv(tmp_path / "a.csv", points)
-    again = load_keypoints(tmp_path / "a.csv", names=["hip", "knee", "toe"])
+    again = load_keypoints(tmp_path / "a.csv")
+    assert again.names == names
     np.testing.assert_array_equal(again.positions, points.positions)
 
 
