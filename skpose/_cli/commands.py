@@ -19,7 +19,7 @@ from skpose._cli.targets import REPORT, continues, is_unfinished
 from skpose._files import check_new, created_meanwhile_error, new_file
 from skpose._parallel.checkpoint import FileCheckpoint
 from skpose.datasets import MotionDataset, make_gait, walks_and_runs
-from skpose.metrics import Metric, pose_distances
+from skpose.metrics import pose_distances
 from skpose.metrics._shared import resolve
 from skpose.motions import align_motions, motion_distances
 from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
@@ -69,7 +69,8 @@ def distances(dataset: MotionDataset, metric: str, out: Path, dtype: str) -> Non
     if continues("distances", out):
         _write_matrix(out, len(X), X.dtype, remedy, compute)
     else:
-        _write_named(out, name_poses(dataset), X.dtype, resolve(metric, skeleton), remedy, compute)
+        chosen = resolve(metric, skeleton)
+        _write_named(out, name_poses(dataset), X.dtype, (chosen.label, chosen.unit), remedy, compute)
 
 
 def motions(
@@ -90,20 +91,27 @@ def motions(
         if continues("motions", out):
             _write_matrix(out, len(arrays), np.dtype(dtype), remedy, compute)
         else:
-            _write_named(out, name_motions(dataset), np.dtype(dtype), resolve(metric, skeleton), remedy, compute)
+            chosen = resolve(metric, skeleton)
+            measure = f"{chosen.label}, {alignment}" + ("" if window is None else f" within {window:g}")
+            _write_named(out, name_motions(dataset), np.dtype(dtype), (measure, chosen.unit), remedy, compute)
 
 
 def _write_named(
-    out: Path, names: Names, dtype: np.dtype, metric: Metric, remedy: str, compute: Callable[[np.ndarray], object]
+    out: Path,
+    names: Names,
+    dtype: np.dtype,
+    measure: tuple[str, str],
+    remedy: str,
+    compute: Callable[[np.ndarray], object],
 ) -> None:
-    """Compute a matrix in memory, and write it with the names of its rows."""
+    """Compute a matrix in memory, and write it with the names of its rows, the metric and its unit."""
     n = len(names.rows)
     check_new(out)
     _check_room(out, n * n * (dtype.itemsize if out.suffix.lower() == ".npz" else CHARACTERS), remedy)
     D = np.zeros((n, n), dtype=dtype)
     compute(D)
     with new_file(out) as new:
-        write_matrix(new, D, names, metric.label, metric.unit)
+        write_matrix(new, D, names, *measure)
     print(f"{out}: {n:,} × {n:,} distances with names, {dtype}")
 
 

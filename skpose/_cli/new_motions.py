@@ -19,6 +19,7 @@ from skpose.kinematics import find_counterparts
 from skpose.kinematics._shared import UNCHANGED
 from skpose.motions import mean_motion
 from skpose.skeleton import Motion, Skeleton
+from skpose.skeleton._shared import continuous_root_angles, root_orientations
 
 MOST_NAMES = 12  # of joints in a line
 NO_SKELETON = (
@@ -187,8 +188,14 @@ def _join(poses: Sequence[Motion], names: Sequence[str]) -> Motion:
                 f"{names[0]} has {first.up} up and {name} {pose.up}: pass --up if both are in one world, or convert one"
             )
     if len({pose.root_axes for pose in poses}) > 1:
-        poses = [pose.with_root("whole").without_root() for pose in poses]  # about the axes "xyz"
+        poses = [_about_xyz(pose) for pose in poses]
     return Motion.concatenate(replace(pose, frame_rate=first.frame_rate) for pose in poses)
+
+
+def _about_xyz(pose: Motion) -> Motion:
+    """Return the motion with the root's angles about the axes "xyz"."""
+    angles, axes = continuous_root_angles(root_orientations(pose.root_angles, pose.root_axes), "xyz")
+    return replace(pose, root_angles=angles, root_axes=axes)
 
 
 def read_skeleton(path: Path, reader: Reader) -> Skeleton:

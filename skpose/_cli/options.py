@@ -8,7 +8,7 @@ from typing import Any
 from skpose._cli.targets import CONTENTS, file_named
 
 # The groups of options of every command, in this order.
-GROUPS = "query", "reading", "preparing", "metric", "result", "output", "computation"
+GROUPS = "input", "reading", "preparing", "metric", "result", "output", "computation"
 METRICS = "angle", "position", "rotation", "spatial", "geodesic"  # the registry's, without numba and scikit-learn
 
 

@@ -212,7 +212,7 @@ def _add_motions(motions: CommandParser) -> None:
 def _add_find(find: CommandParser) -> None:
     find.add_argument("query", type=Path, metavar="QUERY", help="file of the motion to find; - is standard input")
     add_files(find, order="")
-    group = find.group("query")
+    group = find.group("input")
     for name, does in (("from", "begins"), ("to", "ends")):
         group.add_argument(
             f"--{name}",

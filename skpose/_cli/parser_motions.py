@@ -59,8 +59,8 @@ def add_mean(mean: CommandParser) -> None:
 def add_between(between: CommandParser) -> None:
     add_files(between, order=", in the order of the key poses", skip=False)
     add_new_motion(between, "the motion")
-    query = between.group("query")
-    keys = query.add_mutually_exclusive_group(required=True)
+    keyed = between.group("input")
+    keys = keyed.add_mutually_exclusive_group(required=True)
     keys.add_argument(
         "--frames",
         type=_numbers(int, "frames, such as 10,50,90"),
@@ -74,7 +74,7 @@ def add_between(between: CommandParser) -> None:
         metavar="S,S,…",
         help="the same by times in the files, s: the frames nearest to them",
     )
-    query.add_argument(
+    keyed.add_argument(
         "--seconds",
         type=positive(float),
         metavar="S",
@@ -100,7 +100,7 @@ def add_between(between: CommandParser) -> None:
 
 def add_retarget(retarget: CommandParser) -> None:
     retarget.add_argument("files", nargs="+", type=Path, metavar="FILE", help=f"{ONE}. Several are only reported on")
-    retarget.add_argument(
+    retarget.group("input").add_argument(
         "--onto", type=Path, required=True, metavar="OTHER", help="file whose skeleton it is: as FILE, or an ASF file"
     )
     add_new_motion(retarget, "the motion on the skeleton of OTHER; default: print the report alone", required=False)

@@ -17,7 +17,7 @@ REPORT = ("report.md", "table.txt", "figure_3.png", "figure_4.png")  # of `skpos
 def file_named(*suffixes: str) -> Callable[[str], Path]:
     """Return the type of an option: the path of a file whose name has the suffix of one of its formats."""
     *first, last = suffixes
-    expected = f"{', '.join(first)} or {last}, each of which is a format" if first else f"{last}, which is the format"
+    expected = f"{', '.join(first)} or {last}, the formats" if first else f"{last}, which is the format"
 
     def path(text: str) -> Path:
         if Path(text).suffix.lower() not in suffixes:
