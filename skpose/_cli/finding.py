@@ -25,7 +25,7 @@ class Query(NamedTuple):
 
 
 class Place(NamedTuple):
-    """Where something was found: the number of the file, the first row and the one behind the last."""
+    """A place where something was found: the number of the file, the first row and the one behind the last."""
 
     file: int
     start: int
@@ -35,7 +35,7 @@ class Place(NamedTuple):
 
 def find(
     dataset: MotionDataset,
-    wanted: Query,
+    part: Query,
     *,
     k: int,
     metric: str,
@@ -49,10 +49,10 @@ def find(
     """
     whole, *recordings = dataset.motions
     name, *names = dataset.subjects
-    here = _rows(whole, wanted, name)
+    here = _rows(whole, part, name)
     left_out = {i for i, other in enumerate(names) if exclude_query and _is_same(name, other)}
     with files_in_messages(names):
-        if wanted.pose is None:
+        if part.pose is None:
             places = _find_motion(whole[here], recordings, left_out, here, (k, one_per_file), metric, n_jobs)
         else:
             places = _find_pose(whole, recordings, left_out, here.start, one_per_file, metric, n_jobs)[:k]
@@ -60,11 +60,11 @@ def find(
         raise ValueError(f"no place is left without --exclude-query: all frames of the files are those of {name}")
     width = max(len(name) for name in ("file", *names))
     distance = f"distance, {resolve(metric, whole.skeleton).unit}"
-    times = f"{'time, s':>10}" if wanted.pose is not None else f"{'start, s':>10}  {'end, s':>10}"
+    times = f"{'time, s':>10}" if part.pose is not None else f"{'start, s':>10}  {'end, s':>10}"
     print(f"{'rank':>6}  {'file':<{width}}  {times}  {distance:>14}")
     for rank, (i, start, stop, far) in enumerate(places, start=1):
         times = f"{recordings[i].times[start]:>10.2f}"
-        if wanted.pose is None:
+        if part.pose is None:
             times += f"  {_end(recordings[i], stop - 1):>10.2f}"
         print(f"{rank:>6}  {names[i]:<{width}}  {times}  {far:>14.4f}")
 
@@ -145,14 +145,14 @@ def _is_same(name: str, other: str) -> bool:
     return one.exists() and two.exists() and one.samefile(two)
 
 
-def _rows(motion: Motion, wanted: Query, name: str) -> slice:
+def _rows(motion: Motion, part: Query, name: str) -> slice:
     """Return the rows of the frames between two times, or of the one nearest to a time, s."""
-    if wanted.pose is not None:
-        if wanted.pose > _end(motion, -1):
-            raise ValueError(f"{name} lasts {_end(motion, -1):.2f} s: choose another time than --pose {wanted.pose:g}")
-        row = int(np.abs(motion.times - wanted.pose).argmin())
+    if part.pose is not None:
+        if part.pose > _end(motion, -1):
+            raise ValueError(f"{name} lasts {_end(motion, -1):.2f} s: choose another time than --pose {part.pose:g}")
+        row = int(np.abs(motion.times - part.pose).argmin())
         return slice(row, row + 1)
-    begins, ends = wanted.begins or 0.0, wanted.ends
+    begins, ends = part.begins or 0.0, part.ends
     first, last = np.searchsorted(motion.times, [begins, np.inf if ends is None else ends])
     if first == last:
         until = "" if ends is None else f" and before {ends:g} s"

@@ -181,10 +181,10 @@ def _print(options: argparse.Namespace, skipped: Skipped) -> None:
             one_frame_rate=True,
             required=1,
         )
-        wanted = finding.Query(options.begins, options.ends, options.pose)
+        part = finding.Query(options.begins, options.ends, options.pose)
         finding.find(
             dataset,
-            wanted,
+            part,
             k=options.k,
             metric=options.metric,
             n_jobs=options.jobs,
@@ -279,7 +279,7 @@ def _write_comparison(options: argparse.Namespace, skipped: Skipped) -> None:
     from skpose._cli.labels import labels_of
 
     if options.command == "neighbors" and (matrix := matrices.find_matrix(options.files)) is not None:
-        if given := _changed(options, apart_from=("files", "out", "neighbors", "radius")):
+        if given := _find_changed(options, apart_from=("files", "out", "neighbors", "radius")):
             raise ValueError(f"{matrix} holds distances, and --{given} is for files of motions: leave one of them out")
         commands.neighbors_in(matrix, options.out, options.neighbors, options.radius)
         return
@@ -302,7 +302,7 @@ def _write_comparison(options: argparse.Namespace, skipped: Skipped) -> None:
             commands.neighbors(dataset, options.metric, options.out, options.neighbors, options.radius)
 
 
-def _changed(options: argparse.Namespace, apart_from: Sequence[str]) -> str:
+def _find_changed(options: argparse.Namespace, apart_from: Sequence[str]) -> str:
     """Return the name of an option that is not as by default, empty if all are."""
     defaults = command_line().parse_args([options.command, "FILE", "--out", "FILE.npz"])
     dests = [name for name, value in vars(defaults).items() if name not in apart_from and value != vars(options)[name]]

@@ -141,14 +141,14 @@ def read_matrix(path: Path) -> Matrix:
         elif source.binary == "zip":
             file = Archive(source)
             n = file.shape(KEY)[:1]
-            matrix = Matrix(file.numbers(KEY, (*n, *n)), file.texts("names", n), *_stated(file))
+            matrix = Matrix(file.numbers(KEY, (*n, *n)), file.texts("names", n), *_read_metric(file))
         else:
             matrix = _read_table(source)
         _check_distances(source, matrix)
         return matrix
 
 
-def _stated(file: Archive) -> tuple[str, str]:
+def _read_metric(file: Archive) -> tuple[str, str]:
     metric, unit = (file.texts(key, ())[0] if key in file.keys else "" for key in ("metric", "unit"))
     return metric, unit
 

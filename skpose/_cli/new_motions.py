@@ -141,7 +141,7 @@ def _row_of_frame(motion: Motion, frame: int, name: str) -> int:
         return len(motion) + frame
     (rows,) = np.nonzero(numbers == frame)
     if not len(rows):
-        missing = ", of which some are left out" if numbers[-1] >= len(motion) else ""
+        missing = " without some that are left out" if numbers[-1] >= len(motion) else ""
         raise ValueError(f"{name} has frames 0 to {numbers[-1]}{missing}, and no frame {frame}")
     return int(rows[0])
 

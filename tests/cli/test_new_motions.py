@@ -192,7 +192,7 @@ def test_frames_that_are_left_out_are_no_keys(capsys):
     Path("gap.bvh").write_text("\n".join(lines))
     command = ["between", "gap.bvh", "--on-nan", "drop", "--out", "m.npz"]
     assert refusal([*command, "--frames", "0,3"], capsys).endswith(
-        "gap.bvh has frames 0 to 19, of which some are left out, and no frame 3"
+        "gap.bvh has frames 0 to 19 without some that are left out, and no frame 3"
     )
     assert main([*command, "--frames", "0,4"]) == 0
     assert len(load_motion("m.npz")) == 5
