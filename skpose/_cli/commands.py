@@ -1,41 +1,34 @@
-"""The commands of the command line."""
+"""The commands of the command line that compare, and that show."""
 
 import shutil
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from importlib.util import find_spec
-from io import BytesIO
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import joblib
 import numpy as np
-from scipy.sparse import save_npz
+from sklearn.neighbors import NearestNeighbors
 
 from skpose._cli.compare import COLUMNS, FRAME_RATE, PAPER_ACCURACY, PAPER_FIRST_COMPONENT, compare
-from skpose._cli.inputs import (
-    check_one_frame_rate,
-    files_in_messages,
-    motion_files,
-    read_gait,
-)
+from skpose._cli.inputs import check_one_frame_rate, files_in_messages, join_poses, read_gait
 from skpose._cli.labels import Labels
-from skpose._cli.reader import Rate, Reader, name_of
-from skpose._cli.targets import REPORT, is_unfinished
+from skpose._cli.matrices import Names, name_motions, name_poses, read_matrix, write_graph, write_matrix
+from skpose._cli.targets import REPORT, continues, is_unfinished
 from skpose._files import check_new, created_meanwhile_error, new_file
 from skpose._parallel.checkpoint import FileCheckpoint
 from skpose.datasets import MotionDataset, make_gait, walks_and_runs
-from skpose.io import file_format, load_asf, load_c3d, load_keypoints, load_motion, load_trc
-from skpose.io._shared import has_keypoints
 from skpose.keypoints import Keypoints
 from skpose.metrics import pose_distances
 from skpose.metrics._shared import resolve
-from skpose.motions import align_motions, find_motion, motion_distances
+from skpose.motions import align_motions, motion_distances
 from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
-from skpose.skeleton import Motion, Skeleton
+from skpose.skeleton import Motion
 from skpose.skeleton._shared import check_comparable
 from skpose.view import explorer, player
 
+CHARACTERS = 20  # of a number in a CSV file, about
 WITHOUT_ALIGN = "Leave --align out to see them side by side"
 
 
@@ -66,17 +59,19 @@ def backend(name: str, scheduler: str | None, n_jobs: int) -> Iterator[None]:
             yield
 
 
-def distances(X: np.ndarray, skeleton: Skeleton, metric: str, out: Path, dtype: str) -> None:
-    """Write the matrix of distances to a file, or finish an interrupted one."""
-    X = X.astype(dtype)
+def distances(dataset: MotionDataset, metric: str, out: Path, dtype: str) -> None:
+    """Write the matrix of distances between all poses to a file, or finish an interrupted one."""
+    X, skeleton = join_poses(dataset).astype(dtype), dataset.motions[0].skeleton
     remedy = "use a lower --frame-rate, or --dtype float32"
-    _write_matrix(
-        out,
-        len(X),
-        X.dtype,
-        remedy,
-        lambda new: pose_distances(X, skeleton=skeleton, metric=metric, out=new, verbose=1),
-    )
+
+    def compute(new: np.ndarray) -> None:
+        pose_distances(X, skeleton=skeleton, metric=metric, out=new, verbose=1)
+
+    if continues("distances", out):
+        _write_matrix(out, len(X), X.dtype, remedy, compute)
+    else:
+        chosen = resolve(metric, skeleton)
+        _write_named(out, name_poses(dataset), X.dtype, (chosen.label, chosen.unit), remedy, compute)
 
 
 def motions(
@@ -87,16 +82,41 @@ def motions(
         print(f"{row:>8} {len(motion):>8} frames  {name}")
     arrays, skeleton = [motion.angles.astype(dtype) for motion in dataset], dataset.motions[0].skeleton
 
-    def compute(new: np.memmap) -> None:
+    def compute(new: np.ndarray) -> None:
         motion_distances(
             arrays, skeleton=skeleton, metric=metric, alignment=alignment, window=window, out=new, verbose=1
         )
 
+    remedy = "use --dtype float32"
     with files_in_messages(list(dataset.subjects), "X"):
-        _write_matrix(out, len(arrays), np.dtype(dtype), "use --dtype float32", compute)
+        if continues("motions", out):
+            _write_matrix(out, len(arrays), np.dtype(dtype), remedy, compute)
+        else:
+            chosen = resolve(metric, skeleton)
+            measure = f"{chosen.label}, {alignment}" + ("" if window is None else f" within {window:g}")
+            _write_named(out, name_motions(dataset), np.dtype(dtype), (measure, chosen.unit), remedy, compute)
 
 
-def _write_matrix(out: Path, n: int, dtype: np.dtype, remedy: str, compute: Callable[[np.memmap], object]) -> None:
+def _write_named(
+    out: Path,
+    names: Names,
+    dtype: np.dtype,
+    measure: tuple[str, str],
+    remedy: str,
+    compute: Callable[[np.ndarray], object],
+) -> None:
+    """Compute a matrix in memory, and write it with the names of its rows, the metric and its unit."""
+    n = len(names.rows)
+    check_new(out)
+    _check_room(out, n * n * (dtype.itemsize if out.suffix.lower() == ".npz" else CHARACTERS), remedy)
+    D = np.zeros((n, n), dtype=dtype)
+    compute(D)
+    with new_file(out) as new:
+        write_matrix(new, D, names, *measure)
+    print(f"{out}: {n:,} × {n:,} distances with names, {dtype}")
+
+
+def _write_matrix(out: Path, n: int, dtype: np.dtype, remedy: str, compute: Callable[[np.ndarray], object]) -> None:
     """Compute an n × n matrix in a new file, or finish an interrupted one; the remedy is for a disk that is full."""
     shape, notes = (n, n), FileCheckpoint(out)
     if is_unfinished(out):
@@ -111,9 +131,7 @@ def _write_matrix(out: Path, n: int, dtype: np.dtype, remedy: str, compute: Call
         check_new(out)
         if notes.read() is not None:  # on a matrix that has been deleted
             notes.remove()
-        size, free = n * n * dtype.itemsize, shutil.disk_usage(out.absolute().parent).free
-        if size > free:
-            raise ValueError(f"{out} needs {size / 1e9:.1f} GB and the disk has {free / 1e9:.1f} GB free: {remedy}")
+        _check_room(out, n * n * dtype.itemsize, remedy)
         array = _new_matrix(out, shape, dtype)
     try:
         compute(array)
@@ -122,6 +140,13 @@ def _write_matrix(out: Path, n: int, dtype: np.dtype, remedy: str, compute: Call
             out.unlink()
         raise
     print(f"{out}: {n:,} × {n:,} distances, {array.dtype}")
+
+
+def _check_room(out: Path, size: int, remedy: str) -> None:
+    """Refuse a file of so many bytes where the disk has no room for it."""
+    free = shutil.disk_usage(out.absolute().parent).free
+    if size > free:
+        raise ValueError(f"{out} needs {size / 1e9:.1f} GB and the disk has {free / 1e9:.1f} GB free: {remedy}")
 
 
 def _new_matrix(out: Path, shape: tuple[int, int], dtype: np.dtype) -> np.memmap:
@@ -137,51 +162,34 @@ def _new_matrix(out: Path, shape: tuple[int, int], dtype: np.dtype) -> np.memmap
         raise
 
 
-def neighbors(
-    X: np.ndarray, skeleton: Skeleton, metric: str, out: Path, n_neighbors: int, radius: float | None
-) -> None:
+def neighbors(dataset: MotionDataset, metric: str, out: Path, n_neighbors: int, radius: float | None) -> None:
     """Write the graph of neighbours to a file. No pose is a neighbour of itself."""
+    X, skeleton = join_poses(dataset), dataset.motions[0].skeleton
     if radius is None:
         search = PoseKNeighborsTransformer(skeleton, metric=metric, n_neighbors=n_neighbors, verbose=1).fit(X)
         graph = search.kneighbors_graph(mode="distance")
     else:
         search = PoseRadiusNeighborsTransformer(skeleton, metric=metric, radius=radius, verbose=1).fit(X)
         graph = search.radius_neighbors_graph(mode="distance")
-    with new_file(out) as new, new.open("wb") as file:  # to a path save_npz adds .npz, also where it ends in .NPZ
-        save_npz(file, graph)
+    with new_file(out) as new:
+        write_graph(new, graph, name_poses(dataset).rows)
     print(f"{out}: {graph.nnz:,} neighbours of {len(X):,} poses")
 
 
-def find(dataset: MotionDataset, begins: float | None, ends: float | None, k: int, metric: str, n_jobs: int) -> None:
-    """Print where a motion is found in others. It is the first of the dataset, or its part between two times in s."""
-    query, *recordings = dataset.motions
-    name, *names = dataset.subjects
-    query = _cut(query, begins, ends, name)
-    with files_in_messages(names):
-        found = find_motion(query, recordings, k=k, skeleton=query.skeleton, metric=metric, n_jobs=n_jobs, verbose=1)
-    width = max(len(name) for name in ("file", *names))
-    distance = f"distance, {resolve(metric, query.skeleton).unit}"
-    print(f"{'rank':>6}  {'file':<{width}}  {'start, s':>10}  {'end, s':>10}  {distance:>14}")
-    for rank, (i, start, stop, far) in enumerate(found, start=1):
-        times = f"{recordings[i].times[start]:>10.2f}  {_end(recordings[i], stop - 1):>10.2f}"
-        print(f"{rank:>6}  {names[i]:<{width}}  {times}  {far:>14.4f}")
-
-
-def _cut(motion: Motion, begins: float | None, ends: float | None, name: str) -> Motion:
-    """Return the frames between two times, s."""
-    first, last = np.searchsorted(motion.times, [begins or 0.0, np.inf if ends is None else ends])
-    if first == last:
-        until = "" if ends is None else f" and before {ends:g} s"
-        raise ValueError(
-            f"{name} has no frame from {begins or 0:g} s on{until}, as it lasts {_end(motion, -1):.2f} s: choose other "
-            "times for --from and --to"
-        )
-    return motion[first:last]
-
-
-def _end(motion: Motion, row: int) -> float:
-    """Return the time at which a frame ends, s."""
-    return motion.times[row] + 1.0 / motion.frame_rate
+def neighbors_in(path: Path, out: Path, n_neighbors: int, radius: float | None) -> None:
+    """Write the graph of the nearest rows of a file of distances. No row is a neighbour of itself."""
+    matrix = read_matrix(path)
+    of = "distances" + (f" by {matrix.metric}, {matrix.unit}" if matrix.metric else "")
+    print(f"{path}: {len(matrix.distances):,} × {len(matrix.distances):,} {of}")
+    if radius is None:
+        search = NearestNeighbors(n_neighbors=n_neighbors, metric="precomputed").fit(matrix.distances)
+        graph = search.kneighbors_graph(mode="distance")
+    else:
+        search = NearestNeighbors(radius=radius, metric="precomputed").fit(matrix.distances)
+        graph = search.radius_neighbors_graph(mode="distance", sort_results=True)
+    with new_file(out) as new:
+        write_graph(new, graph, matrix.names)
+    print(f"{out}: {graph.nnz:,} neighbours of {graph.shape[0]:,} rows")
 
 
 def view(
@@ -227,66 +235,6 @@ def _shorten(names: Sequence[str]) -> list[str]:
     """Return the names of files without their folders, unless two are equal then."""
     short = [Path(name).name for name in names]
     return short if len(set(short)) == len(short) else list(names)
-
-
-def info(files: Sequence[Path], reader: Reader) -> None:
-    """Print the contents of each file: frames, joints or points, degrees of freedom; its name, if there are several."""
-    files, blank = motion_files(files, (".bvh", ".amc", ".asf", ".trc", ".c3d")), ""
-    for path, content in reader.read(files, load_any):
-        if len(files) > 1:
-            print(f"{blank}{name_of(path)}")
-            blank = "\n"
-        if isinstance(content, Keypoints):
-            _describe_points(content)
-        else:
-            _describe(content, reader.rates.get(path))
-
-
-def load_any(file: Path | BytesIO, **options: Any) -> Motion | Skeleton | Keypoints:
-    """Return the content of a file of any format; the layout is that of keypoints."""
-    layout = options.pop("layout", None)
-    kind = None if has_keypoints(file) else file_format(_rewind(file))
-    _rewind(file)
-    if kind is None:
-        shared = {name: options[name] for name in ("scale", "up") if options[name] is not None}
-        return load_keypoints(file, layout, frame_rate=options["frame_rate"], **shared)
-    if kind == "ASF":
-        return load_asf(file, scale=options["scale"])
-    if kind in ("TRC", "C3D"):
-        shared = {name: options[name] for name in ("scale", "up") if options[name] is not None}
-        if kind == "C3D":
-            return load_c3d(file, **shared)
-        return load_trc(file, frame_rate=options["frame_rate"], trust=options["trust"], **shared)
-    return load_motion(file, **options)
-
-
-def _rewind(file: Path | BytesIO) -> Path | BytesIO:
-    if isinstance(file, BytesIO):
-        file.seek(0)
-    return file
-
-
-def _describe(content: Motion | Skeleton, rate: Rate | None) -> None:
-    skeleton, root = (content, "root") if isinstance(content, Skeleton) else (content.skeleton, content.root_name)
-    if isinstance(content, Motion):
-        by = f" by {rate.origin}" if rate is not None and rate.hertz == content.frame_rate else ""
-        seconds = len(content) / content.frame_rate
-        print(f"{len(content)} frames at {content.frame_rate:g} Hz{by}, {seconds:.2f} s, {content.up} up")
-    print(f"{skeleton.n_joints} joints besides the root, {skeleton.n_dofs} degrees of freedom\n")
-    width = max(len(name) for name in ("joint", "parent", root, *skeleton.joint_names))
-    print(f"{'joint':<{width}}  {'parent':<{width}}  {'bone, m':>8}  rotates about")
-    for bone in skeleton.bones:
-        length = np.linalg.norm(bone.offset)
-        print(f"{bone.name:<{width}}  {bone.parent or root:<{width}}  {length:>8.3f}  {bone.dofs or '-'}")
-
-
-def _describe_points(points: Keypoints) -> None:
-    print(f"{len(points)} frames at {points.frame_rate:g} Hz, {len(points) / points.frame_rate:.2f} s")
-    print(f"{len(points.names)} points, {points.up} is up\n")
-    width = max(len(name) for name in ("point", *points.names))
-    print(f"{'point':<{width}}  not seen")
-    for name, confidences in zip(points.names, points.confidences.T, strict=True):
-        print(f"{name:<{width}}  {np.mean(confidences == 0.0):>8.1%}")
 
 
 def reproduce(folder: Path | None, scale: float | Literal["auto"] | None, out: Path, seed: int, n_jobs: int) -> None:

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from functools import partial
 from io import BytesIO
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -42,20 +42,19 @@ def _files_in(folder: Path, suffixes: tuple[str, ...]) -> list[Path]:
     return sorted(path for path in found if not path.is_dir())
 
 
-def query_file(path: Path) -> Path:
-    """Return the path of the one motion that is to be found; refuse a folder."""
+def one_file(path: Path, argument: str) -> Path:
+    """Return the path of an argument that is one file; refuse a folder."""
     if path.is_dir():
-        raise IsADirectoryError(f"QUERY must be one file, and {path} is a folder: choose a file in it")
+        raise IsADirectoryError(f"{argument} must be one file, and {path} is a folder: choose a file in it")
     return path
 
 
-def read_poses(paths: Sequence[Path], frame_rate: float | None, **preparing: Any) -> tuple[np.ndarray, Skeleton]:
-    """Read all files, see `read_motions`; return all poses and the skeleton. Print which rows belong to which file."""
-    dataset = read_motions(paths, frame_rate, **preparing)
+def join_poses(dataset: MotionDataset) -> np.ndarray:
+    """Return all poses of motions that have the names of their files. Print which rows belong to which file."""
     ends = np.cumsum([len(motion) for motion in dataset])
     for name, first_row, end in zip(dataset.subjects, [0, *ends], ends, strict=False):
         print(f"{first_row:>8} to {end - 1:<8} {name}")
-    return np.concatenate([motion.angles for motion in dataset]), dataset.motions[0].skeleton
+    return np.concatenate([motion.angles for motion in dataset])
 
 
 def read_motions(
@@ -68,13 +67,15 @@ def read_motions(
     method: Method = "numbers",
     with_root: Literal["tilt", "whole"] | None = None,
     one_frame_rate: bool = False,
+    frames: bool = False,
 ) -> MotionDataset:
     """Read all files; return their motions on the mean skeleton. Their labels are the names of the files.
 
     Motions with another `method` than "numbers" are on the skeleton of the first file. With `one_frame_rate`
-    refuse motions of different frame rates, and without frames. Of the first files, the `required` are not left out.
+    refuse motions of different frame rates, and without frames; with `frames` the latter alone. Of the first files, the
+    `required` are not left out.
     """
-    read = list(reader.read(motion_files(paths), frames=one_frame_rate, required=required))
+    read = list(reader.read(motion_files(paths), frames=frames or one_frame_rate, required=required))
     names, motions = [name_of(path) for path, _ in read], [motion for _, motion in read]
     dataset = MotionDataset(motions, names, names, names)
     with files_in_messages(names):
@@ -99,6 +100,15 @@ def read_motions(
 
 
 def read_separately(
+    paths: Sequence[Path], frame_rate: float | None, reader: Reader
+) -> tuple[list[str], list[Motion]]:
+    """Read all files; return their names, and motions, each on its own skeleton. Refuse those without frames."""
+    read = list(reader.read(motion_files(paths), frames=True))
+    names, motions = [name_of(path) for path, _ in read], [motion for _, motion in read]
+    return names, motions if frame_rate is None else [motion.resample(frame_rate) for motion in motions]
+
+
+def read_moving(
     paths: Sequence[Path], frame_rate: float | None, reader: Reader, load: Callable[..., Any]
 ) -> tuple[list[str], list[Motion | Keypoints]]:
     """Read all files; return their names, and motions, each on its own skeleton, or keypoints. Refuse those without

@@ -15,6 +15,7 @@ from skpose._cli.parser import command_line
 from skpose._cli.terminal import Interruption, discard, output_may_close, standard_streams
 
 if TYPE_CHECKING:
+    from skpose._cli import new_motions
     from skpose._cli.reader import Reader
 
 INCOMPLETE = 3  # files have been left out, as --skip-errors asks
@@ -34,9 +35,10 @@ READING = [
     "model",
     "hands",
 ]
+POINTS = "layout", "names", "zeros"  # of the readers of markers and keypoints
 PREPARING = "rotations", "method", "with_root"  # options of what is done with the motions
-ALIGNING = "alignment", "window"
-DRAWING = ("layout",)
+ALIGNING = "alignment", "window", "endpoint", "joints"
+PRINTING = "info", "compare", "find"  # commands whose output is all that there is of them
 NAMED = {"method": "retarget", "frame_rate": "amc-frame-rate"}  # options that have another name than the argument
 STORED = {"frame_rate": "amc_frame_rate"}  # under another name than the argument
 
@@ -55,12 +57,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _status(arguments: Sequence[str] | None, interruption: Interruption) -> int:
     parser = command_line()
     options = parser.parse_args(arguments)
-    if getattr(options, "scheduler", None) is not None and options.backend not in ("dask", "ray"):
-        parser.error(f"--scheduler is for --backend dask or ray, not {options.backend}")
-    if getattr(options, "window", None) is not None and options.alignment != "dtw":
-        parser.error(f"--window is the band of --alignment dtw, not {options.alignment}")
-    if getattr(options, "ends", None) is not None and options.ends <= (options.begins or 0.0):
-        parser.error(f"--to {options.ends:g} must be after --from {options.begins or 0:g}")
+    if complaint := _find_contradiction(options):
+        parser.error(complaint)
     skipped = Skipped()
     try:
         with warnings.catch_warnings():
@@ -85,6 +83,26 @@ def _status(arguments: Sequence[str] | None, interruption: Interruption) -> int:
     return INCOMPLETE if skipped.messages else 0
 
 
+def _find_contradiction(options: argparse.Namespace) -> str:
+    """Return in words which options exclude each other, empty if none do."""
+    if getattr(options, "scheduler", None) is not None and options.backend not in ("dask", "ray"):
+        return f"--scheduler is for --backend dask or ray, not {options.backend}"
+    if getattr(options, "window", None) is not None and getattr(options, "alignment", "dtw") != "dtw":
+        return f"--window is the band of --alignment dtw, not {options.alignment}"
+    if getattr(options, "ends", None) is not None and options.ends <= (options.begins or 0.0):
+        return f"--to {options.ends:g} must be after --from {options.begins or 0:g}"
+    if getattr(options, "pose", None) is not None and (options.begins, options.ends) != (None, None):
+        return "--pose is a single pose, and --from and --to are for a motion: leave one of them out"
+    if getattr(options, "endpoint", False) and not options.cycle:
+        return "--endpoint is of --cycle: pass both"
+    if options.command == "retarget":
+        if options.out is not None and len(options.files) > 1:
+            return f"--out is for one motion, got {len(options.files)} files: leave --out out to compare the reports"
+        if options.joints is not None and options.method in ("numbers", "unchecked"):
+            return f"--joints is for --method auto, orientations or positions, not {options.method}"
+    return ""
+
+
 def _list_skipped(skipped: Skipped, options: argparse.Namespace) -> None:
     """Print which files were left out, and why."""
     if skipped.messages:
@@ -94,7 +112,7 @@ def _list_skipped(skipped: Skipped, options: argparse.Namespace) -> None:
 
 
 def _continuation(options: argparse.Namespace) -> str:
-    if options.command in targets.MATRICES and targets.is_unfinished(options.out):
+    if targets.continues(options.command, getattr(options, "out", None)) and targets.is_unfinished(options.out):
         return "; run the same command again to continue"
     return ""
 
@@ -118,28 +136,29 @@ def _as_options(message: str, options: argparse.Namespace) -> str:
     Only those that the command has: `skpose compare` has no --retarget, and the message's own remedy stays.
     """
 
+    renamed = NAMED | ({"method": "method"} if options.command == "retarget" else {})
+
     def option(found: re.Match) -> str:
-        name = NAMED.get(found[1], found[1].replace("_", "-"))
+        name = renamed.get(found[1], found[1].replace("_", "-"))
         given = next((text for text in found.groups()[1:] if text is not None), None)
         if given == "False":
             return f"--no-{name}"
-        if given is None:
+        if given in (None, "True"):
             return f"--{name}"
         return f"--{name}{'=' if given.startswith('-') else ' '}{shlex.quote(given)}"  # "-y" would be another option
 
     message = " ".join(message.split())
-    names = "|".join(
-        name for name in (*READING, *PREPARING, *ALIGNING, *DRAWING) if hasattr(options, STORED.get(name, name))
-    )
+    known = (*READING, *POINTS, *PREPARING, *ALIGNING)
+    names = "|".join(name for name in known if hasattr(options, STORED.get(name, name)))
     if not names:
         return message
-    call = rf"[\w.]+\([^()]*\b((?:{names})=(?:\"\w+\"|False))\)"
+    call = rf"[\w.]+\([^()]*\b((?:{names})=(?:\"\w+\"|False|True))\)"
     message = re.sub(call, r"\1", message)  # of a call, its last argument
-    return re.sub(rf"\b({names})=(?:'([^']*)'|\"([^\"]*)\"|(False|[\d.]*\d))?", option, message)
+    return re.sub(rf"\b({names})=(?:'([^']*)'|\"([^\"]*)\"|(False|True|[\d.]*\d))?", option, message)
 
 
 def _run(options: argparse.Namespace, skipped: Skipped) -> None:
-    if options.command in ("info", "compare", "find"):
+    if options.command in PRINTING or (options.command == "retarget" and options.out is None):
         _print(options, skipped)
         return
     targets.check(options.command, options.out)
@@ -149,12 +168,12 @@ def _run(options: argparse.Namespace, skipped: Skipped) -> None:
 
 def _print(options: argparse.Namespace, skipped: Skipped) -> None:
     """Run a command whose output is all that there is of it."""
-    from skpose._cli import commands, inputs
+    from skpose._cli import commands, contents, finding, inputs
 
     if options.command == "compare":
         commands.compare_metrics(options.folder, options.scale, options.jobs)
     elif options.command == "find":
-        query = inputs.query_file(options.query)
+        query = inputs.one_file(options.query, "QUERY")
         dataset = inputs.read_motions(
             [query, *options.files],
             options.frame_rate,
@@ -162,44 +181,133 @@ def _print(options: argparse.Namespace, skipped: Skipped) -> None:
             one_frame_rate=True,
             required=1,
         )
-        commands.find(dataset, options.begins, options.ends, options.k, options.metric, options.jobs)
+        part = finding.Query(options.begins, options.ends, options.pose)
+        finding.find(
+            dataset,
+            part,
+            k=options.k,
+            metric=options.metric,
+            n_jobs=options.jobs,
+            exclude_query=options.exclude_query,
+            one_per_file=options.one_per_file,
+        )
+    elif options.command == "retarget":
+        _retarget(options, skipped)
     else:
-        commands.info(options.files, _reader(options, skipped))
+        contents.info(options.files, _reader(options, skipped))
 
 
 def _write(options: argparse.Namespace, skipped: Skipped) -> None:
     """Run a command that writes files."""
-    from skpose._cli import commands, inputs
-    from skpose._cli.labels import labels_of
+    from skpose._cli import commands, contents, inputs
 
     if options.command == "reproduce":
         commands.reproduce(options.folder, options.scale, options.out, options.seed, options.jobs)
-        return
-    if options.command == "view":
-        reader = _reader(options, skipped, layout=options.layout)
-        names, shown = inputs.read_separately(options.files, options.frame_rate, reader, commands.load_any)
+    elif options.command == "view":
+        reader = _reader(options, skipped)
+        names, shown = inputs.read_moving(options.files, options.frame_rate, reader, contents.load_any)
         commands.view(shown, names, options.out, align=options.align, overlay=options.overlay, layout=options.layout)
-        return
-    if options.command == "explore":
-        dataset = inputs.read_motions(options.files, options.frame_rate, **_reading_arguments(options, skipped))
-        labels = labels_of([Path(name) for name in dataset.subjects])
-        commands.explore(dataset, labels, options.metrics, options.out, options.jobs)
-        return
-    if options.command == "motions":
+    elif options.command in ("mean", "between", "retarget", "convert"):
+        _write_motion(options, skipped)
+    else:
+        _write_comparison(options, skipped)
+
+
+def _write_motion(options: argparse.Namespace, skipped: Skipped) -> None:
+    """Run a command that writes a motion."""
+    from skpose._cli import inputs, new_motions
+
+    target = new_motions.Target(options.out, options.out_scale)
+    if options.command == "mean":
         dataset = inputs.read_motions(
             options.files, options.frame_rate, **_reading_arguments(options, skipped), one_frame_rate=True
         )
-        with commands.backend(options.backend, options.scheduler, options.jobs):
+        new_motions.mean(
+            dataset,
+            target,
+            metric=options.metric,
+            n_frames=options.n_frames,
+            window=options.window,
+            cycle=options.cycle,
+            endpoint=options.endpoint,
+            with_root=options.with_root is not None,
+            n_jobs=options.jobs,
+        )
+    elif options.command == "between":
+        reading = _reading_arguments(options, skipped)
+        keys = new_motions.Keys(options.frames, options.times, options.seconds)
+        keys.check(len(inputs.motion_files(options.files)))
+        new_motions.between(
+            inputs.read_motions(options.files, None, **reading, frames=True, required=len(options.files)),
+            keys,
+            target,
+            frame_rate=options.frame_rate,
+            method=options.interpolation,
+            with_root=options.with_root is not None,
+            n_jobs=options.jobs,
+        )
+    elif options.command == "retarget":
+        _retarget(options, skipped, target)
+    else:
+        reader = _reader(options, skipped)
+        new_motions.convert(
+            inputs.one_file(options.file, "FILE"), reader, target, options.frame_rate, options.rotations
+        )
+
+
+def _retarget(options: argparse.Namespace, skipped: Skipped, target: "new_motions.Target | None" = None) -> None:
+    """Run the command `retarget`, whose file is optional."""
+    from skpose._cli import inputs, new_motions
+
+    reader = _reader(options, skipped)
+    skeleton = new_motions.read_skeleton(inputs.one_file(options.onto, "OTHER"), reader)
+    names, motions = inputs.read_separately(options.files, options.frame_rate, reader)
+    new_motions.retarget(
+        names,
+        motions,
+        skeleton,
+        target,
+        method=options.method,
+        joints=None if options.joints is None else dict(options.joints),
+        factor=options.factor,
+        n_jobs=options.jobs,
+    )
+
+
+def _write_comparison(options: argparse.Namespace, skipped: Skipped) -> None:
+    """Run a command that writes distances, or a page of them."""
+    from skpose._cli import commands, inputs, matrices
+    from skpose._cli.labels import labels_of
+
+    if options.command == "neighbors" and (matrix := matrices.find_matrix(options.files)) is not None:
+        if given := _find_changed(options, apart_from=("files", "out", "neighbors", "radius")):
+            raise ValueError(f"{matrix} holds distances, and --{given} is for files of motions: leave one of them out")
+        commands.neighbors_in(matrix, options.out, options.neighbors, options.radius)
+        return
+    reading = _reading_arguments(options, skipped)
+    dataset = inputs.read_motions(
+        options.files, options.frame_rate, **reading, one_frame_rate=options.command == "motions"
+    )
+    if options.command == "explore":
+        labels = labels_of([Path(name) for name in dataset.subjects])
+        commands.explore(dataset, labels, options.metrics, options.out, options.jobs)
+        return
+    with commands.backend(options.backend, options.scheduler, options.jobs):
+        if options.command == "motions":
             commands.motions(
                 dataset, options.metric, options.alignment, options.window, out=options.out, dtype=options.dtype
             )
-        return
-    X, skeleton = inputs.read_poses(options.files, options.frame_rate, **_reading_arguments(options, skipped))
-    with commands.backend(options.backend, options.scheduler, options.jobs):
-        if options.command == "distances":
-            commands.distances(X, skeleton, options.metric, options.out, options.dtype)
+        elif options.command == "distances":
+            commands.distances(dataset, options.metric, options.out, options.dtype)
         else:
-            commands.neighbors(X, skeleton, options.metric, options.out, options.neighbors, options.radius)
+            commands.neighbors(dataset, options.metric, options.out, options.neighbors, options.radius)
+
+
+def _find_changed(options: argparse.Namespace, apart_from: Sequence[str]) -> str:
+    """Return the name of an option that is not as by default, empty if all are."""
+    defaults = command_line().parse_args([options.command, "FILE", "--out", "FILE.npz"])
+    dests = [name for name, value in vars(defaults).items() if name not in apart_from and value != vars(options)[name]]
+    return next(({"method": "retarget", "hands": "no-hands"}.get(name, name.replace("_", "-")) for name in dests), "")
 
 
 def _reading_arguments(options: argparse.Namespace, skipped: Skipped) -> dict[str, Any]:
@@ -207,9 +315,11 @@ def _reading_arguments(options: argparse.Namespace, skipped: Skipped) -> dict[st
     return {"reader": _reader(options, skipped), **{name: getattr(options, name) for name in PREPARING}}
 
 
-def _reader(options: argparse.Namespace, skipped: Skipped, **more: Any) -> "Reader":
+def _reader(options: argparse.Namespace, skipped: Skipped) -> "Reader":
     """Return the reader of files; the `frame_rate` of `load_motion` is that of AMC files, as others state theirs."""
     from skpose._cli.reader import Reader
 
-    arguments = {name: getattr(options, STORED.get(name, name)) for name in READING} | more
-    return Reader(arguments, skipped if options.skip_errors else None, "; --skip-errors leaves out such files")
+    arguments = {name: getattr(options, STORED.get(name, name)) for name in READING}
+    arguments |= {name: getattr(options, name) for name in POINTS if hasattr(options, name)}
+    skip = getattr(options, "skip_errors", False)
+    return Reader(arguments, skipped if skip else None, "; --skip-errors leaves out such files")

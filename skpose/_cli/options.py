@@ -1,15 +1,30 @@
 """Options that several commands share, and the types of their values."""
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
-from skpose._cli.targets import file_named
+from skpose._cli.targets import CONTENTS, file_named
 
+# The groups of options of every command, in this order.
+GROUPS = "input", "reading", "preparing", "metric", "result", "output", "computation"
 METRICS = "angle", "position", "rotation", "spatial", "geodesic"  # the registry's, without numba and scikit-learn
 
 
-def add_folder(parser: argparse.ArgumentParser) -> None:
+class CommandParser(argparse.ArgumentParser):
+    """A parser whose options are in the same groups, in the same order, for every command."""
+
+    def __init__(self, **options: Any):
+        super().__init__(**options)
+        self._own_groups = {title: self.add_argument_group(title) for title in GROUPS}
+
+    def group(self, title: str) -> Any:
+        """Return the group of a title."""
+        return self._own_groups[title]
+
+
+def add_folder(parser: CommandParser) -> None:
     parser.add_argument(
         "folder",
         nargs="?",
@@ -22,19 +37,20 @@ def add_folder(parser: argparse.ArgumentParser) -> None:
     add_scale(parser, "metres per unit of length of BVH files; default: 1")
 
 
-def add_poses(parser: argparse.ArgumentParser, out: str, suffix: str, result: str) -> None:
+def add_poses(parser: CommandParser, out: str, suffixes: Sequence[str], result: str) -> None:
     """Add the options of a computation on poses that writes a file: input, output, metric, backend."""
     add_files(parser)
-    parser.add_argument("--out", type=file_named(suffix), required=True, metavar=out, help=result)
+    add_out(parser, out, suffixes, result)
     add_metric(parser)
     add_preparing(parser)
-    parser.add_argument(
+    group = parser.group("computation")
+    group.add_argument(
         "--backend",
         choices=["threads", "loky", "dask", "ray"],
         default="threads",
         help="threads (default), processes (loky), or a cluster, for which dask or ray must be installed",
     )
-    parser.add_argument(
+    group.add_argument(
         "--scheduler",
         metavar="ADDRESS",
         help="address of the cluster, such as tcp://10.0.0.1:8786; default: start one on this machine",
@@ -42,10 +58,34 @@ def add_poses(parser: argparse.ArgumentParser, out: str, suffix: str, result: st
     add_jobs(parser)
 
 
+def add_out(parser: CommandParser, out: str, suffixes: Sequence[str], result: str, *, required: bool = True) -> None:
+    parser.group("output").add_argument(
+        "--out", type=file_named(*suffixes), required=required, metavar=out, help=result
+    )
+
+
+def add_new_motion(parser: CommandParser, result: str, *, required: bool = True) -> None:
+    """Add the options of a command that writes a motion."""
+    formats = (
+        f"{result}: .bvh for other programs; .npz, which loses nothing, for all commands, skpose.io.load_motion and "
+        "numpy; .csv, a table of the angles in rad, for pandas and spreadsheets"
+    )
+    add_out(parser, "FILE", CONTENTS, formats, required=required)
+    parser.group("output").add_argument(
+        "--out-scale",
+        type=positive(float),
+        default=1.0,
+        metavar="M",
+        help="metres per unit of length in a BVH file that is written: 1 writes metres, 0.01 centimetres; default: 1",
+    )
+
+
 def add_files(
-    parser: argparse.ArgumentParser,
+    parser: CommandParser,
     order: str = ", in the order of the rows",
-    formats: str = "BVH, AMC or AMASS files",
+    *,
+    skip: bool = True,
+    formats: str = "BVH, AMC or AMASS files, or .npz files of skpose",
     of_folders: str = "BVH and AMC",
 ) -> None:
     parser.add_argument(
@@ -55,11 +95,12 @@ def add_files(
         metavar="FILE",
         help=f"{formats}{order}; for a folder its {of_folders} files, sorted; - is standard input",
     )
-    add_skip_errors(parser)
+    if skip:
+        add_skip_errors(parser)
 
 
-def add_skip_errors(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
+def add_skip_errors(parser: CommandParser) -> None:
+    parser.group("reading").add_argument(
         "--skip-errors",
         action="store_true",
         help="leave out files that cannot be read, and go on with the others; they are listed at the end, and the exit "
@@ -67,27 +108,24 @@ def add_skip_errors(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_metric(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--metric", choices=METRICS, default="spatial", help="default: spatial")
+def add_metric(parser: CommandParser, choices: Sequence[str] = METRICS, default: str = "spatial") -> None:
+    parser.group("metric").add_argument("--metric", choices=choices, default=default, help=f"default: {default}")
 
 
-def add_dtype(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
+def add_dtype(parser: CommandParser) -> None:
+    parser.group("output").add_argument(
         "--dtype", choices=["float32", "float64"], default="float64", help="precision; default: float64"
     )
 
 
-def add_preparing(parser: argparse.ArgumentParser, frame_rate: float | None = None) -> None:
+def add_preparing(parser: CommandParser, frame_rate: float | None = None, *, resample: bool = True) -> None:
     """Add the options of what is read, and of what is done with it before the computation."""
-    add_frame_rate(parser, frame_rate)
-    parser.add_argument(
-        "--rotations",
-        choices=["rotvec"],
-        help="rotvec: turn joints of two or three Euler angles into ball joints, which rotate by the shortest path; "
-        "default: the files' angles",
-    )
+    if resample:
+        add_frame_rate(parser, frame_rate)
+    add_rotations(parser)
     add_reading(parser)
-    parser.add_argument(
+    group = parser.group("preparing")
+    group.add_argument(
         "--retarget",
         dest="method",
         choices=["numbers", "orientations", "positions", "auto", "unchecked"],
@@ -96,16 +134,25 @@ def add_preparing(parser: argparse.ArgumentParser, frame_rate: float | None = No
         "bones in the world, by the positions of the joints, by the first method that can (auto), or by the numbers as "
         "they are (unchecked); default: by the numbers, on the mean skeleton, with different rest poses refused",
     )
-    parser.add_argument(
+    group.add_argument(
         "--with-root",
         choices=["tilt", "whole"],
         help="make the orientation of the root a part of the poses: without the heading, or whole; default: neither",
     )
 
 
-def add_frame_rate(parser: argparse.ArgumentParser, default: float | None = None) -> None:
+def add_rotations(parser: CommandParser) -> None:
+    parser.group("preparing").add_argument(
+        "--rotations",
+        choices=["rotvec"],
+        help="rotvec: turn joints of two or three Euler angles into ball joints, which rotate by the shortest path; "
+        "default: the files' angles",
+    )
+
+
+def add_frame_rate(parser: CommandParser, default: float | None = None) -> None:
     without = "every frame" if default is None else f"{default:g}"
-    parser.add_argument(
+    parser.group("preparing").add_argument(
         "--frame-rate",
         type=positive(float),
         default=default,
@@ -114,36 +161,37 @@ def add_frame_rate(parser: argparse.ArgumentParser, default: float | None = None
     )
 
 
-def add_reading(parser: argparse.ArgumentParser) -> None:
+def add_reading(parser: CommandParser) -> None:
     """Add the options of the readers of files."""
-    parser.add_argument(
+    group = parser.group("reading")
+    group.add_argument(
         "--asf",
         type=Path,
         metavar="FILE",
         help="skeleton of the AMC files; default: in the same folder, walk.asf for walk.amc, or 02.asf for 02_01.amc",
     )
-    parser.add_argument(
+    group.add_argument(
         "--amc-frame-rate",
         type=positive(float),
         metavar="HZ",
-        help="frame rate of AMC files, which do not state it (info and view: also of keypoints, and of TRC files in "
+        help="frame rate of AMC files, which do not state it (info, view and convert: also of keypoints, and of TRC files in "
         "the place of the one they state); default: that of an index.csv in the folder of a file or in one above it, "
         "see skpose.datasets.load_cmu, or of a name as in HDM05, otherwise 120, with a warning",
     )
     add_scale(parser, "metres per unit of length; default: 1 for BVH, the unit in the skeleton's file for AMC")
-    parser.add_argument(
+    group.add_argument(
         "--up",
         choices=["x", "y", "z", "-x", "-y", "-z"],
         help="the direction of the files' world that points up, such as --up z or --up=-y; default: y for BVH and AMC "
-        "files, z for AMASS files",
+        "files, z for AMASS files, and what .npz files of skpose state",
     )
-    parser.add_argument(
+    group.add_argument(
         "--model",
         metavar="FILE",
         help="body model (.npz) of AMASS files, see skpose.io.load_amass; {gender} in it is replaced by the motion's; "
         "default: a person of mean proportions",
     )
-    parser.add_argument(
+    group.add_argument(
         "--no-hands",
         dest="hands",
         action="store_false",
@@ -156,16 +204,38 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
         ("root-offset", ["replace", "add"], "position channels of a BVH file's ROOT and its OFFSET"),
         ("missing", ["raise", "rest"], "bones that a frame of an AMC file leaves out: refuse it, or set them to zero"),
     ):
-        parser.add_argument(f"--{name}", choices=choices, default=choices[0], help=f"{meaning}; default: {choices[0]}")
-    parser.add_argument(
+        group.add_argument(f"--{name}", choices=choices, default=choices[0], help=f"{meaning}; default: {choices[0]}")
+    group.add_argument(
         "--root",
         metavar="NAME",
         help="joint of a BVH file that is the root; default: the first, or its moving child if it stands still",
     )
 
 
-def add_scale(parser: argparse.ArgumentParser, meaning: str) -> None:
-    parser.add_argument(
+def add_reading_points(parser: CommandParser) -> None:
+    """Add the options of the readers of markers and keypoints."""
+    group = parser.group("reading")
+    group.add_argument(
+        "--layout",
+        metavar="NAME",
+        help="layout of keypoints, one of skpose.keypoints.layouts, such as mediapipe33; default: the file's own names",
+    )
+    group.add_argument(
+        "--names",
+        type=lambda text: [name.strip() for name in text.split(",")],
+        metavar="A,B,…",
+        help="name of each point of a file of keypoints that names none",
+    )
+    group.add_argument(
+        "--zeros",
+        choices=["seen", "missing"],
+        help="positions of (0, 0, 0) in TRC and C3D files: as they are, or as lost markers; default: seen, with a "
+        "warning",
+    )
+
+
+def add_scale(parser: CommandParser, meaning: str) -> None:
+    parser.group("reading").add_argument(
         "--scale",
         type=_scale,
         metavar="M",
@@ -180,8 +250,8 @@ def _scale(text: str) -> float | str:
 _scale.__name__ = "positive number or auto"  # in argparse's error message
 
 
-def add_jobs(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
+def add_jobs(parser: CommandParser) -> None:
+    parser.group("computation").add_argument(
         "--jobs", type=jobs, default=-1, metavar="N", help="threads or processes; -1, the default, is all processors"
     )
 

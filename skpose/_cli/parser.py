@@ -6,36 +6,45 @@ from pathlib import Path
 import skpose
 from skpose._cli.options import (
     METRICS,
+    CommandParser,
     add_dtype,
     add_files,
     add_folder,
     add_frame_rate,
     add_jobs,
     add_metric,
+    add_out,
     add_poses,
     add_preparing,
     add_reading,
+    add_reading_points,
     add_skip_errors,
     positive,
     seconds,
     share,
 )
-from skpose._cli.targets import file_named
+from skpose._cli.parser_motions import add_between, add_convert, add_mean, add_retarget
+from skpose._cli.targets import NAMED
 
 ALIGNMENTS = "dtw", "subsequence", "frames"  # those of motion_distances
 EXIT_STATUS = (
     "Exit status: 0 success, 1 error in the files or the computation, 2 wrong options, 3 success without the files "
     "that --skip-errors left out, 130 interrupted."
 )
+MEAN = ". {} of several skeletons are compared on their mean skeleton"
+MATRIX = (
+    "the matrix: .npy for numpy.load(..., mmap_mode='r'), which is continued after an interruption; .csv, with names "
+    "of rows and columns, for pandas and spreadsheets; .npz, as arrays distances and names"
+)
 
 
-def command_line() -> argparse.ArgumentParser:
+def command_line() -> CommandParser:
     """Return the parser of ``skpose`` and its commands."""
-    parser = argparse.ArgumentParser(prog="skpose", description=skpose.__doc__.splitlines()[0], epilog=EXIT_STATUS)
+    parser = CommandParser(prog="skpose", description=skpose.__doc__.splitlines()[0], epilog=EXIT_STATUS)
     parser.add_argument("--version", action=_Version, nargs=0, help="print the version and exit")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
 
-    def command(name: str, summary: str, more: str = "") -> argparse.ArgumentParser:
+    def command(name: str, summary: str, more: str = "") -> CommandParser:
         description = f"{summary[0].upper()}{summary[1:]}{more}."
         return commands.add_parser(name, help=summary, description=description, epilog=EXIT_STATUS)
 
@@ -54,32 +63,122 @@ def command_line() -> argparse.ArgumentParser:
         "to a folder. Existing files are never overwritten",
     )
     add_folder(reproduce)
-    reproduce.add_argument(
+    reproduce.group("output").add_argument(
         "--out",
         type=Path,
         required=True,
         metavar="DIR",
         help="output folder; created if missing, inside an existing folder",
     )
-    reproduce.add_argument("--seed", type=int, default=0, metavar="N", help="seed of all random draws; default: 0")
+    reproduce.group("computation").add_argument(
+        "--seed", type=int, default=0, metavar="N", help="seed of all random draws; default: 0"
+    )
     add_jobs(reproduce)
 
-    distances = command(
-        "distances",
-        "write the distances between all poses of some files to a file",
-        ". Poses of several skeletons are compared on their mean skeleton. If the command is interrupted, run it again "
-        "to continue",
+    _add_distances(
+        command(
+            "distances",
+            "write the distances between all poses of some files to a file",
+            f"{MEAN.format('Poses')}. If the command is interrupted, run it again to continue a matrix in .npy",
+        )
     )
-    add_poses(distances, "D.npy", ".npy", "the matrix, in numpy's format; open it with numpy.load(..., mmap_mode='r')")
+    _add_neighbors(
+        command(
+            "neighbors",
+            "write the graph of nearest poses of some files to a file",
+            f"{MEAN.format('Poses')}. In the place of the files it also takes a file of distances, of skpose distances "
+            "or motions, and writes the graph of its nearest rows",
+        )
+    )
+    _add_motions(
+        command(
+            "motions",
+            "write the distances between the motions of some files, by dynamic time warping, to a file",
+            f", with a row for each file{MEAN.format('Motions')}. If the command is interrupted, run it again to "
+            "continue a matrix in .npy",
+        )
+    )
+    _add_find(
+        command(
+            "find",
+            "print the places in some files where a motion, or a pose, is found, the best first",
+            MEAN.format("Motions"),
+        )
+    )
+    add_mean(
+        command(
+            "mean",
+            "write the typical motion of some files, by dynamic time warping, to a file",
+            ", on their mean skeleton: bones keep their lengths. How much the motions differ from it is printed",
+        )
+    )
+    add_between(
+        command(
+            "between",
+            "write a motion through key poses to a file",
+            ": frames of one file, or a frame of each of several files. Every frame is a pose whose bones keep their "
+            "lengths",
+        )
+    )
+    add_retarget(
+        command(
+            "retarget",
+            "bring a motion onto the skeleton of another file",
+            ", which may be rigged differently. How many joints have counterparts is printed, and how near it comes",
+        )
+    )
+    add_convert(
+        command(
+            "convert",
+            "write the motion, markers or keypoints of a file in another format",
+            ": BVH, .npz or CSV. Markers and keypoints have no skeleton, and become .npz or CSV",
+        )
+    )
+    _add_view(
+        command(
+            "view",
+            "write a page that plays the motions of some files, to turn them and to compare them",
+            ". The page is one HTML file that needs no network",
+        )
+    )
+    _add_explore(
+        command(
+            "explore",
+            "write a page of all poses of some files as points, to find and compare poses and motions",
+            ". Near points are similar poses under the metric. Subjects and actions are those of an index.csv in the "
+            "folder of a file or in one above it, see skpose.datasets.load_cmu, or of the names of files, "
+            "SUBJECT_ACTION_TRIAL.bvh or as those of CMU and HDM05. The page is one HTML file that needs no network",
+        )
+    )
+
+    info = command("info", "print the contents of BVH, AMC, ASF, AMASS, TRC or C3D files, of keypoints, or of skpose")
+    info.add_argument(
+        "files",
+        nargs="+",
+        type=Path,
+        metavar="FILE",
+        help="a file, or a folder, for its BVH, AMC, ASF, TRC and C3D files; - is standard input",
+    )
+    add_skip_errors(info)
+    add_reading(info)
+    add_reading_points(info)
+    return parser
+
+
+def _add_distances(distances: CommandParser) -> None:
+    add_poses(distances, "FILE", (".npy", *NAMED), MATRIX)
     add_dtype(distances)
 
-    neighbors = command(
-        "neighbors",
-        "write the graph of nearest poses of some files to a file",
-        ". Poses of several skeletons are compared on their mean skeleton",
+
+def _add_neighbors(neighbors: CommandParser) -> None:
+    add_poses(
+        neighbors,
+        "FILE",
+        NAMED,
+        "the graph: .npz, a sparse matrix of distances for scipy.sparse.load_npz, with the names of the rows; .csv, a "
+        "row for each neighbour with both names, rank and distance",
     )
-    add_poses(neighbors, "G.npz", ".npz", "the sparse matrix of distances; open it with scipy.sparse.load_npz")
-    which = neighbors.add_mutually_exclusive_group()
+    which = neighbors.group("result").add_mutually_exclusive_group()
     which.add_argument(
         "--neighbors", type=positive(int), default=5, metavar="K", help="neighbours of each pose; default: 5"
     )
@@ -90,93 +189,86 @@ def command_line() -> argparse.ArgumentParser:
         help="instead: all poses up to this distance, m (rad for angle)",
     )
 
-    motions = command(
-        "motions",
-        "write the distances between the motions of some files, by dynamic time warping, to a file",
-        ", with a row for each file. Motions of several skeletons are compared on their mean skeleton. If the command "
-        "is interrupted, run it again to continue",
-    )
-    add_poses(motions, "D.npy", ".npy", "the matrix, in numpy's format; open it with numpy.load")
+
+def _add_motions(motions: CommandParser) -> None:
+    add_poses(motions, "FILE", (".npy", *NAMED), MATRIX)
     add_dtype(motions)
-    motions.add_argument(
+    group = motions.group("metric")
+    group.add_argument(
         "--alignment",
         choices=ALIGNMENTS,
         default="dtw",
         help="dtw: warp the whole of both; subsequence: find the motion of the row inside that of the column; frames: "
         "frame by frame, for motions of equal length; default: dtw",
     )
-    motions.add_argument(
+    group.add_argument(
         "--window",
         type=share,
         metavar="SHARE",
         help="band of dtw: times may differ by this share of the durations, 0 to 1; default: no limit",
     )
 
-    find = command(
-        "find",
-        "print the places in some files where a motion is found, the best first",
-        ". Motions of several skeletons are compared on their mean skeleton",
-    )
+
+def _add_find(find: CommandParser) -> None:
     find.add_argument("query", type=Path, metavar="QUERY", help="file of the motion to find; - is standard input")
     add_files(find, order="")
+    group = find.group("input")
     for name, does in (("from", "begins"), ("to", "ends")):
-        find.add_argument(
+        group.add_argument(
             f"--{name}",
             dest=does,
             type=seconds,
             metavar="S",
             help=f"where the motion to find {does} in its file, s; default: where the file {does}",
         )
-    find.add_argument("--k", type=positive(int), default=10, metavar="K", help="number of places; default: 10")
+    group.add_argument(
+        "--pose",
+        type=seconds,
+        metavar="S",
+        help="find the single pose at this time of QUERY, s, instead of the motion; a place is then a frame to which "
+        "no other within half a second is nearer",
+    )
+    group = find.group("result")
+    group.add_argument("--k", type=positive(int), default=10, metavar="K", help="number of places; default: 10")
+    group.add_argument(
+        "--exclude-query",
+        action="store_true",
+        help="leave out the places that have frames of the motion to find, or are within half a second of the pose, "
+        "where QUERY is among the files",
+    )
+    group.add_argument("--one-per-file", action="store_true", help="the best place of each file only")
     add_metric(find)
     add_preparing(find)
     add_jobs(find)
 
-    view = command(
-        "view",
-        "write a page that plays the motions of some files, to turn them and to compare them",
-        ". Of keypoints and markers it shows points, and the bones of a layout. The page is one HTML file that needs "
-        "no network",
-    )
+
+def _add_view(view: CommandParser) -> None:
     add_files(
         view,
         order="",
-        formats="BVH, AMC, AMASS, TRC or C3D files, or keypoints as JSON, CSV or .npz",
+        formats="BVH, AMC, AMASS, TRC or C3D files, .npz files of skpose, or keypoints as JSON, CSV or .npz",
         of_folders="BVH, AMC, TRC and C3D",
     )
-    view.add_argument(
-        "--out", type=file_named(".html"), required=True, metavar="VIEW.html", help="the page; open it in a browser"
-    )
-    view.add_argument(
+    add_out(view, "VIEW.html", (".html",), "the page; open it in a browser")
+    group = view.group("result")
+    group.add_argument(
         "--align",
         action="store_true",
         help="of two files: play the frames together that belong together, by dynamic time warping, and show the "
         "differences of the joints by colours",
     )
-    view.add_argument(
+    group.add_argument(
         "--overlay", action="store_true", help="begin with all motions in one picture instead of side by side"
-    )
-    view.add_argument(
-        "--layout",
-        metavar="NAME",
-        help="layout of keypoints, such as coco17, whose bones are drawn, see skpose.keypoints.layouts; default: the "
-        "one that has the names of the points, or no bones",
     )
     add_frame_rate(view)
     add_reading(view)
+    add_reading_points(view)
 
-    explore = command(
-        "explore",
-        "write a page of all poses of some files as points, to find and compare poses and motions",
-        ". Near points are similar poses under the metric. Subjects and actions are those of an index.csv in the "
-        "folder of a file or in one above it, see skpose.datasets.load_cmu, or of the names of files, "
-        "SUBJECT_ACTION_TRIAL.bvh or as those of CMU and HDM05. The page is one HTML file that needs no network",
-    )
+
+def _add_explore(explore: CommandParser) -> None:
     add_files(explore, order="")
-    explore.add_argument(
-        "--out", type=file_named(".html"), required=True, metavar="EXPLORE.html", help="the page; open it in a browser"
-    )
-    explore.add_argument(
+    add_out(explore, "EXPLORE.html", (".html",), "the page; open it in a browser")
+    explore.group("metric").add_argument(
         "--metric",
         dest="metrics",
         nargs="+",
@@ -187,18 +279,6 @@ def command_line() -> argparse.ArgumentParser:
     )
     add_preparing(explore, frame_rate=12.0)
     add_jobs(explore)
-
-    info = command("info", "print the contents of BVH, AMC, ASF, AMASS, TRC or C3D files")
-    info.add_argument(
-        "files",
-        nargs="+",
-        type=Path,
-        metavar="FILE",
-        help="a file, or a folder, for its BVH, AMC, ASF, TRC and C3D files; - is standard input",
-    )
-    add_skip_errors(info)
-    add_reading(info)
-    return parser
 
 
 class _Version(argparse.Action):

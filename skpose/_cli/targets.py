@@ -8,16 +8,20 @@ from pathlib import Path
 from skpose._files import check_new
 from skpose._parallel.checkpoint import FileCheckpoint
 
-MATRICES = "distances", "motions"  # commands that write a matrix tile by tile, and continue it
+MATRICES = "distances", "motions"  # commands that write a matrix, as .npy tile by tile, and continue it
+NAMED = ".npz", ".csv"  # the suffixes of matrices with names
+CONTENTS = ".bvh", ".npz", ".csv"  # of motions; keypoints have the last two
 REPORT = ("report.md", "table.txt", "figure_3.png", "figure_4.png")  # of `skpose reproduce`
 
 
-def file_named(suffix: str) -> Callable[[str], Path]:
-    """Return the type of an option: the path of a file whose name has the suffix of its format."""
+def file_named(*suffixes: str) -> Callable[[str], Path]:
+    """Return the type of an option: the path of a file whose name has the suffix of one of its formats."""
+    *first, last = suffixes
+    expected = f"{', '.join(first)} or {last}, the formats" if first else f"{last}, which is the format"
 
     def path(text: str) -> Path:
-        if Path(text).suffix.lower() != suffix:
-            raise argparse.ArgumentTypeError(f"{text!r} does not end in {suffix}, which is the format of the file")
+        if Path(text).suffix.lower() not in suffixes:
+            raise argparse.ArgumentTypeError(f"{text!r} does not end in {expected} of the file")
         return Path(text)
 
     return path
@@ -28,9 +32,14 @@ def is_unfinished(out: Path) -> bool:
     return out.exists() and FileCheckpoint(out).path.exists()
 
 
+def continues(command: str, out: Path | None) -> bool:
+    """Return whether the command continues its file after an interruption."""
+    return command in MATRICES and out is not None and out.suffix.lower() == ".npy"
+
+
 def check(command: str, out: Path) -> None:
     """Raise an error unless the command can write its results."""
-    if command in MATRICES and out.parent.is_dir():
+    if continues(command, out) and out.parent.is_dir():
         FileCheckpoint(out).read()  # refuses another program's file
         if is_unfinished(out):
             with out.open("r+b"):  # which may not be permitted

@@ -1,4 +1,4 @@
-"""Readers of motion-capture files, and a writer of BVH.
+"""Readers of motion-capture files; writers of BVH, .npz and CSV.
 
 Acclaim ASF/AMC, Biovision BVH and AMASS are motions; TRC, C3D and keypoints, as JSON, CSV or arrays, are positions
 without a skeleton.
@@ -15,6 +15,8 @@ from skpose.io._error import MocapFormatError
 from skpose.io._keypoints import load_keypoints
 from skpose.io._load import asf_path, file_format, load_motion
 from skpose.io._save import save_bvh
+from skpose.io._save_csv import save_csv
+from skpose.io._save_npz import save_npz
 from skpose.io._trc import load_trc
 
 __all__ = [
@@ -33,4 +35,6 @@ __all__ = [
     "load_motion",
     "load_trc",
     "save_bvh",
+    "save_csv",
+    "save_npz",
 ]

@@ -15,6 +15,7 @@ from skpose.io._arguments import PathLike, Readable
 from skpose.io._keypoints import POSITIONS
 from skpose.io._npz import Archive
 from skpose.io._numbers import drop_not_finite
+from skpose.io._save_npz import VERSION
 from skpose.io._smpl import BY_SIZE, HANDS, MODELS, mean_joints, shaped_joints
 from skpose.io._source import Source
 from skpose.io._up import Up, check_up_of_file, stand
@@ -112,16 +113,21 @@ def load_amass(
     Motion(415 frames at 120 Hz, 3.5 s, z up, Skeleton(n_joints=51, n_dofs=153))
     """
     with Source(path, "an AMASS file (.npz)", binary=True) as source:
-        return read_amass(source, model=model, hands=hands, on_nan=on_nan, up=up)
+        return read_amass(source, Archive(source), model=model, hands=hands, on_nan=on_nan, up=up)
 
 
 def read_amass(
-    source: Source, *, model: PathLike | None = None, hands: bool = True, on_nan: str = "raise", up: Up | None = None
+    source: Source,
+    file: Archive,
+    *,
+    model: PathLike | None = None,
+    hands: bool = True,
+    on_nan: str = "raise",
+    up: Up | None = None,
 ) -> Motion:
     """Read the motion of an open AMASS file."""
     check_choice("on_nan", on_nan, ("raise", "drop"))
     check_up_of_file(up)
-    file = Archive(source)
     name, finite = _model_name(file), on_nan == "raise"
     trans = file.numbers("trans", (None, 3), finite=finite, remedy=DROP)
     frame_rate = _frame_rate(file)
@@ -181,6 +187,8 @@ def _model_name(file: Archive) -> str:
 
 def _other_reader(file: Archive) -> str:
     """Return which function reads an .npz file with other keys."""
+    if VERSION in file.keys:
+        return "it is a motion that save_npz wrote: load_motion reads it"
     if found := sorted(file.keys & set(POSITIONS)):
         return f"it has {found[0]}, positions of points without a skeleton: load_keypoints reads them"
     return (

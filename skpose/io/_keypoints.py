@@ -16,6 +16,7 @@ from skpose.io._keypoints_csv import is_table, read_csv
 from skpose.io._keypoints_json import json_files, read_folder, read_json
 from skpose.io._npz import Archive, read_array
 from skpose.io._other import NUMBERS, is_numbers
+from skpose.io._save_npz import VERSION
 from skpose.io._source import Source
 from skpose.io._stored import Stored
 from skpose.keypoints import Keypoints, Layout, layouts
@@ -25,6 +26,7 @@ POSITIONS = "positions", "keypoints"
 CONFIDENCES = "confidences", "scores"
 RATES = "frame_rate", "fps"
 NAMES = "names"
+UP = "up"
 SHAPES = (None, None, 3), (None, None, 4)
 KIND = "keypoints as JSON, CSV with a header, .npz or .npy"
 
@@ -49,16 +51,18 @@ def load_keypoints(
         writes it.
     layout : Layout or str, default=None
         The layout of the keypoints, or the name of one of `skpose.keypoints.layouts`: the names of the points, the
-        axis that points up, and points that are means of others. Where the file names its points they are found by
-        their names, in any order and spelling, and others are left out.
+        axis that points up unless the file states it, and points that are means of others. Where the file names its
+        points they are found by their names, in any order and spelling, and others are left out.
     names : iterable of str, default=None
         Name of each point in the file. None is the file's own, or those of the layout.
     frame_rate : float, default=None
-        Frames per second. None is the file's own, `frame_rate` or `fps`, which CSV files do not state.
+        Frames per second. None is the file's own, `frame_rate` or `fps`, which CSV files state where `save_csv` wrote
+        them.
     scale : float, default=1.0
         Metres per unit of length.
     up : {"x", "y", "z"}, default=None
-        The axis that points up, without a layout, which states its own. None is "y".
+        The axis that points up, without a layout, which states its own. None is the file's own `up`, as `save_npz` and
+        `save_csv` write it, or "y".
 
     Returns
     -------
@@ -86,6 +90,7 @@ def load_keypoints(
     See Also
     --------
     load_trc, load_c3d : Read files of markers.
+    save_npz, save_csv : Write keypoints.
     skpose.keypoints.Keypoints : Keypoints from an array in memory.
 
     Notes
@@ -98,13 +103,14 @@ def load_keypoints(
     ``confidences``, ``scores``  (n_frames, n_points), from 0 to 1, not with a fourth number
     ``frame_rate``, ``fps``      one number, Hz
     ``names``                    (n_points,) texts
+    ``up``                       a text, x, y or z
     ============================ =============================================================
 
     Nothing is unpickled: arrays of objects are refused.
 
     A CSV file has a header and a row for each frame, with columns such as ``nose_x``, ``nose_y``, ``nose_z`` and, for
     all points or none, ``nose_visibility``, ``_confidence``, ``_score`` or ``_likelihood``. A column ``frame`` says
-    which frame a row is.
+    which frame a row is; columns ``frame_rate`` and ``up`` that are the same in all rows say what they say.
 
     A JSON file is a frame, a list of frames, or an object with a list of them as ``frames``, and ``fps``. A frame has
     one person's points as ``pose_world_landmarks`` (MediaPipe, also ``worldLandmarks``), ``pose_keypoints_3d`` of its
@@ -158,7 +164,10 @@ def load_keypoints(
         with source.format_errors():
             refuse_pictures(stored.positions, names or (), "positions")
             positions = stored.positions * scale
-            if layout is not None and names is not None:
+            if layout is not None and stored.up is not None:
+                own = Keypoints(positions, names or layout.names, frame_rate, stored.confidences, stored.up)  # type: ignore[arg-type]
+                found = layout.keypoints(own)
+            elif layout is not None and names is not None:
                 order = _order(source, names, positions.shape[1], layout)
                 positions = positions[:, order]
                 confidences = None if stored.confidences is None else stored.confidences[:, order]
@@ -166,7 +175,7 @@ def load_keypoints(
             elif layout is not None:
                 found = layout.keypoints(positions, frame_rate, stored.confidences)
             else:
-                found = Keypoints(positions, names or (), frame_rate, stored.confidences, up or "y")
+                found = Keypoints(positions, names or (), frame_rate, stored.confidences, up or stored.up or "y")  # type: ignore[arg-type]
         if layout is None or layout.pairs:
             source.warn_of_extent(found.positions, scale)
         return found
@@ -214,6 +223,8 @@ def _from_archive(source: Source) -> Stored:
     """Return what an .npz file holds."""
     file = Archive(source)
     key = _one_of(file, POSITIONS)
+    if key is None and VERSION in file.keys:
+        raise source.error("this is a motion that save_npz wrote: load_motion reads it")
     if key is None:
         raise source.error(f"it has no {' or '.join(POSITIONS)}; its keys are {', '.join(sorted(file.keys)) or 'none'}")
     array = _read_or_explain(source, lambda: file.numbers(key, *SHAPES, finite=False))
@@ -226,7 +237,10 @@ def _from_archive(source: Source) -> Stored:
             raise source.error(f"{found}: expected a positive number, found {rate:g}")
     if NAMES in file.keys:
         names = file.texts(NAMES, (None,))
-    return Stored(array, confidences, names, rate)
+    up = file.texts(UP, ())[0] if UP in file.keys else None
+    if up is not None and up not in ("x", "y", "z"):
+        raise source.error(f"{UP}: expected x, y or z, found {up[:40]!r}")
+    return Stored(array, confidences, names, rate, up)
 
 
 def _order(source: Source, names: list[str], n_points: int, layout: Layout) -> list[int]:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose.io._source import Source
-from skpose.io._stored import FRAME, Stored, at_frames
+from skpose.io._stored import ANGLES_HEAD, FRAME, POINTS_HEAD, Stored, at_frames
 from skpose.io._words import NUMBER, complaint
 from skpose.keypoints._shared import REMEDY
 
@@ -19,6 +19,11 @@ AFTER = re.compile(rf"(.*[^\s_.:-])(?:[\s_.:-]+(x|y|z|{'|'.join(SURE)})|(?-i:(?<
 BEFORE = re.compile(rf"(x|y|z|{'|'.join(SURE)})(?:[\s_.:-]+(.+)|(\d+))", re.IGNORECASE)
 LONG = {"x", "y", "z"}
 LONGEST = 100  # characters of a name
+ANGLES = (
+    "a table of joint angles, as save_csv writes them, without the skeleton: pandas.read_csv reads it, and "
+    "Motion(skeleton, table[list(skeleton.dof_names)], frame_rate) is the motion; save_npz writes motions with their "
+    "skeletons, and load_motion reads these"
+)
 NUMBERED = re.compile(r"([^\d]*)(\d{1,9})")  # landmark_7, 7: no names, but the order of the points
 
 
@@ -31,26 +36,36 @@ class Columns(NamedTuple):
     frame: int | None
 
 
+def is_angles(head: str) -> bool:
+    """Return whether the beginning of a file is that of a table of joint angles."""
+    return head.startswith(f"{','.join(ANGLES_HEAD)},")
+
+
 def is_table(head: str) -> bool:
     """Return whether the beginning of a file is a header of positions."""
     line = next((line for line in head.splitlines() if line.strip()), "")
     cells = _cells(line, _separator(line))
-    return len(cells) > 1 and ({cell.lower() for cell in cells} >= LONG or bool(_points(cells)))
+    return len(cells) > 1 and ({cell.lower() for cell in cells} >= LONG or bool(find_points(cells)))
 
 
 def read_csv(source: Source) -> Stored:
     """Return the positions of an open CSV file."""
     rows = _rows(source)
     line, header = next(rows, (1, []))
+    if is_angles(source.head):
+        raise source.error(f"this is {ANGLES}", line)
     columns = _columns(source, header, line)
     wanted = [*(i for three in columns.positions for i in three), *(columns.confidences or [])]
     if columns.frame is not None:
         wanted.append(columns.frame)
-    numbers = []
+    numbers: list[list[float]] = []
+    same: dict[str, set[str]] = {word: set() for word in ("frame_rate", "up") if word in header}
     for line, row in rows:
         if len(row) != len(header):
             raise source.error(f"expected {len(header)} cells, as in the header, found {len(row)}", line)
         numbers.append([_number(source, row[i], header[i], line) for i in wanted])
+        for word, cells in same.items():
+            cells.add(row[header.index(word)])
     if not numbers:
         raise source.error("expected a row for each frame after the header, found none")
     array = np.array(numbers)
@@ -58,7 +73,20 @@ def read_csv(source: Source) -> Stored:
     positions = array[:, : 3 * n].reshape(-1, n, 3)
     confidences = None if columns.confidences is None else np.nan_to_num(array[:, 3 * n : 4 * n])
     frames = None if columns.frame is None else array[:, -1].tolist()
-    return at_frames(source, Stored(positions, confidences, columns.names), frames)
+    rate, up = (_only(same.get(word, set())) for word in ("frame_rate", "up"))
+    found = Stored(positions, confidences, columns.names, _rate(rate), up if up in ("x", "y", "z") else None)
+    return at_frames(source, found, frames)
+
+
+def _only(cells: set[str]) -> str:
+    """Return the cell that all rows have, empty if they differ."""
+    return next(iter(cells)) if len(cells) == 1 else ""
+
+
+def _rate(cell: str) -> float | None:
+    """Return a frame rate, None if the cell is none: a column of this name may hold something else."""
+    rate = float(cell) if NUMBER.fullmatch(cell) else np.nan
+    return rate if rate > 0.0 and 0.0 < 1.0 / rate < np.inf else None
 
 
 def _rows(source: Source) -> Iterator[tuple[int, list[str]]]:
@@ -82,7 +110,7 @@ def _cells(line: str, separator: str) -> list[str]:
         return line.split(separator)
 
 
-def _points(header: list[str]) -> dict[str, dict[str, int]]:
+def find_points(header: list[str]) -> dict[str, dict[str, int]]:
     """Return for each point the columns of its coordinates, and of its confidence, by letter or word."""
     best: dict[str, dict[str, int]] = {}
     for pattern, of_name, of_axis in ((AFTER, (1,), (2, 3)), (BEFORE, (2, 3), (1,))):
@@ -101,7 +129,7 @@ def _columns(source: Source, header: list[str], line: int) -> Columns:
     if twice is not None:
         raise source.error(f"the header has {twice[:40]!r} {header.count(twice)} times", line)
     lower = [cell.lower() for cell in header]
-    points = _points(header)
+    points = find_points(header)
     if not points and set(lower) >= LONG:
         raise source.error(
             "one row for each point, where one for each frame is expected: bring all points of a frame into one row, "
@@ -111,7 +139,8 @@ def _columns(source: Source, header: list[str], line: int) -> Columns:
     if not points:
         raise source.error("expected a header with the coordinates of points, such as nose_x,nose_y,nose_z", line)
     numbered = [NUMBERED.fullmatch(name) for name in points]
-    is_numbered = len({match[1] for match in numbered if match}) == 1 and None not in numbered
+    is_ours = tuple(header[: len(POINTS_HEAD)]) == POINTS_HEAD  # where points have the names that they had
+    is_numbered = not is_ours and len({match[1] for match in numbered if match}) == 1 and None not in numbered
     if is_numbered:
         numbers = [int(match[2]) for match in numbered if match]
         points = {name: points[name] for _, name in sorted(zip(numbers, points, strict=True))}

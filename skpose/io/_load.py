@@ -12,18 +12,21 @@ from skpose.io._asf import AsfFile, content_of
 from skpose.io._bvh import read_bvh
 from skpose.io._error import MocapFormatError
 from skpose.io._keypoints import POSITIONS
-from skpose.io._keypoints_csv import is_table
+from skpose.io._keypoints_csv import ANGLES, is_angles, is_table
 from skpose.io._npz import Archive
 from skpose.io._other import is_numbers, route_of
+from skpose.io._save_npz import VERSION, read_npz
 from skpose.io._source import Source
 from skpose.io._up import Up
 from skpose.io._words import WHOLE
 from skpose.skeleton import Motion
 
-Format = Literal["BVH", "AMC", "ASF", "AMASS", "TRC", "C3D"]
+Format = Literal["BVH", "AMC", "ASF", "AMASS", "NPZ", "TRC", "C3D"]
+KINDS = "a BVH, AMC, ASF, AMASS, TRC or C3D file"
 # The last line of the head of a table of OpenSim, and one before it.
 OPENSIM = re.compile(r"^[ \t]*endheader[ \t\r]*$", re.MULTILINE | re.IGNORECASE)
 OPENSIM_KEY = re.compile(r"^[ \t]*(nrows|ncolumns|indegrees|datarows|datacolumns)\b", re.MULTILINE | re.IGNORECASE)
+AMASS = "an AMASS file", "is the pelvis"
 ASF_KEYWORDS = {":version", ":name", ":units", ":documentation", ":root", ":bonedata", ":hierarchy", ":skin"}
 
 
@@ -43,7 +46,7 @@ def load_motion(
     root_offset: Literal["replace", "add"] = "replace",
     up: Up | None = None,
 ) -> Motion:
-    """Read a motion from a BVH, AMC or AMASS file.
+    """Read a motion from a BVH, AMC or AMASS file, or from one that `save_npz` wrote.
 
     The format is recognised by the content of the file, not by its name.
 
@@ -58,7 +61,8 @@ def load_motion(
         Frames per second of an AMC file, which does not state it; BVH and AMASS files do. None is 120 Hz, with a
         warning, see `load_amc`.
     scale : float, default=None
-        Metres per unit of length. None is 1 for BVH, and the unit of the ASF file for AMC. AMASS files are in metres.
+        Metres per unit of length. None is 1 for BVH, and the unit of the ASF file for AMC. AMASS files and those of
+        `save_npz` are in metres.
     on_nan : {"raise", "drop"}, default="raise"
         What to do with frames in which a number is NaN or infinite: refuse the file, or leave
         these frames out. The others keep their times.
@@ -77,7 +81,7 @@ def load_motion(
         How to read a BVH file, see `load_bvh`.
     up : {"x", "y", "z", "-x", "-y", "-z"}, default=None
         The direction of the file's world that points up, see `load_bvh`. None is y for BVH and AMC files and z for
-        AMASS files, with a warning where poses stand along another axis.
+        AMASS files, with a warning where poses stand along another axis, and what a file of `save_npz` states.
 
     Returns
     -------
@@ -96,6 +100,7 @@ def load_motion(
     See Also
     --------
     file_format : Return the format of a file.
+    save_bvh, save_npz : Write a motion.
     load_trc, load_c3d, load_keypoints : Read positions of markers and keypoints.
 
     Examples
@@ -107,15 +112,17 @@ def load_motion(
     Motion(343 frames at 120 Hz, 2.9 s, y up, Skeleton(n_joints=30, n_dofs=56))
     """
     with Source(path, "a BVH, AMC or AMASS file", binary=True) as source:
-        found = _format_of(source)
-        if found == "AMASS":
+        if source.binary == "zip":
+            archive = Archive(source)
+            kind, of_root = ("a file of save_npz", "is stated") if VERSION in archive.keys else AMASS
             if root is not None:
-                raise ValueError(
-                    f"root={root!r} is for BVH files; {source.name} is an AMASS file, whose root is the pelvis"
-                )
+                raise ValueError(f"root={root!r} is for BVH files; {source.name} is {kind}, whose root {of_root}")
             if scale not in (None, 1.0):
-                raise ValueError(f"{source.name} is an AMASS file, in metres: scale must be None, got {scale!r}")
-            return read_amass(source, model=model, hands=hands, on_nan=on_nan, up=up)
+                raise ValueError(f"{source.name} is {kind}, in metres: scale must be None, got {scale!r}")
+            if VERSION in archive.keys:
+                return read_npz(source, archive, on_nan=on_nan, up=up)
+            return read_amass(source, archive, model=model, hands=hands, on_nan=on_nan, up=up)
+        found = _format_of(source)
         if found == "BVH":
             scale = 1.0 if scale is None else scale
             return read_bvh(
@@ -159,8 +166,9 @@ def file_format(path: Readable) -> Format:
 
     Returns
     -------
-    {"BVH", "AMC", "ASF", "AMASS", "TRC", "C3D"}
-        The format; every .npz file is "AMASS". The rest of the file is not checked.
+    {"BVH", "AMC", "ASF", "AMASS", "NPZ", "TRC", "C3D"}
+        The format; an .npz file is "NPZ" if `save_npz` wrote it, and "AMASS" otherwise. The rest of the file is not
+        checked.
 
     Raises
     ------
@@ -180,27 +188,32 @@ def file_format(path: Readable) -> Format:
     ...     file_format(path)
     'BVH'
     """
-    with Source(path, "a BVH, AMC, ASF, AMASS, TRC or C3D file", binary=True) as source:
+    with Source(path, KINDS, binary=True) as source:
         return _format_of(source)
 
 
 def has_keypoints(path: Readable) -> bool:
     """Return whether a file is one of those that `load_keypoints` reads, by its beginning, or by the keys of a zip."""
-    with Source(path, "a motion-capture file", binary=True) as source:
+    with Source(path, KINDS, binary=True) as source:
         if source.binary == "zip":
-            try:
-                return bool(Archive(source).keys & set(POSITIONS))
-            except MocapFormatError:  # damaged, which its reader reports
-                return False
-        if source.binary is not None or is_numbers(source.head):
+            return bool(_keys_of(source) & set(POSITIONS))
+        if source.binary is not None or is_numbers(source.head) or is_angles(source.head):
             return source.binary == "npy"
         return source.head.lstrip()[:1] in ("{", "[") or is_table(source.head)
+
+
+def _keys_of(source: Source) -> set[str]:
+    """Return the keys of an open archive, none where it is damaged, which its reader reports."""
+    try:
+        return Archive(source).keys
+    except MocapFormatError:
+        return set()
 
 
 def _format_of(source: Source) -> Format:
     """Return the format of an open file, by its first word that is not in a comment, or as a zip archive."""
     if source.binary == "zip":
-        return "AMASS"
+        return "NPZ" if VERSION in _keys_of(source) else "AMASS"
     if source.binary == "C3D":
         return "C3D"
     if source.binary == "npy":
@@ -211,6 +224,8 @@ def _format_of(source: Source) -> Format:
             "is not read: load_trc reads the markers of the same trial, fit_skeleton and inverse_kinematics find the "
             "motion"
         )
+    if is_angles(source.head):
+        raise source.error(f"this is {ANGLES}")
     if route := route_of(source.head):
         raise source.error(f"{route}; fit_skeleton and inverse_kinematics find the motion")
     for line in source.head.splitlines():

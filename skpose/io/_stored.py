@@ -8,6 +8,9 @@ import numpy as np
 from skpose.io._source import Source
 
 MOST = 100  # frames for each that is stored: a larger number of a frame is damage, and would need the memory
+# The first columns of the tables that `save_csv` writes, of positions and of angles.
+POINTS_HEAD = "frame", "time", "frame_rate", "up"
+ANGLES_HEAD = (*POINTS_HEAD, "root_axes")
 FRAME = "frame", "frame_id", "frame_index", "frame_idx", "frame_number", "frame_num", "frame_no", "fnum"
 
 
@@ -18,6 +21,7 @@ class Stored(NamedTuple):
     confidences: np.ndarray | None  # (n_frames, n_points)
     names: list[str] | None
     frame_rate: float | None = None
+    up: str | None = None  # x, y or z
 
 
 def at_frames(source: Source, stored: Stored, numbers: Sequence[float] | None) -> Stored:

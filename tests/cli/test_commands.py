@@ -201,7 +201,11 @@ def test_an_amc_file_with_the_name_of_hdm05_finds_its_skeleton(tmp_path, capsys)
     assert "upperarm" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("command", [[], ["distances"], ["neighbors"], ["motions"], ["find"], ["info"], ["compare"]])
+COMMANDS = ["compare", "reproduce", "distances", "neighbors", "motions", "find", "mean", "between", "retarget"]
+COMMANDS += ["convert", "view", "explore", "info"]
+
+
+@pytest.mark.parametrize("command", [[], *([name] for name in COMMANDS)])
 def test_help(command, capsys):
     with pytest.raises(SystemExit) as stop:
         main([*command, "--help"])
@@ -234,7 +238,7 @@ def test_errors_are_one_line(files, capsys, arguments, message):
         ["distances", "a.bvh", "--out", "D.npy", "--frame-rate", "-1"],
         ["distances", "a.bvh", "--out", "D.npy", "--jobs", "0"],
         ["compare", "--jobs", "0"],
-        ["distances", "a.bvh", "--out", "D.csv"],
+        ["distances", "a.bvh", "--out", "D.txt"],
         ["distances", "a.bvh", "--out", "D"],
         ["neighbors", "a.bvh", "--out", "G.npy"],
         ["distances", "a.bvh", "--out", "D.npy", "--metric", "cosine"],

@@ -154,7 +154,7 @@ def calls(monkeypatch):
         found.append((query, motions, options))
         return [MotionMatch(1, 4, 8, 0.0123), MotionMatch(0, 0, 7, 1.5)]
 
-    monkeypatch.setattr("skpose._cli.commands.find_motion", find_motion)
+    monkeypatch.setattr("skpose._cli.finding.find_motion", find_motion)
     return found
 
 

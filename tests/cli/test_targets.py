@@ -24,6 +24,11 @@ COMMANDS = {
     "neighbors": (["neighbors", "none.bvh"], "G.npz"),
     "motions": (["motions", "none.bvh"], "D.npy"),
     "view": (["view", "none.bvh"], "view.html"),
+    "names": (["distances", "none.bvh"], "D.csv"),
+    "mean": (["mean", "none.bvh"], "mean.bvh"),
+    "between": (["between", "none.bvh", "--frames", "0,1"], "between.npz"),
+    "retarget": (["retarget", "none.bvh", "--onto", "none.asf"], "there.bvh"),
+    "convert": (["convert", "none.bvh"], "none.csv"),
     "reproduce": (["reproduce", "nowhere"], "out"),
 }
 
@@ -89,12 +94,14 @@ def test_folders_that_cannot_be_written_to_are_refused_before_anything_is_read(c
 
 @pytest.mark.parametrize(
     ("command", "out", "suffix"),
-    [("distances", "D.csv", ".npy"), ("distances", "D", ".npy"), ("distances", "D.npz", ".npy"),
-     ("neighbors", "G.npy", ".npz"), ("neighbors", "G.npz.gz", ".npz"), ("neighbors", "", ".npz")],
+    [("distances", "D.txt", ".npy, .npz or .csv, the formats"), ("motions", "D", ".npy, .npz or .csv, the formats"),
+     ("neighbors", "G.npy", ".npz or .csv, the formats"), ("neighbors", "G.npz.gz", ".npz or .csv, the formats"),
+     ("neighbors", "", ".npz or .csv, the formats"), ("mean", "m.amc", ".bvh, .npz or .csv, the formats"),
+     ("explore", "e.htm", ".html, which is the format")],
 )  # fmt: skip
 def test_the_name_has_the_suffix_of_the_format(command, out, suffix, capsys):
     line = refusal([command, "a.bvh", "--out", out], capsys, status=2)
-    assert line.endswith(f"argument --out: {out!r} does not end in {suffix}, which is the format of the file")
+    assert line.endswith(f"argument --out: {out!r} does not end in {suffix} of the file")
     assert os.listdir() == ["a.bvh"]
 
 
@@ -105,7 +112,7 @@ def test_an_error_in_the_computation_leaves_no_file(command, capsys, monkeypatch
 
     monkeypatch.setattr("skpose._cli.commands.pose_distances", fails)
     monkeypatch.setattr("skpose._cli.commands.motion_distances", fails)
-    monkeypatch.setattr("skpose._cli.commands.save_npz", fails)
+    monkeypatch.setattr("skpose._cli.matrices.save_npz", fails)
     out = COMMANDS[command][1]
     options = ["--neighbors", "1"] if command == "neighbors" else []
     assert main([command, "a.bvh", *options, "--metric", "position", "--out", out]) == 1

@@ -1,0 +1,174 @@
+"""Motions and keypoints as .npz files of this library: numpy's arrays by name, with all that they rest on."""
+
+import numpy as np
+
+from skpose._files import check_new, new_file
+from skpose._validation.options import check_choice
+from skpose.io._arguments import PathLike
+from skpose.io._npz import Archive
+from skpose.io._source import Source
+from skpose.io._up import Up, check_up_of_file, stand
+from skpose.keypoints import Keypoints
+from skpose.skeleton import Bone, Motion, Skeleton
+
+VERSION = "skpose_motion"  # the key that only motions of this library have, with the version of the format
+LATEST = 1
+
+
+def save_npz(path: PathLike, content: Motion | Keypoints) -> None:
+    """Write a motion or keypoints as an .npz file, which loses nothing.
+
+    Parameters
+    ----------
+    path : str or path-like
+        The file, which must not exist yet. It is written whole or not at all.
+    content : Motion or Keypoints
+        What to write.
+
+    Raises
+    ------
+    TypeError
+        If it is neither a motion nor keypoints.
+    OSError
+        If the file exists, or cannot be written.
+
+    See Also
+    --------
+    load_motion : Read the motion again.
+    load_keypoints : Read the keypoints again.
+    save_bvh : Write a motion for other programs.
+    save_csv : Write the angles or the positions as a table.
+
+    Notes
+    -----
+    ``numpy.load(path)["angles"]`` and so on are the arrays of a motion; nothing is pickled:
+
+    =================================== ================================================================
+    ``angles``, ``dof_names``           (n_frames, n_dofs), rad; one name for each column
+    ``frame_rate``, ``frame_numbers``   Hz; (n_frames,), whose times are the numbers over the rate
+    ``up``                              the axis of the world that points up: x, y or z
+    ``root_positions``, ``root_angles`` (n_frames, 3), m; (n_frames, k), rad
+    ``root_axes``, ``root_name``        texts, see `Motion`
+    ``joint_names``, ``joint_parents``  (n_joints,); an empty text is the root
+    ``joint_offsets``, ``joint_dofs``   (n_joints, 3), m; (n_joints,) texts, see `Bone`
+    ``rest_rotations``, ``limits``      (n_joints, 3, 3); (n_dofs, 2), rad; NaN where a bone has none
+    ``weights``                         (n_joints,); NaN where a bone has none
+    ``offset_frame``                    own or parent, see `Skeleton`
+    ``skpose_motion``                   the version of the format, 1
+    =================================== ================================================================
+
+    Keypoints have the keys that `load_keypoints` lists, and ``up``.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import numpy as np
+    >>> from skpose.datasets import make_gait
+    >>> from skpose.io import load_motion, save_npz
+    >>> walk = make_gait(1, 1, random_state=0)[0]
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder, "walk.npz")
+    ...     save_npz(path, walk)
+    ...     again = load_motion(path)
+    >>> again.skeleton == walk.skeleton, np.array_equal(again.angles, walk.angles)
+    (True, True)
+    """
+    if isinstance(content, Motion):
+        arrays = _of_motion(content)
+    elif isinstance(content, Keypoints):
+        names = ("positions", "confidences", "names", "frame_rate", "up")
+        arrays = {name: np.asarray(getattr(content, name)) for name in names}
+    else:
+        raise TypeError(f"content must be a skpose.Motion or skpose.Keypoints, got {type(content).__name__}")
+    check_new(path)
+    with new_file(path) as new, new.open("wb") as file:  # to a path numpy adds .npz where it is missing
+        # Not compressed: of a person who stands still, the reader would refuse it, see `_npz`.
+        np.savez(file, **arrays)  # type: ignore[arg-type]
+
+
+def _of_motion(motion: Motion) -> dict[str, np.ndarray]:
+    """Return the arrays of a motion by their keys."""
+    bones = motion.skeleton.bones
+    nowhere = np.full((3, 3), np.nan)
+    limits = [np.full((bone.n_dofs, 2), np.nan) if bone.limits is None else bone.limits for bone in bones]
+    names = "angles", "frame_rate", "frame_numbers", "up", "root_positions", "root_angles", "root_axes", "root_name"
+    return {
+        VERSION: np.asarray(LATEST),
+        **{name: np.asarray(getattr(motion, name)) for name in names},
+        "dof_names": np.array(motion.skeleton.dof_names),
+        "joint_names": np.array(motion.skeleton.joint_names),
+        "joint_parents": np.array([bone.parent or "" for bone in bones]),
+        "joint_offsets": motion.skeleton.offsets,
+        "joint_dofs": np.array([bone.dofs for bone in bones]),
+        "rest_rotations": np.array([nowhere if b.rest_rotation is None else b.rest_rotation for b in bones]),
+        "limits": np.concatenate([np.reshape(pairs, (-1, 2)) for pairs in limits]),
+        "weights": np.array([np.nan if bone.weight is None else bone.weight for bone in bones]),
+        "offset_frame": np.asarray(motion.skeleton.offset_frame),
+    }
+
+
+def read_npz(source: Source, file: Archive, *, on_nan: str = "raise", up: Up | None = None) -> Motion:
+    """Read the motion of an open file that `save_npz` wrote."""
+    check_choice("on_nan", on_nan, ("raise", "drop"))
+    check_up_of_file(up)
+    version = file.numbers(VERSION, ()).item()
+    if version != LATEST:
+        raise source.error(
+            f"{VERSION}: the version of the format is {version:g}, and this version of skpose reads {LATEST}: read it "
+            "with the skpose that wrote it"
+        )
+    skeleton = _skeleton(source, file)
+    angles = file.numbers("angles", (None, skeleton.n_dofs))
+    if list(skeleton.dof_names) != file.texts("dof_names", (None,)):
+        raise source.error("dof_names: expected the names of the dofs of the joints, in their order")
+    n = len(angles)
+    axes = _text(file, "root_axes")
+    numbers = file.numbers("frame_numbers", (n,))
+    if (numbers % 1.0).any() or (np.abs(numbers) >= 2**53).any():
+        raise source.error("frame_numbers: expected whole numbers")
+    with source.format_errors():
+        motion = Motion(
+            skeleton,
+            angles,
+            file.numbers("frame_rate", ()).item(),
+            file.numbers("root_positions", (n, 3)),
+            file.numbers("root_angles", (n, None)),
+            axes,
+            numbers.astype(np.int64),
+            _text(file, "up"),  # type: ignore[arg-type]  # which Motion checks
+            root_name=_text(file, "root_name"),
+        )
+    return motion if up is None else stand(motion, up, source)
+
+
+def _skeleton(source: Source, file: Archive) -> Skeleton:
+    """Return the skeleton of an open file."""
+    names = file.texts("joint_names", (None,))
+    n = len(names)
+    parents, dofs = file.texts("joint_parents", (n,)), file.texts("joint_dofs", (n,))
+    offsets = file.numbers("joint_offsets", (n, 3))
+    rest = file.numbers("rest_rotations", (n, 3, 3), finite=False)
+    weights = file.numbers("weights", (n,), finite=False)
+    limits = file.numbers("limits", (None, 2), finite=False)
+    bones, column = [], 0
+    for i, name in enumerate(names):
+        bone = Bone(name, parents[i] or None, offsets[i], dofs[i])
+        pairs = limits[column : column + bone.n_dofs]
+        column += bone.n_dofs
+        bones.append(
+            bone._replace(
+                rest_rotation=None if np.isnan(rest[i]).all() else rest[i],
+                limits=None if np.isnan(pairs).all() else pairs,
+                weight=None if np.isnan(weights[i]) else weights[i],
+            )
+        )
+    if len(limits) != column:
+        raise source.error(f"limits: expected {column} rows, one for each dof, found {len(limits)}")
+    with source.format_errors():
+        return Skeleton(bones, _text(file, "offset_frame"))  # type: ignore[arg-type]  # which Skeleton checks
+
+
+def _text(file: Archive, key: str) -> str:
+    (text,) = file.texts(key, ())
+    return text

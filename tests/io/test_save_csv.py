@@ -1,0 +1,141 @@
+"""Tables of angles and of positions: pandas, numpy and the library read what was written."""
+
+import numpy as np
+import pandas
+import pytest
+from conftest import SKELETONS
+
+from skpose import Bone, Keypoints, Motion, Skeleton
+from skpose.io import MocapFormatError, file_format, load_keypoints, load_motion, save_csv
+from skpose.keypoints import layouts
+
+
+def moved(skeleton, **more):
+    rng = np.random.default_rng(0)
+    root = {"root_positions": rng.normal(size=(4, 3)), "root_angles": rng.normal(size=(4, 3)), "root_axes": "ZXY"}
+    given = {"frame_numbers": [0, 1, 5, 6], "up": "z"}
+    return Motion(skeleton, rng.uniform(-3, 3, (4, skeleton.n_dofs)), 29.97, **root | given | more)
+
+
+@pytest.mark.parametrize("name", ["bvh", "mixed joints"])
+def test_pandas_reads_the_angles(name, tmp_path):
+    motion = moved(SKELETONS[name])
+    save_csv(tmp_path / "a.csv", motion)
+    table = pandas.read_csv(tmp_path / "a.csv")
+    heads = ["frame", "time", "frame_rate", "up", "root_axes", "root_x", "root_y", "root_z"]
+    assert list(table.columns) == [*heads, "root_rz", "root_rx", "root_ry", *motion.skeleton.dof_names]
+    np.testing.assert_array_equal(table["frame"], motion.frame_numbers)
+    np.testing.assert_array_equal(table["time"], motion.times)
+    again = Motion(
+        motion.skeleton,
+        table[list(motion.skeleton.dof_names)],
+        table["frame_rate"][0],
+        table[["root_x", "root_y", "root_z"]],
+        table[["root_rz", "root_rx", "root_ry"]],
+        table["root_axes"][0],
+        table["frame"],
+        table["up"][0],
+    )
+    for field in ("angles", "root_positions", "root_angles", "frame_numbers"):
+        np.testing.assert_array_equal(getattr(again, field), getattr(motion, field))
+    assert (again.frame_rate, again.up, again.root_axes) == (29.97, "z", "ZXY")
+
+
+def test_numpy_reads_the_angles(tmp_path):
+    motion = moved(SKELETONS["bvh"])
+    save_csv(tmp_path / "a.csv", motion)
+    table = np.genfromtxt(tmp_path / "a.csv", delimiter=",", skip_header=1)
+    np.testing.assert_array_equal(table[:, -motion.skeleton.n_dofs :], motion.angles)
+
+
+def test_columns_of_the_root_have_names_of_their_own(tmp_path):
+    skeleton = Skeleton([Bone("root", None, (0, 1, 0), "y"), Bone('a, "b"', "root", (0, 1, 0), "z")])
+    motion = Motion(skeleton, [[1.0, 2.0]], 30, root_angles=[[3.0]], root_axes="Y")
+    save_csv(tmp_path / "a.csv", motion)
+    table = pandas.read_csv(tmp_path / "a.csv")
+    assert table["root_ry"][0] == 1.0
+    assert table["root__ry"][0] == 3.0
+    assert table['a, "b"_rz'][0] == 2.0
+
+
+def test_a_table_of_angles_is_never_read_as_positions(tmp_path):
+    """Rotation vectors have x, y and z too."""
+    save_csv(tmp_path / "a.csv", moved(SKELETONS["ball joints"]))
+    for read in (load_motion, load_keypoints, file_format):
+        with pytest.raises(MocapFormatError, match=r"a\.csv.*: this is a table of joint angles.*without the skeleton"):
+            read(tmp_path / "a.csv")
+
+
+def seen(names=("hip", "left knee", "toe.L"), sure=None, **more):
+    positions = np.random.default_rng(0).normal(size=(5, len(names), 3))
+    positions[2, 1] = np.nan
+    return Keypoints(positions, names, 29.97, sure, **more)
+
+
+@pytest.mark.parametrize("sure", [None, np.linspace(0.1, 1, 15).reshape(5, 3)])
+def test_keypoints_are_read_as_they_were(sure, tmp_path):
+    points = seen(sure=sure, up="z")
+    save_csv(tmp_path / "a.csv", points)
+    again = load_keypoints(tmp_path / "a.csv")
+    np.testing.assert_array_equal(again.positions, points.positions)
+    np.testing.assert_array_equal(again.confidences, points.confidences)
+    assert (again.names, again.frame_rate, again.up) == (points.names, points.frame_rate, "z")
+    table = pandas.read_csv(tmp_path / "a.csv")
+    np.testing.assert_array_equal(table[["hip_x", "hip_y", "hip_z"]], points.positions[:, 0])
+    assert ("hip_confidence" in table) == (sure is not None)
+    assert load_keypoints(tmp_path / "a.csv", frame_rate=10, up="y").frame_rate == 10
+
+
+@pytest.mark.parametrize("layout", [layout for layout in layouts.values() if len(layout.names) > 4])
+def test_points_of_every_layout_are_read_by_their_names(layout, tmp_path):
+    positions = 0.3 * np.random.default_rng(0).normal(size=(3, len(layout.names), 3))
+    points = Keypoints(positions, layout.names, 30, up="z")
+    save_csv(tmp_path / "a.csv", points)
+    assert load_keypoints(tmp_path / "a.csv").names == layout.names
+    assert load_keypoints(tmp_path / "a.csv", layout).up == "z"
+
+
+@pytest.mark.parametrize("name", ["hip.", "n" * 120, "hip_x ", "hip x", "x"])
+def test_names_of_points_that_would_be_others_are_refused(name, tmp_path):
+    try:
+        save_csv(tmp_path / "a.csv", seen((name, "knee")))
+    except ValueError as error:
+        assert "would have another name where the CSV file is read" in str(error)  # noqa: PT017
+        assert not list(tmp_path.iterdir())
+    else:
+        assert load_keypoints(tmp_path / "a.csv").names == (name, "knee")
+
+
+@pytest.mark.parametrize("names", [("1", "2", "3"), ("831", "104", "103"), ("marker 2", "marker 1", "marker 9")])
+def test_numbers_are_names_in_their_order(names, tmp_path):
+    """In tables of other programs they are the order of the points."""
+    points = seen(names)
+    save_csv(tmp_path / "a.csv", points)
+    again = load_keypoints(tmp_path / "a.csv")
+    assert again.names == names
+    np.testing.assert_array_equal(again.positions, points.positions)
+
+
+def test_columns_of_other_files_state_a_rate_only_if_they_can(tmp_path):
+    head, rows = "frame,frame_rate,up,hip_x,hip_y,hip_z\n", "{},{},{},1,2,3\n{},{},{},1,2,4\n"
+    for cells in ((0, 30, "y", 1, 29, "y"), (0, "fast", "y", 1, "fast", "y"), (0, 0, 1, 1, 0, 2)):
+        (tmp_path / "a.csv").write_text(head + rows.format(*cells))
+        with pytest.raises(ValueError, match="does not state its frame rate"):
+            load_keypoints(tmp_path / "a.csv")
+        assert load_keypoints(tmp_path / "a.csv", frame_rate=30).up == "y"
+    (tmp_path / "a.csv").write_text(head + rows.format(0, 25, 0.1, 1, 25, 0.1))  # a column "up" of something else
+    assert (load_keypoints(tmp_path / "a.csv").frame_rate, load_keypoints(tmp_path / "a.csv").up) == (25, "y")
+
+
+def test_no_file_is_replaced_and_nothing_else_is_written(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("mine")
+    with pytest.raises(FileExistsError, match=r"a\.csv already exists"):
+        save_csv(path, seen())
+    assert path.read_text() == "mine"
+    with pytest.raises(TypeError, match=r"content must be a skpose\.Motion or skpose\.Keypoints, got list"):
+        save_csv(tmp_path / "b.csv", [1])
+    broken = Motion(Skeleton([Bone("a\nb", None, (0, 1, 0), "x")]), [[1.0]], 30)
+    with pytest.raises(ValueError, match=r"column 'a\\nb_rx' cannot be written"):
+        save_csv(tmp_path / "b.csv", broken)
+    assert [one.name for one in tmp_path.iterdir()] == ["a.csv"]
