@@ -15,7 +15,7 @@ from skpose.skeleton._shared import continuous_triples, positions_at_zero, root_
 
 DIGITS = 9  # after the point: far below the precision of mocap; no exponents, which some programs cannot read
 PARALLEL = 1e-12  # axes that differ by less are the root's
-STANDS = 2.0  # times as high as deep: a skeleton that stands
+STANDS = 1.3  # times as high as it is deep or wide: a skeleton that stands; arms that are held out are as wide as high
 
 
 def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0, up: Literal["x", "y", "z"] = "y") -> None:
