@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from skpose.io._lengths import complaint_of_unit, metres_of
+from skpose.io._lengths import complaint_of_unit, is_angle, metres_of
 from skpose.io._points import number_names
 from skpose.io._source import Chunk, Source
 from skpose.io._words import NUMBER, WHOLE, Token
@@ -63,7 +63,8 @@ def read_head(
     n_markers = _count(source, values["nummarkers"], "NumMarkers")
     claimed = None if trust == "rows" else values["numframes"]
     n_frames = None if claimed is None else _count(source, claimed, "NumFrames")
-    if scale is None and (scale := metres_of(unit := values["units"])) is None:
+    unit = values.get("units", Token("", line, 1))  # where a scale is given it may be missing
+    if is_angle(unit) or (scale is None and (scale := metres_of(unit)) is None):
         raise source.error(complaint_of_unit("Units", unit), unit)
     if frame_rate is None and not _is_zero(values["datarate"]):
         frame_rate = source.positive(values["datarate"], "DataRate")
