@@ -51,8 +51,9 @@ def load_motion(
         The skeleton of an AMC file. None is the file at `asf_path`: walk.asf for walk.amc, or, as in the CMU database,
         02.asf for 02_01.amc, or HDM_bd.asf for HDM_bd_walk_001_120.amc.
     frame_rate : float, default=None
-        Frames per second of an AMC file, which does not state it; BVH and AMASS files do. None is 120 Hz, with a
-        warning, see `load_amc`.
+        Frames per second, Hz. None is what a BVH or AMASS file states, and 120 Hz for an AMC file, which does not state
+        it, with a warning, see `load_amc`. A number comes before what a file states, with a warning where they differ;
+        it changes the times and not the poses, see `Motion.resample`.
     scale : float, default=None
         Metres per unit of length. None is 1 for BVH, and the unit of the ASF file for AMC. AMASS files are in metres.
     on_nan : {"raise", "drop"}, default="raise"
@@ -111,11 +112,12 @@ def load_motion(
                 )
             if scale not in (None, 1.0):
                 raise ValueError(f"{source.name} is an AMASS file, in metres: scale must be None, got {scale!r}")
-            return read_amass(source, model=model, hands=hands, on_nan=on_nan, up=up)
+            return read_amass(source, frame_rate=frame_rate, model=model, hands=hands, on_nan=on_nan, up=up)
         if found == "BVH":
             scale = 1.0 if scale is None else scale
             return read_bvh(
                 source,
+                frame_rate=frame_rate,
                 scale=scale,
                 on_nan=on_nan,
                 trust=trust,
