@@ -32,7 +32,7 @@ def complaint_of_frame_time(seconds: float) -> str:
     if rate < SLOWEST:
         readings = {"in milliseconds": 1000.0 / seconds, "the number of frames a second": seconds}
     else:
-        readings = {"in thousands of seconds": rate / 1000.0}
+        readings = {"a thousandth of what is meant": rate / 1000.0}
     likely = [
         f"if it is {what}, the rate is {hertz:.6g} Hz, frame_rate={hertz:.4g}"
         for what, hertz in readings.items()
