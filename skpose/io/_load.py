@@ -20,6 +20,12 @@ Format = Literal["BVH", "AMC", "ASF", "AMASS", "TRC", "C3D"]
 # The last line of the head of a table of OpenSim, and one before it.
 OPENSIM = re.compile(r"^[ \t]*endheader[ \t\r]*$", re.MULTILINE | re.IGNORECASE)
 OPENSIM_KEY = re.compile(r"^[ \t]*(nrows|ncolumns|indegrees|datarows|datacolumns)\b", re.MULTILINE | re.IGNORECASE)
+NUMERIC = re.compile(r"[+-]?[.\d]|nan|[+-]?inf", re.ASCII | re.IGNORECASE)  # how a number begins, also a damaged one
+AMC_KEYWORD = re.compile(r":[a-z][\w-]*", re.ASCII)  # such as :degrees and :fully-specified
+FORMATS = (
+    "expected HIERARCHY (BVH), a keyword such as :DEGREES or the number of a frame (AMC), PathFileType (TRC), an .npz "
+    "file (AMASS) or a C3D file"
+)
 ASF_KEYWORDS = {":version", ":name", ":units", ":documentation", ":root", ":bonedata", ":hierarchy", ":skin"}
 
 
@@ -198,19 +204,37 @@ def _format_of(source: Source) -> Format:
         )
     if route := route_of(source.head):
         raise source.error(f"{route}; fit_skeleton and inverse_kinematics find the motion")
-    for line in source.head.splitlines():
-        word, *_ = line.partition("#")[0].lower().split() or [""]
+    for i, line in enumerate(lines := source.head.splitlines()):
+        words = line.partition("#")[0].split()
+        word = words[0].lower() if words else ""
         if word.partition(",")[0] == "pathfiletype":  # some are separated by commas
             return "TRC"
         if word == "hierarchy":
             return "BVH"
-        if word.startswith(":"):
-            return "ASF" if word in ASF_KEYWORDS else "AMC"
-        if WHOLE.fullmatch(word):
+        if word in ASF_KEYWORDS:
+            return "ASF"
+        if AMC_KEYWORD.fullmatch(word) or (WHOLE.fullmatch(word) and _is_frame(lines[i:])):
             return "AMC"
         if word:
-            raise source.error(f"expected HIERARCHY (BVH) or a keyword such as :DEGREES (AMC), found {word[:40]!r}")
-    return "AMC"  # only comments so far, which BVH does not have
+            raise source.error(f"this is not a motion file: {FORMATS}, found {' '.join(words)[:40]!r}")
+    if "#" in source.head:
+        return "AMC"  # only comments so far, which BVH does not have
+    for chunk in source.chunks():  # so that a gzip file that unpacks to nothing but blanks is called one
+        if chunk.text.strip():
+            break
+    raise source.error(f"this is not a motion file: {FORMATS}, found {len(source.head):,} blanks")
+
+
+def _is_frame(lines: list[str]) -> bool:
+    """Return whether lines begin as a frame of an AMC file: its number alone, and a bone with numbers, if any line is.
+
+    Texts may begin with a number, too. A line that may be cut is not looked at.
+    """
+    number, *more = [words for line in lines if (words := line.partition("#")[0].split())][:3]
+    if len(number) > 1:
+        return False
+    bone = more[0] if len(more) > 1 else []
+    return len(bone) < 2 or NUMERIC.match(bone[1]) is not None
 
 
 def asf_path(amc: PathLike) -> Path:
