@@ -222,7 +222,7 @@ def _format_of(source: Source) -> Format:
     for chunk in source.chunks():  # so that a gzip file that unpacks to nothing but blanks is called one
         if chunk.text.strip():
             break
-    raise source.error(f"this is not a motion file: {FORMATS}, found {len(source.head):,} blanks")
+    raise source.error(f"this is not a motion file: {FORMATS}, found {len(source.head):,} blanks at its beginning")
 
 
 def _is_frame(lines: list[str]) -> bool:
