@@ -21,11 +21,13 @@ from skpose._cli.inputs import (
 )
 from skpose._cli.labels import Labels
 from skpose._cli.reader import Rate, Reader, name_of
+from skpose._cli.stored import describe_stored
 from skpose._cli.targets import REPORT, is_unfinished
 from skpose._files import check_new, created_meanwhile_error, new_file
 from skpose._parallel.checkpoint import FileCheckpoint
 from skpose.datasets import MotionDataset, make_gait, walks_and_runs
 from skpose.io import file_format, load_asf, load_c3d, load_motion, load_trc
+from skpose.io._shared import Stored, has_keypoints, read_stored
 from skpose.keypoints import Keypoints
 from skpose.metrics import pose_distances
 from skpose.metrics._shared import resolve
@@ -227,14 +229,21 @@ def info(files: Sequence[Path], reader: Reader) -> None:
         if len(files) > 1:
             print(f"{blank}{name_of(path)}")
             blank = "\n"
-        if isinstance(content, Keypoints):
+        if isinstance(content, Stored):
+            describe_stored(content)
+        elif isinstance(content, Keypoints):
             _describe_points(content)
         else:
             _describe(content, reader.rates.get(path))
 
 
-def _load(file: Path | BytesIO, **options: Any) -> Motion | Skeleton | Keypoints:
+def _load(file: Path | BytesIO, **options: Any) -> Motion | Skeleton | Keypoints | Stored:
     """Return the content of a file of any format."""
+    is_stored = has_keypoints(file)
+    if isinstance(file, BytesIO):
+        file.seek(0)
+    if is_stored:
+        return read_stored(file)
     kind = file_format(file)
     if isinstance(file, BytesIO):
         file.seek(0)

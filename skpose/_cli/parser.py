@@ -176,13 +176,14 @@ def command_line() -> argparse.ArgumentParser:
     add_preparing(explore, frame_rate=12.0)
     add_jobs(explore)
 
-    info = command("info", "print the contents of BVH, AMC, ASF, AMASS, TRC or C3D files")
+    info = command("info", "print the contents of BVH, AMC, ASF, AMASS, TRC or C3D files, or of keypoints")
     info.add_argument(
         "files",
         nargs="+",
         type=Path,
         metavar="FILE",
-        help="a file, or a folder, for its BVH, AMC, ASF, TRC and C3D files; - is standard input",
+        help="a file, also of keypoints as JSON, CSV or arrays of numpy, or a folder, for its BVH, AMC, ASF, TRC and "
+        "C3D files; - is standard input",
     )
     add_skip_errors(info)
     add_reading(info)

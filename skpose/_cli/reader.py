@@ -15,7 +15,7 @@ from skpose._validation.units import LARGEST, SMALLEST, UNITS, extent_of, likely
 from skpose._warnings import warn
 from skpose.datasets._shared import NAME, rows_of
 from skpose.io import AsfFile, MocapFormatError, file_format, load_motion
-from skpose.io._shared import open_file
+from skpose.io._shared import Stored, open_file
 from skpose.keypoints import Keypoints
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._shared import size_of
@@ -213,9 +213,9 @@ def _is_amc(file: Path | BytesIO) -> bool:
             file.seek(0)
 
 
-def _size(content: Motion | Skeleton | Keypoints) -> float:
+def _size(content: Motion | Skeleton | Keypoints | Stored) -> float:
     """Return the size of a skeleton at angle zero, or of points in the median frame, m; zero where there is none."""
-    if isinstance(content, Keypoints):
+    if isinstance(content, Keypoints | Stored):
         return extent_of(content.positions)
     return size_of(content if isinstance(content, Skeleton) else content.skeleton)
 

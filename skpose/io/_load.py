@@ -10,7 +10,11 @@ from skpose.io._amc import read_amc
 from skpose.io._arguments import PathLike, Readable
 from skpose.io._asf import AsfFile, content_of
 from skpose.io._bvh import read_bvh
-from skpose.io._other import route_of
+from skpose.io._error import MocapFormatError
+from skpose.io._keypoints import POSITIONS
+from skpose.io._keypoints_csv import is_table
+from skpose.io._npz import Archive
+from skpose.io._other import is_numbers, route_of
 from skpose.io._source import Source
 from skpose.io._up import Up
 from skpose.io._words import WHOLE
@@ -186,6 +190,19 @@ def file_format(path: Readable) -> Format:
     """
     with Source(path, "a BVH, AMC, ASF, AMASS, TRC or C3D file", binary=True) as source:
         return _format_of(source)
+
+
+def has_keypoints(path: Readable) -> bool:
+    """Return whether a file is one of those that `load_keypoints` reads, by its beginning, or by the keys of a zip."""
+    with Source(path, "a BVH, AMC, ASF, AMASS, TRC or C3D file", binary=True) as source:
+        if source.binary == "zip":
+            try:
+                return bool(Archive(source).keys & set(POSITIONS))
+            except MocapFormatError:  # damaged, which its reader reports
+                return False
+        if source.binary is not None or is_numbers(source.head):
+            return source.binary == "npy"
+        return source.head.lstrip()[:1] in ("{", "[") or is_table(source.head)
 
 
 def _format_of(source: Source) -> Format:

@@ -1,5 +1,8 @@
 """Names of `skpose.io` that the other packages of skpose use, in addition to the public ones."""
 
+from skpose.io._keypoints import read_stored
+from skpose.io._load import has_keypoints
 from skpose.io._opening import open_file
+from skpose.io._stored import Stored
 
-__all__ = ["open_file"]
+__all__ = ["Stored", "has_keypoints", "open_file", "read_stored"]
