@@ -1,4 +1,4 @@
-"""What a file of keypoints states, whether or not that is enough for `skpose.io.load_keypoints`."""
+"""Contents of a file of keypoints, whether or not it states all that `skpose.io.load_keypoints` needs."""
 
 import numpy as np
 
@@ -6,21 +6,21 @@ from skpose.io._shared import Stored
 
 
 def describe_stored(stored: Stored) -> None:
-    """Print frames, frame rate, points, how often each is not seen, and what `load_keypoints` has to be told."""
+    """Print frames, frame rate, points, how often each is not seen, and which arguments `load_keypoints` needs."""
     n_frames, n_points, _ = stored.positions.shape
-    wanted = []
+    needed = []
     if stored.frame_rate is None:
         print(f"{n_frames} frames, whose rate it does not state")
-        wanted.append("frame_rate=")
+        needed.append("frame_rate=")
     else:
         print(f"{n_frames} frames at {stored.frame_rate:g} Hz, {n_frames / stored.frame_rate:.2f} s")
     if stored.names is None:
         print(f"{n_points} keypoints, which it does not name")
-        wanted.append("names= or layout=")
+        needed.append("names= or layout=")
     else:
         print(f"{n_points} keypoints")
-    if wanted:
-        print(f"skpose.io.load_keypoints reads it with {' and '.join(wanted)}")
+    if needed:
+        print(f"skpose.io.load_keypoints reads it with {' and '.join(needed)}")
     not_seen = np.isnan(stored.positions).any(axis=2)
     if stored.confidences is not None:
         not_seen |= stored.confidences == 0.0

@@ -4,7 +4,7 @@ from skpose.io._source import Source
 
 SAME = 0.01  # relative difference of two rates that are one, rounded
 SLOWEST, FASTEST = 2.0, 2000.0  # Hz; recordings of people are between these
-LIKELY = 10.0, 1000.0  # Hz, of another reading of a number
+LIKELY = 10.0, 500.0  # Hz, of another reading of a number
 
 
 def choose_rate(source: Source, given: float | None, stated: float, where: str) -> float:

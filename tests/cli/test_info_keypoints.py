@@ -1,4 +1,4 @@
-"""`skpose info` on files of keypoints: what they state, and what their reader has to be told."""
+"""`skpose info` on files of keypoints: what they state, and which arguments their reader needs."""
 
 import io
 import json

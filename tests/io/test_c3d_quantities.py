@@ -172,7 +172,7 @@ def test_groups_that_the_file_names(listed):
     assert found == {"LGR": ("reactions", "N")} | ({"S1": ("stresses", "")} if listed else {})
 
 
-def test_angles_are_no_positions_whatever_the_scale():
+def test_angles_are_no_positions_at_any_scale():
     for unit in ("deg", "RAD", "degrees", "degr"):
         for options in ({}, {"scale": 1.0}, {"scale": 0.001}):
             with pytest.raises(

@@ -81,6 +81,7 @@ def test_a_frame_time_that_is_none_has_a_remedy(frame_time, n_frames):
         ("0.000033333", "3e.04 frames a second: if it is a thousandth of what is meant, .* frame_rate=30"),
         ("0.0000001", "1e.07 frames a second: frame_rate= chooses the rate where it is not that of the recording"),
         ("1000000", "1e-06 frames a second: frame_rate= chooses"),
+        ("1", "1 frames a second: frame_rate= chooses the rate where it is not that of the recording"),
     ],
 )  # fmt: skip
 def test_rates_of_no_recording_are_said(frame_time, said):

@@ -251,7 +251,7 @@ def test_another_order_of_axes_in_the_first_line(order, remedy):
 
 @pytest.mark.parametrize("unit", ["rad", "deg", "Degrees"])
 @pytest.mark.parametrize("options", [{}, {"scale": 1}, {"scale": 1, "frame_rate": 10, "trust": "rows"}])
-def test_angles_are_no_positions_whatever_the_scale(unit, options):
+def test_angles_are_no_positions_at_any_scale(unit, options):
     text = replaced(TRC, 3, "mm", unit)
     refused(text, f"Units: expected a unit of length, found '{unit}': these are angles, no positions", **options)
     with pytest.warns(UserWarning, match="from end to end"):
