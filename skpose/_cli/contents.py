@@ -9,8 +9,9 @@ import numpy as np
 
 from skpose._cli.inputs import motion_files
 from skpose._cli.reader import Rate, Reader, name_of
+from skpose._cli.stored import describe_stored
 from skpose.io import file_format, load_asf, load_c3d, load_keypoints, load_motion, load_trc
-from skpose.io._shared import has_keypoints
+from skpose.io._shared import Stored, has_keypoints, read_stored
 from skpose.keypoints import Keypoints
 from skpose.skeleton import Motion, Skeleton
 
@@ -46,14 +47,23 @@ def _rewind(file: Path | BytesIO) -> Path | BytesIO:
 def info(files: Sequence[Path], reader: Reader) -> None:
     """Print the contents of each file: frames, joints or points, degrees of freedom; its name, if there are several."""
     files, blank = motion_files(files, SUFFIXES), ""
-    for path, content in reader.read(files, load_any):
+    for path, content in reader.read(files, _load):
         if len(files) > 1:
             print(f"{blank}{name_of(path)}")
             blank = "\n"
-        if isinstance(content, Keypoints):
+        if isinstance(content, Stored):
+            describe_stored(content)
+        elif isinstance(content, Keypoints):
             _describe_points(content)
         else:
             _describe(content, reader.rates.get(path))
+
+
+def _load(file: Path | BytesIO, **options: Any) -> Content | Stored:
+    """Return the content of a file; of keypoints what is stored, unless names or a layout are given."""
+    if options["layout"] is None and options["names"] is None and has_keypoints(_rewind(file)):
+        return read_stored(_rewind(file))
+    return load_any(_rewind(file), **options)
 
 
 def _describe(content: Motion | Skeleton, rate: Rate | None) -> None:

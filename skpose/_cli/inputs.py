@@ -99,9 +99,7 @@ def read_motions(
     return dataset
 
 
-def read_separately(
-    paths: Sequence[Path], frame_rate: float | None, reader: Reader
-) -> tuple[list[str], list[Motion]]:
+def read_separately(paths: Sequence[Path], frame_rate: float | None, reader: Reader) -> tuple[list[str], list[Motion]]:
     """Read all files; return their names, and motions, each on its own skeleton. Refuse those without frames."""
     read = list(reader.read(motion_files(paths), frames=True))
     names, motions = [name_of(path) for path, _ in read], [motion for _, motion in read]

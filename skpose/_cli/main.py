@@ -24,6 +24,7 @@ INTERRUPTED = 130  # a shell's status after Ctrl-C
 READING = [
     "asf",
     "frame_rate",
+    "file_frame_rate",  # of every file, where the other is of AMC files
     "scale",
     "on_nan",
     "trust",
@@ -39,7 +40,7 @@ POINTS = "layout", "names", "zeros"  # of the readers of markers and keypoints
 PREPARING = "rotations", "method", "with_root"  # options of what is done with the motions
 ALIGNING = "alignment", "window", "endpoint", "joints"
 PRINTING = "info", "compare", "find"  # commands whose output is all that there is of them
-NAMED = {"method": "retarget", "frame_rate": "amc-frame-rate"}  # options that have another name than the argument
+NAMED = {"method": "retarget", "frame_rate": "file-frame-rate"}  # options that have another name than the argument
 STORED = {"frame_rate": "amc_frame_rate"}  # under another name than the argument
 
 

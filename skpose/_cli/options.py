@@ -174,9 +174,15 @@ def add_reading(parser: CommandParser) -> None:
         "--amc-frame-rate",
         type=positive(float),
         metavar="HZ",
-        help="frame rate of AMC files, which do not state it (info, view and convert: also of keypoints, and of TRC files in "
-        "the place of the one they state); default: that of an index.csv in the folder of a file or in one above it, "
-        "see skpose.datasets.load_cmu, or of a name as in HDM05, otherwise 120, with a warning",
+        help="frame rate of AMC files, which do not state it; default: that of an index.csv in the folder of a file or "
+        "in one above it, see skpose.datasets.load_cmu, or of a name as in HDM05, otherwise 120, with a warning",
+    )
+    group.add_argument(
+        "--file-frame-rate",
+        type=positive(float),
+        metavar="HZ",
+        help="frame rate of the files, in the place of what they state, with a warning where that differs; it changes "
+        "the times and not the poses",
     )
     add_scale(parser, "metres per unit of length; default: 1 for BVH, the unit in the skeleton's file for AMC")
     group.add_argument(
@@ -199,7 +205,7 @@ def add_reading(parser: CommandParser) -> None:
     )
     for name, choices, meaning in (
         ("on-nan", ["raise", "drop"], "frames with NaN or infinite numbers: refuse the file, or leave them out"),
-        ("trust", ["header", "rows"], "number of frames of a BVH file: as stated after Frames:, or as it has rows"),
+        ("trust", ["header", "rows"], "number of frames of a BVH or TRC file: as it states, or as it has rows"),
         ("stretch", ["raise", "mean"], "bones of a BVH file that change their lengths: refuse it, or take the mean"),
         ("root-offset", ["replace", "add"], "position channels of a BVH file's ROOT and its OFFSET"),
         ("missing", ["raise", "rest"], "bones that a frame of an AMC file leaves out: refuse it, or set them to zero"),

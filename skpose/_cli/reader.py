@@ -14,8 +14,8 @@ from skpose._cli.messages import Note, Skipped, count_files, group
 from skpose._validation.units import LARGEST, SMALLEST, UNITS, extent_of, likely_unit
 from skpose._warnings import warn
 from skpose.datasets._shared import NAME, rows_of
-from skpose.io import AsfFile, MocapFormatError, load_motion
-from skpose.io._shared import open_file
+from skpose.io import AsfFile, MocapFormatError, file_format, load_motion
+from skpose.io._shared import Stored, open_file
 from skpose.keypoints import Keypoints
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._shared import size_of
@@ -23,6 +23,8 @@ from skpose.skeleton._shared import size_of
 STDIN = "-"
 AUTO = "auto"  # a scale
 AMC = re.compile(r".+\.amc(\.gz)?", re.IGNORECASE)
+# The options of frame rates, and the arguments that they are, the first before the second.
+RATES = {"--file-frame-rate": "file_frame_rate", "--amc-frame-rate": "frame_rate"}
 COMMON = 0.8, 2.5  # m; another unit that makes a skeleton as large is possible as well
 
 
@@ -48,7 +50,8 @@ class Reader:
     Parameters
     ----------
     options : dict
-        Arguments of `load_motion`. The `scale` may be "auto", `asf` a pipe.
+        Arguments of `load_motion`. The `scale` may be "auto", `asf` a pipe. `frame_rate` is that of AMC files, and
+        `file_frame_rate` that of all.
     skipped : Skipped, default=None
         Where the files that cannot be read are noted, with the errors; None raises the first of them.
     remedy : str, default=""
@@ -105,24 +108,26 @@ class Reader:
         for path, row in rows_of(files).items():
             if row["frames_per_second"] is not None:
                 stated[path] = Rate(row["frames_per_second"], row["index"].name)
-        hertz = self._options.get("frame_rate")
-        if hertz is None:
+        option = next((name for name in RATES if self._options.get(RATES[name]) is not None), None)
+        if option is None:
             return stated
+        hertz = self._options[RATES[option]]
         for path, rate in stated.items():
             if rate.hertz != hertz:
-                text = f"--amc-frame-rate {hertz:g} replaces the {rate.hertz:g} Hz that {rate.origin} states"
+                text = f"{option} {hertz:g} replaces the {rate.hertz:g} Hz that {rate.origin} states"
                 self._notes.append(Note(name_of(path), text))
         return {}
 
     def _read(self, path: Path, load: Callable[..., Any]) -> Any:
         """Return the content of a file, and note the warnings."""
         file = read_if_pipe(path)
-        hertz = self.rates[path].hertz if path in self.rates else self._options.get("frame_rate")
+        hertz = self._rate_of(path, file)
 
         def load_at(scale: float | None) -> Any:
             if isinstance(file, BytesIO):
                 file.seek(0)
             options = self._options | {"scale": scale, "frame_rate": hertz}
+            options.pop("file_frame_rate", None)
             if self._pipe is not None:
                 options["asf"] = self._skeleton(self._pipe, scale)
             return load(file, **options)
@@ -130,8 +135,21 @@ class Reader:
         with warnings.catch_warnings(record=True) as caught:
             scale = self._options["scale"]
             content = load_at(scale) if scale != AUTO else self._load_by_size(load_at, name_of(path))
-        self._notes += [Note(name_of(path), str(one.message), one.category) for one in caught]
+        for one in caught:
+            text = str(one.message)
+            if text.startswith("AMC files do not state"):
+                text = text.replace("frame_rate=", "--amc-frame-rate")
+            self._notes.append(Note(name_of(path), text, one.category))
         return content
+
+    def _rate_of(self, path: Path, file: Path | BytesIO) -> float | None:
+        """Return the frame rate at which a file is read, Hz; None is the one that it states, or the usual one."""
+        if (hertz := self._options.get("file_frame_rate")) is not None:
+            return hertz
+        if path in self.rates:
+            return self.rates[path].hertz
+        hertz = self._options.get("frame_rate")
+        return hertz if hertz is not None and _is_amc(file) else None
 
     def _skeleton(self, pipe: BytesIO, scale: float | None) -> AsfFile:
         if scale not in self._skeletons:
@@ -184,9 +202,20 @@ class Reader:
             warn(text, category)
 
 
-def _size(content: Motion | Skeleton | Keypoints) -> float:
+def _is_amc(file: Path | BytesIO) -> bool:
+    """Return whether a file has the format AMC; what cannot be read has none here, which its reader reports."""
+    try:
+        return file_format(file) == "AMC"
+    except (OSError, ValueError):
+        return False
+    finally:
+        if isinstance(file, BytesIO):
+            file.seek(0)
+
+
+def _size(content: Motion | Skeleton | Keypoints | Stored) -> float:
     """Return the size of a skeleton at angle zero, or of points in the median frame, m; zero where there is none."""
-    if isinstance(content, Keypoints):
+    if isinstance(content, Keypoints | Stored):
         return extent_of(content.positions)
     return size_of(content if isinstance(content, Skeleton) else content.skeleton)
 

@@ -9,12 +9,14 @@ from typing import Literal
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from skpose._validation.motions import check_frame_rate
 from skpose._validation.options import check_choice
 from skpose._warnings import warn
 from skpose.io._arguments import PathLike, Readable
 from skpose.io._keypoints import POSITIONS
 from skpose.io._npz import Archive
 from skpose.io._numbers import drop_not_finite
+from skpose.io._rates import choose_rate
 from skpose.io._save_npz import VERSION
 from skpose.io._smpl import BY_SIZE, HANDS, MODELS, mean_joints, shaped_joints
 from skpose.io._source import Source
@@ -34,6 +36,7 @@ MOST_KEYS = 12  # that a message lists
 def load_amass(
     path: Readable,
     *,
+    frame_rate: float | None = None,
     model: PathLike | None = None,
     hands: bool = True,
     on_nan: Literal["raise", "drop"] = "raise",
@@ -45,6 +48,9 @@ def load_amass(
     ----------
     path : str, path-like or file
         The file, or an open one.
+    frame_rate : float, default=None
+        Frames per second, Hz. None is the file's own. A number comes before it, with a warning where they differ by
+        more than 1 %.
     model : str or path-like, default=None
         The file of the body model (.npz), from which the lengths of the bones follow with the `betas` of the motion;
         "{gender}" in it becomes female, male or neutral, as the motion says. None is a person of mean height and
@@ -75,7 +81,7 @@ def load_amass(
     -----
     UserWarning
         If no model is given. If the model has fewer directions of shape than the file has `betas`. If frames are left
-        out, with their count.
+        out, with their count. If the file states another frame rate than the one that is given.
 
     See Also
     --------
@@ -113,24 +119,29 @@ def load_amass(
     Motion(415 frames at 120 Hz, 3.5 s, z up, Skeleton(n_joints=51, n_dofs=153))
     """
     with Source(path, "an AMASS file (.npz)", binary=True) as source:
-        return read_amass(source, Archive(source), model=model, hands=hands, on_nan=on_nan, up=up)
+        return read_amass(
+            source, Archive(source), frame_rate=frame_rate, model=model, hands=hands, on_nan=on_nan, up=up
+        )
 
 
 def read_amass(
     source: Source,
     file: Archive,
     *,
+    frame_rate: float | None = None,
     model: PathLike | None = None,
     hands: bool = True,
     on_nan: str = "raise",
     up: Up | None = None,
 ) -> Motion:
     """Read the motion of an open AMASS file."""
+    if frame_rate is not None:
+        check_frame_rate(frame_rate)
     check_choice("on_nan", on_nan, ("raise", "drop"))
     check_up_of_file(up)
     name, finite = _model_name(file), on_nan == "raise"
     trans = file.numbers("trans", (None, 3), finite=finite, remedy=DROP)
-    frame_rate = _frame_rate(file)
+    frame_rate = _frame_rate(file, frame_rate)
     poses = _poses(file, name, len(trans), finite)
     rows, frames = drop_not_finite(np.hstack([trans, poses]), np.arange(len(trans)), source)
     trans, poses = rows[:, :3], rows[:, 3:]
@@ -212,13 +223,19 @@ def _poses(file: Archive, name: str, n_frames: int, finite: bool) -> np.ndarray:
     return np.concatenate(arrays, axis=1)
 
 
-def _frame_rate(file: Archive) -> float:
+def _frame_rate(file: Archive, given: float | None) -> float:
     """Return the frames per second, Hz, which the two generations of files have under different keys."""
+    if given is not None and not file.keys & set(RATES):
+        return given
     key = next((key for key in RATES if key in file.keys), RATES[0])
-    rate = float(file.numbers(key, (), (1,)).item())
-    if rate <= 0 or not np.isfinite(1.0 / rate):
-        raise file.source.error(f"{key}: expected a positive number, found {rate}")
-    return rate
+    if key not in file.keys:
+        raise file.source.error(f"it has no {key}; its keys are {_list_keys(file)}; frame_rate= chooses the rate")
+    rate = float(file.numbers(key, (), (1,), finite=given is None).item())
+    if not (rate > 0 and np.isfinite(rate) and np.isfinite(1.0 / rate)):
+        if given is not None:
+            return given
+        raise file.source.error(f"{key}: expected a positive number, found {rate}; frame_rate= chooses the rate")
+    return choose_rate(file.source, given, rate, key)
 
 
 def _angles(vectors: np.ndarray) -> np.ndarray:

@@ -9,11 +9,13 @@ from typing import Literal, cast
 
 import numpy as np
 
+from skpose._validation.motions import check_frame_rate
 from skpose._validation.options import check_choice, check_positive
 from skpose.io._arguments import Readable
 from skpose.io._hierarchy import Joint, Lexer, read_hierarchy, read_motion_head
 from skpose.io._numbers import drop_not_finite, in_words, read_numbers
 from skpose.io._offsets import bone_offsets, longest_bone
+from skpose.io._rates import choose_rate, complaint_of_frame_time
 from skpose.io._root import choose_root, root_movement
 from skpose.io._source import Source
 from skpose.io._up import Up, check_up_of_file, stand
@@ -24,6 +26,7 @@ from skpose.skeleton import Bone, Motion, Skeleton
 def load_bvh(
     path: Readable,
     *,
+    frame_rate: float | None = None,
     scale: float = 1.0,
     on_nan: Literal["raise", "drop"] = "raise",
     trust: Literal["header", "rows"] = "header",
@@ -38,6 +41,9 @@ def load_bvh(
     ----------
     path : str, path-like or file
         The file, or an open one; compressed by gzip or not.
+    frame_rate : float, default=None
+        Frames per second, Hz. None is the file's own, by its Frame Time. A number comes before it, with a warning where
+        they differ by more than 1 %; the poses are the same, see `Motion.resample` for others.
     scale : float, default=1.0
         Metres per unit of length. The format has no unit: 0.01 for files in centimetres, 0.0254 for inches.
     on_nan : {"raise", "drop"}, default="raise"
@@ -82,7 +88,8 @@ def load_bvh(
         their joint. If frames, or joints that are not below `root`, are left out. If the skeleton has not the size of a
         person, 0.3 to 5 m from end to end at angle zero: the message names the `scale` that would give it. If no `up`
         is given, and in nearly all frames the pose stands along another axis than y, or the joints with "head" in their
-        names are below those with "foot", "toe" or "ankle".
+        names are below those with "foot", "toe" or "ankle". If the file states another frame rate than the one that is
+        given, or less than 2 or more than 2,000 frames a second: the message names the rates that may be meant.
 
     See Also
     --------
@@ -116,6 +123,7 @@ def load_bvh(
     with Source(path, "a BVH file") as source:
         return read_bvh(
             source,
+            frame_rate=frame_rate,
             scale=scale,
             on_nan=on_nan,
             trust=trust,
@@ -129,6 +137,7 @@ def load_bvh(
 def read_bvh(
     source: Source,
     *,
+    frame_rate: float | None = None,
     scale: float = 1.0,
     on_nan: str = "raise",
     trust: str = "header",
@@ -138,6 +147,8 @@ def read_bvh(
     up: Up | None = None,
 ) -> Motion:
     """Read the motion of an open BVH file."""
+    if frame_rate is not None:
+        check_frame_rate(frame_rate)
     check_positive("scale", scale)
     check_choice("on_nan", on_nan, ("raise", "drop"))
     check_choice("trust", trust, ("header", "rows"))
@@ -148,7 +159,10 @@ def read_bvh(
     joints = read_hierarchy(lexer)
     claimed, frame_time = read_motion_head(lexer)
     width = sum(len(joint.channels) for joint in joints)
+    rate = _rate_of(source, frame_time, frame_rate)
     numbers, frame_numbers = _read_rows(lexer, width, claimed, trust, on_nan)
+    if frame_rate is None and len(numbers) > 1 and (complaint := complaint_of_frame_time(1.0 / rate)):
+        source.warn(complaint)
 
     with source.format_errors():
         names: dict[Joint | None, str] = dict(zip(joints[1:], _unique_names(joints[1:], source), strict=True))
@@ -165,7 +179,7 @@ def read_bvh(
         motion = Motion(
             skeleton,
             _radians(numbers, [column for joint in below for column in joint.columns("rotation").values()]),
-            1.0 / frame_time,
+            rate,
             scale * positions,
             angles,
             axes,
@@ -173,6 +187,18 @@ def read_bvh(
             root_name=chain[-1].name,
         )
     return stand(motion, up, source)
+
+
+def _rate_of(source: Source, word: Token, given: float | None) -> float:
+    """Return the frame rate, Hz, by the word after "Frame Time:", or the one that is given."""
+    seconds = source.number(word, "Frame Time", finite=False)
+    if given is None and not (seconds > 0 and np.isfinite(seconds) and np.isfinite(1.0 / seconds)):
+        raise source.error(
+            f"Frame Time: expected a positive number, found {str(word)!r}; frame_rate= chooses the rate", word
+        )
+    if given is not None and not seconds > 0:
+        return given
+    return choose_rate(source, given, 1.0 / seconds, "Frame Time")
 
 
 def _read_rows(lexer: Lexer, width: int, claimed: Token, trust: str, on_nan: str) -> tuple[np.ndarray, np.ndarray]:

@@ -1,5 +1,6 @@
 """Reader of C3D files, positions of markers as most motion-capture systems write them, and what models make of them."""
 
+import re
 from typing import NamedTuple
 
 import numpy as np
@@ -7,14 +8,26 @@ import numpy as np
 from skpose._validation.options import check_positive
 from skpose.io._arguments import Readable
 from skpose.io._c3d_file import Parameters, Recording, read_recording
-from skpose.io._lengths import complaint_of_unit, metres_of
+from skpose.io._error import MocapFormatError
+from skpose.io._lengths import complaint_of_unit, is_angle, metres_of
 from skpose.io._points import Zeros, check_options, drop_origin, number_names, stand_points
 from skpose.io._source import Source
 from skpose.io._up import UPS, Up
 from skpose.keypoints import Keypoints
 
-# The parameters of the group POINT that list labels of what is no position of a marker.
-KINDS = "ANGLES", "SYMBOLIC_ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS"
+# The parameters of the group POINT that list labels of what is no position of a marker. POINT:TYPE_GROUPS names more of
+# them, each with the singular of its name, by which its unit is found.
+KINDS = "ANGLES", "SYMBOLIC_ANGLES", "FORCES", "MOMENTS", "POWERS", "REACTIONS", "SCALARS"
+# Those that list positions, and parts of the names of other groups that do.
+MARKERS = "MODELED_MARKERS", "VIRTUAL_MARKERS"
+OF_MARKERS = "MARKER", "TRAJECTOR", "POINT", "LABEL", "DESCRIPTION"
+# Words at the end of labels that are no positions by their names alone, before a number, a side or an axis. Points of
+# the body and of things are: the inferior angle of the scapula, a marker of a triangle.
+BY_NAME = {
+    "angle": "ANGLES", "force": "FORCES", "grf": "FORCES", "moment": "MOMENTS", "torque": "MOMENTS", "power": "POWERS",
+}  # fmt: skip
+QUANTITY = re.compile(rf"({'|'.join(BY_NAME)})s?(?:[\s_.-]*\d+|[\s_.-]+(?:left|right|[lrxyz]))*\Z")
+ANATOMICAL = re.compile(r"(?:tri|rect|quadr|(?:inf|sup|scap|acrom|stern|mandib|jaw|cost|rib)[a-z]*[\s_.-]*)angle")
 UP: dict[str, Up] = {sign + axis.upper(): axis for axis in UPS[:3] for sign in ("", "+")}  # type: ignore[misc]
 UP |= {axis.upper(): axis for axis in UPS[3:]}  # type: ignore[misc]
 
@@ -25,7 +38,8 @@ class C3DQuantity(NamedTuple):
     Attributes
     ----------
     kind : str
-        What the file calls it: "angles", "symbolic_angles", "forces", "moments", "powers" or "scalars".
+        What the file calls it: "angles", "symbolic_angles", "forces", "moments", "powers", "reactions", "scalars" or
+        another group that it has; where it lists the label in none, what the label ends in.
     unit : str
         The file's unit, such as "deg", "N" or "Nmm"; empty where it names none.
     values : ndarray of shape (n_frames, 3)
@@ -78,11 +92,11 @@ def load_c3d(
     Warns
     -----
     UserWarning
-        If something is left out: points without a label, and what POINT:ANGLES, FORCES, MOMENTS, POWERS and SCALARS
-        list, which `load_c3d_quantities` reads. If labels are given twice, which are numbered, or no point has one. If
-        positions are (0, 0, 0). If all residuals are negative. If the file does not say which axis points up, or
-        markers of head and feet speak against what it says. If header and parameters differ, and the length of the file
-        says which is right. If the markers are less than 0.3 or more than 5 m apart: the unit may be wrong.
+        If something is left out: points without a label, and what `load_c3d_quantities` reads. If labels are given
+        twice, which are numbered, or no point has one. If positions are (0, 0, 0). If all residuals are negative. If
+        the file does not say which axis points up, or markers of head and feet speak against what it says. If header
+        and parameters differ, and the length of the file says which is right. If the markers are less than 0.3 or more
+        than 5 m apart: the unit may be wrong.
 
     See Also
     --------
@@ -92,6 +106,11 @@ def load_c3d(
 
     Notes
     -----
+    What POINT:ANGLES, FORCES, MOMENTS, POWERS, REACTIONS, SCALARS and other groups of POINT:TYPE_GROUPS list is no
+    position, in any case of the letters, with the prefix of a subject (``Anna:LKneeAngles``) or without. Nor are labels
+    that no group lists and that end in Angle, Force, GRF, Moment, Torque or Power, or the plural: the warning names
+    them, and `load_c3d_quantities` has the numbers if one is a marker nevertheless.
+
     A marker is lost where its residual is negative. Numbers may be floats or scaled integers, of Intel, DEC or MIPS.
     Analog channels, events, force plates and rotations are left out.
 
@@ -113,16 +132,19 @@ def load_c3d(
         chosen = [i for i, name in names.items() if i not in kinds]
         if not chosen:
             raise source.error(
-                f"none of its points is a position of a marker: {_counts(kinds)}, which load_c3d_quantities reads"
+                f"none of its points is a position of a marker: {_counts(kinds, names)}, which load_c3d_quantities "
+                "reads"
             )
         if kinds:
             source.warn(
-                f"{len(kinds)} of {len(names)} points are no positions of markers and are left out: {_counts(kinds)}; "
-                "load_c3d_quantities reads them by their names"
+                f"{len(kinds)} of {len(names)} points are no positions of markers and are left out: "
+                f"{_counts(kinds, names)}; load_c3d_quantities reads them by their names"
             )
         labels, positions = [names[i] for i in chosen], recording.positions[:, chosen]
         parameters = recording.parameters
-        if scale is None and (scale := metres_of(unit := parameters.text("POINT:UNITS"))) is None:
+        units = parameters.texts("POINT:UNITS") if scale is None else _texts_if_any(parameters, "POINT:UNITS")
+        unit = units[0] if units else ""
+        if is_angle(unit) or (scale is None and (scale := metres_of(unit)) is None):
             raise source.error(complaint_of_unit("POINT:UNITS", unit))
         drop_origin(source, positions, labels, zeros)
         usual, why = _up(source, parameters.text("POINT:Y_SCREEN")) if up is None else (up, "")
@@ -143,8 +165,8 @@ def load_c3d_quantities(path: Readable) -> dict[str, C3DQuantity]:
     Returns
     -------
     dict of str to C3DQuantity
-        What the parameters POINT:ANGLES, FORCES, MOMENTS, POWERS and SCALARS list, by label, in the order of the file:
-        kind, unit and values. Empty where they list nothing.
+        What is no position of a marker, see the notes of `load_c3d`, by label, in the order of the file: kind, unit and
+        values. Empty where there is nothing.
 
     Raises
     ------
@@ -177,13 +199,20 @@ def load_c3d_quantities(path: Readable) -> dict[str, C3DQuantity]:
     with Source(path, "a C3D file", binary=True) as source, source.format_errors():
         recording, names, kinds = _read(source)
         found = dict[str, C3DQuantity]()
-        for i, kind in kinds.items():
+        for i, (kind, _) in kinds.items():
             unit = recording.parameters.text(f"POINT:{kind.removesuffix('S')}_UNITS")
             found[names[i]] = C3DQuantity(kind.lower(), unit, recording.positions[:, i])
         return found
 
 
-def _read(source: Source) -> tuple[Recording, dict[int, str], dict[int, str]]:
+class Kind(NamedTuple):
+    """Why a point is no position of a marker."""
+
+    group: str  # the parameter of POINT that lists it, or that would
+    is_listed: bool  # or else its name alone says so
+
+
+def _read(source: Source) -> tuple[Recording, dict[int, str], dict[int, Kind]]:
     """Return a file, and by the indices of its points the names, where they have one, and the kinds of no positions."""
     if source.binary != "C3D":
         raise source.error("expected a C3D file, whose second byte is 80; this is none, or is damaged")
@@ -199,19 +228,67 @@ def _read(source: Source) -> tuple[Recording, dict[int, str], dict[int, str]]:
     if without := n_points - len(named):
         source.warn(f"{without} of {n_points} points have no label and are left out")
     names = number_names(source, [labels[i] for i in named])
-    kinds = _kinds(recording.parameters)
-    return recording, dict(zip(named, names, strict=True)), {i: kinds[labels[i]] for i in named if labels[i] in kinds}
+    groups = _list_groups(recording.parameters)
+    kinds = {i: kind for i in named if (kind := _kind_of(labels[i], groups)) is not None}
+    return recording, dict(zip(named, names, strict=True)), kinds
 
 
-def _kinds(parameters: Parameters) -> dict[str, str]:
-    """Return the labels that are no positions of markers, and what they are."""
-    return {label: kind for kind in KINDS for label in parameters.texts(f"POINT:{kind}") if label}
+def _list_groups(parameters: Parameters) -> dict[str, dict[str, set[str]]]:
+    """Return the labels without prefixes that groups list, the kinds of these, and there the prefixes of the label.
+
+    The kind of positions is empty.
+    """
+    more = [group.upper() for group in _texts_if_any(parameters, "POINT:TYPE_GROUPS")]
+    found = dict[str, dict[str, set[str]]]()
+    for group in dict.fromkeys([*KINDS, *MARKERS, *more]):
+        kind = "" if any(part in group for part in OF_MARKERS) else group
+        name = f"POINT:{group}"
+        for label in parameters.texts(name) if group in KINDS else _texts_if_any(parameters, name):
+            if label:
+                prefix, rest = _split(label)
+                found.setdefault(rest, {}).setdefault(kind, set()).add(prefix)
+    return found
 
 
-def _counts(kinds: dict[int, str]) -> str:
-    """Return in words how many points are of each kind."""
-    counts = {kind: list(kinds.values()).count(kind) for kind in KINDS}
-    return ", ".join(f"{n} in POINT:{kind}" for kind, n in counts.items() if n)
+def _texts_if_any(parameters: Parameters, name: str) -> list[str]:
+    """Return the texts of a parameter that points do not need: none where it holds none, or is damaged."""
+    try:
+        return parameters.texts(name)
+    except MocapFormatError:
+        return []
+
+
+def _split(label: str) -> tuple[str, str]:
+    """Return the prefix of a label, as that of a subject before a colon, and the rest, in lower case."""
+    prefix, _, name = label.lower().rpartition(":")
+    return prefix.strip(), name.strip()
+
+
+def _kind_of(label: str, groups: dict[str, dict[str, set[str]]]) -> Kind | None:
+    """Return why the point of a label is no position of a marker; None if it is one.
+
+    Labels are the same in any case of the letters, and where one of them has no prefix: of two subjects both have one.
+    """
+    prefix, name = _split(label)
+    for group, prefixes in groups.get(name, {}).items():
+        if not prefix or prefixes & {prefix, ""}:
+            return Kind(group, is_listed=True) if group else None
+    match = QUANTITY.search(name)
+    if match is None or ANATOMICAL.search(name):
+        return None
+    return Kind(BY_NAME[match[1]], is_listed=False)
+
+
+def _counts(kinds: dict[int, Kind], names: dict[int, str]) -> str:
+    """Return in words how many points are of each kind; those that are so by their names alone are named."""
+    listed = [kind.group for kind in kinds.values() if kind.is_listed]
+    counts = [
+        f"{listed.count(group)} in POINT:{group}" for group in dict.fromkeys([*KINDS, *listed]) if group in listed
+    ]
+    if by_name := [names[i] for i, kind in kinds.items() if not kind.is_listed]:
+        more = f" and {len(by_name) - 5} more" if len(by_name) > 5 else ""
+        counts.append(f"{len(by_name)} by name alone ({', '.join(by_name[:5])}{more})")
+    return ", ".join(counts)
 
 
 def _up(source: Source, axis: str) -> tuple[Up, str]:

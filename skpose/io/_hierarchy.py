@@ -155,8 +155,8 @@ def _channels(lexer: Lexer, joint: Joint) -> list[str]:
     return channels
 
 
-def read_motion_head(lexer: Lexer) -> tuple[Token, float]:
-    """Return the number of frames that the file states, as a word, and the duration of each, s."""
+def read_motion_head(lexer: Lexer) -> tuple[Token, Token]:
+    """Return the number of frames that the file states, and the duration of each, as words."""
     source = lexer.source
     n_frames = frame_time = None
     while n_frames is None or frame_time is None:
@@ -170,7 +170,7 @@ def read_motion_head(lexer: Lexer) -> tuple[Token, float]:
             if not WHOLE.fullmatch(n_frames):
                 raise source.error(f"Frames: expected a whole number, found {str(n_frames[:40])!r}", n_frames)
         elif key == "frame time" and frame_time is None:
-            frame_time = source.positive(lexer.expect("a number of seconds", WORD_OR_COLON), "Frame Time")
+            frame_time = lexer.expect("a number of seconds", WORD_OR_COLON)
         else:
             raise source.error(f"expected {missing} after MOTION, found {str(word[:40])!r}", word)
     return n_frames, frame_time

@@ -181,6 +181,18 @@ def load_keypoints(
         return found
 
 
+def read_stored(path: Readable) -> Stored:
+    """Return what a file of keypoints states, whether or not it names its points and has a frame rate.
+
+    Keypoints of pictures are refused.
+    """
+    with Source(path, KIND, binary=True) as source:
+        stored = _read(source, None)
+        with source.format_errors():
+            refuse_pictures(stored.positions, stored.names or (), "positions")
+        return stored
+
+
 def _read(source: Source, n_points: int | None) -> Stored:
     """Return what an open file holds, whose content says which of the formats it is."""
     if source.binary == "npy":

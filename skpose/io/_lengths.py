@@ -9,7 +9,7 @@ METRES = {
 }  # fmt: skip
 
 
-ANGLES = {"rad", "radian", "radians", "deg", "degree", "degrees"}
+ANGLES = {"rad", "rads", "radian", "radians", "deg", "degs", "degree", "degrees", "°"}
 FEWEST = 4  # letters of a name that is cut short, as where a C3D file has no room for more
 
 
@@ -22,9 +22,15 @@ def metres_of(unit: str) -> float | None:
     return found.pop() if len(found) == 1 else None
 
 
+def is_angle(unit: str) -> bool:
+    """Return whether a unit is one of angles, by its name in any case, also where its end is cut off."""
+    word = unit.strip().lower()
+    return word in ANGLES or (len(word) >= FEWEST and any(name.startswith(word) for name in ANGLES))
+
+
 def complaint_of_unit(where: str, unit: str) -> str:
     """Return the message on a unit that is not known, and `where` the file states it."""
-    if unit.strip().lower() in ANGLES:
+    if is_angle(unit):
         return f"{where}: expected a unit of length, found {unit[:40]!r}: these are angles, no positions of markers"
     return (
         f"{where}: expected a unit of length such as mm, cm, m, in or ft, found {unit[:40]!r}; scale=, the metres of "

@@ -27,6 +27,12 @@ KINDS = "a BVH, AMC, ASF, AMASS, TRC or C3D file"
 OPENSIM = re.compile(r"^[ \t]*endheader[ \t\r]*$", re.MULTILINE | re.IGNORECASE)
 OPENSIM_KEY = re.compile(r"^[ \t]*(nrows|ncolumns|indegrees|datarows|datacolumns)\b", re.MULTILINE | re.IGNORECASE)
 AMASS = "an AMASS file", "is the pelvis"
+NUMERIC = re.compile(r"[+-]?[.\d]|nan|[+-]?inf", re.ASCII | re.IGNORECASE)  # how a number begins, also a damaged one
+AMC_KEYWORD = re.compile(r":[a-z][\w-]*", re.ASCII)  # such as :degrees and :fully-specified
+FORMATS = (
+    "expected HIERARCHY (BVH), a keyword such as :DEGREES or the number of a frame (AMC), PathFileType (TRC), an .npz "
+    "file (AMASS) or a C3D file"
+)
 ASF_KEYWORDS = {":version", ":name", ":units", ":documentation", ":root", ":bonedata", ":hierarchy", ":skin"}
 
 
@@ -58,8 +64,9 @@ def load_motion(
         The skeleton of an AMC file. None is the file at `asf_path`: walk.asf for walk.amc, or, as in the CMU database,
         02.asf for 02_01.amc, or HDM_bd.asf for HDM_bd_walk_001_120.amc.
     frame_rate : float, default=None
-        Frames per second of an AMC file, which does not state it; BVH and AMASS files do. None is 120 Hz, with a
-        warning, see `load_amc`.
+        Frames per second, Hz. None is what a BVH or AMASS file states, and 120 Hz for an AMC file, which does not state
+        it, with a warning, see `load_amc`. A number comes before what a file states, with a warning where they differ;
+        it changes the times and not the poses, see `Motion.resample`.
     scale : float, default=None
         Metres per unit of length. None is 1 for BVH, and the unit of the ASF file for AMC. AMASS files and those of
         `save_npz` are in metres.
@@ -120,13 +127,14 @@ def load_motion(
             if scale not in (None, 1.0):
                 raise ValueError(f"{source.name} is {kind}, in metres: scale must be None, got {scale!r}")
             if VERSION in archive.keys:
-                return read_npz(source, archive, on_nan=on_nan, up=up)
-            return read_amass(source, archive, model=model, hands=hands, on_nan=on_nan, up=up)
+                return read_npz(source, archive, frame_rate=frame_rate, on_nan=on_nan, up=up)
+            return read_amass(source, archive, frame_rate=frame_rate, model=model, hands=hands, on_nan=on_nan, up=up)
         found = _format_of(source)
         if found == "BVH":
             scale = 1.0 if scale is None else scale
             return read_bvh(
                 source,
+                frame_rate=frame_rate,
                 scale=scale,
                 on_nan=on_nan,
                 trust=trust,
@@ -228,19 +236,37 @@ def _format_of(source: Source) -> Format:
         raise source.error(f"this is {ANGLES}")
     if route := route_of(source.head):
         raise source.error(f"{route}; fit_skeleton and inverse_kinematics find the motion")
-    for line in source.head.splitlines():
-        word, *_ = line.partition("#")[0].lower().split() or [""]
+    for i, line in enumerate(lines := source.head.splitlines()):
+        words = line.partition("#")[0].split()
+        word = words[0].lower() if words else ""
         if word.partition(",")[0] == "pathfiletype":  # some are separated by commas
             return "TRC"
         if word == "hierarchy":
             return "BVH"
-        if word.startswith(":"):
-            return "ASF" if word in ASF_KEYWORDS else "AMC"
-        if WHOLE.fullmatch(word):
+        if word in ASF_KEYWORDS:
+            return "ASF"
+        if AMC_KEYWORD.fullmatch(word) or (WHOLE.fullmatch(word) and _is_frame(lines[i:])):
             return "AMC"
         if word:
-            raise source.error(f"expected HIERARCHY (BVH) or a keyword such as :DEGREES (AMC), found {word[:40]!r}")
-    return "AMC"  # only comments so far, which BVH does not have
+            raise source.error(f"this is not a motion file: {FORMATS}, found {' '.join(words)[:40]!r}")
+    if "#" in source.head:
+        return "AMC"  # only comments so far, which BVH does not have
+    for chunk in source.chunks():  # so that a gzip file that unpacks to nothing but blanks is called one
+        if chunk.text.strip():
+            break
+    raise source.error(f"this is not a motion file: {FORMATS}, found {len(source.head):,} blanks at its beginning")
+
+
+def _is_frame(lines: list[str]) -> bool:
+    """Return whether lines begin as a frame of an AMC file: its number alone, and a bone with numbers, if any line is.
+
+    Texts may begin with a number, too. A line that may be cut is not looked at.
+    """
+    number, *more = [words for line in lines if (words := line.partition("#")[0].split())][:3]
+    if len(number) > 1:
+        return False
+    bone = more[0] if len(more) > 1 else []
+    return len(bone) < 2 or NUMERIC.match(bone[1]) is not None
 
 
 def asf_path(amc: PathLike) -> Path:

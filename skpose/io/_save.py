@@ -1,21 +1,24 @@
 """Writer of BVH files."""
 
 from collections.abc import Iterator
+from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from skpose._files import check_new, new_file
-from skpose._validation.options import check_positive
+from skpose._validation.options import check_choice, check_positive
 from skpose.io._arguments import PathLike
 from skpose.skeleton import Bone, Motion
-from skpose.skeleton._shared import continuous_triples, rotations_of
+from skpose.skeleton._shared import continuous_triples, positions_at_zero, root_orientations, rotations_of
 
 DIGITS = 9  # after the point: far below the precision of mocap; no exponents, which some programs cannot read
 PARALLEL = 1e-12  # axes that differ by less are the root's
+STANDS = 1.3  # times as high as it is deep or wide: a skeleton that stands; arms that are held out are as wide as high
 
 
-def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0) -> None:
+def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0, up: Literal["x", "y", "z"] = "y") -> None:
     """Write a motion as a BVH file, which Blender and most other programs open.
 
     Parameters
@@ -27,6 +30,10 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0) -> None:
         ``Motion(skeleton, poses, frame_rate)``.
     scale : float, default=1.0
         Metres per unit of length in the file: 1 writes metres, 0.01 centimetres.
+    up : {"x", "y", "z"}, default="y"
+        The axis of the file's world that points up. The format does not state it, and programs take y. A motion in
+        which another axis points up, `Motion.up`, is turned by a quarter turn of the world, so that people stand in the
+        file as they do here; ``up=motion.up`` writes it as it is.
 
     Raises
     ------
@@ -53,6 +60,9 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0) -> None:
     end, and the bone's far end is the position of its children, or an End Site. Every joint then has three angles,
     about the root's axes, in the order ZYX: positions are the same, numbers and degrees of freedom are not.
 
+    Where the world is turned, all positions of the root are, and its orientation has three angles, the first about the
+    axis that points up. Heights, tilts and headings stay, as do the poses.
+
     The format has no weights: those of `Skeleton.with_weights` are not written.
 
     Examples
@@ -68,6 +78,8 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0) -> None:
         raise TypeError(f"motion must be a skpose.Motion, got {type(motion).__name__}{remedy}")
     check_new(path)
     check_positive("scale", scale)
+    check_choice("up", up, ("x", "y", "z"))
+    motion, turn = _stand(motion, up)
     skeleton = motion.skeleton
     for name in (motion.root_name, *skeleton.joint_names):
         if name != name.strip() or set(name) & set("{}\r\n"):
@@ -80,7 +92,7 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0) -> None:
         )
     columns = [motion.root_positions / scale]
     lines = ["HIERARCHY"]
-    for depth, text, angles in _statements(motion, scale):
+    for depth, text, angles in _statements(motion, turn, scale):
         lines.append("\t" * depth + text)
         if angles is not None:
             columns.append(np.degrees(angles))
@@ -91,14 +103,43 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0) -> None:
         np.savetxt(file, np.concatenate(columns, axis=1), fmt=f"%.{DIGITS}f")
 
 
-def _statements(motion: Motion, scale: float) -> Iterator[tuple[int, str, np.ndarray | None]]:
-    """Yield depth and text of each line of the hierarchy, and with a line of CHANNELS its angles, rad, or None."""
+def _stand(motion: Motion, up: Literal["x", "y", "z"]) -> tuple[Motion, np.ndarray]:
+    """Return the motion in a world in which the axis points up, and what the root's own axes are turned by.
+
+    The world is turned by a quarter turn. The root's own axes stay, so that the skeleton does. They are turned with the
+    world if the skeleton stands along the motion's vertical at angle zero: then it stands in the file, too.
+    """
+    if motion.up == up:
+        return motion, np.eye(3)
+    before, after = "xyz".index(motion.up), "xyz".index(up)
+    about = "xyz"[3 - before - after]
+    matrix = np.zeros((3, 3))
+    matrix[after, before], matrix[before, after] = 1.0, -1.0
+    matrix[3 - before - after, 3 - before - after] = 1.0
+    turn = Rotation.from_matrix(matrix)
+    extent = np.ptp(positions_at_zero(motion.skeleton), axis=0)
+    own = matrix if extent[before] > STANDS * extent[after] else np.eye(3)
+    # Heading first, and last the axis of the quarter turn: the angle between them is a lean to a side, far from 90°, at
+    # which three angles are degenerate, whether or not the root's own axes are turned.
+    axes, angles, positions = f"{up}{motion.up}{about}".upper(), np.zeros((0, 3)), motion.root_positions
+    if len(motion):
+        orientations = turn * root_orientations(motion.root_angles, motion.root_axes)
+        angles = continuous_triples(axes, orientations * Rotation.from_matrix(own.T))
+        positions = positions @ matrix.T
+    return replace(motion, root_positions=positions, root_angles=angles, root_axes=axes, up=up), own
+
+
+def _statements(motion: Motion, turn: np.ndarray, scale: float) -> Iterator[tuple[int, str, np.ndarray | None]]:
+    """Yield depth and text of each line of the hierarchy, and with a line of CHANNELS its angles, rad, or None.
+
+    `turn`, a rotation matrix of zeros and ones, is what the own axes of the root and of all joints are turned by.
+    """
     skeleton, own = motion.skeleton, motion.skeleton.offset_frame == "own"
     bones: dict[str | None, Bone] = dict(zip(skeleton.joint_names, skeleton.bones, strict=True))
     children: dict[str | None, list[str]] = {name: [] for name in (None, *bones)}
     first = dict(zip(bones, np.cumsum([0, *(bone.n_dofs for bone in bones.values())]), strict=False))
     # Axes of each joint at angle zero, in those of the root; in BVH all joints' axes are parallel at angle zero.
-    rest: dict[str | None, np.ndarray] = {None: np.eye(3)}
+    rest: dict[str | None, np.ndarray] = {None: turn}
     for bone, rotation in zip(skeleton.bones, skeleton.rest_rotations, strict=True):
         children[bone.parent].append(bone.name)
         rest[bone.name] = rest[bone.parent] @ rotation
@@ -133,8 +174,8 @@ def _statements(motion: Motion, scale: float) -> Iterator[tuple[int, str, np.nda
         yield depth + 1, offset(bones.get(bone.parent) if own else bone), None
         if not is_end:
             angles = motion.angles[:, first[name] : first[name] + bone.n_dofs]
-            if not own and not bone.is_ball and np.allclose(rest[name], np.eye(3), rtol=0, atol=PARALLEL):
-                axes, angles = _intrinsic(bone.dofs, angles)
+            if not own and not bone.is_ball and np.allclose(rest[name], turn, rtol=0, atol=PARALLEL):
+                axes, angles = _turn_axes(*_intrinsic(bone.dofs, angles), turn)
             else:
                 axes, angles = _about_root(bone, angles, rest[name])
             yield depth + 1, _channels([], axes), angles
@@ -156,6 +197,13 @@ def _intrinsic(dofs: str, angles: np.ndarray) -> tuple[str, np.ndarray]:
     axes, angles = (dofs[::-1].upper(), angles[:, ::-1]) if dofs.islower() else (dofs, angles)
     more = [axis for axis in "ZXY" if axis not in axes] if axes else []
     return "".join([axes, *more]), np.concatenate([angles, np.zeros((len(angles), len(more)))], axis=1)
+
+
+def _turn_axes(axes: str, angles: np.ndarray, turn: np.ndarray) -> tuple[str, np.ndarray]:
+    """Return intrinsic rotations about axes that are turned, each to another one or to its opposite."""
+    columns = turn[:, ["XYZ".index(axis) for axis in axes]].T  # (n_axes, 3)
+    turned = "".join("XYZ"[i] for i in np.abs(columns).argmax(axis=1))
+    return turned, angles if turned == axes else angles * columns.sum(axis=1)
 
 
 def _about_root(bone: Bone, angles: np.ndarray, axes: np.ndarray) -> tuple[str, np.ndarray]:

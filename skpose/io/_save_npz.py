@@ -6,6 +6,7 @@ from skpose._files import check_new, new_file
 from skpose._validation.options import check_choice
 from skpose.io._arguments import PathLike
 from skpose.io._npz import Archive
+from skpose.io._rates import choose_rate
 from skpose.io._source import Source
 from skpose.io._up import Up, check_up_of_file, stand
 from skpose.keypoints import Keypoints
@@ -49,6 +50,7 @@ def save_npz(path: PathLike, content: Motion | Keypoints) -> None:
     ``up``                              the axis of the world that points up: x, y or z
     ``root_positions``, ``root_angles`` (n_frames, 3), m; (n_frames, k), rad
     ``root_axes``, ``root_name``        texts, see `Motion`
+    ``fitted``                          1 or 0, see `Motion`
     ``joint_names``, ``joint_parents``  (n_joints,); an empty text is the root
     ``joint_offsets``, ``joint_dofs``   (n_joints, 3), m; (n_joints,) texts, see `Bone`
     ``rest_rotations``, ``limits``      (n_joints, 3, 3); (n_dofs, 2), rad; NaN where a bone has none
@@ -96,6 +98,7 @@ def _of_motion(motion: Motion) -> dict[str, np.ndarray]:
     return {
         VERSION: np.asarray(LATEST),
         **{name: np.asarray(getattr(motion, name)) for name in names},
+        "fitted": np.asarray(int(motion.fitted)),
         "dof_names": np.array(motion.skeleton.dof_names),
         "joint_names": np.array(motion.skeleton.joint_names),
         "joint_parents": np.array([bone.parent or "" for bone in bones]),
@@ -108,7 +111,9 @@ def _of_motion(motion: Motion) -> dict[str, np.ndarray]:
     }
 
 
-def read_npz(source: Source, file: Archive, *, on_nan: str = "raise", up: Up | None = None) -> Motion:
+def read_npz(
+    source: Source, file: Archive, *, frame_rate: float | None = None, on_nan: str = "raise", up: Up | None = None
+) -> Motion:
     """Read the motion of an open file that `save_npz` wrote."""
     check_choice("on_nan", on_nan, ("raise", "drop"))
     check_up_of_file(up)
@@ -131,13 +136,14 @@ def read_npz(source: Source, file: Archive, *, on_nan: str = "raise", up: Up | N
         motion = Motion(
             skeleton,
             angles,
-            file.numbers("frame_rate", ()).item(),
+            choose_rate(source, frame_rate, file.numbers("frame_rate", ()).item(), "frame_rate"),
             file.numbers("root_positions", (n, 3)),
             file.numbers("root_angles", (n, None)),
             axes,
             numbers.astype(np.int64),
             _text(file, "up"),  # type: ignore[arg-type]  # which Motion checks
             root_name=_text(file, "root_name"),
+            fitted=bool(file.numbers("fitted", ()).item()),
         )
     return motion if up is None else stand(motion, up, source)
 

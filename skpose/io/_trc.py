@@ -9,6 +9,7 @@ from skpose._validation.motions import check_frame_rate
 from skpose._validation.options import check_choice, check_positive
 from skpose.io._arguments import Readable
 from skpose.io._points import Zeros, check_options, drop_origin, stand_points
+from skpose.io._rates import choose_rate, differ
 from skpose.io._source import Source
 from skpose.io._trc_head import Head, Lines, cells_of, lines_of, read_head
 from skpose.io._up import Up
@@ -38,8 +39,8 @@ def load_trc(
     scale : float, default=None
         Metres per unit of length. None is the unit that the file names.
     frame_rate : float, default=None
-        Frames per second. None is the file's DataRate, refused where the column Time contradicts it; where DataRate is
-        0, the rate of that column, with a warning. With a number neither is looked at.
+        Frames per second, Hz. None is the file's DataRate, refused where the column Time contradicts it; where DataRate
+        is 0, the rate of that column, with a warning. A number comes before both, with a warning where it is neither.
     trust : {"header", "rows"}, default="header"
         What to do where NumFrames is not the number of rows: refuse the file, or read the rows that there are.
     zeros : {"seen", "missing"}, default=None
@@ -63,8 +64,10 @@ def load_trc(
     UserWarning
         If the markers are less than 0.3 or more than 5 m apart: the file may name the wrong unit. If positions are
         (0, 0, 0). If people stand along another axis than y. If two markers have one name: they are numbered. If
-        NumMarkers is not the number of names, and the number of columns says which is right. If DataRate is 0. If rows
-        without Frame# and Time follow the last frame.
+        NumMarkers is not the number of names, and the number of columns says which is right. If markers have no names:
+        they are called by their numbers. If the first line names another order of the axes than (X/Y/Z). If DataRate is
+        0, or neither it nor Time is the frame rate that is given. If rows without Frame# and Time follow the last
+        frame.
 
     See Also
     --------
@@ -111,9 +114,11 @@ def load_trc(
         lines = lines_of(source)
         head, first = read_head(source, lines, frame_rate, scale, trust)
         rows = _read_rows(source, head, lines if first is None else chain([first], lines))
-        rate = _rate_of(source, rows[:, 0]) if head.frame_rate is None else head.frame_rate
         if frame_rate is None:
+            rate = _rate_of(source, rows[:, 0]) if head.frame_rate is None else head.frame_rate
             _check_times(source, rows[:, 0], rate, head.frame_rate is not None)
+        else:
+            rate = _chosen_rate(source, rows[:, 0], frame_rate, head.frame_rate)
         with source.format_errors():
             positions = rows[:, 1:].reshape(len(rows), len(head.names), 3)
             drop_origin(source, positions, head.names, zeros)
@@ -200,12 +205,28 @@ def _numbers(source: Source, text: str, line: int, names: list[str]) -> np.ndarr
 
 def _rate_of(source: Source, times: np.ndarray) -> float:
     """Return the frame rate by the column Time, for a file whose DataRate is 0."""
-    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        rate = (len(times) - 1) / (times[-1] - times[0]) if len(times) > 1 else np.nan
+    rate = _mean_rate(times)
     if not (rate > 0 and np.isfinite(rate)):
         raise source.error("DataRate is 0, and Time does not say the rate either: frame_rate= chooses it", 3)
     source.warn(f"DataRate is 0: {rate:g} Hz is the rate of the column Time; frame_rate= chooses another")
     return float(rate)
+
+
+def _mean_rate(times: np.ndarray) -> float:
+    """Return the mean rate of the column Time, Hz; zero, NaN or an infinite number where it has none."""
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        return float((len(times) - 1) / (times[-1] - times[0])) if len(times) > 1 else np.nan
+
+
+def _chosen_rate(source: Source, times: np.ndarray, given: float, stated: float | None) -> float:
+    """Return the rate that is given, with a warning where the file states another, by DataRate and by Time."""
+    by_time = _mean_rate(times)
+    has_times = by_time > 0 and np.isfinite(by_time)
+    if has_times and not differ(given, by_time):
+        return given
+    if stated is None:
+        return choose_rate(source, given, by_time, "the column Time") if has_times else given
+    return choose_rate(source, given, stated, "DataRate")
 
 
 def _check_times(source: Source, times: np.ndarray, frame_rate: float, is_stated: bool) -> None:

@@ -6,15 +6,19 @@ empty cell shifts no other and names may have blanks in them.
 
 import re
 from collections.abc import Iterator
+from math import isfinite
 from typing import NamedTuple
 
-from skpose.io._lengths import complaint_of_unit, metres_of
+from skpose.io._lengths import complaint_of_unit, is_angle, metres_of
 from skpose.io._points import number_names
 from skpose.io._source import Chunk, Source
 from skpose.io._words import NUMBER, WHOLE, Token
 
 COMMAS = "pathfiletype,"  # what a file begins with whose cells are separated by commas
-COLUMNS = re.compile(r"\s*frame\s?#?\s+times?(?=\s|$)", re.IGNORECASE)
+FRAME = r"\s*frame\s?#?"
+COLUMNS = re.compile(rf"{FRAME}\s+times?(?: *[(\[][^)\]\t]*[)\]])?(?=\s|$)", re.IGNORECASE)  # "Time (s)", "Time[s]"
+CELLS = re.compile(rf"{FRAME} *\t *time[^\t]*(?=\t)", re.IGNORECASE)  # "Time s" between tabs
+ORDER = re.compile(r"\(([xyz])/([xyz])/([xyz])\)", re.IGNORECASE)  # in the first line
 AXIS = re.compile(r"([XYZ])\d*", re.IGNORECASE)
 WORD = re.compile(r"\S+")
 OPTIONS = {"datarate": "frame_rate", "units": "scale", "numframes": "trust"}  # what replaces a value of the head
@@ -23,7 +27,7 @@ OPTIONS = {"datarate": "frame_rate", "units": "scale", "numframes": "trust"}  # 
 class Head(NamedTuple):
     """The numbers and names above the frames."""
 
-    frame_rate: float | None  # Hz; None where DataRate is 0, or not requested
+    frame_rate: float | None  # Hz, by DataRate; None where that is 0, or is not needed and is no rate
     n_frames: int | None  # that the file states; None where it is not requested
     claimed: Token | None  # the word of this number
     scale: float  # metres of one unit
@@ -63,12 +67,31 @@ def read_head(
     n_markers = _count(source, values["nummarkers"], "NumMarkers")
     claimed = None if trust == "rows" else values["numframes"]
     n_frames = None if claimed is None else _count(source, claimed, "NumFrames")
-    if scale is None and (scale := metres_of(unit := values["units"])) is None:
+    unit = values.get("units", Token("", line, 1))  # where a scale is given it may be missing
+    if is_angle(unit) or (scale is None and (scale := metres_of(unit)) is None):
         raise source.error(complaint_of_unit("Units", unit), unit)
-    if frame_rate is None and not _is_zero(values["datarate"]):
-        frame_rate = source.positive(values["datarate"], "DataRate")
+    stated = values.get("datarate", Token("", line, 1))
+    rate = None
+    if not _is_zero(stated) and (frame_rate is None or _is_positive(stated)):
+        rate = source.positive(stated, "DataRate")
+    _warn_of_order(source, first)
     names, row = _read_names(source, lines, n_markers)
-    return Head(frame_rate, n_frames, claimed, scale, names), row
+    return Head(rate, n_frames, claimed, scale, names), row
+
+
+def _warn_of_order(source: Source, first: list[Token]) -> None:
+    """Warn if the first line names another order of the axes than that of the columns."""
+    order = ORDER.fullmatch(first[2]) if len(first) > 2 else None
+    axes = "".join(order.groups()).upper() if order else "XYZ"
+    if axes == "XYZ":
+        return
+    remedy = ""
+    if len({*axes}) == 3:
+        remedy = f"; if they are in that order, positions[..., {[axes.index(axis) for axis in 'XYZ']}] are x, y and z"
+    source.warn(
+        f"line {first[2].line} says {first[2]}, but the three numbers of each marker are read as x, y and z, as other "
+        f"programs do{remedy}"
+    )
 
 
 def head_words(text: str, line: int) -> list[Token]:
@@ -117,17 +140,24 @@ def _is_zero(word: Token) -> bool:
     return NUMBER.fullmatch(word) is not None and float(word) == 0.0
 
 
+def _is_positive(word: Token) -> bool:
+    return NUMBER.fullmatch(word) is not None and float(word) > 0.0 and isfinite(1.0 / float(word))
+
+
 def _read_names(source: Source, lines: Lines, n_markers: int) -> tuple[list[str], tuple[int, str] | None]:
     """Return the names of the markers that have columns, and the first line below that is not blank and not of axes."""
     line, text = next(lines, (4, ""))
-    columns = COLUMNS.match(text)
+    columns, cells = COLUMNS.match(text), CELLS.match(text)
+    if cells and (not columns or len(_not_empty(text[cells.end() :], line, 1)) == n_markers):
+        columns = cells  # the cell of the time is what is between two tabs
     if not columns:
         raise source.error("expected Frame#, Time and the markers' names", line)
     rest = text[columns.end() :]
-    names = [name for name in cells_of(rest, line, columns.end() + 1) if name]
+    names = _not_empty(rest, line, columns.end() + 1)
     words = [Token(match[0], line, columns.end() + match.start() + 1) for match in WORD.finditer(rest)]
-    if "\t" not in rest or (len(names) != n_markers and len(words) == n_markers):
-        names = words
+    with_gaps = _three_apart(rest, line, names)
+    if "\t" not in rest or (len(names) != n_markers and len(words) == n_markers and len(with_gaps) != n_markers):
+        names, with_gaps = words, []
     below = _next_row(lines)
     n_columns = None
     if below is not None and not NUMBER.fullmatch(next(iter(below[1].split()))):
@@ -136,6 +166,8 @@ def _read_names(source: Source, lines: Lines, n_markers: int) -> tuple[list[str]
     elif below is not None:
         n_columns = len(head_words(below[1].rstrip(), below[0])) - 2
     n_columns = 3 * len(names) if n_columns is None else n_columns
+    if len(names) < n_markers and n_columns == 3 * n_markers == 3 * len(with_gaps):
+        names = _number_empty(source, with_gaps, line)
     if n_columns == 3 * n_markers < 3 * len(names):
         source.warn(
             f"line {line} names {len(names)} markers, but NumMarkers and the columns are those of {n_markers}: the "
@@ -155,6 +187,27 @@ def _read_names(source: Source, lines: Lines, n_markers: int) -> tuple[list[str]
     if not names:
         raise source.error("there are no markers", line)
     return number_names(source, [str(name) for name in names]), below
+
+
+def _not_empty(text: str, line: int, column: int) -> list[Token]:
+    return [cell for cell in cells_of(text, line, column) if cell]
+
+
+def _three_apart(text: str, line: int, names: list[Token]) -> list[Token]:
+    """Return every third cell up to the last name, empty where a marker has none; none if names are in other cells."""
+    cells = cells_of(text.rstrip(), line)[1::3]  # the first is empty, after the column Time
+    return cells if [cell for cell in cells if cell] == names else []
+
+
+def _number_empty(source: Source, cells: list[Token], line: int) -> list[Token]:
+    """Return the names of markers, the number of a marker in the place of each that is empty."""
+    empty = [str(i + 1) for i, cell in enumerate(cells) if not cell]
+    more = f" and {len(empty) - 5} more" if len(empty) > 5 else ""
+    source.warn(
+        f"line {line} has no name for {len(empty)} of {len(cells)} markers: they are called "
+        f"{', '.join(map(repr, empty[:5]))}{more} here, by their numbers"
+    )
+    return [cell or Token(str(i + 1), line, 1) for i, cell in enumerate(cells)]
 
 
 def _next_row(lines: Lines) -> tuple[int, str] | None:

@@ -217,7 +217,10 @@ def test_help(command, capsys):
     ("arguments", "message"),
     [
         (["info", "none.bvh"], "none.bvh"),
-        (["info", "a.txt"], "a.txt: expected HIERARCHY (BVH) or a keyword such as :DEGREES (AMC), found 'hello'"),
+        (
+            ["info", "a.txt"],
+            "a.txt: this is not a motion file: expected HIERARCHY (BVH), a keyword such as :DEGREES or",
+        ),
         (["distances", "alone_1.amc", "--out", "D.npy"], "needs its skeleton and there is no alone.asf"),
         (["neighbors", "a.bvh", "--neighbors", "9999", "--out", "G.npz"], "Expected n_neighbors < n_samples_fit"),
         (["distances", "cut.bvh", "--out", "D.npy"], "cut.bvh, line"),

@@ -82,7 +82,7 @@ def test_rows_of_standard_input(monkeypatch, capsys):
 def test_errors_name_standard_input(monkeypatch, capsys):
     for content, message in (
         (b"", "standard input: the file is empty"),
-        (b"hello", "standard input: expected HIERARCHY"),
+        (b"hello", "standard input: this is not a motion file"),
         ((DATA / "arm.amc").read_bytes(), "standard input: an AMC file needs its skeleton: pass --asf"),
     ):
         standard_input(monkeypatch, content)

@@ -172,7 +172,7 @@ def test_bad_files_are_left_out_and_named(gait, capsys):
     *_, count, first, second = lines(captured.err)
     assert count == "2 of 4 files left out:"
     assert first.startswith(f"  {Path('takes/b.bvh')}, line ")
-    assert second.startswith(f"  {Path('takes/c.bvh')}: expected HIERARCHY")
+    assert second.startswith(f"  {Path('takes/c.bvh')}: this is not a motion file")
 
 
 def test_without_the_option_the_first_bad_file_is_an_error_that_names_it(gait, capsys):
@@ -213,7 +213,7 @@ def test_the_labels_of_a_page_are_those_of_the_files_that_are_read(gait, capsys)
 
 def test_the_motion_to_find_is_never_left_out(gait, capsys):
     assert run("find", "takes/c.bvh", *gait, *POSITION, "--skip-errors") == 1
-    assert lines(capsys.readouterr().err)[-1].startswith(f"{Path('takes/c.bvh')}: expected HIERARCHY")
+    assert lines(capsys.readouterr().err)[-1].startswith(f"{Path('takes/c.bvh')}: this is not a motion file")
     assert run("find", gait[0], "takes", *POSITION, "--k", "1", "--skip-errors") == 3
     assert str(gait[0]) in capsys.readouterr().out
 
@@ -411,3 +411,74 @@ def test_a_compressed_file_that_holds_too_much_is_an_error_of_a_process(capsys):
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
     assert done.returncode == 1
     assert "bomb.bvh.gz: its gzip compression holds more than 67 MB, over 100 times its size" in done.stderr
+
+
+# Frame rates of files that state them
+
+
+@pytest.mark.parametrize("option", [[], ["--amc-frame-rate", "60"]])
+def test_the_rate_of_amc_files_is_no_other_files(option, cmu, gait, capsys):
+    """Each of a folder of both is at its own rate."""
+    assert run("info", gait[0], cmu[1], *option) == 0
+    out, err = capsys.readouterr()
+    assert "20 frames at 20 Hz, 1.00 s" in out
+    assert ("3 frames at 60 Hz" if option else "3 frames at 30 Hz by index.csv") in out
+    assert "Frame Time" not in err
+
+
+def test_the_rate_of_all_files(cmu, gait, capsys):
+    assert run("info", gait[0], cmu[1], "--file-frame-rate", "60", "--amc-frame-rate", "30") == 0
+    out, err = capsys.readouterr()
+    assert out.count("frames at 60 Hz") == 2
+    assert "takes/a.bvh: --file-frame-rate 60 replaces the 20 Hz of Frame Time, so that it lasts 0.333 times" in err
+    assert f"{cmu[1]}: --file-frame-rate 60 replaces the 30 Hz that index.csv states" in err
+
+
+def test_remedies_for_rates_are_options_that_work(capsys):
+    """Of TRC files, the message advised an option of AMC files."""
+    import damaged
+
+    text = damaged.trc_file().decode()
+    Path("zero.trc").write_text(
+        text.replace("100.00\t100.00", "0\t0").replace("\t0.0", "\t0.").replace("\t0.01", "\t0.1")
+    )
+    motion = make_gait(n_subjects=1, n_sequences=1, duration=1.0, frame_rate=20, random_state=0).motions[0]
+    save_bvh("one.bvh", motion[:1])
+    still = Path("one.bvh").read_text().replace("Frame Time: 0.05", "Frame Time: 0")
+    Path("still.bvh").write_text(still)
+    Path("slow.bvh").write_text(
+        still.replace("Frame Time: 0", "Frame Time: 33.333").replace("Frames: 1", "Frames: 2") + still.splitlines()[-1]
+    )
+    for name, said in (
+        ("still.bvh", "--file-frame-rate chooses"),
+        ("slow.bvh", "the rate is 30.0003 Hz, --file-frame-rate 30;"),
+    ):
+        run("info", name)
+        assert said in capsys.readouterr().err
+        assert run("info", name, "--file-frame-rate", "30") == 0
+        out, err = capsys.readouterr()
+        assert "at 30 Hz" in out
+        assert not err
+    Path("contradiction.trc").write_text(text.replace("100.00\t100.00", "250\t250"))
+    assert run("info", "contradiction.trc") == 1
+    assert "--file-frame-rate chooses the rate" in capsys.readouterr().err
+    assert run("info", "contradiction.trc", "--file-frame-rate", "100") == 0
+
+
+def test_a_scale_by_size_does_not_hide_that_numbers_are_angles(capsys):
+    import damaged
+
+    Path("imu.trc").write_text(damaged.trc_file().decode().replace("\tmm\t", "\trad\t"))
+    assert run("info", "imu.trc", "--scale", "auto") == 1
+    assert "these are angles, no positions of markers" in capsys.readouterr().err
+
+
+def test_blanks_and_texts_are_called_what_they_are(capsys):
+    Path("bomb.bvh.gz").write_bytes(gzip.compress(b" " * (80 << 20)))
+    Path("README.md").write_text("# Walks\n\n55 motion files\n")
+    for name, said in (
+        ("bomb.bvh.gz", "its gzip compression holds more than"),
+        ("README.md", "this is not a motion file"),
+    ):
+        assert run("info", name) == 1
+        assert said in capsys.readouterr().err

@@ -345,7 +345,7 @@ def test_pickles_in_place_of_files(write, tmp_path):
         ({"poses": np.zeros((9, 156), complex)}, "poses: expected numbers, found an array of dtype complex128"),
         ({"poses": np.zeros((9, 156), "f8,i4")}, r"poses: expected .*shape|poses: expected the header of an array"),
         ({"trans": np.where(np.arange(27) == 10, np.nan, 1.0).reshape(9, 3)}, r"trans: .* found nan at index \(3, 1\)"),
-        ({"mocap_framerate": None}, "it has no mocap_framerate"),
+        ({"mocap_framerate": None}, "it has no mocap_framerate; its keys are .*; frame_rate= chooses the rate"),
         ({"mocap_framerate": 0.0}, r"mocap_framerate: expected a positive number, found 0\.0"),
         ({"mocap_framerate": np.zeros(2)}, r"mocap_framerate: expected shape \(\) or \(1,\), found \(2,\)"),
         ({"poses": None, "root_orient": np.zeros((9, 3))}, "it has no pose_body"),

@@ -109,7 +109,11 @@ def test_a_file_without_frames_is_a_skeleton(load):
             "Frames: 9999999999",
             "line 44: expected 9999999999 frames of 18 numbers, found 2 frames of 18 numbers",
         ),
-        ("Frame Time: 0.0083333", "Frame Time: 0", "Frame Time: expected a positive number, found '0'"),
+        (
+            "Frame Time: 0.0083333",
+            "Frame Time: 0",
+            "Frame Time: expected a positive number, found '0'; frame_rate= chooses the rate",
+        ),
         ("Frame Time: 0.0083333\n", "", "expected Frame Time: after MOTION"),
         (
             " 45.5",

@@ -93,3 +93,93 @@ def test_ezc3d_reads_the_same_numbers(tmp_path):
         np.testing.assert_array_equal(one.values, points[name])
     for i, name in enumerate(markers.names):
         np.testing.assert_array_equal(markers.positions[:, i], points[name] * 0.001)
+
+
+# What each label is: one of a model's, by its name alone, or the position of a marker.
+BY_NAME = {
+    "LKneeAngles": "angles", "RHipMoment": "moments", "LAnklePower": "powers", "LGroundReactionForce": "forces",
+    "LNormalisedGRF": "forces", "Bob:LHipAngles": "angles", "L_KNEE_ANGLE_X": "angles", "RAbsAnkleAngle": "angles",
+    "Force 2": "forces", "KneeMoments_L": "moments", "lkneetorque": "moments",
+}  # fmt: skip
+MARKERS = [
+    "LKNE", "Triangle1", "rectangle", "RInferiorAngle", "AngleInf", "SternalAngle", "scap_inf_angle", "L_ANKLE",
+    "Forcep", "ForcePlate1", "CentreOfMass", "Bob:LANK", "RANG", "Moments of Bob's hand", "L.Tri.Angle.Top", "angles1a",
+    "Powerhand",
+]  # fmt: skip
+
+
+def only_labels(labels, **options):
+    positions = np.random.default_rng(1).uniform(-800, 800, (4, len(labels), 3))
+    return io.BytesIO(c3d_files.c3d_file(positions, list(labels), axis_up="+Z", **options))
+
+
+@pytest.mark.parametrize("label", BY_NAME)
+def test_a_name_alone_says_what_no_group_lists(label):
+    with pytest.warns(
+        UserWarning,
+        match=f"1 of 4 points are no positions of markers and are left out: 1 by name alone [(]{label}[)]; "
+        "load_c3d_quantities reads them by their names",
+    ):
+        markers = load_c3d(only_labels(["hip", "knee", label, "ankle"]))
+    assert markers.names == ("hip", "knee", "ankle")
+    found = load_c3d_quantities(only_labels(["hip", label], ANGLE_UNITS="deg", MOMENT_UNITS="Nmm"))
+    unit = {"angles": "deg", "moments": "Nmm"}.get(BY_NAME[label], "")
+    assert [(name, one.kind, one.unit) for name, one in found.items()] == [(label, BY_NAME[label], unit)]
+
+
+def test_markers_stay_markers():
+    """Whose names have such words in another place, or are points of the body or of things."""
+    assert load_c3d(only_labels(MARKERS)).names == tuple(MARKERS)
+    assert load_c3d_quantities(only_labels(MARKERS)) == {}
+
+
+def test_a_model_may_call_a_position_what_it_likes():
+    """What MODELED_MARKERS lists is one."""
+    assert load_c3d(only_labels(["hip", "MyForce"], MODELED_MARKERS=["MyForce"])).names == ("hip", "MyForce")
+
+
+@pytest.mark.parametrize(
+    ("label", "listed"),
+    [("Bob:LKA", "LKA"), ("LKA", "Bob:LKA"), ("LKA", "lka"), ("bob:lka", "Bob:LKA"), ("Bob:LKA", "BOB: LKA")],
+)
+def test_labels_are_the_same_in_any_case_and_without_the_subject(label, listed):
+    data = only_labels(["hip", label], ANGLES=[listed, "other"])
+    assert [(name, one.kind) for name, one in load_c3d_quantities(data).items()] == [(label, "angles")]
+    data.seek(0)
+    with pytest.warns(UserWarning, match="1 of 2 points are no positions of markers and are left out: 1 in POINT:ANG"):
+        assert load_c3d(data).names == ("hip",)
+
+
+def test_two_subjects_are_not_mixed_up():
+    data = only_labels(["Ann:X1", "Bob:X1", "knee"], SCALARS=["Bob:X1"])
+    assert list(load_c3d_quantities(data)) == ["Bob:X1"]
+
+
+@pytest.mark.parametrize("listed", [True, False])
+def test_groups_that_the_file_names(listed):
+    """TYPE_GROUPS has pairs, as Nexus writes them: the group, and its singular, by which its unit is called."""
+    groups = ["REACTIONS", "REACTION", "MODELED_MARKERS", "MODELED_MARKER", "STRESSES", "STRESS", "NONE", "RATE"]
+    more = {"TYPE_GROUPS": groups} if listed else {}
+    data = only_labels(
+        ["hip", "LGR", "knee", "S1"],
+        REACTIONS=["LGR"],
+        REACTION_UNITS="N",
+        STRESSES=["S1"],
+        MODELED_MARKERS=["knee"],
+        **more,
+    )
+    found = {name: (one.kind, one.unit) for name, one in load_c3d_quantities(data).items()}
+    assert found == {"LGR": ("reactions", "N")} | ({"S1": ("stresses", "")} if listed else {})
+
+
+def test_angles_are_no_positions_at_any_scale():
+    for unit in ("deg", "RAD", "degrees", "degr"):
+        for options in ({}, {"scale": 1.0}, {"scale": 0.001}):
+            with pytest.raises(
+                MocapFormatError, match=f"POINT:UNITS: .* found '{unit}': these are angles, no positions"
+            ):
+                load_c3d(only_labels(["hip", "knee"], units=unit), **options)
+    with pytest.warns(UserWarning, match="from end to end"):
+        assert len(load_c3d(only_labels(["hip", "knee"], units="furlong"), scale=1.0)) == 4
+    units = np.zeros(2, int)  # no text: what a scale replaces may be damaged
+    assert len(load_c3d(only_labels(["hip", "knee"], units=units), scale=0.001)) == 4

@@ -42,7 +42,9 @@ HEAD = b"HIERARCHY\nROOT a\n{\nOFFSET 0 0 0\nCHANNELS 1 Xrotation\n"
 FOOT = b"MOTION\nFrames: 1\nFrame Time: 1\n"
 
 
-@pytest.mark.filterwarnings("ignore:the open file. joints in lines:UserWarning")
+@pytest.mark.filterwarnings(
+    "ignore:the open file. joints in lines:UserWarning", "ignore:.* replaces the 120 Hz:UserWarning"
+)
 @pytest.mark.parametrize(
     "data",
     [

@@ -82,7 +82,12 @@ def test_options_are_passed_to_the_reader(tmp_path):
     ("text", "message"),
     [
         ("", "a.txt: the file is empty, not a BVH, AMC or AMASS file"),
-        ("hello\n", r"a.txt: expected HIERARCHY \(BVH\) or a keyword such as :DEGREES \(AMC\), found 'hello'"),
+        ("hello\n", r"a.txt: this is not a motion file: expected HIERARCHY \(BVH\), a keyword .*, found 'hello'"),
+        ("# 55 files\n\n55 motion files of walks\n", "this is not a motion file: .*, found '55 motion files of walks'"),
+        ("3\nThree words here\nand\n", "this is not a motion file: .*, found '3'"),
+        (":note: some\ntext\n", "this is not a motion file: .*, found ':note: some'"),
+        (" \n" * 200_000, r"this is not a motion file: .*, found [\d,]+ blanks at its beginning"),
+        ("1\nroot 0 0,5 0 0 0 0\nupperarm 1 2 3\n", "frame 1 ends without .*lowerarm"),
         (ASF.read_text(), r"a.txt: this is a skeleton \(ASF\), which has no motion: load_asf reads it"),
         ("# nothing else\n", "the file ends without a frame"),
         ("1\nroot 0 0 0 0 0 0\n", "frame 1 ends without .*upperarm"),
@@ -94,10 +99,21 @@ def test_files_that_are_neither(text, message, tmp_path):
         load_motion(tmp_path / "a.txt", asf=ASF)
 
 
+def test_blanks_that_gzip_has_made_small_are_called_that(tmp_path):
+    """The message on a skeleton that is missing was no help."""
+    path = tmp_path / "bomb.bvh.gz"
+    path.write_bytes(gzip.compress(b" " * (80 << 20)))
+    for load in (load_motion, load_bvh, file_format):
+        with pytest.raises(MocapFormatError, match="its gzip compression holds more than"):
+            load(path)
+
+
 def test_files_of_no_format(tmp_path):
     (tmp_path / "a.txt").write_text("hello\n")
     (tmp_path / "b.txt").touch()
-    with pytest.raises(MocapFormatError, match=r"a\.txt: expected HIERARCHY .*, found 'hello'"):
+    with pytest.raises(
+        MocapFormatError, match=r"a\.txt: this is not a motion file: expected HIERARCHY .*, found 'hello'"
+    ):
         file_format(tmp_path / "a.txt")
     with pytest.raises(
         MocapFormatError, match=r"b\.txt: the file is empty, not a BVH, AMC, ASF, AMASS, TRC or C3D file"

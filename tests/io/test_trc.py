@@ -136,7 +136,7 @@ def test_a_missing_cell_is_not_a_lost_marker():
         (cell(5, 3, "X1\tY1\tZ1\tX1"), 4, None, r"expected 3 names of markers .* found 3, and 12 columns of numbers"),
         (changed(4, lambda cells: cells[:5]), 4, None, r"expected 3 names .* found 1, and 9 columns"),
         (cell(2, 5, "Unit"), 3, None, "expected a value of Units below the keys of line 2; scale= says it otherwise"),
-        (cell(4, 2, "time(s)"), 4, None, "expected Frame#, Time and the markers' names"),
+        (cell(4, 2, "seconds"), 4, None, "expected Frame#, Time and the markers' names"),
         (cell(5, 4, "Z1"), 5, None, "expected the columns X, Y, Z of each marker, found 'Z1'"),
         (cell(5, 4, ""), 5, None, "expected 9 columns X1, Y1, Z1 and so on, found 8"),
         (io.StringIO(""), None, None, "the file is empty, not a TRC file"),

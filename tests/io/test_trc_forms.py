@@ -153,7 +153,11 @@ def test_a_rate_of_zero_is_that_of_the_times(zero):
         UserWarning, match=r"DataRate is 0: 90.69 Hz is the rate of the column Time; frame_rate= chooses"
     ):
         assert load(text).frame_rate == pytest.approx(90.69, rel=1e-4)
-    assert load(text, frame_rate=50).frame_rate == 50
+    with pytest.warns(
+        UserWarning, match="frame_rate=50 replaces the 90.69.* Hz of the column Time, so that it lasts 1.81 times"
+    ):
+        assert load(text, frame_rate=50).frame_rate == 50
+    assert load(text, frame_rate=90.7).frame_rate == 90.7
     frozen = joined(
         [*lines_of(text)[:HEAD], *(row.replace(row.split("\t")[1], "0", 1) for row in lines_of(text)[HEAD:])]
     )
@@ -189,3 +193,79 @@ def test_a_column_of_angles_has_no_scale():
 
 def test_decimal_commas_are_not_separators():
     refused(TRC.replace(".", ","), "decimal comma")
+
+
+@pytest.mark.parametrize("text", [TRC, LOST], ids=["all seen", "some lost"])
+@pytest.mark.parametrize(
+    "time", ["Time (s)", "Time(s)", "Time [sec]", "time (ms) ", "TIME[s]", "Time s", "Time/s", "Times (s)"]
+)
+def test_a_unit_of_time_is_no_marker(text, time):
+    """It moved all names by one, so that each marker had its neighbour's."""
+    expected = load(text)
+    between_blanks = replaced(text, 4, "Frame#\tTime\t", f"Frame#   {time}   ")
+    for changed in [replaced(text, 4, "Time", time)] + [between_blanks] * ("(" in time or "[" in time):
+        for form in (changed, changed.replace("\t", ",")):
+            found = load(form)
+            assert found.names == expected.names
+            np.testing.assert_array_equal(found.positions, expected.positions)
+
+
+def test_names_after_the_time_in_one_cell_are_names():
+    """Where blanks and tabs separate, the cell of the time may have a name in it."""
+    text = replaced(TRC, 4, "Time\thip", "Time hip")
+    assert load(text).names == load(TRC).names
+
+
+@pytest.mark.parametrize("named", ["knee", "hip"])
+def test_a_marker_without_a_name_is_called_by_its_number(named):
+    empty = damaged.NAMES.index(named)
+    text = replaced(TRC, 4, named, " ")
+    assert "\t3\t" in lines_of(text)[2]
+    with pytest.warns(UserWarning, match=f"line 4 has no name for 1 of 3 markers: they are called '{empty + 1}' here"):
+        found = load(text)
+    assert found.names == tuple(str(i + 1) if i == empty else name for i, name in enumerate(damaged.NAMES))
+    np.testing.assert_array_equal(found.positions, load(TRC).positions)
+    two_words = replaced(text, 4, "ankle", "left ankle")  # as many words as there are markers
+    with pytest.warns(UserWarning, match="no name for 1 of 3"):
+        assert load(two_words).names[2] == "left ankle"
+
+
+def test_a_last_marker_without_a_name_may_be_a_line_that_is_cut():
+    refused(replaced(TRC, 4, "ankle", ""), "expected 3 names of markers .* found 2, and 9 columns of numbers")
+
+
+@pytest.mark.parametrize(("order", "remedy"), [("X/Z/Y", [0, 2, 1]), ("y/z/x", [2, 0, 1]), ("X/X/Y", None)])
+def test_another_order_of_axes_in_the_first_line(order, remedy):
+    with pytest.warns(
+        UserWarning, match=rf"line 1 says \({order}\), but the three numbers of each marker are read as x"
+    ) as caught:
+        found = load(replaced(TRC, 1, "(X/Y/Z)", f"({order})"))
+    np.testing.assert_array_equal(found.positions, load(TRC).positions)
+    message = str(caught[0].message)
+    assert ("positions[..." in message) == (remedy is not None)
+    if remedy:
+        assert f"positions[..., {remedy}]" in message
+        numbers = np.arange(3)[["xyz".index(axis) for axis in order.lower().split("/")]]  # x, y, z as the file has them
+        np.testing.assert_array_equal(numbers[remedy], np.arange(3))
+
+
+@pytest.mark.parametrize("unit", ["rad", "deg", "Degrees"])
+@pytest.mark.parametrize("options", [{}, {"scale": 1}, {"scale": 1, "frame_rate": 10, "trust": "rows"}])
+def test_angles_are_no_positions_at_any_scale(unit, options):
+    text = replaced(TRC, 3, "mm", unit)
+    refused(text, f"Units: expected a unit of length, found '{unit}': these are angles, no positions", **options)
+    with pytest.warns(UserWarning, match="from end to end"):
+        assert len(load(replaced(TRC, 3, "mm", "furlong"), scale=1.0)) == 20
+
+
+@pytest.mark.parametrize("rate", [50, 200])
+def test_a_rate_that_the_file_does_not_state_is_said(rate):
+    """A number of its own replaces DataRate, which Time confirms: a walk would be twice as fast."""
+    with pytest.warns(
+        UserWarning, match=f"frame_rate={rate} replaces the 100 Hz of DataRate, so that it lasts {100 / rate:g} ti"
+    ):
+        assert load(TRC, frame_rate=rate).frame_rate == rate
+    assert load(TRC, frame_rate=100.5).frame_rate == 100.5  # rounding
+    contradicted = replaced(TRC, 3, "100.00\t100.00", "250\t250")
+    for choice in (100, 250):  # one of the two that the file states
+        assert load(contradicted, frame_rate=choice).frame_rate == choice
