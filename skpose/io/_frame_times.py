@@ -12,8 +12,8 @@ TIME = re.compile(
     r"|ns|nanoseconds?)[)\]]?)?\s*",
     re.IGNORECASE,
 )
-SECONDS = {"s": 1.0, "m": 1e-3, "u": 1e-6, "n": 1e-9}  # of a unit, by its first letter; microseconds are by their whole
-CLOSE = 0.02  # relative difference of rates
+SECONDS = {"s": 1.0, "m": 1e-3, "u": 1e-6, "n": 1e-9}  # of a unit, by its first letter, but for microseconds
+CLOSE, DRIFT = 0.02, 0.4  # relative difference of rates, and what it is at the end, in frames: less may be jitter
 LEAST = 1e-12  # step of time in any unit
 LONG = 1.5  # steps of time over the usual one, from which a frame is left out
 
@@ -32,14 +32,18 @@ class Times(NamedTuple):
 
     @property
     def interval(self) -> float:
-        """Time from one frame to the next, in the unit of the values, where none is left out; NaN if not known."""
+        """Time from one frame to the next, in the unit of the values, where none is left out; NaN if not known.
+
+        Steps of 1 are counts of frames, in no unit.
+        """
         if len(self.values) < 2 or not np.isfinite(self.values).all():
             return np.nan
         with np.errstate(over="ignore", invalid="ignore"):
             each = np.diff(self.values) / self.steps
-            usual = np.median(each)
-            near = np.abs(each - usual) < 0.5 * usual
-        if not (LEAST < usual < 1.0 / LEAST and np.isfinite(each).all()) or (each == 1.0).all():  # counts of frames
+            outer = len(each) // 10  # steps at each end of their order, which may be gaps
+            usual = np.sort(each)[outer : len(each) - outer].mean()
+            near = np.abs(each - usual) < (LONG - 1.0) * usual
+        if not (LEAST < usual < 1.0 / LEAST and np.isfinite(each).all()) or not near.any() or (each == 1.0).all():
             return np.nan
         return float(each[near].mean())
 
@@ -65,18 +69,19 @@ def complaint_of_times(times: Times, frame_rate: float) -> str:
     if np.isnan(times.interval):
         return ""
     rate = times.rate(frame_rate)
-    if abs(rate / frame_rate - 1.0) > CLOSE:
+    apart = abs(frame_rate / rate - 1.0)
+    if apart > CLOSE and apart * times.steps.sum() > DRIFT:
         return (
-            f"its frames are {rate:.4g} Hz by {times.key!r}, but {frame_rate:g} Hz is taken: pass the rate of the file "
-            "as frame_rate="
+            f"frames are at {rate:.4g} Hz by {times.key!r}, but {frame_rate:g} Hz is taken: pass frame_rate={rate:.4g} "
+            "if these times are right"
         )
     late = np.diff(times.values) > LONG * times.interval * times.steps
     early = np.diff(times.values) <= 0.0
     if (late | early).any():
         at = int(np.argmax(late | early))
-        what = f"{np.diff(times.values)[at] / times.interval:.3g} times the usual time after the one before"
+        after = np.diff(times.values)[at] / times.interval
         return (
-            f"frame {at + 1} is by {times.key!r} {what}: frames that are left out need the numbers of the others, as "
-            "'frame', to keep them at their time"
+            f"entry {at + 2} is {after:.3g} frames after the one before by {times.key!r}, and is taken as "
+            f"{times.steps[at]:g} after it: number the frames, as 'frame', so that each keeps its time"
         )
     return ""

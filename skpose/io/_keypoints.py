@@ -222,7 +222,7 @@ def _watch(
     up: Up | None,
     usual: tuple[Up, str],
 ) -> np.ndarray:
-    """Return positions without the lost points that are read as such; warn of what they may be else.
+    """Return positions without the lost points that are read as such; warn of what positions may be else.
 
     The usual axis that points up comes with the reason why it is taken.
     """
@@ -237,7 +237,7 @@ def _watch(
         seen[lost] = np.nan
     if complaint := complaint_of_picture(seen, names):
         source.warn(complaint)
-    if up is None:
+    elif up is None:
         warn_of_up(source, seen, names, *usual, "points")
     return positions
 

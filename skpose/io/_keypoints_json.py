@@ -120,7 +120,9 @@ class _Reader:
             named = {name: point for name, point in points.items() if isinstance(point, dict | list)}
             if not named:
                 self.refuse(where, f"expected points in three dimensions, found {_kind(points)}")
-            return Points(list(named), [self.point(point, f"{where}.{name}") for name, point in named.items()])
+            return Points(
+                list(named), [self.point(point, f"{where}.{name}".lstrip(".")) for name, point in named.items()]
+            )
         if not isinstance(points, list):
             self.refuse(where, f"expected points, found {_kind(points)}")
         first = points[0]
@@ -179,7 +181,9 @@ class _Reader:
             point = [lower["x"], lower["y"], lower["z"], sure]
         if not isinstance(point, list) or len(point) not in (2, 3, 4):
             found = f"{len(point)} numbers" if isinstance(point, list) else _kind(point)
-            if isinstance(point, list) and len(point) > OPENPOSE and self.n_points is None:
+            if isinstance(point, list) and point and isinstance(point[0], list | dict):
+                found = f"a list of {len(point)} points; frames are a list, or an object by their numbers"
+            elif isinstance(point, list) and len(point) > OPENPOSE and self.n_points is None:
                 found += "; if these are the points of a frame, pass layout=, or names="
             self.refuse(where, f"expected a point with x, y and z, found {found}")
         if len(point) == 2:
@@ -271,6 +275,10 @@ def _list_frames(reader: _Reader, document: Any) -> Listed:
             by_number = document.get(key)
             if isinstance(by_number, dict) and (found := _by_number(by_number, f"{key}.", key == FRAMES[0])):
                 return found
+            if isinstance(by_number, dict) and key == FRAMES[0]:
+                reader.refuse(
+                    key, f"expected a list of frames, or an object by their numbers, found {_kind(by_number)}"
+                )
         for key in WORLD:  # with a time for each they are frames; else they are people
             if times is not None and isinstance(document.get(key), list) and len(times) == len(document[key]):
                 return _listed(document[key], key, times)

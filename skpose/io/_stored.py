@@ -63,10 +63,12 @@ def frame_numbers(source: Source, values: Sequence[float | str], key: str) -> li
             raise source.error(f"{key}: expected a number, found {str(values[0])[:40]!r}")
     counts = Counter(values if numbers is None else numbers)
     if max(counts.values(), default=0) > 1 and (numbers is None or is_image(key)):
-        one, times = next((one, times) for one, times in counts.items() if times > 1)
-        shown = repr(one[:40]) if isinstance(one, str) else f"{one:g}"
+        given: Sequence[float | str] = values if numbers is None else numbers
+        one = next(value for value in given if counts[value] > 1)
+        value = values[list(given).index(one)]
+        shown = repr(value[:40]) if isinstance(value, str) else f"{value:g}"
         raise source.error(
-            f"{key}: expected one person, found {times} entries of {shown}: keep the same one in every frame"
+            f"{key}: expected one person, found {counts[one]} entries of {shown}: keep the same one in every frame"
         )
     return numbers
 

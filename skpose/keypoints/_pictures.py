@@ -14,7 +14,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from skpose._validation.units import SMALLEST
+from skpose._validation.units import LARGEST, SMALLEST
 from skpose.skeleton._shared import others
 
 POINTS, PAIRED = 8, 6  # points that a person has at least: of any names, and with left and right among them
@@ -49,7 +49,8 @@ def complaint_of_picture(positions: np.ndarray, names: Sequence[str]) -> str:
     share = ((points[:, :2] >= 0.0) & (points[:, :2] <= 1.0)).all(axis=1).mean()
     wide, deep = _extents(positions)
     # What has no left and right may be a hand, and none is as large as the smallest person.
-    if share >= NEARLY_ALL and 0.0 < wide >= deep / UPRIGHT and (_has_pairs(names) or wide > SMALLEST):
+    may_be = wide > 0.0 and (deep <= UPRIGHT * wide or deep > LARGEST)
+    if share >= NEARLY_ALL and may_be and (_has_pairs(names) or wide > SMALLEST):
         scores = (points[:, 2] >= 0.0).all() and (points[:, 2] <= 1.0).all()
         return (
             f"x and y of {share:.0%} of the points are from 0 to 1".replace("%", " %")
@@ -80,7 +81,8 @@ def complaint_of_flat(frames: Sequence[Sequence[Sequence[float]]]) -> str:
         return "the third numbers are 0, 1 or 2"
     extents = np.array([np.ptp(one, axis=0) for one in seen if len(one)])
     wide, deep = np.median(extents[:, :2].max(axis=1)), np.median(extents[:, 2])
-    if wide > PIXELS and ((low >= 0.0 and high <= PERCENT) or deep <= SHALLOW * wide):
+    may_be_percent = low >= 0.0 and high <= PERCENT and (wide > PIXELS or (wide <= UPRIGHT and high > LARGEST))
+    if may_be_percent or (wide > PIXELS and deep <= SHALLOW * wide):
         return f"points are spread over {wide:.4g} in x or y, and the third numbers are from {low:.3g} to {high:.3g}"
     return ""
 

@@ -10,7 +10,9 @@ FLAT = 0.8  # height over the largest extent below which a person does not stand
 # Parts of the names of markers on the head, the neck and the shoulders, and of those on ankles and feet.
 HIGH = "head", "hd", "nose", "neck", "c7", "clav", "acr", "shoulder"
 LOW = "foot", "toe", "heel", "hee", "ank", "mal", "cal"
-MIDDLE = "hip", "pelvis", "asi", "psi", "sacr"  # whoever sits with straight legs has the trunk along another axis
+# Of the pelvis, from which the trunk begins: whoever sits on the floor has it along another axis than the whole.
+MIDDLE = "hip", "pelvis", "asi", "psi", "sacr"
+TRUNK = 0.25  # length of the trunk over the extent below which no point above it is seen
 
 
 def find_up(positions: np.ndarray, names: Sequence[str], usual: str) -> str:
@@ -24,8 +26,9 @@ def find_up(positions: np.ndarray, names: Sequence[str], usual: str) -> str:
     heights, trunks = top - bottom, top - middle
     is_seen = ~np.isnan(heights).any(axis=1)
     heights, trunks = heights[is_seen], trunks[is_seen]
-    no_trunk, length = np.isnan(trunks[:, 0]), np.abs(trunks).max(axis=1, initial=0.0)
     extent = np.abs(heights).max(axis=1, initial=0.0)
+    length = np.abs(trunks).max(axis=1, initial=0.0)
+    no_trunk = ~(length > TRUNK * extent)
     if not extent.any():
         return usual
     level = heights[:, "xyz".index(usual[-1])] * (-1.0 if usual.startswith("-") else 1.0) < FLAT * extent

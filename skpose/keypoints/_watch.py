@@ -17,9 +17,10 @@ def warn_of_positions(positions: np.ndarray, names: Sequence[str], up: str, layo
 
     They are those of a layout of this name, which states which axis points up, or of none.
     """
-    lost = find_lost(positions)
-    seen = np.where(lost[:, :, None], np.nan, positions)
-    found = find_up(seen, names, up)
+    with np.errstate(over="ignore", invalid="ignore"):
+        lost = find_lost(positions)
+        seen = np.where(lost[:, :, None], np.nan, positions)
+        found, picture = find_up(seen, names, up), complaint_of_picture(seen, names)
     remedy, why = f"up={found!r}", f"as the layout {layout!r} says"
     if layout is not None:
         remedy = f"dataclasses.replace(layout, {remedy})"
@@ -30,8 +31,10 @@ def warn_of_positions(positions: np.ndarray, names: Sequence[str], up: str, layo
     state = "is upside down" if found[-1] == up[-1] else "lies"
     for complaint in (
         complaint_of_origin(lost, names, "points", LOST),
-        complaint_of_picture(seen, names),
-        complaint_of_up(found, up, why, "points", f"{remedy}, unless the person {state}") if found != up else "",
+        picture,
+        complaint_of_up(found, up, why, "points", f"{remedy}, unless the person {state}")
+        if found != up and not picture
+        else "",
     ):
         if complaint:
             warn(complaint)

@@ -79,6 +79,16 @@ def test_a_fourth_number_is_the_confidence():
     assert np.isnan(expected.positions[5, 0]).all()
 
 
+def test_flags_of_coco_are_seen_or_not():
+    flags = np.random.default_rng(5).integers(0, 3, SCORES.shape)
+    flags[0, 0] = 2
+    expected = Keypoints(POSITIONS, NAMES, 25, np.minimum(flags, 1))
+    same(load_keypoints(npz(positions=POSITIONS, scores=flags), names=NAMES, frame_rate=25), expected)
+    array = np.concatenate([POSITIONS, flags[:, :, None]], axis=2)
+    same(load_keypoints(npy(array), names=NAMES, frame_rate=25), expected)
+    refused(npz(positions=POSITIONS, scores=100 * SCORES), "COCO's 0, 1 and 2; found .*: divide percent by 100")
+
+
 def test_not_seen():
     found = load_keypoints(
         npz(positions=POSITIONS, scores=np.where(SCORES == 0, np.nan, SCORES)), names=NAMES, frame_rate=1

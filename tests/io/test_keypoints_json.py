@@ -294,8 +294,52 @@ def test_rows_of_pixels_and_scores_are_refused(scores):
         read([{"keypoints": row} for row in rows], "coco17")
 
 
+@pytest.mark.parametrize("form", ["coco", "keypoint_scores", "objects"])
+@pytest.mark.parametrize("sure", ["flags", "overshoot", "percent", "logits"])
+def test_scores_above_1(form, sure):
+    rng = np.random.default_rng(4)
+    scores = {
+        "flags": rng.integers(0, 3, (N, 17)),
+        "overshoot": np.where(rng.uniform(size=(N, 17)) < 0.1, 1.07, 0.8),
+        "percent": rng.uniform(0, 100, (N, 17)),
+        "logits": rng.uniform(0.9, 1.9, (N, 17)),
+    }[sure]
+    frames = {
+        "coco": lambda t: {"keypoints": np.column_stack([ARRAYS["coco17"][t], scores[t]]).ravel().tolist()},
+        "keypoint_scores": lambda t: {
+            "keypoints_3d": ARRAYS["coco17"][t].tolist(),
+            "keypoint_scores": scores[t].tolist(),
+        },
+        "objects": lambda t: [
+            p | {"score": c} for p, c in zip(objects("coco17", t, None), scores[t].tolist(), strict=True)
+        ],
+    }
+    document = [frames[form](t) for t in range(N)]
+    if sure in ("flags", "overshoot"):
+        same(read(document, "coco17"), LAYOUTS["coco17"].keypoints(ARRAYS["coco17"], 30, np.minimum(scores, 1)))
+        return
+    with pytest.raises(
+        MocapFormatError, match=r"confidences must be from 0, .* or COCO's 0, 1 and 2; found \d"
+    ) as caught:
+        read(document, "coco17")
+    assert str(caught.value).endswith(": divide percent by 100") == (sure == "percent")
+
+
+def test_rotations_are_no_points():
+    frames = [{"hip": POINT, "hip_rotation": POINT, "knee": POINT} for _ in range(3)]
+    with pytest.warns(UserWarning, match="'hip_rotation': no positions by the name, and left out"):
+        found = load_keypoints(file_of(frames), frame_rate=30)
+    assert found.names == ("hip", "knee")
+    with pytest.raises(MocapFormatError, match="expected positions of points, found 'hip_rotation', which are none"):
+        load_keypoints(file_of([{"hip_rotation": POINT}]), frame_rate=30)
+
+
 POINT = {"x": 0.1, "y": 0.2, "z": 0.3}
 REFUSED = [
+    (
+        [[POINT, POINT | {"w": 1.0}]],
+        r"\[0\]\[1\]: expected a point with x, y and z, found x, y, z and w, as of a rotation",
+    ),
     ("[", r"line 1, column 2: JSON is damaged or cut short"),
     ('{"frames": [[0,1,2],\n[0,', r"line 2, column 4: JSON is damaged or cut short"),
     ("[" * 100_000, "deeper than any keypoints|damaged"),
