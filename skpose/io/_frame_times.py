@@ -27,7 +27,7 @@ class Times(NamedTuple):
 
     @property
     def steps(self) -> np.ndarray:
-        """How many frames each frame is after the one before."""
+        """Frames from each one to the next, by their numbers."""
         return np.ones(len(self.values) - 1) if self.numbers is None else np.diff(self.numbers)
 
     @property

@@ -228,7 +228,12 @@ def read_folder(source: Source, files: list[Path], n_points: int | None) -> Stor
             numbers = [float(_last_number(path)) for path in files]
     elif all(part.numbers is not None for part in parts):
         numbers = [number for part in parts for number in part.numbers or ()]
-    return at_frames(source, _stack(source, points, None), numbers)
+    stored = _stack(source, points, None)
+    times = [part.times for part in parts if part.times is not None]
+    if len(times) == len(parts) and len({one.key for one in times}) == 1:
+        values = np.concatenate([one.values for one in times])
+        stored = stored._replace(times=Times(times[0].key, values, None if numbers is None else np.array(numbers)))
+    return at_frames(source, stored, numbers)
 
 
 def _last_number(path: Path) -> str:
@@ -271,7 +276,7 @@ def _list_frames(reader: _Reader, document: Any) -> Listed:
             return _coco_frames(reader, document)
         for key in FRAMES:
             if isinstance(document.get(key), list):
-                return _listed(document[key], key, times)
+                return _list(document[key], key, times)
             by_number = document.get(key)
             if isinstance(by_number, dict) and (found := _by_number(by_number, f"{key}.", key == FRAMES[0])):
                 return found
@@ -281,7 +286,7 @@ def _list_frames(reader: _Reader, document: Any) -> Listed:
                 )
         for key in WORLD:  # with a time for each they are frames; else they are people
             if times is not None and isinstance(document.get(key), list) and len(times) == len(document[key]):
-                return _listed(document[key], key, times)
+                return _list(document[key], key, times)
         return _by_number(document, "") or Listed([document], [""])
     if not isinstance(document, list):
         reader.refuse("", f"expected keypoints, found {_kind(document)}")
@@ -291,11 +296,11 @@ def _list_frames(reader: _Reader, document: Any) -> Listed:
     if isinstance(first, list) and first and _is_number(first[0]):
         n = reader.n_points
         is_frame = n is not None and len(first) in (3 * n, 4 * n) and (n > 1 or len(document) > 1)
-        return _listed(document, "") if is_frame else Listed([document], [""])
-    return Listed([document], [""]) if _is_number(first) or _is_point(first) else _listed(document, "")
+        return _list(document, "") if is_frame else Listed([document], [""])
+    return Listed([document], [""]) if _is_number(first) or _is_point(first) else _list(document, "")
 
 
-def _listed(frames: list, key: str, times: list | None = None) -> Listed:
+def _list(frames: list, key: str, times: list | None = None) -> Listed:
     """Return the frames of a list, with their times if there is one for each."""
     has_times = times is not None and len(times) == len(frames)
     return Listed(frames, [f"{key}[{i}]" for i in range(len(frames))], times=times if has_times else None)

@@ -305,3 +305,11 @@ def test_frames_of_a_folder_with_several_in_a_file(tmp_path):
     (tmp_path / "part1.json").write_text(json.dumps(entries[:3]))
     (tmp_path / "part2.json").write_text(json.dumps(entries[3:]))
     same(load_keypoints(tmp_path, COCO, frame_rate=30), at_frames(numbers))
+
+
+def test_times_of_a_folder(tmp_path):
+    for i, k in enumerate([0, 1, 2, 5]):
+        (tmp_path / f"walk_{k}.json").write_text(json.dumps({"timestamp_ms": 40 * k, "keypoints_3d": FRAMES[i]}))
+    assert messages(load_keypoints, tmp_path, COCO, frame_rate=25) == []
+    (message,) = messages(load_keypoints, tmp_path, COCO, frame_rate=50)
+    assert "frames are at 25 Hz by 'timestamp_ms', but 50 Hz is taken" in message
