@@ -3,7 +3,7 @@
 Distances between poses that are found from them look plausible and are wrong: a bone is short that points at the
 camera. Four signs are seen in the numbers alone: every point of every frame in one plane, as with z = 0; COCO's
 visibility, 0, 1 or 2, in the place of z; pixels with a score in the place of z, from 0 to 1 or in percent; pixels with
-a z of another unit, by which a person is a fiftieth as deep as tall. No measurement of a person has them. A mechanism
+a z of another unit, by which a person is a hundredth as deep as tall. No measurement of a person has them. A mechanism
 may move in one plane: few of them have as many points as a person, and none has a left and a right.
 
 x and y of nearly all points from 0 to 1 are those of a picture of width and height 1, or of a child in a corner of the
@@ -22,7 +22,8 @@ THICKNESS = 1e-6  # of a plane, relative to its extent
 LOOKED_AT = 1024  # frames at most, evenly spaced, where they show that there is no sign
 PIXELS = 10.0  # points of one person are so many metres apart at most
 CENTIMETRES = 250.0  # and so many centimetres
-SHALLOW = 0.02  # depth of a person over the height, below which the two have different units
+# Extent of scores and of relative depths, and over that of pixels; T-poses of rigs are less than 2 % deep.
+SHALLOW, SCORES = 0.01, 2.0
 PERCENT, OVERSHOOT = 100.0, 1.1  # the highest scores of estimators
 NEARLY_ALL = 0.9  # of the points of a person who is partly outside the picture
 UPRIGHT = 1.5  # extent along z over that along x and y, above which people stand along z, and no picture shows them
@@ -82,7 +83,7 @@ def complaint_of_flat(frames: Sequence[Sequence[Sequence[float]]]) -> str:
     extents = np.array([np.ptp(one, axis=0) for one in seen if len(one)])
     wide, deep = np.median(extents[:, :2].max(axis=1)), np.median(extents[:, 2])
     may_be_percent = low >= 0.0 and high <= PERCENT and (wide > PIXELS or (wide <= UPRIGHT and high > LARGEST))
-    if may_be_percent or (wide > PIXELS and deep <= SHALLOW * wide):
+    if may_be_percent or (wide > PIXELS and deep <= min(SHALLOW * wide, SCORES)):
         return f"points are spread over {wide:.4g} in x or y, and the third numbers are from {low:.3g} to {high:.3g}"
     return ""
 
@@ -129,7 +130,7 @@ def _sign(positions: np.ndarray) -> str:
     if _is_flat(points):
         constant = [f"{axis} is {low[i]:.4g}" for i, axis in enumerate("xyz") if low[i] == high[i]]
         return f"all points of all frames are in one plane{', where ' + constant[0] if constant else ''}"
-    if wide > PIXELS and 0.0 < deep <= SHALLOW * wide:
+    if wide > PIXELS and 0.0 < deep <= min(SHALLOW * wide, SCORES):
         return f"{spread} over {deep:.3g} in z, as scores and depths in other units are"
     return ""
 

@@ -200,6 +200,17 @@ def test_pixels_of_a_small_person_with_scores_in_percent():
     assert "if the file is in centimetres, pass scale=0.01" in second
 
 
+def test_a_rig_in_t_pose_is_no_picture():
+    """Whose depth is 1.6 % of the span of the arms, as of public ones, in units of any size."""
+    at = np.array([standing_in(COCO)[name] for name in COCO.names])
+    for name, x in (("elbow", 0.5), ("wrist", 0.8)):
+        for side, sign in (("left", 1), ("right", -1)):
+            at[COCO.names.index(f"{side}_{name}")] = sign * x, 1.45, 0.0
+    at[:, 2] *= 0.016 * 1.6 / np.ptp(at[:, 2])
+    for unit in (1.0, 0.1, 0.01, 0.001):
+        load_keypoints(npz(at[None] / unit), COCO, frame_rate=30, scale=unit)
+
+
 @pytest.mark.parametrize("name", PEOPLE)
 def test_people_in_a_corner_of_the_room_are_no_picture(name):
     """From 0 to 1 along two axes, but not along the one that is up; in metres and in other units."""
