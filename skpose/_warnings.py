@@ -30,6 +30,18 @@ def warn(message: str, category: type[Warning] = UserWarning) -> None:
     )
 
 
+def is_called_by_user(depth: int) -> bool:
+    """Return whether the function so many frames above the caller was not called by another one of the library.
+
+    What the library makes itself, or by `dataclasses.replace`, has been looked at when the user made what it is of.
+    """
+    frame = sys._getframe(1 + depth)
+    transparent = {frame.f_globals.get("__name__"), "sklearn.utils._param_validation"}
+    while frame.f_back is not None and frame.f_globals.get("__name__") in transparent:
+        frame = frame.f_back
+    return str(frame.f_globals.get("__name__")).partition(".")[0] not in {"skpose", "dataclasses"}
+
+
 def _package(names: dict) -> str:
     """Return the outermost package of a module's global names; `python -m skpose` calls its module "__main__"."""
     return (names.get("__package__") or names.get("__name__") or "").partition(".")[0]

@@ -90,17 +90,23 @@ def json_documents(n_frames=20):
         {"fps": 25, "frames": [{"frame": i, "pose_world_landmarks": one} for i, one in enumerate(points)]},
         [dict(zip(NAMES, frame, strict=True)) for frame in points],
         coco,
+        [{"image_id": f"{2 * i:06}.jpg", "keypoints": row.ravel().tolist()} for i, row in enumerate(array)],
+        {str(i): {"time": i / 25, "keypoints_3d": frame} for i, frame in enumerate(array.tolist())},
+        {"timestamps": [40 * i for i in range(n_frames)], "frames": rows.reshape(n_frames, -1).tolist()},
+        coco | {"images": [{"id": i, "file_name": f"walk_{n_frames - i}.png"} for i in range(n_frames)]},
     ]
 
 
-def csv_file(n_frames=20):
-    """Return a CSV file of three points and how sure each is."""
+def csv_file(n_frames=20, key="frame", form="{}"):
+    """Return a CSV file of three points and how sure each is, with the number and the time of each frame."""
     file = io.StringIO()
     axes = "x", "y", "z", "score"
     writer = csv.writer(file)
-    writer.writerow(["frame", *(f"{name}_{axis}" for name in NAMES for axis in axes)])
+    writer.writerow([key, "time", *(f"{name}_{axis}" for name in NAMES for axis in axes)])
     for i, frame in enumerate(positions(n_frames)):
-        writer.writerow([i, *("" if np.isnan(x) else f"{x:.3f}" for point in frame for x in (*point, 0.5))])
+        writer.writerow(
+            [form.format(i), i / 25, *("" if np.isnan(x) else f"{x:.3f}" for point in frame for x in (*point, 0.5))]
+        )
     return file.getvalue().encode()
 
 
@@ -113,7 +119,7 @@ FILES = {
         _saved(np.savez_compressed, positions=positions(), frame_rate=[25.0]),
     ],
     "JSON": [json.dumps(document).encode() for document in json_documents()],
-    "CSV": [csv_file()],
+    "CSV": [csv_file(), csv_file(key="image_id", form="walk_{:04}.png")],
 }
 BYTES = [0, 1, 2, 4, 9, 10, 32, 44, 45, 46, 48, 57, 80, 84, 85, 86, 95, 127, 128, 254, 255]
 WORDS = [b"", b"NaN", b"1e999", b"-inf", b"1_0", b"1,5", b"9" * 40, b"1000000000", b"-1", b"x\ty", b"\t", b"\n", b"\r"]

@@ -10,11 +10,9 @@ Sizes are watched where a file states the unit, or has none. A skeleton that is 
 author chose, and may be a robot's arm: it is not watched.
 """
 
-import sys
-
 import numpy as np
 
-from skpose._warnings import warn
+from skpose._warnings import is_called_by_user, warn
 
 TWO_PI = 2.0 * np.pi
 FAR = 3.0 * TWO_PI  # rad
@@ -38,7 +36,7 @@ def warn_of_degrees(*, in_estimator: bool = False, **arrays: np.ndarray | None) 
         if not FAR < farthest < np.inf:
             continue
         columns = np.maximum(X.max(axis=0), -X.min(axis=0)) > FAR
-        if columns.mean() < SHARE or not (in_estimator or _is_called_by_user()):
+        if columns.mean() < SHARE or not (in_estimator or is_called_by_user(1)):
             continue
         warn(
             f"values of {name} reach {farthest:.4g}, and go beyond {FAR:.3g} in {columns.sum()} of {columns.size} "
@@ -46,16 +44,6 @@ def warn_of_degrees(*, in_estimator: bool = False, **arrays: np.ndarray | None) 
             f"np.radians({name})"
         )
         return
-
-
-def _is_called_by_user() -> bool:
-    """Return whether the function that watches its arguments was not called by another one of the library."""
-    frame = sys._getframe(2)
-    transparent = {frame.f_globals.get("__name__"), "sklearn.utils._param_validation"}
-    while frame.f_back is not None and frame.f_globals.get("__name__") in transparent:
-        frame = frame.f_back
-    # dataclasses.replace makes another motion of one that has been looked at.
-    return str(frame.f_globals.get("__name__")).partition(".")[0] not in {"skpose", "dataclasses"}
 
 
 def likely_unit(size: float) -> str:

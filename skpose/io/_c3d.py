@@ -148,7 +148,7 @@ def load_c3d(
             raise source.error(complaint_of_unit("POINT:UNITS", unit))
         drop_origin(source, positions, labels, zeros)
         usual, why = _up(source, parameters.text("POINT:Y_SCREEN")) if up is None else (up, "")
-        positions, axis = stand_points(source, positions * scale, labels, up, usual, why)
+        positions, axis = stand_points(source, positions * scale, labels, up, usual, why, "markers")
         found = Keypoints(positions, labels, recording.frame_rate, up=axis)
         source.warn_of_extent(found.positions, scale)
         return found

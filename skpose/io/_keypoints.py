@@ -2,25 +2,37 @@
 
 import os
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
-from skpose._validation.motions import check_frame_rate, check_up
+from skpose._validation.motions import check_frame_rate
 from skpose._validation.options import check_positive
 from skpose.io._arguments import Readable
 from skpose.io._error import MocapFormatError
+from skpose.io._frame_times import complaint_of_times
 from skpose.io._keypoints_csv import is_table, read_csv
 from skpose.io._keypoints_json import json_files, read_folder, read_json
 from skpose.io._npz import Archive, read_array
 from skpose.io._other import NUMBERS, is_numbers
+from skpose.io._points import Zeros, check_options, drop_lost, turn_up, warn_of_up
 from skpose.io._save_npz import VERSION
 from skpose.io._source import Source
-from skpose.io._stored import Stored
+from skpose.io._stored import Stored, as_confidences
+from skpose.io._up import Up
 from skpose.keypoints import Keypoints, Layout, layouts
-from skpose.keypoints._shared import REMEDY, find_names, refuse_pictures, remedy_without
+from skpose.keypoints._shared import (
+    REMEDY,
+    complaint_of_picture,
+    find_lost,
+    find_names,
+    name_points,
+    refuse_pictures,
+    remedy_without,
+)
 
 POSITIONS = "positions", "keypoints"
 CONFIDENCES = "confidences", "scores"
@@ -38,7 +50,8 @@ def load_keypoints(
     names: Iterable[str] | None = None,
     frame_rate: float | None = None,
     scale: float = 1.0,
-    up: Literal["x", "y", "z"] | None = None,
+    up: Up | None = None,
+    zeros: Zeros | None = None,
 ) -> Keypoints:
     """Read keypoints in three dimensions from a file of JSON, CSV or numpy, or from a folder of JSON files.
 
@@ -60,9 +73,14 @@ def load_keypoints(
         them.
     scale : float, default=1.0
         Metres per unit of length.
-    up : {"x", "y", "z"}, default=None
-        The axis that points up, without a layout, which states its own. None is the file's own `up`, as `save_npz` and
-        `save_csv` write it, or "y".
+    up : {"x", "y", "z", "-x", "-y", "-z"}, default=None
+        The direction that points up. None is the file's own `up`, as `save_npz` and `save_csv` write it, else that of
+        the layout, and "y" without one, with a warning where heads and feet speak against it. Where an axis points down
+        the world is turned by half a turn: about x if y or z points down, about y if x does.
+    zeros : {"seen", "missing"}, default=None
+        What a position of exactly (0, 0, 0) is: a position, or a lost point, as some programs write it. None is
+        "seen", with a warning where there are any. A point that is there in every frame is the origin of the others,
+        and seen.
 
     Returns
     -------
@@ -77,7 +95,7 @@ def load_keypoints(
     OSError
         If it cannot be read.
     ValueError
-        If names or the frame rate are neither given nor in the file, or a layout and `up` are both given.
+        If names or the frame rate are neither given nor in the file.
 
     Warns
     -----
@@ -85,7 +103,12 @@ def load_keypoints(
         If the points are less than 0.3 or more than 5 m apart: they may be in another unit than metres. Not for a
         layout without left and right, such as that of a hand.
     UserWarning
-        If x and y of MediaPipe's landmarks are all from 0 to 1: they may be those of the picture.
+        If x and y of nearly all points are from 0 to 1, or no number is negative and all third numbers are up to 100:
+        they may be those of a picture, the third ones scores.
+    UserWarning
+        If positions are (0, 0, 0). If people stand along another axis than the one that is taken as up. If times next
+        to the points contradict the frame rate, or leave out frames. If points are left out, as they are rotations or
+        velocities by their names.
 
     See Also
     --------
@@ -108,15 +131,22 @@ def load_keypoints(
 
     Nothing is unpickled: arrays of objects are refused.
 
+    Confidences that are COCO's 0, 1 or 2 become 0 and 1, and scores that overshoot 1 become 1; others above 1, such as
+    percent, are refused.
+
     A CSV file has a header and a row for each frame, with columns such as ``nose_x``, ``nose_y``, ``nose_z`` and, for
     all points or none, ``nose_visibility``, ``_confidence``, ``_score`` or ``_likelihood``. A column ``frame`` says
     which frame a row is; columns ``frame_rate`` and ``up`` that are the same in all rows say what they say.
+    Quaternions, with ``nose_w``, are refused.
 
-    A JSON file is a frame, a list of frames, or an object with a list of them as ``frames``, and ``fps``. A frame has
+    A JSON file is a frame, a list of frames, an object of frames by their numbers, or an object with a list of them as
+    ``frames``, and ``fps``. A frame has
     one person's points as ``pose_world_landmarks`` (MediaPipe, also ``worldLandmarks``), ``pose_keypoints_3d`` of its
     ``people`` (OpenPose), ``keypoints_3d``, or ``keypoints`` (COCO, MMPose): lists of x, y, z and how sure, or objects
-    with these, by name or in the order of a layout. ``frame`` or ``frame_id`` says which frame it is. Frames that are
-    left out between others are not seen. Landmarks and keypoints of pictures are refused.
+    with these, by name or in the order of a layout; with a layout, a list of numbers may be a frame. ``frame``,
+    ``frame_id`` or ``image_id`` says which frame it is, as a number or a name with one such as 000012.jpg; COCO's
+    images are in the order of these, of the numbers in their names, or of their ids. Frames that are left out between
+    others are not seen. Landmarks and keypoints of pictures are refused.
 
     Examples
     --------
@@ -138,10 +168,7 @@ def load_keypoints(
     check_positive("scale", scale)
     if frame_rate is not None:
         check_frame_rate(frame_rate)
-    if layout is not None and up is not None:
-        raise ValueError("a layout states which axis points up: pass layout= or up=, not both")
-    if up is not None:
-        check_up(up)
+    check_options(up, zeros)
     layout = None if layout is None else _layout(layout)
     names = None if names is None else list(names)
     folder = path if isinstance(path, str | os.PathLike) and Path(path).is_dir() else None
@@ -155,27 +182,29 @@ def load_keypoints(
             stored = read_folder(source, files, n_points)
         else:
             stored = _read(source, n_points)
-        frame_rate = stored.frame_rate if frame_rate is None else frame_rate
-        if frame_rate is None:
-            raise ValueError(f"{source.name} does not state its frame rate: pass frame_rate=, in Hz")
+        frame_rate = _rate(source, stored, frame_rate)
         names = stored.names if names is None else names
         if layout is None and names is None:
             raise ValueError(f"{source.name} does not name its points: pass layout=, or names=, one for each point")
         with source.format_errors():
             refuse_pictures(stored.positions, names or (), "positions")
-            positions = stored.positions * scale
-            if layout is not None and stored.up is not None:
-                own = Keypoints(positions, names or layout.names, frame_rate, stored.confidences, stored.up)  # type: ignore[arg-type]
-                found = layout.keypoints(own)
-            elif layout is not None and names is not None:
+            positions, confidences = stored.positions * scale, stored.confidences
+            if layout is not None and names is not None:
                 order = _order(source, names, positions.shape[1], layout)
                 positions = positions[:, order]
-                confidences = None if stored.confidences is None else stored.confidences[:, order]
-                found = layout.keypoints(positions, frame_rate, confidences)
-            elif layout is not None:
-                found = layout.keypoints(positions, frame_rate, stored.confidences)
+                confidences = None if confidences is None else confidences[:, order]
+            if layout is None:
+                usual: tuple[Any, str] = ("y", "as is usual") if stored.up is None else (stored.up, "as the file says")
+                positions = _watch(source, positions, confidences, names or (), zeros, up, usual)
+                positions, axis = turn_up(positions, up or usual[0])
+                found = Keypoints(positions, names or (), frame_rate, confidences, axis)
             else:
-                found = Keypoints(positions, names or (), frame_rate, stored.confidences, up or stored.up or "y")  # type: ignore[arg-type]
+                usual = layout.up, f"as the layout {layout.name!r} says"
+                if stored.up is not None:
+                    usual = stored.up, "as the file says"
+                positions = _watch(source, positions, confidences, layout.names, zeros, up, usual)
+                stated = replace(layout, up=up or usual[0])
+                found = name_points(stated, positions, frame_rate, confidences)
         if layout is None or layout.pairs:
             source.warn_of_extent(found.positions, scale)
         return found
@@ -191,6 +220,47 @@ def read_stored(path: Readable) -> Stored:
         with source.format_errors():
             refuse_pictures(stored.positions, stored.names or (), "positions")
         return stored
+
+
+def _rate(source: Source, stored: Stored, frame_rate: float | None) -> float:
+    """Return the frame rate that is given, or else that of the file; warn if the times of frames contradict it."""
+    rate = stored.frame_rate if frame_rate is None else frame_rate
+    if rate is None:
+        of_times = "" if stored.times is None else stored.times.rate()
+        likely = "" if stored.times is None or np.isnan(of_times) else f"; {stored.times.key!r} has {of_times:.4g} Hz"
+        raise ValueError(f"{source.name} does not state its frame rate: pass frame_rate=, in Hz{likely}")
+    if stored.times is not None and (complaint := complaint_of_times(stored.times, rate)):
+        source.warn(complaint)
+    return rate
+
+
+def _watch(
+    source: Source,
+    positions: np.ndarray,
+    confidences: np.ndarray | None,
+    names: Sequence[str],
+    zeros: Zeros | None,
+    up: Up | None,
+    usual: tuple[Any, str],
+) -> np.ndarray:
+    """Return positions without the lost points that are read as such; warn of what positions may be else.
+
+    The usual axis that points up comes with the reason why it is taken.
+    """
+    if len(names) != positions.shape[1]:
+        return positions  # they are refused
+    seen = positions.copy()
+    if confidences is not None:
+        seen[confidences == 0.0] = np.nan
+    lost = find_lost(seen)
+    drop_lost(source, positions, lost, names, zeros, "points")
+    if zeros != "seen":
+        seen[lost] = np.nan
+    if complaint := complaint_of_picture(seen, names):
+        source.warn(complaint)
+    elif up is None:
+        warn_of_up(source, seen, names, *usual, "points")
+    return positions
 
 
 def _read(source: Source, n_points: int | None) -> Stored:
@@ -228,7 +298,8 @@ def _with_fourth(source: Source, stored: Stored) -> Stored:
         return stored
     if stored.confidences is not None:
         raise source.error("confidences are given twice: as a key, and as the fourth number of each position")
-    return stored._replace(positions=stored.positions[:, :, :3], confidences=np.nan_to_num(stored.positions[:, :, 3]))
+    confidences = as_confidences(source, np.nan_to_num(stored.positions[:, :, 3], posinf=np.inf))
+    return stored._replace(positions=stored.positions[:, :, :3], confidences=confidences)
 
 
 def _from_archive(source: Source) -> Stored:
@@ -242,7 +313,8 @@ def _from_archive(source: Source) -> Stored:
     array = _read_or_explain(source, lambda: file.numbers(key, *SHAPES, finite=False))
     confidences = rate = names = None
     if found := _one_of(file, CONFIDENCES):
-        confidences = np.nan_to_num(file.numbers(found, array.shape[:2], finite=False))
+        scores = file.numbers(found, array.shape[:2], finite=False)
+        confidences = as_confidences(source, np.nan_to_num(scores, posinf=np.inf))
     if found := _one_of(file, RATES):
         rate = float(file.numbers(found, (), (1,)).item())
         if not (rate > 0 and np.isfinite(1.0 / rate)):

@@ -7,16 +7,28 @@ from typing import NamedTuple
 
 import numpy as np
 
+from skpose.io._frame_times import Times, time_key
 from skpose.io._source import Source
-from skpose.io._stored import ANGLES_HEAD, FRAME, POINTS_HEAD, Stored, at_frames
+from skpose.io._stored import (
+    ANGLES_HEAD,
+    POINTS_HEAD,
+    Stored,
+    as_confidences,
+    at_frames,
+    frame_key,
+    frame_numbers,
+    positions_only,
+)
 from skpose.io._words import NUMBER, complaint
 from skpose.keypoints._shared import REMEDY
 
 SEPARATORS = ",;\t"
 SURE = "visibility", "confidence", "score", "likelihood", "conf", "vis", "v", "c"
 # A coordinate after or before the name of its point: nose_x, nose.X, noseX, x_nose, x1.
-AFTER = re.compile(rf"(.*[^\s_.:-])(?:[\s_.:-]+(x|y|z|{'|'.join(SURE)})|(?-i:(?<=[a-z0-9])([XYZ])))", re.IGNORECASE)
-BEFORE = re.compile(rf"(x|y|z|{'|'.join(SURE)})(?:[\s_.:-]+(.+)|(\d+))", re.IGNORECASE)
+AXES = "x", "y", "z", "w"  # the last one of rotations
+LETTERS = "|".join(AXES + SURE)
+AFTER = re.compile(rf"(.*[^\s_.:-])(?:[\s_.:-]+({LETTERS})|(?-i:(?<=[a-z0-9])([XYZW])))", re.IGNORECASE)
+BEFORE = re.compile(rf"({LETTERS})(?:[\s_.:-]+(.+)|(\d+))", re.IGNORECASE)
 LONG = {"x", "y", "z"}
 LONGEST = 100  # characters of a name
 ANGLES = (
@@ -28,12 +40,13 @@ NUMBERED = re.compile(r"([^\d]*)(\d{1,9})")  # landmark_7, 7: no names, but the 
 
 
 class Columns(NamedTuple):
-    """The numbers of columns: of x, y and z of each point, of how sure each is, of the number of the frame."""
+    """The numbers of columns: of x, y and z of each point, of how sure each is, of the frame's number and time."""
 
     names: list[str] | None
     positions: list[list[int]]
     confidences: list[int] | None
     frame: int | None
+    time: int | None
 
 
 def is_angles(head: str) -> bool:
@@ -56,9 +69,7 @@ def read_csv(source: Source) -> Stored:
         raise source.error(f"this is {ANGLES}", line)
     columns = _columns(source, header, line)
     wanted = [*(i for three in columns.positions for i in three), *(columns.confidences or [])]
-    if columns.frame is not None:
-        wanted.append(columns.frame)
-    numbers: list[list[float]] = []
+    numbers, frames, times = list[list[float]](), list[float | str](), list[float]()
     same: dict[str, set[str]] = {word: set() for word in ("frame_rate", "up") if word in header}
     for line, row in rows:
         if len(row) != len(header):
@@ -66,16 +77,25 @@ def read_csv(source: Source) -> Stored:
         numbers.append([_number(source, row[i], header[i], line) for i in wanted])
         for word, cells in same.items():
             cells.add(row[header.index(word)])
+        if columns.frame is not None:
+            frames.append(row[columns.frame] or np.nan)
+        if columns.time is not None:
+            times.append(float(cell) if NUMBER.fullmatch(cell := row[columns.time]) else np.nan)
     if not numbers:
         raise source.error("expected a row for each frame after the header, found none")
     array = np.array(numbers)
     n = len(columns.positions)
     positions = array[:, : 3 * n].reshape(-1, n, 3)
-    confidences = None if columns.confidences is None else np.nan_to_num(array[:, 3 * n : 4 * n])
-    frames = None if columns.frame is None else array[:, -1].tolist()
+    confidences = None
+    if columns.confidences is not None:
+        confidences = as_confidences(source, np.nan_to_num(array[:, 3 * n : 4 * n], posinf=np.inf))
     rate, up = (_only(same.get(word, set())) for word in ("frame_rate", "up"))
-    found = Stored(positions, confidences, columns.names, _rate(rate), up if up in ("x", "y", "z") else None)
-    return at_frames(source, found, frames)
+    stored = Stored(positions, confidences, columns.names, _rate(rate), up if up in ("x", "y", "z") else None)
+    given = frame_numbers(source, frames, header[columns.frame]) if columns.frame is not None else None
+    if columns.time is not None:
+        at = None if given is None else np.array(given)
+        stored = stored._replace(times=Times(header[columns.time], np.array(times), at))
+    return at_frames(source, stored, given)
 
 
 def _only(cells: set[str]) -> str:
@@ -138,6 +158,14 @@ def _columns(source: Source, header: list[str], line: int) -> Columns:
         )
     if not points:
         raise source.error("expected a header with the coordinates of points, such as nose_x,nose_y,nose_z", line)
+    if turned := next((name for name, columns in points.items() if {"z", "w"} <= columns.keys()), None):
+        raise source.error(
+            f"expected positions of points, found x, y, z and w of {turned[:40]!r}, as of a rotation: if w is how sure "
+            f"each point is, name it {turned[:40]}_score",
+            line,
+        )
+    kept = positions_only(source, list(points))
+    points = {name: points[name] for name in kept}
     numbered = [NUMBERED.fullmatch(name) for name in points]
     is_ours = tuple(header[: len(POINTS_HEAD)]) == POINTS_HEAD  # where points have the names that they had
     is_numbered = not is_ours and len({match[1] for match in numbered if match}) == 1 and None not in numbered
@@ -161,7 +189,8 @@ def _columns(source: Source, header: list[str], line: int) -> Columns:
         names=None if is_numbered else list(points),
         positions=[[columns[axis] for axis in "xyz"] for columns in points.values()],
         confidences=None if None in sure else [one for one in sure if one is not None],
-        frame=next((lower.index(word) for word in FRAME if word in lower), None),
+        frame=None if (key := frame_key(header)) is None else header.index(key),
+        time=None if (key := time_key(header)) is None else header.index(key),
     )
 
 

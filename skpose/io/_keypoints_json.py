@@ -13,9 +13,10 @@ import numpy as np
 
 from skpose.io._arguments import PathLike
 from skpose.io._error import MocapFormatError
+from skpose.io._frame_times import Times, time_key
 from skpose.io._source import Source
-from skpose.io._stored import FRAME, Stored, at_frames
-from skpose.keypoints._shared import REMEDY
+from skpose.io._stored import Stored, as_confidences, at_frames, frame_key, frame_numbers, numbers_in, positions_only
+from skpose.keypoints._shared import REMEDY, complaint_of_flat
 
 FRAMES = "frames", "instance_info", "results", "data"
 RATES = "fps", "frame_rate", "frameRate", "framerate"
@@ -27,6 +28,8 @@ UNDECIDED = "keypoints", "joints", "points", "landmark"
 FLAT = "pose_landmarks", "poseLandmarks", "landmarks", "pose_keypoints_2d", "pose_keypoints", "keypoints_2d"
 SURE = "visibility", "confidence", "score", "likelihood", "presence"
 SCORES = "keypoint_scores", "keypoints_scores", "scores"
+TIMES = "timestamps", "times"
+MOST_DIGITS = 100  # of the number of a frame
 COCO_FLAT = 3  # numbers a point, x, y and whether it is visible, in COCO's flat lists
 OPENPOSE = 4  # x, y, z and 1 or 0, in OpenPose's
 
@@ -38,6 +41,15 @@ class Points(NamedTuple):
     rows: list[list[float]]
 
 
+class Listed(NamedTuple):
+    """The frames of a document as they are there, where each is, and what the document says of them."""
+
+    frames: list[Any]
+    where: list[str]
+    numbers: list[float] | None = None
+    times: list[Any] | None = None
+
+
 class Frames(NamedTuple):
     """The points of each frame, None where nobody is seen, and what the file says of them."""
 
@@ -45,6 +57,7 @@ class Frames(NamedTuple):
     names: list[str] | None
     frame_rate: float | None
     numbers: list[float] | None
+    times: Times | None
 
 
 class _Reader:
@@ -52,6 +65,7 @@ class _Reader:
 
     def __init__(self, source: Source, n_points: int | None):
         self.source, self.n_points = source, n_points
+        self.flat_frames: dict[str, list] = {}  # of three numbers a point, x, y, z or COCO's x, y, v, by their places
 
     def refuse(self, where: str, message: str) -> NoReturn:
         raise self.source.error(f"{where}: {message}" if where else message)
@@ -106,7 +120,9 @@ class _Reader:
             named = {name: point for name, point in points.items() if isinstance(point, dict | list)}
             if not named:
                 self.refuse(where, f"expected points in three dimensions, found {_kind(points)}")
-            return Points(list(named), [self.point(point, f"{where}.{name}") for name, point in named.items()])
+            return Points(
+                list(named), [self.point(point, f"{where}.{name}".lstrip(".")) for name, point in named.items()]
+            )
         if not isinstance(points, list):
             self.refuse(where, f"expected points, found {_kind(points)}")
         first = points[0]
@@ -135,9 +151,19 @@ class _Reader:
             width = next((width for width in (COCO_FLAT, OPENPOSE) if n % width == 0), 0)
         if width == 0 or n % width:
             self.refuse(where, f"expected x, y, z and how sure of each point, found {n} numbers")
+        rows = [self.point(numbers[i : i + width], f"{where}[{i}]") for i in range(0, n, width)]
         if width == COCO_FLAT and key not in SPATIAL:
-            self.refuse_flat(where, "COCO's x, y, and 0, 1 or 2 for how visible each point is")
-        return [self.point(numbers[i : i + width], f"{where}[{i}]") for i in range(0, n, width)]
+            self.flat_frames[where] = [row[:3] for row in rows]
+        return rows
+
+    def check_flat(self) -> None:
+        """Refuse flat lists of three numbers for each point of which the third ones are not plainly z."""
+        if complaint := complaint_of_flat(list(self.flat_frames.values())):
+            self.refuse_flat(
+                next(iter(self.flat_frames)),
+                f"x, y, and how visible or how sure each point is: {complaint}. If the third numbers are z, write "
+                "keypoints_3d, or lists of [x, y, z]",
+            )
 
     def point(self, point: Any, where: str) -> list[float]:
         """Return x, y, z, and how sure, of a point; NaN where it is not seen or not said."""
@@ -150,9 +176,15 @@ class _Reader:
             if not {"x", "y", "z"} <= lower.keys():
                 self.refuse(where, f"expected a point with x, y and z, found {', '.join(map(repr, list(lower)[:6]))}")
             sure = next((lower[key] for key in SURE if key in lower), None)
+            if "w" in lower:
+                self.refuse(where, "expected a point with x, y and z, found x, y, z and w, as of a rotation")
             point = [lower["x"], lower["y"], lower["z"], sure]
         if not isinstance(point, list) or len(point) not in (2, 3, 4):
             found = f"{len(point)} numbers" if isinstance(point, list) else _kind(point)
+            if isinstance(point, list) and point and isinstance(point[0], list | dict):
+                found = f"a list of {len(point)} points; frames are a list, or an object by their numbers"
+            elif isinstance(point, list) and len(point) > OPENPOSE and self.n_points is None:
+                found += "; if these are the points of a frame, pass layout=, or names="
             self.refuse(where, f"expected a point with x, y and z, found {found}")
         if len(point) == 2:
             self.refuse_flat(where, "with two numbers for each point")
@@ -173,7 +205,7 @@ class _Reader:
 def read_json(source: Source, n_points: int | None) -> Stored:
     """Return the positions of an open JSON file, of so many points if that is known."""
     found = _read_frames(source, n_points)
-    stored = _stack(source, found.points, found.names)._replace(frame_rate=found.frame_rate)
+    stored = _stack(source, found.points, found.names)._replace(frame_rate=found.frame_rate, times=found.times)
     return at_frames(source, stored, found.numbers)
 
 
@@ -185,14 +217,23 @@ def json_files(folder: PathLike) -> list[Path]:
 
 def read_folder(source: Source, files: list[Path], n_points: int | None) -> Stored:
     """Return the positions of JSON files, one or more frames in each; errors name the file, or the source of all."""
-    points: list[Points | None] = []
+    parts = []
     for path in files:
         with Source(path, "a JSON file") as file:
-            points += _read_frames(file, n_points).points
-    numbers = None
-    if len(points) == len(files) and all(_last_number(path) != "-1" for path in files):
-        numbers = [float(_last_number(path)) for path in files]
-    return at_frames(source, _stack(source, points, None), numbers)
+            parts.append(_read_frames(file, n_points))
+    points = [one for part in parts for one in part.points]
+    numbers: list[float] | None = None
+    if len(points) == len(files):
+        if all(_last_number(path) != "-1" for path in files):
+            numbers = [float(_last_number(path)) for path in files]
+    elif all(part.numbers is not None for part in parts):
+        numbers = [number for part in parts for number in part.numbers or ()]
+    stored = _stack(source, points, None)
+    times = [part.times for part in parts if part.times is not None]
+    if len(times) == len(parts) and len({one.key for one in times}) == 1:
+        values = np.concatenate([one.values for one in times])
+        stored = stored._replace(times=Times(times[0].key, values, None if numbers is None else np.array(numbers)))
+    return at_frames(source, stored, numbers)
 
 
 def _last_number(path: Path) -> str:
@@ -206,9 +247,11 @@ def _read_frames(source: Source, n_points: int | None) -> Frames:
         rate = _rate(source, document)
         names = _category_names(document)
     reader = _Reader(source, len(names) if names else n_points)
-    frames, where = _frames(reader, document)
-    points = [reader.frame(frame, f"{where}[{i}]" if where is not None else "") for i, frame in enumerate(frames)]
-    return Frames(points, names, rate, _numbers(reader, frames))
+    listed = _list_frames(reader, document)
+    points = [reader.frame(frame, where) for frame, where in zip(listed.frames, listed.where, strict=True)]
+    reader.check_flat()
+    numbers = _numbers(reader, listed)
+    return Frames(points, names, rate, numbers, _times(listed, numbers))
 
 
 def _parse(source: Source) -> Any:
@@ -225,37 +268,63 @@ def _parse(source: Source) -> Any:
         raise source.error(f"JSON is damaged: {error}") from None
 
 
-def _frames(reader: _Reader, document: Any) -> tuple[list, str | None]:
-    """Return the frames of a document, and under which key they are; None if it is one frame."""
+def _list_frames(reader: _Reader, document: Any) -> Listed:
+    """Return the frames of a document, which may be one of them."""
     if isinstance(document, dict):
+        times = next((document[key] for key in TIMES if isinstance(document.get(key), list)), None)
         if "annotations" in document and "images" in document:
-            return _coco_frames(reader, document), "images"
+            return _coco_frames(reader, document)
         for key in FRAMES:
             if isinstance(document.get(key), list):
-                return document[key], key
-        times = document.get("timestamps")
+                return _list(document[key], key, times)
+            by_number = document.get(key)
+            if isinstance(by_number, dict) and (found := _by_number(by_number, f"{key}.", key == FRAMES[0])):
+                return found
+            if isinstance(by_number, dict) and key == FRAMES[0]:
+                reader.refuse(
+                    key, f"expected a list of frames, or an object by their numbers, found {_kind(by_number)}"
+                )
         for key in WORLD:  # with a time for each they are frames; else they are people
-            if isinstance(times, list) and isinstance(document.get(key), list) and len(times) == len(document[key]):
-                return document[key], key
-        return [document], None
+            if times is not None and isinstance(document.get(key), list) and len(times) == len(document[key]):
+                return _list(document[key], key, times)
+        return _by_number(document, "") or Listed([document], [""])
     if not isinstance(document, list):
         reader.refuse("", f"expected keypoints, found {_kind(document)}")
     if not document:
         reader.refuse("", "expected keypoints, found an empty list")
     first = document[0]
-    is_point = isinstance(first, dict) and {"x", "y"} <= {str(key).lower() for key in first}
-    if is_point or _is_number(first) or (isinstance(first, list) and first and _is_number(first[0])):
-        return [document], None
-    return document, ""
+    if isinstance(first, list) and first and _is_number(first[0]):
+        n = reader.n_points
+        is_frame = n is not None and len(first) in (3 * n, 4 * n) and (n > 1 or len(document) > 1)
+        return _list(document, "") if is_frame else Listed([document], [""])
+    return Listed([document], [""]) if _is_number(first) or _is_point(first) else _list(document, "")
 
 
-def _coco_frames(reader: _Reader, document: dict) -> list:
-    """Return the annotations of each image of a COCO file."""
+def _list(frames: list, key: str, times: list | None = None) -> Listed:
+    """Return the frames of a list, with their times if there is one for each."""
+    has_times = times is not None and len(times) == len(frames)
+    return Listed(frames, [f"{key}[{i}]" for i in range(len(frames))], times=times if has_times else None)
+
+
+def _by_number(frames: dict, where: str, are_frames: bool = False) -> Listed | None:
+    """Return the frames of an object whose keys are their numbers, in the order of these; None if they are not."""
+    numbered = {key: float(key) for key in frames if key.isdecimal() and len(key) < MOST_DIGITS}
+    if are_frames and not numbered and (numbers := numbers_in(list(frames))) is not None:
+        numbered = dict(zip(frames, numbers, strict=True))
+    others_are_frames = any(isinstance(frames[key], dict | list) for key in frames.keys() - numbered.keys())
+    if not numbered or others_are_frames or any(_is_point(frames[key]) for key in numbered):
+        return None
+    keys = sorted(numbered, key=numbered.__getitem__)
+    return Listed([frames[key] for key in keys], [f"{where}{key}" for key in keys], [numbered[key] for key in keys])
+
+
+def _coco_frames(reader: _Reader, document: dict) -> Listed:
+    """Return the annotations of each image of a COCO file, in the order of the images' numbers."""
     for key in ("images", "annotations"):
         if not isinstance(document[key], list) or not all(isinstance(one, dict) for one in document[key]):
             reader.refuse(key, "expected a list of objects, as in COCO's files")
-    found: dict[Any, list] = {}
-    for i, image in enumerate(document["images"]):
+    images, found = document["images"], dict[str, list]()
+    for i, image in enumerate(images):
         if str(image.get("id")) in found:
             reader.refuse(f"images[{i}]", f"the id {image.get('id')!r} is that of an image before")
         found[str(image.get("id"))] = []
@@ -263,7 +332,28 @@ def _coco_frames(reader: _Reader, document: dict) -> list:
         if str(annotation.get("image_id")) not in found:
             reader.refuse(f"annotations[{i}]", f"there is no image of the id {annotation.get('image_id')!r}")
         found[str(annotation.get("image_id"))].append(annotation)
-    return [{"annotations": people} for people in found.values()]
+    where = [f"images[{i}]" for i in range(len(images))]
+    listed = Listed([{"annotations": people} for people in found.values()], where)
+    numbers = _image_numbers(reader, Listed(images, where))
+    if numbers is None:
+        return listed
+    order = sorted(range(len(images)), key=numbers.__getitem__)
+    return Listed([listed.frames[i] for i in order], [where[i] for i in order], [numbers[i] for i in order])
+
+
+def _image_numbers(reader: _Reader, images: Listed) -> list[float] | None:
+    """Return the number of the frame of each image: its own, the one in the name of its file, or its id."""
+    if (numbers := _numbers(reader, images)) is not None:
+        return numbers
+    for key in ("file_name", "id"):
+        values = [image.get(key) for image in images.frames]
+        if len(values) > 1 and all(isinstance(value, str) for value in values):
+            numbers = numbers_in(values)
+        elif all(_is_number(value) for value in values):
+            numbers = values
+        if numbers is not None and len(set(numbers)) == len(numbers):
+            return numbers
+    return None
 
 
 def _category_names(document: dict) -> list[str] | None:
@@ -290,12 +380,42 @@ def _rate(source: Source, document: dict) -> float | None:
     return float(found)
 
 
-def _numbers(reader: _Reader, frames: list) -> list[float] | None:
+def _numbers(reader: _Reader, listed: Listed) -> list[float] | None:
     """Return the number of each frame, if all say it."""
-    key = next((key for key in FRAME if all(isinstance(one, dict) and key in one for one in frames)), None)
-    if key is None:
+    if listed.numbers is not None:
+        return listed.numbers
+    frames = [one for one in listed.frames if one is not None]
+    if not frames or not all(isinstance(one, dict) for one in frames):
         return None
-    return [reader.number(one[key], f"[{i}].{key}") for i, one in enumerate(frames)]
+    key = frame_key([key for key in frames[0] if all(key in one for one in frames)])
+    if key is None:
+        has_number = [frame_key(one) is not None for one in frames]
+        if any(has_number):
+            reader.refuse("", f"{sum(has_number)} of {len(frames)} frames have a number: expected one in each, or none")
+        return None
+    values = [one[key] if isinstance(one[key], str) else reader.number(one[key], key) for one in frames]
+    numbers = frame_numbers(reader.source, values, key)
+    if numbers is None or len(frames) == len(listed.frames):
+        return numbers
+    given, all_of_them = iter(numbers), list[float]()
+    for one in listed.frames:  # one in which nobody is seen follows the one before
+        all_of_them.append(next(given) if one is not None else all_of_them[-1] + 1.0 if all_of_them else np.nan)
+    return all_of_them
+
+
+def _times(listed: Listed, numbers: list[float] | None) -> Times | None:
+    """Return the time of each frame, if all say it as a number."""
+    key, values = TIMES[0], listed.times
+    if values is None:
+        frames = listed.frames
+        keys = [time_key(one) for one in frames if isinstance(one, dict)]
+        if len(keys) < len(frames) or not keys or keys[0] is None or len(set(keys)) > 1:
+            return None
+        key = keys[0]
+        values = [one[key] for one in frames]
+    if not all(_is_number(value) and abs(value) < 1e300 for value in values):
+        return None
+    return Times(key, np.array(values, dtype=np.float64), None if numbers is None else np.array(numbers))
 
 
 def _stack(source: Source, frames: list[Points | None], names: list[str] | None) -> Stored:
@@ -306,24 +426,35 @@ def _stack(source: Source, frames: list[Points | None], names: list[str] | None)
     if any((points.names is None) != (seen[0].names is None) for points in seen):
         raise source.error("points have names in some frames, and none in others")
     if seen[0].names is not None:
-        names = list(dict.fromkeys(name for points in seen for name in points.names or ()))
+        names = positions_only(source, list(dict.fromkeys(name for points in seen for name in points.names or ())))
     elif len({len(points.rows) for points in seen}) > 1 or (names and len(names) != len(seen[0].rows)):
         counts = sorted({len(points.rows) for points in seen} | {len(names or seen[0].rows)})
         raise source.error(f"expected the same number of points in every frame, found {counts[0]} and {counts[-1]}")
     array = np.full((len(frames), len(names or seen[0].rows), 4), np.nan)
     index = {name: i for i, name in enumerate(names or ())}
     for frame, points in zip(array, frames, strict=True):
-        if points is not None:
-            frame[[index[name] for name in points.names] if points.names is not None else slice(None)] = points.rows
-    return Stored(array[:, :, :3], _confidences(array), names)
+        if points is not None and points.names is not None:
+            chosen = [i for i, name in enumerate(points.names) if name in index]
+            frame[[index[points.names[i]] for i in chosen]] = np.reshape([points.rows[i] for i in chosen], (-1, 4))
+        elif points is not None:
+            frame[:] = points.rows
+    return Stored(array[:, :, :3], _confidences(source, array), names)
 
 
-def _confidences(array: np.ndarray) -> np.ndarray | None:
-    """Return how sure each point is; COCO's 1 and 2 are seen, and so are scores above 1."""
+def _confidences(source: Source, array: np.ndarray) -> np.ndarray | None:
+    """Return how sure each point is; where it is not said, whether it is seen."""
     sure = array[:, :, 3]
     if np.isnan(sure).all():
         return None
-    return np.where(np.isnan(sure), ~np.isnan(array[:, :, :3]).any(axis=2), np.minimum(sure, 1.0))
+    found = as_confidences(source, np.nan_to_num(sure, posinf=np.inf))
+    return np.where(np.isnan(sure), ~np.isnan(array[:, :, :3]).any(axis=2), found)
+
+
+def _is_point(value: Any) -> bool:
+    """Return whether a value is one point: an object with x and y, or as many numbers as a point has."""
+    if isinstance(value, dict):
+        return {"x", "y"} <= {str(key).lower() for key in value}
+    return isinstance(value, list) and 0 < len(value) <= OPENPOSE and all(map(_is_number, value))
 
 
 def _is_number(value: Any) -> bool:

@@ -23,7 +23,7 @@ from skpose.io._source import Source
 MAGIC = re.compile(rb"\x93NUMPY[\x01\x02]\x00")
 LONGEST_HEADER = 1000  # characters; numpy writes 118 for plain numbers
 HEADER = re.compile(
-    rb"\{'descr': '([<>|=]?[A-Za-z]\d*)', 'fortran_order': (False|True), 'shape': \(([\dL, ]*)\),? ?\}\s*"
+    rb"\{'descr': '([<>|=]?[A-Zb-z]\d*)', 'fortran_order': (False|True), 'shape': \(([\dL, ]*)\),? ?\}\s*"
 )
 NUMBERS, TEXTS = ("numbers", "fiu"), ("texts", "SU")  # the kinds of dtypes
 # A position before the start, which a damaged table of contents states; bzip2's error on its data has no number.

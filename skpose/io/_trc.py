@@ -122,7 +122,8 @@ def load_trc(
         with source.format_errors():
             positions = rows[:, 1:].reshape(len(rows), len(head.names), 3)
             drop_origin(source, positions, head.names, zeros)
-            positions, axis = stand_points(source, positions * head.scale, head.names, up, "y", "as is usual")
+            positions *= head.scale
+            positions, axis = stand_points(source, positions, head.names, up, "y", "as is usual", "markers")
             found = Keypoints(positions, head.names, rate, up=axis)
         source.warn_of_extent(found.positions, head.scale)
         return found

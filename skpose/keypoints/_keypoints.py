@@ -13,7 +13,9 @@ from skpose._typing import ArrayLike
 from skpose._validation.motions import check_frame_rate, check_up
 from skpose._validation.numbers import as_numbers
 from skpose._validation.positions import check_positions
+from skpose._warnings import is_called_by_user
 from skpose.keypoints._pictures import refuse_pictures
+from skpose.keypoints._watch import warn_of_positions
 
 if TYPE_CHECKING:
     import pandas
@@ -53,7 +55,14 @@ class Keypoints:
         For shapes that do not fit each other, such as positions in two dimensions, infinite positions, names given
         twice, confidences below 0 or above 1, a frame rate that is not positive. For eight points or more, or six with
         left and right, that are in two dimensions by their numbers: in one plane in all frames, such as z = 0, or with
-        COCO's visibility, 0, 1 or 2, or the score of pixels in the place of z.
+        COCO's visibility, 0, 1 or 2, or the score of pixels in the place of z, or a z of another unit than x and y.
+
+    Warns
+    -----
+    UserWarning
+        If points are at exactly (0, 0, 0), as some programs write lost points: but for one that is there in every
+        frame, as the pelvis of positions relative to it. If the numbers may be those of a picture, x and y from 0 to 1
+        or pixels. If, by the names of points, heads are not up from feet along the axis `up`, but along another one.
 
     See Also
     --------
@@ -117,6 +126,8 @@ class Keypoints:
         confidences[~seen] = 0.0
         positions[confidences == 0.0] = np.nan
         refuse_pictures(positions, names, "positions")
+        if is_called_by_user(0):
+            warn_of_positions(positions, names, self.up)
         for name, value in {"names": names, "positions": positions, "confidences": confidences}.items():
             object.__setattr__(self, name, value)
 

@@ -12,8 +12,9 @@ from skpose._validation.numbers import as_numbers
 from skpose._validation.positions import check_positions
 from skpose.keypoints._keypoints import Keypoints
 from skpose.keypoints._names import find_names
-from skpose.keypoints._pictures import refuse_pictures, warn_of_landmarks
+from skpose.keypoints._pictures import refuse_pictures
 from skpose.keypoints._tables import TABLES
+from skpose.keypoints._watch import warn_of_positions
 from skpose.skeleton._shared import others, partners, sides
 
 UPS = ("x", "y", "z", "-x", "-y", "-z")
@@ -246,7 +247,14 @@ class Layout:
         Warns
         -----
         UserWarning
-            If x and y of MediaPipe's landmarks are all from 0 to 1: they may be those of the picture.
+            If points of an array are at exactly (0, 0, 0), as some programs write lost points: but for one that is
+            there in every frame, as the pelvis of positions relative to it.
+        UserWarning
+            If x and y of nearly all points of an array are from 0 to 1, or no number is negative and all third numbers
+            are up to 100: they may be those of a picture, the third ones scores.
+        UserWarning
+            If in nearly all frames of an array the head is not up from the feet along the axis of the layout, but along
+            another one: people stand otherwise, or lie.
 
         Notes
         -----
@@ -276,17 +284,24 @@ class Layout:
             return self._of_keypoints(positions, absent)
         if frame_rate is None:
             raise ValueError("frame_rate must be the frames per second of the positions, in Hz, got None")
+        array, sure = self._check(positions, confidences)
+        warn_of_positions(np.where(sure[:, :, None] > 0.0, array, np.nan), self.names, self.up, self.name)
+        return self._of_array(array, sure, frame_rate)
+
+    def _check(self, positions: ArrayLike, confidences: ArrayLike | None) -> tuple[np.ndarray, np.ndarray]:
+        """Return positions (n, n_points, 3) and confidences (n, n_points) as arrays, or refuse them."""
         array = as_numbers(positions, "positions")
         self._check_shape(array)
         array = check_positions(array, len(self.names), "positions")
         refuse_pictures(array, self.names, "positions")
-        if self.name == "mediapipe33":
-            warn_of_landmarks(array)
         sure = np.where(np.isnan(array).any(axis=2), 0.0, 1.0)
         if confidences is not None:
             sure = as_numbers(confidences, "confidences", masked=0.0)
         if sure.shape != array.shape[:2]:
             raise ValueError(f"confidences must have shape {array.shape[:2]}, one a position, got {sure.shape}")
+        return array, sure
+
+    def _of_array(self, array: np.ndarray, sure: np.ndarray, frame_rate: float) -> Keypoints:
         columns = {name: (array[:, i], sure[:, i]) for i, name in enumerate(self.names)}
         return self._of_columns(columns, frame_rate, self.up)
 
@@ -391,6 +406,11 @@ class Layout:
         stay = tuple(name for name in self.names if name not in out)
         midpoints = {name: ends for name, ends in self.midpoints.items() if name not in out}
         return replace(self, names=stay, parents=parents, midpoints=midpoints, rigid=frozenset(rigid))
+
+
+def name_points(layout: Layout, positions: ArrayLike, frame_rate: float, confidences: ArrayLike | None) -> Keypoints:
+    """Return an array as keypoints of a layout; without the warnings of `Layout.keypoints`, for who warns otherwise."""
+    return layout._of_array(*layout._check(positions, confidences), frame_rate)
 
 
 def remedy_without(layout: Layout, missing: list[str]) -> str:

@@ -1,8 +1,25 @@
 """Names of `skpose.keypoints` that the other packages of skpose use, in addition to the public ones."""
 
-from skpose.keypoints._layout import remedy_without
+from skpose.keypoints._layout import name_points, remedy_without
 from skpose.keypoints._layouts import check_layout, find_layout
 from skpose.keypoints._names import find_names
-from skpose.keypoints._pictures import REMEDY, is_spatial, refuse_pictures
+from skpose.keypoints._origin import complaint_of_origin, find_lost
+from skpose.keypoints._pictures import REMEDY, complaint_of_flat, complaint_of_picture, is_spatial, refuse_pictures
+from skpose.keypoints._upright import complaint_of_up, find_up
 
-__all__ = ["REMEDY", "check_layout", "find_layout", "find_names", "is_spatial", "refuse_pictures", "remedy_without"]
+__all__ = [
+    "REMEDY",
+    "check_layout",
+    "complaint_of_flat",
+    "complaint_of_origin",
+    "complaint_of_picture",
+    "complaint_of_up",
+    "find_layout",
+    "find_lost",
+    "find_names",
+    "find_up",
+    "is_spatial",
+    "name_points",
+    "refuse_pictures",
+    "remedy_without",
+]

@@ -121,6 +121,39 @@ def test_anipose():
     same(found, Keypoints([[[1.0, 2, 3]], [[1, 2, 4]]], ["a"], 30, [[0.9], [0.8]]))
 
 
+def test_rotations_and_velocities_next_to_points_are_left_out():
+    names = [*LAYOUT.names, "nose_rot", "HipRotation", "left knee euler", "wrist_vel", "acc"]
+    array = np.concatenate([ARRAY, 90 * ARRAY[:, :5]], axis=1)
+    text = table(names=names, array=array, sure=None)
+    for options in ({}, {"layout": None}):
+        with pytest.warns(
+            UserWarning, match="'nose_rot', 'HipRotation', 'left knee euler' and others: no positions by"
+        ):
+            found = read(text, **options)
+        np.testing.assert_array_equal(found.positions[:, :17], ARRAY)
+    assert found.names == LAYOUT.names
+
+
+def test_names_that_are_like_those_of_rotations_are_names():
+    names = ["carrot", "acromion", "rot_left", "velum", "triangle", "angle_left"]
+    found = read(table(names=names, array=ARRAY[:, :6], sure=None), layout=None)
+    assert found.names == tuple(names)
+
+
+def test_flags_and_scores_that_overshoot():
+    """COCO's 1 is a point that is hidden, and 2 one that is seen: both are known."""
+    flags = RNG.integers(0, 3, (N, 17))
+    flags[0, 0] = 0
+    array = np.concatenate([ARRAY, flags[:, :, None]], axis=2)
+    header = ",".join(f"{name}_{axis}" for name in LAYOUT.names for axis in "xyzv")
+    text = "\n".join([header, *(",".join(map(str, row.ravel())) for row in array)])
+    same(read(text), LAYOUT.keypoints(ARRAY, 30, np.minimum(flags, 1)))
+    array[:, :, 3] = SURE
+    array[2, 3, 3] = 1.03
+    text = "\n".join([header, *(",".join(map(str, row.ravel())) for row in array)])
+    same(read(text), LAYOUT.keypoints(ARRAY, 30, np.minimum(array[:, :, 3], 1)))
+
+
 HEAD = "nose_x,nose_y,nose_z"
 REFUSED = [
     ("nose_x,nose_y\n1,2\n", "in two dimensions: 'nose' has x and y, and no z. Lengths of bones are not known"),
@@ -135,7 +168,19 @@ REFUSED = [
     (f"{HEAD}\n1,2,1_0\n", "line 2: nose_z: expected a number, found '1_0'"),
     (f"{HEAD}\n", "expected a row for each frame after the header, found none"),
     (f"{HEAD}\n1,2,inf\n", "positions are infinite at frame 0, point 0"),
-    (f"{HEAD},nose_score\n1,2,3,7\n", "confidences must be from 0, not seen, to 1"),
+    (
+        f"{HEAD},nose_score\n1,2,3,7\n",
+        "confidences must be from 0, not seen, to 1, or COCO's 0, 1 and 2; found 7: divide",
+    ),
+    (f"{HEAD},nose_score\n1,2,3,1.5\n", "confidences must be from 0, not seen, to 1, or COCO's 0, 1 and 2; found 1.5"),
+    (f"{HEAD},nose_w\n1,2,3,1\n", "line 1: expected positions of points, found x, y, z and w of 'nose', as of a rota"),
+    ("x0,y0,z0,w0\n1,2,3,1\n", "found x, y, z and w of '0', as of a rotation: if w is how sure each point is, name it"),
+    ("noseX,noseY,noseZ,noseW\n1,2,3,1\n", "found x, y, z and w of 'nose'"),
+    (
+        "hip_rot_x,hip_rot_y,hip_rot_z\n1,2,3\n",
+        "expected positions of points, found 'hip_rot', which are none by their",
+    ),
+    ("acc_x,acc_y,acc_z,gyro_x,gyro_y,gyro_z\n1,2,3,4,5,6\n", "found 'acc', 'gyro', which are none by their names"),
     (f"frame,{HEAD}\n0.5,1,2,3\n", "numbers of frames: expected whole numbers"),
     (f"frame,{HEAD}\n0,1,2,3\n1e9,1,2,3\n", "numbers of frames go from 0 to 1e\\+09 in 2 frames"),
     ("a,b,c\n1,2,3\n", r"expected keypoints as JSON, CSV with a header, \.npz or \.npy, found 'a,b,c'"),

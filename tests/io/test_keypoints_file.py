@@ -2,6 +2,7 @@
 
 import gzip
 import io
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -78,6 +79,16 @@ def test_a_fourth_number_is_the_confidence():
     assert np.isnan(expected.positions[5, 0]).all()
 
 
+def test_flags_of_coco_are_seen_or_not():
+    flags = np.random.default_rng(5).integers(0, 3, SCORES.shape)
+    flags[0, 0] = 2
+    expected = Keypoints(POSITIONS, NAMES, 25, np.minimum(flags, 1))
+    same(load_keypoints(npz(positions=POSITIONS, scores=flags), names=NAMES, frame_rate=25), expected)
+    array = np.concatenate([POSITIONS, flags[:, :, None]], axis=2)
+    same(load_keypoints(npy(array), names=NAMES, frame_rate=25), expected)
+    refused(npz(positions=POSITIONS, scores=100 * SCORES), "COCO's 0, 1 and 2; found .*: divide percent by 100")
+
+
 def test_not_seen():
     found = load_keypoints(
         npz(positions=POSITIONS, scores=np.where(SCORES == 0, np.nan, SCORES)), names=NAMES, frame_rate=1
@@ -90,14 +101,13 @@ def test_layouts():
     expected = LAYOUT.keypoints(POSITIONS, 25.0, SCORES)
     file = {"positions": POSITIONS, "scores": SCORES, "fps": 25.0}
     same(load_keypoints(npz(**file), LAYOUT), expected)
-    coco = np.random.default_rng(0).random((3, 17, 3))
+    coco = np.random.default_rng(0).normal(size=(3, 17, 3))
     same(load_keypoints(npz(positions=coco, fps=25.0), "coco17"), layouts["coco17"].keypoints(coco, 25.0))
     with pytest.raises(ValueError, match=r"layout must be one of body25, .*, got 'coco'"):
         load_keypoints(npz(**file), "coco")
     with pytest.raises(TypeError, match="layout must be a Layout or the name of one, got int"):
         load_keypoints(npz(**file), 17)
-    with pytest.raises(ValueError, match="pass layout= or up=, not both"):
-        load_keypoints(npz(**file), LAYOUT, up="y")
+    same(load_keypoints(npz(**file), LAYOUT, up="-z"), replace(LAYOUT, up="-z").keypoints(POSITIONS, 25.0, SCORES))
     other = [2, 0, 1]
     given = load_keypoints(
         npz(positions=POSITIONS[:, other], scores=SCORES[:, other]),
@@ -178,7 +188,7 @@ def test_what_is_refused(file, message):
 
 
 def test_the_files_own_names_are_brought_into_the_order_of_the_layout(tmp_path):
-    layout, positions = layouts["coco17"], np.random.default_rng(0).random((4, 17, 3))
+    layout, positions = layouts["coco17"], np.random.default_rng(0).normal(size=(4, 17, 3))
     np.savez(tmp_path / "a.npz", positions=positions, names=layout.names[::-1], fps=25)
     found = load_keypoints(tmp_path / "a.npz", layout)
     np.testing.assert_array_equal(found.positions[:, :17], positions[:, ::-1])

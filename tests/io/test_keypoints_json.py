@@ -92,6 +92,7 @@ def test_a_folder_without_json_is_refused(tmp_path):
         load_keypoints(tmp_path, "body25", frame_rate=30)
 
 
+@pytest.mark.filterwarnings("ignore:.* is taken as the :UserWarning")  # points at random in one frame
 def test_one_frame_and_a_list_of_frames_of_openpose():
     same(read(openpose(0), "body25"), seen_by_openpose([0]))
     same(read([openpose(t) for t in range(N)], "body25"), seen_by_openpose())
@@ -256,12 +257,13 @@ def test_null_and_nan_are_not_seen():
     assert np.argwhere(found.confidences[:, :17] == 0).tolist() == [[0, 3], [1, 5], [1, 6]]
 
 
+PIXELS = np.column_stack([RNG.uniform(0, 640, (17, 2)), RNG.integers(1, 3, 17)]).ravel().tolist()
 FLAT = [
     {"people": [{"pose_keypoints_2d": RNG.uniform(0, 640, 75).tolist(), "pose_keypoints_3d": []}]},
-    [{"image_id": 1, "category_id": 1, "keypoints": RNG.uniform(0, 640, 51).tolist(), "score": 0.9}],
+    [{"image_id": 1, "category_id": 1, "keypoints": PIXELS, "score": 0.9}],
     {
         "images": [{"id": 1}],
-        "annotations": [{"image_id": 1, "keypoints": RNG.uniform(0, 640, 51).tolist()}],
+        "annotations": [{"image_id": 1, "keypoints": PIXELS}],
         "categories": [{"keypoints": list(LAYOUTS["coco17"].names)}],
     },
     [{"keypoints": RNG.uniform(0, 640, (17, 2)).tolist(), "keypoint_scores": [1.0] * 17}],
@@ -292,8 +294,52 @@ def test_rows_of_pixels_and_scores_are_refused(scores):
         read([{"keypoints": row} for row in rows], "coco17")
 
 
+@pytest.mark.parametrize("form", ["coco", "keypoint_scores", "objects"])
+@pytest.mark.parametrize("sure", ["flags", "overshoot", "percent", "logits"])
+def test_scores_above_1(form, sure):
+    rng = np.random.default_rng(4)
+    scores = {
+        "flags": rng.integers(0, 3, (N, 17)),
+        "overshoot": np.where(rng.uniform(size=(N, 17)) < 0.1, 1.07, 0.8),
+        "percent": rng.uniform(0, 100, (N, 17)),
+        "logits": rng.uniform(0.9, 1.9, (N, 17)),
+    }[sure]
+    frames = {
+        "coco": lambda t: {"keypoints": np.column_stack([ARRAYS["coco17"][t], scores[t]]).ravel().tolist()},
+        "keypoint_scores": lambda t: {
+            "keypoints_3d": ARRAYS["coco17"][t].tolist(),
+            "keypoint_scores": scores[t].tolist(),
+        },
+        "objects": lambda t: [
+            p | {"score": c} for p, c in zip(objects("coco17", t, None), scores[t].tolist(), strict=True)
+        ],
+    }
+    document = [frames[form](t) for t in range(N)]
+    if sure in ("flags", "overshoot"):
+        same(read(document, "coco17"), LAYOUTS["coco17"].keypoints(ARRAYS["coco17"], 30, np.minimum(scores, 1)))
+        return
+    with pytest.raises(
+        MocapFormatError, match=r"confidences must be from 0, .* or COCO's 0, 1 and 2; found \d"
+    ) as caught:
+        read(document, "coco17")
+    assert str(caught.value).endswith(": divide percent by 100") == (sure == "percent")
+
+
+def test_rotations_are_no_points():
+    frames = [{"hip": POINT, "hip_rotation": POINT, "knee": POINT} for _ in range(3)]
+    with pytest.warns(UserWarning, match="'hip_rotation': no positions by the name, and left out"):
+        found = load_keypoints(file_of(frames), frame_rate=30)
+    assert found.names == ("hip", "knee")
+    with pytest.raises(MocapFormatError, match="expected positions of points, found 'hip_rotation', which are none"):
+        load_keypoints(file_of([{"hip_rotation": POINT}]), frame_rate=30)
+
+
 POINT = {"x": 0.1, "y": 0.2, "z": 0.3}
 REFUSED = [
+    (
+        [[POINT, POINT | {"w": 1.0}]],
+        r"\[0\]\[1\]: expected a point with x, y and z, found x, y, z and w, as of a rotation",
+    ),
     ("[", r"line 1, column 2: JSON is damaged or cut short"),
     ('{"frames": [[0,1,2],\n[0,', r"line 2, column 4: JSON is damaged or cut short"),
     ("[" * 100_000, "deeper than any keypoints|damaged"),

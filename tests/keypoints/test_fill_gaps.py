@@ -12,7 +12,7 @@ RATE = 50.0
 def line():
     """Points that move along straight lines, one with gaps of 1, 3 and 10 frames, and two at each end."""
     t = np.arange(40)[:, None, None]
-    truth = t * np.array([[0.01, 0.0, -0.02], [0.03, 0.01, 0.0]]) + np.array([[1.0, 2.0, 3.0], [0.0, 0.0, 0.0]])
+    truth = t * np.array([[0.01, 0.0, -0.02], [0.03, 0.01, 0.0]]) + np.array([[1.0, 2.0, 3.0], [0.0, 0.1, 0.0]])
     positions = truth.copy()
     for gap in (slice(0, 2), slice(5, 6), slice(9, 12), slice(20, 30), slice(38, 40)):
         positions[gap, 0] = np.nan

@@ -192,7 +192,8 @@ def test_a_midpoint_may_be_between_midpoints():
 @pytest.mark.parametrize("up", ["x", "y", "z", "-x", "-y", "-z"])
 def test_the_world_is_turned_and_not_mirrored(up):
     layout = Layout("mine", **ARM, up=up)
-    axes = np.stack([np.zeros((3, 3)), np.eye(3), -np.eye(3)])
+    axes = np.stack([np.full((3, 3), np.nan), np.eye(3), -np.eye(3)])
+    axes[0, 0] = 0.0
     axes[0, 0, "xyz".index(up[-1])] = -1.0 if up[0] == "-" else 1.0  # one point that is 1 m above the origin
     made = layout.keypoints(axes, 1)
     assert made.up == up[-1]
@@ -224,7 +225,8 @@ def test_pixels_with_scores_are_refused():
     picture = np.concatenate([rng.uniform(0, 640, size=(5, 17, 2)), rng.uniform(size=(5, 17, 1))], axis=2)
     with pytest.raises(ValueError, match=r"in two dimensions: in a frame points are spread over 607\.4"):
         layouts["coco17"].keypoints(picture, 25)
-    layouts["coco17"].keypoints(picture / [640, 640, 1], 25)
+    with pytest.warns(UserWarning, match="from 0 to 1, and so are all third numbers, as scores are"):
+        layouts["coco17"].keypoints(picture / [640, 640, 1], 25)
 
 
 def test_confidences_of_another_shape_are_refused():

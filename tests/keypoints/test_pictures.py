@@ -1,10 +1,11 @@
 """Keypoints in two dimensions that are passed as three: refused at every door, and nothing else with them."""
 
 import io
+import warnings
 
 import numpy as np
 import pytest
-from people import ARM, PEOPLE, moving, person
+from people import ARM, PEOPLE, moving, person, standing_in
 from scipy.spatial.transform import Rotation
 
 from skpose import Bone, Skeleton, forward_kinematics, inverse_kinematics
@@ -18,8 +19,11 @@ FLAT[:, :, 2] = 0.0
 # COCO's (x, y, v) in pixels, as it labels them; (0, 0, 0) where a point is not labelled.
 LABELLED = np.concatenate([RNG.uniform(100, 500, (20, 17, 2)).round(), RNG.integers(1, 3, (20, 17, 1))], axis=2)
 LABELLED[3, 4] = 0.0
+PIXELS = moving(COCO, n=20) * [200, -200, 0] + [320, 480, 0]
+SCORES = RNG.uniform(0.3, 0.9, (20, 17, 1))
 SCORED = np.concatenate([RNG.uniform(100, 500, (20, 17, 2)), RNG.uniform(0, 1, (20, 17, 1))], axis=2)
 IN_TWO = r"look like keypoints in two dimensions: {}.* Lengths of bones are not known from a picture: lift them"
+DEEP = r"in a frame points are spread over \d+\.?\d* in x or y, as pixels are, and over [01]\.\d+ in z, as scores and"
 PLANE, FLAGS = "all points of all frames are in one plane", "all third numbers are 0, 1 or 2, as COCO says"
 PICTURES = [
     (FLAT, f"{PLANE}, where z is 0"),
@@ -33,6 +37,12 @@ PICTURES = [
     (LABELLED, FLAGS),
     (LABELLED / [640, 480, 1], FLAGS),
     (SCORED, "in a frame points are spread over .* all third numbers are between 0 and 1, as scores are"),
+    (np.where(np.arange(20)[:, None, None] == 3, [1, 1, 1.2], 1) * np.add(PIXELS, [0, 0, 1] * SCORES), DEEP),
+    (np.add(PIXELS, moving(COCO, n=20) * [0, 0, 0.5]), DEEP),
+    (
+        np.add(2 * PIXELS, [0, 0, 100] * SCORES),
+        "in a frame .* and all third numbers are between 0 and 100, as scores in percent",
+    ),
 ]
 DOORS = {
     "Keypoints": lambda array: Keypoints(array, COCO.names, 30),
@@ -61,15 +71,21 @@ def test_pictures_are_refused_at_every_door(door, array, sign):
 
 @pytest.mark.parametrize("sign", [PLANE, FLAGS, "as scores are"])
 def test_long_recordings_are_looked_at_in_full(sign):
-    """A single frame that is no picture makes a recording that is none."""
+    """A single frame that is not in the plane makes a recording that is none; scores may overshoot in some."""
     array = np.tile({PLANE: FLAT, FLAGS: LABELLED, "as scores are": SCORED}[sign], (150, 1, 1))
     with pytest.raises(ValueError, match=sign):
         COCO.keypoints(array, 30)
-    if sign != "as scores are":  # in the median frame
-        array[1501, 3, 2] = 0.3
+    array[1501, 3, 2] = 1.03
+    if sign == PLANE:
+        COCO.keypoints(array, 30)
+        return
+    with pytest.raises(
+        ValueError, match=r"as pixels are, and over (1|0\.[89]\d*) in z, as scores and depths in other units"
+    ):
         COCO.keypoints(array, 30)
 
 
+@pytest.mark.filterwarnings("ignore:.* is taken as the :UserWarning")  # whoever is turned does not stand
 @pytest.mark.parametrize("name", PEOPLE)
 def test_people_are_not_refused(name):
     """Nor one frame of them, in any axes; nor when they lie, or walk far in some other unit."""
@@ -112,7 +128,7 @@ def test_what_is_on_one_line_or_in_one_place_is_no_picture():
     names = [f"p{i}" for i in range(10)]
     Keypoints(np.linspace(0, 1, 10)[None, :, None] * [1.0, 2.0, 0.0], names, 30)
     Keypoints(np.zeros((3, 10, 3)), names, 30)
-    Keypoints(RNG.integers(0, 3, (4, 10, 3)), names, 30)
+    Keypoints(np.add(RNG.integers(0, 3, (4, 10, 3)), [0, 0, 1]), names, 30)
     Keypoints(np.full((3, 10, 3), np.nan), names, 30)
 
 
@@ -136,10 +152,82 @@ def test_inverse_kinematics_of_people_refuses_pictures_and_of_flat_mechanisms_do
     assert np.nanmax(fitted.residuals) < 1e-4
 
 
+LANDMARKS = RNG.uniform(0.2, 0.8, (5, 33, 3))
+UNIT = "as in MediaPipe's pose_landmarks and MoveNet's keypoints, whose unit is the picture: distances need"
+
+
+def messages(call, *arguments, **options):
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        call(*arguments, **options)
+    return [str(one.message) for one in caught]
+
+
 def test_landmarks_of_a_picture_are_named():
     layout = layouts["mediapipe33"]
-    landmarks = RNG.uniform(0.2, 0.8, (5, 33, 3))
-    with pytest.warns(UserWarning, match="whose unit is the picture: distances need pose_world_landmarks, in metres"):
-        layout.keypoints(landmarks, 30)
-    layout.keypoints(landmarks - landmarks[:, 23:25].mean(axis=1, keepdims=True), 30)
-    Layout("mine", layout.names, dict(layout.parents), layout.midpoints, layout.rigid).keypoints(landmarks, 30)
+    mine = Layout("mine", layout.names, dict(layout.parents), layout.midpoints, layout.rigid)
+    signed = LANDMARKS - [0, 0, 0.5]
+    for one in (layout, mine):
+        (message,) = messages(one.keypoints, signed, 30)
+        assert f"x and y of 100 % of the points are from 0 to 1, {UNIT} pose_world_landmarks, in metres" in message
+        assert messages(one.keypoints, LANDMARKS - LANDMARKS[:, 23:25].mean(axis=1, keepdims=True), 30) == []
+    outside = signed.copy()
+    outside[:, 4, 0] = 1.02
+    assert f"x and y of 97 % of the points are from 0 to 1, {UNIT}" in messages(layout.keypoints, outside, 30)[0]
+    outside[:, :5, 0] = 1.02
+    assert messages(layout.keypoints, outside, 30) == []
+
+
+@pytest.mark.parametrize("door", DOORS)
+def test_movenet_is_named_at_every_door(door):
+    """y, x and a score, all from 0 to 1."""
+    at = moving(COCO, n=20)
+    array = np.concatenate([1.0 - at[..., 1:2] / 2.2, 0.5 + (at[..., :1] - at[:, 11:12, :1]) / 2.2, SCORES], axis=2)
+    found = messages(DOORS[door], array * (1000 if "scale" in door else 1))
+    if door == "fit_skeleton":  # of which scores are no bones
+        found = [message for message in found if "from 0 to 1" in message]
+    assert len(found) == 1
+    assert f", and so are all third numbers, as scores are, {UNIT}" in found[0]
+
+
+def test_pixels_of_a_small_person_with_scores_in_percent():
+    """They may be centimetres, of which the remedy of the unit alone would make a person."""
+    array = np.add(0.5 * PIXELS, [0, 0, 100] * SCORES)
+    (first, second) = messages(load_keypoints, npz(array), names=[f"p{i}" for i in range(17)], frame_rate=30)
+    assert (
+        "third numbers are up to 100, as scores in percent are: if x and y are pixels, these are keypoints in" in first
+    )
+    assert "if the file is in centimetres, pass scale=0.01" in second
+
+
+def test_a_rig_in_t_pose_is_no_picture():
+    """Whose depth is 1.6 % of the span of the arms, as of public ones, in units of any size."""
+    at = np.array([standing_in(COCO)[name] for name in COCO.names])
+    for name, x in (("elbow", 0.5), ("wrist", 0.8)):
+        for side, sign in (("left", 1), ("right", -1)):
+            at[COCO.names.index(f"{side}_{name}")] = sign * x, 1.45, 0.0
+    at[:, 2] *= 0.016 * 1.6 / np.ptp(at[:, 2])
+    for unit in (1.0, 0.1, 0.01, 0.001):
+        load_keypoints(npz(at[None] / unit), COCO, frame_rate=30, scale=unit)
+
+
+@pytest.mark.parametrize("name", PEOPLE)
+def test_people_in_a_corner_of_the_room_are_no_picture(name):
+    """From 0 to 1 along two axes, but not along the one that is up; in metres and in other units."""
+    layout = layouts[name]
+    positions = moving(layout, n=30)
+    up = "xyz".index(layout.up[-1])
+    centred = positions - np.where(np.arange(3) == up, 0.0, positions.mean(axis=1, keepdims=True) - 0.5)
+    for array in (centred, positions):
+        assert messages(layout.keypoints, array, 30) == []
+    for unit in (0.01, 0.001):
+        file = npz(centred / unit)
+        assert messages(load_keypoints, file, layout, frame_rate=30, scale=unit) == []
+
+
+def test_a_hand_of_a_picture_is_larger_than_hands_are():
+    hand = layouts["mediapipe_hand21"]
+    at = np.array([standing_in(hand)[name] for name in hand.names])
+    held = np.tile(at - at.mean(axis=0) + 0.4, (5, 1, 1)) + RNG.normal(size=(5, 21, 3)) * 0.001
+    assert messages(hand.keypoints, held, 30) == []
+    assert UNIT in messages(hand.keypoints, (held - 0.4) * [3, 3, 0.3] + [0.5, 0.5, 0], 30)[0]

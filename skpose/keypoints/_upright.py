@@ -1,0 +1,56 @@
+"""Along which axis of the world points stand, by names of heads and feet, whichever axis is said to point up."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+N_FRAMES = 32  # that are looked at for the axis that points up, evenly spaced
+NEARLY_ALL = 0.9  # of these
+FLAT = 0.8  # height over the largest extent below which a person does not stand along an axis
+# Parts of the names of markers on the head, the neck and the shoulders, and of those on ankles and feet.
+HIGH = "head", "hd", "nose", "neck", "c7", "clav", "acr", "shoulder"
+LOW = "foot", "toe", "heel", "hee", "ank", "mal", "cal"
+# Of the pelvis, from which the trunk begins: whoever sits on the floor has it along another axis than the whole.
+MIDDLE = "hip", "pelvis", "asi", "psi", "sacr"
+TRUNK = 0.25  # length of the trunk over the extent below which no point above it is seen
+
+
+def find_up(positions: np.ndarray, names: Sequence[str], usual: str) -> str:
+    """Return the direction from feet to head in nearly all frames; the usual one where there is none."""
+    lower = [name.lower() for name in names]
+    frames = positions[:: max(1, len(positions) // N_FRAMES)]
+    top, middle, bottom = (
+        _mean_of_seen(frames[:, [i for i, name in enumerate(lower) if any(part in name for part in parts)]])
+        for parts in (HIGH, MIDDLE, LOW)
+    )
+    heights, trunks = top - bottom, top - middle
+    is_seen = ~np.isnan(heights).any(axis=1)
+    heights, trunks = heights[is_seen], trunks[is_seen]
+    extent = np.abs(heights).max(axis=1, initial=0.0)
+    length = np.abs(trunks).max(axis=1, initial=0.0)
+    no_trunk = ~(length > TRUNK * extent)
+    if not extent.any():
+        return usual
+    level = heights[:, "xyz".index(usual[-1])] * (-1.0 if usual.startswith("-") else 1.0) < FLAT * extent
+    for i, axis in enumerate("xyz"):
+        for sign, direction in ((1.0, axis), (-1.0, f"-{axis}")):
+            stands = (sign * heights[:, i] == extent) & (extent > 0.0) & level
+            stands &= no_trunk | (sign * trunks[:, i] == length)
+            if direction != usual and stands.mean() >= NEARLY_ALL:
+                return direction
+    return usual
+
+
+def complaint_of_up(found: str, usual: str, why: str, points: str, remedy: str) -> str:
+    """Return the warning on points that stand along another axis than the one that is taken as up, and why it is."""
+    axis = "axis" if len(usual) == 1 else "direction"
+    stand = f"{points} stand along {found[-1]}{', head down' if len(found) > 1 else ''}"
+    return f"{usual} is taken as the {axis} that points up, {why}, but in nearly all frames the {stand}: pass {remedy}"
+
+
+def _mean_of_seen(positions: np.ndarray) -> np.ndarray:
+    """Return the mean position (n_frames, 3) of the points that are seen, NaN where none is."""
+    seen = ~np.isnan(positions).any(axis=2)
+    sums = np.where(seen[:, :, None], positions, 0.0).sum(axis=1)
+    n_seen = seen.sum(axis=1)[:, None]
+    return np.where(n_seen, sums / np.maximum(n_seen, 1), np.nan)
