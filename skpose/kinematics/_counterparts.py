@@ -113,8 +113,8 @@ def find_counterparts(source: Skeleton, target: Skeleton) -> dict[str, str]:
     there = _found_by_names(source, target, people).there
     for person, whose in _doubts(people):
         warn(
-            f"the counterparts rest on names of {whose} that may mean other joints than a person's: {person.reason}. Check "
-            "them: retarget takes them as joints=, and refuses them otherwise"
+            f"the counterparts rest on names of {whose} that may mean other joints than a person's: {person.reason}. "
+            "Check them: retarget takes them as joints=, and refuses them otherwise"
         )
     return {name: source.joint_names[j] for name, j in zip(target.joint_names, there, strict=True) if j >= 0}
 
