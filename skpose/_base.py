@@ -26,7 +26,7 @@ from skpose.skeleton import Skeleton
 POSE_CONSTRAINTS = {**METRIC_CONSTRAINTS, "n_jobs": [None, Integral], "verbose": ["verbose"]}
 ESTIMATOR_CONSTRAINTS = {
     **POSE_CONSTRAINTS,
-    "metric": [StrOptions({"auto", "precomputed", *METRICS}), *METRIC_CONSTRAINTS["metric"][1:]],
+    "metric": [StrOptions(["auto", "precomputed", *METRICS]), *METRIC_CONSTRAINTS["metric"][1:]],
 }
 
 

@@ -1,7 +1,7 @@
 """Private parts of scikit-learn: validation of parameters, names and weights, the context of `fit`, the callbacks."""
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -12,9 +12,9 @@ from sklearn.utils._param_validation import (
     Interval,
     InvalidParameterError,
     RealNotInt,
-    StrOptions,
     validate_parameter_constraints,
 )
+from sklearn.utils._param_validation import StrOptions as _StrOptions
 from sklearn.utils._param_validation import validate_params as _validate_params
 from sklearn.utils.validation import _check_feature_names_in as check_feature_names_in
 from sklearn.utils.validation import _check_sample_weight
@@ -59,6 +59,23 @@ class _Signature(inspect.Signature):
                 f"{self.function}() {problem}: its arguments are {', '.join(first)}, and those that need their name, "
                 f"as in {named[0]}=..., are {', '.join(named)}"
             ) from None
+
+
+class StrOptions(_StrOptions):
+    """A constraint: one of some words, which errors list in their order; scikit-learn's has that of a set.
+
+    Parameters
+    ----------
+    words : iterable of str
+        The words.
+    """
+
+    def __init__(self, words: Iterable[str]):
+        self.words = tuple(words)
+        super().__init__(set(self.words))
+
+    def __str__(self) -> str:
+        return f"a str among {{{', '.join(map(repr, self.words))}}}"
 
 
 class InstanceOf(HasMethods):

@@ -114,7 +114,7 @@ class GeodesicResult:
 @validate_params(
     MEAN_CONSTRAINTS
     | {
-        "joint_limits": [StrOptions({"ignore", "enforce"})],
+        "joint_limits": [StrOptions(["ignore", "enforce"])],
         "max_iter": [Interval(Integral, 1, None, closed="left")],
         "tol": [Interval(Real, 0, None, closed="left")],
     },

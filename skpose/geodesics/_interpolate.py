@@ -28,7 +28,7 @@ ON_KEY = 1e-6  # frames between a frame and a key that are at one time
 
 
 @validate_params(
-    METRIC_CONSTRAINTS | {"method": [StrOptions({"geodesic", "spline"})], "n_jobs": [None, Integral]},
+    METRIC_CONSTRAINTS | {"method": [StrOptions(["geodesic", "spline"])], "n_jobs": [None, Integral]},
     prefer_skip_nested_validation=True,
 )
 def interpolate(

@@ -1,6 +1,6 @@
 """The skeleton of a layout that fits positions of its points."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping
 from typing import Any, Literal
 
 import numpy as np
@@ -21,7 +21,7 @@ BACKWARD = -0.2  # cosine of the angle to forward
 
 
 def fit_skeleton(
-    keypoints: Keypoints | ArrayLike | Sequence[ArrayLike], layout: Layout, *, symmetric: bool = False
+    keypoints: Keypoints | ArrayLike | Iterable[ArrayLike], layout: Layout, *, symmetric: bool = False
 ) -> Skeleton:
     r"""Return the skeleton of a layout that fits positions of a person: lengths of bones, and the layout's rest pose.
 
@@ -31,10 +31,10 @@ def fit_skeleton(
 
     Parameters
     ----------
-    keypoints : Keypoints, array-like of shape (n_frames, n_points, 3), or sequence of such
-        Positions of one person, m; several recordings in a list, each at its own frame rate. Of keypoints the points
-        are found by name, others are ignored; an array is in the order of ``layout.names``, with NaN where a point is
-        not seen.
+    keypoints : Keypoints, array-like of shape (n_frames, n_points, 3), or iterable of such
+        Positions of one person, m; several recordings in a list or the like, each at its own frame rate. Of keypoints
+        the points are found by name, others are ignored; an array is in the order of ``layout.names``, with NaN where a
+        point is not seen.
     layout : Layout
         The points and the tree of bones, such as ``layouts["coco17"]``.
     symmetric : bool, default=False
@@ -53,7 +53,7 @@ def fit_skeleton(
         turned, as hips and spine are not seen at once or are on one line; if all points are in one place; for
         `symmetric`, if the layout has no pairs, or left and right differ in what they are attached to.
     TypeError
-        For what is no layout.
+        For what is no layout, and a mapping of recordings: pass its values.
 
     Warns
     -----
@@ -159,9 +159,16 @@ def fit_skeleton(
 
 def _recordings(keypoints: Any, layout: Layout) -> list[Keypoints]:
     """Return the recordings, one or several, as keypoints."""
-    one = isinstance(keypoints, Keypoints) or not isinstance(keypoints, Sequence)
-    if not one and len(keypoints):
-        one = not isinstance(keypoints[0], Keypoints) and np.ndim(keypoints[0]) != 3
+    if isinstance(keypoints, Mapping):
+        raise TypeError(
+            f"keypoints must be one recording or a sequence of them, got {type(keypoints).__name__}, a mapping: pass "
+            "list(mapping.values())"
+        )
+    one = isinstance(keypoints, Keypoints) or not isinstance(keypoints, Iterable) or hasattr(keypoints, "__array__")
+    if not one:
+        keypoints = list(keypoints)
+        if keypoints:
+            one = not isinstance(keypoints[0], Keypoints) and np.ndim(keypoints[0]) != 3
     recordings = []
     for i, each in enumerate([keypoints] if one else keypoints):
         if not isinstance(each, Keypoints):

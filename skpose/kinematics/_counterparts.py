@@ -7,6 +7,7 @@ import numpy as np
 
 from skpose._validation.names import near_names
 from skpose._validation.skeletons import check_skeleton
+from skpose._warnings import warn
 from skpose.kinematics._landmarks import SIDES, Landmarks, find_landmarks, path_up, plain_names
 from skpose.kinematics._matching import match_landmarks
 from skpose.kinematics._rigs import ANKLE, COLLAR, ELBOW, KNEE, LIMBS, SHOULDER, WRIST
@@ -56,7 +57,14 @@ def find_counterparts(source: Skeleton, target: Skeleton) -> dict[str, str]:
     ------
     ValueError
         If the skeletons have no name in common and are not both of known rigs, or if an arm or a leg has no
-        counterpart.
+        counterpart. For a skeleton that has the names of a person and is none: a joint of an animal, or joints that do
+        not follow each other as in a person.
+
+    Warns
+    -----
+    UserWarning
+        If a skeleton has names, but not the proportions of a person: `retarget` refuses the counterparts unless they
+        are passed.
 
     See Also
     --------
@@ -68,8 +76,8 @@ def find_counterparts(source: Skeleton, target: Skeleton) -> dict[str, str]:
     Otherwise, if both are people of known rigs, those that are at the same place of a person. Known are the names
     of CMU and HDM05 (as ASF and as BVH), Bandai-Namco, LAFAN1, Mixamo, SMPL, Rokoko, Xsens, Unreal, 3ds Max's
     Biped, AnimatedDrawings, of `skpose.keypoints.layouts` and of `skpose.datasets.humanoid`: with any prefix that
-    all names of a skeleton have, such as "mixamorig:" and "Bip01 ", any spelling of left and right, and in any
-    case.
+    all names of a skeleton have, such as "mixamorig:" and "Bip01 ", or a number that all end with, such as ".001",
+    any spelling of left and right, and in any case.
 
     Names alone do not suffice: "LeftShoulder" is the shoulder in one rig and the beginning of the collarbone in
     another. A skeleton is of a rig if all names of both legs or of both arms are the rig's, if these joints follow
@@ -100,29 +108,52 @@ def find_counterparts(source: Skeleton, target: Skeleton) -> dict[str, str]:
     """
     check_skeleton(source)
     check_skeleton(target)
-    there = counterparts(source, target, None).there
+    people = _people(source, target, any_proportions=True)
+    _check_people(people)
+    there = _found_by_names(source, target, people).there
+    for person, whose in _doubts(people):
+        warn(
+            f"the counterparts rest on names of {whose} that may mean other joints than a person's: {person.reason}. "
+            "Check them: retarget takes them as joints=, and refuses them otherwise"
+        )
     return {name: source.joint_names[j] for name, j in zip(target.joint_names, there, strict=True) if j >= 0}
 
 
 def counterparts(source: Skeleton, target: Skeleton, joints: Mapping[str, str] | None) -> Counterparts:
     """Return the counterparts of the joints of a target: the given ones, or those that follow from the names."""
-    people = find_landmarks(source), find_landmarks(target)
-    known = bool(people[0].joints and people[1].joints) and not _have_equal_names(source, target, people)
+    people = _people(source, target, any_proportions=joints is not None)
     if joints is None:
         _check_people(people)
-    agreed = people
-    if joints is None and known:
+        return _found_by_names(source, target, people)
+    there = _by_names(source, target, joints, people)
+    _check_order(source, target, there)
+    agreed = _agreeing(people, there) if _are_known(source, target, people) else None
+    return Counterparts(there, there >= 0, there >= 0, agreed)
+
+
+def _people(source: Skeleton, target: Skeleton, *, any_proportions: bool) -> People:
+    """Return the landmarks of both skeletons."""
+    theirs, ours = (find_landmarks(skeleton, any_proportions=any_proportions) for skeleton in (source, target))
+    return theirs, ours
+
+
+def _are_known(source: Skeleton, target: Skeleton, people: People) -> bool:
+    """Return whether landmarks are the counterparts of each other, and not equal names."""
+    return bool(people[0].joints and people[1].joints) and not _have_equal_names(source, target, people)
+
+
+def _found_by_names(source: Skeleton, target: Skeleton, people: People) -> Counterparts:
+    """Return the counterparts that follow from the names."""
+    if known := _are_known(source, target, people):
         there, placed = match_landmarks(source, target, people)
         ends = [j for name, j in people[1].joints.items() if name.partition("_")[2] in ENDS]
         measured = np.isin(np.arange(target.n_joints), ends) & (there >= 0)
     else:
-        there = _by_names(source, target, joints, people)
+        there = _by_names(source, target, None, people)
         placed = measured = there >= 0
-        agreed = _agreeing(people, there)
     _check_order(source, target, there)
-    if joints is None:
-        _check_limbs(source, target, there, people)
-    return Counterparts(there, placed, measured, agreed if known else None)
+    _check_limbs(source, target, there, people)
+    return Counterparts(there, placed, measured, people if known else None)
 
 
 def _agreeing(people: People, there: np.ndarray) -> People:
@@ -173,17 +204,23 @@ def _by_names(source: Skeleton, target: Skeleton, joints: Mapping[str, str] | No
     return np.array([index[joints[name]] if name in joints else -1 for name in target.joint_names], dtype=np.intp)
 
 
+def _doubts(people: People) -> list[tuple[Landmarks, str]]:
+    """Return the landmarks that may not be those of a person, where the other skeleton is one, and whose they are."""
+    named = zip(people, people[::-1], ("the motion's skeleton", "the given skeleton"), strict=True)
+    return [(one, whose) for one, other, whose in named if one.reason and other.joints]
+
+
 def _check_people(people: People) -> None:
     """Refuse a person and a skeleton that has the names of one and is none, by its names or its proportions."""
-    for one, other, whose in (
-        (people[0], people[1], "the motion's skeleton"),
-        (people[1], people[0], "the given skeleton"),
-    ):
-        if one.reason and other.joints:
-            raise ValueError(
-                f"the names of {whose} may mean other joints than those of a person of {other.rig}: {one.reason}. Pass "
-                "joints=, a mapping of joints of the given skeleton to the motion's, if they are counterparts"
-            )
+    for person, whose in _doubts(people):
+        if person.joints:
+            continue
+        rig = next(other.rig for other in people if other.joints)
+        raise ValueError(
+            f"the names of {whose} may mean other joints than those of a person of {rig}: {person.reason}. Pass "
+            "joints=, a mapping of joints of the given skeleton to the motion's, if they are counterparts; "
+            "skpose.kinematics.find_counterparts returns those found by names, where only proportions differ"
+        )
 
 
 def _check_limbs(source: Skeleton, target: Skeleton, there: np.ndarray, people: People) -> None:

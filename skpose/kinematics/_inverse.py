@@ -26,7 +26,7 @@ WORTH_SENDING = 20_000  # frames, for which other processes are started
         "weights": ["array-like", None],
         "initial": ["array-like", None],
         "lengths": ["array-like", None],
-        "joint_limits": [StrOptions({"ignore", "enforce"})],
+        "joint_limits": [StrOptions(["ignore", "enforce"])],
         "regularization": [Interval(Real, 0, None, closed="left")],
         "n_jobs": [None, Integral],
         "verbose": ["verbose"],

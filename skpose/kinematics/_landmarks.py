@@ -34,6 +34,7 @@ from skpose.skeleton import Skeleton
 from skpose.skeleton._shared import others, positions_at_zero, split_sides
 
 SIDES = ("left", "right")
+NUMBERED = re.compile(rf"(.*[^\W_])([\W_]\d+)((?:_?(?:{'|'.join(END_NAMES)}))?)", re.IGNORECASE)
 HIPS = "hips"  # the joint that carries both legs, where it is not the root
 ORDER = ((HIP, KNEE, ANKLE), (COLLAR, SHOULDER, ELBOW, WRIST))  # each comes after the one before, where it is
 NO_PERSON = ("tail", "wing", "paw", "hoof")  # the first letters of names that animals have
@@ -55,14 +56,17 @@ class Landmarks(NamedTuple):
     joints: dict[str, int]  # "left_knee", "head" and so on
     trunk: list[int]  # the joints after the root, or after the joint of the hips, up to the one that carries the arms
     neck: list[int]  # the joints after that up to the head
-    reason: str = ""  # in words, why a rig whose names it has was not taken
+    reason: str = ""  # in words, why a rig whose names it has was not taken, or is in doubt
 
 
 NONE = Landmarks("", {}, [], [])
 
 
-def find_landmarks(skeleton: Skeleton) -> Landmarks:
-    """Return the landmarks of a skeleton by its names."""
+def find_landmarks(skeleton: Skeleton, *, any_proportions: bool = False) -> Landmarks:
+    """Return the landmarks of a skeleton by its names, also with other proportions than a person's if that is wished.
+
+    These have the reason why they are in doubt.
+    """
     keys = _keys_of(skeleton.joint_names)
     ends = _ends_of(keys, skeleton)
     animal = [name for name, (_, rest) in zip(skeleton.joint_names, keys, strict=True) if rest.startswith(NO_PERSON)]
@@ -71,10 +75,12 @@ def find_landmarks(skeleton: Skeleton) -> Landmarks:
     if not most:
         return NONE
     found = [(rig, joints) for rig, joints, n_known in candidates if n_known == most]
+    doubt = ""
     for rig, joints in found:
-        complaint = f"it has a joint {animal[0]!r}, as animals have" if animal else _complaint(skeleton, joints)
-        if complaint:
-            return NONE._replace(reason=f"it has names of {rig.name}, but {complaint}")
+        complaint = f"it has a joint {animal[0]!r}, as animals have" if animal else _misplaced(skeleton, joints)
+        doubt = doubt or _disproportion(skeleton, joints)
+        if complaint or (doubt and not any_proportions):
+            return NONE._replace(reason=f"it has names of {rig.name}, but {complaint or doubt}")
     # Several rigs may have the same names: what they agree on is certain.
     joints = {name: j for name, j in found[0][1].items() if all(other.get(name) == j for _, other in found)}
     _add_ends(joints, ends, skeleton)
@@ -82,7 +88,8 @@ def find_landmarks(skeleton: Skeleton) -> Landmarks:
     hips = [joints[f"{side}_{HIP}"] for side in SIDES if f"{side}_{HIP}" in joints]
     if len(hips) == 2 and (middle := common_parent(skeleton, *hips)) >= 0:
         joints[HIPS] = middle
-    return Landmarks(" or ".join(rig.name for rig, _ in found), joints, trunk, neck)
+    names = " or ".join(rig.name for rig, _ in found)
+    return Landmarks(names, joints, trunk, neck, f"it has names of {names}, but {doubt}" if doubt else "")
 
 
 def path_up(skeleton: Skeleton, joint: int) -> list[int]:
@@ -101,11 +108,11 @@ def common_parent(skeleton: Skeleton, a: int, b: int) -> int:
 
 
 def plain_names(names: Sequence[str]) -> list[str]:
-    """Return names without a namespace or a word that all of them begin with, such as "mixamorig:" and "Bip01 ".
+    """Return names without a namespace, and without what all of them begin or end with: "mixamorig:", "Bip01 ", ".001".
 
     A word for a side stays: the names of a left arm are not those of a right one.
     """
-    names = _without_namespace(names)
+    names = _without_number(_without_namespace(names))
     word = re.sub(r"[^\W_]*$", "", _common_start(names))
     return names if split_sides([word])[0][0] else [name.removeprefix(word) for name in names]
 
@@ -113,9 +120,9 @@ def plain_names(names: Sequence[str]) -> list[str]:
 def _keys_of(names: Sequence[str]) -> list[tuple[str, str]]:
     """Return the side of each name, and the rest of it in lower case without signs between words.
 
-    What all names begin with is left out. It is no side: those of a rig have both.
+    What all names begin with, or a number at the end of all, is left out. It is no side: those of a rig have both.
     """
-    names = _without_namespace(names)
+    names = _without_number(_without_namespace(names))
     start = _common_start(names)
     sides = split_sides([name.removeprefix(start) for name in names])
     return [(side, re.sub(r"[\W_]+", "", rest).lower()) for side, rest in sides]
@@ -123,6 +130,17 @@ def _keys_of(names: Sequence[str]) -> list[tuple[str, str]]:
 
 def _without_namespace(names: Sequence[str]) -> list[str]:
     return [name.rpartition(":")[2] or name for name in names]
+
+
+def _without_number(names: list[str]) -> list[str]:
+    """Return names without a number that all of them end with, such as ".001" of Blender's duplicates and "_01".
+
+    The word for the end of a chain stays, before which the number is: "Head.001_end".
+    """
+    found = [NUMBERED.fullmatch(name) for name in names]
+    if len(found) < 2 or len({match and match[2] for match in found}) > 1 or not found[0]:
+        return names
+    return [match[1] + match[3] for match in found if match]
 
 
 def _common_start(names: Sequence[str]) -> str:
@@ -217,24 +235,35 @@ def _find(
     return joints, len(known)
 
 
-def _complaint(skeleton: Skeleton, joints: dict[str, int]) -> str:
-    """Return in words what is not as in a person; empty if all is."""
+def _misplaced(skeleton: Skeleton, joints: dict[str, int]) -> str:
+    """Return in words which joints do not follow each other as in a person; empty if all do."""
     names = skeleton.joint_names
-    lengths = {}
     for side in SIDES:
         for order in ORDER:
-            here = [(f"{side}_{mark}", joints[f"{side}_{mark}"]) for mark in order if f"{side}_{mark}" in joints]
-            for (_, above), (_, below) in itertools.pairwise(here):
+            here = [joints[f"{side}_{mark}"] for mark in order if f"{side}_{mark}" in joints]
+            for above, below in itertools.pairwise(here):
                 if above not in path_up(skeleton, below)[1:]:
                     return f"its joint {names[below]!r} does not come after {names[above]!r}"
+    if HEAD in joints and any(
+        joints.get(f"{side}_{mark}") in path_up(skeleton, joints[HEAD]) for side in SIDES for mark in (SHOULDER, HIP)
+    ):
+        return f"its joint {names[joints[HEAD]]!r} comes after an arm or a leg"
+    return ""
+
+
+def _disproportion(skeleton: Skeleton, joints: dict[str, int]) -> str:
+    """Return in words which lengths are not those of a person; empty if all are."""
+    lengths = {}
+    for side in SIDES:
         for part, start, end in (
             ("thigh", HIP, KNEE),
             ("shank", KNEE, ANKLE),
             ("upper arm", SHOULDER, ELBOW),
             ("forearm", ELBOW, WRIST),
         ):
-            if f"{side}_{start}" in joints and f"{side}_{end}" in joints:
-                lengths[side, part] = _length(skeleton, joints[f"{side}_{start}"], joints[f"{side}_{end}"])
+            above, below = joints.get(f"{side}_{start}", -1), joints.get(f"{side}_{end}", -1)
+            if above >= 0 and above in path_up(skeleton, below):
+                lengths[side, part] = _length(skeleton, above, below)
         for whole, parts in (("leg", ("thigh", "shank")), ("arm", ("upper arm", "forearm"))):
             if all((side, part) in lengths for part in parts):
                 lengths[side, whole] = sum(lengths[side, part] for part in parts)
@@ -246,10 +275,6 @@ def _complaint(skeleton: Skeleton, joints: dict[str, int]) -> str:
         a, b = (lengths.get((side, part), 0.0) for side in SIDES)
         if max(a, b) > SYMMETRY * min(a, b):
             return f"one {part} of it is {max(a, b) / min(a, b):.2g} times as long as the other"
-    if HEAD in joints and any(
-        joints.get(f"{side}_{mark}") in path_up(skeleton, joints[HEAD]) for side in SIDES for mark in (SHOULDER, HIP)
-    ):
-        return f"its joint {names[joints[HEAD]]!r} comes after an arm or a leg"
     return ""
 
 

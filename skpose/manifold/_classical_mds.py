@@ -119,7 +119,7 @@ class SpatialMDS(
         **ESTIMATOR_CONSTRAINTS,
         "n_components": [Interval(Integral, 1, None, closed="left")],
         "landmarks": [Interval(Integral, 2, None, closed="left"), None],
-        "landmark_selection": [StrOptions({"farthest", "random"})],
+        "landmark_selection": [StrOptions(["farthest", "random"])],
         "random_state": ["random_state"],
     }
 

@@ -14,6 +14,7 @@ from skpose._compat.sklearn import InvalidParameterError, validate_parameter_con
 from skpose._compiled.pose import loops
 from skpose._compiled.pose.tree import Steps, Tree
 from skpose._compiled.simd.private import Dispatcher
+from skpose._validation.options import check_integer
 from skpose.kinematics._shared import tree_of
 from skpose.metrics._direct_means import DirectMeans
 from skpose.metrics._own import check_functions
@@ -149,12 +150,13 @@ class Metric(BaseEstimator):
         Returns
         -------
         dict
-            The parameters.
+            The parameters; numpy's numbers are Python's.
         """
         cls = type(self)
         if cls not in _PARAMETERS:
             _PARAMETERS[cls] = tuple(super().get_params(deep=False))
-        return {name: getattr(self, name) for name in _PARAMETERS[cls]}
+        given = {name: getattr(self, name) for name in _PARAMETERS[cls]}
+        return {name: value.item() if isinstance(value, np.generic) else value for name, value in given.items()}
 
     @property
     def label(self) -> str:
@@ -272,11 +274,8 @@ class Metric(BaseEstimator):
         for key, value in given.items():
             if isinstance(value, bool) and "boolean" not in self._parameter_constraints.get(key, ["boolean"]):
                 raise ValueError(f"{key} of {name} must be a number, got {value}")
-            if type(value).__hash__ is None:
-                raise ValueError(
-                    f"parameters of metrics are numbers, words or tuples of them, so that metrics can be compared, but "
-                    f"{key} of {name} is {type(value).__name__}: pass a tuple"
-                )
+            if words := self._why_not_hashable(key, value):
+                raise ValueError(words)
         for function in ("encode", "measure"):
             if not isinstance(getattr(self, function, None), _COMPILED_TYPE):
                 raise ValueError(
@@ -285,9 +284,8 @@ class Metric(BaseEstimator):
                 )
 
     def _parameters(self) -> list[tuple[str, Any]]:
-        """Return the parameters by name; numpy's numbers are Python's."""
-        given = sorted(self.get_params(deep=False).items())
-        return [(key, value.item() if isinstance(value, np.generic) else value) for key, value in given]
+        """Return the parameters by name, in their order."""
+        return sorted(self.get_params(deep=False).items())
 
     def _check_functions(self, tree: Tree, n_dofs: int) -> None:
         """Refuse functions of a metric of one's own that would write beyond a code, or give what is no distance."""
@@ -298,6 +296,7 @@ class Metric(BaseEstimator):
                 f"{type(self).__name__}.n_codes must be a method, n_codes(self, tree, n_dofs), that returns the length "
                 f"of a code: {error}"
             ) from error
+        check_integer(n_codes, 0, f"what {type(self).__name__}.n_codes returns, the length of a code,")
         if (owner := _OWNERS.get(self.encode)) is not None:
             expected = owner.n_codes(self, tree, n_dofs)
             if n_codes != expected:
@@ -350,7 +349,21 @@ class Metric(BaseEstimator):
         return isinstance(other, Metric) and type(self) is type(other) and self._parameters() == other._parameters()
 
     def __hash__(self) -> int:
+        for key, value in self._parameters():
+            if words := self._why_not_hashable(key, value):
+                raise TypeError(words)
         return hash((type(self), *self._parameters()))
+
+    def _why_not_hashable(self, key: str, value: Any) -> str:
+        """Return in words what is wrong with a parameter that has no hash; nothing if it has one."""
+        try:
+            hash(value)
+        except TypeError:
+            return (
+                f"parameters of metrics are numbers, words or tuples of them, so that metrics can be compared, but "
+                f"{key} of {type(self).__name__} is {value!r}, a {type(value).__name__}: pass a tuple"
+            )
+        return ""
 
 
 _OWNERS: dict[Any, type[Metric]] = {}  # of the library's own encodes: whose codes have the length that they write

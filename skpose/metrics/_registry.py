@@ -1,6 +1,7 @@
 """The metrics by name, and what the parameter `metric` of functions and estimators means."""
 
 from collections.abc import Callable
+from difflib import get_close_matches
 from os import PathLike
 
 from sklearn.base import clone
@@ -20,7 +21,16 @@ METRICS: dict[str, type[Metric]] = {metric.name: metric for metric in (Angle, Po
 
 
 def _explain_no_metric(value: object) -> None:
-    """Raise the error of a class in the place of a metric; say nothing of other things."""
+    """Raise the error of a class in the place of a metric, or of a word that is nearly one; say nothing of others."""
+    words = {word.lower(): word for word in ("auto", "precomputed", *METRICS)}
+    if (
+        isinstance(value, str)
+        and value not in words.values()
+        and (near := get_close_matches(value.lower(), words, n=1))
+    ):
+        raise TypeError(
+            f"metric must be a word or a skpose.metrics.Metric, got {value!r}: did you mean {words[near[0]]!r}?"
+        )
     if isinstance(value, type) and issubclass(value, Metric):
         raise TypeError(f"metric is the class {value.__name__}: pass a metric with its parameters, {value.__name__}()")
 
@@ -29,7 +39,10 @@ IS_METRIC = InstanceOf(lambda value: isinstance(value, Metric), "skpose.metrics.
 
 # Constraints of the parameters that every function and estimator of distances has, for scikit-learn's validation.
 OUT = [HasMethods(["__getitem__", "__setitem__"]), Hidden(str), Hidden(PathLike), None]  # a path has its own error
-METRIC_CONSTRAINTS = {"skeleton": [IS_SKELETON, None], "metric": [StrOptions({"auto", *METRICS}), IS_METRIC]}
+METRIC_CONSTRAINTS: dict[str, list] = {
+    "skeleton": [IS_SKELETON, None],
+    "metric": [StrOptions(["auto", *METRICS]), IS_METRIC],
+}
 MEAN_CONSTRAINTS = METRIC_CONSTRAINTS | {"skeleton": [IS_SKELETON]}  # where poses cannot do without one
 
 

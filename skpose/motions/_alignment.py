@@ -246,7 +246,7 @@ class Alignment:
 @validate_params(
     METRIC_CONSTRAINTS
     | {
-        "alignment": [StrOptions({"dtw", "subsequence"})],
+        "alignment": [StrOptions(["dtw", "subsequence"])],
         "window": [Interval(Real, 0, 1, closed="both"), None],
     },
     prefer_skip_nested_validation=True,

@@ -15,7 +15,7 @@ from skpose.skeleton import Skeleton
 
 # Constraints of the parameters that every function and estimator of distances between motions has.
 ALIGNMENT_CONSTRAINTS = {
-    "alignment": [StrOptions(set(ALIGNMENTS))],
+    "alignment": [StrOptions(ALIGNMENTS)],
     "window": [Interval(Real, 0, 1, closed="both"), None],
 }
 MOTION_CONSTRAINTS = METRIC_CONSTRAINTS | ALIGNMENT_CONSTRAINTS | {"n_jobs": [None, Integral], "verbose": ["verbose"]}

@@ -129,9 +129,9 @@ class MotionKNeighborsTransformer(
 
     _parameter_constraints: ClassVar[dict] = {
         **POSE_CONSTRAINTS,
-        "mode": [StrOptions({"distance", "connectivity"})],
+        "mode": [StrOptions(["distance", "connectivity"])],
         "n_neighbors": [Interval(Integral, 1, None, closed="left")],
-        "algorithm": [StrOptions({"auto", "brute"})],
+        "algorithm": [StrOptions(["auto", "brute"])],
         "window": ALIGNMENT_CONSTRAINTS["window"],
     }
 

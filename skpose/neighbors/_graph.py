@@ -20,8 +20,8 @@ class GraphTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Tran
 
     _parameter_constraints: ClassVar[dict] = {
         **POSE_CONSTRAINTS,
-        "mode": [StrOptions({"distance", "connectivity"})],
-        "algorithm": [StrOptions({"auto", "brute"})],
+        "mode": [StrOptions(["distance", "connectivity"])],
+        "algorithm": [StrOptions(["auto", "brute"])],
     }
 
     @fit_context(prefer_skip_nested_validation=True)

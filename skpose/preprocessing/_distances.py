@@ -106,9 +106,9 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
 
     _parameter_constraints: ClassVar[dict] = {
         **POSE_CONSTRAINTS,
-        "kernel": [StrOptions({"rbf", "laplacian"}), None],
-        "gamma": [StrOptions({"scale"}), Interval(Real, 0, None, closed="left")],
-        "psd": [StrOptions({"ignore", "clip", "shift"})],
+        "kernel": [StrOptions(["rbf", "laplacian"]), None],
+        "gamma": [StrOptions(["scale"]), Interval(Real, 0, None, closed="left")],
+        "psd": [StrOptions(["ignore", "clip", "shift"])],
     }
 
     def __init__(

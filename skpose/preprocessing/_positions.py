@@ -100,7 +100,7 @@ class PoseFromPositions(EstimatorMixin, TransformerMixin, BaseEstimator):
 
     _parameter_constraints: ClassVar[dict] = {
         "skeleton": [IS_SKELETON, None],
-        "joint_limits": [StrOptions({"ignore", "enforce"})],
+        "joint_limits": [StrOptions(["ignore", "enforce"])],
         "regularization": [Interval(Real, 0, None, closed="left")],
         "n_jobs": [None, Integral],
         "verbose": ["verbose"],

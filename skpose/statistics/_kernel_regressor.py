@@ -119,7 +119,7 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
     _is_experimental = True
     _parameter_constraints: ClassVar[dict] = {
         **POSE_CONSTRAINTS,
-        "gamma": [StrOptions({"scott"}), Interval(Real, 0, None, closed="left")],
+        "gamma": [StrOptions(["scott"]), Interval(Real, 0, None, closed="left")],
         "n_neighbors": [Interval(Integral, 1, None, closed="left"), None],
     }
 

@@ -74,7 +74,7 @@ class TwoSampleTestResult:
 @validate_params(
     METRIC_CONSTRAINTS
     | {
-        "statistic": [StrOptions({"energy", "mmd"})],
+        "statistic": [StrOptions(["energy", "mmd"])],
         "paired": ["boolean"],
         "n_permutations": [Interval(Integral, 1, None, closed="left")],
         "random_state": ["random_state"],

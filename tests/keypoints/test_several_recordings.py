@@ -31,6 +31,22 @@ def test_several_recordings_are_one_person(recordings):
     assert fit_skeleton([arrays[0].tolist(), recordings[1]], layout) == skeleton
 
 
+def test_recordings_may_come_one_after_another(recordings):
+    """From a generator, a view of a dictionary, an iterator; a single one may be nested lists."""
+    layout = layouts["coco17"]
+    skeleton = fit_skeleton(recordings, layout)
+    arrays = [moving(layout, n=60, seed=n) for n in (0, 1)]
+    assert fit_skeleton((each for each in recordings), layout) == skeleton
+    assert fit_skeleton(dict(enumerate(recordings)).values(), layout) == skeleton
+    assert fit_skeleton(iter(recordings), layout) == skeleton
+    assert fit_skeleton((each for each in arrays), layout) == fit_skeleton(arrays, layout)
+    assert fit_skeleton(arrays[0].tolist(), layout) == fit_skeleton(arrays[0], layout)
+    with pytest.raises(TypeError, match=r"got dict, a mapping: pass list\(mapping\.values\(\)\)"):
+        fit_skeleton(dict(enumerate(recordings)), layout)
+    with pytest.raises(ValueError, match="keypoints have no frames"):
+        fit_skeleton((each for each in ()), layout)
+
+
 def test_the_skeleton_reaches_all_recordings(recordings):
     skeleton = fit_skeleton(recordings, layouts["coco17"])
     for keypoints in recordings:

@@ -170,6 +170,9 @@ def test_heads_are_not_matched_by_name():
         ("Bandai-Namco", lambda name: name.replace("_L", "_left").replace("_R", "_right")),
         ("Xsens as BVH", lambda name: name.replace("Left", "l_").replace("Right", "r_")),
         ("LAFAN1", lambda name: f"sim{name}"),
+        ("Xsens as BVH", lambda name: f"{name}_01"),
+        ("Mixamo", lambda name: f"{name}.001"),
+        ("Unreal", lambda name: f"SK_{name}_2"),
     ],
 )
 def test_prefixes_sides_and_cases(files, rig, rename):
@@ -178,7 +181,12 @@ def test_prefixes_sides_and_cases(files, rig, rename):
     text, _ = file_of(RIGS[rig], SEGMENTS, rename=rename)
     spelt = load_bvh(io.StringIO(text), scale=0.01, up=RIGS[rig].up)
     expected = find_counterparts(files[rig][0].skeleton, other)
-    assert find_counterparts(spelt.skeleton, other) == {new: rename(old) for new, old in expected.items()}
+
+    def renamed(name):  # the reader names End Sites by the joint and "_end"
+        joint = name.removesuffix("_end")
+        return rename(name) if joint == name else f"{rename(joint)}_end"
+
+    assert find_counterparts(spelt.skeleton, other) == {new: renamed(old) for new, old in expected.items()}
 
 
 def test_found_counterparts_can_be_passed(files):
@@ -478,6 +486,25 @@ def test_a_longer_arm_on_one_side(files):
     motion = load_bvh(io.StringIO(text), scale=0.01)
     with pytest.raises(ValueError, match=r"one arm of it is 1\.6 times as long as the other"):
         retarget(motion, files["Mixamo"][0].skeleton, method="auto")
+
+
+def test_names_of_a_person_with_other_proportions(files):
+    """The counterparts are found, with a warning, to check and to pass; they are refused otherwise."""
+    text, where = file_of(RIGS["LAFAN1"], SEGMENTS, stretch={"LeftForeArm": 4.3, "RightForeArm": 4.3})
+    odd, other = load_bvh(io.StringIO(text), scale=0.01), files["Rokoko"][0].skeleton
+    message = "the names of the motion's skeleton may mean other joints .* its left upper arm is .*find_counterparts"
+    with pytest.raises(ValueError, match=message):
+        retarget(odd, other, method="orientations")
+    with pytest.warns(UserWarning, match=r"rest on names of the motion's skeleton that may mean .* its left upper arm"):
+        joints = find_counterparts(odd.skeleton, other)
+    assert joints == find_counterparts(files["LAFAN1"][0].skeleton, other)
+    found = positions_by_name(retarget(odd, other, method="orientations", joints=joints))
+    a, b = directions_of_limbs(where, limbs_of("LAFAN1")), directions_of_limbs(found, limbs_of("Rokoko"))
+    assert degrees(a, b).max() < 1e-5
+    with pytest.warns(UserWarning, match="rest on names of the given skeleton"):
+        find_counterparts(other, odd.skeleton)
+    with pytest.raises(ValueError, match="'Tail', as animals have"):  # what is no person has no counterparts to check
+        find_counterparts(quadruped(), other)
 
 
 def test_the_report_is_printed(files, capsys):

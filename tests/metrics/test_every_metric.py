@@ -265,6 +265,10 @@ def measure_from_one(a, b):
     ("metric", "words"),
     [
         (own_metric(lambda tree, n_dofs: n_dofs + 1), r"n_codes gives \d+, but its encode, that of Angle, writes"),
+        (
+            own_metric(lambda tree, n_dofs: 2.0 * n_dofs, encode=encode_twice),
+            r"what Own.n_codes returns, the length of a code, must be a whole number of at least 0, got \d+\.0",
+        ),
         (own_metric(encode=encode_twice), "Own.encode failed: IndexError.*numbers that Own.n_codes states"),
         (own_metric(lambda tree, n_dofs: 3 * n_dofs, encode=encode_twice), "numbers of a code unwritten"),
         (own_metric(measure=measure_signed), "Own.measure gives 4.4 from one pose to another and 5.6 back"),
@@ -275,7 +279,16 @@ def measure_from_one(a, b):
             "Own.measure must be a compiled function: make it with .*compile_measure",
         ),
     ],
-    ids=["length", "writes beyond", "writes too little", "no symmetry", "reads beyond", "not zero", "not compiled"],
+    ids=[
+        "length",
+        "no whole number",
+        "writes beyond",
+        "writes too little",
+        "no symmetry",
+        "reads beyond",
+        "not zero",
+        "not compiled",
+    ],
 )
 def test_functions_that_make_no_distance_are_refused_in_words(metric, words):
     """Compiled, they would write into other memory, or give numbers that look right."""
@@ -387,7 +400,7 @@ def test_compiled_functions_may_depend_on_parameters():
     assert [pose_distances([[0.0], [1.0]], metric=Scaled(s))[0, 1] for s in (1.0, 3.0)] == [1.0, 3.0]
     assert Scaled().label == "Scaled"
     assert Scaled(np.float64(3.0)).label == "Scaled(scale=3.0)"
-    with pytest.raises(ValueError, match="scale of Scaled is list: pass a tuple"):
+    with pytest.raises(ValueError, match=r"scale of Scaled is \[1\.0\], a list: pass a tuple"):
         pose_distances([[0.0], [1.0]], metric=Scaled([1.0]))
 
 

@@ -88,6 +88,15 @@ def test_a_label_is_the_name_and_parameters_that_are_not_the_defaults():
     assert Geodesic(20, wrap=False).label == "Geodesic(n_steps=20, wrap=False)"
 
 
+def test_numbers_of_numpy_are_shown_as_numbers():
+    for metric in (Spatial(n_steps=np.int64(20), wrap=np.True_), Spatial(np.int32(20))):
+        assert repr(metric) == "Spatial(n_steps=20)"
+        assert "np." not in repr(PoseDistanceTransformer(ARM, metric=metric))
+        assert clone(metric) == metric == Spatial(20)
+        assert hash(metric) == hash(Spatial(20))
+    assert repr(Spatial(n_steps=np.int64(10))) == "Spatial()"
+
+
 def test_names_are_those_of_the_classes():
     assert {name: metric.__name__ for name, metric in METRICS.items()} == {
         name: name.capitalize() for name in ("angle", "position", "rotation", "spatial", "geodesic")
@@ -236,6 +245,28 @@ def test_parameters_are_checked_where_the_metric_is_used(metric, name, X):
     ):
         with pytest.raises(ValueError, match=message):
             call()
+
+
+def test_words_that_are_nearly_a_metric(X):
+    for word, near in (("Spatial", "spatial"), ("spatal", "spatial"), ("ANGLE", "angle"), ("geodesics", "geodesic")):
+        for call in (
+            lambda word=word: pose_distances(X, skeleton=ARM, metric=word),
+            lambda word=word: PoseKNeighborsTransformer(ARM, metric=word).fit(X),
+        ):
+            with pytest.raises(ValueError, match=f"metric must be a word .* got {word!r}: did you mean {near!r}\\?"):
+                call()
+    words = "'auto', 'angle', 'position', 'rotation', 'spatial', 'geodesic'"  # in one order in every process
+    with pytest.raises(ValueError, match=f"must be a str among {{{words}}} or an instance of"):
+        pose_distances(X, skeleton=ARM, metric="manhattan")
+    with pytest.raises(ValueError, match=r"must be a str among .* Got 'precomputed' instead"):
+        pose_distances(X, skeleton=ARM, metric="precomputed")
+
+
+def test_lists_have_no_hash_and_that_is_said():
+    for metric in (Spatial([3]), Spatial(([3],))):
+        with pytest.raises(TypeError, match=r"but n_steps of Spatial is .*\[3\].*: pass a tuple"):
+            hash(metric)
+    assert repr(Spatial([3])) == "Spatial(n_steps=[3])"
 
 
 def test_parameters_of_other_metrics_are_refused():
