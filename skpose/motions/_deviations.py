@@ -5,7 +5,7 @@ to `STEPS` equal steps of its own duration, and aligned by dynamic time warping 
 the repetition that is nearest to the others. The *phase* of a step is the median of the times, as shares of the
 duration, at which the repetitions are there.
 
-The ends are open. A repetition may be cut early or late, as one that has begun before the recording, and then it lacks
+The ends are open. A repetition may be cut early or late, as one that began before the recording, and then it lacks
 phases of the others, or has steps that no other has. At each end one of the two may be left out of the path, at a price
 for each step that is twice the usual distance from the median. As it cannot be both, a repetition that is wrong at an
 end is aligned there nevertheless.
