@@ -5,6 +5,11 @@ to `STEPS` equal steps of its own duration, and aligned by dynamic time warping 
 the repetition that is nearest to the others. The *phase* of a step is the median of the times, as shares of the
 duration, at which the repetitions are there.
 
+The ends are open. A repetition may be cut early or late, as one that began before the recording, and then it lacks
+phases of the others, or has steps that no other has. At each end one of the two may be left out of the path, at a price
+for each step that is twice the usual distance from the median. As it cannot be both, a repetition that is wrong at an
+end is aligned there nevertheless.
+
 At each phase a repetition is then compared with the median of the *other* ones, so that a wrong one neither hides in
 its own reference nor moves that of the rest. The spread of a joint is the median of the distances of the other
 repetitions from this reference, averaged over neighbouring phases. A spread of a few repetitions is by chance small
@@ -23,13 +28,15 @@ from skpose.kinematics import forward_kinematics
 from skpose.skeleton import Skeleton
 
 STEPS = 200  # of a repetition
-ROUNDS = 2  # of alignment: to the first repetition, and to the median of the aligned ones
+ROUNDS = 3  # of alignment: to the repetition in the middle, and twice to the median of the aligned ones
+PRICE = 2.0  # of a step that is left out at an end, in units of the usual distance
+MOST = 1 / 3  # of the steps that are left out at an end: what is odd all along is compared nevertheless
 LEAST = 4  # repetitions that have a spread: the median of three others is safe from one that is wrong
 RESOLUTION = 1e-6  # m, below what any recording shows: equal repetitions have no spread to be divided by
 
 
 class Deviations(NamedTuple):
-    """Deviations of K repetitions from the others, at P phases, of J joints."""
+    """Deviations of K repetitions from the others, at P phases, of J joints; NaN at phases that a repetition lacks."""
 
     phases: np.ndarray  # (P,) middle of each phase, as a share of the cycle
     frames: np.ndarray  # (K, P) frame of each repetition at each phase
@@ -55,15 +62,16 @@ def deviations_of(poses: Sequence[np.ndarray], skeleton: Skeleton, n_phases: int
     courses, times = _align(np.stack(steps), weights)
     fine = -(-STEPS // n_phases)  # points of a phase
     at = (np.arange(n_phases * fine) + 0.5) / (n_phases * fine)
-    phase = np.maximum.accumulate(np.median(times, axis=0))
+    phase = _median(times)
+    known = ~np.isnan(phase)  # by any repetition
+    phase, courses, times = np.maximum.accumulate(phase[known]), courses[:, known], times[:, known]
     found = [_means(_interpolate(at, phase, course), n_phases) for course in courses]
     lasts = np.array([len(one) - 1 for one in poses])
     frames = np.stack([_means(_interpolate(at, phase, time), n_phases) for time in times]) * lasts[:, None]
     vectors, spread = _leave_one_out(np.stack(found))
-    if len(poses) < LEAST:
-        spread[:] = np.nan
+    spreads = spread[~np.isnan(spread)]
     phases = (np.arange(n_phases) + 0.5) / n_phases
-    return Deviations(phases, frames, vectors, spread, float(np.median(spread)))
+    return Deviations(phases, frames, vectors, spread, float(np.median(spreads)) if len(spreads) else np.nan)
 
 
 def _resample(positions: np.ndarray) -> np.ndarray:
@@ -86,58 +94,93 @@ def _interpolate(at: np.ndarray, x: np.ndarray, values: np.ndarray) -> np.ndarra
 
 
 def _means(values: np.ndarray, n_phases: int) -> np.ndarray:
-    """Return the mean over the points of each phase."""
-    return values.reshape(n_phases, -1, *values.shape[1:]).mean(axis=1)
+    """Return the mean over the points of each phase; NaN where more than half of them are missing."""
+    values = values.reshape(n_phases, -1, *values.shape[1:])
+    missing = np.isnan(values)
+    counts = (~missing).sum(axis=1)
+    sums = np.where(missing, 0.0, values).sum(axis=1)
+    return np.divide(sums, counts, out=np.full(sums.shape, np.nan), where=2 * counts >= values.shape[1])
 
 
 def _align(steps: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return repetitions (K, n, J, 3) on one time base, and their times there (K, n), as shares of their durations."""
+    """Return repetitions (K, n, J, 3) on one time base, and their times there (K, n), as shares of their durations.
+
+    Both are NaN where a repetition lacks a step of the others.
+    """
     moving = np.flatnonzero(weights[:, 0] * np.ptp(steps, axis=(0, 1)).max(axis=1))  # the others cost nothing
     weighted = (weights * steps)[:, :, moving]
-    apart = [np.median([np.linalg.norm(a - b, axis=2).mean() for b in weighted]) for a in weighted]
-    reference, courses, times = weighted[int(np.argmin(apart))], steps, np.zeros(steps.shape[:2])
+    apart = [np.median([np.linalg.norm(a - b, axis=2).sum(axis=1).mean() for b in weighted]) for a in weighted]
+    first = int(np.argmin(apart))
+    reference, usual = weighted[first], float(apart[first])
+    shares = np.linspace(0.0, 1.0, steps.shape[1])
+    courses, times = steps, np.zeros(steps.shape[:2])
     for _ in range(ROUNDS):
-        paths = [_path(reference, one) for one in weighted]
+        paths = [_path(reference, one, PRICE * usual) for one in weighted]
         courses = np.stack([_mean_of_pairs(path, one) for path, one in zip(paths, steps, strict=True)])
-        shares = np.linspace(0.0, 1.0, steps.shape[1])
         times = np.stack([_mean_of_pairs(path, shares) for path in paths])
-        reference = np.median((weights * courses)[:, :, moving], axis=0)
+        aligned = (weights * courses)[:, :, moving]
+        middle = _median(aligned)
+        reference = np.where(np.isnan(middle), reference, middle)
+        usual = float(np.nanmedian(np.linalg.norm(aligned - reference, axis=3).sum(axis=2)))
     return courses, times
 
 
-def _path(reference: np.ndarray, one: np.ndarray) -> np.ndarray:
+def _path(reference: np.ndarray, one: np.ndarray, price: float) -> np.ndarray:
     """Return the pairs of steps (n_pairs, 2) by dynamic time warping, under the sum of the joints' distances.
 
-    Sums of squares would let the one limb that is off choose the time for all others.
+    Sums of squares would let the one limb that is off choose the time for all others. The first and the last row and
+    column of the matrix stand for steps that are left out.
     """
-    sums = np.zeros((len(reference), len(one)))
+    costs = np.full((len(reference) + 2, len(one) + 2), np.inf)
+    for edge in (costs[0], costs[:, 0], costs[-1, ::-1], costs[::-1, -1]):
+        edge[: int(MOST * len(edge))] = price
+    inside = costs[1:-1, 1:-1]
+    inside[:] = 0.0
     for a, b in zip(reference.swapaxes(0, 1), one.swapaxes(0, 1), strict=True):
-        sums += cdist(a, b)
-    accumulate(sums, Paths.of(None))
-    return path_to(sums, False, len(one) - 1)
+        inside += cdist(a, b)
+    accumulate(costs, Paths.of(None))
+    path = path_to(costs, False, costs.shape[1] - 1) - 1
+    is_pair = (path >= 0).all(axis=1) & (path < [len(reference), len(one)]).all(axis=1)
+    return path[is_pair]
 
 
 def _mean_of_pairs(path: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return for each step of the reference the mean of the values (n, ...) that are aligned to it."""
-    first = np.flatnonzero(np.diff(path[:, 0], prepend=-1))  # none is left out
+    """Return for each step of the reference the mean of the values (n, ...) that are aligned to it, or NaN."""
+    first = np.flatnonzero(np.diff(path[:, 0], prepend=-1))  # none between is left out
     counts = np.diff(first, append=len(path)).reshape(-1, *[1] * (values.ndim - 1))
-    return np.add.reduceat(values[path[:, 1]], first, axis=0) / counts
+    means = np.full(values.shape, np.nan)
+    means[path[first, 0]] = np.add.reduceat(values[path[:, 1]], first, axis=0) / counts
+    return means
 
 
 def _leave_one_out(found: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the differences of repetitions (K, P, J, 3) from the median of the others, and the spread (K, P, J)."""
+    """Return the differences of repetitions (K, P, J, 3) from the median of the others, and the spread (K, P, J).
+
+    The spread is NaN where fewer than three others have the phase, and both where no other has it.
+    """
     vectors, spread = np.empty(found.shape), np.empty(found.shape[:3])
     for k in range(len(found)):
         others = np.delete(found, k, axis=0)
-        reference = np.median(others, axis=0)
+        n_others = (~np.isnan(others[..., 0])).sum(axis=0)
+        reference = _median(others)
         vectors[k] = found[k] - reference
-        spread[k] = _smooth(np.median(np.linalg.norm(others - reference, axis=3), axis=0))
+        far = _median(np.linalg.norm(others - reference, axis=3))
+        spread[k] = _smooth(np.where(n_others + 1 < LEAST, np.nan, far))
     return vectors, spread
 
 
+def _median(values: np.ndarray) -> np.ndarray:
+    """Return the median of the first axis without NaN; NaN where there is nothing else, without a warning."""
+    ordered = np.sort(values, axis=0)  # NaN is last
+    n = (~np.isnan(values)).sum(axis=0)[None]
+    low, high = (np.take_along_axis(ordered, i.clip(min=0), axis=0)[0] for i in ((n - 1) // 2, n // 2 - (n == 0)))
+    return (low + high) / 2.0
+
+
 def _smooth(values: np.ndarray) -> np.ndarray:
-    """Return the means of each phase and its two neighbours (P, J), at the ends of two."""
-    ones = np.ones(len(values))
-    padded, counts = np.pad(values, [(1, 1), (0, 0)]), np.pad(ones, 1)
-    sums = padded[:-2] + padded[1:-1] + padded[2:]
-    return sums / (counts[:-2] + counts[1:-1] + counts[2:])[:, None]
+    """Return the means of each phase and its two neighbours (P, J), of those that are known; NaN stays."""
+    padded = np.pad(values, [(1, 1), (0, 0)], constant_values=np.nan)
+    three = np.stack([padded[:-2], padded[1:-1], padded[2:]])
+    known = ~np.isnan(three)
+    means = np.where(known, three, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
+    return np.where(np.isnan(values), np.nan, means)

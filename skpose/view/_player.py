@@ -31,7 +31,7 @@ ASSETS = (
 
 
 def player(
-    motions: Recording | Iterable[Recording],
+    motions: Motion | Keypoints | Iterable[Any],
     *,
     labels: Sequence[str] | None = None,
     alignment: Alignment | None = None,
@@ -143,7 +143,7 @@ def pairs_data(path: np.ndarray, distances: np.ndarray, columns: Sequence[Sequen
     return {"path": pack(path, 1.0), "distances": pack(distances), "columns": [list(map(int, c)) for c in columns]}
 
 
-def _check_motions(motions: Recording | Iterable[Recording]) -> list[Recording]:
+def _check_motions(motions: Recording | Iterable[Any]) -> list[Recording]:
     expected = "motions must be a skpose.Motion, skpose.Keypoints, or several in a list"
     if isinstance(motions, Recording):
         motions = [motions]

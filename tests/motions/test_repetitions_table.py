@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from squats import RATE, SKELETON, squats
+from squats import RATE, SKELETON, column, squats
 
 from skpose import Motion, Skeleton, forward_kinematics
+from skpose.datasets import make_gait
 from skpose.motions import segment_repetitions
 from skpose.motions._deviations import LEAST, deviations_of
 
@@ -185,6 +186,66 @@ def test_the_order_of_repetitions_has_no_effect(ten):
     np.testing.assert_allclose(forward.ratios, backward.ratios[::-1], atol=1e-9)
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_strides_that_are_cut_by_the_ends_of_the_recording_are_not_unusual(seed):
+    """Walks are cut anywhere; without open ends the first and the last stride had numbers of 5 to 18."""
+    walk = make_gait(1, 1, activities=["walk"], duration=6, frame_rate=20, random_state=seed)[0]
+    found = find(walk)
+    assert len(found) >= 5
+    table = found.to_pandas()
+    assert table["unusual"].max() < 5.0
+    assert 0.9 < len(table) / (len(found) * 20 * walk.skeleton.n_joints) <= 1.0
+
+
+@pytest.mark.parametrize("share", [0.2, 0.3])  # where the movement is fast
+@pytest.mark.parametrize("at_end", [False, True])
+def test_phases_that_a_repetition_lacks_have_no_numbers(ten, share, at_end):
+    poses = [motion.angles for motion in squats_without_a_wrong_one(ten)]
+    before = deviations_of(poses, SKELETON, 20)
+    cut = round(share * len(poses[3]))
+    poses[3] = poses[3][:-cut] if at_end else poses[3][cut:]
+    after = deviations_of(poses, SKELETON, 20)
+    missing = np.isnan(after.frames[3])
+    first = np.flatnonzero(~missing)[[0, -1]]
+    assert missing.mean() == pytest.approx(share, abs=0.08)
+    assert missing[-1 if at_end else 0]
+    assert not missing[first[0] : first[1] + 1].any()
+    assert not np.isnan(np.delete(after.frames, 3, axis=0)).any()
+    for numbers in (after.vectors[..., 0], after.ratios):
+        np.testing.assert_array_equal(np.isnan(numbers[3]).all(axis=1), missing)
+    both = ~np.isnan(after.ratios[3])
+    assert after.ratios[3][both].max() < np.nanmax(before.ratios) + 1.5
+
+
+def test_an_arm_that_is_up_all_along_is_named_at_all_phases(ten):
+    poses = [motion.angles.copy() for motion in squats_without_a_wrong_one(ten)]
+    poses[6][:, column("left_upper_arm_rz")] += 1.5
+    found = deviations_of(poses, SKELETON, 20)
+    arm = [SKELETON.joint_names.index(f"left_{name}") for name in ("upper_arm", "forearm", "hand")]
+    assert not np.isnan(found.ratios).any()
+    assert found.ratios[6][:, arm].min() > LARGE
+    assert np.delete(found.ratios, 6, axis=0).max() < LARGE
+
+
+@pytest.mark.parametrize("last", [False, True])
+def test_what_is_wrong_at_an_end_is_not_cut_off(ten, last):
+    poses = [motion.angles.copy() for motion in squats_without_a_wrong_one(ten)]
+    n = len(poses[6]) // 8
+    poses[6][-n:] += 1.0 * (np.arange(SKELETON.n_dofs) == column("right_upper_arm_rz")) * last
+    poses[6][:n] += 1.0 * (np.arange(SKELETON.n_dofs) == column("right_upper_arm_rz")) * (not last)
+    found = deviations_of(poses, SKELETON, 20)
+    k, p, j = np.unravel_index(np.nanargmax(found.ratios), found.ratios.shape)
+    assert (k, SKELETON.joint_names[j].startswith("right_")) == (6, True)
+    assert p > 16 if last else p < 3
+    assert not np.isnan(found.ratios[6]).any()
+
+
+def squats_without_a_wrong_one(ten):
+    """The repetitions of the recording without a wrong one."""
+    usual, _ = squats(1)
+    return [usual[a:b] for a, b in zip(ten[2].starts, ten[2].stops, strict=True)]
+
+
 @pytest.mark.parametrize("n_phases", [1, 2, 7, 50, 200])
 def test_any_number_of_phases(ten, n_phases):
     table = ten[2].to_pandas(n_phases=n_phases)
@@ -229,9 +290,9 @@ def test_arrays_take_the_skeleton_that_they_were_found_with(ten):
     found = segment_repetitions(motion.angles, skeleton=SKELETON, n_surrogates=19, random_state=0)
     of_array = found.to_pandas()
     assert of_array["time"].isna().all()
-    for column in COLUMNS:
-        if column != "time":
-            np.testing.assert_array_equal(of_array[column], table[column])
+    for name in COLUMNS:
+        if name != "time":
+            np.testing.assert_array_equal(of_array[name], table[name])
 
 
 @pytest.mark.filterwarnings("ignore:metric='auto' is")

@@ -1,7 +1,7 @@
 // Motions in a page: which frame is when, where its joints are then, and which frames of two motions belong together.
 
 class Clip {
-  /** Unpack a motion, see `motion_data` of skpose/view/_scene.py, or keypoints, see `points_data` of _points.py. */
+  /** Unpack a motion or keypoints, see `motion_data` of skpose/view/_scene.py and `points_data` of _points.py. */
   static async of(motion) {
     const clip = Object.assign(new Clip(), motion);
     for (const name of ["joints", "root", "headings", "numbers", "seen"]) {
@@ -33,9 +33,9 @@ class Clip {
   }
 
   /**
-   * Position of a point in a frame: 0 is the root, 1 the first joint. The root of keypoints is their middle, and what is
-   * not seen has a position nevertheless. `place` is "world", as recorded, "spot", where
-   * the root does not travel, or "forward", where it does not turn to the side either.
+   * Position of a point in a frame: 0 is the root, 1 the first joint. The root of keypoints is their middle, and what
+   * is not seen has a position nevertheless. `place` is "world", as recorded, "spot", where the root does not travel,
+   * or "forward", where it does not turn to the side either.
    */
   point(frame, index, place) {
     const column = 3 * (index - 1);
