@@ -40,7 +40,7 @@ class Block(NamedTuple):
     @classmethod
     def load(cls, path: Path) -> "Block":
         try:
-            with np.load(path, allow_pickle=False) as file:
+            with path.open("rb") as opened, np.load(opened, allow_pickle=False) as file:
                 return cls(*(file[name] for name in cls._fields))
         except (ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
             raise ValueError(
@@ -111,17 +111,21 @@ def remember_distances(
 
     The geodesics that did not converge, and the number of all of them, are those of the blocks that are used.
     """
-    known = KnownDistances(matrix, folder)
+    rows, row_of = _distinct(matrix.X)
+    columns, column_of = (rows, row_of) if matrix.Y is None else _distinct(matrix.Y)
+    repeated = len(rows) < len(row_of) or len(columns) < len(column_of)
+    known = KnownDistances(matrix.part(rows, columns) if repeated else matrix, folder)
     known.read()
     if known.missing().any():
         known.folder.mkdir(parents=True, exist_ok=True)
         with hold_lock(known.folder, wait=True):
             known.read()
             known.compute(n_jobs, verbose)
+    distances = known.distances[np.ix_(row_of, column_of)] if repeated else known.distances
     if matrix.symmetric:
-        mirror(known.distances, effective_n_jobs(n_jobs))
+        mirror(distances, effective_n_jobs(n_jobs))
     unconverged = [Unconverged(int(count), float(gap)) for count, gap, _ in known.unconverged]
-    return known.distances, unconverged, int(sum(n for _, _, n in known.unconverged))
+    return distances, unconverged, int(sum(n for _, _, n in known.unconverged))
 
 
 def folder_of(memory: Any) -> Path | None:
@@ -157,6 +161,13 @@ def split(missing: np.ndarray, triangle: bool, most: int) -> Iterator[tuple[np.n
 
 def _digests(motions: Sequences) -> np.ndarray:
     return np.array([digest(motions.motion(i)) for i in range(motions.n_motions)], dtype="S64")
+
+
+def _distinct(motions: Sequences) -> tuple[np.ndarray, np.ndarray]:
+    """Return the indices of motions that differ in content, and for each motion which of them it is."""
+    _, first, kind = np.unique(_digests(motions), return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    return first[order], np.argsort(order)[kind]
 
 
 def _find(requested: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
