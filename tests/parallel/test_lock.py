@@ -250,17 +250,17 @@ def test_a_token_shows_whether_the_same_destination_is_seen(path, tmp_path):
 
 
 def test_a_lock_is_waited_for(path):
-    order, begun = [], threading.Event()
+    order, started = [], threading.Event()
 
     def wait():
-        begun.set()
+        started.set()
         with hold_lock(path, wait=True):
             order.append("second")
 
     other = threading.Thread(target=wait)
     with hold_lock(path):
         other.start()
-        begun.wait()
+        started.wait()
         other.join(5 * lock.SECONDS)
         order.append("first")
     other.join()
