@@ -83,16 +83,29 @@ class KnownDistances:
     def compute(self, n_jobs: int | None, verbose: int) -> None:
         """Compute what is missing, and write it into files."""
         most = int(WORK_PER_BLOCK * effective_n_jobs(n_jobs) / self.matrix.work_per_pair)
+        new, counts, n_new = np.full_like(self.distances, np.nan), [], 0
         for rows, columns in split(self.missing(), self.matrix.symmetric, most):
             part = self.matrix.part(rows, columns)
             distances, unconverged = part.write(None, n_jobs, verbose)
             if columns is None:
                 distances[np.tri(len(rows), dtype=bool)] = np.nan
-            to = self.columns[rows if columns is None else columns]
-            counts = np.array([*Unconverged.join(unconverged), part.n_cells])
-            block = Block(self.rows[rows], to, distances, counts)
-            self._read.add(block.save(self.folder))
-            self._take(block)
+            new[np.ix_(rows, rows if columns is None else columns)] = distances
+            counts.append([*Unconverged.join(unconverged), part.n_cells])
+            n_new += part.n_pairs
+            if n_new >= most:
+                self._add(new, counts)
+                new[...], counts, n_new = np.nan, [], 0
+        if n_new:
+            self._add(new, counts)
+
+    def _add(self, new: np.ndarray, counts: list[list[float]]) -> None:
+        """Write a file of new distances, without the motions that have none."""
+        rows, columns = (np.flatnonzero(~np.isnan(new).all(axis=axis)) for axis in (1, 0))
+        count, gap, n = np.transpose(counts)
+        unconverged = np.array([count.sum(), gap.max(), n.sum()])
+        block = Block(self.rows[rows], self.columns[columns], new[np.ix_(rows, columns)], unconverged)
+        self._read.add(block.save(self.folder))
+        self._take(block)
 
     def _take(self, block: Block) -> None:
         i, k = _find(self.rows, block.rows)
