@@ -173,4 +173,4 @@ class PoseEstimatorMixin(EstimatorMixin):
         return tags
 
 
-HOW_TO_ANSWER = "n_jobs", "verbose", "n_neighbors", "radius", "mode", "joint_limits", "regularization"
+HOW_TO_ANSWER = "n_jobs", "verbose", "n_neighbors", "radius", "mode", "joint_limits", "regularization", "memory"

@@ -57,7 +57,7 @@ CLASSES = [
 ]
 ALL = [*CLASSES, PoseFromPositions]
 HOW_TO_ANSWER = {"n_jobs": 2, "verbose": 0, "n_neighbors": 3, "radius": 0.4, "mode": "connectivity"}
-HOW_TO_ANSWER |= {"joint_limits": "enforce", "regularization": 0.1}
+HOW_TO_ANSWER |= {"joint_limits": "enforce", "regularization": 0.1, "memory": None}
 # Estimators, and another value of each parameter that determines what they learn.
 OTHER = {"skeleton": LONGER, "metric": "angle"}
 LEARNT = {
@@ -159,7 +159,7 @@ def test_parameters_that_state_how_to_answer_are_read_when_they_are_used(X, quer
         given = data_for(estimator, X)
         fitted = clone(estimator).fit(given, given)
         for name in set(HOW_TO_ANSWER) & set(estimator.get_params()):
-            changed = clone(estimator).fit(given, given).set_params(**{name: "much"})
+            changed = clone(estimator).fit(given, given).set_params(**{name: 0.5 if name == "memory" else "much"})
             method = next(name for name in METHODS if hasattr(fitted, name))
             with pytest.raises(ValueError, match=rf"'{name}' parameter of {type(estimator).__name__} must be"):
                 getattr(changed, method)(data_for(estimator, queries))

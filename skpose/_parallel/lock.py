@@ -10,16 +10,19 @@ import json
 import os
 import socket
 import sys
+import time
 import uuid
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
+from skpose._compat.joblib import active_backend, while_waiting
 from skpose._parallel.checkpoint import companion
 
 HELD = (errno.EAGAIN, errno.EACCES, errno.EDEADLK)  # by another one
 NO_LINK = getattr(os, "O_NOFOLLOW", 0)  # a file that a link leads to would be emptied
+SECONDS = 0.05  # between two attempts to get a lock that is held
 BEYOND = 2**30  # a byte after the text of the file: on Windows nobody can read a byte that is locked
 
 if sys.platform == "win32":
@@ -64,18 +67,18 @@ class Token(NamedTuple):
 
 
 @contextmanager
-def hold_lock(array_path: Path) -> Iterator[Token]:
+def hold_lock(array_path: Path, *, wait: bool = False) -> Iterator[Token]:
     """Hold the lock of a file or a folder, in a file next to it that is removed at the end; yields its token.
 
     Raises
     ------
     RuntimeError
-        If another process or thread holds it.
+        If another process or thread holds it. With `wait` it is waited for.
     OSError
         If the file cannot be made, written or locked.
     """
     path = companion(array_path, "lock")
-    descriptor = _open_locked(path, array_path)
+    descriptor = _wait_for(path, array_path) if wait else _open_locked(path, array_path)
     _held.add(descriptor)
     try:
         token = Token(path, uuid.uuid4().hex)
@@ -133,6 +136,17 @@ def _open_locked(path: Path, array_path: Path) -> int:
             if os.path.samestat(os.fstat(descriptor), path.stat()):
                 return descriptor
         os.close(descriptor)  # its holder removed it after it was opened here
+
+
+def _wait_for(path: Path, array_path: Path) -> int:
+    """Return a descriptor of the lock file, with the lock, once nobody else has it."""
+    with contextlib.suppress(RuntimeError):
+        return _open_locked(path, array_path)
+    with while_waiting(active_backend()):
+        while True:
+            time.sleep(SECONDS)
+            with contextlib.suppress(RuntimeError):
+                return _open_locked(path, array_path)
 
 
 def _lock_error(error: OSError, path: Path, array_path: Path) -> OSError:

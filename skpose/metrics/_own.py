@@ -1,6 +1,7 @@
 """Compilation of the two functions of a metric of one's own, written for one pose and for two."""
 
 import hashlib
+import inspect
 from collections.abc import Callable
 from typing import Any
 
@@ -192,9 +193,22 @@ def _run(name: str, given: str, function: Callable, *arguments: np.ndarray) -> A
 
 
 def fingerprint_of_functions(metric: Any) -> list[str]:
-    """Return what identifies the functions of a metric of one's own, which may be edited while a file is unfinished."""
-    codes = [getattr(function, "plain", None) for function in (metric.encode, metric.measure)]
-    return [
-        hashlib.sha256(repr((code.co_code, code.co_consts, code.co_names)).encode()).hexdigest()
-        for code in (function.__code__ for function in codes if function is not None)
-    ]
+    """Return what identifies the functions of a metric of one's own, which may be edited while files are kept."""
+    plain = [getattr(function, "plain", None) for function in (metric.encode, metric.measure)]
+    described = [_describe(function, set()) for function in plain if function is not None]
+    return [hashlib.sha256(repr(one).encode()).hexdigest() for one in described]
+
+
+def _describe(value: Any, seen: set[int]) -> Any:
+    """Return what identifies a function or a value that a function uses by name: code, numbers; of modules the name."""
+    value = getattr(value, "py_func", value)
+    if isinstance(value, np.ndarray):
+        return value.dtype.str, value.shape, value.tobytes()
+    if inspect.ismodule(value):
+        return value.__name__
+    if not inspect.isfunction(value) or id(value) in seen:
+        return value.__qualname__ if inspect.isfunction(value) else value
+    seen.add(id(value))
+    code, used = value.__code__, inspect.getclosurevars(value)
+    names = sorted({**used.globals, **used.nonlocals}.items())
+    return code.co_code, code.co_consts, code.co_names, [(name, _describe(one, seen)) for name, one in names]

@@ -6,6 +6,7 @@
 | `_distances`   | the matrix of distances as a function; `_matrix` knows its tiles and their cost             |
 | `_alignment`   | the path of two motions, and the joints in which they differ                                |
 | `_transformer` | the distances as a step of a pipeline; `_base` is what the estimators share                 |
+| `_memory`      | distances that earlier calls have computed, in files                                        |
 | `_kneighbors`  | the graph of the nearest motions; `_queries` splits its requests, `_search` answers one     |
 | `_find`        | the best windows of long motions; `_windows` finds them                                     |
 | `_index`       | motions that are searched; `_bounds` are lower bounds of the distances to them              |

@@ -14,6 +14,7 @@ from skpose.datasets import MotionDataset
 from skpose.metrics._shared import warn_of_no_skeleton, warn_of_unconverged
 from skpose.motions._inputs import Sequences, check_motions, rates_differ
 from skpose.motions._matrix import MotionMatrix
+from skpose.motions._memory import folder_of, remember_distances
 from skpose.skeleton import Motion, Skeleton
 
 ALIGNMENT = "alignment", "window"  # parameters of how motions are aligned, of which an estimator may have fewer
@@ -92,8 +93,12 @@ class MotionEstimatorMixin(PoseEstimatorMixin):
         """Distances from the motions X to the motions Y, or among X if Y is None, under the metric of `fit`."""
         alignment = {name: getattr(self, f"{name}_") for name in ALIGNMENT if hasattr(self, f"{name}_")}
         matrix = MotionMatrix(X, Y, self.metric_, self.skeleton_, **alignment)
-        distances, unconverged = matrix.write(None, self.n_jobs, self.verbose if verbose is None else verbose)
-        warn_of_unconverged(unconverged, matrix.n_cells)
+        verbose = self.verbose if verbose is None else verbose
+        if (folder := folder_of(getattr(self, "memory", None))) is None:
+            (distances, unconverged), n_cells = matrix.write(None, self.n_jobs, verbose), matrix.n_cells
+        else:
+            distances, unconverged, n_cells = remember_distances(matrix, folder, self.n_jobs, verbose)
+        warn_of_unconverged(unconverged, n_cells)
         return distances
 
     def __sklearn_tags__(self):

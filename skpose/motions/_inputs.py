@@ -44,6 +44,10 @@ class Sequences(NamedTuple):
         starts = self.starts[first : last + 1]
         return Sequences(self.poses[starts[0] : starts[-1]], starts - starts[0])
 
+    def take(self, indices: np.ndarray) -> "Sequences":
+        """Return some of the motions, as a copy."""
+        return Sequences.of([self.motion(i) for i in indices])
+
     def in_float64(self) -> "Sequences":
         return self._replace(poses=self.poses.astype(np.float64, copy=False))
 

@@ -1,5 +1,6 @@
 """A matrix of distances between motions: the numbers of each tile, and their cost."""
 
+import copy
 import functools
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -89,13 +90,22 @@ class MotionMatrix(TiledMatrix):
         return 2 ** int(np.log2(max(1.0, ENCODED_AT_ONCE / longest)))
 
     def fingerprint(self) -> dict[str, Any]:
+        return self.kind() | {"X": digest(*self.X), "Y": "X" if self.Y is None else digest(*self.Y)}
+
+    def kind(self) -> dict[str, Any]:
+        """Return what identifies the distance of two motions, as `fingerprint` does, without the motions."""
         return metric_fingerprint(self.metric) | {
             "dtype": self.dtype.str,
             "alignment, window or normalize": [self.alignment, self.paths.window, self.normalize],
-            "X": digest(*self.X),
-            "Y": "X" if self.Y is None else digest(*self.Y),
             "skeleton": digest(*self.metric.tree_for(self.skeleton)),
         }
+
+    def part(self, rows: np.ndarray, columns: np.ndarray | None) -> "MotionMatrix":
+        """Return the matrix of some rows and some columns; None is the motions of the rows among each other."""
+        part = copy.copy(self)
+        part.X, part.Y = self.X.take(rows), None if columns is None else self.columns.take(columns)
+        part.shape = part.X.n_motions, part.columns.n_motions
+        return part
 
     def distances(self, tile: Tile, n_jobs: int = 1, out: np.ndarray | None = None) -> tuple[np.ndarray, Unconverged]:
         """Return the distances of a tile, in `out` if that is given, and how many geodesics did not converge."""

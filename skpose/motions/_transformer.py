@@ -1,7 +1,9 @@
 """Distances to the training motions as a step of a scikit-learn pipeline."""
 
+import os
 from typing import ClassVar
 
+from joblib import Memory
 from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, TransformerMixin
 from sklearn.utils.validation import check_is_fitted
 
@@ -31,6 +33,9 @@ class MotionDistanceTransformer(MotionEstimatorMixin, ClassNamePrefixFeaturesOut
         "frames" takes the pairs (i, i) of motions of equal length, see `motion_distances`.
     window : float between 0 and 1, default=None
         Sakoe–Chiba band of "dtw", as a share of the durations; None is no limit.
+    memory : str, path-like or joblib.Memory, default=None
+        A folder for the distances, as of a scikit-learn ``Pipeline``: those that are there are taken, others are
+        computed and added. None keeps none. The result does not depend on it.
     n_jobs : int, default=None
         Threads, or workers of a ``joblib.parallel_config`` context, see `motion_distances`.
     verbose : int, default=0
@@ -79,6 +84,18 @@ class MotionDistanceTransformer(MotionEstimatorMixin, ClassNamePrefixFeaturesOut
     All frames of the training motions are stored. Time O(frames of X · frames of the training motions) distances
     between poses, memory O(n_samples · n_samples_fit).
 
+    With `memory` the folds of a cross-validation compute each distance once, and so do the candidates of a grid search
+    that differ in later steps alone, other processes and later runs. Pass `skeleton` then: the mean skeleton of the
+    training motions is another one in each fold, and with it all distances. A distance is found by the content of both
+    motions, the metric with its parameters, the skeleton, `alignment`, `window` and the version of skpose, never by
+    index; of a metric of one's own also by the code of its functions and of those that they call by name. The distance
+    from a to b and the one from b to a, which may differ in the last bit, are two. Files are written whole, after some
+    ten seconds of work each: a run that was interrupted continues there. Processes that miss distances of one kind
+    compute them one after the other; so give threads to the transformer rather than processes to the search. On disk a
+    file holds a matrix of 8 bytes a number, 4 for float32 motions, blank where nothing was missing: some 20 to 30 bytes
+    a distance. Nothing is removed until the folder is deleted. In memory there is one file at a time, none larger than
+    the result of the call that wrote it. On other kinds of processors the last bits may differ.
+
     Dynamic time warping obeys no triangle inequality: keep ``algorithm="brute"`` or ``metric="precomputed"`` in the
     steps that follow.
 
@@ -98,7 +115,7 @@ class MotionDistanceTransformer(MotionEstimatorMixin, ClassNamePrefixFeaturesOut
     array(['once', 'twice'], dtype='<U5')
     """
 
-    _parameter_constraints: ClassVar[dict] = {**MOTION_CONSTRAINTS}
+    _parameter_constraints: ClassVar[dict] = {**MOTION_CONSTRAINTS, "memory": [str, os.PathLike, Memory, None]}
 
     def __init__(
         self,
@@ -107,6 +124,7 @@ class MotionDistanceTransformer(MotionEstimatorMixin, ClassNamePrefixFeaturesOut
         metric="auto",
         alignment="dtw",
         window=None,
+        memory=None,
         n_jobs=None,
         verbose=0,
     ):
@@ -114,6 +132,7 @@ class MotionDistanceTransformer(MotionEstimatorMixin, ClassNamePrefixFeaturesOut
         self.metric = metric
         self.alignment = alignment
         self.window = window
+        self.memory = memory
         self.n_jobs = n_jobs
         self.verbose = verbose
 

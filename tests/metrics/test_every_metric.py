@@ -396,6 +396,33 @@ def test_a_file_knows_the_functions_of_a_metric():
     assert fingerprints[0] == metric_fingerprint(own_metric(measure=measure_sum)) != fingerprints[1]
 
 
+def test_a_file_knows_what_the_functions_of_a_metric_use():
+    """Compiled code has the values of names outside the function, and calls other functions."""
+
+    def fingerprint(factor, weights, inner):
+        def part(a, b):
+            return inner(a[0], b[0]) * weights[0]
+
+        @compile_measure
+        def measure(a, b):
+            return factor * part(a, b)
+
+        return metric_fingerprint(own_metric(measure=measure))
+
+    def first(x, y):
+        return abs(x - y)
+
+    def second(x, y):
+        return abs(x - y) * 2.0
+
+    expected = fingerprint(1.0, np.ones(2000), first)
+    assert fingerprint(1.0, np.ones(2000), first) == expected
+    changed = np.ones(2000)
+    changed[1000] = 2.0
+    for other in [(2.0, np.ones(2000), first), (1.0, changed, first), (1.0, np.ones(2000), second)]:
+        assert fingerprint(*other) != expected
+
+
 def test_compiled_functions_may_depend_on_parameters():
     assert [pose_distances([[0.0], [1.0]], metric=Scaled(s))[0, 1] for s in (1.0, 3.0)] == [1.0, 3.0]
     assert Scaled().label == "Scaled"

@@ -247,3 +247,22 @@ def test_a_token_shows_whether_the_same_destination_is_seen(path, tmp_path):
     assert "cannot be read there" in token.obstacle()  # of a run that has ended
     with hold_lock(path):
         assert "is another file there" in token.obstacle()  # of the run before
+
+
+def test_a_lock_is_waited_for(path):
+    order, started = [], threading.Event()
+
+    def wait():
+        started.set()
+        with hold_lock(path, wait=True):
+            order.append("second")
+
+    other = threading.Thread(target=wait)
+    with hold_lock(path):
+        other.start()
+        started.wait()
+        other.join(5 * lock.SECONDS)
+        order.append("first")
+    other.join()
+    assert order == ["first", "second"]
+    assert not path.with_name("D.npy.lock").exists()
