@@ -10,10 +10,11 @@ def is_motion(value: object) -> bool:
     return hasattr(type(value), "root_axes") and hasattr(type(value), "frame_numbers")
 
 
-def check_up(up: object) -> None:
-    """Refuse what is no axis of the world."""
+def check_up(up: object) -> str:
+    """Return an axis of the world that points up, or refuse what is none."""
     if up not in ("x", "y", "z"):
         raise ValueError(f'up must be "x", "y" or "z", the axis of the world that points up, got {up!r}')
+    return str(up)
 
 
 def check_frame_rate(frame_rate: object) -> float:

@@ -4,12 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from skpose.skeleton._shared import HIGH, LOW
+
 N_FRAMES = 32  # that are looked at for the axis that points up, evenly spaced
 NEARLY_ALL = 0.9  # of these
 FLAT = 0.8  # height over the largest extent below which a person does not stand along an axis
-# Parts of the names of markers on the head, the neck and the shoulders, and of those on ankles and feet.
-HIGH = "head", "hd", "nose", "neck", "c7", "clav", "acr", "shoulder"
-LOW = "foot", "toe", "heel", "hee", "ank", "mal", "cal"
 # Of the pelvis, from which the trunk begins: whoever sits on the floor has it along another axis than the whole.
 MIDDLE = "hip", "pelvis", "asi", "psi", "sacr"
 TRUNK = 0.25  # length of the trunk over the extent below which no point above it is seen

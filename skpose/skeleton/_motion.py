@@ -33,6 +33,7 @@ from skpose.skeleton._root import (
 )
 from skpose.skeleton._sampling import choose_frames, resample_frames
 from skpose.skeleton._skeleton import Skeleton
+from skpose.skeleton._stance import upright_turn
 
 if TYPE_CHECKING:
     import pandas
@@ -678,6 +679,11 @@ class Motion:
         An orientation is R = heading · tilt, of which the tilt is the rotation about a horizontal axis (the swing
         without the twist). Upside down, where there is no heading, small movements change the tilt much.
 
+        Where the skeleton at angle zero stands along another axis than `up`, by the names of head and feet, as in AMASS
+        with z up, R = heading · tilt · S, with the quarter turn S that lets it stand, which remains a part of the
+        poses. Without S the heading of a person who leans to a side would be wrong, and leans that differ by 10° would
+        differ by 14°.
+
         Examples
         --------
         Headed by 90° to the side, and bent over by 30°:
@@ -694,7 +700,9 @@ class Motion:
         (array([[90.]]), 'y')
         """
         up = self.up if up is None else up
-        vectors, left, axes = root_parts(self.root_angles, self.root_axes, part, up)
+        vectors, left, axes = root_parts(
+            self.root_angles, self.root_axes, part, up, upright_turn(self.skeleton, check_up(up))
+        )
         return replace(
             self,
             skeleton=with_root_joint(self.skeleton),

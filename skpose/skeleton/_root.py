@@ -12,8 +12,13 @@ from skpose.skeleton._skeleton import Skeleton
 EXACT = 1e-9  # rad, by which angles about fewer than three axes may miss an orientation
 
 
-def root_parts(root_angles: np.ndarray, root_axes: str, part: str, up: str) -> tuple[np.ndarray, np.ndarray, str]:
-    """Return the rotation vectors (n, 3) of a part of the root's orientation, the angles that are left, their axes."""
+def root_parts(
+    root_angles: np.ndarray, root_axes: str, part: str, up: str, stand: Rotation
+) -> tuple[np.ndarray, np.ndarray, str]:
+    """Return the rotation vectors (n, 3) of a part of the root's orientation, the angles that are left, their axes.
+
+    `stand` is the orientation in which a person stands and faces where the heading is zero.
+    """
     if part not in ("tilt", "whole"):
         raise ValueError(f'part must be "tilt" or "whole", got {part!r}')
     check_up(up)
@@ -22,7 +27,7 @@ def root_parts(root_angles: np.ndarray, root_axes: str, part: str, up: str) -> t
     if len(root_angles):
         orientations = root_orientations(root_angles, root_axes)
         if part == "tilt":
-            left[:, 0] = heading(orientations, up)
+            left[:, 0] = heading(orientations * stand.inv(), up)
             orientations = Rotation.from_euler(up, left).inv() * orientations
         vectors = orientations.as_rotvec()
     return vectors, left, axes

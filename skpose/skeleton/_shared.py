@@ -19,11 +19,14 @@ from skpose.skeleton._root import (
 from skpose.skeleton._rotations import TWO_PI, columns_of, rotations_of
 from skpose.skeleton._selection import with_carriers
 from skpose.skeleton._sides import others, partners, sides, split_sides, without_side
+from skpose.skeleton._stance import HIGH, LOW
 from skpose.skeleton._upright import complaint_of_up
 
 __all__ = [
     "BALL",
+    "HIGH",
     "LARGEST_DIFFERENCE",
+    "LOW",
     "MEAN_HEIGHT",
     "NO_DIRECTION",
     "PROPORTIONS",

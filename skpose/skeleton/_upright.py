@@ -5,11 +5,11 @@ import numpy as np
 from skpose.skeleton._joint_positions import joint_positions
 from skpose.skeleton._motion import Motion
 from skpose.skeleton._root import root_orientations
+from skpose.skeleton._stance import HIGH, LOW
 
 N_FRAMES = 32  # that are looked at, evenly spaced
 NEARLY_ALL = 0.9  # of these
 FLAT = 0.8  # height over the largest extent below which a pose does not stand along an axis; of a T-pose it is 0.9
-HIGH, LOW = ("head",), ("foot", "toe", "ankle")  # parts of the names of joints
 N_ENDS = 4  # joints without children from which a skeleton whose names say nothing is taken for that of a person
 
 

@@ -256,3 +256,52 @@ def test_a_joint_at_the_root_may_have_a_rest_rotation(frame):
         for m in (motion, there)
     )
     np.testing.assert_allclose(after, before[:, 1:], atol=1e-12)
+
+
+@pytest.mark.parametrize("turned", ["z up", "head down", "along x"])
+def test_tilt_is_the_same_however_the_skeleton_stands_at_angle_zero(turned):
+    """Leans to the side by 10 and 40°, of people headed anywhere, are as far apart as those of one that stands."""
+    # The skeleton at angle zero relative to one that stands along y, and the axis of the world that points up.
+    rest, up = {
+        "z up": (Rotation.identity(), "z"),
+        "head down": (Rotation.from_euler("x", 180, degrees=True), "y"),
+        "along x": (Rotation.from_euler("z", -90, degrees=True), "y"),
+    }[turned]
+    offsets = {
+        "spine": [0, 0.5, 0],
+        "head": [0, 0.3, 0.02],
+        "left_foot": [0.1, -0.9, 0.1],
+        "right_foot": [-0.1, -0.9, 0.1],
+    }
+    world = Rotation.from_euler("x", 90, degrees=True) if up == "z" else Rotation.identity()
+
+    def motion(rest, up, world):
+        bones = [
+            Bone(name, "spine" if name == "head" else None, rest.apply(offset), "rotvec")
+            for name, offset in offsets.items()
+        ]
+        skeleton = Skeleton(bones)
+        headings = Rotation.from_euler("y", [0, 50, 170, -100], degrees=True)
+        leans = Rotation.from_euler("z", [10, 40, 10, 40], degrees=True)
+        root = world * headings * leans * rest.inv()
+        return Motion(skeleton, np.zeros((4, 12)), 30, root_angles=root.as_euler("xyz"), up=up).with_root("tilt")
+
+    usual, other = motion(Rotation.identity(), "y", Rotation.identity()), motion(rest, up, world)
+    expected, found = (pose_distances(one.angles, skeleton=one.skeleton, metric="position") for one in (usual, other))
+    assert expected[0, 2] == pytest.approx(0.0, abs=1e-9)
+    np.testing.assert_allclose(found, expected, atol=1e-9)
+    angle, other_angle = (
+        (Rotation.from_rotvec(one.angles[0, :3]).inv() * Rotation.from_rotvec(one.angles[1, :3])).magnitude()
+        for one in (usual, other)
+    )
+    assert np.degrees(angle) == pytest.approx(30.0)
+    assert np.degrees(other_angle) == pytest.approx(30.0)
+    assert rotations_of_root(other.without_root()) == pytest.approx(rotations_of_root(other), abs=1e-9)
+
+
+def rotations_of_root(motion):
+    """The world orientation of the skeleton in each frame, as matrices."""
+    root = Rotation.from_euler(motion.root_axes, motion.root_angles).as_matrix()
+    if "root_rotvec_x" in motion.skeleton.dof_names:
+        root = root @ Rotation.from_rotvec(motion.angles[:, :3]).as_matrix()
+    return root

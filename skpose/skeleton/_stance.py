@@ -1,0 +1,33 @@
+"""Where a person is upright, by the names of points: heads are above feet."""
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from skpose.skeleton._rest import positions_at_zero
+from skpose.skeleton._skeleton import Skeleton
+
+# Parts of the names of points on the head, the neck and the shoulders, and of those on ankles and feet.
+HIGH = "head", "hd", "nose", "neck", "c7", "clav", "acr", "shoulder"
+LOW = "foot", "toe", "heel", "hee", "ank", "mal", "cal"
+NEAR = 0.8  # cosine of the angle to an axis up to which a skeleton stands along it
+
+
+def upright_turn(skeleton: Skeleton, up: str) -> Rotation:
+    """Return the quarter turn, or half turn, of the world after which a skeleton at angle zero stands along an axis.
+
+    It is no rotation if the skeleton stands so already, along no axis, or if its names do not show how it stands.
+    """
+    names = [name.lower() for name in skeleton.joint_names]
+    high, low = ([j for j, name in enumerate(names) if any(part in name for part in parts)] for parts in (HIGH, LOW))
+    if not (high and low):
+        return Rotation.identity()
+    zero = positions_at_zero(skeleton)
+    spine = zero[high].mean(axis=0) - zero[low].mean(axis=0)
+    stands, vertical = int(np.abs(spine).argmax()), "xyz".index(up)
+    if np.abs(spine[stands]) <= NEAR * np.linalg.norm(spine):
+        return Rotation.identity()
+    if stands == vertical:
+        about = np.eye(3)[(vertical + 1) % 3] * (np.pi if spine[stands] < 0.0 else 0.0)
+    else:
+        about = np.cross(np.eye(3)[stands] * np.sign(spine[stands]), np.eye(3)[vertical]) * np.pi / 2.0
+    return Rotation.from_rotvec(about)
