@@ -281,8 +281,8 @@ def test_tilt_is_the_same_however_the_skeleton_stands_at_angle_zero(turned):
             for name, offset in offsets.items()
         ]
         skeleton = Skeleton(bones)
-        headings = Rotation.from_euler("y", [0, 50, 170, -100], degrees=True)
-        leans = Rotation.from_euler("z", [10, 40, 10, 40], degrees=True)
+        headings = Rotation.from_euler("y", [[0], [50], [170], [-100]], degrees=True)
+        leans = Rotation.from_euler("z", [[10], [40], [10], [40]], degrees=True)
         root = world * headings * leans * rest.inv()
         return Motion(skeleton, np.zeros((4, 12)), 30, root_angles=root.as_euler("xyz"), up=up).with_root("tilt")
 
