@@ -208,6 +208,11 @@ def _write(options: argparse.Namespace, skipped: Skipped) -> None:
         reader = _reader(options, skipped)
         names, shown = inputs.read_moving(options.files, options.frame_rate, reader, contents.load_any)
         commands.view(shown, names, options.out, align=options.align, overlay=options.overlay, layout=options.layout)
+    elif options.command == "angles":
+        from skpose._cli.angles import angles
+
+        reader, file = _reader(options, skipped), inputs.one_file(options.file, "FILE")
+        angles(file, options.zero, reader, options.out, options.layout)
     elif options.command in ("mean", "between", "retarget", "convert"):
         _write_motion(options, skipped)
     else:

@@ -23,7 +23,7 @@ from skpose._cli.options import (
     seconds,
     share,
 )
-from skpose._cli.parser_motions import add_between, add_convert, add_mean, add_retarget
+from skpose._cli.parser_motions import add_angles, add_between, add_convert, add_mean, add_retarget
 from skpose._cli.targets import NAMED
 
 ALIGNMENTS = "dtw", "subsequence", "frames"  # those of motion_distances
@@ -132,6 +132,14 @@ def command_line() -> CommandParser:
             "convert",
             "write the motion, markers or keypoints of a file in another format",
             ": BVH, .npz or CSV. Markers and keypoints have no skeleton, and become .npz or CSV",
+        )
+    )
+    add_angles(
+        command(
+            "angles",
+            "write the angles of a person's joints as a table, in degrees",
+            ": flexion, adduction and rotation of each joint, by the conventions of biomechanics, see "
+            "skpose.biomechanics.joint_angles. Markers and keypoints are fitted by a skeleton",
         )
     )
     _add_view(

@@ -11,6 +11,7 @@ from skpose._cli.options import (
     add_jobs,
     add_metric,
     add_new_motion,
+    add_out,
     add_preparing,
     add_reading,
     add_reading_points,
@@ -146,6 +147,30 @@ def add_convert(convert: CommandParser) -> None:
     add_rotations(convert)
     add_reading(convert)
     add_reading_points(convert)
+
+
+def add_angles(angles: CommandParser) -> None:
+    angles.add_argument(
+        "file",
+        type=Path,
+        metavar="FILE",
+        help="BVH, AMC, AMASS, TRC or C3D file, keypoints, or .npz; - is standard input",
+    )
+    add_out(angles, "FILE.csv", (".csv",), "the table: a row for each frame, with its time, s, and all angles, degrees")
+    angles.group("result").add_argument(
+        "--zero",
+        type=_frame_or_file,
+        metavar="FRAME|FILE",
+        help="the standing pose at which all angles are zero: the number of a frame, from 0, or a file in which the "
+        "person stands; default: the axes of the limbs in the rest pose of the skeleton",
+    )
+    add_skip_errors(angles)
+    add_reading(angles)
+    add_reading_points(angles)
+
+
+def _frame_or_file(text: str) -> int | Path:
+    return int(text) if text.isdecimal() else Path(text)
 
 
 def _numbers(kind: Callable[[str], float], expected: str) -> Callable[[str], list]:

@@ -59,6 +59,8 @@ def find_segments(skeleton: Skeleton, person: Landmarks) -> dict[str, Segment]:
     segments: dict[str, Segment] = {}
 
     def add(name: str, carrier: int, start: int, end: int) -> None:
+        if not np.any(zero[end] - zero[start]) and name != "head":
+            return  # without a length it has no direction
         carried = [j for j in range(skeleton.n_joints) if carriers[j] == carrier]
         points = zero[sorted({*carried, *(int(skeleton.parents[j]) for j in carried)})]
         segments[name] = Segment(carrier, start, end, _is_line(points - zero[start], zero[end] - zero[start]))

@@ -472,6 +472,15 @@ def test_without_a_thumb_nobody_knows_where_the_palm_is():
     assert "wrist_flexion_left" in relative.missing
 
 
+def test_segments_without_a_length_have_no_angles():
+    """Such as a hand whose End Site is at the wrist."""
+    skeleton = person()
+    bones = [bone._replace(offset=np.zeros(3)) if bone.name == "LeftHand_end" else bone for bone in skeleton.bones]
+    names = joint_angles(moving(Skeleton(bones, offset_frame="parent"))).names
+    assert "wrist_flexion_right" in names
+    assert "wrist_flexion_left" not in names
+
+
 def test_joints_that_do_not_bend_have_no_angles():
     skeleton = person()
     bones = [bone._replace(dofs="") if bone.name.endswith("Hand") else bone for bone in skeleton.bones]

@@ -1,0 +1,71 @@
+"""Angles of joints of a file, as a table."""
+
+import csv
+from pathlib import Path
+from typing import cast
+
+import numpy as np
+
+from skpose._cli.contents import Content, load_any
+from skpose._cli.reader import Reader, name_of
+from skpose._files import new_file
+from skpose.biomechanics import JointAngles, joint_angles
+from skpose.keypoints import Keypoints, Layout, fit_skeleton
+from skpose.keypoints._shared import check_layout, find_layout
+from skpose.kinematics import inverse_kinematics
+from skpose.skeleton import Motion, Skeleton
+
+
+def angles(path: Path, zero: Path | int | None, reader: Reader, out: Path, layout: str | None) -> None:
+    """Write the angles of the joints of a file; zero is a file, the number of a frame, or None for the rest pose."""
+    files = [path, zero] if isinstance(zero, Path) else [path]
+    contents = [content for _, content in reader.read(files, load_any, required=len(files))]
+    names = [name_of(file) for file in files]
+    for name, content in zip(names, contents, strict=True):
+        if isinstance(content, Skeleton):
+            raise ValueError(f"{name} is a skeleton (ASF), which has no motion: pass its AMC file")
+    motions = _fit(contents, names, layout)
+    standing = motions[1] if isinstance(zero, Path) else zero
+    found = cast(JointAngles, joint_angles(motions[0], zero=standing))  # scikit-learn's configuration is the default
+    with new_file(out) as new:
+        _write(new, found)
+    print(f"{out}: {len(found.names)} angles in degrees, {len(found)} frames, zero: {found.zero}, names of {found.rig}")
+    for reason in dict.fromkeys(found.missing.values()):
+        of = [name for name, why in found.missing.items() if why == reason]
+        print(f"not in all frames, as {reason}: {', '.join(of)}")
+
+
+def _fit(contents: list[Content], names: list[str], layout: str | None) -> list[Motion]:
+    """Return motions as they are; those of keypoints on the skeleton of the last, the one of a person who stands."""
+    points = [content for content in contents if isinstance(content, Keypoints)]
+    if not points:
+        return [content for content in contents if isinstance(content, Motion)]
+    if len(points) < len(contents):
+        raise ValueError(
+            f"{names[0]} and {names[1]}: one is a motion, and the other has markers or keypoints; expected two of a "
+            "kind, as zero is a pose on the skeleton of the motion"
+        )
+    of = _layout_of(points[-1], names[-1], layout)
+    named = [of.keypoints(one, absent="unseen") for one in points]
+    skeleton = fit_skeleton(named[-1], of)
+    return [inverse_kinematics(one, skeleton).to_motion() for one in named]
+
+
+def _layout_of(points: Keypoints, name: str, layout: str | None) -> Layout:
+    """Return the layout that is named, or the one that has the points."""
+    of = find_layout(points.names) if layout is None else check_layout(layout)
+    if of is None:
+        raise ValueError(
+            f"the points of {name} are those of no layout that the library knows: pass --layout, if some names differ, "
+            f"or read the file in Python with a skpose.keypoints.Layout of its points, {', '.join(points.names)}"
+        )
+    return of
+
+
+def _write(path: Path, found: JointAngles) -> None:
+    """Write angles as CSV, with the time of each frame; angles that the motion does not show are empty cells."""
+    with path.open("w", encoding="utf-8", newline="") as file:
+        table = csv.writer(file)
+        table.writerow(["time", *found.names])
+        for time, row in zip(found.times, found.degrees, strict=True):
+            table.writerow([f"{time:.6g}", *("" if np.isnan(value) else f"{value:.4f}" for value in row)])
