@@ -1,4 +1,4 @@
-"""What of a skeleton stays at rest while a motion is retargeted onto it."""
+"""Joints of a skeleton that stay at rest while a motion is retargeted onto it."""
 
 from collections.abc import Iterable
 

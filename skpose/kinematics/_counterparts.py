@@ -9,6 +9,7 @@ from skpose._validation.names import near_names
 from skpose._validation.skeletons import check_skeleton
 from skpose._warnings import warn
 from skpose.kinematics._landmarks import SIDES, Landmarks, find_landmarks, path_up, plain_names
+from skpose.kinematics._lengths import find_bones, find_mapped_above
 from skpose.kinematics._matching import match_landmarks
 from skpose.kinematics._rigs import ANKLE, COLLAR, ELBOW, KNEE, LIMBS, SHOULDER, WRIST
 from skpose.skeleton import Skeleton
@@ -111,7 +112,7 @@ def find_counterparts(source: Skeleton, target: Skeleton) -> dict[str, str]:
     people = _people(source, target, any_proportions=True)
     _check_people(people)
     there = _found_by_names(source, target, people).there
-    for person, whose in _doubts(people):
+    for person, whose in _find_uncertain(people):
         warn(
             f"the counterparts rest on names of {whose} that may mean other joints than a person's: {person.reason}. "
             "Check them: retarget takes them as joints=, and refuses them otherwise"
@@ -204,7 +205,7 @@ def _by_names(source: Skeleton, target: Skeleton, joints: Mapping[str, str] | No
     return np.array([index[joints[name]] if name in joints else -1 for name in target.joint_names], dtype=np.intp)
 
 
-def _doubts(people: People) -> list[tuple[Landmarks, str]]:
+def _find_uncertain(people: People) -> list[tuple[Landmarks, str]]:
     """Return the landmarks that may not be those of a person, where the other skeleton is one, and whose they are."""
     named = zip(people, people[::-1], ("the motion's skeleton", "the given skeleton"), strict=True)
     return [(one, whose) for one, other, whose in named if one.reason and other.joints]
@@ -212,7 +213,7 @@ def _doubts(people: People) -> list[tuple[Landmarks, str]]:
 
 def _check_people(people: People) -> None:
     """Refuse a person and a skeleton that has the names of one and is none, by its names or its proportions."""
-    for person, whose in _doubts(people):
+    for person, whose in _find_uncertain(people):
         if person.joints:
             continue
         rig = next(other.rig for other in people if other.joints)
@@ -286,29 +287,6 @@ def _list_rigs(people: People) -> str:
     return "; " + ", ".join(words)
 
 
-def ratio_of_lengths(source: Skeleton, target: Skeleton, found: Counterparts) -> float:
-    """Return how many times as long the target's bones are as the source's: those that both have, summed.
-
-    They are the bones between a joint that has a counterpart and the next one toward the root that has one, or the root
-    itself, where the first one's counterpart is further from the root than the second one's.
-    """
-    there = found.there
-    lengths = [np.linalg.norm(skeleton.offsets, axis=1) for skeleton in (target, source)]
-    sums = np.zeros(2)
-    for joint in np.flatnonzero(found.measured):
-        above = _find_mapped_above(target, there, int(joint))
-        first = int(there[above]) if above >= 0 else -1
-        path = _path(source, int(there[joint]), first)
-        if path is not None:
-            sums += lengths[0][_path(target, int(joint), above)].sum(), lengths[1][path].sum()
-    if not (sums > 0.0).all():
-        raise ValueError(
-            'scale="lengths" needs bones that both skeletons have, but those between joints with counterparts are '
-            f"{sums[1]:.3g} m long in the motion's skeleton and {sums[0]:.3g} m in the given one: pass a number instead"
-        )
-    return float(sums[0] / sums[1])
-
-
 def _check(source: Skeleton, target: Skeleton, joints: Any) -> None:
     """Refuse a mapping with unknown names, or with two joints that have one counterpart."""
     if not isinstance(joints, Mapping):
@@ -337,33 +315,14 @@ def _check(source: Skeleton, target: Skeleton, joints: Any) -> None:
 def _check_order(source: Skeleton, target: Skeleton, there: np.ndarray) -> None:
     """Refuse counterparts that are in the opposite order along the tree."""
     for joint in np.flatnonzero(there >= 0):
-        above = _find_mapped_above(target, there, int(joint))
-        if above >= 0 and _path(source, int(there[above]), int(there[joint])) is not None:
+        above = find_mapped_above(target, there, int(joint))
+        if above >= 0 and find_bones(source, int(there[above]), int(there[joint])) is not None:
             names = target.joint_names[joint], target.joint_names[above]
             others = source.joint_names[there[joint]], source.joint_names[there[above]]
             raise ValueError(
                 f"joints maps {names[0]!r} to {others[0]!r} and {names[1]!r} to {others[1]!r}, but {names[0]!r} comes "
                 f"after {names[1]!r} and {others[0]!r} before {others[1]!r}: exchange the two"
             )
-
-
-def _find_mapped_above(target: Skeleton, there: np.ndarray, joint: int) -> int:
-    """Return the next joint toward the root that has a counterpart, or -1, the root."""
-    above = int(target.parents[joint])
-    while above >= 0 and there[above] < 0:
-        above = int(target.parents[above])
-    return above
-
-
-def _path(skeleton: Skeleton, last: int, first: int) -> list[int] | None:
-    """Return the bones from a joint, or from the root, -1, to a joint after it; None if it does not come after it."""
-    bones = []
-    while last != first:
-        if last < 0:
-            return None
-        bones.append(last)
-        last = int(skeleton.parents[last])
-    return bones
 
 
 def _list_some(names: Sequence[str], n: int = SHOWN) -> str:

@@ -56,7 +56,7 @@ class Landmarks(NamedTuple):
     joints: dict[str, int]  # "left_knee", "head" and so on
     trunk: list[int]  # the joints after the root, or after the joint of the hips, up to the one that carries the arms
     neck: list[int]  # the joints after that up to the head
-    reason: str = ""  # in words, why a rig whose names it has was not taken, or is in doubt
+    reason: str = ""  # in words, why a rig whose names it has was not taken, or is uncertain
 
 
 NONE = Landmarks("", {}, [], [])
@@ -65,7 +65,7 @@ NONE = Landmarks("", {}, [], [])
 def find_landmarks(skeleton: Skeleton, *, any_proportions: bool = False) -> Landmarks:
     """Return the landmarks of a skeleton by its names, also with other proportions than a person's if that is wished.
 
-    These have the reason why they are in doubt.
+    These have the reason why they are uncertain.
     """
     keys = _keys_of(skeleton.joint_names)
     ends = _ends_of(keys, skeleton)
@@ -75,12 +75,12 @@ def find_landmarks(skeleton: Skeleton, *, any_proportions: bool = False) -> Land
     if not most:
         return NONE
     found = [(rig, joints) for rig, joints, n_known in candidates if n_known == most]
-    doubt = ""
+    proportions = ""
     for rig, joints in found:
-        complaint = f"it has a joint {animal[0]!r}, as animals have" if animal else _misplaced(skeleton, joints)
-        doubt = doubt or _disproportion(skeleton, joints)
-        if complaint or (doubt and not any_proportions):
-            return NONE._replace(reason=f"it has names of {rig.name}, but {complaint or doubt}")
+        complaint = f"it has a joint {animal[0]!r}, as animals have" if animal else _find_misplaced(skeleton, joints)
+        proportions = proportions or _find_disproportion(skeleton, joints)
+        if complaint or (proportions and not any_proportions):
+            return NONE._replace(reason=f"it has names of {rig.name}, but {complaint or proportions}")
     # Several rigs may have the same names: what they agree on is certain.
     joints = {name: j for name, j in found[0][1].items() if all(other.get(name) == j for _, other in found)}
     _add_ends(joints, ends, skeleton)
@@ -89,7 +89,7 @@ def find_landmarks(skeleton: Skeleton, *, any_proportions: bool = False) -> Land
     if len(hips) == 2 and (middle := common_parent(skeleton, *hips)) >= 0:
         joints[HIPS] = middle
     names = " or ".join(rig.name for rig, _ in found)
-    return Landmarks(names, joints, trunk, neck, f"it has names of {names}, but {doubt}" if doubt else "")
+    return Landmarks(names, joints, trunk, neck, f"it has names of {names}, but {proportions}" if proportions else "")
 
 
 def path_up(skeleton: Skeleton, joint: int) -> list[int]:
@@ -235,7 +235,7 @@ def _find(
     return joints, len(known)
 
 
-def _misplaced(skeleton: Skeleton, joints: dict[str, int]) -> str:
+def _find_misplaced(skeleton: Skeleton, joints: dict[str, int]) -> str:
     """Return in words which joints do not follow each other as in a person; empty if all do."""
     names = skeleton.joint_names
     for side in SIDES:
@@ -251,7 +251,7 @@ def _misplaced(skeleton: Skeleton, joints: dict[str, int]) -> str:
     return ""
 
 
-def _disproportion(skeleton: Skeleton, joints: dict[str, int]) -> str:
+def _find_disproportion(skeleton: Skeleton, joints: dict[str, int]) -> str:
     """Return in words which lengths are not those of a person; empty if all are."""
     lengths = {}
     for side in SIDES:

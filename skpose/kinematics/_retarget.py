@@ -9,9 +9,10 @@ import numpy as np
 
 from skpose._validation.skeletons import check_skeleton
 from skpose.kinematics._at_rest import in_words, joints_at_rest, movers_of, warn_of_ends
-from skpose.kinematics._counterparts import Counterparts, counterparts, ratio_of_lengths
+from skpose.kinematics._counterparts import Counterparts, counterparts
 from skpose.kinematics._forward import forward_kinematics
 from skpose.kinematics._inverse import inverse_kinematics
+from skpose.kinematics._lengths import ratio_of_lengths
 from skpose.kinematics._lines import find_lines, pair_of
 from skpose.kinematics._orientations import by_orientations
 from skpose.kinematics._rigs import HIP
@@ -172,11 +173,11 @@ def retarget_and_report(
     if method in ("numbers", "unchecked"):
         angles = _same_numbers(motion, skeleton, method)
         pairs = counterparts(motion.skeleton, skeleton, None) if scale == "lengths" else None
-        factor = float(scale) if pairs is None else ratio_of_lengths(motion.skeleton, skeleton, pairs)
+        factor = float(scale) if pairs is None else _ratio(motion, skeleton, pairs)
         result = replace(motion, skeleton=skeleton, angles=angles, root_positions=factor * motion.root_positions)
         return result, UNCHANGED
     found = counterparts(motion.skeleton, skeleton, joints)
-    factor = ratio_of_lengths(motion.skeleton, skeleton, found) if scale == "lengths" else float(scale)
+    factor = _ratio(motion, skeleton, found) if scale == "lengths" else float(scale)
     if method == "positions":
         return _by_positions(motion, skeleton, found, factor, n_jobs, verbose)
     lines = find_lines(motion.skeleton, skeleton, found.there, found.people)
@@ -185,6 +186,11 @@ def retarget_and_report(
         warn_of_ends(motion.skeleton, skeleton, found, at_rest)
     report = f"orientations, {found.in_words()}, directions within {round(apart, 2):g}°{in_words(skeleton, at_rest)}"
     return replace(result, root_positions=_root_positions(motion, result, found, factor)), report
+
+
+def _ratio(motion: Motion, skeleton: Skeleton, found: Counterparts) -> float:
+    """Return the ratio of the lengths of the bones that both skeletons have."""
+    return ratio_of_lengths(motion.skeleton, skeleton, found.there, found.measured)
 
 
 def _root_positions(motion: Motion, result: Motion, found: Counterparts, factor: float) -> np.ndarray:

@@ -601,7 +601,7 @@ def feet(point):
 
 
 def test_a_foot_without_a_ball_ends_at_the_toe_where_it_points_forward(files):
-    """The sole, from the ankle to the toe, keeps its direction in both ways; an end at the floor shows none."""
+    """The sole, from the ankle to the toe, keeps its direction; an end at the floor shows none."""
     text, where = file_of(feet("toe"), SEGMENTS)
     short = load_bvh(io.StringIO(text), scale=0.01)
     balls = Skeleton(b._replace(dofs="rotvec" if b.dofs else "", limits=None) for b in humanoid().bones)
@@ -636,10 +636,10 @@ def test_what_stays_at_rest_is_said(files, capsys):
     with pytest.warns(UserWarning, match=message):
         report = MotionDataset([motion]).retarget(down, method="orientations").retargeting[0]
     assert report.endswith("; at rest: LeftFoot, RightFoot")
-    # Given counterparts are the user's own: no warning. The report says what stays at rest all the same.
+    # Given counterparts are the user's own: no warning. The report says what stays at rest.
     joints = find_counterparts(motion.skeleton, down)
     retarget(motion, down, method="orientations", joints=joints, verbose=1)
     assert capsys.readouterr().out.endswith("at rest: LeftFoot, RightFoot\n")
-    # A thumb that has no counterpart is no hand: no warning. What moves is not named, whatever carries no bone neither.
+    # A thumb that has no counterpart is no hand: no warning. What moves is not named.
     retarget(files["Mixamo"][0], files["CMU as BVH"][0].skeleton, method="orientations", verbose=1)
     assert "Hand" not in capsys.readouterr().out.partition("at rest")[2]
