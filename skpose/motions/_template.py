@@ -16,6 +16,7 @@ ZERO = 0.9  # distance of similarity zero
 EXTENT = 1.25  # distance that a template must have between two of its frames
 # Relative to the distance of the template's first frame from the one that is farthest from it:
 BACK = 0.7  # distance of the first frame from the last, or from the one behind it
+PART = 0.85  # likewise of a segment of its family: one that comes back less is a part of the movement
 # Candidates for templates: lengths in a geometric series, starts a part of the length apart.
 LEAST_LENGTH, GROWTH, STARTS_PER_LENGTH = 5, 1.15, 4
 REFINED = 3  # the best of them, whose start and length are then varied in steps from an eighth of the length to 1
@@ -165,12 +166,22 @@ class Explanation:
         before, near_before = self._segments(0, self.start)
         after, near_after = self._segments(self.stop, self.n)
         rows = np.concatenate([before, [(self.start, self.stop)], after])
-        segments = np.array([_trim_slivers(self.frames[first:last]) for first, last in rows])
-        segments[:, 1] = np.minimum(segments[:, 1] + self.every - 1, self.of.n)
         similarities = np.concatenate([near_before, [1.0], near_after])
-        distances = ZERO * self.of.median * np.maximum(0.0, 1.0 - similarities)
+        is_template = np.arange(len(rows)) == len(before)
+        whole = is_template | [self._comes_back(first, stop) for first, stop in rows]
+        if whole.sum() < 2:
+            return nothing(self.of)
+        segments = np.array([_trim_slivers(self.frames[first:stop]) for first, stop in rows[whole]])
+        segments[:, 1] = np.minimum(segments[:, 1] + self.every - 1, self.of.n)
+        distances = ZERO * self.of.median * np.maximum(0.0, 1.0 - similarities[whole])
         least = max(1.0, SHORTEST_PAUSE * self.length * self.every)
-        return Found(segments, distances, len(before), pauses(self.of, segments, least))
+        return Found(segments, distances, int(is_template[whole].argmax()), pauses(self.of, segments, least))
+
+    def _comes_back(self, first: int, stop: int) -> bool:
+        """Return whether a segment comes back, as a template must: a path may go through a part of it twice as fast."""
+        distances = self.of.distances(self.frames[first : first + 1], self.frames[first : stop + 1])[0]
+        length = stop - first
+        return bool(distances[length - 1 :].min() <= PART * distances[:length].max())
 
     def _segments(self, first: int, last: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the segments of the template in some frames, and their mean similarities: between long pauses each."""
