@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from c3d_files import c3d_file
 
 from skpose import Bone, Motion, Skeleton
 from skpose._cli.main import main
@@ -165,6 +166,15 @@ def test_page_of_keypoints_of_any_format(capsys):
     for one in data[:2]:
         assert one["joints"] == shown(keypoints.play())["motions"][0]["joints"]
     assert ": 4 motions, " in capsys.readouterr().out
+
+
+def test_page_of_a_c3d_file():
+    seen = squatting(4)
+    file = c3d_file(1000 * seen.positions, list(seen.names), rate=30, axis_up="+Y")
+    Path("squat.c3d").write_bytes(file)
+    assert main(["view", "squat.c3d", "--out", "view.html"]) == 0
+    (data,) = shown()["motions"]
+    assert (data["layout"], data["axes"], data["rate"]) == ("coco17", "xyz", 30)
 
 
 def test_folders_have_markers_too():

@@ -133,7 +133,8 @@ def test_repetitions_of_equal_length_and_tempo_against_numpy():
     skeleton = Skeleton.chain(2).with_weights({"joint_1": 1.0, "joint_2": 0.0})
     swing = np.sin(np.linspace(0, np.pi, frames))
     elbows = rng.normal(0, 0.2, n)
-    poses = [np.stack([swing, np.full(frames, elbow)], axis=1) for elbow in elbows]
+    growing = np.linspace(0, 2, frames) ** 2
+    poses = [np.stack([swing, elbow * growing], axis=1) for elbow in elbows]
     found = deviations_of(poses, skeleton, 10)
     positions = np.stack([forward_kinematics(one, skeleton) for one in poses])
     for k in range(n):
