@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 import pandas
 import pytest
-from scipy.sparse import load_npz
+from scipy.sparse import csr_matrix, load_npz
 
 from skpose import motion_distances, pose_distances
 from skpose._cli.main import main
+from skpose._cli.matrices import write_graph
 from skpose._parallel.checkpoint import IDENTITY, FileCheckpoint
 from skpose.datasets import MotionDataset, make_gait
 from skpose.io import load_bvh, save_bvh
@@ -188,3 +189,9 @@ def test_times_of_poses_have_digits_enough(dataset):
     save_bvh("fast.bvh", dataset.motions[0].resample(3000)[:3], scale=1.0)
     assert main(["distances", "fast.bvh", "--metric", "position", "--out", "D.csv"]) == 0
     assert len(set(pandas.read_csv("D.csv", index_col=0).columns)) == 3
+
+
+def test_neighbors_in_a_table_are_sorted_by_their_distance(tmp_path):
+    graph = csr_matrix(([3.0, 1.0, 2.0], [0, 1, 2], [0, 3, 3, 3]), shape=(3, 3))
+    write_graph(tmp_path / "G.csv", graph, ["a", "b", "c"])
+    assert (tmp_path / "G.csv").read_text() == "row,neighbor,rank,distance\na,b,1,1.0\na,c,2,2.0\na,a,3,3.0\n"
