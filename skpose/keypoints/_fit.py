@@ -67,7 +67,7 @@ def fit_skeleton(
     UserWarning
         If toes and nose point backward: then left and right are exchanged, or one axis is reversed.
     UserWarning
-        Of an array, for which `Layout.keypoints` warns: lost points at (0, 0, 0), numbers of a picture, another axis up.
+        Of an array, for which `Layout.keypoints` warns: lost points at (0, 0, 0), units of a picture, another axis up.
     UserWarning
         With `symmetric`, if left and right differ in a length by 10 % and more.
     UserWarning
