@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,7 @@ from skpose.io._keypoints_csv import is_table, read_csv
 from skpose.io._keypoints_json import json_files, read_folder, read_json
 from skpose.io._npz import Archive, read_array
 from skpose.io._other import NUMBERS, is_numbers
-from skpose.io._points import Zeros, check_options, drop_lost, turn_up, warn_of_up
+from skpose.io._points import Zeros, check_options, turn_up, watch_points
 from skpose.io._save_npz import VERSION
 from skpose.io._source import Source
 from skpose.io._stored import Stored, as_confidences
@@ -26,8 +26,6 @@ from skpose.io._up import Up
 from skpose.keypoints import Keypoints, Layout, layouts
 from skpose.keypoints._shared import (
     REMEDY,
-    complaint_of_picture,
-    find_lost,
     find_names,
     name_points,
     refuse_pictures,
@@ -183,6 +181,7 @@ def load_keypoints(
         else:
             stored = _read(source, n_points)
         frame_rate = _rate(source, stored, frame_rate)
+        up = stored.up if up is None else up
         names = stored.names if names is None else names
         if layout is None and names is None:
             raise ValueError(f"{source.name} does not name its points: pass layout=, or names=, one for each point")
@@ -194,16 +193,13 @@ def load_keypoints(
                 positions = positions[:, order]
                 confidences = None if confidences is None else confidences[:, order]
             if layout is None:
-                usual: tuple[Any, str] = ("y", "as is usual") if stored.up is None else (stored.up, "as the file says")
-                positions = _watch(source, positions, confidences, names or (), zeros, up, usual)
-                positions, axis = turn_up(positions, up or usual[0])
+                positions = watch_points(source, positions, confidences, names or (), zeros, up, ("y", "as is usual"))
+                positions, axis = turn_up(positions, up or "y")
                 found = Keypoints(positions, names or (), frame_rate, confidences, axis)
             else:
                 usual = layout.up, f"as the layout {layout.name!r} says"
-                if stored.up is not None:
-                    usual = stored.up, "as the file says"
-                positions = _watch(source, positions, confidences, layout.names, zeros, up, usual)
-                stated = replace(layout, up=up or usual[0])
+                positions = watch_points(source, positions, confidences, layout.names, zeros, up, usual)
+                stated = layout if up is None else replace(layout, up=up)
                 found = name_points(stated, positions, frame_rate, confidences)
         if layout is None or layout.pairs:
             source.warn_of_extent(found.positions, scale)
@@ -232,35 +228,6 @@ def _rate(source: Source, stored: Stored, frame_rate: float | None) -> float:
     if stored.times is not None and (complaint := complaint_of_times(stored.times, rate)):
         source.warn(complaint)
     return rate
-
-
-def _watch(
-    source: Source,
-    positions: np.ndarray,
-    confidences: np.ndarray | None,
-    names: Sequence[str],
-    zeros: Zeros | None,
-    up: Up | None,
-    usual: tuple[Any, str],
-) -> np.ndarray:
-    """Return positions without the lost points that are read as such; warn of what positions may be else.
-
-    The usual axis that points up comes with the reason why it is taken.
-    """
-    if len(names) != positions.shape[1]:
-        return positions  # they are refused
-    seen = positions.copy()
-    if confidences is not None:
-        seen[confidences == 0.0] = np.nan
-    lost = find_lost(seen)
-    drop_lost(source, positions, lost, names, zeros, "points")
-    if zeros != "seen":
-        seen[lost] = np.nan
-    if complaint := complaint_of_picture(seen, names):
-        source.warn(complaint)
-    elif up is None:
-        warn_of_up(source, seen, names, *usual, "points")
-    return positions
 
 
 def _read(source: Source, n_points: int | None) -> Stored:

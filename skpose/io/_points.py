@@ -8,7 +8,7 @@ import numpy as np
 from skpose._validation.options import check_choice
 from skpose.io._source import Source
 from skpose.io._up import Up, check_up_of_file
-from skpose.keypoints._shared import complaint_of_origin, complaint_of_up, find_up
+from skpose.keypoints._shared import complaint_of_origin, complaint_of_picture, complaint_of_up, find_lost, find_up
 
 Zeros = Literal["seen", "missing"]
 ZEROS = "zeros='missing' reads them as not seen, zeros='seen' as they are"
@@ -85,3 +85,32 @@ def warn_of_up(source: Source, positions: np.ndarray, names: Sequence[str], usua
         state = "is upside down" if found[-1] == usual[-1] else "lies"
         remedy = f"up={found!r}, or up={usual!r} if the person {state}"
         source.warn(complaint_of_up(found, usual, why, what, remedy))
+
+
+def watch_points(
+    source: Source,
+    positions: np.ndarray,
+    confidences: np.ndarray | None,
+    names: Sequence[str],
+    zeros: Zeros | None,
+    up: Up | None,
+    usual: tuple[Up, str],
+) -> np.ndarray:
+    """Return positions without the lost points that are read as such; warn of what positions may be else.
+
+    The usual axis that points up comes with the reason why it is taken.
+    """
+    if len(names) != positions.shape[1]:
+        return positions  # they are refused
+    seen = positions.copy()
+    if confidences is not None:
+        seen[confidences == 0.0] = np.nan
+    lost = find_lost(seen)
+    drop_lost(source, positions, lost, names, zeros, "points")
+    if zeros != "seen":
+        seen[lost] = np.nan
+    if complaint := complaint_of_picture(seen, names):
+        source.warn(complaint)
+    elif up is None:
+        warn_of_up(source, seen, names, *usual, "points")
+    return positions

@@ -3,7 +3,7 @@
 import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -36,7 +36,7 @@ class Stored(NamedTuple):
     confidences: np.ndarray | None  # (n_frames, n_points)
     names: list[str] | None
     frame_rate: float | None = None
-    up: str | None = None  # x, y or z
+    up: Any = None  # "x", "y" or "z"
     times: Times | None = None
 
 

@@ -67,6 +67,8 @@ def fit_skeleton(
     UserWarning
         If toes and nose point backward: then left and right are exchanged, or one axis is reversed.
     UserWarning
+        Of an array, for which `Layout.keypoints` warns: lost points at (0, 0, 0), units of a picture, another axis up.
+    UserWarning
         With `symmetric`, if left and right differ in a length by 10 % and more.
     UserWarning
         If the skeleton is not between 0.3 and 5 m from end to end, and has the size of a person in another unit.
