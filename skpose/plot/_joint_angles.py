@@ -1,0 +1,219 @@
+"""Display of joint angles over the cycle of a movement."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from skpose._typing import ArrayLike
+from skpose._validation.names import near_names
+from skpose._validation.options import check_integer, check_kind
+from skpose.biomechanics import GaitEvents, JointAngles
+from skpose.motions import Repetitions
+from skpose.plot._axes import axes
+from skpose.plot._cycles import PERCENT, SIDES, Cycles, cycle_curves, find_cycles, mean_curve, without_jumps
+from skpose.plot._pose import SIDES as COLOURS
+
+WIDTH, HEIGHT, LEGEND = 2.4, 1.9, 0.4  # inches: of one angle, and of the line above all
+LINES = {"left": "solid", "right": (0, (4, 1.5)), "": "solid"}
+NAMES = ("hip_flexion", "knee_flexion", "ankle_dorsiflexion")
+
+
+class JointAnglesDisplay:
+    """Angles of joints over the cycle of a movement: the mean of all cycles, and their standard deviation as a band.
+
+    One small axes for each angle, with both sides: the left is a blue line, the right a dashed one in vermilion, and
+    angles of the middle are grey. A thin line where fewer than all cycles show the angle is the mean of those that do;
+    where none does there is a gap. Without cycles the angles are drawn against time.
+
+    Parameters
+    ----------
+    angles : JointAngles
+        The angles.
+    cycles : GaitEvents, Repetitions, array-like of shape (n_cycles, 2) or None
+        Where the cycles are, see `from_angles`.
+
+    Attributes
+    ----------
+    ax_ : matplotlib Axes
+        The axes in whose place all is drawn.
+    axes_ : dict of str to matplotlib Axes
+        The axes of each angle, by its name without the side.
+    figure_ : matplotlib Figure
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from skpose import Motion
+    >>> from skpose.biomechanics import joint_angles
+    >>> from skpose.datasets import humanoid
+    >>> from skpose.plot import JointAnglesDisplay
+    >>> poses = np.zeros((120, 42))
+    >>> poses[:, humanoid().dof_names.index("left_shank_rx")] = np.sin(np.linspace(0, 6 * np.pi, 120)) ** 2
+    >>> angles = joint_angles(Motion(humanoid(), poses, frame_rate=30))
+    >>> display = JointAnglesDisplay.from_angles(angles, [(0, 20), (20, 40), (40, 60)], names=["knee_flexion"])
+    >>> display.axes_["knee_flexion"].get_xlabel()
+    'cycle (%)'
+    """
+
+    def __init__(self, angles: JointAngles, cycles: GaitEvents | Repetitions | ArrayLike | None):
+        self.angles, self.cycles = angles, cycles
+
+    def plot(
+        self, ax=None, *, names: Sequence[str] = NAMES, n_columns: int = 3, show_cycles: bool = False, **style
+    ) -> "JointAnglesDisplay":
+        """Draw the display.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, default=None
+            The axes in whose place all is drawn, one of ``plt.subplots``; None makes new ones.
+        names : sequence of str, default=("hip_flexion", "knee_flexion", "ankle_dorsiflexion")
+            The angles: a name without its side is both sides, "knee_flexion_left" one.
+        n_columns : int, default=3
+            Axes side by side. 1 fits into a narrow column.
+        show_cycles : bool, default=False
+            Draw each cycle as a thin line, in the place of the band.
+        **style
+            Style of the lines, such as linewidth; see `matplotlib.axes.Axes.plot`.
+
+        Returns
+        -------
+        JointAnglesDisplay
+            The display itself.
+        """
+        check_integer(n_columns, 1, "n_columns")
+        columns = _find_columns(self.angles, names)
+        cycles = None if self.cycles is None else find_cycles(self.angles, self.cycles)
+        n_columns = min(n_columns, len(columns))
+        n_rows = -(-len(columns) // n_columns)
+        size = (WIDTH * n_columns + 0.4, HEIGHT * n_rows + LEGEND)
+        self.ax_, self.figure_ = axes(ax, "JointAnglesDisplay.plot", size)
+        where = self.ax_.get_subplotspec()
+        if where is None:
+            raise ValueError(
+                "ax must be one of a grid, in whose place a grid can be drawn: plt.subplots() or "
+                "figure.add_subplot() makes one"
+            )
+        grid = where.subgridspec(n_rows, n_columns)
+        self.ax_.set_axis_off()
+        self.axes_, shown = {}, {}
+        for number, (name, sides) in enumerate(columns.items()):
+            row, column = divmod(number, n_columns)
+            inner = self.figure_.add_subplot(grid[row, column])
+            self.axes_[name] = inner
+            self._draw(inner, sides, cycles, show_cycles, style)
+            inner.set_title(name.replace("_", " "), fontsize="medium", loc="left")
+            is_lowest = number + n_columns >= len(columns)
+            inner.tick_params(labelbottom=is_lowest, labelsize="small")
+            if is_lowest:
+                inner.set_xlabel(f"{cycles.noun} (%)" if cycles else "time (s)")
+            if column == 0:
+                inner.set_ylabel("degrees")
+            shown |= {side: inner for side in sides if side not in shown}
+        self._add_legend(shown, cycles)
+        return self
+
+    def _draw(self, ax, sides, cycles, show_cycles, style) -> None:
+        """Draw one angle, whose columns are known by side, into its axes."""
+        ax.axhline(0.0, color="0.6", linewidth=0.6, zorder=0.5)
+        ax.spines[["top", "right"]].set_visible(False)
+        missing = []
+        for side, name in sides.items():
+            line = {"color": COLOURS[side], "linestyle": LINES[side], "linewidth": 1.6} | style
+            if cycles is None:
+                values = without_jumps(self.angles[name])
+                ax.plot(self.angles.times, values, **line)
+            else:
+                values = cycle_curves(self.angles.times, self.angles[name], cycles.spans[side])
+                _draw_cycles(ax, values, show_cycles, line)
+            if not np.isfinite(values).any():
+                missing.append(f"{side} not shown" if side and len(sides) > 1 else "not shown")
+        if missing:
+            of_all = len(missing) == len(sides)
+            words = "not shown by the data" if of_all else ", ".join(missing)
+            ax.text(0.5, 0.5 if of_all else 0.97, words, transform=ax.transAxes, ha="center", va="center" if of_all else "top", fontsize="small", color="0.4")
+        low, high = ax.get_ylim()
+        if high - low < 10.0:  # degrees; noise is no movement
+            middle = (low + high) / 2.0
+            ax.set_ylim(middle - 5.0, middle + 5.0)
+        first, last = (0.0, 100.0) if cycles else self.angles.times[[0, -1]]
+        ax.set_xlim(first, last)
+        if cycles:
+            ax.set_xticks([0, 25, 50, 75, 100])
+        ax.locator_params(axis="y", nbins=5, steps=[1, 2, 3, 5, 10])
+
+    def _add_legend(self, sides, cycles: Cycles | None) -> None:
+        """Explain lines of both sides, with the number of cycles, above all axes."""
+        from matplotlib.lines import Line2D
+
+        handles = []
+        for side in (one for one in SIDES if one in sides):
+            label = side or "middle"
+            if cycles:
+                n = len(cycles.spans[side])
+                of = f" of the {cycles.of_middle}" if not side and cycles.of_middle else ""
+                label += f", {n} {cycles.noun}{'s' * (n != 1)}{of}"
+            handles.append(Line2D([], [], color=COLOURS[side], linestyle=LINES[side], linewidth=1.6, label=label))
+        self.ax_.legend(
+            handles=handles,
+            loc="lower left",
+            bbox_to_anchor=(0.0, 1.0),
+            ncols=len(handles),
+            frameon=False,
+            fontsize="small",
+        )
+
+    @classmethod
+    def from_angles(
+        cls,
+        angles: JointAngles,
+        cycles: GaitEvents | Repetitions | ArrayLike | None = None,
+        *,
+        names: Sequence[str] = NAMES,
+        n_columns: int = 3,
+        show_cycles: bool = False,
+        ax=None,
+        **style,
+    ) -> "JointAnglesDisplay":
+        """Draw angles over the cycles of a movement, or over time."""
+        check_kind(
+            angles,
+            JointAngles,
+            "angles",
+            'joint_angles(motion) finds them, under sklearn.set_config(transform_output="default")',
+        )
+        return cls(angles, cycles).plot(ax, names=names, n_columns=n_columns, show_cycles=show_cycles, **style)
+
+
+def _find_columns(angles: JointAngles, names: Sequence[str]) -> dict[str, dict[str, str]]:
+    """Return for each name its columns by side; "" is the middle."""
+    names = [names] if isinstance(names, str) else list(names)
+    if not names:
+        raise ValueError("names must have one angle at least, such as knee_flexion")
+    known: dict[str, dict[str, str]] = {}
+    for column in angles.names:
+        stem, _, side = column.rpartition("_")
+        if side in ("left", "right"):
+            known.setdefault(stem, {})[side] = column
+            known[column] = {side: column}
+        else:
+            known[column] = {"": column}
+    for name in names:
+        if name not in known:
+            near = near_names(list(known), str(name), f"there are {', '.join(known)}")
+            raise ValueError(f"names has {name!r}, which is no angle of these: {near}")
+    return {name: known[name] for name in names}
+
+
+def _draw_cycles(ax, curves: np.ndarray, show_cycles: bool, line: dict) -> None:
+    """Draw the mean of cycles and the band of their standard deviation, or each cycle as a thin line."""
+    found = mean_curve(curves)
+    if show_cycles:
+        for curve in curves:
+            ax.plot(PERCENT, curve, **line | {"linewidth": 0.5, "linestyle": "solid", "alpha": 0.6})
+    else:
+        low, high = found.mean - found.std, found.mean + found.std
+        ax.fill_between(PERCENT, low, high, color=line["color"], alpha=0.18, linewidth=0.0)
+    if (found.counts < len(curves)).any():
+        ax.plot(PERCENT, found.mean, **line | {"linewidth": 0.6})
+    ax.plot(PERCENT, np.where(found.counts == len(curves), found.mean, np.nan), **line)
