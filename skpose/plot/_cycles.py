@@ -51,7 +51,9 @@ def _check_frames(cycles: Any) -> np.ndarray:
         )
     if (wrong := (frames[:, 0] < 0) | (frames[:, 1] - frames[:, 0] < 2)).any():
         start, stop = frames[wrong][0]
-        raise ValueError(f"cycles must have two frames at least, start and stop of angles[start:stop], got {start}, {stop}")
+        raise ValueError(
+            f"cycles must have two frames at least, start and stop of angles[start:stop], got {start}, {stop}"
+        )
     return frames
 
 
@@ -123,7 +125,9 @@ def mean_curve(curves: np.ndarray) -> MeanCurve:
     """Return the mean and the standard deviation of curves (n_cycles, 101)."""
     known = np.isfinite(curves)
     counts = known.sum(axis=0)
-    mean = np.divide(np.where(known, curves, 0.0).sum(axis=0), counts, out=np.full(len(counts), np.nan), where=counts > 0)
+    mean = np.divide(
+        np.where(known, curves, 0.0).sum(axis=0), counts, out=np.full(len(counts), np.nan), where=counts > 0
+    )
     squares = np.where(known, (curves - mean) ** 2, 0.0).sum(axis=0)
     variance = np.divide(squares, counts - 1, out=np.full(len(counts), np.nan), where=counts > 1)
     return MeanCurve(mean, np.sqrt(variance), counts)

@@ -1,6 +1,7 @@
 """Display of joint angles over the cycle of a movement."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -13,8 +14,10 @@ from skpose.plot._axes import axes
 from skpose.plot._cycles import PERCENT, SIDES, Cycles, cycle_curves, find_cycles, mean_curve, without_jumps
 from skpose.plot._pose import SIDES as COLOURS
 
-WIDTH, HEIGHT, LEGEND = 2.4, 1.9, 0.4  # inches: of one angle, and of the line above all
-LINES = {"left": "solid", "right": (0, (4, 1.5)), "": "solid"}
+WIDTH, HEIGHT, LINE = 2.4, 1.9, 0.2  # inches: of one angle, and the height of a line of text above all
+LINES: dict[str, Any] = {"left": "solid", "right": (0, (4, 1.5)), "": "solid"}
+LEGEND: dict[str, Any] = {"frameon": False, "fontsize": "small", "borderaxespad": 0.0}
+NOTE: dict[str, Any] = {"fontsize": "small", "color": "0.4"}
 NAMES = ("hip_flexion", "knee_flexion", "ankle_dorsiflexion")
 
 
@@ -86,7 +89,10 @@ class JointAnglesDisplay:
         cycles = None if self.cycles is None else find_cycles(self.angles, self.cycles)
         n_columns = min(n_columns, len(columns))
         n_rows = -(-len(columns) // n_columns)
-        size = (WIDTH * n_columns + 0.4, HEIGHT * n_rows + LEGEND)
+        handles = _legend(columns, cycles, show_cycles)
+        per_line = n_columns if n_columns < 3 else len(handles)
+        legend = LINE * (1 - -len(handles) // per_line)
+        size = (WIDTH * n_columns + 0.4, HEIGHT * n_rows + legend)
         self.ax_, self.figure_ = axes(ax, "JointAnglesDisplay.plot", size)
         where = self.ax_.get_subplotspec()
         if where is None:
@@ -94,44 +100,35 @@ class JointAnglesDisplay:
                 "ax must be one of a grid, in whose place a grid can be drawn: plt.subplots() or "
                 "figure.add_subplot() makes one"
             )
-        grid = where.subgridspec(n_rows, n_columns)
+        grid = where.subgridspec(1 + n_rows, n_columns, height_ratios=[legend] + [HEIGHT] * n_rows)
         self.ax_.set_axis_off()
-        self.axes_, shown = {}, {}
+        self.axes_ = {}
         for number, (name, sides) in enumerate(columns.items()):
             row, column = divmod(number, n_columns)
-            inner = self.figure_.add_subplot(grid[row, column])
+            inner = self.figure_.add_subplot(grid[1 + row, column])
             self.axes_[name] = inner
             self._draw(inner, sides, cycles, show_cycles, style)
             inner.set_title(name.replace("_", " "), fontsize="medium", loc="left")
-            is_lowest = number + n_columns >= len(columns)
-            inner.tick_params(labelbottom=is_lowest, labelsize="small")
-            if is_lowest:
+            inner.tick_params(labelbottom=number + n_columns >= len(columns), labelsize="small")
+            if row == n_rows - 1:
                 inner.set_xlabel(f"{cycles.noun} (%)" if cycles else "time (s)")
             if column == 0:
                 inner.set_ylabel("degrees")
-            shown |= {side: inner for side in sides if side not in shown}
-        self._add_legend(shown, cycles)
+        above = self.figure_.add_subplot(grid[0, :])
+        above.set_axis_off()
+        above.legend(handles=handles, loc="center left", ncols=per_line, **LEGEND).set_in_layout(False)
         return self
 
     def _draw(self, ax, sides, cycles, show_cycles, style) -> None:
         """Draw one angle, whose columns are known by side, into its axes."""
         ax.axhline(0.0, color="0.6", linewidth=0.6, zorder=0.5)
         ax.spines[["top", "right"]].set_visible(False)
-        missing = []
-        for side, name in sides.items():
-            line = {"color": COLOURS[side], "linestyle": LINES[side], "linewidth": 1.6} | style
-            if cycles is None:
-                values = without_jumps(self.angles[name])
-                ax.plot(self.angles.times, values, **line)
-            else:
-                values = cycle_curves(self.angles.times, self.angles[name], cycles.spans[side])
-                _draw_cycles(ax, values, show_cycles, line)
-            if not np.isfinite(values).any():
-                missing.append(f"{side} not shown" if side and len(sides) > 1 else "not shown")
-        if missing:
-            of_all = len(missing) == len(sides)
-            words = "not shown by the data" if of_all else ", ".join(missing)
-            ax.text(0.5, 0.5 if of_all else 0.97, words, transform=ax.transAxes, ha="center", va="center" if of_all else "top", fontsize="small", color="0.4")
+        shown = {side: self._draw_side(ax, side, name, cycles, show_cycles, style) for side, name in sides.items()}
+        if not any(shown.values()):
+            ax.text(0.5, 0.5, "not shown by the data", transform=ax.transAxes, ha="center", va="center", **NOTE)
+        elif without := [side for side in sides if not shown[side] and (cycles is None or len(cycles.spans[side]))]:
+            words = f"{without[0]} not shown by the data"
+            ax.text(0.5, 0.98, words, transform=ax.transAxes, ha="center", va="top", **NOTE)
         low, high = ax.get_ylim()
         if high - low < 10.0:  # degrees; noise is no movement
             middle = (low + high) / 2.0
@@ -142,26 +139,16 @@ class JointAnglesDisplay:
             ax.set_xticks([0, 25, 50, 75, 100])
         ax.locator_params(axis="y", nbins=5, steps=[1, 2, 3, 5, 10])
 
-    def _add_legend(self, sides, cycles: Cycles | None) -> None:
-        """Explain lines of both sides, with the number of cycles, above all axes."""
-        from matplotlib.lines import Line2D
-
-        handles = []
-        for side in (one for one in SIDES if one in sides):
-            label = side or "middle"
-            if cycles:
-                n = len(cycles.spans[side])
-                of = f" of the {cycles.of_middle}" if not side and cycles.of_middle else ""
-                label += f", {n} {cycles.noun}{'s' * (n != 1)}{of}"
-            handles.append(Line2D([], [], color=COLOURS[side], linestyle=LINES[side], linewidth=1.6, label=label))
-        self.ax_.legend(
-            handles=handles,
-            loc="lower left",
-            bbox_to_anchor=(0.0, 1.0),
-            ncols=len(handles),
-            frameon=False,
-            fontsize="small",
-        )
+    def _draw_side(self, ax, side, name, cycles, show_cycles, style) -> bool:
+        """Draw one column, and return if there is a value in it."""
+        line = {"color": COLOURS[side], "linestyle": LINES[side], "linewidth": 1.6} | style
+        if cycles is None:
+            values = without_jumps(self.angles[name])
+            ax.plot(self.angles.times, values, **line)
+        else:
+            values = cycle_curves(self.angles.times, self.angles[name], cycles.spans[side])
+            _draw_cycles(ax, values, show_cycles, line)
+        return bool(np.isfinite(values).any())
 
     @classmethod
     def from_angles(
@@ -175,7 +162,49 @@ class JointAnglesDisplay:
         ax=None,
         **style,
     ) -> "JointAnglesDisplay":
-        """Draw angles over the cycles of a movement, or over time."""
+        """Draw angles over the cycles of a movement, or over time.
+
+        Parameters
+        ----------
+        angles : JointAngles
+            The angles, from `skpose.biomechanics.joint_angles`.
+        cycles : GaitEvents, Repetitions or array-like of shape (n_cycles, 2), default=None
+            Where the cycles are, from 0 to 100 %:
+
+            - `GaitEvents`: strides, for each side those of its own foot, from contact to contact. Angles of the middle
+              have those of the foot with more of them, of the left where both have as many; the legend states which.
+            - `Repetitions`: both sides have the same.
+            - array of int: first frame of each cycle and the one behind the last, as in ``motion[start:stop]``.
+            - None: no cycles, but curves over time, s.
+        names : sequence of str, default=("hip_flexion", "knee_flexion", "ankle_dorsiflexion")
+            The angles: a name without its side is both sides, "knee_flexion_left" one.
+        n_columns : int, default=3
+            Axes side by side. 1 fits into a narrow column.
+        show_cycles : bool, default=False
+            Draw each cycle as a thin line, in the place of the band.
+        ax : matplotlib Axes, default=None
+            The axes in whose place all is drawn, one of ``plt.subplots``; None makes new ones.
+        **style
+            Style of the lines, such as linewidth; see `matplotlib.axes.Axes.plot`.
+
+        Returns
+        -------
+        JointAnglesDisplay
+            The display.
+
+        Raises
+        ------
+        TypeError
+            If `angles` are no `JointAngles`.
+        ValueError
+            If there is no angle of a name, no cycle, or the cycles are of another recording.
+
+        Notes
+        -----
+        Each cycle is interpolated linearly at 101 points in time, not across frames that are NaN nor more than 0.1 s
+        without frames. Angles are modulo 360°: jumps are undone, and cycles that differ by whole turns are brought
+        together. The band is the standard deviation with n − 1; of one cycle there is none.
+        """
         check_kind(
             angles,
             JointAngles,
@@ -217,3 +246,21 @@ def _draw_cycles(ax, curves: np.ndarray, show_cycles: bool, line: dict) -> None:
     if (found.counts < len(curves)).any():
         ax.plot(PERCENT, found.mean, **line | {"linewidth": 0.6})
     ax.plot(PERCENT, np.where(found.counts == len(curves), found.mean, np.nan), **line)
+
+
+def _legend(columns: dict[str, dict[str, str]], cycles: Cycles | None, show_cycles: bool) -> list:
+    """Return what explains the lines of both sides, with the number of cycles, and the band."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    handles: list = []
+    for side in (one for one in SIDES if any(one in sides for sides in columns.values())):
+        label = side or "middle"
+        if cycles:
+            n = len(cycles.spans[side])
+            of = f" of the {cycles.of_middle}" if not side and cycles.of_middle else ""
+            label += f", {n or 'no'} {cycles.noun}{'s' * (n > 1)}{of}"
+        handles.append(Line2D([], [], color=COLOURS[side], linestyle=LINES[side], linewidth=1.6, label=label))
+    if cycles and not show_cycles and max(map(len, cycles.spans.values())) > 1:
+        handles.append(Patch(color="0.5", alpha=0.3, linewidth=0.0, label="± standard deviation"))
+    return handles
