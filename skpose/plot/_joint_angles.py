@@ -62,7 +62,7 @@ class JointAnglesDisplay:
         self.angles, self.cycles = angles, cycles
 
     def plot(
-        self, ax=None, *, names: Sequence[str] = NAMES, n_columns: int = 3, show_cycles: bool = False, **style
+        self, ax=None, *, names: Sequence[str] | None = None, n_columns: int = 3, show_cycles: bool = False, **style
     ) -> "JointAnglesDisplay":
         """Draw the display.
 
@@ -70,8 +70,9 @@ class JointAnglesDisplay:
         ----------
         ax : matplotlib Axes, default=None
             The axes in whose place all is drawn, one of ``plt.subplots``; None makes new ones.
-        names : sequence of str, default=("hip_flexion", "knee_flexion", "ankle_dorsiflexion")
-            The angles: a name without its side is both sides, "knee_flexion_left" one.
+        names : sequence of str, default=None
+            The angles: a name without its side is both sides, "knee_flexion_left" one. None is "hip_flexion",
+            "knee_flexion" and "ankle_dorsiflexion", without that of the ankle where the skeleton has no feet.
         n_columns : int, default=3
             Axes side by side. 1 fits into a narrow column.
         show_cycles : bool, default=False
@@ -156,7 +157,7 @@ class JointAnglesDisplay:
         angles: JointAngles,
         cycles: GaitEvents | Repetitions | ArrayLike | None = None,
         *,
-        names: Sequence[str] = NAMES,
+        names: Sequence[str] | None = None,
         n_columns: int = 3,
         show_cycles: bool = False,
         ax=None,
@@ -176,8 +177,9 @@ class JointAnglesDisplay:
             - `Repetitions`: both sides have the same.
             - array of int: first frame of each cycle and the one behind the last, as in ``motion[start:stop]``.
             - None: no cycles, but curves over time, s.
-        names : sequence of str, default=("hip_flexion", "knee_flexion", "ankle_dorsiflexion")
-            The angles: a name without its side is both sides, "knee_flexion_left" one.
+        names : sequence of str, default=None
+            The angles: a name without its side is both sides, "knee_flexion_left" one. None is "hip_flexion",
+            "knee_flexion" and "ankle_dorsiflexion", without that of the ankle where the skeleton has no feet.
         n_columns : int, default=3
             Axes side by side. 1 fits into a narrow column.
         show_cycles : bool, default=False
@@ -214,11 +216,8 @@ class JointAnglesDisplay:
         return cls(angles, cycles).plot(ax, names=names, n_columns=n_columns, show_cycles=show_cycles, **style)
 
 
-def _find_columns(angles: JointAngles, names: Sequence[str]) -> dict[str, dict[str, str]]:
+def _find_columns(angles: JointAngles, names: Sequence[str] | None) -> dict[str, dict[str, str]]:
     """Return for each name its columns by side; "" is the middle."""
-    names = [names] if isinstance(names, str) else list(names)
-    if not names:
-        raise ValueError("names must have one angle at least, such as knee_flexion")
     known: dict[str, dict[str, str]] = {}
     for column in angles.names:
         stem, _, side = column.rpartition("_")
@@ -227,6 +226,11 @@ def _find_columns(angles: JointAngles, names: Sequence[str]) -> dict[str, dict[s
             known[column] = {side: column}
         else:
             known[column] = {"": column}
+    if names is None:
+        names = [name for name in NAMES if name in known]
+    names = [names] if isinstance(names, str) else list(names)
+    if not names:
+        raise ValueError(f"names must have one angle at least; there are {', '.join(known)}")
     for name in names:
         if name not in known:
             near = near_names(list(known), str(name), f"there are {', '.join(known)}")
@@ -259,7 +263,7 @@ def _legend(columns: dict[str, dict[str, str]], cycles: Cycles | None, show_cycl
         if cycles:
             n = len(cycles.spans[side])
             of = f" of the {cycles.of_middle}" if not side and cycles.of_middle else ""
-            label += f", {n or 'no'} {cycles.noun}{'s' * (n > 1)}{of}"
+            label += f", {n or 'no'} {cycles.noun}{'s' * (n != 1)}{of}"
         handles.append(Line2D([], [], color=COLOURS[side], linestyle=LINES[side], linewidth=1.6, label=label))
     if cycles and not show_cycles and max(map(len, cycles.spans.values())) > 1:
         handles.append(Patch(color="0.5", alpha=0.3, linewidth=0.0, label="± standard deviation"))
