@@ -13,7 +13,7 @@ SIDES = ("left", "right", "")  # of angles; those of the middle have none
 
 
 class Cycles(NamedTuple):
-    """Where the cycles of a movement begin and end, and what one is called."""
+    """First and last times of the cycles of a movement, and the word for one."""
 
     spans: dict[str, np.ndarray]  # for each side, "" is the middle: (n_cycles, 2) first and last time, s
     noun: str

@@ -5,11 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from skpose._typing import ArrayLike
 from skpose._validation.names import near_names
 from skpose._validation.options import check_integer, check_kind
-from skpose.biomechanics import GaitEvents, JointAngles
-from skpose.motions import Repetitions
+from skpose.biomechanics import JointAngles
 from skpose.plot._axes import axes
 from skpose.plot._cycles import PERCENT, SIDES, Cycles, cycle_curves, find_cycles, mean_curve, without_jumps
 from skpose.plot._pose import SIDES as COLOURS
@@ -58,7 +56,7 @@ class JointAnglesDisplay:
     'cycle (%)'
     """
 
-    def __init__(self, angles: JointAngles, cycles: GaitEvents | Repetitions | ArrayLike | None):
+    def __init__(self, angles: JointAngles, cycles: Any):
         self.angles, self.cycles = angles, cycles
 
     def plot(
@@ -155,7 +153,7 @@ class JointAnglesDisplay:
     def from_angles(
         cls,
         angles: JointAngles,
-        cycles: GaitEvents | Repetitions | ArrayLike | None = None,
+        cycles: Any = None,
         *,
         names: Sequence[str] | None = None,
         n_columns: int = 3,
