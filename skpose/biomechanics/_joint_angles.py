@@ -66,7 +66,8 @@ class JointAngles:
     def __getitem__(self, name: str) -> np.ndarray:
         """Return one angle in time, degrees."""
         if name not in self.names:
-            raise KeyError(f"there is no angle {name!r}{near_names(self.names, name)}")
+            near = near_names(self.names, str(name), f"there are {', '.join(self.names)}")
+            raise KeyError(f"there is no angle {name!r}: {near}")
         return self.degrees[:, self.names.index(name)]
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
@@ -262,7 +263,7 @@ def _find_person(skeleton: Skeleton, joints: Mapping[str, str] | None) -> Landma
             raise ValueError(f"joints has the landmark {landmark!r}; expected one of {', '.join(LANDMARKS)}")
         if name not in skeleton.joint_names:
             near = near_names(skeleton.joint_names, name)
-            raise ValueError(f"joints[{landmark!r}] is {name!r}, which is no joint of the skeleton{near}")
+            raise ValueError(f"joints[{landmark!r}] is {name!r}, which is no joint of the skeleton: {near}")
         person = person._replace(joints=person.joints | {landmark: skeleton.joint_names.index(name)})
     needed = [f"{side}_{mark}" for side in ("left", "right") for mark in ("hip", "knee", "ankle")]
     absent = [mark for mark in needed if mark not in person.joints]

@@ -40,7 +40,8 @@ class Deviations(NamedTuple):
 
     phases: np.ndarray  # (P,) middle of each phase, as a share of the cycle
     frames: np.ndarray  # (K, P) frame of each repetition at each phase
-    vectors: np.ndarray  # (K, P, J, 3) from the reference to the joint, m
+    positions: np.ndarray  # (K, P, J, 3) mean positions of the joints in each phase, m
+    vectors: np.ndarray  # (K, P, J, 3) to these from the reference, m
     spread: np.ndarray  # (K, P, J) median distance of the others from the reference, m; NaN where there are too few
     typical_spread: float  # of the median joint and phase, m
 
@@ -65,13 +66,13 @@ def deviations_of(poses: Sequence[np.ndarray], skeleton: Skeleton, n_phases: int
     phase = _median(times)
     known = ~np.isnan(phase)  # by any repetition
     phase, courses, times = np.maximum.accumulate(phase[known]), courses[:, known], times[:, known]
-    found = [_means(_interpolate(at, phase, course), n_phases) for course in courses]
+    found = np.stack([_means(_interpolate(at, phase, course), n_phases) for course in courses])
     lasts = np.array([len(one) - 1 for one in poses])
     frames = np.stack([_means(_interpolate(at, phase, time), n_phases) for time in times]) * lasts[:, None]
-    vectors, spread = _leave_one_out(np.stack(found))
+    vectors, spread = _leave_one_out(found)
     spreads = spread[~np.isnan(spread)]
     phases = (np.arange(n_phases) + 0.5) / n_phases
-    return Deviations(phases, frames, vectors, spread, float(np.median(spreads)) if len(spreads) else np.nan)
+    return Deviations(phases, frames, found, vectors, spread, float(np.median(spreads)) if len(spreads) else np.nan)
 
 
 def _resample(positions: np.ndarray) -> np.ndarray:

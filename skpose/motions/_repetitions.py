@@ -13,7 +13,7 @@ from skpose._validation.options import check_integer
 from skpose._validation.units import warn_of_degrees
 from skpose.metrics import Geodesic, Metric, Spatial
 from skpose.metrics._shared import METRIC_CONSTRAINTS, resolve, warn_of_no_skeleton, warn_of_unconverged
-from skpose.motions._deviations import STEPS, deviations_of
+from skpose.motions._deviations import STEPS, Deviations, deviations_of
 from skpose.motions._frames import Frames
 from skpose.motions._inputs import check_motion, check_motions
 from skpose.motions._surrogates import p_value
@@ -174,26 +174,8 @@ class Repetitions:
         except ImportError:
             raise ImportError("to_pandas needs pandas: pip install 'skpose[pandas]'") from None
 
-        check_integer(n_phases, 1, "n_phases")
-        if n_phases > STEPS:
-            raise ValueError(f"n_phases must be {STEPS} or less, into which repetitions are resampled, got {n_phases}")
-        n = len(self)
-        if n < 2:
-            raise ValueError(
-                f"to_pandas compares repetitions with each other and needs at least two, got {n or 'none'}: "
-                "segment_repetitions finds more with a lower min_fitness, or shorter ones with max_frames"
-            )
-        if self.skeleton is None:
-            raise ValueError(
-                "to_pandas needs a skeleton to place the joints, and these are repetitions of an array without one: "
-                "pass skeleton= to segment_repetitions, or a Motion"
-            )
-        sequences = check_motions({"motions": self.motions}, self.skeleton)[0].sequences
-        found = deviations_of([sequences.motion(k) for k in range(n)], self.skeleton, n_phases)
-        names = self.skeleton.joint_names
-        is_there = ~np.isnan(found.frames)
-        frames = self.starts[:, None] + np.rint(np.where(is_there, found.frames, 0.0)).astype(int)
-        times = np.full(frames.shape, np.nan) if self.times is None else self.times[frames]
+        skeleton, found, times = self._compare("to_pandas", n_phases)
+        n, names = len(self), skeleton.joint_names
 
         def spread_out(values: Any, axes: tuple[int, ...]) -> np.ndarray:
             """Return values with axes among repetition, joint and phase as a column."""
@@ -206,7 +188,7 @@ class Repetitions:
                 "repetition": spread_out(np.arange(n), (0,)),
                 "joint": spread_out(np.array(names, dtype=object), (1,)),
                 "phase": spread_out(found.phases, (2,)),
-                "frame": spread_out(frames, (0, 2)),
+                "frame": spread_out(found.frames, (0, 2)),
                 "time": spread_out(times, (0, 2)),
                 **dict(zip("xyz", (one.ravel() for one in vectors), strict=True)),
                 "deviation": found.distances.transpose(0, 2, 1).ravel(),
@@ -214,7 +196,7 @@ class Repetitions:
                 "unusual": found.ratios.transpose(0, 2, 1).ravel(),
             }
         )
-        table = table[spread_out(is_there, (0, 2))].reset_index(drop=True)
+        table = table[spread_out(found.frames >= 0, (0, 2))].reset_index(drop=True)
         table.attrs.update(
             n_repetitions=n,
             n_phases=int(n_phases),
@@ -223,6 +205,33 @@ class Repetitions:
             typical_spread=found.typical_spread,
         )
         return table
+
+    def _compare(self, caller: str, n_phases: int) -> tuple[Skeleton, Deviations, np.ndarray]:
+        """Return the skeleton, how far the repetitions are from each other, and their times (K, P) at each phase.
+
+        Frames are whole ones of the recording, and -1 where a repetition lacks the phase.
+        """
+        check_integer(n_phases, 1, "n_phases")
+        if n_phases > STEPS:
+            raise ValueError(f"n_phases must be {STEPS} or less, into which repetitions are resampled, got {n_phases}")
+        n = len(self)
+        if n < 2:
+            raise ValueError(
+                f"{caller} compares repetitions with each other and needs at least two, got {n or 'none'}: "
+                "segment_repetitions finds more with a lower min_fitness, or shorter ones with max_frames"
+            )
+        if self.skeleton is None:
+            raise ValueError(
+                f"{caller} needs a skeleton to place the joints, and these are repetitions of an array without one: "
+                "pass skeleton= to segment_repetitions, or a Motion"
+            )
+        sequences = check_motions({"motions": self.motions}, self.skeleton)[0].sequences
+        found = deviations_of([sequences.motion(k) for k in range(n)], self.skeleton, n_phases)
+        is_there = ~np.isnan(found.frames)
+        frames = self.starts[:, None] + np.rint(np.where(is_there, found.frames, 0.0)).astype(int)
+        times = np.full(frames.shape, np.nan) if self.times is None else self.times[frames]
+        frames = np.where(is_there, frames, -1)
+        return self.skeleton, found._replace(frames=frames), times
 
 
 @validate_params(

@@ -10,16 +10,19 @@ from conftest import SKELETONS
 from sklearn.decomposition import PCA
 
 from skpose import Motion, Skeleton, SpatialMDS, forward_kinematics, geodesic, plot, pose_distances
+from skpose.biomechanics import JointAngles
 from skpose.metrics import Spatial
-from skpose.motions import mean_motion
+from skpose.motions import Repetitions, mean_motion
 from skpose.plot import (
     AlignmentDisplay,
     DistanceMatrixDisplay,
     GeodesicDisplay,
+    JointAnglesDisplay,
     MDSDisplay,
     MeanMotionDisplay,
     PoseDisplay,
     PoseStripDisplay,
+    RepetitionsDisplay,
     TangentPCADisplay,
 )
 from skpose.plot._axes import COLOURS
@@ -52,6 +55,16 @@ def drawn_bones(line):
     return points[:, :2]
 
 
+def three_repetitions():
+    starts, nothing = np.array([0, 6, 12]), np.zeros(3)
+    motions = [X[start : start + 6] for start in starts]
+    return Repetitions(starts, starts + 6, nothing, 0, 0.5, 0.01, np.zeros((0, 2), int), motions, ARM, None)
+
+
+def some_angles():
+    return JointAngles(("knee_flexion_left",), 100 * X[:, :1], np.arange(20) / 10, "rest pose", "a rig", {})
+
+
 DISPLAYS = {
     "pose": lambda ax: PoseDisplay.from_pose(START, ARM, ax=ax),
     "positions": lambda ax: PoseDisplay.from_positions(np.ones((3, 3)), ARM, ax=ax),
@@ -63,6 +76,8 @@ DISPLAYS = {
     "geodesic": lambda ax: GeodesicDisplay.from_poses(START, END, ARM, ax=ax, resolution=5),
     "alignment": lambda ax: AlignmentDisplay.from_motions(X[:8], X[8:], skeleton=ARM, ax=ax),
     "mean": lambda ax: MeanMotionDisplay.from_mean(mean_of_motions(), ax=ax),
+    "repetitions": lambda ax: RepetitionsDisplay.from_repetitions(three_repetitions(), ax=ax),
+    "angles": lambda ax: JointAnglesDisplay.from_angles(some_angles(), [(0, 10), (10, 20)], ax=ax),
     "component": lambda ax: TangentPCADisplay.from_estimator(PoseTangentPCA(ARM).fit(X), ax=ax),
 }
 
@@ -92,6 +107,12 @@ def test_axes_have_labels_with_units(name):
     elif name == "mean":
         assert ax.get_xlabel() == "time of the mean (s)"
         assert ax.figure.axes[1].get_ylabel() == "standard deviation (cm)"  # of the colour bar
+    elif name == "repetitions":
+        assert ax.get_xlabel() == "phase of the movement"
+        assert ax.figure.axes[1].get_ylabel() == "deviation (cm)"  # of the colour bar
+    elif name == "angles":
+        inner = display.axes_["knee_flexion"]
+        assert (inner.get_xlabel(), inner.get_ylabel()) == ("cycle (%)", "degrees")
     elif name == "matrix":
         label = ax.figure.axes[1].get_ylabel()  # of the colour bar
         assert label == "distance (m)"
@@ -99,7 +120,7 @@ def test_axes_have_labels_with_units(name):
         assert {"(m)", "(rad)", "(s)", "pose"} & set(
             (ax.get_xlabel() + " " + ax.get_ylabel()).replace(",", " ").split()
         )
-    if name not in ("matrix", "geodesic", "alignment", "mean"):
+    if name not in ("matrix", "geodesic", "alignment", "mean", "angles"):
         assert ax.get_aspect() == 1  # horizontal and vertical lengths are equally long
 
 

@@ -1,0 +1,268 @@
+"""Display of joint angles over the cycle of a movement."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from skpose._validation.names import near_names
+from skpose._validation.options import check_integer, check_kind
+from skpose.biomechanics import JointAngles
+from skpose.plot._axes import axes
+from skpose.plot._cycles import PERCENT, SIDES, Cycles, cycle_curves, find_cycles, mean_curve, without_jumps
+from skpose.plot._pose import SIDES as COLOURS
+
+WIDTH, HEIGHT, LINE = 2.4, 1.9, 0.2  # inches: of one angle, and the height of a line of text above all
+LINES: dict[str, Any] = {"left": "solid", "right": (0, (4, 1.5)), "": "solid"}
+LEGEND: dict[str, Any] = {"frameon": False, "fontsize": "small", "borderaxespad": 0.0}
+NOTE: dict[str, Any] = {"fontsize": "small", "color": "0.4"}
+NAMES = ("hip_flexion", "knee_flexion", "ankle_dorsiflexion")
+
+
+class JointAnglesDisplay:
+    """Angles of joints over the cycle of a movement: the mean of all cycles, and their standard deviation as a band.
+
+    One small axes for each angle, with both sides: the left is a blue line, the right a dashed one in vermilion, and
+    angles of the middle are grey. A thin line where fewer than all cycles show the angle is the mean of those that do;
+    where none does there is a gap. Without cycles the angles are drawn against time.
+
+    Parameters
+    ----------
+    angles : JointAngles
+        The angles.
+    cycles : GaitEvents, Repetitions, array-like of shape (n_cycles, 2) or None
+        Where the cycles are, see `from_angles`.
+
+    Attributes
+    ----------
+    ax_ : matplotlib Axes
+        The axes in whose place all is drawn.
+    axes_ : dict of str to matplotlib Axes
+        The axes of each angle, by its name without the side.
+    figure_ : matplotlib Figure
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from skpose import Motion
+    >>> from skpose.biomechanics import joint_angles
+    >>> from skpose.datasets import humanoid
+    >>> from skpose.plot import JointAnglesDisplay
+    >>> poses = np.zeros((120, 42))
+    >>> poses[:, humanoid().dof_names.index("left_shank_rx")] = np.sin(np.linspace(0, 6 * np.pi, 120)) ** 2
+    >>> angles = joint_angles(Motion(humanoid(), poses, frame_rate=30))
+    >>> display = JointAnglesDisplay.from_angles(angles, [(0, 20), (20, 40), (40, 60)], names=["knee_flexion"])
+    >>> display.axes_["knee_flexion"].get_xlabel()
+    'cycle (%)'
+    """
+
+    def __init__(self, angles: JointAngles, cycles: Any):
+        self.angles, self.cycles = angles, cycles
+
+    def plot(
+        self, ax=None, *, names: Sequence[str] | None = None, n_columns: int = 3, show_cycles: bool = False, **style
+    ) -> "JointAnglesDisplay":
+        """Draw the display.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, default=None
+            The axes in whose place all is drawn, one of ``plt.subplots``; None makes new ones.
+        names : sequence of str, default=None
+            The angles: a name without its side is both sides, "knee_flexion_left" one. None is "hip_flexion",
+            "knee_flexion" and "ankle_dorsiflexion", without that of the ankle where the skeleton has no feet.
+        n_columns : int, default=3
+            Axes side by side. 1 fits into a narrow column.
+        show_cycles : bool, default=False
+            Draw each cycle as a thin line, in the place of the band.
+        **style
+            Style of the lines, such as linewidth; see `matplotlib.axes.Axes.plot`.
+
+        Returns
+        -------
+        JointAnglesDisplay
+            The display itself.
+        """
+        check_integer(n_columns, 1, "n_columns")
+        columns = _find_columns(self.angles, names)
+        cycles = None if self.cycles is None else find_cycles(self.angles, self.cycles)
+        n_columns = min(n_columns, len(columns))
+        n_rows = -(-len(columns) // n_columns)
+        handles = _legend(columns, cycles, show_cycles)
+        per_line = n_columns if n_columns < 3 else len(handles)
+        legend = LINE * (1 - -len(handles) // per_line)
+        size = (WIDTH * n_columns + 0.4, HEIGHT * n_rows + legend)
+        self.ax_, self.figure_ = axes(ax, "JointAnglesDisplay.plot", size)
+        where = self.ax_.get_subplotspec()
+        if where is None:
+            raise ValueError(
+                "ax must be one of a grid, in whose place a grid can be drawn: plt.subplots() or "
+                "figure.add_subplot() makes one"
+            )
+        grid = where.subgridspec(1 + n_rows, n_columns, height_ratios=[legend] + [HEIGHT] * n_rows)
+        self.ax_.set_axis_off()
+        self.axes_ = {}
+        for number, (name, sides) in enumerate(columns.items()):
+            row, column = divmod(number, n_columns)
+            inner = self.figure_.add_subplot(grid[1 + row, column])
+            self.axes_[name] = inner
+            self._draw(inner, sides, cycles, show_cycles, style)
+            inner.set_title(name.replace("_", " "), fontsize="medium", loc="left")
+            inner.tick_params(labelbottom=number + n_columns >= len(columns), labelsize="small")
+            if row == n_rows - 1:
+                inner.set_xlabel(f"{cycles.noun} (%)" if cycles else "time (s)")
+            if column == 0:
+                inner.set_ylabel("degrees")
+        above = self.figure_.add_subplot(grid[0, :])
+        above.set_axis_off()
+        above.legend(handles=handles, loc="center left", ncols=per_line, **LEGEND).set_in_layout(False)
+        return self
+
+    def _draw(self, ax, sides, cycles, show_cycles, style) -> None:
+        """Draw one angle, whose columns are known by side, into its axes."""
+        ax.axhline(0.0, color="0.6", linewidth=0.6, zorder=0.5)
+        ax.spines[["top", "right"]].set_visible(False)
+        shown = {side: self._draw_side(ax, side, name, cycles, show_cycles, style) for side, name in sides.items()}
+        if not any(shown.values()):
+            ax.text(0.5, 0.5, "not shown by the data", transform=ax.transAxes, ha="center", va="center", **NOTE)
+        elif without := [side for side in sides if not shown[side] and (cycles is None or len(cycles.spans[side]))]:
+            words = f"{without[0]} not shown by the data"
+            ax.text(0.5, 0.98, words, transform=ax.transAxes, ha="center", va="top", **NOTE)
+        low, high = ax.get_ylim()
+        if high - low < 10.0:  # degrees; noise is no movement
+            middle = (low + high) / 2.0
+            ax.set_ylim(middle - 5.0, middle + 5.0)
+        first, last = (0.0, 100.0) if cycles else self.angles.times[[0, -1]]
+        ax.set_xlim(first, last)
+        if cycles:
+            ax.set_xticks([0, 25, 50, 75, 100])
+        ax.locator_params(axis="y", nbins=5, steps=[1, 2, 3, 5, 10])
+
+    def _draw_side(self, ax, side, name, cycles, show_cycles, style) -> bool:
+        """Draw one column, and return if there is a value in it."""
+        line = {"color": COLOURS[side], "linestyle": LINES[side], "linewidth": 1.6} | style
+        if cycles is None:
+            values = without_jumps(self.angles[name])
+            ax.plot(self.angles.times, values, **line)
+        else:
+            values = cycle_curves(self.angles.times, self.angles[name], cycles.spans[side])
+            _draw_cycles(ax, values, show_cycles, line)
+        return bool(np.isfinite(values).any())
+
+    @classmethod
+    def from_angles(
+        cls,
+        angles: JointAngles,
+        cycles: Any = None,
+        *,
+        names: Sequence[str] | None = None,
+        n_columns: int = 3,
+        show_cycles: bool = False,
+        ax=None,
+        **style,
+    ) -> "JointAnglesDisplay":
+        """Draw angles over the cycles of a movement, or over time.
+
+        Parameters
+        ----------
+        angles : JointAngles
+            The angles, from `skpose.biomechanics.joint_angles`.
+        cycles : GaitEvents, Repetitions or array-like of shape (n_cycles, 2), default=None
+            Where the cycles are, from 0 to 100 %:
+
+            - `GaitEvents`: strides, for each side those of its own foot, from contact to contact. Angles of the middle
+              have those of the foot with more of them, of the left where both have as many; the legend states which.
+            - `Repetitions`: both sides have the same.
+            - array of int: first frame of each cycle and the one behind the last, as in ``motion[start:stop]``.
+            - None: no cycles, but curves over time, s.
+        names : sequence of str, default=None
+            The angles: a name without its side is both sides, "knee_flexion_left" one. None is "hip_flexion",
+            "knee_flexion" and "ankle_dorsiflexion", without that of the ankle where the skeleton has no feet.
+        n_columns : int, default=3
+            Axes side by side. 1 fits into a narrow column.
+        show_cycles : bool, default=False
+            Draw each cycle as a thin line, in the place of the band.
+        ax : matplotlib Axes, default=None
+            The axes in whose place all is drawn, one of ``plt.subplots``; None makes new ones.
+        **style
+            Style of the lines, such as linewidth; see `matplotlib.axes.Axes.plot`.
+
+        Returns
+        -------
+        JointAnglesDisplay
+            The display.
+
+        Raises
+        ------
+        TypeError
+            If `angles` are no `JointAngles`.
+        ValueError
+            If there is no angle of a name, no cycle, or the cycles are of another recording.
+
+        Notes
+        -----
+        Each cycle is interpolated linearly at 101 points in time, not across frames that are NaN nor more than 0.1 s
+        without frames. Angles are modulo 360°: jumps are undone, and cycles that differ by whole turns are brought
+        together. The band is the standard deviation with n − 1; of one cycle there is none.
+        """
+        check_kind(
+            angles,
+            JointAngles,
+            "angles",
+            'joint_angles(motion) finds them, under sklearn.set_config(transform_output="default")',
+        )
+        return cls(angles, cycles).plot(ax, names=names, n_columns=n_columns, show_cycles=show_cycles, **style)
+
+
+def _find_columns(angles: JointAngles, names: Sequence[str] | None) -> dict[str, dict[str, str]]:
+    """Return for each name its columns by side; "" is the middle."""
+    known: dict[str, dict[str, str]] = {}
+    for column in angles.names:
+        stem, _, side = column.rpartition("_")
+        if side in ("left", "right"):
+            known.setdefault(stem, {})[side] = column
+            known[column] = {side: column}
+        else:
+            known[column] = {"": column}
+    if names is None:
+        names = [name for name in NAMES if name in known]
+    names = [names] if isinstance(names, str) else list(names)
+    if not names:
+        raise ValueError(f"names must have one angle at least; there are {', '.join(known)}")
+    for name in names:
+        if name not in known:
+            near = near_names(list(known), str(name), f"there are {', '.join(known)}")
+            raise ValueError(f"names has {name!r}, which is no angle of these: {near}")
+    return {name: known[name] for name in names}
+
+
+def _draw_cycles(ax, curves: np.ndarray, show_cycles: bool, line: dict) -> None:
+    """Draw the mean of cycles and the band of their standard deviation, or each cycle as a thin line."""
+    found = mean_curve(curves)
+    if show_cycles:
+        for curve in curves:
+            ax.plot(PERCENT, curve, **line | {"linewidth": 0.5, "linestyle": "solid", "alpha": 0.6})
+    else:
+        low, high = found.mean - found.std, found.mean + found.std
+        ax.fill_between(PERCENT, low, high, color=line["color"], alpha=0.18, linewidth=0.0)
+    if (found.counts < len(curves)).any():
+        ax.plot(PERCENT, found.mean, **line | {"linewidth": 0.6})
+    ax.plot(PERCENT, np.where(found.counts == len(curves), found.mean, np.nan), **line)
+
+
+def _legend(columns: dict[str, dict[str, str]], cycles: Cycles | None, show_cycles: bool) -> list:
+    """Return what explains the lines of both sides, with the number of cycles, and the band."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    handles: list = []
+    for side in (one for one in SIDES if any(one in sides for sides in columns.values())):
+        label = side or "middle"
+        if cycles:
+            n = len(cycles.spans[side])
+            of = f" of the {cycles.of_middle}" if not side and cycles.of_middle else ""
+            label += f", {n or 'no'} {cycles.noun}{'s' * (n != 1)}{of}"
+        handles.append(Line2D([], [], color=COLOURS[side], linestyle=LINES[side], linewidth=1.6, label=label))
+    if cycles and not show_cycles and max(map(len, cycles.spans.values())) > 1:
+        handles.append(Patch(color="0.5", alpha=0.3, linewidth=0.0, label="± standard deviation"))
+    return handles
