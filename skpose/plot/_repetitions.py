@@ -72,8 +72,9 @@ class RepetitionsDisplay:
     def __init__(self, repetitions: Repetitions, n_phases: int = 20):
         self.repetitions, self.n_phases = repetitions, n_phases
         self._skeleton, self._found, self._times = repetitions._compare("RepetitionsDisplay", n_phases)
-        self._has_spread = bool(np.isfinite(self._found.spread).all())
-        self._unusual = self._found.ratios if self._has_spread else self._found.distances
+        self._has_spread = bool(np.isfinite(self._found.spread).any())
+        unusual = self._found.ratios if self._has_spread else self._found.distances
+        self._unusual = np.nan_to_num(unusual, nan=-1.0)  # where a repetition lacks the phase, or too many others do
 
     def plot(
         self,
@@ -120,7 +121,8 @@ class RepetitionsDisplay:
         self.phase_, self.deviation_ = float(found.phases[worst]), float(found.distances[k, worst, joint])
         self.projection_ = self._find_projection(found.vectors[k, worst]) if projection is None else projection
         plane = check_projection(self.projection_)
-        phases = _spread(self.n_phases, n_poses, int(worst))
+        known = np.flatnonzero(np.isfinite(found.distances[k]).all(axis=1))
+        phases = known[_spread(len(known), n_poses, int(np.searchsorted(known, worst)))]
         own, usual = (
             p[:, :, plane] for p in (found.positions[k, phases], (found.positions - found.vectors)[k, phases])
         )
@@ -147,7 +149,7 @@ class RepetitionsDisplay:
         from matplotlib.collections import LineCollection
         from matplotlib.colors import LinearSegmentedColormap, Normalize
 
-        largest = 100.0 * self._found.distances.max() if vmax is None else vmax
+        largest = 100.0 * np.nanmax(self._found.distances) if vmax is None else vmax
         colours = LinearSegmentedColormap.from_list("deviation", COLOURS) if cmap is None else cmap
         scale: dict[str, Any] = {"cmap": colours, "norm": Normalize(0.0, largest or 1.0)}
         parents = np.concatenate([poses, np.zeros((len(poses), 1, 2))], axis=1)[
