@@ -214,9 +214,19 @@ def test_a_jump_of_a_whole_turn_is_none():
     spans = angles.times[cycles - [0, 1]]
     display = JointAnglesDisplay.from_angles(angles, cycles, names=["pelvis_tilt"])
     assert_drawn(display.axes_["pelvis_tilt"], "", curves_of(smooth, spans))
-    turned = some_angles(pelvis_tilt=smooth - 180 + 360 * (np.arange(N) >= 40))
-    display = JointAnglesDisplay.from_angles(turned, cycles, names=["pelvis_tilt"])
-    assert_drawn(display.axes_["pelvis_tilt"], "", curves_of(smooth - 180, spans))
+
+
+def test_cycles_between_which_a_person_turns_round_have_one_mean():
+    """The angle goes on to 360° between the cycles, as that of a pelvis does."""
+    smooth = 10 * np.sin(2 * np.pi * np.arange(N) / 40)
+    angles = some_angles(pelvis_tilt=smooth + 360 * np.clip((np.arange(N) - 40) / 40, 0, 1))
+    cycles = np.array([[0, 40], [80, 120], [120, 160]])
+    display = JointAnglesDisplay.from_angles(angles, cycles, names=["pelvis_tilt"])
+    (line,) = lines_of(display.axes_["pelvis_tilt"], "")
+    expected = curves_of(smooth, angles.times[cycles - [0, 1]]).mean(axis=0)
+    np.testing.assert_allclose(line, expected, atol=1e-9)
+    low, high = band_of(display.axes_["pelvis_tilt"], "")
+    np.testing.assert_allclose(low, high, atol=1e-9)
 
 
 def test_each_cycle_can_be_drawn():
