@@ -46,6 +46,9 @@ def find_reference(
 
     The vertical of a rest pose is the axis along which the legs are.
     """
+    for name in ("pelvis", *(f"{side}_{limb}" for side in SIDES for limb in ("thigh", "shank"))):
+        if name not in segments:
+            return f"its {name.replace('_', ' ')} has no length"
     positions = turned.positions[0]
     pelvis = segments["pelvis"]
     left, right = positions[pelvis.start], positions[pelvis.end]

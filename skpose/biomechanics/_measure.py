@@ -110,7 +110,7 @@ class _Joints:
         else:
             self.add("pelvis_tilt", three.flexion, UPRIGHT_PELVIS)
         self.add("pelvis_list", three.adduction, UPRIGHT_PELVIS)
-        self.add("pelvis_rotation", np.unwrap(three.rotation), UPRIGHT_PELVIS)
+        self.add("pelvis_rotation", _unwrap(three.rotation), UPRIGHT_PELVIS)
 
     def measure(self, joint: Joint, side: str) -> None:
         """Measure a joint; side is "" in the middle."""
@@ -210,6 +210,13 @@ class _Joints:
         if joint.name == "ankle":
             return Three(three.flexion, nothing, nothing), [reasons[0], NO_POINTS, NO_POINTS]
         return three, reasons
+
+
+def _unwrap(angles: np.ndarray) -> np.ndarray:
+    """Return angles without jumps by whole turns; NaN stays."""
+    known, out = ~np.isnan(angles), angles.copy()
+    out[known] = np.unwrap(angles[known])
+    return out
 
 
 def _of_line(turned: Turned, segments: dict[str, Segment]) -> np.ndarray:

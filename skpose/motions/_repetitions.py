@@ -11,6 +11,7 @@ from sklearn.utils import check_random_state
 from skpose._compat.sklearn import Interval, validate_params
 from skpose._validation.options import check_integer
 from skpose._validation.units import warn_of_degrees
+from skpose._warnings import warn
 from skpose.metrics import Metric
 from skpose.metrics._shared import METRIC_CONSTRAINTS, DistanceMatrix, resolve, warn_of_no_skeleton, warn_of_unconverged
 from skpose.motions._deviations import STEPS, Deviations, deviations_of
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     import pandas
 
 MOST_FRAMES = 2000  # that are compared; longer motions are thinned
+FEWEST = 40  # of these in a repetition, with fewer of which its length is uncertain
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -285,7 +287,8 @@ def segment_repetitions(
     Stillness is no repetition: frames whose speed is below a fifth of that of fast frames (95th percentile) are left
     out, and no repetition has a pause longer than half of the frames in which its template moves. With D the median
     distance between the frames that are left, the similarity of two poses at distance d is :math:`1 - d / 0.9 D`, and a
-    template must have two poses that are 1.25 D apart: half of a movement, or a pose that lasts, is no template.
+    template must have two poses that are 1.25 D apart: a pose that lasts is no template. Half of a movement is one
+    where its poses are as far apart as that, as in a squat between pauses: `min_frames` leaves halves out.
 
     Parameters
     ----------
@@ -330,7 +333,8 @@ def segment_repetitions(
     ConvergenceWarning
         If geodesics did not converge.
     UserWarning
-        If the poses look like degrees, see `pose_distances`.
+        If the poses look like degrees, see `pose_distances`. If the recording is so long that a repetition has fewer
+        than 40 of the frames that are compared: then several may be taken for one.
 
     See Also
     --------
@@ -408,6 +412,11 @@ def segment_repetitions(
         pvalue = p_value(templates, n_surrogates, check_random_state(random_state), n_threads)
     is_sure = best.fitness > 0.0 and best.fitness >= min_fitness and pvalue <= alpha
     found = templates.repetitions(best) if is_sure else templates.nothing()
+    if k > 1 and len(found.segments) and (kept := int(np.ptp(found.segments, axis=1).min())) < FEWEST:
+        warn(
+            f"one of {k} frames is compared in a recording of {len(poses)}, and a repetition has {kept} of these, so that "
+            f"two may have been taken for one: cut it into parts of at most {MOST_FRAMES} frames, or resample it"
+        )
     starts, stops = k * found.segments[:, 0], np.minimum(k * found.segments[:, 1], len(poses))
     pauses = np.minimum(k * found.pauses, len(poses))
     given, times = (motion, motion.times) if isinstance(motion, Motion) else (poses, None)

@@ -1,4 +1,4 @@
-"""Where a person is upright, by the names of points: heads are above feet."""
+"""The direction in which a skeleton stands at angle zero, by the names of its joints: heads are above feet."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation

@@ -328,6 +328,25 @@ def test_threads_change_nothing():
     assert (one.fitness, one.pvalue) == (two.fitness, two.pvalue)
 
 
+def test_long_motions_are_thinned(monkeypatch):
+    poses, truth = recording([60, 60, 60, 61], [30, 45, 10, 60, 0])
+    monkeypatch.setattr(_repetitions, "MOST_FRAMES", 200)  # of 386: every second one
+    found = segment_repetitions(poses, skeleton=ARM, metric="position", max_frames=70)
+    assert_found(found, truth, 10)
+    assert (found.starts % 2 == 0).all()
+    walk = make_gait(1, 1, activities=["walk"], duration=241 / 40, frame_rate=40, random_state=0)[0]
+    strides = segment_repetitions(walk, metric="position")
+    assert strides.stops[-1] == len(walk) == 241
+
+
+def test_repetitions_of_few_frames_in_a_long_recording_are_a_warning():
+    """Of 2,500 frames every second one is compared, and a turn has 12.5 of these."""
+    turn = np.arange(2500)[:, None] * 2 * np.pi / 25
+    poses = np.hstack([np.sin(turn), np.cos(turn), 0 * turn])
+    with pytest.warns(UserWarning, match="one of 2 frames is compared .* two may have been taken for one"):
+        segment_repetitions(poses, skeleton=ARM, metric="position", n_surrogates=19)
+
+
 def test_without_a_skeleton_angles_and_a_warning():
     poses, truth = recording([60, 60, 60], [30] * 4)
     with pytest.warns(UserWarning, match='without a skeleton means "angle"'):
