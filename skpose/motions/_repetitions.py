@@ -414,8 +414,8 @@ def segment_repetitions(
     found = templates.repetitions(best) if is_sure else templates.nothing()
     if k > 1 and len(found.segments) and (kept := int(np.ptp(found.segments, axis=1).min())) < FEWEST:
         warn(
-            f"one of {k} frames is compared in a recording of {len(poses)}, and a repetition has {kept} of these, so that "
-            f"two may have been taken for one: cut it into parts of at most {MOST_FRAMES} frames, or resample it"
+            f"one of {k} frames is compared in a recording of {len(poses)}, and a repetition has {kept} of these, so "
+            f"that two may have been taken for one: cut it into parts of at most {MOST_FRAMES} frames, or resample it"
         )
     starts, stops = k * found.segments[:, 0], np.minimum(k * found.segments[:, 1], len(poses))
     pauses = np.minimum(k * found.pauses, len(poses))

@@ -92,9 +92,9 @@ class MotionDistanceTransformer(MotionEstimatorMixin, ClassNamePrefixFeaturesOut
     from a to b and the one from b to a, which may differ in the last bit, are two. Files are written whole, after some
     ten seconds of work each: a run that was interrupted continues there. Processes that miss distances of one kind
     compute them one after the other; so give threads to the transformer rather than processes to the search. On disk a
-    file holds a matrix of 8 bytes a number, 4 for float32 motions, blank where nothing was missing: some 20 to 30 bytes
-    a distance. Nothing is removed until the folder is deleted. In memory there is one file at a time, none larger than
-    the result of the call that wrote it. On other kinds of processors the last bits may differ.
+    file holds a matrix of 8 bytes a number, 4 for float32 motions, blank where nothing was missing: 13 to 40 bytes a
+    distance in all. Nothing is removed until the folder is deleted. In memory there is one file at a time, none larger
+    than the result of the call that wrote it. On other kinds of processors the last bits may differ.
 
     Dynamic time warping obeys no triangle inequality: keep ``algorithm="brute"`` or ``metric="precomputed"`` in the
     steps that follow.
