@@ -41,6 +41,7 @@ __all__ = [
 # Each package is imported when it or one of its names is first used (PEP 562): the command line prints its help without
 # numba and scikit-learn, which take a second.
 if TYPE_CHECKING:
+    from skpose import biomechanics as biomechanics
     from skpose import cluster as cluster
     from skpose import datasets as datasets
     from skpose import geodesics as geodesics
@@ -70,6 +71,7 @@ if TYPE_CHECKING:
     __version__: str
 else:
     _PACKAGES = {
+        "biomechanics": [],
         "cluster": ["MedoidShift"],
         "datasets": [],
         "geodesics": ["geodesic"],

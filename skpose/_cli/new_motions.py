@@ -55,16 +55,12 @@ class Target(NamedTuple):
             )
         print(f"{self.out}: {text}")
         if suffix == ".bvh":
-            self._print_what_is_not_stated(content.up)
+            self._print_what_is_not_stated()
 
-    def _print_what_is_not_stated(self, up: str) -> None:
-        """Print the options with which the BVH file is read as it was written, as it states neither unit nor up."""
-        options = [f"--scale {self.scale:g}"] * (self.scale != 1.0) + [f"--up {up}"] * (up != "y")
-        if options:
-            print(
-                f"{self.out}: BVH files state neither their unit nor which axis points up; to read it again pass "
-                f"{' '.join(options)}"
-            )
+    def _print_what_is_not_stated(self) -> None:
+        """Print the option with which the BVH file is read as it was written, as it does not state its unit."""
+        if self.scale != 1.0:
+            print(f"{self.out}: BVH files do not state their unit; to read it again pass --scale {self.scale:g}")
 
 
 def mean(

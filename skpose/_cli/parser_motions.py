@@ -164,7 +164,6 @@ def add_angles(angles: CommandParser) -> None:
         help="the standing pose at which all angles are zero: the number of a frame, from 0, or a file in which the "
         "person stands; default: the axes of the limbs in the rest pose of the skeleton",
     )
-    add_skip_errors(angles)
     add_reading(angles)
     add_reading_points(angles)
 

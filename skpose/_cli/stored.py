@@ -18,7 +18,7 @@ def describe_stored(stored: Stored) -> None:
         print(f"{n_points} keypoints, which it does not name")
         needed.append("names= or layout=")
     else:
-        print(f"{n_points} keypoints")
+        print(f"{n_points} points" + ("" if stored.up is None else f", {stored.up} is up"))
     if needed:
         print(f"skpose.io.load_keypoints reads it with {' and '.join(needed)}")
     not_seen = np.isnan(stored.positions).any(axis=2)

@@ -46,7 +46,7 @@ def test_csv_that_states_names_and_no_rate(capsys, monkeypatch):
     Path("a.csv").write_text(text)
     expected = [
         "3 frames, whose rate it does not state",
-        "2 keypoints",
+        "2 points",
         "skpose.io.load_keypoints reads it with frame_rate=",
         "",
         "point       not seen",
@@ -65,7 +65,7 @@ def test_arrays(capsys):
         "skpose.io.load_keypoints reads it with frame_rate= and names= or layout=",
     ]
     np.savez("a.npz", positions=POINTS, fps=30, names=["a", "b", "c"])
-    assert printed(capsys, "a.npz")[:4] == ["4 frames at 30 Hz, 0.13 s", "3 keypoints", "", "point  not seen"]
+    assert printed(capsys, "a.npz")[:4] == ["4 frames at 30 Hz, 0.13 s", "3 points", "", "point  not seen"]
 
 
 def test_what_is_no_keypoints_has_the_errors_of_its_reader(capsys):

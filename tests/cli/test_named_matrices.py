@@ -185,6 +185,7 @@ def test_matrices_with_names_are_not_continued(capsys, monkeypatch):
     assert "the disk has 0.0 GB free" in refusal(["distances", *FILES, "--out", "D.csv"], capsys)
 
 
+@pytest.mark.filterwarnings("ignore:fast.bvh. Frame Time is:UserWarning")
 def test_times_of_poses_have_digits_enough(dataset):
     save_bvh("fast.bvh", dataset.motions[0].resample(3000)[:3], scale=1.0)
     assert main(["distances", "fast.bvh", "--metric", "position", "--out", "D.csv"]) == 0

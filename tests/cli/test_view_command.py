@@ -152,6 +152,7 @@ def test_page_of_markers(capsys):
     assert capsys.readouterr().out.startswith("view.html: 1 recording of points, positions within ")
 
 
+@pytest.mark.filterwarnings("ignore:anna.bvh. frame_rate=30 replaces the 20 Hz:UserWarning")
 def test_page_of_keypoints_of_any_format(capsys):
     keypoints = squatting()
     keypoints.to_pandas().to_csv("squat.csv")
@@ -159,7 +160,7 @@ def test_page_of_keypoints_of_any_format(capsys):
     named = {name: dict(zip("xyz", keypoints.positions[0, i], strict=True)) for i, name in enumerate(keypoints.names)}
     Path("squat.json").write_text(json.dumps({"fps": 30, "frames": [{"keypoints_3d": named}] * 2}))
     files = ["squat.csv", "squat.npz", "squat.json", "anna.bvh"]
-    assert main(["view", *files, "--amc-frame-rate", "30", "--layout", "coco17", "--out", "view.html"]) == 0
+    assert main(["view", *files, "--file-frame-rate", "30", "--layout", "coco17", "--out", "view.html"]) == 0
     data = shown()["motions"]
     assert [motion["label"] for motion in data] == files
     assert [motion.get("layout") for motion in data] == ["coco17"] * 3 + [None]
@@ -203,7 +204,7 @@ def test_what_is_refused_of_points(capsys):
     line = refusal(["squat.trc", "--layout", "h36m17"], capsys)
     assert "no point named 'spine', as the layout 'h36m17' has" in line
     squatting().to_pandas().to_csv("squat.csv")
-    assert "squat.csv does not state its frame rate: pass --amc-frame-rate" in refusal(["squat.csv"], capsys)
+    assert "squat.csv does not state its frame rate: pass --file-frame-rate" in refusal(["squat.csv"], capsys)
     np.savez("squat.npz", positions=squatting().positions[:, :17], frame_rate=30.0)
     assert "squat.npz does not name its points: pass --layout" in refusal(["squat.npz"], capsys)
     Path("arm.asf").write_text((Path(__file__).parents[1] / "data" / "arm.asf").read_text())

@@ -83,7 +83,8 @@ def test_keypoints_are_read_as_they_were(sure, tmp_path):
     table = pandas.read_csv(tmp_path / "a.csv")
     np.testing.assert_array_equal(table[["hip_x", "hip_y", "hip_z"]], points.positions[:, 0])
     assert ("hip_confidence" in table) == (sure is not None)
-    assert load_keypoints(tmp_path / "a.csv", frame_rate=10, up="y").frame_rate == 10
+    with pytest.warns(UserWarning, match="frames are at .* Hz by 'time', but 10 Hz is taken"):
+        assert load_keypoints(tmp_path / "a.csv", frame_rate=10, up="y").frame_rate == 10
 
 
 @pytest.mark.parametrize("layout", [layout for layout in layouts.values() if len(layout.names) > 4])

@@ -328,6 +328,7 @@ def test_threads_change_nothing():
     assert (one.fitness, one.pvalue) == (two.fitness, two.pvalue)
 
 
+@pytest.mark.filterwarnings("ignore:one of 2 frames is compared:UserWarning")
 def test_long_motions_are_thinned(monkeypatch):
     poses, truth = recording([60, 60, 60, 61], [30, 45, 10, 60, 0])
     monkeypatch.setattr(_repetitions, "MOST_FRAMES", 200)  # of 386: every second one

@@ -16,6 +16,9 @@ from skpose.view._pack import unpack
 ARM = Motion(Skeleton.chain(2), np.zeros((3, 2)), 30)
 
 
+pytestmark = pytest.mark.filterwarnings("ignore:.* is taken as the axis that points up:UserWarning")  # random points
+
+
 def walking(names, n=30, up="y", seed=0):
     """Points that go far, of which some are not seen for a while, one never."""
     rng = np.random.default_rng(seed)
