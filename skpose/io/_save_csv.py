@@ -51,9 +51,9 @@ def save_csv(path: PathLike, content: Motion | Keypoints) -> None:
     ================================== ===================================================================
 
     Of a motion then follow ``root_x``, ``root_y``, ``root_z``, the positions of the root, m, its angles, rad, such as
-    ``root_rz``, and the angles of the joints, rad, by ``skeleton.dof_names``. The "root" of these columns is ``"root_"``,
-    or has more underscores, where columns of the joints have these names. The skeleton is not in the table: the last
-    example puts the angles onto it again.
+    ``root_rz``, and the angles of the joints, rad, by ``skeleton.dof_names``. The "root" of these columns is
+    ``"root_"``, or has more underscores, where columns of the joints have these names. The skeleton is not in the
+    table: the last example puts the angles onto it again.
 
     Of keypoints follow ``hip_x``, ``hip_y``, ``hip_z`` of each point, m, without a number where it is not seen, and
     ``hip_confidence`` where any confidence is between 0 and 1.
