@@ -1,15 +1,29 @@
-"""Files of keypoints with something wrong in them, and what their readers do with them; for tests and the benchmark."""
+"""Keypoints and archives with something wrong in them, and what readers do with them: for tests and the benchmark."""
 
 import csv
 import io
 import json
 import struct
+import tempfile
 import warnings
+import zipfile
+from pathlib import Path
 
 import c3d_files
+import mutations
 import numpy as np
 
-from skpose.io import MocapFormatError, load_c3d, load_c3d_quantities, load_keypoints, load_trc
+from skpose import Motion
+from skpose.io import (
+    MocapFormatError,
+    load_amass,
+    load_c3d,
+    load_c3d_quantities,
+    load_keypoints,
+    load_motion,
+    load_trc,
+    save_npz,
+)
 from skpose.keypoints import Keypoints
 
 NAMES = ["hip", "knee", "ankle"]
@@ -110,6 +124,28 @@ def csv_file(n_frames=20, key="frame", form="{}"):
     return file.getvalue().encode()
 
 
+def amass_archives(n_frames=3):
+    """Return motions of SMPL-H and SMPL-X, in the keys of AMASS."""
+    rng = np.random.default_rng(8)
+    poses = rng.normal(size=(n_frames, 165))
+    common = {"trans": rng.normal(size=(n_frames, 3)), "betas": rng.normal(size=16), "gender": "neutral"}
+    edges = {"root_orient": (0, 3), "pose_body": (3, 66), "pose_jaw": (66, 69), "pose_eye": (69, 75)}
+    parts = {name: poses[:, first:last] for name, (first, last) in edges.items()} | {"pose_hand": poses[:, 75:]}
+    x = {"poses": poses, "mocap_frame_rate": 59.94, "surface_model_type": "smplx", **parts}
+    return [
+        _saved(np.savez, poses=poses[:, :156], mocap_framerate=120.0, **common),
+        _saved(np.savez_compressed, **x, **common),
+    ]
+
+
+def motion_archive():
+    """Return a motion that `save_npz` wrote."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "motion.npz"
+        save_npz(path, load_motion(io.BytesIO(mutations.BVH), scale=0.01))
+        return path.read_bytes()
+
+
 FILES = {
     "TRC": _trc_forms(),
     "C3D": c3d_kinds() + _other_c3d_kinds(),
@@ -120,8 +156,31 @@ FILES = {
     ],
     "JSON": [json.dumps(document).encode() for document in json_documents()],
     "CSV": [csv_file(), csv_file(key="image_id", form="walk_{:04}.png")],
+    "AMASS": amass_archives(),
+    "motion": [motion_archive()],
 }
 BYTES = [0, 1, 2, 4, 9, 10, 32, 44, 45, 46, 48, 57, 80, 84, 85, 86, 95, 127, 128, 254, 255]
+OTHER_ARRAYS = [
+    np.array(array)
+    for array in (
+        np.nan,
+        np.inf,
+        -1.0,
+        0,
+        1e300,
+        10**18,
+        "",
+        "x",
+        b"x",
+        [],
+        [[]],
+        [1.0],
+        [[np.nan] * 3],
+        ["x"],
+        True,
+        1j,
+    )
+]
 WORDS = [b"", b"NaN", b"1e999", b"-inf", b"1_0", b"1,5", b"9" * 40, b"1000000000", b"-1", b"x\ty", b"\t", b"\n", b"\r"]
 
 
@@ -133,12 +192,18 @@ READERS = {
     "NPZ": ARRAYS,
     "JSON": ARRAYS,
     "CSV": ARRAYS,
+    "AMASS": [(load_amass, {}), (load_motion, {"hands": False, "on_nan": "drop"})],
+    "motion": [(load_motion, {})],
 }
+KINDS = {load_c3d_quantities: dict, load_amass: Motion, load_motion: Motion}
+ARCHIVES = "NPZ", "AMASS", "motion"
 
 
 def damaged(kind, rng):
     """Return a file of a kind, one of FILES, with some damage."""
     data = bytearray(FILES[kind][rng.integers(len(FILES[kind]))])
+    if kind in ARCHIVES and rng.random() < 0.7:
+        return _damaged_entry(data, rng)
     if rng.random() < 0.25:
         return bytes(data[: rng.integers(len(data))])
     for _ in range(rng.integers(1, 4)):
@@ -162,6 +227,31 @@ def damaged(kind, rng):
         if not data:
             break
     return bytes(data)
+
+
+def _damaged_entry(data, rng):
+    """Return an archive, whole as an archive, with damage in an array, without one, or with one of another kind."""
+    with zipfile.ZipFile(io.BytesIO(data)) as whole:
+        entries = {name: whole.read(name) for name in whole.namelist()}
+    name, other, how = *rng.choice(list(entries), 2), rng.integers(6)
+    entry = bytearray(entries[name])
+    if how == 0:
+        del entries[name]
+    elif how == 1:
+        entries[name] = entries[other]
+    elif how == 2:
+        entries[name] = _saved(np.save, OTHER_ARRAYS[rng.integers(len(OTHER_ARRAYS))])
+    elif how == 3:
+        entries[name] = bytes(entry[: rng.integers(len(entry))])
+    else:
+        for _ in range(rng.integers(1, 4)):  # the header, or a number
+            entry[rng.integers(len(entry) if how == 4 else min(len(entry), 128))] = rng.choice(BYTES)
+        entries[name] = bytes(entry)
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w") as archive:
+        for name, entry in entries.items():
+            archive.writestr(name, entry)
+    return file.getvalue()
 
 
 def _damaged_line(data, rng):
@@ -189,6 +279,7 @@ def outcome(kind, data):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         warnings.filterwarnings("ignore", message="the open file: ", category=UserWarning)
+        warnings.filterwarnings("ignore", message="bones have the lengths of a person", category=UserWarning)
         for read, options in READERS[kind]:
             try:
                 found = read(io.BytesIO(data), **options)
@@ -197,7 +288,7 @@ def outcome(kind, data):
                     raise AssertionError(f"an error without message or file name: {error!r}") from error
                 outcomes.append("refused")
             else:
-                if not isinstance(found, dict if read is load_c3d_quantities else Keypoints):
-                    raise AssertionError(f"no keypoints: {found!r}")
+                if not isinstance(found, KINDS.get(read, Keypoints)):
+                    raise AssertionError(f"not what it reads: {found!r}")
                 outcomes.append("read")
     return outcomes[0]

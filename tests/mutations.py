@@ -2,6 +2,7 @@
 
 import io
 import warnings
+from collections.abc import Sequence
 from pathlib import Path
 
 from hypothesis import strategies as st
@@ -11,6 +12,7 @@ from skpose.io import MocapFormatError, load_amc, load_asf, load_bvh, load_motio
 
 DATA = Path(__file__).parent / "data"
 BVH, ASF, AMC = ((DATA / name).read_bytes() for name in ("biped.bvh", "arm.asf", "arm.amc"))
+VALID = {"BVH": BVH, "ASF": ASF, "AMC": AMC}
 
 NASTY = [
     b"", b"0", b"-1", b"1e999", b"-1e308", b"1e-320", b"nan", b"-inf", b"1.#IND", b"1,5", b"0.0-7.5", b"1_0", b"0x10",
@@ -29,10 +31,10 @@ NEST = {
 
 
 @st.composite
-def files(draw, n_most: int = 4):
-    """Draw (kind, bytes): a valid file with up to a few mutations, or random bytes."""
-    kind = draw(st.sampled_from(["BVH", "BVH", "ASF", "AMC"]))
-    data = {"BVH": BVH, "ASF": ASF, "AMC": AMC}[kind]
+def files(draw, kinds: Sequence[str] = ("BVH", "BVH", "ASF", "AMC"), n_most: int = 4):
+    """Draw (kind, bytes): a valid file of one of these kinds with up to a few mutations, or random bytes."""
+    kind = draw(st.sampled_from(kinds))
+    data = VALID[kind]
     if draw(st.integers(0, 30)) == 0:
         return kind, draw(st.binary(max_size=2000))
     for _ in range(draw(st.integers(1, n_most))):
