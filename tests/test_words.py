@@ -101,15 +101,26 @@ def compiled(words):
     return re.compile(rf"(?<![^\W\d_])(?:{words})(?![^\W\d_])".replace(" ", r"[\s#_]+"), re.IGNORECASE)
 
 
-EXPRESSIONS = [(compiled(words), replacement) for words, replacement in PLAIN.items()]
-EXPRESSIONS_COMPILED = [(compiled(words), replacement) for words, replacement in PLAIN_COMPILED.items()]
+def literals(words):
+    """Return letters of which a text must have one that the expression matches: to look for them takes no time."""
+    letters = re.findall(r"[^\W\d_]+", re.sub(r"\w\?", "", words))
+    return letters if "|" in words else [max(letters, key=len)]
+
+
+def expressions_of(table):
+    return [(literals(words), compiled(words), replacement) for words, replacement in table.items()]
+
+
+EXPRESSIONS, EXPRESSIONS_COMPILED = expressions_of(PLAIN), expressions_of(PLAIN_COMPILED)
 
 
 def words_to_replace(text, name, expressions=EXPRESSIONS):
     """Return "file:line: word -> replacement" for each word of the table in a text."""
+    lower = text.lower()
     found = sorted(
         (text.count("\n", 0, match.start()) + 1, re.sub(r"[\s#_]+", " ", match.group()), replacement)
-        for expression, replacement in expressions
+        for some, expression, replacement in expressions
+        if any(letters in lower for letters in some)
         for match in expression.finditer(text)
     )
     return [f"{name}:{line}: {words} -> {replacement}" for line, words, replacement in found]

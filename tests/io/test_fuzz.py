@@ -80,7 +80,7 @@ def test_a_chain_ten_thousand_joints_deep_is_read():
 def test_damaged_files_of_keypoints(kind):
     """Some of each kind are read: damage to a number, a name or what is left out."""
     rng = np.random.default_rng(0)
-    files = [damaged.damaged(kind, rng) for _ in range(400)]
+    files = [damaged.damaged(kind, rng) for _ in range(100 if kind in damaged.ARCHIVES else 400)]
     assert {damaged.outcome(kind, data) for data in damaged.FILES[kind]} == {"read"}
     outcomes = set()
     with bounded_memory(b"".join(files)[:100_000]):
