@@ -136,9 +136,9 @@ def joint_angles(
         The motion of a person.
     zero : int or Motion, default=None
         The anatomical standing pose, at which all angles are zero: the number of a frame of the motion, or a recording
-        on the same skeleton, of which the mean is taken. None takes the axes of the segments from the rest pose of the
-        skeleton, if that stands, however it holds arms and knees: straight limbs that hang down are at zero, and feet
-        that are flat on the floor.
+        on the same skeleton, of which the mean is taken. Legs and trunk must stand in it. None takes the axes of the
+        segments from the rest pose of the skeleton, if that stands, however it holds arms and knees: straight limbs
+        that hang down are at zero, and feet that are flat on the floor.
     joints : Mapping of str to str, default=None
         Joints by landmark, such as ``{"left_knee": "KneeL"}``, for skeletons whose names are not known, or to correct
         what is found. Landmarks are hip, knee, ankle, ball, toe, shoulder, elbow, wrist and hand, each with "left\_" or
@@ -153,16 +153,22 @@ def joint_angles(
     Raises
     ------
     TypeError
-        For what is no motion.
+        For what is no motion, no zero or no mapping of joints.
     ValueError
-        If the joints of the legs are not known; if nobody stands in the rest pose and there is no `zero`; if nobody
-        stands in `zero`, or it has another skeleton.
+        If the joints of the legs are not known, or `joints` are not those of a person: a knee that does not come after
+        the hip, one joint for two landmarks, sides that are exchanged. If nobody stands in the rest pose and there is
+        no `zero`; if nobody stands in `zero`, or it has another skeleton.
 
     Warns
     -----
     UserWarning
-        If the person moves in the recording `zero`. If positions show of the pelvis only the line of the hips: its tilt
-        is NaN, and the hips' angles are relative to the trunk.
+        If the person moves in the recording `zero`, or limbs are bent in it by 12° and more. If arms do not hang in
+        `zero`: angles of shoulder and elbow, or of the elbow alone, are NaN.
+    UserWarning
+        If in nearly all frames the person stands along another axis than ``motion.up``, and there is no `zero`.
+    UserWarning
+        If positions show of the pelvis only the line of the hips: its tilt is NaN, and the hips' angles are relative
+        to the trunk.
 
     See Also
     --------
@@ -201,6 +207,13 @@ def joint_angles(
     ``shoulder_elevation``            from the trunk; 90 is horizontal
     ``shoulder_plane``                of the elevation: 0 to the side, 90 to the front
     ================================  ====================================================
+
+    *Zero.* In nine tenths of the frames of `zero` thighs and shanks are within 25° of down, the knees bent by no more,
+    thighs no further apart, and the trunk as upright; upper arms within 25° of the trunk, elbows bent by no more than
+    45°. Of 5,082 frames of CMU's walks and runs none is so. A rest pose may hold the arms out, as T-poses do: at zero
+    is then the straight arm that hangs, as it would be rotated if it were lowered by the shortest path. If it is wrong
+    by an angle, rotation of the shoulder is off by that angle, by 30° in CMU's files, and the elbow bends about
+    another axis. Where arms point up at rest, that path is not known: these angles are NaN.
 
     *What is not shown is NaN.* Where two axes are parallel (within 3°), as of an arm held out to the side, flexion and
     rotation are one. A motion that is ``fitted`` to positions shows how a segment is rotated about itself only by

@@ -32,7 +32,7 @@ REMEDY = (
 
 
 class Deviation(NamedTuple):
-    """How far a limb is from where it is in a person who stands."""
+    """A limb that is not where it is in a person who stands."""
 
     what: str  # in words
     degrees: float
