@@ -37,7 +37,7 @@ READING = [
     "hands",
 ]
 POINTS = "layout", "names", "zeros"  # of the readers of markers and keypoints
-PREPARING = "rotations", "method", "with_root", "zero"  # options of what is done with the motions
+PREPARING = "rotations", "method", "with_root"  # options of what is done with the motions
 ALIGNING = "alignment", "window", "endpoint", "joints"
 PRINTING = "info", "compare", "find"  # commands whose output is all that there is of them
 NAMED = {"method": "retarget", "frame_rate": "file-frame-rate"}  # options that have another name than the argument
@@ -149,7 +149,7 @@ def _as_options(message: str, options: argparse.Namespace) -> str:
         return f"--{name}{'=' if given.startswith('-') else ' '}{shlex.quote(given)}"  # "-y" would be another option
 
     message = " ".join(message.split())
-    known = (*READING, *POINTS, *PREPARING, *ALIGNING)
+    known = (*READING, *POINTS, *PREPARING, *ALIGNING, "zero")
     names = "|".join(name for name in known if hasattr(options, STORED.get(name, name)))
     if not names:
         return message

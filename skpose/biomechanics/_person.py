@@ -60,7 +60,7 @@ def _check(skeleton: Skeleton, person: Landmarks, given: Mapping[str, str]) -> N
         return joints[above] in path_up(skeleton, joints[mark])[1:]
 
     for mark in given:
-        same = [other for other in joints if joints[other] == joints[mark] and other != mark]
+        same = [other for other in joints if joints[other] == joints[mark] and _part(other) != _part(mark)]
         if same:
             raise ValueError(f"{words(mark, same[0])}: expected two joints; pass joints= with the name of each")
     for above, below in _chains(joints):
@@ -79,6 +79,11 @@ def _check(skeleton: Skeleton, person: Landmarks, given: Mapping[str, str]) -> N
                     "part of a limb"
                 )
     _check_sides(skeleton, person, given)
+
+
+def _part(mark: str) -> str:
+    """Return a landmark, or the one that may be at the same joint: a foot ends at the ball or the toe."""
+    return "head" if mark in HEADS else mark.replace("toe", "ball")
 
 
 def _chains(joints: Mapping[str, int]) -> list[tuple[str, str]]:

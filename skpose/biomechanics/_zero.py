@@ -18,7 +18,7 @@ from skpose.skeleton._shared import describe_up, find_up
 
 # Degrees up to which limbs are as of a person who stands, and from which that is said. OpenCap's standing trial has 3
 # at knees, 8 at shanks and 12 at upper arms, a standing person of CMU 16 to 25 at knees. No frame of walks and runs
-# passes, of OpenCap's (131) and CMU's (5,082); with 30 some would. Standing people of HDM05 do not pass: their
+# passes, of OpenCap's (131) and CMU's (5,082); with 30 some would. Few of HDM05's standing people pass: their
 # skeletons bend the knees of a straight leg by 25 to 35, and the rest pose is a better zero.
 LIMIT, SMALL = 25.0, 12.0
 ELBOW_LIMIT = 45.0  # 35 in OpenCap's standing trial, 20 to 40 in standing people of CMU

@@ -641,6 +641,8 @@ def test_right_joints_by_hand_change_nothing():
     motion = moving(person())
     joints = {f"{side}_{mark}": side.capitalize() + name for side in SIDES for mark, name in (LEG | ARM).items()}
     assert_same(joint_angles(motion), joint_angles(motion, joints=joints))
+    feet = {f"{side}_toe": f"{side.capitalize()}Toe" for side in SIDES}  # the ball, by its name
+    assert_same(joint_angles(motion), joint_angles(motion, joints=feet))
     with pytest.raises(TypeError, match=r"joints must be a mapping of landmarks to names of joints.*, got list"):
         joint_angles(motion, joints=["LeftLeg"])
 
