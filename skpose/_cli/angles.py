@@ -11,7 +11,7 @@ from skpose._cli.reader import Reader, name_of
 from skpose._files import new_file
 from skpose.biomechanics import JointAngles, joint_angles
 from skpose.keypoints import Keypoints, Layout, fit_skeleton
-from skpose.keypoints._shared import check_layout, find_layout
+from skpose.keypoints._shared import check_layout, find_layout, missing_points, nearest_layout
 from skpose.kinematics import inverse_kinematics
 from skpose.skeleton import Motion, Skeleton
 
@@ -52,14 +52,22 @@ def _fit(contents: list[Content], names: list[str], layout: str | None) -> list[
 
 
 def _layout_of(points: Keypoints, name: str, layout: str | None) -> Layout:
-    """Return the layout that is named, or the one that has the points."""
+    """Return the layout that is named, or the one that has the points; all of its points must be there."""
     of = find_layout(points.names) if layout is None else check_layout(layout)
-    if of is None:
+    near = nearest_layout(points.names) if of is None else of
+    if near is None:
         raise ValueError(
             f"the points of {name} are those of no layout that the library knows: pass --layout, if some names differ, "
             f"or read the file in Python with a skpose.keypoints.Layout of its points, {', '.join(points.names)}"
         )
-    return of
+    if missing := missing_points(near, points.names):
+        raise ValueError(
+            f"{name} has the points of {'the nearest layout, ' if of is None else ''}{near.name}, but for "
+            f"{', '.join(missing)}: pass --zero FILE --layout {near.name}, where FILE has them and the person stands. "
+            "Medial markers of knees and ankles are often in that recording alone. Without one, read the file in "
+            "Python with a skpose.keypoints.Layout of the points that are there"
+        )
+    return near
 
 
 def _write(path: Path, found: JointAngles) -> None:

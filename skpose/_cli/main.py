@@ -149,7 +149,7 @@ def _as_options(message: str, options: argparse.Namespace) -> str:
         return f"--{name}{'=' if given.startswith('-') else ' '}{shlex.quote(given)}"  # "-y" would be another option
 
     message = " ".join(message.split())
-    known = (*READING, *POINTS, *PREPARING, *ALIGNING)
+    known = (*READING, *POINTS, *PREPARING, *ALIGNING, "zero")
     names = "|".join(name for name in known if hasattr(options, STORED.get(name, name)))
     if not names:
         return message

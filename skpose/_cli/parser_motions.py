@@ -1,6 +1,7 @@
 """Options of the commands that make something of motions: a mean, in-betweens, another skeleton, another format."""
 
 import argparse
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -169,6 +170,10 @@ def add_angles(angles: CommandParser) -> None:
 
 
 def _frame_or_file(text: str) -> int | Path:
+    if re.fullmatch(r"-\d+", text):
+        raise argparse.ArgumentTypeError(
+            f"frames are numbered from 0, got {text}: pass 0 or more, or a file (./{text} if that is its name)"
+        )
     return int(text) if text.isdecimal() else Path(text)
 
 

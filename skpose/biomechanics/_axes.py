@@ -13,14 +13,16 @@ from scipy.spatial.transform import Rotation
 from skpose.biomechanics._segments import LIMBS, SIDES, Segment, Turned
 from skpose.skeleton import Skeleton
 
-UPRIGHT = np.cos(np.radians(45.0))  # of the angle to the vertical up to which legs and trunk stand
-STILL = 10.0  # degrees up to which the segments of a standing person rotate about their mean
+UPRIGHT = np.cos(np.radians(45.0))  # of the angle to the vertical up to which legs and trunk stand in a rest pose
+# Degrees from down from which an arm of a rest pose points up: in which plane it would be lowered is arbitrary there.
+RAISED = 135.0
 # Two points are the ends of a joint's axis, such as the epicondyles of a knee, if the joint is in the middle of them,
 # and if their line is across the limb; relative to the distance between them, and the cosine.
 OFF_MIDDLE, ALONG = 0.2, 0.5
 THUMB_OFF_LINE = (
     0.1  # distance of a thumb from the line of the hand, relative to its length, that shows where the palm is
 )
+PARALLEL = 1e-6  # sine of the angle between two directions below which they show no axes
 BEFORE = {"shank": "thigh", "forearm": "upper_arm", "hand": "forearm"}
 
 
@@ -33,6 +35,9 @@ class Reference(NamedTuple):
     # next to the hand, to the right where palms face forward.
     lines: dict[str, np.ndarray]
     is_rest: bool  # whether it is the rest pose of the skeleton
+    # Angles that the pose gives no zero, by the beginning of their names and the side, such as ("elbow", "left"), and
+    # why.
+    unknown: dict[tuple[str, str], str]
 
     def direction(self, segment: Segment) -> np.ndarray:
         """Return the direction (3,) of a segment."""
@@ -44,30 +49,29 @@ def find_reference(
 ) -> Reference | str:
     """Return a pose, one frame, as a reference, or in words why nobody stands in it; up is None for the rest pose.
 
-    The vertical of a rest pose is the axis along which the legs are.
+    The vertical of a rest pose is the axis along which the legs are. Whether a person stands in another pose is to be
+    known.
     """
-    for name in ("pelvis", *(f"{side}_{limb}" for side in SIDES for limb in ("thigh", "shank"))):
-        if name not in segments:
-            return f"its {name.replace('_', ' ')} has no length"
     positions = turned.positions[0]
     pelvis = segments["pelvis"]
     left, right = positions[pelvis.start], positions[pelvis.end]
-    legs = [positions[segments[f"{side}_shank"].end] - positions[segments[f"{side}_thigh"].start] for side in SIDES]
     is_rest = up is None
-    vertical = _nearest_axis(-legs[0] - legs[1]) if up is None else up
-    for side, leg in zip(SIDES, legs, strict=True):
-        if degrees_between(-leg, vertical) > np.degrees(np.arccos(UPRIGHT)):
-            return f"its {side} leg points {degrees_between(-leg, vertical):.0f}° away from down"
-    if "trunk" in segments:
-        spine = (positions[segments["trunk"].start] + positions[segments["trunk"].end] - left - right) / 2.0
-        if degrees_between(spine, vertical) > np.degrees(np.arccos(UPRIGHT)):
-            return f"its trunk leans {degrees_between(spine, vertical):.0f}° away from up"
-    across = (right - left) - (right - left) @ vertical * vertical
+    if up is None:
+        legs = [positions[segments[f"{side}_shank"].end] - positions[segments[f"{side}_thigh"].start] for side in SIDES]
+        up = _nearest_axis(-legs[0] - legs[1])
+        for side, leg in zip(SIDES, legs, strict=True):
+            if degrees_between(-leg, up) > np.degrees(np.arccos(UPRIGHT)):
+                return f"its {side} leg points {degrees_between(-leg, up):.0f}° away from down"
+        if "trunk" in segments:
+            spine = (positions[segments["trunk"].start] + positions[segments["trunk"].end] - left - right) / 2.0
+            if degrees_between(spine, up) > np.degrees(np.arccos(UPRIGHT)):
+                return f"its trunk leans {degrees_between(spine, up):.0f}° away from up"
+    across = (right - left) - (right - left) @ up * up
     size = np.linalg.norm(across)
     if size <= UPRIGHT * np.linalg.norm(right - left):
         return "the line of its hips is not horizontal"
     z = across / size
-    body = np.stack([np.cross(vertical, z), vertical, z], axis=1)
+    body = np.stack([np.cross(up, z), up, z], axis=1)
     feet = [turned.direction(segments[f"{side}_foot"])[0] for side in SIDES if f"{side}_foot" in segments]
     if feet and all(foot @ body[:, 0] < -0.5 for foot in feet):
         return "its toes point backward, so that left and right are exchanged, or it is a mirror image"
@@ -81,17 +85,7 @@ def find_reference(
             thumb = _thumb_of(skeleton, positions, segments[f"{side}_hand"])
             if thumb is not None:
                 lines[f"{side}_wrist"] = thumb if side == "right" else -thumb
-    return Reference(turned, body, lines, is_rest)
-
-
-def least_still(turned: Turned) -> tuple[str, float] | None:
-    """Return the segment that rotates most about its mean, and by how many degrees; None if all stand still."""
-    mean = turned.mean()
-    most = max(
-        (float(np.degrees(Rotation.from_matrix(mean.since_zero[name][0].T @ each).magnitude().max())), name)
-        for name, each in turned.since_zero.items()
-    )
-    return (most[1], most[0]) if most[0] > STILL else None
+    return Reference(turned, body, lines, is_rest, _raised_arms(segments, turned, up) if is_rest else {})
 
 
 def rest_axes(reference: Reference, segments: dict[str, Segment]) -> dict[str, np.ndarray]:
@@ -138,10 +132,23 @@ def _nearest_axis(vector: np.ndarray) -> np.ndarray:
     return np.eye(3)[axis] * np.sign(vector[axis])
 
 
+def _raised_arms(segments: dict[str, Segment], turned: Turned, up: np.ndarray) -> dict[tuple[str, str], str]:
+    """Return the angles that arms which point up in a rest pose give no zero, and why."""
+    unknown: dict[tuple[str, str], str] = {}
+    for side in SIDES:
+        if (arm := segments.get(f"{side}_upper_arm")) and degrees_between(turned.direction(arm)[0], -up) > RAISED:
+            why = f"the rest pose, in which the {side} arm points up, does not show how a hanging arm is rotated"
+            unknown |= {("shoulder_rotation", side): why, ("elbow", side): why}
+    return unknown
+
+
 def _with_line(y: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """Return axes with a given y, whose z is as near to a line as may be."""
+    """Return axes with a given y, whose z is as near to a line as may be; any axes with y if both are parallel."""
     x = np.cross(y, z)
-    x /= np.linalg.norm(x)
+    size = np.linalg.norm(x)
+    if size < PARALLEL:
+        return rotation_onto(np.array([0.0, 1.0, 0.0]), y)
+    x /= size
     return np.stack([x, y, np.cross(x, y)], axis=1)
 
 
@@ -158,7 +165,7 @@ def _heading(body: np.ndarray, along: np.ndarray) -> np.ndarray:
     """Return axes, rotated about their y so that x is as near to a direction as may be."""
     across = np.cross(along, body[:, 1])
     size = np.linalg.norm(across)
-    if size < 1e-6:
+    if size < PARALLEL:
         return body
     z = across / size
     return np.stack([np.cross(body[:, 1], z), body[:, 1], z], axis=1)

@@ -15,7 +15,7 @@ from skpose._validation.options import check_kind
 from skpose.kinematics import forward_kinematics
 from skpose.kinematics._shared import find_landmarks
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import complaint_of_up, root_orientations
+from skpose.skeleton._shared import describe_up, find_up, root_orientations
 
 SIDES = ("left", "right")
 PARTS = ("hip", "ankle", "toe")
@@ -95,11 +95,9 @@ def check_recording(motion: Motion) -> None:
             "or they were left out. On a treadmill add what the belt moves: dataclasses.replace(motion, "
             "root_positions=motion.root_positions + np.outer(motion.times, belt_velocity))"
         )
-    complaint = complaint_of_up(motion, motion.up)
-    if complaint:
-        seen = complaint.partition("in nearly all frames ")[2].partition(": ")[0]
+    if (found := find_up(motion, motion.up)) != motion.up:
         raise ValueError(
-            f"gait needs the axis that points up: motion.up is {motion.up!r}, but in nearly all frames {seen}. Where "
+            f"gait needs the axis that points up: motion.up is {motion.up!r}, but {describe_up(found)}. Where "
             "another axis points up, dataclasses.replace(motion, up=...) states so"
         )
     gap = np.diff(motion.frame_numbers).max() / motion.frame_rate

@@ -241,6 +241,10 @@ def measure(motion: Motion, segments: dict[str, Segment], reference: Reference) 
     for joint in OF_SIDES:
         for side in SIDES:
             joints.measure(joint, side)
+    for (start, side), reason in reference.unknown.items():
+        for name in joints.columns:
+            if name.startswith(start) and name.endswith(side):
+                joints.missing(name, reason)
     return Measured(joints.columns, joints.reasons, joints.warnings)
 
 

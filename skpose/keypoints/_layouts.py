@@ -100,8 +100,27 @@ def find_layout(names: Sequence[str]) -> Layout | None:
 
     def fits(layout: Layout) -> bool:
         try:
-            return len(find_names(layout.names, names)) == len(layout.names)
+            return not missing_points(layout, names)
         except ValueError:  # two points have one name but for the spelling
             return False
 
     return max(filter(fits, layouts.values()), key=lambda layout: len(layout.names), default=None)
+
+
+def missing_points(layout: Layout, names: Sequence[str]) -> list[str]:
+    """Return the points of a layout that are not among names, in any spelling."""
+    found = find_names(layout.names, names)
+    return [name for name in layout.names if name not in found]
+
+
+def nearest_layout(names: Sequence[str]) -> Layout | None:
+    """Return the layout of which the largest share of the points is among names; None if that is less than half."""
+
+    def share(layout: Layout) -> float:
+        try:
+            return 1.0 - len(missing_points(layout, names)) / len(layout.names)
+        except ValueError:  # two points have one name but for the spelling
+            return 0.0
+
+    nearest = max(layouts.values(), key=share)
+    return nearest if share(nearest) >= 0.5 else None

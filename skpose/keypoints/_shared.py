@@ -1,7 +1,7 @@
 """Names of `skpose.keypoints` that the other packages of skpose use, in addition to the public ones."""
 
 from skpose.keypoints._layout import name_points, remedy_without
-from skpose.keypoints._layouts import check_layout, find_layout
+from skpose.keypoints._layouts import check_layout, find_layout, missing_points, nearest_layout
 from skpose.keypoints._names import find_names
 from skpose.keypoints._origin import complaint_of_origin, find_lost
 from skpose.keypoints._pictures import REMEDY, complaint_of_flat, complaint_of_picture, is_spatial, refuse_pictures
@@ -19,7 +19,9 @@ __all__ = [
     "find_names",
     "find_up",
     "is_spatial",
+    "missing_points",
     "name_points",
+    "nearest_layout",
     "refuse_pictures",
     "remedy_without",
 ]

@@ -2,7 +2,7 @@
 
 from skpose.kinematics._chart import STEP, columns_around, jacobian_at, retract
 from skpose.kinematics._forward import jacobians_of, weighted_positions
-from skpose.kinematics._landmarks import Landmarks, common_parent, find_landmarks
+from skpose.kinematics._landmarks import Landmarks, common_parent, find_landmarks, path_up
 from skpose.kinematics._lines import find_carriers, find_movers
 from skpose.kinematics._orientations import rotations_since_zero
 from skpose.kinematics._retarget import UNCHANGED, Method, retarget_and_report
@@ -29,6 +29,7 @@ __all__ = [
     "from_tree_order",
     "jacobian_at",
     "jacobians_of",
+    "path_up",
     "retarget_and_report",
     "retract",
     "rotations_since_zero",

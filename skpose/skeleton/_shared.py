@@ -20,7 +20,7 @@ from skpose.skeleton._rotations import TWO_PI, columns_of, rotations_of
 from skpose.skeleton._selection import with_carriers
 from skpose.skeleton._sides import others, partners, sides, split_sides, without_side
 from skpose.skeleton._stance import HIGH, LOW
-from skpose.skeleton._upright import complaint_of_up
+from skpose.skeleton._upright import complaint_of_up, describe_up, find_up
 
 __all__ = [
     "BALL",
@@ -39,8 +39,10 @@ __all__ = [
     "continuous_columns",
     "continuous_root_angles",
     "continuous_triples",
+    "describe_up",
     "directions_at_zero",
     "find_root_joint",
+    "find_up",
     "foldable_table",
     "heading",
     "interpolate_poses",

@@ -15,17 +15,22 @@ N_ENDS = 4  # joints without children from which a skeleton whose names say noth
 
 def complaint_of_up(motion: Motion, up: str) -> str:
     """Return what speaks against an axis that points up; empty where nothing does."""
-    found = _find_up(motion, up)
+    found = find_up(motion, up)
     if found == up:
         return ""
-    stands = f"the head is below the feet along {found[-1]}" if len(found) > 1 else f"the pose stands along {found}"
     return (
-        f"{up} is taken as the axis that points up, as is usual, but in nearly all frames {stands}: pass up={found!r}, "
+        f"{up} is taken as the axis that points up, as is usual, but {describe_up(found)}: pass up={found!r}, "
         f"or up={up!r} if the person {'lies' if found[-1] != up else 'is upside down'}"
     )
 
 
-def _find_up(motion: Motion, default: str) -> str:
+def describe_up(found: str) -> str:
+    """Return in words how the poses of a motion stand, of which `find_up` has found the direction."""
+    stands = f"the head is below the feet along {found[-1]}" if len(found) > 1 else f"the pose stands along {found}"
+    return f"in nearly all frames {stands}"
+
+
+def find_up(motion: Motion, default: str) -> str:
     """Return the direction along which the poses of nearly all frames stand; the default where there is none."""
     frames = np.unique(np.linspace(0, len(motion) - 1, min(N_FRAMES, len(motion))).astype(int))
     names = ["", *(name.lower() for name in motion.skeleton.joint_names)]

@@ -368,7 +368,7 @@ def test_a_standing_pose_is_zero():
         ("first", r"zero must be the number of a frame, a Motion or None, got str"),
         (True, r"got bool"),
         ("other", r"another skeleton than the motion: fit one to both recordings"),
-        ("lying", r"nobody stands in zero, frame 0: its left leg points 90° away from down"),
+        ("lying", r"nobody stands in zero, frame 0: its .* is away from down by 90°"),
         ("z", r"zero has up='z', but the motion up='y'"),
         ("empty", r"zero has no frames"),
     ],
@@ -389,20 +389,176 @@ def test_what_is_no_zero_is_refused(zero, match):
 
 
 def test_a_recording_that_moves_is_no_standing_pose():
-    motion = moving(person("T"), size=0.3)
-    with pytest.warns(UserWarning, match="the recording zero is no standing person: its .* rotates by"):
-        joint_angles(motion, zero=motion)
+    skeleton = person("hanging")
+    nodding = pose(skeleton, Head=Rotation.from_rotvec(np.outer(np.linspace(-0.4, 0.4, 20), X)))
+    with pytest.warns(UserWarning, match="the recording zero is no standing person: its head rotates by"):
+        joint_angles(nodding, zero=nodding)
+
+
+def squat(knees):
+    """Rotations of both legs that bend the knees by so many degrees and keep the ankles below the hips."""
+    return {
+        f"{side}{name}": about(X, by)
+        for side in ("Left", "Right")
+        for name, by in (("UpLeg", -knees / 2), ("Leg", knees))
+    }
+
+
+LEGS_THAT_DO_NOT_STAND = {
+    "squat": (squat(100), "its left knee is bent by 100°"),
+    "a shallow squat": (squat(30), "its left knee is bent by 30°"),
+    "lunge": ({"LeftUpLeg": about(X, -20), "RightUpLeg": about(X, 20)}, "its thighs are apart by 40°"),
+    "spread": ({"LeftUpLeg": about(Z, 14), "RightUpLeg": about(-Z, 14)}, "its thighs are apart by 28°"),
+    "a raised knee": ({"RightUpLeg": about(X, -40), "RightLeg": about(X, 40)}, "its right thigh is .* by 40°"),
+    "bowing": ({"Spine": about(X, 60)}, "its trunk leans by 30°"),
+    "leaning": ({"Hips": about(X, 30)}, "its left thigh is away from down by 30°"),
+}
+
+
+@pytest.mark.parametrize("name", LEGS_THAT_DO_NOT_STAND)
+@pytest.mark.parametrize("arms", ["hanging", "T"])
+def test_legs_and_trunk_that_do_not_stand_are_no_zero(name, arms):
+    rotations, words = LEGS_THAT_DO_NOT_STAND[name]
+    bent = pose(person(arms), **rotations)
+    with pytest.raises(ValueError, match=rf"nobody stands in zero, frame 0: .*{words}.*; expected at most 25°\."):
+        joint_angles(bent, zero=0)
+    with pytest.raises(
+        ValueError, match=r"upright with hanging arms.*; or leave zero out, as somebody stands in the rest"
+    ):
+        joint_angles(bent, zero=bent)
+
+
+def test_a_bend_of_legs_is_an_error_from_25_degrees_and_a_warning_from_12():
+    skeleton = person()
+    for degrees in (0, 5, 11.9, 12.1, 24.9, 25.1, 60):
+        bent = pose(skeleton, LeftLeg=about(X, degrees))
+        if degrees > 25:
+            with pytest.raises(ValueError, match=f"its left knee is bent by {degrees:.0f}°"):
+                joint_angles(bent, zero=0)
+        elif degrees > 12:
+            with pytest.warns(
+                UserWarning, match=f"in zero, frame 0, .*its left knee is bent by {degrees:.0f}°.*lack as"
+            ):
+                joint_angles(bent, zero=0)
+        else:
+            joint_angles(bent, zero=0)
+
+
+def test_a_walk_whose_mean_stands_is_no_zero():
+    """The mean of legs that swing is straight; in no frame does anybody stand."""
+    skeleton = person()
+    swing = np.degrees(0.6) * np.sin(np.linspace(0, 4 * np.pi, 60, endpoint=False))
+    legs = {"LeftUpLeg": swing, "RightUpLeg": -swing}
+    walking = pose(skeleton, **{name: Rotation.from_rotvec(np.outer(np.radians(by), X)) for name, by in legs.items()})
+    with pytest.raises(
+        ValueError, match=r"in zero, a recording of 60 frames: in a tenth of them at least its thighs are"
+    ):
+        joint_angles(walking, zero=walking)
+    turning = pose(skeleton, Hips=Rotation.from_rotvec(np.outer(np.linspace(0, 2, 60), Y)))
+    with pytest.raises(ValueError, match=r"at least the line of its hips is rotated by 5\d°"):
+        joint_angles(turning, zero=turning)
+
+
+def test_a_recording_may_have_some_frames_that_do_not_stand():
+    skeleton = person()
+    step = pose(skeleton, LeftUpLeg=about(X, -40))
+    still = pose(skeleton)
+    with pytest.warns(UserWarning, match="its left_thigh rotates by"):
+        joint_angles(still, zero=Motion.concatenate([still] * 19 + [step]))
+    with pytest.raises(ValueError, match="nobody stands"):
+        joint_angles(still, zero=Motion.concatenate([still] * 8 + [step] * 2))
+
+
+@pytest.mark.parametrize("refit", [False, True])
+@pytest.mark.parametrize(
+    ("rotations", "joints", "words"),
+    [
+        ({"LeftArm": about(Z, 90), "RightArm": about(-Z, 90)}, ("shoulder", "elbow"), "left upper arm .* by 90°"),
+        ({"LeftArm": about(Z, 40), "RightArm": about(-Z, 40)}, ("shoulder", "elbow"), "left upper arm .* by 40°"),
+        ({"LeftArm": about(-X, 170), "RightArm": about(-X, 170)}, ("shoulder", "elbow"), "left upper arm .* by 170°"),
+        ({"LeftForeArm": about(-X, 90), "RightForeArm": about(-X, 90)}, ("elbow",), "left elbow is bent by 90°"),
+    ],
+)
+def test_arms_that_do_not_hang_have_no_zero_and_legs_have(rotations, joints, words, refit):
+    """In a T-pose the line of an arm is parallel to the axis of its flexion: nothing is divided by zero."""
+    motion = hinged()
+    zero = pose(motion.skeleton, **{side + "Arm": about(-Z * s, 90) for side, s in (("Left", 1), ("Right", -1))})
+    hanging = joint_angles(motion, zero=zero)
+    arms = {
+        name: rotation * about(-Z * (1 if "Left" in name else -1), 90 * ("Fore" not in name))
+        for name, rotation in rotations.items()
+    }
+    if joints == ("elbow",):
+        arms = {f"{side}Arm": about(-Z * s, 90) for side, s in (("Left", 1), ("Right", -1))}
+        arms |= {f"{side}ForeArm": about(-Y * s, 90) for side, s in (("Left", 1), ("Right", -1))}
+    off = pose(motion.skeleton, **arms)
+    if refit:
+        motion, off = refitted(motion), refitted(off)
+        hanging = joint_angles(motion, zero=refitted(zero))
+    with pytest.warns(UserWarning, match=rf"arms do not hang in zero, .*{words}.* are NaN: pass zero=") as caught:
+        found = joint_angles(motion, zero=off)
+    assert len(caught) == 1
+    for name in hanging.names:
+        joint = name.partition("_")[0]
+        if joint in joints:
+            assert np.isnan(found[name]).all(), name
+            assert found.missing[name].startswith("in zero its ")
+        elif joint not in ("shoulder", "elbow", "wrist"):
+            np.testing.assert_allclose(found[name], hanging[name], atol=1e-9 if not refit else 1e-4, err_msg=name)
+    assert joints != ("elbow",) or np.isfinite(found["shoulder_elevation_left"]).all()
+
+
+def test_one_arm_that_does_not_hang_leaves_the_other():
+    skeleton = person()
+    raised = pose(skeleton, RightArm=about(-Z, 90))
+    with pytest.warns(UserWarning, match=r"angles of right elbow, right shoulder are NaN"):
+        found = joint_angles(raised, zero=0)
+    assert value(found, "shoulder_flexion_left") == pytest.approx(0.0)
+    assert np.isnan(value(found, "shoulder_flexion_right"))
+    assert value(found, "wrist_flexion_right") == pytest.approx(0.0)
+
+
+def test_a_rest_pose_with_raised_arms_does_not_show_how_they_are_rotated():
+    """Lowered to the side or to the front, the elbow would bend backward or forward."""
+    skeleton = person()
+    bones = [
+        bone._replace(offset=-np.asarray(bone.offset))
+        if bone.name[4:].strip("t") in ("ForeArm", "Hand", "Hand_end")
+        else bone
+        for bone in skeleton.bones
+    ]
+    found = joint_angles(moving(Skeleton(bones, offset_frame="parent")))
+    for side in SIDES:
+        for name in ("shoulder_rotation", "elbow_flexion", "elbow_adduction", "elbow_pronation"):
+            assert f"in which the {side} arm points up" in found.missing[f"{name}_{side}"]
+        assert np.isfinite(found[f"shoulder_elevation_{side}"]).all()
+
+
+def test_another_axis_up_than_the_person_stands_along_is_noticed():
+    wrong = replace(moving(person(), size=0.1), up="z")
+    words = r"motion\.up is 'z', but in nearly all frames the pose stands along y; if y points up, read the file with"
+    with pytest.warns(
+        UserWarning, match=rf"{words} up='y'. Else the person lies .* tilt, list and rotation of the pelvis"
+    ):
+        joint_angles(wrong)
+    with pytest.raises(ValueError, match=rf"is away from down by 90°.* And {words}"):
+        joint_angles(wrong, zero=replace(pose(person()), up="z"))
 
 
 def test_a_rest_pose_that_does_not_stand_is_refused():
-    """All bones along x, as in some files."""
+    """All bones but those to the hips along x, as in some files."""
     skeleton = person("T")
     along = [
-        bone._replace(offset=(float(np.linalg.norm(bone.offset)), 0.0, 0.0) if bone.parent else bone.offset)
+        bone._replace(offset=(float(np.linalg.norm(bone.offset)), 0.0, 0.0))
+        if bone.parent and "UpLeg" not in bone.name
+        else bone
         for bone in skeleton.bones
     ]
     with pytest.raises(ValueError, match=r"nobody stands in the rest pose .* pass zero=, a frame of the motion"):
         joint_angles(moving(Skeleton(along, offset_frame="parent")))
+    one = [bone._replace(offset=np.zeros(3)) if "UpLeg" in bone.name else bone for bone in skeleton.bones]
+    with pytest.raises(ValueError, match=r"the pelvis of this skeleton has no length at angle zero: expected hips"):
+        joint_angles(moving(Skeleton(one, offset_frame="parent")), zero=0)
 
 
 def test_exchanged_sides_are_noticed():
@@ -434,6 +590,61 @@ def test_joints_of_unknown_names_can_be_given():
         joint_angles(motion, joints=joints | {"left_knee": "joint999"})
     with pytest.raises(ValueError, match=r"joints has the landmark 'knee'; expected one of left_hip"):
         joint_angles(motion, joints={"knee": "joint1"})
+
+
+@pytest.mark.parametrize(
+    ("changed", "match"),
+    [
+        ({"left_knee": "LeftFoot", "left_ankle": "LeftLeg"}, "'LeftLeg', which does not come after it in the skeleton"),
+        (
+            {"left_knee": "LeftFoot"},
+            "left_knee is 'LeftFoot' and left_ankle is 'LeftFoot' by its name: expected two joints",
+        ),
+        ({"left_knee": "RightLeg", "right_knee": "LeftLeg"}, "left_knee is 'RightLeg', which does not come after it"),
+        ({"left_elbow": "RightForeArm", "right_elbow": "LeftForeArm"}, "'RightForeArm', which does not come after it"),
+        ({"left_hip": "Hips"}, "left_hip is 'Hips' and right_hip is 'RightUpLeg' by its name, which comes after it"),
+        (
+            {"head": "LeftHandThumb"},
+            "left_shoulder is 'LeftArm' by its name and head is 'LeftHandThumb', which comes after it",
+        ),
+    ],
+)
+def test_joints_that_cannot_be_those_of_a_person_are_refused(changed, match):
+    with pytest.raises(ValueError, match=match):
+        joint_angles(moving(person()), joints=changed)
+
+
+LEG = {"hip": "UpLeg", "knee": "Leg", "ankle": "Foot", "toe": "Toe_end", "ball": "Toe"}
+ARM = {"shoulder": "Arm", "elbow": "ForeArm", "wrist": "Hand", "hand": "Hand_end"}
+
+
+def exchanged(names):
+    """Joints whose left is the right."""
+    other = {"left": "Right", "right": "Left"}
+    return {f"{side}_{mark}": other[side] + name for side in SIDES for mark, name in names.items()}
+
+
+def test_left_and_right_that_are_exchanged_by_hand_are_refused():
+    skeleton = person()
+    with pytest.raises(ValueError, match="the joints of the left arm are on the side of the right leg"):
+        joint_angles(moving(skeleton), joints=exchanged(ARM))
+    with pytest.raises(ValueError, match="toes point backward, so that left and right are exchanged"):
+        joint_angles(moving(skeleton), joints=exchanged(LEG | ARM))
+    # Without feet names decide.
+    no_feet = [bone for bone in skeleton.bones if "Toe" not in bone.name]
+    both = {mark: name for mark, name in (LEG | ARM).items() if "Toe" not in name}
+    with pytest.raises(ValueError, match=r"joints\['left_hip'\] is 'RightUpLeg', which by its name is on the right"):
+        joint_angles(moving(Skeleton(no_feet, offset_frame="parent")), joints=exchanged(both))
+
+
+def test_right_joints_by_hand_change_nothing():
+    motion = moving(person())
+    joints = {f"{side}_{mark}": side.capitalize() + name for side in SIDES for mark, name in (LEG | ARM).items()}
+    assert_same(joint_angles(motion), joint_angles(motion, joints=joints))
+    feet = {f"{side}_toe": f"{side.capitalize()}Toe" for side in SIDES}  # the ball, by its name
+    assert_same(joint_angles(motion), joint_angles(motion, joints=feet))
+    with pytest.raises(TypeError, match=r"joints must be a mapping of landmarks to names of joints.*, got list"):
+        joint_angles(motion, joints=["LeftLeg"])
 
 
 def test_what_is_no_motion_is_refused():
@@ -513,7 +724,8 @@ def test_markers_give_the_angles_of_opensim(opensim_folder):
     zero = inverse_kinematics(standing, skeleton).to_motion()
     for name in ("walking1", "squats1"):
         given = keypoints(name)
-        angles = joint_angles(inverse_kinematics(given, skeleton).to_motion(), zero=zero)
+        with pytest.warns(UserWarning, match="its right elbow is bent by 35°"):
+            angles = joint_angles(inverse_kinematics(given, skeleton).to_motion(), zero=zero)
         text = (opensim_folder / f"{name}_ik.mot").read_text().partition("endheader")[2].strip().splitlines()
         columns = text[0].split()
         reference = np.degrees(np.loadtxt(text[1:]))

@@ -1,0 +1,182 @@
+"""The pose in which joints are at zero: the rest pose of the skeleton, or one in which a person stands, and whether so.
+
+All joints of a standing person are at zero by definition, so that what they are bent by is missing from all angles. The
+limits are chosen from recordings of people who stand and who walk.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from skpose._validation.motions import is_motion
+from skpose._warnings import warn
+from skpose.biomechanics._axes import Reference, find_reference
+from skpose.biomechanics._segments import SIDES, Segment, Turned, turn_segments
+from skpose.skeleton import Motion
+from skpose.skeleton._shared import describe_up, find_up
+
+# Degrees up to which limbs are as of a person who stands, and from which that is said. OpenCap's standing trial has 3
+# at knees, 8 at shanks and 12 at upper arms, a standing person of CMU 16 to 25 at knees. No frame of walks and runs
+# passes, of OpenCap's (131) and CMU's (5,082); with 30 some would. Few of HDM05's standing people pass: their
+# skeletons bend the knees of a straight leg by 25 to 35, and the rest pose is a better zero.
+LIMIT, SMALL = 25.0, 12.0
+ELBOW_LIMIT = 45.0  # 35 in OpenCap's standing trial, 20 to 40 in standing people of CMU
+FEW = 0.1  # share of the frames of a recording which need not stand
+STILL = 10.0  # degrees up to which the segments of a standing person rotate about their mean
+NEEDED = ("pelvis", *(f"{side}_{limb}" for side in SIDES for limb in ("thigh", "shank")))
+REMEDY = (
+    "pass zero=, a frame of the motion in which the person stands upright with hanging arms, or a recording of "
+    "that on the same skeleton"
+)
+
+
+class Deviation(NamedTuple):
+    """A limb that is not where it is in a person who stands."""
+
+    what: str  # in words
+    degrees: float
+    limit: float
+    joints: tuple[tuple[str, str], ...] = ()  # those that have no zero beyond the limit; none: nobody stands
+
+    def __str__(self) -> str:
+        return f"{self.what} by {self.degrees:.0f}°"
+
+
+def find_zero(motion: Motion, zero: Any, segments: dict[str, Segment]) -> tuple[Reference, str]:
+    """Return the pose to which angles are relative, and what it is in words."""
+    for name in NEEDED:
+        if name not in segments:
+            raise ValueError(
+                f"the {name.replace('_', ' ')} of this skeleton has no length at angle zero: expected hips, knees and "
+                "ankles that are apart; pass joints= with others"
+            )
+    rest = turn_segments(Motion(motion.skeleton, np.zeros((1, motion.skeleton.n_dofs)), 1.0), segments)
+    at_rest = find_reference(motion.skeleton, segments, rest, None)
+    if zero is not None:
+        remedy = REMEDY
+        if not isinstance(at_rest, str):
+            remedy += "; or leave zero out, as somebody stands in the rest pose of the skeleton"
+        return _find_standing(*_frames_of(zero, motion), segments, remedy)
+    if isinstance(at_rest, str):
+        raise ValueError(f"nobody stands in the rest pose of this skeleton, at angle zero: {at_rest}. So {REMEDY}")
+    if complaint := _complain_of_up(motion):
+        warn(f"{complaint}. Else the person lies or is upside down, and so are tilt, list and rotation of the pelvis")
+    return at_rest, "rest pose"
+
+
+def _find_standing(standing: Motion, words: str, segments: dict[str, Segment], remedy: str) -> tuple[Reference, str]:
+    """Return the mean of frames in which a person stands as a reference, and what it is in words."""
+    up = np.eye(3)["xyz".index(standing.up)]
+    turned = turn_segments(standing, segments)
+    deviations = _find_deviations(turned, segments, up)
+    often = "in a tenth of them at least " if len(standing) > 1 else ""
+    far = [each for each in deviations if each.degrees > each.limit]
+    if fallen := [each for each in far if not each.joints]:
+        complaint = _complain_of_up(standing)
+        raise ValueError(
+            f"nobody stands in zero, {words}: {often}{_list(fallen)}; expected at most {LIMIT:.0f}°. "
+            f"{f'And {complaint}. ' if complaint else ''}So {remedy}"
+        )
+    if len(standing) > 1:
+        words = f"mean of {len(standing)} standing frames"
+    if (most := _least_still(turned)) is not None:
+        warn(
+            f"the recording zero is no standing person: its {most[0]} rotates by {most[1]:.0f}° about its mean; pass a "
+            "part in which the person stands still, zero[start:stop]"
+        )
+    reference = find_reference(standing.skeleton, segments, turned.mean(), up)
+    if isinstance(reference, str):
+        raise ValueError(f"nobody stands in zero, {words}: {reference}. So {remedy}")
+    unknown = {joint: f"in zero {each}" for each in reversed(far) for joint in each.joints}
+    if unknown:
+        warn(
+            f"arms do not hang in zero, {words}: {often}{_list(far)}; expected at most {LIMIT:.0f}°, at elbows "
+            f"{ELBOW_LIMIT:.0f}°. So angles of {', '.join(f'{side} {joint}' for joint, side in sorted(unknown))} are "
+            f"NaN: {remedy}"
+        )
+    if bent := [each for each in deviations if each not in far and each.degrees > SMALL]:
+        warn(
+            f"in zero, {words}, {_list(bent)}. Angles are relative to that pose: those of these joints lack as much. "
+            "Where the person stands straighter, pass zero= of that"
+        )
+    return reference._replace(unknown=unknown), words
+
+
+def _frames_of(zero: Any, motion: Motion) -> tuple[Motion, str]:
+    """Return the frames in which a person shall stand, and what they are in words."""
+    if is_motion(zero):
+        if zero.skeleton != motion.skeleton:
+            raise ValueError(
+                "zero has another skeleton than the motion: fit one to both recordings, "
+                "fit_skeleton([standing, moving], layout), or pass zero.retarget(motion.skeleton)"
+            )
+        if zero.up != motion.up:
+            raise ValueError(f"zero has up={zero.up!r}, but the motion up={motion.up!r}: their worlds are not the same")
+        if not len(zero):
+            raise ValueError("zero has no frames; expected a recording of a person who stands")
+        return zero, f"a recording of {len(zero)} frames"
+    if isinstance(zero, bool) or not isinstance(zero, (int, np.integer)):
+        raise TypeError(f"zero must be the number of a frame, a Motion or None, got {type(zero).__name__}")
+    if not -len(motion) <= zero < len(motion):
+        raise ValueError(f"zero is frame {zero} of a motion of {len(motion)} frames, 0 to {len(motion) - 1}")
+    return motion[int(zero) % len(motion)], f"frame {int(zero) % len(motion)}"
+
+
+def _find_deviations(turned: Turned, segments: dict[str, Segment], up: np.ndarray) -> list[Deviation]:
+    """Return how far limbs are from those of a person who stands, in the frames but for the `FEW` that are farthest."""
+    along = {name: turned.direction(segment) for name, segment in segments.items()}
+    found: list[Deviation] = []
+
+    def add(what: str, a: np.ndarray, b: np.ndarray, *joints: tuple[str, str], limit: float = LIMIT) -> None:
+        angles = np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), (a * b).sum(axis=1)))
+        found.append(Deviation(what, float(np.quantile(angles, 1.0 - FEW)), limit, joints))
+
+    down = np.broadcast_to(-up, along["pelvis"].shape)
+    hips = along["pelvis"].mean(axis=0)
+    add("the line of its hips is rotated", along["pelvis"], np.broadcast_to(hips, down.shape))
+    add("its thighs are apart", along["left_thigh"], along["right_thigh"])
+    trunk = down
+    if "trunk" in segments:
+        ends = [
+            turned.positions[:, segments[name].start] + turned.positions[:, segments[name].end]
+            for name in ("pelvis", "trunk")
+        ]
+        trunk = ends[0] - ends[1]
+        add("its trunk leans", trunk, down)
+    for side in SIDES:
+        thigh, shank = (along[f"{side}_{limb}"] for limb in ("thigh", "shank"))
+        add(f"its {side} thigh is away from down", thigh, down)
+        add(f"its {side} shank is away from down", shank, down)
+        add(f"its {side} knee is bent", thigh, shank)
+        arm, forearm = (along.get(f"{side}_{limb}") for limb in ("upper_arm", "forearm"))
+        if arm is not None:
+            add(f"its {side} upper arm is away from the trunk", arm, trunk, ("shoulder", side), ("elbow", side))
+            if forearm is not None:
+                add(f"its {side} elbow is bent", arm, forearm, ("elbow", side), limit=ELBOW_LIMIT)
+    return sorted(found, key=lambda each: -each.degrees)
+
+
+def _least_still(turned: Turned) -> tuple[str, float] | None:
+    """Return the segment that rotates most about its mean, and by how many degrees; None if all stand still."""
+    mean = turned.mean()
+    most = max(
+        (float(np.degrees(Rotation.from_matrix(mean.since_zero[name][0].T @ each).magnitude().max())), name)
+        for name, each in turned.since_zero.items()
+    )
+    return (most[1], most[0]) if most[0] > STILL else None
+
+
+def _complain_of_up(motion: Motion) -> str:
+    """Return in words what speaks against the axis of a motion that points up; empty where nothing does."""
+    found = find_up(motion, motion.up)
+    if found == motion.up:
+        return ""
+    remedy = f"if {found[-1]} points up, read the file with up={found!r}"
+    return f"motion.up is {motion.up!r}, but {describe_up(found)}; {remedy}"
+
+
+def _list(deviations: list[Deviation]) -> str:
+    """Return the three largest deviations in words."""
+    others = f" and {len(deviations) - 3} more" if len(deviations) > 3 else ""
+    return ", ".join(map(str, deviations[:3])) + others
