@@ -3,7 +3,7 @@
 A foot is ahead of the pelvis as far as it gets at about the time when it comes down, and behind it when it lifts off
 (Zeni et al.). Between these two it stands: from the first moment to the last at which the ankle is slower than half the
 speed of travel, or the front of the foot slower than 0.8 of it (Bonci et al.). In running, where the foot is that slow
-in the air too, the part that is slow must also be as low as when it stands.
+in the air too, the part that is slow must also be about as low as where it is slowest.
 """
 
 from typing import NamedTuple
