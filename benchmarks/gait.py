@@ -11,8 +11,8 @@ the last line is the control, without the condition.
 `--plates` has the C3D files Gait.c3d (of BMClab/BMC on GitHub), short.c3d, newwalk.c3d and Walking_Hybrid_2.c3d (of
 biomechanics-foundation/c3dio), under these names or with something before them: a person each, markers and two force
 plates. `--markers` has static1.trc, walking1.trc and walking1_grf.mot (of keenon/nimblephysics, data/grf/Subject4).
-An event of the plates is where the force passes 20 N; the nearest event of its kind is compared, late is positive. Where
-files have no centres of hips, markers of the pelvis are taken.
+An event of the plates is where the force passes 20 N; the nearest event of its kind is compared, late is positive. Of
+C3D files markers of the pelvis stand for the hips.
 
 Then, for each person: strides, cadence, speed, length of steps, share of stance and of double support, means and the
 standard deviation over strides. The jogs of HDM05 begin in standing, and their first strides are slow. Last, the
@@ -136,7 +136,9 @@ def choose(groups, plates):
         off = [errors(stances_on(feet), events) for name, (feet, events) in plates.items() if name in CHOSEN_ON]
         contacts, offs = (np.concatenate(one) for one in zip(*off, strict=True)) if off else ([], [])
         mark = " *" if height == chosen else ""
-        print(f"{height:>8}{spread(shares[0]):>22}{spread(shares[1]):>14}{spread(contacts):>22}{spread(offs):>14}{mark}")
+        print(
+            f"{height:>8}{spread(shares[0]):>22}{spread(shares[1]):>14}{spread(contacts):>22}{spread(offs):>14}{mark}"
+        )
     _steps.LOW = chosen
     assert walks[np.inf] - walks[chosen] <= 1.0
 

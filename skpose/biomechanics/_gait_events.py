@@ -91,14 +91,14 @@ class GaitEvents:
         Returns
         -------
         pandas.DataFrame
-            Columns "foot", "event", "frame" and "time", s.
+            Columns "foot", "event", "frame" and "time [s]".
 
         Raises
         ------
         ImportError
             If pandas is not installed.
         """
-        return frame_of({"foot": self.feet, "event": self.kinds, "frame": self.frames, "time": self.times})
+        return frame_of({"foot": self.feet, "event": self.kinds, "frame": self.frames, "time [s]": self.times})
 
 
 def gait_events(motion: Motion, *, joints: Mapping[str, str] | None = None) -> GaitEvents:
@@ -181,11 +181,11 @@ def gait_events(motion: Motion, *, joints: Mapping[str, str] | None = None) -> G
     >>> walk = replace(walk, root_positions=np.concatenate([[[0, 0, 0]], np.cumsum(steps, axis=0)]))
     >>> events = gait_events(walk)
     >>> events.to_pandas().head(4).round(2)
-        foot         event  frame  time
-    0  right  foot contact      2  0.03
-    1   left      foot off      2  0.04
-    2  right      foot off     37  0.62
-    3   left  foot contact     38  0.64
+        foot         event  frame  time [s]
+    0  right  foot contact      2      0.03
+    1   left      foot off      2      0.04
+    2  right      foot off     37      0.62
+    3   left  foot contact     38      0.64
     """
     check_recording(motion)
     names = find_feet(motion.skeleton, joints)

@@ -148,7 +148,7 @@ class GaitParameters:
         Returns
         -------
         pandas.DataFrame
-            Columns "foot" and "start", s, and one for each quantity, with its unit in the name: "step_length [m]".
+            Columns "foot" and "start [s]", and one for each quantity, with its unit in the name: "step_length [m]".
 
         Raises
         ------

@@ -46,7 +46,7 @@ class RepetitionsDisplay:
     joint_ : str
         Its most unusual joint.
     phase_ : float
-        The phase at which it is, from 0 to 1.
+        The phase at which it is, from 0 to 100 %.
     deviation_ : float
         How far it is there from where the others have it, m.
     projection_ : str
@@ -118,7 +118,7 @@ class RepetitionsDisplay:
         found, k = self._found, self._choose(repetition)
         worst, joint = np.unravel_index(self._unusual[k].argmax(), self._unusual[k].shape)
         self.repetition_, self.joint_ = k, self._skeleton.joint_names[joint]
-        self.phase_, self.deviation_ = float(found.phases[worst]), float(found.distances[k, worst, joint])
+        self.phase_, self.deviation_ = 100.0 * float(found.phases[worst]), float(found.distances[k, worst, joint])
         self.projection_ = self._find_projection(found.vectors[k, worst]) if projection is None else projection
         plane = check_projection(self.projection_)
         known = np.flatnonzero(np.isfinite(found.distances[k]).all(axis=1))

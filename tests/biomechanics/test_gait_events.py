@@ -81,7 +81,7 @@ def test_summary_and_table_are_of_the_strides():
         assert one.mean == pytest.approx(values.mean())
         assert one.std == pytest.approx(values.std())
     events = found.events.to_pandas()
-    assert list(events.columns) == ["foot", "event", "frame", "time"]
+    assert list(events.columns) == ["foot", "event", "frame", "time [s]"]
     assert len(events) == len(found.events)
     assert repr(found).startswith("GaitParameters(")
     assert "steps/min" in repr(found)
