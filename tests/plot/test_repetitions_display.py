@@ -90,7 +90,7 @@ def test_bones_have_the_deviation_of_the_joint_at_their_end(found, repetition, n
     for phase, label, colours in zip(shown, phases_of(display), values, strict=True):
         rows = table.loc[phase].loc[list(SKELETON.joint_names)]
         np.testing.assert_allclose(colours, 100 * rows["deviation [m]"], rtol=1e-12)
-        assert label.split("\n")[1] == f"{rows['time'].iloc[0]:.2f} s"
+        assert label.split("\n")[1] == f"{rows['time [s]'].iloc[0]:.2f} s"
     parents = np.array(SKELETON.parents)
     joined = parents >= 0
     np.testing.assert_allclose(ends[:, joined, 0], ends[:, parents[joined], 1], atol=1e-12)
@@ -104,7 +104,7 @@ def test_the_typical_one_is_where_the_vectors_of_the_table_begin(found):
     ends, _, _ = bones_of(display)
     grey = [line for line in display.ax_.lines if line.get_color() == "0.82"]
     points = np.concatenate([np.stack(line.get_data(), axis=1).reshape(-1, 3, 2)[:, 1] for line in grey])
-    vectors = rows[list(display.projection_)].to_numpy()
+    vectors = rows[[f"{axis} [m]" for axis in display.projection_]].to_numpy()
     np.testing.assert_allclose(ends[0, :, 1] - points, vectors, atol=1e-12)
 
 
