@@ -108,6 +108,25 @@ def test_the_typical_one_is_where_the_vectors_of_the_table_begin(found):
     np.testing.assert_allclose(ends[0, :, 1] - points, vectors, atol=1e-12)
 
 
+def test_poses_fill_the_picture(found):
+    """Equal units make one direction wider than the poses need, and not both."""
+    display = RepetitionsDisplay.from_repetitions(found)
+    display.figure_.canvas.draw()
+    data = display.ax_.dataLim
+    wide = np.ptp(display.ax_.get_xlim()) / data.width, np.ptp(display.ax_.get_ylim()) / data.height
+    assert min(wide) < 1.15
+
+
+def test_the_side_is_named_where_a_repetition_lacks_phases(found):
+    """The first one begins late: the others have phases that it lacks."""
+    starts = found.starts.copy()
+    starts[0] += FRAMES // 4
+    late = replace(found, starts=starts, motions=[found.motions[0][FRAMES // 4 :], *found.motions[1:]])
+    display = RepetitionsDisplay.from_repetitions(late, repetition=0)
+    assert table_of(late, 0)[1].shape[0] < table_of(found, 0)[1].shape[0]
+    assert "; seen from" in display.ax_.get_title(loc="left")
+
+
 def test_a_ring_marks_the_joint(found):
     display = RepetitionsDisplay.from_repetitions(found)
     (ring,) = [line for line in display.ax_.lines if line.get_markerfacecolor() == "none"]
