@@ -152,8 +152,8 @@ def gait_events(motion: Motion, *, joints: Mapping[str, str] | None = None) -> G
 
     The height of 0.05 legs is ours, chosen on one person of CMU and on two walks over force plates. On three other
     people, six contacts and six foot offs at 60 to 240 Hz, foot contacts were 2 ms early ± 20 ms and foot offs 11 ms
-    early ± 9 ms (mean and standard deviation, ``benchmarks/gait.py``). In walking the height hardly matters; the stance
-    of runners, which was not compared with force plates, changes from 30 to 37 % as it goes from 0.03 to 0.06.
+    early ± 9 ms (mean and standard deviation, ``benchmarks/gait.py``). In walking the height has little effect; the
+    stance of runners, which was not compared with force plates, changes from 30 to 37 % as it goes from 0.03 to 0.06.
 
     References
     ----------

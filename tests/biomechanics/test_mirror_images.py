@@ -76,7 +76,7 @@ def test_an_image_of_any_skeleton_has_the_angles_of_the_other_side():
     here, there = (forward_kinematics(one.angles, one.skeleton) for one in (motion, image))
     np.testing.assert_allclose(there, ACROSS * here[:, others], atol=1e-12)
     assert_exchanged(motion, image, 1e-9)
-    with pytest.raises(AssertionError):  # the other way to mirror it keeps the skeleton, and is another motion
+    with pytest.raises(AssertionError):  # `Motion.mirrored` keeps the skeleton: another motion
         assert_exchanged(motion, motion.mirrored(), 1e-3)
 
 
