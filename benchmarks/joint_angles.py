@@ -50,11 +50,11 @@ OF_SIDES = {
 }
 
 
-def read_mot(path):
-    """Angles of OpenSim by name, degrees; its head states radians or degrees in the line inDegrees."""
+def read_mot(path, rotations=True):
+    """Columns of OpenSim by name; its head states in the line inDegrees whether angles are degrees, returned so."""
     head, _, body = path.read_text().partition("endheader")
     names, *rows = [line.split() for line in body.strip().splitlines()]
-    factor = 1.0 if "inDegrees=yes" in head else np.degrees(1.0)
+    factor = 1.0 if "inDegrees=yes" in head or not rotations else np.degrees(1.0)
     return dict(zip(names, np.array(rows, dtype=float).T * factor, strict=True))
 
 

@@ -49,7 +49,7 @@ def row_of(n, spread, seeds):
             continue
         null.append(right.unusual)
         first, last = cycles[wrong]
-        is_there = 0.35 < (row.time - first) / (last - first) < 0.65
+        is_there = 0.35 < (row["time [s]"] - first) / (last - first) < 0.65
         is_leg = row.joint in {f"{side}_{name}" for name in LEG}
         named.append(row.repetition == wrong and is_leg and is_there)
         sizes.append(row.unusual)

@@ -1,5 +1,6 @@
 """`skpose find`: the places in some files where a motion, or a single pose, is found."""
 
+import sys
 from pathlib import Path
 from typing import NamedTuple
 
@@ -67,6 +68,14 @@ def find(
         if part.pose is None:
             times += f"  {_end(recordings[i], stop - 1):>10.2f}"
         print(f"{rank:>6}  {names[i]:<{width}}  {times}  {far:>14.4f}")
+    short = sum(2 * (place.stop - place.start) < here.stop - here.start for place in places)
+    if short:  # time warps freely, and where nothing is like the query a single frame may stand for most of it
+        seconds = (here.stop - here.start) / whole.frame_rate
+        print(
+            f"skpose: {short} of {len(places)} places last less than half as long as the motion to find, "
+            f"{seconds:.2f} s, and have little of it",
+            file=sys.stderr,
+        )
 
 
 def _find_motion(

@@ -1,6 +1,7 @@
 """Motions from the files, folders and pipes that a command is given. Errors name the files."""
 
 import re
+import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
@@ -87,8 +88,10 @@ def read_motions(
                 if difference := mismatch(first, motion.skeleton):
                     raise ValueError(f"motions[{i}] does not fit the skeleton of motions[0]: {difference}. {ONE_RIG}")
             dataset = dataset.retarget(first, method=method)
-            for name, report in zip(names, dataset.retargeting, strict=True):
-                print(f"{name}: by {report}")
+            for report in dict.fromkeys(dataset.retargeting):
+                of = [name for name, other in zip(names, dataset.retargeting, strict=True) if other == report]
+                whose = of[0] if len(of) == 1 else f"{len(of)} of {len(names)} files"
+                print(f"skpose: {whose}: by {report}", file=sys.stderr)
         if with_root is not None:
             dataset = dataset.with_root(with_root)
         dataset = dataset.retarget(dataset.skeleton, method="numbers")

@@ -240,6 +240,8 @@ def _options_in_messages(name: str) -> Iterator[None]:
         except ValueError as error:
             message = str(error).replace('scale="lengths"', "--factor lengths")
             message = message.replace("skeleton.joint_names are its joints", "skpose info prints its joints")
+            message = message.replace("joints maps", "--joints maps").replace("but the motion's has", "but FILE has")
+            message = message.replace("the given skeleton", "OTHER")
             raise ValueError(message) from None
 
 

@@ -130,11 +130,28 @@ def to_world(positions: np.ndarray, up: str) -> np.ndarray:
     return positions[:, np.argsort(_axes(up))]
 
 
+def _without_spikes(positions: np.ndarray) -> np.ndarray:
+    """Return the median of each frame of (6, n, 3) and its two neighbours, "3" with Tukey's rule at the ends.
+
+    There the third value is the one to which the next two medians point, two frames on (J. W. Tukey, "Exploratory data
+    analysis", 1977): a low-pass filter would take a spike in the first or the last frame for a movement.
+    """
+    if positions.shape[1] < 4:
+        return positions
+    smooth = positions.copy()
+    smooth[:, 1:-1] = np.median([positions[:, :-2], positions[:, 1:-1], positions[:, 2:]], axis=0)
+    for end, near, far in ((0, 1, 2), (-1, -2, -3)):
+        ahead = 3.0 * smooth[:, near] - 2.0 * smooth[:, far]
+        smooth[:, end] = np.median([positions[:, end], smooth[:, near], ahead], axis=0)
+    return smooth
+
+
 def feet_at(positions: np.ndarray, numbers: np.ndarray, rate: float) -> Feet:
     """Return pelvis and feet from the positions (6, n, 3) of `MARKS`, up last, at numbered frames."""
     every = np.arange(numbers[0], numbers[-1] + 1)
     if len(every) > len(numbers):
         positions = np.stack([[np.interp(every, numbers, x) for x in mark.T] for mark in positions]).transpose(0, 2, 1)
+    positions = _without_spikes(positions)
     low_pass = butter(2, CUTOFF, fs=rate, output="sos")
     positions = sosfiltfilt(low_pass, positions, axis=1, padlen=min(9, positions.shape[1] - 1))
     left_hip, left_ankle, left_toe, right_hip, right_ankle, right_toe = positions

@@ -148,7 +148,7 @@ class GaitParameters:
         Returns
         -------
         pandas.DataFrame
-            Columns "foot" and "start", s, and one for each quantity, with its unit in the name: "step_length [m]".
+            Columns "foot" and "start [s]", and one for each quantity, with its unit in the name: "step_length [m]".
 
         Raises
         ------
@@ -217,7 +217,7 @@ def gait_parameters(motion: Motion | GaitEvents, *, joints: Mapping[str, str] | 
     >>> found = gait_parameters(walk)
     >>> found  # doctest: +NORMALIZE_WHITESPACE
     GaitParameters(4 left and 5 right strides at 60 Hz, y up: cadence 109 steps/min, speed 1.06 m/s, step length 0.58 m,
-                   stance 50 %, double support 0 %)
+                   stance 50 %, double support 1 %)
     >>> [(one.foot, round(one.mean, 2), round(one.std, 2)) for one in found.summary() if one.quantity == "step_length"]
     [('left', 0.6, 0.07), ('right', 0.56, 0.04), ('both', 0.58, 0.05)]
     """

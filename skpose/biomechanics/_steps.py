@@ -3,7 +3,7 @@
 A foot is ahead of the pelvis as far as it gets at about the time when it comes down, and behind it when it lifts off
 (Zeni et al.). Between these two it stands: from the first moment to the last at which the ankle is slower than half the
 speed of travel, or the front of the foot slower than 0.8 of it (Bonci et al.). In running, where the foot is that slow
-in the air too, the part that is slow must also be as low as when it stands.
+in the air too, the part that is slow must also be about as low as where it is slowest.
 """
 
 from typing import NamedTuple
@@ -14,7 +14,7 @@ from scipy.signal import find_peaks
 from skpose.biomechanics._feet import Feet
 
 ANKLE, TOE = 0.5, 0.8  # of the speed of travel, below which a part of the foot stands
-LOW = 0.06  # of the length of the leg, above where a part of the foot is lowest, below which it stands
+LOW = 0.05  # of the length of the leg, above the height at which a part of the foot stands still, below which it stands
 SWING = 0.1  # of the length of the leg: a foot moves to and fro by at least this, relative to the pelvis
 LEAST_SPEED = 0.06  # of √(g · leg), 0.18 m/s for a leg of 0.9 m, above which one travels
 GRAVITY = 9.81  # m/s²
@@ -61,7 +61,8 @@ def find_stances(feet: Feet) -> list[Stance]:
         slow = [own / share for own, share in zip(speeds, (ANKLE, TOE), strict=True)]
         fore, aft = (((part - feet.pelvis)[:, :2] * ahead).sum(axis=1) for part in parts)
         for rows in _supports(fore, aft, SWING * feet.leg):
-            heights = [(part[:, 2] - part[rows, 2].min()) / (LOW * feet.leg) for part in parts]
+            floors = [_floor(part[rows, 2], own[rows]) for part, own in zip(parts, slow, strict=True)]
+            heights = [(part[:, 2] - floor) / (LOW * feet.leg) for part, floor in zip(parts, floors, strict=True)]
             # A part stands below 1, where it is slow and low; the foot stands where one of them does.
             unrest = np.minimum(*(np.maximum(*both) for both in zip(slow, heights, strict=True)))
             middle = rows.start + int(unrest[rows].argmin())
@@ -73,6 +74,11 @@ def find_stances(feet: Feet) -> list[Stance]:
 
 def _speed_of(positions: np.ndarray, step: float) -> np.ndarray:
     return np.linalg.norm(np.gradient(positions, step, axis=0), axis=1)
+
+
+def _floor(heights: np.ndarray, slow: np.ndarray) -> float:
+    """Return the height at which a part of a foot stands: the median of the half of the rows in which it is slowest."""
+    return float(np.median(heights[slow <= np.median(slow)]))
 
 
 def _supports(fore: np.ndarray, aft: np.ndarray, least: float) -> list[slice]:

@@ -168,13 +168,13 @@ class Alignment:
             - pair: row of `path`,
             - joint: its name,
             - frame_a, frame_b: the two frames,
-            - time_a, time_b: frame over the frame rate, s, from the first frame on; NaN for arrays,
-            - phase_a, phase_b: frame over the last frame, from 0 to 1; NaN for a motion of one frame,
-            - x, y, z: from the joint in `a` to the joint in `b`, m, in the axes of the root,
-            - deviation: length of this vector, m, as in `joint_distances`,
-            - rotation: as in `joint_rotations`, rad; NaN for joints without dofs.
+            - time_a [s], time_b [s]: frame over the frame rate, from the first frame on; NaN for arrays,
+            - phase_a [%], phase_b [%]: frame over the last frame, from 0 to 100; NaN for a motion of one frame,
+            - x [m], y [m], z [m]: from the joint in `a` to the joint in `b`, in the axes of the root,
+            - deviation [m]: length of this vector, as in `joint_distances`,
+            - rotation [deg]: as in `joint_rotations`, but in degrees; NaN for joints without dofs.
 
-            ``table.attrs`` has the `distance` of the motions, the `metric` under which they are aligned, and `unit`.
+            ``table.attrs`` has the `distance` of the motions, and the `metric` under which they are aligned.
 
         Raises
         ------
@@ -200,8 +200,8 @@ class Alignment:
         >>> bent[12, 1] = 0.5
         >>> arm = Skeleton.chain(2)
         >>> table = align_motions(Motion(arm, swing, 10), Motion(arm, bent, 10)).to_pandas()
-        >>> row = table.loc[table["deviation"].idxmax()]
-        >>> row["joint"], float(row["time_a"]), round(float(row["deviation"]), 3)
+        >>> row = table.loc[table["deviation [m]"].idxmax()]
+        >>> row["joint"], float(row["time_a [s]"]), round(float(row["deviation [m]"]), 3)
         ('joint_2', 1.2, 0.495)
         """
         try:
@@ -219,16 +219,17 @@ class Alignment:
             "joint": np.tile(np.array(names, dtype=object), n_pairs),
         }
         lasts = np.array([len(poses) - 1 or np.nan for poses in (self.a, self.b)])
-        for word, values in (
-            ("frame", self.path),
-            ("time", self.path / (self.frame_rate or np.nan)),
-            ("phase", self.path / lasts),
+        for word, unit, values in (
+            ("frame", "", self.path),
+            ("time", " [s]", self.path / (self.frame_rate or np.nan)),
+            ("phase", " [%]", 100.0 * self.path / lasts),
         ):
-            columns |= {f"{word}_{name}": np.repeat(values[:, i], n_joints) for i, name in enumerate("ab")}
+            columns |= {f"{word}_{name}{unit}": np.repeat(values[:, i], n_joints) for i, name in enumerate("ab")}
         vectors = _joint_vectors(self.a, self.b, self.path, self.skeleton)  # type: ignore[arg-type]
-        columns |= {axis: vectors[..., i].ravel() for i, axis in enumerate("xyz")}
-        table = pandas.DataFrame(columns | {"deviation": deviations.ravel(), "rotation": rotations.ravel()})
-        table.attrs.update(distance=self.distance, metric=repr(self.metric), unit="m")
+        columns |= {f"{axis} [m]": vectors[..., i].ravel() for i, axis in enumerate("xyz")}
+        columns |= {"deviation [m]": deviations.ravel(), "rotation [deg]": np.degrees(rotations).ravel()}
+        table = pandas.DataFrame(columns)
+        table.attrs.update(distance=self.distance, metric=repr(self.metric))
         return table
 
     def _of_joints(self, quantity: Quantity) -> tuple[list[str], np.ndarray]:

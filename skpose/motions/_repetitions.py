@@ -108,18 +108,18 @@ class Repetitions:
 
             - repetition: its index in `motions`,
             - joint: its name,
-            - phase: middle of the phase, from 0 to 1, the time in a typical repetition as a share of its duration,
-            - frame, time: where this repetition is at that phase: the nearest frame of the recording, and its time, s,
+            - phase [%]: middle of the phase, from 0 to 100, the time in a typical repetition over its duration,
+            - frame, time [s]: where this repetition is at that phase: the nearest frame of the recording, and its time,
               NaN where the motion was an array,
-            - x, y, z: from the median of the others to the mean position in this phase, m, in the axes of the root as
-              it is turned, as `forward_kinematics` has positions,
-            - deviation: length of this vector, m,
-            - spread: how much the others vary there: median of their distances from the same reference, m, the mean of
+            - x [m], y [m], z [m]: from the median of the others to the mean position in this phase, in the axes of the
+              root as it is turned, as `forward_kinematics` has positions,
+            - deviation [m]: length of this vector,
+            - spread [m]: how much the others vary there: median of their distances from the same reference, the mean of
               the phase and its two neighbours; NaN where there are fewer than three others,
             - unusual: deviation divided by the sum of spread and typical spread; NaN likewise.
 
-            ``table.attrs`` states what it rests on: `n_repetitions`, `n_phases`, `reference`, `unit`, and
-            `typical_spread`, the median of the spread, m.
+            ``table.attrs`` states what it rests on: `n_repetitions`, `n_phases`, `reference`, and `typical_spread`, the
+            median of the spread, m.
 
         Raises
         ------
@@ -168,9 +168,9 @@ class Repetitions:
         >>> angles[180:200, walk.skeleton.dof_names.index("left_forearm_rx")] -= 0.6
         >>> strides = segment_repetitions(replace(walk, angles=angles), random_state=0)
         >>> table = strides.to_pandas().sort_values("unusual", ascending=False)
-        >>> print(table[["repetition", "joint", "time", "deviation"]].head(1).round(2).to_string(index=False))
-         repetition     joint  time  deviation
-                  2 left_hand  3.27       0.27
+        >>> print(table[["repetition", "joint", "time [s]", "deviation [m]"]].head(1).round(2).to_string(index=False))
+         repetition     joint  time [s]  deviation [m]
+                  2 left_hand      3.27           0.27
         """
         try:
             import pandas
@@ -190,12 +190,12 @@ class Repetitions:
             {
                 "repetition": spread_out(np.arange(n), (0,)),
                 "joint": spread_out(np.array(names, dtype=object), (1,)),
-                "phase": spread_out(found.phases, (2,)),
+                "phase [%]": spread_out(100.0 * found.phases, (2,)),
                 "frame": spread_out(found.frames, (0, 2)),
-                "time": spread_out(times, (0, 2)),
-                **dict(zip("xyz", (one.ravel() for one in vectors), strict=True)),
-                "deviation": found.distances.transpose(0, 2, 1).ravel(),
-                "spread": found.spread.transpose(0, 2, 1).ravel(),
+                "time [s]": spread_out(times, (0, 2)),
+                **dict(zip(("x [m]", "y [m]", "z [m]"), (one.ravel() for one in vectors), strict=True)),
+                "deviation [m]": found.distances.transpose(0, 2, 1).ravel(),
+                "spread [m]": found.spread.transpose(0, 2, 1).ravel(),
                 "unusual": found.ratios.transpose(0, 2, 1).ravel(),
             }
         )
@@ -204,7 +204,6 @@ class Repetitions:
             n_repetitions=n,
             n_phases=int(n_phases),
             reference="median of the other repetitions, after dynamic time warping",
-            unit="m",
             typical_spread=found.typical_spread,
         )
         return table

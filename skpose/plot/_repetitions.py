@@ -46,7 +46,7 @@ class RepetitionsDisplay:
     joint_ : str
         Its most unusual joint.
     phase_ : float
-        The phase at which it is, from 0 to 1.
+        The phase at which it is, from 0 to 100 %.
     deviation_ : float
         How far it is there from where the others have it, m.
     projection_ : str
@@ -118,7 +118,7 @@ class RepetitionsDisplay:
         found, k = self._found, self._choose(repetition)
         worst, joint = np.unravel_index(self._unusual[k].argmax(), self._unusual[k].shape)
         self.repetition_, self.joint_ = k, self._skeleton.joint_names[joint]
-        self.phase_, self.deviation_ = float(found.phases[worst]), float(found.distances[k, worst, joint])
+        self.phase_, self.deviation_ = 100.0 * float(found.phases[worst]), float(found.distances[k, worst, joint])
         self.projection_ = self._find_projection(found.vectors[k, worst]) if projection is None else projection
         plane = check_projection(self.projection_)
         known = np.flatnonzero(np.isfinite(found.distances[k]).all(axis=1))
@@ -140,8 +140,10 @@ class RepetitionsDisplay:
         drawn = int(np.flatnonzero(phases == worst)[0])
         self.ax_.plot(*(own[drawn, joint] + shifts[drawn]), **RING)
         self._label(centres, phases, int(worst), int(joint), plane)
-        self.ax_.set_aspect("equal", adjustable="datalim")
         self.ax_.margins(x=0.02)
+        if ax is None:  # the layout first: while it finds room for labels, equal axes would grow in both directions
+            self.figure_.draw_without_rendering()
+        self.ax_.set_aspect("equal", adjustable="datalim")
         return self
 
     def _draw_bones(self, poses, shifts, values, cmap, vmax, style) -> None:
@@ -192,7 +194,8 @@ class RepetitionsDisplay:
         off = f"{self.joint_} {100.0 * self.deviation_:.1f} cm off"
         ratio = f", {self._unusual[k, worst, joint]:.1f} times the usual" if self._has_spread else ""
         at = f"at {shares[worst]} of the movement" + (f", {seconds[worst]}" if seconds[worst] else "")
-        view = _name_view(self._found.positions[k], self._skeleton.joint_names, plane)
+        seen = self._found.positions[k]
+        view = _name_view(seen[np.isfinite(seen).all(axis=(1, 2))], self._skeleton.joint_names, plane)
         title = f"repetition {k} of 0 to {len(self.repetitions) - 1}: {off}{ratio},\n{at}{view}"
         self.ax_.set_title(title, fontsize="medium", loc="left")
 

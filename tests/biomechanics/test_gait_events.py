@@ -81,7 +81,7 @@ def test_summary_and_table_are_of_the_strides():
         assert one.mean == pytest.approx(values.mean())
         assert one.std == pytest.approx(values.std())
     events = found.events.to_pandas()
-    assert list(events.columns) == ["foot", "event", "frame", "time"]
+    assert list(events.columns) == ["foot", "event", "frame", "time [s]"]
     assert len(events) == len(found.events)
     assert repr(found).startswith("GaitParameters(")
     assert "steps/min" in repr(found)
@@ -149,6 +149,71 @@ def test_a_part_of_a_recording_has_the_events_of_the_whole():
     expected, found = gait_events(motion), gait_events(motion[150:])
     within = found.times[2:-2] + 1.5  # the numbers of its frames begin at 0
     assert np.abs(expected.times - within[:, None]).min(axis=1).max() < 0.002
+
+
+def with_spike(motion, frames, size, dof):
+    """The motion with the front of a foot, or all of the person, too high by a size (m) in some frames."""
+    if dof is None:
+        root = motion.root_positions.copy()
+        root[frames, "xyz".index(motion.up)] += size
+        return replace(motion, root_positions=root)
+    skeleton = motion.skeleton
+    joint = next(name for name in skeleton.joint_names if dof.startswith(name))
+    length = np.linalg.norm(skeleton.offsets[skeleton.joint_names.index(joint)])
+    angles = motion.angles.copy()
+    angles[frames, skeleton.dof_names.index(dof)] -= np.arcsin(size / length)
+    return replace(motion, angles=angles)
+
+
+def assert_moves_little(motion, frames, size, dof):
+    """No event moves by more than a frame, or comes, or goes, where a part is too high in some frames."""
+    expected, found = gait_events(motion), gait_events(with_spike(motion, frames, size, dof))
+    assert found.kinds.tolist() == expected.kinds.tolist(), (frames, dof)
+    assert found.feet.tolist() == expected.feet.tolist(), (frames, dof)
+    assert np.abs(found.times - expected.times).max() * motion.frame_rate < 1.0, (frames, dof)
+
+
+def some_frames(motion, every):
+    last = len(motion) - 1
+    return sorted({*range(0, last, every), 1, 2, last - 2, last - 1, last})
+
+
+@pytest.mark.parametrize("size", [-0.1, -0.02, 0.02, 0.1])
+def test_a_spike_in_one_frame_moves_no_event_by_more_than_a_frame(size):
+    motion = walk(duration=3.0)
+    for frame in some_frames(motion, 11):
+        for dof in ("left_foot_rotvec_x", None):
+            assert_moves_little(motion, frame, size, dof)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [-0.06, -0.02, 0.02])
+@pytest.mark.parametrize("trial", ["07_05", "35_01", "35_30"])
+def test_a_spike_in_a_recording_moves_no_event_by_more_than_a_frame(cmu, trial, size):
+    motion = recording(cmu, trial)
+    for frame in some_frames(motion, 7):
+        for dof in ("lfoot_rx", "rfoot_rx", None):
+            assert_moves_little(motion, frame, size, dof)
+
+
+def recording(cmu, trial):
+    (i,) = np.flatnonzero((cmu.subjects == trial[:2]) & (cmu.trials == trial[3:]))
+    return cmu[int(i)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("trial", ["02_01", "02_03", "07_05", "09_06"])
+def test_the_height_of_the_floor_is_that_of_most_frames(cmu, trial):
+    """A toe that is too low for 40 ms in the middle of a stance does not lift the foot off, which is on its way up."""
+    motion = recording(cmu, trial)
+    events = gait_events(motion)
+    for side in ("left", "right"):
+        of_side = events.feet == side
+        contacts, offs = (events.frames[of_side & (events.kinds == kind)] for kind in ("foot contact", "foot off"))
+        for contact in contacts:
+            if (offs > contact).any():
+                middle = (contact + offs[offs > contact][0]) // 2
+                assert_moves_little(motion, np.arange(middle - 2, middle + 3), -0.03, f"{side[0]}foot_rx")
 
 
 def test_times_are_those_of_the_motion():

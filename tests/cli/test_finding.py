@@ -90,6 +90,29 @@ def test_one_place_of_each_file(options, capsys):
     assert rows([*QUERY, "--one-per-file", "--k", "2", *options], capsys) == found[:2]
 
 
+def test_short_places_are_said_to_be_short(motions, capsys):
+    """Time warps freely: what is not like the query has it in a few frames."""
+    query, options = motions[0][10:20], ["--exclude-query", "--k", "20"]
+    places = find_motion(query, [motions[0][:10], motions[0][20:], *motions[1:]], k=20)
+    short = sum(place.stop - place.start < len(query) / 2 for place in places)
+    assert main(["find", *QUERY, *options]) == 0
+    line = capsys.readouterr().err.splitlines()[-1]
+    assert 0 < short < len(places)
+    assert line == (
+        f"skpose: {short} of {len(places)} places last less than half as long as the motion to find, 0.50 s, and have "
+        "little of it"
+    )
+    assert main(["find", *QUERY, "--k", "1"]) == 0
+    assert "less than half" not in capsys.readouterr().err
+
+
+def test_how_files_are_retargeted_is_said_once_and_not_in_the_table(capsys):
+    assert main(["find", *QUERY, "--k", "1", "--retarget", "auto"]) == 0
+    printed = capsys.readouterr()
+    assert printed.err.splitlines()[0] == "skpose: 4 of 4 files: by same numbers"
+    assert len(printed.out.splitlines()) == 2
+
+
 # A single pose
 
 

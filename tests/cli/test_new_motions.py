@@ -259,7 +259,7 @@ def test_counterparts_are_given_or_refused(capsys):
     motion, other = save_arm("arm.npz"), save_arm("other.npz", ("upper", "lower"), "rotvec")
     command = ["retarget", "arm.npz", "--onto", "other.npz"]
     line = refusal(command, capsys)
-    assert "have no name of a joint in common: pass --joints, a mapping of joints of the given skeleton" in line
+    assert "have no name of a joint in common: pass --joints, a mapping of joints of OTHER" in line
     assert main([*command, "--joints", "upper=elbow", "lower=wrist", "--out", "there.npz"]) == 0
     pairs = {"upper": "elbow", "lower": "wrist"}
     assert_close(load_motion("there.npz"), retarget(motion, other.skeleton, method="auto", joints=pairs))
@@ -267,8 +267,10 @@ def test_counterparts_are_given_or_refused(capsys):
     assert main([*command, "--joints", "upper=elbow"]) == 0
     assert capsys.readouterr().out.splitlines()[1] == "    without a counterpart: lower"
     line = refusal([*command, "--joints", "upper=elbow", "lower=hand"], capsys)
-    assert "joints maps 'lower' to 'hand', but the motion's has no 'hand': skpose info prints its joints" in line
+    assert "--joints maps 'lower' to 'hand', but FILE has no 'hand': skpose info prints its joints" in line
     assert "arm.npz: " in line
+    line = refusal([*command, "--joints", "arm=elbow", "lower=hand"], capsys)
+    assert "--joints maps 'arm' to 'elbow', but OTHER has no 'arm': skpose info prints its joints" in line
     line = refusal([*command, "--joints", "upper=elbow", "--method", "numbers"], capsys, 2)
     assert line.endswith("--joints is for --method auto, orientations or positions, not numbers")
     line = refusal([*command, "--joints", "upper"], capsys, 2)

@@ -205,24 +205,24 @@ def test_the_table_has_a_row_for_each_pair_and_joint(name, alignment):
         for k, bone in enumerate(skeleton.bones):
             row = next(rows)
             assert (row["pair"], row["joint"], row["frame_a"], row["frame_b"]) == (pair, bone.name, i, j)
-            times = [row["time_a"], row["time_b"], row["phase_a"], row["phase_b"]]
-            np.testing.assert_allclose(times, [i / 25, j / 25, i / 6, j / 9])
+            times = [row["time_a [s]"], row["time_b [s]"], row["phase_a [%]"], row["phase_b [%]"]]
+            np.testing.assert_allclose(times, [i / 25, j / 25, 100 * i / 6, 100 * j / 9])
             difference = positions[1][j, k] - positions[0][i, k]
-            np.testing.assert_allclose([row["x"], row["y"], row["z"]], difference, atol=1e-12)
-            assert row["deviation"] == pytest.approx(np.linalg.norm(difference), abs=1e-12)
-            expected = found.joint_rotations[pair, k] if bone.dofs else np.nan
-            np.testing.assert_array_equal(row["rotation"], expected)
+            np.testing.assert_allclose([row[f"{axis} [m]"] for axis in "xyz"], difference, atol=1e-12)
+            assert row["deviation [m]"] == pytest.approx(np.linalg.norm(difference), abs=1e-12)
+            expected = np.degrees(found.joint_rotations[pair, k]) if bone.dofs else np.nan
+            np.testing.assert_array_equal(row["rotation [deg]"], expected)
     assert next(rows, None) is None
-    assert table.attrs == {"distance": found.distance, "metric": repr(found.metric), "unit": "m"}
-    most = table.loc[table["deviation"].idxmax()]
+    assert table.attrs == {"distance": found.distance, "metric": repr(found.metric)}
+    most = table.loc[table["deviation [m]"].idxmax()]
     first = found.joint_differences()[0]
-    assert (most["joint"], most["deviation"], most["frame_a"]) == (first.joint, first.largest, first.frame_a)
+    assert (most["joint"], most["deviation [m]"], most["frame_a"]) == (first.joint, first.largest, first.frame_a)
 
 
 def test_the_table_has_no_times_of_arrays_and_no_phase_of_one_frame():
     table = align_motions([[0.1, 0.0]], [[0.0, 0.0], [0.2, 0.0]], skeleton=ARM).to_pandas()
-    assert table[["time_a", "time_b", "phase_a"]].isna().all(axis=None)
-    assert table["phase_b"].tolist() == [0, 0, 1, 1]
+    assert table[["time_a [s]", "time_b [s]", "phase_a [%]"]].isna().all(axis=None)
+    assert table["phase_b [%]"].tolist() == [0, 0, 100, 100]
 
 
 def test_without_a_skeleton_there_are_no_joints():

@@ -12,7 +12,8 @@ from skpose.datasets import make_gait
 from skpose.motions import segment_repetitions
 from skpose.motions._deviations import LEAST, deviations_of
 
-COLUMNS = ["repetition", "joint", "phase", "frame", "time", "x", "y", "z", "deviation", "spread", "unusual"]
+COLUMNS = ["repetition", "joint", "phase [%]", "frame", "time [s]"]
+COLUMNS += ["x [m]", "y [m]", "z [m]", "deviation [m]", "spread [m]", "unusual"]
 LEG = "thigh", "shank", "foot", "toes"
 LARGE = 4.0  # of "unusual", of ten repetitions
 
@@ -30,15 +31,15 @@ def assert_named(motion, cycles, wrong, side, large=LARGE):
     first, last = cycles[wrong]
     assert row["repetition"] == wrong
     assert row["joint"] in {f"{side}_{name}" for name in LEG}
-    assert 0.37 < (row["time"] - first) / (last - first) < 0.63
-    assert 0.35 < row["phase"] < 0.65
+    assert 0.37 < (row["time [s]"] - first) / (last - first) < 0.63
+    assert 35.0 < row["phase [%]"] < 65.0
     assert row["unusual"] > large
     others = table.loc[table["repetition"] != wrong, "unusual"]
     assert others.max() < large
     # What is unusual is there alone: in the other leg, and before and after, it is as usual as in the others.
     unusual = table[table["unusual"] > large]
     assert unusual["joint"].str.startswith(side).all()
-    assert unusual["phase"].between(0.3, 0.7).all()
+    assert unusual["phase [%]"].between(30.0, 70.0).all()
 
 
 def cases(n_fast, n):
@@ -93,11 +94,13 @@ def test_one_row_for_each_repetition_joint_and_phase(ten):
     names = SKELETON.joint_names
     np.testing.assert_array_equal(table["repetition"], np.repeat(np.arange(10), 20 * len(names)))
     assert table["joint"].tolist() == [name for _ in range(10) for name in names for _ in range(20)]
-    np.testing.assert_allclose(table["phase"], np.tile((np.arange(20) + 0.5) / 20, 10 * len(names)))
-    np.testing.assert_allclose(np.linalg.norm(table[["x", "y", "z"]], axis=1), table["deviation"], atol=1e-12)
+    np.testing.assert_allclose(table["phase [%]"], np.tile(5.0 * (np.arange(20) + 0.5), 10 * len(names)))
+    np.testing.assert_allclose(
+        np.linalg.norm(table[["x [m]", "y [m]", "z [m]"]], axis=1), table["deviation [m]"], atol=1e-12
+    )
     assert (found.starts[table["repetition"]] <= table["frame"]).all()
     assert (table["frame"] < found.stops[table["repetition"]]).all()
-    np.testing.assert_array_equal(table["time"], motion.times[table["frame"]])
+    np.testing.assert_array_equal(table["time [s]"], motion.times[table["frame"]])
     frames = table["frame"].to_numpy().reshape(10, len(names), 20)
     assert (np.diff(frames, axis=2) >= 0).all()
     assert (frames == frames[:, :1]).all()
@@ -105,11 +108,10 @@ def test_one_row_for_each_repetition_joint_and_phase(ten):
         "n_repetitions": 10,
         "n_phases": 20,
         "reference": "median of the other repetitions, after dynamic time warping",
-        "unit": "m",
-        "typical_spread": pytest.approx(table["spread"].median()),
+        "typical_spread": pytest.approx(table["spread [m]"].median()),
     }
     np.testing.assert_allclose(
-        table["unusual"], table["deviation"] / (table["spread"] + table.attrs["typical_spread"]), rtol=1e-12
+        table["unusual"], table["deviation [m]"] / (table["spread [m]"] + table.attrs["typical_spread"]), rtol=1e-12
     )
 
 
@@ -117,13 +119,13 @@ def test_x_y_z_lead_from_the_others_to_the_joint_in_the_axes_of_the_root(ten):
     """The left knee is in: to the right, which is −x of the humanoid, by as much as the thigh rotates."""
     motion, _, _, table = ten
     knee = table[(table["repetition"] == 4) & (table["joint"] == "left_thigh")]
-    row = knee.loc[knee["deviation"].idxmax()]
+    row = knee.loc[knee["deviation [m]"].idxmax()]
     usual, _ = squats(1)
     at = int(row["frame"])
     j = SKELETON.joint_names.index("left_thigh")
     wrong, right = (forward_kinematics(one.angles[at : at + 1], SKELETON)[0, j] for one in (motion, usual))
-    assert row["x"] < -0.08
-    np.testing.assert_allclose(row[["x", "y", "z"]].astype(float), wrong - right, atol=0.03)
+    assert row["x [m]"] < -0.08
+    np.testing.assert_allclose(row[["x [m]", "y [m]", "z [m]"]].astype(float), wrong - right, atol=0.03)
 
 
 def test_repetitions_of_equal_length_and_tempo_against_numpy():
@@ -272,11 +274,11 @@ def some_of(found, n):
 @pytest.mark.parametrize("n", [2, 3, 4])
 def test_few_repetitions_have_deviations_and_no_spread(ten, n):
     table = some_of(ten[2], n).to_pandas()
-    assert np.isfinite(table["deviation"]).all()
+    assert np.isfinite(table["deviation [m]"]).all()
     assert np.isfinite(table["unusual"]).all() == (n >= LEAST)
-    assert table["spread"].isna().all() == table["unusual"].isna().all() == (n < LEAST)
+    assert table["spread [m]"].isna().all() == table["unusual"].isna().all() == (n < LEAST)
     if n == 2:  # each is the reference of the other
-        x, y = (table.loc[table["repetition"] == k, ["x", "y", "z"]].to_numpy() for k in (0, 1))
+        x, y = (table.loc[table["repetition"] == k, ["x [m]", "y [m]", "z [m]"]].to_numpy() for k in (0, 1))
         np.testing.assert_allclose(x, -y, atol=1e-12)
 
 
@@ -290,9 +292,9 @@ def test_arrays_take_the_skeleton_that_they_were_found_with(ten):
     motion, _, _, table = ten
     found = segment_repetitions(motion.angles, skeleton=SKELETON, n_surrogates=19, random_state=0)
     of_array = found.to_pandas()
-    assert of_array["time"].isna().all()
+    assert of_array["time [s]"].isna().all()
     for name in COLUMNS:
-        if name != "time":
+        if name != "time [s]":
             np.testing.assert_array_equal(of_array[name], table[name])
 
 
@@ -315,7 +317,7 @@ def test_times_are_those_of_the_recording(ten):
     assert found.times.tolist() == motion.times.tolist()
     later = Motion(SKELETON, motion.angles, RATE, frame_numbers=np.arange(len(motion)) + 500)
     table = find(later).to_pandas()
-    np.testing.assert_allclose(table["time"], 10.0 + table["frame"] / RATE)
+    np.testing.assert_allclose(table["time [s]"], 10.0 + table["frame"] / RATE)
 
 
 def test_without_pandas(ten, monkeypatch):

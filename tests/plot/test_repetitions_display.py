@@ -51,7 +51,7 @@ def bones_of(display):
 
 def table_of(found, k, n_phases=20):
     table = found.to_pandas(n_phases=n_phases)
-    return table, table[table["repetition"] == k].set_index(["phase", "joint"])
+    return table, table[table["repetition"] == k].set_index(["phase [%]", "joint"])
 
 
 def phases_of(display):
@@ -62,12 +62,16 @@ def test_shows_the_first_row_of_the_table_by_unusual(found):
     display = RepetitionsDisplay.from_repetitions(found)
     row = found.to_pandas().sort_values("unusual", ascending=False).iloc[0]
     assert display.repetition_ == row["repetition"] == WRONG
-    assert (display.joint_, display.phase_, display.deviation_) == (row["joint"], row["phase"], row["deviation"])
+    assert (display.joint_, display.phase_, display.deviation_) == (
+        row["joint"],
+        row["phase [%]"],
+        row["deviation [m]"],
+    )
     assert display.joint_.startswith("left_")
     first, second = display.ax_.get_title(loc="left").split("\n")
-    size, ratio = 100 * row["deviation"], row["unusual"]
+    size, ratio = 100 * row["deviation [m]"], row["unusual"]
     assert first == f"repetition 3 of 0 to 5: {row['joint']} {size:.1f} cm off, {ratio:.1f} times the usual,"
-    when = f"at {100 * row['phase']:.3g} % of the movement, {row['time']:.2f} s"
+    when = f"at {row['phase [%]']:.3g} % of the movement, {row['time [s]']:.2f} s"
     assert second == f"{when}; seen from the front"
 
 
@@ -78,15 +82,15 @@ def test_bones_have_the_deviation_of_the_joint_at_their_end(found, repetition, n
     whole, table = table_of(found, k, n_phases)
     ends, values, lines = bones_of(display)
     assert len(values) == len(phases_of(display)) == min(n_poses, n_phases)
-    assert lines.get_clim() == (0, pytest.approx(100 * whole["deviation"].max()))
-    phases = np.unique(whole["phase"])
-    shown = [phases[np.argmin(np.abs(100 * phases - float(label.split(" ")[0])))] for label in phases_of(display)]
+    assert lines.get_clim() == (0, pytest.approx(100 * whole["deviation [m]"].max()))
+    phases = np.unique(whole["phase [%]"])
+    shown = [phases[np.argmin(np.abs(phases - float(label.split(" ")[0])))] for label in phases_of(display)]
     assert display.phase_ in shown
     assert (np.diff(shown) > 0).all()
     for phase, label, colours in zip(shown, phases_of(display), values, strict=True):
         rows = table.loc[phase].loc[list(SKELETON.joint_names)]
-        np.testing.assert_allclose(colours, 100 * rows["deviation"], rtol=1e-12)
-        assert label.split("\n")[1] == f"{rows['time'].iloc[0]:.2f} s"
+        np.testing.assert_allclose(colours, 100 * rows["deviation [m]"], rtol=1e-12)
+        assert label.split("\n")[1] == f"{rows['time [s]'].iloc[0]:.2f} s"
     parents = np.array(SKELETON.parents)
     joined = parents >= 0
     np.testing.assert_allclose(ends[:, joined, 0], ends[:, parents[joined], 1], atol=1e-12)
@@ -94,21 +98,40 @@ def test_bones_have_the_deviation_of_the_joint_at_their_end(found, repetition, n
 
 def test_the_typical_one_is_where_the_vectors_of_the_table_begin(found):
     display = RepetitionsDisplay.from_repetitions(found, n_poses=1)
-    assert phases_of(display)[0].startswith(f"{100 * display.phase_:.3g} %")
+    assert phases_of(display)[0].startswith(f"{display.phase_:.3g} %")
     _, table = table_of(found, WRONG)
     rows = table.loc[display.phase_].loc[list(SKELETON.joint_names)]
     ends, _, _ = bones_of(display)
     grey = [line for line in display.ax_.lines if line.get_color() == "0.82"]
     points = np.concatenate([np.stack(line.get_data(), axis=1).reshape(-1, 3, 2)[:, 1] for line in grey])
-    vectors = rows[list(display.projection_)].to_numpy()
+    vectors = rows[[f"{axis} [m]" for axis in display.projection_]].to_numpy()
     np.testing.assert_allclose(ends[0, :, 1] - points, vectors, atol=1e-12)
+
+
+def test_poses_fill_the_picture(found):
+    """Equal units make one direction wider than the poses need, and not both."""
+    display = RepetitionsDisplay.from_repetitions(found)
+    display.figure_.canvas.draw()
+    data = display.ax_.dataLim
+    wide = np.ptp(display.ax_.get_xlim()) / data.width, np.ptp(display.ax_.get_ylim()) / data.height
+    assert min(wide) < 1.15
+
+
+def test_the_side_is_named_where_a_repetition_lacks_phases(found):
+    """The first one begins late: the others have phases that it lacks."""
+    starts = found.starts.copy()
+    starts[0] += FRAMES // 4
+    late = replace(found, starts=starts, motions=[found.motions[0][FRAMES // 4 :], *found.motions[1:]])
+    display = RepetitionsDisplay.from_repetitions(late, repetition=0)
+    assert table_of(late, 0)[1].shape[0] < table_of(found, 0)[1].shape[0]
+    assert "; seen from" in display.ax_.get_title(loc="left")
 
 
 def test_a_ring_marks_the_joint(found):
     display = RepetitionsDisplay.from_repetitions(found)
     (ring,) = [line for line in display.ax_.lines if line.get_markerfacecolor() == "none"]
     ends, _, _ = bones_of(display)
-    column = [label.split(" ")[0] for label in phases_of(display)].index(f"{100 * display.phase_:.3g}")
+    column = [label.split(" ")[0] for label in phases_of(display)].index(f"{display.phase_:.3g}")
     joint = SKELETON.joint_names.index(display.joint_)
     np.testing.assert_allclose(np.ravel(ring.get_data()), ends[column, joint, 1], atol=1e-12)
 
@@ -162,8 +185,8 @@ def test_few_repetitions_and_arrays_say_less():
     few = replace(found, starts=found.starts[1:4], stops=found.stops[1:4], motions=rest, times=None)
     display = RepetitionsDisplay.from_repetitions(few)
     table = few.to_pandas()
-    row = table.loc[table["deviation"].idxmax()]
-    assert (display.repetition_, display.joint_, display.phase_) == (row["repetition"], row["joint"], row["phase"])
+    row = table.loc[table["deviation [m]"].idxmax()]
+    assert (display.repetition_, display.joint_, display.phase_) == (row["repetition"], row["joint"], row["phase [%]"])
     title = display.ax_.get_title(loc="left")
     assert "usual" not in title
     assert " s" not in title.split("\n")[1].partition(";")[0]
