@@ -11,20 +11,17 @@ from sklearn.utils import check_random_state
 from skpose._compat.sklearn import Interval, validate_params
 from skpose._validation.options import check_integer
 from skpose._validation.units import warn_of_degrees
-from skpose._warnings import warn
-from skpose.metrics import Metric
-from skpose.metrics._shared import METRIC_CONSTRAINTS, DistanceMatrix, resolve, warn_of_no_skeleton, warn_of_unconverged
+from skpose.metrics import Geodesic, Metric, Spatial
+from skpose.metrics._shared import METRIC_CONSTRAINTS, resolve, warn_of_no_skeleton, warn_of_unconverged
 from skpose.motions._deviations import STEPS, Deviations, deviations_of
+from skpose.motions._frames import Frames
 from skpose.motions._inputs import check_motion, check_motions
 from skpose.motions._surrogates import p_value
-from skpose.motions._template import Templates
+from skpose.motions._template import Limits, explain, nothing
 from skpose.skeleton import Motion, Skeleton
 
 if TYPE_CHECKING:
     import pandas
-
-MOST_FRAMES = 2000  # that are compared; longer motions are thinned
-FEWEST = 40  # of these in a repetition, with fewer of which its length is uncertain
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -402,23 +399,18 @@ def segment_repetitions(
     poses = checked.sequences.poses
     if checked.skeleton is not None:
         warn_of_degrees(motion=poses)
-    k = -(-len(poses) // MOST_FRAMES)
-    distances, unconverged = DistanceMatrix(poses[::k], None, chosen, checked.skeleton).write(None, n_jobs)
-    warn_of_unconverged(unconverged, distances.size)
-    templates = Templates(distances, (min_frames or 1) / k, (max_frames or np.inf) / k)
-    n_threads = effective_n_jobs(n_jobs)
-    best, pvalue = templates.best(n_threads), 1.0
-    if best.fitness > 0.0:
-        pvalue = p_value(templates, n_surrogates, check_random_state(random_state), n_threads)
-    is_sure = best.fitness > 0.0 and best.fitness >= min_fitness and pvalue <= alpha
-    found = templates.repetitions(best) if is_sure else templates.nothing()
-    if k > 1 and len(found.segments) and (kept := int(np.ptp(found.segments, axis=1).min())) < FEWEST:
-        warn(
-            f"one of {k} frames is compared in a recording of {len(poses)}, and a repetition has {kept} of these, so "
-            f"that two may have been taken for one: cut it into parts of at most {MOST_FRAMES} frames, or resample it"
-        )
-    starts, stops = k * found.segments[:, 0], np.minimum(k * found.segments[:, 1], len(poses))
-    pauses = np.minimum(k * found.pauses, len(poses))
+    limits, n_threads = Limits(min_frames or 1, max_frames or np.inf), effective_n_jobs(n_jobs)
+    frames = Frames(*_compared(poses, chosen, checked.skeleton), n_jobs)
+    best = explain(frames, limits, n_threads)
+    fitness, pvalue = (
+        (0.0, 1.0)
+        if best is None
+        else (best.fitness, p_value(frames, limits, n_surrogates, check_random_state(random_state), n_threads))
+    )
+    warn_of_unconverged(frames.unconverged, frames.n_pairs)
+    is_sure = best is not None and fitness >= min_fitness and pvalue <= alpha
+    found = best.repetitions() if is_sure else nothing(frames)
+    starts, stops = found.segments.T
     given, times = (motion, motion.times) if isinstance(motion, Motion) else (poses, None)
     repeated = [given[start:stop] for start, stop in zip(starts, stops, strict=True)]
     return Repetitions(
@@ -426,10 +418,23 @@ def segment_repetitions(
         stops=stops,
         distances=found.distances,
         template=found.template,
-        fitness=best.fitness,
+        fitness=fitness,
         pvalue=pvalue,
-        pauses=pauses,
+        pauses=found.pauses,
         motions=repeated,
         skeleton=checked.skeleton,
         times=times,
     )
+
+
+def _compared(
+    poses: np.ndarray, metric: Metric, skeleton: Skeleton | None
+) -> tuple[np.ndarray, Metric, Skeleton | None]:
+    """Return what is compared: rotations in the place of Euler angles, where the line between two poses counts.
+
+    Files go over from one triple of a rotation to another one, which is no movement, but far away along a line.
+    """
+    if skeleton is None or not isinstance(metric, Spatial | Geodesic):
+        return poses, metric, skeleton
+    turned = Motion(skeleton, poses, frame_rate=1).to_rotvec()
+    return turned.angles, metric, turned.skeleton

@@ -11,8 +11,9 @@ from scipy.signal import find_peaks
 from skpose import Motion, Skeleton, forward_kinematics, motions
 from skpose._compiled.path.family import family_of, first_far, fitness_by_length, segments_of
 from skpose.datasets import humanoid, make_gait
-from skpose.motions import _repetitions
-from skpose.motions._template import LONGEST_PAUSE, moving_frames
+from skpose.metrics import Angle
+from skpose.motions._frames import Frames
+from skpose.motions._template import LONGEST_PAUSE
 
 segment_repetitions = functools.partial(motions.segment_repetitions, random_state=0)  # the same p-values in each run
 ARM = Skeleton.chain(3)
@@ -104,8 +105,9 @@ def test_a_family_may_be_empty():
     assert len(segments_of(np.full((6, 6), -1.0), 0, 6, 1, 4)[0]) == 0
 
 
+@pytest.mark.parametrize("share", [0.8, np.inf])
 @pytest.mark.parametrize("seed", range(6))
-def test_the_fitness_of_each_length_in_another_order(seed):
+def test_the_fitness_of_each_length_in_another_order(seed, share):
     """By its equation, of the best of all families, from the matrix in that order."""
     rng = np.random.default_rng(seed)
     n, lengths = 8, np.array([2, 3, 4])
@@ -120,13 +122,16 @@ def test_the_fitness_of_each_length_in_another_order(seed):
             if not is_far[np.ix_(order, order)][start:stop, start:stop].any():
                 continue
             permuted = similarities[np.ix_(order, order)]
+            from_first = 1 - permuted[start]
+            if from_first[stop - 1 : stop + 1].min() > share * from_first[start:stop].max():
+                continue
             both = [best_family(permuted, uncut, *rows, start, stop) for rows in ((0, start), (stop, n))]
             score, n_cells, n_covered = (sum(family[i] for family in both) for i in range(3))
             if score > 0:
                 sigma, gamma = score / (n_cells + m), n_covered / n
                 best = max(best, 2 * sigma * gamma / (sigma + gamma))
         expected.append(best)
-    np.testing.assert_allclose(fitness_by_length(similarities, is_far, order, lengths, 3), expected, atol=1e-12)
+    np.testing.assert_allclose(fitness_by_length(similarities, is_far, order, lengths, 3, share), expected, atol=1e-12)
     assert max(expected) > 0.0
     reach = [next((j for j in range(n) if is_far[i : j + 1, i : j + 1].any()), n) for i in range(n)]
     np.testing.assert_array_equal(first_far(is_far), reach)
@@ -161,9 +166,9 @@ def test_stillness_is_left_out():
 
 def test_moving_frames_are_those_that_move():
     t = np.concatenate([np.zeros(50), np.linspace(0, 2, 40), np.full(50, 2.0)])
-    moving = moving_frames(np.abs(t[:, None] - t))
+    moving = Frames(t[:, None], Angle(), None, 1).moving(1)
     assert set(range(52, 88)) <= set(moving) <= set(range(45, 95))
-    assert len(moving_frames(np.zeros((20, 20)))) == 0
+    assert len(Frames(np.zeros((20, 1)), Angle(), None, 1).moving(1)) == 0
 
 
 @pytest.mark.parametrize("n", [1, 2, 5, 30])
@@ -209,7 +214,7 @@ def test_noise_does_not_repeat(kind):
 def test_the_p_value_of_white_noise(leaves_out, monkeypatch):
     """Of 200 draws as many are below each level as it says; no more where slow frames are left out of the motion."""
     if not leaves_out:
-        monkeypatch.setattr("skpose.motions._template.moving_frames", lambda distances: np.arange(len(distances)))
+        monkeypatch.setattr("skpose.motions._frames.STILL", -1.0)
     found = [
         segment_repetitions(noise("white noise", seed, 60), skeleton=ARM, metric="position", random_state=seed)
         for seed in range(200)
