@@ -19,8 +19,9 @@ import numpy as np
 from skpose._compiled.path.family import first_far, fitness_by_length
 from skpose._parallel.threads import in_threads
 from skpose.motions._frames import Frames
-from skpose.motions._template import BACK, EXTENT, LEAST_LENGTH, ZERO, Limits
+from skpose.motions._template import BACK, LEAST_LENGTH, ZERO, Limits
 
+EXTENT = 1.25  # distance that a template must have between two of its frames, in units of the near one
 # In units of the frames in which the motion gets from a pose to a distant one (median), about half a movement:
 PIECE = 0.25  # mean length of a piece
 LEAST_TEMPLATE = 2.0  # shortest template: a movement

@@ -1,6 +1,6 @@
 """The search for the segment of a motion that its repetitions resemble most, from the distances between its frames."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterable
 from functools import partial
 from itertools import pairwise
 from typing import NamedTuple
@@ -12,8 +12,7 @@ from skpose._parallel.threads import in_threads
 from skpose.motions._frames import MOST_FRAMES, Frames
 
 # Relative to the median distance between moving frames:
-ZERO = 0.9  # distance of similarity zero
-EXTENT = 1.25  # distance that a template must have between two of its frames
+ZERO = 0.9  # distance of similarity zero; two frames of a template are as far apart, or farther
 # Relative to the distance of the template's first frame from the one that is farthest from it:
 BACK = 0.7  # distance of the first frame from the last, or from the one behind it
 PART = 0.85  # likewise of a segment of its family: one that comes back less is a part of the movement
@@ -23,7 +22,7 @@ REFINED = 3  # the best of them, whose start and length are then varied in steps
 # Long motions, of which every frame, every second, every fourth is looked at, section by section:
 LONGEST = 256  # template in a section
 SHORTEST = 16  # template, where frames are left out, in frames that are not
-RATED = 20  # the best templates of the sections, which are then compared with the whole motion
+RATED = 10  # templates of each section, and of each size of all sections, which are compared with the whole motion
 SLIVER = 0.25  # of a segment: the most that is cut off behind a pause
 # Relative to the frames of the template that move:
 LONGEST_PAUSE = 0.5  # within a repetition, unless the fitness with longer ones is so many times as large:
@@ -72,27 +71,23 @@ class Templates:
         self.frames, self.every, self.limits = section, every, limits
         self.n = len(section)
         self.similarities = _similarities(frames, distances)
-        self.reach = first_far((distances >= EXTENT * frames.median) & (distances > 0.0))
+        self.reach = first_far((distances >= ZERO * frames.median) & (distances > 0.0))
         self.pauses = _still_before(section, every)
 
-    def best(self, shortest: int, longest: int, is_held: bool, n_jobs: int) -> Segment:
-        """Return the template of the largest fitness; its fitness is zero where nothing repeats."""
+    def best(self, lengths: Iterable[int], is_held: bool, n_refined: int, n_jobs: int) -> list[Segment]:
+        """Return the fittest template of each length, of which the best are refined and the others left out."""
         most_still = np.inf if is_held else LONGEST_PAUSE
         found: list[Template] = []
 
         def rate(length: int) -> None:
             step = max(1, length // STARTS_PER_LENGTH)
-            found.extend(self._rate(start, length, most_still) for start in range(0, self.n - length + 1, step))
+            found.append(max(self._rate(start, length, most_still) for start in range(0, self.n - length + 1, step)))
 
-        lengths = _lengths(shortest, min(longest, self.n // 2))
-        tasks: Iterator[Callable[[], None]] = (partial(rate, length) for length in lengths)
-        in_threads(tasks, n_jobs)
-        found.sort(reverse=True)
-        best = max((self._refine(one, most_still) for one in found[:REFINED]), default=Template(0.0, 0, 1))
-        if best.fitness == 0.0:
-            return Segment(0.0, 0, 0, is_held)
-        first, last = self.frames[best.start], self.frames[best.start + best.length - 1]
-        return Segment(best.fitness, int(first), int(last), is_held)
+        in_threads((partial(rate, length) for length in lengths if length <= self.n // 2), n_jobs)
+        found = [one for one in sorted(found, reverse=True)[:n_refined] if one.fitness > 0.0]
+        refined = {self._refine(one, most_still) for one in found}
+        ends = [(one, self.frames[[one.start, one.start + one.length - 1]].tolist()) for one in refined]
+        return [Segment(one.fitness, first, last, is_held) for one, (first, last) in ends]
 
     def _rate(self, start: int, length: int, most_still: float) -> Template:
         """Return a template with its fitness, zero for one that is not allowed."""
@@ -203,20 +198,23 @@ def explain(frames: Frames, limits: Limits, n_jobs: int) -> Explanation | None:
     while not is_last:
         sections = frames.sections(every)
         is_last = len(sections) == 1
-        shortest, longest = LEAST_LENGTH if every == 1 else SHORTEST, MOST_FRAMES if is_last else LONGEST
+        lengths = _lengths(LEAST_LENGTH if every == 1 else SHORTEST, MOST_FRAMES if is_last else LONGEST)
         for section in sections:
             templates = Templates(frames, section, every, limits)
-            found.append(templates.best(shortest, longest, False, n_jobs))
-            if templates.pauses.max(initial=0) > LONGEST_PAUSE * shortest:
-                found.append(templates.best(shortest, longest, True, n_jobs))
+            for is_held in (False, True):
+                if not is_held or templates.pauses.max(initial=0) > LONGEST_PAUSE * lengths[0]:
+                    found += templates.best(lengths, is_held, REFINED if every == 1 and is_last else RATED, n_jobs)
         every *= 2
-    found.sort(reverse=True)
     best, held = (_best_of(frames, [one for one in found if one.is_held == is_held]) for is_held in (False, True))
     return held if held is not None and (best is None or held.fitness > HELD * best.fitness) else best
 
 
 def _best_of(frames: Frames, segments: list[Segment]) -> Explanation | None:
-    explanations = [Explanation(frames, segment) for segment in segments[:RATED] if segment.fitness > 0.0]
+    """Return the segment that explains most of the motion, one of those that explain most of their section."""
+    of_size: dict[int, list[Segment]] = {}
+    for one in sorted(segments, reverse=True):
+        of_size.setdefault((one.last - one.first + 1).bit_length(), []).append(one)
+    explanations = [Explanation(frames, one) for similar in of_size.values() for one in similar[:RATED]]
     return max(explanations, key=lambda one: one.fitness, default=None)
 
 
@@ -244,11 +242,11 @@ def _still_before(frames: np.ndarray, every: int) -> np.ndarray:
     return np.diff(frames, prepend=frames[:1] - every) // every - 1
 
 
-def _lengths(shortest: int, longest: int) -> Iterator[int]:
-    length = shortest
-    while length <= longest:
-        yield length
-        length = max(length + 1, int(GROWTH * length))
+def _lengths(shortest: int, longest: int) -> list[int]:
+    lengths = [shortest]
+    while lengths[-1] <= longest:
+        lengths.append(max(lengths[-1] + 1, int(GROWTH * lengths[-1])))
+    return lengths[:-1]
 
 
 def _trim_slivers(frames: np.ndarray) -> tuple[int, int]:
