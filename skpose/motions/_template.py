@@ -9,7 +9,7 @@ import numpy as np
 
 from skpose._compiled.path.family import comes_back, first_far, fitness_of, segments_of
 from skpose._parallel.threads import in_threads
-from skpose.motions._frames import MOST_FRAMES, Frames
+from skpose.motions._frames import Frames
 
 # Relative to the median distance between moving frames:
 ZERO = 0.9  # distance of similarity zero; two frames of a template are as far apart, or farther
@@ -22,7 +22,8 @@ REFINED = 3  # the best of them, whose start and length are then varied in steps
 # Long motions, of which every frame, every second, every fourth is looked at, section by section:
 LONGEST = 256  # template in a section
 SHORTEST = 16  # template, where frames are left out, in frames that are not
-RATED = 10  # templates of each section, and of each size of all sections, which are compared with the whole motion
+RATED = 10  # templates of each section, and of each size of all sections, which are compared with the whole motion,
+COARSELY = 4  # in so many times as large steps as memory would allow
 SLIVER = 0.25  # of a segment: the most that is cut off behind a pause
 # Relative to the frames of the template that move:
 LONGEST_PAUSE = 0.5  # within a repetition, unless the fitness with longer ones is so many times as large:
@@ -127,12 +128,12 @@ class Templates:
 class Explanation:
     """A template, and how it explains the whole motion; of long ones every k-th frame, so that memory is bounded."""
 
-    def __init__(self, frames: Frames, segment: Segment):
+    def __init__(self, frames: Frames, segment: Segment, coarsely: float = 1.0):
         first, last = segment.first, segment.last
         n, length = frames.is_moving.sum(), frames.is_moving[first : last + 1].sum()
-        fitting = int(np.ceil(np.sqrt(n * length) / MOST_FRAMES))
+        fitting = int(np.ceil(coarsely * np.sqrt(n * length) / frames.most))
         self.every = max(1, min(fitting, length // SHORTEST))
-        self.of = frames
+        self.of, self.segment = frames, segment
         self.frames = frames.moving(self.every)
         self.n = len(self.frames)
         self.pauses = _still_before(self.frames, self.every)
@@ -198,11 +199,11 @@ def explain(frames: Frames, limits: Limits, n_jobs: int) -> Explanation | None:
     while not is_last:
         sections = frames.sections(every)
         is_last = len(sections) == 1
-        lengths = _lengths(LEAST_LENGTH if every == 1 else SHORTEST, MOST_FRAMES if is_last else LONGEST)
+        lengths = _lengths(LEAST_LENGTH if every == 1 else SHORTEST, len(sections[0]) if is_last else LONGEST)
         for section in sections:
             templates = Templates(frames, section, every, limits)
             for is_held in (False, True):
-                if not is_held or templates.pauses.max(initial=0) > LONGEST_PAUSE * lengths[0]:
+                if not is_held or templates.pauses.max(initial=0) > LONGEST_PAUSE * LEAST_LENGTH:
                     found += templates.best(lengths, is_held, REFINED if every == 1 and is_last else RATED, n_jobs)
         every *= 2
     best, held = (_best_of(frames, [one for one in found if one.is_held == is_held]) for is_held in (False, True))
@@ -214,8 +215,9 @@ def _best_of(frames: Frames, segments: list[Segment]) -> Explanation | None:
     of_size: dict[int, list[Segment]] = {}
     for one in sorted(segments, reverse=True):
         of_size.setdefault((one.last - one.first + 1).bit_length(), []).append(one)
-    explanations = [Explanation(frames, one) for similar in of_size.values() for one in similar[:RATED]]
-    return max(explanations, key=lambda one: one.fitness, default=None)
+    rated = (Explanation(frames, one, COARSELY) for similar in of_size.values() for one in similar[:RATED])
+    best = max(rated, key=lambda one: one.fitness, default=None)
+    return None if best is None else Explanation(frames, best.segment)
 
 
 def nothing(frames: Frames) -> Found:
