@@ -240,15 +240,13 @@ def segment_repetitions(
         warn_of_degrees(motion=poses)
     limits, n_threads = Limits(min_frames or 1, max_frames or np.inf), effective_n_jobs(n_jobs)
     frames = Frames(*_compared(poses, chosen, checked.skeleton), n_jobs)
-    best = explain(frames, limits, n_threads)
-    fitness, pvalue = (
-        (0.0, 1.0)
-        if best is None
-        else (best.fitness, p_value(frames, limits, n_surrogates, check_random_state(random_state), n_threads))
-    )
+    best, fitness, pvalue, found = explain(frames, limits, n_threads), 0.0, 1.0, nothing(frames)
+    if best is not None:
+        fitness = best.fitness
+        pvalue = p_value(frames, limits, n_surrogates, check_random_state(random_state), n_threads)
+        if fitness >= min_fitness and pvalue <= alpha:
+            found = best.repetitions()
     warn_of_unconverged(frames.unconverged, frames.n_pairs)
-    is_sure = best is not None and fitness >= min_fitness and pvalue <= alpha
-    found = best.repetitions() if is_sure else nothing(frames)
     starts, stops = found.segments.T
     given = motion if isinstance(motion, Motion) else poses
     repeated = [given[start:stop] for start, stop in zip(starts, stops, strict=True)]

@@ -24,6 +24,8 @@ LONGEST = 256  # template in a section
 SHORTEST = 16  # template, where frames are left out, in frames that are not
 RATED = 10  # templates of each section, and of each size of all sections, which are compared with the whole motion,
 COARSELY = 4  # in so many times as large steps as memory would allow
+# A template is the movement several times if one explains nearly as much that is shorter and more frequent:
+MULTIPLE, SHORTER = 0.9, 0.6  # times as much, and times as long
 SLIVER = 0.25  # of a segment: the most that is cut off behind a pause
 # Relative to the frames of the template that move:
 LONGEST_PAUSE = 0.5  # within a repetition, unless the fitness with longer ones is so many times as large:
@@ -53,6 +55,20 @@ class Segment(NamedTuple):
     first: int
     last: int
     is_held: bool  # whether it and its repetitions may have pauses of any length
+    count: int = 0  # of its repetitions
+
+    @property
+    def length(self) -> int:
+        return self.last - self.first + 1
+
+    @property
+    def relative_fitness(self) -> float:
+        """The fitness relative to that of as many equal repetitions which are all there is."""
+        return self.fitness / (1 - 1 / max(self.count, 2))
+
+    def is_part_of(self, other: "Segment") -> bool:
+        """Return whether another one is this one several times: it is shorter, and repeats more often."""
+        return self.length <= SHORTER * other.length and self.count * SHORTER >= other.count
 
 
 class Found(NamedTuple):
@@ -85,8 +101,10 @@ class Templates:
             found.append(max(self._rate(start, length, most_still) for start in range(0, self.n - length + 1, step)))
 
         in_threads((partial(rate, length) for length in lengths if length <= self.n // 2), n_jobs)
-        found = [one for one in sorted(found, reverse=True)[:n_refined] if one.fitness > 0.0]
-        refined = {self._refine(one, most_still) for one in found}
+        found = [one for one in sorted(found, reverse=True) if one.fitness > 0.0]
+        most = SHORTER * found[0].length if found else 0
+        chosen = {*found[:n_refined], *[one for one in found if one.length <= most][:n_refined]}
+        refined = {self._refine(one, most_still) for one in chosen}
         ends = [(one, self.frames[[one.start, one.start + one.length - 1]].tolist()) for one in refined]
         return [Segment(one.fitness, first, last, is_held) for one, (first, last) in ends]
 
@@ -137,7 +155,7 @@ class Explanation:
         self.frames = frames.moving(self.every)
         self.n = len(self.frames)
         self.pauses = _still_before(self.frames, self.every)
-        self.start, self.stop = np.searchsorted(self.frames, first), np.searchsorted(self.frames, last, side="right")
+        self.start, self.stop = (int(i) for i in np.searchsorted(self.frames, [first, last + 1]))
         if segment.is_held:
             self._begin_behind_the_longest_pause()
         self.similarities = _similarities(frames, frames.distances(self.frames, self.frames[self.start : self.stop]))
@@ -147,6 +165,11 @@ class Explanation:
     @property
     def length(self) -> int:
         return self.stop - self.start
+
+    def rated(self) -> Segment:
+        """Return the template with how well it explains the whole, and how often it is there."""
+        count = 1 + len(self._segments(0, self.start)[0]) + len(self._segments(self.stop, self.n)[0])
+        return self.segment._replace(fitness=self.fitness, count=count)
 
     def _begin_behind_the_longest_pause(self) -> None:
         """Begin and end the template where the motion is still for longest; of a cycle any phase may be the first."""
@@ -214,10 +237,15 @@ def _best_of(frames: Frames, segments: list[Segment]) -> Explanation | None:
     """Return the segment that explains most of the motion, one of those that explain most of their section."""
     of_size: dict[int, list[Segment]] = {}
     for one in sorted(segments, reverse=True):
-        of_size.setdefault((one.last - one.first + 1).bit_length(), []).append(one)
-    rated = (Explanation(frames, one, COARSELY) for similar in of_size.values() for one in similar[:RATED])
-    best = max(rated, key=lambda one: one.fitness, default=None)
-    return None if best is None else Explanation(frames, best.segment)
+        of_size.setdefault(one.length.bit_length(), []).append(one)
+    rated = [Explanation(frames, one, COARSELY).rated() for similar in of_size.values() for one in similar[:RATED]]
+    if not rated:
+        return None
+    best = max(rated)
+    least = MULTIPLE * best.relative_fitness
+    while shorter := [one for one in rated if one.is_part_of(best) and one.relative_fitness >= least]:
+        best = max(shorter)
+    return Explanation(frames, best)
 
 
 def nothing(frames: Frames) -> Found:
