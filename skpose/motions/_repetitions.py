@@ -113,8 +113,12 @@ def segment_repetitions(
     .. math:: \gamma = \frac{\text{frames of the segments}}{n}, \quad
               \text{fitness} = \frac{2 \sigma \gamma}{\sigma + \gamma}.
 
-    The repetitions are the fittest template and its segments. Twice the movement is less fit than the movement: more of
-    it is the template itself, which does not count.
+    The repetitions are the fittest template and its segments. A template *comes back*: its last pose, or the next one,
+    is no farther from its first than 0.7 of the distance of the farthest, so that half of a movement is none, though
+    the other halves repeat it; and segments are left out that come back by less than 0.85. Twice the movement is less
+    fit than the movement, as more of it is the template itself, which does not count; where it is fitter, since a
+    repetition does not last whole frames, a template that is at most 0.6 as long and as much more frequent is taken, if
+    its fitness, relative to 1 − 1/k of k repetitions, is at least 0.9 of the other's.
 
     Chance repeats, too: of white noise the fitness of the best template is about that of a walk. So the motion is
     compared with *surrogates* [2]_, its own poses in another order: pieces of about an eighth of a movement, in random
@@ -123,9 +127,13 @@ def segment_repetitions(
     by its standard deviation; the largest of these counts.
 
     Stillness is no repetition: frames whose speed is below a fifth of that of fast frames (95th percentile) are left
-    out, and no repetition has a pause longer than half of the frames in which its template moves. With D the median
-    distance between the frames that are left, the similarity of two poses at distance d is :math:`1 - d / 0.9 D`, and a
-    template must have two poses that are 1.25 D apart: half of a movement, or a pose that lasts, is no template.
+    out, and no repetition has a pause longer than half of the frames in which its template moves, unless fitness is
+    1.25 times as large with longer ones: movements that are held before they come back. These begin behind the longest
+    pause. With D the median distance between the frames that are left, the similarity of two poses at distance d is
+    :math:`1 - d / 0.9 D`, and a template must have two poses that are 0.9 D apart: a pose that lasts is none.
+
+    Under "spatial" and "geodesic" joints of two or three Euler angles are compared as rotations, as after
+    `Motion.to_rotvec`: the same pose in other angles, to which files go over, would be far away.
 
     Parameters
     ----------
@@ -179,15 +187,20 @@ def segment_repetitions(
 
     Notes
     -----
-    Of n frames those that are k apart are compared, with k the least that leaves 2,000 or fewer; starts and stops are
-    multiples of k, but for the last stop. That is no thinning up to 16 s at 120 Hz, and 10 Hz at 3 minutes; cut longer
-    recordings into pieces. Then it takes O(n²) distances between poses, and some hundred times n² steps of the
-    recursion, of some nanoseconds each: below a second for 500 frames that move, some seconds for 2,000. Memory O(n²),
-    0.1 GB for 2,000.
+    Up to n = 2,000 frames that takes O(n²) distances between poses, and some hundred times n² steps of the recursion,
+    of some nanoseconds each: below a second for 500 frames that move, some seconds for 2,000; memory 0.2 GB. Longer
+    motions take time in proportion to n, one to three milliseconds a frame, and no more memory: templates of up to 256
+    frames are looked for in sections of 2,000 or fewer, longer or rarer ones in sections of every second frame, every
+    fourth, and so on. The best ten of each section and size are compared with the whole motion. Boundaries are those of
+    frames, or of every k-th one where the template has more than 16 k: k is 1 as long as the frames of the motion times
+    those of the template are four million or fewer.
 
     Templates are candidates of some lengths, each a seventh longer than the one before, that start a quarter of their
     length apart; start and length of the best three are then refined. One movement is found, the one that explains most
-    of the motion. Of a cycle, such as a stride, any phase may be the first. The root's movement is no part of it.
+    of the motion. Of a cycle, such as a stride, any phase may be the first; where a recording begins or ends within a
+    repetition, that may be one or not. The root's movement is no part of it. Of repetitions of fewer than eight frames
+    several may be taken as one, and movements that are small among others that are large, of D above, are not found:
+    cut the recording there.
 
     The share `alpha` holds exactly where poses that are a piece apart are independent, and pieces are interchangeable.
     Movement is smoother: of single actions and of different actions one after the other, repetitions were found in

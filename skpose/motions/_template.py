@@ -12,7 +12,8 @@ from skpose._parallel.threads import in_threads
 from skpose.motions._frames import Frames
 
 # Relative to the median distance between moving frames:
-ZERO = 0.9  # distance of similarity zero; two frames of a template are as far apart, or farther
+ZERO = 0.9  # distance of similarity zero
+EXTENT = 0.9  # distance that a template must have between two of its frames
 # Relative to the distance of the template's first frame from the one that is farthest from it:
 BACK = 0.7  # distance of the first frame from the last, or from the one behind it
 PART = 0.85  # likewise of a segment of its family: one that comes back less is a part of the movement
@@ -55,7 +56,7 @@ class Segment(NamedTuple):
     first: int
     last: int
     is_held: bool  # whether it and its repetitions may have pauses of any length
-    count: int = 0  # of its repetitions
+    n_repetitions: int = 0
 
     @property
     def length(self) -> int:
@@ -64,11 +65,11 @@ class Segment(NamedTuple):
     @property
     def relative_fitness(self) -> float:
         """The fitness relative to that of as many equal repetitions which are all there is."""
-        return self.fitness / (1 - 1 / max(self.count, 2))
+        return self.fitness / (1 - 1 / max(self.n_repetitions, 2))
 
     def is_part_of(self, other: "Segment") -> bool:
         """Return whether another one is this one several times: it is shorter, and repeats more often."""
-        return self.length <= SHORTER * other.length and self.count * SHORTER >= other.count
+        return self.length <= SHORTER * other.length and self.n_repetitions * SHORTER >= other.n_repetitions
 
 
 class Found(NamedTuple):
@@ -88,7 +89,7 @@ class Templates:
         self.frames, self.every, self.limits = section, every, limits
         self.n = len(section)
         self.similarities = _similarities(frames, distances)
-        self.reach = first_far((distances >= ZERO * frames.median) & (distances > 0.0))
+        self.reach = first_far((distances >= EXTENT * frames.median) & (distances > 0.0))
         self.pauses = _still_before(section, every)
 
     def best(self, lengths: Iterable[int], is_held: bool, n_refined: int, n_jobs: int) -> list[Segment]:
@@ -168,8 +169,8 @@ class Explanation:
 
     def rated(self) -> Segment:
         """Return the template with how well it explains the whole, and how often it is there."""
-        count = 1 + len(self._segments(0, self.start)[0]) + len(self._segments(self.stop, self.n)[0])
-        return self.segment._replace(fitness=self.fitness, count=count)
+        n = 1 + len(self._segments(0, self.start)[0]) + len(self._segments(self.stop, self.n)[0])
+        return self.segment._replace(fitness=self.fitness, n_repetitions=n)
 
     def _begin_behind_the_longest_pause(self) -> None:
         """Begin and end the template where the motion is still for longest; of a cycle any phase may be the first."""
