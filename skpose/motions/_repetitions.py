@@ -188,12 +188,11 @@ def segment_repetitions(
     Notes
     -----
     Up to n = 2,000 frames that takes O(n²) distances between poses, and some hundred times n² steps of the recursion,
-    of some nanoseconds each: below a second for 500 frames that move, some seconds for 2,000; memory 0.2 GB. Longer
-    motions take time in proportion to n, one to three milliseconds a frame, and no more memory: templates of up to 256
-    frames are looked for in sections of 2,000 or fewer, longer or rarer ones in sections of every second frame, every
-    fourth, and so on. The best ten of each section and size are compared with the whole motion. Boundaries are those of
-    frames, or of every k-th one where the template has more than 16 k: k is 1 as long as the frames of the motion times
-    those of the template are four million or fewer.
+    of some nanoseconds each: below a second for 500 frames that move, some seconds for 2,000; memory 0.13 GB. Longer
+    motions take time in proportion to n, one to five milliseconds a frame, and 1 kB more for each: templates of up to
+    256 frames are looked for in sections of 2,000 or fewer, longer or rarer ones in sections of every second frame,
+    every fourth, and so on. Some of each section and size are compared with the whole motion. With m frames in the
+    template, starts and stops are exact to k frames, :math:`k = \lceil \sqrt{nm} / 2000 \rceil`, and to m/16 or better.
 
     Templates are candidates of some lengths, each a seventh longer than the one before, that start a quarter of their
     length apart; start and length of the best three are then refined. One movement is found, the one that explains most
@@ -236,7 +235,7 @@ def segment_repetitions(
     >>> from skpose import Skeleton
     >>> noise = np.random.default_rng(0).normal(size=(100, 3))
     >>> segment_repetitions(noise, skeleton=Skeleton.chain(3), random_state=0)
-    Repetitions(none, fitness 0.57, p = 0.46)
+    Repetitions(none, fitness 0.57, p = 0.44)
     """
     checked = check_motion(motion, skeleton, "motion")
     if min_frames is not None and max_frames is not None and min_frames > max_frames:
@@ -252,7 +251,7 @@ def segment_repetitions(
     if checked.skeleton is not None:
         warn_of_degrees(motion=poses)
     limits, n_threads = Limits(min_frames or 1, max_frames or np.inf), effective_n_jobs(n_jobs)
-    frames = Frames(*_compared(poses, chosen, checked.skeleton), n_jobs)
+    frames = Frames(*_turn_euler(poses, chosen, checked.skeleton), n_jobs)
     best, fitness, pvalue, found = explain(frames, limits, n_threads), 0.0, 1.0, nothing(frames)
     if best is not None:
         fitness = best.fitness
@@ -266,10 +265,10 @@ def segment_repetitions(
     return Repetitions(starts, stops, found.distances, found.template, fitness, pvalue, found.pauses, repeated)
 
 
-def _compared(
+def _turn_euler(
     poses: np.ndarray, metric: Metric, skeleton: Skeleton | None
 ) -> tuple[np.ndarray, Metric, Skeleton | None]:
-    """Return what is compared: rotations in the place of Euler angles, where the line between two poses counts.
+    """Turn joints of Euler angles into ball joints where the line between two poses counts.
 
     Files go over from one triple of a rotation to another one, which is no movement, but far away along a line.
     """

@@ -55,7 +55,7 @@ class Segment(NamedTuple):
     fitness: float
     first: int
     last: int
-    is_held: bool  # whether it and its repetitions may have pauses of any length
+    is_held: bool  # whether its repetitions may have pauses of any length, and it one that is shorter than one outside
     n_repetitions: int = 0
 
     @property
@@ -94,45 +94,54 @@ class Templates:
 
     def best(self, lengths: Iterable[int], is_held: bool, n_refined: int, n_jobs: int) -> list[Segment]:
         """Return the fittest template of each length, of which the best are refined and the others left out."""
-        most_still = np.inf if is_held else LONGEST_PAUSE
         found: list[Template] = []
 
         def rate(length: int) -> None:
-            step = max(1, length // STARTS_PER_LENGTH)
-            found.append(max(self._rate(start, length, most_still) for start in range(0, self.n - length + 1, step)))
+            starts = self._starts(length, is_held)
+            found.append(
+                max((self._rate(start, length, is_held) for start in starts), default=Template(0.0, 0, length))
+            )
 
         in_threads((partial(rate, length) for length in lengths if length <= self.n // 2), n_jobs)
         found = [one for one in sorted(found, reverse=True) if one.fitness > 0.0]
         most = SHORTER * found[0].length if found else 0
         chosen = {*found[:n_refined], *[one for one in found if one.length <= most][:n_refined]}
-        refined = {self._refine(one, most_still) for one in chosen}
+        refined = {self._refine(one, is_held) for one in chosen}
         ends = [(one, self.frames[[one.start, one.start + one.length - 1]].tolist()) for one in refined]
         return [Segment(one.fitness, first, last, is_held) for one, (first, last) in ends]
 
-    def _rate(self, start: int, length: int, most_still: float) -> Template:
+    def _starts(self, length: int, is_held: bool) -> Iterable[int]:
+        """Return where templates of a length begin that are rated; if they are held, behind or ahead of a pause."""
+        if not is_held:
+            return range(0, self.n - length + 1, max(1, length // STARTS_PER_LENGTH))
+        behind = np.flatnonzero(self.pauses > LONGEST_PAUSE * length)
+        return np.unique([*behind, *(behind - length)]).astype(int).tolist()
+
+    def _rate(self, start: int, length: int, is_held: bool) -> Template:
         """Return a template with its fitness, zero for one that is not allowed."""
-        fitness, longest = 0.0, most_still * length
-        if self._is_allowed(start, length, longest):
+        fitness, longest = 0.0, np.inf if is_held else LONGEST_PAUSE * length
+        if self._is_allowed(start, length, is_held):
             fitness = fitness_of(self.similarities, self.pauses, longest, start, start + length, start)
         return Template(fitness, start, length)
 
-    def _is_allowed(self, start: int, length: int, longest: float) -> bool:
+    def _is_allowed(self, start: int, length: int, is_held: bool) -> bool:
+        stop = start + length
         if not (0 <= start <= self.n - length and LEAST_LENGTH <= length <= self.n // 2):
             return False
-        last = start + length - 1
-        if self.reach[start] > last or not comes_back(self.similarities, start, last + 1, BACK):
+        if self.reach[start] >= stop or not comes_back(self.similarities, start, stop, BACK):
             return False
-        if self.pauses[start + 1 : last + 1].max() > longest:
+        outside = max(self.pauses[start], self.pauses[stop] if stop < self.n else 0)
+        if self.pauses[start + 1 : stop].max() > (outside if is_held else LONGEST_PAUSE * length):
             return False
-        first, stop = _trim_slivers(self.frames[start : last + 1])
-        return self.limits.least <= stop - first + self.every - 1 <= self.limits.most
+        first, last = _trim_slivers(self.frames[start:stop])
+        return self.limits.least <= last - first + self.every - 1 <= self.limits.most
 
-    def _refine(self, template: Template, most_still: float) -> Template:
+    def _refine(self, template: Template, is_held: bool) -> Template:
         """Return the best template near one."""
         step = max(1, template.length // 8)
         while step and template.fitness > 0.0:
             near = [
-                self._rate(template.start + shift, template.length + growth, most_still)
+                self._rate(template.start + shift, template.length + growth, is_held)
                 for shift in (-step, 0, step)
                 for growth in (-step, 0, step)
             ]
@@ -157,8 +166,6 @@ class Explanation:
         self.n = len(self.frames)
         self.pauses = _still_before(self.frames, self.every)
         self.start, self.stop = (int(i) for i in np.searchsorted(self.frames, [first, last + 1]))
-        if segment.is_held:
-            self._begin_behind_the_longest_pause()
         self.similarities = _similarities(frames, frames.distances(self.frames, self.frames[self.start : self.stop]))
         self.longest = np.inf if segment.is_held else LONGEST_PAUSE * self.length
         self.fitness = fitness_of(self.similarities, self.pauses, self.longest, 0, self.length, self.start)
@@ -167,19 +174,10 @@ class Explanation:
     def length(self) -> int:
         return self.stop - self.start
 
-    def rated(self) -> Segment:
+    def rate(self) -> Segment:
         """Return the template with how well it explains the whole, and how often it is there."""
         n = 1 + len(self._segments(0, self.start)[0]) + len(self._segments(self.stop, self.n)[0])
         return self.segment._replace(fitness=self.fitness, n_repetitions=n)
-
-    def _begin_behind_the_longest_pause(self) -> None:
-        """Begin and end the template where the motion is still for longest; of a cycle any phase may be the first."""
-        length, pauses = self.length, self.pauses[self.start : self.stop + 1]  # those before it and behind it too
-        pause = int(pauses.argmax())
-        if 0 < pause < length:
-            pause += self.start
-            self.start = pause if pause + length <= self.n else pause - length
-            self.stop = self.start + length
 
     def repetitions(self) -> Found:
         """Return the template and the segments of its path families, in their order."""
@@ -239,7 +237,7 @@ def _best_of(frames: Frames, segments: list[Segment]) -> Explanation | None:
     of_size: dict[int, list[Segment]] = {}
     for one in sorted(segments, reverse=True):
         of_size.setdefault(one.length.bit_length(), []).append(one)
-    rated = [Explanation(frames, one, COARSELY).rated() for similar in of_size.values() for one in similar[:RATED]]
+    rated = [Explanation(frames, one, COARSELY).rate() for similar in of_size.values() for one in similar[:RATED]]
     if not rated:
         return None
     best = max(rated)

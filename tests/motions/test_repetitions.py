@@ -451,7 +451,7 @@ def test_memory_is_bounded(monkeypatch):
     monkeypatch.setattr(Frames, "most", 200)
     found = segment_repetitions(circle(2000, 50), skeleton=ARM, metric="position", n_surrogates=19)
     assert len(found) == 40
-    assert max(sizes) <= 300**2  # of the surrogates, whatever the length
+    assert max(sizes) <= 300**2  # those of the surrogates
     sizes.clear()
     assert len(segment_repetitions(circle(2000, 20), skeleton=ARM, metric="position", n_surrogates=19)) == 100
     assert max(sizes) <= max(300**2, 32 * 2000)
