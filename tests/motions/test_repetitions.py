@@ -307,8 +307,8 @@ def test_small_movements_among_large_ones():
     """Most poses of the recording are farther apart than those of the movement that repeats."""
     poses, truth = recording([60] * 8, [20] * 9)
     rng = np.random.default_rng(0)
-    other = gaussian_filter1d(np.cumsum(rng.normal(size=(150, 3)), axis=0), 15, axis=0)
-    found = segment_repetitions(np.concatenate([other / other.std(), 0.6 * poses]), skeleton=ARM, metric="position")
+    other = gaussian_filter1d(np.cumsum(rng.normal(size=(300, 3)), axis=0), 15, axis=0)
+    found = segment_repetitions(np.concatenate([other / other.std(), 0.7 * poses]), skeleton=ARM, metric="position")
     assert_found(found, truth + len(other), 20)
 
 
@@ -506,20 +506,37 @@ def test_squats_of_hdm05_with_stillness_between(hdm05, person):
     assert ((found.starts < lowest) & (lowest < found.stops)).all()
 
 
+def joined(hdm05, person, action, n, pause):
+    """Recordings of one repetition each, at 30 Hz, each with stillness after it; and where each begins and ends."""
+    rng, parts, truth, at = np.random.default_rng(0), [], [], 0
+    for motion in hdm05[(hdm05.actions == action) & (hdm05.subjects == person)][:n]:
+        sway = 1e-3 * rng.normal(size=(pause, motion.skeleton.n_dofs))
+        parts += [motion[::4], *[replace(motion[-1], angles=motion[-1].angles + one) for one in sway]]
+        truth.append((at, at + len(parts[-1 - pause])))
+        at = truth[-1][1] + pause
+    return Motion.concatenate([replace(part, frame_rate=30, frame_numbers=None) for part in parts]), np.array(truth)
+
+
 @pytest.mark.parametrize(("n", "pause"), [(4, 60), (6, 0), (6, 60)])
 @pytest.mark.parametrize("person", ["bk", "dg"])
 def test_squats_of_hdm05_with_euler_angles(hdm05, person, n, pause):
     """Whole ones: the files have several triples of the same rotations, and stand still at both ends of a squat."""
-    squats = [m[::4] for m in hdm05[(hdm05.actions == "squat") & (hdm05.subjects == person)][:n]]
-    rng, parts, truth, at = np.random.default_rng(0), [], [], 0
-    for squat in squats:
-        sway = 1e-3 * rng.normal(size=(pause, squat.skeleton.n_dofs))
-        parts += [squat, *[replace(squat[-1], angles=squat[-1].angles + one) for one in sway]]
-        truth.append((at, at + len(squat)))
-        at += len(squat) + pause
-    found = segment_repetitions(Motion.concatenate(parts))
-    assert_found(found, np.array(truth), 16)  # it begins and ends standing: 16 frames are half a second
+    motion, truth = joined(hdm05, person, "squat", n, pause)
+    found = segment_repetitions(motion)
+    assert_found(found, truth, 16)  # it begins and ends standing: 16 frames are half a second
     assert (found.stops - found.starts > 0.5 * np.ptp(truth, axis=1)).all()
+
+
+@pytest.mark.parametrize(
+    ("action", "n", "pause"), [("kick to the front", 6, 0), ("kick to the front", 6, 60), ("throw basketball", 3, 60)]
+)
+def test_parts_that_do_not_come_back_are_no_templates(hdm05, action, n, pause):
+    """They are as fit, or fitter, and would be found: a ninth of a throw, or kicks from the middle to the end."""
+    motion, truth = joined(hdm05, "bk", action, n, pause)
+    found = segment_repetitions(motion, metric="position")
+    assert len(found) == n
+    common = np.minimum(found.stops, truth[:, 1]) - np.maximum(found.starts, truth[:, 0])
+    assert (common > 0.5 * np.ptp(truth, axis=1)).all()
 
 
 def test_strides_of_cmu_are_as_long_as_those_of_the_knee(cmu):
