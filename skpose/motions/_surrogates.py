@@ -8,8 +8,9 @@ the motion, so that p-values of noise are too large rather than too small.
 
 Short templates fit by chance, long ones rarely. So the fittest template of each length is compared with those of the
 same length, by a standard score, and the largest score is the statistic (P. H. Westfall, S. S. Young, "Resampling-Based
-Multiple Testing", 1993: max-T). It is the same function of the motion and of each surrogate, so that the rank of the
-motion among them is a p-value, and the search over lengths and starts is accounted for.
+Multiple Testing", 1993: max-T). It is the same function of the motion and of each surrogate, in which templates must
+come back too, so that the rank of the motion among them is a p-value, and the search over lengths and starts is
+accounted for.
 """
 
 from functools import partial

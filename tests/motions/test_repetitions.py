@@ -509,7 +509,7 @@ def test_squats_of_hdm05_with_stillness_between(hdm05, person):
 def joined(hdm05, person, action, n, pause):
     """Recordings of one repetition each, at 30 Hz, each with stillness after it; and where each begins and ends."""
     rng, parts, truth, at = np.random.default_rng(0), [], [], 0
-    for motion in hdm05[(hdm05.actions == action) & (hdm05.subjects == person)][:n]:
+    for motion in hdm05[np.char.endswith(hdm05.actions.astype(str), action) & (hdm05.subjects == person)][:n]:
         sway = 1e-3 * rng.normal(size=(pause, motion.skeleton.n_dofs))
         parts += [motion[::4], *[replace(motion[-1], angles=motion[-1].angles + one) for one in sway]]
         truth.append((at, at + len(parts[-1 - pause])))
@@ -528,10 +528,10 @@ def test_squats_of_hdm05_with_euler_angles(hdm05, person, n, pause):
 
 
 @pytest.mark.parametrize(
-    ("action", "n", "pause"), [("kick to the front", 6, 0), ("kick to the front", 6, 60), ("throw basketball", 3, 60)]
+    ("action", "n", "pause"), [("to the front", 6, 0), ("to the front", 6, 60), ("throw basketball", 3, 60)]
 )
 def test_parts_that_do_not_come_back_are_no_templates(hdm05, action, n, pause):
-    """They are as fit, or fitter, and would be found: a ninth of a throw, or kicks from the middle to the end."""
+    """They are as fit, or fitter, and would be found: a ninth of a throw, or the leg from the middle to the end."""
     motion, truth = joined(hdm05, "bk", action, n, pause)
     found = segment_repetitions(motion, metric="position")
     assert len(found) == n
