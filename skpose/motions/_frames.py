@@ -1,6 +1,6 @@
 """The frames of a motion in which repetitions are looked for: which of them move, and how far apart they are.
 
-Up to `MOST_FRAMES` all distances are computed once. Of longer motions those of every k-th frame say how far apart
+Up to 2,000 frames all distances are computed once. Of longer motions those of every k-th frame say how far apart
 frames are in general, and others are computed when they are asked for, so that memory is bounded.
 """
 
@@ -11,7 +11,6 @@ from skpose.metrics import Metric
 from skpose.metrics._shared import DistanceMatrix, Unconverged, paired_distances
 from skpose.skeleton import Skeleton
 
-MOST_FRAMES = 2000  # whose distances among each other are in memory
 FAST, FAR = 0.95, 0.95  # quantiles: of speeds, and of distances between frames, that stand for the largest
 NEAR = 0.25  # quantile of the distances, likewise for small ones
 TRAVEL = 0.3  # speed is measured over so many frames that fast ones travel this share of a far distance
@@ -31,13 +30,15 @@ class Frames:
         Of how many distances that were computed how many did not converge.
     """
 
+    most = 2000  # whose distances among each other are in memory
+
     def __init__(self, poses: np.ndarray, metric: Metric, skeleton: Skeleton | None, n_jobs: int | None):
         self.n = len(poses)
         self.unconverged: list[Unconverged] = []
         self.n_pairs = 0
         self._given = poses, metric, skeleton, n_jobs
         self._all: np.ndarray | None = None
-        some = np.arange(0, self.n, -(-self.n // MOST_FRAMES))
+        some = np.arange(0, self.n, -(-self.n // self.most))
         distances = self._measure(some, None)
         if len(some) == self.n:
             self._all = distances
@@ -52,12 +53,12 @@ class Frames:
         """Return every k-th frame, of which those that move."""
         return np.flatnonzero(self.is_moving[::every]) * every
 
-    def sections(self, every: int, most: int | None = None) -> list[np.ndarray]:
-        """Return these in sections, of which all distances can be in memory; at most so many of the sections."""
+    def sections(self, every: int, n: int | None = None) -> list[np.ndarray]:
+        """Return these in sections, whose distances fit into memory; or n of the sections, spread evenly."""
         moving = self.moving(every)
-        n_sections = -(-len(moving) // MOST_FRAMES)
+        n_sections = -(-len(moving) // self.most)
         sections = np.array_split(moving, max(1, n_sections))
-        chosen = np.linspace(0, len(sections) - 1, min(len(sections), most or len(sections)))
+        chosen = np.linspace(0, len(sections) - 1, min(len(sections), n or len(sections)))
         return [sections[i] for i in chosen.astype(int)]
 
     def distances(self, rows: np.ndarray, columns: np.ndarray | None = None) -> np.ndarray:

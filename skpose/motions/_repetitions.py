@@ -272,8 +272,12 @@ def segment_repetitions(
     .. math:: \gamma = \frac{\text{frames of the segments}}{n}, \quad
               \text{fitness} = \frac{2 \sigma \gamma}{\sigma + \gamma}.
 
-    The repetitions are the fittest template and its segments. Twice the movement is less fit than the movement: more of
-    it is the template itself, which does not count.
+    The repetitions are the fittest template and its segments. A template *comes back*: its last pose, or the next one,
+    is no farther from its first than 0.7 of the distance of the farthest, so that half of a movement is none, though
+    the other halves repeat it; and segments are left out that come back by less than 0.85. Twice the movement is less
+    fit than the movement, as more of it is the template itself, which does not count; where it is fitter, since a
+    repetition does not last whole frames, a template that is at most 0.6 as long and as much more frequent is taken, if
+    its fitness, relative to 1 − 1/k of k repetitions, is at least 0.9 of the other's.
 
     Chance repeats, too: of white noise the fitness of the best template is about that of a walk. So the motion is
     compared with *surrogates* [2]_, its own poses in another order: pieces of about an eighth of a movement, in random
@@ -282,10 +286,13 @@ def segment_repetitions(
     by its standard deviation; the largest of these counts.
 
     Stillness is no repetition: frames whose speed is below a fifth of that of fast frames (95th percentile) are left
-    out, and no repetition has a pause longer than half of the frames in which its template moves. With D the median
-    distance between the frames that are left, the similarity of two poses at distance d is :math:`1 - d / 0.9 D`, and a
-    template must have two poses that are 1.25 D apart: a pose that lasts is no template. Half of a movement is one
-    where its poses are as far apart as that, as in a squat between pauses: `min_frames` leaves halves out.
+    out, and no repetition has a pause longer than half of the frames in which its template moves, unless fitness is
+    1.25 times as large with longer ones: movements that are held before they come back. These begin behind the longest
+    pause. With D the median distance between the frames that are left, the similarity of two poses at distance d is
+    :math:`1 - d / 0.9 D`, and a template must have two poses that are 0.9 D apart: a pose that lasts is none.
+
+    Under "spatial" and "geodesic" joints of two or three Euler angles are compared as rotations, as after
+    `Motion.to_rotvec`: the same pose in other angles, to which files go over, would be far away.
 
     Parameters
     ----------
@@ -340,15 +347,19 @@ def segment_repetitions(
 
     Notes
     -----
-    Of n frames those that are k apart are compared, with k the least that leaves 2,000 or fewer; starts and stops are
-    multiples of k, but for the last stop. That is no thinning up to 16 s at 120 Hz, and 10 Hz at 3 minutes; cut longer
-    recordings into pieces. Then it takes O(n²) distances between poses, and some hundred times n² steps of the
-    recursion, of some nanoseconds each: below a second for 500 frames that move, some seconds for 2,000. Memory O(n²),
-    0.1 GB for 2,000.
+    Up to n = 2,000 frames that takes O(n²) distances between poses, and some hundred times n² steps of the recursion,
+    of some nanoseconds each: below a second for 500 frames that move, some seconds for 2,000; memory 0.13 GB. Longer
+    motions take time in proportion to n, one to five milliseconds a frame, and 1 kB more for each: templates of up to
+    256 frames are looked for in sections of 2,000 or fewer, longer or rarer ones in sections of every second frame,
+    every fourth, and so on. Some of each section and size are compared with the whole motion. With m frames in the
+    template, starts and stops are exact to k frames, :math:`k = \lceil \sqrt{nm} / 2000 \rceil`, and to m/16 or better.
 
     Templates are candidates of some lengths, each a seventh longer than the one before, that start a quarter of their
     length apart; start and length of the best three are then refined. One movement is found, the one that explains most
-    of the motion. Of a cycle, such as a stride, any phase may be the first. The root's movement is no part of it.
+    of the motion. Of a cycle, such as a stride, any phase may be the first; where a recording begins or ends within a
+    repetition, that may be one or not. The root's movement is no part of it. Of repetitions of fewer than eight frames
+    several may be taken as one, and movements that are small among others that are large, of D above, are not found:
+    cut the recording there.
 
     The share `alpha` holds exactly where poses that are a piece apart are independent, and pieces are interchangeable.
     Movement is smoother: of single actions and of different actions one after the other, repetitions were found in
@@ -384,7 +395,7 @@ def segment_repetitions(
     >>> from skpose import Skeleton
     >>> noise = np.random.default_rng(0).normal(size=(100, 3))
     >>> segment_repetitions(noise, skeleton=Skeleton.chain(3), random_state=0)
-    Repetitions(none, fitness 0.57, p = 0.46)
+    Repetitions(none, fitness 0.57, p = 0.44)
     """
     checked = check_motion(motion, skeleton, "motion")
     if min_frames is not None and max_frames is not None and min_frames > max_frames:
@@ -400,16 +411,14 @@ def segment_repetitions(
     if checked.skeleton is not None:
         warn_of_degrees(motion=poses)
     limits, n_threads = Limits(min_frames or 1, max_frames or np.inf), effective_n_jobs(n_jobs)
-    frames = Frames(*_compared(poses, chosen, checked.skeleton), n_jobs)
-    best = explain(frames, limits, n_threads)
-    fitness, pvalue = (
-        (0.0, 1.0)
-        if best is None
-        else (best.fitness, p_value(frames, limits, n_surrogates, check_random_state(random_state), n_threads))
-    )
+    frames = Frames(*_turn_euler(poses, chosen, checked.skeleton), n_jobs)
+    best, fitness, pvalue, found = explain(frames, limits, n_threads), 0.0, 1.0, nothing(frames)
+    if best is not None:
+        fitness = best.fitness
+        pvalue = p_value(frames, limits, n_surrogates, check_random_state(random_state), n_threads)
+        if fitness >= min_fitness and pvalue <= alpha:
+            found = best.repetitions()
     warn_of_unconverged(frames.unconverged, frames.n_pairs)
-    is_sure = best is not None and fitness >= min_fitness and pvalue <= alpha
-    found = best.repetitions() if is_sure else nothing(frames)
     starts, stops = found.segments.T
     given, times = (motion, motion.times) if isinstance(motion, Motion) else (poses, None)
     repeated = [given[start:stop] for start, stop in zip(starts, stops, strict=True)]
@@ -427,10 +436,10 @@ def segment_repetitions(
     )
 
 
-def _compared(
+def _turn_euler(
     poses: np.ndarray, metric: Metric, skeleton: Skeleton | None
 ) -> tuple[np.ndarray, Metric, Skeleton | None]:
-    """Return what is compared: rotations in the place of Euler angles, where the line between two poses counts.
+    """Turn joints of Euler angles into ball joints where the line between two poses counts.
 
     Files go over from one triple of a rotation to another one, which is no movement, but far away along a line.
     """

@@ -8,8 +8,9 @@ the motion, so that p-values of noise are too large rather than too small.
 
 Short templates fit by chance, long ones rarely. So the fittest template of each length is compared with those of the
 same length, by a standard score, and the largest score is the statistic (P. H. Westfall, S. S. Young, "Resampling-Based
-Multiple Testing", 1993: max-T). It is the same function of the motion and of each surrogate, so that the rank of the
-motion among them is a p-value, and the search over lengths and starts is accounted for.
+Multiple Testing", 1993: max-T). It is the same function of the motion and of each surrogate, in which templates must
+come back too, so that the rank of the motion among them is a p-value, and the search over lengths and starts is
+accounted for.
 """
 
 from functools import partial
@@ -19,8 +20,9 @@ import numpy as np
 from skpose._compiled.path.family import first_far, fitness_by_length
 from skpose._parallel.threads import in_threads
 from skpose.motions._frames import Frames
-from skpose.motions._template import BACK, EXTENT, LEAST_LENGTH, ZERO, Limits
+from skpose.motions._template import BACK, LEAST_LENGTH, ZERO, Limits
 
+EXTENT = 1.25  # distance that a template must have between two of its frames, in units of the near one
 # In units of the frames in which the motion gets from a pose to a distant one (median), about half a movement:
 PIECE = 0.25  # mean length of a piece
 LEAST_TEMPLATE = 2.0  # shortest template: a movement

@@ -1,6 +1,6 @@
 """The search for the segment of a motion that its repetitions resemble most, from the distances between its frames."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterable
 from functools import partial
 from itertools import pairwise
 from typing import NamedTuple
@@ -9,11 +9,11 @@ import numpy as np
 
 from skpose._compiled.path.family import comes_back, first_far, fitness_of, segments_of
 from skpose._parallel.threads import in_threads
-from skpose.motions._frames import MOST_FRAMES, Frames
+from skpose.motions._frames import Frames
 
 # Relative to the median distance between moving frames:
 ZERO = 0.9  # distance of similarity zero
-EXTENT = 1.25  # distance that a template must have between two of its frames
+EXTENT = 0.9  # distance that a template must have between two of its frames
 # Relative to the distance of the template's first frame from the one that is farthest from it:
 BACK = 0.7  # distance of the first frame from the last, or from the one behind it
 PART = 0.85  # likewise of a segment of its family: one that comes back less is a part of the movement
@@ -23,7 +23,10 @@ REFINED = 3  # the best of them, whose start and length are then varied in steps
 # Long motions, of which every frame, every second, every fourth is looked at, section by section:
 LONGEST = 256  # template in a section
 SHORTEST = 16  # template, where frames are left out, in frames that are not
-RATED = 20  # the best templates of the sections, which are then compared with the whole motion
+RATED = 10  # templates of each section, and of each size of all sections, which are compared with the whole motion,
+COARSELY = 4  # in so many times as large steps as memory would allow
+# A template is the movement several times if one explains nearly as much that is shorter and more frequent:
+MULTIPLE, SHORTER = 0.9, 0.6  # times as much, and times as long
 SLIVER = 0.25  # of a segment: the most that is cut off behind a pause
 # Relative to the frames of the template that move:
 LONGEST_PAUSE = 0.5  # within a repetition, unless the fitness with longer ones is so many times as large:
@@ -52,7 +55,21 @@ class Segment(NamedTuple):
     fitness: float
     first: int
     last: int
-    is_held: bool  # whether it and its repetitions may have pauses of any length
+    is_held: bool  # whether its repetitions may have pauses of any length, and it one that is shorter than one outside
+    n_repetitions: int = 0
+
+    @property
+    def length(self) -> int:
+        return self.last - self.first + 1
+
+    @property
+    def relative_fitness(self) -> float:
+        """The fitness relative to that of as many equal repetitions which are all there is."""
+        return self.fitness / (1 - 1 / max(self.n_repetitions, 2))
+
+    def is_part_of(self, other: "Segment") -> bool:
+        """Return whether another one is this one several times: it is shorter, and repeats more often."""
+        return self.length <= SHORTER * other.length and self.n_repetitions * SHORTER >= other.n_repetitions
 
 
 class Found(NamedTuple):
@@ -75,49 +92,56 @@ class Templates:
         self.reach = first_far((distances >= EXTENT * frames.median) & (distances > 0.0))
         self.pauses = _still_before(section, every)
 
-    def best(self, shortest: int, longest: int, is_held: bool, n_jobs: int) -> Segment:
-        """Return the template of the largest fitness; its fitness is zero where nothing repeats."""
-        most_still = np.inf if is_held else LONGEST_PAUSE
+    def best(self, lengths: Iterable[int], is_held: bool, n_refined: int, n_jobs: int) -> list[Segment]:
+        """Return the fittest template of each length, of which the best are refined and the others left out."""
         found: list[Template] = []
 
         def rate(length: int) -> None:
-            step = max(1, length // STARTS_PER_LENGTH)
-            found.extend(self._rate(start, length, most_still) for start in range(0, self.n - length + 1, step))
+            starts = self._starts(length, is_held)
+            found.append(
+                max((self._rate(start, length, is_held) for start in starts), default=Template(0.0, 0, length))
+            )
 
-        lengths = _lengths(shortest, min(longest, self.n // 2))
-        tasks: Iterator[Callable[[], None]] = (partial(rate, length) for length in lengths)
-        in_threads(tasks, n_jobs)
-        found.sort(reverse=True)
-        best = max((self._refine(one, most_still) for one in found[:REFINED]), default=Template(0.0, 0, 1))
-        if best.fitness == 0.0:
-            return Segment(0.0, 0, 0, is_held)
-        first, last = self.frames[best.start], self.frames[best.start + best.length - 1]
-        return Segment(best.fitness, int(first), int(last), is_held)
+        in_threads((partial(rate, length) for length in lengths if length <= self.n // 2), n_jobs)
+        found = [one for one in sorted(found, reverse=True) if one.fitness > 0.0]
+        most = SHORTER * found[0].length if found else 0
+        chosen = {*found[:n_refined], *[one for one in found if one.length <= most][:n_refined]}
+        refined = {self._refine(one, is_held) for one in chosen}
+        ends = [(one, self.frames[[one.start, one.start + one.length - 1]].tolist()) for one in refined]
+        return [Segment(one.fitness, first, last, is_held) for one, (first, last) in ends]
 
-    def _rate(self, start: int, length: int, most_still: float) -> Template:
+    def _starts(self, length: int, is_held: bool) -> Iterable[int]:
+        """Return where templates of a length begin that are rated; if they are held, behind or ahead of a pause."""
+        if not is_held:
+            return range(0, self.n - length + 1, max(1, length // STARTS_PER_LENGTH))
+        behind = np.flatnonzero(self.pauses > LONGEST_PAUSE * length)
+        return np.unique([*behind, *(behind - length)]).astype(int).tolist()
+
+    def _rate(self, start: int, length: int, is_held: bool) -> Template:
         """Return a template with its fitness, zero for one that is not allowed."""
-        fitness, longest = 0.0, most_still * length
-        if self._is_allowed(start, length, longest):
+        fitness, longest = 0.0, np.inf if is_held else LONGEST_PAUSE * length
+        if self._is_allowed(start, length, is_held):
             fitness = fitness_of(self.similarities, self.pauses, longest, start, start + length, start)
         return Template(fitness, start, length)
 
-    def _is_allowed(self, start: int, length: int, longest: float) -> bool:
+    def _is_allowed(self, start: int, length: int, is_held: bool) -> bool:
+        stop = start + length
         if not (0 <= start <= self.n - length and LEAST_LENGTH <= length <= self.n // 2):
             return False
-        last = start + length - 1
-        if self.reach[start] > last or not comes_back(self.similarities, start, last + 1, BACK):
+        if self.reach[start] >= stop or not comes_back(self.similarities, start, stop, BACK):
             return False
-        if self.pauses[start + 1 : last + 1].max() > longest:
+        outside = max(self.pauses[start], self.pauses[stop] if stop < self.n else 0)
+        if self.pauses[start + 1 : stop].max() > (outside if is_held else LONGEST_PAUSE * length):
             return False
-        first, stop = _trim_slivers(self.frames[start : last + 1])
-        return self.limits.least <= stop - first + self.every - 1 <= self.limits.most
+        first, last = _trim_slivers(self.frames[start:stop])
+        return self.limits.least <= last - first + self.every - 1 <= self.limits.most
 
-    def _refine(self, template: Template, most_still: float) -> Template:
+    def _refine(self, template: Template, is_held: bool) -> Template:
         """Return the best template near one."""
         step = max(1, template.length // 8)
         while step and template.fitness > 0.0:
             near = [
-                self._rate(template.start + shift, template.length + growth, most_still)
+                self._rate(template.start + shift, template.length + growth, is_held)
                 for shift in (-step, 0, step)
                 for growth in (-step, 0, step)
             ]
@@ -132,18 +156,16 @@ class Templates:
 class Explanation:
     """A template, and how it explains the whole motion; of long ones every k-th frame, so that memory is bounded."""
 
-    def __init__(self, frames: Frames, segment: Segment):
+    def __init__(self, frames: Frames, segment: Segment, coarsely: float = 1.0):
         first, last = segment.first, segment.last
         n, length = frames.is_moving.sum(), frames.is_moving[first : last + 1].sum()
-        fitting = int(np.ceil(np.sqrt(n * length) / MOST_FRAMES))
+        fitting = int(np.ceil(coarsely * np.sqrt(n * length) / frames.most))
         self.every = max(1, min(fitting, length // SHORTEST))
-        self.of = frames
+        self.of, self.segment = frames, segment
         self.frames = frames.moving(self.every)
         self.n = len(self.frames)
         self.pauses = _still_before(self.frames, self.every)
-        self.start, self.stop = np.searchsorted(self.frames, first), np.searchsorted(self.frames, last, side="right")
-        if segment.is_held:
-            self._begin_behind_the_longest_pause()
+        self.start, self.stop = (int(i) for i in np.searchsorted(self.frames, [first, last + 1]))
         self.similarities = _similarities(frames, frames.distances(self.frames, self.frames[self.start : self.stop]))
         self.longest = np.inf if segment.is_held else LONGEST_PAUSE * self.length
         self.fitness = fitness_of(self.similarities, self.pauses, self.longest, 0, self.length, self.start)
@@ -152,14 +174,10 @@ class Explanation:
     def length(self) -> int:
         return self.stop - self.start
 
-    def _begin_behind_the_longest_pause(self) -> None:
-        """Begin and end the template where the motion is still for longest; of a cycle any phase may be the first."""
-        length, pauses = self.length, self.pauses[self.start : self.stop + 1]  # those before it and behind it too
-        pause = int(pauses.argmax())
-        if 0 < pause < length:
-            pause += self.start
-            self.start = pause if pause + length <= self.n else pause - length
-            self.stop = self.start + length
+    def rate(self) -> Segment:
+        """Return the template with how well it explains the whole, and how often it is there."""
+        n = 1 + len(self._segments(0, self.start)[0]) + len(self._segments(self.stop, self.n)[0])
+        return self.segment._replace(fitness=self.fitness, n_repetitions=n)
 
     def repetitions(self) -> Found:
         """Return the template and the segments of its path families, in their order."""
@@ -203,21 +221,30 @@ def explain(frames: Frames, limits: Limits, n_jobs: int) -> Explanation | None:
     while not is_last:
         sections = frames.sections(every)
         is_last = len(sections) == 1
-        shortest, longest = LEAST_LENGTH if every == 1 else SHORTEST, MOST_FRAMES if is_last else LONGEST
+        lengths = _lengths(LEAST_LENGTH if every == 1 else SHORTEST, len(sections[0]) if is_last else LONGEST)
         for section in sections:
             templates = Templates(frames, section, every, limits)
-            found.append(templates.best(shortest, longest, False, n_jobs))
-            if templates.pauses.max(initial=0) > LONGEST_PAUSE * shortest:
-                found.append(templates.best(shortest, longest, True, n_jobs))
+            for is_held in (False, True):
+                if not is_held or templates.pauses.max(initial=0) > LONGEST_PAUSE * LEAST_LENGTH:
+                    found += templates.best(lengths, is_held, REFINED if every == 1 and is_last else RATED, n_jobs)
         every *= 2
-    found.sort(reverse=True)
     best, held = (_best_of(frames, [one for one in found if one.is_held == is_held]) for is_held in (False, True))
     return held if held is not None and (best is None or held.fitness > HELD * best.fitness) else best
 
 
 def _best_of(frames: Frames, segments: list[Segment]) -> Explanation | None:
-    explanations = [Explanation(frames, segment) for segment in segments[:RATED] if segment.fitness > 0.0]
-    return max(explanations, key=lambda one: one.fitness, default=None)
+    """Return the segment that explains most of the motion, one of those that explain most of their section."""
+    of_size: dict[int, list[Segment]] = {}
+    for one in sorted(segments, reverse=True):
+        of_size.setdefault(one.length.bit_length(), []).append(one)
+    rated = [Explanation(frames, one, COARSELY).rate() for similar in of_size.values() for one in similar[:RATED]]
+    if not rated:
+        return None
+    best = max(rated)
+    least = MULTIPLE * best.relative_fitness
+    while shorter := [one for one in rated if one.is_part_of(best) and one.relative_fitness >= least]:
+        best = max(shorter)
+    return Explanation(frames, best)
 
 
 def nothing(frames: Frames) -> Found:
@@ -244,11 +271,11 @@ def _still_before(frames: np.ndarray, every: int) -> np.ndarray:
     return np.diff(frames, prepend=frames[:1] - every) // every - 1
 
 
-def _lengths(shortest: int, longest: int) -> Iterator[int]:
-    length = shortest
-    while length <= longest:
-        yield length
-        length = max(length + 1, int(GROWTH * length))
+def _lengths(shortest: int, longest: int) -> list[int]:
+    lengths = [shortest]
+    while lengths[-1] <= longest:
+        lengths.append(max(lengths[-1] + 1, int(GROWTH * lengths[-1])))
+    return lengths[:-1]
 
 
 def _trim_slivers(frames: np.ndarray) -> tuple[int, int]:
