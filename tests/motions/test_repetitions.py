@@ -457,13 +457,6 @@ def test_memory_is_bounded(monkeypatch):
     assert max(sizes) <= max(300**2, 32 * 2000)
 
 
-def test_repetitions_of_few_frames_in_a_long_recording_are_a_warning():
-    """Of 2,500 frames every second one is compared, and a turn has 12.5 of these."""
-    turn = np.arange(2500)[:, None] * 2 * np.pi / 25
-    poses = np.hstack([np.sin(turn), np.cos(turn), 0 * turn])
-    with pytest.warns(UserWarning, match="one of 2 frames is compared .* two may have been taken for one"):
-        segment_repetitions(poses, skeleton=ARM, metric="position", n_surrogates=19)
-
 
 def test_without_a_skeleton_angles_and_a_warning():
     poses, truth = recording([60, 60, 60], [30] * 4)
