@@ -262,7 +262,13 @@ def segment_repetitions(
 ) -> Repetitions:
     r"""Return where a movement repeats, from the distances between all poses of the motion.
 
-    Any segment may be the *template*. Its *path family* [1]_ are paths through the matrix of similarities, each of
+    Any segment may be the *template*, and its repetitions are the segments that align to it. It is chosen in five steps.
+
+    *Still frames are left out*: those whose speed is below a fifth of that of fast frames (95th percentile). With D the
+    median distance between the frames that are left, the similarity of two poses at distance d is
+    :math:`1 - d / 0.9 D`.
+
+    *Templates are rated.* The *path family* [1]_ of a template are paths through the matrix of similarities, each of
     which aligns the whole template to another segment, at between half and twice its tempo; the segments do not
     overlap, nor the template, and the sum of the similarities of all cells is the largest. With m frames in the
     template and n in all,
@@ -272,24 +278,22 @@ def segment_repetitions(
     .. math:: \gamma = \frac{\text{frames of the segments}}{n}, \quad
               \text{fitness} = \frac{2 \sigma \gamma}{\sigma + \gamma}.
 
-    The repetitions are the fittest template and its segments. A template *comes back*: its last pose, or the next one,
-    is no farther from its first than 0.7 of the distance of the farthest, so that half of a movement is none, though
-    the other halves repeat it; and segments are left out that come back by less than 0.85. Twice the movement is less
-    fit than the movement, as more of it is the template itself, which does not count; where it is fitter, since a
-    repetition does not last whole frames, a template that is at most 0.6 as long and as much more frequent is taken, if
-    its fitness, relative to 1 − 1/k of k repetitions, is at least 0.9 of the other's.
+    *Templates are whole movements.* Two poses of one are at least 0.9 D apart: a pose that lasts is none. It *comes
+    back*: its last pose, or the next one, is no farther from its first than 0.7 of the distance of the farthest, so
+    that half of a movement is none, though the other halves repeat it. Segments are left out that come back by less
+    than 0.85. None has a pause longer than half of the frames in which the template moves, unless fitness is 1.25 times
+    as large with longer ones: movements that are held before they come back. These begin behind the longest pause.
 
-    Chance repeats, too: of white noise the fitness of the best template is about that of a walk. So the motion is
+    *Templates are one movement*, not several. Twice the movement is less fit than the movement, as more of it is the
+    template itself, which does not count; but it is fitter where a repetition does not last whole frames. So another
+    template is taken if it is at most 0.6 as long and as much more frequent, and if its fitness, relative to the 1 − 1/k
+    of k equal repetitions, is at least 0.9 of the other's.
+
+    *Chance repeats, too*: of white noise the fitness of the best template is about that of a walk. So the motion is
     compared with *surrogates* [2]_, its own poses in another order: pieces of about an eighth of a movement, in random
     order. The p-value is the share of the surrogates that repeat as much, and above `alpha` nothing is found. What is
     compared is, for templates of each length, the fitness of the fittest, less its mean over the surrogates and divided
     by its standard deviation; the largest of these counts.
-
-    Stillness is no repetition: frames whose speed is below a fifth of that of fast frames (95th percentile) are left
-    out, and no repetition has a pause longer than half of the frames in which its template moves, unless fitness is
-    1.25 times as large with longer ones: movements that are held before they come back. These begin behind the longest
-    pause. With D the median distance between the frames that are left, the similarity of two poses at distance d is
-    :math:`1 - d / 0.9 D`, and a template must have two poses that are 0.9 D apart: a pose that lasts is none.
 
     Under "spatial" and "geodesic" joints of two or three Euler angles are compared as rotations, as after
     `Motion.to_rotvec`: the same pose in other angles, to which files go over, would be far away.
@@ -322,7 +326,8 @@ def segment_repetitions(
     Returns
     -------
     Repetitions
-        First frames, last frames, distances, pauses, and the p-value; none where nothing repeats.
+        First frames, last frames, distances, pauses, and the p-value; none where nothing repeats, and where no segment
+        that aligns to the template comes back, whatever fitness and p-value are.
 
     Raises
     ------
@@ -337,8 +342,7 @@ def segment_repetitions(
     ConvergenceWarning
         If geodesics did not converge.
     UserWarning
-        If the poses look like degrees, see `pose_distances`. If the recording is so long that a repetition has fewer
-        than 40 of the frames that are compared: then several may be taken for one.
+        If the poses look like degrees, see `pose_distances`.
 
     See Also
     --------
@@ -354,19 +358,27 @@ def segment_repetitions(
     every fourth, and so on. Some of each section and size are compared with the whole motion. With m frames in the
     template, starts and stops are exact to k frames, :math:`k = \lceil \sqrt{nm} / 2000 \rceil`, and to m/16 or better.
 
-    Templates are candidates of some lengths, each a seventh longer than the one before, that start a quarter of their
-    length apart; start and length of the best three are then refined. One movement is found, the one that explains most
-    of the motion. Of a cycle, such as a stride, any phase may be the first; where a recording begins or ends within a
-    repetition, that may be one or not. The root's movement is no part of it. Of repetitions of fewer than eight frames
-    several may be taken as one, and movements that are small among others that are large, of D above, are not found:
-    cut the recording there.
+    Templates are candidates of some lengths, each a seventh longer than the one before, and of `min_frames` and
+    `max_frames`; they start a quarter of their length apart, and next to pauses. Start and length of the best are then
+    refined. One movement is found, the one that explains most of the motion. Of a cycle, such as a stride, any phase
+    may be the first, and where a recording begins or ends within a repetition, that may be one or not. So of a walk of
+    two or three strides, the strides found may be up to a fifth shorter than true ones, and one more than there are.
+    The root's movement is no part of it.
+
+    Of repetitions of fewer than eight frames several may be taken as one, and so may two in a row of which one takes
+    half as long as the template. Movements that are small among others that are large, of D above, are not found: cut
+    the recording there. A joint that jumps is fast, and makes what is slower still: errors of the recording do, under
+    every metric, and under "angle" angles and rotation vectors that go over from π to −π, see `Motion.unwrap`. Such
+    repetitions are missed, or only their fast middle is found.
 
     The share `alpha` holds exactly where poses that are a piece apart are independent, and pieces are interchangeable.
     Movement is smoother: of single actions and of different actions one after the other, repetitions were found in
     fewer than that. It does not hold for smooth random movements of up to three degrees of freedom that stay near one
     pose: these pass the same poses in the same order again and again, and are mostly called repetitions. So is what
-    oscillates irregularly: order is tested, not regularity. Two repetitions are enough where they are all of the
-    motion. The surrogates take three to ten times as long as the search up to 300 frames, and twice as long for 2,000.
+    oscillates irregularly: order is tested, not regularity. Of 120 random walks of three degrees of freedom, of 600 to
+    3,000 frames, repetitions were found in 10, where 6 are expected. Two repetitions are enough where they are equal and
+    all that moves: of 15 recordings of two repetitions of one action of HDM05, among standing, 9 were found. The
+    surrogates take three to ten times as long as the search up to 300 frames, and twice as long for 2,000.
 
     References
     ----------
