@@ -262,7 +262,7 @@ def segment_repetitions(
 ) -> Repetitions:
     r"""Return where a movement repeats, from the distances between all poses of the motion.
 
-    Any segment may be the *template*, and its repetitions are the segments that align to it. It is chosen in five steps.
+    Any segment may be the *template*; its repetitions are the segments that align to it. It is chosen in five steps.
 
     *Still frames are left out*: those whose speed is below a fifth of that of fast frames (95th percentile). With D the
     median distance between the frames that are left, the similarity of two poses at distance d is
@@ -286,8 +286,8 @@ def segment_repetitions(
 
     *Templates are one movement*, not several. Twice the movement is less fit than the movement, as more of it is the
     template itself, which does not count; but it is fitter where a repetition does not last whole frames. So another
-    template is taken if it is at most 0.6 as long and as much more frequent, and if its fitness, relative to the 1 − 1/k
-    of k equal repetitions, is at least 0.9 of the other's.
+    template is taken if it is at most 0.6 as long and as much more frequent, and if its fitness, relative to 1 − 1/k of
+    k equal repetitions, is at least 0.9 of the other's.
 
     *Chance repeats, too*: of white noise the fitness of the best template is about that of a walk. So the motion is
     compared with *surrogates* [2]_, its own poses in another order: pieces of about an eighth of a movement, in random
@@ -376,8 +376,8 @@ def segment_repetitions(
     fewer than that. It does not hold for smooth random movements of up to three degrees of freedom that stay near one
     pose: these pass the same poses in the same order again and again, and are mostly called repetitions. So is what
     oscillates irregularly: order is tested, not regularity. Of 120 random walks of three degrees of freedom, of 600 to
-    3,000 frames, repetitions were found in 10, where 6 are expected. Two repetitions are enough where they are equal and
-    all that moves: of 15 recordings of two repetitions of one action of HDM05, among standing, 9 were found. The
+    3,000 frames, repetitions were found in 10, where 6 are expected. Two repetitions are enough where they are equal
+    and all that moves: of 15 recordings of two repetitions of one action of HDM05, among standing, 9 were found. The
     surrogates take three to ten times as long as the search up to 300 frames, and twice as long for 2,000.
 
     References
