@@ -327,7 +327,7 @@ def segment_repetitions(
     -------
     Repetitions
         First frames, last frames, distances, pauses, and the p-value; none where nothing repeats, and where no segment
-        that aligns to the template comes back, whatever fitness and p-value are.
+        that aligns to the template comes back, though fitness and p-value pass.
 
     Raises
     ------
