@@ -431,7 +431,8 @@ def test_the_count_does_not_depend_on_the_length_of_the_recording(circles):
     assert abs(np.median(found.stops - found.starts) - period) <= 1 + 0.02 * period
 
 
-@pytest.mark.parametrize("most", some_slow([200, 100, 250], 1))
+@pytest.mark.slow
+@pytest.mark.parametrize("most", [100, 200, 250])
 def test_long_motions_have_the_repetitions_of_short_ones(most, monkeypatch):
     """As many, at the same places: sections of 100 frames have two or three of them."""
     poses, truth = recording([60, 50, 60, 61, 66, 54] * 2, [30, 45, 10, 60, 20, 30] * 2 + [0])
