@@ -11,7 +11,8 @@
 | `_find`        | the best windows of long motions; `_windows` finds them                                     |
 | `_index`       | motions that are searched; `_bounds` are lower bounds of the distances to them              |
 | `_mean`        | the mean of motions; `_barycenter` has its two steps                                        |
-| `_repetitions` | repetitions in one motion; `_template` finds what is repeated, `_surrogates` how surely      |
+| `_repetitions` | repetitions in one motion; `_template` finds what is repeated, `_surrogates` how surely,     |
+|                | in `_frames`, which has the distances of long motions piece by piece                        |
 """
 
 from skpose.motions._alignment import Alignment, JointDifference, align_motions

@@ -8,8 +8,9 @@ the motion, so that p-values of noise are too large rather than too small.
 
 Short templates fit by chance, long ones rarely. So the fittest template of each length is compared with those of the
 same length, by a standard score, and the largest score is the statistic (P. H. Westfall, S. S. Young, "Resampling-Based
-Multiple Testing", 1993: max-T). It is the same function of the motion and of each surrogate, so that the rank of the
-motion among them is a p-value, and the search over lengths and starts is accounted for.
+Multiple Testing", 1993: max-T). It is the same function of the motion and of each surrogate, in which templates must
+come back too, so that the rank of the motion among them is a p-value, and the search over lengths and starts is
+accounted for.
 """
 
 from functools import partial
@@ -18,54 +19,63 @@ import numpy as np
 
 from skpose._compiled.path.family import first_far, fitness_by_length
 from skpose._parallel.threads import in_threads
-from skpose.motions._template import EXTENT, LEAST_LENGTH, ZERO, Templates
+from skpose.motions._frames import Frames
+from skpose.motions._template import BACK, LEAST_LENGTH, ZERO, Limits
 
-NEAR = 0.25  # quantile of the distances that takes the place of their median: other movements may be far from this one
+EXTENT = 1.25  # distance that a template must have between two of its frames, in units of the near one
 # In units of the frames in which the motion gets from a pose to a distant one (median), about half a movement:
 PIECE = 0.25  # mean length of a piece
 LEAST_TEMPLATE = 2.0  # shortest template: a movement
 RESOLUTION = 4  # frames of such a half that are kept, where there are more
 MOST_FRAMES = 300  # of a section; longer motions are compared section by section
+SECTIONS = 5  # in which the length of half a movement is measured
 GROWTH, STARTS_PER_LENGTH = 1.4, 3  # of the templates; coarser than in `_template`
 STEADY = 0.03  # is added to the standard deviation of a fitness: where all are equal, nothing stands out
 
 
-def p_value(templates: Templates, n_surrogates: int, rng: np.random.RandomState, n_jobs: int) -> float:
+def p_value(frames: Frames, limits: Limits, n_surrogates: int, rng: np.random.RandomState, n_jobs: int) -> float:
     """Return the share of the surrogates that repeat as much as the motion does, the motion counted among them."""
-    distances = templates.distances
-    positive = distances[distances > 0.0]
-    if templates.n < 2 * LEAST_LENGTH or not len(positive):
+    moving, near = frames.moving(1), frames.near  # not the median: other movements may be far from this one
+    if len(moving) < 2 * LEAST_LENGTH or near == 0.0:
         return 1.0
-    near = np.quantile(positive, NEAR)
-    is_far = distances >= EXTENT * near
-    half = _frames_of_half(is_far)
+    half = _frames_of_half(frames, EXTENT * near)
     thinning = max(1, int(half / RESOLUTION))
     half = half / thinning
-    kept = np.arange(0, templates.n, thinning)
+    kept = moving[::thinning]
     sections = np.array_split(kept, -(-len(kept) // MOST_FRAMES))
-    lengths = _lengths(min(map(len, sections)), half, templates.least / thinning, templates.most / thinning)
+    lengths = _lengths(min(map(len, sections)), half, limits.least / thinning, limits.most / thinning)
     fitness = np.zeros((1 + n_surrogates, len(lengths)))
     for section in sections:
-        n, both = len(section), np.ix_(section, section)
-        similarities, is_far_here = 1.0 - distances[both] / (ZERO * near), is_far[both]
+        n, distances = len(section), frames.distances(section)
+        similarities, is_far = 1.0 - distances / (ZERO * near), distances >= EXTENT * near
         orders = [np.arange(n), *(_shuffle(n, PIECE * half, rng) for _ in range(n_surrogates))]
 
         def rate(i: int, similarities: np.ndarray, is_far: np.ndarray, order: np.ndarray) -> None:
-            fitness[i] = np.maximum(
-                fitness[i], fitness_by_length(similarities, is_far, order, lengths, STARTS_PER_LENGTH)
-            )
+            of_section = fitness_by_length(similarities, is_far, order, lengths, STARTS_PER_LENGTH, BACK)
+            fitness[i] = np.maximum(fitness[i], of_section)
 
-        in_threads((partial(rate, i, similarities, is_far_here, order) for i, order in enumerate(orders)), n_jobs)
+        in_threads((partial(rate, i, similarities, is_far, order) for i, order in enumerate(orders)), n_jobs)
     scores = (fitness - fitness.mean(axis=0)) / (fitness.std(axis=0) + STEADY)
     largest = scores.max(axis=1, initial=-np.inf)
     return float(np.mean(largest >= largest[0]))
 
 
-def _frames_of_half(is_far: np.ndarray) -> float:
-    """Return the median number of frames from a frame to the first one that is far from it, or from one between."""
-    reach = first_far(is_far)
-    frames = np.flatnonzero(reach < len(reach))
-    return float(np.median(reach[frames] - frames)) if len(frames) else len(reach) / 2
+def _frames_of_half(frames: Frames, far: float) -> float:
+    """Return the median number of frames from a frame to the first one that is far from it, or from one between.
+
+    Of long motions in some sections, and of movements that are longer than a section among every second, fourth frame.
+    """
+    every, sections = 1, []
+    while True:
+        sections, found = frames.sections(every, SECTIONS), []
+        for section in sections:
+            reach = first_far(frames.distances(section) >= far)
+            starts = np.flatnonzero(reach < len(reach))
+            found.append(every * (reach[starts] - starts))
+        halves = np.concatenate(found)
+        if 2 * len(halves) > sum(map(len, sections)) or len(frames.sections(every)) == 1:
+            return float(np.median(halves)) if len(halves) else every * len(sections[0]) / 2
+        every *= 2
 
 
 def _lengths(n: int, half: float, least: float, most: float) -> np.ndarray:
@@ -75,7 +85,7 @@ def _lengths(n: int, half: float, least: float, most: float) -> np.ndarray:
     lengths = []
     while LEAST_LENGTH <= length <= longest:
         lengths.append(length)
-        length = max(length + 1, int(GROWTH * length))
+        length = longest if length < longest < GROWTH * length else max(length + 1, int(GROWTH * length))
     return np.array(lengths, dtype=np.int64)
 
 

@@ -91,11 +91,11 @@ def family_of(similarities, pauses, longest, first, last, start, stop):
 
 
 @jit
-def fitness_of(similarities, pauses, longest, start, stop):
-    """Return the fitness of a template, frames start:stop; zero where no family has a positive score."""
+def fitness_of(similarities, pauses, longest, start, stop, row):
+    """Return the fitness of a template, columns start:stop and as many rows from `row` on; zero without a family."""
     n = similarities.shape[0]
-    before = family_of(similarities, pauses, longest, 0, start, start, stop)
-    after = family_of(similarities, pauses, longest, stop, n, start, stop)
+    before = family_of(similarities, pauses, longest, 0, row, start, stop)
+    after = family_of(similarities, pauses, longest, row + stop - start, n, start, stop)
     score = before.score + after.score
     if score <= 0.0:
         return 0.0
@@ -131,10 +131,24 @@ def first_far(is_far):
 
 
 @jit
-def fitness_by_length(similarities, is_far, order, lengths, starts_per_length):
+def comes_back(similarities, start, stop, share):
+    """Return whether a template's last frame, or the next, is no farther from its first than a share of the farthest.
+
+    One less the similarity is the distance, in some unit.
+    """
+    n, farthest, back = similarities.shape[0], 0.0, 1.0 - similarities[start, stop - 1]
+    for j in range(start, stop):
+        farthest = max(farthest, 1.0 - similarities[start, j])
+    if stop < n:
+        back = min(back, 1.0 - similarities[start, stop])
+    return back <= share * farthest
+
+
+@jit
+def fitness_by_length(similarities, is_far, order, lengths, starts_per_length, share):
     """Return the fitness of the fittest template of each length, where the frames are in another order, without pauses.
 
-    Templates start a part of their length apart, and have two frames that are far apart.
+    Templates start a part of their length apart, have two frames that are far apart, and come back, see `comes_back`.
     """
     n, pauses = order.shape[0], np.zeros(order.shape[0], np.int64)
     similarities, reach = _rearrange(similarities, order), first_far(_rearrange(is_far, order))
@@ -142,8 +156,8 @@ def fitness_by_length(similarities, is_far, order, lengths, starts_per_length):
     for k in range(lengths.shape[0]):
         length = lengths[k]
         for start in range(0, n - length + 1, max(1, length // starts_per_length)):
-            if reach[start] < start + length:
-                best[k] = max(best[k], fitness_of(similarities, pauses, 0, start, start + length))
+            if reach[start] < start + length and comes_back(similarities, start, start + length, share):
+                best[k] = max(best[k], fitness_of(similarities, pauses, 0, start, start + length, start))
     return best
 
 
