@@ -217,9 +217,9 @@ def _list_keys(file: Archive) -> str:
 def _poses(file: Archive, name: str, n_frames: int, finite: bool) -> np.ndarray:
     """Return the rotation vectors (n_frames, 3 n_joints) of all joints, the root first."""
     if "poses" in file.keys:
-        return file.numbers("poses", (n_frames, 3 * len(MODELS[name])), finite=finite, remedy=DROP)
+        return file.angles("poses", (n_frames, 3 * len(MODELS[name])), finite=finite, remedy=DROP)
     parts = {key: width for key, width in PARTS.items() if name == "SMPL-X" or key not in FACE}
-    arrays = [file.numbers(key, (n_frames, width), finite=finite, remedy=DROP) for key, width in parts.items()]
+    arrays = [file.angles(key, (n_frames, width), finite=finite, remedy=DROP) for key, width in parts.items()]
     return np.concatenate(arrays, axis=1)
 
 

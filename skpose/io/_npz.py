@@ -25,6 +25,7 @@ LONGEST_HEADER = 1000  # characters; numpy writes 118 for plain numbers
 HEADER = re.compile(
     rb"\{'descr': '([<>|=]?[A-Zb-z]\d*)', 'fortran_order': (False|True), 'shape': \(([\dL, ]*)\),? ?\}\s*"
 )
+LARGEST_ANGLE = 1e15  # rad; of a larger one no digit says where in the turn it is
 NUMBERS, TEXTS = ("numbers", "fiu"), ("texts", "SU")  # the kinds of dtypes
 # A position before the start, which a damaged table of contents states; bzip2's error on its data has no number.
 DAMAGE_OF_SYSTEM = errno.EINVAL, None
@@ -75,6 +76,13 @@ class Archive:
                 f"{key}: expected finite numbers, found {array[index]} at index {_format_shape(index)}{remedy}"
             )
         return array
+
+    def angles(self, key: str, *shapes: Shape, finite: bool = True, remedy: str = "") -> np.ndarray:
+        """Return angles or rotation vectors, rad; numbers that are none are an error."""
+        found = self.numbers(key, *shapes, finite=finite, remedy=remedy)
+        if (is_large := np.isfinite(found) & (np.abs(found) > LARGEST_ANGLE)).any():
+            raise self.source.error(f"{key}: expected angles in rad, found {found[is_large][0]:g}, which is no angle")
+        return found
 
     def texts(self, key: str, *shapes: Shape) -> list[str]:
         """Return all texts of an array, of characters or of bytes, if its shape is one of these."""

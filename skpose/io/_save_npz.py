@@ -124,7 +124,7 @@ def read_npz(
             "with the skpose that wrote it"
         )
     skeleton = _skeleton(source, file)
-    angles = file.numbers("angles", (None, skeleton.n_dofs))
+    angles = file.angles("angles", (None, skeleton.n_dofs))
     if list(skeleton.dof_names) != file.texts("dof_names", (None,)):
         raise source.error("dof_names: expected the names of the dofs of the joints, in their order")
     n = len(angles)
@@ -138,7 +138,7 @@ def read_npz(
             angles,
             choose_rate(source, frame_rate, file.numbers("frame_rate", ()).item(), "frame_rate"),
             file.numbers("root_positions", (n, 3)),
-            file.numbers("root_angles", (n, None)),
+            file.angles("root_angles", (n, None)),
             axes,
             numbers.astype(np.int64),
             _text(file, "up"),  # type: ignore[arg-type]  # which Motion checks

@@ -601,6 +601,15 @@ def test_data_that_do_not_decompress(kind):
     assert "damaged or cut short" in str(read_or_refuse(file.getvalue()))
 
 
+@pytest.mark.parametrize("number", [1e16, -1e155, 1e300])
+def test_numbers_that_are_no_angles_are_refused(number, write):
+    """A rotation vector of 1e155 rad has no unit quaternion in float64."""
+    arrays = motion_arrays("SMPL")
+    arrays["poses"][2, 9] = number
+    with pytest.raises(MocapFormatError, match=r"poses: expected angles in rad, found .*, which is no angle"):
+        load_amass(write(arrays))
+
+
 @NO_MODEL
 def test_motions_of_two_models_compare_without_their_hands(write):
     """The message that refuses them names the remedy, which works."""
