@@ -8,7 +8,15 @@ import numpy as np
 from skpose._compat.sklearn import Interval, StrOptions, validate_params
 from skpose._validation.units import warn_of_degrees
 from skpose.metrics import Metric
-from skpose.metrics._shared import METRIC_CONSTRAINTS, OUT, resolve, warn_of_no_skeleton, warn_of_unconverged
+from skpose.metrics._shared import (
+    METRIC_CONSTRAINTS,
+    OF_MOTIONS,
+    OUT,
+    MotionMetric,
+    resolve,
+    warn_of_no_skeleton,
+    warn_of_unconverged,
+)
 from skpose.motions._inputs import Sequences, check_motions
 from skpose.motions._matrix import ALIGNMENTS, MotionMatrix
 from skpose.skeleton import Skeleton
@@ -18,7 +26,8 @@ ALIGNMENT_CONSTRAINTS = {
     "alignment": [StrOptions(ALIGNMENTS)],
     "window": [Interval(Real, 0, 1, closed="both"), None],
 }
-MOTION_CONSTRAINTS = METRIC_CONSTRAINTS | ALIGNMENT_CONSTRAINTS | {"n_jobs": [None, Integral], "verbose": ["verbose"]}
+COMPARED_CONSTRAINTS: dict[str, list] = METRIC_CONSTRAINTS | {"metric": OF_MOTIONS}
+MOTION_CONSTRAINTS = COMPARED_CONSTRAINTS | ALIGNMENT_CONSTRAINTS | {"n_jobs": [None, Integral], "verbose": ["verbose"]}
 
 
 @validate_params(
@@ -144,12 +153,12 @@ def motion_distances(
     given = {"X": X} if Y is None else {"X": X, "Y": Y}
     checked = check_motions(given, skeleton)
     skeleton = checked[0].skeleton
-    chosen = resolve(metric, skeleton)
-    sequences = [one.sequences for one in checked]
+    chosen = resolve(metric, skeleton, of_motions=True)
     if skeleton is not None:
-        poses = {argument: one.poses for argument, one in zip(given, sequences, strict=True)}
+        poses = {argument: one.sequences.poses for argument, one in zip(given, checked, strict=True)}
         warn_of_degrees(in_estimator=False, **poses)
-    check_alignment(alignment, window, **dict(zip(given, sequences, strict=True)))
+    sequences = [one.rows(chosen, argument) for argument, one in zip(given, checked, strict=True)]
+    check_alignment(alignment, window, chosen, **dict(zip(given, sequences, strict=True)))
     matrix = MotionMatrix(
         sequences[0],
         None if Y is None else sequences[1],
@@ -165,8 +174,19 @@ def motion_distances(
     return distances
 
 
-def check_alignment(alignment: str, window: float | None, **given: Sequences) -> None:
+def check_of_windows(metric: Metric) -> None:
+    """Refuse a metric under which windows of long motions cannot be looked for."""
+    if isinstance(metric, MotionMetric) and not metric.of_windows:
+        raise ValueError(
+            f"the metric {metric.label!r} is of whole motions: the mean of a window is not known before the window is "
+            'found. Take "position" or "velocity", or cut the recording and pass the parts to motion_distances'
+        )
+
+
+def check_alignment(alignment: str, window: float | None, metric: Metric, **given: Sequences) -> None:
     """Refuse a window where there is no band, and different lengths where frames are compared one by one."""
+    if alignment == "subsequence":
+        check_of_windows(metric)
     if window is not None and alignment != "dtw":
         raise ValueError(f'window is the band of alignment="dtw", got window={window} with alignment="{alignment}"')
     if alignment != "frames":

@@ -9,7 +9,7 @@ from sklearn.utils.validation import check_is_fitted
 
 from skpose._base import POSE_CONSTRAINTS
 from skpose._compat.sklearn import Interval, StrOptions, fit_context
-from skpose.metrics._shared import warn_of_unconverged
+from skpose.metrics._shared import OF_MOTIONS, warn_of_unconverged
 from skpose.motions._base import MotionEstimatorMixin
 from skpose.motions._distances import ALIGNMENT_CONSTRAINTS
 from skpose.motions._index import SequenceIndex
@@ -129,6 +129,7 @@ class MotionKNeighborsTransformer(
 
     _parameter_constraints: ClassVar[dict] = {
         **POSE_CONSTRAINTS,
+        "metric": OF_MOTIONS,
         "mode": [StrOptions(["distance", "connectivity"])],
         "n_neighbors": [Interval(Integral, 1, None, closed="left")],
         "algorithm": [StrOptions(["auto", "brute"])],
