@@ -56,8 +56,9 @@ KINDS = {
     "the same, velocities over three times": ("poses", *VELOCITIES, "centered"),
 }
 MSR = {
-    "joints": "right_shoulder left_shoulder shoulder_center spine right_hip left_hip hip_center right_elbow left_elbow "
-    "right_wrist left_wrist right_hand left_hand right_knee left_knee right_ankle left_ankle right_foot left_foot head",
+    # All wave and throw with what its documentation calls left: the sides are exchanged here.
+    "joints": "left_shoulder right_shoulder shoulder_center spine left_hip right_hip hip_center left_elbow right_elbow "
+    "left_wrist right_wrist left_hand right_hand left_knee right_knee left_ankle right_ankle left_foot right_foot head",
     "layout": "kinect20",
     "frame_rate": 15.0,
     "scale": 1e-4,

@@ -39,11 +39,39 @@ class MotionMetric(Metric):
         return super().tree_for(None, dtype)
 
     def why_not(self, n_frames: int, frame_rate: float | None) -> str:
-        """Return in words why a motion has no rows; nothing if it has them."""
+        """Return in words why a motion has no rows; nothing if it has them.
+
+        Parameters
+        ----------
+        n_frames : int
+            Its number of frames.
+        frame_rate : float or None
+            Its frame rate, Hz; None is not known.
+
+        Returns
+        -------
+        str
+            The reason, for an error.
+        """
         return f"{self.name!r} needs two frames or more, got one" if n_frames < 2 else ""
 
     def encode_motion(self, poses: np.ndarray, skeleton: Skeleton, frame_rate: float | None) -> np.ndarray:
-        """Return the rows (n_frames, 3 n_joints) of a motion, in float64."""
+        """Return the rows of a motion.
+
+        Parameters
+        ----------
+        poses : ndarray of shape (n_frames, n_dofs)
+            Poses: joint angles, rad.
+        skeleton : Skeleton
+            Their skeleton.
+        frame_rate : float or None
+            Frame rate, Hz; None is not known.
+
+        Returns
+        -------
+        ndarray of shape (n_frames, 3 n_joints)
+            A row for each frame, in float64.
+        """
         raise NotImplementedError
 
 
@@ -72,15 +100,16 @@ class Velocity(MotionMetric):
 
     Examples
     --------
-    The same movement, first near the body and then far from it, has the same velocities:
+    There and back: the same poses, and velocities of opposite directions, about 1 m/s each. Half of 2 m/s, as a path
+    of n frames counts 2 n:
 
     >>> import numpy as np
     >>> from skpose import Motion, Skeleton, motion_distances
     >>> arm, turn = Skeleton.chain(1), np.linspace(0, 1, 31)[:, None]
     >>> there, back = Motion(arm, turn, 30), Motion(arm, turn[::-1], 30)
     >>> motion_distances([there, back], metric="velocity").round(2)
-    array([[0.  , 0.88],
-           [0.88, 0.  ]])
+    array([[0.  , 0.96],
+           [0.96, 0.  ]])
     """
 
     name = "velocity"
@@ -94,13 +123,41 @@ class Velocity(MotionMetric):
         self.span = span
 
     def why_not(self, n_frames: int, frame_rate: float | None) -> str:
-        """Return in words why a motion has no velocities; nothing if it has them."""
+        """Return in words why a motion has no rows; nothing if it has them.
+
+        Parameters
+        ----------
+        n_frames : int
+            Its number of frames.
+        frame_rate : float or None
+            Its frame rate, Hz; None is not known.
+
+        Returns
+        -------
+        str
+            The reason, for an error.
+        """
         if frame_rate is None:
             return f"{self.name!r} needs a frame rate, and arrays have none: pass Motion(skeleton, array, frame_rate)"
         return super().why_not(n_frames, frame_rate)
 
     def encode_motion(self, poses: np.ndarray, skeleton: Skeleton, frame_rate: float | None) -> np.ndarray:
-        """Return the velocities (n_frames, 3 n_joints) of the joints, m/s."""
+        """Return the velocities of the joints.
+
+        Parameters
+        ----------
+        poses : ndarray of shape (n_frames, n_dofs)
+            Poses: joint angles, rad.
+        skeleton : Skeleton
+            Their skeleton.
+        frame_rate : float or None
+            Frame rate, Hz; None is not known.
+
+        Returns
+        -------
+        ndarray of shape (n_frames, 3 n_joints)
+            Velocities, m/s.
+        """
         rate = float(frame_rate)  # type: ignore[arg-type]  # `why_not` has refused None
         positions, frames = weighted_positions(poses, skeleton), np.arange(len(poses))
         reach = max(1, round(self.span * rate / 2))
@@ -130,8 +187,8 @@ class Centered(MotionMetric):
     >>> wave = 0.1 * np.sin(np.linspace(0, 6, 31))[:, None]
     >>> for metric in ("position", "centered"):
     ...     print(motion_distances([wave], [wave + np.pi], skeleton=Skeleton.chain(1), metric=metric).round(2))
-    [[0.98]]
-    [[0.1]]
+    [[1.]]
+    [[0.04]]
     """
 
     name = "centered"
@@ -139,6 +196,21 @@ class Centered(MotionMetric):
     of_windows = False
 
     def encode_motion(self, poses: np.ndarray, skeleton: Skeleton, frame_rate: float | None) -> np.ndarray:
-        """Return the positions (n_frames, 3 n_joints) of the joints less their mean, m."""
+        """Return the positions of the joints less their mean.
+
+        Parameters
+        ----------
+        poses : ndarray of shape (n_frames, n_dofs)
+            Poses: joint angles, rad.
+        skeleton : Skeleton
+            Their skeleton.
+        frame_rate : float or None
+            Frame rate, Hz; None is not known.
+
+        Returns
+        -------
+        ndarray of shape (n_frames, 3 n_joints)
+            Positions, m.
+        """
         positions = weighted_positions(poses, skeleton)
         return positions - positions.mean(axis=0)

@@ -56,8 +56,8 @@ class MotionIndex:
     skeleton : Skeleton, default=None
         The skeleton of all motions. None is that of the `Motion` objects; arrays need it, but for "angle".
     metric : str or Metric, default="auto"
-        The distance between poses, see `pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a
-        warning.
+        The distance between frames, see `motion_distances`, but for "centered"; "auto" is "spatial" with a skeleton,
+        else "angle" and a warning.
 
     Attributes
     ----------

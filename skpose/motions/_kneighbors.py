@@ -39,8 +39,8 @@ class MotionKNeighborsTransformer(
     algorithm : {"auto", "brute"}, default="auto"
         "auto" aligns only what lower bounds do not rule out, "brute" every pair. The result is the same.
     metric : str or Metric, default="auto"
-        The distance between poses, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a
-        warning. "rotation" and ``Angle(wrap=True)`` have no bound and are searched by brute force.
+        The distance between frames, see `skpose.motion_distances`; "auto" is "spatial" with a skeleton, else "angle"
+        and a warning. "rotation" and ``Angle(wrap=True)`` have no bound and are searched by brute force.
     window : float between 0 and 1, default=None
         Sakoe–Chiba band, see `skpose.motion_distances`; None is no limit.
     n_jobs : int, default=None

@@ -196,7 +196,8 @@ class MotionDistanceTransformer(
         Returns
         -------
         ndarray of shape (n_samples_fit, n_samples_fit)
-            Exactly symmetric with a zero diagonal, but for "subsequence"; float32 for float32 motions, else float64.
+            Exactly symmetric with a zero diagonal, but for "subsequence"; float32 for float32 motions where
+            poses are compared, else float64.
         """
         kernel = self._learn(X)
         return self._similarity(self._distances(self._motions, None)) if kernel is None else kernel
@@ -212,7 +213,8 @@ class MotionDistanceTransformer(
         Returns
         -------
         ndarray of shape (n_samples, n_samples_fit)
-            In m, or rad for "angle": float32 where both X and the training motions are, else float64.
+            In m, rad for "angle", or m/s for "velocity"; as `fit_transform` float32 where both X and the training
+            motions are.
         """
         check_is_fitted(self, "n_samples_fit_")
         motions = self._check_X(X, reset=False)
