@@ -14,7 +14,7 @@ import warnings
 
 import common
 import numpy as np
-from recognition import RATE, shares
+from nearest import RATE, shares
 from scipy.spatial.transform import Rotation
 
 from skpose import forward_kinematics, inverse_kinematics, pose_distances

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import common
 import numpy as np
-from recognition import RATE, share
+from nearest import RATE, share
 
 from skpose import forward_kinematics, motion_distances, pose_distances
 from skpose._compiled.warping.paths import Paths, accumulate

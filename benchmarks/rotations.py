@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import common
 import numpy as np
-from recognition import RATE, shares
+from nearest import RATE, shares
 
 from skpose import forward_kinematics, geodesic, pose_distances
 from skpose._compiled.path.geodesic import MAX_ITER, TOL, path_between

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import common
 import numpy as np
-from recognition import RATE, shares
+from nearest import RATE, shares
 
 from skpose import Bone, pose_distances
 from skpose.datasets import load_hdm05, make_gait

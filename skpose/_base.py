@@ -90,6 +90,8 @@ class PoseEstimatorMixin(EstimatorMixin):
 
     _auto_metric: ClassVar[str] = "spatial"  # with a skeleton; "position" where means are taken, which are quick then
 
+    _of_motions: ClassVar[bool] = False  # whether the metric may be one of motions
+
     metric: str | Metric
     n_jobs: int | None
     verbose: int
@@ -128,7 +130,7 @@ class PoseEstimatorMixin(EstimatorMixin):
         if self._is_precomputed():
             self.skeleton_, self.metric_ = None, None
             return
-        self.metric_ = resolve(self.metric, skeleton, auto=self._auto_metric)
+        self.metric_ = resolve(self.metric, skeleton, auto=self._auto_metric, of_motions=self._of_motions)
         self.skeleton_ = skeleton
 
     def set_params(self, **params):

@@ -11,12 +11,14 @@ which tiles and where. The others know only arrays, tiles and checksums: `_outpu
 tiles are complete and who writes the rest, this process or workers, and the writers where the bytes are.
 
 A metric is one object in one file, `_angle`, `_position`, `_rotation`, `_spatial`, `_geodesic`, derived from `Metric`
-(`_metric`). What the search for means asks of it is a `_sample`. `_registry` has them by name.
+(`_metric`). What the search for means asks of it is a `_sample`. `_motion_metrics` are those of motions alone.
+`_registry` has them by name.
 """
 
 from skpose.metrics._angle import Angle
 from skpose.metrics._geodesic import Geodesic
 from skpose.metrics._metric import Metric
+from skpose.metrics._motion_metrics import Centered, Velocity
 from skpose.metrics._own import compile_encode, compile_measure
 from skpose.metrics._pairwise import pose_distances, pose_distances_chunked
 from skpose.metrics._pose_metric import pose_metric
@@ -26,11 +28,13 @@ from skpose.metrics._spatial import Spatial
 
 __all__ = [
     "Angle",
+    "Centered",
     "Geodesic",
     "Metric",
     "Position",
     "Rotation",
     "Spatial",
+    "Velocity",
     "compile_encode",
     "compile_measure",
     "pose_distances",

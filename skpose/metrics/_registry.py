@@ -12,17 +12,21 @@ from skpose._warnings import warn
 from skpose.metrics._angle import Angle
 from skpose.metrics._geodesic import Geodesic
 from skpose.metrics._metric import Metric
+from skpose.metrics._motion_metrics import Centered, MotionMetric, Velocity
 from skpose.metrics._position import Position
 from skpose.metrics._rotation import Rotation
 from skpose.metrics._spatial import Spatial
 from skpose.skeleton import Skeleton
 
 METRICS: dict[str, type[Metric]] = {metric.name: metric for metric in (Angle, Position, Rotation, Spatial, Geodesic)}
+MOTION_METRICS: dict[str, type[MotionMetric]] = {metric.name: metric for metric in (Velocity, Centered)}
 
 
 def _explain_no_metric(value: object) -> None:
     """Raise the error of a class in the place of a metric, or of a word that is nearly one; say nothing of others."""
-    words = {word.lower(): word for word in ("auto", "precomputed", *METRICS)}
+    if isinstance(value, str) and value in MOTION_METRICS:
+        raise ValueError(_of_motions(MOTION_METRICS[value]()))
+    words = {word.lower(): word for word in ("auto", "precomputed", *METRICS, *MOTION_METRICS)}
     if (
         isinstance(value, str)
         and value not in words.values()
@@ -35,6 +39,13 @@ def _explain_no_metric(value: object) -> None:
         raise TypeError(f"metric is the class {value.__name__}: pass a metric with its parameters, {value.__name__}()")
 
 
+def _of_motions(metric: MotionMetric) -> str:
+    return (
+        f"the metric {metric.label!r} compares frames of whole motions, by what comes before and after them: only "
+        "motion_distances, MotionDistanceTransformer, MotionKNeighborsTransformer, MotionIndex and find_motion take it"
+    )
+
+
 IS_METRIC = InstanceOf(lambda value: isinstance(value, Metric), "skpose.metrics.Metric", _explain_no_metric)
 
 # Constraints of the parameters that every function and estimator of distances has, for scikit-learn's validation.
@@ -43,21 +54,26 @@ METRIC_CONSTRAINTS: dict[str, list] = {
     "skeleton": [IS_SKELETON, None],
     "metric": [StrOptions(["auto", *METRICS]), IS_METRIC],
 }
+OF_MOTIONS = [StrOptions(["auto", *METRICS, *MOTION_METRICS]), IS_METRIC]  # the metric, where motions are compared
 MEAN_CONSTRAINTS = METRIC_CONSTRAINTS | {"skeleton": [IS_SKELETON]}  # where poses cannot do without one
 
 
-def resolve(metric: str | Metric, skeleton: Skeleton | None, *, auto: str = "spatial") -> Metric:
+def resolve(
+    metric: str | Metric, skeleton: Skeleton | None, *, auto: str = "spatial", of_motions: bool = False
+) -> Metric:
     """Return the metric that a parameter states: a copy, which nobody else changes.
 
-    "auto" is `auto` with a skeleton and "angle" without one.
+    "auto" is `auto` with a skeleton and "angle" without one. Only with `of_motions` may it be a `MotionMetric`.
     """
     if isinstance(metric, str):
         if metric == "auto":
             metric = "angle" if skeleton is None else auto
-        chosen = METRICS[metric]()
+        chosen = (METRICS | MOTION_METRICS)[metric]()
     else:
         chosen = clone(metric)
         chosen.check_params()
+    if isinstance(chosen, MotionMetric) and not of_motions:
+        raise ValueError(_of_motions(chosen))
     if chosen.needs_skeleton and skeleton is None:
         raise ValueError(
             f"the metric {chosen.label!r} needs a skeleton to place the joints, got skeleton=None: pass the Skeleton "

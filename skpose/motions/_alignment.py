@@ -338,7 +338,7 @@ def align_motions(
     first, second = check_single_motions({"a": a, "b": b}, skeleton)
     skeleton = first.skeleton
     chosen = resolve(metric, skeleton)
-    check_alignment(alignment, window)
+    check_alignment(alignment, window, chosen)
     poses_a, poses_b = first.sequences.poses, second.sequences.poses
     if skeleton is not None:
         warn_of_degrees(a=poses_a, b=poses_b)

@@ -4,7 +4,7 @@ A fitted estimator answers as it was fitted, see `skpose._base`. X is a list of 
 three dimensions, or one of two: each row is then a motion of one frame, and scikit-learn's own checks apply.
 """
 
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from sklearn.utils.validation import validate_data
@@ -12,7 +12,7 @@ from sklearn.utils.validation import validate_data
 from skpose._base import PoseEstimatorMixin
 from skpose.datasets import MotionDataset
 from skpose.metrics._shared import warn_of_no_skeleton, warn_of_unconverged
-from skpose.motions._inputs import Sequences, check_motions, rates_differ
+from skpose.motions._inputs import CheckedMotions, Sequences, check_motions, rates_differ
 from skpose.motions._matrix import MotionMatrix
 from skpose.motions._memory import folder_of, remember_distances
 from skpose.skeleton import Motion, Skeleton
@@ -37,17 +37,20 @@ class MotionEstimatorMixin(PoseEstimatorMixin):
         The Sakoe–Chiba band in use.
     """
 
+    _of_motions: ClassVar[bool] = True
+
     frame_rate_: float | None
 
     def _check_X(self, X, *, reset):  # type: ignore[override]  # validate_data has no options for motions
-        """Return the motions of X as `Sequences`, on the skeleton in use; the poses are a copy if `reset`.
+        """Return what is compared of the motions of X as `Sequences`, on the skeleton in use; a copy if `reset`.
 
         With `reset` forget what was learnt before, and learn the skeleton, the frame rate and the metric.
         """
         if _is_rows(X):
             poses = super()._check_X(X, reset=reset, copy=reset)
             self._check_kind(None, reset)
-            return Sequences(np.ascontiguousarray(poses), np.arange(len(poses) + 1))
+            sequences = Sequences(np.ascontiguousarray(poses), np.arange(len(poses) + 1))
+            return CheckedMotions(sequences, self.skeleton_, None).rows(self.metric_, "X")
         if reset:
             self._forget()
         else:
@@ -59,7 +62,7 @@ class MotionEstimatorMixin(PoseEstimatorMixin):
         validate_data(self, checked.sequences.poses, reset=reset, skip_check_array=True)  # the number of features
         if reset:
             warn_of_no_skeleton(self.metric, checked.skeleton)
-        return checked.sequences
+        return checked.rows(self.metric_, "X")
 
     def _check_kind(self, frame_rate, reset):
         """Learn the frame rate, or refuse another one; None is that of arrays, whose rate nobody knows."""

@@ -8,7 +8,15 @@ import numpy as np
 from skpose._compat.sklearn import Interval, StrOptions, validate_params
 from skpose._validation.units import warn_of_degrees
 from skpose.metrics import Metric
-from skpose.metrics._shared import METRIC_CONSTRAINTS, OUT, resolve, warn_of_no_skeleton, warn_of_unconverged
+from skpose.metrics._shared import (
+    METRIC_CONSTRAINTS,
+    OF_MOTIONS,
+    OUT,
+    MotionMetric,
+    resolve,
+    warn_of_no_skeleton,
+    warn_of_unconverged,
+)
 from skpose.motions._inputs import Sequences, check_motions
 from skpose.motions._matrix import ALIGNMENTS, MotionMatrix
 from skpose.skeleton import Skeleton
@@ -18,7 +26,8 @@ ALIGNMENT_CONSTRAINTS = {
     "alignment": [StrOptions(ALIGNMENTS)],
     "window": [Interval(Real, 0, 1, closed="both"), None],
 }
-MOTION_CONSTRAINTS = METRIC_CONSTRAINTS | ALIGNMENT_CONSTRAINTS | {"n_jobs": [None, Integral], "verbose": ["verbose"]}
+COMPARED_CONSTRAINTS: dict[str, list] = METRIC_CONSTRAINTS | {"metric": OF_MOTIONS}
+MOTION_CONSTRAINTS = COMPARED_CONSTRAINTS | ALIGNMENT_CONSTRAINTS | {"n_jobs": [None, Integral], "verbose": ["verbose"]}
 
 
 @validate_params(
@@ -62,8 +71,9 @@ def motion_distances(
         The skeleton of all motions. None is that of the `Motion` objects, where they differ their mean, as
         ``MotionDataset.skeleton``; arrays need it, but for "angle".
     metric : str or Metric, default="auto"
-        The distance between poses, see `pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a
-        warning.
+        The distance between frames, see `pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a
+        warning. "velocity" compares the velocities of the joints, and "centered" their positions less the mean over the
+        motion, see `skpose.metrics.Velocity` and `skpose.metrics.Centered`.
     alignment : {"dtw", "subsequence", "frames"}, default="dtw"
         "dtw" warps the whole of both. "subsequence" looks for the motion of X inside the one of Y: the path takes all
         frames of X, and begins and ends at any frame of Y; the sum is divided by n. It is not symmetric. "frames" takes
@@ -85,8 +95,9 @@ def motion_distances(
     Returns
     -------
     ndarray of shape (n_x, n_y)
-        Distances, in m, or rad for "angle": float32 where all motions are, else float64. Without Y exactly symmetric
-        with a zero diagonal, but for "subsequence". `out` if that is given.
+        Distances, in m, rad for "angle", or m/s for "velocity": float32 where all motions are and their poses are
+        compared, else float64. Without Y exactly symmetric with a zero diagonal, but for "subsequence". `out` if that
+        is given.
 
     Raises
     ------
@@ -94,7 +105,8 @@ def motion_distances(
         For one motion in the place of several, and for Motions and arrays together.
     ValueError
         For poses that `pose_distances` refuses, motions of different frame rates, skeletons that are not comparable;
-        for "frames" with different lengths, and a window without "dtw"; for an `out` of another shape or dtype, or one
+        for "frames" with different lengths, a window without "dtw", "subsequence" with "centered", and "velocity" of
+        arrays, which have no frame rate; for an `out` of another shape or dtype, or one
         that holds the beginning of other distances.
 
     Warns
@@ -144,12 +156,12 @@ def motion_distances(
     given = {"X": X} if Y is None else {"X": X, "Y": Y}
     checked = check_motions(given, skeleton)
     skeleton = checked[0].skeleton
-    chosen = resolve(metric, skeleton)
-    sequences = [one.sequences for one in checked]
+    chosen = resolve(metric, skeleton, of_motions=True)
     if skeleton is not None:
-        poses = {argument: one.poses for argument, one in zip(given, sequences, strict=True)}
+        poses = {argument: one.sequences.poses for argument, one in zip(given, checked, strict=True)}
         warn_of_degrees(in_estimator=False, **poses)
-    check_alignment(alignment, window, **dict(zip(given, sequences, strict=True)))
+    sequences = [one.rows(chosen, argument) for argument, one in zip(given, checked, strict=True)]
+    check_alignment(alignment, window, chosen, **dict(zip(given, sequences, strict=True)))
     matrix = MotionMatrix(
         sequences[0],
         None if Y is None else sequences[1],
@@ -165,8 +177,19 @@ def motion_distances(
     return distances
 
 
-def check_alignment(alignment: str, window: float | None, **given: Sequences) -> None:
+def check_of_windows(metric: Metric) -> None:
+    """Refuse a metric under which windows of long motions cannot be looked for."""
+    if isinstance(metric, MotionMetric) and not metric.of_windows:
+        raise ValueError(
+            f"the metric {metric.label!r} is of whole motions: the mean of a window is not known before the window is "
+            'found. Take "position" or "velocity", or cut the recording and pass the parts to motion_distances'
+        )
+
+
+def check_alignment(alignment: str, window: float | None, metric: Metric, **given: Sequences) -> None:
     """Refuse a window where there is no band, and different lengths where frames are compared one by one."""
+    if alignment == "subsequence":
+        check_of_windows(metric)
     if window is not None and alignment != "dtw":
         raise ValueError(f'window is the band of alignment="dtw", got window={window} with alignment="{alignment}"')
     if alignment != "frames":

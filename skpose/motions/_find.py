@@ -8,7 +8,8 @@ from joblib import effective_n_jobs
 from skpose._compat.sklearn import Interval, validate_params
 from skpose._validation.units import warn_of_degrees
 from skpose.metrics import Metric
-from skpose.metrics._shared import METRIC_CONSTRAINTS, resolve, warn_of_no_skeleton, warn_of_unconverged
+from skpose.metrics._shared import resolve, warn_of_no_skeleton, warn_of_unconverged
+from skpose.motions._distances import COMPARED_CONSTRAINTS, check_of_windows
 from skpose.motions._index import SequenceIndex
 from skpose.motions._inputs import check_motion, check_motions, rates_differ
 from skpose.motions._windows import WindowSearch
@@ -55,8 +56,8 @@ class MotionIndex:
     skeleton : Skeleton, default=None
         The skeleton of all motions. None is that of the `Motion` objects; arrays need it, but for "angle".
     metric : str or Metric, default="auto"
-        The distance between poses, see `pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a
-        warning.
+        The distance between frames, see `motion_distances`, but for "centered"; "auto" is "spatial" with a skeleton,
+        else "angle" and a warning.
 
     Attributes
     ----------
@@ -86,7 +87,7 @@ class MotionIndex:
     [1, 1]
     """
 
-    @validate_params(METRIC_CONSTRAINTS, prefer_skip_nested_validation=True)
+    @validate_params(COMPARED_CONSTRAINTS, prefer_skip_nested_validation=True)
     def __init__(
         self,
         motions: Any,
@@ -95,12 +96,14 @@ class MotionIndex:
         metric: str | Metric = "auto",
     ):
         (checked,) = check_motions({"motions": motions}, skeleton)
-        chosen = resolve(metric, checked.skeleton)
+        chosen = resolve(metric, checked.skeleton, of_motions=True)
+        check_of_windows(chosen)
         if checked.skeleton is not None:
             warn_of_degrees(motions=checked.sequences.poses)
         warn_of_no_skeleton(metric, checked.skeleton)
         self.skeleton, self.frame_rate = checked.skeleton, checked.frame_rate
-        self._index = SequenceIndex(checked.sequences, checked.skeleton, chosen)
+        self._n_dofs = checked.sequences.poses.shape[1]
+        self._index = SequenceIndex(checked.rows(chosen, "motions"), checked.skeleton, chosen)
 
     def __len__(self) -> int:
         return self._index.sequences.n_motions
@@ -111,7 +114,7 @@ class MotionIndex:
 
 
 @validate_params(
-    METRIC_CONSTRAINTS
+    COMPARED_CONSTRAINTS
     | {
         "k": [Interval(Integral, 1, None, closed="left")],
         "n_jobs": [None, Integral],
@@ -232,16 +235,16 @@ shape (n_motions, n_frames, n_dofs)
             f"query has {here:g} Hz and motions have {there:g} Hz, and the distance counts frames: pass "
             f"query.resample({there:g})"
         )
-    search = WindowSearch(index._index, effective_n_jobs(n_jobs), verbose)
-    poses, starts = checked.sequences.poses, index._index.sequences.starts
-    if poses.shape[1] != index._index.sequences.poses.shape[1]:
+    n_dofs = checked.sequences.poses.shape[1]
+    if n_dofs != index._n_dofs:
         raise ValueError(
-            f"query has {poses.shape[1]} columns and motions have {index._index.sequences.poses.shape[1]}; poses of "
-            "one skeleton have equally many"
+            f"query has {n_dofs} columns and motions have {index._n_dofs}; poses of one skeleton have equally many"
         )
-    windows = search.best(poses, int(k))
+    search = WindowSearch(index._index, effective_n_jobs(n_jobs), verbose)
+    rows, starts = checked.rows(index._index.metric, "query").poses, index._index.sequences.starts
+    windows = search.best(rows, int(k))
     warn_of_unconverged(search.unconverged, search.evaluations.cells)
     return [
-        MotionMatch(w.motion, w.start - int(starts[w.motion]), w.stop - int(starts[w.motion]), w.sum / len(poses))
+        MotionMatch(w.motion, w.start - int(starts[w.motion]), w.stop - int(starts[w.motion]), w.sum / len(rows))
         for w in windows
     ]

@@ -13,6 +13,8 @@ from skpose._validation.units import warn_of_degrees
 from skpose.datasets import MotionDataset
 from skpose.datasets._shared import ONE_REST, ONE_RIG
 from skpose.kinematics import retarget
+from skpose.metrics import Metric
+from skpose.metrics._shared import MotionMetric, require_skeleton
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._shared import check_comparable
 
@@ -63,6 +65,18 @@ class CheckedMotions(NamedTuple):
     sequences: Sequences
     skeleton: Skeleton | None
     frame_rate: float | None  # Hz; None for arrays, which have none
+
+    def rows(self, metric: Metric, name: str) -> Sequences:
+        """Return what a metric compares: poses, or of a metric of motions what it makes of them, in float64."""
+        if not isinstance(metric, MotionMetric):
+            return self.sequences
+        arrays = []
+        for i in range(self.sequences.n_motions):
+            poses = self.sequences.motion(i)
+            if reason := metric.why_not(len(poses), self.frame_rate):
+                raise ValueError(f"{name}[{i}]: {reason}" if self.sequences.n_motions > 1 else f"{name}: {reason}")
+            arrays.append(metric.encode_motion(poses, require_skeleton(self.skeleton), self.frame_rate))
+        return Sequences.of(arrays)
 
 
 def check_motions(given: dict[str, Any], skeleton: Skeleton | None, *, rows: bool = False) -> list[CheckedMotions]:

@@ -9,7 +9,7 @@ from sklearn.utils.validation import check_is_fitted
 
 from skpose._base import POSE_CONSTRAINTS
 from skpose._compat.sklearn import Interval, StrOptions, fit_context
-from skpose.metrics._shared import warn_of_unconverged
+from skpose.metrics._shared import OF_MOTIONS, warn_of_unconverged
 from skpose.motions._base import MotionEstimatorMixin
 from skpose.motions._distances import ALIGNMENT_CONSTRAINTS
 from skpose.motions._index import SequenceIndex
@@ -39,8 +39,8 @@ class MotionKNeighborsTransformer(
     algorithm : {"auto", "brute"}, default="auto"
         "auto" aligns only what lower bounds do not rule out, "brute" every pair. The result is the same.
     metric : str or Metric, default="auto"
-        The distance between poses, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a
-        warning. "rotation" and ``Angle(wrap=True)`` have no bound and are searched by brute force.
+        The distance between frames, see `skpose.motion_distances`; "auto" is "spatial" with a skeleton, else "angle"
+        and a warning. "rotation" and ``Angle(wrap=True)`` have no bound and are searched by brute force.
     window : float between 0 and 1, default=None
         Sakoe–Chiba band, see `skpose.motion_distances`; None is no limit.
     n_jobs : int, default=None
@@ -129,6 +129,7 @@ class MotionKNeighborsTransformer(
 
     _parameter_constraints: ClassVar[dict] = {
         **POSE_CONSTRAINTS,
+        "metric": OF_MOTIONS,
         "mode": [StrOptions(["distance", "connectivity"])],
         "n_neighbors": [Interval(Integral, 1, None, closed="left")],
         "algorithm": [StrOptions(["auto", "brute"])],

@@ -10,15 +10,19 @@ from sklearn.utils.validation import check_is_fitted
 from skpose._compat.sklearn import fit_context
 from skpose.motions._base import MotionEstimatorMixin
 from skpose.motions._distances import MOTION_CONSTRAINTS, check_alignment
+from skpose.preprocessing._shared import KERNEL_CONSTRAINTS, KernelMixin
 
 
-class MotionDistanceTransformer(MotionEstimatorMixin, ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator):
-    """Transform whole motions to their distances from the training motions, by dynamic time warping.
+class MotionDistanceTransformer(
+    KernelMixin, MotionEstimatorMixin, ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator
+):
+    r"""Transform whole motions to their distances from the training motions, or to a kernel of these distances.
 
-    The result is what scikit-learn calls precomputed, so that every estimator that takes a matrix of distances works on
-    motions of different lengths::
+    The result is what scikit-learn calls precomputed, so that every estimator that takes a matrix of distances or a
+    kernel works on motions of different lengths::
 
         make_pipeline(MotionDistanceTransformer(skeleton), KNeighborsClassifier(metric="precomputed"))
+        make_pipeline(MotionDistanceTransformer(skeleton, kernel="rbf"), SVC(kernel="precomputed"))
 
     Parameters
     ----------
@@ -26,13 +30,21 @@ class MotionDistanceTransformer(MotionEstimatorMixin, ClassNamePrefixFeaturesOut
         The skeleton of all motions. None is that of the `Motion` objects of `fit`, where they differ their mean; arrays
         need it, but for "angle".
     metric : str or Metric, default="auto"
-        The distance between poses, see `pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a
+        The distance between frames, see `motion_distances`; "auto" is "spatial" with a skeleton, else "angle" and a
         warning.
     alignment : {"dtw", "subsequence", "frames"}, default="dtw"
         "dtw" warps the whole of both motions, "subsequence" looks for the motion of X inside the training motion, and
         "frames" takes the pairs (i, i) of motions of equal length, see `motion_distances`.
     window : float between 0 and 1, default=None
         Sakoe–Chiba band of "dtw", as a share of the durations; None is no limit.
+    kernel : {"rbf", "laplacian"} or None, default=None
+        None gives distances d, "rbf" gives :math:`\exp(-\gamma d^2)` and "laplacian" :math:`\exp(-\gamma d)`. Under
+        dynamic time warping neither need be positive semidefinite, see `psd`.
+    gamma : "scale" or float, default="scale"
+        The γ of the kernel. "scale", which is chosen in `fit`, is 2 / m and √(2 / m) with m the mean squared distance
+        between training motions (of at most 500, evenly spread over them).
+    psd : {"ignore", "clip", "shift"}, default="ignore"
+        Treatment of negative eigenvalues of the kernel, see `PoseDistanceTransformer`. Only with a kernel.
     memory : str, path-like or joblib.Memory, default=None
         A folder for the distances, as of a scikit-learn ``Pipeline``: those that are there are taken, others are
         computed and added. None keeps none. The result does not depend on it.
@@ -53,6 +65,11 @@ class MotionDistanceTransformer(MotionEstimatorMixin, ClassNamePrefixFeaturesOut
         The skeleton in use.
     frame_rate_ : float or None
         Frame rate of the training motions, Hz; None for arrays, which have none.
+    gamma_ : float
+        The γ in use. Only with a kernel.
+    negative_share_ : float
+        Sum of the magnitudes of the negative eigenvalues of the training motions' kernel, before its repair, over that
+        of all. Only with `psd` "clip" and "shift".
     n_samples_fit_ : int
         Number of training motions.
     n_features_in_ : int
@@ -115,7 +132,11 @@ class MotionDistanceTransformer(MotionEstimatorMixin, ClassNamePrefixFeaturesOut
     array(['once', 'twice'], dtype='<U5')
     """
 
-    _parameter_constraints: ClassVar[dict] = {**MOTION_CONSTRAINTS, "memory": [str, os.PathLike, Memory, None]}
+    _parameter_constraints: ClassVar[dict] = {
+        **MOTION_CONSTRAINTS,
+        **KERNEL_CONSTRAINTS,
+        "memory": [str, os.PathLike, Memory, None],
+    }
 
     def __init__(
         self,
@@ -124,6 +145,9 @@ class MotionDistanceTransformer(MotionEstimatorMixin, ClassNamePrefixFeaturesOut
         metric="auto",
         alignment="dtw",
         window=None,
+        kernel=None,
+        gamma="scale",
+        psd="ignore",
         memory=None,
         n_jobs=None,
         verbose=0,
@@ -132,6 +156,9 @@ class MotionDistanceTransformer(MotionEstimatorMixin, ClassNamePrefixFeaturesOut
         self.metric = metric
         self.alignment = alignment
         self.window = window
+        self.kernel = kernel
+        self.gamma = gamma
+        self.psd = psd
         self.memory = memory
         self.n_jobs = n_jobs
         self.verbose = verbose
@@ -152,13 +179,12 @@ class MotionDistanceTransformer(MotionEstimatorMixin, ClassNamePrefixFeaturesOut
         MotionDistanceTransformer
             The fitted transformer.
         """
-        self._motions = self._check_X(X, reset=True)
-        check_alignment(self.alignment, self.window, X=self._motions)
-        self.n_samples_fit_ = self._motions.n_motions
+        self._learn(X)
         return self
 
+    @fit_context(prefer_skip_nested_validation=True)
     def fit_transform(self, X, y=None):
-        """Return distances among the training motions; each pair is computed once.
+        """Return distances among the training motions, or their kernel; each pair is computed once.
 
         Parameters
         ----------
@@ -170,13 +196,14 @@ class MotionDistanceTransformer(MotionEstimatorMixin, ClassNamePrefixFeaturesOut
         Returns
         -------
         ndarray of shape (n_samples_fit, n_samples_fit)
-            Exactly symmetric with a zero diagonal, but for "subsequence"; float32 for float32 motions, else float64.
+            Exactly symmetric with a zero diagonal, but for "subsequence"; float32 for float32 motions where
+            poses are compared, else float64.
         """
-        self.fit(X, y)
-        return self._distances(self._motions, None)
+        kernel = self._learn(X)
+        return self._similarity(self._distances(self._motions, None)) if kernel is None else kernel
 
     def transform(self, X):
-        """Return distances from motions to the training motions.
+        """Return distances from motions to the training motions, or their kernel.
 
         Parameters
         ----------
@@ -186,12 +213,31 @@ class MotionDistanceTransformer(MotionEstimatorMixin, ClassNamePrefixFeaturesOut
         Returns
         -------
         ndarray of shape (n_samples, n_samples_fit)
-            In m, or rad for "angle": float32 where both X and the training motions are, else float64.
+            In m, rad for "angle", or m/s for "velocity"; as `fit_transform` float32 where both X and the training
+            motions are.
         """
         check_is_fitted(self, "n_samples_fit_")
         motions = self._check_X(X, reset=False)
-        check_alignment(self.alignment_, self.window_, X=motions, X_fit=self._motions)
-        return self._distances(motions, self._motions)
+        check_alignment(self.alignment_, self.window_, self.metric_, X=motions, X_fit=self._motions)
+        return self._similarity(self._distances(motions, self._motions))
+
+    def _learn(self, X):
+        """Learn from the training motions; return their kernel where it is needed for that, else None."""
+        self._check_kernel()
+        self._motions = self._check_X(X, reset=True)
+        check_alignment(self.alignment, self.window, self.metric_, X=self._motions)
+        if self.kernel is not None and self.alignment == "subsequence":
+            raise ValueError(
+                'a kernel is symmetric, and alignment="subsequence" is not: take alignment="dtw" or "frames", or '
+                "kernel=None"
+            )
+
+        def among(rows):
+            return self._distances(self._motions if rows is None else self._motions.take(rows), None)
+
+        kernel = self._learn_kernel(self._motions.n_motions, among)
+        self.n_samples_fit_ = self._motions.n_motions
+        return kernel
 
     @property
     def _n_features_out(self):

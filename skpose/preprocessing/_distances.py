@@ -1,20 +1,18 @@
 """Distances to the training poses as a step of a scikit-learn pipeline."""
 
-from numbers import Real
 from typing import ClassVar
 
-import numpy as np
 from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, TransformerMixin
 from sklearn.utils.validation import check_is_fitted
 
 from skpose._base import POSE_CONSTRAINTS, PoseEstimatorMixin
-from skpose._compat.sklearn import Interval, StrOptions, fit_context
-from skpose.preprocessing._kernels import Kernel, repair_kernel
-
-SCALE_SAMPLES = 500  # poses from which gamma="scale" takes the mean squared distance
+from skpose._compat.sklearn import fit_context
+from skpose.preprocessing._kernels import KERNEL_CONSTRAINTS, KernelMixin
 
 
-class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator):
+class PoseDistanceTransformer(
+    KernelMixin, PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator
+):
     r"""Transform poses to their distances from the training poses, or to a kernel of these distances.
 
     The result is what scikit-learn calls precomputed, so that every estimator that takes a precomputed matrix works on
@@ -106,9 +104,7 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
 
     _parameter_constraints: ClassVar[dict] = {
         **POSE_CONSTRAINTS,
-        "kernel": [StrOptions(["rbf", "laplacian"]), None],
-        "gamma": [StrOptions(["scale"]), Interval(Real, 0, None, closed="left")],
-        "psd": [StrOptions(["ignore", "clip", "shift"])],
+        **KERNEL_CONSTRAINTS,
     }
 
     def __init__(
@@ -186,40 +182,15 @@ class PoseDistanceTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixi
 
     def _learn(self, X):
         """Learn from the training poses; return their kernel where it is needed for that, else None."""
-        if self.psd != "ignore" and self.kernel is None:
-            raise ValueError(
-                f'psd="{self.psd}" repairs a kernel, got kernel=None, which gives distances: choose a kernel, "rbf" or '
-                '"laplacian", or psd="ignore"'
-            )
+        self._check_kernel()
         self.X_fit_ = self._check_X(X, reset=True, copy=True)
-        self._kernel = self._repair = kernel = None
-        if self.kernel is not None:
-            self.gamma_ = self._scale() if self.gamma == "scale" else float(self.gamma)
-            self._kernel = Kernel(self.kernel, self.gamma_)
-            if self.psd != "ignore":
-                distances = self._distances(self.X_fit_, None)
-                equal = distances == 0
-                kernel, self._repair = repair_kernel(self._kernel.of(distances), equal, self.psd)
-                self.negative_share_ = self._repair.negative_share
+
+        def among(rows):
+            return self._distances(self.X_fit_ if rows is None else self.X_fit_[rows], None)
+
+        kernel = self._learn_kernel(len(self.X_fit_), among)
         self.n_samples_fit_ = len(self.X_fit_)
         return kernel
-
-    def _scale(self):
-        """Return the γ of gamma="scale"."""
-        chosen = np.unique(np.linspace(0, len(self.X_fit_) - 1, SCALE_SAMPLES).astype(int))
-        squared = np.square(self._distances(self.X_fit_[chosen], None), dtype=np.float64).mean()
-        if squared == 0:  # all poses equal: every scale gives the same
-            return 1.0
-        return float(2.0 / squared if self.kernel == "rbf" else np.sqrt(2.0 / squared))
-
-    def _similarity(self, distances):
-        """Return the kernel of distances, overwriting them; without a kernel the distances."""
-        if self._kernel is None:
-            return distances
-        if self._repair is None:
-            return self._kernel.of(distances)
-        equal = distances == 0
-        return self._repair.rows(self._kernel.of(distances), equal)
 
     @property
     def _n_features_out(self):

@@ -1,4 +1,4 @@
-"""Kernels of distances, and the repair of those that are not positive semidefinite.
+"""Kernels of distances, what the transformers share of them, and the repair of those not positive semidefinite.
 
 A training kernel K = U Λ Uᵀ of distances that are not Euclidean may have negative eigenvalues. Two repairs of
 Y. Chen, E. K. Garcia, M. R. Gupta, A. Rahimi, L. Cazzanti, "Similarity-based classification: concepts and algorithms",
@@ -14,10 +14,21 @@ shift
     to the different ones, K + λ Z Zᵀ = Z (K' + λI) Zᵀ, and the least eigenvalue of K' is no less than that of K.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from numbers import Real
 
 import numpy as np
 from scipy.linalg import eigh, eigvalsh
+
+from skpose._compat.sklearn import Interval, StrOptions
+
+SCALE_SAMPLES = 500  # training samples from which gamma="scale" takes the mean squared distance
+KERNEL_CONSTRAINTS: dict[str, list] = {
+    "kernel": [StrOptions(["rbf", "laplacian"]), None],
+    "gamma": [StrOptions(["scale"]), Interval(Real, 0, None, closed="left")],
+    "psd": [StrOptions(["ignore", "clip", "shift"])],
+}
 
 
 @dataclass(frozen=True)
@@ -85,3 +96,65 @@ def repair_kernel(kernel, equal, psd):
     scaled = removed * np.sqrt(-values[negative])
     kernel += scaled @ scaled.T  # exactly symmetric, as the product of a matrix with its own transpose is
     return kernel, Repair(removed, 0.0, share)
+
+
+class KernelMixin:
+    """Mixin for transformers whose distances may become a kernel: with the parameters `kernel`, `gamma` and `psd`.
+
+    Attributes
+    ----------
+    gamma_ : float
+        The γ in use. Only with a kernel.
+    negative_share_ : float
+        Sum of the magnitudes of the negative eigenvalues before the repair, over that of all. Only with a repair.
+    """
+
+    kernel: str | None
+    gamma: str | float
+    psd: str
+
+    def _check_kernel(self):
+        """Refuse the repair of a kernel where there is none."""
+        if self.psd != "ignore" and self.kernel is None:
+            raise ValueError(
+                f'psd="{self.psd}" repairs a kernel, got kernel=None, which gives distances: choose a kernel, "rbf" or '
+                '"laplacian", or psd="ignore"'
+            )
+
+    def _learn_kernel(self, n: int, among: Callable[[np.ndarray | None], np.ndarray]) -> np.ndarray | None:
+        """Learn γ and the repair from n training samples; return their kernel where that computes it, else None.
+
+        `among` returns the distances among some of the training samples, or all if None.
+        """
+        self._kernel = self._repair = distances = None
+        if self.kernel is None:
+            return None
+        if self.gamma == "scale":
+            chosen = np.unique(np.linspace(0, n - 1, SCALE_SAMPLES).astype(int))
+            some = among(None if len(chosen) == n else chosen)
+            distances = some if len(chosen) == n else None
+        self.gamma_ = self._scale_of(some) if self.gamma == "scale" else float(self.gamma)
+        self._kernel = Kernel(self.kernel, self.gamma_)
+        if self.psd == "ignore":
+            return None if distances is None else self._kernel.of(distances)
+        distances = among(None) if distances is None else distances
+        equal = distances == 0
+        kernel, self._repair = repair_kernel(self._kernel.of(distances), equal, self.psd)
+        self.negative_share_ = self._repair.negative_share
+        return kernel
+
+    def _scale_of(self, distances: np.ndarray) -> float:
+        """Return the γ of gamma="scale" from distances among training samples."""
+        squared = np.square(distances, dtype=np.float64).mean()
+        if squared == 0:  # all samples equal: every scale gives the same
+            return 1.0
+        return float(2.0 / squared if self.kernel == "rbf" else np.sqrt(2.0 / squared))
+
+    def _similarity(self, distances: np.ndarray) -> np.ndarray:
+        """Return the kernel of distances, overwriting them; without a kernel the distances."""
+        if self._kernel is None:
+            return distances
+        if self._repair is None:
+            return self._kernel.of(distances)
+        equal = distances == 0
+        return self._repair.rows(self._kernel.of(distances), equal)

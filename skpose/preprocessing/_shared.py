@@ -1,8 +1,5 @@
 """Names of `skpose.preprocessing` that the other packages of skpose use, in addition to the public ones."""
 
-from skpose.preprocessing._kernels import Kernel, repair_kernel
+from skpose.preprocessing._kernels import KERNEL_CONSTRAINTS, Kernel, KernelMixin, repair_kernel
 
-__all__ = [
-    "Kernel",
-    "repair_kernel",
-]
+__all__ = ["KERNEL_CONSTRAINTS", "Kernel", "KernelMixin", "repair_kernel"]

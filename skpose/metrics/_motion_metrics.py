@@ -1,0 +1,216 @@
+"""Metrics of motions, which compare frames by what comes before and after them: velocities, and centred positions.
+
+They turn a motion into rows of numbers, one row a frame, whose Euclidean distance is the distance of two frames. All
+that compares whole motions takes these rows in the place of poses.
+"""
+
+from numbers import Real
+from typing import ClassVar
+
+import numpy as np
+
+from skpose._compat.sklearn import Interval
+from skpose._compiled.pose.tree import Tree
+from skpose.kinematics._shared import weighted_positions
+from skpose.metrics._angle import Angle
+from skpose.metrics._metric import Metric
+from skpose.skeleton import Skeleton
+
+
+class MotionMetric(Metric):
+    """A distance between frames of motions: the Euclidean one of the rows that `encode_motion` makes of a motion."""
+
+    of_windows: ClassVar[bool]  # whether windows of a long motion have the rows that they have in it
+
+    encode = Angle.encode
+    measure = Angle.measure
+    encode_work = Angle.encode_work
+
+    def n_codes(self, tree: Tree, n_dofs: int) -> int:
+        """Return the number of columns of the rows."""
+        return n_dofs
+
+    def lower_bound(self) -> Metric:
+        """Return this metric itself."""
+        return self
+
+    def tree_for(self, skeleton: Skeleton | None, dtype: np.dtype | None = None) -> Tree:
+        """Return an empty tree: `encode_motion` has placed the joints."""
+        return super().tree_for(None, dtype)
+
+    def why_not(self, n_frames: int, frame_rate: float | None) -> str:
+        """Return in words why a motion has no rows; nothing if it has them.
+
+        Parameters
+        ----------
+        n_frames : int
+            Its number of frames.
+        frame_rate : float or None
+            Its frame rate, Hz; None is not known.
+
+        Returns
+        -------
+        str
+            The reason, for an error.
+        """
+        return f"{self.name!r} needs two frames or more, got one" if n_frames < 2 else ""
+
+    def encode_motion(self, poses: np.ndarray, skeleton: Skeleton, frame_rate: float | None) -> np.ndarray:
+        """Return the rows of a motion.
+
+        Parameters
+        ----------
+        poses : ndarray of shape (n_frames, n_dofs)
+            Poses: joint angles, rad.
+        skeleton : Skeleton
+            Their skeleton.
+        frame_rate : float or None
+            Frame rate, Hz; None is not known.
+
+        Returns
+        -------
+        ndarray of shape (n_frames, 3 n_joints)
+            A row for each frame, in float64.
+        """
+        raise NotImplementedError
+
+
+class Velocity(MotionMetric):
+    r"""Distance between the velocities of all joints, :math:`\|\dot F(a) - \dot F(b)\|_2`, m/s; of motions only.
+
+    F stacks the joint positions, in the axes of the root, times the square roots of the joints' weights. The velocity
+    at a frame is the difference of the positions half a `span` after and before it, over the time between them; near
+    the ends of a motion of what there is of the span.
+
+    Parameters
+    ----------
+    span : float, default=0.25
+        The time over which velocities are measured, s; no less than the time from the frame before to the frame after.
+        Noise of σ m in the positions becomes one of √2 σ / span m/s.
+
+    See Also
+    --------
+    Centered : Positions less their mean.
+    skpose.motion_distances : What takes it.
+
+    Notes
+    -----
+    Motions need a frame rate and two frames, so that arrays are refused. How fast a person goes through the room is not
+    part of it, as positions are those in the axes of the root.
+
+    Examples
+    --------
+    There and back: the same poses, and velocities of opposite directions, about 1 m/s each. Half of 2 m/s, as a path
+    of n frames counts 2 n:
+
+    >>> import numpy as np
+    >>> from skpose import Motion, Skeleton, motion_distances
+    >>> arm, turn = Skeleton.chain(1), np.linspace(0, 1, 31)[:, None]
+    >>> there, back = Motion(arm, turn, 30), Motion(arm, turn[::-1], 30)
+    >>> motion_distances([there, back], metric="velocity").round(2)
+    array([[0.  , 0.96],
+           [0.96, 0.  ]])
+    """
+
+    name = "velocity"
+    unit = "m/s"
+    of_windows = True
+    equation = r"\|\dot F(a) - \dot F(b)\|_2"
+
+    _parameter_constraints: ClassVar[dict] = {"span": [Interval(Real, 0, None, closed="neither")]}
+
+    def __init__(self, span: float = 0.25):
+        self.span = span
+
+    def why_not(self, n_frames: int, frame_rate: float | None) -> str:
+        """Return in words why a motion has no rows; nothing if it has them.
+
+        Parameters
+        ----------
+        n_frames : int
+            Its number of frames.
+        frame_rate : float or None
+            Its frame rate, Hz; None is not known.
+
+        Returns
+        -------
+        str
+            The reason, for an error.
+        """
+        if frame_rate is None:
+            return f"{self.name!r} needs a frame rate, and arrays have none: pass Motion(skeleton, array, frame_rate)"
+        return super().why_not(n_frames, frame_rate)
+
+    def encode_motion(self, poses: np.ndarray, skeleton: Skeleton, frame_rate: float | None) -> np.ndarray:
+        """Return the velocities of the joints.
+
+        Parameters
+        ----------
+        poses : ndarray of shape (n_frames, n_dofs)
+            Poses: joint angles, rad.
+        skeleton : Skeleton
+            Their skeleton.
+        frame_rate : float or None
+            Frame rate, Hz; None is not known.
+
+        Returns
+        -------
+        ndarray of shape (n_frames, 3 n_joints)
+            Velocities, m/s.
+        """
+        rate = float(frame_rate)  # type: ignore[arg-type]  # `why_not` has refused None
+        positions, frames = weighted_positions(poses, skeleton), np.arange(len(poses))
+        reach = max(1, round(self.span * rate / 2))
+        before, after = np.maximum(frames - reach, 0), np.minimum(frames + reach, len(poses) - 1)
+        return (positions[after] - positions[before]) * (rate / (after - before))[:, np.newaxis]
+
+
+class Centered(MotionMetric):
+    r"""Distance between joint positions less their mean, :math:`\|F(a) - \bar F_a - F(b) + \bar F_b\|_2`, m.
+
+    It is of motions only. F stacks the joint positions, in the axes of the root, times the square roots of the joints'
+    weights, and the mean is that over all frames of a motion: how a person stands and holds the arms in general does
+    not count, only what moves. Of whole motions only: the mean of a window is not known before the window is found, so
+    that `find_motion` and ``alignment="subsequence"`` refuse it.
+
+    See Also
+    --------
+    Velocity : Velocities of the joints.
+    skpose.motion_distances : What takes it.
+
+    Examples
+    --------
+    The same small movement, with the arm down and with the arm up:
+
+    >>> import numpy as np
+    >>> from skpose import Skeleton, motion_distances
+    >>> wave = 0.1 * np.sin(np.linspace(0, 6, 31))[:, None]
+    >>> for metric in ("position", "centered"):
+    ...     print(motion_distances([wave], [wave + np.pi], skeleton=Skeleton.chain(1), metric=metric).round(2))
+    [[1.]]
+    [[0.04]]
+    """
+
+    name = "centered"
+    equation = r"\|F(a) - \bar F_a - F(b) + \bar F_b\|_2"
+    of_windows = False
+
+    def encode_motion(self, poses: np.ndarray, skeleton: Skeleton, frame_rate: float | None) -> np.ndarray:
+        """Return the positions of the joints less their mean.
+
+        Parameters
+        ----------
+        poses : ndarray of shape (n_frames, n_dofs)
+            Poses: joint angles, rad.
+        skeleton : Skeleton
+            Their skeleton.
+        frame_rate : float or None
+            Frame rate, Hz; None is not known.
+
+        Returns
+        -------
+        ndarray of shape (n_frames, 3 n_joints)
+            Positions, m.
+        """
+        positions = weighted_positions(poses, skeleton)
+        return positions - positions.mean(axis=0)
