@@ -30,6 +30,8 @@ NUMBERS, TEXTS = ("numbers", "fiu"), ("texts", "SU")  # the kinds of dtypes
 # A position before the start, which a damaged table of contents states; bzip2's error on its data has no number.
 DAMAGE_OF_SYSTEM = errno.EINVAL, None
 
+LAST_CHARACTER, SURROGATES = 0x10FFFF, (0xD800, 0xDFFF)  # of Unicode; what else numpy holds, Python has no text for
+
 Shape = Sequence[int | None]  # that is expected; None is any length
 
 
@@ -86,7 +88,12 @@ class Archive:
 
     def texts(self, key: str, *shapes: Shape) -> list[str]:
         """Return all texts of an array, of characters or of bytes, if its shape is one of these."""
-        values = self._read(key, TEXTS, shapes).ravel().tolist()
+        array = self._read(key, TEXTS, shapes)
+        if array.dtype.kind == "U":
+            codes = np.frombuffer(array.tobytes(), np.dtype("u4").newbyteorder(array.dtype.byteorder))
+            if ((codes > LAST_CHARACTER) | ((codes >= SURROGATES[0]) & (codes <= SURROGATES[1]))).any():
+                raise self.source.error(f"{key}: damaged: it holds numbers that are no characters")
+        values = array.ravel().tolist()
         return [value.decode("utf-8", errors="replace") if isinstance(value, bytes) else value for value in values]
 
     def _read(self, key: str, kind: tuple[str, str], shapes: Sequence[Shape]) -> np.ndarray:

@@ -361,7 +361,7 @@ def segment_repetitions(
     `max_frames`; they start a quarter of their length apart, and next to pauses. Start and length of the best are then
     refined. One movement is found, the one that explains most of the motion. Of a cycle, such as a stride, any phase
     may be the first, and where a recording begins or ends within a repetition, that may be one or not. So of a walk of
-    two or three strides, the strides found may be up to a fifth shorter than true ones, and one more than there are.
+    two or three strides, the strides found may be a quarter shorter than true ones, and one more than there are.
     The root's movement is no part of it.
 
     Of repetitions of fewer than eight frames several may be taken as one, and so may two in a row of which one takes

@@ -135,9 +135,12 @@ def test_no_file_is_replaced_and_nothing_else_is_written(tmp_path):
         ({"joint_offsets": np.full((3, 3), np.nan)}, "joint_offsets: expected finite numbers"),
         ({"limits": np.zeros((9, 2))}, "limits: expected 7 rows, one for each dof, found 9"),
         ({"offset_frame": "theirs"}, 'offset_frame must be "own" or "parent"'),
+        ({"root_axes": np.array([0x110000], "u4").view("U1")[0:1].reshape(())}, "root_axes: damaged: it holds numbers"),
+        ({"joint_names": np.array([65, 66, 0xD800], "u4").view("U1")}, "joint_names: damaged: it holds numbers"),
+        ({"angles": np.full((4, 7), 1e155)}, "angles: expected angles in rad, found 1e\\+155, which is no angle"),
         ({"joint_dofs": np.array(["xyz", "y", None])}, "joint_dofs: expected numbers, found a pickled object"),
     ],
-    ids=str,
+    ids=lambda value: ascii(value) if isinstance(value, str) else next(iter(value)),
 )
 def test_files_that_are_not_what_they_should_be(changed, message, written):
     _, write = written
