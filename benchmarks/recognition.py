@@ -4,9 +4,10 @@
 
 MSR Action3D (W. Li, Z. Zhang, Z. Liu, 2010, doi:10.1109/CVPRW.2010.5543273) and other folders hold `index.csv` with the
 columns action and subject, and `splits.csv` with the training people of each split, separated by blanks; without it
-each person is tested once, and the others train. The motions are those of `positions.npz`, joint positions
-(n_frames, n_joints, 3) of all sequences and `n_frames` of each, or the files of a column `file`, which `load_motion`
-reads. Options state what positions are: `--joints`, their names in order, `--layout`, `--frame-rate`, `--scale`.
+each person is tested once, and the others train, on the actions that two people or more do. The motions are those of
+`positions.npz`, joint positions (n_frames, n_joints, 3) of all sequences and `n_frames` of each, or the files of a
+column `file`, which `load_motion` reads. Options state what positions are: `--joints`, their names in order,
+`--layout`, `--frame-rate`, `--scale`.
 
 The protocol, the same for every set, with nothing chosen by hand:
 
@@ -14,8 +15,9 @@ The protocol, the same for every set, with nothing chosen by hand:
 2. Motions faster than 15 Hz are resampled to that.
 3. In each split all is learnt from the training people: the skeleton on which motions are compared, their mean; how
    much of the root's orientation is a part of the poses, under "position"; and in the rows "chosen" which kinds of
-   distances are features. Choices are made by recognising each training person from the other ones: the root that is
-   best, and the most kinds that are within one standard error of the best.
+   distances are features, and whether the model or the nearest motion decides. Choices are made by recognising each
+   training person from the other ones: the root that is best, and of what is within one standard error of the best
+   the model with the most kinds.
 4. The features of a motion are its distances to all training motions, of each kind; the model is `StandardScaler` and
    `LinearDiscriminantAnalysis(solver="lsqr", shrinkage="auto")`. "nearest" is the nearest training motion, by the sum
    of the kinds, each divided by its median among the training motions.
@@ -27,6 +29,7 @@ As a control the same model learns from actions that are shuffled among the trai
 
 import csv
 import time
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -110,12 +113,12 @@ class Distances:
         return int((self.actions[fit][found] == self.actions[test]).sum())
 
     def among_people(self, kinds):
-        """The number of training motions that are recognised from those of the other training people."""
-        everyone, right = np.arange(len(self.train)), 0
+        """The numbers of training motions that are recognised from those of others, by the nearest and by the model."""
+        everyone, right = np.arange(len(self.train)), np.zeros(2, int)
         for person in sorted(set(self.people)):
             fit, test = everyone[self.people != person], everyone[self.people == person]
             if len(set(self.actions[fit])) > 1:
-                right += self.model(kinds, fit, test)
+                right += np.array([self.nearest(kinds, fit, test), self.model(kinds, fit, test)])
         return right
 
 
@@ -132,6 +135,7 @@ def main():
     )
     options = parser.parse_args()
     common.print_machine()
+    warnings.filterwarnings("ignore", message="Only one sample available")  # of an action, among the training people
     for name, dataset, splits in sets(options):
         report(
             name, dataset, splits[: 2 if options.quick else None], ["position"] if options.quick else options.metrics
@@ -142,8 +146,7 @@ def sets(options) -> Iterator[tuple[str, MotionDataset, list[Split]]]:
     """Yield the sets that are asked for, by name, with their splits; without any generated gait."""
     for name, folder, load in (("HDM05", options.hdm05, load_hdm05), ("CMU", options.cmu, load_cmu)):
         if folder:
-            dataset = prepared(load(folder).to_rotvec())
-            yield name, dataset, by_person(dataset.subjects)
+            yield name, *by_person(prepared(load(folder).to_rotvec()))
     if options.msr:
         yield "MSR Action3D", *read(Path(options.msr), MSR)
     if options.folder:
@@ -152,8 +155,7 @@ def sets(options) -> Iterator[tuple[str, MotionDataset, list[Split]]]:
             *read(Path(options.folder), {name: getattr(options, name) for name in MSR}),
         )
     if not any((options.hdm05, options.cmu, options.msr, options.folder)):
-        dataset = prepared(make_gait(3, 3, duration=2.0, random_state=0))
-        yield "generated gait", dataset, by_person(dataset.subjects)
+        yield "generated gait", *by_person(prepared(make_gait(3, 3, duration=2.0, random_state=0)))
 
 
 def read(folder, positions):
@@ -168,7 +170,7 @@ def read(folder, positions):
     dataset = prepared(MotionDataset(motions, **labels).to_rotvec())
     path = folder / "splits.csv"
     if not path.exists():
-        return dataset, by_person(dataset.subjects)
+        return by_person(dataset)
     with path.open(newline="", encoding="utf-8") as file:
         people = [row["training_subjects"].split() for row in csv.DictReader(file)]
     is_train = [np.isin(dataset.subjects, some) for some in people]
@@ -198,9 +200,15 @@ def prepared(dataset):
     return MotionDataset(motions, subjects=dataset.subjects, actions=dataset.actions)
 
 
-def by_person(subjects):
-    """Return splits that test one person each."""
-    return [Split(np.flatnonzero(subjects != one), np.flatnonzero(subjects == one)) for one in sorted(set(subjects))]
+def by_person(dataset):
+    """Return the motions whose action two people or more do, and splits that test one person each."""
+    people = {action: set(dataset.subjects[dataset.actions == action]) for action in set(dataset.actions)}
+    kept = [i for i, action in enumerate(dataset.actions) if len(people[action]) > 1]
+    labels = {"subjects": dataset.subjects[kept], "actions": dataset.actions[kept]}
+    everybody = sorted(set(labels["subjects"]))
+    parts = [labels["subjects"] == one for one in everybody]
+    splits = [Split(np.flatnonzero(~part), np.flatnonzero(part)) for part in parts]
+    return MotionDataset([dataset[i] for i in kept], **labels), splits
 
 
 def report(name, dataset, splits, metrics):
@@ -222,29 +230,31 @@ def report(name, dataset, splits, metrics):
         + f" of the splits; it and velocities took {time.perf_counter() - start:.0f} s\n"
     )
     print(f"{'metric':<10}{'features':<40}{'recognised, %':>16}{'nearest':>16}{'shuffled':>16}{'seconds':>9}")
-    by_people = sum(len(split.test) for split in splits) == len(dataset)
+    n_tested = sum(len(split.test) for split in splits)
+    by_people = len(np.unique(np.concatenate([split.test for split in splits]))) == n_tested  # each is tested once
     for metric in metrics:
         start = time.perf_counter()
         results = [of_split(one, metric, seed) for seed, one in enumerate(of_splits)]
         seconds = time.perf_counter() - start
         for kind in (*KINDS, "chosen"):
-            right = np.array([found[choice if kind == "chosen" else kind] for found, choice in results])
+            if kind == "chosen":
+                right = np.array([[getattr(found[kinds], decides)] for found, (kinds, decides) in results])
+            else:
+                right = np.array([found[kind] for found, _ in results])
             shares = 100 * right / [[len(split.test)] for split in splits]
-            mean = 100 * right.sum(axis=0) / len(dataset) if by_people else shares.mean(axis=0)
+            mean = 100 * right.sum(axis=0) / n_tested if by_people else shares.mean(axis=0)
             cells = [f"{m:.2f} ± {d:.2f}" for m, d in zip(mean, shares.std(axis=0), strict=True)]
+            cells += [""] * (len(Right._fields) - len(cells))
             print(f"{metric:<10}{kind:<40}" + "".join(f"{cell:>16}" for cell in cells) + f"{seconds:>9.0f}", flush=True)
-        choices = [choice for _, choice in results]
-        print(
-            "chosen: " + "; ".join(f"{kind} {choices.count(kind)}" for kind in dict.fromkeys(choices)) + "\n",
-            flush=True,
-        )
+        choices = [f"{kinds}, {decides}" for _, (kinds, decides) in results]
+        print("chosen: " + "; ".join(f"{one}: {choices.count(one)}" for one in dict.fromkeys(choices)), flush=True)
 
 
 def of_root(dataset, split):
     """The number of training motions that are recognised with this part of the root."""
     distances = Distances(dataset, Split(split.train, split.train[:0]))
     distances.measure("poses", "position")
-    return distances.among_people(("poses",))
+    return distances.among_people(("poses",))[1]
 
 
 def of_split(distances, metric, seed):
@@ -262,10 +272,10 @@ def of_split(distances, metric, seed):
         )
         for name, kinds in KINDS.items()
     }
-    among = {name: distances.among_people(kinds) / n for name, kinds in KINDS.items()}
-    best = max(among.values())
-    least = best - np.sqrt(best * (1.0 - best) / n)
-    return right, [name for name, share in among.items() if share >= least][-1]
+    among = np.array([distances.among_people(kinds) / n for kinds in KINDS.values()])  # (n_kinds, 2)
+    least = among.max() - np.sqrt(among.max() * (1.0 - among.max()) / n)
+    decides, kinds = np.argwhere(among.T >= least)[-1]
+    return right, (list(KINDS)[kinds], ("nearest", "model")[decides])
 
 
 if __name__ == "__main__":
