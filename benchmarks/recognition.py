@@ -274,7 +274,7 @@ def of_split(distances, metric, seed):
     }
     among = np.array([distances.among_people(kinds) / n for kinds in KINDS.values()])  # (n_kinds, 2)
     least = among.max() - np.sqrt(among.max() * (1.0 - among.max()) / n)
-    decides, kinds = np.argwhere(among.T >= least)[-1]
+    decides, kinds = np.argwhere(np.transpose(among) >= least)[-1]
     return right, (list(KINDS)[kinds], ("nearest", "model")[decides])
 
 
