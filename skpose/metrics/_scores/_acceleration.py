@@ -8,7 +8,7 @@ from skpose._typing import ArrayLike
 from skpose._validation.options import check_positive
 from skpose.metrics._scores._align import align as align_points
 from skpose.metrics._scores._mpjpe import PREFIXES, Align, Average, Length, Root, options_of, words_of
-from skpose.metrics._scores._points import Points, counts_of, factor_of, mean_of, read_points, select_joints
+from skpose.metrics._scores._points import Points, counts_of, factor_of, lengths_of, mean_of, read_points, select_joints
 from skpose.metrics._scores._score import Score, signature_of
 from skpose.skeleton import Skeleton
 
@@ -96,7 +96,7 @@ def acceleration_error(
         )
     points = select_joints(align_points(points, root, align, reflection), joints)
     accelerations = _second_differences(points)
-    value = mean_of(np.linalg.norm(accelerations.pred, axis=2), accelerations, average)
+    value = mean_of(lengths_of(accelerations.pred), accelerations, average)
     value *= factor_of(data_unit, unit) * (1.0 if frame_rate is None else float(frame_rate) ** 2)
     options: dict[str, tuple[Any, Any]] = {"frame_rate": (frame_rate, None)}
     options |= options_of(root, joints, average, data_unit)

@@ -74,16 +74,17 @@ def procrustes(
             f"a rotation needs three joints at least, and frame {start + frame} of y_true has {n_seen[frame]}: use "
             "align=None or align='scale', or leave the frame out"
         )
-    mask = seen[:, :, None].astype(np.float64)
-    count = np.maximum(n_seen, 1)[:, None]
-    middle_true, middle_pred = (true * mask).sum(axis=1) / count, (pred * mask).sum(axis=1) / count
-    t, p = (true - middle_true[:, None]) * mask, pred - middle_pred[:, None]
-    counted = p * mask
-    squares_true, squares = (t * t).sum(axis=(1, 2)), (counted * counted).sum(axis=(1, 2))
+    mask, count = seen.astype(np.float64), np.maximum(n_seen, 1)[:, None]
+    middle_true, middle_pred = (np.matmul(mask[:, None], points)[:, 0] / count for points in (true, pred))
+    t, p = true - middle_true[:, None], pred - middle_pred[:, None]
+    counted = p
+    if not seen.all():
+        t, counted = t * mask[:, :, None], p * mask[:, :, None]
+    squares_true, squares = (np.einsum("njk,njk->n", points, points) for points in (t, counted))
     some = n_seen > 0
     for name, size, middle in (("y_true", squares_true, middle_true), ("y_pred", squares, middle_pred)):
         _refuse_points(some & (size <= (POINT * np.abs(middle).max(axis=1)) ** 2), name, start)
-    U, D, Vt = np.linalg.svd(np.einsum("nji,njk->nik", counted, t))
+    U, D, Vt = np.linalg.svd(np.matmul(counted.transpose(0, 2, 1), t))
     sign = np.sign(np.linalg.det(U) * np.linalg.det(Vt))
     if reflection:  # planar joints have a rotation and a reflection that fit as well: the rotation
         sign = np.where(D[:, 2] > LINE * D[:, 0], 1.0, sign)

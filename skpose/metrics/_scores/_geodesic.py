@@ -129,13 +129,22 @@ def geodesic_error(
     weights = read_weights(sample_weight, [len(seen)], False)
     angles = np.zeros(seen.shape)
     both = seen.ravel()
-    angles.ravel()[both] = (true[both].inv() * pred[both]).magnitude()
+    angles.ravel()[both] = _between(true.as_quat()[both], pred.as_quat()[both])
     nothing = np.zeros((*seen.shape, 0))
     points = Points(nothing, nothing, seen, weights, (len(seen),), None)
     value = mean_of(angles, points, average) / ANGLES[unit]
     words = (f"frame={frame}",) if skeleton is not None else (f"form={form}",)
     signature = signature_of("Geodesic", unit, {"average": (average, "points")}, words)
     return Score(value, signature, *counts_of(points))
+
+
+def _between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return the angles, rad, between rotations as unit quaternions (n, 4).
+
+    On the sphere of quaternions, half the angle lies between a and b, or a and −b, a chord and its complement.
+    """
+    chords = [np.sqrt(np.einsum("nk,nk->n", gap, gap)) for gap in (a - b, a + b)]
+    return 4.0 * np.arctan2(np.minimum(*chords), np.maximum(*chords))
 
 
 def _of_numbers(values: Any, name: str, form: str) -> tuple[Rotation, np.ndarray]:

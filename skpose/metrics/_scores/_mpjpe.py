@@ -2,11 +2,9 @@
 
 from typing import Any, Literal
 
-import numpy as np
-
 from skpose._typing import ArrayLike
 from skpose.metrics._scores._align import align as align_points
-from skpose.metrics._scores._points import counts_of, factor_of, mean_of, read_points, select_joints
+from skpose.metrics._scores._points import counts_of, factor_of, lengths_of, mean_of, read_points, select_joints
 from skpose.metrics._scores._score import Score, signature_of
 from skpose.skeleton import Skeleton
 
@@ -128,7 +126,7 @@ def mpjpe(
     """
     points = read_points(y_true, y_pred, skeleton, sample_weight, data_unit)
     points = select_joints(align_points(points, root, align, reflection), joints)
-    distances = np.linalg.norm(points.pred - points.true, axis=2)
+    distances = lengths_of(points.pred - points.true)
     value = mean_of(distances, points, average) * factor_of(data_unit, unit)
     options = options_of(root, joints, average, data_unit)
     signature = signature_of(f"{PREFIXES[align]}MPJPE", unit, options, words_of(align, reflection))

@@ -8,7 +8,16 @@ from skpose._typing import ArrayLike
 from skpose._validation.options import check_integer, check_positive
 from skpose.metrics._scores._align import align as align_points
 from skpose.metrics._scores._mpjpe import PREFIXES, Align, Average, Length, Root, options_of, words_of
-from skpose.metrics._scores._points import Points, check_unit, counts_of, factor_of, mean_of, read_points, select_joints
+from skpose.metrics._scores._points import (
+    Points,
+    check_unit,
+    counts_of,
+    factor_of,
+    lengths_of,
+    mean_of,
+    read_points,
+    select_joints,
+)
 from skpose.metrics._scores._score import Score, number_text, signature_of
 from skpose.skeleton import Skeleton
 
@@ -218,7 +227,7 @@ def _distances(
     """Return the points that count, aligned, and their distances from the truth."""
     points = read_points(y_true, y_pred, skeleton, sample_weight, data_unit)
     points = select_joints(align_points(points, root, align, reflection), joints)
-    return points, np.linalg.norm(points.pred - points.true, axis=2)
+    return points, lengths_of(points.pred - points.true)
 
 
 def _share(distances: np.ndarray, limit: float, inclusive: bool, points: Points, average: str) -> float:

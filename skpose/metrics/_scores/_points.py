@@ -52,11 +52,12 @@ def read_points(y_true: Any, y_pred: Any, skeleton: Skeleton | None, sample_weig
     if not len(true):
         raise ValueError("y_true has no frames: a score needs one at least")
     check_predictions(pred, "y_pred")
-    seen = ~np.isnan(true).any(axis=2)
+    seen = ~(np.isnan(true[:, :, 0]) | np.isnan(true[:, :, 1]) | np.isnan(true[:, :, 2]))
     check_finite(true, "y_true")
     if skeleton is None:
         warn_of_unit(true, data_unit)
-    true[~seen] = 0.0
+    if not seen.all():
+        true[~seen] = 0.0
     weights = read_weights(sample_weight, lengths, len(shape) == 4 or isinstance(shape[0], tuple))
     return Points(true, pred, seen, weights, lengths, None if skeleton is None else skeleton.joint_names)
 
@@ -131,6 +132,11 @@ def check_data_unit(data_unit: str, skeleton: Skeleton | None) -> None:
         check_skeleton(skeleton)
         if data_unit != "m":
             raise ValueError(f"data_unit must be 'm' with a skeleton, whose positions are in m, got {data_unit!r}")
+
+
+def lengths_of(vectors: np.ndarray) -> np.ndarray:
+    """Return the lengths (n_frames, n_joints) of vectors; faster than numpy's norm."""
+    return np.sqrt(np.einsum("njk,njk->nj", vectors, vectors))
 
 
 def check_finite(array: np.ndarray, name: str) -> None:

@@ -66,7 +66,7 @@ KINDS = {
     ),
     "Accel": Kind(
         acceleration_error,
-        tuple(f"{unit}{per}" for unit in tuple(LENGTHS)[::-1] for per in (PER_FRAME, PER_SECOND)),
+        tuple(f"{unit}{per}" for per in ("", PER_FRAME, PER_SECOND) for unit in tuple(LENGTHS)[::-1]),
         AVERAGED | {"frame_rate": float},
         "positions",
         is_sequence=True,
