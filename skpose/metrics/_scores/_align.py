@@ -88,7 +88,7 @@ def procrustes(
     sign = np.sign(np.linalg.det(U) * np.linalg.det(Vt))
     if reflection:  # planar joints have a rotation and a reflection that fit as well: the rotation
         sign = np.where(D[:, 2] > LINE * D[:, 0], 1.0, sign)
-    _refuse_lines(some & (D[:, 1] + sign * D[:, 2] <= LINE * D[:, 0]), sign, start)
+    _refuse_lines(some & (D[:, 1] + sign * D[:, 2] <= LINE * D[:, 0]), D[:, 1] <= LINE * D[:, 0], start)
     U[:, :, 2] *= sign[:, None]
     aligned = np.matmul(p, np.matmul(U, Vt))
     if with_scale:
@@ -107,12 +107,15 @@ def _refuse_points(bad: np.ndarray, name: str, start: int) -> None:
         )
 
 
-def _refuse_lines(bad: np.ndarray, sign: np.ndarray, start: int) -> None:
+def _refuse_lines(bad: np.ndarray, is_line: np.ndarray, start: int) -> None:
     if not bad.any():
         return
-    frame = bad.argmax()
-    why = "the prediction is a mirror image of the truth, which several rotations fit as well, or " * (sign[frame] < 0)
+    frame = int(bad.argmax())
+    if is_line[frame]:
+        why = "the joints that are seen lie on one line, in y_true or in y_pred"
+    else:
+        why = "the prediction is like a mirror image of the truth, which several rotations fit equally well"
     raise ValueError(
-        f"the rotation of frame {start + frame} is not determined: {why}the joints that are seen lie on one line, in "
-        "y_true or in y_pred. Use align=None or align='scale', or leave the frame out"
+        f"the rotation of frame {start + frame} is not determined: {why}. Use align=None or align='scale', or leave the "
+        "frame out"
     )

@@ -33,8 +33,8 @@ class Points(NamedTuple):
 
 
 def is_list_of_motions(values: Any) -> bool:
-    """Return whether a value is a list of arrays of two or more dimensions."""
-    return isinstance(values, list | tuple) and bool(values) and all(np.ndim(one) >= 2 for one in values)
+    """Return whether a value is a list of arrays of two or more dimensions; nested lists are an array."""
+    return isinstance(values, list | tuple) and bool(values) and all(getattr(one, "ndim", 0) >= 2 for one in values)
 
 
 def read_points(y_true: Any, y_pred: Any, skeleton: Skeleton | None, sample_weight: Any, data_unit: str) -> Points:
