@@ -108,7 +108,7 @@ class Public:
         return types.SimpleNamespace(**{name: space[name] for name in names})
 
     def statements(self, *targets):
-        """Return the first assignments to some names, in the order of the file, wherever they are."""
+        """Return the first assignments to some names, in the order of the file, in any block of it."""
         nodes = [
             node for node in ast.walk(ast.parse(self.file.read_text(encoding="utf-8"))) if isinstance(node, ast.Assign)
         ]

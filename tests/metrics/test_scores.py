@@ -80,7 +80,7 @@ def test_alignment_is_the_least_squares_one(how, data):
 
 
 def test_alignment_leaves_unseen_joints_out(data):
-    """With joints missing it is the alignment of the others, whatever is predicted for the missing ones."""
+    """With joints missing it is the alignment of the others, and what is predicted for the missing ones has no part."""
     true, pred = data.true[:1].copy(), data.moved[:1].copy()
     true[0, [2, 9]] = np.nan
     others = [j for j in range(conventions.N_JOINTS) if j not in (2, 9)]

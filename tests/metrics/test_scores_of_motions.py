@@ -207,8 +207,8 @@ M = np.random.default_rng(0).normal(size=(4, 8, 5))
 P = np.random.default_rng(1).normal(scale=0.3, size=(6, 5, 3))
 HOLED = P.copy()
 HOLED[2, 1] = np.nan
-GONE = P.copy()
-GONE[2] = np.nan
+NO_FRAME = P.copy()
+NO_FRAME[2] = np.nan
 ZERO = M.copy()
 ZERO[1, :, 2] = 0.0
 
@@ -225,7 +225,7 @@ ZERO[1, :, 2] = 0.0
         (lambda: dtw_mje([P, P], [P]), "as many motions, got 2 and 1"),
         (lambda: dtw_mje(P, HOLED), "NaN"),
         (lambda: dtw_mje(HOLED, P, cost="norm"), "'norm' needs all joints"),
-        (lambda: dtw_mje(GONE, P), "no joint of frame 2"),
+        (lambda: dtw_mje(NO_FRAME, P), "no joint of frame 2"),
         (lambda: dtw_mje(P[:0], P), "no frames"),
         (lambda: dtw_mje(P[:, :2], P[:, :2], align="similarity"), "less than three joints"),
         (lambda: npss(M, M[:, :7]), "equal shapes"),

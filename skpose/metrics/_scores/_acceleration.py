@@ -45,10 +45,22 @@ def acceleration_error(
     frame_rate : float, default=None
         Frames a second: the result is in ``unit``/s². None is in ``unit``/frame², as most published ones are, which
         differ between frame rates.
-    root, align, reflection, joints, average, data_unit, skeleton
-        As in `mpjpe`; the alignment comes first, frame by frame.
+    root : int, str, or list of them, default=None
+        The joint that both are relative to, see `mpjpe`.
+    align : {None, "scale", "rigid", "similarity"}, default=None
+        The alignment, see `mpjpe`; it comes first, frame by frame.
+    reflection : bool, default=False
+        Whether a mirror image is as good as a rotation.
+    joints : int, str, or list of them, default=None
+        The joints that count.
+    average : {"points", "frames", "joints"}, default="points"
+        What is averaged first, see `mpjpe`.
     unit : {"m", "cm", "mm"}, default="mm"
         Unit of lengths in the result.
+    data_unit : {"m", "cm", "mm"}, default="m"
+        Unit of the positions.
+    skeleton : Skeleton, default=None
+        The skeleton of poses; None is positions.
     sample_weight : array-like of shape (n_frames,), default=None
         Weights of frames, of which an acceleration has that of the middle one; or of motions where several are given.
 

@@ -116,6 +116,6 @@ def _refuse_lines(bad: np.ndarray, is_line: np.ndarray, start: int) -> None:
     else:
         why = "the prediction is like a mirror image of the truth, which several rotations fit equally well"
     raise ValueError(
-        f"the rotation of frame {start + frame} is not determined: {why}. Use align=None or align='scale', or leave the "
-        "frame out"
+        f"the rotation of frame {start + frame} is not determined: {why}. Use align=None or align='scale', or leave "
+        "the frame out"
     )

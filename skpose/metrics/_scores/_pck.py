@@ -60,10 +60,24 @@ def pck(
     inclusive : bool, default=False
         Whether a joint exactly as far away as the threshold is right. It matters where errors are exactly zero, as that
         of a root is, and the threshold is zero.
-    root, align, reflection, joints, average, data_unit, skeleton, sample_weight
-        As in `mpjpe`.
+    root : int, str, or list of them, default=None
+        The joint that both are relative to, see `mpjpe`.
+    align : {None, "scale", "rigid", "similarity"}, default=None
+        The alignment, see `mpjpe`.
+    reflection : bool, default=False
+        Whether a mirror image is as good as a rotation.
+    joints : int, str, or list of them, default=None
+        The joints that count.
+    average : {"points", "frames", "joints"}, default="points"
+        What is averaged first, see `mpjpe`.
     unit : {"%", "share"}, default="%"
         Whether the result goes to 100 or to 1.
+    data_unit : {"m", "cm", "mm"}, default="m"
+        Unit of the positions.
+    skeleton : Skeleton, default=None
+        The skeleton of poses; None is positions.
+    sample_weight : array-like of shape (n_frames,), default=None
+        Weights of the frames, or of motions where several are given.
 
     Returns
     -------
@@ -153,10 +167,24 @@ def pck_auc(
         The mean over the thresholds, as the evaluation of MPI-INF-3DHP [1]_ has it, or the trapezoidal rule.
     inclusive : bool, default=False
         Whether a joint exactly as far away as the threshold is right.
-    root, align, reflection, joints, average, data_unit, skeleton, sample_weight
-        As in `mpjpe`.
+    root : int, str, or list of them, default=None
+        The joint that both are relative to, see `mpjpe`.
+    align : {None, "scale", "rigid", "similarity"}, default=None
+        The alignment, see `mpjpe`.
+    reflection : bool, default=False
+        Whether a mirror image is as good as a rotation.
+    joints : int, str, or list of them, default=None
+        The joints that count.
+    average : {"points", "frames", "joints"}, default="points"
+        What is averaged first, see `mpjpe`.
     unit : {"%", "share"}, default="%"
         Whether the result goes to 100 or to 1.
+    data_unit : {"m", "cm", "mm"}, default="m"
+        Unit of the positions.
+    skeleton : Skeleton, default=None
+        The skeleton of poses; None is positions.
+    sample_weight : array-like of shape (n_frames,), default=None
+        Weights of the frames, or of motions where several are given.
 
     Returns
     -------

@@ -44,8 +44,6 @@ class Score(float):
     50.0 mm
     """
 
-    __slots__ = ("n_counted", "n_missing", "signature")
-
     def __new__(cls, value: float, signature: str, n_counted: int, n_missing: int) -> "Score":
         score = super().__new__(cls, value)
         score.signature, score.n_counted, score.n_missing = signature, int(n_counted), int(n_missing)
