@@ -92,6 +92,18 @@ def test_alignment_leaves_unseen_joints_out(data):
         assert (found.n_counted, found.n_missing) == (22, 2)
 
 
+@pytest.mark.parametrize("options", [{"root": 3}, {"root": [2, 3]}, {"align": "similarity"}, {"align": "scale"}])
+def test_a_frame_that_cannot_be_aligned_to_is_left_out(data, options):
+    """Without the root of the truth, or without any of its joints, the frame counts for nothing."""
+    true = data.true.copy()
+    true[1, 3 if "root" in options else slice(None)] = np.nan
+    others = np.arange(len(true)) != 1
+    expected = mpjpe(data.true[others], data.moved[others], **options)
+    found = mpjpe(true, data.moved, **options)
+    assert found == pytest.approx(expected, abs=1e-9)
+    assert (found.n_counted, found.n_missing) == (expected.n_counted, data.true.shape[1])
+
+
 def test_many_frames_are_aligned_in_parts(data):
     many = np.tile(data.true, (800, 1, 1))  # more than are aligned at once
     expected = mpjpe(data.true, data.moved, align="similarity")

@@ -62,9 +62,9 @@ def _scale(true: np.ndarray, pred: np.ndarray, seen: np.ndarray, start: int) -> 
 def procrustes(
     true: np.ndarray, pred: np.ndarray, seen: np.ndarray, start: int, with_scale: bool, reflection: bool
 ) -> np.ndarray:
-    """Return predictions (n, n_joints, 3) moved, rotated and scaled to the true ones; frames without joints as given.
+    """Return predictions (n, n_joints, 3) moved, rotated and scaled to the true ones.
 
-    Frames are numbered from `start` in errors.
+    Frames are numbered from `start` in errors. What comes for frames without joints is finite and not counted.
     """
     n_seen = seen.sum(axis=1)
     few = (n_seen > 0) & (n_seen < 3)
@@ -85,9 +85,7 @@ def procrustes(
     for name, size, middle in (("y_true", squares_true, middle_true), ("y_pred", squares, middle_pred)):
         _refuse_points(some & (size <= (POINT * np.abs(middle).max(axis=1)) ** 2), name, start)
     U, D, Vt = np.linalg.svd(np.matmul(counted.transpose(0, 2, 1), t))
-    sign = np.sign(np.linalg.det(U) * np.linalg.det(Vt))
-    if reflection:  # planar joints have a rotation and a reflection that fit as well: the rotation
-        sign = np.where(D[:, 2] > LINE * D[:, 0], 1.0, sign)
+    sign = np.ones(len(D)) if reflection else np.sign(np.linalg.det(U) * np.linalg.det(Vt))
     _refuse_lines(some & (D[:, 1] + sign * D[:, 2] <= LINE * D[:, 0]), D[:, 1] <= LINE * D[:, 0], start)
     U[:, :, 2] *= sign[:, None]
     aligned = np.matmul(p, np.matmul(U, Vt))
@@ -95,7 +93,6 @@ def procrustes(
         scale = D[:, 0] + D[:, 1] + sign * D[:, 2]
         aligned *= np.divide(scale, squares, out=np.ones_like(scale), where=some)[:, None, None]
     aligned += middle_true[:, None]
-    aligned[~some] = pred[~some]
     return aligned
 
 
