@@ -16,6 +16,7 @@ from skpose.skeleton._root import (
     root_orientations,
     with_root_joint,
 )
+from skpose.skeleton._rotation_forms import FORMS, RotationForm
 from skpose.skeleton._rotations import TWO_PI, columns_of, rotations_of
 from skpose.skeleton._selection import with_carriers
 from skpose.skeleton._sides import others, partners, sides, split_sides, without_side
@@ -24,6 +25,7 @@ from skpose.skeleton._upright import complaint_of_up, describe_up, find_up
 
 __all__ = [
     "BALL",
+    "FORMS",
     "HIGH",
     "LARGEST_DIFFERENCE",
     "LOW",
@@ -31,6 +33,7 @@ __all__ = [
     "NO_DIRECTION",
     "PROPORTIONS",
     "TWO_PI",
+    "RotationForm",
     "axes_at_zero",
     "check_comparable",
     "check_rest_poses",
