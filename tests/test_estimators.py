@@ -73,7 +73,10 @@ LEARNT = {
     PoseRadiusNeighborsTransformer(ARM, radius=3.0): OTHER | {"algorithm": "brute"},
     PoseFromPositions(ARM): {"skeleton": LONGER},
     PoseTangentPCA(ARM): OTHER | {"n_components": 1},
-    MotionDistanceTransformer(ARM): OTHER | {"alignment": "subsequence", "window": 0.1},
+    MotionDistanceTransformer(ARM): OTHER
+    | {"alignment": "subsequence", "window": 0.1, "kernel": "rbf", "gamma": 0.1, "psd": "clip"},
+    MotionDistanceTransformer(ARM, kernel="rbf", psd="clip"): OTHER
+    | {"alignment": "frames", "window": 0.1, "kernel": None, "gamma": 0.1, "psd": "shift"},
     MotionKNeighborsTransformer(ARM, n_neighbors=2): OTHER | {"algorithm": "brute", "window": 0.1},
 }
 ESTIMATORS = list(LEARNT)
