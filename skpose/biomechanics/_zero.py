@@ -109,7 +109,7 @@ def _frames_of(zero: Any, motion: Motion) -> tuple[Motion, str]:
         if zero.skeleton != motion.skeleton:
             raise ValueError(
                 "zero has another skeleton than the motion: fit one to both recordings, "
-                "fit_skeleton([standing, moving], layout), or pass zero.retarget(motion.skeleton)"
+                "fit_skeleton([standing, moving], layout), or pass skpose.kinematics.retarget(zero, motion.skeleton)"
             )
         if zero.up != motion.up:
             raise ValueError(f"zero has up={zero.up!r}, but the motion up={motion.up!r}: their worlds are not the same")

@@ -95,7 +95,8 @@ class Velocity(MotionMetric):
 
     Notes
     -----
-    Motions need a frame rate and two frames, so that arrays are refused. How fast a person goes through the room is not
+    Motions need a frame rate and two frames, so that arrays are refused. Frames count as consecutive: where some are
+    missing, as after ``on_nan="drop"``, the velocity there is too large. How fast a person goes through the room is not
     part of it, as positions are those in the axes of the root.
 
     Examples
