@@ -9,6 +9,7 @@ import numpy as np
 from skpose._cli.contents import Content, load_any
 from skpose._cli.reader import Reader, name_of
 from skpose._files import new_file
+from skpose._warnings import warn
 from skpose.biomechanics import JointAngles, joint_angles
 from skpose.keypoints import Keypoints, Layout, fit_skeleton
 from skpose.keypoints._shared import check_layout, find_layout, missing_points, nearest_layout
@@ -26,6 +27,11 @@ def angles(path: Path, zero: Path | int | None, reader: Reader, out: Path, layou
             raise ValueError(f"{name} is a skeleton (ASF), which has no motion: pass its AMC file")
     motions = _fit(contents, names, layout)
     standing = motions[1] if isinstance(zero, Path) else zero
+    if zero is None and isinstance(contents[0], Keypoints):
+        warn(
+            "zero is how the layout's person stands, not the one of the file, whose hips, knees and ankles may differ "
+            "from it by 10 to 25°: pass --zero FILE, a recording of this person who stands, or --zero FRAME"
+        )
     found = cast(JointAngles, joint_angles(motions[0], zero=standing))  # scikit-learn's configuration is the default
     with new_file(out) as new:
         _write(new, found)
@@ -74,6 +80,6 @@ def _write(path: Path, found: JointAngles) -> None:
     """Write angles as CSV, with the time of each frame; angles that the motion does not show are empty cells."""
     with path.open("w", encoding="utf-8", newline="") as file:
         table = csv.writer(file)
-        table.writerow(["time", *found.names])
+        table.writerow(["time [s]", *found.names])
         for time, row in zip(found.times, found.degrees, strict=True):
             table.writerow([f"{time:.6g}", *("" if np.isnan(value) else f"{value:.4f}" for value in row)])

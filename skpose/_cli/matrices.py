@@ -6,7 +6,7 @@ import zipfile
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import count
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_matrix, save_npz
@@ -68,15 +68,11 @@ def _number(names: Sequence[str]) -> list[str]:
 def write_matrix(new: Path, D: np.ndarray, names: Names, metric: str, unit: str) -> None:
     """Write a matrix with its names, and what it was measured by, to a new file whose suffix is the format."""
     if new.suffix.lower() == ".npz":
-        times = {} if names.times is None else {"times": names.times}
+        arrays: dict[str, Any] = {KEY: D, "names": np.array(names.rows), "files": np.array(names.files)}
+        if names.times is not None:
+            arrays["times"] = names.times
         with new.open("wb") as file:  # to a path numpy adds .npz, also where it ends in .NPZ
-            np.savez(
-                file,
-                **{KEY: D, "names": np.array(names.rows), "files": np.array(names.files)},  # type: ignore[arg-type]
-                **times,  # type: ignore[arg-type]
-                metric=np.array(metric),
-                unit=np.array(unit),
-            )
+            np.savez(file, **arrays, metric=np.array(metric), unit=np.array(unit))
     else:
         rows = ([name, *row.astype(str).tolist()] for name, row in zip(names.rows, D, strict=True))
         _write_table(new, [f"{metric}, {unit}", *names.rows], rows)

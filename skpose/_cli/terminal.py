@@ -4,7 +4,7 @@ import os
 import signal
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from typing import Any, Self, TextIO
 
 
@@ -51,17 +51,12 @@ def standard_streams() -> Iterator[None]:
 
     Python has None for them, and the next file that is opened would get their number.
     """
-    opened = {}
-    for name, mode in {"stdin": "r", "stdout": "w", "stderr": "w"}.items():
-        if getattr(sys, name) is None:
-            opened[name] = open(os.devnull, mode, encoding="utf-8")  # noqa: SIM115  # closed below
-            setattr(sys, name, opened[name])
-    try:
+    with ExitStack() as opened:
+        for name, mode in {"stdin": "r", "stdout": "w", "stderr": "w"}.items():
+            if getattr(sys, name) is None:
+                setattr(sys, name, opened.enter_context(open(os.devnull, mode, encoding="utf-8")))
+                opened.callback(setattr, sys, name, None)  # before it is closed
         yield
-    finally:
-        for name, stream in opened.items():
-            setattr(sys, name, None)
-            stream.close()
 
 
 @contextmanager

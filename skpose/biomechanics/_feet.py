@@ -12,6 +12,8 @@ from scipy.signal import butter, sosfiltfilt
 
 from skpose._validation.names import near_names
 from skpose._validation.options import check_kind
+from skpose._warnings import warn
+from skpose.biomechanics._person import check_joints
 from skpose.kinematics import forward_kinematics
 from skpose.kinematics._shared import find_landmarks
 from skpose.skeleton import Motion, Skeleton
@@ -24,6 +26,7 @@ LEAST_RATE = 25.0  # Hz; the contact of a running foot then has some six frames
 CUTOFF = 10.0  # Hz, of the low-pass filter
 HEADING = 0.25  # s, standard deviation of the weights over which velocity is averaged to find where one travels
 LONGEST_GAP = 0.1  # s without frames that is filled
+LEGS = (0.2, 1.5)  # m, from hip to ankle, of an infant and of a giant
 STILL = 1e-6  # m, by which a root that is not recorded moves
 
 
@@ -76,6 +79,9 @@ def find_feet(skeleton: Skeleton, joints: Mapping[str, str] | None) -> dict[str,
         marks = [mark for mark, other in found.items() if other == name]
         if len(marks) > 1:
             raise ValueError(f"hips, ankles and toes must be different joints, but {' and '.join(marks)} are {name!r}")
+    if given:
+        numbers = {mark: skeleton.joint_names.index(joint) for mark, joint in found.items()}
+        check_joints(skeleton, landmarks._replace(joints=landmarks.joints | numbers), given)
     return found
 
 
@@ -116,7 +122,13 @@ def feet_of(motion: Motion, joints: Mapping[str, str]) -> Feet:
     relative = forward_kinematics(motion.angles, skeleton)[:, columns]
     turned = root_orientations(motion.root_angles, motion.root_axes)
     here = np.stack([turned.apply(relative[:, i]) for i in range(len(columns))]) + motion.root_positions
-    return feet_at(here[..., _axes(motion.up)], motion.frame_numbers, motion.frame_rate)
+    feet = feet_at(here[..., _axes(motion.up)], motion.frame_numbers, motion.frame_rate)
+    if not LEGS[0] <= feet.leg <= LEGS[1]:
+        warn(
+            f"legs of {feet.leg:.3g} m from hip to ankle are no person's, and lengths and speeds are not in metres: "
+            "read the file with another scale="
+        )
+    return feet
 
 
 def _axes(up: str) -> list[int]:

@@ -44,6 +44,8 @@ class GaitEvents:
         The axis of the world that points up.
     reason : str
         Where there are no events, in words why.
+    motion_times : ndarray of shape (n_frames,)
+        Times of the frames of the motion, s, by which what is of another recording is recognised.
 
     Examples
     --------
@@ -66,6 +68,7 @@ class GaitEvents:
     frame_rate: float
     up: str
     reason: str
+    motion_times: np.ndarray
 
     def __len__(self) -> int:
         return len(self.times)
@@ -220,4 +223,5 @@ def _collect(
         frame_rate=motion.frame_rate,
         up=motion.up,
         reason=reason,
+        motion_times=motion.times,
     )

@@ -95,7 +95,7 @@ class JointAngles:
         except ImportError:
             raise ImportError("to_pandas needs pandas: pip install 'skpose[pandas]'") from None
 
-        table = pandas.DataFrame(self.degrees, pandas.Index(self.times, name="time"), list(self.names))
+        table = pandas.DataFrame(self.degrees, pandas.Index(self.times, name="time [s]"), list(self.names))
         table.attrs.update(unit="degrees", zero=self.zero, rig=self.rig, missing=dict(self.missing))
         return table
 
@@ -118,7 +118,7 @@ class JointAngles:
             raise ImportError("to_polars needs polars: pip install polars") from None
 
         columns = zip(self.names, self.degrees.T, strict=True)
-        return polars.DataFrame({"time": self.times} | dict(columns))
+        return polars.DataFrame({"time [s]": self.times} | dict(columns))
 
 
 def joint_angles(

@@ -41,11 +41,11 @@ def find_person(skeleton: Skeleton, joints: Any) -> Landmarks:
             f"{', '.join(skeleton.joint_names)}. Pass joints=, such as {{{absent[0]!r}: {skeleton.joint_names[0]!r}}}"
         )
     if given:
-        _check(skeleton, person, given)
+        check_joints(skeleton, person, given)
     return person
 
 
-def _check(skeleton: Skeleton, person: Landmarks, given: Mapping[str, str]) -> None:
+def check_joints(skeleton: Skeleton, person: Landmarks, given: Mapping[str, str]) -> None:
     """Refuse landmarks of which a user has named some, if they are not at the joints of a person."""
     joints = {mark: joint for mark, joint in person.joints.items() if mark in LANDMARKS}
 

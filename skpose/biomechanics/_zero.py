@@ -24,6 +24,13 @@ LIMIT, SMALL = 25.0, 12.0
 ELBOW_LIMIT = 45.0  # 35 in OpenCap's standing trial, 20 to 40 in standing people of CMU
 FEW = 0.1  # share of the frames of a recording which need not stand
 STILL = 10.0  # degrees up to which the segments of a standing person rotate about their mean
+# Joints whose rotation the lines of limbs do not show, such as twists and that of feet: the outer segment, the inner.
+ROTATED = (
+    ("pelvis", "trunk"),
+    ("trunk", "head"),
+    *(("pelvis", f"{side}_thigh") for side in SIDES),
+    *((f"{side}_shank", f"{side}_foot") for side in SIDES),
+)
 NEEDED = ("pelvis", *(f"{side}_{limb}" for side in SIDES for limb in ("thigh", "shank")))
 REMEDY = (
     "pass zero=, a frame of the motion in which the person stands upright with hanging arms, or a recording of "
@@ -57,7 +64,7 @@ def find_zero(motion: Motion, zero: Any, segments: dict[str, Segment]) -> tuple[
         remedy = REMEDY
         if not isinstance(at_rest, str):
             remedy += "; or leave zero out, as somebody stands in the rest pose of the skeleton"
-        return _find_standing(*_frames_of(zero, motion), segments, remedy)
+        return _find_standing(*_frames_of(zero, motion), segments, remedy, not isinstance(at_rest, str))
     if isinstance(at_rest, str):
         raise ValueError(f"nobody stands in the rest pose of this skeleton, at angle zero: {at_rest}. So {REMEDY}")
     if complaint := _complain_of_up(motion):
@@ -65,7 +72,9 @@ def find_zero(motion: Motion, zero: Any, segments: dict[str, Segment]) -> tuple[
     return at_rest, "rest pose"
 
 
-def _find_standing(standing: Motion, words: str, segments: dict[str, Segment], remedy: str) -> tuple[Reference, str]:
+def _find_standing(
+    standing: Motion, words: str, segments: dict[str, Segment], remedy: str, stands_at_rest: bool
+) -> tuple[Reference, str]:
     """Return the mean of frames in which a person stands as a reference, and what it is in words."""
     up = np.eye(3)["xyz".index(standing.up)]
     turned = turn_segments(standing, segments)
@@ -85,7 +94,8 @@ def _find_standing(standing: Motion, words: str, segments: dict[str, Segment], r
             f"the recording zero is no standing person: its {most[0]} rotates by {most[1]:.0f}° about its mean; pass a "
             "part in which the person stands still, zero[start:stop]"
         )
-    reference = find_reference(standing.skeleton, segments, turned.mean(), up)
+    mean = turned.mean()
+    reference = find_reference(standing.skeleton, segments, mean, up)
     if isinstance(reference, str):
         raise ValueError(f"nobody stands in zero, {words}: {reference}. So {remedy}")
     unknown = {joint: f"in zero {each}" for each in reversed(far) for joint in each.joints}
@@ -100,7 +110,25 @@ def _find_standing(standing: Motion, words: str, segments: dict[str, Segment], r
             f"in zero, {words}, {_list(bent)}. Angles are relative to that pose: those of these joints lack as much. "
             "Where the person stands straighter, pass zero= of that"
         )
+    if stands_at_rest and (rotated := _find_rotated(mean)):
+        warn(
+            f"in zero, {words}, {_list(rotated)} from the rest pose of the skeleton, in which somebody stands, too. If "
+            "the person does not stand straight in zero, from feet to head, angles of these joints lack as much: pass "
+            "another zero="
+        )
     return reference._replace(unknown=unknown), words
+
+
+def _find_rotated(mean: Turned) -> list[Deviation]:
+    """Return the joints of a pose that are rotated from the rest pose by more than the limit, twists included."""
+    found = []
+    for outer, inner in ROTATED:
+        if outer in mean.since_zero and inner in mean.since_zero:
+            between = mean.since_zero[outer][0].T @ mean.since_zero[inner][0]
+            degrees = float(np.degrees(Rotation.from_matrix(between).magnitude()))
+            if degrees > LIMIT:
+                found.append(Deviation(f"its {inner.replace('_', ' ')} is rotated", degrees, LIMIT))
+    return sorted(found, key=lambda each: -each.degrees)
 
 
 def _frames_of(zero: Any, motion: Motion) -> tuple[Motion, str]:

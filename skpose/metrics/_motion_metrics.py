@@ -38,24 +38,7 @@ class MotionMetric(Metric):
         """Return an empty tree: `encode_motion` has placed the joints."""
         return super().tree_for(None, dtype)
 
-    def why_not(self, n_frames: int, frame_rate: float | None) -> str:
-        """Return in words why a motion has no rows; nothing if it has them.
-
-        Parameters
-        ----------
-        n_frames : int
-            Its number of frames.
-        frame_rate : float or None
-            Its frame rate, Hz; None is not known.
-
-        Returns
-        -------
-        str
-            The reason, for an error.
-        """
-        return f"{self.name!r} needs two frames or more, got one" if n_frames < 2 else ""
-
-    def encode_motion(self, poses: np.ndarray, skeleton: Skeleton, frame_rate: float | None) -> np.ndarray:
+    def encode_motion(self, poses: np.ndarray, skeleton: Skeleton, times: np.ndarray | None) -> np.ndarray:
         """Return the rows of a motion.
 
         Parameters
@@ -64,14 +47,25 @@ class MotionMetric(Metric):
             Poses: joint angles, rad.
         skeleton : Skeleton
             Their skeleton.
-        frame_rate : float or None
-            Frame rate, Hz; None is not known.
+        times : ndarray of shape (n_frames,) or None
+            Time of each frame, s; None is not known.
 
         Returns
         -------
         ndarray of shape (n_frames, 3 n_joints)
             A row for each frame, in float64.
+
+        Raises
+        ------
+        ValueError
+            For a motion that has no rows.
         """
+        if len(poses) < 2:
+            raise ValueError(f"{self.name!r} needs two frames or more, got one")
+        return self._rows(weighted_positions(poses, skeleton), times)
+
+    def _rows(self, positions: np.ndarray, times: np.ndarray | None) -> np.ndarray:
+        """Return the rows (n_frames, 3 n_joints) of joint positions (n_frames, 3 n_joints)."""
         raise NotImplementedError
 
 
@@ -95,9 +89,9 @@ class Velocity(MotionMetric):
 
     Notes
     -----
-    Motions need a frame rate and two frames, so that arrays are refused. Frames count as consecutive: where some are
-    missing, as after ``on_nan="drop"``, the velocity there is too large. How fast a person goes through the room is not
-    part of it, as positions are those in the axes of the root.
+    Motions need a frame rate and two frames, so that arrays are refused. Where frames are missing, as after
+    ``on_nan="drop"``, the velocity is that across the gap: `Motion.times` count. How fast a person goes through the
+    room is not part of it, as positions are those in the axes of the root.
 
     Examples
     --------
@@ -123,47 +117,18 @@ class Velocity(MotionMetric):
     def __init__(self, span: float = 0.25):
         self.span = span
 
-    def why_not(self, n_frames: int, frame_rate: float | None) -> str:
-        """Return in words why a motion has no rows; nothing if it has them.
-
-        Parameters
-        ----------
-        n_frames : int
-            Its number of frames.
-        frame_rate : float or None
-            Its frame rate, Hz; None is not known.
-
-        Returns
-        -------
-        str
-            The reason, for an error.
-        """
-        if frame_rate is None:
-            return f"{self.name!r} needs a frame rate, and arrays have none: pass Motion(skeleton, array, frame_rate)"
-        return super().why_not(n_frames, frame_rate)
-
-    def encode_motion(self, poses: np.ndarray, skeleton: Skeleton, frame_rate: float | None) -> np.ndarray:
-        """Return the velocities of the joints.
-
-        Parameters
-        ----------
-        poses : ndarray of shape (n_frames, n_dofs)
-            Poses: joint angles, rad.
-        skeleton : Skeleton
-            Their skeleton.
-        frame_rate : float or None
-            Frame rate, Hz; None is not known.
-
-        Returns
-        -------
-        ndarray of shape (n_frames, 3 n_joints)
-            Velocities, m/s.
-        """
-        rate = float(frame_rate)  # type: ignore[arg-type]  # `why_not` has refused None
-        positions, frames = weighted_positions(poses, skeleton), np.arange(len(poses))
-        reach = max(1, round(self.span * rate / 2))
-        before, after = np.maximum(frames - reach, 0), np.minimum(frames + reach, len(poses) - 1)
-        return (positions[after] - positions[before]) * (rate / (after - before))[:, np.newaxis]
+    def _rows(self, positions: np.ndarray, times: np.ndarray | None) -> np.ndarray:
+        """Return velocities, m/s."""
+        if times is None:
+            raise ValueError(
+                f"{self.name!r} needs a frame rate, and arrays have none: pass Motion(skeleton, array, frame_rate)"
+            )
+        frames, last = np.arange(len(times)), len(times) - 1
+        step = np.diff(times).min()
+        reach = step * max(1, round(self.span / step / 2)) + step / 2  # half a step, as times are rounded
+        before = np.minimum(np.searchsorted(times, times - reach), frames - 1).clip(0)
+        after = np.maximum(np.searchsorted(times, times + reach, side="right") - 1, frames + 1).clip(max=last)
+        return (positions[after] - positions[before]) / (times[after] - times[before])[:, np.newaxis]
 
 
 class Centered(MotionMetric):
@@ -196,22 +161,6 @@ class Centered(MotionMetric):
     equation = r"\|F(a) - \bar F_a - F(b) + \bar F_b\|_2"
     of_windows = False
 
-    def encode_motion(self, poses: np.ndarray, skeleton: Skeleton, frame_rate: float | None) -> np.ndarray:
-        """Return the positions of the joints less their mean.
-
-        Parameters
-        ----------
-        poses : ndarray of shape (n_frames, n_dofs)
-            Poses: joint angles, rad.
-        skeleton : Skeleton
-            Their skeleton.
-        frame_rate : float or None
-            Frame rate, Hz; None is not known.
-
-        Returns
-        -------
-        ndarray of shape (n_frames, 3 n_joints)
-            Positions, m.
-        """
-        positions = weighted_positions(poses, skeleton)
+    def _rows(self, positions: np.ndarray, times: np.ndarray | None) -> np.ndarray:
+        """Return positions less their mean, m."""
         return positions - positions.mean(axis=0)

@@ -65,17 +65,21 @@ class CheckedMotions(NamedTuple):
     sequences: Sequences
     skeleton: Skeleton | None
     frame_rate: float | None  # Hz; None for arrays, which have none
+    times: list[np.ndarray] | None = None  # (n_frames,) of each motion, s; None for arrays
 
     def rows(self, metric: Metric, name: str) -> Sequences:
         """Return what a metric compares: poses, or of a metric of motions what it makes of them, in float64."""
         if not isinstance(metric, MotionMetric):
             return self.sequences
-        arrays = []
+        skeleton, arrays = require_skeleton(self.skeleton), []
         for i in range(self.sequences.n_motions):
-            poses = self.sequences.motion(i)
-            if reason := metric.why_not(len(poses), self.frame_rate):
-                raise ValueError(f"{name}[{i}]: {reason}" if self.sequences.n_motions > 1 else f"{name}: {reason}")
-            arrays.append(metric.encode_motion(poses, require_skeleton(self.skeleton), self.frame_rate))
+            times = None if self.times is None else self.times[i]
+            try:
+                arrays.append(metric.encode_motion(self.sequences.motion(i), skeleton, times))
+            except ValueError as error:
+                raise ValueError(
+                    f"{name}[{i}]: {error}" if self.sequences.n_motions > 1 else f"{name}: {error}"
+                ) from None
         return Sequences.of(arrays)
 
 
@@ -139,7 +143,8 @@ def _on_one_skeleton(
         sequences = Sequences.of(list(arrays.values()))
         if rows and skeleton is not None:
             warn_of_degrees(in_estimator=True, **{argument: sequences.poses})
-        checked.append(CheckedMotions(sequences, skeleton, frame_rate))
+        times = [motion.times for motion in named.values()] if found else None
+        checked.append(CheckedMotions(sequences, skeleton, frame_rate, times))
     widths = [one.sequences.poses.shape[1] for one in checked]
     if len(set(widths)) > 1:
         first, second = list(given)[:2]

@@ -202,6 +202,8 @@ class Repetitions:
             n_phases=int(n_phases),
             reference="median of the other repetitions, after dynamic time warping",
             typical_spread=found.typical_spread,
+            root="left out: a repetition that is wrong in where the whole body is, or leans, is not unusual",
+            axes="those of the root",
         )
         return table
 

@@ -27,9 +27,7 @@ def find_cycles(angles: JointAngles, cycles: Any) -> Cycles:
     if isinstance(cycles, Repetitions):
         if not len(cycles):
             raise ValueError("cycles has no repetitions; pass cycles=None for curves over time")
-        of_others = cycles.times is not None and not (
-            len(cycles.times) == len(angles) and np.allclose(cycles.times, angles.times, rtol=0.0, atol=1e-6)
-        )
+        of_others = cycles.times is not None and not _are_times_of(cycles.times, angles)
         frames, noun = np.stack([cycles.starts, cycles.stops], axis=1), "repetition"
     else:
         frames, noun, of_others = _check_frames(cycles), "cycle", False
@@ -61,15 +59,18 @@ def _strides(angles: JointAngles, events: GaitEvents) -> Cycles:
     """Return the strides of each foot, from its contact to its next."""
     if not len(events.strides):
         raise ValueError(f"cycles has no strides: {events.reason}; pass cycles=None for curves over time")
-    off = 0.5 / events.frame_rate + LONGEST_GAP  # frames may be missing there
-    known = events.frames < len(angles)
-    if not known.all() or (np.abs(angles.times[events.frames] - events.times) > off).any():
+    if not _are_times_of(events.motion_times, angles):
         raise ValueError(_of_another(f"cycles end at {events.times[-1]:.2f} s", angles))
     feet = events.feet[events.strides[:, 0]]
     times = events.times[events.strides[:, [0, 2]]]
     spans = {side: times[feet == side] for side in SIDES[:2]}
     of_middle = max(spans, key=lambda side: len(spans[side]))  # the left, of equal ones
     return Cycles(spans | {"": spans[of_middle]}, "stride", of_middle)
+
+
+def _are_times_of(times: np.ndarray, angles: JointAngles) -> bool:
+    """Return whether times are those of the frames of angles: else they are of another recording, or of a part."""
+    return len(times) == len(angles) and np.allclose(times, angles.times, rtol=0.0, atol=1e-6)
 
 
 def _of_another(end: str, angles: JointAngles) -> str:

@@ -31,7 +31,8 @@ def partners(names: Sequence[str]) -> list[int]:
     alone = [repr(name) for name in names if not found[name] and (_WORD.search(name) or _LETTER.search(name))]
     if alone:
         raise ValueError(
-            f"joints of the left and of the right must be pairs by name, but some are alone: {_list_some(alone)}"
+            f"joints of the left and of the right must be pairs by name, but some are alone: {_list_some(alone)}. "
+            "Leave them out, such as by layout.without([...]) of markers, or name their partners"
         )
     return [index[others[0]] if others else index[name] for name, others in found.items()]
 

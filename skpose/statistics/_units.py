@@ -48,7 +48,7 @@ def check_units(X: Any, Y: Any, skeleton: Skeleton | None, paired: bool) -> Unit
         both = np.concatenate([a, b])
         units = Units(Sequences(both, np.arange(len(both) + 1)), len(a), len(b), skeleton, "poses")
     else:
-        (one, skeleton, _), (other, *_) = check_motions({"X": X, "Y": Y}, skeleton)
+        (one, skeleton, *_), (other, *_) = check_motions({"X": X, "Y": Y}, skeleton)
         starts = np.concatenate([one.starts, one.starts[-1] + other.starts[1:]])
         both = np.concatenate([one.poses, other.poses])
         units = Units(Sequences(both, starts), one.n_motions, other.n_motions, skeleton, "motions")

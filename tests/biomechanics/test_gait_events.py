@@ -249,6 +249,43 @@ def test_names_of_joints_may_be_given():
         gait_parameters(expected, joints=marks)
 
 
+OF_FEET = [(f"{side}_{part}", f"{other}_{name}") for side, other in (("left", "right"), ("right", "left"))
+           for part, name in (("ankle", "ankle"), ("toe", "foot"))]  # fmt: skip
+
+
+@pytest.mark.parametrize("measure", [gait_events, gait_parameters])
+@pytest.mark.parametrize(
+    ("joints", "message"),
+    [
+        (dict(OF_FEET), "left_toe is 'right_foot' and right_ball is 'right_foot' by its name: expected two joints"),
+        (
+            {f"{side}_ankle": f"{other}_ankle" for side, other in (("left", "right"), ("right", "left"))},
+            "expected the ankle below the ",
+        ),
+        ({"left_toe": "left_hand"}, "expected the toe below the ankle of its side"),
+    ],
+    ids=["sides", "ankles", "hand"],
+)
+def test_joints_that_are_no_persons_are_refused(measure, joints, message):
+    """Left for right changes the foot of each event, and a hand for a toe when it leaves the floor: without a word."""
+    motion = walk()
+    skeleton = motion.skeleton
+    if "left_hand" in joints.values() and "left_hand" not in skeleton.joint_names:
+        hand = skeleton.bones[0]._replace(name="left_hand", parent=None, offset=(0.3, 0.2, 0.0), dofs="")
+        motion = replace(motion, skeleton=Skeleton([*skeleton.bones, hand]))
+    with pytest.raises(ValueError, match=message):
+        measure(motion, joints=joints)
+
+
+@pytest.mark.parametrize("scale", [0.1, 60.0])
+def test_legs_that_are_no_persons_are_a_warning(scale):
+    motion = walk()
+    bones = [bone._replace(offset=tuple(scale * np.array(bone.offset))) for bone in motion.skeleton.bones]
+    other = replace(motion, skeleton=Skeleton(bones), root_positions=scale * motion.root_positions)
+    with pytest.warns(UserWarning, match=r"legs of .* m from hip to ankle are no person's, .*another scale="):
+        gait_events(other)
+
+
 def test_what_shows_no_gait_is_refused():
     motion = walk()
     with pytest.raises(ValueError, match=r"at least 25 Hz.*the motion has 20 Hz"):

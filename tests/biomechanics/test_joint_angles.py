@@ -444,6 +444,27 @@ def test_a_bend_of_legs_is_an_error_from_25_degrees_and_a_warning_from_12():
             joint_angles(bent, zero=0)
 
 
+@pytest.mark.parametrize(
+    ("dof", "words"),
+    [
+        ("left_foot_rx", "left foot"),
+        ("left_foot_rz", "left foot"),
+        ("abdomen_ry", "trunk"),
+        ("neck_ry", "head"),
+        ("right_thigh_ry", "right thigh"),
+    ],
+)
+def test_feet_and_twists_that_differ_from_the_rest_pose_are_a_warning(dof, words):
+    """Lines of limbs do not show them, and all angles of the joint would lack as much."""
+    person = humanoid()
+    poses = np.zeros((2, person.n_dofs))
+    poses[:, person.dof_names.index(dof)] = np.radians([20, 40])
+    joint_angles(Motion(person, poses, 30), zero=0)
+    with pytest.warns(UserWarning, match=rf"in zero, frame 1, its {words} is rotated by 40° from the rest pose"):
+        found = joint_angles(Motion(person, poses, 30), zero=1)
+    assert np.nanmax(np.abs(found.degrees[0])) == pytest.approx(20.0, abs=0.5)
+
+
 def test_a_walk_whose_mean_stands_is_no_zero():
     """The mean of legs that swing is straight; in no frame does anybody stand."""
     skeleton = person()
@@ -659,7 +680,7 @@ def test_tables():
     assert np.asarray(angles).shape == (40, len(angles.names))
     table = angles.to_pandas()
     assert isinstance(table, pandas.DataFrame)
-    assert table.index.name == "time"
+    assert table.index.name == "time [s]"
     assert table.attrs["unit"] == "degrees"
     assert table.attrs["zero"] == "rest pose"
     np.testing.assert_array_equal(table["knee_flexion_left"], angles["knee_flexion_left"])
@@ -668,8 +689,8 @@ def test_tables():
     with sklearn.config_context(transform_output="polars"):
         frame = joint_angles(motion)
     assert isinstance(frame, polars.DataFrame)
-    assert frame.columns == ["time", *angles.names]
-    np.testing.assert_array_equal(frame["time"], motion.times)
+    assert frame.columns == ["time [s]", *angles.names]
+    np.testing.assert_array_equal(frame["time [s]"], motion.times)
     with pytest.raises(KeyError, match="there is no angle 'knee_angle_left'"):
         angles["knee_angle_left"]
 

@@ -29,7 +29,7 @@ def test_the_table_is_that_of_joint_angles(walk, tmp_path, capsys):
     with (tmp_path / "a.csv").open() as file:
         header, *rows = csv.reader(file)
     expected = joint_angles(walk)
-    assert header == ["time", *expected.names]
+    assert header == ["time [s]", *expected.names]
     numbers = np.array([[float(cell or "nan") for cell in row] for row in rows])
     np.testing.assert_allclose(numbers[:, 0], walk.times, atol=1e-5)
     np.testing.assert_allclose(numbers[:, 1:], expected.degrees, atol=1e-4)
@@ -97,6 +97,14 @@ def test_markers_that_a_file_lacks_are_named(tmp_path, capsys, options):
     near = "" if options else "the nearest layout, "
     assert f"has the points of {near}opencap_mocap55, but for L_mankle, L_mknee, R_mankle, R_mknee" in error
     assert "pass --zero FILE --layout opencap_mocap55, where FILE has them and the person stands" in error
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("default:zero is how the layout:UserWarning")
+def test_markers_without_zero_are_a_warning(opensim_folder, tmp_path, capsys):
+    options = ["--layout", "opencap_mocap55", "--out", str(tmp_path / "a.csv")]
+    assert main(["angles", str(opensim_folder / "static1.trc"), *options]) == 0
+    assert "zero is how the layout's person stands, not the one of the file" in capsys.readouterr().err
 
 
 @pytest.mark.slow

@@ -1,5 +1,7 @@
 """Velocities and centred positions: equal to slow formulas, in all that compares motions, refused where poses are."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import reference
@@ -88,10 +90,27 @@ def test_a_movement_that_is_twice_as_fast_has_twice_the_velocity():
     (of_slow,) = motion_distances([slow], [still], metric=Velocity(2 / 30)).ravel()
     (of_fast,) = motion_distances([fast], [Motion(arm, np.zeros((40, 1)), 60)], metric=Velocity(2 / 60)).ravel()
     assert of_fast == pytest.approx(2 * of_slow, rel=1e-12)
-    # 1 rad in 39 / 30 s at the end of a bone of 1 m
-    assert motion_distances([slow], [still], metric=Velocity(2 / 30), alignment="frames").item() == pytest.approx(
-        30 / 39, rel=1e-3
-    )
+    # Chords of two steps of 1/39 rad at the end of a bone of 1 m, and of one at both ends
+    expected = (38 * 2 * np.sin(1 / 39) * 15 + 2 * 2 * np.sin(1 / 78) * 30) / 40
+    found = motion_distances([slow], [still], metric=Velocity(2 / 30), alignment="frames").item()
+    assert found == pytest.approx(expected, rel=1e-12)
+
+
+def test_frames_that_are_missing_make_no_joint_faster(gait):
+    """A movement at constant speed has it across a gap too; frame numbers that forget the gap would not say so."""
+    arm = Skeleton.chain(1)
+    turn = Motion(arm, np.linspace(0, 1, 61)[:, None], 60)
+    kept = np.r_[0:20, 40:61]
+    cut = replace(turn, angles=turn.angles[kept], frame_numbers=kept, root_positions=None, root_angles=None)
+    (speeds,) = (np.linalg.norm(Velocity(0.1).encode_motion(cut.angles, arm, cut.times), axis=1),)
+    assert speeds.max() < 1.0 + 1e-9
+    assert speeds.min() > 0.98
+    closed = replace(cut, frame_numbers=np.arange(len(kept)))
+    jumped = np.linalg.norm(Velocity(0.1).encode_motion(closed.angles, arm, closed.times), axis=1)
+    assert jumped.max() > 2.0
+    assert motion_distances([cut], [closed], metric=Velocity(0.1)).item() > 0.1
+    with_gap = replace(gait[0], frame_numbers=gait[0].frame_numbers + 7 * (np.arange(len(gait[0])) > 5))
+    assert motion_distances([with_gap], [gait[0]], metric="velocity").item() > 0.01
 
 
 def test_the_unit_is_said():
@@ -150,7 +169,7 @@ def test_three_kinds_of_distances_are_features(gait):
     scores = cross_val_score(model, gait, gait.actions, groups=gait.subjects, cv=LeaveOneGroupOut())
     assert scores.mean() > 0.9
     shuffled = np.random.default_rng(0).permutation(gait.actions)
-    assert cross_val_score(model, gait, shuffled, groups=gait.subjects, cv=LeaveOneGroupOut()).mean() < 0.9
+    assert cross_val_score(model, gait, shuffled, groups=gait.subjects, cv=LeaveOneGroupOut()).mean() < 0.75
 
 
 OF_POSES = {

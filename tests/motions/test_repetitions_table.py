@@ -109,6 +109,8 @@ def test_one_row_for_each_repetition_joint_and_phase(ten):
         "n_phases": 20,
         "reference": "median of the other repetitions, after dynamic time warping",
         "typical_spread": pytest.approx(table["spread [m]"].median()),
+        "root": "left out: a repetition that is wrong in where the whole body is, or leans, is not unusual",
+        "axes": "those of the root",
     }
     np.testing.assert_allclose(
         table["unusual"], table["deviation [m]"] / (table["spread [m]"] + table.attrs["typical_spread"]), rtol=1e-12

@@ -164,7 +164,7 @@ TOWARDS = (0, 1, 0)
 @pytest.mark.parametrize(
     ("skeleton", "message"),
     [
-        (named("LeftArm", "Arm"), "pairs by name, but some are alone: 'LeftArm'$"),
+        (named("LeftArm", "Arm"), "pairs by name, but some are alone: 'LeftArm'. Leave them out"),
         (named("arm.L", "RightArm"), "pairs by name, but some are alone: 'arm.L', 'RightArm'"),
         (
             named("l_left", "r_left", a=Bone("l_right", None, (1, 0, 0), "x"), b=Bone("r_right", None, (1, 0, 0), "x")),
