@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from skpose._compat.sklearn import Interval, validate_params
 from skpose._compiled.pose.loops import in_lanes
 from skpose._compiled.warping.stream import (
     Column,
@@ -16,7 +17,6 @@ from skpose._compiled.warping.stream import (
     forget_matches,
     insert_window,
 )
-from skpose._compat.sklearn import Interval, validate_params
 from skpose._typing import ArrayLike
 from skpose._validation.poses import check_is_array, check_pose, check_poses
 from skpose._validation.units import warn_of_degrees

@@ -16,6 +16,7 @@ from skpose.metrics import Velocity
 from skpose.motions import MotionStream, StreamMatch, find_motion
 
 ARM = Skeleton.chain(3)
+LARGE_LIMITS = pytest.mark.filterwarnings("ignore:.* templates move no more than:UserWarning")
 
 
 def wander(n_frames, rng, step=0.2):
@@ -59,6 +60,7 @@ def assert_same(found, expected, exact):
     np.testing.assert_allclose([m[2] for m in found], [m[2] for m in expected], rtol=0 if exact else 1e-12)
 
 
+@LARGE_LIMITS
 @pytest.mark.parametrize("entry", EVERY_METRIC, ids=lambda entry: repr(entry.metric))
 def test_matches_are_those_of_the_search(entry, recording):
     frames, movements = recording
@@ -67,7 +69,7 @@ def test_matches_are_those_of_the_search(entry, recording):
     given = {"skeleton": ARM, "metric": entry.metric}
     distances = [find_motion(movement, [frames], k=30, **given) for movement in movements]
     for share in (0.1, 0.5, 1.0):
-        limit = float(np.quantile([m.distance for found in distances for m in found], share))
+        limit = float(np.quantile([m.distance for found in distances for m in found], share)) * (1.0 + 1e-9)
         stream = MotionStream(movements, max_distance=limit, **given)
         matches = found_by(stream, frames)
         assert {type(value) for match in matches for value in match} == {int, float}
@@ -131,6 +133,7 @@ def test_chunks_change_nothing(recording, sizes):
             np.testing.assert_array_equal(getattr(together, name), getattr(alone[-1], name))
 
 
+@LARGE_LIMITS
 @pytest.mark.parametrize("limit", [0.3, 0.8, 2.0])
 def test_what_is_returned_is_final(recording, limit):
     """At each frame: the matches so far, and those that are open, are those of the search in the frames so far."""
@@ -149,10 +152,11 @@ def test_what_is_returned_is_final(recording, limit):
         assert n_open.count(0) > len(n_open) / 10
 
 
+@LARGE_LIMITS
 def test_random_costs():
     """Many windows that overlap, with equal sums: poses on a line, at whole numbers."""
     rng = np.random.default_rng(1)
-    for _ in range(60):
+    for _ in range(40):
         frames = rng.integers(0, 4, size=(80, 1)).astype(float)
         templates = [rng.integers(0, 4, size=(int(n), 1)).astype(float) for n in rng.integers(1, 9, size=3)]
         limit = float(rng.choice([0.05, 0.3, 0.6, 3.0]))
@@ -224,10 +228,10 @@ def test_what_is_going_on(labelled):
         assert {state.label for state in before[5:]} == {None}
         middle = during[12:26]
         assert [state.label for state in middle] == [label] * 14
-        assert min(state.sureness for state in middle) > 0.1
+        assert min(state.sureness for state in middle) > 0.3
         for t, state in enumerate(middle, start=12):
             assert labels[state.template] == label
-            assert state.progress[state.template] == pytest.approx((t + 1) / 32, abs=0.12)
+            assert state.progress[state.template] == pytest.approx((t + 1) / 32, abs=0.2)
             rival = min(r for r, other in zip(state.ratios, labels, strict=True) if other != label)
             assert state.sureness == pytest.approx(1 - state.ratios.min() / min(1, rival))
         after = states(still)
@@ -276,7 +280,7 @@ def test_memory_does_not_grow(labelled):
     n_matches, kept, sizes = 0, [], []
     tracemalloc.start()
     try:
-        for _ in range(8):
+        for _ in range(4):
             for part in rng.permutation(len(parts)):
                 frames = parts[part] * rng.uniform(0.9, 1.1) + rng.normal(size=parts[part].shape) * 0.01
                 for frame in frames:
@@ -285,10 +289,11 @@ def test_memory_does_not_grow(labelled):
             sizes.append(tracemalloc.get_traced_memory()[0])
     finally:
         tracemalloc.stop()
-    assert n_matches > 50
+    assert n_matches > 25
     assert max(kept) < 100
     assert sizes[-1] < sizes[1] + 30_000
-    assert len(pickle.dumps(stream)) < 2 * len(pickle.dumps(MotionStream(templates, skeleton=ARM, max_distance=1.0)))
+    fresh = MotionStream(templates, labels=labels, skeleton=ARM, metric="position")
+    assert len(pickle.dumps(stream)) < len(pickle.dumps(fresh)) + 20_000
 
 
 def test_a_stream_that_is_stuck_keeps_a_window_a_frame_and_is_right(labelled):
@@ -313,11 +318,10 @@ def test_motions_datasets_and_tables():
     assert stream.n_frames == 30
     arrays = MotionStream([m.angles for m in gait[:4]], labels=gait.actions[:4], skeleton=gait[:4].skeleton)
     assert arrays.frame_rate is None
+    first = arrays.push(motion.angles[:1])
     for pose in (motion.angles[0], motion.angles[0].tolist(), pd.Series(motion.angles[0], motion.skeleton.dof_names)):
         arrays.finish()
-        np.testing.assert_array_equal(arrays.push(pose).distances, arrays.push(motion.angles[:1]).distances * 0 + 
-                                      MotionStream(list(m.angles for m in gait[:4]), labels=gait.actions[:4],
-                                                   skeleton=gait[:4].skeleton).push(motion.angles[0]).distances)  # fmt: skip
+        np.testing.assert_array_equal(arrays.push(pose).distances, first.distances)
     arrays.finish()
     arrays.push(pd.DataFrame(motion.angles[:30], columns=motion.skeleton.dof_names))
     assert arrays.n_frames == 30
@@ -378,7 +382,7 @@ def test_refused_templates(given, error, match):
         (np.zeros((0, 3)), ValueError, "0 sample"),
         ([0.0, np.nan, 0.0], ValueError, "in 1 of 1 frames, first in frame 5 of the stream: leave a lost frame out"),
         (np.array([[0.0] * 3, [np.inf, 0, 0], [np.nan] * 3]), ValueError, "in 2 of 3 frames, first in frame 6"),
-        (Motion(Skeleton.chain(2), np.zeros((3, 2)), 30), ValueError, "pose: "),
+        (Motion(Skeleton.chain(2), np.zeros((3, 2)), 30), ValueError, "pose"),
         ([Motion(ARM, MOVING[0], 30)], TypeError, "pose must be .* list of Motions"),
         (ARM, TypeError, "got a Skeleton"),
         ("standing", ValueError, "pose|string|array"),
@@ -391,9 +395,10 @@ def test_refused_poses_change_nothing(pose, error, match, skeleton):
     stream.push(MOVING[0][:5])
     with pytest.raises(error, match=match):
         stream.push(pose)
-    stream.push(MOVING[0][5:])
-    other.push(MOVING[0])
-    assert stream.finish() == other.finish() == [StreamMatch(i, i, 0, 9, d) for i, d in enumerate([0.0, 0.05, 0.1])[:1]]
+    found, expected = (stream.push(MOVING[0][5:]).matches, other.push(MOVING[0]).matches)
+    assert found == expected
+    assert found[0] == StreamMatch(0, 0, 0, 9, 0.0), "known at once, as nothing is better than zero"
+    assert stream.finish() == other.finish()
 
 
 def test_copies_of_a_template_show_nothing():
