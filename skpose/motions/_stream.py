@@ -38,6 +38,9 @@ from skpose.skeleton import Motion, Skeleton
 
 FLOAT64 = np.dtype(np.float64)
 FIRST_ROOM = 64  # windows of a template
+N_PHASES = 100  # at which limits are learnt
+PHASES = np.arange(1, N_PHASES + 1) / N_PHASES
+TINY = 1e-12  # by which rounding may move a phase
 SHOWN = 5  # templates that a warning names
 
 
@@ -136,11 +139,13 @@ class MotionStream:
     .. math:: \frac{S(i, t)}{i\, r_i}
 
     over its prefixes i, where :math:`r_i` is the largest distance that is taken for the same movement. It is
-    `max_distance`, if that is given. Else it is learnt: each other template of the same label is pushed, from its first
-    to its last frame, and :math:`r_i` is the largest of their least distances. What has the least ratio is going on, if
-    that is at most 1. A prefix does not count where a person who stands still would pass for it: where the mean
-    distance of its frames from some frame of the template is within :math:`r_i`. Nor does what is left over from a
-    match, a path that overlaps the last one by more than half.
+    `max_distance`, if that is given. Else it is learnt by leaving each template out: it is pushed from its first to its
+    last frame, and for each share of the movement the least distance from the prefixes of the other templates of its
+    label is noted, of other `groups` if these are given. :math:`r_i` is the largest of these, that of the template that
+    is farthest from all others. What has the least ratio is going on, if that is at most 1. A prefix does not count
+    where a person who stands still would pass for it: where the mean distance of its frames from some frame of the
+    template is within :math:`r_i`. Nor does what is left over from a match, a path that overlaps the last one by more
+    than half.
 
     **How sure.** With q the least ratio and q′ the least one of another label,
 
@@ -149,8 +154,8 @@ class MotionStream:
     and 0 where nothing is going on. It states how far the best label is ahead of the second, or of the limit, in units
     of what its own repetitions differ. It is no probability, and assumes that
 
-    - the templates of a label are repetitions of one movement, by as different people as the stream shows. If so, and
-      there are m of them, one in m new performances is farther from a given template than all others of its label;
+    - the templates of a label are repetitions of one movement, which differ as much as those in the stream. If so, one
+      in m + 1 new ones is farther from the nearest of m templates than they are among each other, and is missed;
     - people go through a movement in its order. What passes through similar poses is similar.
 
     Parameters
@@ -160,6 +165,9 @@ class MotionStream:
         The movements, each from its beginning to its end, as for `motion_distances`. All have one frame rate.
     labels : sequence of hashables of length n_templates, default=None
         What each template shows, such as ``dataset.actions``. None is a label of its own for each, its index.
+    groups : sequence of hashables of length n_templates, default=None
+        Whom each template shows, such as ``dataset.subjects``: limits are then learnt between people, for a person of
+        whom there is no template. None is a group of its own for each.
     skeleton : Skeleton, default=None
         As for `motion_distances`: that of the stream, too.
     metric : str or Metric, default="auto"
@@ -255,7 +263,11 @@ class MotionStream:
     """
 
     @validate_params(
-        COMPARED_CONSTRAINTS | {"max_distance": [Interval(Real, 0, None, closed="neither"), None]},
+        COMPARED_CONSTRAINTS
+        | {
+            "max_distance": [Interval(Real, 0, None, closed="neither"), None],
+            "min_sureness": [Interval(Real, 0, 1, closed="left")],
+        },
         prefer_skip_nested_validation=True,
     )
     def __init__(
@@ -263,9 +275,11 @@ class MotionStream:
         templates: Any,
         *,
         labels: Sequence[Hashable] | None = None,
+        groups: Sequence[Hashable] | None = None,
         skeleton: Skeleton | None = None,
         metric: str | Metric = "auto",
         max_distance: float | None = None,
+        min_sureness: float = 0.1,
     ):
         (checked,) = check_motions({"templates": templates}, skeleton)
         self.metric = resolve(metric, checked.skeleton, of_motions=True)
@@ -279,12 +293,14 @@ class MotionStream:
         warn_of_no_skeleton(metric, checked.skeleton)
         self.skeleton, self.frame_rate = checked.skeleton, checked.frame_rate
         self._templates = checked.sequences.in_float64()
-        self.labels = _check_labels(labels, self._templates.n_motions)
+        self.labels = list(range(len(self))) if labels is None else _check_names(labels, len(self), "labels")
         self._rows = Rows(self._templates, self.metric, self.skeleton)
-        limits = self._learn_limits() if max_distance is None else max_distance * self._rows.counts
+        people = list(range(len(self))) if groups is None else _check_names(groups, len(self), "groups")
+        limits = self._learn_limits(people) if max_distance is None else max_distance * self._rows.counts
         self.max_distances = (limits / self._rows.counts)[self._rows.last]
         self._limits = self._count_prefixes(limits)
         warn_of_unconverged(self._rows.unconverged, self._rows.n_measured)
+        self.min_sureness = float(min_sureness)
         self._begin()
 
     def __len__(self) -> int:
@@ -356,9 +372,8 @@ class MotionStream:
         return matches
 
     def _begin(self) -> None:
-        n_rows = len(self._templates.poses)
         self.n_frames = 0
-        self._column = Column(np.full(n_rows, np.inf), np.zeros(n_rows, np.int64))
+        self._column = self._rows.first_column()
         self._windows = [TemplateWindows() for _ in range(len(self))]
         self._last = np.zeros((len(self), 2), np.int64)
 
@@ -404,34 +419,36 @@ class MotionStream:
                 "before it again. The stream is as it was before this call"
             )
 
-    def _learn_limits(self) -> np.ndarray:
-        """Return, for each prefix, the largest sum that the other templates of its label have."""
+    def _learn_limits(self, groups: list[Hashable]) -> np.ndarray:
+        """Return, for each prefix, the largest sum that is taken for its label."""
         limits = np.zeros(len(self._templates.poses))
         for label in dict.fromkeys(self.labels):
-            group = np.array([i for i, other in enumerate(self.labels) if other == label])
-            if len(group) == 1:
+            chosen = np.array([i for i, other in enumerate(self.labels) if other == label])
+            if len({groups[i] for i in chosen}) == 1:
+                whose = "one template" if len(chosen) == 1 else f"templates of one group, {groups[chosen[0]]!r}, alone"
                 raise ValueError(
-                    f"the label {label!r} has one template, templates[{group[0]}], so that nothing shows how much its "
-                    "repetitions differ: pass two templates or more of each label with labels=, or max_distance="
+                    f"the label {label!r} has {whose}, so that nothing shows how much its repetitions differ: pass "
+                    "labels= with two templates or more of each label, of two groups if there are groups, or "
+                    "max_distance="
                 )
-            some = Rows(self._templates.take(group), self.metric, self.skeleton)
-            largest = np.zeros(len(some.counts))
-            for place, performance in enumerate(group):
-                column = Column(np.full(len(largest), np.inf), np.zeros(len(largest), np.int64))
-                least = np.full(len(largest), np.inf)
-                for frame, code in enumerate(some.encode(self._templates.motion(performance))):
-                    some.advance(code, column, frame)
-                    np.minimum(least, column.sums, out=least)
-                least[some.starts[place] : some.starts[place + 1]] = 0.0  # of itself
-                np.maximum(largest, least, out=largest)
-            for place, template in enumerate(group):
-                found = largest[some.starts[place] : some.starts[place + 1]]
-                if found[-1] == 0.0:
-                    raise ValueError(
-                        f"templates[{template}] and the other templates of the label {label!r} are equal, so that "
-                        "nothing shows how much repetitions differ: leave copies out, or pass max_distance="
-                    )
-                limits[self._rows.starts[template] : self._rows.starts[template + 1]] = found
+            some = Rows(self._templates.take(chosen), self.metric, self.skeleton)
+            nearest = np.full((len(chosen), N_PHASES), np.inf)
+            for k, performance in enumerate(chosen):
+                distances = some.least_sums(self._templates.motion(performance)) / some.counts
+                for other, template in enumerate(chosen):
+                    if groups[template] != groups[performance]:
+                        rows = some.starts[other] + np.ceil(PHASES * some.lengths[other]).astype(int) - 1
+                        np.minimum(nearest[k], distances[rows], out=nearest[k])
+            largest = nearest.max(axis=0)
+            if largest[-1] == 0.0:
+                raise ValueError(
+                    f"the templates of the label {label!r} are equal, so that nothing shows how much repetitions "
+                    "differ: leave copies out, or pass max_distance="
+                )
+            for template in chosen:
+                rows = np.arange(self._rows.starts[template], self._rows.starts[template + 1])
+                progress = self._rows.counts[rows] / len(rows)
+                limits[rows] = largest[np.searchsorted(PHASES, progress - TINY)] * self._rows.counts[rows]
             self._rows.take_counts(some)
         return limits
 
@@ -481,16 +498,16 @@ class MotionStream:
         ratios, prefixes = np.empty(len(self)), np.empty(len(self), np.int64)
         best_prefixes(self._column, self._rows.starts, self._limits, self._last, self.n_frames - 1, ratios, prefixes)
         template = int(ratios.argmin())
-        label, sureness, chosen = None, 0.0, None
-        if ratios[template] <= 1.0:
-            label, chosen = self.labels[template], template
-            rival = min([1.0, *(q for q, other in zip(ratios.tolist(), self.labels, strict=True) if other != label)])
-            sureness = float(1.0 - ratios[template] / rival) if rival > 0.0 else 0.0
+        label, sureness = self.labels[template], 0.0
+        rival = min([1.0, *(q for q, other in zip(ratios.tolist(), self.labels, strict=True) if other != label)])
+        if ratios[template] < rival:
+            sureness = float(1.0 - ratios[template] / rival)
+        is_going_on = sureness > 0.0 and sureness >= self.min_sureness
         last = self._rows.last
         return StreamState(
             self.n_frames - 1,
-            label,
-            chosen,
+            label if is_going_on else None,
+            template if is_going_on else None,
             sureness,
             np.where(ratios <= 1.0, prefixes / self._rows.lengths, 0.0),
             ratios,
@@ -522,6 +539,10 @@ class Rows:
         self.unconverged += other.unconverged
         self.n_measured += other.n_measured
 
+    def first_column(self) -> Column:
+        """Return the column before the first frame, to which no path leads."""
+        return Column(np.full(len(self.counts), np.inf), np.zeros(len(self.counts), np.int64))
+
     def encode(self, poses: np.ndarray) -> np.ndarray:
         return self.metric.encode_poses(poses, self.skeleton)
 
@@ -532,6 +553,15 @@ class Rows:
         self.n_measured += len(self.counts)
         if unconverged[0]:
             self.unconverged.append(unconverged)
+
+    def least_sums(self, poses: np.ndarray) -> np.ndarray:
+        """Return, for each row, the least sum of the paths from the beginning of its template to any frame of a motion."""
+        column = self.first_column()
+        least = column.sums.copy()
+        for frame, code in enumerate(self.encode(poses)):
+            self.advance(code, column, frame)
+            np.minimum(least, column.sums, out=least)
+        return least
 
 
 class TemplateWindows:
@@ -604,18 +634,14 @@ def _is_row(pose: Any) -> bool:
         return False
 
 
-def _check_labels(labels: Sequence[Hashable] | None, n_templates: int) -> list[Hashable]:
-    """Return a label for each template; what numpy has is Python's."""
-    if labels is None:
-        return list(range(n_templates))
-    if isinstance(labels, str) or not hasattr(labels, "__len__"):
-        raise TypeError(f"labels must be a sequence of a label for each template, got {labels!r}")
-    if len(labels) != n_templates:
-        raise ValueError(f"labels has {len(labels)} labels for {n_templates} templates: pass one for each")
-    listed = labels.tolist() if isinstance(labels, np.ndarray) else list(labels)
-    for i, label in enumerate(listed):
-        if label is None or not isinstance(label, Hashable) or label != label:
-            raise TypeError(
-                f"labels[{i}] is {label!r}, which says nothing: pass a name or a number; None is what is no movement"
-            )
+def _check_names(names: Sequence[Hashable], n_templates: int, argument: str) -> list[Hashable]:
+    """Return a label or a group for each template; numbers of numpy are Python's."""
+    if isinstance(names, str) or not hasattr(names, "__len__"):
+        raise TypeError(f"{argument} must be a sequence, with one of the {argument} for each template, got {names!r}")
+    if len(names) != n_templates:
+        raise ValueError(f"{argument} has length {len(names)}, for {n_templates} templates: pass one for each")
+    listed = names.tolist() if isinstance(names, np.ndarray) else list(names)
+    for i, name in enumerate(listed):
+        if name is None or not isinstance(name, Hashable) or name != name:
+            raise TypeError(f"{argument}[{i}] is {name!r}: pass a name or a number, and leave out what has none")
     return listed

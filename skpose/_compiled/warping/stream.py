@@ -33,6 +33,8 @@ from skpose._compiled.simd.lanes import empty_aligned
 from skpose._compiled.simd.signatures import array_type, tuple_type
 from skpose._compiled.warping.paths import add_gaps, skip_outside
 
+TEMPO = 2  # times as slow, or as fast, as the template: what is going on
+
 
 class Column(NamedTuple):
     """The paths that end at the last frame, by their last row."""
@@ -111,17 +113,19 @@ def _overlap(start, stop, other_start, other_stop):
 def best_prefixes(column, row_starts, limits, last, frame, ratios, prefixes):
     """Write, for each template, the least ratio of a sum and its limit, and how many rows that prefix has.
 
-    A row whose limit is zero does not count, nor does a path that overlaps the `last` match of its template, an array
-    (n_templates, 2) of starts and stops: it is what is left of that match.
+    A row whose limit is zero does not count, nor does a path that is more than twice as long as the prefix, or less
+    than half, or that overlaps the `last` match of its template, an array (n_templates, 2) of starts and stops: it is
+    what is left of that match.
     """
     for template in range(row_starts.shape[0] - 1):
         first = row_starts[template]
         ratios[template], prefixes[template] = np.inf, 0
         for i in range(first, row_starts[template + 1]):
             if limits[i] > 0.0 and column.sums[i] < ratios[template] * limits[i]:
-                start, stop = last[template, 0], last[template, 1]
-                if not _overlap(column.starts[i], frame + 1, start, stop):
-                    ratios[template], prefixes[template] = column.sums[i] / limits[i], i + 1 - first
+                n, start, stop = i + 1 - first, column.starts[i], frame + 1
+                is_in_tempo = n <= TEMPO * (stop - start) and stop - start <= TEMPO * n
+                if is_in_tempo and not _overlap(start, stop, last[template, 0], last[template, 1]):
+                    ratios[template], prefixes[template] = column.sums[i] / limits[i], n
 
 
 @jit
