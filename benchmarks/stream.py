@@ -136,16 +136,14 @@ def recognise(dataset, metric):
         train = [i for i in range(len(motions)) if subjects[i] != person and actions[i] in known]
         test = np.flatnonzero(subjects == person)
         labels, rng = [actions[i] for i in train], np.random.default_rng(0)
-        with warnings.catch_warnings():
-            warnings.filterwarnings("ignore", message=".*templates move no more than", category=UserWarning)
-            stream = MotionStream(
-                [motions[i] for i in train],
-                labels=labels,
-                groups=subjects[train],
-                skeleton=dataset.skeleton,
-                metric=metric,
-                min_sureness=0.0,
-            )
+        stream = MotionStream(
+            [motions[i] for i in train],
+            labels=labels,
+            groups=subjects[train],
+            skeleton=dataset.skeleton,
+            metric=metric,
+            min_sureness=0.0,
+        )
         of_person = [motions[i] for i in test], [actions[i] for i in test]
         for kind, action, frames in make_parts(poses, *of_person, dataset.skeleton, metric, known, rng):
             if kind.startswith("noise"):
@@ -188,6 +186,7 @@ if __name__ == "__main__":
     arguments.add_argument("--part", choices=["equality", "time", "memory", "recognition"], help="one part alone")
     options = arguments.parse_args()
     common.print_machine()
+    warnings.filterwarnings("ignore", message=".*templates move no more than", category=UserWarning)
     if options.hdm05:
         dataset = load_hdm05(options.hdm05)
     else:
@@ -216,8 +215,8 @@ if __name__ == "__main__":
                     n_frames = 60 if options.quick else 3000
                     median, late, most, n = measure_time(motions, skeleton, rate, metric, n_templates, n_frames)
                     print(
-                        f"{metric}, {n_templates} templates of {SECONDS:g} s at {rate} Hz: {1e3 * median:.2f} ms a frame, "
-                        f"1 % above {1e3 * late:.2f} ms, at most {1e3 * most:.1f} ms; {n} matches"
+                        f"{metric}, {n_templates} templates at {rate} Hz: {1e3 * median:.2f} ms a frame, 1 % above "
+                        f"{1e3 * late:.2f} ms, at most {1e3 * most:.1f} ms; {n} matches"
                     )
         if "memory" in parts:
             for metric in ("position",) if options.quick else ("position", "spatial"):

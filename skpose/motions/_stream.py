@@ -80,12 +80,12 @@ class StreamState(NamedTuple):
     frame : int
         Number of the frame, counted from zero.
     label : hashable or None
-        The movement that is going on: the label of `template`; None where no template is within its spread.
+        The movement that is going on: the label of `template`; None where `sureness` is below `min_sureness`, or 0.
     template : int or None
-        The template with the least ratio.
+        The template with the least ratio; None where nothing is going on.
     sureness : float
-        From 0, where another movement fits as well or none does, to 1, a template itself; see `MotionStream`. It is no
-        probability.
+        Of the template with the least ratio: from 0, where another movement fits as well or none does, to 1, that
+        template itself; see `MotionStream`. It is no probability.
     progress : ndarray of shape (n_templates,)
         How far each template is: the share of its frames in the prefix with the least ratio; 0 where that is above 1.
     ratios : ndarray of shape (n_templates,)
@@ -144,15 +144,15 @@ class MotionStream:
     label is noted, of other `groups` if these are given. :math:`r_i` is the largest of these, that of the template that
     is farthest from all others. What has the least ratio is going on, if that is at most 1. A prefix does not count
     where a person who stands still would pass for it: where the mean distance of its frames from some frame of the
-    template is within :math:`r_i`. Nor does what is left over from a match, a path that overlaps the last one by more
-    than half.
+    template is within :math:`r_i`. Nor does a path at more than twice the tempo of the template, or less than half, nor
+    what is left over from a match, a path that overlaps the last one by more than half.
 
     **How sure.** With q the least ratio and q′ the least one of another label,
 
     .. math:: \text{sureness} = 1 - q / \min(1, q'),
 
-    and 0 where nothing is going on. It states how far the best label is ahead of the second, or of the limit, in units
-    of what its own repetitions differ. It is no probability, and assumes that
+    and 0 where that is negative. It states how far the best label is ahead of the second, or of the limit, in units of
+    what its own repetitions differ. Below `min_sureness` no label is given. It is no probability, and assumes that
 
     - the templates of a label are repetitions of one movement, which differ as much as those in the stream. If so, one
       in m + 1 new ones is farther from the nearest of m templates than they are among each other, and is missed;
@@ -176,6 +176,8 @@ class MotionStream:
     max_distance : float, default=None
         The largest distance of what is taken for a template, m, or rad for "angle". None learns it from the templates
         of the same label, of which there must be two or more.
+    min_sureness : float, default=0.1
+        The least sureness at which a movement is going on, less than 1. See the notes for what it is worth.
 
     Attributes
     ----------
@@ -198,7 +200,7 @@ class MotionStream:
         For one motion in the place of several, and for Motions and arrays together.
     ValueError
         For poses that `pose_distances` refuses, templates of different frame rates, skeletons that are not comparable;
-        without `max_distance` for a label with a single template, or with equal ones.
+        without `max_distance` for a label with a single template, of a single group, or with equal ones.
 
     Warns
     -----
@@ -227,7 +229,14 @@ class MotionStream:
     Distances are the same as those of `find_motion` to the last bit, but under "spatial" to 1e-12, as the curve is
     measured from its other end. Where two windows differ by no more than that, either may be chosen.
 
-    Time warps freely: somebody who stops in the middle of a movement is in the middle of it.
+    Of HDM05, at 30 Hz, each person recognised by templates of the two others of every second action, "position": of the
+    frames in the middle third of a movement 34 % have the right label at a sureness of 0.1 or more, and 0.2 % a wrong
+    one; at 0.2 or more 20 and 0 %. Of those of actions without templates 2.2 and 0.5 % have a label, of somebody who has
+    been standing for a second 1.0 and 0.0 %, of noise none. The default was chosen by this table. Frames of sureness 0
+    to 0.1 had the right label in 36 % of the cases, 0.1 to 0.2 in 64 %, 0.2 to 0.4 in 83 %, above in 97 %.
+
+    Time warps freely: somebody who stops in the middle of a movement is in the middle of it, for as long as it took to
+    come there. A lost frame may be left out.
 
     References
     ----------
@@ -555,7 +564,7 @@ class Rows:
             self.unconverged.append(unconverged)
 
     def least_sums(self, poses: np.ndarray) -> np.ndarray:
-        """Return, for each row, the least sum of the paths from the beginning of its template to any frame of a motion."""
+        """Return, for each row, the least sum of the open paths to it that end anywhere in a motion."""
         column = self.first_column()
         least = column.sums.copy()
         for frame, code in enumerate(self.encode(poses)):

@@ -100,7 +100,8 @@ def test_each_frame_has_the_sums_of_the_search(recording):
                 n = len(sums)
                 assert state.distances[i] == pytest.approx(sums[-1, t] / n, rel=1e-12)
                 assert state.starts[i] == starts[-1, t]
-                rows = [r for r in range(n) if counted[i][r] and not reference.overlap((starts[r, t], t + 1), last[i])]
+                here = counted[i] & in_tempo(starts[:, t], t)
+                rows = [r for r in range(n) if here[r] and not reference.overlap((starts[r, t], t + 1), last[i])]
                 ratio = min((sums[r, t] / (0.3 * (r + 1)) for r in rows), default=np.inf)
                 assert state.ratios[i] == pytest.approx(ratio, rel=1e-12)
                 if ratio > 1.0:
@@ -185,17 +186,31 @@ def labelled():
     return templates, labels
 
 
-def test_limits_are_learnt_from_the_other_templates_of_the_label(labelled):
+def least_distances(template, motion):
+    """Return, for each prefix of a template, the least distance of its paths in a motion."""
+    sums = reference.prefixes(pose_distances(template, motion, skeleton=ARM))[0].min(axis=1)
+    return sums / np.arange(1, len(template) + 1)
+
+
+@pytest.mark.parametrize("grouped", [False, True])
+def test_limits_are_learnt_from_the_other_templates_of_the_label(grouped, labelled):
+    """Each template is left out: how near are the others, of other groups, at each share of the movement?"""
     templates, labels = labelled
-    stream = MotionStream(templates, labels=np.array(labels), skeleton=ARM)
+    groups = ["anna", "anna", "anna", "anna", "ben", "ben", "carl", "carl"] if grouped else range(8)
+    stream = MotionStream(templates, labels=np.array(labels), groups=groups if grouped else None, skeleton=ARM)
     assert stream.labels == labels
     D = motion_distances(templates, templates, skeleton=ARM, alignment="subsequence")
-    for i, label in enumerate(labels):
-        others = [j for j, other in enumerate(labels) if other == label and j != i]
-        assert stream.max_distances[i] == pytest.approx(D[i, others].max(), rel=1e-12)
-    sums = [
-        [reference.prefixes(pose_distances(a, b, skeleton=ARM))[0].min(axis=1) for b in templates] for a in templates
-    ]
+    largest = {}
+    for label in ("wave", "lift"):
+        some = [i for i in range(8) if labels[i] == label]
+        others = {i: [j for j in some if groups[j] != groups[i]] for i in some}
+        expected = max(min(D[j, i] for j in others[i]) for i in some)
+        found = [stream.max_distances[i] for i in some]
+        np.testing.assert_allclose(found, expected, rtol=1e-12)
+        prefixes = {(j, i): least_distances(templates[j], templates[i]) for i in some for j in others[i]}
+        for share in np.arange(1, 101):
+            rows = {j: -(-share * len(templates[j]) // 100) - 1 for j in some}
+            largest[label, share] = max(min(prefixes[j, i][rows[j]] for j in others[i]) for i in some)
     frames = np.concatenate([templates[0] * 1.05, templates[1] * 0.97])
     paths = [reference.prefixes(pose_distances(a, frames, skeleton=ARM)) for a in templates]
     n_going_on = 0
@@ -204,13 +219,19 @@ def test_limits_are_learnt_from_the_other_templates_of_the_label(labelled):
         if stream._last.any():
             break
         for i, label in enumerate(labels):
-            others = [j for j, other in enumerate(labels) if other == label and j != i]
-            limits = np.max([sums[i][j] for j in others], axis=0)
-            counted = rows_that_count(templates[i], limits, "spatial")
-            ratio = np.min(paths[i][0][counted, t] / limits[counted])
+            n = len(templates[i])
+            limits = np.array([(r + 1) * largest[label, -(-100 * (r + 1) // n)] for r in range(n)])
+            counted = rows_that_count(templates[i], limits, "spatial") & in_tempo(paths[i][1][:, t], t)
+            ratio = np.min(paths[i][0][counted, t] / limits[counted], initial=np.inf)
             assert state.ratios[i] == pytest.approx(ratio, rel=1e-9)
             n_going_on += ratio <= 1.0
     assert n_going_on > 20
+
+
+def in_tempo(starts, t):
+    """Paths of prefixes that are no more than twice as long, and no less than half."""
+    n, length = np.arange(1, len(starts) + 1), t + 1 - starts
+    return (length <= 2 * n) & (n <= 2 * length)
 
 
 def test_what_is_going_on(labelled):
@@ -238,7 +259,7 @@ def test_what_is_going_on(labelled):
         assert {state.label for state in after[8:]} == {None}, "somebody who stands has ended the movement"
         assert {m.label for state in during + after for m in state.matches} == {label}
     others = {
-        "a joint that no template moves": 1.2 * np.sin(np.linspace(0, 12, 80))[:, None] * [0, 0, 1.0],
+        "the lift, in the other direction": -arm_at(np.linspace(0, 1, 32))[1],
         "both movements at once": sum(arm_at(np.linspace(0, 1, 32))),
         "noise": rng.normal(size=(80, 3)),
         "at rest elsewhere": np.tile([0.6, 0.6, 0.2], (60, 1)),
@@ -247,9 +268,8 @@ def test_what_is_going_on(labelled):
         stream.finish()
         found = states(frames)
         assert {state.label for state in found} == {None}, name
-        assert {state.sureness for state in found} == {0.0}
+        assert max(state.sureness for state in found) < 0.1, name
         assert not any(state.matches for state in found), name
-        assert not any(state.progress.any() for state in found)
 
 
 def test_two_labels_that_fit_as_well_are_not_sure(labelled):
@@ -258,18 +278,25 @@ def test_two_labels_that_fit_as_well_are_not_sure(labelled):
     stream = MotionStream([wave, wave + 1e-9], labels=["a", "b"], skeleton=ARM, max_distance=0.2)
     assert stream.push(0.95 * wave[:20]).sureness < 1e-6
     assert MotionStream([wave, wave], skeleton=ARM, max_distance=0.2).push(wave[:20]).sureness == 0.0
+    two = MotionStream([wave, 1.1 * wave], skeleton=ARM, max_distance=0.5, min_sureness=0.6)
+    labels = [(state.sureness, state.label) for state in map(two.push, 1.03 * wave)]
+    assert {label is None for sureness, label in labels if sureness >= 0.6} == {False}
+    assert {label for sureness, label in labels if sureness < 0.6} == {None}
+    assert max(labels)[0] > 0.6
     alone = MotionStream([wave], skeleton=ARM, max_distance=0.2).push(wave[:20])
     assert (alone.label, alone.template, alone.sureness) == (0, 0, 1.0)
 
 
 def test_who_stops_in_the_middle_is_in_the_middle(labelled):
+    """For as long as it took to come there, and not for ever."""
     templates, labels = labelled
     stream = MotionStream(templates, labels=labels, skeleton=ARM)
     half = templates[1][:14]
     stream.push(half)
-    state = stream.push(np.repeat(half[-1:], 20, axis=0))
+    state = stream.push(np.repeat(half[-1:], 10, axis=0))
     assert state.label == "lift"
     assert state.progress[1] == pytest.approx(0.5, abs=0.15)
+    assert stream.push(np.repeat(half[-1:], 60, axis=0)).label is None
 
 
 def test_memory_does_not_grow(labelled):
@@ -307,7 +334,7 @@ def test_a_stream_that_is_stuck_keeps_a_window_a_frame_and_is_right(labelled):
 
 def test_motions_datasets_and_tables():
     gait = make_gait(n_subjects=3, n_sequences=1, duration=2, frame_rate=20, random_state=0)
-    stream = MotionStream(gait[:4], labels=gait.actions[:4])
+    stream = MotionStream(gait[:4], labels=gait.actions[:4], min_sureness=0.0)
     assert (len(stream), stream.frame_rate, stream.skeleton) == (4, 20, gait[:4].skeleton)
     assert repr(stream) == "MotionStream(4 templates, 2 labels, 160 frames at 20 Hz, metric='spatial', 0 pushed)"
     motion = gait[4]
@@ -352,10 +379,17 @@ MOVING = [np.linspace([0, 0, 0], [1, scale, 0], 9) for scale in (1.0, 1.1, 1.2)]
             "one frame rate.*resample",
         ),
         ({"templates": [Motion(ARM, MOVING[0], 30), MOVING[1]]}, TypeError, "all skpose.Motion or all arrays"),
-        ({"max_distance": None}, ValueError, r"label 0 has one template, templates\[0\].*max_distance="),
+        ({"max_distance": None}, ValueError, r"the label 0 has one template, so that.*labels=.*max_distance="),
         ({"max_distance": None, "labels": "aab"}, TypeError, "labels must be a sequence"),
-        ({"max_distance": None, "labels": ["a", "a", "b"]}, ValueError, r"label 'b' has one template, templates\[2\]"),
-        ({"labels": ["a"]}, ValueError, "labels has 1 labels for 3 templates"),
+        ({"max_distance": None, "labels": ["a", "a", "b"]}, ValueError, "the label 'b' has one template"),
+        ({"labels": ["a"]}, ValueError, "labels has length 1, for 3 templates"),
+        ({"groups": [1, 2]}, ValueError, "groups has length 2, for 3 templates"),
+        (
+            {"max_distance": None, "labels": ["a"] * 3, "groups": ["p"] * 3},
+            ValueError,
+            "'a' has templates of one group, 'p', alone",
+        ),
+        ({"min_sureness": 1.0}, ValueError, "'min_sureness' parameter"),
         ({"labels": ["a", None, "b"]}, TypeError, r"labels\[1\] is None"),
         ({"labels": ["a", np.nan, "b"]}, TypeError, r"labels\[1\] is nan"),
         ({"labels": ["a", ["b"], "b"]}, TypeError, r"labels\[1\] is \['b'\]"),
@@ -378,7 +412,7 @@ def test_refused_templates(given, error, match):
     [
         (np.zeros(2), ValueError, "pose.* 2 "),
         (np.zeros((4, 5)), ValueError, "pose has 5 columns"),
-        (np.zeros((1, 1, 3)), ValueError, "dim 3"),
+        (np.zeros((1, 1, 3)), ValueError, "dim 3|must have shape"),
         (np.zeros((0, 3)), ValueError, "0 sample"),
         ([0.0, np.nan, 0.0], ValueError, "in 1 of 1 frames, first in frame 5 of the stream: leave a lost frame out"),
         (np.array([[0.0] * 3, [np.inf, 0, 0], [np.nan] * 3]), ValueError, "in 2 of 3 frames, first in frame 6"),
@@ -402,7 +436,7 @@ def test_refused_poses_change_nothing(pose, error, match, skeleton):
 
 
 def test_copies_of_a_template_show_nothing():
-    with pytest.raises(ValueError, match=r"templates\[0\] and the other templates of the label 'a' are equal"):
+    with pytest.raises(ValueError, match="the templates of the label 'a' are equal"):
         MotionStream([MOVING[0], MOVING[0].copy()], labels=["a", "a"], skeleton=ARM)
 
 
