@@ -231,9 +231,9 @@ class MotionStream:
 
     Of HDM05, at 30 Hz, each person recognised by templates of the two others of every second action, "position": of the
     frames in the middle third of a movement 34 % have the right label at a sureness of 0.1 or more, and 0.2 % a wrong
-    one; at 0.2 or more 20 and 0 %. Of those of actions without templates 2.2 and 0.5 % have a label, of somebody who has
-    been standing for a second 1.0 and 0.0 %, of noise none. The default was chosen by this table. Frames of sureness 0
-    to 0.1 had the right label in 36 % of the cases, 0.1 to 0.2 in 64 %, 0.2 to 0.4 in 83 %, above in 97 %.
+    one; at 0.2 or more 20 and 0 %. Of frames of actions without templates 2.2 and 0.5 % have a label, of somebody who
+    has been standing for a second 1.0 and 0.0 %, of noise none. The default was chosen by this table. A label is right
+    in 36 % of the frames of sureness 0 to 0.1, in 64 % of those up to 0.2, in 83 % up to 0.4, in 97 % above.
 
     Time warps freely: somebody who stops in the middle of a movement is in the middle of it, for as long as it took to
     come there. A lost frame may be left out.
