@@ -73,7 +73,7 @@ class StreamMatch(NamedTuple):
 
 
 class StreamState(NamedTuple):
-    """What `MotionStream` knows after a frame.
+    """State of a `MotionStream` after a frame.
 
     Attributes
     ----------
@@ -160,9 +160,9 @@ class MotionStream:
 
     Parameters
     ----------
-    templates : list of array-like of shape (n_frames, n_dofs), list of Motion, MotionDataset, or array of shape \
-(n_templates, n_frames, n_dofs)
-        The movements, each from its beginning to its end, as for `motion_distances`. All have one frame rate.
+    templates : list of array-like or of Motion, MotionDataset, or array of shape (n_templates, n_frames, n_dofs)
+        The movements, each from its beginning to its end, of shape (n_frames, n_dofs), as for `motion_distances`. All
+        have one frame rate.
     labels : sequence of hashables of length n_templates, default=None
         What each template shows, such as ``dataset.actions``. None is a label of its own for each, its index.
     groups : sequence of hashables of length n_templates, default=None
@@ -264,8 +264,8 @@ class MotionStream:
     ...         print(frame, state.label, round(state.sureness, 2), state.progress.max().round(2))
     11 None 0.0 0.0
     23 wave 0.38 0.13
-    35 wave 0.43 0.53
-    47 wave 0.42 0.97
+    35 wave 0.41 0.53
+    47 wave 0.44 0.97
     59 None 0.0 0.0
     >>> [(match.label, match.template, match.start, match.stop) for match in matches]
     [('wave', 0, 20, 50), ('wave', 1, 20, 50)]
@@ -302,9 +302,11 @@ class MotionStream:
         warn_of_no_skeleton(metric, checked.skeleton)
         self.skeleton, self.frame_rate = checked.skeleton, checked.frame_rate
         self._templates = checked.sequences.in_float64()
-        self.labels = list(range(len(self))) if labels is None else _check_names(labels, len(self), "labels")
+        self.labels: list[Hashable] = (
+            [*range(len(self))] if labels is None else _check_names(labels, len(self), "labels")
+        )
         self._rows = Rows(self._templates, self.metric, self.skeleton)
-        people = list(range(len(self))) if groups is None else _check_names(groups, len(self), "groups")
+        people: list[Hashable] = [*range(len(self))] if groups is None else _check_names(groups, len(self), "groups")
         limits = self._learn_limits(people) if max_distance is None else max_distance * self._rows.counts
         self.max_distances = (limits / self._rows.counts)[self._rows.last]
         self._limits = self._count_prefixes(limits)
@@ -376,7 +378,7 @@ class MotionStream:
         """
         matches = []
         for template, windows in enumerate(self._windows):
-            matches += [self._match(template, w) for w in choose_windows(windows.undecided(), -1)]
+            matches += [self._match(template, w) for w in choose_windows(windows.list_undecided(), -1)]
         self._begin()
         return matches
 
@@ -587,7 +589,7 @@ class TemplateWindows:
 
     @property
     def is_settled(self) -> bool:
-        """Whether the next frame changes nothing, unless a window ends there."""
+        """True where the next frame changes nothing, unless a window ends there."""
         return self._n_pending == 0 and self._n_matches < 2
 
     def insert(self, total: float, start: int, stop: int) -> None:
@@ -606,7 +608,7 @@ class TemplateWindows:
         self._n_pending, after = decide(
             self._pending, self._n_pending, self._matches, before, column, first, end, frame
         )
-        found = _listed(self._matches, before, after)
+        found = _list(self._matches, before, after)
         self._n_matches = forget_matches(self._matches, after, column, first, end, limit)
         return found
 
@@ -615,9 +617,9 @@ class TemplateWindows:
         k = int(self._matches.stops[: self._n_matches].argmax())
         return int(self._matches.starts[k]), int(self._matches.stops[k])
 
-    def undecided(self) -> list[Window]:
+    def list_undecided(self) -> list[Window]:
         """Return the windows that are undecided, by their sums."""
-        return _listed(self._pending, 0, self._n_pending)
+        return _list(self._pending, 0, self._n_pending)
 
 
 def _room(size: int, windows: Windows | None = None) -> Windows:
@@ -629,7 +631,7 @@ def _room(size: int, windows: Windows | None = None) -> Windows:
     return room
 
 
-def _listed(windows: Windows, first: int, last: int) -> list[Window]:
+def _list(windows: Windows, first: int, last: int) -> list[Window]:
     return [
         Window(float(windows.sums[k]), 0, int(windows.starts[k]), int(windows.stops[k])) for k in range(first, last)
     ]

@@ -149,7 +149,7 @@ def test_what_is_returned_is_final(recording, limit):
                 expected = offline(movement, frames[: t + 1], limit, skeleton=ARM, metric="position")
                 assert_same(of_template(so_far, i), expected, exact=True)
     if limit < 1.0:
-        assert max(n_open) <= 9, "hardly anything is known before the end"
+        assert max(n_open) <= 9, "little is known before the end"
         assert n_open.count(0) > len(n_open) / 10
 
 
