@@ -98,7 +98,7 @@ def measure_memory(motions, skeleton, metric, n_templates, n_frames):
     for t, frame in enumerate(endless(motions, n_frames, rng)):
         n_matches += len(stream.push(frame).matches)
         if t % 30 == 0:
-            most_kept = max(most_kept, sum(windows.n_kept for windows in stream._windows))
+            most_kept = max(most_kept, sum(windows.n_pending for windows in stream._windows))
         if (t + 1) % (n_frames // 6) == 0:
             traced = tracemalloc.get_traced_memory()[0] / 1e3
             lines.append((t + 1, traced, common.memory("VmRSS")))

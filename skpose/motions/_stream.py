@@ -14,7 +14,6 @@ from skpose._compiled.warping.stream import (
     advance_loop,
     best_prefixes,
     decide,
-    forget_matches,
     insert_window,
 )
 from skpose._typing import ArrayLike
@@ -32,7 +31,6 @@ from skpose.metrics._shared import (
 )
 from skpose.motions._distances import COMPARED_CONSTRAINTS
 from skpose.motions._inputs import Sequences, check_motion, check_motions, rates_differ
-from skpose.motions._search import ROUNDING
 from skpose.motions._windows import Window, choose_windows
 from skpose.skeleton import Motion, Skeleton
 
@@ -217,15 +215,15 @@ class MotionStream:
 
     Notes
     -----
-    Time O(frames of all templates) distances a frame: 50 templates of two seconds at 30 Hz take 2.5 ms under "spatial"
-    and 1 ms or less under the metrics below it, twice as many frames 5 and 1.1 ms (``benchmarks/stream.py``);
-    "geodesic" takes far longer. Learning takes a distance for each pair of frames of templates
-    of one label.
+    Time O(frames of all templates) distances a frame: 50 templates of two seconds at 30 Hz take 2.5 ms under "spatial",
+    and no more than 1 ms under "angle", "position" and "rotation"; at 60 Hz 5 and 1.1 ms (``benchmarks/stream.py``).
+    "geodesic" takes far longer. Learning takes a distance for each pair of frames of templates of one label.
 
-    Kept are: one column, a sum and a beginning for each frame of the templates; for each template, its windows within
-    the limit that a path of the last column may still rule out, and the matches that such a path overlaps. They are as
-    many frames back as a path within the limit is long, which is at most the limit over the least distance: a stream
-    that repeats one pose of a template, to the last bit, keeps a window a frame until it moves.
+    Kept are: one column, a sum and a beginning for each frame of the templates; for each template its last match, and
+    the windows within the limit that are undecided. A window is undecided while a path of the last column, with a
+    smaller sum, overlaps it by more than half, or a better window that is undecided. Such paths are no longer than the
+    limit over the least distance: a stream that repeats one pose of a template, to the last bit, keeps a window a frame
+    until it moves.
 
     Distances are the same as those of `find_motion` to the last bit, but under "spatial" to 1e-12, as the curve is
     measured from its other end. Where two windows differ by no more than that, either may be chosen.
@@ -491,16 +489,13 @@ class MotionStream:
         ends = self._column.sums[self._rows.last]
         within = ends / self._rows.lengths <= self.max_distances
         for template, windows in enumerate(self._windows):
-            if windows.is_settled and not within[template]:
-                continue
             first, end = self._rows.starts[template], self._rows.starts[template + 1]
             if within[template]:
                 windows.insert(ends[template], self._column.starts[end - 1], self.n_frames)
-            limit = self.max_distances[template] * (end - first) * (1.0 + ROUNDING)
-            found = windows.decide(self._column, first, end, self.n_frames - 1, limit)
-            if found:
+            if windows.n_pending:
+                found = windows.decide(self._column, first, end, self.n_frames - 1)
                 matches += [self._match(template, window) for window in found]
-                self._last[template] = windows.last()
+                self._last[template] = windows.last
 
     def _match(self, template: int, window: Window) -> StreamMatch:
         distance = window.sum / int(self._rows.lengths[template])
@@ -577,50 +572,29 @@ class Rows:
 
 
 class TemplateWindows:
-    """The windows of a template that are undecided, and its matches that windows to come may overlap."""
+    """The windows of a template that are undecided, and its last match, as start and stop."""
 
     def __init__(self) -> None:
-        self._pending, self._matches = _room(FIRST_ROOM), _room(FIRST_ROOM)
-        self._n_pending, self._n_matches = 0, 0
-
-    @property
-    def n_kept(self) -> int:
-        """The number of windows in memory."""
-        return self._n_pending + self._n_matches
-
-    @property
-    def is_settled(self) -> bool:
-        """True where the next frame changes nothing, unless a window ends there."""
-        return self._n_pending == 0 and self._n_matches < 2
+        self._pending, self.n_pending = _room(FIRST_ROOM), 0
+        self.last = 0, 0
 
     def insert(self, total: float, start: int, stop: int) -> None:
         """Take a window that ends at the last frame."""
-        if self._n_pending == len(self._pending.sums):
-            self._pending = _room(2 * self._n_pending, self._pending)
-        self._n_pending = insert_window(
-            self._pending, self._n_pending, self._matches, self._n_matches, total, start, stop
-        )
+        if self.n_pending == len(self._pending.sums):
+            self._pending = _room(2 * self.n_pending, self._pending)
+        self.n_pending = insert_window(self._pending, self.n_pending, total, start, stop, *self.last)
 
-    def decide(self, column: Column, first: int, end: int, frame: int, limit: float) -> list[Window]:
+    def decide(self, column: Column, first: int, end: int, frame: int) -> list[Window]:
         """Return the windows that have become matches for good."""
-        if self.n_kept > len(self._matches.sums):
-            self._matches = _room(2 * self.n_kept, self._matches)
-        before = self._n_matches
-        self._n_pending, after = decide(
-            self._pending, self._n_pending, self._matches, before, column, first, end, frame
-        )
-        found = _list(self._matches, before, after)
-        self._n_matches = forget_matches(self._matches, after, column, first, end, limit)
+        matches = _room(self.n_pending)
+        self.n_pending, n_matches = decide(self._pending, self.n_pending, matches, column, first, end, frame)
+        found = _list(matches, n_matches)
+        self.last = max([self.last, *((w.start, w.stop) for w in found)], key=lambda window: window[1])
         return found
-
-    def last(self) -> tuple[int, int]:
-        """Return start and stop of the last match."""
-        k = int(self._matches.stops[: self._n_matches].argmax())
-        return int(self._matches.starts[k]), int(self._matches.stops[k])
 
     def list_undecided(self) -> list[Window]:
         """Return the windows that are undecided, by their sums."""
-        return _list(self._pending, 0, self._n_pending)
+        return _list(self._pending, self.n_pending)
 
 
 def _room(size: int, windows: Windows | None = None) -> Windows:
@@ -632,10 +606,8 @@ def _room(size: int, windows: Windows | None = None) -> Windows:
     return room
 
 
-def _list(windows: Windows, first: int, last: int) -> list[Window]:
-    return [
-        Window(float(windows.sums[k]), 0, int(windows.starts[k]), int(windows.stops[k])) for k in range(first, last)
-    ]
+def _list(windows: Windows, n: int) -> list[Window]:
+    return [Window(float(windows.sums[k]), 0, int(windows.starts[k]), int(windows.stops[k])) for k in range(n)]
 
 
 def _is_row(pose: Any) -> bool:

@@ -312,7 +312,7 @@ def test_memory_does_not_grow(labelled):
                 frames = parts[part] * rng.uniform(0.9, 1.1) + rng.normal(size=parts[part].shape) * 0.01
                 for frame in frames:
                     n_matches += len(stream.push(frame).matches)
-                    kept.append(max(windows.n_kept for windows in stream._windows))
+                    kept.append(max(windows.n_pending for windows in stream._windows))
             sizes.append(tracemalloc.get_traced_memory()[0])
     finally:
         tracemalloc.stop()

@@ -14,8 +14,11 @@ shorter one, then the best of the others, and so on. Which windows are matches i
   is no less than that path's sum now, and it is no shorter than that path with the next frame.
 - So a window is a match for good where no better undecided window overlaps it, and no path of a smaller sum could. It
   rules out those that overlap it for good.
+- Of two matches, c before d, the later one rules out what the earlier one would. A window to come that contains d
+  overlaps it. Another one begins inside d, x frames before the end of c, where 2 x is less than the frames of d, as c
+  and d overlap by no more than half; so it is longer than 2 x, and overlaps c by no more than half.
 
-What is kept are the windows that are undecided, and the matches that windows to come may overlap.
+So the windows that are undecided are kept, and the last match.
 """
 
 import functools
@@ -129,14 +132,13 @@ def best_prefixes(column, row_starts, limits, last, frame, ratios, prefixes):
 
 
 @jit
-def insert_window(pending, n_pending, matches, n_matches, total, start, stop):
-    """Insert a window among the undecided ones, which are in order of sum and stop, unless a match rules it out.
+def insert_window(pending, n_pending, total, start, stop, last_start, last_stop):
+    """Insert a window among the undecided ones, in order of sum and stop, unless the last match rules it out.
 
     Return how many there are then.
     """
-    for k in range(n_matches):
-        if _overlap(start, stop, matches.starts[k], matches.stops[k]):
-            return n_pending
+    if _overlap(start, stop, last_start, last_stop):
+        return n_pending
     k = n_pending
     while k > 0 and pending.sums[k - 1] > total:
         pending.sums[k] = pending.sums[k - 1]
@@ -147,16 +149,16 @@ def insert_window(pending, n_pending, matches, n_matches, total, start, stop):
 
 
 @jit
-def decide(pending, n_pending, matches, n_matches, column, first, end, frame):
-    """Move windows of a template, whose rows are first:end, that are matches for good behind the other matches.
+def decide(pending, n_pending, matches, column, first, end, frame):
+    """Move the matches for good of a template, whose rows are first:end, and remove the windows that they rule out.
 
-    Remove those that they rule out. Return how many are undecided, and how many matches there are.
+    Return how many are undecided, and how many matches there are.
     """
-    n_left, n_before = 0, n_matches
+    n_left, n_matches = 0, 0
     for k in range(n_pending):
         total, start, stop = pending.sums[k], pending.starts[k], pending.stops[k]
         ruled_out, undecided = False, False
-        for other in range(n_before, n_matches):
+        for other in range(n_matches):
             ruled_out = ruled_out or _overlap(start, stop, matches.starts[other], matches.stops[other])
         if ruled_out:
             continue
@@ -176,21 +178,3 @@ def decide(pending, n_pending, matches, n_matches, column, first, end, frame):
             matches.sums[n_matches], matches.starts[n_matches], matches.stops[n_matches] = total, start, stop
             n_matches += 1
     return n_left, n_matches
-
-
-@jit
-def forget_matches(matches, n_matches, column, first, end, limit):
-    """Remove the matches that no path within the limit overlaps; return how many are left. The last one is kept."""
-    earliest = np.iinfo(np.int64).max
-    for i in range(first, end):
-        if column.sums[i] <= limit:
-            earliest = min(earliest, column.starts[i])
-    n_left, last = 0, 0
-    for k in range(n_matches):
-        last = max(last, matches.stops[k])
-    for k in range(n_matches):
-        if matches.stops[k] > earliest or matches.stops[k] == last:
-            matches.sums[n_left], matches.starts[n_left] = matches.sums[k], matches.starts[k]
-            matches.stops[n_left] = matches.stops[k]
-            n_left += 1
-    return n_left
