@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 import reference
 from every_metric import EVERY_METRIC
+from sklearn.exceptions import ConvergenceWarning
 
 from skpose import Motion, Skeleton, motion_distances, pose_distances
 from skpose.datasets import MotionDataset, make_gait
@@ -154,10 +155,12 @@ def test_what_is_returned_is_final(recording, limit):
 
 
 @LARGE_LIMITS
-def test_random_costs():
-    """Many windows that overlap, with equal sums: poses on a line, at whole numbers."""
+@pytest.mark.parametrize("room", [1, 64])
+def test_random_costs(room, monkeypatch):
+    """Many windows that overlap, with equal sums: poses on a line, at whole numbers; also where room must be made."""
+    monkeypatch.setattr("skpose.motions._stream.FIRST_ROOM", room)
     rng = np.random.default_rng(1)
-    for _ in range(40):
+    for _ in range(25):
         frames = rng.integers(0, 4, size=(80, 1)).astype(float)
         templates = [rng.integers(0, 4, size=(int(n), 1)).astype(float) for n in rng.integers(1, 9, size=3)]
         limit = float(rng.choice([0.05, 0.3, 0.6, 3.0]))
@@ -460,6 +463,19 @@ def test_degrees_and_missing_skeletons_are_warned_of():
     stream = MotionStream(MOVING, skeleton=ARM, max_distance=0.1)
     with pytest.warns(UserWarning, match="values of pose reach"):
         stream.push(np.full(3, 180.0))
+
+
+def test_geodesics_that_do_not_converge_are_counted_in_each_call(monkeypatch):
+    stream = MotionStream(MOVING, skeleton=ARM, max_distance=0.1)
+
+    def advance(code, lanes, starts, frame, measure, tree, steps, column):
+        column.sums.fill(1.0)
+        return 2, 0.1
+
+    monkeypatch.setattr("skpose.motions._stream.advance_loop", lambda dtype: advance)
+    for _ in range(2):
+        with pytest.warns(ConvergenceWarning, match="4 of 54 geodesics did not converge"):
+            stream.push(MOVING[0][:2])
 
 
 def test_datasets_give_templates_on_their_mean_skeleton():
