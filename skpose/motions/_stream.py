@@ -215,8 +215,8 @@ class MotionStream:
 
     Notes
     -----
-    Time O(frames of all templates) distances a frame: 50 templates of two seconds at 30 Hz take 2.5 ms under "spatial",
-    and no more than 1 ms under "angle", "position" and "rotation"; at 60 Hz 5 and 1.1 ms (``benchmarks/stream.py``).
+    Time O(frames of all templates) distances a frame: 50 templates of two seconds at 30 Hz take 2.3 ms under "spatial",
+    and less than 1 ms under "angle", "position" and "rotation"; at 60 Hz 4 and 1 ms (``benchmarks/stream.py``).
     "geodesic" takes far longer. Learning takes a distance for each pair of frames of templates of one label.
 
     Kept are: one column, a sum and a beginning for each frame of the templates; for each template its last match, and
