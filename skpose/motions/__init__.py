@@ -9,6 +9,7 @@
 | `_memory`      | distances that earlier calls have computed, in files                                        |
 | `_kneighbors`  | the graph of the nearest motions; `_queries` splits its requests, `_search` answers one     |
 | `_find`        | the best windows of long motions; `_windows` finds them                                     |
+| `_stream`      | movements in a stream, one frame after the other                                            |
 | `_index`       | motions that are searched; `_bounds` are lower bounds of the distances to them              |
 | `_mean`        | the mean of motions; `_barycenter` has its two steps                                        |
 | `_repetitions` | repetitions in one motion; `_template` finds what is repeated, `_surrogates` how surely,     |
@@ -22,6 +23,7 @@ from skpose.motions._kneighbors import MotionKNeighborsTransformer
 from skpose.motions._mean import MeanMotion, mean_motion
 from skpose.motions._repetitions import Repetitions, segment_repetitions
 from skpose.motions._results import MotionEvaluations
+from skpose.motions._stream import MotionStream, StreamMatch, StreamState
 from skpose.motions._transformer import MotionDistanceTransformer
 
 __all__ = [
@@ -33,7 +35,10 @@ __all__ = [
     "MotionIndex",
     "MotionKNeighborsTransformer",
     "MotionMatch",
+    "MotionStream",
     "Repetitions",
+    "StreamMatch",
+    "StreamState",
     "align_motions",
     "find_motion",
     "mean_motion",

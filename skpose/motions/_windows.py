@@ -232,7 +232,10 @@ def sums_through(distances: np.ndarray, onwards: np.ndarray, edge: np.ndarray) -
 
 
 def choose_windows(windows: Iterable[Window], k: int) -> list[Window]:
-    """Return the k best windows of which no two overlap by more than half; of equal sums the first comes first."""
+    """Return the k best windows of which no two overlap by more than half; of equal sums the first comes first.
+
+    A negative k is all of them.
+    """
     best: list[Window] = []
     # Of each motion those that are chosen, by start. As none lies in another one, they are in order of stop too.
     of_motion: dict[int, list[Window]] = {}

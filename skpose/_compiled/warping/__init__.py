@@ -2,7 +2,7 @@
 
 What calls what::
 
-    within                                                  the least sum of a part of a motion
-       |
-     paths                                                  the least sum of two motions, and its path
+    within    stream                                        the least sum of a part of a motion; of a stream so far
+       |         |
+       +- paths -+                                                  the least sum of two motions, and its path
 """
