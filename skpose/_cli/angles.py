@@ -9,7 +9,6 @@ import numpy as np
 from skpose._cli.contents import Content, load_any
 from skpose._cli.reader import Reader, name_of
 from skpose._files import new_file
-from skpose._warnings import warn
 from skpose.biomechanics import JointAngles, joint_angles
 from skpose.keypoints import Keypoints, Layout, fit_skeleton
 from skpose.keypoints._shared import check_layout, find_layout, missing_points, nearest_layout
@@ -27,11 +26,6 @@ def angles(path: Path, zero: Path | int | None, reader: Reader, out: Path, layou
             raise ValueError(f"{name} is a skeleton (ASF), which has no motion: pass its AMC file")
     motions = _fit(contents, names, layout)
     standing = motions[1] if isinstance(zero, Path) else zero
-    if zero is None and isinstance(contents[0], Keypoints):
-        warn(
-            "zero is how the layout's person stands, not the one of the file, whose hips, knees and ankles may differ "
-            "from it by 10 to 25°: pass --zero FILE, a recording of this person who stands, or --zero FRAME"
-        )
     found = cast(JointAngles, joint_angles(motions[0], zero=standing))  # scikit-learn's configuration is the default
     with new_file(out) as new:
         _write(new, found)

@@ -53,14 +53,21 @@ class Target(NamedTuple):
             text += (
                 f", {content.skeleton.n_joints} joints besides the root, {content.skeleton.n_dofs} degrees of freedom"
             )
+        if suffix == ".csv":
+            text += "; positions in m" if isinstance(content, Keypoints) else "; positions in m, angles in rad"
         print(f"{self.out}: {text}")
-        if suffix == ".bvh":
-            self._print_what_is_not_stated()
+        if isinstance(content, Motion) and suffix == ".bvh":
+            self._print_what_is_not_stated(content)
 
-    def _print_what_is_not_stated(self) -> None:
-        """Print the option with which the BVH file is read as it was written, as it does not state its unit."""
+    def _print_what_is_not_stated(self, motion: Motion) -> None:
+        """Print with which option a BVH file is read as it was written, and what it does not keep."""
         if self.scale != 1.0:
             print(f"{self.out}: BVH files do not state their unit; to read it again pass --scale {self.scale:g}")
+        if motion.fitted:
+            print(
+                f"{self.out}: BVH files do not state that poses were fitted to positions, which do not show how limbs "
+                "are twisted; .npz files do"
+            )
 
 
 def mean(

@@ -165,6 +165,8 @@ def joint_angles(
         If the person moves in the recording `zero`, or limbs are bent in it by 12° and more. If arms do not hang in
         `zero`: angles of shoulder and elbow, or of the elbow alone, are NaN.
     UserWarning
+        If the skeleton is one of `fit_skeleton`, and there is no `zero`: its rest pose is the layout's.
+    UserWarning
         If in nearly all frames the person stands along another axis than ``motion.up``, and there is no `zero`.
     UserWarning
         If positions show of the pelvis only the line of the hips: its tilt is NaN, and the hips' angles are relative

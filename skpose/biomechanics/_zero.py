@@ -13,6 +13,7 @@ from skpose._validation.motions import is_motion
 from skpose._warnings import warn
 from skpose.biomechanics._axes import Reference, find_reference
 from skpose.biomechanics._segments import SIDES, Segment, Turned, turn_segments
+from skpose.keypoints._shared import is_of_layout
 from skpose.skeleton import Motion
 from skpose.skeleton._shared import describe_up, find_up
 
@@ -69,6 +70,12 @@ def find_zero(motion: Motion, zero: Any, segments: dict[str, Segment]) -> tuple[
         raise ValueError(f"nobody stands in the rest pose of this skeleton, at angle zero: {at_rest}. So {REMEDY}")
     if complaint := _complain_of_up(motion):
         warn(f"{complaint}. Else the person lies or is upside down, and so are tilt, list and rotation of the pelvis")
+    if is_of_layout(motion.skeleton):
+        warn(
+            "zero is how the person of the layout stands, to which the skeleton was fitted, and not the one who was "
+            f"recorded, whose hips, knees and ankles may differ from it by 10 to 25°: {REMEDY}"
+        )
+        return at_rest, "rest pose of the layout"
     return at_rest, "rest pose"
 
 

@@ -63,7 +63,9 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0, up: Literal[
     Where the world is turned, all positions of the root are, and its orientation has three angles, the first about the
     axis that points up. Heights, tilts and headings stay, as do the poses.
 
-    The format has no weights: those of `Skeleton.with_weights` are not written.
+    The format has no weights: those of `Skeleton.with_weights` are not written. Nor does it state that poses were
+    fitted to positions, which do not show how limbs are twisted (`Motion.fitted`): where that matters, as in
+    `joint_angles`, use `save_npz`, or state it again by ``dataclasses.replace(motion, fitted=True)``.
 
     Examples
     --------

@@ -1,5 +1,6 @@
 """Names of `skpose.keypoints` that the other packages of skpose use, in addition to the public ones."""
 
+from skpose.keypoints._fit import is_of_layout
 from skpose.keypoints._layout import name_points, remedy_without
 from skpose.keypoints._layouts import check_layout, find_layout, missing_points, nearest_layout
 from skpose.keypoints._names import find_names
@@ -18,6 +19,7 @@ __all__ = [
     "find_lost",
     "find_names",
     "find_up",
+    "is_of_layout",
     "is_spatial",
     "missing_points",
     "name_points",

@@ -1,5 +1,6 @@
 """Repetitions of a movement in one recording."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from numbers import Integral, Real
 from typing import TYPE_CHECKING, Any
@@ -11,6 +12,7 @@ from sklearn.utils import check_random_state
 from skpose._compat.sklearn import Interval, validate_params
 from skpose._validation.options import check_integer
 from skpose._validation.units import warn_of_degrees
+from skpose._warnings import warn
 from skpose.metrics import Geodesic, Metric, Spatial
 from skpose.metrics._shared import METRIC_CONSTRAINTS, resolve, warn_of_no_skeleton, warn_of_unconverged
 from skpose.motions._deviations import STEPS, Deviations, deviations_of
@@ -22,6 +24,8 @@ from skpose.skeleton import Motion, Skeleton
 
 if TYPE_CHECKING:
     import pandas
+
+MISSING = 0.1  # share of a repetition's frames, from which missing ones are said
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -343,7 +347,8 @@ def segment_repetitions(
     ConvergenceWarning
         If geodesics did not converge.
     UserWarning
-        If the poses look like degrees, see `pose_distances`.
+        If the poses look like degrees, see `pose_distances`. If of a repetition more than a tenth of the frames are
+        missing, see `Motion.frame_numbers`: it is compared as if none were.
 
     See Also
     --------
@@ -435,6 +440,7 @@ def segment_repetitions(
     starts, stops = found.segments.T
     given, times = (motion, motion.times) if isinstance(motion, Motion) else (poses, None)
     repeated = [given[start:stop] for start, stop in zip(starts, stops, strict=True)]
+    _warn_of_missing(repeated)
     return Repetitions(
         starts=starts,
         stops=stops,
@@ -447,6 +453,18 @@ def segment_repetitions(
         skeleton=checked.skeleton,
         times=times,
     )
+
+
+def _warn_of_missing(repetitions: Sequence[Motion | np.ndarray]) -> None:
+    """Warn of repetitions in which many frames are missing, as they are compared as if none were."""
+    for i, one in enumerate(repetitions):
+        if isinstance(one, Motion):
+            missing = int(np.ptp(one.frame_numbers)) + 1 - len(one)
+            if missing > MISSING * len(one):
+                warn(
+                    f"repetition {i} lacks {missing} of the frames {one.frame_numbers[0]} to {one.frame_numbers[-1]}, "
+                    "and is compared as if what is before and after them were one movement: cut the motion there"
+                )
 
 
 def _turn_euler(

@@ -732,6 +732,26 @@ def test_the_humanoid_and_its_file_agree(tmp_path):
     assert_same(angles, read, 1e-5, [name for name in angles.names if name in read.names])
 
 
+def test_the_rest_pose_of_a_layout_is_not_how_a_person_stands():
+    """A skeleton that is fitted to points has the lengths of a person, and the rest pose of its layout."""
+    middle = {"hip_center": (0, 1.0, 0), "spine": (0, 1.1, 0), "shoulder_center": (0, 1.45, 0), "head": (0, 1.65, 0)}
+    left = {"shoulder": (0.18, 1.4), "elbow": (0.2, 1.1), "wrist": (0.22, 0.85), "hand": (0.22, 0.78)}
+    left |= {"hip": (0.1, 0.95), "knee": (0.1, 0.52), "ankle": (0.1, 0.1), "foot": (0.11, 0.03, 0.12)}
+    points = {name: np.array(place) for name, place in middle.items()}
+    for name, (x, y, *z) in left.items():
+        points |= {f"left_{name}": np.array([x, y, *(z or [0])]), f"right_{name}": np.array([-x, y, *(z or [0])])}
+    layout = layouts["kinect20"]
+    standing = layout.keypoints([[points[name] for name in layout.names]] * 3, frame_rate=10)
+    skeleton = fit_skeleton(standing, layout)
+    motion = inverse_kinematics(standing, skeleton).to_motion()
+    with pytest.warns(UserWarning, match="zero is how the person of the layout stands, to which the skeleton was fit"):
+        angles = joint_angles(motion)
+    assert angles.zero == "rest pose of the layout"
+    assert abs(angles["ankle_dorsiflexion_left"]).min() > 5.0
+    angles = joint_angles(motion, zero=0)  # no warning
+    assert angles["ankle_dorsiflexion_left"] == pytest.approx(0.0, abs=1e-6)
+
+
 @pytest.mark.slow
 def test_markers_give_the_angles_of_opensim(opensim_folder):
     """Hips and knees of a person who walks and squats; the knee as well as the plain angle between three markers."""

@@ -328,6 +328,16 @@ def test_convert_from_format_to_format(motions, capsys):
     ]
 
 
+def test_convert_says_which_units_a_table_has_and_what_a_bvh_file_does_not_state(motions, capsys):
+    save_npz("fitted.npz", replace(motions[0], fitted=True))
+    assert main(["convert", "fitted.npz", "--out", "m.csv"]) == 0
+    assert capsys.readouterr().out.endswith("; positions in m, angles in rad\n")
+    assert main(["convert", "fitted.npz", "--out", "m.bvh"]) == 0
+    assert "do not state that poses were fitted to positions" in capsys.readouterr().out
+    assert main(["convert", "m.bvh", "--out", "again.bvh"]) == 0
+    assert "fitted" not in capsys.readouterr().out
+
+
 def test_a_bvh_file_says_how_it_is_read_again(motions, capsys):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -358,7 +368,8 @@ def test_convert_markers(kind, suffix, capsys):
     found = load_keypoints(f"m{suffix}")
     np.testing.assert_array_equal(found.positions, expected.positions)
     assert (found.names, found.frame_rate, found.up) == (expected.names, expected.frame_rate, expected.up)
-    assert f"m{suffix}: 20 frames at 100 Hz, 0.20 s, {expected.up} up, 3 points\n" in capsys.readouterr().out
+    unit = "; positions in m" if suffix == ".csv" else ""
+    assert f"m{suffix}: 20 frames at 100 Hz, 0.20 s, {expected.up} up, 3 points{unit}\n" in capsys.readouterr().out
     assert main(["info", f"m{suffix}"]) == 0
     assert f"3 points, {expected.up} is up" in capsys.readouterr().out
     other = {".npz": ".csv", ".csv": ".npz"}[suffix]

@@ -326,3 +326,17 @@ def test_without_pandas(ten, monkeypatch):
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(ImportError, match=r"pip install 'skpose\[pandas\]'"):
         ten[2].to_pandas()
+
+
+def test_repetitions_that_lack_frames_are_a_warning():
+    motion, _ = squats(5, n=4)
+    middle = len(motion) // 2
+
+    def find_without(n):
+        """The repetitions if n frames in the middle of the recording are missing."""
+        kept = np.delete(np.arange(len(motion)), np.s_[middle : middle + n])
+        return find(Motion(SKELETON, motion.angles[kept], RATE, frame_numbers=kept))
+
+    assert len(find_without(1)) == 4  # is no matter
+    with pytest.warns(UserWarning, match=r"repetition \d lacks 20 of the frames \d+ to \d+, and is compared as if"):
+        find_without(20)
