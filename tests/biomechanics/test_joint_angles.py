@@ -736,7 +736,7 @@ def test_the_rest_pose_of_a_layout_is_not_how_a_person_stands():
     """A skeleton that is fitted to points has the lengths of a person, and the rest pose of its layout."""
     middle = {"hip_center": (0, 1.0, 0), "spine": (0, 1.1, 0), "shoulder_center": (0, 1.45, 0), "head": (0, 1.65, 0)}
     left = {"shoulder": (0.18, 1.4), "elbow": (0.2, 1.1), "wrist": (0.22, 0.85), "hand": (0.22, 0.78)}
-    left |= {"hip": (0.1, 0.95), "knee": (0.1, 0.52), "ankle": (0.1, 0.1), "foot": (0.11, 0.03, 0.12)}
+    left |= {"hip": (0.1, 0.95), "knee": (0.1, 0.52), "ankle": (0.1, 0.1), "foot": (0.11, 0.09, 0.14)}
     points = {name: np.array(place) for name, place in middle.items()}
     for name, (x, y, *z) in left.items():
         points |= {f"left_{name}": np.array([x, y, *(z or [0])]), f"right_{name}": np.array([-x, y, *(z or [0])])}
