@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from skpose._cli import targets  # without commands and inputs, whose imports take a second
-from skpose._cli.messages import Skipped
+from skpose._cli.messages import Skipped, describe
 from skpose._cli.parser import command_line
 from skpose._cli.terminal import Interruption, discard, output_may_close, standard_streams
 
@@ -57,6 +57,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _status(arguments: Sequence[str] | None, interruption: Interruption) -> int:
     parser = command_line()
+    if not (sys.argv[1:] if arguments is None else arguments):
+        parser.print_help()
+        return 0
     options = parser.parse_args(arguments)
     if complaint := _find_contradiction(options):
         parser.error(complaint)
@@ -78,7 +81,7 @@ def _status(arguments: Sequence[str] | None, interruption: Interruption) -> int:
             return INTERRUPTED
         if not isinstance(error, (OSError, ValueError, RuntimeError, MemoryError)):
             raise
-        message = str(error) or ("not enough memory" if isinstance(error, MemoryError) else type(error).__name__)
+        message = describe(error)
         print(f"skpose: {_as_options(message, options)}", file=sys.stderr)
         return 1
     return INCOMPLETE if skipped.messages else 0

@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
+from skpose._validation.names import near_names
+
 MOST_NAMES = 5  # of files in one line
 # Not those of a remedy, such as scale=0.01, which is for some files only.
 NUMBER = re.compile(r"(?<![\w=.])-?\d[\d.,]*(?:e[+-]?\d+)?")
@@ -25,6 +27,24 @@ class Skipped:
 
     messages: list[str] = field(default_factory=list)
     n_files: int = 0  # of the command, all of them
+
+
+def describe(error: BaseException) -> str:
+    """Return the message of an error in words, also where the operating system has a number for it."""
+    if isinstance(error, MemoryError):
+        return str(error) or "not enough memory"
+    if not isinstance(error, OSError) or error.errno is None or error.filename is None:
+        return str(error) or type(error).__name__
+    name = str(error.filename)
+    if not isinstance(error, FileNotFoundError):
+        return f"{name}: {(error.strerror or type(error).__name__).lower()}"
+    if Path(name).is_symlink():
+        return f"{name} is a link to a file that does not exist"
+    folder = Path(name).parent
+    if not folder.is_dir():
+        return f"there is no file {name}, as there is no folder {folder}"
+    near = near_names([path.name for path in folder.iterdir()], Path(name).name, "")
+    return f"there is no file {name}{f': {near}' if near else ', nor one with a similar name'}"
 
 
 def group(notes: Iterable[Note], files: Sequence[str]) -> list[tuple[str, type[Warning]]]:

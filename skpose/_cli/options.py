@@ -1,11 +1,13 @@
 """Options that several commands share, and the types of their values."""
 
 import argparse
+import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from skpose._cli.targets import CONTENTS, file_named
+from skpose._validation.names import near_names
 
 # The groups of options of every command, in this order.
 GROUPS = "input", "reading", "preparing", "metric", "result", "output", "computation"
@@ -13,7 +15,9 @@ METRICS = "angle", "position", "rotation", "spatial", "geodesic"  # the registry
 
 
 class CommandParser(argparse.ArgumentParser):
-    """A parser whose options are in the same groups, in the same order, for every command."""
+    """A parser whose options are in the same groups, in the same order, for every command, and whose errors say what is
+    near to a word that it does not know.
+    """
 
     def __init__(self, **options: Any):
         super().__init__(**options)
@@ -22,6 +26,22 @@ class CommandParser(argparse.ArgumentParser):
     def group(self, title: str) -> Any:
         """Return the group of a title."""
         return self._own_groups[title]
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Refuse options that a command does not have here, where those that it has are known."""
+        options, unknown = super().parse_known_args(args, namespace)
+        if wrong := [text.partition("=")[0] for text in unknown if text.startswith("--") and text != "--"]:
+            names = [name for action in self._actions for name in action.option_strings if name.startswith("--")]
+            near = near_names([name[2:] for name in names], wrong[0][2:], f"{self.prog} --help lists all")
+            self.error(f"there is no option {wrong[0]}: " + re.sub(r"'([\w-]+)'", r"--\1", near))
+        return options, unknown
+
+    def error(self, message: str) -> NoReturn:
+        """Print the usage, and the message with what is near to a wrong choice."""
+        if choice := re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)$", message):
+            choices = re.split(", ", choice[2].replace("'", ""))  # with quotation marks before Python 3.12
+            message += near_names(choices, choice[1], "").replace("did", ": did", 1)
+        super().error(message)
 
 
 def add_folder(parser: CommandParser) -> None:

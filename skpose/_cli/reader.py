@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from skpose._cli.messages import Note, Skipped, count_files, group
+from skpose._cli.messages import Note, Skipped, count_files, describe, group
 from skpose._validation.units import LARGEST, SMALLEST, UNITS, extent_of, likely_unit
 from skpose._warnings import warn
 from skpose.datasets._shared import NAME, rows_of
@@ -241,7 +241,8 @@ def read_if_pipe(path: Path) -> Path | BytesIO:
 def _describe(error: Exception, name: str) -> str:
     """Return the message of an error with the file that it is about, and that file's folder."""
     if not isinstance(error, MocapFormatError):
-        return str(error) if name in str(error) else f"{name}: {error}"
+        message = describe(error)
+        return message if name in message else f"{name}: {message}"
     line, column = (
         f", {what} {value}" if value is not None else ""
         for what, value in (("line", error.line), ("column", error.column))
