@@ -18,6 +18,7 @@ from skpose.biomechanics._angles import (
     set_upright,
 )
 from skpose.biomechanics._axes import Reference, joint_axes, rest_axes, rotation_onto
+from skpose.biomechanics._seen import find_seen
 from skpose.biomechanics._segments import LIMBS, SIDES, Segment, Turned, turn_segments
 from skpose.skeleton import Motion
 
@@ -53,6 +54,7 @@ NO_POINTS = "positions show it only by points off the line of the segment"
 PALM = "no thumb next to the line of the hand shows where the palm is"
 HINGE = "positions do not show it without points off the line of the limb before, and the joint is taken for a hinge"
 UPRIGHT_PELVIS = "tilt and rotation are one where the line of the hips is vertical"
+UNSEEN = "positions of its points are not seen"
 NO_TILT = "positions show of the pelvis only the line of the hips"
 
 
@@ -74,7 +76,7 @@ class _Joints:
     def __init__(self, motion: Motion, segments: dict[str, Segment], reference: Reference):
         self.segments, self.reference = segments, reference
         self.turned = turn_segments(motion, segments)
-        self.lines = {name for name, segment in segments.items() if motion.fitted and segment.is_line}
+        self.lines, self.seen = find_seen(motion, segments)
         self.axes = rest_axes(reference, segments) if reference.is_rest else {}
         self.columns: dict[str, np.ndarray] = {}
         self.reasons: dict[str, str] = {}
@@ -86,9 +88,12 @@ class _Joints:
             if name not in self.lines
         }
 
-    def add(self, name: str, angles: np.ndarray, reason: str) -> None:
-        """Add a column, rad, with the reason where it is NaN."""
-        self.columns[name] = angles
+    def add(self, name: str, angles: np.ndarray, reason: str, *segments: str) -> None:
+        """Add a column, rad, with the reason where it is NaN; it is so too where one of its segments is not seen."""
+        seen = np.logical_and.reduce([np.ones(len(angles), bool), *(self.seen[segment] for segment in segments)])
+        if not seen.all():
+            reason = f"{reason}; {UNSEEN}" if np.isnan(angles[seen]).any() else UNSEEN
+        self.columns[name] = np.where(seen, angles, np.nan)
         self.reasons[name] = reason
 
     def missing(self, name: str, reason: str) -> None:
@@ -105,12 +110,18 @@ class _Joints:
                 "relative to the trunk"
             )
         three = pelvis_angles(world.T @ self.since["pelvis"] @ body)
+        shown_by = self._shown_by("pelvis")
         if "pelvis" in self.lines:
             self.missing("pelvis_tilt", NO_TILT)
         else:
-            self.add("pelvis_tilt", three.flexion, UPRIGHT_PELVIS)
-        self.add("pelvis_list", three.adduction, UPRIGHT_PELVIS)
-        self.add("pelvis_rotation", _unwrap(three.rotation), UPRIGHT_PELVIS)
+            self.add("pelvis_tilt", three.flexion, UPRIGHT_PELVIS, *shown_by)
+        self.add("pelvis_list", three.adduction, UPRIGHT_PELVIS, *shown_by)
+        self.add("pelvis_rotation", _unwrap(three.rotation), UPRIGHT_PELVIS, *shown_by)
+
+    def _shown_by(self, *names: str) -> list[str]:
+        """Return the segments that must be seen to know others: of a pelvis that is a line the trunk, too."""
+        with_trunk = "pelvis" in names and "pelvis" in self.lines and "trunk" in self.segments
+        return [*names, *(["trunk"] if with_trunk else [])]
 
     def measure(self, joint: Joint, side: str) -> None:
         """Measure a joint; side is "" in the middle."""
@@ -138,13 +149,17 @@ class _Joints:
         if joint.name == "trunk" and "pelvis" in self.lines:
             three, reasons[0] = three._replace(flexion=np.full_like(three.flexion, np.nan)), NO_TILT
         mirror = -1.0 if side == "left" else 1.0
-        for name, angles, sign, reason in zip(names, three, (joint.sign, mirror, mirror), reasons, strict=True):
-            self.add(name, sign * angles + 0.0, reason)  # no −0
+        shown_by = self._shown_by(proximal, distal)
+        following = f"{side}_{HINGES[joint.distal][0]}" if joint.distal in HINGES and distal in self.lines else ""
+        of_rotation = [*shown_by, following] if following in self.segments else shown_by
+        every = zip(names, three, (joint.sign, mirror, mirror), reasons, (shown_by, shown_by, of_rotation), strict=True)
+        for name, angles, sign, reason, segments in every:
+            self.add(name, sign * angles + 0.0, reason, *segments)  # no −0
         if joint.name == "shoulder":
             y = (before.transpose(0, 2, 1) @ self.since[distal] @ at_distal)[:, :, 1] * [1.0, 1.0, mirror]
             plane, elevation = elevation_angles(y)
-            self.add(f"shoulder_plane_{side}", plane, HANGS)
-            self.add(f"shoulder_elevation_{side}", elevation, HANGS)
+            self.add(f"shoulder_plane_{side}", plane, HANGS, *shown_by)
+            self.add(f"shoulder_elevation_{side}", elevation, HANGS, *shown_by)
 
     def _axes_of(self, joint: Joint, side: str, proximal: str, distal: str) -> tuple[np.ndarray, np.ndarray]:
         """Return the axes of both segments of a joint in the reference pose."""

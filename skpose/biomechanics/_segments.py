@@ -37,9 +37,6 @@ LANDMARKS = (
     *(f"{side}_{mark}" for side in SIDES for mark in ("shoulder", "elbow", "wrist", "hand")),
     *("head", "head_top", "head_center"),
 )
-# Distance of a point from the line of its segment, relative to the length of that, from which the point shows how the
-# segment is rotated about the line. An epicondyle is 5 cm from the line of a thigh of 40 cm.
-OFF_LINE = 0.05
 
 
 class Segment(NamedTuple):
@@ -48,7 +45,9 @@ class Segment(NamedTuple):
     carrier: int  # the joint with which it rotates; -1 is the root
     start: int  # the joints at its ends; -1 is the root
     end: int
-    is_line: bool  # whether all of its points are on one line, so that positions do not show the rotation about it
+    points: tuple[int, ...]  # the joints that are fixed to it; -1 is the root
+    at_zero: np.ndarray  # (n_points, 3) where these are at angle zero, from its start, m
+    along: np.ndarray  # (3,) from its start to its end at angle zero, m
 
 
 def find_segments(skeleton: Skeleton, person: Landmarks) -> dict[str, Segment]:
@@ -62,8 +61,8 @@ def find_segments(skeleton: Skeleton, person: Landmarks) -> dict[str, Segment]:
         if not np.any(zero[end] - zero[start]) and name != "head":
             return  # without a length it has no direction
         carried = [j for j in range(skeleton.n_joints) if carriers[j] == carrier]
-        points = zero[sorted({*carried, *(int(skeleton.parents[j]) for j in carried)})]
-        segments[name] = Segment(carrier, start, end, _is_line(points - zero[start], zero[end] - zero[start]))
+        points = tuple(sorted({*carried, *(int(skeleton.parents[j]) for j in carried)}))
+        segments[name] = Segment(carrier, start, end, points, zero[list(points)] - zero[start], zero[end] - zero[start])
 
     hips, shoulders = pair(person, "hip"), pair(person, "shoulder")
     pelvis = ROOT
@@ -94,15 +93,6 @@ def pair(person: Landmarks, mark: str) -> tuple[int, int] | None:
     return (person.joints[names[0]], person.joints[names[1]]) if all(name in person.joints for name in names) else None
 
 
-def _is_line(points: np.ndarray, along: np.ndarray) -> bool:
-    """Return whether points (n, 3) are on the line of a segment, from its start."""
-    length = float(np.linalg.norm(along))
-    if not length:
-        return True
-    across = points - (points @ along)[:, None] * along / length**2
-    return bool(np.linalg.norm(across, axis=1).max() < OFF_LINE * length)
-
-
 class Turned(NamedTuple):
     """The segments of a skeleton in each frame."""
 
@@ -114,6 +104,10 @@ class Turned(NamedTuple):
         along = self.positions[:, segment.end] - self.positions[:, segment.start]
         sizes = np.linalg.norm(along, axis=1, keepdims=True)
         return np.divide(along, sizes, out=np.zeros_like(along), where=sizes > 0.0)
+
+    def choose(self, frames: np.ndarray) -> "Turned":
+        """Return some of the frames, (n_frames,) of bool."""
+        return Turned({name: each[frames] for name, each in self.since_zero.items()}, self.positions[frames])
 
     def mean(self) -> "Turned":
         """Return the mean of the frames, as one."""

@@ -12,6 +12,8 @@ from scipy.spatial.transform import Rotation
 from skpose._validation.motions import is_motion
 from skpose._warnings import warn
 from skpose.biomechanics._axes import Reference, find_reference
+from skpose.biomechanics._measure import MIDDLE, OF_SIDES
+from skpose.biomechanics._seen import find_seen
 from skpose.biomechanics._segments import SIDES, Segment, Turned, turn_segments
 from skpose.keypoints._shared import is_of_layout
 from skpose.skeleton import Motion
@@ -84,9 +86,10 @@ def _find_standing(
 ) -> tuple[Reference, str]:
     """Return the mean of frames in which a person stands as a reference, and what it is in words."""
     up = np.eye(3)["xyz".index(standing.up)]
-    turned = turn_segments(standing, segments)
-    deviations = _find_deviations(turned, segments, up)
-    often = "in a tenth of them at least " if len(standing) > 1 else ""
+    turned, unseen = _turn_seen(standing, segments, words)
+    deviations = _find_deviations(turned, {name: one for name, one in segments.items() if name not in unseen}, up)
+    n_frames = len(turned.positions)
+    often = "in a tenth of them at least " if n_frames > 1 else ""
     far = [each for each in deviations if each.degrees > each.limit]
     if fallen := [each for each in far if not each.joints]:
         complaint = _complain_of_up(standing)
@@ -94,8 +97,8 @@ def _find_standing(
             f"nobody stands in zero, {words}: {often}{_list(fallen)}; expected at most {LIMIT:.0f}°. "
             f"{f'And {complaint}. ' if complaint else ''}So {remedy}"
         )
-    if len(standing) > 1:
-        words = f"mean of {len(standing)} standing frames"
+    if n_frames > 1:
+        words = f"mean of {n_frames} standing frames"
     if (most := _least_still(turned)) is not None:
         warn(
             f"the recording zero is no standing person: its {most[0]} rotates by {most[1]:.0f}° about its mean; pass a "
@@ -123,7 +126,27 @@ def _find_standing(
             "the person does not stand straight in zero, from feet to head, angles of these joints lack as much: pass "
             "another zero="
         )
+    unknown |= {
+        (joint.name, side): f"positions of its points are not seen in zero, {words}"
+        for joint in (*MIDDLE, *OF_SIDES)
+        for side in (SIDES if joint in OF_SIDES else ("",))
+        if unseen & {f"{side}_{name}".lstrip("_") for name in (joint.proximal, joint.distal)}
+    }
     return reference._replace(unknown=unknown), words
+
+
+def _turn_seen(standing: Motion, segments: dict[str, Segment], words: str) -> tuple[Turned, set[str]]:
+    """Return the segments in the frames that show all that any frame shows, and those that no frame shows."""
+    seen = find_seen(standing, segments).frames
+    unseen = {name for name, frames in seen.items() if not frames.any()}
+    frames = np.logical_and.reduce([seen[name] for name in segments if name not in unseen])
+    absent = [name.replace("_", " ") for name in NEEDED if name in unseen]
+    if absent or not frames.any():
+        what = f"its {' and its '.join(absent)}" if absent else "all segments at once"
+        raise ValueError(
+            f"zero, {words}, shows nobody who stands: positions of the points of {what} are not seen in it. So {REMEDY}"
+        )
+    return turn_segments(standing, segments).choose(frames), unseen
 
 
 def _find_rotated(mean: Turned) -> list[Deviation]:

@@ -175,7 +175,7 @@ def interpolate(
         root_axes=axes,
         up=keys.up,
         root_name=keys.root_name,
-        fitted=keys.fitted,
+        seen=None if keys.seen is None else keys.seen[segment] & keys.seen[segment + 1],
     )
 
 

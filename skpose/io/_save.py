@@ -65,7 +65,7 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0, up: Literal[
 
     The format has no weights: those of `Skeleton.with_weights` are not written. Nor does it state that poses were
     fitted to positions, which do not show how limbs are twisted (`Motion.fitted`): where that matters, as in
-    `joint_angles`, use `save_npz`, or state it again by ``dataclasses.replace(motion, fitted=True)``.
+    `joint_angles`, use `save_npz`, or state it again by ``dataclasses.replace(motion, seen=True)``.
 
     Examples
     --------

@@ -50,7 +50,7 @@ def save_npz(path: PathLike, content: Motion | Keypoints) -> None:
     ``up``                              the axis of the world that points up: x, y or z
     ``root_positions``, ``root_angles`` (n_frames, 3), m; (n_frames, k), rad
     ``root_axes``, ``root_name``        texts, see `Motion`
-    ``fitted``                          1 or 0, see `Motion`
+    ``seen``                            (n_frames, n_joints), 1 or 0, see `Motion`; (0, 0) where it is None
     ``joint_names``, ``joint_parents``  (n_joints,); an empty text is the root
     ``joint_offsets``, ``joint_dofs``   (n_joints, 3), m; (n_joints,) texts, see `Bone`
     ``rest_rotations``, ``limits``      (n_joints, 3, 3); (n_dofs, 2), rad; NaN where a bone has none
@@ -98,7 +98,7 @@ def _of_motion(motion: Motion) -> dict[str, np.ndarray]:
     return {
         VERSION: np.asarray(LATEST),
         **{name: np.asarray(getattr(motion, name)) for name in names},
-        "fitted": np.asarray(int(motion.fitted)),
+        "seen": np.zeros((0, 0), np.uint8) if motion.seen is None else motion.seen.astype(np.uint8),
         "dof_names": np.array(motion.skeleton.dof_names),
         "joint_names": np.array(motion.skeleton.joint_names),
         "joint_parents": np.array([bone.parent or "" for bone in bones]),
@@ -143,9 +143,15 @@ def read_npz(
             numbers.astype(np.int64),
             _text(file, "up"),  # type: ignore[arg-type]  # which Motion checks
             root_name=_text(file, "root_name"),
-            fitted=bool(file.numbers("fitted", ()).item()),
+            seen=_seen(file, (n, skeleton.n_joints)),
         )
     return motion if up is None else stand(motion, up, source)
+
+
+def _seen(file: Archive, shape: tuple[int, int]) -> np.ndarray | None:
+    """Return which joints of fitted poses were seen; None where nothing is stored."""
+    seen = file.numbers("seen", shape, (0, 0))
+    return seen > 0.0 if seen.shape == shape else None
 
 
 def _skeleton(source: Source, file: Archive) -> Skeleton:

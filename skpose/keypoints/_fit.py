@@ -162,13 +162,13 @@ def fit_skeleton(
 def is_of_layout(skeleton: Skeleton) -> bool:
     """Return whether a skeleton has the form of those of `fit_skeleton`, whose rest pose is a layout's.
 
-    All of its bones that rotate are ball joints along x of their own axes, as in no file of a mocap system.
+    All of its bones that rotate have three dofs, and are along x of their own axes, as in no file of a mocap system.
     """
     turned = [bone for bone in skeleton.bones if bone.dofs]
     return (
         skeleton.offset_frame == "own"
         and bool(turned)
-        and all(bone.is_ball and not np.any(bone.offset[1:]) for bone in turned)
+        and all(bone.n_dofs == 3 and not np.any(bone.offset[1:]) for bone in turned)
     )
 
 

@@ -101,9 +101,8 @@ class FittedPoses:
         if len(self):
             angles, axes = root_angles_of(Rotation.from_rotvec(self.root_rotations), angles, axes)
         known = self.up if up is None else up
-        motion = Motion(
-            self.skeleton, self.poses, rate, self.root_positions, angles, axes, up=known or "y", fitted=True
-        )
+        seen = ~np.isnan(self.residuals)
+        motion = Motion(self.skeleton, self.poses, rate, self.root_positions, angles, axes, up=known or "y", seen=seen)
         if known is None and (complaint := complaint_of_up(motion, "y")):
             warn(complaint)
         return motion

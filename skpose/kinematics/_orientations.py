@@ -51,8 +51,10 @@ def by_orientations(
     There is the index of each joint's counterpart in the motion's skeleton, -1 where it has none, and lines are those
     that shall be parallel.
     """
+    seen = None if motion.seen is None else motion.seen[:, there] & (there >= 0)
     if not len(motion):
-        return replace(motion, skeleton=target, angles=np.zeros((0, target.n_dofs))), 0.0, []
+        nothing = replace(motion, skeleton=target, angles=np.zeros((0, target.n_dofs)), seen=seen)
+        return nothing, 0.0, []
     root = root_orientations(motion.root_angles, motion.root_axes)
     bones = _bones(motion, root, target, lines)
     leaders = _leaders(motion.skeleton, target, there, bones)
@@ -62,7 +64,12 @@ def by_orientations(
     for joint, leader in leaders.items():
         rotations[joint], angle = _fit_joint(followed[leader] * turns[joint], joint, target, bones)
         worst = max(worst, angle)
-    result = replace(motion, skeleton=target, angles=_angles(motion, target, there, rotations, bones))
+    result = replace(
+        motion,
+        skeleton=target,
+        angles=_angles(motion, target, there, rotations, bones),
+        seen=seen,
+    )
     if (root.inv() * rotations[ROOT]).magnitude().max() > 1e-12:  # more than rounding
         root_angles, axes = root_angles_of(rotations[ROOT], motion.root_angles, motion.root_axes)
         result = replace(result, root_angles=root_angles, root_axes=axes)

@@ -17,7 +17,7 @@ from skpose.kinematics._lines import find_lines, pair_of
 from skpose.kinematics._orientations import by_orientations
 from skpose.kinematics._rigs import HIP
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import check_rest_poses, mismatch, root_orientations
+from skpose.skeleton._shared import check_rest_poses, mismatch, root_orientations, seen_of
 
 Method = Literal["numbers", "orientations", "positions", "auto", "unchecked"]
 UNCHANGED = "same numbers"  # the report
@@ -174,7 +174,13 @@ def retarget_and_report(
         angles = _same_numbers(motion, skeleton, method)
         pairs = counterparts(motion.skeleton, skeleton, None) if scale == "lengths" else None
         factor = float(scale) if pairs is None else _ratio(motion, skeleton, pairs)
-        result = replace(motion, skeleton=skeleton, angles=angles, root_positions=factor * motion.root_positions)
+        result = replace(
+            motion,
+            skeleton=skeleton,
+            angles=angles,
+            root_positions=factor * motion.root_positions,
+            seen=seen_of(motion.seen, motion.skeleton.joint_names, skeleton.joint_names),
+        )
         return result, UNCHANGED
     found = counterparts(motion.skeleton, skeleton, joints)
     factor = _ratio(motion, skeleton, found) if scale == "lengths" else float(scale)
@@ -228,7 +234,9 @@ def _by_positions(
     """Return the motion whose joints are nearest to their counterparts, in the world times a factor."""
     count = pairs.in_words(by_place=True)
     if not len(motion):
-        return replace(motion, skeleton=skeleton, angles=np.zeros((0, skeleton.n_dofs))), f"positions, {count}"
+        seen = np.zeros((0, skeleton.n_joints), bool)
+        nothing = replace(motion, skeleton=skeleton, angles=np.zeros((0, skeleton.n_dofs)), seen=seen)
+        return nothing, f"positions, {count}"
     root = root_orientations(motion.root_angles, motion.root_axes)
     positions = forward_kinematics(motion.angles, motion.skeleton)
     wished = np.full((len(motion), skeleton.n_joints, 3), np.nan)
@@ -238,6 +246,8 @@ def _by_positions(
     result = replace(
         fitted.to_motion(motion.frame_rate, motion.up), frame_numbers=motion.frame_numbers, root_name=motion.root_name
     )
+    if motion.seen is not None and result.seen is not None:
+        result = replace(result, seen=result.seen & motion.seen[:, pairs.there])
     at_rest = joints_at_rest(skeleton, movers_of(skeleton, np.flatnonzero(pairs.placed)))
     apart = round(100.0 * float(np.nanmax(fitted.residuals)), 2)
     return result, f"positions, {count} within {apart:g} cm{in_words(skeleton, at_rest)}"

@@ -57,8 +57,8 @@ class MeanMotion:
         The axis of the world that points up, in all motions.
     root_name : str
         The name of the root.
-    fitted : bool
-        Whether a motion was fitted to positions, see `Motion`.
+    seen : ndarray of shape (n_frames, n_joints) of bool or None
+        Joints that had positions in all frames that are aligned, where motions were fitted to them, see `Motion`.
 
     Examples
     --------
@@ -83,7 +83,7 @@ class MeanMotion:
     root_axes: str = "xyz"
     up: Literal["x", "y", "z"] | None = None
     root_name: str = "root"
-    fitted: bool = False
+    seen: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.poses)
@@ -132,7 +132,7 @@ class MeanMotion:
         motion = Motion(self.skeleton, self.poses, frame_rate)
         if self.up is None:
             return motion
-        names = ("root_positions", "root_angles", "root_axes", "up", "root_name", "fitted")
+        names = ("root_positions", "root_angles", "root_axes", "up", "root_name", "seen")
         return replace(motion, **{name: getattr(self, name) for name in names})
 
 

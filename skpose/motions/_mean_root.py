@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from skpose.motions._barycenter import Aligned
 from skpose.skeleton import Motion
-from skpose.skeleton._shared import continuous_root_angles, find_root_joint, heading, root_orientations
+from skpose.skeleton._shared import continuous_root_angles, find_root_joint, heading, join_seen, root_orientations
 
 
 class MeanRoot(NamedTuple):
@@ -19,7 +19,7 @@ class MeanRoot(NamedTuple):
     axes: str
     up: str
     name: str
-    fitted: bool  # whether one of the motions is
+    seen: np.ndarray | None  # (n_frames, n_joints) joints that had positions in all aligned frames; None: not fitted
 
 
 def check_roots(motions: Sequence[Motion]) -> None:
@@ -71,8 +71,10 @@ def mean_root(motions: Sequence[Motion], aligned: Aligned) -> MeanRoot:
     angles, axes = continuous_root_angles(back * mean, first.root_axes)
     there = np.array(mean_places)
     there = back.apply(there - there[0] * _on_floor(first.up))
-    fitted = any(motion.fitted for motion in motions)
-    return MeanRoot(there, angles, axes, first.up, first.root_name, fitted)
+    seen = join_seen([motion.seen for motion in motions], list(map(len, motions)))
+    if seen is not None:
+        seen = np.stack([seen[rows].all(axis=0) for rows in aligned.groups()])
+    return MeanRoot(there, angles, axes, first.up, first.root_name, seen)
 
 
 def _on_floor(up: str) -> np.ndarray:

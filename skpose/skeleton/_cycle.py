@@ -32,6 +32,7 @@ class Frames(NamedTuple):
     poses: np.ndarray  # (n, n_dofs + 3) joints' columns, then the root's rotation vector
     places: np.ndarray  # (n, 3) of the root, m
     numbers: np.ndarray  # (n,)
+    rows: np.ndarray  # (n,) frame of the motion that each is made of
     up: str
 
     @property
@@ -115,6 +116,7 @@ def _add_end(frames: Frames) -> Frames:
         poses=np.concatenate([frames.poses, pose]),
         places=np.concatenate([frames.places, place[None]]),
         numbers=np.append(frames.numbers, frames.numbers[-1] + 1),
+        rows=np.append(frames.rows, frames.rows[-1]),
     )
 
 
@@ -144,9 +146,9 @@ def repeat_cycle(frames: Frames, n: int) -> Frames:
         copy = copy._replace(places=start + onward.apply(places), numbers=frames.numbers + i * duration)
         start = start + onward.apply(travel)
         rows = slice(None if i == n - 1 else -1)
-        copies.append([array[rows] for array in (copy.poses, copy.places, copy.numbers)])
-    poses, places, numbers = (np.concatenate(arrays) for arrays in zip(*copies, strict=True))
-    return frames._replace(poses=poses, places=places, numbers=numbers)
+        copies.append([array[rows] for array in (copy.poses, copy.places, copy.numbers, copy.rows)])
+    poses, places, numbers, made_of = (np.concatenate(arrays) for arrays in zip(*copies, strict=True))
+    return frames._replace(poses=poses, places=places, numbers=numbers, rows=made_of)
 
 
 def _positions(frames: Frames) -> np.ndarray:

@@ -43,6 +43,7 @@ class Mirrored(NamedTuple):
     root_angles: np.ndarray
     root_axes: str
     world: np.ndarray  # (3,) -1 for the axis of the world across which it is, 1 for the others
+    partners: list[int]  # of each joint the one on the other side
 
 
 def mirror_poses(
@@ -66,7 +67,7 @@ def mirror_poses(
         before, after = (rest[k].T @ reflections[i] @ rest[j] for i in (int(skeleton.parents[j]), j))
         columns.append(_reflect(partner, bone, given, before, after))
     root = _mirror_root(root_angles, root_axes, _mirror_of(world), reflections[ROOT])
-    return Mirrored(np.concatenate(columns, axis=1), *root, _mirror_of(world))
+    return Mirrored(np.concatenate(columns, axis=1), *root, _mirror_of(world), other)
 
 
 def _mirror_root(angles: np.ndarray, axes: str, world: np.ndarray, reflection: np.ndarray) -> tuple[np.ndarray, str]:

@@ -31,7 +31,7 @@ from skpose.skeleton._root import (
     with_root_joint,
     without_root_joint,
 )
-from skpose.skeleton._sampling import choose_frames, resample_frames
+from skpose.skeleton._sampling import check_seen, choose_frames, join_seen, resample_frames, seen_between, seen_of
 from skpose.skeleton._skeleton import Skeleton
 from skpose.skeleton._stance import upright_turn
 
@@ -74,12 +74,15 @@ class Motion:
         The axis of the world that points up, for `with_root`; "y" is usual in BVH and AMC files.
     root_name : str, default="root"
         The name of the root, which is no joint of the skeleton: that of the file from which the motion was read.
-    fitted : bool, default=False
-        Whether the poses were found from positions of points, as by `skpose.inverse_kinematics`. Positions do not show
-        all rotations, such as that of a straight arm about itself; a recording of rotations does.
+    seen : array-like of shape (n_frames, n_joints) of bool, or bool, default=None
+        Of poses that were found from positions of points, as by `skpose.inverse_kinematics`: which joints had a
+        position, in each frame; True is all of them. Positions do not show all rotations, such as that of a straight
+        arm about itself. None is a recording of rotations, which does.
 
     Attributes
     ----------
+    fitted : bool
+        Whether the poses were found from positions: whether `seen` is known.
     times : ndarray of shape (n_frames,)
         Time of each frame, s: its number over the frame rate.
 
@@ -125,7 +128,7 @@ class Motion:
     frame_numbers: np.ndarray = None  # type: ignore[assignment]  # None becomes 0, 1, 2, …
     up: Literal["x", "y", "z"] = "y"
     root_name: str = field(default="root", kw_only=True)
-    fitted: bool = field(default=False, kw_only=True)
+    seen: np.ndarray | None = field(default=None, kw_only=True)
 
     if TYPE_CHECKING:
 
@@ -141,7 +144,7 @@ class Motion:
             up: Literal["x", "y", "z"] = "y",
             *,
             root_name: str = "root",
-            fitted: bool = False,
+            seen: ArrayLike | bool | None = None,
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -175,12 +178,18 @@ class Motion:
             frame = int(np.argmax(np.diff(numbers) <= 0))
             raise ValueError(f"frame_numbers must increase, got {numbers[frame]} and then {numbers[frame + 1]}")
         object.__setattr__(self, "frame_numbers", numbers)
+        object.__setattr__(self, "seen", check_seen(self.seen, (n_frames, self.skeleton.n_joints)))
         warn_of_degrees(angles=self.angles)
 
     @property
     def times(self) -> np.ndarray:
         """Time of each frame, s."""
         return self.frame_numbers / self.frame_rate
+
+    @property
+    def fitted(self) -> bool:
+        """Whether the poses were found from positions."""
+        return self.seen is not None
 
     def __len__(self) -> int:
         return len(self.angles)
@@ -195,6 +204,7 @@ class Motion:
             root_positions=self.root_positions[rows],
             root_angles=self.root_angles[rows],
             frame_numbers=numbers,
+            seen=None if self.seen is None else self.seen[rows],
         )
 
     def __array__(self, *arguments: object, **options: object) -> NoReturn:
@@ -207,7 +217,9 @@ class Motion:
 
     def __repr__(self) -> str:
         seconds = len(self) / self.frame_rate
-        fitted = ", fitted to positions" if self.fitted else ""
+        fitted = ", fitted to positions" if self.seen is not None else ""
+        if self.seen is not None and not self.seen.all():
+            fitted += f" ({100 * (1 - self.seen.mean()):.2g} % of joints unseen)"
         frames = f"{len(self)} frames at {self.frame_rate:g} Hz, {seconds:.1f} s"
         return f"Motion({frames}, {self.up} up{fitted}, {self.skeleton!r})"
 
@@ -256,7 +268,7 @@ class Motion:
             root_positions=positions,
             root_angles=rotations,
             frame_numbers=numbers,
-            fitted=any(motion.fitted for motion in motions),
+            seen=join_seen([motion.seen for motion in motions], list(map(len, motions))),
         )
 
     def resample(self, frame_rate: float) -> "Motion":
@@ -288,6 +300,7 @@ class Motion:
             root_positions=interpolate_linearly(self.root_positions, rows),
             root_angles=interpolate_poses((self._root,), self.root_angles, rows),
             frame_numbers=numbers,
+            seen=None if self.seen is None else seen_between(self.seen, rows),
         )
 
     def to_cycle(self, *, endpoint: bool = False) -> "Motion":
@@ -419,7 +432,7 @@ class Motion:
         """The poses with the orientation of the root."""
         root = root_orientations(self.root_angles, self.root_axes)
         poses = np.concatenate([self.angles, root.as_rotvec()], axis=1)
-        return Frames(self.skeleton, poses, self.root_positions, self.frame_numbers, self.up)
+        return Frames(self.skeleton, poses, self.root_positions, self.frame_numbers, np.arange(len(self)), self.up)
 
     def _with_frames(self, frames: Frames) -> "Motion":
         """Return the motion with other frames."""
@@ -431,6 +444,7 @@ class Motion:
             root_angles=root_angles,
             root_axes=root_axes,
             frame_numbers=frames.numbers,
+            seen=None if self.seen is None else self.seen[frames.rows],
         )
 
     def unwrap(self) -> "Motion":
@@ -573,6 +587,7 @@ class Motion:
             root_positions=self.root_positions * image.world,
             root_angles=image.root_angles,
             root_axes=image.root_axes,
+            seen=None if self.seen is None else self.seen[:, image.partners],
         )
 
     def select(self, joints: str | Iterable[str] | None = None, *, drop: str | Iterable[str] = ()) -> "Motion":
@@ -591,7 +606,16 @@ class Motion:
             Of the smaller skeleton; the root moves as before.
         """
         part = self.skeleton.select(joints, drop=drop)
-        return replace(self, skeleton=part, angles=self.angles[:, part.columns_in(self.skeleton)])
+        return replace(
+            self,
+            skeleton=part,
+            angles=self.angles[:, part.columns_in(self.skeleton)],
+            seen=self._seen_of(part),
+        )
+
+    def _seen_of(self, skeleton: Skeleton) -> np.ndarray | None:
+        """Return which joints of another skeleton were seen, by their names."""
+        return seen_of(self.seen, self.skeleton.joint_names, skeleton.joint_names)
 
     def play(self) -> Page:
         """Return a page that plays the motion: ``skpose.view.player(motion)``.
@@ -703,13 +727,15 @@ class Motion:
         vectors, left, axes = root_parts(
             self.root_angles, self.root_axes, part, up, upright_turn(self.skeleton, check_up(up))
         )
+        skeleton = with_root_joint(self.skeleton)
         return replace(
             self,
-            skeleton=with_root_joint(self.skeleton),
+            skeleton=skeleton,
             angles=np.concatenate([vectors, self.angles], axis=1),
             root_angles=left,
             root_axes=axes,
             up=up,
+            seen=self._seen_of(skeleton),
         )
 
     def without_root(self) -> "Motion":
@@ -750,5 +776,10 @@ class Motion:
         axes = self.root_axes if len(self.root_axes) == 3 else "xyz"
         root_angles, root_axes = continuous_root_angles(root, axes)
         return replace(
-            self, skeleton=skeleton, angles=self.angles[:, columns], root_angles=root_angles, root_axes=root_axes
+            self,
+            skeleton=skeleton,
+            angles=self.angles[:, columns],
+            root_angles=root_angles,
+            root_axes=root_axes,
+            seen=self._seen_of(skeleton),
         )

@@ -1,6 +1,8 @@
 """Frames of a motion by their numbers: some of them, and those at another rate."""
 
+from collections.abc import Sequence
 from operator import index
+from typing import Any
 
 import numpy as np
 
@@ -46,3 +48,38 @@ def resample_frames(numbers: np.ndarray, old_rate: float, frame_rate: float) -> 
     part = at - numbers[before]
     known = (part == 0.0) | np.isin(numbers[before] + 1, numbers)
     return (before + part)[known], new[known]
+
+
+def check_seen(seen: Any, shape: tuple[int, int]) -> np.ndarray | None:
+    """Return which joints were seen in which frame, an array of this shape; None where poses were not fitted."""
+    if seen is None:
+        return None
+    array = np.asarray(seen)
+    if array.dtype != bool or array.shape not in ((), shape):
+        raise ValueError(
+            f"seen must be True, None or an array of bool of shape {shape}, frames and joints, got {array.dtype} of "
+            f"shape {array.shape}"
+        )
+    return np.broadcast_to(array, shape).copy()
+
+
+def join_seen(parts: Sequence[np.ndarray | None], lengths: Sequence[int]) -> np.ndarray | None:
+    """Return what was seen in motions one after another; None where none was fitted, and else a recording shows all."""
+    widths = [part.shape[1] for part in parts if part is not None]
+    if not widths:
+        return None
+    shown = (np.ones((n, widths[0]), bool) if part is None else part for part, n in zip(parts, lengths, strict=True))
+    return np.concatenate(list(shown))
+
+
+def seen_between(seen: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Return which joints are seen at rows that need not be whole: those that are in both frames next to each."""
+    return seen[np.floor(rows).astype(int)] & seen[np.ceil(rows).astype(int)]
+
+
+def seen_of(seen: np.ndarray | None, names: Sequence[str], joint_names: Sequence[str]) -> np.ndarray | None:
+    """Return the columns of some joints; what has no column, such as a root that has become a joint, was not seen."""
+    if seen is None:
+        return None
+    columns, nowhere = dict(zip(names, seen.T, strict=True)), np.zeros(len(seen), bool)
+    return np.stack([columns.get(name, nowhere) for name in joint_names], axis=1)

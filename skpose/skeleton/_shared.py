@@ -18,6 +18,7 @@ from skpose.skeleton._root import (
 )
 from skpose.skeleton._rotation_forms import FORMS, RotationForm
 from skpose.skeleton._rotations import TWO_PI, columns_of, rotations_of
+from skpose.skeleton._sampling import join_seen, seen_of
 from skpose.skeleton._selection import with_carriers
 from skpose.skeleton._sides import others, partners, sides, split_sides, without_side
 from skpose.skeleton._stance import HIGH, LOW
@@ -49,6 +50,7 @@ __all__ = [
     "foldable_table",
     "heading",
     "interpolate_poses",
+    "join_seen",
     "mean_of_joints",
     "mismatch",
     "move",
@@ -59,6 +61,7 @@ __all__ = [
     "root_angles_of",
     "root_orientations",
     "rotations_of",
+    "seen_of",
     "sides",
     "size_of",
     "skeleton_at",

@@ -329,7 +329,7 @@ def test_convert_from_format_to_format(motions, capsys):
 
 
 def test_convert_says_which_units_a_table_has_and_what_a_bvh_file_does_not_state(motions, capsys):
-    save_npz("fitted.npz", replace(motions[0], fitted=True))
+    save_npz("fitted.npz", replace(motions[0], seen=True))
     assert main(["convert", "fitted.npz", "--out", "m.csv"]) == 0
     assert capsys.readouterr().out.endswith("; positions in m, angles in rad\n")
     assert main(["convert", "fitted.npz", "--out", "m.bvh"]) == 0

@@ -1,0 +1,71 @@
+"""What positions show of the segments of a person: nothing, the direction of the line, or all of the rotation."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from skpose.biomechanics._segments import ROOT, Segment
+from skpose.skeleton import Motion, Skeleton
+from skpose.skeleton._shared import positions_at_zero
+
+# Distance of a point from the line of its segment, relative to the length of that, from which the point shows how the
+# segment is rotated about the line. An epicondyle is 5 cm from the line of a thigh of 40 cm.
+OFF_LINE = 0.05
+APART = 0.5  # distance of two points, likewise, from which they show the direction of the line
+NOTHING, DIRECTION, ROTATION = 0, 1, 2
+
+
+class Seen(NamedTuple):
+    """What the positions to which a motion was fitted show of its segments; a recording of rotations shows all."""
+
+    lines: set[str]  # segments of which no frame shows more than the direction
+    frames: dict[str, np.ndarray]  # (n_frames,) of each segment, whether a frame shows as much as any
+
+
+def find_seen(motion: Motion, segments: dict[str, Segment]) -> Seen:
+    """Return what the positions show to which a motion was fitted."""
+    if motion.seen is None:
+        everywhere = np.ones(len(motion), bool)
+        return Seen(set(), dict.fromkeys(segments, everywhere))
+    lines, frames = set(), {}
+    for name, segment in segments.items():
+        patterns, which = np.unique(_seen_points(motion.skeleton, motion.seen, segment), axis=0, return_inverse=True)
+        shown = np.array([_shows(segment, pattern) for pattern in patterns], int)[which.ravel()]
+        most = int(shown.max(initial=NOTHING))
+        if most < ROTATION:
+            lines.add(name)
+        frames[name] = shown >= max(most, DIRECTION)
+    return Seen(lines, frames)
+
+
+def _seen_points(skeleton: Skeleton, seen: np.ndarray, segment: Segment) -> np.ndarray:
+    """Return which points of a segment are seen, (n_frames, n_points).
+
+    The root has no position of its own. It is where a joint of no length is, or as far from a joint that another
+    segment carries as their bone is long.
+    """
+    columns = seen[:, segment.points].copy()
+    if ROOT in segment.points:
+        at_root = [
+            joint
+            for joint, parent in enumerate(skeleton.parents)
+            if parent == ROOT and (joint not in segment.points or not positions_at_zero(skeleton)[joint].any())
+        ]
+        columns[:, segment.points.index(ROOT)] = seen[:, at_root].any(axis=1)
+    return columns
+
+
+def _shows(segment: Segment, seen: np.ndarray) -> int:
+    """Return what the points of a segment that are seen, (n_points,) of bool, show of it."""
+    length = float(np.linalg.norm(segment.along))
+    points = segment.at_zero[seen]
+    if not length:  # as a head has that ends where it begins
+        return DIRECTION if seen.any() else NOTHING
+    across = points - (points @ segment.along)[:, None] * segment.along / length**2
+    off_line = np.linalg.norm(across, axis=1) >= OFF_LINE * length
+    if seen.all():
+        return ROTATION if off_line.any() else DIRECTION
+    if len(points) > 2 and np.linalg.svd(points - points.mean(axis=0))[1][1] > 0.5 * OFF_LINE * length:
+        return ROTATION
+    on_line = points[~off_line] @ segment.along / length
+    return DIRECTION if len(on_line) > 1 and np.ptp(on_line) >= APART * length else NOTHING
