@@ -46,13 +46,13 @@ class Confusion(NamedTuple):
 
     Attributes
     ----------
-    index : int
+    sample : int
         Its index in X.
     true : str or int
         Its class.
     predicted : str or int
         The class that it was taken for.
-    count : int
+    frequency : int
         How many of its class were taken for this one.
     nearest : int or None
         The motion of the class that it was taken for that is nearest to it: its index in ``X_train``, where that is
@@ -63,14 +63,14 @@ class Confusion(NamedTuple):
     Examples
     --------
     >>> from skpose.plot import Confusion
-    >>> Confusion(index=7, true="walk", predicted="run", count=2, nearest=12, distance=0.4).nearest
+    >>> Confusion(sample=7, true="walk", predicted="run", frequency=2, nearest=12, distance=0.4).nearest
     12
     """
 
-    index: int
+    sample: int
     true: Any
     predicted: Any
-    count: int
+    frequency: int
     nearest: int | None
     distance: float
 
@@ -161,7 +161,7 @@ class ConfusionDisplay:
     >>> display.confusion_matrix
     array([[1, 1],
            [0, 2]])
-    >>> [(one.index, one.predicted, one.nearest) for one in display.confusions]
+    >>> [(one.sample, one.predicted, one.nearest) for one in display.confusions]
     [(1, 'twice', 3)]
     """
 
@@ -226,7 +226,7 @@ class ConfusionDisplay:
         # A grid of its own: what stands above and below the matrix is no margin of the strips.
         self.matrix_ax_ = self.figure_.add_subplot(grid[0].subgridspec(1, 1)[0], anchor="N")
         self._draw_matrix(pairs, cell, scale)
-        self.strip_axes_ = []
+        self.strip_axes_: list[tuple[Any, Any]] = []
         if pairs:
             rows = grid[2].subgridspec(3 * len(pairs), 2, width_ratios=columns, height_ratios=len(pairs) * ROWS)
             for k, pair in enumerate(pairs):
@@ -320,7 +320,7 @@ class ConfusionDisplay:
         from matplotlib.cbook import normalize_kwargs
         from matplotlib.lines import Line2D
 
-        upper = [self.motions.poses[one.index] for one in pair]
+        upper = [self.motions.poses[one.sample] for one in pair]
         lower = [self.train.poses[one.nearest] for one in pair if one.nearest is not None]
         moving = forward_kinematics(np.concatenate(upper + lower), self.skeleton)
         if projection is None:
@@ -356,11 +356,11 @@ class ConfusionDisplay:
         """Return the heading of a pair: which class was taken for which, and how often."""
         first = pair[0]
         of_class = int(self.confusion_matrix[self.labels.index(first.true)].sum())
-        return f"{first.true} taken for {first.predicted}, {first.count} of {of_class}"
+        return f"{first.true} taken for {first.predicted}, {first.frequency} of {of_class}"
 
     def _describe(self, pair) -> tuple[str, str]:
         """Return the labels of the strips of a pair: the class, and which motions of it."""
-        of_pair = [one.index for one in pair], [one.nearest for one in pair]
+        of_pair = [one.sample for one in pair], [one.nearest for one in pair]
         return (
             f"{pair[0].true}\n{self.motions.describe(of_pair[0])}",
             f"{pair[0].predicted}\n{self.train.describe(of_pair[1])}",
@@ -588,7 +588,8 @@ def _sort(confused, y_true, y_pred, nearest, counts, labels) -> list[Confusion]:
         true, predicted = true_classes[i], predicted_classes[i]
         found.append(Confusion(i, true, predicted, int(counts[row[true], row[predicted]]), *nearest[i]))
     return sorted(
-        found, key=lambda one: (-one.count, row[one.true], row[one.predicted], np.nan_to_num(one.distance, nan=np.inf))
+        found,
+        key=lambda one: (-one.frequency, row[one.true], row[one.predicted], np.nan_to_num(one.distance, nan=np.inf)),
     )
 
 
