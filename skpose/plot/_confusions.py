@@ -21,7 +21,6 @@ from skpose.motions._shared import CheckedMotions, check_motions
 from skpose.plot._axes import axes
 from skpose.plot._pose import GAP as BETWEEN
 from skpose.plot._pose import check_projection, draw_pose
-from skpose.plot._pose_transform import PoseTransform
 from skpose.plot._views import find_vertical, name_view
 from skpose.skeleton import Motion, Skeleton
 
@@ -319,6 +318,8 @@ class ConfusionDisplay:
         """Draw the figures of a pair, and return in words from where they are seen."""
         from matplotlib.cbook import normalize_kwargs
         from matplotlib.lines import Line2D
+
+        from skpose.plot._pose_transform import PoseTransform
 
         upper = [self.motions.poses[one.sample] for one in pair]
         lower = [self.train.poses[one.nearest] for one in pair if one.nearest is not None]

@@ -98,8 +98,8 @@ def test_confusions_are_all_in_order_of_frequency(gait, display):
     D = motion_distances(gait, metric="position")
     for one in display.confusions:
         assert (one.true, one.predicted) == (gait.actions[one.sample], PREDICTED[one.sample])
-        alike = [i for i in range(12) if (gait.actions[i], PREDICTED[i]) == (one.true, one.predicted)]
-        assert one.frequency == len(alike)
+        same = [i for i in range(12) if (gait.actions[i], PREDICTED[i]) == (one.true, one.predicted)]
+        assert one.frequency == len(same)
         others = [
             j for j in range(12) if gait.actions[j] == one.predicted and gait.subjects[j] != gait.subjects[one.sample]
         ]
