@@ -170,6 +170,17 @@ def test_nothing_overlaps(display):
     assert not any(figure.overlaps(box) for figure in figures for box in boxes)
 
 
+def test_long_names_have_room_at_once():
+    """A square matrix and its labels are in the figure before it is drawn again, as notebooks draw it once."""
+    names = np.array([f"{word} both arms backward, {word}" for word in "abcdefghijk"])
+    y_true = np.repeat(names, 2)
+    X = RNG.normal(size=(22, 2))
+    display = ConfusionDisplay.from_predictions(y_true, np.roll(y_true, 1), X, Skeleton.chain(2))
+    box, whole = display.matrix_ax_.get_tightbbox(), display.figure_.bbox
+    assert (box.min >= 0).all()
+    assert (box.max <= whole.max).all()
+
+
 def texts_in_strips(display):
     return [text for ax in display.figure_.axes if ax is not display.matrix_ax_ for text in texts_of(ax)]
 
@@ -181,6 +192,11 @@ def test_classes_that_are_confused_are_adjacent():
     y_pred[:4], y_pred[50:55], y_pred[10:13] = "f", "a", "d"
     display = ConfusionDisplay.from_predictions(y_true, y_pred, X, Skeleton.chain(2))
     assert display.labels == ["a", "f", "b", "d", "c", "e"]
+    y_pred[50:55], y_pred[20:24], y_pred[31:35] = "d", "f", "b"  # a chain: a with f with d with b, and f with c
+    display = ConfusionDisplay.from_predictions(y_true, y_pred, X, Skeleton.chain(2))
+    rows = {label: row for row, label in enumerate(display.labels)}
+    assert abs(rows["d"] - rows["b"]) == abs(rows["a"] - rows["f"]) == abs(rows["f"] - rows["c"]) == 1
+    assert rows["e"] == 5
     given = list("fedcba")
     display = ConfusionDisplay.from_predictions(y_true, y_pred, X, Skeleton.chain(2), labels=given)
     assert display.labels == given
