@@ -6,6 +6,7 @@ Needs matplotlib: ``pip install "skpose[plot]"``.
 """
 
 from skpose.plot._alignment import AlignmentDisplay
+from skpose.plot._confusions import Confusion, ConfusionDisplay
 from skpose.plot._distances import DistanceMatrixDisplay
 from skpose.plot._geodesic import GeodesicDisplay
 from skpose.plot._joint_angles import JointAnglesDisplay
@@ -17,6 +18,8 @@ from skpose.plot._tangent_pca import TangentPCADisplay
 
 __all__ = [
     "AlignmentDisplay",
+    "Confusion",
+    "ConfusionDisplay",
     "DistanceMatrixDisplay",
     "GeodesicDisplay",
     "JointAnglesDisplay",

@@ -8,8 +8,8 @@ from skpose._validation.options import check_integer, check_kind
 from skpose.motions import Repetitions
 from skpose.plot._axes import axes
 from skpose.plot._pose import GAP, check_projection, draw_pose
+from skpose.plot._views import find_vertical, name_view
 from skpose.skeleton import Motion
-from skpose.skeleton._shared import root_orientations, sides
 
 HEIGHT, REST, LEAST, MOST = 2.3, (1.9, 1.3), 5.6, 10.0  # inches: of poses, what is around them, widths of the figure
 COLOURS = ("#7fb0d6", "#a994a6", "#c2644f", "#8c1313")  # calm to dark: their lightness falls, for print
@@ -176,7 +176,7 @@ class RepetitionsDisplay:
 
     def _find_projection(self, vectors: np.ndarray) -> str:
         """Return the axes of a view in which the vertical is upright, and deviations (n_joints, 3) are large."""
-        up = _upright([one for one in self.repetitions.motions if isinstance(one, Motion)])
+        up = find_vertical([one for one in self.repetitions.motions if isinstance(one, Motion)])
         squares = (vectors**2).sum(axis=0)
         squares[up] = -1.0
         return "xyz"[int(squares.argmax())] + "xyz"[up]
@@ -195,7 +195,7 @@ class RepetitionsDisplay:
         ratio = f", {self._unusual[k, worst, joint]:.1f} times the usual" if self._has_spread else ""
         at = f"at {shares[worst]} of the movement" + (f", {seconds[worst]}" if seconds[worst] else "")
         seen = self._found.positions[k]
-        view = _name_view(seen[np.isfinite(seen).all(axis=(1, 2))], self._skeleton.joint_names, plane)
+        view = name_view(seen[np.isfinite(seen).all(axis=(1, 2))], self._skeleton.joint_names, plane)
         title = f"repetition {k} of 0 to {len(self.repetitions) - 1}: {off}{ratio},\n{at}{view}"
         self.ax_.set_title(title, fontsize="medium", loc="left")
 
@@ -255,32 +255,3 @@ def _spread(n: int, n_chosen: int, one: int) -> np.ndarray:
     chosen = (edges[:-1] + edges[1:] - 1) // 2
     chosen[np.searchsorted(edges, one, side="right") - 1] = one
     return chosen
-
-
-def _upright(motions: list[Motion]) -> int:
-    """Return the axis of the root that is nearest to the vertical of the world; y for arrays."""
-    if not motions:
-        return 1
-    shares = np.zeros(3)
-    for motion in motions:
-        orientations = root_orientations(motion.root_angles, motion.root_axes)
-        shares += orientations.inv().apply(np.eye(3)["xyz".index(motion.up)]).sum(axis=0)
-    return int(np.abs(shares).argmax())
-
-
-def _name_view(positions: np.ndarray, names: tuple[str, ...], plane: list[int]) -> str:
-    """Return in words from where a person is seen, by the joints of both sides; empty where that is not clear."""
-    side = np.array(sides(names))
-    if not ((side == "left").any() and (side == "right").any()):
-        return ""
-    of_left, of_right = (positions[:, side == one].mean(axis=(0, 1)) for one in ("left", "right"))
-    left = of_left - of_right
-    up = np.eye(3)[plane[1]]
-    viewer = np.cross(np.eye(3)[plane[0]], up)
-    directions = {"the left": left, "the front": np.cross(left, up)}
-    length = np.linalg.norm(left)
-    for name, direction in directions.items():
-        share = viewer @ direction / length if length else 0.0
-        if abs(share) > 0.7:
-            return f"; seen from {name if share > 0 else {'the left': 'the right', 'the front': 'behind'}[name]}"
-    return ""

@@ -15,6 +15,7 @@ from skpose.metrics import Spatial
 from skpose.motions import Repetitions, mean_motion
 from skpose.plot import (
     AlignmentDisplay,
+    ConfusionDisplay,
     DistanceMatrixDisplay,
     GeodesicDisplay,
     JointAnglesDisplay,
@@ -78,6 +79,7 @@ DISPLAYS = {
     "mean": lambda ax: MeanMotionDisplay.from_mean(mean_of_motions(), ax=ax),
     "repetitions": lambda ax: RepetitionsDisplay.from_repetitions(three_repetitions(), ax=ax),
     "angles": lambda ax: JointAnglesDisplay.from_angles(some_angles(), [(0, 10), (10, 20)], ax=ax),
+    "confusions": lambda ax: ConfusionDisplay.from_predictions(X[:, 0] > 0, X[:, 1] > 0, X, ARM, ax=ax),
     "component": lambda ax: TangentPCADisplay.from_estimator(PoseTangentPCA(ARM).fit(X), ax=ax),
 }
 
@@ -113,6 +115,9 @@ def test_axes_have_labels_with_units(name):
     elif name == "angles":
         inner = display.axes_["knee_flexion"]
         assert (inner.get_xlabel(), inner.get_ylabel()) == ("cycle (%)", "degrees")
+    elif name == "confusions":
+        inner = display.matrix_ax_
+        assert (inner.get_xlabel(), inner.get_ylabel()) == ("predicted", "true")  # counts have no unit
     elif name == "matrix":
         label = ax.figure.axes[1].get_ylabel()  # of the colour bar
         assert label == "distance (m)"
@@ -120,7 +125,7 @@ def test_axes_have_labels_with_units(name):
         assert {"(m)", "(rad)", "(s)", "pose"} & set(
             (ax.get_xlabel() + " " + ax.get_ylabel()).replace(",", " ").split()
         )
-    if name not in ("matrix", "geodesic", "alignment", "mean", "angles"):
+    if name not in ("matrix", "geodesic", "alignment", "mean", "angles", "confusions"):
         assert ax.get_aspect() == 1  # horizontal and vertical lengths are equally long
 
 
@@ -409,4 +414,4 @@ except ImportError as error:
 
 def test_all_displays_are_tested_here():
     names = {type(DISPLAYS[name](None)).__name__ for name in DISPLAYS}
-    assert names == set(plot.__all__)
+    assert names == {name for name in plot.__all__ if name.endswith("Display")}
