@@ -732,6 +732,48 @@ def test_the_humanoid_and_its_file_agree(tmp_path):
     assert_same(angles, read, 1e-5, [name for name in angles.names if name in read.names])
 
 
+def unseen(motion, frames, *names):
+    """A motion that was fitted to positions, of which some joints lack in some frames."""
+    seen = np.ones((len(motion), motion.skeleton.n_joints), bool)
+    seen[frames, [[motion.skeleton.joint_names.index(name)] for name in names]] = False
+    return replace(motion, seen=seen)
+
+
+def test_what_is_not_seen_is_nan_in_these_frames_alone():
+    """A fit gives every joint an angle, also those without a position: they keep the pose of the frame before."""
+    motion = refitted(moving(person()))
+    whole, part = joint_angles(motion), joint_angles(unseen(motion, np.arange(10, 25), "LeftLeg", "LeftFoot"))
+    lost = {f"{name}_left" for name in ("hip_flexion", "knee_flexion", "ankle_dorsiflexion")}
+    assert whole.names == part.names
+    for name in whole.names:
+        new = np.isnan(part[name]) & ~np.isnan(whole[name])
+        if name in lost:
+            assert new[10:25].all()
+            assert part.missing[name].endswith("positions of its points are not seen")
+        elif not name.endswith("_left"):
+            assert not new.any()
+        assert not new[:10].any()
+        assert not new[25:].any()
+        known = ~np.isnan(part[name])
+        np.testing.assert_array_equal(part[name][known], whole[name][known])
+
+
+def test_frames_of_zero_that_do_not_show_all_have_no_part_in_it():
+    motion = refitted(moving(person()))
+    standing = refitted(pose(person()))
+    zero = Motion.concatenate([standing] * 4)
+    squat = zero.angles.copy()
+    squat[2:] = motion.angles[20]
+    wrong = unseen(replace(zero, angles=squat), np.arange(2, 4), "LeftLeg", "RightLeg")
+    assert_same(joint_angles(motion, zero=zero[:2]), joint_angles(motion, zero=wrong))
+    with pytest.raises(ValueError, match="shows nobody who stands: positions of the points of its left shank are not"):
+        joint_angles(motion, zero=unseen(zero, np.arange(4), "LeftFoot"))
+    hidden = joint_angles(motion, zero=unseen(zero, np.arange(4), "LeftForeArm"))
+    assert np.isnan(hidden["elbow_flexion_left"]).all()
+    assert "not seen in zero" in hidden.missing["elbow_flexion_left"]
+    assert not np.isnan(hidden["elbow_flexion_right"]).any()
+
+
 def test_the_rest_pose_of_a_layout_is_not_how_a_person_stands():
     """A skeleton that is fitted to points has the lengths of a person, and the rest pose of its layout."""
     middle = {"hip_center": (0, 1.0, 0), "spine": (0, 1.1, 0), "shoulder_center": (0, 1.45, 0), "head": (0, 1.65, 0)}
