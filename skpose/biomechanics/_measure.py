@@ -18,7 +18,7 @@ from skpose.biomechanics._angles import (
     set_upright,
 )
 from skpose.biomechanics._axes import Reference, joint_axes, rest_axes, rotation_onto
-from skpose.biomechanics._seen import find_seen
+from skpose.biomechanics._seen import SHOULDERS, find_seen
 from skpose.biomechanics._segments import LIMBS, SIDES, Segment, Turned, turn_segments
 from skpose.skeleton import Motion
 
@@ -119,9 +119,9 @@ class _Joints:
         self.add("pelvis_rotation", _unwrap(three.rotation), UPRIGHT_PELVIS, *shown_by)
 
     def _shown_by(self, *names: str) -> list[str]:
-        """Return the segments that must be seen to know others: of a pelvis that is a line the trunk, too."""
-        with_trunk = "pelvis" in names and "pelvis" in self.lines and "trunk" in self.segments
-        return [*names, *(["trunk"] if with_trunk else [])]
+        """Return what must be seen to know segments: of a pelvis that is a line the shoulders, too."""
+        with_shoulders = "pelvis" in names and "pelvis" in self.lines and SHOULDERS in self.seen
+        return [*names, *([SHOULDERS] if with_shoulders else [])]
 
     def measure(self, joint: Joint, side: str) -> None:
         """Measure a joint; side is "" in the middle."""

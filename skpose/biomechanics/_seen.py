@@ -13,20 +13,22 @@ from skpose.skeleton._shared import positions_at_zero
 OFF_LINE = 0.05
 APART = 0.5  # distance of two points, likewise, from which they show the direction of the line
 NOTHING, DIRECTION, ROTATION = 0, 1, 2
+SHOULDERS = "shoulders"
 
 
 class Seen(NamedTuple):
     """What the positions to which a motion was fitted show of its segments; a recording of rotations shows all."""
 
     lines: set[str]  # segments of which no frame shows more than the direction
-    frames: dict[str, np.ndarray]  # (n_frames,) of each segment, whether a frame shows as much as any
+    # (n_frames,) of each segment, whether a frame shows as much as any; of "shoulders", whether it shows both.
+    frames: dict[str, np.ndarray]
 
 
 def find_seen(motion: Motion, segments: dict[str, Segment]) -> Seen:
     """Return what the positions show to which a motion was fitted."""
     if motion.seen is None:
-        everywhere = np.ones(len(motion), bool)
-        return Seen(set(), dict.fromkeys(segments, everywhere))
+        everywhere: np.ndarray = np.ones(len(motion), bool)
+        return Seen(set(), dict.fromkeys((*segments, SHOULDERS), everywhere))
     lines, frames = set(), {}
     for name, segment in segments.items():
         patterns, which = np.unique(_seen_points(motion.skeleton, motion.seen, segment), axis=0, return_inverse=True)
@@ -34,6 +36,9 @@ def find_seen(motion: Motion, segments: dict[str, Segment]) -> Seen:
         most = int(shown.max(initial=NOTHING))
         if most < ROTATION:
             lines.add(name)
+        if name == "trunk":
+            most = ROTATION  # its line is that of the shoulders, which does not show how it leans
+            frames[SHOULDERS] = motion.seen[:, [segment.start, segment.end]].all(axis=1)
         frames[name] = shown >= max(most, DIRECTION)
     return Seen(lines, frames)
 
