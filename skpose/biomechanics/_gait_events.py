@@ -139,7 +139,9 @@ def gait_events(motion: Motion, *, joints: Mapping[str, str] | None = None) -> G
         If `motion` is no Motion.
     ValueError
         If the root does not move at all, the frame rate is below 25 Hz, more than 0.1 s of frames are missing, people
-        stand along another axis than `Motion.up`, or joints are not known.
+        stand along another axis than `Motion.up`, or joints are not known. If the pelvis jumps from a frame to the next
+        one, moving by more than 12 m/s and 1 cm, or turning by more than 2,200°/s and 5°: nobody does, and one
+        recording ends there and another one begins, or frames are missing. The message states where to cut.
 
     See Also
     --------
