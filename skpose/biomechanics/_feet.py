@@ -155,9 +155,9 @@ def _check_jumps(hips: np.ndarray, motion: Motion) -> None:
         if steps[most] > limit * seconds[most] + error:
             raise ValueError(
                 f"the pelvis {verb} by {steps[most]:.3g}{unit} from frame {most} to the next, in {seconds[most]:.2g} "
-                f"s, which nobody does (at most {limit:,.0f}{unit}/s): one recording ends there and another one begins, "
-                f"frames are missing, or positions are wrong. Cut the motion there, motion[:{most + 1}] and "
-                f"motion[{most + 1}:]"
+                f"s, which nobody does (at most {limit:,.0f}{unit}/s): one recording ends there and another one "
+                "begins, frames are missing, or positions are wrong. Cut the motion there, "
+                f"motion[:{most + 1}] and motion[{most + 1}:]"
             )
 
 
