@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from skpose.biomechanics._feet import SIDES, check_recording, feet_of, find_feet, to_world
+from skpose.biomechanics._recordings import leg_lengths
 from skpose.biomechanics._steps import Stance, Stride, find_stances, find_strides
 from skpose.biomechanics._tables import frame_of
 from skpose.skeleton import Motion
@@ -46,6 +47,8 @@ class GaitEvents:
         Where there are no events, in words why.
     motion_times : ndarray of shape (n_frames,)
         Times of the frames of the motion, s, by which what is of another recording is recognised.
+    leg_lengths : ndarray of shape (n_frames, 2) or None
+        Distance from hip to ankle in each frame, left and right, m, by which it is recognised where times are equal.
 
     Examples
     --------
@@ -69,6 +72,7 @@ class GaitEvents:
     up: str
     reason: str
     motion_times: np.ndarray
+    leg_lengths: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.times)
@@ -139,7 +143,9 @@ def gait_events(motion: Motion, *, joints: Mapping[str, str] | None = None) -> G
         If `motion` is no Motion.
     ValueError
         If the root does not move at all, the frame rate is below 25 Hz, more than 0.1 s of frames are missing, people
-        stand along another axis than `Motion.up`, or joints are not known.
+        stand along another axis than `Motion.up`, or joints are not known. If the pelvis jumps from a frame to the next
+        one, moving by more than 12 m/s and 1 cm, or turning by more than 2,200°/s and 5°: nobody does, and one
+        recording ends there and another one begins, or frames are missing. The message states where to cut.
 
     See Also
     --------
@@ -224,4 +230,5 @@ def _collect(
         up=motion.up,
         reason=reason,
         motion_times=motion.times,
+        leg_lengths=leg_lengths(motion, {mark: motion.skeleton.joint_names.index(one) for mark, one in names.items()}),
     )

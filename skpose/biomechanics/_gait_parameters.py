@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from skpose._warnings import warn
 from skpose.biomechanics._feet import SIDES
 from skpose.biomechanics._gait_events import OFF, GaitEvents, gait_events
 from skpose.biomechanics._tables import frame_of
@@ -25,6 +26,8 @@ UNITS = {
     "stance": "%",
     "double_support": "%",
 }
+# Steps per minute that nobody exceeds: elite sprinters take fewer than five a second, race walkers fewer than four.
+FASTEST_WALK, FASTEST_RUN = 220.0, 300.0
 
 
 class GaitParameter(NamedTuple):
@@ -184,6 +187,13 @@ def gait_parameters(motion: Motion | GaitEvents, *, joints: Mapping[str, str] | 
     ValueError
         If there are no strides, with the reason; for what `gait_events` refuses.
 
+    Warns
+    -----
+    UserWarning
+        If cadence, in the median of the strides, is more than 300 steps/min, or 220 where the feet stand for more than
+        half of the stride, as in walking: nobody is as fast (elite sprinters [2]_, race walkers [3]_), and the frame
+        rate is not that of the recording.
+
     See Also
     --------
     gait_events : The events, and what they assume.
@@ -198,6 +208,11 @@ def gait_parameters(motion: Motion | GaitEvents, *, joints: Mapping[str, str] | 
     ----------
     .. [1] F. Huxham, J. Gong, R. Baker, M. Morris, R. Iansek, "Defining spatial parameters for non-linear walking",
        Gait & Posture 23(2), 2006, :doi:`10.1016/j.gaitpost.2005.01.001`.
+    .. [2] A. I. T. Salo, I. N. Bezodis, A. M. Batterham, D. G. Kerwin, "Elite sprinting: are athletes individually
+       step-frequency or step-length reliant?", Medicine & Science in Sports & Exercise 43(6), 2011,
+       :doi:`10.1249/MSS.0b013e318201f6f8`.
+    .. [3] B. Hanley, A. Bissas, A. Drake, "Kinematic characteristics of elite men's and women's 20 km race walking and
+       their variation during the race", Sports Biomechanics 10(2), 2011, :doi:`10.1080/14763141.2011.569566`.
 
     Examples
     --------
@@ -232,7 +247,26 @@ def gait_parameters(motion: Motion | GaitEvents, *, joints: Mapping[str, str] | 
     rows = [_measure(events, *stride) for stride in events.strides]
     columns = {name: np.array([row[name] for row in rows]) for name in UNITS}
     first = events.strides[:, 0]
-    return GaitParameters(feet=events.feet[first], starts=events.times[first], events=events, **columns)
+    found = GaitParameters(feet=events.feet[first], starts=events.times[first], events=events, **columns)
+    if complaint := _complain_of_cadence(found):
+        warn(complaint)
+    return found
+
+
+def _complain_of_cadence(found: GaitParameters) -> str:
+    """Return what speaks against a cadence that people do not have; empty where nothing does."""
+    cadence, known = float(np.median(found.cadence)), found.stance[np.isfinite(found.stance)]
+    stance = float(np.median(known)) if len(known) else np.nan
+    limit = FASTEST_WALK if stance > 50.0 else FASTEST_RUN
+    if cadence <= limit:
+        return ""
+    rate = found.events.frame_rate
+    return (
+        f"cadence is {cadence:.0f} steps/min with a stance of {stance:.0f} %, and nobody "
+        f"{'walks' if stance > 50.0 else 'runs'} with more than {limit:.0f}: is the frame rate of {rate:g} Hz that of "
+        "the recording? If not, times and speeds are wrong: read the file with another frame_rate=, or "
+        "dataclasses.replace(motion, frame_rate=...)"
+    )
 
 
 def _measure(events: GaitEvents, first: int, other: int, last: int) -> dict[str, float]:

@@ -12,6 +12,7 @@ from skpose._validation.names import near_names
 from skpose._warnings import warn
 from skpose.biomechanics._measure import measure
 from skpose.biomechanics._person import find_person
+from skpose.biomechanics._recordings import leg_lengths
 from skpose.biomechanics._segments import find_segments
 from skpose.biomechanics._zero import find_zero
 from skpose.skeleton import Motion
@@ -39,6 +40,8 @@ class JointAngles:
         The rig by whose names the joints were found.
     missing : dict of str to str
         For each angle that is NaN in some frames, why.
+    leg_lengths : ndarray of shape (n_frames, 2) or None
+        Distance from hip to ankle, left and right, m, by which events of another recording are recognised.
 
     Examples
     --------
@@ -59,6 +62,7 @@ class JointAngles:
     zero: str
     rig: str
     missing: dict[str, str]
+    leg_lengths: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.degrees)
@@ -265,6 +269,7 @@ def joint_angles(
     names = tuple(found.columns)
     degrees = np.degrees(np.stack([found.columns[name] for name in names], axis=1))
     missing = {name: found.reasons[name] for name in names if np.isnan(found.columns[name]).any()}
-    angles = JointAngles(names, degrees, motion.times, words, person.rig or "the given joints", missing)
+    rig, legs = person.rig or "the given joints", leg_lengths(motion, person.joints)
+    angles = JointAngles(names, degrees, motion.times, words, rig, missing, legs)
     output = get_config()["transform_output"]
     return {"pandas": angles.to_pandas, "polars": angles.to_polars}.get(output, lambda: angles)()

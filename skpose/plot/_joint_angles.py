@@ -9,7 +9,7 @@ from skpose._validation.names import near_names
 from skpose._validation.options import check_integer, check_kind
 from skpose.biomechanics import JointAngles
 from skpose.plot._axes import axes
-from skpose.plot._cycles import PERCENT, SIDES, Cycles, cycle_curves, find_cycles, mean_curve, without_jumps
+from skpose.plot._cycles import PERCENT, SIDES, Cycles, cycle_curves, find_cycles, mean_curve, with_gaps, without_jumps
 from skpose.plot._pose import SIDES as COLOURS
 
 WIDTH, HEIGHT, LINE = 2.4, 1.9, 0.2  # inches: of one angle, and the height of a line of text above all
@@ -24,7 +24,8 @@ class JointAnglesDisplay:
 
     One small axes for each angle, with both sides: the left is a blue line, the right a dashed one in vermilion, and
     angles of the middle are grey. A thin line where fewer than all cycles show the angle is the mean of those that do;
-    where none does there is a gap. Without cycles the angles are drawn against time.
+    where none does there is a gap. Without cycles the angles are drawn against time. Where more than 0.1 s of frames are
+    missing, there is a gap, too.
 
     Parameters
     ----------
@@ -143,7 +144,7 @@ class JointAnglesDisplay:
         line = {"color": COLOURS[side], "linestyle": LINES[side], "linewidth": 1.6} | style
         if cycles is None:
             values = without_jumps(self.angles[name])
-            ax.plot(self.angles.times, values, **line)
+            ax.plot(*with_gaps(self.angles.times, values), **line)
         else:
             values = cycle_curves(self.angles.times, self.angles[name], cycles.spans[side])
             _draw_cycles(ax, values, show_cycles, line)
@@ -197,7 +198,8 @@ class JointAnglesDisplay:
         TypeError
             If `angles` are no `JointAngles`.
         ValueError
-            If there is no angle of a name, no cycle, or the cycles are of another recording.
+            If there is no angle of a name, no cycle, or the cycles are of another recording: of other times, or with
+            legs that are bent otherwise.
 
         Notes
         -----

@@ -1,10 +1,13 @@
 """Gait events and parameters: of walkers whose steps are known, of controls that do not walk, of recordings."""
 
+import re
+import warnings
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from walkers import SKELETON, walk
+from scipy.spatial.transform import Rotation
+from walkers import SKELETON, rotation_about, walk
 
 from skpose import Motion, Skeleton
 from skpose.biomechanics import gait_events, gait_parameters
@@ -132,6 +135,60 @@ def test_missing_frames_are_filled_if_they_are_few():
     assert (np.abs(thin.times[found.frames] - found.times) <= 0.02).all()
     with pytest.raises(ValueError, match=r"are missing after frame 99: cut the motion there, motion\[:100\]"):
         gait_events(replace_frames(motion, np.delete(np.arange(len(motion)), np.arange(100, 130))))
+
+
+def jump_of(motion, frame, metres=0.0, degrees=0.0):
+    """The motion, in which from a frame on the person is elsewhere, or faces elsewhere."""
+    after = np.arange(len(motion)) >= frame
+    place, turned = motion.root_positions[frame], rotation_about([0.0, 1.0, 0.0], np.radians(degrees) * after)
+    root = turned * Rotation.from_euler(motion.root_axes, motion.root_angles)
+    moved = place + turned.apply(motion.root_positions - place) + np.outer(metres * after, [0.6, 0.0, 0.8])
+    return replace(motion, root_positions=moved, root_angles=root.as_euler("xzy"), root_axes="xzy")
+
+
+@pytest.mark.parametrize("rate", [50.0, 100.0, 250.0])
+@pytest.mark.parametrize("frame", [1, 7, 100])
+def test_a_jump_of_the_pelvis_is_refused(rate, frame):
+    """Nobody moves by more than 12 m/s, or turns by more than 2,200°/s."""
+    motion = walk(duration=3.0, rate=rate)
+    for jump, words in (
+        ({"metres": 12.0 / rate + 0.06}, r"the pelvis moves by .* m from frame {} to the next.*at most 12 m/s"),
+        ({"degrees": 2200.0 / rate + 20.0}, r"the pelvis turns by .*° from frame {} to the next.*at most 2,200°/s"),
+    ):
+        words += r".*Cut the motion there, motion\[:{}\] and motion\[{}:\]"
+        with pytest.raises(ValueError, match=words.format(frame, frame + 1, frame + 1)):
+            gait_events(jump_of(motion, frame + 1, **jump))
+        gait_events(jump_of(motion, frame + 1, **{name: 0.5 * size for name, size in jump.items()}))
+
+
+def test_two_recordings_in_one_are_refused():
+    """Each begins where it does, so that the root goes back; frames that were left out without their numbers, too."""
+    motion = walk(duration=3.0)
+    with pytest.raises(ValueError, match=r"moves by 3\.28 m from frame 300 to the next, in 0\.01 s, which nobody does"):
+        gait_parameters(Motion.concatenate([motion, motion]))
+    thin = np.delete(np.arange(len(motion)), np.arange(100, 130))
+    with pytest.raises(ValueError, match=r"frames are missing.*motion\[:100\] and motion\[100:\]"):
+        gait_events(replace_frames(motion, thin, np.arange(len(thin))))
+
+
+@pytest.mark.parametrize(
+    ("known", "rate", "words"),
+    [
+        ({}, 230.0, r"253 steps/min with a stance of 5\d %, and nobody walks with more than 220: .*230 Hz"),
+        ({"step": 0.9, "cadence": 165.0, "stance": 0.35}, 200.0, r"nobody runs with more than 300"),
+        ({"step": 0.9, "cadence": 165.0, "stance": 0.35}, 170.0, None),
+        ({}, 190.0, None),
+    ],
+)
+def test_a_cadence_that_nobody_has_is_a_warning(known, rate, words):
+    """Of a walk at 100 Hz that is said to have another frame rate."""
+    other = replace(walk(**known), frame_rate=rate)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        gait_parameters(other)
+    assert len(caught) == (words is not None)
+    if words is not None:
+        assert re.search(words, str(caught[0].message))
 
 
 def replace_frames(motion, rows, numbers=None):
@@ -427,5 +484,9 @@ def test_recordings_of_walks_and_runs(cmu):
 @pytest.mark.slow
 def test_recordings_of_other_actions_have_no_gait(cmu, hdm05):
     for dataset, actions in ((cmu, {"walk", "run/jog", "run", "walk on uneven terrain"}), (hdm05, {"jog in a circle"})):
-        for motion, action in zip(dataset, dataset.actions, strict=True):
+        for k, (motion, action) in enumerate(zip(dataset, dataset.actions, strict=True)):
+            if dataset is cmu and (cmu.subjects[k], cmu.trials[k]) == ("03", "02"):  # is still, and jumps by 11 cm
+                with pytest.raises(ValueError, match=r"Cut the motion there, motion\[:24\] and motion\[24:\]"):
+                    gait_events(motion)
+                motion = motion[24:]
             assert (len(gait_events(motion).strides) > 0) == (action in actions), action

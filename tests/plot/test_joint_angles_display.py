@@ -206,6 +206,18 @@ def test_no_curve_across_missing_frames():
     np.testing.assert_array_equal(np.isnan(other), inside)
 
 
+@pytest.mark.parametrize("rate", [RATE, 5.0])
+def test_no_curve_over_time_across_missing_frames(rate):
+    """0.06 s without frames are drawn across; 0.5 s are not, nor are 0.6 s at 5 Hz."""
+    numbers = np.r_[0:100, 102:200, 225 : N + 27]
+    angles = some_angles(times=numbers / rate)
+    display = JointAnglesDisplay.from_angles(angles, names=["pelvis_tilt"])
+    (line,) = [one for one in display.axes_["pelvis_tilt"].lines if len(one.get_ydata()) > 2]
+    expected = np.insert(angles["pelvis_tilt"], [100, 198] if rate == 5.0 else [198], np.nan)
+    np.testing.assert_array_equal(line.get_ydata(), expected)
+    assert (np.diff(line.get_xdata()) > 0).all()
+
+
 def test_a_jump_of_a_whole_turn_is_none():
     """Cycles around 180°, in some of which the angle is written as below -180°."""
     phase = np.arange(N) / 40
