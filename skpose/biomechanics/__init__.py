@@ -4,6 +4,7 @@
 |--------------------|---------------------------------------------------------------------------------------------|
 | `_joint_angles`    | flexion, adduction, rotation; `_measure` measures each joint, by the formulas of `_angles`  |
 | `_segments`        | the segments of a person and how they are turned; `_axes` has their axes where they stand   |
+| `_seen`            | what of the segments is shown by the positions to which a motion was fitted                 |
 | `_zero`            | the pose in which angles are zero, and whether a person stands in it; `_person` has joints  |
 | `_symmetry`        | the left against the mirrored right, joint by joint                                         |
 | `_gait_events`     | when the feet come down and leave the floor; `_steps` finds it from positions               |

@@ -14,6 +14,7 @@ from skpose._validation.names import near_names
 from skpose._validation.options import check_kind
 from skpose._warnings import warn
 from skpose.biomechanics._person import check_joints
+from skpose.biomechanics._seen import find_shown
 from skpose.kinematics import forward_kinematics
 from skpose.kinematics._shared import find_landmarks
 from skpose.skeleton import Motion, Skeleton
@@ -127,7 +128,8 @@ def feet_of(motion: Motion, joints: Mapping[str, str]) -> Feet:
     relative = forward_kinematics(motion.angles, skeleton)[:, columns]
     turned = root_orientations(motion.root_angles, motion.root_axes)
     here = np.stack([turned.apply(relative[:, i]) for i in range(len(columns))]) + motion.root_positions
-    feet = feet_at(here[..., _axes(motion.up)], motion.frame_numbers, motion.frame_rate)
+    shown = _find_frames(motion, columns)
+    feet = feet_at(here[:, shown][..., _axes(motion.up)], motion.frame_numbers[shown], motion.frame_rate)
     metre = 1.0
     if not LEGS[0] <= feet.leg <= LEGS[1]:
         metre = feet.leg  # as that of a person is nearly one
@@ -137,6 +139,24 @@ def feet_of(motion: Motion, joints: Mapping[str, str]) -> Feet:
         )
     _check_jumps(here[[MARKS.index("left_hip"), MARKS.index("right_hip")]] / metre, motion)
     return feet
+
+
+def _find_frames(motion: Motion, columns: list[int]) -> np.ndarray:
+    """Return the frames that show hips and feet, and both ends; refuse long times between them."""
+    shown = find_shown(motion, columns).all(axis=1)
+    frames = np.flatnonzero(shown | np.isin(np.arange(len(motion)), [0, len(motion) - 1]))
+    if shown.all():
+        return frames
+    known = np.concatenate([[-1], np.flatnonzero(shown), [len(motion)]])
+    longest = int(np.diff(known).argmax())
+    first, last = known[longest] + 1, known[longest + 1] - 1
+    gap = (last - first + 1) / motion.frame_rate
+    if gap > LONGEST_GAP:
+        raise ValueError(
+            f"gait events need hips and feet in all frames, but positions of some are not seen for {gap:.2g} s, from "
+            f"frame {first} to {last}: cut the motion there, motion[:{first}] and motion[{last + 1}:]"
+        )
+    return frames
 
 
 def _check_jumps(hips: np.ndarray, motion: Motion) -> None:

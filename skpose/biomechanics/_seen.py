@@ -1,10 +1,12 @@
 """What positions show of the segments of a person: nothing, the direction of the line, or all of the rotation."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from skpose.biomechanics._segments import ROOT, Segment
+from skpose.kinematics._shared import find_carriers
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._shared import positions_at_zero
 
@@ -27,20 +29,44 @@ class Seen(NamedTuple):
 def find_seen(motion: Motion, segments: dict[str, Segment]) -> Seen:
     """Return what the positions show to which a motion was fitted."""
     if motion.seen is None:
-        everywhere: np.ndarray = np.ones(len(motion), bool)
-        return Seen(set(), dict.fromkeys((*segments, SHOULDERS), everywhere))
-    lines, frames = set(), {}
+        return Seen(set(), {name: np.ones(len(motion), dtype=bool) for name in (*segments, SHOULDERS)})
+    lines, frames = set(), dict[str, np.ndarray]()
     for name, segment in segments.items():
         patterns, which = np.unique(_seen_points(motion.skeleton, motion.seen, segment), axis=0, return_inverse=True)
-        shown = np.array([_shows(segment, pattern) for pattern in patterns], int)[which.ravel()]
+        shown: np.ndarray = np.array([_shows(segment, pattern) for pattern in patterns], dtype=int)[which.ravel()]
         most = int(shown.max(initial=NOTHING))
         if most < ROTATION:
             lines.add(name)
         if name == "trunk":
             most = ROTATION  # its line is that of the shoulders, which does not show how it leans
-            frames[SHOULDERS] = motion.seen[:, [segment.start, segment.end]].all(axis=1)
+            frames[SHOULDERS] = motion.seen[:, segment.start] & motion.seen[:, segment.end]
         frames[name] = shown >= max(most, DIRECTION)
     return Seen(lines, frames)
+
+
+def find_shown(motion: Motion, joints: Sequence[int]) -> np.ndarray:
+    """Return in which frames the places of joints are known, (n_frames, n): the joint, or what it is fixed to, is seen.
+
+    Three points that are not on one line show where everything is that is fixed to them.
+    """
+    if motion.seen is None:
+        return np.ones((len(motion), len(joints)), dtype=bool)
+    carriers, parents = np.array(find_carriers(motion.skeleton)), np.asarray(motion.skeleton.parents)
+    zero, shown = positions_at_zero(motion.skeleton), motion.seen[:, joints].copy()
+    for i, joint in enumerate(joints):
+        for carrier in {carriers[joint], *carriers[parents == joint]}:
+            carried = np.flatnonzero(carriers == carrier)
+            points = np.array(sorted({*carried, *parents[carried]} - {ROOT}))
+            patterns, which = np.unique(motion.seen[:, points], axis=0, return_inverse=True)
+            size = float(np.linalg.norm(np.ptp(zero[points], axis=0)))
+            shows = np.array([_is_spread(zero[points[pattern]], size) for pattern in patterns], dtype=bool)
+            shown[:, i] |= shows[which.ravel()]
+    return shown
+
+
+def _is_spread(points: np.ndarray, size: float) -> bool:
+    """Return whether points (n, 3) of a body of some size, m, are not on one line."""
+    return len(points) > 2 and bool(np.linalg.svd(points - points.mean(axis=0))[1][1] > 0.5 * OFF_LINE * size)
 
 
 def _seen_points(skeleton: Skeleton, seen: np.ndarray, segment: Segment) -> np.ndarray:
@@ -70,7 +96,7 @@ def _shows(segment: Segment, seen: np.ndarray) -> int:
     off_line = np.linalg.norm(across, axis=1) >= OFF_LINE * length
     if seen.all():
         return ROTATION if off_line.any() else DIRECTION
-    if len(points) > 2 and np.linalg.svd(points - points.mean(axis=0))[1][1] > 0.5 * OFF_LINE * length:
+    if _is_spread(points, length):
         return ROTATION
     on_line = points[~off_line] @ segment.along / length
     return DIRECTION if len(on_line) > 1 and np.ptp(on_line) >= APART * length else NOTHING

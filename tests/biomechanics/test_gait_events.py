@@ -137,6 +137,25 @@ def test_missing_frames_are_filled_if_they_are_few():
         gait_events(replace_frames(motion, np.delete(np.arange(len(motion)), np.arange(100, 130))))
 
 
+def test_feet_that_are_not_seen_are_filled_for_a_moment_and_else_refused():
+    motion = walk()
+    names, seen = list(motion.skeleton.joint_names), np.ones((len(motion), motion.skeleton.n_joints), bool)
+    expected = gait_events(motion)
+    seen[205:212, names.index("left_ankle")] = False
+    angles = motion.angles.copy()
+    angles[205:212] = angles[204]  # as inverse kinematics leaves them
+    found = gait_events(replace(motion, angles=angles, seen=seen))
+    np.testing.assert_array_equal(found.kinds, expected.kinds)
+    np.testing.assert_allclose(found.times, expected.times, atol=0.02)
+    seen[205:230, names.index("left_ankle")] = False
+    with pytest.raises(
+        ValueError, match=r"are not seen for 0\.25 s, from frame 205 to 229: cut the motion there, moti"
+    ):
+        gait_events(replace(motion, seen=seen))
+    seen[:, names.index("head")] = False  # has no part in it
+    assert len(gait_events(replace(motion, seen=seen)[240:])) > 3
+
+
 def jump_of(motion, frame, metres=0.0, degrees=0.0):
     """The motion, in which from a frame on the person is elsewhere, or faces elsewhere."""
     after = np.arange(len(motion)) >= frame
