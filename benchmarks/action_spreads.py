@@ -34,7 +34,7 @@ from scipy.spatial.transform import Rotation
 from spreads import DOFS, Design, components, on_humanoid
 
 from skpose.datasets import MotionDataset, load_hdm05, make_actions
-from skpose.datasets._action_spreads import EXECUTION, Execution
+from skpose.datasets._action_spreads import Execution
 from skpose.motions import align_motions, motion_distances
 
 PHASES = np.linspace(0.0, 1.0, 9)

@@ -1,12 +1,14 @@
 """A performance of an action: the motion of one person, once, from key poses and from how the person departs from them.
 
 Key poses state where the pelvis and the feet are. The legs follow (`_legs.py`), and depart from that as the other
-joints do. That moves pelvis and feet; what stands is then put back: a foot stays where it first stands, flat or on its
-ball, and the pelvis is where the standing feet have it in the mean. Between the key poses everything moves along
-monotone cubic curves (PCHIP), and the legs are solved once more, for every frame, so that feet that stand do not slide.
+joints do. That moves the feet, and those that stand are then put back: on the ground, near the place that is planned,
+and there they stay. The pelvis is above them as planned, as high as the knees are bent. Between the key poses
+everything moves along monotone cubic curves (PCHIP), and legs that stand are solved once more, for every frame, so that
+their feet do not slide.
 """
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -20,8 +22,8 @@ from skpose.skeleton._shared import continuous_columns
 
 SIDES = {"left": 1.0, "right": -1.0}
 RHYTHM, RISES = 0.25, 60.0  # of the clavicle: how far it rises with the upper arm, and from where, degrees
-# Limits of what a person can do, degrees: flexion of elbow and knee; the upper arm about itself, inward; the ankle, about
-# x and z; head and neck from their means.
+# Limits of what a person can do, degrees: flexion of elbow and knee; the upper arm about itself, inward; the ankle,
+# about x and z.
 ELBOW, KNEE, INWARD = (0.0, 150.0), (6.0, 130.0), (-100.0, 100.0)
 ANKLE = ((-40.0, -35.0), (60.0, 35.0))
 CLEARANCE = 0.03  # of feet that swing, above the floor, m
@@ -89,16 +91,10 @@ def perform(
         for name, values in joints.items()
     }
     for side, foot in stance.feet.items():
-        stands = np.flatnonzero(foot.contact >= 0)
-        if len(stands):
-            turned = foot.rotation[stands]
-            angles = solve_leg(legs[side], stance.position[stands], stance.pelvis[stands], foot.ball[stands], turned)
-            hip = moving[f"{side}_thigh"].as_quat()
-            hip[stands] = angles.hip.as_quat()
-            moving[f"{side}_thigh"] = Rotation.from_quat(hip)
-            moving[f"{side}_shank"][stands, 0] = angles.knee
-            moving[f"{side}_foot"][stands] = angles.ankle
-            moving[f"{side}_toes"][stands, 0] = -_heel(turned)  # they stay on the ground
+        solved = _joints_of(side, solve_leg(legs[side], stance.position, stance.pelvis, foot.ball, foot.rotation))
+        solved[f"{side}_toes"] = -_heel(foot.rotation)[:, None]  # they stay on the ground
+        for name, values in solved.items():
+            moving[name] = _choose(foot.contact >= 0, values, moving[name])
     columns = [
         continuous_columns(bone, joint) if isinstance(joint := moving[bone.name], Rotation) else joint
         for bone in skeleton.bones
@@ -137,9 +133,8 @@ def _upper_arm(arms: Sequence[Arm], sign: float, own: np.ndarray) -> Rotation:
     swing = Rotation.from_rotvec(raised[:, None] * axis)
     rotations = swing * Rotation.from_rotvec(np.outer(-sign * inward, [0.0, 1.0, 0.0])) * Rotation.from_rotvec(own)
     # A rotation is one about y, after which the least one brings the arm to its direction.
-    x, y, z, w = rotations.as_quat().T
-    about = 2.0 * np.arctan2(y, w)
-    about = np.angle(np.exp(1j * about))
+    quaternions = rotations.as_quat()
+    about = np.angle(np.exp(2j * np.arctan2(quaternions[:, 1], quaternions[:, 3])))
     low, high = np.sort(-sign * np.radians(INWARD))
     excess = np.clip(about, low, high) - about
     return rotations * Rotation.from_rotvec(np.outer(excess, [0.0, 1.0, 0.0]))
@@ -156,7 +151,7 @@ def _plan_stance(keys: Sequence[Key], legs: dict[str, Leg]) -> Stance:
 
 
 def _depart(keys: Sequence[Key], legs: dict[str, Leg], own: dict[str, np.ndarray]) -> dict[str, LegAngles]:
-    """Return the legs at the key poses that depart from what is planned, wherever the feet are then."""
+    """Return the legs at the key poses that depart from what is planned, with the feet where that brings them."""
     plan, departed = _plan_stance(keys, legs), {}
     for side, foot in plan.feet.items():
         angles = solve_leg(legs[side], plan.position, plan.pelvis, foot.ball, foot.rotation)
@@ -172,7 +167,8 @@ def _stand(keys: Sequence[Key], legs: dict[str, Leg], departed: dict[str, LegAng
     """Return pelvis and feet at the key poses, with those feet on the ground that stand."""
     plan = _plan_stance(keys, legs)
     pelvis, position = plan.pelvis, plan.position.copy()
-    balls, yaw, rotations = {}, {}, {}
+    balls: dict[str, np.ndarray] = {}
+    yaw, rotations = {}, {}
 
     def height(side: str, k: int) -> float:
         """Return the height of the pelvis at which a knee is bent as it departs, above a foot that stands."""
@@ -212,10 +208,10 @@ def _stand(keys: Sequence[Key], legs: dict[str, Leg], departed: dict[str, LegAng
             position[k, 1] += position[k - 1, 1] - plan.position[k - 1, 1]
     feet = {}
     for side, foot in plan.feet.items():
-        turned = Rotation.from_rotvec(np.outer(yaw[side], [0.0, 1.0, 0.0])) * foot.rotation
-        quaternions = np.where(foot.contact[:, None] >= 0, turned.as_quat(), rotations[side].as_quat())
-        ball = np.where(foot.contact[:, None] >= 0, balls[side], position + balls[side])
-        feet[side] = Track(ball, Rotation.from_quat(quaternions), foot.contact)
+        stood = foot.contact >= 0
+        planned = Rotation.from_rotvec(np.outer(yaw[side], [0.0, 1.0, 0.0])) * foot.rotation
+        ball = _choose(stood, balls[side], position + balls[side])
+        feet[side] = Track(ball, _choose(stood, planned, rotations[side]), foot.contact)
     return _within_reach(Stance(position, plan.turned, feet), legs)
 
 
@@ -225,17 +221,25 @@ def _leg_joints(
     """Return the joints of the legs at the key poses: solved where the foot stands."""
     joints: dict[str, Rotation | np.ndarray] = {}
     for side, foot in stance.feet.items():
-        stands, free = foot.contact >= 0, departed[side]
-        low = foot.ball[:, 1] < CLEARANCE
+        stands, low = foot.contact >= 0, foot.ball[:, 1] < CLEARANCE
         ball = np.where((low & ~stands)[:, None], foot.ball * [1.0, 0.0, 1.0] + [0.0, CLEARANCE, 0.0], foot.ball)
-        solved = solve_leg(legs[side], stance.position, stance.pelvis, ball, foot.rotation)
-        stands = stands | low
-        hip = np.where(stands[:, None], solved.hip.as_quat(), free.hip.as_quat())
-        joints[f"{side}_thigh"] = Rotation.from_quat(hip)
-        joints[f"{side}_shank"] = np.where(stands, solved.knee, free.knee)[:, None]
-        joints[f"{side}_foot"] = np.where(stands[:, None], solved.ankle, free.ankle)
-        joints[f"{side}_toes"] = np.where(foot.contact[:, None] >= 0, -_heel(foot.rotation)[:, None], own[f"{side}_toes"])
+        solved = _joints_of(side, solve_leg(legs[side], stance.position, stance.pelvis, ball, foot.rotation))
+        for name, values in _joints_of(side, departed[side]).items():
+            joints[name] = _choose(stands | low, solved[name], values)
+        joints[f"{side}_toes"] = _choose(stands, -_heel(foot.rotation)[:, None], own[f"{side}_toes"])
     return joints
+
+
+def _joints_of(side: str, angles: LegAngles) -> dict[str, Rotation | np.ndarray]:
+    """Return the joints of a leg by their names, without the toes."""
+    return {f"{side}_thigh": angles.hip, f"{side}_shank": angles.knee[:, None], f"{side}_foot": angles.ankle}
+
+
+def _choose(first: np.ndarray, values: Rotation | np.ndarray, others: Rotation | np.ndarray) -> Rotation | np.ndarray:
+    """Return values (n,) or (n, k) where `first`, others elsewhere."""
+    if isinstance(values, Rotation) and isinstance(others, Rotation):
+        return Rotation.from_quat(np.where(first[:, None], values.as_quat(), others.as_quat()))
+    return np.where(first[:, None], values, others)
 
 
 def _plan(feet: Sequence[Foot], leg: Leg, sign: float) -> Track:
@@ -245,7 +249,7 @@ def _plan(feet: Sequence[Foot], leg: Leg, sign: float) -> Track:
     flat = Rotation.from_rotvec(np.outer(yaw, [0.0, 1.0, 0.0]))
     ball = leg.hip + from_hip + flat.apply(leg.foot * [1.0, 0.0, 1.0])
     places = [(foot.forward, foot.up, foot.left, foot.outward) if foot.stands else None for foot in feet]
-    numbers = np.cumsum([0, *(a != b for a, b in zip(places, places[1:], strict=False))])
+    numbers = np.cumsum([0, *(a != b for a, b in pairwise(places))])
     contact = np.array([number if foot.stands else -1 for number, foot in zip(numbers, feet, strict=True)])
     return Track(ball, flat * Rotation.from_rotvec(np.outer(heel, [1.0, 0.0, 0.0])), contact)
 
