@@ -54,10 +54,11 @@ def choose_actions(dataset: MotionDataset) -> MotionDataset:
 
     Upper and lower case are one action.
     """
-    actions = np.array([" ".join(action.lower().split()) for action in dataset.actions], dtype=str)
+    names = [" ".join(action.lower().split()) for action in dataset.actions]
+    actions = np.array(names, dtype=str)
     everybody = len(set(dataset.subjects))
     several = dataset.subjects if everybody > 1 else np.arange(len(dataset))
-    count = {action: len(set(several[actions == action])) for action in dict.fromkeys(actions) if action}
+    count = {action: len(set(several[actions == action])) for action in dict.fromkeys(names) if action}
     chosen = [action for action, n in count.items() if n > 1]
     if len(chosen) < 2:
         found = f"found {chosen[0]!r} alone" if chosen else "found none"

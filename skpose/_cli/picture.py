@@ -48,7 +48,7 @@ def _draw_figures(ax: Any, dataset: MotionDataset) -> None:
     for action in actions[:N_SHOWN]:
         those = np.flatnonzero(dataset.actions == action)
         typical = int(those[of_motions[np.ix_(those, those)].sum(axis=1).argmin()])
-        poses.append(_see(dataset[typical], int(usual[frames[typical]].argmax())))
+        poses.append(see(dataset[typical], int(usual[frames[typical]].argmax())))
     step = GAP + max(float(np.ptp(seen[..., 0])) for seen, _ in poses)
     for k, (action, (seen, side)) in enumerate(zip(actions, poses, strict=False)):
         seen[..., 0] += k * step - (seen[..., 0].min() + seen[..., 0].max()) / 2.0
@@ -64,7 +64,7 @@ def _draw_figures(ax: Any, dataset: MotionDataset) -> None:
     ax.axis("off")
 
 
-def _see(motion: Motion, frame: int) -> tuple[np.ndarray, np.ndarray]:
+def see(motion: Motion, frame: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the bones (n_joints, 2 ends, 2) of a pose that stands on the ground, m, and sides."""
     motion = motion[frame : frame + 1].with_root("tilt")
     P = forward_kinematics(motion.angles, motion.skeleton)[0] @ UPRIGHT[motion.up].T

@@ -111,11 +111,13 @@ def make_actions(
         for label in actions:
             action = ACTIONS[label]
             n_keys = len(action.keys)
-            departs = _draw(rng, names, "person", 1) + _draw(rng, names, "person_key", n_keys)
+            departs = draw_departures(rng, names, "person", 1) + draw_departures(rng, names, "person_key", n_keys)
             tempo, late = (spread[0] * rng.standard_normal() for spread in (TEMPO, TIMING))
             for _ in range(n_sequences):
                 trial += 1
-                this = _draw(rng, names, "recording", 1) + _draw(rng, names, "recording_key", n_keys)
+                this = draw_departures(rng, names, "recording", 1) + draw_departures(
+                    rng, names, "recording_key", n_keys
+                )
                 duration = action.duration * np.exp(tempo + TEMPO[1] * rng.standard_normal())
                 lateness = np.clip(late + TIMING[1] * rng.standard_normal(), -_LATEST, _LATEST)
                 departures = np.radians(posture + departs + this)
@@ -126,7 +128,7 @@ def make_actions(
     return MotionDataset(motions, subjects, trials, labels)
 
 
-def _draw(rng: np.random.RandomState, dof_names: Sequence[str], part: str, n_keys: int) -> np.ndarray:
-    """Draw deviations (n_keys, n_dofs), degrees."""
+def draw_departures(rng: np.random.RandomState, dof_names: Sequence[str], part: str, n_keys: int) -> np.ndarray:
+    """Draw one part of how somebody departs from key poses (n_keys, n_dofs), degrees."""
     spread = [getattr(EXECUTION[name.removeprefix("left_").removeprefix("right_")], part) for name in dof_names]
     return np.array(spread) * rng.standard_normal((n_keys, len(dof_names)))
