@@ -110,14 +110,15 @@ def make_actions(
         trial = 0
         for label in actions:
             action = ACTIONS[label]
-            n_keys = len(action.keys)
-            departs = draw_departures(rng, names, "person", 1) + draw_departures(rng, names, "person_key", n_keys)
+            spread = _spread_over_keys([key.time for key in action.keys])
+            departs = draw_departures(rng, names, "person") + spread @ draw_departures(
+                rng, names, "person_key", len(action.keys)
+            )
             tempo, late = (spread[0] * rng.standard_normal() for spread in (TEMPO, TIMING))
             for _ in range(n_sequences):
                 trial += 1
-                this = draw_departures(rng, names, "recording", 1) + draw_departures(
-                    rng, names, "recording_key", n_keys
-                )
+                this = draw_departures(rng, names, "recording")
+                this = this + spread @ draw_departures(rng, names, "recording_key", len(action.keys))
                 duration = action.duration * np.exp(tempo + TEMPO[1] * rng.standard_normal())
                 lateness = np.clip(late + TIMING[1] * rng.standard_normal(), -_LATEST, _LATEST)
                 departures = np.radians(posture + departs + this)
@@ -128,7 +129,20 @@ def make_actions(
     return MotionDataset(motions, subjects, trials, labels)
 
 
-def draw_departures(rng: np.random.RandomState, dof_names: Sequence[str], part: str, n_keys: int) -> np.ndarray:
-    """Draw one part of how somebody departs from key poses (n_keys, n_dofs), degrees."""
+def draw_departures(rng: np.random.RandomState, dof_names: Sequence[str], part: str, n: int = 1) -> np.ndarray:
+    """Draw one part of how somebody departs from key poses, n times (n, n_dofs), degrees."""
     spread = [getattr(EXECUTION[name.removeprefix("left_").removeprefix("right_")], part) for name in dof_names]
-    return np.array(spread) * rng.standard_normal((n_keys, len(dof_names)))
+    return np.array(spread) * rng.standard_normal((n, len(dof_names)))
+
+
+def _spread_over_keys(times: Sequence[float]) -> np.ndarray:
+    """Return the matrix (n_keys, n_keys) that makes independent departures those of key poses.
+
+    Between two key poses departures are averaged, and their mean over the time is another part. So they are made larger
+    and their mean is taken off, so that their mean square over the nine phases of the benchmark is what it measures.
+    """
+    phases = np.linspace(0.0, 1.0, 9)
+    weights = np.stack([np.interp(phases, times, key) for key in np.eye(len(times))], axis=1)  # (n_phases, n_keys)
+    mean = weights.mean(axis=0)
+    size = np.sqrt(np.mean(np.square(weights - mean).sum(axis=1)))
+    return (np.eye(len(times)) - mean) / size
