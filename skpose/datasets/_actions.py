@@ -76,9 +76,9 @@ def make_actions(
 
     At each key pose a joint departs from that by a rotation about its own axes, drawn for each dof as the sum of five
     normal numbers: the person's posture in everything, that of `make_gait`; what the person does in this action all the
-    time; the person at this key pose; the repetition all the time; the repetition at this key pose. Their standard
-    deviations are measured on ten actions of three people of HDM05 (`benchmarks/action_spreads.py`): 4°, 4°, 4° and 5°
-    in the median dof, without posture. So are those of the tempo, 11 % of the person in an action and 16 % of a
+    time; the person at this phase; the repetition all the time; the repetition at this phase. Their standard deviations
+    are measured on ten actions of three people of HDM05 (`benchmarks/action_spreads.py`): 4.3°, 3.6°, 3.8° and 4.5° in
+    the median dof, without posture. So are those of the tempo, 11 % of the person in an action and 16 % of a
     repetition, and of the timing: by how much of its duration a movement is late in the middle, 4 % and 7 %.
 
     The legs follow pelvis and feet. Feet that stand do not slide, and are flat, on their balls or, where the key pose

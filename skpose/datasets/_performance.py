@@ -22,10 +22,11 @@ from skpose.skeleton._shared import continuous_columns
 
 SIDES = {"left": 1.0, "right": -1.0}
 RHYTHM, RISES = 0.25, 60.0  # of the clavicle: how far it rises with the upper arm, and from where, degrees
-# Limits of what a person can do, degrees: flexion of elbow and knee; the upper arm about itself, inward; the ankle,
-# about x and z.
+# Limits of what a person can do, degrees: flexion of elbow and knee; the upper arm about itself, inward; ankle and
+# wrist, about x and z.
 ELBOW, KNEE, INWARD = (0.0, 150.0), (6.0, 130.0), (-100.0, 100.0)
-ANKLE = ((-40.0, -35.0), (60.0, 35.0))
+ANKLE, WRIST = ((-40.0, -35.0), (60.0, 35.0)), ((-75.0, -45.0), (75.0, 45.0))
+NECK = 45.0  # of neck and head each, from how they are planned
 CLEARANCE = 0.03  # of feet that swing, above the floor, m
 YAW = (-6.0, 6.0)  # of feet that stand, from the planned direction
 # Feet that stand, from where they are planned: outward, up and forward, as shares of the distance of a hip.
@@ -114,7 +115,11 @@ def _upper_joints(keys: Sequence[Key], own: dict[str, np.ndarray]) -> dict[str, 
     nod = np.array([(key.nod, 0.0, 0.0) for key in keys])
     joints: dict[str, Rotation | np.ndarray] = {}
     for name, whole in (("abdomen", trunk), ("chest", trunk), ("neck", nod), ("head", nod)):
-        joints[name] = Rotation.from_euler("xyz", whole / 2.0, degrees=True) * Rotation.from_rotvec(own[name])
+        turn = own[name]
+        if whole is nod:
+            size = np.linalg.norm(turn, axis=1, keepdims=True)
+            turn = turn * np.minimum(1.0, np.radians(NECK) / np.maximum(size, 1e-12))
+        joints[name] = Rotation.from_euler("xyz", whole / 2.0, degrees=True) * Rotation.from_rotvec(turn)
     for side, sign in SIDES.items():
         arms = [getattr(key, f"{side}_arm") for key in keys]
         joints[f"{side}_upper_arm"] = _upper_arm(arms, sign, own[f"{side}_upper_arm"])
@@ -122,7 +127,7 @@ def _upper_joints(keys: Sequence[Key], own: dict[str, np.ndarray]) -> dict[str, 
         joints[f"{side}_clavicle"] = np.radians(np.outer(rises, [0.0, sign])) + own[f"{side}_clavicle"]
         elbows = np.array([[arm.elbow] for arm in arms]) - np.degrees(own[f"{side}_forearm"])
         joints[f"{side}_forearm"] = -np.radians(np.clip(elbows, *ELBOW))
-        joints[f"{side}_hand"] = own[f"{side}_hand"]
+        joints[f"{side}_hand"] = np.clip(own[f"{side}_hand"], *np.radians(WRIST))
     return joints
 
 
