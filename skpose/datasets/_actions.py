@@ -21,7 +21,7 @@ _LATEST = 0.2  # of the duration; from 0.25 on, time would run backwards
     {
         "n_subjects": [Interval(Integral, 1, None, closed="left")],
         "n_sequences": [Interval(Integral, 1, None, closed="left")],
-        "actions": ["array-like"],
+        "actions": ["array-like", None],
         "frame_rate": [Interval(Real, 0, None, closed="neither")],
         "random_state": ["random_state"],
     },
@@ -31,7 +31,7 @@ def make_actions(
     n_subjects: int = 3,
     n_sequences: int = 6,
     *,
-    actions: Sequence[str] = tuple(ACTIONS),
+    actions: Sequence[str] | None = None,
     frame_rate: float = 60.0,
     random_state: int | np.random.RandomState | None = None,
 ) -> MotionDataset:
@@ -46,8 +46,8 @@ def make_actions(
         Number of people; the default is that of HDM05.
     n_sequences : int, default=6
         Number of repetitions of each action by each subject; with the default there are about as many as in HDM05.
-    actions : sequence of str, default=all of them
-        Actions that each subject performs.
+    actions : sequence of str, default=None
+        Actions that each subject performs; None is all ten.
     frame_rate : float, default=60.0
         Frames per second, Hz.
     random_state : int, RandomState instance or None, default=None
@@ -56,7 +56,7 @@ def make_actions(
     Returns
     -------
     MotionDataset
-        ``n_subjects * n_sequences * len(actions)`` motions of one to four seconds, each on its subject's own skeleton,
+        ``n_subjects * n_sequences`` motions of each action, of one to four seconds, each on its subject's own skeleton,
         `humanoid` of drawn lengths, with the movement of the root.
 
     Raises
@@ -98,6 +98,7 @@ def make_actions(
     >>> make_actions(n_subjects=2, n_sequences=3, actions=["squat", "wave"], random_state=0)
     MotionDataset(12 motions of 2 subjects: 6 squat, 6 wave)
     """
+    actions = tuple(ACTIONS) if actions is None else actions
     strange = [action for action in actions if action not in ACTIONS]
     if strange:
         raise ValueError(f"actions must be among {list(ACTIONS)}, got {strange[0]!r}")

@@ -193,7 +193,7 @@ def test_arms_and_trunk_depart_by_the_spreads_of_the_table():
 
 
 def test_late_movements_are_late():
-    """By so much of their duration in the middle; the poses are the same."""
+    """In the middle, by that share of their duration; the poses are the same."""
     skeleton, action = humanoid(), ACTIONS["squat"]
     still = np.zeros((len(action.keys), len(DOFS)))
     usual, late = (perform(skeleton, action, still, 2.0, share, 120.0) for share in (0.0, 0.1))
