@@ -9,7 +9,7 @@ from matplotlib.image import imread
 
 import skpose
 from skpose import Bone, Motion, Skeleton, SpatialMDS, forward_kinematics, motion_distances, pose_distances
-from skpose._cli.compare import COMPARED, FRAME_RATE, choose_actions, compare, prepare
+from skpose._cli.compare import COMPARED, FRAME_RATE, choose_actions, compare, prepare, warp_all
 from skpose._cli.main import main
 from skpose._cli.picture import UPRIGHT, see
 from skpose.datasets import MotionDataset, humanoid, make_actions, make_gait, walks_and_runs
@@ -71,6 +71,15 @@ def test_accuracies_are_those_of_the_nearest_neighbour_in_other_groups(actions, 
             mds = SpatialMDS(dataset.skeleton, n_components=1, metric=row.metric).fit(X[sequence == i])
             shares.append(mds.explained_variance_ratio_[0])
         np.testing.assert_allclose(row.first_component, np.median(shares))
+
+
+def test_distances_of_motions_are_those_of_motion_distances(actions):
+    dataset = prepare(actions)
+    X, sequence = dataset.poses()
+    frames = [np.flatnonzero(sequence == i) for i in range(len(dataset))]
+    D = pose_distances(X, skeleton=dataset.skeleton, metric="position")
+    expected = motion_distances(dataset, skeleton=dataset.skeleton, metric="position")
+    np.testing.assert_allclose(warp_all(D, frames), expected, rtol=1e-12)
 
 
 def test_one_person_has_no_others(actions):
