@@ -36,7 +36,7 @@ PLAIN = {
     "promising": "candidates",
     "pays": "is worth it",
     "parcels?": "payload",
-    "kick(s|ed|ing)?": "perturb",
+    "kick(s|ed|ing)": "perturb",
     "(?<!Y_)screen(s|ed|ing)?": "filter",  # POINT:Y_SCREEN is a parameter of C3D files
     "(first|second|cheap|without a|one) look": "filter, lower bound",
     "blocks? of lanes|lanes? blocks?": "group of lanes",

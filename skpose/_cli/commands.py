@@ -1,6 +1,7 @@
 """The commands of the command line that compare, and that show."""
 
 import shutil
+import textwrap
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from importlib.util import find_spec
@@ -11,14 +12,14 @@ import joblib
 import numpy as np
 from sklearn.neighbors import NearestNeighbors
 
-from skpose._cli.compare import COLUMNS, FRAME_RATE, PAPER_ACCURACY, PAPER_FIRST_COMPONENT, compare
-from skpose._cli.inputs import check_one_frame_rate, files_in_messages, join_poses, read_gait
+from skpose._cli.compare import COLUMNS, FRAME_RATE, PAPER, choose_actions, compare, prepare
+from skpose._cli.inputs import check_one_frame_rate, files_in_messages, join_poses, read_labelled
 from skpose._cli.labels import Labels
 from skpose._cli.matrices import Names, name_motions, name_poses, read_matrix, write_graph, write_matrix
 from skpose._cli.targets import REPORT, continues, is_unfinished
 from skpose._files import check_new, created_meanwhile_error, new_file
 from skpose._parallel.checkpoint import FileCheckpoint
-from skpose.datasets import MotionDataset, make_gait, walks_and_runs
+from skpose.datasets import MotionDataset, make_actions, make_gait, walks_and_runs
 from skpose.keypoints import Keypoints
 from skpose.metrics import pose_distances
 from skpose.metrics._shared import resolve
@@ -247,7 +248,7 @@ def reproduce(folder: Path | None, scale: float | Literal["auto"] | None, out: P
     if folder is None:
         dataset, source = make_gait(random_state=seed), f"generated gait, make_gait(random_state={seed})"
     else:
-        dataset = read_gait(folder, scale)
+        dataset = read_labelled(folder, scale)
         source = f"{len(dataset)} motions of {len(set(dataset.subjects))} people in the folder {folder.resolve().name}"
     findings = studies.reproduce(dataset, seed, n_jobs=n_jobs, verbose=1)
     print(report.text(findings))
@@ -264,34 +265,49 @@ def reproduce(folder: Path | None, scale: float | Literal["auto"] | None, out: P
     print(f"\nWritten to {out}: {', '.join(REPORT)}")
 
 
-def compare_metrics(folder: Path | None, scale: float | Literal["auto"] | None, n_jobs: int) -> None:
-    """Print how well each metric classifies walking and running."""
-    if folder is None:
+def compare_metrics(
+    folder: Path | None, scale: float | Literal["auto"] | None, out: Path | None, n_jobs: int, *, paper: bool
+) -> None:
+    """Print how well actions are recognised under each metric; draw it to a file."""
+    if out is not None:
+        check_new(out)
+        if find_spec("matplotlib") is None:
+            raise ValueError("the picture needs matplotlib: pip install 'skpose[plot]'")
+    if folder is not None:
+        dataset, source = read_labelled(folder, scale, walks_and_runs if paper else choose_actions), str(folder)
+    elif paper:
         dataset, source = make_gait(random_state=0), "generated gait, skpose.datasets.make_gait(random_state=0)"
     else:
-        dataset, source = read_gait(folder, scale), str(folder)
-    dataset = walks_and_runs(dataset)
-    n_poses = len(dataset.poses(FRAME_RATE)[0])
-    print(f"Walking or running? {source}")
-    counts = ", ".join(f"{(dataset.actions == name).sum()} {name}s" for name in ("walk", "run"))
-    print(f"{counts}, {len(set(dataset.subjects))} subjects, {n_poses} poses at {FRAME_RATE:g} Hz")
-    print(f"\n{'':<10}{'nearest neighbour right':^36}{'variance in first':^22}")
-    print(f"{'':<10}{'leave one':>11}{'leave one':>11}{'paper,':>12}{'MDS component,':>17}")
-    print(f"{'metric':<10}{'subject out':>12}{'seq. out':>10}{'seq. out':>12}{'median':>11}{'paper':>8}{'time':>10}")
+        dataset, source = make_actions(random_state=0), "generated, skpose.datasets.make_actions(random_state=0)"
+    n_all, dataset = len(dataset), prepare(dataset, paper=paper)
+    actions, people = set(dataset.actions), set(dataset.subjects)
+    print(f"{'Walking or running' if paper else 'Which action is it'}? {source}")
+    joints = "angles as they are" if paper else "ball joints"
+    print(
+        f"{len(dataset)} motions of {len(actions)} actions by {len(people)} people, {sum(map(len, dataset)):,} poses "
+        f"at {FRAME_RATE:g} Hz, {joints}"
+    )
+    if len(dataset) < n_all:
+        kept = "walks and runs" if paper else "actions that two people do" if len(people) > 1 else "actions done twice"
+        print(f"{n_all - len(dataset)} motions are left out: only {kept} are compared")
+    print(f"\n{'':<10}{'nearest neighbour right':^40}{'variance in':>13}")
+    print(f"{'':<10}{'among other people':>20}{'among other motions':>20}{'first MDS':>13}")
+    print(f"{'metric':<10}{'frames':>11}{'motions':>9}{'frames':>11}{'motions':>9}{'component':>13}{'time':>10}")
+    rows = []
     for row in compare(dataset, n_jobs=n_jobs):
-        paper, component = (
-            f"{values[row.metric]:.0%}" if row.metric in values else "-"
-            for values in (PAPER_ACCURACY, PAPER_FIRST_COMPONENT)
-        )
-        ours = (row.leave_subject_out, row.leave_sequence_out, row.first_component)
-        subject_out, sequence_out, first = ("-" if np.isnan(value) else f"{value:.1%}" for value in ours)
-        print(
-            f"{row.metric:<10}{subject_out:>12}{sequence_out:>10}{paper:>12}"
-            f"{first:>11}{component:>8}{row.seconds:>8.2f} s",
-            flush=True,
-        )
-    if len(set(dataset.subjects)) < 2:
-        print("\n-: all motions are of one subject, so that none can be left out.")
-    print(COLUMNS)
-    print("\nPaper: Hauberg & Pedersen 2012, other sequences of the CMU data. Sec. 3.3: ten walks and ten runs, 1,096")
-    print("poses; fig. 4 (c): modes over 673 sequences. Time: distances, validation and scaling, not compilation.")
+        rows.append(row)
+        shares = ["-" if np.isnan(value) else f"{value:.1%}" for value in row[1:-1]]
+        widths = (11, 9, 11, 9, 13)
+        cells = "".join(f"{cell:>{width}}" for cell, width in zip(shares, widths, strict=True))
+        print(f"{row.metric:<10}{cells}{row.seconds:>8.2f} s", flush=True)
+    if len(people) < 2:
+        print("\n-: all motions are of one person, so that there are no others.")
+    print("\n" + "\n".join(textwrap.wrap(COLUMNS, 100)))
+    if paper:
+        print("\n".join(textwrap.wrap(PAPER, 100)))
+    if out is not None:
+        from skpose._cli.picture import draw  # slow to import
+
+        with new_file(out) as new:
+            draw(dataset, rows, new)
+        print(f"\n{out}: the table as a picture, with a pose of each action")

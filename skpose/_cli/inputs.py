@@ -11,10 +11,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from skpose._cli.labels import labels_of_walks_and_runs
+from skpose._cli.labels import labels_in_names
 from skpose._cli.reader import Reader, name_of
-from skpose.datasets import MotionDataset, load_cmu, walks_and_runs
-from skpose.datasets._shared import INDEX, ONE_REST, ONE_RIG, read_index
+from skpose.datasets import MotionDataset, load_cmu, load_hdm05, walks_and_runs
+from skpose.datasets._shared import INDEX, NAME, ONE_REST, ONE_RIG, read_index
 from skpose.keypoints import Keypoints
 from skpose.kinematics._shared import Method
 from skpose.motions._shared import rates_differ
@@ -165,25 +165,31 @@ def files_in_messages(names: Sequence[str], collection: str = "motions") -> Iter
         raise ValueError(message) from None
 
 
-def read_gait(folder: Path, scale: float | Literal["auto"] | None) -> MotionDataset:
-    """Return the motions of a folder, with labels, and with walks and runs that are comparable.
+def read_labelled(
+    folder: Path,
+    scale: float | Literal["auto"] | None,
+    choose: Callable[[MotionDataset], MotionDataset] = walks_and_runs,
+) -> MotionDataset:
+    """Return the motions of a folder, with labels. Those that `choose` returns are comparable.
 
-    The labels are those of an index.csv, see `load_cmu`, or of BVH files that are named SUBJECT_ACTION_TRIAL.bvh.
+    The labels are those of an index.csv, see `load_cmu`, of files that are named as in HDM05, or of BVH files that are
+    named SUBJECT_ACTION_TRIAL.bvh.
     """
-    if (folder / INDEX).is_file():
-        if scale is not None:
-            raise ValueError(f"--scale is for folders of BVH files; {folder} has an {INDEX}, which is of AMC files")
-        files = [str(folder / row["file"]) for row in read_index(folder / INDEX)]
-        dataset = load_cmu(folder)
-    else:
+    index, paths = folder / INDEX, []
+    if not index.is_file() and not (paths := [path for path in _files_in(folder, (".amc",)) if NAME.match(path.name)]):
         paths = _files_in(folder, (".bvh",))
-        labels = labels_of_walks_and_runs(folder, paths)
-        files = [str(path) for path in paths]
+        labels = labels_in_names(folder, paths, gait=choose is walks_and_runs)
         motions = [motion for _, motion in Reader({"scale": scale}).read(paths)]
         dataset = MotionDataset(motions, labels["subject"], labels["trial"], labels["action"])
-    file_of = {id(motion): file for motion, file in zip(dataset, files, strict=True)}
+    else:
+        if scale is not None:
+            holds = f"an {INDEX}" if index.is_file() else f"{paths[0].name}"
+            raise ValueError(f"--scale is for folders of BVH files; {folder} has {holds}, which is of AMC files")
+        paths = [folder / row["file"] for row in read_index(index)] if index.is_file() else paths
+        dataset = (load_hdm05 if all(NAME.fullmatch(path.name) for path in paths) else load_cmu)(folder)
+    file_of = {id(motion): str(path) for motion, path in zip(dataset, paths, strict=True)}
     skeletons: dict[Skeleton, str] = {}
-    for motion in walks_and_runs(dataset):
+    for motion in choose(dataset):
         skeletons.setdefault(motion.skeleton, file_of[id(motion)])
     check_comparable(list(skeletons), list(skeletons.values()), ONE_REST, ONE_RIG)
     return dataset

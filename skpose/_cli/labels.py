@@ -32,12 +32,10 @@ def labels_of(files: Sequence[Path]) -> Labels:
     return Labels(subjects, trials, actions)
 
 
-def labels_of_walks_and_runs(folder: Path, paths: Sequence[Path]) -> dict[str, list[str]]:
-    """Return subjects, actions and trials from the names of BVH files."""
-    expected = (
-        "SUBJECT_ACTION_TRIAL.bvh, where ACTION begins with the word walk or run in some of them, such as "
-        "anna_walk_1.bvh, anna_run_2.bvh, ben_walk_fast_1.bvh"
-    )
+def labels_in_names(folder: Path, paths: Sequence[Path], *, gait: bool) -> dict[str, list[str]]:
+    """Return subjects, actions and trials from the names of BVH files; of `gait`, some of which walk and some run."""
+    action = ", where ACTION begins with the word walk or run in some of them" if gait else ""
+    expected = f"SUBJECT_ACTION_TRIAL.bvh{action}, such as anna_walk_1.bvh, anna_run_2.bvh, ben_walk_fast_1.bvh"
     if not paths:
         raise FileNotFoundError(
             f"{folder} holds neither an {INDEX}, see skpose.datasets.load_cmu, nor BVH files named {expected}"
@@ -46,7 +44,7 @@ def labels_of_walks_and_runs(folder: Path, paths: Sequence[Path]) -> dict[str, l
     if None in found:
         raise ValueError(f"{paths[found.index(None)]} has no labels in its name: expected {expected}")
     labels = {key: [match[key].replace("_", " ") for match in found if match] for key in ("subject", "action", "trial")}
-    for word in WALKING_AND_RUNNING:
+    for word in WALKING_AND_RUNNING if gait else ():
         if not any(re.split(r"\W", action.lower())[0] == word for action in labels["action"]):
             raise ValueError(
                 f"{folder} has no file whose action is {word!r}, but {', '.join(sorted(set(labels['action']))[:8])}: "

@@ -175,7 +175,7 @@ def _print(options: argparse.Namespace, skipped: Skipped) -> None:
     from skpose._cli import commands, contents, finding, inputs
 
     if options.command == "compare":
-        commands.compare_metrics(options.folder, options.scale, options.jobs)
+        commands.compare_metrics(options.folder, options.scale, options.out, options.jobs, paper=options.paper)
     elif options.command == "find":
         query = inputs.one_file(options.query, "QUERY")
         dataset = inputs.read_motions(

@@ -51,7 +51,8 @@ def add_folder(parser: CommandParser) -> None:
         type=Path,
         metavar="FOLDER",
         help="AMC files with an index.csv, see skpose.datasets.load_cmu, or BVH files whose names are their labels, "
-        "SUBJECT_ACTION_TRIAL.bvh, where ACTION begins with the word walk or run: anna_walk_1.bvh, ben_run_fast_2.bvh; "
+        "SUBJECT_ACTION_TRIAL.bvh, such as anna_walk_1.bvh, ben_run_fast_2.bvh; walks and runs are actions that begin "
+        "with the word walk or run; "
         "default: generated motions",
     )
     add_scale(parser, "metres per unit of length of BVH files; default: 1")

@@ -50,10 +50,17 @@ def command_line() -> CommandParser:
 
     compare = command(
         "compare",
-        "compare how well the metrics classify walking and running",
-        ", by the nearest neighbour among the poses of other people and of other sequences",
+        "compare how well actions are recognised under the metrics",
+        ", poses and whole motions, by the nearest neighbour among those of other people and among all others. Actions "
+        "are those that two people or more do; joints of two or three angles are ball joints",
     )
     add_folder(compare)
+    compare.group("input").add_argument(
+        "--paper",
+        action="store_true",
+        help="the paper's protocol: walking and running alone, and joint angles as the files have them",
+    )
+    add_out(compare, "FILE.png", [".png"], "the table as a picture, with a pose of each action", required=False)
     add_jobs(compare)
 
     reproduce = command(

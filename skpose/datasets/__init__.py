@@ -1,5 +1,6 @@
-"""Collections of motions: generated gait, the motion-capture databases CMU and HDM05."""
+"""Collections of motions: generated gait and actions, the motion-capture databases CMU and HDM05."""
 
+from skpose.datasets._actions import make_actions
 from skpose.datasets._cmu import fetch_cmu, load_cmu
 from skpose.datasets._gait import make_gait
 from skpose.datasets._hdm05 import load_hdm05
@@ -7,4 +8,13 @@ from skpose.datasets._humanoid import humanoid
 from skpose.datasets._motions import MotionDataset
 from skpose.datasets._walks_and_runs import walks_and_runs
 
-__all__ = ["MotionDataset", "fetch_cmu", "humanoid", "load_cmu", "load_hdm05", "make_gait", "walks_and_runs"]
+__all__ = [
+    "MotionDataset",
+    "fetch_cmu",
+    "humanoid",
+    "load_cmu",
+    "load_hdm05",
+    "make_actions",
+    "make_gait",
+    "walks_and_runs",
+]

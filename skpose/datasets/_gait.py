@@ -103,10 +103,7 @@ def make_gait(
     rng = check_random_state(random_state)
     motions, subjects, trials, actions = [], [], [], []
     for subject in range(1, n_subjects + 1):
-        skeleton = humanoid(
-            rng.normal(*_HEIGHT),
-            proportions={name: 1.0 + _PROPORTION * rng.standard_normal() for name in PARENTS},
-        )
+        skeleton = person(rng)
         posture, style = posture_of_person(rng, skeleton.dof_names), style_of_person(rng)
         trial = 0
         for activity in activities:
@@ -121,6 +118,12 @@ def make_gait(
                 trials.append(f"{trial:02}")
                 actions.append(activity)
     return MotionDataset(motions, subjects, trials, actions)
+
+
+def person(rng: np.random.RandomState) -> Skeleton:
+    """Draw the skeleton of a person."""
+    height = rng.normal(*_HEIGHT)
+    return humanoid(height, proportions={name: 1.0 + _PROPORTION * rng.standard_normal() for name in PARENTS})
 
 
 def _angles(

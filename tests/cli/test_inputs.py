@@ -13,8 +13,8 @@ import pytest
 from conftest import DATA
 
 from skpose import Bone, Motion, Skeleton
-from skpose._cli.compare import COMPARED, compare
-from skpose._cli.inputs import read_gait
+from skpose._cli.compare import COMPARED, compare, prepare
+from skpose._cli.inputs import read_labelled
 from skpose._cli.main import main
 from skpose.datasets import MotionDataset, make_gait
 from skpose.io import save_bvh
@@ -125,16 +125,16 @@ def test_info_of_a_folder(capsys):
 def test_compare_reads_the_labels_of_bvh_files_from_their_names(gait, capsys):
     actions = [f"{action}_fast" for action in gait.actions]
     write(MotionDataset(gait.motions, gait.subjects, gait.trials, actions), scale=0.01)
-    read = read_gait(Path("takes"), 0.01)
+    read = read_labelled(Path("takes"), 0.01)
     labels = [f"{s} {a} {t}" for s, a, t in zip(read.subjects, read.actions, read.trials, strict=True)]
     expected = [f"{s} {a} fast {t}" for s, a, t in zip(gait.subjects, gait.actions, gait.trials, strict=True)]
     assert labels == sorted(expected)
     assert main(["compare", "takes", "--scale", "0.01", "--jobs", "1"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert "4 walks, 4 runs, 2 subjects" in lines[1]
-    for row in compare(read):
+    assert lines[1].startswith("8 motions of 2 actions by 2 people")
+    for row in compare(prepare(read)):
         (printed,) = (line.split() for line in lines if line.startswith(row.metric))
-        assert printed[1:3] == [f"{row.leave_subject_out:.1%}", f"{row.leave_sequence_out:.1%}"]
+        assert printed[1:6] == [f"{share:.1%}" for share in row[1:6]]
 
 
 def test_one_person_cannot_be_left_out(gait, capsys):
@@ -142,22 +142,23 @@ def test_one_person_cannot_be_left_out(gait, capsys):
     assert main(["compare", "takes"]) == 0
     out = capsys.readouterr().out
     assert "nan" not in out
-    assert "-: all motions are of one subject, so that none can be left out." in out.splitlines()
+    assert "-: all motions are of one person, so that there are no others." in out.splitlines()
     for metric in COMPARED:
         (row,) = (line.split() for line in out.splitlines() if line.startswith(metric))
-        assert row[1] == "-"
-        assert row[2] == "100.0%"
+        assert row[1:3] == ["-", "-"]
+        assert row[3:5] == ["100.0%", "100.0%"]
 
 
 def test_folders_without_labels_are_refused_before_they_are_read(capsys):
     Path("takes").mkdir()
-    for command in (["compare", "takes"], ["reproduce", "takes", "--out", "out"]):
+    for command in (["compare", "takes"], ["compare", "takes", "--paper"], ["reproduce", "takes", "--out", "out"]):
         line = error_of(command, capsys)
         assert line.startswith(
             "takes holds neither an index.csv, see skpose.datasets.load_cmu, nor BVH files named SUB"
         )
     Path("takes", "anna_walk_1.bvh").write_text("not read")
-    assert "takes has no file whose action is 'run', but walk: expected" in error_of(["compare", "takes"], capsys)
+    line = error_of(["compare", "takes", "--paper"], capsys)
+    assert "takes has no file whose action is 'run', but walk: expected" in line
     Path("takes", "walk1.bvh").write_text("not read")
     line = error_of(["compare", "takes"], capsys)
     assert line.startswith(f"{Path('takes', 'walk1.bvh')} has no labels in its name: expected SUBJECT_ACTION_TRIAL.bvh")
@@ -192,7 +193,7 @@ def test_mixed_skeletons_are_named_by_file(gait, capsys, method):
     assert "dataset" not in line
 
 
-@pytest.mark.parametrize("command", [["compare"], ["reproduce", "--out", "out"]])
+@pytest.mark.parametrize("command", [["compare"], ["compare", "--paper"], ["reproduce", "--out", "out"]])
 def test_mixed_skeletons_of_a_folder_are_named_by_file(gait, capsys, command):
     motions = [*gait.motions[:5], lame(gait.motions[5]), *gait.motions[6:]]
     dataset = MotionDataset(motions, gait.subjects, gait.trials, gait.actions)
@@ -212,7 +213,7 @@ def test_the_remedy_is_an_option_only_where_the_command_has_it(capsys):
     for name, x in (("anna_walk_1", 1.0), ("anna_run_2", -1.0)):
         skeleton = Skeleton([Bone("arm", None, (0, 1, 0), "ZXY"), Bone("hand", "arm", (x, 0, 0))], "parent")
         save_bvh(f"takes/{name}.bvh", Motion(skeleton, np.zeros((3, 3)), 30))
-    line = error_of(["compare", "takes"], capsys)
+    line = error_of(["compare", "takes", "--paper"], capsys)
     assert f"{Path('takes', 'anna_run_2.bvh')} and {Path('takes', 'anna_walk_1.bvh')} have different rest poses" in line
     assert "--retarget" not in line
     assert "--retarget orientations" in error_of(["distances", "takes", "--out", "D.npy"], capsys)

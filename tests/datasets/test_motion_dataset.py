@@ -8,7 +8,7 @@ import polars as pl
 import pytest
 
 from skpose import Motion, Skeleton, pose_distances
-from skpose._cli.compare import compare
+from skpose._cli.compare import prepare
 from skpose.datasets import MotionDataset, make_gait, walks_and_runs
 
 GAIT = make_gait(3, 1, random_state=0)
@@ -94,7 +94,7 @@ def test_what_needs_labels_says_so():
     unknown = MotionDataset(GAIT.motions, actions=GAIT.actions)
     assert same(walks_and_runs(unknown), GAIT)
     with pytest.raises(AttributeError, match="the dataset has no subjects"):
-        next(compare(unknown))
+        prepare(unknown)
 
 
 def test_labels_come_as_any_array():
