@@ -242,24 +242,12 @@ def embed(given: Recordings, metrics: Sequence[str], n_most: int) -> list[Figure
     kept = tests.counts > 0
     chance = float(np.average(tests.means("shuffled", kept), weights=tests.counts[kept]))
     of_frames = {metric: tests.means(metric, kept) for metric in metrics}
-    in_time = n_steps > 0
+    moves = n_steps > 0
     each = {metric: 1e6 * taken / (len(rows) * (len(rows) - 1) / 2) for metric, taken in seconds.items()}
     return [
-        Figures(
-            "plane: recognition of frames, %", given.name, True, of_frames, tests.counts[kept], people[kept], chance
-        ),
-        Figures(
-            "plane: frames nearer than the next one, %",
-            given.name,
-            False,
-            order,
-            n_steps[in_time],
-            people[in_time],
-            50.0,
-        ),
-        Figures(
-            "plane: variance of one recording, %", given.name, True, share, np.ones(len(long)), people[long], np.nan
-        ),
+        Figures("plane: recognition, %", given.name, True, of_frames, tests.counts[kept], people[kept], chance),
+        Figures("plane: nearer than the next frame, %", given.name, False, order, n_steps[moves], people[moves], 50.0),
+        Figures("plane: variance of a recording, %", given.name, True, share, np.ones(len(long)), people[long], np.nan),
         Times("matrix of poses, µs a pair", given.name, each),
     ]
 

@@ -8,19 +8,20 @@ HDM05, and of CMU's walks and runs, each person is tested once, and the others a
 recordings at 15 Hz, which divides their frame rates; all poses are on the mean skeleton of the set. "Euler" is the
 files' own angles, everything else ball joints. The root's orientation is no part of a pose, or its tilt, or the whole.
 
-- Recognition of frames: the action of the nearest frame of the known people, for every fifth frame, at MSR for every
-  fifteenth; precision at 5: the share of the five nearest that are of this action. By the exact search.
+- Recognition of frames: the action of the nearest frame of the known people, for every fifth frame, of MSR for every
+  fifteenth. Precision at 5: the share of the five nearest that are of the action. By the exact search.
 - Recognition of sequences: the action of the known people's nearest, by dynamic time warping. Retrieval: all known
-  sequences by their distance; the mean over the places of those of the same action of the share of these up to there.
-- Clusters: as many as there are actions, by average and by complete linkage of the distances of sequences, without labels;
-  the mean of the adjusted Rand indices of the two, and its spread by leaving out a person, the jackknife.
-- Planes: classical scaling of at most 2,000 frames, labels unused. The action of most of the five nearest frames of known
-  people in the plane; and how many of all frames are nearer to a frame there than the one that follows it in the
-  recording. The latter is of time, so that it favours no metric. And the share of variance of two components, of each
-  recording by itself, which each metric measures by itself.
+  sequences in the order of their distances; the mean, over the places of those of the same action, of their share
+  among all up to there.
+- Clusters: as many as there are actions, by average and by complete linkage of the distances of sequences, without
+  labels; the mean of the adjusted Rand indices of the two, and its spread by leaving out a person, the jackknife.
+- Planes: classical scaling of at most 2,000 frames, without labels. The action of most of the five nearest frames of
+  known people in the plane; the share of all frames that are nearer to a frame there than the one that follows it in
+  its recording, which is of time and favours no metric; and the share of variance of two components, of each recording
+  by itself, which each metric measures in its own terms.
 - Means: a repetition of a person is left out, and a pose of it, at 25, 50 or 75 % of its time, predicted as the Fréchet
-  mean of the others' poses at the same time: HDM05's actions, CMU's strides from contact to contact of the left foot. MSR: a
-  person is left out, and the others' first repetitions predict. Times are relative, without a metric.
+  mean of the others' poses at the same time: HDM05's actions, CMU's strides from contact to contact of the left foot.
+  Of MSR a person is left out, and the others' first repetitions predict. Times are relative, without a metric.
 - Regression: the pose of a person from the positions of hands, feet and head, as the mean of the five known frames
   where these are nearest, with Gaussian weights: `PoseKernelRegressor`. The kernel's width is the distance to the
   fifth nearest among the known people, in the median; neighbours and weights are the same for all metrics.
@@ -30,17 +31,16 @@ files' own angles, everything else ball joints. The root's orientation is no par
   inverse kinematics of the positions in between.
 
 Errors of poses are in three units, as each favours some metric: the mean distance of joints, mm, is near to what
-"position" minimises; the mean rotation of the joints, relative to their parents, to "spatial" along ball joints; that
-of the bones in the world, to "rotation". A metric that is ahead in another one's unit has won.
+"position" minimises; the mean rotation of the joints, relative to their parents, to "angle" and "spatial" along ball
+joints; that of the bones in the world, to "rotation". A metric that is ahead in another one's unit has won.
 
 As controls: training labels that are shuffled among sequences, for all shares; for means, regression and in-betweens
 the given pose with the largest weight, without any mean.
 
-After each figure: its standard deviation over people. Bold are those that are level with the best: whose difference
-from it is at most one standard error. It is of differences unit by unit, a unit being a recording or a predicted pose; and
-again of differences person by person; the larger of the two counts. Times are seconds of the processor, all cores added.
-"geodesic" is left out where it would take hours: matrices, and motions, for which "position" is a lower and "spatial" an
-upper bound.
+After each figure: its standard deviation over people. Bold are those that are level with the best: the difference is
+at most one standard error, that of differences unit by unit, a unit being a recording or a predicted pose, or that of
+differences person by person; the larger one counts. Times are seconds of the processor, all cores added. "geodesic" is
+left out where it would take hours: matrices, and motions. "position" is a lower and "spatial" an upper bound for it.
 """
 
 import argparse
@@ -228,11 +228,8 @@ def line(row):
             cells.append("")
             continue
         values = row.of_metric[metric]
-        mean, spread = (
-            np.average(values, weights=row.weights),
-            by_people(values, row.weights, row.people)[0].std(ddof=1),
-        )
-        cell = digits(mean)
+        cell = digits(np.average(values, weights=row.weights))
+        spread = by_people(values, row.weights, row.people)[0].std(ddof=1)
         cells.append((f"**{cell}**" if metric in winners else cell) + f" ± {digits(spread)}")
     control = "" if np.isnan(row.control) else digits(row.control)
     return f"| {row.task} | {row.set_name} | " + " | ".join(cells) + f" | {control} |"
