@@ -11,6 +11,7 @@ from recognition import Split
 from regression import ENDS
 from scipy.spatial.transform import Rotation
 from sklearn.cluster import AgglomerativeClustering
+from sklearn.exceptions import ConvergenceWarning
 from sklearn.metrics import adjusted_rand_score
 from sklearn.neighbors import KNeighborsClassifier
 
@@ -110,7 +111,9 @@ def recognise_frames(given: Recordings, metrics: Sequence[str], every: int) -> l
         for metric in metrics:
             search = PoseKNeighborsTransformer(given.skeleton, n_neighbors=N_NEIGHBORS, metric=metric, n_jobs=-1)
             search.fit(X[known])
-            (_, found), taken = seconds_of(lambda search=search, asked=asked: search.kneighbors(X[asked]))
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", ConvergenceWarning)  # of geodesics, which are then as long as they are
+                (_, found), taken = seconds_of(lambda search=search, asked=asked: search.kneighbors(X[asked]))
             seconds[metric] += taken
             runs = [(metric, actions, 1)]
             if metric == "position":
