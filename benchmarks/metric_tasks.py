@@ -237,11 +237,13 @@ def embed(given: Recordings, metrics: Sequence[str], n_most: int) -> list[Figure
             known, asked = np.isin(sampled, train), np.isin(sampled, test)
             if metric == metrics[0]:
                 np.add.at(tests.counts, sampled[asked], 1.0)
-            for name, labels in ((metric, actions), ("shuffled", shuffled(actions, train, seed))):
-                if name == "shuffled" and metric != "position":
-                    continue
-                nearest = KNeighborsClassifier(N_NEIGHBORS).fit(plane[known], labels[sampled[known]])
-                tests.add(name, sampled[asked], nearest.predict(plane[asked]) == actions[sampled[asked]])
+            labels = [(metric, actions, 1)]
+            if metric == "position":
+                labels += [("shuffled", shuffled(actions, train, seed + k), N_SHUFFLES) for k in range(N_SHUFFLES)]
+            for name, of_motions, n_runs in labels:
+                nearest = KNeighborsClassifier(N_NEIGHBORS).fit(plane[known], of_motions[sampled[known]])
+                right = nearest.predict(plane[asked]) == actions[sampled[asked]]
+                tests.add(name, sampled[asked], right / n_runs)
     kept = tests.counts > 0
     chance = float(np.average(tests.means("shuffled", kept), weights=tests.counts[kept]))
     of_frames = {metric: tests.means(metric, kept) for metric in metrics}

@@ -39,8 +39,9 @@ the given pose with the largest weight, without any mean.
 
 After each figure: its standard deviation over people. Bold are those that are level with the best: the difference is
 at most one standard error, that of differences unit by unit, a unit being a recording or a predicted pose, or that of
-differences person by person; the larger one counts. Times are seconds of the processor, all cores added. "geodesic" is
-left out where it would take hours: matrices, and motions. "position" is a lower and "spatial" an upper bound for it.
+differences person by person, the larger one; and all that are no worse than one of these. Times are seconds of the
+processor, all cores added. "geodesic" is left out where it would take hours: matrices, and motions. "position" is a
+lower and "spatial" an upper bound for it.
 """
 
 import argparse
@@ -197,7 +198,7 @@ def by_people(values, weights, people):
 
 
 def level(row: Figures):
-    """Return the metrics that are within one standard error of the best."""
+    """Return the metrics within one standard error of the best, and those that are no worse than one of these."""
     means = {metric: np.average(values, weights=row.weights) for metric, values in row.of_metric.items()}
     best = (max if row.is_share else min)(means, key=means.get)
     found = set()
@@ -208,7 +209,8 @@ def level(row: Figures):
         )
         if abs(means[metric] - means[best]) <= spread:
             found.add(metric)
-    return found
+    shown = {metric: (1 if row.is_share else -1) * float(digits(mean)) for metric, mean in means.items()}
+    return {metric for metric in shown if shown[metric] >= min(shown[other] for other in found)}
 
 
 def digits(value):
