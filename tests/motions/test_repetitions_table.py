@@ -111,7 +111,15 @@ def test_one_row_for_each_repetition_joint_and_phase(ten):
         "typical_spread": pytest.approx(table["spread [m]"].median()),
         "root": "left out: a repetition that is wrong in where the whole body is, or leans, is not unusual",
         "axes": "those of the root",
+        "phase": table.attrs["phase"],
     }
+    k = found.template
+    time = f"{motion.times[found.starts[k]]:.2f} s, the first of repetition {k}"
+    assert (
+        f"0 % is where repetitions begin, such as frame {found.starts[k]} of the recording, at {time}"
+        in (table.attrs["phase"])
+    )
+    assert "of a recording that is cut elsewhere it may be another pose" in table.attrs["phase"]
     np.testing.assert_allclose(
         table["unusual"], table["deviation [m]"] / (table["spread [m]"] + table.attrs["typical_spread"]), rtol=1e-12
     )
