@@ -109,9 +109,9 @@ class Repetitions:
 
             - repetition: its index in `motions`,
             - joint: its name,
-            - phase [%]: middle of the phase, from 0 to 100, the time in a typical repetition over its duration. 0 is the
-              pose at which repetitions begin, ``motion[starts[k]]``: that from which on they are most like each other,
-              or the end of a pause. It is no event, and another one where the recording is cut elsewhere,
+            - phase [%]: middle of the phase, from 0 to 100, the time in a typical repetition over its duration. 0 is
+              the pose at which repetitions begin, ``motion[starts[k]]``: that from which on they are most like each
+              other, or the end of a pause. It is no event, and another pose where the recording is cut elsewhere,
             - frame, time [s]: where this repetition is at that phase: the nearest frame of the recording, and its time,
               NaN where the motion was an array,
             - x [m], y [m], z [m]: from the median of the others to the mean position in this phase, in the axes of the
@@ -216,13 +216,12 @@ class Repetitions:
 
     def _describe_phase(self) -> str:
         """Return in words at which pose phases begin, and that it is no event."""
-        k = self.template or 0
-        time = "" if self.times is None else f", at {self.times[self.starts[k]]:.2f} s"
+        time = "" if self.times is None else f", at {self.times[self.starts[0]]:.2f} s"
         return (
-            f"0 % is where repetitions begin, such as frame {self.starts[k]} of the recording{time}, the first of "
-            f"repetition {k}, and 100 % where they end. It is the pose from which on the repetitions are most like each "
-            "other, or the end of a pause, and no event such as a foot contact: of a recording that is cut elsewhere it "
-            "may be another pose, and phases of two recordings are those of one movement only if both begin with one pose"
+            f"0 % is where repetitions begin, such as frame {self.starts[0]} of the recording{time}, and 100 % where "
+            "they end. It is the pose from which on the repetitions are most like each other, or the end of a pause, and "
+            "no event such as a foot contact: of a recording that is cut elsewhere it may be another pose. Phases of two "
+            "recordings are comparable where both begin with one pose"
         )
 
     def _compare(self, caller: str, n_phases: int) -> tuple[Skeleton, Deviations, np.ndarray]:
