@@ -219,9 +219,9 @@ class Repetitions:
         time = "" if self.times is None else f", at {self.times[self.starts[0]]:.2f} s"
         return (
             f"0 % is where repetitions begin, such as frame {self.starts[0]} of the recording{time}, and 100 % where "
-            "they end. It is the pose from which on the repetitions are most like each other, or the end of a pause, and "
-            "no event such as a foot contact: of a recording that is cut elsewhere it may be another pose. Phases of two "
-            "recordings are comparable where both begin with one pose"
+            "they end. It is the pose from which on the repetitions are most like each other, or the end of a pause, "
+            "and no event such as a foot contact: of a recording that is cut elsewhere it may be another pose. Phases "
+            "of two recordings are comparable where both begin with one pose"
         )
 
     def _compare(self, caller: str, n_phases: int) -> tuple[Skeleton, Deviations, np.ndarray]:
