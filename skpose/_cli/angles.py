@@ -1,24 +1,32 @@
 """Angles of joints of a file, as a table."""
 
 import csv
+import errno
+import os
+from functools import partial
 from pathlib import Path
 from typing import cast
 
 import numpy as np
 
 from skpose._cli.contents import Content, load_any
-from skpose._cli.reader import Reader, name_of
+from skpose._cli.messages import describe
+from skpose._cli.reader import STDIN, Reader, name_of
 from skpose._files import new_file
 from skpose.biomechanics import JointAngles, joint_angles
 from skpose.keypoints import Keypoints, Layout, fit_skeleton
 from skpose.keypoints._shared import check_layout, find_layout, missing_points, nearest_layout
 from skpose.kinematics import inverse_kinematics
+from skpose.kinematics._shared import find_landmarks
 from skpose.skeleton import Motion, Skeleton
 
 
 def angles(path: Path, zero: Path | int | None, reader: Reader, out: Path, layout: str | None) -> None:
     """Write the angles of the joints of a file; zero is a file, the number of a frame, or None for the rest pose."""
     files = [path, zero] if isinstance(zero, Path) else [path]
+    if isinstance(zero, Path) and str(zero) != STDIN and not zero.exists():
+        missing = FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(zero))
+        raise ValueError(f"--zero is the number of a frame or a file, and {describe(missing)}")
     contents = [content for _, content in reader.read(files, load_any, required=len(files))]
     names = [name_of(file) for file in files]
     for name, content in zip(names, contents, strict=True):
@@ -46,13 +54,28 @@ def _fit(contents: list[Content], names: list[str], layout: str | None) -> list[
             "kind, as zero is a pose on the skeleton of the motion"
         )
     of = _layout_of(points[-1], names[-1], layout)
-    named = [of.keypoints(one, absent="unseen") for one in points]
-    skeleton = fit_skeleton(named[-1], of)
+    missing = missing_points(of, points[-1].names)
+    refuse = partial(_lacks, of, missing, names[-1], layout is None)
+    try:
+        smaller = of.without(missing)
+    except ValueError:  # the root, or a part of a midpoint
+        means = [point for point, ends in of.midpoints.items() if set(missing) & set(ends)]
+        of_them = f"{', '.join(means)} {'are means' if len(means) > 1 else 'is a mean'} of them"
+        raise refuse(of_them if means else f"{of.root} is the root") from None
+    named = [smaller.keypoints(one, absent="unseen") for one in points]
+    skeleton = fit_skeleton(named[-1], smaller)
+    if missing:
+        if complaint := _complain_of_legs(of, missing, skeleton):
+            raise refuse(complaint)
+        print(
+            f"without {', '.join(missing)} of {of.name}, which {names[-1]} lacks: they are on trunk, arms or head, and "
+            "angles there that rest on them are empty or not in the table"
+        )
     return [inverse_kinematics(one, skeleton).to_motion() for one in named]
 
 
 def _layout_of(points: Keypoints, name: str, layout: str | None) -> Layout:
-    """Return the layout that is named, or the one that has the points; all of its points must be there."""
+    """Return the layout that is named, or the one of which most points are there."""
     of = find_layout(points.names) if layout is None else check_layout(layout)
     near = nearest_layout(points.names) if of is None else of
     if near is None:
@@ -60,14 +83,34 @@ def _layout_of(points: Keypoints, name: str, layout: str | None) -> Layout:
             f"the points of {name} are those of no layout that the library knows: pass --layout, if some names differ, "
             f"or read the file in Python with a skpose.keypoints.Layout of its points, {', '.join(points.names)}"
         )
-    if missing := missing_points(near, points.names):
-        raise ValueError(
-            f"{name} has the points of {'the nearest layout, ' if of is None else ''}{near.name}, but for "
-            f"{', '.join(missing)}: pass --zero FILE --layout {near.name}, where FILE has them and the person stands. "
-            "Medial markers of knees and ankles are often in that recording alone. Without one, read the file in "
-            "Python with a skpose.keypoints.Layout of the points that are there"
-        )
     return near
+
+
+def _complain_of_legs(of: Layout, missing: list[str], skeleton: Skeleton) -> str:
+    """Return why missing points are needed: those on legs and on the pelvis; empty if all are on branches above it."""
+
+    def branch(name: str) -> str:
+        """Return the point, from a point up, that is next to the root."""
+        parent = of.parents[name]
+        return name if parent is None or parent == of.root else branch(parent)
+
+    joints = find_landmarks(skeleton).joints
+    legs = {branch(skeleton.joint_names[joint]) for mark, joint in joints.items() if mark.endswith(("hip", "ankle"))}
+    if not legs:
+        return "legs are not known without them"
+    single = set(of.points) - set(of.parents.values())  # of those next to the root: markers on the pelvis
+    needed = [name for name in missing if branch(name) in legs | single]
+    return f"angles of legs rest on {', '.join(needed)}" if needed else ""
+
+
+def _lacks(of: Layout, missing: list[str], name: str, is_nearest: bool, reason: str) -> ValueError:
+    """Return the error on points of a layout that a file lacks and that are not left out."""
+    return ValueError(
+        f"{name} has the points of {'the nearest layout, ' if is_nearest else ''}{of.name}, but for "
+        f"{', '.join(missing)}, which are not left out, as {reason}: pass --zero FILE --layout {of.name}, where FILE "
+        "has them and the person stands. Markers on the inner side of joints are often in that recording alone. "
+        "Without one, read the file in Python with a skpose.keypoints.Layout of the points that are there"
+    )
 
 
 def _write(path: Path, found: JointAngles) -> None:

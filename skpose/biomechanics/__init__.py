@@ -10,7 +10,7 @@
 | `_gait_events`     | when the feet come down and leave the floor; `_steps` finds it from positions               |
 | `_gait_parameters` | cadence, lengths of steps, shares of stance                                                 |
 | `_feet`            | the joints of hips and feet, where they are in the world, where they travel                 |
-| `_recordings`      | what tells recordings of equal times apart                                                  |
+| `_recordings`      | whether two results are of one recording                                                    |
 | `_tables`          | tables of pandas                                                                            |
 """
 

@@ -23,6 +23,7 @@ THUMB_OFF_LINE = (
     0.1  # distance of a thumb from the line of the hand, relative to its length, that shows where the palm is
 )
 PARALLEL = 1e-6  # sine of the angle between two directions below which they show no axes
+EXCHANGED = "its toes point backward, so that left and right are exchanged, or it is a mirror image"
 BEFORE = {"shank": "thigh", "forearm": "upper_arm", "hand": "forearm"}
 
 
@@ -74,7 +75,7 @@ def find_reference(
     body = np.stack([np.cross(up, z), up, z], axis=1)
     feet = [turned.direction(segments[f"{side}_foot"])[0] for side in SIDES if f"{side}_foot" in segments]
     if feet and all(foot @ body[:, 0] < -0.5 for foot in feet):
-        return "its toes point backward, so that left and right are exchanged, or it is a mirror image"
+        return EXCHANGED
     lines = {}
     for side in SIDES:
         for joint, limb in (("knee", "thigh"), ("ankle", "shank")):

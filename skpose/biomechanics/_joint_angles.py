@@ -159,9 +159,9 @@ def joint_angles(
     TypeError
         For what is no motion, no zero or no mapping of joints.
     ValueError
-        If the joints of the legs are not known, or `joints` are not those of a person: a knee that does not come after
-        the hip, one joint for two landmarks, sides that are exchanged. If nobody stands in the rest pose and there is
-        no `zero`; if nobody stands in `zero`, or it has another skeleton.
+        If the motion has no frames. If the joints of the legs are not known, or `joints` are not those of a person: a
+        knee that does not come after the hip, one joint for two landmarks, sides that are exchanged. If nobody stands
+        in the rest pose and there is no `zero`; if nobody stands in `zero`, or it has another skeleton.
 
     Warns
     -----
@@ -260,6 +260,8 @@ def joint_angles(
             "makes one of poses; positions of points become one by skpose.keypoints.fit_skeleton and "
             "skpose.inverse_kinematics"
         )
+    if not len(motion):
+        raise ValueError("joint_angles needs at least one frame, got a motion of 0 frames")
     person = find_person(motion.skeleton, joints)
     segments = find_segments(motion.skeleton, person)
     reference, words = find_zero(motion, zero, segments)

@@ -1,4 +1,4 @@
-"""What tells recordings of equal times apart: how far hips and ankles are from each other in each frame.
+"""Recognition of results that are of one recording, by how far hips and ankles are from each other in each frame.
 
 The distances do not depend on where the person is and faces, as on a treadmill, nor on how rotations are written, and
 they change little where a motion is filtered.

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from skpose._validation.motions import is_motion
 from skpose._warnings import warn
-from skpose.biomechanics._axes import Reference, find_reference
+from skpose.biomechanics._axes import EXCHANGED, Reference, find_reference
 from skpose.biomechanics._measure import MIDDLE, OF_SIDES
 from skpose.biomechanics._seen import find_seen
 from skpose.biomechanics._segments import SIDES, Segment, Turned, turn_segments
@@ -38,6 +38,10 @@ NEEDED = ("pelvis", *(f"{side}_{limb}" for side in SIDES for limb in ("thigh", "
 REMEDY = (
     "pass zero=, a frame of the motion in which the person stands upright with hanging arms, or a recording of "
     "that on the same skeleton"
+)
+REMEDY_OF_SIDES = (
+    "exchange left and right in joints=; where the skeleton's own names are exchanged, pass joints= with all landmarks "
+    "of both sides; where it is a mirror image, an axis of the file has the wrong sign"
 )
 
 
@@ -69,7 +73,8 @@ def find_zero(motion: Motion, zero: Any, segments: dict[str, Segment]) -> tuple[
             remedy += "; or leave zero out, as somebody stands in the rest pose of the skeleton"
         return _find_standing(*_frames_of(zero, motion), segments, remedy, not isinstance(at_rest, str))
     if isinstance(at_rest, str):
-        raise ValueError(f"nobody stands in the rest pose of this skeleton, at angle zero: {at_rest}. So {REMEDY}")
+        remedy = REMEDY_OF_SIDES if at_rest == EXCHANGED else REMEDY
+        raise ValueError(f"nobody stands in the rest pose of this skeleton, at angle zero: {at_rest}. So {remedy}")
     if complaint := _complain_of_up(motion):
         warn(f"{complaint}. Else the person lies or is upside down, and so are tilt, list and rotation of the pelvis")
     if is_of_layout(motion.skeleton):
@@ -107,6 +112,7 @@ def _find_standing(
     mean = turned.mean()
     reference = find_reference(standing.skeleton, segments, mean, up)
     if isinstance(reference, str):
+        remedy = REMEDY_OF_SIDES if reference == EXCHANGED else remedy
         raise ValueError(f"nobody stands in zero, {words}: {reference}. So {remedy}")
     unknown = {joint: f"in zero {each}" for each in reversed(far) for joint in each.joints}
     if unknown:

@@ -331,7 +331,8 @@ class Keypoints:
     def to_pandas(self) -> "pandas.DataFrame":
         """Return the positions as a pandas DataFrame, three columns for each point and one row for each frame.
 
-        Written by ``to_csv``, it is a table that `skpose.io.load_keypoints` reads.
+        Written by ``to_csv``, it is a table that `skpose.io.load_keypoints` reads with ``frame_rate=``, and ``up=``
+        where that is not y: the file states neither. `skpose.io.save_csv` writes them too.
 
         Returns
         -------

@@ -142,9 +142,18 @@ def remember_distances(
 
 
 def folder_of(memory: Any) -> Path | None:
-    """Return the folder of distances of a path or a `joblib.Memory`; None if there is none."""
+    """Return the folder of distances of a path or a `joblib.Memory`; None if there is none. A file is refused."""
     location = memory.location if isinstance(memory, Memory) else memory
-    return None if location is None else Path(os.fspath(location)) / FOLDER
+    if location is None:
+        return None
+    folder = Path(os.fspath(location)) / FOLDER
+    there = next((place for place in (folder, *folder.parents) if place.exists()), None)
+    if there is not None and not there.is_dir():
+        raise NotADirectoryError(
+            f"memory must be a folder for distances, which is made where there is none, got {str(location)!r}: "
+            f"{there} is a file"
+        )
+    return folder
 
 
 def split(missing: np.ndarray, triangle: bool, most: int) -> Iterator[tuple[np.ndarray, np.ndarray | None]]:

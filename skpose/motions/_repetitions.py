@@ -109,7 +109,9 @@ class Repetitions:
 
             - repetition: its index in `motions`,
             - joint: its name,
-            - phase [%]: middle of the phase, from 0 to 100, the time in a typical repetition over its duration,
+            - phase [%]: middle of the phase, from 0 to 100, the time in a typical repetition over its duration. 0 is
+              the pose at which repetitions begin, ``motion[starts[k]]``: that from which on they are most like each
+              other, or the end of a pause. It is no event, and another pose where the recording is cut elsewhere,
             - frame, time [s]: where this repetition is at that phase: the nearest frame of the recording, and its time,
               NaN where the motion was an array,
             - x [m], y [m], z [m]: from the median of the others to the mean position in this phase, in the axes of the
@@ -119,8 +121,8 @@ class Repetitions:
               the phase and its two neighbours; NaN where there are fewer than three others,
             - unusual: deviation divided by the sum of spread and typical spread; NaN likewise.
 
-            ``table.attrs`` states what it rests on: `n_repetitions`, `n_phases`, `reference`, and `typical_spread`, the
-            median of the spread, m.
+            ``table.attrs`` states what it rests on: `n_repetitions`, `n_phases`, `reference`, `typical_spread`, the
+            median of the spread, m, and `phase`, with a frame at which 0 % is.
 
         Raises
         ------
@@ -208,8 +210,19 @@ class Repetitions:
             typical_spread=found.typical_spread,
             root="left out: a repetition that is wrong in where the whole body is, or leans, is not unusual",
             axes="those of the root",
+            phase=self._describe_phase(),
         )
         return table
+
+    def _describe_phase(self) -> str:
+        """Return in words at which pose phases begin, and that it is no event."""
+        time = "" if self.times is None else f", at {self.times[self.starts[0]]:.2f} s"
+        return (
+            f"0 % is where repetitions begin, such as frame {self.starts[0]} of the recording{time}, and 100 % where "
+            "they end. It is the pose from which on the repetitions are most like each other, or the end of a pause, "
+            "and no event such as a foot contact: of a recording that is cut elsewhere it may be another pose. Phases "
+            "of two recordings are comparable where both begin with one pose"
+        )
 
     def _compare(self, caller: str, n_phases: int) -> tuple[Skeleton, Deviations, np.ndarray]:
         """Return the skeleton, how far the repetitions are from each other, and their times (K, P) at each phase.

@@ -10,6 +10,7 @@ from sklearn.utils.validation import check_is_fitted
 from skpose._compat.sklearn import fit_context
 from skpose.motions._base import MotionEstimatorMixin
 from skpose.motions._distances import MOTION_CONSTRAINTS, check_alignment
+from skpose.motions._memory import folder_of
 from skpose.preprocessing._shared import KERNEL_CONSTRAINTS, KernelMixin
 
 
@@ -224,6 +225,7 @@ class MotionDistanceTransformer(
     def _learn(self, X):
         """Learn from the training motions; return their kernel where it is needed for that, else None."""
         self._check_kernel()
+        folder_of(self.memory)  # refuses a file before anything is computed
         self._motions = self._check_X(X, reset=True)
         check_alignment(self.alignment, self.window, self.metric_, X=self._motions)
         if self.kernel is not None and self.alignment == "subsequence":

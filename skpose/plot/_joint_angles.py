@@ -24,8 +24,7 @@ class JointAnglesDisplay:
 
     One small axes for each angle, with both sides: the left is a blue line, the right a dashed one in vermilion, and
     angles of the middle are grey. A thin line where fewer than all cycles show the angle is the mean of those that do;
-    where none does there is a gap. Without cycles the angles are drawn against time. Where more than 0.1 s of frames
-    are missing, there is a gap, too.
+    where none does, or frames are missing, there is a gap. Without cycles the angles are drawn against time.
 
     Parameters
     ----------

@@ -582,6 +582,12 @@ def test_a_rest_pose_that_does_not_stand_is_refused():
         joint_angles(moving(Skeleton(one, offset_frame="parent")), zero=0)
 
 
+def test_a_motion_without_frames_is_refused():
+    motion = Motion(humanoid(), np.zeros((3, 42)), 30)
+    with pytest.raises(ValueError, match="at least one frame, got a motion of 0 frames"):
+        joint_angles(motion[:0])
+
+
 def test_exchanged_sides_are_noticed():
     skeleton = person("T")
 
@@ -591,7 +597,8 @@ def test_exchanged_sides_are_noticed():
         return name.replace("Left", "?").replace("Right", "Left").replace("?", "Right")
 
     bones = [bone._replace(name=other(bone.name), parent=other(bone.parent)) for bone in skeleton.bones]
-    with pytest.raises(ValueError, match="its toes point backward, so that left and right are exchanged"):
+    words = "its toes point backward, so that left and right are exchanged, .*So exchange left and right in joints=; "
+    with pytest.raises(ValueError, match=words):
         joint_angles(moving(Skeleton(bones, offset_frame="parent")))
 
 
@@ -649,8 +656,10 @@ def test_left_and_right_that_are_exchanged_by_hand_are_refused():
     skeleton = person()
     with pytest.raises(ValueError, match="the joints of the left arm are on the side of the right leg"):
         joint_angles(moving(skeleton), joints=exchanged(ARM))
-    with pytest.raises(ValueError, match="toes point backward, so that left and right are exchanged"):
+    words = "toes point backward, so that left and right are exchanged, .*So exchange left and right in joints=; "
+    with pytest.raises(ValueError, match=words) as caught:
         joint_angles(moving(skeleton), joints=exchanged(LEG | ARM))
+    assert "zero=" not in str(caught.value)
     # Without feet names decide.
     no_feet = [bone for bone in skeleton.bones if "Toe" not in bone.name]
     both = {mark: name for mark, name in (LEG | ARM).items() if "Toe" not in name}

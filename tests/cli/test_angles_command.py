@@ -5,12 +5,12 @@ import csv
 import numpy as np
 import pytest
 
-from skpose import Motion
+from skpose import Motion, forward_kinematics, inverse_kinematics
 from skpose._cli.main import main
 from skpose.biomechanics import joint_angles
 from skpose.datasets import humanoid
-from skpose.io import save_npz
-from skpose.keypoints import Keypoints, layouts
+from skpose.io import load_trc, save_npz
+from skpose.keypoints import Keypoints, fit_skeleton, layouts
 
 
 @pytest.fixture
@@ -77,12 +77,12 @@ def test_frames_are_numbered_from_zero(tmp_path, capsys):
     assert "argument --zero: frames are numbered from 0, got -1: pass 0 or more, or a file (./-1" in error
 
 
-def write_trc(path, names):
-    """Four frames of markers anywhere in a metre."""
+def write_trc(path, names, points=None):
+    """Frames of markers; four, anywhere in a metre, are the default."""
+    points = np.random.default_rng(0).uniform(size=(4, 3 * len(names))) if points is None else points
     head = ["PathFileType\t4\t(X/Y/Z)\twalk.trc", "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits"]
-    head += [f"100\t100\t4\t{len(names)}\tm", "Frame#\tTime\t" + "\t\t\t".join(names)]
+    head += [f"100\t100\t{len(points)}\t{len(names)}\tm", "Frame#\tTime\t" + "\t\t\t".join(names)]
     head += ["\t\t" + "\t".join(f"{axis}{i + 1}" for i in range(len(names)) for axis in "XYZ")]
-    points = np.random.default_rng(0).uniform(size=(4, 3 * len(names)))
     rows = ["\t".join([str(i + 1), str(i / 100), *(f"{x:.4f}" for x in row)]) for i, row in enumerate(points)]
     path.write_text("\n".join([*head, *rows]) + "\n")
 
@@ -96,7 +96,86 @@ def test_markers_that_a_file_lacks_are_named(tmp_path, capsys, options):
     error = capsys.readouterr().err
     near = "" if options else "the nearest layout, "
     assert f"has the points of {near}opencap_mocap55, but for L_mankle, L_mknee, R_mankle, R_mknee" in error
-    assert "pass --zero FILE --layout opencap_mocap55, where FILE has them and the person stands" in error
+    assert "which are not left out, as L_KJC, L_AJC, R_KJC, R_AJC are means of them: pass --zero FILE" in error
+    assert "--layout opencap_mocap55, where FILE has them and the person stands" in error
+
+
+COCO = {
+    "shoulder": "clavicle",
+    "elbow": "upper_arm",
+    "wrist": "forearm",
+    "hip": "pelvis",
+    "knee": "thigh",
+    "ankle": "shank",
+}
+
+
+def write_points(path, *missing):
+    """Points of "coco17" of a person who stands and sways a little; without some of them."""
+    skeleton = humanoid()
+    poses = 0.05 * np.sin(np.arange(40) / 5)[:, None] * np.random.default_rng(0).normal(size=skeleton.n_dofs)
+    positions = forward_kinematics(poses, skeleton)
+    at = {f"{side}_{mark}": f"{side}_{joint}" for mark, joint in COCO.items() for side in ("left", "right")}
+    points = {name: positions[:, skeleton.joint_names.index(joint)] for name, joint in at.items()}
+    points |= {name: positions[:, 3] + [0.0, 0.0, 0.1 + 0.01 * len(name)] for name in ("nose", "left_eye", "right_eye")}
+    names = [name for name in points if name not in missing]
+    write_trc(path, names, np.concatenate([points[name] for name in names], axis=1))
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_points_of_the_upper_part_that_a_file_lacks_are_left_out(tmp_path, capsys):
+    """The angles are those of the layout without these points, in Python."""
+    write_points(tmp_path / "points.trc", "left_eye")
+    files = [str(tmp_path / "points.trc"), "--layout", "coco17", "--out", str(tmp_path / "a.csv")]
+    assert main(["angles", *files]) == 0
+    printed = capsys.readouterr().out
+    missing = ["left_eye", "left_ear", "right_ear"]
+    assert f"without {', '.join(missing)} of coco17, which {files[0]} lacks: they are on trunk, arms or head" in printed
+    layout = layouts["coco17"].without(missing)
+    named = layout.keypoints(load_trc(tmp_path / "points.trc"), absent="unseen")
+    expected = joint_angles(inverse_kinematics(named, fit_skeleton(named, layout)).to_motion())
+    with (tmp_path / "a.csv").open() as file:
+        header, *rows = csv.reader(file)
+    for name in ("knee_flexion_left", "elbow_flexion_left"):
+        assert np.isfinite(expected[name]).all()
+        np.testing.assert_allclose([float(row[header.index(name)]) for row in rows], expected[name], atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("missing", "reason"),
+    [
+        ("left_ankle", "legs are not known without them"),
+        ("left_hip", "pelvis is a mean of them"),
+        ("right_shoulder", "neck is a mean of them"),
+    ],
+)
+@pytest.mark.filterwarnings("ignore")
+def test_points_that_legs_need_are_not_left_out(tmp_path, capsys, missing, reason):
+    write_points(tmp_path / "points.trc", missing)
+    files = [str(tmp_path / "points.trc"), "--layout", "coco17", "--out", str(tmp_path / "a.csv")]
+    assert main(["angles", *files]) == 1
+    assert f"which are not left out, as {reason}: pass --zero FILE" in capsys.readouterr().err
+    assert not (tmp_path / "a.csv").exists()
+
+
+def test_a_standing_file_that_is_not_there_is_that_of_zero(walk, tmp_path, capsys):
+    out = ["--out", str(tmp_path / "a.csv")]
+    assert main(["angles", str(tmp_path / "walk.npz"), "--zero", str(tmp_path / "zzz"), *out]) == 1
+    assert (
+        f"--zero is the number of a frame or a file, and there is no file {tmp_path / 'zzz'}" in capsys.readouterr().err
+    )
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_markers_of_legs_are_not_left_out(opensim_folder, tmp_path, capsys):
+    """Clusters on the thigh show how it rotates; the markers of an arm do not count here."""
+    text = (opensim_folder / "static1.trc").read_text().replace("r_thigh5", "other").replace("R_forearm", "another")
+    (tmp_path / "static.trc").write_text(text)
+    options = ["--layout", "opencap_mocap55", "--out", str(tmp_path / "a.csv")]
+    assert main(["angles", str(tmp_path / "static.trc"), *options]) == 1
+    assert "but for R_forearm, R_thigh5, which are not left out, as angles of legs rest on R_thigh5: " in (
+        capsys.readouterr().err
+    )
 
 
 @pytest.mark.slow

@@ -62,6 +62,17 @@ def test_its_csv_is_read_as_the_same_keypoints(tmp_path, name, sure):
     np.testing.assert_array_equal(read.confidences, seen.confidences)
 
 
+def test_its_csv_states_neither_rate_nor_axis(tmp_path):
+    """Times are in a unit that the file does not state: the rate is to be given, as the error says."""
+    seen = recording()
+    seen.to_pandas().to_csv(tmp_path / "seen.csv")
+    with pytest.raises(ValueError, match=r"does not state its frame rate: pass frame_rate=, in Hz; 'time' has 25 Hz"):
+        load_keypoints(tmp_path / "seen.csv")
+    read = load_keypoints(tmp_path / "seen.csv", frame_rate=25, up="z")
+    assert (read.frame_rate, read.up) == (seen.frame_rate, seen.up)
+    np.testing.assert_allclose(read.positions, seen.positions, atol=1e-12)
+
+
 def test_the_table_is_a_copy():
     seen = recording()
     table = seen.to_pandas()

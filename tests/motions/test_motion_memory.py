@@ -258,6 +258,15 @@ def test_a_folder_by_any_name(motions, tmp_path, computed):
         MotionDistanceTransformer(ARM, memory=3).fit(motions)
 
 
+@pytest.mark.parametrize("inner", ["", "folder"])
+def test_a_file_is_no_folder(motions, tmp_path, inner):
+    file = tmp_path / "distances.npy"
+    file.write_bytes(b"")
+    words = f"memory must be a folder for distances.*got '{file / inner}': {file} is a file"
+    with pytest.raises(NotADirectoryError, match=words):
+        MotionDistanceTransformer(ARM, memory=str(file / inner)).fit(motions)
+
+
 def test_an_interrupted_run_continues(motions, tmp_path, computed, monkeypatch):
     monkeypatch.setattr(_memory, "WORK_PER_BLOCK", 1.0)
     D = MotionDistanceTransformer(ARM).fit_transform(motions)

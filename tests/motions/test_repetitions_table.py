@@ -111,7 +111,11 @@ def test_one_row_for_each_repetition_joint_and_phase(ten):
         "typical_spread": pytest.approx(table["spread [m]"].median()),
         "root": "left out: a repetition that is wrong in where the whole body is, or leans, is not unusual",
         "axes": "those of the root",
+        "phase": table.attrs["phase"],
     }
+    first = f"frame {found.starts[0]} of the recording, at {motion.times[found.starts[0]]:.2f} s, "
+    assert f"0 % is where repetitions begin, such as {first}and" in table.attrs["phase"]
+    assert "of a recording that is cut elsewhere it may be another pose" in table.attrs["phase"]
     np.testing.assert_allclose(
         table["unusual"], table["deviation [m]"] / (table["spread [m]"] + table.attrs["typical_spread"]), rtol=1e-12
     )
