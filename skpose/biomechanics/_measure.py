@@ -120,8 +120,7 @@ class _Joints:
 
     def _shown_by(self, *names: str) -> list[str]:
         """Return what must be seen to know segments: of a pelvis that is a line the shoulders, too."""
-        with_shoulders = "pelvis" in names and "pelvis" in self.lines and SHOULDERS in self.seen
-        return [*names, *([SHOULDERS] if with_shoulders else [])]
+        return [*names, SHOULDERS] if "pelvis" in names and "pelvis" in self.lines else list(names)
 
     def measure(self, joint: Joint, side: str) -> None:
         """Measure a joint; side is "" in the middle."""
@@ -235,13 +234,17 @@ def _unwrap(angles: np.ndarray) -> np.ndarray:
 
 
 def _of_line(turned: Turned, segments: dict[str, Segment]) -> np.ndarray:
-    """Return axes (n, 3, 3) of a pelvis of which the line of the hips is known: y is towards the shoulders."""
+    """Return axes (n, 3, 3) of a pelvis of which the line of the hips is known: y is towards the shoulders.
+
+    Without these it is away from the knees, for the sake of what is measured relative to the thighs.
+    """
     z = turned.direction(segments["pelvis"])
     hips = turned.positions[:, segments["pelvis"].start] + turned.positions[:, segments["pelvis"].end]
-    towards = np.broadcast_to([0.0, 0.0, 0.0], z.shape)
     if "trunk" in segments:
         trunk = segments["trunk"]
         towards = turned.positions[:, trunk.start] + turned.positions[:, trunk.end] - hips
+    else:
+        towards = hips - sum(turned.positions[:, segments[f"{side}_thigh"].end] for side in SIDES)
     x = np.cross(towards, z)
     x /= np.linalg.norm(x, axis=1, keepdims=True)
     return np.stack([x, np.cross(z, x), z], axis=2)

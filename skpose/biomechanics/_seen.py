@@ -30,7 +30,7 @@ def find_seen(motion: Motion, segments: dict[str, Segment]) -> Seen:
     """Return what the positions show to which a motion was fitted."""
     if motion.seen is None:
         return Seen(set(), {name: np.ones(len(motion), dtype=bool) for name in (*segments, SHOULDERS)})
-    lines, frames = set(), dict[str, np.ndarray]()
+    lines, frames = set(), {SHOULDERS: np.zeros(len(motion), dtype=bool)}
     for name, segment in segments.items():
         patterns, which = np.unique(_seen_points(motion.skeleton, motion.seen, segment), axis=0, return_inverse=True)
         shown: np.ndarray = np.array([_shows(segment, pattern) for pattern in patterns], dtype=int)[which.ravel()]

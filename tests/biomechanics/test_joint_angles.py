@@ -11,7 +11,7 @@ from skpose import Bone, Motion, Skeleton, inverse_kinematics
 from skpose.biomechanics import gait_events, joint_angles
 from skpose.datasets import humanoid
 from skpose.io import load_bvh, load_motion, load_trc, save_bvh
-from skpose.keypoints import fit_skeleton, layouts
+from skpose.keypoints import Layout, fit_skeleton, layouts
 from skpose.kinematics import forward_kinematics
 
 SIDES = ("left", "right")
@@ -781,6 +781,27 @@ def test_frames_of_zero_that_do_not_show_all_have_no_part_in_it():
     assert np.isnan(hidden["elbow_flexion_left"]).all()
     assert "not seen in zero" in hidden.missing["elbow_flexion_left"]
     assert not np.isnan(hidden["elbow_flexion_right"]).any()
+
+
+def test_legs_alone_have_knees_and_no_hips():
+    """Without shoulders positions do not show how a pelvis leans that is a line."""
+    points = ["left_hip", "right_hip", *(f"{side}_{name}" for side in SIDES for name in ("knee", "ankle"))]
+    parents = {"left_hip": None, "right_hip": "left_hip"}
+    parents |= {f"{side}_{b}": f"{side}_{a}" for side in SIDES for a, b in (("hip", "knee"), ("knee", "ankle"))}
+    layout = Layout("legs", names=points, parents=parents, rigid={"right_hip"})
+    places = {"left_hip": (0.1, 0.9, 0), "right_hip": (-0.1, 0.9, 0)}
+    for side, x in (("left", 0.1), ("right", -0.1)):
+        places |= {f"{side}_knee": (x, 0.5, 0.0), f"{side}_ankle": (x, 0.1, 0.0)}
+    standing = np.array([places[name] for name in points])
+    bent = standing.copy()
+    bent[points.index("left_ankle")] = (0.1, 0.5 - 0.4 * np.cos(1.0), -0.4 * np.sin(1.0))
+    motion = inverse_kinematics(layout.keypoints([standing, bent], 10), fit_skeleton([[standing, bent]], layout))
+    with pytest.warns(UserWarning, match="positions show of the pelvis only the line of the hips"):
+        angles = joint_angles(motion.to_motion(), zero=0)
+    assert angles["knee_flexion_left"] == pytest.approx([0.0, np.degrees(1.0)], abs=1e-4)
+    assert angles["knee_flexion_right"] == pytest.approx([0.0, 0.0], abs=1e-4)
+    assert np.isnan(angles["hip_flexion_left"]).all()
+    assert np.isnan(angles["pelvis_list"]).all()
 
 
 def test_the_rest_pose_of_a_layout_is_not_how_a_person_stands():
