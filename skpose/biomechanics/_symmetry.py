@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 import numpy as np
 
 from skpose._validation.options import check_choice, check_kind
+from skpose._warnings import warn
+from skpose.biomechanics._seen import find_shown
 from skpose.biomechanics._tables import frame_of
 from skpose.kinematics import forward_kinematics
 from skpose.skeleton import Motion, Skeleton
@@ -27,6 +29,7 @@ BETTER = 0.7  # of the distance without a shift, below which another lag is the 
 AS_GOOD = 1.3  # times the distance at half a cycle, below which another lag is as good: that of several cycles
 EQUAL = 1e-9  # m, of rounding
 LAGS = 60  # that are compared
+MOST_NAMES = 5  # of joints in a message
 
 Quantity = Literal["position", "direction", "rotation"]
 
@@ -215,6 +218,11 @@ def symmetry(
         cycle or several; with "half cycle" if the motion is no cycle: if it ends elsewhere than it begins, by a fifth
         of its farthest pose, or by the velocity at both ends more than 6 % of its length before or after its first one.
 
+    Warns
+    -----
+    UserWarning
+        If positions to which the motion was fitted do not show all joints in all frames, see `Motion`.
+
     See Also
     --------
     gait_events : Strides of a walk.
@@ -260,6 +268,7 @@ def symmetry(
     if len(motion) < 3:
         raise ValueError(f"symmetry compares the frames of a movement and needs at least 3, got {len(motion)}")
     mirror = motion.mirrored(axis)
+    _warn_of_unseen(motion)
     there, image = (forward_kinematics(one.angles, motion.skeleton) for one in (motion, mirror))
     numbers = motion.frame_numbers - motion.frame_numbers[0]
     opening = _find_opening(there, numbers, motion.frame_rate)
@@ -290,6 +299,20 @@ def symmetry(
         frame_rate=motion.frame_rate,
         axis=axis,
     )
+
+
+def _warn_of_unseen(motion: Motion) -> None:
+    """Warn of joints whose positions are not known in all frames: what they are compared with is a guess."""
+    names = motion.skeleton.joint_names
+    frames = (~find_shown(motion, range(len(names)))).sum(axis=0)
+    if frames.any():
+        unseen = [f"{name} in {n}" for name, n in zip(names, frames, strict=True) if n]
+        more = f" and {len(unseen) - MOST_NAMES} more joints" if len(unseen) > MOST_NAMES else ""
+        warn(
+            f"positions are not seen in some of the {len(motion)} frames: of {', '.join(unseen[:MOST_NAMES])}{more}. "
+            "There the fit has a pose that nobody measured, and what symmetry finds of these joints, of their partners "
+            "and of the mean rests on it: leave them out, motion.select(drop=...), or choose frames that show them"
+        )
 
 
 def _rows_after(numbers: np.ndarray, share: float) -> np.ndarray:

@@ -298,3 +298,12 @@ def test_rotations_are_relative_to_parents():
     np.testing.assert_allclose(found.rotations[:, thigh], expected, atol=1e-5)
     assert np.nanmax(found.rotations[:, shank]) < 1e-5
     assert found.directions[:, shank].max() > 1.0
+
+
+def test_joints_that_are_not_seen_are_a_warning():
+    motion = squat()
+    seen = np.ones((len(motion), PERSON.n_joints), bool)
+    assert symmetry(replace(motion, seen=seen)).distances["none"] < 1e-9
+    seen[20:60, list(PERSON.joint_names).index("left_hand")] = False
+    with pytest.warns(UserWarning, match="not seen in some of the 101 frames: of left_hand in 40. There the fit has"):
+        symmetry(replace(motion, seen=seen))
