@@ -1,6 +1,6 @@
 """
-Which motions are confused, and what they look like
-===================================================
+What was taken for what
+=======================
 
 A share of motions that are recognised does not say which ones are not, nor why. `ConfusionDisplay` shows what was taken
 for what, and for the most frequent confusions the motion itself, above the one that it resembles in the other class.
