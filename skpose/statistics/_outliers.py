@@ -96,8 +96,8 @@ def outlier_test(
         but for "angle". With one that is given the result for a motion does not depend on the others of X.
     metric : str or Metric, default="auto"
         The distance between frames, see `pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a
-        warning. Of lists of motions also "velocity", "jerk" and "centered", see `motion_distances`: "jerk" finds jitter
-        of 1 to 2 mm at 30 Hz, and the others do not.
+        warning. Of lists of motions also "velocity", "jerk" and "centered", see `motion_distances`: "jerk" is the
+        one that finds jitter.
     n_jobs : int, default=None
         Threads for the distances, or workers of a ``joblib.parallel_config`` context, see `pose_distances`.
 
@@ -129,16 +129,16 @@ def outlier_test(
 
     Notes
     -----
-    The p-value is valid for a motion that is exchangeable with those of Y: a recording of another person is not with
-    recordings of one person, and mostly gets a small one. So compare the p-values or the statistics of generated motions
-    with those of real ones of people who are not in Y, by
-    `sklearn.metrics.roc_auc_score` or the share below a level. P-values of the motions of X share the set Y, and so are
-    not independent. They are conformal p-values [1]_.
+    The p-value is valid for a motion that is exchangeable with those of Y. A recording of another person is not
+    exchangeable with recordings of a few people, and has a small p too often. So compare generated motions with real
+    ones of people who are not in Y: by `sklearn.metrics.roc_auc_score` of the statistics, or the share of the p-values
+    below a level. The p-values of the motions of X share the set Y, and so are not independent. They are conformal
+    p-values [1]_.
 
-    A large statistic says that the motion is unusual, not that it is bad; a small one not that it is good: what the
-    metric does not measure has no part in it, such as the order of the frames under "position", and the way of the root
-    under all of them. Motions with little movement are the nearest to a set of many movements under "velocity" and
-    "jerk" until some noise makes them like the others, so that a statistic may fall before it rises.
+    A large statistic says that the motion is unusual, not that it is bad, and a small one not that it is good. What the
+    metric does not measure has no part in it: the order of the frames under "position", how the root moves under all
+    metrics. A statistic may fall before it rises: under "velocity" a slow motion is far from a set of faster ones, and
+    a little noise brings it nearer.
 
     Time: n frames of X and m of Y, m (n + m / 2) distances. Memory O(n_y (n_x + n_y)), and a few tiles of 134 MB.
 
@@ -172,7 +172,7 @@ def outlier_test(
         )
     skeleton = units.skeleton
     if skeleton is not None:
-        warn_of_degrees(**units.poses)
+        warn_of_degrees(X=units.of_x, Y=units.of_y)
     chosen = resolve(metric, skeleton, of_motions=True)
     tested, others = units.compared(chosen)
     warn_of_no_skeleton(metric, skeleton)

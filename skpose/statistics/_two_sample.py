@@ -173,9 +173,10 @@ def two_sample_test(
 
     Notes
     -----
-    The test is about sets of poses: the order of the frames has no part in it, unless the metric is of motions:
-    "velocity" and "jerk" are computed inside each motion, and make the test one of sets of velocities or jerks. It says that the distributions differ,
-    not in what. All poses are compared on one skeleton, so that the lengths of people's bones have no part either.
+    The test is about sets of poses: the order of the frames has no part in it, unless the metric is of motions.
+    Velocities and jerks are computed inside each motion, and the test is then one of sets of velocities or of jerks. It
+    says that the distributions differ, not in what. All poses are compared on one skeleton, so that the lengths of
+    people's bones have no part either.
 
     The p-value is valid under any metric and either statistic: if X and Y are exchangeable, it is at most α with a
     probability of no more than α. It is never zero [5]_. Ties count as larger. With few elements it cannot be small:
@@ -232,7 +233,7 @@ def two_sample_test(
     units = check_units(X, Y, skeleton, paired)
     skeleton = units.skeleton
     if skeleton is not None:
-        warn_of_degrees(**units.poses)
+        warn_of_degrees(X=units.of_x, Y=units.of_y)
     chosen = resolve(metric, skeleton, of_motions=True)
     sequences = Sequences.join(units.compared(chosen))
     warn_of_no_skeleton(metric, skeleton)

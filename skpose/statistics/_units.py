@@ -36,9 +36,12 @@ class Units(NamedTuple):
         return "poses" if self.are_rows else "motions"
 
     @property
-    def poses(self) -> dict[str, np.ndarray]:
-        """All poses of each set, by argument."""
-        return {"X": self.X.sequences.poses, "Y": self.Y.sequences.poses}
+    def of_x(self) -> np.ndarray:
+        return self.X.sequences.poses
+
+    @property
+    def of_y(self) -> np.ndarray:
+        return self.Y.sequences.poses
 
     def compared(self, metric: Metric) -> tuple[Sequences, Sequences]:
         """Return what the metric compares, of X and of Y: poses, or what a metric of motions makes of each motion."""
@@ -80,7 +83,7 @@ def check_units(X: Any, Y: Any, skeleton: Skeleton | None, paired: bool) -> Unit
             f"X and Y have one of the {units.name} each, so that p would be 1 for any two: pass more of them{join}"
         )
     if rows:
-        _warn_of_frames(**units.poses)
+        _warn_of_frames(X=units.of_x, Y=units.of_y)
     return units
 
 
