@@ -142,8 +142,8 @@ class Jerk(MotionMetric):
 
     F stacks the joint positions, in the axes of the root, times the square roots of the joints' weights. The jerk is
     their third derivative in time, of the cubic polynomial through four consecutive frames: the one before a frame, it,
-    and the two after it; at the ends of a motion the first and the last four. Noise has much of it, and the movements of
-    people little: jittery and smoothed motions differ from recorded ones by it.
+    and the two after it; at the ends of a motion the first and the last four. Noise has much of it, and the movements
+    of people little: jittery and smoothed motions differ from recorded ones by it.
 
     See Also
     --------

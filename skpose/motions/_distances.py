@@ -96,9 +96,9 @@ def motion_distances(
     Returns
     -------
     ndarray of shape (n_x, n_y)
-        Distances, in m, rad for "angle", m/s for "velocity", or m/s³ for "jerk": float32 where all motions are and their poses are
-        compared, else float64. Without Y exactly symmetric with a zero diagonal, but for "subsequence". `out` if that
-        is given.
+        Distances, in m, rad for "angle", m/s for "velocity", or m/s³ for "jerk": float32 where all motions are and
+        their poses are compared, else float64. Without Y exactly symmetric with a zero diagonal, but for "subsequence".
+        `out` if that is given.
 
     Raises
     ------
