@@ -174,7 +174,7 @@ def outlier_test(
     if skeleton is not None:
         warn_of_degrees(X=units.of_x, Y=units.of_y)
     chosen = resolve(metric, skeleton, of_motions=True)
-    tested, others = units.compared(chosen)
+    tested, others = units.encode(chosen)
     warn_of_no_skeleton(metric, skeleton)
     distances = Distances(chosen, skeleton, n_jobs)
     between, first = mean_distances(tested, others, distances)

@@ -235,7 +235,7 @@ def two_sample_test(
     if skeleton is not None:
         warn_of_degrees(X=units.of_x, Y=units.of_y)
     chosen = resolve(metric, skeleton, of_motions=True)
-    sequences = Sequences.join(units.compared(chosen))
+    sequences = Sequences.join(units.encode(chosen))
     warn_of_no_skeleton(metric, skeleton)
     distances = Distances(chosen, skeleton, n_jobs)
     means = (negative_distances if statistic == "energy" else mean_kernel)(sequences, distances)

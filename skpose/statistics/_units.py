@@ -43,7 +43,7 @@ class Units(NamedTuple):
     def of_y(self) -> np.ndarray:
         return self.Y.sequences.poses
 
-    def compared(self, metric: Metric) -> tuple[Sequences, Sequences]:
+    def encode(self, metric: Metric) -> tuple[Sequences, Sequences]:
         """Return what the metric compares, of X and of Y: poses, or what a metric of motions makes of each motion."""
         if self.are_rows and isinstance(metric, MotionMetric):
             raise ValueError(
