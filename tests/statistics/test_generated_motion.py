@@ -112,9 +112,13 @@ def test_pvalues_of_exchangeable_motions_are_no_smaller_than_their_share():
 
 
 def test_ties_count_as_larger(gait):
-    found = outlier_test([gait[0]], [gait[0]] * 3, metric="jerk")
-    assert found.statistic[0] == pytest.approx(0.0, abs=1e-9)
-    assert found.pvalue[0] == 1.0
+    """Also where sums are rounded in another order: the same poses backwards, and each of them several times."""
+    poses = gait[0].angles
+    for k in range(2, 8):
+        Y = [poses[::-1], *(np.repeat(poses, n, axis=0) for n in range(2, k)), gait[1].angles]
+        for X in (poses, np.repeat(poses[::-1], 3, axis=0)):
+            found = outlier_test([X], Y, skeleton=gait.skeleton, metric="position")
+            assert found.pvalue[0] == 1.0
 
 
 @pytest.mark.parametrize("metric", OF_MOTIONS, ids=str)
