@@ -20,7 +20,7 @@ Scores of predictions against the truth, such as MPJPE, stand apart in `_scores`
 from skpose.metrics._angle import Angle
 from skpose.metrics._geodesic import Geodesic
 from skpose.metrics._metric import Metric
-from skpose.metrics._motion_metrics import Centered, Velocity
+from skpose.metrics._motion_metrics import Centered, Jerk, Velocity
 from skpose.metrics._own import compile_encode, compile_measure
 from skpose.metrics._pairwise import pose_distances, pose_distances_chunked
 from skpose.metrics._pose_metric import pose_metric
@@ -42,6 +42,7 @@ __all__ = [
     "Angle",
     "Centered",
     "Geodesic",
+    "Jerk",
     "Metric",
     "Position",
     "Rotation",

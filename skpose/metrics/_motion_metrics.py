@@ -1,4 +1,4 @@
-"""Metrics of motions, which compare frames by what comes before and after them: velocities, and centred positions.
+"""Metrics of motions, which compare frames by what comes before and after them: velocities, jerks, centred positions.
 
 They turn a motion into rows of numbers, one row a frame, whose Euclidean distance is the distance of two frames. All
 that compares whole motions takes these rows in the place of poses.
@@ -21,6 +21,7 @@ class MotionMetric(Metric):
     """A distance between frames of motions: the Euclidean one of the rows that `encode_motion` makes of a motion."""
 
     of_windows: ClassVar[bool]  # whether windows of a long motion have the rows that they have in it
+    least_frames: ClassVar[int] = 2
 
     encode = Angle.encode
     measure = Angle.measure
@@ -60,13 +61,21 @@ class MotionMetric(Metric):
         ValueError
             For a motion that has no rows.
         """
-        if len(poses) < 2:
-            raise ValueError(f"{self.name!r} needs two frames or more, got one")
+        if (n := len(poses)) < self.least_frames:
+            least = {2: "two", 4: "four"}[self.least_frames]
+            raise ValueError(f"{self.name!r} needs {least} frames or more, got {'one' if n == 1 else n}")
         return self._rows(weighted_positions(poses, skeleton), times)
 
     def _rows(self, positions: np.ndarray, times: np.ndarray | None) -> np.ndarray:
         """Return the rows (n_frames, 3 n_joints) of joint positions (n_frames, 3 n_joints)."""
         raise NotImplementedError
+
+    def _require_times(self, times: np.ndarray | None) -> np.ndarray:
+        if times is None:
+            raise ValueError(
+                f"{self.name!r} needs a frame rate, and arrays have none: pass Motion(skeleton, array, frame_rate)"
+            )
+        return times
 
 
 class Velocity(MotionMetric):
@@ -119,16 +128,63 @@ class Velocity(MotionMetric):
 
     def _rows(self, positions: np.ndarray, times: np.ndarray | None) -> np.ndarray:
         """Return velocities, m/s."""
-        if times is None:
-            raise ValueError(
-                f"{self.name!r} needs a frame rate, and arrays have none: pass Motion(skeleton, array, frame_rate)"
-            )
+        times = self._require_times(times)
         frames, last = np.arange(len(times)), len(times) - 1
         step = np.diff(times).min()
         reach = step * max(1, round(self.span / step / 2)) + step / 2  # half a step, as times are rounded
         before = np.minimum(np.searchsorted(times, times - reach), frames - 1).clip(0)
         after = np.maximum(np.searchsorted(times, times + reach, side="right") - 1, frames + 1).clip(max=last)
         return (positions[after] - positions[before]) / (times[after] - times[before])[:, np.newaxis]
+
+
+class Jerk(MotionMetric):
+    r"""Distance between the jerks of all joints, :math:`\|\dddot F(a) - \dddot F(b)\|_2`, m/s³; of motions only.
+
+    F stacks the joint positions, in the axes of the root, times the square roots of the joints' weights. The jerk is
+    their third derivative in time, of the cubic polynomial through four consecutive frames: the one before a frame, it,
+    and the two after it; at the ends of a motion the first and the last four. Noise has much of it, and the movements
+    of people little: jittery and smoothed motions differ from recorded ones by it.
+
+    See Also
+    --------
+    Velocity : Velocities of the joints, over a time that is chosen.
+    skpose.statistics.outlier_test : Tell generated motions from real ones by it.
+    skpose.motion_distances : Whole motions by dynamic time warping.
+
+    Notes
+    -----
+    Independent noise of σ m in the positions becomes one of 4.5 σ r³ m/s³ at a frame rate of r Hz: jitter of 2 mm at
+    30 Hz 240 m/s³. So jerks depend on the frame rate, and figures at two frame rates cannot be compared. Motions need a
+    frame rate and four frames, so that arrays are refused. Where frames are missing, `Motion.times` count.
+
+    Examples
+    --------
+    An arm of 1 m that swings, and the same with jitter of 2 mm, at 30 Hz:
+
+    >>> import numpy as np
+    >>> from skpose import Motion, Skeleton, motion_distances
+    >>> arm, swing = Skeleton.chain(1), np.sin(np.linspace(0, 6, 61))[:, None]
+    >>> jitter = np.random.default_rng(0).normal(0, 0.002, swing.shape)
+    >>> smooth, jittery = Motion(arm, swing, 30), Motion(arm, swing + jitter, 30)
+    >>> for metric in ("position", "velocity", "jerk"):
+    ...     print(motion_distances([smooth], [jittery], metric=metric, alignment="frames").round(4))
+    [[0.0015]]
+    [[0.0082]]
+    [[136.7756]]
+    """
+
+    name = "jerk"
+    unit = "m/s³"
+    of_windows = True
+    least_frames = 4
+    equation = r"\|\dddot F(a) - \dddot F(b)\|_2"
+
+    def _rows(self, positions: np.ndarray, times: np.ndarray | None) -> np.ndarray:
+        """Return jerks, m/s³: six times the third divided differences."""
+        times, rows = self._require_times(times), positions
+        for order in (1, 2, 3):
+            rows = order * np.diff(rows, axis=0) / (times[order:] - times[:-order])[:, np.newaxis]
+        return rows[np.arange(-1, len(times) - 1).clip(0, len(rows) - 1)]
 
 
 class Centered(MotionMetric):

@@ -12,14 +12,14 @@ from skpose._warnings import warn
 from skpose.metrics._angle import Angle
 from skpose.metrics._geodesic import Geodesic
 from skpose.metrics._metric import Metric
-from skpose.metrics._motion_metrics import Centered, MotionMetric, Velocity
+from skpose.metrics._motion_metrics import Centered, Jerk, MotionMetric, Velocity
 from skpose.metrics._position import Position
 from skpose.metrics._rotation import Rotation
 from skpose.metrics._spatial import Spatial
 from skpose.skeleton import Skeleton
 
 METRICS: dict[str, type[Metric]] = {metric.name: metric for metric in (Angle, Position, Rotation, Spatial, Geodesic)}
-MOTION_METRICS: dict[str, type[MotionMetric]] = {metric.name: metric for metric in (Velocity, Centered)}
+MOTION_METRICS: dict[str, type[MotionMetric]] = {metric.name: metric for metric in (Velocity, Jerk, Centered)}
 
 
 def _explain_no_metric(value: object) -> None:
@@ -42,7 +42,8 @@ def _explain_no_metric(value: object) -> None:
 def _of_motions(metric: MotionMetric) -> str:
     return (
         f"the metric {metric.label!r} compares frames of whole motions, by what comes before and after them: only "
-        "motion_distances, MotionDistanceTransformer, MotionKNeighborsTransformer, MotionIndex and find_motion take it"
+        "motion_distances, MotionDistanceTransformer, MotionKNeighborsTransformer, MotionIndex, find_motion, "
+        "two_sample_test and outlier_test take it"
     )
 
 

@@ -72,8 +72,9 @@ def motion_distances(
         ``MotionDataset.skeleton``; arrays need it, but for "angle".
     metric : str or Metric, default="auto"
         The distance between frames, see `pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a
-        warning. "velocity" compares the velocities of the joints, and "centered" their positions less the mean over the
-        motion, see `skpose.metrics.Velocity` and `skpose.metrics.Centered`.
+        warning. "velocity" compares the velocities of the joints, "jerk" their jerks, and "centered" their positions
+        less the mean over the motion, see `skpose.metrics.Velocity`, `skpose.metrics.Jerk` and
+        `skpose.metrics.Centered`.
     alignment : {"dtw", "subsequence", "frames"}, default="dtw"
         "dtw" warps the whole of both. "subsequence" looks for the motion of X inside the one of Y: the path takes all
         frames of X, and begins and ends at any frame of Y; the sum is divided by n. It is not symmetric. "frames" takes
@@ -95,9 +96,9 @@ def motion_distances(
     Returns
     -------
     ndarray of shape (n_x, n_y)
-        Distances, in m, rad for "angle", or m/s for "velocity": float32 where all motions are and their poses are
-        compared, else float64. Without Y exactly symmetric with a zero diagonal, but for "subsequence". `out` if that
-        is given.
+        Distances, in m, rad for "angle", m/s for "velocity", or m/s³ for "jerk": float32 where all motions are and
+        their poses are compared, else float64. Without Y exactly symmetric with a zero diagonal, but for "subsequence".
+        `out` if that is given.
 
     Raises
     ------
@@ -105,8 +106,8 @@ def motion_distances(
         For one motion in the place of several, and for Motions and arrays together.
     ValueError
         For poses that `pose_distances` refuses, motions of different frame rates, skeletons that are not comparable;
-        for "frames" with different lengths, a window without "dtw", "subsequence" with "centered", and "velocity" of
-        arrays, which have no frame rate; for an `out` of another shape or dtype, or one
+        for "frames" with different lengths, a window without "dtw", "subsequence" with "centered", and "velocity" or
+        "jerk" of arrays, which have no frame rate; for an `out` of another shape or dtype, or one
         that holds the beginning of other distances.
 
     Warns

@@ -58,6 +58,11 @@ class Sequences(NamedTuple):
         starts = np.concatenate([[0], np.cumsum([len(array) for array in arrays])]).astype(np.int64)
         return cls(np.ascontiguousarray(np.concatenate(arrays)), starts)
 
+    @classmethod
+    def join(cls, parts: Sequence["Sequences"]) -> "Sequences":
+        """Return all motions of several, one after another, as a copy."""
+        return cls.of([part.motion(i) for part in parts for i in range(part.n_motions)])
+
 
 class CheckedMotions(NamedTuple):
     """Motions on the skeleton on which they are compared."""

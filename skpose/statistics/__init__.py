@@ -6,10 +6,19 @@
 | `_kernel_regressor` | poses as targets; `_kernel_weights` has the weights of the training poses                |
 | `_two_sample`       | the test of two sets; `_units` checks them, `_unit_means` compares them, `_permutations` |
 |                     | has the p-value                                                                          |
+| `_outliers`         | the test of each motion by itself against a set, by the same units and means             |
 """
 
 from skpose.statistics._kernel_regressor import PoseKernelRegressor
+from skpose.statistics._outliers import OutlierTestResult, outlier_test
 from skpose.statistics._tangent_pca import PoseTangentPCA
 from skpose.statistics._two_sample import TwoSampleTestResult, two_sample_test
 
-__all__ = ["PoseKernelRegressor", "PoseTangentPCA", "TwoSampleTestResult", "two_sample_test"]
+__all__ = [
+    "OutlierTestResult",
+    "PoseKernelRegressor",
+    "PoseTangentPCA",
+    "TwoSampleTestResult",
+    "outlier_test",
+    "two_sample_test",
+]

@@ -10,7 +10,8 @@ from sklearn.utils import check_random_state
 from skpose._compat.sklearn import Interval, StrOptions, validate_params
 from skpose._validation.units import warn_of_degrees
 from skpose.metrics import Metric
-from skpose.metrics._shared import METRIC_CONSTRAINTS, resolve, warn_of_no_skeleton, warn_of_unconverged
+from skpose.metrics._shared import METRIC_CONSTRAINTS, OF_MOTIONS, resolve, warn_of_no_skeleton, warn_of_unconverged
+from skpose.motions._shared import Sequences
 from skpose.skeleton import Skeleton
 from skpose.statistics._permutations import Design, permutation_test
 from skpose.statistics._unit_means import Distances, mean_kernel, negative_distances
@@ -74,6 +75,7 @@ class TwoSampleTestResult:
 @validate_params(
     METRIC_CONSTRAINTS
     | {
+        "metric": OF_MOTIONS,
         "statistic": [StrOptions(["energy", "mmd"])],
         "paired": ["boolean"],
         "n_permutations": [Interval(Integral, 1, None, closed="left")],
@@ -128,7 +130,8 @@ def two_sample_test(
         The skeleton of all poses. None is that of the `Motion` objects, where they differ their mean; arrays need it,
         but for "angle".
     metric : str or Metric, default="auto"
-        The distance, see `pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a warning.
+        The distance, see `pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a warning. Of lists of
+        motions also "velocity", "jerk" and "centered", see `motion_distances`.
     statistic : {"energy", "mmd"}, default="energy"
         "energy" has no parameter; "mmd" weighs distances well above σ less.
     paired : bool, default=False
@@ -151,7 +154,8 @@ def two_sample_test(
         For one motion in the place of several, and for Motions and arrays together.
     ValueError
         For poses that `pose_distances` refuses and motions that `motion_distances` refuses; for poses in X and
-        motions in Y; for one element in each; for pairs with sets of different sizes.
+        motions in Y; for one element in each; for pairs with sets of different sizes; for a metric of motions and rows
+        that are poses.
 
     Warns
     -----
@@ -163,13 +167,16 @@ def two_sample_test(
 
     See Also
     --------
+    outlier_test : Test of each motion of a set by itself.
     motion_distances : Distances between whole motions, which the order of their poses has part in.
     PoseDistanceTransformer : The kernel between poses, for scikit-learn.
 
     Notes
     -----
-    The test is about sets of poses: the order of the frames has no part in it. It says that the distributions differ,
-    not in what. All poses are compared on one skeleton, so that the lengths of people's bones have no part either.
+    The test is about sets of poses: the order of the frames has no part in it, unless the metric is of motions.
+    Velocities and jerks are computed inside each motion, and the test is then one of sets of velocities or of jerks. It
+    says that the distributions differ, not in what. All poses are compared on one skeleton, so that the lengths of
+    people's bones have no part either.
 
     The p-value is valid under any metric and either statistic: if X and Y are exchangeable, it is at most α with a
     probability of no more than α. It is never zero [5]_. Ties count as larger. With few elements it cannot be small:
@@ -227,13 +234,14 @@ def two_sample_test(
     skeleton = units.skeleton
     if skeleton is not None:
         warn_of_degrees(X=units.of_x, Y=units.of_y)
-    chosen = resolve(metric, skeleton)
+    chosen = resolve(metric, skeleton, of_motions=True)
+    sequences = Sequences.join(units.encode(chosen))
     warn_of_no_skeleton(metric, skeleton)
     distances = Distances(chosen, skeleton, n_jobs)
-    means = (negative_distances if statistic == "energy" else mean_kernel)(units.sequences, distances)
+    means = (negative_distances if statistic == "energy" else mean_kernel)(sequences, distances)
     design = Design(units.n_x, units.n_y, paired)
     outcome = permutation_test(means.matrix, design, n_permutations, check_random_state(random_state))
-    n_poses = len(units.sequences.poses)
+    n_poses = len(sequences.poses)
     warn_of_unconverged([means.unconverged], n_poses * (n_poses - 1) // 2)
     return TwoSampleTestResult(
         **outcome._asdict(),

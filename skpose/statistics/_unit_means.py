@@ -46,7 +46,12 @@ class UnitMeans(NamedTuple):
 
 def negative_distances(sequences: Sequences, distances: Distances) -> UnitMeans:
     """Return minus the mean distance between the poses of every two units."""
-    return UnitMeans(*_means(sequences, distances, lambda d: np.negative(d, out=d)))
+    return UnitMeans(*_means(sequences, None, distances, lambda d: np.negative(d, out=d)))
+
+
+def mean_distances(X: Sequences, Y: Sequences | None, distances: Distances) -> tuple[np.ndarray, Unconverged]:
+    """Return the mean distance between the poses of every unit of X and every one of Y; Y=None is X."""
+    return _means(X, Y, distances, lambda d: d)
 
 
 def mean_kernel(sequences: Sequences, distances: Distances) -> UnitMeans:
@@ -62,9 +67,10 @@ def mean_kernel(sequences: Sequences, distances: Distances) -> UnitMeans:
     width = float(np.median(apart)) if len(apart) else 1.0  # all poses equal: every width gives the same
     kernel = Kernel("rbf", 0.5 / width**2)
     if len(chosen) == len(sequences.poses):  # all distances are known
-        means = _of_units(_sum_rectangles(kernel.of(d), sequences.starts[:-1], sequences.starts[:-1]), sequences)
+        sums = _sum_rectangles(kernel.of(d), sequences.starts[:-1], sequences.starts[:-1])
+        means = _of_units(sums, sequences, None)
     else:
-        means, unconverged = _means(sequences, distances, kernel.of)
+        means, unconverged = _means(sequences, None, distances, kernel.of)
     matrix, repair = repair_kernel(means, np.eye(len(means), dtype=bool), "clip")
     return UnitMeans(matrix, unconverged, width, repair.negative_share)
 
@@ -80,21 +86,21 @@ def _spread(sequences: Sequences) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _means(
-    sequences: Sequences, distances: Distances, function: Callable[[np.ndarray], np.ndarray]
+    X: Sequences, Y: Sequences | None, distances: Distances, function: Callable[[np.ndarray], np.ndarray]
 ) -> tuple[np.ndarray, Unconverged]:
     """Return the means of a function of the distance; each pair of poses is computed once."""
-    n = sequences.n_motions
-    sums, unconverged = np.zeros((n, n)), []
-    for rows, columns in _tiles(len(sequences.poses)):
-        other = None if rows == columns else sequences.poses[columns]
-        d, found = distances.between(sequences.poses[rows], other)
+    others = X if Y is None else Y
+    sums, unconverged = np.zeros((X.n_motions, others.n_motions)), []
+    for rows, columns in _tiles(len(X.poses), None if Y is None else len(Y.poses)):
+        on_diagonal = Y is None and rows == columns
+        d, found = distances.between(X.poses[rows], None if on_diagonal else others.poses[columns])
         unconverged.append(found)
-        (at, starts), (to, others) = _units_in(sequences, rows), _units_in(sequences, columns)
-        tile = _sum_rectangles(function(d), starts, others)
+        (at, starts), (to, other_starts) = _units_in(X, rows), _units_in(others, columns)
+        tile = _sum_rectangles(function(d), starts, other_starts)
         sums[at, to] += tile
-        if other is not None:
+        if Y is None and not on_diagonal:
             sums[to, at] += tile.T
-    return _of_units(sums, sequences), Unconverged.join(unconverged)
+    return _of_units(sums, X, Y), Unconverged.join(unconverged)
 
 
 def _sum_rectangles(values: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
@@ -102,17 +108,19 @@ def _sum_rectangles(values: np.ndarray, rows: np.ndarray, columns: np.ndarray) -
     return np.add.reduceat(np.add.reduceat(values, columns, axis=1), rows, axis=0)
 
 
-def _of_units(sums: np.ndarray, sequences: Sequences) -> np.ndarray:
-    """Return means from sums over all pairs of poses of two units, exactly symmetric."""
-    means = sums / np.outer(sequences.lengths, sequences.lengths)
+def _of_units(sums: np.ndarray, X: Sequences, Y: Sequences | None) -> np.ndarray:
+    """Return means from sums over all pairs of poses of two units; exactly symmetric without Y."""
+    if Y is not None:
+        return sums / np.outer(X.lengths, Y.lengths)
+    means = sums / np.outer(X.lengths, X.lengths)
     return 0.5 * (means + means.T)
 
 
-def _tiles(n_frames: int) -> Iterator[tuple[slice, slice]]:
-    """Yield rows and columns of tiles of the upper triangle."""
-    batches = list(gen_batches(n_frames, TILE))
+def _tiles(n_rows: int, n_columns: int | None) -> Iterator[tuple[slice, slice]]:
+    """Yield rows and columns of tiles: of the upper triangle, if there are no columns of another set."""
+    batches = list(gen_batches(n_rows, TILE))
     for i, rows in enumerate(batches):
-        for columns in batches[i:]:
+        for columns in batches[i:] if n_columns is None else gen_batches(n_columns, TILE):
             yield rows, columns
 
 

@@ -6,7 +6,9 @@ import numpy as np
 
 from skpose._validation.poses import check_poses
 from skpose._warnings import warn
-from skpose.motions._shared import Sequences, check_motions
+from skpose.metrics import Metric
+from skpose.metrics._shared import MotionMetric
+from skpose.motions._shared import CheckedMotions, Sequences, check_motions
 from skpose.skeleton import Skeleton
 
 FRAMES_OF_A_RECORDING = 0.4  # ratio of `_warn_of_frames`: recordings at usual frame rates mostly have less
@@ -15,19 +17,40 @@ FRAMES_OF_A_RECORDING = 0.4  # ratio of `_warn_of_frames`: recordings at usual f
 class Units(NamedTuple):
     """Units of both sets: single poses, or whole motions."""
 
-    sequences: Sequences  # of X, then of Y; a pose is a motion of one frame
-    n_x: int
-    n_y: int
+    X: CheckedMotions  # a pose is a motion of one frame
+    Y: CheckedMotions
     skeleton: Skeleton | None
-    name: str  # of a unit, plural
+    are_rows: bool  # whether units are single poses
+
+    @property
+    def n_x(self) -> int:
+        return self.X.sequences.n_motions
+
+    @property
+    def n_y(self) -> int:
+        return self.Y.sequences.n_motions
+
+    @property
+    def name(self) -> str:
+        """The word for a unit, plural."""
+        return "poses" if self.are_rows else "motions"
 
     @property
     def of_x(self) -> np.ndarray:
-        return self.sequences.slice(0, self.n_x).poses
+        return self.X.sequences.poses
 
     @property
     def of_y(self) -> np.ndarray:
-        return self.sequences.slice(self.n_x, self.n_x + self.n_y).poses
+        return self.Y.sequences.poses
+
+    def encode(self, metric: Metric) -> tuple[Sequences, Sequences]:
+        """Return what the metric compares, of X and of Y: poses, or what a metric of motions makes of each motion."""
+        if self.are_rows and isinstance(metric, MotionMetric):
+            raise ValueError(
+                f"the metric {metric.label!r} compares frames of whole motions, by what comes before and after them, "
+                'but X and Y are arrays whose rows are single poses: pass lists of motions, or take "position"'
+            )
+        return self.X.rows(metric, "X"), self.Y.rows(metric, "Y")
 
 
 def check_units(X: Any, Y: Any, skeleton: Skeleton | None, paired: bool) -> Units:
@@ -45,13 +68,10 @@ def check_units(X: Any, Y: Any, skeleton: Skeleton | None, paired: bool) -> Unit
             raise ValueError(
                 f"X has {a.shape[1]} columns and Y has {b.shape[1]}; poses of one skeleton have equally many"
             )
-        both = np.concatenate([a, b])
-        units = Units(Sequences(both, np.arange(len(both) + 1)), len(a), len(b), skeleton, "poses")
+        one, other = (CheckedMotions(Sequences(p, np.arange(len(p) + 1)), skeleton, None) for p in (a, b))
     else:
-        (one, skeleton, *_), (other, *_) = check_motions({"X": X, "Y": Y}, skeleton)
-        starts = np.concatenate([one.starts, one.starts[-1] + other.starts[1:]])
-        both = np.concatenate([one.poses, other.poses])
-        units = Units(Sequences(both, starts), one.n_motions, other.n_motions, skeleton, "motions")
+        one, other = check_motions({"X": X, "Y": Y}, skeleton)
+    units = Units(one, other, one.skeleton, rows)
     if paired and units.n_x != units.n_y:
         raise ValueError(
             f"paired=True takes X[i] and Y[i] as a pair, such as one person before and after, but X has {units.n_x} "

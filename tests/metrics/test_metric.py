@@ -37,7 +37,7 @@ from skpose.metrics import Angle, Geodesic, Metric, Position, Rotation, Spatial
 from skpose.metrics._registry import METRICS, resolve
 from skpose.motions import MotionIndex, align_motions, find_motion, mean_motion, segment_repetitions
 from skpose.plot import AlignmentDisplay, DistanceMatrixDisplay, GeodesicDisplay
-from skpose.statistics import PoseKernelRegressor, PoseTangentPCA, two_sample_test
+from skpose.statistics import PoseKernelRegressor, PoseTangentPCA, outlier_test, two_sample_test
 
 ARM = Skeleton.chain(3)
 DEFAULTS = [metric() for metric in METRICS.values()]
@@ -331,6 +331,7 @@ ON_SPATIAL = {
     "MotionIndex": lambda X, **kw: [match.distance for match in find_motion(X[:2] + 0.1, MotionIndex([X], **kw))],
     "segment_repetitions": lambda X, **kw: segment_repetitions(swing(X), **kw).fitness,
     "two_sample_test": lambda X, **kw: two_sample_test(X[:5], X[5:], n_permutations=9, random_state=0, **kw).statistic,
+    "outlier_test": lambda X, **kw: outlier_test(X[:5], X[5:], **kw).statistic,
     "DistanceMatrixDisplay.from_poses": lambda X, **kw: DistanceMatrixDisplay.from_poses(X, **kw).distances,
     "PoseDistanceTransformer": lambda X, **kw: fitted_metric(PoseDistanceTransformer(**kw), X),
     "PoseKNeighborsTransformer": lambda X, **kw: fitted_metric(PoseKNeighborsTransformer(**kw), X),

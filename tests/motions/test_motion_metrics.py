@@ -1,4 +1,4 @@
-"""Velocities and centred positions: equal to slow formulas, in all that compares motions, refused where poses are."""
+"""Velocities, jerks and centred positions: by slow formulas, in all that compares motions, refused where poses are."""
 
 from dataclasses import replace
 
@@ -24,13 +24,13 @@ from skpose import (
 )
 from skpose.datasets import MotionDataset, make_gait
 from skpose.geodesics import frechet_mean
-from skpose.metrics import Centered, Position, Velocity
+from skpose.metrics import Centered, Jerk, Position, Velocity
 from skpose.motions import MotionIndex, align_motions, find_motion, mean_motion, segment_repetitions
 from skpose.plot import DistanceMatrixDisplay
-from skpose.statistics import two_sample_test
+from skpose.statistics import outlier_test, two_sample_test
 from skpose.view import explorer
 
-METRICS = [Velocity(), Velocity(0.1), Velocity(7), Centered()]
+METRICS = [Velocity(), Velocity(0.1), Velocity(7), Centered(), Jerk()]
 
 
 @pytest.fixture(scope="module")
@@ -46,6 +46,9 @@ def rows_of(motion, metric, skeleton):
     positions = np.array([reference.F(angles, skeleton).ravel() for angles in motion.angles])
     if isinstance(metric, Centered):
         return positions - positions.mean(axis=0)
+    if isinstance(metric, Jerk):
+        firsts = [min(max(0, i - 1), len(positions) - 4) for i in range(len(positions))]
+        return np.array([[-1, 3, -3, 1] @ positions[i : i + 4] for i in firsts]) * motion.frame_rate**3
     reach = max(1, round(metric.span * motion.frame_rate / 2))
     rows = []
     for i in range(len(positions)):
@@ -113,8 +116,21 @@ def test_frames_that_are_missing_make_no_joint_faster(gait):
     assert motion_distances([with_gap], [gait[0]], metric="velocity").item() > 0.01
 
 
+def test_jerks_are_third_derivatives():
+    """Of each coordinate of a joint that moves along a cubic in time: exact, with frames missing too."""
+    times = np.arange(40)[np.r_[0:9, 11:30, 38, 39]] / 25
+    coefficients = np.random.default_rng(0).normal(size=(4, 6))
+    rows = Jerk()._rows(times[:, None] ** np.arange(4) @ coefficients, times)
+    np.testing.assert_allclose(rows, np.tile(6 * coefficients[3], (len(times), 1)), rtol=1e-8)
+
+
+def test_jitter_has_the_jerk_that_the_page_says():
+    noise = np.random.default_rng(0).normal(0, 0.002, (20_000, 3))
+    assert Jerk()._rows(noise, np.arange(20_000) / 30).std() == pytest.approx(np.sqrt(20) * 0.002 * 30**3, rel=0.02)
+
+
 def test_the_unit_is_said():
-    assert (Velocity().unit, Centered().unit) == ("m/s", "m")
+    assert (Velocity().unit, Centered().unit, Jerk().unit) == ("m/s", "m", "m/s³")
     assert [metric.label for metric in METRICS[:2]] == ["velocity", "Velocity(span=0.1)"]
 
 
@@ -138,7 +154,7 @@ def test_estimators_compute_the_same(metric, gait, monkeypatch, tmp_path):
     assert near.metric_ == metric
 
 
-@pytest.mark.parametrize("metric", METRICS[:2], ids=str)
+@pytest.mark.parametrize("metric", [*METRICS[:2], Jerk()], ids=str)
 def test_windows_have_the_velocities_that_they_have_in_the_recording(metric, gait):
     query = gait[1][3:10]
     found = find_motion(query, MotionIndex(gait, metric=metric), k=4)
@@ -147,9 +163,9 @@ def test_windows_have_the_velocities_that_they_have_in_the_recording(metric, gai
         inside = reference.least_sum(
             costs(query, gait[match.motion], metric, gait.skeleton)[:, match.start : match.stop]
         )
-        assert match.distance == pytest.approx(inside / len(query), rel=1e-12)
+        assert match.distance == pytest.approx(inside / len(query), rel=1e-12, abs=1e-10)
     whole = motion_distances([query], gait[:], skeleton=gait.skeleton, metric=metric, alignment="subsequence")
-    assert found[0].distance == pytest.approx(whole.min(), rel=1e-12)
+    assert found[0].distance == pytest.approx(whole.min(), rel=1e-12, abs=1e-10)
 
 
 def test_metrics_and_their_parameters_can_be_searched_over(gait):
@@ -181,7 +197,12 @@ OF_POSES = {
     "alignment": lambda gait, metric: align_motions(gait[0], gait[1], metric=metric),
     "mean motion": lambda gait, metric: mean_motion(gait[:2], metric=metric),
     "repetitions": lambda gait, metric: segment_repetitions(gait[0], metric=metric),
-    "test": lambda gait, metric: two_sample_test(gait.motions[:2], gait.motions[2:], metric=metric),
+    "test": lambda gait, metric: two_sample_test(
+        gait[0].angles[::3], gait[1].angles[::3], skeleton=gait.skeleton, metric=metric
+    ),
+    "outliers": lambda gait, metric: outlier_test(
+        gait[0].angles[::3], gait[1].angles[::3], skeleton=gait.skeleton, metric=metric
+    ),
     "display": lambda gait, metric: DistanceMatrixDisplay.from_poses(
         gait[0].angles, skeleton=gait.skeleton, metric=metric
     ),
@@ -189,12 +210,12 @@ OF_POSES = {
 }
 
 
-@pytest.mark.parametrize("metric", ["velocity", "centered", Velocity(0.3), Centered()], ids=str)
+@pytest.mark.parametrize("metric", ["velocity", "jerk", "centered", Velocity(0.3), Centered()], ids=str)
 @pytest.mark.parametrize("user", OF_POSES.values(), ids=OF_POSES)
 def test_where_poses_are_compared_they_are_refused(user, metric, gait):
     with pytest.raises(
         ValueError,
-        match=r"(velocity|centered|Velocity\(span=0.3\)).* whole motions|metrics must be among angle, position",
+        match=r"(velocity|jerk|centered|Velocity\(span=0.3\)).* whole motions|metrics must be among angle, position",
     ):
         user(gait, metric)
 
@@ -205,6 +226,10 @@ def test_what_has_no_velocity_is_refused_in_words(gait):
         motion_distances(arrays, skeleton=gait.skeleton, metric="velocity")
     with pytest.raises(ValueError, match=r"X\[1\]: 'velocity' needs two frames or more, got one"):
         motion_distances([gait[0], gait[0][:1]], metric="velocity")
+    with pytest.raises(ValueError, match=r"Y: 'jerk' needs four frames or more, got 3"):
+        motion_distances(gait, [gait[0][:3]], metric="jerk")
+    with pytest.raises(ValueError, match=r"X\[0\]: 'jerk' needs a frame rate, and arrays have none"):
+        motion_distances(arrays, skeleton=gait.skeleton, metric=Jerk())
     with pytest.raises(ValueError, match=r"'centered' needs two frames or more, got one"):
         MotionDistanceTransformer(gait.skeleton, metric="centered").fit(gait[0].angles)
     with pytest.raises(ValueError, match="the metric 'centered' needs a skeleton to place the joints"):

@@ -1,0 +1,259 @@
+"""Sets of motions under metrics of motions, and motions one by one against a set: by definition, and what they find."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import reference
+from sklearn.metrics import roc_auc_score
+
+from skpose import Motion, Skeleton, inverse_kinematics
+from skpose.datasets import MotionDataset, make_gait
+from skpose.metrics import Centered, Jerk, Velocity
+from skpose.statistics import _unit_means, outlier_test, two_sample_test
+
+OF_MOTIONS = [Velocity(), Velocity(0.01), Jerk(), Centered()]
+STATISTICS = ["energy", "mmd"]
+
+
+@pytest.fixture(scope="module")
+def gait():
+    """Walks and runs of three people, of different lengths."""
+    gait = make_gait(n_subjects=3, n_sequences=2, duration=1.0, frame_rate=30, random_state=0)
+    shorter = [motion[: 20 + i % 7] for i, motion in enumerate(gait)]
+    return MotionDataset(shorter, gait.subjects, gait.trials, gait.actions)
+
+
+def jittered(motion, sigma, seed=0):
+    """Add noise to the positions of the joints, m, and make poses of them."""
+    positions = np.array([reference.F(angles, motion.skeleton).reshape(-1, 3) for angles in motion.angles])
+    positions += np.random.default_rng(seed).normal(0, sigma, positions.shape)
+    fitted = inverse_kinematics(positions, motion.skeleton, initial=motion.angles, regularization=0.02)
+    return replace(motion, angles=fitted.poses)
+
+
+def rows_of(motion, metric, skeleton):
+    """What is compared, frame by frame: positions are those of a reference, and differences are written down."""
+    positions = np.array([reference.F(angles, skeleton).ravel() for angles in motion.angles])
+    n, rate = len(positions), motion.frame_rate
+    if isinstance(metric, Centered):
+        return positions - positions.mean(axis=0)
+    if isinstance(metric, Jerk):
+        four = [positions[min(max(i - 1, 0), n - 4) :][:4] for i in range(n)]
+        return np.array([d - 3 * c + 3 * b - a for a, b, c, d in four]) * rate**3
+    reach = max(1, round(metric.span * rate / 2))
+    ends = [(max(0, i - reach), min(n - 1, i + reach)) for i in range(n)]
+    return np.array([(positions[b] - positions[a]) * rate / (b - a) for a, b in ends])
+
+
+def euclidean(a, b):
+    return float(np.linalg.norm(a - b))
+
+
+@pytest.mark.parametrize("metric", OF_MOTIONS, ids=str)
+@pytest.mark.parametrize("statistic", STATISTICS)
+def test_sets_under_metrics_of_motions_are_sets_of_their_rows(metric, statistic, gait):
+    X, Y = gait.motions[:3], gait.motions[4:6]
+    found = two_sample_test(X, Y, skeleton=gait.skeleton, metric=metric, statistic=statistic)
+    a, b = ([rows_of(motion, metric, gait.skeleton) for motion in one] for one in (X, Y))
+    if statistic == "energy":
+        expected = reference.two_sample_statistic(a, b, euclidean)
+    else:
+        expected = -reference.two_sample_statistic(
+            a, b, lambda p, q: np.exp(-0.5 * (euclidean(p, q) / found.width) ** 2)
+        )
+    assert found.statistic == pytest.approx(expected, rel=1e-9)
+    assert found.least_pvalue == 1 / 10
+    if metric.label == metric.name:
+        named = two_sample_test(X, Y, skeleton=gait.skeleton, metric=metric.name, statistic=statistic)
+        assert named.statistic == found.statistic
+
+
+@pytest.mark.parametrize("metric", ["position", *OF_MOTIONS], ids=str)
+@pytest.mark.parametrize("tile", [None, 13])
+def test_each_motion_is_tested_as_a_set_of_one(metric, tile, gait, monkeypatch):
+    """By permutations of it and the others, one test at a time."""
+    if tile:
+        monkeypatch.setattr(_unit_means, "TILE", tile)
+    X, Y = [*gait.motions[:3], jittered(gait[0], 0.01)], gait.motions[3:]
+    found = outlier_test(X, Y, skeleton=gait.skeleton, metric=metric)
+    monkeypatch.undo()
+    assert (found.n_x, found.n_y, found.least_pvalue) == (4, len(Y), 1 / (len(Y) + 1))
+    for i, motion in enumerate(X):
+        alone = two_sample_test([motion], Y, skeleton=gait.skeleton, metric=metric)
+        assert alone.exact
+        assert found.statistic[i] == pytest.approx(alone.statistic, rel=1e-10)
+        assert found.pvalue[i] == alone.pvalue
+
+
+def test_poses_are_tested_one_by_one_too():
+    rng = np.random.default_rng(0)
+    X, Y = rng.normal(size=(4, 2)), rng.normal(size=(7, 2))
+    found = outlier_test(X, Y, metric="angle", n_jobs=2)
+    for i, pose in enumerate(X):
+        others = [*Y, pose]
+        far = []
+        for one in others:
+            rest = [other for other in others if other is not one]
+            far.append(reference.two_sample_statistic([[one]], [[other] for other in rest], euclidean))
+        assert found.statistic[i] == pytest.approx(far[-1], rel=1e-12)
+        assert found.pvalue[i] == np.mean(np.array(far) >= far[-1])
+
+
+def test_pvalues_of_exchangeable_motions_are_no_smaller_than_their_share():
+    """Every level is kept, over draws of a set and one more; one from elsewhere is found."""
+    rng, least = np.random.default_rng(0), 1 / 10
+    drawn = rng.normal(size=(400, 10, 3))
+    own = np.array([outlier_test(one[:1], one[1:], metric="angle").pvalue[0] for one in drawn])
+    for level in (least, 0.2, 0.5):
+        assert abs((own <= level + 1e-9).mean() - level) < 4 * np.sqrt(level * (1 - level) / len(own))
+    other = np.array([outlier_test(one[:1] + 6, one[1:], metric="angle").pvalue[0] for one in drawn[:50]])
+    assert (other == least).mean() > 0.9
+
+
+def test_ties_count_as_larger(gait):
+    """Also where sums are rounded in another order: the same poses backwards, and each of them several times."""
+    poses = gait[0].angles
+    for k in range(2, 8):
+        Y = [poses[::-1], *(np.repeat(poses, n, axis=0) for n in range(2, k)), gait[1].angles]
+        for X in (poses, np.repeat(poses[::-1], 3, axis=0)):
+            found = outlier_test([X], Y, skeleton=gait.skeleton, metric="position")
+            assert found.pvalue[0] == 1.0
+
+
+@pytest.mark.parametrize("metric", OF_MOTIONS, ids=str)
+@pytest.mark.parametrize("statistic", STATISTICS)
+def test_equal_sets_are_at_zero_and_the_order_has_no_part(metric, statistic, gait):
+    X, Y = gait.motions[:3], gait.motions[3:6]
+    options = {"skeleton": gait.skeleton, "metric": metric, "statistic": statistic}
+    there, back = two_sample_test(X, Y, **options), two_sample_test(Y[::-1], X, **options)
+    assert there.statistic == pytest.approx(back.statistic, rel=1e-12)
+    assert two_sample_test(X, X[::-1], **options).statistic == pytest.approx(0.0, abs=1e-9 * there.statistic)
+
+
+@pytest.mark.parametrize("metric", ["position", *OF_MOTIONS], ids=str)
+def test_where_people_go_and_face_has_no_part(metric, gait):
+    rng = np.random.default_rng(0)
+    moved = [
+        replace(motion, root_positions=rng.normal(size=(len(motion), 3)), root_angles=rng.normal(size=(len(motion), 3)))
+        for motion in gait[:3]
+    ]
+    expected = outlier_test(gait[:3], gait[3:], skeleton=gait.skeleton, metric=metric).statistic
+    found = outlier_test(moved, gait[3:], skeleton=gait.skeleton, metric=metric).statistic
+    np.testing.assert_array_equal(found, expected)
+
+
+def test_velocities_tell_a_motion_from_itself_backwards_and_poses_do_not(gait):
+    backwards = [replace(motion, angles=motion.angles[::-1]) for motion in gait[:6]]
+    of_poses, of_velocities = (
+        two_sample_test(gait[:6], backwards, metric=metric) for metric in ("position", Velocity())
+    )
+    assert abs(of_poses.statistic) < 1e-12
+    assert of_velocities.statistic > 0.1
+
+
+@pytest.fixture(scope="module")
+def of_levels(gait):
+    """Four motions with jitter of 0, 1, 2, 5, 10 and 20 mm."""
+    levels = (0.001, 0.002, 0.005, 0.01, 0.02)
+    return [gait.motions[:4], *([jittered(m, sigma, i) for i, m in enumerate(gait[:4])] for sigma in levels)]
+
+
+@pytest.mark.parametrize("metric", ["angle", "position", "rotation", "velocity", Velocity(0.01), "jerk"], ids=str)
+@pytest.mark.parametrize("statistic", STATISTICS)
+def test_jitter_makes_sets_differ_the_more_the_stronger_it_is(metric, statistic, gait, of_levels):
+    """From 1 mm on; the same motions without jitter are the control."""
+    options = {"skeleton": gait.skeleton, "metric": metric, "statistic": statistic}
+    far = [two_sample_test(generated, gait[:4], **options).statistic for generated in of_levels]
+    assert far[0] == pytest.approx(0.0, abs=1e-9 * far[-1])
+    assert (np.diff(far) > 0).all()
+
+
+def test_jitter_of_two_millimetres_is_found_in_people_left_out(gait):
+    """One motion at a time; poses and velocities do not find it."""
+    new, seen = gait[gait.subjects == "03"], gait[gait.subjects != "03"]
+    jittery = [jittered(motion, 0.002, i) for i, motion in enumerate(new)]
+    truth = np.repeat([0, 1], len(new))
+    auc = {
+        metric: roc_auc_score(
+            truth, outlier_test([*new, *jittery], seen, skeleton=seen.skeleton, metric=metric).statistic
+        )
+        for metric in ("position", "velocity", "jerk")
+    }
+    assert auc["jerk"] == 1.0
+    assert max(auc["position"], auc["velocity"]) < 0.8
+
+
+def test_what_is_computed_does_not_depend_on_threads(gait):
+    one, two = (outlier_test(gait[:3], gait[3:], metric="spatial", n_jobs=n) for n in (1, 2))
+    np.testing.assert_array_equal(one.statistic, two.statistic)
+    np.testing.assert_array_equal(one.pvalue, two.pvalue)
+
+
+def test_the_result_says_what_it_is(gait):
+    found = outlier_test(gait[:3], gait[3:], metric="position")
+    lowest, highest = found.pvalue.min(), found.pvalue.max()
+    assert repr(found) == (
+        f"OutlierTestResult(3 against a set of {len(gait) - 3}, pvalue from {lowest:.3g} to {highest:.3g}, at least "
+        f"{1 / (len(gait) - 2):.3g})"
+    )
+    assert ", pvalue 1, " in repr(outlier_test([gait[0]], [gait[0]] * 3, metric="position"))
+
+
+# --- errors ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("test", [two_sample_test, outlier_test])
+def test_what_is_no_set_of_motions_is_refused_in_words(test, gait):
+    arrays = [motion.angles for motion in gait]
+    with pytest.raises(
+        ValueError, match=r"'jerk' compares frames of whole motions.* X and Y are arrays whose rows are"
+    ):
+        test(arrays[0][::4], arrays[1][::4], skeleton=gait.skeleton, metric="jerk")
+    with pytest.raises(ValueError, match=r"X\[0\]: 'velocity' needs a frame rate, and arrays have none: pass Motion"):
+        test(arrays[:2], arrays[2:], skeleton=gait.skeleton, metric="velocity")
+    with pytest.raises(ValueError, match=r"Y\[1\]: 'jerk' needs four frames or more, got 3"):
+        test(gait[:2], [gait[2], gait[3][:3]], metric="jerk")
+    slower = [motion.resample(20) for motion in gait[3:]]
+    with pytest.raises(ValueError, match=r"one frame rate.* Y\[0\] has 20 Hz and X\[0\] 30 Hz: pass motion.resample"):
+        test(gait[:3], slower, metric="velocity")
+    with pytest.raises(ValueError, match=r"X is motions and Y poses"):
+        test(gait[:3], arrays[0][::4], skeleton=gait.skeleton, metric="velocity")
+
+
+def test_a_set_of_one_is_refused(gait):
+    with pytest.raises(ValueError, match="Y has one of the motions, so that every p would be 1: pass a set of more"):
+        outlier_test(gait[:3], gait[3:4])
+    with pytest.raises(TypeError, match=r"X must be motions: .* got one Motion: pass \[X\]"):
+        outlier_test(gait[0], gait[1:])
+    with pytest.raises(ValueError, match="one of the motions each"):
+        outlier_test(gait[:1], gait[1:2])
+
+
+def test_poses_that_look_wrong_are_warned_of(gait):
+    arm = Skeleton.chain(3)
+    rng = np.random.default_rng(0)
+    X, Y = (rng.normal(0, 60, (9, 3)) for _ in range(2))
+    with pytest.warns(UserWarning, match="values of X reach .* degrees"):
+        outlier_test(X, Y, skeleton=arm)
+    with pytest.warns(UserWarning, match='metric="auto" without a skeleton means "angle"'):
+        outlier_test(X, Y)
+    swing = np.sin(np.linspace(0, 3, 60))[:, None] * [1.0, 0.5, 0.2]
+    with pytest.warns(UserWarning, match="rows of X follow one another as frames of a recording do"):
+        outlier_test(swing, rng.normal(size=(9, 3)), metric="angle")
+    motions = [Motion(arm, rng.normal(size=(5, 3)), 30) for _ in range(3)]
+    assert outlier_test(motions[:1], motions[1:]).n_y == 2
+
+
+# --- real data -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_jitter_in_squats_of_a_person_of_hdm05_who_is_not_in_the_set(hdm05):
+    squats = hdm05[hdm05.actions == "squat"].to_rotvec()
+    squats = squats.retarget(squats.skeleton)
+    real = [motion.resample(30) for motion in squats]
+    new, seen = ([m for m, s in zip(real, squats.subjects, strict=True) if (s == "bd") is own] for own in (True, False))
+    jittery = [jittered(motion, 0.002, i) for i, motion in enumerate(new[:6])]
+    found = [outlier_test(some, seen, skeleton=squats.skeleton, metric="jerk").statistic for some in (new, jittery)]
+    assert found[0].max() < found[1].min()
