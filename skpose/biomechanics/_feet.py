@@ -142,19 +142,24 @@ def feet_of(motion: Motion, joints: Mapping[str, str]) -> Feet:
 
 
 def _find_frames(motion: Motion, columns: list[int]) -> np.ndarray:
-    """Return the frames that show hips and feet, and both ends; refuse long times between them."""
-    shown = find_shown(motion, columns).all(axis=1)
-    frames = np.flatnonzero(shown | np.isin(np.arange(len(motion)), [0, len(motion) - 1]))
-    if shown.all():
-        return frames
-    known = np.concatenate([[-1], np.flatnonzero(shown), [len(motion)]])
-    longest = int(np.diff(known).argmax())
-    first, last = known[longest] + 1, known[longest + 1] - 1
-    gap = (last - first + 1) / motion.frame_rate
-    if gap > LONGEST_GAP:
+    """Return the frames that show hips and feet; refuse long times between them, and ends that do not."""
+    frames = np.flatnonzero(find_shown(motion, columns).all(axis=1))
+    if not len(frames):
+        raise ValueError("gait events need hips and feet, but no frame shows all of them: positions are not seen")
+    first, last = int(frames[0]), int(frames[-1])
+    if last - first + 1 < len(motion):
         raise ValueError(
-            f"gait events need hips and feet in all frames, but positions of some are not seen for {gap:.2g} s, from "
-            f"frame {first} to {last}: cut the motion there, motion[:{first}] and motion[{last + 1}:]"
+            f"gait events need hips and feet in all frames, but only from frame {first} to {last} of {len(motion)} "
+            f"positions of all of them are seen: pass motion[{first}:{last + 1}]"
+        )
+    gaps = np.diff(frames) - 1
+    if gaps.max(initial=0) > LONGEST_GAP * motion.frame_rate:
+        before = int(frames[gaps.argmax()])
+        after = before + int(gaps.max()) + 1
+        raise ValueError(
+            f"gait events need hips and feet in all frames, but positions of some are not seen for "
+            f"{gaps.max() / motion.frame_rate:.2g} s, from frame {before + 1} to {after - 1}: cut the motion there, "
+            f"motion[:{before + 1}] and motion[{after}:]"
         )
     return frames
 

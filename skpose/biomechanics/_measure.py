@@ -18,7 +18,7 @@ from skpose.biomechanics._angles import (
     set_upright,
 )
 from skpose.biomechanics._axes import Reference, joint_axes, rest_axes, rotation_onto
-from skpose.biomechanics._seen import SHOULDERS, find_seen
+from skpose.biomechanics._seen import find_seen
 from skpose.biomechanics._segments import LIMBS, SIDES, Segment, Turned, turn_segments
 from skpose.skeleton import Motion
 
@@ -45,6 +45,16 @@ OF_SIDES = (
     Joint("elbow", "upper_arm", "forearm", ("flexion", "adduction", "pronation")),
     Joint("wrist", "forearm", "hand", ("flexion", "ulnar_deviation", "rotation")),
 )
+
+
+def segments_of(joint: Joint, side: str) -> tuple[str, str]:
+    """Return the names of the segments of a joint; side is "" in the middle."""
+    proximal, distal = (
+        name if name in ("pelvis", "trunk", "head") else f"{side}_{name}" for name in (joint.proximal, joint.distal)
+    )
+    return proximal, distal
+
+
 HINGES = {"thigh": ("shank", -1.0), "upper_arm": ("forearm", 1.0)}  # the next segment, and where it bends
 
 LOCKED = "flexion and rotation are one where the limb points to the side"
@@ -87,6 +97,13 @@ class _Joints:
             for name, rotations in self.turned.since_zero.items()
             if name not in self.lines
         }
+        # Hips and shoulders show a trunk of which no three fixed points are seen.
+        self.by_ends = {"pelvis", "trunk"} & self.lines
+        if "trunk" in self.by_ends:
+            self.lines.remove("trunk")
+        for name in self.by_ends:
+            before = _axes_by_lines(reference.turned, segments, name)
+            self.since[name] = _axes_by_lines(self.turned, segments, name) @ before.transpose(0, 2, 1)
 
     def add(self, name: str, angles: np.ndarray, reason: str, *segments: str) -> None:
         """Add a column, rad, with the reason where it is NaN; it is so too where one of its segments is not seen."""
@@ -103,8 +120,6 @@ class _Joints:
         """Measure the pelvis; world are the axes (3, 3) at which it has no rotation."""
         body = self.reference.body
         if "pelvis" in self.lines:
-            at_reference = _of_line(self.reference.turned, self.segments)
-            self.since["pelvis"] = _of_line(self.turned, self.segments) @ at_reference.transpose(0, 2, 1)
             self.warnings.append(
                 f"{NO_TILT}: pelvis_tilt and trunk_extension are NaN, and flexion of the hips is that of the thighs "
                 "relative to the trunk"
@@ -119,14 +134,12 @@ class _Joints:
         self.add("pelvis_rotation", _unwrap(three.rotation), UPRIGHT_PELVIS, *shown_by)
 
     def _shown_by(self, *names: str) -> list[str]:
-        """Return what must be seen to know segments: of a pelvis that is a line the shoulders, too."""
-        return [*names, SHOULDERS] if "pelvis" in names and "pelvis" in self.lines else list(names)
+        """Return the segments that must be seen to know others: with lines of hips or shoulders there go both."""
+        return [*names, "pelvis", "trunk"] if self.by_ends & {*names} else list(names)
 
     def measure(self, joint: Joint, side: str) -> None:
         """Measure a joint; side is "" in the middle."""
-        proximal, distal = (
-            name if name in ("pelvis", "trunk", "head") else f"{side}_{name}" for name in (joint.proximal, joint.distal)
-        )
+        proximal, distal = segments_of(joint, side)
         if not {proximal, distal} <= self.segments.keys():
             return
         if self.segments[proximal].carrier == self.segments[distal].carrier:
@@ -233,12 +246,12 @@ def _unwrap(angles: np.ndarray) -> np.ndarray:
     return out
 
 
-def _of_line(turned: Turned, segments: dict[str, Segment]) -> np.ndarray:
-    """Return axes (n, 3, 3) of a pelvis of which the line of the hips is known: y is towards the shoulders.
+def _axes_by_lines(turned: Turned, segments: dict[str, Segment], name: str) -> np.ndarray:
+    """Return axes (n, 3, 3) of a pelvis or a trunk of which the line of hips or shoulders is known.
 
-    Without these it is away from the knees, for the sake of what is measured relative to the thighs.
+    y is from the hips to the shoulders; without these away from the knees, for what is measured relative to the thighs.
     """
-    z = turned.direction(segments["pelvis"])
+    z = turned.direction(segments[name])
     hips = turned.positions[:, segments["pelvis"].start] + turned.positions[:, segments["pelvis"].end]
     if "trunk" in segments:
         trunk = segments["trunk"]

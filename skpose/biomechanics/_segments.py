@@ -45,7 +45,7 @@ class Segment(NamedTuple):
     carrier: int  # the joint with which it rotates; -1 is the root
     start: int  # the joints at its ends; -1 is the root
     end: int
-    points: tuple[int, ...]  # the joints that are fixed to it, and those at its ends; -1 is the root
+    points: tuple[int, ...]  # the joints that are fixed to it, which need not be those at its ends; -1 is the root
     at_zero: np.ndarray  # (n_points, 3) where these are at angle zero, from its start, m
     along: np.ndarray  # (3,) from its start to its end at angle zero, m
 
@@ -61,7 +61,7 @@ def find_segments(skeleton: Skeleton, person: Landmarks) -> dict[str, Segment]:
         if not np.any(zero[end] - zero[start]) and name != "head":
             return  # without a length it has no direction
         carried = [j for j in range(skeleton.n_joints) if carriers[j] == carrier]
-        points = tuple(sorted({*carried, *(int(skeleton.parents[j]) for j in carried), start, end}))
+        points = tuple(sorted({*carried, *(int(skeleton.parents[j]) for j in carried)}))
         segments[name] = Segment(carrier, start, end, points, zero[list(points)] - zero[start], zero[end] - zero[start])
 
     hips, shoulders = pair(person, "hip"), pair(person, "shoulder")

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from skpose._validation.motions import is_motion
 from skpose._warnings import warn
 from skpose.biomechanics._axes import EXCHANGED, Reference, find_reference
-from skpose.biomechanics._measure import MIDDLE, OF_SIDES
+from skpose.biomechanics._measure import MIDDLE, OF_SIDES, segments_of
 from skpose.biomechanics._seen import find_seen
 from skpose.biomechanics._segments import SIDES, Segment, Turned, turn_segments
 from skpose.keypoints._shared import is_of_layout
@@ -71,7 +71,8 @@ def find_zero(motion: Motion, zero: Any, segments: dict[str, Segment]) -> tuple[
         remedy = REMEDY
         if not isinstance(at_rest, str):
             remedy += "; or leave zero out, as somebody stands in the rest pose of the skeleton"
-        return _find_standing(*_frames_of(zero, motion), segments, remedy, not isinstance(at_rest, str))
+        lines = find_seen(motion, segments).lines
+        return _find_standing(*_frames_of(zero, motion), segments, lines, remedy, not isinstance(at_rest, str))
     if isinstance(at_rest, str):
         remedy = REMEDY_OF_SIDES if at_rest == EXCHANGED else REMEDY
         raise ValueError(f"nobody stands in the rest pose of this skeleton, at angle zero: {at_rest}. So {remedy}")
@@ -87,11 +88,19 @@ def find_zero(motion: Motion, zero: Any, segments: dict[str, Segment]) -> tuple[
 
 
 def _find_standing(
-    standing: Motion, words: str, segments: dict[str, Segment], remedy: str, stands_at_rest: bool
+    standing: Motion,
+    words: str,
+    segments: dict[str, Segment],
+    lines: set[str],
+    remedy: str,
+    stands_at_rest: bool,
 ) -> tuple[Reference, str]:
-    """Return the mean of frames in which a person stands as a reference, and what it is in words."""
+    """Return the mean of frames in which a person stands as a reference, and what it is in words.
+
+    Of the segments that are `lines` the motion does not show more than the direction.
+    """
     up = np.eye(3)["xyz".index(standing.up)]
-    turned, unseen = _turn_seen(standing, segments, words)
+    turned, unseen, rotations_unseen = _turn_seen(standing, segments, words)
     deviations = _find_deviations(turned, {name: one for name, one in segments.items() if name not in unseen}, up)
     n_frames = len(turned.positions)
     often = "in a tenth of them at least " if n_frames > 1 else ""
@@ -103,7 +112,8 @@ def _find_standing(
             f"{f'And {complaint}. ' if complaint else ''}So {remedy}"
         )
     if n_frames > 1:
-        words = f"mean of {n_frames} standing frames"
+        some = f"{n_frames} of {len(standing)}" if n_frames < len(standing) else f"{n_frames}"
+        words = f"mean of {some} standing frames"
     if (most := _least_still(turned)) is not None:
         warn(
             f"the recording zero is no standing person: its {most[0]} rotates by {most[1]:.0f}° about its mean; pass a "
@@ -136,23 +146,23 @@ def _find_standing(
         (joint.name, side): f"positions of its points are not seen in zero, {words}"
         for joint in (*MIDDLE, *OF_SIDES)
         for side in (SIDES if joint in OF_SIDES else ("",))
-        if unseen & {f"{side}_{name}".lstrip("_") for name in (joint.proximal, joint.distal)}
+        if (unseen | rotations_unseen - lines) & set(segments_of(joint, side))
     }
     return reference._replace(unknown=unknown), words
 
 
-def _turn_seen(standing: Motion, segments: dict[str, Segment], words: str) -> tuple[Turned, set[str]]:
-    """Return the segments in the frames that show all that any frame shows, and those that no frame shows."""
-    seen = find_seen(standing, segments).frames
+def _turn_seen(standing: Motion, segments: dict[str, Segment], words: str) -> tuple[Turned, set[str], set[str]]:
+    """Return the segments in the frames that show all that any frame shows, those of which none is shown, and lines."""
+    lines, seen = find_seen(standing, segments)
     unseen = {name for name, frames in seen.items() if not frames.any()}
     frames = np.logical_and.reduce([seen[name] for name in segments if name not in unseen])
     absent = [name.replace("_", " ") for name in NEEDED if name in unseen]
     if absent or not frames.any():
-        what = f"its {' and its '.join(absent)}" if absent else "all segments at once"
-        raise ValueError(
-            f"zero, {words}, shows nobody who stands: positions of the points of {what} are not seen in it. So {REMEDY}"
-        )
-    return turn_segments(standing, segments).choose(frames), unseen
+        what = f"points of its {' and its '.join(absent)} are in none of them"
+        if not absent:
+            what = "the segments that are seen in some frames are in no frame seen together"
+        raise ValueError(f"zero, {words}, does not show all of a person who stands: {what}. So {REMEDY}")
+    return turn_segments(standing, segments).choose(frames), unseen, lines
 
 
 def _find_rotated(mean: Turned) -> list[Deviation]:

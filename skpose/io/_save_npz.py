@@ -143,12 +143,12 @@ def read_npz(
             numbers.astype(np.int64),
             _text(file, "up"),  # type: ignore[arg-type]  # which Motion checks
             root_name=_text(file, "root_name"),
-            seen=_seen(file, (n, skeleton.n_joints)),
+            seen=_read_seen(file, (n, skeleton.n_joints)),
         )
     return motion if up is None else stand(motion, up, source)
 
 
-def _seen(file: Archive, shape: tuple[int, int]) -> np.ndarray | None:
+def _read_seen(file: Archive, shape: tuple[int, int]) -> np.ndarray | None:
     """Return which joints of fitted poses were seen; None where nothing is stored."""
     seen = file.numbers("seen", shape, (0, 0))
     return seen > 0.0 if seen.shape == shape else None

@@ -188,7 +188,7 @@ class Motion:
 
     @property
     def fitted(self) -> bool:
-        """Whether the poses were found from positions."""
+        """True for poses that were found from positions."""
         return self.seen is not None
 
     def __len__(self) -> int:
@@ -219,7 +219,7 @@ class Motion:
         seconds = len(self) / self.frame_rate
         fitted = ", fitted to positions" if self.seen is not None else ""
         if self.seen is not None and not self.seen.all():
-            fitted += f" ({100 * (1 - self.seen.mean()):.2g} % of joints unseen)"
+            fitted += f" ({100 * (1 - self.seen.mean()):.3g} % of joints unseen)"
         frames = f"{len(self)} frames at {self.frame_rate:g} Hz, {seconds:.1f} s"
         return f"Motion({frames}, {self.up} up{fitted}, {self.skeleton!r})"
 

@@ -25,7 +25,7 @@ def strip(motion: Motion) -> str:
         return f"<p>{description}</p>"
     frames = np.unique(np.rint(np.linspace(0, len(motion) - 1, N_POSES)).astype(int))
     columns = ("angles", "root_positions", "root_angles", "frame_numbers")
-    motion = replace(motion, **{name: getattr(motion, name)[frames] for name in columns})
+    motion = replace(motion, **{name: getattr(motion, name)[frames] for name in columns}, seen=None)
     flat = _project(scene_of(motion))
     scale = HEIGHT / max(float(np.ptp(flat[..., 1])), 0.25 * float(np.ptp(flat[..., 0], axis=1).max()), 1e-9)
     flat = scale * (flat - [0.0, flat[..., 1].min()])

@@ -154,6 +154,9 @@ def test_feet_that_are_not_seen_are_filled_for_a_moment_and_else_refused():
         gait_events(replace(motion, seen=seen))
     seen[:, names.index("head")] = False  # has no part in it
     assert len(gait_events(replace(motion, seen=seen)[240:])) > 3
+    seen[-40:] = False
+    with pytest.raises(ValueError, match=r"but only from frame 10 to 340 of 381 .*: pass motion\[10:341\]"):
+        gait_events(replace(motion, seen=seen)[220:])
 
 
 def jump_of(motion, frame, metres=0.0, degrees=0.0):

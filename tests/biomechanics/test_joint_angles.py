@@ -775,12 +775,46 @@ def test_frames_of_zero_that_do_not_show_all_have_no_part_in_it():
     squat[2:] = motion.angles[20]
     wrong = unseen(replace(zero, angles=squat), np.arange(2, 4), "LeftLeg", "RightLeg")
     assert_same(joint_angles(motion, zero=zero[:2]), joint_angles(motion, zero=wrong))
-    with pytest.raises(ValueError, match="shows nobody who stands: positions of the points of its left shank are not"):
+    with pytest.raises(
+        ValueError, match="does not show all of a person who stands: points of its left shank are in non"
+    ):
         joint_angles(motion, zero=unseen(zero, np.arange(4), "LeftFoot"))
     hidden = joint_angles(motion, zero=unseen(zero, np.arange(4), "LeftForeArm"))
     assert np.isnan(hidden["elbow_flexion_left"]).all()
     assert "not seen in zero" in hidden.missing["elbow_flexion_left"]
     assert not np.isnan(hidden["elbow_flexion_right"]).any()
+
+
+KINECT = {
+    "spine": "lowerback",
+    "shoulder_center": "thorax",
+    "head": "head",
+    **{f"{side}_{mark}": side[0] + name for side in SIDES for mark, name in {
+        "shoulder": "clavicle", "elbow": "humerus", "wrist": "radius", "hand": "hand",
+        "hip": "hipjoint", "knee": "femur", "ankle": "tibia", "foot": "foot",
+    }.items()},
+}  # fmt: skip
+
+
+@pytest.mark.filterwarnings("ignore:zero is how the person of the layout:UserWarning")
+def test_the_line_of_the_shoulders_shows_how_a_trunk_is_rotated_that_no_fixed_points_show(cmu):
+    """Each shoulder of Kinect has a joint of its own: the spine that carries them rotates about itself as it likes."""
+    motion = cmu.motions[0].resample(30)
+    root = Rotation.from_euler(motion.root_axes, motion.root_angles)
+    there = forward_kinematics(motion.angles, motion.skeleton)
+    places = dict(zip(motion.skeleton.joint_names, there.transpose(1, 0, 2), strict=True))
+    layout = layouts["kinect20"]
+    places = [root.apply(places[KINECT[name]]) if name in KINECT else 0.0 * there[:, 0] for name in layout.names]
+    positions = np.stack(places, axis=1) + motion.root_positions[:, None]
+    skeleton = fit_skeleton(layout.keypoints(positions, 30), layout)
+    whole = joint_angles(inverse_kinematics(layout.keypoints(positions, 30), skeleton).to_motion())
+    recorded = joint_angles(motion)
+    for name, most in {"trunk_rotation": 0.5, "trunk_bending": 1.0, "hip_flexion_left": 0.2}.items():
+        assert (whole[name] - recorded[name]).std() < most
+    positions[10:20, layout.names.index("left_hand")] = np.nan
+    part = joint_angles(inverse_kinematics(layout.keypoints(positions, 30), skeleton).to_motion())
+    for name in ("trunk_rotation", "trunk_bending", "neck_bending", "shoulder_flexion_left", "shoulder_flexion_right"):
+        np.testing.assert_allclose(part[name], whole[name], atol=0.5, err_msg=name)
 
 
 def test_legs_alone_have_knees_and_no_hips():

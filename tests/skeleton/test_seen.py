@@ -108,3 +108,8 @@ def test_what_is_no_array_of_frames_and_joints_is_refused(motion, given):
     assert "fitted to positions (50 % of joints unseen)" in repr(
         replace(motion, seen=np.arange(N * 22).reshape(N, 22) % 2 == 0)
     )
+
+
+def test_notebooks_show_a_fitted_motion(motion):
+    longer = Motion.concatenate([motion] * 3)
+    assert "fitted to positions" in longer._repr_html_()
