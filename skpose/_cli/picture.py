@@ -16,6 +16,7 @@ from skpose.skeleton import Motion
 from skpose.skeleton._shared import sides
 
 N_SHOWN = 12  # actions
+LEAST_PLACES = 6  # for them, so that few are not drawn large
 VIEW = np.radians(55.0)  # from which people are seen, from the front towards their left
 # The axes of a person, left, up and ahead, by the axis of the world that points up.
 UPRIGHT = {
@@ -60,7 +61,8 @@ def _draw_figures(ax: Any, dataset: MotionDataset) -> None:
     if len(actions) > N_SHOWN:
         ax.text((len(poses) - 0.5) * step, 0.7, f"and {len(actions) - N_SHOWN}\nmore", va="center", fontsize=8.5)
     ax.axhline(0.0, color="0.8", linewidth=0.8, zorder=0)
-    ax.set(aspect="equal", ylim=(-0.6, None), xlim=(-0.5 * step, (max(len(poses), 6) - 0.5) * step))
+    empty = max(LEAST_PLACES - len(poses), 0) / 2.0  # on each side
+    ax.set(aspect="equal", ylim=(-0.6, None), xlim=((-0.5 - empty) * step, (len(poses) - 0.5 + empty) * step))
     ax.axis("off")
 
 
@@ -81,7 +83,7 @@ def _draw_bars(ax: Any, dataset: MotionDataset, rows: Sequence[Result]) -> None:
         shares = 100.0 * np.array([row[1:5] for row in rows])[:, 2 * alone + k]
         places = np.arange(len(rows)) + 0.3 * (k - 0.5)
         bars = ax.bar(places, shares, 0.28, color=colour, label=label, zorder=2)
-        ax.bar_label(bars, fmt="%.1f %%", padding=2, fontsize=10)
+        ax.bar_label(bars, fmt="%.1f", padding=2, fontsize=10)
     y = dataset.actions
     largest = 100.0 * max(np.mean(y == action) for action in set(y))
     ax.axhline(largest, color="0.4", linewidth=1.0, linestyle=":", zorder=3)

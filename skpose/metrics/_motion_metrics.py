@@ -88,7 +88,8 @@ class Velocity(MotionMetric):
     Parameters
     ----------
     span : float, default=0.25
-        The time over which velocities are measured, s; no less than the time from the frame before to the frame after.
+        The time over which velocities are measured, s, to the next whole number of frames on each side of a frame: at
+        12 Hz 0.25 s are 0.333 s, at 30 Hz 0.267 s. No less than the time from the frame before to the frame after.
         Noise of σ m in the positions becomes one of √2 σ / span m/s.
 
     See Also
