@@ -8,7 +8,7 @@ from conftest import SKELETONS
 from scipy.spatial.transform import Rotation
 
 from skpose import rotations_from_poses
-from skpose.metrics import acceleration_error, dtw_mje, geodesic_error, mean_angle_error, npss
+from skpose.metrics import acceleration_error, dtw_mje, geodesic_error, mean_angle_error, mpjpe, npss
 from skpose.motions import align_motions
 
 
@@ -83,6 +83,32 @@ def test_several_motions_are_weighed(data):
     assert dtw_mje(true, pred) == pytest.approx(np.mean(each), abs=1e-9)
     assert dtw_mje(true, pred, sample_weight=[0, 1, 1]) == pytest.approx(np.mean(each[1:]), abs=1e-9)
     assert dtw_mje(true, pred, sample_weight=[0, 1, 0], pool=True) == pytest.approx(each[1], abs=1e-9)
+
+
+@pytest.mark.parametrize("align", ["scale", "rigid", "similarity"])
+def test_all_joints_take_part_in_the_alignment(align, data):
+    """As in `mpjpe`, which of one frame is the same."""
+    true, pred, joints = data.true[:1].copy(), data.pred[:1], [1, 2, 5]
+    true[0, [2, 3]] = np.nan
+    several = dtw_mje(true, pred, align=align, joints=joints)
+    assert several == pytest.approx(mpjpe(true, pred, align=align, joints=joints), abs=1e-9)
+    assert (several.n_counted, several.n_missing) == (2, 1)
+    assert dtw_mje(true, pred, align=align, joints=1) == pytest.approx(
+        mpjpe(true, pred, align=align, joints=1), abs=1e-9
+    )
+
+
+@pytest.mark.parametrize("warp", ["pose", "joint"])
+def test_joints_that_count_are_warped_alone(warp, data):
+    true, pred, joints = data.true[:6], data.pred[:8], [5, 1]
+    expected = dtw_mje(true[:, joints], pred[:, joints], warp=warp)
+    assert dtw_mje(true, pred, joints=joints, warp=warp) == pytest.approx(expected, abs=1e-9)
+
+
+@pytest.mark.parametrize(("factor", "likely"), [(1e3, "mm"), (1e2, "cm")])
+def test_another_unit_of_a_warped_motion_is_noticed(factor, likely, data):
+    with pytest.warns(UserWarning, match=f'data_unit="{likely}"'):
+        dtw_mje(factor * data.true[:4], factor * data.pred[:5])
 
 
 # --- spectra ---------------------------------------------------------------------------------------------------------
