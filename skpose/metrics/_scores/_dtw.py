@@ -187,6 +187,8 @@ def _read_motions(y_true: Any, y_pred: Any, skeleton: Any, data_unit: str, root:
     true, pred = split_motions(y_true, "y_true", skeleton)[0], split_motions(y_pred, "y_pred", skeleton)[0]
     if len(true) != len(pred):
         raise ValueError(f"y_true and y_pred must be as many motions, got {len(true)} and {len(pred)}")
+    if not true:
+        raise ValueError("y_true has no motions: a score needs one at least")
     if skeleton is None:
         warn_of_unit(np.concatenate(true), data_unit)
     pairs = []
