@@ -21,6 +21,7 @@ from skpose.metrics._scores._points import (
     is_list_of_motions,
     mean_of,
     read_weights,
+    refuse_motions,
 )
 from skpose.metrics._scores._score import Score, signature_of
 from skpose.skeleton import Skeleton
@@ -113,6 +114,8 @@ def geodesic_error(
     check_unit("unit", unit, tuple(ANGLES))
     check_unit("form", form, get_args(RotationForm))
     check_unit("frame", frame, get_args(Frame))
+    refuse_motions(y_true, "y_true", skeleton)
+    refuse_motions(y_pred, "y_pred", skeleton)
     _check_lengths(y_true, y_pred)
     if skeleton is None and frame == "world":
         raise ValueError("frame='world' needs skeleton= and poses: rotations are compared as they are given")
