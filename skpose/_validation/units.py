@@ -23,7 +23,7 @@ HUMAN = 1.7  # m, to choose among units
 UNITS = {"metres": 1.0, "centimetres": 0.01, "millimetres": 0.001, "inches": 0.0254, "units of CMU": 0.0254 / 0.45}
 
 
-def warn_of_degrees(*, in_estimator: bool = False, remedy: str | None = None, **arrays: np.ndarray | None) -> None:
+def warn_of_degrees(remedy: str | None = None, /, *, in_estimator: bool = False, **arrays: np.ndarray | None) -> None:
     """Warn if one of the arrays of angles looks like degrees: once for a call by the user.
 
     Calls of the library's functions by the library are silent, as what the user called has looked at the same numbers.

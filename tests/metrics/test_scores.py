@@ -254,6 +254,27 @@ def test_a_score_is_a_number_that_says_what_it_is(data):
     assert Score(1.5, "NPSS|spectrum=power", 7, 3).unit == ""
 
 
+@pytest.mark.parametrize(
+    ("score", "options"),
+    [
+        (mpjpe, {"root": np.int64(0)}),
+        (mpjpe, {"joints": np.int64(3)}),
+        (mpjpe, {"root": [np.int64(0), np.uint8(2)], "joints": np.array([1, 2])}),
+        (dtw_mje, {"pool": np.True_, "joints": np.int32(3)}),
+        (pck_auc, {"n_thresholds": np.int64(31)}),
+        (pck, {"threshold": np.float32(0.5), "threshold_unit": "m"}),
+        (acceleration_error, {"frame_rate": np.int64(30)}),
+        (acceleration_error, {"frame_rate": np.float32(29.97)}),
+    ],
+)
+def test_numbers_of_numpy_are_those_of_python(score, options, data):
+    plain = {key: np.asarray(value).tolist() for key, value in options.items()}
+    found, expected = (score(data.true, data.pred, **given) for given in (options, plain))
+    assert vars_of(found) == vars_of(expected)
+    assert found == pytest.approx(expected, abs=1e-9)
+    assert pose_score(found.signature, data.true, data.pred) == found
+
+
 def vars_of(score):
     return score.signature, score.unit, score.n_counted, score.n_missing
 
@@ -332,7 +353,7 @@ def test_a_motion_is_refused_with_the_remedy(score):
         score([walk, walk], [walk, walk])
     with pytest.raises(TypeError, match=r"pass y_true\.angles$"):
         score(walk, walk, skeleton=skeleton)
-    assert score(walk.angles, walk.angles, skeleton=walk.skeleton) in (0.0, 100.0)
+    assert score(walk.angles, walk.angles, skeleton=walk.skeleton) >= 0.0
 
 
 @pytest.mark.parametrize("score", [*POSITIONS.values(), dtw_mje])
@@ -346,7 +367,7 @@ def test_data_frames_of_angles_are_refused(score, name):
     with pytest.raises(ValueError, match=r"y_true\[1\] must be positions"):
         score([A[:, :2], frame], [A[:, :2], frame])
     other = frame.set_axis(["a_x", "a_y", "a_z", "hip_x", "hip_y", "hip_z"], axis=1)
-    assert score(other, other) in (0.0, 100.0)
+    assert score(other, other) >= 0.0
 
 
 def test_degrees_are_noticed():

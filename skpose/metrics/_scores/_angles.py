@@ -100,7 +100,7 @@ def mean_angle_error(
     if data_unit == "rad":
         both = {"y_true": series.true, "y_pred": series.pred}
         found = {name: np.nan_to_num(np.concatenate(motions)) for name, motions in both.items()}
-        warn_of_degrees(**found, in_estimator=True, remedy='data_unit="deg"')
+        warn_of_degrees('data_unit="deg"', **found, in_estimator=True)
     total = weight = 0.0
     n_counted = n_missing = 0
     turn = 2.0 * np.pi / ANGLES[data_unit]
