@@ -23,10 +23,11 @@ HUMAN = 1.7  # m, to choose among units
 UNITS = {"metres": 1.0, "centimetres": 0.01, "millimetres": 0.001, "inches": 0.0254, "units of CMU": 0.0254 / 0.45}
 
 
-def warn_of_degrees(*, in_estimator: bool = False, **arrays: np.ndarray | None) -> None:
+def warn_of_degrees(remedy: str | None = None, /, *, in_estimator: bool = False, **arrays: np.ndarray | None) -> None:
     """Warn if one of the arrays of angles looks like degrees: once for a call by the user.
 
     Calls of the library's functions by the library are silent, as what the user called has looked at the same numbers.
+    The remedy is `np.radians` of the array, or what is to be passed instead.
     """
     for name, X in arrays.items():
         if X is None or X.size == 0:
@@ -41,7 +42,7 @@ def warn_of_degrees(*, in_estimator: bool = False, **arrays: np.ndarray | None) 
         warn(
             f"values of {name} reach {farthest:.4g}, and go beyond {FAR:.3g} in {columns.sum()} of {columns.size} "
             f"columns, but angles are in rad, where {TWO_PI:.3g} is a whole turn: if they are in degrees, pass "
-            f"np.radians({name})"
+            f"{remedy or f'np.radians({name})'}"
         )
         return
 

@@ -36,6 +36,7 @@ FONTS, MEDIUM, LITTLE = (4.5, 9.0), 10.0, 8.3  # points: the smallest and the la
 RIGHT, WRONG = ("#ececec", "#8a8a8a"), ("#f6e3ee", "#cc79a7", "#8c2f66")  # greys, and about the purple of COLOURS
 NOTE = "0.5"
 PASSES = 3  # until the layout has found the room of cells that are square
+ROUNDING = 1e-3  # of the largest distance: of a square root of float32
 SOME = 4  # indices of poses in a label
 FIGURES: dict[str, Any] = {"linewidth": 1.5, "markersize": 1.5, "clip_on": False}
 
@@ -441,7 +442,8 @@ class ConfusionDisplay:
         TypeError
             If X are no motions or poses.
         ValueError
-            If the numbers of motions, classes, subjects and distances differ; if arrays have no skeleton; if `labels`
+            If the numbers of motions, classes, subjects and distances differ; if `distances` are negative, or from a
+            motion to itself not zero, as in a kernel; if arrays have no skeleton; if `labels`
             lack a class, or `y_train` one that was predicted.
 
         Notes
@@ -462,7 +464,7 @@ class ConfusionDisplay:
             train = _list_recordings(X_train, "X_train", checked[1], y_train, "y_train", None)
         predicted = _check_column(y_pred, "y_pred", len(motions.poses), "X")
         if distances is not None:
-            distances = _check_distances(distances, len(motions.poses), train)
+            distances = _check_distances(distances, len(motions.poses), train, X_train is None)
         counts, order = _count(motions.classes, predicted, labels)
         confused = np.flatnonzero(motions.classes != predicted)
         nearest = _find_nearest(confused, predicted, motions, train, distances, skeleton, metric, n_jobs)
@@ -497,7 +499,7 @@ def _check_column(values, name: str, n: int, of: str) -> np.ndarray:
     return values
 
 
-def _check_distances(distances, n: int, train: _Recordings) -> np.ndarray:
+def _check_distances(distances, n: int, train: _Recordings, is_own: bool) -> np.ndarray:
     """Return the distances from motions to those that were learnt from."""
     distances = np.asarray(distances, dtype=np.float64)
     expected = (n, len(train.poses))
@@ -508,6 +510,21 @@ def _check_distances(distances, n: int, train: _Recordings) -> np.ndarray:
         )
     if np.isnan(distances).any():
         raise ValueError(f"distances must be numbers, got {np.isnan(distances).sum()} NaN")
+    finite = distances[np.isfinite(distances)]
+    rounding = ROUNDING * np.abs(finite).max(initial=0.0)
+    if distances.min(initial=0.0) < -rounding:
+        raise ValueError(
+            f"distances must not be negative, got {distances.min():.4g}: if it is a kernel, K(a, a) + K(b, b) - "
+            "2 K(a, b) is a squared distance"
+        )
+    if is_own:
+        own = np.diag(distances)
+        bad = np.isfinite(own) & (own > rounding)  # an infinite one leaves the motion itself out
+        if bad.any():
+            raise ValueError(
+                f"distances from motions of X to themselves must be zero, got {own[bad.argmax()]:.4g} for motion "
+                f"{bad.argmax()}: a kernel, or a similarity, is no distance; distances to other motions need X_train="
+            )
     return distances
 
 

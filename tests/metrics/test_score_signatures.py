@@ -72,6 +72,8 @@ def test_texts_that_are_understood(text, canonical):
         ("PCK|150mm|inclusive=True", "no option 'inclusive'"),
         ("PCK|%|150mm|100mm", "says threshold twice"),
         ("MPJPE|mm|root=0|root=1", "says root twice"),
+        ("PA-MPJPE|mm|scale|rigid", "says align twice"),
+        ("PA-DTW-MJE|mm|rigid|rigid", "says align twice"),
         ("PCK-AUC|n_thresholds=many", "must have a value that n_thresholds takes"),
         ("Accel|mm/s²", "needs the frame rate"),
         ("Accel|mm/frame²|frame_rate=30", "per frame, and has a frame rate"),

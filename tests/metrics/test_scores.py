@@ -11,6 +11,7 @@ from conftest import SKELETONS
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
+from skpose import Motion
 from skpose.metrics import (
     Score,
     acceleration_error,
@@ -253,6 +254,27 @@ def test_a_score_is_a_number_that_says_what_it_is(data):
     assert Score(1.5, "NPSS|spectrum=power", 7, 3).unit == ""
 
 
+@pytest.mark.parametrize(
+    ("score", "options"),
+    [
+        (mpjpe, {"root": np.int64(0)}),
+        (mpjpe, {"joints": np.int64(3)}),
+        (mpjpe, {"root": [np.int64(0), np.uint8(2)], "joints": np.array([1, 2])}),
+        (dtw_mje, {"pool": np.True_, "joints": np.int32(3)}),
+        (pck_auc, {"n_thresholds": np.int64(31)}),
+        (pck, {"threshold": np.float32(0.5), "threshold_unit": "m"}),
+        (acceleration_error, {"frame_rate": np.int64(30)}),
+        (acceleration_error, {"frame_rate": np.float32(29.97)}),
+    ],
+)
+def test_numbers_of_numpy_are_those_of_python(score, options, data):
+    plain = {key: np.asarray(value).tolist() for key, value in options.items()}
+    found, expected = (score(data.true, data.pred, **given) for given in (options, plain))
+    assert vars_of(found) == vars_of(expected)
+    assert found == pytest.approx(expected, abs=1e-9)
+    assert pose_score(found.signature, data.true, data.pred) == found
+
+
 def vars_of(score):
     return score.signature, score.unit, score.n_counted, score.n_missing
 
@@ -317,6 +339,35 @@ def test_an_object_with_positions_is_refused_with_the_remedy():
 
     with pytest.raises(TypeError, match=r"pass y_true\.positions"):
         mpjpe(Recording(), A)
+
+
+@pytest.mark.parametrize("score", [*POSITIONS.values(), dtw_mje, geodesic_error])
+def test_a_motion_is_refused_with_the_remedy(score):
+    skeleton = SKELETONS["humanoid"]
+    walk = Motion(skeleton, np.zeros((4, skeleton.n_dofs)), frame_rate=30)
+    with pytest.raises(TypeError, match=r"pass y_true\.angles, with skeleton=y_true\.skeleton"):
+        score(walk, walk)
+    with pytest.raises(
+        TypeError, match=r"\[motion\.angles for motion in y_true\], with skeleton=y_true\[0\]\.skeleton"
+    ):
+        score([walk, walk], [walk, walk])
+    with pytest.raises(TypeError, match=r"pass y_true\.angles$"):
+        score(walk, walk, skeleton=skeleton)
+    assert score(walk.angles, walk.angles, skeleton=walk.skeleton) >= 0.0
+
+
+@pytest.mark.parametrize("score", [*POSITIONS.values(), dtw_mje])
+@pytest.mark.parametrize("name", ["hip_rx", "hip_ry", "hip_rz", "hip_rotvec_y"])
+def test_data_frames_of_angles_are_refused(score, name):
+    pandas = pytest.importorskip("pandas")
+    names = ["hip_x", "hip_y", "hip_z"]
+    frame = pandas.DataFrame(A[:, 0], columns=names).join(pandas.DataFrame(A[:, 1], columns=[name, "b", "c"]))
+    with pytest.raises(ValueError, match=f"1 of its 6 columns are named after joint angles, the first '{name}'"):
+        score(frame, frame)
+    with pytest.raises(ValueError, match=r"y_true\[1\] must be positions"):
+        score([A[:, :2], frame], [A[:, :2], frame])
+    other = frame.set_axis(["a_x", "a_y", "a_z", "hip_x", "hip_y", "hip_z"], axis=1)
+    assert score(other, other) >= 0.0
 
 
 def test_degrees_are_noticed():

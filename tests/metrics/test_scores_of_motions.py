@@ -8,7 +8,7 @@ from conftest import SKELETONS
 from scipy.spatial.transform import Rotation
 
 from skpose import rotations_from_poses
-from skpose.metrics import acceleration_error, dtw_mje, geodesic_error, mean_angle_error, npss
+from skpose.metrics import acceleration_error, dtw_mje, geodesic_error, mean_angle_error, mpjpe, npss
 from skpose.motions import align_motions
 
 
@@ -85,6 +85,32 @@ def test_several_motions_are_weighed(data):
     assert dtw_mje(true, pred, sample_weight=[0, 1, 0], pool=True) == pytest.approx(each[1], abs=1e-9)
 
 
+@pytest.mark.parametrize("align", ["scale", "rigid", "similarity"])
+def test_all_joints_take_part_in_the_alignment(align, data):
+    """As in `mpjpe`, which of one frame is the same."""
+    true, pred, joints = data.true[:1].copy(), data.pred[:1], [1, 2, 5]
+    true[0, [2, 3]] = np.nan
+    several = dtw_mje(true, pred, align=align, joints=joints)
+    assert several == pytest.approx(mpjpe(true, pred, align=align, joints=joints), abs=1e-9)
+    assert (several.n_counted, several.n_missing) == (2, 1)
+    assert dtw_mje(true, pred, align=align, joints=1) == pytest.approx(
+        mpjpe(true, pred, align=align, joints=1), abs=1e-9
+    )
+
+
+@pytest.mark.parametrize("warp", ["pose", "joint"])
+def test_joints_that_count_are_warped_alone(warp, data):
+    true, pred, joints = data.true[:6], data.pred[:8], [5, 1]
+    expected = dtw_mje(true[:, joints], pred[:, joints], warp=warp)
+    assert dtw_mje(true, pred, joints=joints, warp=warp) == pytest.approx(expected, abs=1e-9)
+
+
+@pytest.mark.parametrize(("factor", "likely"), [(1e3, "mm"), (1e2, "cm")])
+def test_another_unit_of_a_warped_motion_is_noticed(factor, likely, data):
+    with pytest.warns(UserWarning, match=f'data_unit="{likely}"'):
+        dtw_mje(factor * data.true[:4], factor * data.pred[:5])
+
+
 # --- spectra ---------------------------------------------------------------------------------------------------------
 
 
@@ -115,7 +141,7 @@ def test_columns_of_spectra(data):
 
 def test_whole_turns_are_no_difference(data):
     true, pred = data.angles
-    turned = pred + 2 * np.pi * np.random.default_rng(0).integers(-3, 4, size=pred.shape)
+    turned = pred + 2 * np.pi * np.random.default_rng(0).integers(-2, 3, size=pred.shape)
     for kind in ("each", "norm"):
         assert mean_angle_error(true, turned, kind=kind) == pytest.approx(
             mean_angle_error(true, pred, kind=kind), abs=1e-9
@@ -143,6 +169,20 @@ def test_weights_of_angles(data):
         found = mean_angle_error(true, pred, kind=kind, sample_weight=weights)
         assert found == pytest.approx(mean_angle_error(true[twice], pred[twice], kind=kind), abs=1e-9)
     assert mean_angle_error(true[:, 0], pred[:, 0]) == mean_angle_error(true[:, :1], pred[:, :1])  # one target
+
+
+def test_angles_in_degrees_are_noticed():
+    true, pred = np.random.default_rng(0).uniform(-60, 60, size=(2, 30, 8))
+    true[3, 2] = np.nan
+    with pytest.warns(UserWarning, match='y_true reach .* pass data_unit="deg"'):
+        mean_angle_error(true, pred, unit="deg")
+    with pytest.warns(UserWarning, match="y_pred reach"):
+        mean_angle_error([np.radians(true)], [pred])
+    in_degrees = mean_angle_error(true, pred, unit="deg", data_unit="deg")
+    assert in_degrees == pytest.approx(mean_angle_error(*np.radians([true, pred]), unit="deg"), abs=1e-9)
+    true[4, 2:4] = np.nan
+    with pytest.warns(UserWarning, match=r"np\.radians\(y_true\)"):
+        geodesic_error(true[:, :6], np.radians(pred[:, :6]), form="rotvec")
 
 
 # --- rotations -------------------------------------------------------------------------------------------------------
@@ -199,6 +239,12 @@ def test_poses_are_scored_by_their_rotations(name):
     assert weighted == pytest.approx(geodesic_error(*poses[:, :1], skeleton=skeleton), abs=1e-9)
 
 
+def test_a_list_of_motions_is_their_frames(data):
+    true, pred = data.rotations
+    expected = geodesic_error(true, pred)
+    assert geodesic_error([true[:4], true[4:]], [pred[:4], pred[4:]]) == expected
+
+
 # --- what is refused -------------------------------------------------------------------------------------------------
 
 
@@ -209,6 +255,7 @@ HOLED = P.copy()
 HOLED[2, 1] = np.nan
 NO_FRAME = P.copy()
 NO_FRAME[2] = np.nan
+CHAIN = SKELETONS["chain"]
 ZERO = M.copy()
 ZERO[1, :, 2] = 0.0
 
@@ -227,6 +274,7 @@ ZERO[1, :, 2] = 0.0
         (lambda: dtw_mje(HOLED, P, cost="norm"), "'norm' needs all joints"),
         (lambda: dtw_mje(NO_FRAME, P), "no joint of frame 2"),
         (lambda: dtw_mje(P[:0], P), "no frames"),
+        (lambda: dtw_mje(P[None][:0], P[None][:0]), "no motions"),
         (lambda: dtw_mje(P[:, :2], P[:, :2], align="similarity"), "less than three joints"),
         (lambda: npss(M, M[:, :7]), "equal shapes"),
         (lambda: npss(M[:, :1], M[:, :1]), "two frames at least, and motion 0 has one"),
@@ -240,7 +288,19 @@ ZERO[1, :, 2] = 0.0
         (lambda: mean_angle_error(M, M, unit="turns"), "unit must be 'rad' or 'deg'"),
         (lambda: mean_angle_error(M, M, drop_constant="both"), "drop_constant must be"),
         (lambda: mean_angle_error(0 * M, M, drop_constant="true"), "no angle is left"),
+        (
+            lambda: mean_angle_error(M[0, 0], M[0, 0], kind="norm"),
+            r"reshape\(y_true, \(1, -1\)\) for one frame of 5",
+        ),
         (lambda: geodesic_error(R, R[:2]), "equal shapes"),
+        (lambda: geodesic_error([R, R[:2]], [R[:2], R]), "motions of 3, 2 and 2, 3 frames"),
+        (lambda: geodesic_error([R], R), "both be lists"),
+        (lambda: geodesic_error([R, R[:, :1]], [R, R]), "the same columns"),
+        (lambda: geodesic_error([P[:3, 0], P[3:, 0]], [P[3:, 0], P[:2, 0]], form="rotvec"), "motions of 3, 3 and 3, 2"),
+        (
+            lambda: geodesic_error([P[:4, :, 0], P[4:, :, 0]], [P[:2, :, 0], P[2:, :, 0]], skeleton=CHAIN),
+            "4, 2 and 2, 4",
+        ),
         (lambda: geodesic_error(R, 2 * R), r"y_pred\[0, 0\] must be a rotation matrix.*\"6d\""),
         (lambda: geodesic_error(-R, R), r"y_true\[0, 0\] must be a rotation matrix"),
         (lambda: geodesic_error(R, R, form="rotvec"), "for form 'rotvec'"),

@@ -227,6 +227,7 @@ def test_the_nearest_is_of_the_training_motions(gait):
 
 def test_distances_among_the_motions_leave_out_the_same_person(gait):
     D = RNG.random((12, 12))
+    np.fill_diagonal(D, [1e-8, np.inf] * 6)  # rounded, or left out
     for subjects in (gait.subjects, ["anna"] * 8 + ["ben"] * 4):
         display = ConfusionDisplay.from_predictions(
             gait.actions, PREDICTED, gait.motions, subjects=subjects, distances=D
@@ -308,6 +309,8 @@ def test_numbers_as_classes(gait):
         ({"labels": ["walk", "run", "skip", "hop", "hop"]}, "labels must be different classes"),
         ({"distances": np.zeros((12, 3))}, "distances must have shape (12, 12), from each motion of X to each of X"),
         ({"distances": np.full((12, 12), np.nan)}, "distances must be numbers, got 144 NaN"),
+        ({"distances": 0.1 - np.eye(12)}, "distances must not be negative, got -0.9: if it is a kernel"),
+        ({"distances": 0.1 + np.eye(12)}, "to themselves must be zero, got 1.1 for motion 0: a kernel"),
         ({"y_train": ["walk"] * 12}, "X_train and y_train belong together"),
         ({"n_pairs": 0}, "n_pairs must be a whole number of at least 1"),
         ({"n_poses": 0}, "n_poses must be a whole number of at least 1"),

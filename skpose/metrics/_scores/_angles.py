@@ -5,6 +5,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from skpose._typing import ArrayLike
+from skpose._validation.units import warn_of_degrees
 from skpose.metrics._scores._points import check_unit
 from skpose.metrics._scores._score import Score, signature_of
 from skpose.metrics._scores._series import read_series
@@ -62,7 +63,13 @@ def mean_angle_error(
     Raises
     ------
     ValueError
-        For shapes that differ; for predictions that are NaN; for an unknown unit or option; if no angle is left.
+        For shapes that differ; for predictions that are NaN; for an unknown unit or option; if no angle is left; for
+        "norm" of vectors, which may be one frame or one angle.
+
+    Warns
+    -----
+    UserWarning
+        If the angles look like degrees, and `data_unit` is "rad".
 
     See Also
     --------
@@ -89,7 +96,11 @@ def mean_angle_error(
     check_unit("data_unit", data_unit, tuple(ANGLES))
     if drop_constant not in (None, *get_args(Constant)):
         raise ValueError(f"drop_constant must be None, 'true' or 'pred', got {drop_constant!r}")
-    series = read_series(y_true, y_pred, sample_weight, "angles")
+    series = read_series(y_true, y_pred, sample_weight, "angles", is_vector_known=kind == "each")
+    if data_unit == "rad":
+        both = {"y_true": series.true, "y_pred": series.pred}
+        found = {name: np.nan_to_num(np.concatenate(motions)) for name, motions in both.items()}
+        warn_of_degrees('data_unit="deg"', **found, in_estimator=True)
     total = weight = 0.0
     n_counted = n_missing = 0
     turn = 2.0 * np.pi / ANGLES[data_unit]

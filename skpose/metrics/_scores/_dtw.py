@@ -16,9 +16,10 @@ from skpose.metrics._scores._points import (
     check_unit,
     factor_of,
     is_list_of_motions,
+    joint_indices,
     read_weights,
-    select_joints,
     split_motions,
+    warn_of_unit,
 )
 from skpose.metrics._scores._score import Score, signature_of
 from skpose.skeleton import Skeleton
@@ -76,7 +77,7 @@ def dtw_mje(
     align : {None, "scale", "rigid", "similarity"}, default=None
         Alignment of each pair of frames, see `mpjpe`; with the cost "joints" only.
     joints : int, str, or list of them, default=None
-        The joints that count.
+        The joints that count; all take part in the alignment.
     unit : {"m", "cm", "mm"}, default="mm"
         Unit of the result.
     data_unit : {"m", "cm", "mm"}, default="m"
@@ -140,8 +141,9 @@ def dtw_mje(
     words = (*words_of(align, False), f"cost={cost}", f"divide={divide}")
     signature = signature_of(f"{PREFIXES[align]}DTW-MJE", unit, options, words)
     counted = [motion for motion, weight in zip(motions, weights, strict=True) if weight > 0.0]
-    n_seen = sum(int(motion.seen.sum()) for motion in counted)
-    return Score(value * factor_of(data_unit, unit), signature, n_seen, sum(m.seen.size for m in counted) - n_seen)
+    seen = [motion.seen[:, motion.joints] for motion in counted]
+    n_seen = sum(int(one.sum()) for one in seen)
+    return Score(value * factor_of(data_unit, unit), signature, n_seen, sum(one.size for one in seen) - n_seen)
 
 
 class _How(NamedTuple):
@@ -160,6 +162,7 @@ class _Pair(NamedTuple):
     true: np.ndarray  # (n, n_joints, 3)
     seen: np.ndarray  # (n, n_joints)
     pred: np.ndarray  # (m, n_joints, 3)
+    joints: list[int]  # those that count
 
 
 def _check(how: _How, pool: bool) -> None:
@@ -177,13 +180,17 @@ def _check(how: _How, pool: bool) -> None:
 
 
 def _read_motions(y_true: Any, y_pred: Any, skeleton: Any, data_unit: str, root: Any, joints: Any) -> list[_Pair]:
-    """Return the pairs of motions, relative to the root, of the joints that count."""
+    """Return the pairs of motions, relative to the root."""
     check_data_unit(data_unit, skeleton)
     if is_list_of_motions(y_true) != is_list_of_motions(y_pred):
         raise ValueError("y_true and y_pred must both be lists of motions, or both arrays")
     true, pred = split_motions(y_true, "y_true", skeleton)[0], split_motions(y_pred, "y_pred", skeleton)[0]
     if len(true) != len(pred):
         raise ValueError(f"y_true and y_pred must be as many motions, got {len(true)} and {len(pred)}")
+    if not true:
+        raise ValueError("y_true has no motions: a score needs one at least")
+    if skeleton is None:
+        warn_of_unit(np.concatenate(true), data_unit)
     pairs = []
     for i, (one, another) in enumerate(zip(true, pred, strict=True)):
         if not len(one) or not len(another):
@@ -200,18 +207,16 @@ def _read_motions(y_true: Any, y_pred: Any, skeleton: Any, data_unit: str, root:
             motion = np.where(seen[:, :, None], motion, 0.0)
             names = None if skeleton is None else skeleton.joint_names
             points = Points(motion, motion.copy(), seen, np.ones(len(motion)), (len(motion),), names)
-            found.append(select_joints(align_points(points, root, None, False), joints))
-        pairs.append(_Pair(found[0].true, found[0].seen, found[1].true))
+            found.append(align_points(points, root, None, False))
+        chosen = list(range(one.shape[1])) if joints is None else joint_indices(joints, found[0], "joints")
+        pairs.append(_Pair(found[0].true, found[0].seen, found[1].true, chosen))
     return pairs
 
 
 def _follow(pair: _Pair, how: _How) -> tuple[float, float]:
     """Return the sum of the errors along the path, and what it is divided by."""
     if how.warp == "joint":
-        results = [
-            _follow(_Pair(pair.true[:, [j]], pair.seen[:, [j]], pair.pred[:, [j]]), how._replace(warp="pose"))
-            for j in range(pair.true.shape[1])
-        ]
+        results = [_follow(pair._replace(joints=[j]), how._replace(warp="pose")) for j in pair.joints]
         return float(np.mean([total / size for total, size in results])), 1.0
     costs = _costs(pair, how.cost, how.align)
     errors = costs if how.error == how.cost else _costs(pair, how.error, None)
@@ -224,9 +229,13 @@ def _follow(pair: _Pair, how: _How) -> tuple[float, float]:
 
 def _costs(pair: _Pair, cost: str, align: str | None) -> np.ndarray:
     """Return the costs (n, m) of all pairs of frames."""
+    if align is None:  # else all joints take part
+        true, seen, pred = (array[:, pair.joints] for array in pair[:3])
+        pair = _Pair(true, seen, pred, list(range(len(pair.joints))))
     n, m = len(pair.true), len(pair.pred)
-    n_seen = pair.seen.sum(axis=1)
-    if cost != "joints" and not pair.seen.all():
+    counted = pair.seen[:, pair.joints]
+    n_seen = counted.sum(axis=1)
+    if cost != "joints" and not counted.all():
         raise ValueError(
             f"{cost!r} needs all joints in all frames of y_true, as it would be smaller without some: use cost='joints'"
         )
@@ -241,7 +250,8 @@ def _costs(pair: _Pair, cost: str, align: str | None) -> np.ndarray:
         true, seen = pair.true[start : start + rows, None], pair.seen[start : start + rows, None]
         pred = np.broadcast_to(pair.pred, (len(true), *pair.pred.shape))
         if align is not None:
-            pred = _align_pairs(true, seen, pred, align, start)
+            pred = _align_pairs(true, seen, pred, align, start)[:, :, pair.joints]
+            true, seen = true[:, :, pair.joints], seen[:, :, pair.joints]
         gaps = true - pred
         if cost == "l1":
             costs[start : start + rows] = np.abs(gaps).sum(axis=(2, 3))

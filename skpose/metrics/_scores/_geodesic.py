@@ -21,6 +21,7 @@ from skpose.metrics._scores._points import (
     is_list_of_motions,
     mean_of,
     read_weights,
+    refuse_motions,
 )
 from skpose.metrics._scores._score import Score, signature_of
 from skpose.skeleton import Skeleton
@@ -52,8 +53,8 @@ def geodesic_error(
     Parameters
     ----------
     y_true : array-like of shape (n_frames, n_joints, ...)
-        True rotations; also (n_frames, n_joints * n_numbers), as regressors have them. With a skeleton poses, of shape
-        (n_frames, n_dofs), rad. Rotations with NaN are left out, and counted in the result.
+        True rotations; also (n_frames, n_joints * n_numbers), as regressors have them, or a list of motions. With a
+        skeleton poses, of shape (n_frames, n_dofs), rad. Rotations with NaN are left out, and counted in the result.
     y_pred : as y_true
         Predicted rotations, of the same shape. NaN is refused.
     form : {"quaternion_wxyz", "quaternion_xyzw", "matrix", "6d", "rotvec"}, default="matrix"
@@ -79,13 +80,13 @@ def geodesic_error(
     Raises
     ------
     ValueError
-        For shapes that differ; for predictions that are NaN; for numbers that are no rotation in the form, see
-        `poses_from_rotations`; for an unknown unit or option.
+        For shapes that differ, also of the motions of lists; for predictions that are NaN; for numbers that are no
+        rotation in the form, see `poses_from_rotations`; for an unknown unit or option.
 
     Warns
     -----
     UserWarning
-        If poses look like degrees.
+        If poses or rotation vectors look like degrees.
 
     See Also
     --------
@@ -113,6 +114,9 @@ def geodesic_error(
     check_unit("unit", unit, tuple(ANGLES))
     check_unit("form", form, get_args(RotationForm))
     check_unit("frame", frame, get_args(Frame))
+    refuse_motions(y_true, "y_true", skeleton)
+    refuse_motions(y_pred, "y_pred", skeleton)
+    _check_lengths(y_true, y_pred)
     if skeleton is None and frame == "world":
         raise ValueError("frame='world' needs skeleton= and poses: rotations are compared as they are given")
     if skeleton is not None:
@@ -147,10 +151,37 @@ def _between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return 4.0 * np.arctan2(np.minimum(*chords), np.maximum(*chords))
 
 
+def _check_lengths(y_true: Any, y_pred: Any) -> None:
+    """Refuse motions of which one is not as long as the other."""
+    true, pred = ([len(one) for one in values] if is_list_of_motions(values) else None for values in (y_true, y_pred))
+    if (true is None) != (pred is None):
+        raise ValueError("y_true and y_pred must both be lists of motions, or both arrays")
+    if true != pred:
+        raise ValueError(
+            f"y_true and y_pred must be equal motions, frame by frame, got lists of motions of {_list(true)} and "
+            f"{_list(pred)} frames"
+        )
+
+
+def _list(lengths: list[int] | None) -> str:
+    return ", ".join(map(str, lengths or []))
+
+
+def _join(values: Any, name: str) -> np.ndarray:
+    """Return the frames of an array, or of all motions of a list."""
+    if not is_list_of_motions(values):
+        return as_numbers(values, name)
+    arrays = [as_numbers(one, f"{name}[{i}]") for i, one in enumerate(values)]
+    shapes = sorted({one.shape[1:] for one in arrays})
+    if len(shapes) > 1:
+        raise ValueError(f"all motions of {name} must have the same columns, got frames of shapes {shapes}")
+    return np.concatenate(arrays)
+
+
 def _of_numbers(values: Any, name: str, form: str) -> tuple[Rotation, np.ndarray]:
     """Return rotations (n_frames * n_joints,), and whether each (n_frames, n_joints) is known."""
     known = FORMS[form]
-    array = np.concatenate(values) if is_list_of_motions(values) else as_numbers(values, name)
+    array = _join(values, name)
     size = int(np.prod(known.shape))
     if array.ndim == 2 and array.shape[1] and array.shape[1] % size == 0:
         array = array.reshape(len(array), -1, *known.shape)
@@ -166,6 +197,9 @@ def _of_numbers(values: Any, name: str, form: str) -> tuple[Rotation, np.ndarray
     seen = np.asarray(~np.isnan(flat.reshape(len(flat), -1)).any(axis=1))
     if not seen.any():
         raise ValueError(f"all rotations of {name} are NaN, so that there is nothing to score")
+    if form == "rotvec":
+        angles = np.where(seen[:, None], flat, 0.0).reshape(len(array), -1)
+        warn_of_degrees(**{name: angles}, in_estimator=True)
     flat[~seen] = flat[seen.argmax()]  # a rotation, which is not counted
 
     def refuse(bad: np.ndarray, expected: str) -> None:
@@ -180,8 +214,12 @@ def _of_numbers(values: Any, name: str, form: str) -> tuple[Rotation, np.ndarray
 
 def _of_poses(values: Any, name: str, skeleton: Skeleton, frame: str) -> tuple[Rotation, np.ndarray]:
     """Return rotations (n_frames * n_joints,) of the joints of poses, and whether each is known."""
-    check_column_names(values, skeleton, name)
-    poses = np.concatenate(values) if is_list_of_motions(values) else as_numbers(values, name)
+    if is_list_of_motions(values):
+        for i, one in enumerate(values):
+            check_column_names(one, skeleton, f"{name}[{i}]")
+    else:
+        check_column_names(values, skeleton, name)
+    poses = _join(values, name)
     poses = poses[:, None] if poses.ndim == 1 and skeleton.n_dofs == 1 else poses
     if poses.ndim != 2 or not len(poses):
         raise ValueError(

@@ -1,5 +1,6 @@
 """Positions of joints that the user gives: frames of joints, of which the truth may lack some, and weights."""
 
+import re
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -11,10 +12,12 @@ from skpose._validation.skeletons import check_skeleton
 from skpose._validation.units import extent_of, warn_of_degrees
 from skpose._warnings import warn
 from skpose.kinematics import forward_kinematics
-from skpose.skeleton import Skeleton
+from skpose.skeleton import Motion, Skeleton
 
 LENGTHS = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 SMALLEST, LARGEST = 0.02, 10.0  # m, between the farthest joints of a frame: from a hand to an animal
+
+ANGLE = re.compile(r".+_(r|rotvec_)[xyz]")  # the name of a dof that is an angle
 
 
 class Points(NamedTuple):
@@ -71,10 +74,12 @@ def split_motions(values: Any, name: str, skeleton: Skeleton | None) -> tuple[li
         if len(widths) > 1:
             raise ValueError(f"all motions of {name} must have the same joints, got {sorted(widths)} of them")
         return motions, tuple(shape for _, shape in parts)
+    refuse_motions(values, name, skeleton)
     if hasattr(values, "positions") and not hasattr(values, "dtype"):
         raise TypeError(f"{name} must be an array of positions, got {type(values).__name__}: pass {name}.positions")
     if skeleton is not None:
         return _positions_of_poses(values, name, skeleton)
+    _refuse_angles(values, name)
     array = as_numbers(values, name)
     shape = array.shape
     if array.ndim == 2 and array.shape[1] == 3:
@@ -102,6 +107,27 @@ def split_motions(values: Any, name: str, skeleton: Skeleton | None) -> tuple[li
     if not shape[-2]:
         raise ValueError(f"{name} has no joints, shape {shape}")
     return (list(array) if array.ndim == 4 else [array]), shape
+
+
+def refuse_motions(values: Any, name: str, skeleton: Skeleton | None) -> None:
+    """Refuse a `Motion`, or a list of them, with what to pass: angles alone would be read as positions."""
+    first, remedy, of = values, f"{name}.angles", name
+    if isinstance(values, list | tuple) and values:
+        first, remedy, of = values[0], f"[motion.angles for motion in {name}]", f"{name}[0]"
+    if isinstance(first, Motion):
+        needed = "" if skeleton is not None else f", with skeleton={of}.skeleton"
+        raise TypeError(f"{name} must be arrays, got a Motion, whose numbers are angles: pass {remedy}{needed}")
+
+
+def _refuse_angles(values: Any, name: str) -> None:
+    """Refuse a data frame whose columns are named after angles."""
+    columns = getattr(values, "columns", ())
+    angles = [str(one) for one in columns if isinstance(one, str) and ANGLE.fullmatch(one)]
+    if angles:
+        raise ValueError(
+            f"{name} must be positions, and {len(angles)} of its {len(columns)} columns are named after joint angles, "
+            f"the first {angles[0]!r}: if they are poses, pass skeleton="
+        )
 
 
 def _positions_of_poses(values: Any, name: str, skeleton: Skeleton) -> tuple[list[np.ndarray], tuple]:

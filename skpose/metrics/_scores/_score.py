@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 
 class Score(float):
     """A number with its unit, the options that it was computed with, and how much it is the mean of.
@@ -75,8 +77,14 @@ def signature_of(name: str, unit: str, options: Mapping[str, tuple[Any, Any]], w
 
     Options are pairs of a value and the default value.
     """
+    options = {key: (_plain(value), default) for key, (value, default) in options.items()}
     tokens = [f"{key}={_text(value)}" for key, (value, default) in options.items() if not _is_same(value, default)]
     return "|".join([name, *([unit] if unit else []), *words, *tokens])
+
+
+def _plain(value: Any) -> Any:
+    """Return a number of numpy as one of Python."""
+    return value.item() if isinstance(value, np.generic) else value
 
 
 def _is_same(value: Any, default: Any) -> bool:

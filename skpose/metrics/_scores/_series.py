@@ -16,10 +16,14 @@ class Series(NamedTuple):
     weights: list[np.ndarray]  # (n_frames,) each
 
 
-def read_series(y_true: Any, y_pred: Any, sample_weight: Any, what: str) -> Series:
-    """Return the motions of truth and prediction, checked; `what` the columns are."""
-    true, several = _split(y_true, "y_true", what)
-    pred, _ = _split(y_pred, "y_pred", what)
+def read_series(y_true: Any, y_pred: Any, sample_weight: Any, what: str, is_vector_known: bool = True) -> Series:
+    """Return the motions of truth and prediction, checked; `what` the columns are.
+
+    A vector is one column, as a regressor of one number predicts it, or is refused, where one frame would be another
+    number.
+    """
+    true, several = _split(y_true, "y_true", what, is_vector_known)
+    pred, _ = _split(y_pred, "y_pred", what, is_vector_known)
     shapes, other = [one.shape for one in true], [one.shape for one in pred]
     if shapes != other:
         raise ValueError(
@@ -38,12 +42,17 @@ def read_series(y_true: Any, y_pred: Any, sample_weight: Any, what: str) -> Seri
     return Series(true, pred, weights)
 
 
-def _split(values: Any, name: str, what: str) -> tuple[list[np.ndarray], bool]:
+def _split(values: Any, name: str, what: str, is_vector_known: bool) -> tuple[list[np.ndarray], bool]:
     """Return the motions, (n_frames, n_columns), and whether several could be given."""
     if is_list_of_motions(values):
         arrays = [as_numbers(one, f"{name}[{i}]") for i, one in enumerate(values)]
     else:
         array = as_numbers(values, name)
+        if array.ndim == 1 and not is_vector_known:
+            raise ValueError(
+                f"{name} has shape {array.shape}, which does not say what a frame is: pass np.reshape({name}, (1, -1)) "
+                f"for one frame of {len(array)} {what}, np.reshape({name}, (-1, 1)) for {len(array)} frames of one"
+            )
         if array.ndim in (1, 2):  # a regressor of one number predicts a vector
             return [array.reshape(len(array), -1)], False
         arrays = list(array) if array.ndim > 2 else [array]

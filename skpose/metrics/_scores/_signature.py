@@ -107,11 +107,13 @@ def parse_signature(signature: str) -> Call:
     parameters: dict[str, Any] = {} if align is None else {"align": align}
     if parts and parts[0].replace("^", "").replace("2", "²") in kind.units and kind.units != ("",):
         parameters |= _unit(kind, parts.pop(0).replace("^", "").replace("2", "²"))
+    said = set(parameters) - {"align"}  # a word may follow that of the name
     for part in parts:
         key, value = _option(part, kind, name, align)
         for one, setting in zip(key, value, strict=True):
-            if one in parameters and one != "align":
+            if one in said:
                 raise ValueError(f"{signature!r} says {one} twice")
+            said.add(one)
             parameters[one] = setting
     return _check_rate(Call(kind, name, parameters), signature)
 
