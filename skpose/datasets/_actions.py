@@ -56,7 +56,7 @@ def make_actions(
     Returns
     -------
     MotionDataset
-        ``n_subjects * n_sequences`` motions of each action, of one to four seconds, each on its subject's own skeleton,
+        ``n_subjects * n_sequences`` motions of each action, of mostly one to four seconds, each on its subject's own skeleton,
         `humanoid` of drawn lengths, with the movement of the root.
 
     Raises
