@@ -56,8 +56,8 @@ def make_actions(
     Returns
     -------
     MotionDataset
-        ``n_subjects * n_sequences`` motions of each action, of mostly one to four seconds, each on its subject's own skeleton,
-        `humanoid` of drawn lengths, with the movement of the root.
+        ``n_subjects * n_sequences`` motions of each action, of one to four seconds or so, each on its
+        subject's own skeleton, `humanoid` of drawn lengths, with the movement of the root.
 
     Raises
     ------
