@@ -32,6 +32,13 @@ class Joint(NamedTuple):
     angles: tuple[str, str, str]
     sign: float = 1.0
 
+    def segments(self, side: str) -> tuple[str, str]:
+        """Return the names of its segments, the proximal one first; side is "" in the middle."""
+        proximal, distal = (
+            name if name in ("pelvis", "trunk", "head") else f"{side}_{name}" for name in (self.proximal, self.distal)
+        )
+        return proximal, distal
+
 
 MIDDLE = (
     Joint("trunk", "pelvis", "trunk", ("extension", "bending", "rotation")),
@@ -45,16 +52,6 @@ OF_SIDES = (
     Joint("elbow", "upper_arm", "forearm", ("flexion", "adduction", "pronation")),
     Joint("wrist", "forearm", "hand", ("flexion", "ulnar_deviation", "rotation")),
 )
-
-
-def segments_of(joint: Joint, side: str) -> tuple[str, str]:
-    """Return the names of the segments of a joint; side is "" in the middle."""
-    proximal, distal = (
-        name if name in ("pelvis", "trunk", "head") else f"{side}_{name}" for name in (joint.proximal, joint.distal)
-    )
-    return proximal, distal
-
-
 HINGES = {"thigh": ("shank", -1.0), "upper_arm": ("forearm", 1.0)}  # the next segment, and where it bends
 
 LOCKED = "flexion and rotation are one where the limb points to the side"
@@ -139,7 +136,7 @@ class _Joints:
 
     def measure(self, joint: Joint, side: str) -> None:
         """Measure a joint; side is "" in the middle."""
-        proximal, distal = segments_of(joint, side)
+        proximal, distal = joint.segments(side)
         if not {proximal, distal} <= self.segments.keys():
             return
         if self.segments[proximal].carrier == self.segments[distal].carrier:

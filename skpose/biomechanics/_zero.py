@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from skpose._validation.motions import is_motion
 from skpose._warnings import warn
 from skpose.biomechanics._axes import EXCHANGED, Reference, find_reference
-from skpose.biomechanics._measure import MIDDLE, OF_SIDES, segments_of
+from skpose.biomechanics._measure import MIDDLE, OF_SIDES
 from skpose.biomechanics._seen import find_seen
 from skpose.biomechanics._segments import SIDES, Segment, Turned, turn_segments
 from skpose.keypoints._shared import is_of_layout
@@ -146,7 +146,7 @@ def _find_standing(
         (joint.name, side): f"positions of its points are not seen in zero, {words}"
         for joint in (*MIDDLE, *OF_SIDES)
         for side in (SIDES if joint in OF_SIDES else ("",))
-        if (unseen | rotations_unseen - lines) & set(segments_of(joint, side))
+        if (unseen | rotations_unseen - lines) & {*joint.segments(side)}
     }
     return reference._replace(unknown=unknown), words
 

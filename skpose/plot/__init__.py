@@ -6,7 +6,8 @@ Needs matplotlib: ``pip install "skpose[plot]"``.
 """
 
 from skpose.plot._alignment import AlignmentDisplay
-from skpose.plot._confusions import Confusion, ConfusionDisplay
+from skpose.plot._confused import Confusion
+from skpose.plot._confusions import ConfusionDisplay
 from skpose.plot._distances import DistanceMatrixDisplay
 from skpose.plot._geodesic import GeodesicDisplay
 from skpose.plot._joint_angles import JointAnglesDisplay
