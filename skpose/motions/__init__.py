@@ -9,7 +9,7 @@
 | `_memory`      | distances that earlier calls have computed, in files                                        |
 | `_kneighbors`  | the graph of the nearest motions; `_queries` splits its requests, `_search` answers one     |
 | `_find`        | the best windows of long motions; `_windows` finds them                                     |
-| `_stream`      | movements in a stream, one frame after the other                                            |
+| `_stream`      | movements in a stream, frame by frame; `_stream_rows` has the sums of its templates         |
 | `_index`       | motions that are searched; `_bounds` are lower bounds of the distances to them              |
 | `_mean`        | the mean of motions; `_barycenter` has its two steps                                        |
 | `_repetitions` | repetitions in one motion; `_template` finds what is repeated, `_surrogates` how surely,     |

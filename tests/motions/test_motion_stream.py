@@ -158,7 +158,7 @@ def test_what_is_returned_is_final(recording, limit):
 @pytest.mark.parametrize("room", [1, 64])
 def test_random_costs(room, monkeypatch):
     """Many windows that overlap, with equal sums: poses on a line, at whole numbers; also where room must be made."""
-    monkeypatch.setattr("skpose.motions._stream.FIRST_ROOM", room)
+    monkeypatch.setattr("skpose.motions._stream_rows.FIRST_ROOM", room)
     rng = np.random.default_rng(1)
     for _ in range(25):
         frames = rng.integers(0, 4, size=(80, 1)).astype(float)
@@ -472,7 +472,7 @@ def test_geodesics_that_do_not_converge_are_counted_in_each_call(monkeypatch):
         column.sums.fill(1.0)
         return 2, 0.1
 
-    monkeypatch.setattr("skpose.motions._stream.advance_loop", lambda dtype: advance)
+    monkeypatch.setattr("skpose.motions._stream_rows.advance_loop", lambda dtype: advance)
     for _ in range(2):
         with pytest.warns(ConvergenceWarning, match="4 of 54 geodesics did not converge"):
             stream.push(MOVING[0][:2])
