@@ -11,7 +11,7 @@ from skpose._files import check_new, new_file
 from skpose._validation.options import check_choice, check_positive
 from skpose.io._arguments import PathLike
 from skpose.skeleton import Bone, Motion
-from skpose.skeleton._shared import continuous_triples, positions_at_zero, root_orientations, rotations_of
+from skpose.skeleton._shared import continuous_triples, is_axes, positions_at_zero, root_orientations, rotations_of
 
 DIGITS = 9  # after the point: far below the precision of mocap; no exponents, which some programs cannot read
 PARALLEL = 1e-12  # axes that differ by less are the root's
@@ -176,7 +176,8 @@ def _statements(motion: Motion, turn: np.ndarray, scale: float) -> Iterator[tupl
         yield depth + 1, offset(bones.get(bone.parent) if own else bone), None
         if not is_end:
             angles = motion.angles[:, first[name] : first[name] + bone.n_dofs]
-            if not own and not bone.is_ball and np.allclose(rest[name], turn, rtol=0, atol=PARALLEL):
+            about_axes = is_axes(bone.dofs) and np.allclose(rest[name], turn, rtol=0, atol=PARALLEL)
+            if not own and about_axes:
                 axes, angles = _turn_axes(*_intrinsic(bone.dofs, angles), turn)
             else:
                 axes, angles = _about_root(bone, angles, rest[name])

@@ -13,7 +13,7 @@ from skpose.keypoints import Keypoints
 from skpose.skeleton import Bone, Motion, Skeleton
 
 VERSION = "skpose_motion"  # the key that only motions of this library have, with the version of the format
-LATEST = 1
+LATEST = 2
 
 
 def save_npz(path: PathLike, content: Motion | Keypoints) -> None:
@@ -53,10 +53,11 @@ def save_npz(path: PathLike, content: Motion | Keypoints) -> None:
     ``seen``                            (n_frames, n_joints), 1 or 0, see `Motion`; (0, 0) where it is None
     ``joint_names``, ``joint_parents``  (n_joints,); an empty text is the root
     ``joint_offsets``, ``joint_dofs``   (n_joints, 3), m; (n_joints,) texts, see `Bone`
+    ``joint_axes``                      (n_joints, 3), of hinges; NaN elsewhere
     ``rest_rotations``, ``limits``      (n_joints, 3, 3); (n_dofs, 2), rad; NaN where a bone has none
     ``weights``                         (n_joints,); NaN where a bone has none
     ``offset_frame``                    own or parent, see `Skeleton`
-    ``skpose_motion``                   the version of the format, 1
+    ``skpose_motion``                   the version of the format, 2
     =================================== ================================================================
 
     Keypoints have the keys that `load_keypoints` lists, and ``up``.
@@ -104,6 +105,7 @@ def _of_motion(motion: Motion) -> dict[str, np.ndarray]:
         "joint_parents": np.array([bone.parent or "" for bone in bones]),
         "joint_offsets": motion.skeleton.offsets,
         "joint_dofs": np.array([bone.dofs for bone in bones]),
+        "joint_axes": np.array([np.full(3, np.nan) if bone.axis is None else bone.axis for bone in bones]),
         "rest_rotations": np.array([nowhere if b.rest_rotation is None else b.rest_rotation for b in bones]),
         "limits": np.concatenate([np.reshape(pairs, (-1, 2)) for pairs in limits]),
         "weights": np.array([np.nan if bone.weight is None else bone.weight for bone in bones]),
@@ -125,8 +127,6 @@ def read_npz(
         )
     skeleton = _skeleton(source, file)
     angles = file.angles("angles", (None, skeleton.n_dofs))
-    if list(skeleton.dof_names) != file.texts("dof_names", (None,)):
-        raise source.error("dof_names: expected the names of the dofs of the joints, in their order")
     n = len(angles)
     axes = _text(file, "root_axes")
     numbers = file.numbers("frame_numbers", (n,))
@@ -159,26 +159,33 @@ def _skeleton(source: Source, file: Archive) -> Skeleton:
     names = file.texts("joint_names", (None,))
     n = len(names)
     parents, dofs = file.texts("joint_parents", (n,)), file.texts("joint_dofs", (n,))
+    dof_names = file.texts("dof_names", (None,))
     offsets = file.numbers("joint_offsets", (n, 3))
+    axes = file.numbers("joint_axes", (n, 3), finite=False)
     rest = file.numbers("rest_rotations", (n, 3, 3), finite=False)
     weights = file.numbers("weights", (n,), finite=False)
     limits = file.numbers("limits", (None, 2), finite=False)
     bones, column = [], 0
     for i, name in enumerate(names):
         bone = Bone(name, parents[i] or None, offsets[i], dofs[i])
-        pairs = limits[column : column + bone.n_dofs]
+        pairs, own_names = limits[column : column + bone.n_dofs], dof_names[column : column + bone.n_dofs]
         column += bone.n_dofs
         bones.append(
             bone._replace(
                 rest_rotation=None if np.isnan(rest[i]).all() else rest[i],
                 limits=None if np.isnan(pairs).all() else pairs,
                 weight=None if np.isnan(weights[i]) else weights[i],
+                axis=None if np.isnan(axes[i]).all() else axes[i],
+                dof_name=own_names[0] if bone.is_hinge and own_names else None,
             )
         )
     if len(limits) != column:
         raise source.error(f"limits: expected {column} rows, one for each dof, found {len(limits)}")
     with source.format_errors():
-        return Skeleton(bones, _text(file, "offset_frame"))  # type: ignore[arg-type]  # which Skeleton checks
+        skeleton = Skeleton(bones, _text(file, "offset_frame"))  # type: ignore[arg-type]  # which Skeleton checks
+    if list(skeleton.dof_names) != dof_names:
+        raise source.error("dof_names: expected the names of the dofs of the joints, in their order")
+    return skeleton
 
 
 def _text(file: Archive, key: str) -> str:

@@ -76,6 +76,8 @@ def frames_of(skeleton: Skeleton | None) -> Frames:
         columns = list(range(first_column[j], first_column[j + 1]))
         if bone.is_ball:
             Q, signs = np.eye(3), [1, 1, 1]
+        elif bone.is_hinge:
+            Q, signs = _axis_to_x(np.array(bone.axis)), [1]
         else:
             axes = ["xyz".index(axis) for axis in bone.dofs.lower()]
             if bone.dofs.islower():  # extrinsic: the last one listed is the first factor of the product
@@ -112,6 +114,13 @@ def _axes_to_zyx(axes: list[int]) -> tuple[np.ndarray, list[int]]:
         if len(axes) == 3:
             signs[0] = -1
     return Q, signs
+
+
+def _axis_to_x(axis: np.ndarray) -> np.ndarray:
+    """Return a rotation that takes a direction to x."""
+    across = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
+    across /= np.linalg.norm(across)
+    return np.stack([axis, across, np.cross(axis, across)])
 
 
 def _depth_first(parents: np.ndarray) -> list[int]:

@@ -28,6 +28,7 @@ from skpose.skeleton._shared import (
     LARGEST_DIFFERENCE,
     TWO_PI,
     axes_at_zero,
+    axes_of,
     columns_of,
     continuous_columns,
     root_angles_of,
@@ -289,8 +290,7 @@ def _numbers(bone: Bone, rotations: Rotation, near: np.ndarray | None) -> np.nda
         return continuous_columns(bone, rotations) if near is None else columns_of(bone, rotations, near)
     if bone.n_dofs == 1:
         quaternions = rotations.as_quat()
-        axis = "xyz".index(bone.dofs.lower())
-        angles = 2.0 * np.arctan2(quaternions[:, axis], quaternions[:, 3])[:, None]
+        angles = 2.0 * np.arctan2(quaternions[:, :3] @ axes_of(bone)[0], quaternions[:, 3])[:, None]
     else:
         axes = "xyz" if bone.dofs.islower() else "XYZ"
         third = next(axis for axis in axes if axis not in bone.dofs)

@@ -6,7 +6,9 @@ from typing import Any, NamedTuple, NoReturn
 import numpy as np
 
 BALL = "rotvec"  # the dofs of a ball joint
+HINGE = "hinge"  # the dofs of a joint that rotates about one axis of any direction
 WEIGHT = "a finite number, zero or more, or None"
+UNIT_TOLERANCE = 1e-15  # of the length of an axis: a smaller difference is rounding, and what is stored stays as it is
 ROTATION_TOLERANCE = 1e-6  # deviation of a rest rotation from orthonormal: six printed digits leave this much
 
 
@@ -25,7 +27,8 @@ class Bone(NamedTuple):
         Rotation axes of the joint, at most one each of x, y and z. As in `scipy.spatial.transform.Rotation`, lower
         case is extrinsic ("xyz": first about x, then about the *fixed* y, then z; the product Rz·Ry·Rx) and upper
         case intrinsic ("ZXY": first about z, then about the *rotated* x, then y; the product Rz·Rx·Ry). Empty for a
-        rigid joint. "rotvec" is a *ball joint*: its three columns are a rotation vector, axis times angle.
+        rigid joint. "rotvec" is a *ball joint*: its three columns are a rotation vector, axis times angle. "hinge" is
+        a *hinge* about any axis, as those of robots: its one column is the angle about `axis`.
     rest_rotation : (3, 3) nested tuples, default=None
         Constant rotation before the dofs: from the joint's own axes to those of its parent at angle zero. None is
         the identity.
@@ -34,13 +37,20 @@ class Bone(NamedTuple):
     weight : float, default=None
         How much the joint at the far end counts in distances, see `Skeleton.with_weights`. None is 1, or 0 where the
         joint always stands in the place of another one that counts.
+    axis : tuple of 3 floats, default=None
+        Axis of a hinge in the joint's own axes; it gets length one. None for all other dofs.
+    dof_name : str, default=None
+        Name of a hinge's column of a pose, such as the joint of a robot that it belongs to. None is the bone's name and
+        "_hinge".
 
     Attributes
     ----------
     is_ball : bool
         Whether the joint is a ball joint.
+    is_hinge : bool
+        Whether the joint is a hinge about any axis.
     dof_names : tuple of str
-        One name for each column of a pose: "elbow_rx", or "elbow_rotvec_x" of a ball joint.
+        One name for each column of a pose: "elbow_rx", "elbow_rotvec_x" of a ball joint, `dof_name` of a hinge.
     n_dofs : int
         How many columns of a pose belong to the joint.
     """
@@ -52,6 +62,8 @@ class Bone(NamedTuple):
     rest_rotation: Sequence[Sequence[float]] | np.ndarray | None = None
     limits: Sequence[Sequence[float]] | np.ndarray | None = None
     weight: float | None = None
+    axis: Sequence[float] | np.ndarray | None = None
+    dof_name: str | None = None
 
     @property
     def is_ball(self) -> bool:
@@ -59,16 +71,23 @@ class Bone(NamedTuple):
         return self.dofs == BALL
 
     @property
+    def is_hinge(self) -> bool:
+        """True for a hinge about any axis."""
+        return self.dofs == HINGE
+
+    @property
     def dof_names(self) -> tuple[str, ...]:
         """One name for each column of a pose."""
         if self.is_ball:
             return tuple(f"{self.name}_{BALL}_{axis}" for axis in "xyz")
+        if self.is_hinge:
+            return (f"{self.name}_{HINGE}" if self.dof_name is None else self.dof_name,)
         return tuple(f"{self.name}_r{axis}" for axis in self.dofs.lower())
 
     @property
     def n_dofs(self) -> int:
         """Number of the columns of a pose that belong to the joint."""
-        return 3 if self.is_ball else len(self.dofs)
+        return 3 if self.is_ball else 1 if self.is_hinge else len(self.dofs)
 
 
 def check_bone(bone: Bone) -> Bone:
@@ -98,7 +117,34 @@ def check_bone(bone: Bone) -> Bone:
         weight = float(_numbers(bone, "weight", (), WEIGHT))
         if not 0.0 <= weight < np.inf:
             _refuse(bone, "weight", WEIGHT)
-    return Bone(bone.name, bone.parent, tuple(offset.tolist()), bone.dofs, rest, limits, weight)
+    checked = bone._replace(offset=tuple(offset.tolist()), rest_rotation=rest, limits=limits, weight=weight)
+    return checked._replace(axis=_check_axis(bone), dof_name=bone.dof_names[0] if bone.is_hinge else None)
+
+
+def _check_axis(bone: Bone) -> tuple[float, ...] | None:
+    """Return the axis of a hinge at length one; refuse an axis or the name of a dof of what is no hinge."""
+    if not bone.is_hinge:
+        for field in ("axis", "dof_name"):
+            if getattr(bone, field) is not None:
+                _refuse(bone, field, f'None for the dofs {bone.dofs!r}: it belongs to dofs="hinge"')
+        return None
+    if bone.dof_name is not None and (not isinstance(bone.dof_name, str) or not bone.dof_name):
+        _refuse(bone, "dof_name", "a non-empty string, or None")
+    expected = "three finite numbers, not all zero: the direction about which the hinge rotates"
+    axis = _numbers(bone, "axis", (3,), expected)
+    length = np.linalg.norm(axis)
+    if not 0.0 < length < np.inf:
+        _refuse(bone, "axis", expected)
+    if abs(length - 1.0) > UNIT_TOLERANCE:
+        axis = axis / length
+    return tuple(axis.tolist())
+
+
+def axes_of(bone: Bone) -> np.ndarray:
+    """Return the axes (n_dofs, 3) of a joint's angles in its own axes, in the order of the columns."""
+    if bone.is_hinge:
+        return np.array([bone.axis], dtype=np.float64)
+    return np.eye(3)[["xyz".index(letter) for letter in bone.dofs.lower()]]
 
 
 def is_axes(dofs: object) -> bool:
@@ -115,9 +161,11 @@ def _check_dofs(bone: Bone) -> None:
         if bone.limits is not None:
             _refuse(bone, "limits", "None for a ball joint: a range of a rotation vector's components means no posture")
         return
+    if bone.is_hinge:
+        return
     if not is_axes(dofs):
         letters = isinstance(dofs, str) and is_axes("".join(dict.fromkeys(dofs)))
-        expected = 'letters x, y, z in one case, such as "xyz" or "ZXY", or "rotvec" for a ball joint'
+        expected = 'letters x, y, z in one case, such as "xyz" or "ZXY", "rotvec" for a ball joint, "hinge" with axis='
         _refuse(bone, "dofs", "at most one each of x, y and z" if letters else expected)
 
 

@@ -21,7 +21,7 @@ def mismatch(a: SkeletonLike, b: SkeletonLike) -> str:
     if alone:
         return _only_one_has(alone)
     for name in bones_a:
-        for field in ("parent", "dofs"):
+        for field in ("parent", "dofs", "axis", "dof_name"):
             in_a, in_b = getattr(bones_a[name], field), getattr(bones_b[name], field)
             if in_a != in_b:
                 convertible = field == "dofs" and min(bones_a[name].n_dofs, bones_b[name].n_dofs) > 1

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose.skeleton._bone import Bone
+from skpose.skeleton._bone import Bone, axes_of
 from skpose.skeleton._continuity import continuous_columns
 from skpose.skeleton._rest import directions_at_zero
 from skpose.skeleton._root import root_orientations
@@ -94,8 +94,7 @@ def _reflect(partner: Bone, bone: Bone, given: np.ndarray, before: np.ndarray, a
             return -given @ after
         if bone.n_dofs == partner.n_dofs and not bone.is_ball and not partner.is_ball:
             # Aᵀ takes a rotation about n to one about Aᵀn, by the opposite angle: the same axes in the same order?
-            letters = zip(partner.dofs.lower(), bone.dofs.lower(), strict=True)
-            signs = np.array([after["xyz".index(p), "xyz".index(b)] for p, b in letters])
+            signs = np.einsum("da,ab,db->d", axes_of(partner), after, axes_of(bone))
             if partner.dofs.islower() == bone.dofs.islower() and (np.abs(np.abs(signs) - 1.0) < PARALLEL).all():
                 return -np.sign(signs) * given
     if not len(given):

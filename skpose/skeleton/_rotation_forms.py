@@ -85,7 +85,7 @@ def poses_from_rotations(rotations: ArrayLike, skeleton: Skeleton, *, form: Rota
         fitted, missed = fit_columns(bone, flat[i :: len(bones)])
         worst = missed.argmax()
         if missed[worst] > TOLERANCE:
-            about = " and ".join(bone.dofs.lower())
+            about = " and ".join(bone.dofs.lower()) if bone.axis is None else str(bone.axis)
             remedy = 'a joint with dofs="rotvec"' if bone.n_dofs == 1 else "skeleton.to_rotvec()"
             raise ValueError(
                 f"rotations[{worst}, {i}], of joint {bone.name!r}, must be about {about}, the joint's axes, and misses "

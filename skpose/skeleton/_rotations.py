@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose.skeleton._bone import Bone
+from skpose.skeleton._bone import Bone, axes_of
 
 TWO_PI = 2.0 * np.pi
 NO_TURN = 1e-12  # rotation below which there is none but for rounding, about no axis, rad
@@ -15,6 +15,8 @@ def rotations_of(bone: Bone, columns: np.ndarray) -> Rotation:
     columns = columns.copy()  # the first scipy that is supported refuses read-only arrays
     if bone.is_ball:
         return Rotation.from_rotvec(columns)
+    if bone.is_hinge:
+        return Rotation.from_rotvec(columns * axes_of(bone))
     return Rotation.from_euler(bone.dofs, columns)
 
 
@@ -36,7 +38,7 @@ def fit_columns(bone: Bone, rotations: Rotation) -> tuple[np.ndarray, np.ndarray
     """
     if bone.n_dofs == 3:
         return columns_of(bone, rotations, np.zeros(3)), np.zeros(len(rotations))
-    axes = np.eye(3)[["xyz".index(letter) for letter in bone.dofs.lower()]]
+    axes = axes_of(bone)
     if bone.n_dofs == 1:
         quaternions = rotations.as_quat(canonical=True)
         columns = 2.0 * np.arctan2(quaternions[:, :3] @ axes[0], quaternions[:, 3])[:, None]

@@ -1,6 +1,6 @@
 """Names of `skpose.skeleton` that the other packages of skpose use, in addition to the public ones."""
 
-from skpose.skeleton._bone import BALL
+from skpose.skeleton._bone import BALL, axes_of, is_axes
 from skpose.skeleton._chart import mean_of_joints, move, skeleton_at, steps_from
 from skpose.skeleton._comparison import LARGEST_DIFFERENCE, check_comparable, check_rest_poses, mismatch
 from skpose.skeleton._continuity import continuous_columns, continuous_triples, remove_jumps
@@ -36,6 +36,7 @@ __all__ = [
     "TWO_PI",
     "RotationForm",
     "axes_at_zero",
+    "axes_of",
     "check_comparable",
     "check_rest_poses",
     "columns_of",
@@ -50,6 +51,7 @@ __all__ = [
     "foldable_table",
     "heading",
     "interpolate_poses",
+    "is_axes",
     "join_seen",
     "mean_of_joints",
     "mismatch",

@@ -28,7 +28,7 @@ class Skeleton:
     Parameters
     ----------
     bones : iterable of Bone
-        The bones, in any order; plain tuples (name, parent, offset, dofs, rest_rotation, limits, weight) are accepted.
+        The bones, in any order; plain tuples of the fields of `Bone`, in their order, are accepted.
         They are kept in the given order, except that a parent comes before its children.
     offset_frame : {"own", "parent"}, default="own"
         Axes in which the offsets are given. "own": a joint's dofs rotate the bone that *ends* at it (ASF). "parent":
@@ -93,6 +93,7 @@ class Skeleton:
         if not any(bone.dofs for bone in bones):
             raise ValueError("a skeleton needs at least one degree of freedom, but no bone has any dofs")
         object.__setattr__(self, "bones", bones)
+        _check_dof_names(self.dof_names)
 
     @classmethod
     def chain(cls, n: int) -> "Skeleton":
@@ -446,6 +447,13 @@ def _freeze(values: Any, dtype: type = np.float64) -> np.ndarray:
     array: np.ndarray = np.array(values, dtype=dtype)
     array.flags.writeable = False
     return array
+
+
+def _check_dof_names(names: Sequence[str]) -> None:
+    """Refuse two columns of poses of one name: files and tables know columns by these."""
+    if len(set(names)) < len(names):
+        twice = next(name for name in names if names.count(name) > 1)
+        raise ValueError(f"two dofs have the name {twice!r}; every column of a pose needs its own: see Bone's dof_name")
 
 
 def _in_tree_order(bones: Sequence[Bone]) -> tuple[Bone, ...]:

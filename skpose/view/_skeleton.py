@@ -24,7 +24,8 @@ def skeleton_data(skeleton: Skeleton) -> dict[str, Any]:
     Returns
     -------
     dict
-        Of each joint: `names`, `parents` (−1 for the root), `offsets` (m), `dofs`, `rests`, `weights`, `sides` ("left",
+        Of each joint: `names`, `parents` (−1 for the root), `offsets` (m), `dofs`, `axes` (of hinges),
+        `rests`, `weights`, `sides` ("left",
         "right" or ""), and `signs`. A rest rotation is a unit quaternion (w, x, y, z), or None for the identity. Of
         each column of a pose: `columns`, its name, and `angles`, true for one whose difference is wrapped. And
         `offsetFrame`, "own" or "parent".
@@ -46,6 +47,7 @@ def skeleton_data(skeleton: Skeleton) -> dict[str, Any]:
         "parents": skeleton.parents.tolist(),
         "offsets": skeleton.offsets.tolist(),
         "dofs": [bone.dofs for bone in skeleton.bones],
+        "axes": [bone.axis for bone in skeleton.bones],
         "rests": [_rest(bone) for bone in skeleton.bones],
         "weights": skeleton.weights.tolist(),
         "sides": sides(skeleton.joint_names),

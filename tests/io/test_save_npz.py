@@ -121,7 +121,7 @@ def test_no_file_is_replaced_and_nothing_else_is_written(tmp_path):
 @pytest.mark.parametrize(
     ("changed", "message"),
     [
-        ({"skpose_motion": 2}, "skpose_motion: the version of the format is 2, and this version of skpose reads 1"),
+        ({"skpose_motion": 1}, "skpose_motion: the version of the format is 1, and this version of skpose reads 2"),
         ({"angles": None}, "it has no angles"),
         ({"angles": np.zeros((4, 2))}, r"angles: expected shape \(n, 7\), found \(4, 2\)"),
         ({"angles": np.full((4, 7), np.nan)}, "angles: expected finite numbers"),

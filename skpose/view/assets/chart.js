@@ -135,7 +135,8 @@ class Chart {
       if (rest) q = rotations.product(q, rest);
       const steps = joint.axes.map((axis, i) => [axis, this.at[j] + i]);
       for (const [axis, d] of joint.intrinsic ? steps : steps.reverse()) {
-        setScrew(screws, 6 * d, rotations.apply(q, [0, 1, 2].map((i) => (i === axis ? 1 : 0))), origin);
+        const direction = axis.length ? axis : [0, 1, 2].map((i) => (i === axis ? 1 : 0));
+        setScrew(screws, 6 * d, rotations.apply(q, direction), origin);
         q = rotations.product(q, rotations.about(axis, coordinates[d]));
       }
     });

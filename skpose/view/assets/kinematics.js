@@ -7,7 +7,8 @@ class Skeleton {
     let first = 0; // column
     this.joints = data.dofs.map((dofs, j) => {
       const isBall = dofs === "rotvec";
-      const axes = isBall ? [] : [...dofs.toLowerCase()].map((letter) => "xyz".indexOf(letter));
+      // Of a hinge the direction of its axis, of other joints the numbers of theirs.
+      const axes = isBall ? [] : data.axes[j] ? [data.axes[j]] : [...dofs.toLowerCase()].map((x) => "xyz".indexOf(x));
       const count = isBall ? 3 : axes.length;
       const joint = {
         parent: data.parents[j], offset: data.offsets[j], rest: data.rests[j], weight: data.weights[j],

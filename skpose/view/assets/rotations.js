@@ -48,8 +48,9 @@ const rotations = {
     return [Math.cos(angle / 2), share * x, share * y, share * z];
   },
 
-  /** About an axis, 0, 1 or 2. */
+  /** About an axis, 0, 1 or 2, or about a direction of length one. */
   about(axis, angle) {
+    if (axis.length) return rotations.ofVector(axis.map((x) => x * angle));
     const q = [Math.cos(angle / 2), 0, 0, 0];
     q[axis + 1] = Math.sin(angle / 2);
     return q;
