@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from skpose._compiled.pose.tree import BALL
+from skpose._compiled.pose.tree import BALL, HINGE
 from skpose.skeleton import Skeleton
 
 # Constant rotations that differ from the identity by rounding alone are the identity: a frame less per joint.
@@ -12,7 +12,10 @@ ROUNDING = 8 * np.finfo(np.float64).eps
 
 
 class Frame:
-    """A coordinate system that rotates about z, y and x by its dofs; without dofs, about one axis by a constant."""
+    """A coordinate system that rotates about z, y and x by its dofs.
+
+    A hinge's rotates about any one of these, and one without dofs about any one by a constant.
+    """
 
     def __init__(
         self, parent: "Frame | None", first_dof: int, end_dof: int, rest: Any, pivot: int, is_ball: bool = False
@@ -23,7 +26,8 @@ class Frame:
         self.pivot = pivot
         self.children: list[Frame] = []
         self.joints: list[int] = []
-        self.axis, self.angle = 0, 0.0
+        self.axis, self.angle = 0, 0.0  # the last axis about which it rotates; the constant
+        self.hinge: np.ndarray | None = None  # the direction of a hinge's axis, until `absorb` has chosen its frame
         self.axes = np.eye(3)  # of a ball joint: takes vectors in its frame to the joint's own axes
         if parent is not None:
             parent.children.append(self)
@@ -34,11 +38,13 @@ class Frame:
 
     @property
     def kind(self) -> int:
-        return BALL if self.is_ball else self.n_dofs
+        if self.is_ball:
+            return BALL
+        return HINGE if self.n_dofs == 1 and self.axis != 0 else self.n_dofs
 
     @property
     def is_leaf(self) -> bool:
-        return self.n_dofs > 0 and not self.children and len(self.joints) == 1
+        return self.n_dofs > 0 and self.axis == 0 and not self.children and len(self.joints) == 1
 
 
 class Frames(NamedTuple):
@@ -74,10 +80,8 @@ def frames_of(skeleton: Skeleton | None) -> Frames:
             frame_of[j + 1], constant[j + 1] = frame_of[parent], before
             continue
         columns = list(range(first_column[j], first_column[j + 1]))
-        if bone.is_ball:
-            Q, signs = np.eye(3), [1, 1, 1]
-        elif bone.is_hinge:
-            Q, signs = _axis_to_x(np.array(bone.axis)), [1]
+        if bone.is_ball or bone.is_hinge:
+            Q, signs = np.eye(3), [1] * bone.n_dofs
         else:
             axes = ["xyz".index(axis) for axis in bone.dofs.lower()]
             if bone.dofs.islower():  # extrinsic: the last one listed is the first factor of the product
@@ -86,6 +90,7 @@ def frames_of(skeleton: Skeleton | None) -> Frames:
         first = len(frames.column)
         pivot = parent if own else j + 1
         frame = Frame(frame_of[parent], first, first + len(columns), before @ Q.T, pivot, bone.is_ball)
+        frame.hinge = np.array(bone.axis) if bone.is_hinge else None
         frame_of[j + 1], constant[j + 1] = frame, Q
         frames.rotating.append(frame)
         frames.column.extend(columns)
@@ -114,13 +119,6 @@ def _axes_to_zyx(axes: list[int]) -> tuple[np.ndarray, list[int]]:
         if len(axes) == 3:
             signs[0] = -1
     return Q, signs
-
-
-def _axis_to_x(axis: np.ndarray) -> np.ndarray:
-    """Return a rotation that takes a direction to x."""
-    across = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
-    across /= np.linalg.norm(across)
-    return np.stack([axis, across, np.cross(axis, across)])
 
 
 def _depth_first(parents: np.ndarray) -> list[int]:
@@ -154,25 +152,52 @@ def _angle_of(u: float, v: float) -> float:
     return float(angle) if abs(angle) > ROUNDING else 0.0
 
 
-def _split(R: np.ndarray, n_dofs: int) -> tuple[float, int, float, float]:
-    """Split a rotation R = Rx(α) · Rm(β) · Rk(γ) into α, m, β and γ, with k the axis of the first dof: z, y or x.
+def _split(R: np.ndarray, p: int, k: int) -> tuple[float, int, float, float]:
+    """Split a rotation R = Rp(α) · Rm(β) · Rk(γ) into α, m, β and γ.
 
-    The axis m is y, or z where k is y. The x of the frame before takes α and the first dof of the next frame takes γ,
-    so that β is all that a constant rotation costs between two frames.
+    With p the axis of the last dof of the frame before, which takes α, and k that of the first dof of the next frame,
+    which takes γ, β is all that a constant rotation costs between two frames.
     """
-    k, m = n_dofs - 1, 2 if n_dofs == 2 else 1
-    other = 3 - m  # of y and z
-    sign = 1.0 if m == 2 else -1.0
-    alpha = _angle_of(sign * R[m, k], R[other, k])
-    rest = _about(0, -alpha) @ R
-    a, b = (2, 0) if m == 1 else (0, 1)  # the axes that a rotation about m mixes
-    along, across = (a, b) if k == a else (b, a)
-    beta = _angle_of(rest[across, k] * (1.0 if along == a else -1.0), rest[along, k])
-    rest = _about(m, -beta) @ rest
+    alpha, m, beta = _turn_to(R[:, k], p, k)
+    rest = _about(m, -beta) @ _about(p, -alpha) @ R
     return alpha, m, beta, _angle_of(rest[(k + 2) % 3, (k + 1) % 3], rest[(k + 1) % 3, (k + 1) % 3])
 
 
-def absorb(frame: Frame, offset: np.ndarray, shift: np.ndarray) -> None:
+def _turn_to(direction: np.ndarray, p: int, k: int) -> tuple[float, int, float]:
+    """Return α, m and β for which Rp(α) · Rm(β) takes the axis k to a direction."""
+    m = 3 - p - k if p != k else 1 if k == 0 else 0
+    b, c = (p + 1) % 3, (p + 2) % 3
+    u, v = (direction[c], direction[b]) if m == c else (-direction[b], direction[c])
+    alpha = _angle_of(u, v)
+    turned = _about(p, -alpha) @ direction
+    return alpha, m, _angle_of(turned @ np.cross(np.eye(3)[m], np.eye(3)[k]), turned[k])
+
+
+class _Turned(NamedTuple):
+    """Where a hinge's axis is: Rp(α) · Rm(β) · e_k times a sign."""
+
+    sign: int
+    axis: int  # k
+    p: int
+    alpha: float
+    m: int
+    beta: float
+
+
+def _turn_hinge(direction: np.ndarray, p: int) -> _Turned:
+    """Return the least that takes an axis of a frame to the direction of a hinge.
+
+    Along an axis it is nothing. Across the axis p, the one about which the frame before rotates, α is enough, which
+    costs nothing there.
+    """
+    k = int(np.abs(direction).argmax())
+    if np.abs(np.delete(direction, k)).max() <= ROUNDING:
+        return _Turned(1 if direction[k] > 0.0 else -1, k, p, 0.0, p, 0.0)
+    k = 0 if p != 0 or abs(direction[p]) > ROUNDING else 1
+    return _Turned(1, k, p, *_turn_to(direction, p, k))
+
+
+def absorb(frame: Frame, frames: Frames, shift: np.ndarray) -> None:
     """Move the constant rotations behind a frame into the zeros of angles, or into frames of their own.
 
     Parents come first, since what they take rotates their children. A child that is a ball joint keeps its rest
@@ -180,25 +205,46 @@ def absorb(frame: Frame, offset: np.ndarray, shift: np.ndarray) -> None:
     """
     angular = [child for child in frame.children if not child.is_ball]
     if frame.is_ball:
-        _choose_axes(frame, angular, offset)
+        _choose_axes(frame, angular, frames.offset)
     elif frame.n_dofs > 0 and (angular or frame.is_leaf):
         if angular:
-            alpha = _split(angular[0].rest, angular[0].n_dofs)[0]
+            alpha = _alpha_of(frame, angular)
         else:  # rotate the offset into the plane of x and y
-            alpha = _angle_of(offset[frame.joints[0], 2], offset[frame.joints[0], 1])
+            alpha = _angle_of(frames.offset[frame.joints[0], 2], frames.offset[frame.joints[0], 1])
         shift[frame.end_dof - 1] += alpha
-        _rotate_behind(frame, _about(0, -alpha), offset)
+        _rotate_behind(frame, _about(frame.axis, -alpha), frames.offset)
     if frame.is_leaf:
-        offset[frame.joints[0], 2] = 0.0
+        frames.offset[frame.joints[0], 2] = 0.0
     for child in angular:
-        alpha, m, beta, gamma = _split(child.rest, child.n_dofs)
-        shift[child.first_dof] += gamma
+        if child.hinge is not None:
+            ways = [_turn_hinge(child.rest @ child.hinge, (frame.axis + i) % 3) for i in range(3)]
+            found = min(ways, key=lambda way: (way.alpha != 0.0) + (way.beta != 0.0))
+            child.axis, frames.sign[child.first_dof] = found.axis, found.sign
+            constants = (found.m, found.beta), (found.p, found.alpha)
+            turned = _about(*constants[1]) @ _about(*constants[0])
+            _rotate_behind(child, turned.T @ child.rest, frames.offset)
+        else:
+            alpha, m, beta, gamma = _split(child.rest, frame.axis, child.n_dofs - 1)
+            shift[child.first_dof] += gamma
+            constants = (m, beta), (frame.axis, alpha)
         i, upper = frame.children.index(child), child
-        for axis, angle in ((m, beta), (0, alpha)):  # from the child up
+        for axis, angle in constants:  # from the child up
             if angle != 0.0:
                 constant = Frame(None, child.first_dof, child.first_dof, None, 0)
                 constant.axis, constant.angle, constant.children = axis, angle, [upper]
                 upper.parent, constant.parent, frame.children[i], upper = constant, frame, constant, constant
+
+
+def _alpha_of(frame: Frame, angular: list[Frame]) -> float:
+    """Return the constant that a frame takes: that of its first child, or where that needs none of the first hinge."""
+    for child in angular:
+        if child.hinge is not None:
+            alpha = _turn_hinge(child.rest @ child.hinge, frame.axis).alpha
+        elif child is angular[0]:
+            alpha = _split(child.rest, frame.axis, child.n_dofs - 1)[0]
+        if alpha != 0.0:
+            return alpha
+    return 0.0
 
 
 def _rotate_behind(frame: Frame, back: np.ndarray, offset: np.ndarray) -> None:
@@ -212,19 +258,22 @@ def _rotate_behind(frame: Frame, back: np.ndarray, offset: np.ndarray) -> None:
 def _choose_axes(frame: Frame, angular: list[Frame], offset: np.ndarray) -> None:
     """Choose the axes of a ball joint's frame: those of the first child with angles, or x along the first offset."""
     R = np.eye(3)
-    if angular:
-        R = angular[0].rest
-    elif frame.joints:
-        along = offset[frame.joints[0]]
-        length = np.linalg.norm(along)
-        if length > 0.0:
-            across = np.eye(3)[np.abs(along).argmin()]
-            y = np.cross(along / length, across)
-            y /= np.linalg.norm(y)
-            R = np.stack([along / length, y, np.cross(along / length, y)], axis=1)
+    first = angular[0] if angular else None
+    if first is not None:
+        R = first.rest if first.hinge is None else first.rest @ _axes_along(first.hinge)
+    elif frame.joints and offset[frame.joints[0]].any():
+        R = _axes_along(offset[frame.joints[0]])
     _rotate_behind(frame, R.T, offset)
-    if angular:
-        angular[0].rest = np.eye(3)
+    if first is not None:
+        first.rest = np.eye(3) if first.hinge is None else first.rest
     elif frame.joints:  # exactly along x
         offset[frame.joints[0]] = np.linalg.norm(offset[frame.joints[0]]), 0.0, 0.0
     frame.axes, frame.rest = R, frame.rest @ R
+
+
+def _axes_along(direction: np.ndarray) -> np.ndarray:
+    """Return a rotation matrix whose first axis is along a vector."""
+    x = direction / np.linalg.norm(direction)
+    y = np.cross(x, np.eye(3)[np.abs(x).argmin()])
+    y /= np.linalg.norm(y)
+    return np.stack([x, y, np.cross(x, y)], axis=1)

@@ -90,7 +90,7 @@ def _as_arrays(skeleton: Skeleton | None, columns: np.ndarray, weights: np.ndarr
     frames = frames_of(skeleton)
     shift = np.zeros(len(frames.column))
     for frame in frames.rotating:
-        absorb(frame, frames.offset, shift)
+        absorb(frame, frames, shift)
     tree = _arrays(skeleton, frames, shift, np.concatenate([[0.0], np.sqrt(weights)]))
     tree = tree._replace(column=columns[tree.column])
     # Left writeable: read-only arrays are another type to numba, and pickling would make them this one.
@@ -184,7 +184,7 @@ def _arrays(skeleton: Skeleton | None, built: Frames, shift: np.ndarray, scale: 
         ball=np.array([balls.index(f) if f in balls else -1 for f in range(len(frames))]),
         reference=reference,
         ball_axes=np.stack([frame.axes.T for frame in frames]),
-        fixed_axis=np.array([frame.axis for frame in frames]),
+        single_axis=np.array([frame.axis for frame in frames]),
         fixed_rotation=fixed_rotation,
         weight=np.bincount(joint_frame, weighted_squares, minlength=len(frames)),
         pivot=tree_joint[[frame.pivot for frame in frames]],

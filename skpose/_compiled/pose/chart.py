@@ -46,7 +46,7 @@ def free_tree(tree, frees_angles):
             ball,
             reference,
             tree.ball_axes,
-            tree.fixed_axis,
+            tree.single_axis,
             tree.fixed_rotation,
             tree.weight,
             tree.pivot,

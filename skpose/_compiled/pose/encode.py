@@ -101,10 +101,12 @@ def encode_rotations(pose, tree, steps, scratch, code):
             rotation = ball_rotation(angles, tree, plan.ball[f])
             Q[q], Q[q + 1], Q[q + 2], Q[q + 3] = product((Q[p], Q[p + 1], Q[p + 2], Q[p + 3]), rotation)
         elif end == plan.first_dof[f]:
-            _rotate_quaternion(Q, q, plan.fixed_axis[f], plan.fixed_rotation[4 * f + 2], plan.fixed_rotation[4 * f + 3])
+            _rotate_quaternion(
+                Q, q, plan.single_axis[f], plan.fixed_rotation[4 * f + 2], plan.fixed_rotation[4 * f + 3]
+            )
         for d in range(end if plan.ball[f] >= 0 else plan.first_dof[f], end):
             cos, sin = cosine_sine((angles[column[d]] * sign[d] + shift[d]) * 0.5)
-            _rotate_quaternion(Q, q, end - 1 - d, cos, sin)
+            _rotate_quaternion(Q, q, plan.single_axis[f] + end - 1 - d, cos, sin)
         for i in range(4):
             put[q - 4 + i] = Q[q + i]
 

@@ -52,7 +52,7 @@ def orient(tree, dofs, C, S, H):
     C and S are the cosines and sines of the angles; of ball joints, whose dofs are no angles, C holds the dofs.
     """
     for f in range(1, tree.frame_parent.shape[0]):
-        p, a, end = tree.frame_parent[f], tree.fixed_axis[f], tree.end_dof[f]
+        p, a, end = tree.frame_parent[f], tree.single_axis[f], tree.end_dof[f]
         if tree.ball[f] >= 0:
             w, u, v, t = frame_quaternion(tree, dofs, f)
             q = SQRT2 * w, SQRT2 * u, SQRT2 * v, SQRT2 * t
@@ -68,17 +68,18 @@ def orient(tree, dofs, C, S, H):
         n_dofs = end - tree.first_dof[f]
         for i in range(0, 9, 3):
             row, before = 9 * f + i, 9 * p + i
-            if n_dofs == 0:
+            if n_dofs < 2:
+                u, v = H[before + b], H[before + c]
                 H[row + a] = H[before + a]
-                H[row + b], H[row + c] = rotate(
-                    H[before + b], H[before + c], tree.fixed_rotation[f, 0], tree.fixed_rotation[f, 1]
-                )
+                if n_dofs == 1:
+                    H[row + b], H[row + c] = rotate(u, v, C[end - 1], S[end - 1])
+                else:
+                    H[row + b], H[row + c] = rotate(u, v, tree.fixed_rotation[f, 0], tree.fixed_rotation[f, 1])
                 continue
             x, y, z = H[before], H[before + 1], H[before + 2]
             if n_dofs > 2:
                 x, y = rotate(x, y, C[end - 3], S[end - 3])
-            if n_dofs > 1:
-                z, x = rotate(z, x, C[end - 2], S[end - 2])
+            z, x = rotate(z, x, C[end - 2], S[end - 2])
             y, z = rotate(y, z, C[end - 1], S[end - 1])
             H[row], H[row + 1], H[row + 2] = x, y, z
 

@@ -26,15 +26,18 @@ def rotation_axes(tree, C, S, H, stride, axes):
                     axes[stride * (first + d) + i] = x * p[d] + y * q[d] + z * r[d]
             continue
         n_dofs = end - tree.first_dof[f]
+        if n_dofs == 1:
+            for i in range(3):
+                axes[stride * (end - 1) + i] = H[9 * f + 3 * i + tree.single_axis[f]]
+            continue
         for i in range(3 if n_dofs > 0 else 0):
             # The columns of H are the axes after all the rotations; undo these, the last one first.
             x, y, z = H[9 * f + 3 * i], H[9 * f + 3 * i + 1], H[9 * f + 3 * i + 2]
             axes[stride * (end - 1) + i] = x
             y, z = rotate(y, z, C[end - 1], 0.0 - S[end - 1])
-            if n_dofs > 1:
-                axes[stride * (end - 2) + i] = y
-                z, x = rotate(z, x, C[end - 2], 0.0 - S[end - 2])
+            axes[stride * (end - 2) + i] = y
             if n_dofs > 2:
+                z, x = rotate(z, x, C[end - 2], 0.0 - S[end - 2])
                 axes[stride * (end - 3) + i] = z
 
 

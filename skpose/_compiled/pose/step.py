@@ -2,7 +2,7 @@
 
 from skpose._compiled.pose.forward import rotate
 from skpose._compiled.pose.rotation import turn_back
-from skpose._compiled.pose.tree import BALL, Plan, Squares, StepArrays
+from skpose._compiled.pose.tree import BALL, HINGE, Plan, Squares, StepArrays
 from skpose._compiled.simd.jit import inlined
 from skpose._compiled.simd.lanes import flat, full_like, rows
 
@@ -27,7 +27,7 @@ def plan_of(tree):
         flat(tree.end_dof),
         flat(tree.end_angle),
         flat(tree.ball),
-        flat(tree.fixed_axis),
+        flat(tree.single_axis),
         flat(tree.fixed_rotation),
         flat(tree.batch_kind),
         flat(tree.first_frame),
@@ -106,9 +106,21 @@ def _rotate_balls(first, last, plan, Q, H):
 def _rotate_fixed(first, last, plan, H):
     """Compute the orientations of frames without dofs."""
     for f in range(first, last):
-        before, row, a = 6 * plan.frame_parent[f], 6 * f, plan.fixed_axis[f]
+        before, row, a = 6 * plan.frame_parent[f], 6 * f, plan.single_axis[f]
         b, c = (a + 1) % 3, (a + 2) % 3
         cos, sin = plan.fixed_rotation[4 * f], plan.fixed_rotation[4 * f + 1]
+        for i in range(0, 6, 3):
+            u, v = rotate(H[before + i + b], H[before + i + c], cos, sin)
+            H[row + i + a], H[row + i + b], H[row + i + c] = H[before + i + a], u, v
+
+
+@inlined
+def _rotate_hinges(first, last, plan, C, S, H):
+    """Compute the orientations of frames with one angle about y or z."""
+    for f in range(first, last):
+        before, row, a, d = 6 * plan.frame_parent[f], 6 * f, plan.single_axis[f], plan.end_angle[f] - 1
+        b, c = (a + 1) % 3, (a + 2) % 3
+        cos, sin = C[d], S[d]
         for i in range(0, 6, 3):
             u, v = rotate(H[before + i + b], H[before + i + c], cos, sin)
             H[row + i + a], H[row + i + b], H[row + i + c] = H[before + i + a], u, v
@@ -158,6 +170,8 @@ def _rotate_frames(plan, arrays):
             _rotate_batch(2, first, last, plan, C, S, H)
         elif kind == 1:
             _rotate_batch(1, first, last, plan, C, S, H)
+        elif kind == HINGE:
+            _rotate_hinges(first, last, plan, C, S, H)
         else:
             _rotate_fixed(first, last, plan, H)
 

@@ -11,7 +11,8 @@ import numpy as np
 from skpose._compiled.simd.shared import shared_structure
 
 TWO_PI = 2.0 * math.pi
-BALL = 4  # kind of a batch of ball joints; the others' kind is their number of angles, 0 to 3
+# Kinds of batches: of ball joints, and of hinges about y or z. The others' kind is their number of angles, 0 to 3.
+BALL, HINGE = 4, 5
 
 
 @shared_structure
@@ -30,7 +31,9 @@ class Tree(NamedTuple):
     ball: np.ndarray  # (n_frames,) index of a ball joint's frame among those, else -1
     reference: np.ndarray  # (n_frames, 4) quaternion (w, x, y, z) of a ball joint before its rotation vector
     ball_axes: np.ndarray  # (n_frames, 3, 3) rotation of a ball joint's columns into its frame's rotation vector
-    fixed_axis: np.ndarray  # (n_frames,) axis of the constant rotation of a frame without dofs: 0, 1 or 2
+    single_axis: (
+        np.ndarray
+    )  # (n_frames,) axis of a frame with one angle, or of the constant one of a frame without dofs
     fixed_rotation: np.ndarray  # (n_frames, 4) cosine and sine of its angle, and of half of it
     weight: np.ndarray  # (n_frames,) squared lengths of the bones fixed to the frame, times their weights, summed, m²
     pivot: np.ndarray  # (n_frames,) joint at the centre of the frame's rotation
@@ -81,7 +84,7 @@ class Plan(NamedTuple):
     end_dof: np.ndarray
     end_angle: np.ndarray
     ball: np.ndarray
-    fixed_axis: np.ndarray
+    single_axis: np.ndarray
     fixed_rotation: np.ndarray
     batch_kind: np.ndarray
     first_frame: np.ndarray
