@@ -97,7 +97,7 @@ def opensim_folder():
 
 
 ANGLES = "xyz", "ZXY", "", "y", "xz", "ZY", "yxz", "X", "YZX", "zy", "XZY", "zyx"
-MIXED = "rotvec", "ZXY", "", "y", "rotvec", "rotvec", "rotvec", "X", "YZX", "zy", "rotvec", "rotvec"
+MIXED = "rotvec", "ZXY", "", "hinge", "rotvec", "rotvec", "rotvec", "X", "YZX", "zy", "hinge", "rotvec"
 
 
 def random_tree(seed, n=12, offset_frame="own", kinds=ANGLES):
@@ -107,7 +107,10 @@ def random_tree(seed, n=12, offset_frame="own", kinds=ANGLES):
     for i in range(n):
         parent = None if i < 2 else f"b{rng.integers(i)}"
         rest = Rotation.from_rotvec(rng.normal(size=3)).as_matrix() if i % 3 else None
-        bones.append(Bone(f"b{i}", parent, rng.normal(size=3), kinds[i % len(kinds)], rest))
+        kind = kinds[i % len(kinds)]
+        offset = rng.normal(size=3)
+        axis = None if kind not in ("hinge", "slide") else (0.0, -1.0, 0.0) if i % 4 == 0 else rng.normal(size=3)
+        bones.append(Bone(f"b{i}", parent, offset, kind, rest, axis=axis))
     return Skeleton(bones, offset_frame)
 
 

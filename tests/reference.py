@@ -17,8 +17,12 @@ from threadpoolctl import threadpool_limits
 INCH = 0.0254
 
 
-def joint_rotation(dofs, columns):
-    return Rotation.from_rotvec(columns) if dofs == "rotvec" else Rotation.from_euler(dofs, columns)
+def joint_rotation(bone, columns):
+    if bone.dofs == "slide":
+        return Rotation.identity(len(columns))
+    if bone.dofs == "hinge":
+        return Rotation.from_rotvec(columns * np.array(bone.axis))
+    return Rotation.from_rotvec(columns) if bone.dofs == "rotvec" else Rotation.from_euler(bone.dofs, columns)
 
 
 def orientations_and_positions(angles, skeleton):
@@ -31,11 +35,13 @@ def orientations_and_positions(angles, skeleton):
         k = n_dofs(bone)
         local = Rotation.from_matrix(np.eye(3) if bone.rest_rotation is None else np.array(bone.rest_rotation))
         if k:
-            local = local * joint_rotation(bone.dofs, angles[:, column : column + k])
+            local = local * joint_rotation(bone, angles[:, column : column + k])
         column += k
         orientation[bone.name] = orientation[bone.parent] * local
         frame = bone.name if skeleton.offset_frame == "own" else bone.parent
         position[bone.name] = position[bone.parent] + orientation[frame].apply(bone.offset)
+        if bone.dofs == "slide":
+            position[bone.name] += orientation[bone.name].apply(angles[:, [column - 1]] * np.array(bone.axis))
     names = skeleton.joint_names
     return [orientation[name] for name in names], np.stack([position[name] for name in names], axis=1)
 
@@ -63,9 +69,10 @@ def F(angles, skeleton):
     return scaled.reshape(len(scaled), -1)
 
 
-def differences(a, b, wrap):
+def differences(a, b, wrap, skeleton=None):
     gap = np.asarray(b, dtype=float) - np.asarray(a, dtype=float)
-    return (gap + np.pi) % (2 * np.pi) - np.pi if wrap else gap
+    slides = [bone.dofs == "slide" for bone in (skeleton.bones if skeleton else ()) for _ in range(n_dofs(bone))]
+    return np.where(np.array(slides or False) | (not wrap), gap, (gap + np.pi) % (2 * np.pi) - np.pi)
 
 
 def distance(a, b, skeleton, metric, n_steps=10, wrap=False):
@@ -108,7 +115,7 @@ def path_energy(path, skeleton):
 
 
 def n_dofs(bone):
-    return 3 if bone.dofs == "rotvec" else len(bone.dofs)
+    return {"rotvec": 3, "hinge": 1, "slide": 1}.get(bone.dofs, len(bone.dofs))
 
 
 def between(path, skeleton, parts):
@@ -121,7 +128,7 @@ def between(path, skeleton, parts):
         here = slice(column, column + n_dofs(bone))
         column = here.stop
         if n_dofs(bone) == 3:
-            turned = Slerp(np.arange(len(path)), joint_rotation(bone.dofs, path[:, here]))(at)
+            turned = Slerp(np.arange(len(path)), joint_rotation(bone, path[:, here]))(at)
             fine[:, here] = turned.as_rotvec() if bone.dofs == "rotvec" else turned.as_euler(bone.dofs)
     return fine
 
@@ -135,7 +142,7 @@ def path_length(path, skeleton, parts=1):
 def line(a, b, n_steps, wrap=True, skeleton=None):
     """Return the straight line: linear in angles, slerp of ball joints."""
     part = np.linspace(0, 1, n_steps + 1)[:, None]
-    poses, column = a + part * differences(a, b, wrap), 0
+    poses, column = a + part * differences(a, b, wrap, skeleton), 0
     for bone in () if skeleton is None else skeleton.bones:
         k = n_dofs(bone)
         if bone.dofs == "rotvec":

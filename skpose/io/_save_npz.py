@@ -11,6 +11,7 @@ from skpose.io._source import Source
 from skpose.io._up import Up, check_up_of_file, stand
 from skpose.keypoints import Keypoints
 from skpose.skeleton import Bone, Motion, Skeleton
+from skpose.skeleton._shared import HINGE, SLIDE
 
 VERSION = "skpose_motion"  # the key that only motions of this library have, with the version of the format
 LATEST = 2
@@ -176,7 +177,7 @@ def _skeleton(source: Source, file: Archive) -> Skeleton:
                 limits=None if np.isnan(pairs).all() else pairs,
                 weight=None if np.isnan(weights[i]) else weights[i],
                 axis=None if np.isnan(axes[i]).all() else axes[i],
-                dof_name=own_names[0] if bone.is_hinge and own_names else None,
+                dof_name=own_names[0] if bone.dofs in (HINGE, SLIDE) and own_names else None,
             )
         )
     if len(limits) != column:

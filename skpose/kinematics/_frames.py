@@ -14,7 +14,7 @@ ROUNDING = 8 * np.finfo(np.float64).eps
 class Frame:
     """A coordinate system that rotates about z, y and x by its dofs.
 
-    A hinge's rotates about any one of these, and one without dofs about any one by a constant.
+    A hinge's rotates about any one of these, one without dofs about any one by a constant, and that of a slide not.
     """
 
     def __init__(
@@ -28,6 +28,7 @@ class Frame:
         self.joints: list[int] = []
         self.axis, self.angle = 0, 0.0  # the last axis about which it rotates; the constant
         self.hinge: np.ndarray | None = None  # the direction of a hinge's axis, until `absorb` has chosen its frame
+        self.slide: np.ndarray | None = None  # the direction of a slide
         self.axes = np.eye(3)  # of a ball joint: takes vectors in its frame to the joint's own axes
         if parent is not None:
             parent.children.append(self)
@@ -37,24 +38,29 @@ class Frame:
         return self.end_dof - self.first_dof
 
     @property
+    def n_angles(self) -> int:
+        return 0 if self.is_ball or self.slide is not None else self.n_dofs
+
+    @property
     def kind(self) -> int:
         if self.is_ball:
             return BALL
-        return HINGE if self.n_dofs == 1 and self.axis != 0 else self.n_dofs
+        return HINGE if self.n_angles == 1 and self.axis != 0 else self.n_angles
 
     @property
     def is_leaf(self) -> bool:
-        return self.n_dofs > 0 and self.axis == 0 and not self.children and len(self.joints) == 1
+        return (self.is_ball or self.n_angles > 0) and self.axis == 0 and not self.children and len(self.joints) == 1
 
 
 class Frames(NamedTuple):
     """The result of the first pass."""
 
     root: Frame
-    rotating: list[Frame]  # the root's frame and all frames with dofs, parents first
+    moving: list[Frame]  # the root's frame and all frames with dofs, parents first
     offset: np.ndarray  # (n_joints + 1, 3) of each joint from its parent, in the axes of the frame that carries it
     column: list[int]  # as in Tree
     sign: list[int]
+    slides: list[tuple[Frame, int]]  # of each slide its frame, and the joint that it moves
 
 
 # --- first pass: one frame for each joint with dofs -------------------------------------------------------------------
@@ -67,7 +73,7 @@ def frames_of(skeleton: Skeleton | None) -> Frames:
     frame of its parent. A joint with dofs has a frame K_f = K_parent · rest · Rz · Ry · Rx of its own.
     """
     root = Frame(None, 0, 0, None, 0)
-    frames = Frames(root, [root], np.zeros((1, 3)), [], [])
+    frames = Frames(root, [root], np.zeros((1, 3)), [], [], [])
     if skeleton is None:
         return frames
     n_joints, own = skeleton.n_joints, skeleton.offset_frame == "own"
@@ -80,7 +86,7 @@ def frames_of(skeleton: Skeleton | None) -> Frames:
             frame_of[j + 1], constant[j + 1] = frame_of[parent], before
             continue
         columns = list(range(first_column[j], first_column[j + 1]))
-        if bone.is_ball or bone.is_hinge:
+        if bone.is_ball or bone.axis is not None:
             Q, signs = np.eye(3), [1] * bone.n_dofs
         else:
             axes = ["xyz".index(axis) for axis in bone.dofs.lower()]
@@ -90,9 +96,13 @@ def frames_of(skeleton: Skeleton | None) -> Frames:
         first = len(frames.column)
         pivot = parent if own else j + 1
         frame = Frame(frame_of[parent], first, first + len(columns), before @ Q.T, pivot, bone.is_ball)
-        frame.hinge = np.array(bone.axis) if bone.is_hinge else None
+        if bone.is_hinge:
+            frame.hinge = np.array(bone.axis)
+        elif bone.is_slide:
+            frame.slide, frame.rest, Q = before @ bone.axis, np.eye(3), before
+            frames.slides.append((frame, j + 1))
         frame_of[j + 1], constant[j + 1] = frame, Q
-        frames.rotating.append(frame)
+        frames.moving.append(frame)
         frames.column.extend(columns)
         frames.sign.extend(signs)
     offset = np.zeros((n_joints + 1, 3))
@@ -100,6 +110,11 @@ def frames_of(skeleton: Skeleton | None) -> Frames:
     for j, carrier in enumerate(carriers, start=1):
         offset[j] = constant[carrier] @ skeleton.offsets[j - 1]
         frame_of[carrier].joints.append(j)
+    for frame, j in frames.slides:  # which moves its joint, also where the offset is in the axes of the parent
+        carrier = frame_of[carriers[j - 1]]
+        if carrier is not frame:
+            carrier.joints.remove(j)
+            frame.joints.insert(0, j)  # before those that it carries
     return frames._replace(offset=offset)
 
 
@@ -203,10 +218,10 @@ def absorb(frame: Frame, frames: Frames, shift: np.ndarray) -> None:
     Parents come first, since what they take rotates their children. A child that is a ball joint keeps its rest
     rotation, as the start of its quaternion.
     """
-    angular = [child for child in frame.children if not child.is_ball]
+    angular = [child for child in frame.children if child.n_angles > 0]
     if frame.is_ball:
         _choose_axes(frame, angular, frames.offset)
-    elif frame.n_dofs > 0 and (angular or frame.is_leaf):
+    elif frame.n_angles > 0 and (angular or frame.is_leaf):
         if angular:
             alpha = _alpha_of(frame, angular)
         else:  # rotate the offset into the plane of x and y
@@ -252,7 +267,11 @@ def _rotate_behind(frame: Frame, back: np.ndarray, offset: np.ndarray) -> None:
     for j in frame.joints:
         offset[j] = back @ offset[j]
     for child in frame.children:
-        child.rest = back @ child.rest
+        if child.slide is not None:
+            child.slide = back @ child.slide
+            _rotate_behind(child, back, offset)
+        else:
+            child.rest = back @ child.rest
 
 
 def _choose_axes(frame: Frame, angular: list[Frame], offset: np.ndarray) -> None:

@@ -243,9 +243,9 @@ def _limits(tree: Tree, skeleton: Skeleton, joint_limits: str) -> tuple[np.ndarr
     lower = np.full(len(tree.column), -np.inf)
     if joint_limits == "ignore":
         return lower, -lower
-    upper, angles = -lower, tree.angle_dof
-    limits = limits_of(skeleton)[tree.column[angles] - N_ROOT] * tree.sign[angles, None]  # a reversed axis swaps them
-    lower[angles], upper[angles] = limits.min(axis=1), limits.max(axis=1)
+    upper, limited = -lower, np.append(tree.angle_dof, tree.slide_dof)
+    limits = limits_of(skeleton)[tree.column[limited] - N_ROOT] * tree.sign[limited, None]  # a reversed axis swaps them
+    lower[limited], upper[limited] = limits.min(axis=1), limits.max(axis=1)
     return lower, upper
 
 

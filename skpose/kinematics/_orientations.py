@@ -288,6 +288,8 @@ def _numbers(bone: Bone, rotations: Rotation, near: np.ndarray | None) -> np.nda
     """
     if bone.n_dofs == 3:
         return continuous_columns(bone, rotations) if near is None else columns_of(bone, rotations, near)
+    if bone.is_slide:
+        return np.zeros((len(rotations), 1)) if near is None else near
     if bone.n_dofs == 1:
         quaternions = rotations.as_quat()
         angles = 2.0 * np.arctan2(quaternions[:, :3] @ axes_of(bone)[0], quaternions[:, 3])[:, None]

@@ -89,7 +89,7 @@ def _as_arrays(skeleton: Skeleton | None, columns: np.ndarray, weights: np.ndarr
     """Return a skeleton as flat arrays, given the columns that its dofs have in an array of poses."""
     frames = frames_of(skeleton)
     shift = np.zeros(len(frames.column))
-    for frame in frames.rotating:
+    for frame in frames.moving:
         absorb(frame, frames, shift)
     tree = _arrays(skeleton, frames, shift, np.concatenate([[0.0], np.sqrt(weights)]))
     tree = tree._replace(column=columns[tree.column])
@@ -156,9 +156,10 @@ def _arrays(skeleton: Skeleton | None, built: Frames, shift: np.ndarray, scale: 
     """Return frames and joints as the arrays of a Tree; scales are those of the root and of the skeleton's joints."""
     frames, batch_kind, first_frame = _in_batches(built.root)
     balls = [f for f, frame in enumerate(frames) if frame.is_ball]
-    is_angle = np.ones(len(built.column), dtype=bool)
-    for f in balls:
-        is_angle[frames[f].first_dof : frames[f].end_dof] = False
+    is_angle = np.zeros(len(built.column), dtype=bool)
+    for frame in built.moving:
+        is_angle[frame.first_dof : frame.end_dof] = frame.n_angles > 0
+    slides = [frame for frame, _ in built.slides]
     n_angles_to = np.concatenate([[0], np.cumsum(is_angle)])
     reference = np.tile([1.0, 0.0, 0.0, 0.0], (len(frames), 1))
     if balls:
@@ -173,6 +174,8 @@ def _arrays(skeleton: Skeleton | None, built: Frames, shift: np.ndarray, scale: 
     joint_frame = np.array([0, *(f for f, frame in enumerate(frames) for _ in frame.joints)])
     ranges = [_dof_ranges(frame) for frame in frames]
     weighted_squares = np.square(scale[order]) * np.square(built.offset[order]).sum(axis=1)
+    joint_slide = np.full(len(order), -1)
+    joint_slide[tree_joint[[j for _, j in built.slides]]] = np.arange(len(slides))
     angles = np.array([[frame.angle, frame.angle / 2] for frame in frames])
     fixed_rotation = np.stack([np.cos(angles), np.sin(angles)], axis=2).reshape(-1, 4)
     fixed_rotation[np.abs(fixed_rotation) < ROUNDING] = 0.0  # of right angles
@@ -194,8 +197,12 @@ def _arrays(skeleton: Skeleton | None, built: Frames, shift: np.ndarray, scale: 
         sign=np.array(built.sign, dtype=float),
         shift=shift,
         angle_dof=np.flatnonzero(is_angle),
+        slide=np.array([slides.index(frame) if frame in slides else -1 for frame in frames]),
+        slide_dof=np.array([frame.first_dof for frame in slides], dtype=int),
+        slide_axis=np.array([frame.slide for frame in slides], dtype=float).reshape(-1, 3),
+        joint_slide=joint_slide,
         ball_frame=np.array(balls, dtype=int),
-        first_joint=_joint_ranges(frames, joint_frame, built.offset[order], scale[order], first_frame[-1]),
+        first_joint=_joint_ranges(frames, joint_frame, joint_slide, built.offset[order], scale[order], first_frame[-1]),
         first_leaf=_leaf_ranges(frames, joint_frame, scale[order], first_frame[-1]),
         joint_parent=tree_joint[[0, *(parents + 1)]][order],
         joint_frame=joint_frame,
@@ -208,22 +215,27 @@ def _arrays(skeleton: Skeleton | None, built: Frames, shift: np.ndarray, scale: 
 
 
 def _joint_ranges(
-    frames: list[Frame], joint_frame: np.ndarray, offset: np.ndarray, scale: np.ndarray, first_leaf: int
+    frames: list[Frame],
+    joint_frame: np.ndarray,
+    joint_slide: np.ndarray,
+    offset: np.ndarray,
+    scale: np.ndarray,
+    first_leaf: int,
 ) -> np.ndarray:
-    """Return where ranges of joints begin: of any joints, then of those of ball joints that lie along x, in turns.
+    """Return where ranges of joints begin: of any ones, of those of ball joints that lie along x, of slides, in turns.
 
-    A range and the next one, of those along x, have one weight.
+    Three that follow each other have one weight.
     """
     moving = [j for j, f in enumerate(joint_frame) if 0 < f < first_leaf]
     starts = moving[:1] or [0]
     for j in moving:
         along_x = frames[joint_frame[j]].is_ball and not offset[j, 1:].any()
+        kind = 2 if joint_slide[j] >= 0 else 1 if along_x else 0
         if scale[j] != scale[starts[-1]]:
-            starts += [j] * (1 + len(starts) % 2)
-        if along_x != (len(starts) % 2 == 0):
-            starts.append(j)
+            starts += [j] * (3 - (len(starts) - 1) % 3)
+        starts += [j] * ((kind - (len(starts) - 1)) % 3)
     end = moving[-1] + 1 if moving else 0
-    return np.array(starts + [end] * (1 + len(starts) % 2))
+    return np.array(starts + [end] * (3 - (len(starts) - 1) % 3))
 
 
 def _leaf_ranges(frames: list[Frame], joint_frame: np.ndarray, scale: np.ndarray, first_leaf: int) -> np.ndarray:

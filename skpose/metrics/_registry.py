@@ -80,7 +80,20 @@ def resolve(
             f"the metric {chosen.label!r} needs a skeleton to place the joints, got skeleton=None: pass the Skeleton "
             'that the poses belong to, or use metric="angle"'
         )
+    if isinstance(chosen, Angle) and skeleton is not None:
+        _refuse_slides(skeleton)
     return chosen
+
+
+def _refuse_slides(skeleton: Skeleton) -> None:
+    """Refuse a skeleton whose columns are not all angles, for a metric that adds them up."""
+    slides = [name for bone in skeleton.bones if bone.is_slide for name in bone.dof_names]
+    if slides:
+        raise ValueError(
+            f'the metric "angle" adds the squares of all columns, which are rad, but {", ".join(slides[:3])} in m: '
+            "multiply slides by what 1 m shall count in rad and pass no skeleton, or use a metric in m, such as "
+            '"position" or "spatial"'
+        )
 
 
 def warn_of_no_skeleton(metric: str | Metric, skeleton: Skeleton | None) -> None:

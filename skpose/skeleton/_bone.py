@@ -7,6 +7,7 @@ import numpy as np
 
 BALL = "rotvec"  # the dofs of a ball joint
 HINGE = "hinge"  # the dofs of a joint that rotates about one axis of any direction
+SLIDE = "slide"  # the dofs of a joint that moves along one axis
 WEIGHT = "a finite number, zero or more, or None"
 UNIT_TOLERANCE = 1e-15  # of the length of an axis: a smaller difference is rounding, and what is stored stays as it is
 ROTATION_TOLERANCE = 1e-6  # deviation of a rest rotation from orthonormal: six printed digits leave this much
@@ -28,20 +29,21 @@ class Bone(NamedTuple):
         case is extrinsic ("xyz": first about x, then about the *fixed* y, then z; the product Rz·Ry·Rx) and upper
         case intrinsic ("ZXY": first about z, then about the *rotated* x, then y; the product Rz·Rx·Ry). Empty for a
         rigid joint. "rotvec" is a *ball joint*: its three columns are a rotation vector, axis times angle. "hinge" is
-        a *hinge* about any axis, as those of robots: its one column is the angle about `axis`.
+        a *hinge* about any axis, as those of robots: its one column is the angle about `axis`. "slide" is a joint that
+        moves along any axis: its one column is the displacement along `axis`, m.
     rest_rotation : (3, 3) nested tuples, default=None
         Constant rotation before the dofs: from the joint's own axes to those of its parent at angle zero. None is
         the identity.
     limits : tuple of (lower, upper) pairs, default=None
-        Range of each dof, rad, in the order of `dofs`. A ball joint has none.
+        Range of each dof, rad, or m of a slide, in the order of `dofs`. A ball joint has none.
     weight : float, default=None
         How much the joint at the far end counts in distances, see `Skeleton.with_weights`. None is 1, or 0 where the
         joint always stands in the place of another one that counts.
     axis : tuple of 3 floats, default=None
-        Axis of a hinge in the joint's own axes; it gets length one. None for all other dofs.
+        Axis of a hinge or a slide in the joint's own axes; it gets length one. None for all other dofs.
     dof_name : str, default=None
-        Name of a hinge's column of a pose, such as the joint of a robot that it belongs to. None is the bone's name and
-        "_hinge".
+        Name of a hinge's or a slide's column of a pose, such as the joint of a robot that it belongs to. None is the
+        bone's name and "_hinge" or "_slide".
 
     Attributes
     ----------
@@ -49,8 +51,11 @@ class Bone(NamedTuple):
         Whether the joint is a ball joint.
     is_hinge : bool
         Whether the joint is a hinge about any axis.
+    is_slide : bool
+        Whether the joint moves along an axis, and rotates nothing.
     dof_names : tuple of str
-        One name for each column of a pose: "elbow_rx", "elbow_rotvec_x" of a ball joint, `dof_name` of a hinge.
+        One name for each column of a pose: "elbow_rx", "elbow_rotvec_x" of a ball joint, `dof_name` of a
+        hinge or a slide.
     n_dofs : int
         How many columns of a pose belong to the joint.
     """
@@ -76,18 +81,23 @@ class Bone(NamedTuple):
         return self.dofs == HINGE
 
     @property
+    def is_slide(self) -> bool:
+        """True for a joint that moves along an axis."""
+        return self.dofs == SLIDE
+
+    @property
     def dof_names(self) -> tuple[str, ...]:
         """One name for each column of a pose."""
         if self.is_ball:
             return tuple(f"{self.name}_{BALL}_{axis}" for axis in "xyz")
-        if self.is_hinge:
-            return (f"{self.name}_{HINGE}" if self.dof_name is None else self.dof_name,)
+        if self.dofs in (HINGE, SLIDE):
+            return (f"{self.name}_{self.dofs}" if self.dof_name is None else self.dof_name,)
         return tuple(f"{self.name}_r{axis}" for axis in self.dofs.lower())
 
     @property
     def n_dofs(self) -> int:
         """Number of the columns of a pose that belong to the joint."""
-        return 3 if self.is_ball else 1 if self.is_hinge else len(self.dofs)
+        return 3 if self.is_ball else 1 if self.dofs in (HINGE, SLIDE) else len(self.dofs)
 
 
 def check_bone(bone: Bone) -> Bone:
@@ -107,7 +117,7 @@ def check_bone(bone: Bone) -> Bone:
             _refuse(bone, "rest_rotation", "a (3, 3) rotation matrix")
         rest = tuple(map(tuple, rest.tolist()))
     if bone.limits is not None:
-        expected = f"one (lower, upper) pair in rad for each of its {bone.n_dofs} dofs"
+        expected = f"one (lower, upper) pair in {'m' if bone.is_slide else 'rad'} for each of its {bone.n_dofs} dofs"
         limits = _numbers(bone, "limits", (bone.n_dofs, 2), expected)
         if (limits[:, 0] > limits[:, 1]).any():
             _refuse(bone, "limits", expected)
@@ -118,19 +128,19 @@ def check_bone(bone: Bone) -> Bone:
         if not 0.0 <= weight < np.inf:
             _refuse(bone, "weight", WEIGHT)
     checked = bone._replace(offset=tuple(offset.tolist()), rest_rotation=rest, limits=limits, weight=weight)
-    return checked._replace(axis=_check_axis(bone), dof_name=bone.dof_names[0] if bone.is_hinge else None)
+    return checked._replace(axis=_check_axis(bone), dof_name=bone.dof_names[0] if bone.dofs in (HINGE, SLIDE) else None)
 
 
 def _check_axis(bone: Bone) -> tuple[float, ...] | None:
-    """Return the axis of a hinge at length one; refuse an axis or the name of a dof of what is no hinge."""
-    if not bone.is_hinge:
+    """Return the axis of a hinge or a slide at length one; refuse an axis or the name of a dof of other joints."""
+    if bone.dofs not in (HINGE, SLIDE):
         for field in ("axis", "dof_name"):
             if getattr(bone, field) is not None:
-                _refuse(bone, field, f'None for the dofs {bone.dofs!r}: it belongs to dofs="hinge"')
+                _refuse(bone, field, f'None for the dofs {bone.dofs!r}: it belongs to dofs="hinge" and "slide"')
         return None
     if bone.dof_name is not None and (not isinstance(bone.dof_name, str) or not bone.dof_name):
         _refuse(bone, "dof_name", "a non-empty string, or None")
-    expected = "three finite numbers, not all zero: the direction about which the hinge rotates"
+    expected = "three finite numbers, not all zero: the direction of the axis"
     axis = _numbers(bone, "axis", (3,), expected)
     length = np.linalg.norm(axis)
     if not 0.0 < length < np.inf:
@@ -141,8 +151,8 @@ def _check_axis(bone: Bone) -> tuple[float, ...] | None:
 
 
 def axes_of(bone: Bone) -> np.ndarray:
-    """Return the axes (n_dofs, 3) of a joint's angles in its own axes, in the order of the columns."""
-    if bone.is_hinge:
+    """Return the axes (n_dofs, 3) of a joint's angles, or of a slide, in its own axes, in the order of the columns."""
+    if bone.axis is not None:
         return np.array([bone.axis], dtype=np.float64)
     return np.eye(3)[["xyz".index(letter) for letter in bone.dofs.lower()]]
 
@@ -161,11 +171,14 @@ def _check_dofs(bone: Bone) -> None:
         if bone.limits is not None:
             _refuse(bone, "limits", "None for a ball joint: a range of a rotation vector's components means no posture")
         return
-    if bone.is_hinge:
+    if bone.dofs in (HINGE, SLIDE):
         return
     if not is_axes(dofs):
         letters = isinstance(dofs, str) and is_axes("".join(dict.fromkeys(dofs)))
-        expected = 'letters x, y, z in one case, such as "xyz" or "ZXY", "rotvec" for a ball joint, "hinge" with axis='
+        expected = (
+            'letters x, y, z in one case, such as "xyz" or "ZXY", "rotvec" for a ball joint, or "hinge" or "slide" '
+            "with an axis"
+        )
         _refuse(bone, "dofs", "at most one each of x, y and z" if letters else expected)
 
 

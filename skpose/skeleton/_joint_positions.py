@@ -3,6 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from skpose.skeleton._bone import axes_of
 from skpose.skeleton._rotations import rotations_of
 from skpose.skeleton._skeleton import Skeleton
 
@@ -19,5 +20,7 @@ def joint_positions(skeleton: Skeleton, angles: np.ndarray, root: Rotation) -> n
             own = own * rotations_of(bone, columns)
         carrier = own if skeleton.offset_frame == "own" else orientations[parent + 1]
         positions.append(positions[parent + 1] + carrier.apply(bone.offset))
+        if bone.is_slide:
+            positions[-1] += own.apply(columns * axes_of(bone))
         orientations.append(own)
     return np.stack(positions, axis=1)

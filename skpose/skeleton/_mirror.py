@@ -88,15 +88,24 @@ def _mirror_of(axis: str) -> np.ndarray:
 
 
 def _reflect(partner: Bone, bone: Bone, given: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.ndarray:
-    """Return columns of a joint that are the rotations Bᵀ L A of its partner, with det A = det B = −1."""
+    """Return columns of a joint that are the rotations Bᵀ L A of its partner, with det A = det B = −1.
+
+    A displacement d of a slide becomes Aᵀ d.
+    """
     if (before == after).all():
         if bone.is_ball and partner.is_ball:
             return -given @ after
         if bone.n_dofs == partner.n_dofs and not bone.is_ball and not partner.is_ball:
             # Aᵀ takes a rotation about n to one about Aᵀn, by the opposite angle: the same axes in the same order?
             signs = np.einsum("da,ab,db->d", axes_of(partner), after, axes_of(bone))
-            if partner.dofs.islower() == bone.dofs.islower() and (np.abs(np.abs(signs) - 1.0) < PARALLEL).all():
-                return -np.sign(signs) * given
+            alike = partner.dofs.islower() == bone.dofs.islower() and partner.is_slide == bone.is_slide
+            if alike and (np.abs(np.abs(signs) - 1.0) < PARALLEL).all():
+                return np.sign(signs) * (given if bone.is_slide else -given)
+    if bone.is_slide or partner.is_slide:
+        raise ValueError(
+            f"{bone.name!r} and {partner.name!r} slide along axes that are no mirror images of each other, and have no "
+            f"mirror image. {REMEDY}"
+        )
     if not len(given):
         return np.zeros((0, bone.n_dofs))
     rotations = rotations_of(partner, given) if partner.n_dofs else Rotation.identity(len(given))

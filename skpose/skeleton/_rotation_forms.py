@@ -132,13 +132,12 @@ def rotations_from_poses(X: ArrayLike, skeleton: Skeleton, *, form: RotationForm
     """
     known = _form_of(form)
     check_is_array(X, "X")
-    check_skeleton(skeleton)
+    bones = _bones_with_dofs(skeleton)
     X = check_poses(X, skeleton, "X").astype(np.float64)
     warn_of_degrees(X=X)
     joints, first = [], 0
-    for bone in skeleton.bones:
-        if bone.dofs:
-            joints.append(known.write(rotations_of(bone, X[:, first : first + bone.n_dofs])))
+    for bone in bones:
+        joints.append(known.write(rotations_of(bone, X[:, first : first + bone.n_dofs])))
         first += bone.n_dofs
     return np.stack(joints, axis=1)
 
@@ -198,8 +197,11 @@ def _form_of(form: str) -> _Form:
 
 
 def _bones_with_dofs(skeleton: Skeleton) -> list[Bone]:
-    """Return the bones whose joints have dofs."""
+    """Return the bones whose joints have dofs; refuse slides, which no rotation shows."""
     check_skeleton(skeleton)
+    slides = [bone.name for bone in skeleton.bones if bone.is_slide]
+    if slides:
+        raise ValueError(f"rotations do not show how far the joint {slides[0]!r} slides: it has no form as rotations")
     return [bone for bone in skeleton.bones if bone.dofs]
 
 

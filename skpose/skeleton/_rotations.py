@@ -11,10 +11,12 @@ LOCKED = 1e-14  # cosine of the middle angle below which two Euler axes are one;
 
 
 def rotations_of(bone: Bone, columns: np.ndarray) -> Rotation:
-    """Return the rotations (n,) of a joint from its columns (n, n_dofs), without the rest rotation."""
+    """Return the rotations (n,) of a joint from its columns (n, n_dofs), without the rest rotation; of a slide none."""
     columns = columns.copy()  # the first scipy that is supported refuses read-only arrays
     if bone.is_ball:
         return Rotation.from_rotvec(columns)
+    if bone.is_slide:
+        return Rotation.identity(len(columns))
     if bone.is_hinge:
         return Rotation.from_rotvec(columns * axes_of(bone))
     return Rotation.from_euler(bone.dofs, columns)

@@ -89,6 +89,9 @@ def _position_keys(skeleton: SkeletonLike) -> list[tuple]:
             points.append((frame, before + to_axes[carrier] @ skeleton.offsets[j]))
         else:
             points.append(start)
+        if bone.is_slide:  # it stands where no other joint always does
+            points[-1] = j, np.zeros(3)
+            centres[j] = j, -1
     return [key(point) for point in points[1:]]
 
 

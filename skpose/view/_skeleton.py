@@ -42,6 +42,11 @@ def skeleton_data(skeleton: Skeleton) -> dict[str, Any]:
     >>> data["parents"], data["dofs"], data["angles"]
     ([-1, 0], ['rotvec', 'z'], [False, False, False, True])
     """
+    if slides := [bone.name for bone in skeleton.bones if bone.is_slide]:
+        raise ValueError(
+            f"joint {slides[0]!r} slides, and this page computes poses by rotations alone: skpose.view.player shows "
+            "motions with slides"
+        )
     return {
         "names": list(skeleton.joint_names),
         "parents": skeleton.parents.tolist(),

@@ -270,27 +270,26 @@ def fill_matrix(state, stiffness, work):
 def add_second_derivatives_of_pose(state, work):
     """Add what Gauss-Newton leaves out: residuals times second derivatives.
 
-    For axes a and c, where c is a or an axis between a and the root, ∂²p = c × (a × (p − o)). The axes of a ball joint,
-    whose turn is a rotation vector at zero, have the mean of the two orders.
+    As in `path.curvature`. The axes of a ball joint, whose turn is a rotation vector at zero, have the mean of the two
+    orders.
     """
     tree, sums, screws, matrix = work.tree, work.sums, state.screws, work.equations.matrix
     for f in range(1, tree.frame_parent.shape[0]):
         xu, xv, xt, yu, yv, yt, zu, zv, zt, u, v, t = sums[f, :12]
-        o = 3 * tree.pivot[f]
-        ox, oy, oz = state.P[o], state.P[o + 1], state.P[o + 2]
-        trace = xu + yv + zt - ox * u - oy * v - oz * t
+        trace = xu + yv + zt
         for d in range(tree.first_dof[f], tree.end_dof[f]):
-            a, b, c = screws[d, 0], screws[d, 1], screws[d, 2]
-            along = u * a + v * b + t * c
-            x = xu * a + xv * b + xt * c - along * ox - trace * a
-            y = yu * a + yv * b + yt * c - along * oy - trace * b
-            z = zu * a + zv * b + zt * c - along * oz - trace * c
+            a, b, c, p, q, r = screws[d]
+            x = xu * a + xv * b + xt * c - trace * a + (q * t - r * v)
+            y = yu * a + yv * b + yt * c - trace * b + (r * u - p * t)
+            z = zu * a + zv * b + zt * c - trace * c + (p * v - q * u)
             for s in range(tree.first_dof_range[f], tree.first_dof_range[f + 1]):
                 for e in range(tree.dof_ranges[s, 0], min(tree.dof_ranges[s, 1], d + 1)):
                     second = x * screws[e, 0] + y * screws[e, 1] + z * screws[e, 2]
                     matrix[N_ORIGIN + d, N_ORIGIN + e] += second
         if tree.ball[f] >= 0:
             # The two orders differ by half the moment of the residuals along the third axis.
+            o = 3 * tree.pivot[f]
+            ox, oy, oz = state.P[o], state.P[o + 1], state.P[o + 2]
             m0 = yt - zv - (oy * t - oz * v)
             m1 = zu - xt - (oz * u - ox * t)
             m2 = xv - yu - (ox * v - oy * u)

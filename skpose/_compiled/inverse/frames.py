@@ -56,7 +56,7 @@ def _unwind(tree, state, target):
     any_turn = False
     for f in range(2, tree.frame_parent.shape[0]):
         for d in range(tree.first_dof[f], tree.end_dof[f]):
-            if tree.ball[f] < 0 and target.lower[d] == -math.inf and target.upper[d] == math.inf:
+            if tree.ball[f] < 0 and tree.slide[f] < 0 and target.lower[d] == -math.inf and target.upper[d] == math.inf:
                 turns = np.rint((state.dofs[d] - target.prior_dofs[d]) / TWO_PI)
                 state.dofs[d] -= TWO_PI * turns
                 any_turn = any_turn or abs(turns) > 0.0  # false for NaN

@@ -133,7 +133,7 @@ def _point_bones(work, target, ancestor):
                 _turn(tree, state, f, _rotation_of(S))
                 place_state(work, state)
             continue
-        for d in range(tree.first_dof[f], tree.end_dof[f]):
+        for d in range(tree.first_dof[f], tree.first_dof[f] if tree.slide[f] >= 0 else tree.end_dof[f]):
             _sum_bones(tree, state, target, f, False, S)
             if not _turn_hinge(state, target, d, S):  # the bone lies along the axis, but others may not
                 _sum_bones(tree, state, target, f, True, S)
@@ -216,7 +216,8 @@ def _hinges_after(tree, state, ball, hinges):
         above = tree.frame_parent[f]
         while above > ball and tree.ball[above] < 0:
             above = tree.frame_parent[above]
-        if above != ball or tree.end_dof[f] - tree.first_dof[f] != 1 or n == hinges.shape[0]:
+        is_hinge = tree.end_dof[f] - tree.first_dof[f] == 1 and tree.slide[f] < 0
+        if above != ball or not is_hinge or n == hinges.shape[0]:
             continue
         bone, is_twist = _hinge_bone(tree, state, f)
         o, p = 3 * tree.pivot[ball], 3 * tree.pivot[f]

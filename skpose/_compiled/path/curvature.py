@@ -7,25 +7,28 @@ from skpose._compiled.pose.rotation import second_derivatives
 from skpose._compiled.simd.jit import inlined, internal
 
 
+@inlined
+def screw_at(screws, row):
+    """Return the six numbers of a screw from a row on."""
+    return screws[row], screws[row + 1], screws[row + 2], screws[row + 3], screws[row + 4], screws[row + 5]
+
+
 @internal
-def add_second_derivatives(tree, f, d, substeps, P, screws, moments, forces):
+def add_second_derivatives(tree, f, d, substeps, screws, moments, forces):
     """Add what the joint positions' second derivatives by dof d and others add to the forces that resist it.
 
-    For axes a and c, where c is a or an axis between a and the root, ∂²p = c × (a × (p − o)). So Σ w·∂²p =
-    c·(M − tr M)a with M = Σ (p − o) wᵀ over the joints that a moves.
+    A dof moves p at the rate a × p + b, its screw. For the axis c of this dof or of one between it and the root, ∂²p =
+    c × (a × p + b). So Σ w·∂²p = c·((M − tr M)a + b × Σ w) with M = Σ p wᵀ over the joints that the dof moves.
     """
-    n, n_frames, o = tree.column.shape[0], tree.frame_parent.shape[0], 3 * tree.pivot[f]
+    n, n_frames = tree.column.shape[0], tree.frame_parent.shape[0]
     for s in range(substeps + 1):
-        m, at, row, t = 12 * (s * n_frames + f), s * 3 * tree.offset.shape[0] + o, 12 * s, s / substeps
-        ox, oy, oz = P[at], P[at + 1], P[at + 2]
+        m, row, t = 12 * (s * n_frames + f), 12 * s, s / substeps
         u, v, w = moments[m + 9], moments[m + 10], moments[m + 11]
-        k = 6 * (n * s + d)
-        a, b, c = screws[k], screws[k + 1], screws[k + 2]
-        trace = moments[m] + moments[m + 4] + moments[m + 8] - ox * u - oy * v - oz * w
-        along = u * a + v * b + w * c
-        x = moments[m] * a + moments[m + 1] * b + moments[m + 2] * c - along * ox - trace * a
-        y = moments[m + 3] * a + moments[m + 4] * b + moments[m + 5] * c - along * oy - trace * b
-        z = moments[m + 6] * a + moments[m + 7] * b + moments[m + 8] * c - along * oz - trace * c
+        a, b, c, p, q, r = screw_at(screws, 6 * (n * s + d))
+        trace = moments[m] + moments[m + 4] + moments[m + 8]
+        x = moments[m] * a + moments[m + 1] * b + moments[m + 2] * c - trace * a + (q * w - r * v)
+        y = moments[m + 3] * a + moments[m + 4] * b + moments[m + 5] * c - trace * b + (r * u - p * w)
+        z = moments[m + 6] * a + moments[m + 7] * b + moments[m + 8] * c - trace * c + (p * v - q * u)
         forces[row] = forces[row] + (1.0 - t) * x
         forces[row + 1] = forces[row + 1] + (1.0 - t) * y
         forces[row + 2] = forces[row + 2] + (1.0 - t) * z

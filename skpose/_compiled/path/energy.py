@@ -111,7 +111,7 @@ def place_samples(tree, path, first, with_screws, samples):
         for i in range(3):
             P[i] = 0.0
         orient(tree, dofs, C, S, H)
-        place_joints(tree, H, P)
+        place_joints(tree, C, H, P)
         if with_screws:
             set_screws(tree, C, S, H, P, screws)
         for w in range(LANES):
@@ -167,7 +167,7 @@ def _chords(tree, poses, dofs, scratch):
                 dofs[d, w] = poses[min(first + w, last), d]
         C, S, H, P = workspace(tree, scratch)
         orient(tree, angles, C, S, H)
-        place_joints(tree, H, P)
+        place_joints(tree, C, H, P)
         square = full_like(P, 0.0)
         for j in range(1, tree.offset.shape[0]):
             for i in range(3 * j, 3 * j + 3):

@@ -75,7 +75,7 @@ def _positions(tree, dofs, scratch, positions):
     """Compute the scaled joint positions of a pose."""
     C, S, H, P = workspace(tree, scratch)
     orient(tree, dofs, C, S, H)
-    place_joints(tree, H, P)
+    place_joints(tree, C, H, P)
     for j in range(1, tree.offset.shape[0]):
         for i in range(3):
             positions[3 * tree.code_joint[j] - 3 + i] = P[3 * j + i] * tree.scale[j]

@@ -194,6 +194,8 @@ def _dofs_in(tree, code, dofs):
     The same rotation in other numbers differs by rounding, which the iterations of a long path make larger.
     """
     n, n_balls = tree.angle_dof.shape[0], tree.ball_frame.shape[0]
+    for k in range(tree.slide_dof.shape[0]):
+        dofs[tree.slide_dof[k]] = code[5 * n + 4 * n_balls + k]
     for k in range(n):
         dofs[tree.angle_dof[k]] = np.rint(code[k] * BITS) / BITS if n_balls > 0 else code[k]
     rotation = np.empty(4)
@@ -216,7 +218,7 @@ def _is_ahead(tree, x, y):
     for k in range(n):
         if x[k] != y[k]:
             return y[k] > x[k]
-    for k in range(5 * n, 5 * n + 4 * tree.ball_frame.shape[0]):
+    for k in range(5 * n, n_line_codes(tree)):
         if x[k] != y[k]:
             return y[k] > x[k]
     return True

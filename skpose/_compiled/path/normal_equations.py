@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import types
 
-from skpose._compiled.path.curvature import add_ball, add_second_derivatives
+from skpose._compiled.path.curvature import add_ball, add_second_derivatives, screw_at
 from skpose._compiled.path.energy import LANES, PATH, SAMPLES, STEPS, place_samples
 from skpose._compiled.pose.signatures import TREE
 from skpose._compiled.simd.jit import by_address, inlined, internal
@@ -184,11 +184,6 @@ def _coefficients(products, at, of, n, screw):
 
 
 @inlined
-def _screw(screws, row):
-    return screws[row], screws[row + 1], screws[row + 2], screws[row + 3], screws[row + 4], screws[row + 5]
-
-
-@inlined
 def _plus(total, share, coefficients):
     """Return six numbers plus a share of six others."""
     a, b, c, u, v, w = total
@@ -213,7 +208,7 @@ def _forces_of(f, d, n_frames, n, substeps, screws, sums, forces):
     before = none  # by the motion of the sample before
     for s in range(substeps + 1):
         m, row, t, step = 16 * (2 * s * n_frames + f), 12 * s, s / substeps, 1.0 / substeps
-        here = _screw(screws, 6 * (n * s + d))
+        here = screw_at(screws, 6 * (n * s + d))
         products, p, _, count = _sums_of(sums, m)
         own = _coefficients(products, p, p, count, here)
         n_chords = 2.0 if 0 < s < substeps else 1.0
@@ -223,7 +218,7 @@ def _forces_of(f, d, n_frames, n, substeps, screws, sums, forces):
             products, p, q, count = _sums_of(sums, m + 16 * n_frames)
             before = _coefficients(products, q, p, count, here)
             xx, xy, xz, yx, yy, yz, zx, zy, zz = products
-            following = _screw(screws, 6 * (n * (s + 1) + d))
+            following = screw_at(screws, 6 * (n * (s + 1) + d))
             after = _coefficients((xx, yx, zx, xy, yy, zy, xz, yz, zz), p, q, count, following)
             of_first, of_second = _plus(of_first, t + step - 1.0, after), _plus(of_second, -t - step, after)
         for i in range(6):
@@ -269,8 +264,8 @@ def _set_two_pairs(n, e, both, substeps, screws, forces, pairs, row):
     here = following = zero, zero, zero, zero
     for s in range(substeps + 1):
         k, t = 6 * (n * s + e), s / substeps
-        here = _add_sample(s, t, _screw(screws, k), forces, here)
-        following = _add_sample(s, t, _screw(screws, k + 6 * both), forces, following)
+        here = _add_sample(s, t, screw_at(screws, k), forces, here)
+        following = _add_sample(s, t, screw_at(screws, k + 6 * both), forces, following)
     for i in range(4):
         pairs[row + i], pairs[row + 4 * both + i] = here[i], following[i]
 
@@ -290,7 +285,7 @@ def _set_pairs(tree, substeps, exact, group, samples, equations):
         for d in range(tree.first_dof[f], tree.end_dof[f]):
             _forces_of(f, d, n_frames, n, substeps, screws, sums, forces)
             if exact:
-                add_second_derivatives(tree, f, d, substeps, P, screws, moments, forces)
+                add_second_derivatives(tree, f, d, substeps, screws, moments, forces)
             row = first_row(equations, group, equations.first_pair[d])
             for r in range(tree.first_dof_range[f], tree.first_dof_range[f + 1]):
                 end = min(tree.dof_ranges[r, 1], d + 1)

@@ -39,7 +39,7 @@ def ball_rotation(pose, tree, k):
 @inlined
 def pose_joints(pose, tree, plan, arrays):
     """Compute the joint positions of a pose, as one step of the whole angles from zero."""
-    C, S, A, B, Q, _, P = arrays
+    C, S, A, B, Q, _, P, X, D = arrays
     sign, column, shift, dof = flat(tree.sign), flat(tree.column), flat(tree.shift), flat(tree.angle_dof)
     for k in range(plan.n_angles):
         d = dof[k]
@@ -51,6 +51,8 @@ def pose_joints(pose, tree, plan, arrays):
         for i in range(4):
             Q[9 * k + i], Q[9 * k + 4 + i] = 0.0, SQRT2 * rotation[i]
         Q[9 * k + 8] = 0.0
+    for k in range(plan.n_slides):
+        X[k], D[k] = 0.0, pose[column[flat(tree.slide_dof)[k]]]
     for j in range(1, plan.first_moving):
         for i in range(3):
             P[3 * j + i] = P[3 * plan.joint_parent[j] + i] + plan.offset[3 * j + i]
@@ -104,7 +106,7 @@ def encode_rotations(pose, tree, steps, scratch, code):
             _rotate_quaternion(
                 Q, q, plan.single_axis[f], plan.fixed_rotation[4 * f + 2], plan.fixed_rotation[4 * f + 3]
             )
-        for d in range(end if plan.ball[f] >= 0 else plan.first_dof[f], end):
+        for d in range(end if plan.ball[f] >= 0 or flat(tree.slide)[f] >= 0 else plan.first_dof[f], end):
             cos, sin = cosine_sine((angles[column[d]] * sign[d] + shift[d]) * 0.5)
             _rotate_quaternion(Q, q, plan.single_axis[f] + end - 1 - d, cos, sin)
         for i in range(4):
@@ -113,7 +115,7 @@ def encode_rotations(pose, tree, steps, scratch, code):
 
 def count_line_codes(tree):
     """Return how many numbers of the code of a curve's end describe its dofs; the positions follow."""
-    return 5 * tree.angle_dof.shape[0] + 4 * tree.ball_frame.shape[0]
+    return 5 * tree.angle_dof.shape[0] + 4 * tree.ball_frame.shape[0] + tree.slide_dof.shape[0]
 
 
 n_line_codes = inlined(count_line_codes)  # what compiled functions call
@@ -121,11 +123,13 @@ n_line_codes = inlined(count_line_codes)  # what compiled functions call
 
 @inlined
 def put_balls_and_joints(plan, arrays, put, at):
-    """Write the quaternions of ball joints from row `at` on, and then the joint positions but the root's."""
+    """Write the quaternions of ball joints from row `at` on, the slides, and the joint positions but the root's."""
     for k in range(plan.n_balls):
         for i in range(4):
             put[at + 4 * k + i] = arrays.Q[9 * k + i]
-    first = at + 4 * plan.n_balls - 3
+    for k in range(plan.n_slides):
+        put[at + 4 * plan.n_balls + k] = arrays.X[k]
+    first = at + 4 * plan.n_balls + plan.n_slides - 3
     for i in range(3, 3 * plan.n_joints):
         put[first + i] = arrays.P[i]
 
@@ -135,7 +139,8 @@ def encode_curve_end(pose, tree, steps, scratch, code):
     """Write what a line needs of its ends.
 
     For the angles θ, n each: θ, cos θ/2N, sin θ/2N, cos θ, sin θ, the last two of shifted angles. For each ball joint
-    four numbers, its quaternion times √2. Then the joint positions (3 n_joints), not scaled.
+    four numbers, its quaternion times √2. The displacements of slides. Then the joint positions (3 n_joints),
+    not scaled.
     """
     plan, angles, put = plan_of(tree), rows(pose, 0), rows(code, 0)
     sign, column, dof, n = flat(tree.sign), flat(tree.column), flat(tree.angle_dof), plan.n_angles

@@ -49,7 +49,7 @@ def frame_quaternion(tree, dofs, f):
 def orient(tree, dofs, C, S, H):
     """Compute the world orientation H of every frame, row by row, from dofs in the tree's order.
 
-    C and S are the cosines and sines of the angles; of ball joints, whose dofs are no angles, C holds the dofs.
+    C and S are the cosines and sines of the angles; C holds the dofs that are no angles, of ball joints and slides.
     """
     for f in range(1, tree.frame_parent.shape[0]):
         p, a, end = tree.frame_parent[f], tree.single_axis[f], tree.end_dof[f]
@@ -61,6 +61,11 @@ def orient(tree, dofs, C, S, H):
                 H[row], H[row + 1], H[row + 2] = turn_back((H[before], H[before + 1], H[before + 2]), q)
             for d in range(tree.first_dof[f], end):
                 C[d] = dofs[d]
+            continue
+        if tree.slide[f] >= 0:
+            C[end - 1] = dofs[end - 1]
+            for i in range(9):
+                H[9 * f + i] = H[9 * p + i]
             continue
         for d in range(tree.first_dof[f], end):
             C[d], S[d] = cosine_sine(dofs[d] + tree.shift[d])
@@ -84,15 +89,26 @@ def orient(tree, dofs, C, S, H):
             H[row], H[row + 1], H[row + 2] = x, y, z
 
 
+@inlined
+def slide_direction(tree, H, k, row, i):
+    """Return coordinate i of the direction of slide k in the world, whose frame's orientation is at this row."""
+    h = row + 3 * i
+    return H[h] * tree.slide_axis[k, 0] + H[h + 1] * tree.slide_axis[k, 1] + H[h + 2] * tree.slide_axis[k, 2]
+
+
 @internal
-def place_joints(tree, H, P):
-    """Compute the joint positions P from the frames H; the root's stays where it is."""
+def place_joints(tree, C, H, P):
+    """Compute the joint positions P from the frames H, and slides from C; the root's stays where it is."""
     for j in range(1, tree.offset.shape[0]):
         p, f = 3 * tree.joint_parent[j], 9 * tree.joint_frame[j]
         x, y, z = tree.offset[j, 0], tree.offset[j, 1], tree.offset[j, 2]
         for i in range(3):
             h = f + 3 * i
             P[3 * j + i] = P[p + i] + (H[h] * x + H[h + 1] * y + H[h + 2] * z)
+        if tree.joint_slide[j] >= 0:
+            k = tree.joint_slide[j]
+            for i in range(3):
+                P[3 * j + i] = P[3 * j + i] + slide_direction(tree, H, k, f, i) * C[tree.slide_dof[k]]
 
 
 @internal
@@ -100,6 +116,6 @@ def place(tree, dofs, scratch, P):
     """Compute the joint positions of one pose, dofs in the tree's order."""
     C, S, H, positions = workspace(tree, scratch)
     orient(tree, dofs, C, S, H)
-    place_joints(tree, H, positions)
+    place_joints(tree, C, H, positions)
     for i in range(P.shape[0]):
         P[i] = positions[i]

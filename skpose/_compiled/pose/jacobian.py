@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from skpose._compiled.pose.forward import orient, place_joints, rotate, workspace, workspace_rows
+from skpose._compiled.pose.forward import orient, place_joints, rotate, slide_direction, workspace, workspace_rows
 from skpose._compiled.pose.rotation import right_jacobian
 from skpose._compiled.simd.jit import internal, jit
 
@@ -14,6 +14,7 @@ def rotation_axes(tree, C, S, H, stride, axes):
     Row stride · d + i of the axes is coordinate i of dof d's.
 
     The axes of a ball joint's dofs, its rotation vector, are of other lengths: the columns of the orientation times Jr.
+    A slide rotates nothing: instead of an axis it has the direction of its displacement.
     """
     for f in range(1, tree.frame_parent.shape[0]):
         end = tree.end_dof[f]
@@ -24,6 +25,10 @@ def rotation_axes(tree, C, S, H, stride, axes):
                 x, y, z = H[9 * f + 3 * i], H[9 * f + 3 * i + 1], H[9 * f + 3 * i + 2]
                 for d in range(3):
                     axes[stride * (first + d) + i] = x * p[d] + y * q[d] + z * r[d]
+            continue
+        if tree.slide[f] >= 0:
+            for i in range(3):
+                axes[stride * (end - 1) + i] = slide_direction(tree, H, tree.slide[f], 9 * f, i)
             continue
         n_dofs = end - tree.first_dof[f]
         if n_dofs == 1:
@@ -55,6 +60,9 @@ def fill_jacobian(tree, P, axes, jacobian):
             x, y, z = P[3 * j] - P[o], P[3 * j + 1] - P[o + 1], P[3 * j + 2] - P[o + 2]
             for d in range(tree.first_dof[f], tree.end_dof[f]):
                 a, b, c = axes[3 * d], axes[3 * d + 1], axes[3 * d + 2]
+                if tree.slide[f] >= 0:
+                    jacobian[row, d], jacobian[row + 1, d], jacobian[row + 2, d] = scale * a, scale * b, scale * c
+                    continue
                 jacobian[row, d], jacobian[row + 1, d], jacobian[row + 2, d] = (
                     scale * (b * z - c * y),
                     scale * (c * x - a * z),
@@ -69,7 +77,7 @@ def write_jacobian(tree, pose, scratch, jacobian):
     C, S, H, P = workspace(tree, scratch)
     axes = np.empty(3 * pose.shape[0])
     orient(tree, pose, C, S, H)
-    place_joints(tree, H, P)
+    place_joints(tree, C, H, P)
     rotation_axes(tree, C, S, H, 3, axes)
     fill_jacobian(tree, P, axes, jacobian)
 

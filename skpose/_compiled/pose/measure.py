@@ -174,7 +174,7 @@ def _line(plan, a, b, steps, arrays, limit):
     from there on, a lower bound by the triangle inequality.
     """
     C, S, A, B, n = arrays.C, arrays.S, arrays.A, arrays.B, plan.n_angles
-    before = 5 * n + 4 * plan.n_balls - 3
+    before = 5 * n + 4 * plan.n_balls + plan.n_slides - 3
     apart = full_like(b, 0.0)
     for d in range(n):
         c, s, gap = _half_step(a, b, d, n, steps)
@@ -183,6 +183,11 @@ def _line(plan, a, b, steps, arrays, limit):
         C[d], S[d] = a[3 * n + d], a[4 * n + d]
     for k in range(plan.n_balls):
         apart = apart + _start_ball(a, b, 5 * n + 4 * k, arrays.Q, 9 * k, steps.slerp)
+    for k in range(plan.n_slides):
+        at = 5 * n + 4 * plan.n_balls + k
+        gap = b[at] - a[at]
+        apart = apart + gap * gap
+        arrays.X[k], arrays.D[k] = full_like(b, a[at]), gap * (1.0 / steps.n_steps)
     start_joints(plan, a, before, arrays.P)
     length = full_like(b, 0.0)
     for step in range(1, steps.n_steps):

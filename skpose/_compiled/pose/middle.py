@@ -25,7 +25,7 @@ ROUNDINGS = 64  # per dof on the path from the root to a joint, each 2⁻²⁴ o
 
 def count_middle_codes(tree):
     """Return how many numbers of the code describe the dofs; the positions follow."""
-    return 2 * tree.angle_dof.shape[0] + 4 * tree.ball_frame.shape[0]
+    return 2 * tree.angle_dof.shape[0] + 4 * tree.ball_frame.shape[0] + tree.slide_dof.shape[0]
 
 
 n_middle_codes = inlined(count_middle_codes)  # what compiled functions call
@@ -35,8 +35,8 @@ n_middle_codes = inlined(count_middle_codes)  # what compiled functions call
 def encode_middle(pose, tree, steps, scratch, code):
     """Write what the middle of a line needs of its ends.
 
-    For the angles θ, n each: cos θ/2, sin θ/2 of shifted angles. For each ball joint its quaternion times √2. Then the
-    joint positions (3 n_joints), not scaled.
+    For the angles θ, n each: cos θ/2, sin θ/2 of shifted angles. For each ball joint its quaternion times √2. The
+    displacements of slides. Then the joint positions (3 n_joints), not scaled.
     """
     plan, angles, put = plan_of(tree), rows(pose, 0), rows(code, 0)
     sign, column, shift, dof = flat(tree.sign), flat(tree.column), flat(tree.shift), flat(tree.angle_dof)
@@ -73,6 +73,9 @@ def _set_middle(plan, a, b, steps, arrays):
         for i in range(4):
             Q[q + i], Q[q + 4 + i] = full_like(b, 0.0), (a[at + i] + sign * b[at + i]) * size
         Q[q + 8] = full_like(b, 0.0)
+    for k in range(plan.n_slides):
+        at = 2 * n + 4 * plan.n_balls + k
+        arrays.X[k], arrays.D[k] = full_like(b, 0.0), 0.5 * (a[at] + b[at])
     return greater(least, NEAR_HALF_TURN * NEAR_HALF_TURN)
 
 
@@ -91,6 +94,8 @@ def measure_two_chords(x, Y, first, last, tree, steps, scratch, results):
 
 def middle_slack(tree):
     """Return by how much two chords in float32 may be longer than exact ones, m; infinite out of float32's range."""
+    if len(tree.slide_dof):  # how far they reach is not known
+        return math.inf
     depth, reach = np.zeros(len(tree.frame_parent)), np.zeros(len(tree.offset))
     for f in range(1, len(depth)):
         depth[f] = depth[tree.frame_parent[f]] + max(1, tree.end_dof[f] - tree.first_dof[f])

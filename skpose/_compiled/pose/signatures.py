@@ -15,7 +15,7 @@ def shared_types(dtype):
     """Return numba's types of a Tree and of Steps."""
     integer, real = types.int64, from_dtype(dtype)
     kinds = dict.fromkeys(("weight", "sign", "shift", "scale"), (real, 1))
-    kinds |= dict.fromkeys(("fixed_rotation", "reference", "offset"), (real, 2))
+    kinds |= dict.fromkeys(("fixed_rotation", "reference", "offset", "slide_axis"), (real, 2))
     kinds |= {"dof_ranges": (integer, 2), "ball_axes": (real, 3)}
     fields = [array_type(*kinds.get(name, (integer, 1)), readonly=False) for name in Tree._fields]
     steps = [integer, types.float64, types.float64, types.float64, array_type(types.float64, 2, readonly=False)]

@@ -16,6 +16,7 @@ def plan_of(tree):
     return Plan(
         tree.angle_dof.shape[0],
         tree.ball_frame.shape[0],
+        tree.slide_dof.shape[0],
         tree.batch_kind.shape[0],
         tree.first_joint.shape[0] - 1,
         tree.first_leaf.shape[0] - 1,
@@ -35,6 +36,8 @@ def plan_of(tree):
         flat(tree.first_leaf),
         flat(tree.joint_parent),
         flat(tree.joint_frame),
+        flat(tree.joint_slide),
+        flat(tree.slide_axis),
         flat(tree.offset),
         flat(tree.scale),
     )
@@ -44,13 +47,21 @@ def plan_of(tree):
 def step_arrays(tree, scratch):
     """Return the rows of a scratch array that a step uses, the root's frame and position set."""
     n, q, h = tree.angle_dof.shape[0], 9 * tree.ball_frame.shape[0], 6 * tree.frame_parent.shape[0]
-    H, P = rows(scratch, 4 * n + q), rows(scratch, 4 * n + q + h)
+    H, P, x = rows(scratch, 4 * n + q), rows(scratch, 4 * n + q + h), 4 * n + q + h + 3 * tree.offset.shape[0]
     for i in range(6):
         H[i] = 1.0 if i % 4 == 0 else 0.0
     for i in range(3):
         P[i] = 0.0
     return StepArrays(
-        rows(scratch, 0), rows(scratch, n), rows(scratch, 2 * n), rows(scratch, 3 * n), rows(scratch, 4 * n), H, P
+        rows(scratch, 0),
+        rows(scratch, n),
+        rows(scratch, 2 * n),
+        rows(scratch, 3 * n),
+        rows(scratch, 4 * n),
+        H,
+        P,
+        rows(scratch, x),
+        rows(scratch, x + tree.slide_dof.shape[0]),
     )
 
 
@@ -230,11 +241,11 @@ def take_step(plan, arrays):
 
 @inlined
 def displace_joints(plan, arrays):
-    """Add one step to the ball joints, none to the angles, and place the joints; return as `take_step`."""
-    H, P = arrays.H, arrays.P
+    """Add one step to ball joints and slides, none to the angles, and place the joints; return as `take_step`."""
+    H, P, X, D = arrays.H, arrays.P, arrays.X, arrays.D
     _rotate_frames(plan, arrays)
     squares = no_squares(plan.scale[plan.n_joints - 1], P)
-    for b in range(0, plan.n_ranges, 2):
+    for b in range(0, plan.n_ranges, 3):
         squares = for_scale(plan.scale[plan.first_joint[b]], P, squares)
         for j in range(plan.first_joint[b], plan.first_joint[b + 1]):
             x, y, z = plan.offset[3 * j], plan.offset[3 * j + 1], plan.offset[3 * j + 2]
@@ -242,6 +253,13 @@ def displace_joints(plan, arrays):
         for j in range(plan.first_joint[b + 1], plan.first_joint[b + 2]):
             h, x = 6 * plan.joint_frame[j], plan.offset[3 * j]
             squares = _place_along_x(H, h, P, j, plan.joint_parent[j], x, squares)
+        for j in range(plan.first_joint[b + 2], plan.first_joint[b + 3]):
+            k = plan.joint_slide[j]
+            X[k] = X[k] + D[k]
+            x = plan.slide_axis[3 * k] * X[k] + plan.offset[3 * j]
+            y = plan.slide_axis[3 * k + 1] * X[k] + plan.offset[3 * j + 1]
+            z = plan.slide_axis[3 * k + 2] * X[k] + plan.offset[3 * j + 2]
+            squares = _place_joint(H, 6 * plan.joint_frame[j], P, j, plan.joint_parent[j], x, y, z, squares)
     for b in range(plan.n_leaf_ranges):
         squares = for_scale(plan.scale[plan.first_leaf[b]], P, squares)
         for j in range(plan.first_leaf[b], plan.first_leaf[b + 1]):

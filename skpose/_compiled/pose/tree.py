@@ -43,10 +43,13 @@ class Tree(NamedTuple):
     sign: np.ndarray  # (n_dofs,) -1 where the frame's axis points against the skeleton's, else 1
     shift: np.ndarray  # (n_dofs,) constant added to the angle, rad
     angle_dof: np.ndarray  # (n_angles,) the dofs that are angles
+    slide: np.ndarray  # (n_frames,) index of the slide whose dof is the frame's, which does not rotate; else -1
+    slide_dof: np.ndarray  # (n_slides,) the dofs that are displacements, m
+    slide_axis: np.ndarray  # (n_slides, 3) their directions, in the axes of their frames
+    joint_slide: np.ndarray  # (n_joints + 1,) index of the slide that moves the joint from its offset, else -1
     ball_frame: np.ndarray  # (n_balls,) the frames of ball joints
-    first_joint: (
-        np.ndarray
-    )  # (n_ranges + 1,) of ranges of moving joints that are no leaves: any, along x, any, along x …
+    first_joint: np.ndarray  # (n_ranges + 1,) of ranges of moving joints that are no leaves, three kinds in turns:
+    # any, those of ball joints that lie along x, and those that slide
     first_leaf: np.ndarray  # (n_leaf_ranges + 1,) of ranges of leaves' joints of one weight; then those of ball joints
     joint_parent: np.ndarray  # (n_joints + 1,) parent of each joint
     joint_frame: np.ndarray  # (n_joints + 1,) frame in which the joint's offset is given
@@ -73,6 +76,7 @@ class Plan(NamedTuple):
 
     n_angles: int
     n_balls: int
+    n_slides: int
     n_batches: int
     n_ranges: int
     n_leaf_ranges: int
@@ -92,6 +96,8 @@ class Plan(NamedTuple):
     first_leaf: np.ndarray
     joint_parent: np.ndarray
     joint_frame: np.ndarray
+    joint_slide: np.ndarray
+    slide_axis: np.ndarray
     offset: np.ndarray
     scale: np.ndarray
 
@@ -106,6 +112,8 @@ class StepArrays(NamedTuple):
     Q: Any  # (9 n_balls,) see `step.advance`
     H: Any  # (6 n_frames,) two rows of every orientation
     P: Any  # (3 n_joints + 3,) positions
+    X: Any  # (n_slides,) displacements along slides
+    D: Any  # (n_slides,) their steps
 
 
 class Squares(NamedTuple):
