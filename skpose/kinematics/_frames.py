@@ -189,7 +189,7 @@ def _turn_to(direction: np.ndarray, p: int, k: int) -> tuple[float, int, float]:
 
 
 class _Turned(NamedTuple):
-    """Where a hinge's axis is: Rp(α) · Rm(β) · e_k times a sign."""
+    """The direction of a hinge's axis: Rp(α) · Rm(β) · e_k times a sign."""
 
     sign: int
     axis: int  # k
@@ -232,8 +232,8 @@ def absorb(frame: Frame, frames: Frames, shift: np.ndarray) -> None:
         frames.offset[frame.joints[0], 2] = 0.0
     for child in angular:
         if child.hinge is not None:
-            ways = [_turn_hinge(child.rest @ child.hinge, (frame.axis + i) % 3) for i in range(3)]
-            found = min(ways, key=lambda way: (way.alpha != 0.0) + (way.beta != 0.0))
+            candidates = [_turn_hinge(child.rest @ child.hinge, (frame.axis + i) % 3) for i in range(3)]
+            found = min(candidates, key=lambda one: (one.alpha != 0.0) + (one.beta != 0.0))
             child.axis, frames.sign[child.first_dof] = found.axis, found.sign
             constants = (found.m, found.beta), (found.p, found.alpha)
             turned = _about(*constants[1]) @ _about(*constants[0])

@@ -1,15 +1,16 @@
 """A `Skeleton` as the `Tree` of flat arrays that compiled code sees, and angles in the tree's order.
 
-A skeleton's joints rotate about any axes in any order, or freely, have rest rotations, and may be rigid. A tree's
-frames all rotate about z, y and x in that order (or the last one or two of these), or freely. They have no rest
-rotation.
+A skeleton's joints rotate about any axes in any order, or freely, have rest rotations, and may be rigid, or slide. A
+tree's frames all rotate about z, y and x in that order (or the last one or two of these), about one of these, or
+freely. They have no rest rotation.
 `tree_of` gets there in four passes:
 
 1. `frames_of`: one frame for each joint with dofs, its axes renamed so that its dofs are about z, y, x. A rigid joint
-   shares its parent's frame. The constant rotations that this needs stand before the frames (`rest`).
+   shares its parent's frame; that of a slide does not rotate. The constant rotations that this needs stand before the frames (`rest`).
 2. `absorb`: each rest rotation is split into three rotations about axes. The first goes into the zero of the parent's
    last angle, the last one into the zero of the frame's own first angle (`shift`), where they cost nothing. The middle
-   one, if it is not zero, becomes a frame without dofs. A ball joint takes any rest rotation into its quaternion, and
+   one, if it is not zero, becomes a frame without dofs. The frame of a hinge may be turned about its axis, and the axis
+   be any of three, so that hinges about parallel axes, or about axes at right angles, need none. A ball joint takes any rest rotation into its quaternion, and
    its axes are chosen so that what follows is simple.
 3. `_in_batches`: frames in the order in which they are computed.
 4. `_arrays`: all of it as flat arrays.

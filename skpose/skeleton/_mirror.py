@@ -98,8 +98,8 @@ def _reflect(partner: Bone, bone: Bone, given: np.ndarray, before: np.ndarray, a
         if bone.n_dofs == partner.n_dofs and not bone.is_ball and not partner.is_ball:
             # Aᵀ takes a rotation about n to one about Aᵀn, by the opposite angle: the same axes in the same order?
             signs = np.einsum("da,ab,db->d", axes_of(partner), after, axes_of(bone))
-            alike = partner.dofs.islower() == bone.dofs.islower() and partner.is_slide == bone.is_slide
-            if alike and (np.abs(np.abs(signs) - 1.0) < PARALLEL).all():
+            same_order = partner.dofs.islower() == bone.dofs.islower() and partner.is_slide == bone.is_slide
+            if same_order and (np.abs(np.abs(signs) - 1.0) < PARALLEL).all():
                 return np.sign(signs) * (given if bone.is_slide else -given)
     if bone.is_slide or partner.is_slide:
         raise ValueError(

@@ -165,7 +165,9 @@ def test_fact_1_between_the_chord_and_the_line(far, skeleton):
         line = pose_distances(X, Y, skeleton=skeleton, metric=Spatial(n_steps))
         assert (chord <= shortest * (1 + 1e-12)).all()
         assert (shortest <= line).all()
-        fine = [[reference.path_length(reference.line(x, y, 1), skeleton, 400) for y in Y] for x in X]
+        fine = [
+            [reference.path_length(reference.line(x, y, 1, skeleton=skeleton), skeleton, 400) for y in Y] for x in X
+        ]
         assert (curves <= np.array(fine) * (1 + 1e-4)).all()
 
 

@@ -53,7 +53,7 @@ def residuals(x, positions, skeleton, weights, rho, initial, free):
         here = slice(column, column + bone.n_dofs)
         column = here.stop
         if bone.is_ball or (free and bone.n_dofs == 3):
-            before, now = (reference.joint_rotation(bone.dofs, p[..., here]) for p in (initial, poses))
+            before, now = (reference.joint_rotation(bone, p[..., here]) for p in (initial, poses))
             terms.append(rho * (before.inv() * now).as_rotvec())
         else:
             terms.append(rho * (poses[:, here] - initial[here]))
