@@ -6,12 +6,13 @@ freely. They have no rest rotation.
 `tree_of` gets there in four passes:
 
 1. `frames_of`: one frame for each joint with dofs, its axes renamed so that its dofs are about z, y, x. A rigid joint
-   shares its parent's frame; that of a slide does not rotate. The constant rotations that this needs stand before the frames (`rest`).
+   shares its parent's frame; that of a slide does not rotate. The constant rotations that this needs stand before the
+   frames (`rest`).
 2. `absorb`: each rest rotation is split into three rotations about axes. The first goes into the zero of the parent's
    last angle, the last one into the zero of the frame's own first angle (`shift`), where they cost nothing. The middle
-   one, if it is not zero, becomes a frame without dofs. The frame of a hinge may be turned about its axis, and the axis
-   be any of three, so that hinges about parallel axes, or about axes at right angles, need none. A ball joint takes any rest rotation into its quaternion, and
-   its axes are chosen so that what follows is simple.
+   one, if it is not zero, becomes a frame without dofs. The frame of a hinge is free but for its axis, which may be any
+   of three: hinges about parallel axes, or about axes at right angles, need no such frame. A ball joint takes any rest
+   rotation into its quaternion, and its axes are chosen so that what follows is simple.
 3. `_in_batches`: frames in the order in which they are computed.
 4. `_arrays`: all of it as flat arrays.
 
