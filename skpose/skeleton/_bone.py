@@ -157,6 +157,11 @@ def axes_of(bone: Bone) -> np.ndarray:
     return np.eye(3)[["xyz".index(letter) for letter in bone.dofs.lower()]]
 
 
+def are_slides(bones: Sequence[Bone]) -> np.ndarray:
+    """Return which columns (n_dofs,) of poses are displacements in m, and not angles."""
+    return np.repeat([bone.is_slide for bone in bones], [bone.n_dofs for bone in bones]).astype(bool)
+
+
 def is_axes(dofs: object) -> bool:
     """Return whether these are letters x, y, z in one case, at most one each."""
     return (

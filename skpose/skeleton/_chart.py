@@ -2,7 +2,7 @@
 
 A step has as many numbers as a pose. Those of a ball joint, or of one with three Euler angles, are the rotation vector
 by which the joint rotates from the base about its own axes: the slerp. Other numbers are differences of angles, wrapped
-to [−π, π]. Where such numbers are few, they do not depend on the order of Euler angles.
+to [−π, π], and of slides as they are. Where such numbers are few, they do not depend on the order of Euler angles.
 """
 
 from collections.abc import Iterator, Sequence
@@ -11,8 +11,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose.skeleton._bone import Bone
-from skpose.skeleton._interpolation import interpolate_values
+from skpose.skeleton._bone import Bone, are_slides
 from skpose.skeleton._rotations import TWO_PI, columns_of, rotations_of
 from skpose.skeleton._skeleton import Skeleton
 
@@ -22,7 +21,7 @@ TOL = 1e-10  # mean step at which it has converged, rad
 
 def steps_from(bones: Sequence[Bone], base: np.ndarray, poses: np.ndarray) -> np.ndarray:
     """Return the steps (n_poses, n_dofs) from a base (n_dofs,) to poses."""
-    steps = interpolate_values(np.zeros_like(base), poses - base, np.ones(1), TWO_PI)
+    steps = _differences(bones, base, poses)
     for bone, columns in _joints_of_three_dofs(bones):
         at = rotations_of(bone, base[None, columns])
         steps[:, columns] = (at.inv() * rotations_of(bone, poses[:, columns])).as_rotvec()
@@ -40,7 +39,7 @@ def move(bones: Sequence[Bone], base: np.ndarray, steps: np.ndarray) -> np.ndarr
 
 def steps_between(bones: Sequence[Bone], poses: np.ndarray, others: np.ndarray) -> np.ndarray:
     """Return the steps (n_poses, n_dofs) from each pose to the other of the same row."""
-    steps = interpolate_values(np.zeros_like(poses), others - poses, np.ones(1), TWO_PI)
+    steps = _differences(bones, poses, others)
     for bone, columns in _joints_of_three_dofs(bones):
         at = rotations_of(bone, poses[:, columns])
         steps[:, columns] = (at.inv() * rotations_of(bone, others[:, columns])).as_rotvec()
@@ -58,7 +57,8 @@ def displace(bones: Sequence[Bone], poses: np.ndarray, steps: np.ndarray) -> np.
 
 def mean_of_joints(bones: Sequence[Bone], poses: np.ndarray) -> tuple[np.ndarray, bool]:
     """Return the pose from which the mean step to the poses is zero, and whether the iteration converged to it."""
-    base = np.arctan2(np.sin(poses).mean(axis=0), np.cos(poses).mean(axis=0))
+    directions = np.arctan2(np.sin(poses).mean(axis=0), np.cos(poses).mean(axis=0))
+    base = np.where(are_slides(bones), poses.mean(axis=0), directions)
     for bone, columns in _joints_of_three_dofs(bones):
         mean = rotations_of(bone, poses[:, columns]).mean().as_quat()[None]
         base[columns] = columns_of(bone, Rotation.from_quat(mean), poses[:1, columns])[0]
@@ -83,6 +83,12 @@ def skeleton_at(skeleton: Skeleton, base: np.ndarray) -> tuple[Skeleton, np.ndar
         bones[place[bone.name]] = bone._replace(dofs="rotvec", rest_rotation=rest, limits=None)
         pose[columns] = 0.0
     return replace(skeleton, bones=tuple(bones)), pose
+
+
+def _differences(bones: Sequence[Bone], poses: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Return how much columns differ, angles wrapped to [−π, π]."""
+    gaps = others - poses
+    return np.where(are_slides(bones), gaps, gaps - TWO_PI * np.rint(gaps / TWO_PI))
 
 
 def _joints_of_three_dofs(bones: Sequence[Bone]) -> Iterator[tuple[Bone, slice]]:
