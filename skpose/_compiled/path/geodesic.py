@@ -30,7 +30,15 @@ from skpose._compiled.path.minimiser import (
     no_bounds,
     rounding_length,
 )
-from skpose._compiled.pose.chart import coordinates_of, differs, dofs_of, free_tree, line_of_angles, set_references
+from skpose._compiled.pose.chart import (
+    coordinates_of,
+    differs,
+    dofs_of,
+    free_tree,
+    keep_bounded,
+    line_of_angles,
+    set_references,
+)
 from skpose._compiled.pose.encode import n_line_codes
 from skpose._compiled.pose.forward import SQRT2
 from skpose._compiled.pose.measure import measure_line, turns_off
@@ -162,8 +170,12 @@ def shorter_line(tree, free, start, end, n_steps):
 
 @jit
 def path_between(tree, start, end, n_steps, frees_angles, bounds, max_iter, tol):
-    """Find the geodesic between two poses, the difference of angles wrapped already; return it as poses."""
+    """Find the geodesic between two poses, the difference of angles wrapped already; return it as poses.
+
+    Joints of three angles turn freely if so asked, but those with bounds.
+    """
     free = free_tree(tree, frees_angles)
+    keep_bounded(tree, free, bounds.lower, bounds.upper)
     line, _ = shorter_line(tree, free, start, end, n_steps)
     curve = find_geodesic(free, line, bounds, stop_at(max_iter, tol))
     poses, last = np.empty(curve.poses.shape), curve.poses.shape[0] - 1
@@ -175,6 +187,9 @@ def path_between(tree, start, end, n_steps, frees_angles, bounds, max_iter, tol)
         farthest = max(farthest, abs(poses[last, d] - end[d]))
     if farthest < ARRIVED:
         copy_to(poses[last], end)
+    for d in range(end.shape[0]):  # without rounding, where other dofs end at other numbers of their rotations
+        if bounds.lower[d] > -math.inf or bounds.upper[d] < math.inf:
+            poses[last, d] = end[d]
     return Curve(
         poses,
         curve.energy,
