@@ -36,7 +36,7 @@ def _degrees(angle: float) -> str:
 def _inside(angle: float, lower: float, upper: float) -> str:
     """Return in words the angle inside limits that is the same rotation, if there is one."""
     turns = np.round((angle - np.clip(angle, lower, upper)) / (2 * np.pi))
-    for same in angle - 2 * np.pi * (turns + [-1.0, 0.0, 1.0]):
+    for same in angle - 2 * np.pi * (turns + np.arange(-1, 2)):
         if lower <= same <= upper:
             return f" ({_degrees(same)}, the same rotation, is inside)"
     return ""

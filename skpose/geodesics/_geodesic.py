@@ -11,8 +11,8 @@ from skpose._compiled.path.geodesic import MAX_ITER, TOL, path_between
 from skpose._compiled.path.minimiser import Bounds
 from skpose._compiled.pose.tree import Tree
 from skpose._typing import ArrayLike
-from skpose._validation.poses import check_pose
 from skpose._validation.limits import check_limits
+from skpose._validation.poses import check_pose
 from skpose._validation.skeletons import limits_of
 from skpose._validation.units import warn_of_degrees
 from skpose._warnings import warn

@@ -108,6 +108,54 @@ def test_resampling_wraps_differences():
     np.testing.assert_allclose(between, [179, 180, -179, -178, -177])
 
 
+def hinges_of(limits):
+    """One hinge with limits, and one without."""
+    return Skeleton([Bone("a", None, (1, 0, 0), "z", limits=(limits,)), Bone("b", "a", (1, 0, 0), "z")])
+
+
+def test_resampling_keeps_hinges_out_of_the_gap_of_their_limits():
+    """From −170° to 160° there are 30° the short way, which is closed to the first hinge, and 330° the other way."""
+    start, end = np.radians([-170.0, 160.0])
+    motion = Motion(hinges_of((-3.0, 2.8)), [[start, start], [end, end]], 1).resample(10)
+    np.testing.assert_allclose(motion.angles[:, 0], np.linspace(start, end, 11), atol=1e-12)
+    np.testing.assert_allclose(motion.angles[:10, 1], np.linspace(start, end - 2 * np.pi, 11)[:10], atol=1e-12)
+    assert motion.angles[-1, 1] == end
+
+
+@pytest.mark.parametrize("limits", [(-np.pi, np.pi), (-7, 7), (-np.inf, 3.0), (-2.9, 3.0), (-3.0, 2.7)])
+def test_resampling_wraps_hinges_without_a_gap_and_those_that_break_their_limits(limits):
+    start, end = np.radians([-170.0, 160.0])
+    motion = Motion(hinges_of(limits), [[start, start], [end, end]], 1).resample(10)
+    np.testing.assert_array_equal(motion.angles[:, 0], motion.angles[:, 1])
+
+
+def test_joints_with_three_angles_rotate_by_slerp_whatever_their_limits():
+    angles, limits = [[-2.9, 0.3, 0.5], [2.7, -0.4, 0.2]], ((-3.0, 2.8),) * 3
+    limited, free = (
+        Motion(Skeleton([Bone("a", None, (1, 0, 0), "xyz", None, pairs)]), angles, 1) for pairs in (limits, None)
+    )
+    np.testing.assert_array_equal(limited.resample(7).angles, free.resample(7).angles)
+    np.testing.assert_array_equal(limited.unwrap().angles, free.unwrap().angles)
+
+
+def test_unwrapping_leaves_hinges_that_stay_inside_limits_with_a_gap():
+    jump = np.array([-2.9, 2.7, 2.5])
+    for limits, kept in (((-3.0, 2.8), True), ((-2.8, 2.8), False), ((-np.pi, np.pi), False)):
+        found = Motion(hinges_of(limits), np.stack([jump, jump], axis=1), 1).unwrap().angles
+        np.testing.assert_array_equal(found[:, 0], jump if kept else np.unwrap(jump))
+        np.testing.assert_array_equal(found[:, 1], np.unwrap(jump))
+
+
+def test_resampling_inside_limits_does_not_round_outside():
+    rng = np.random.default_rng(0)
+    angles = rng.choice([-3.0, 2.8], (200, 1))
+    motion = Motion(Skeleton([Bone("a", None, (1, 0, 0), "z", limits=((-3.0, 2.8),))]), angles, 30)
+    for rate in (29.97, 120 / 1.001, 1000):
+        found = motion.resample(rate).angles
+        assert found.min() >= -3.0
+        assert found.max() <= 2.8
+
+
 def test_resampling_short_motions():
     assert len(Motion(ARM, np.zeros((0, 2)), 10).resample(3)) == 0
     assert len(Motion(ARM, np.zeros((1, 2)), 10).resample(3)) == 1
