@@ -17,12 +17,13 @@ def check_limits(poses: np.ndarray, skeleton: SkeletonLike, name: str) -> np.nda
     excess = np.maximum(lower - rows, rows - upper)
     if excess.max(initial=0.0) > ROUNDING:
         row, dof = np.unravel_index(excess.argmax(), excess.shape)
+        angle, low, high = float(rows[row, dof]), float(lower[dof]), float(upper[dof])
         count = int((excess > ROUNDING).sum())
         place = f"{name}[{row}]" if poses.ndim == 2 else name
         raise ValueError(
             f'joint_limits="enforce" needs poses inside the limits of the skeleton, but in {place} '
-            f"{skeleton.dof_names[dof]} is {_degrees(rows[row, dof])}, its limits {_degrees(lower[dof])} and "
-            f"{_degrees(upper[dof])}{_inside(rows[row, dof], lower[dof], upper[dof])}"
+            f"{skeleton.dof_names[dof]} is {_degrees(angle)}, its limits {_degrees(low)} and {_degrees(high)}"
+            f"{_inside(angle, low, high)}"
             f"{f'; {count} angles are outside in all' if count > 1 else ''}. Take the nearest pose inside, "
             f'np.clip({name}, *skeleton.limits.T), give the bone wider limits, or use joint_limits="ignore"'
         )

@@ -469,7 +469,7 @@ class Motion:
         Motion
             Of the same skeleton; angles may leave [−π, π].
         """
-        kept = kept_inside(self.skeleton.bones, self.angles).all(axis=0)
+        kept = np.asarray(kept_inside(self.skeleton.bones, self.angles).all(axis=0))
         angles = remove_jumps(self.skeleton.bones, self.angles, kept)
         return replace(self, angles=angles, root_angles=remove_jumps((self._root,), self.root_angles))
 
