@@ -86,6 +86,12 @@ def test_limits_of_joints_without_weight_that_have_a_gap():
     np.testing.assert_allclose(path[:, 2], np.linspace(-2.9, 2.7 - 2 * np.pi, len(path)), atol=1e-12)
 
 
+def test_limits_of_joints_without_weight_that_are_more_than_a_turn_apart():
+    arm = Skeleton([hinge(None, "seen"), hinge((-7, 9))._replace(weight=0.0)])
+    found = enforced([0.0, -6.5], [0.01, 8.5], arm, metric=Geodesic(2))
+    np.testing.assert_array_equal(found.path[:, 1], [-6.5, 1.0, 8.5])
+
+
 def test_joints_without_limits_turn_freely():
     """Limits of the hinges that no pose comes near do not make a path of shoulders and hips another one."""
     skeleton = humanoid()

@@ -13,6 +13,7 @@ from skpose import (
     SpatialMDS,
 )
 from skpose.kinematics import retarget
+from skpose.skeleton._interpolation import interpolate_poses
 
 ARM = Skeleton.chain(2)
 
@@ -146,14 +147,16 @@ def test_unwrapping_leaves_hinges_that_stay_inside_limits_with_a_gap():
         np.testing.assert_array_equal(found[:, 1], np.unwrap(jump))
 
 
-def test_resampling_inside_limits_does_not_round_outside():
-    rng = np.random.default_rng(0)
-    angles = rng.choice([-3.0, 2.8], (200, 1))
-    motion = Motion(Skeleton([Bone("a", None, (1, 0, 0), "z", limits=((-3.0, 2.8),))]), angles, 30)
-    for rate in (29.97, 120 / 1.001, 1000):
-        found = motion.resample(rate).angles
-        assert found.min() >= -3.0
-        assert found.max() <= 2.8
+def test_what_is_between_literal_numbers_is_so_after_rounding():
+    rng, bone = np.random.default_rng(0), Bone("a", None, (1, 0, 0), "z")
+    ends = rng.uniform(-3, 3, (1000, 2))
+    almost = np.nextafter(1.0, 0.0)
+    there = np.concatenate(
+        [interpolate_poses([bone], pair[:, None], np.array([almost]), np.array([True])) for pair in ends]
+    )
+    assert (there[:, 0] >= ends.min(axis=1)).all()
+    assert (there[:, 0] <= ends.max(axis=1)).all()
+    assert (np.abs(ends[:, 0] + almost * (ends[:, 1] - ends[:, 0])) > np.abs(ends[:, 1])).any()  # by this formula not
 
 
 def test_resampling_short_motions():
