@@ -24,8 +24,8 @@ def interpolate_poses(
     if literal is not None:
         literal = np.broadcast_to(literal, poses.shape)
         before, after, _ = _rows_around(literal, at)
-        straight = np.clip(interpolate_values(start, end, part, 0.0), np.minimum(start, end), np.maximum(start, end))
-        between = np.where(before & after, straight, between)
+        # Parts are less than one: then the product rounds to less than the difference, and the sum not past the end.
+        between = np.where(before & after, interpolate_values(start, end, part, 0.0), between)
     moved = (part[:, 0] > 0.0) & (start != end).any(axis=1)
     first = 0
     for bone in bones:

@@ -148,15 +148,15 @@ def test_unwrapping_leaves_hinges_that_stay_inside_limits_with_a_gap():
 
 
 def test_what_is_between_literal_numbers_is_so_after_rounding():
-    rng, bone = np.random.default_rng(0), Bone("a", None, (1, 0, 0), "z")
-    ends = rng.uniform(-3, 3, (1000, 2))
-    almost = np.nextafter(1.0, 0.0)
-    there = np.concatenate(
-        [interpolate_poses([bone], pair[:, None], np.array([almost]), np.array([True])) for pair in ends]
-    )
-    assert (there[:, 0] >= ends.min(axis=1)).all()
-    assert (there[:, 0] <= ends.max(axis=1)).all()
-    assert (np.abs(ends[:, 0] + almost * (ends[:, 1] - ends[:, 0])) > np.abs(ends[:, 1])).any()  # by this formula not
+    ends = np.random.default_rng(0).uniform(-3, 3, (1000, 2)) * [1.0, 1e-3]
+    bones, literal = [Bone(str(i), None, (1, 0, 0), "z") for i in range(1000)], np.ones(1000, bool)
+    for part in (np.nextafter(1.0, 0.0), np.nextafter(0.0, 1.0), 1 / 3):
+        between = interpolate_poses(bones, ends.T, np.array([part]), literal)[0]
+        assert (between >= ends.min(axis=1)).all()
+        assert (between <= ends.max(axis=1)).all()
+    rounded = ends[:, 0] + (ends[:, 1] - ends[:, 0])  # a part of one would pass the end, and is taken as it is
+    assert ((rounded > ends.max(axis=1)) | (rounded < ends.min(axis=1))).any()
+    np.testing.assert_array_equal(interpolate_poses(bones, ends.T, np.array([1.0]), literal)[0], ends[:, 1])
 
 
 def test_resampling_short_motions():
