@@ -49,5 +49,5 @@ def assert_inside(poses, skeleton):
 
 
 def hinge(limits, name="arm"):
-    """One bone of 1 m that turns about z."""
+    """One bone of 1 m with a hinge about z."""
     return Bone(name, None, (1.0, 0.0, 0.0), "z", limits=None if limits is None else (limits,))

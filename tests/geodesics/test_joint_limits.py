@@ -14,7 +14,7 @@ from skpose.metrics import Geodesic
 
 METHODS = ["geodesic", "spline"]
 enforced = partial(geodesic, joint_limits="enforce")
-GAP = (-3.0, 2.8)  # the short way from one end to the other is closed
+GAP = (-3.0, 2.8)  # the wrapped difference of the two is outside
 SEEDS = [range(k, k + 10) for k in range(0, 40, 10)]
 
 
@@ -69,7 +69,7 @@ def test_numbers_of_limited_dofs_are_no_directions(limits):
     """Ranges of more than a turn too, such as a robot's wrist, whose cables do not wind."""
     found = enforced([-2.9, -2.9], [2.7, 2.7], Skeleton([hinge(limits), hinge(None, "other")]))
     np.testing.assert_array_equal(found.path[[0, -1], 0], [-2.9, 2.7])
-    np.testing.assert_allclose(found.path[-1, 1], 2.7 - 2 * np.pi)  # no limits: the short way
+    np.testing.assert_allclose(found.path[-1, 1], 2.7 - 2 * np.pi)  # no limits: wrapped
     free = [hinge(None), hinge(None, "other")]
     assert found.length > 3 * geodesic([-2.9, -2.9], [2.7, 2.7], Skeleton(free)).length
 

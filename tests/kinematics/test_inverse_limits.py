@@ -7,7 +7,7 @@ from limited import assert_inside, limited_skeleton, poses_inside
 from skpose import Bone, Skeleton, forward_kinematics, inverse_kinematics
 from skpose.datasets import humanoid
 
-# Far joints, which leave no doubt of the root's orientation, and an elbow.
+# Far joints, which determine the root's orientation, and an elbow.
 ARM = [*(Bone(name, None, 10 * np.eye(3)["xyz".index(name)]) for name in "xyz"), Bone("elbow", None, (0.3, 0, 0))]
 
 

@@ -115,7 +115,7 @@ def hinges_of(limits):
 
 
 def test_resampling_keeps_hinges_out_of_the_gap_of_their_limits():
-    """From −170° to 160° there are 30° the short way, which is closed to the first hinge, and 330° the other way."""
+    """From −170° to 160° the wrapped difference is −30°, which is closed to the first hinge; it rotates by 330°."""
     start, end = np.radians([-170.0, 160.0])
     motion = Motion(hinges_of((-3.0, 2.8)), [[start, start], [end, end]], 1).resample(10)
     np.testing.assert_allclose(motion.angles[:, 0], np.linspace(start, end, 11), atol=1e-12)
@@ -130,7 +130,7 @@ def test_resampling_wraps_hinges_without_a_gap_and_those_that_break_their_limits
     np.testing.assert_array_equal(motion.angles[:, 0], motion.angles[:, 1])
 
 
-def test_joints_with_three_angles_rotate_by_slerp_whatever_their_limits():
+def test_joints_with_three_angles_rotate_by_slerp_with_any_limits():
     angles, limits = [[-2.9, 0.3, 0.5], [2.7, -0.4, 0.2]], ((-3.0, 2.8),) * 3
     limited, free = (
         Motion(Skeleton([Bone("a", None, (1, 0, 0), "xyz", None, pairs)]), angles, 1) for pairs in (limits, None)
