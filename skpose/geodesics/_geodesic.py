@@ -33,8 +33,9 @@ class GeodesicResult:
     ----------
     path : ndarray of shape (n_points, n_dofs)
         Poses along the path, rad, from the first to the second. Of the numbers that are one rotation each pose has
-        those nearest to the pose before, so that no step jumps but through gimbal lock; they may leave [−π, π].
-        n_points is n_steps + 1, or more where the path had to be refined.
+        those nearest to the pose before, so that no step jumps but through gimbal lock; they may leave [−π, π]. Dofs
+        whose limits are enforced have numbers inside these, and exactly those given at the ends. n_points is
+        n_steps + 1, or more where the path had to be refined.
     length : float
         Sum of the path's chords ‖F(θ_i) − F(θ_{i−1})‖, m: the distance, as the paper measures it.
     curve_length : float

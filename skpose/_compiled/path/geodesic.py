@@ -177,6 +177,9 @@ def path_between(tree, start, end, n_steps, frees_angles, bounds, max_iter, tol)
     free = free_tree(tree, frees_angles)
     keep_bounded(tree, free, bounds.lower, bounds.upper)
     line, _ = shorter_line(tree, free, start, end, n_steps)
+    for d in range(end.shape[0]):
+        if bounds.lower[d] > -math.inf or bounds.upper[d] < math.inf:
+            line[n_steps, d] = end[d]  # without the rounding error of the line, which may be outside
     curve = find_geodesic(free, line, bounds, stop_at(max_iter, tol))
     poses, last = np.empty(curve.poses.shape), curve.poses.shape[0] - 1
     copy_to(poses[0], start)
@@ -187,9 +190,6 @@ def path_between(tree, start, end, n_steps, frees_angles, bounds, max_iter, tol)
         farthest = max(farthest, abs(poses[last, d] - end[d]))
     if farthest < ARRIVED:
         copy_to(poses[last], end)
-    for d in range(end.shape[0]):  # without rounding, where other dofs end at other numbers of their rotations
-        if bounds.lower[d] > -math.inf or bounds.upper[d] < math.inf:
-            poses[last, d] = end[d]
     return Curve(
         poses,
         curve.energy,
