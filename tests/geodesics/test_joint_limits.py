@@ -52,6 +52,24 @@ def test_no_frame_between_keys_leaves_the_limits(method, seeds):
             assert np.abs(np.diff(free, axis=0)).max(initial=0.0) <= np.pi
 
 
+@pytest.mark.filterwarnings("ignore::sklearn.exceptions.ConvergenceWarning")
+def test_refined_paths_do_not_round_past_a_limit():
+    """The line ends at lower + (upper − lower), which rounds to more than upper here, and is then divided."""
+    rng, n_refined = np.random.default_rng(0), 0
+    for _ in range(40):
+        lower, upper = -rng.uniform(2, 3), rng.uniform(0.1, 1)
+        if lower + (upper - lower) <= upper:
+            continue
+        bones = [Bone("a", None, (1, 0, 0), "xyz"), Bone("b", "a", (0, 1, 0), "z", None, ((lower, upper),))]
+        skeleton = Skeleton([*bones, Bone("c", "b", (0, 0, 1), "zx")])
+        a, b = rng.uniform(-2, 2, (2, 6))
+        a[3], b[3] = lower, upper
+        path = enforced(a, b, skeleton).path
+        assert_inside(path, skeleton)
+        n_refined += len(path) > 11
+    assert n_refined > 3
+
+
 @pytest.mark.parametrize("n_steps", [2, 3, 10])
 @pytest.mark.parametrize("wrap", [True, False])
 def test_a_limited_hinge_never_takes_the_closed_way(wrap, n_steps):
