@@ -11,6 +11,7 @@ from skpose._compiled.path.geodesic import MAX_ITER, TOL, path_between
 from skpose._compiled.path.minimiser import Bounds
 from skpose._compiled.pose.tree import Tree
 from skpose._typing import ArrayLike
+from skpose._validation.limits import check_limits
 from skpose._validation.poses import check_pose
 from skpose._validation.skeletons import limits_of
 from skpose._validation.units import warn_of_degrees
@@ -19,7 +20,7 @@ from skpose.kinematics._shared import from_tree_order, to_tree_order, tree_of, w
 from skpose.metrics import Geodesic, Metric
 from skpose.metrics._shared import MEAN_CONSTRAINTS, require_geodesic
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import TWO_PI, interpolate_poses, remove_jumps, straight_line
+from skpose.skeleton._shared import interpolate_poses, limited_dofs, remove_jumps, straight_line
 
 SPEED_GRID = 64  # chords into which each step of a path is divided to find poses at constant speed
 
@@ -32,8 +33,9 @@ class GeodesicResult:
     ----------
     path : ndarray of shape (n_points, n_dofs)
         Poses along the path, rad, from the first to the second. Of the numbers that are one rotation each pose has
-        those nearest to the pose before, so that no step jumps but through gimbal lock; they may leave [−π, π].
-        n_points is n_steps + 1, or more where the path had to be refined.
+        those nearest to the pose before, so that no step jumps but through gimbal lock; they may leave [−π, π]. Dofs
+        whose limits are enforced have numbers inside these, and exactly those given at the ends. n_points is
+        n_steps + 1, or more where the path had to be refined.
     length : float
         Sum of the path's chords ‖F(θ_i) − F(θ_{i−1})‖, m: the distance, as the paper measures it.
     curve_length : float
@@ -75,6 +77,7 @@ class GeodesicResult:
     n_iter: int
     converged: bool
     _skeleton: Skeleton = field(repr=False)
+    _limited: np.ndarray | None = field(default=None, repr=False)  # (n_dofs,) bool: limits that hold
 
     def __repr__(self) -> str:
         state = "converged" if self.converged else "not converged"
@@ -103,12 +106,13 @@ class GeodesicResult:
         """Return the poses at shares of the length of the curve, from 0 to 1."""
         n_fine = SPEED_GRID * (len(self.path) - 1) + 1
         steps = np.arange(n_fine) / SPEED_GRID
-        fine = interpolate_poses(self._skeleton.bones, self.path, steps)
+        fine = interpolate_poses(self._skeleton.bones, self.path, steps, self._limited)
         positions = weighted_positions(fine, self._skeleton)
         travelled = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(positions, axis=0), axis=1))])
         if travelled[-1] == 0.0:  # no joint moves, though angles may
             travelled = steps
-        return interpolate_poses(self._skeleton.bones, self.path, np.interp(shares * travelled[-1], travelled, steps))
+        at = np.interp(shares * travelled[-1], travelled, steps)
+        return interpolate_poses(self._skeleton.bones, self.path, at, self._limited)
 
 
 @validate_params(
@@ -152,8 +156,10 @@ def geodesic(
         "geodesic", or a ``skpose.metrics.Geodesic`` with its parameters: chords, at least two, and where the search
         starts.
     joint_limits : {"ignore", "enforce"}, default="ignore"
-        "enforce" keeps all poses between the ends inside ``skeleton.limits`` (Θ of eq. 2), each limit widened to the
-        two ends if they exceed it, as captured poses often do. Joints with three angles then do not turn freely.
+        "enforce" keeps all poses inside ``skeleton.limits`` (Θ of eq. 2), those of `GeodesicResult.resample` too. Both
+        ends must be inside; what is outside by a rounding error of 1e-6 rad is taken to be at the limit. A dof with
+        limits takes the angles between those of the two ends, however far they are apart: it never goes over from π to
+        −π. Joints with three angles and limits do not turn freely.
     max_iter : int, default=500
         Largest number of iterations of each refinement.
     tol : float, default=1e-6
@@ -169,7 +175,7 @@ def geodesic(
     ------
     ValueError
         For poses of the wrong length, out of order by name, or not finite; for limits to be enforced on a skeleton
-        that has none.
+        that has none, or on poses outside of them: the message names the dof, its angle and its limits.
 
     Warns
     -----
@@ -233,6 +239,8 @@ def geodesic(
     first, last = check_pose(start, skeleton, "start"), check_pose(end, skeleton, "end")
     warn_of_degrees(start=first[None], end=last[None])
     chosen = require_geodesic(metric, skeleton, "geodesic")
+    if joint_limits == "enforce":
+        first, last = check_limits(first, skeleton, "start"), check_limits(last, skeleton, "end")
     found = shortest_path(first, last, skeleton, chosen, joint_limits, max_iter, tol)
     if not found.converged:
         warn(
@@ -252,15 +260,15 @@ def shortest_path(
     max_iter: int = MAX_ITER,
     tol: float = TOL,
 ) -> GeodesicResult:
-    """Return the geodesic between two poses, without a warning."""
+    """Return the geodesic between two poses, which are inside limits that are enforced, without a warning."""
     tree = tree_of(skeleton)
     begin, target = to_tree_order(tree, first), to_tree_order(tree, last)
+    limited = limited_dofs(skeleton.bones) if joint_limits == "enforce" else np.zeros(skeleton.n_dofs, bool)
     if metric.wrap:
-        target = wrap_dofs(tree, target, begin)
-    bounds = _bounds(tree, skeleton, begin, target, joint_limits)
-    frees_angles = bool(metric.wrap) and joint_limits == "ignore"
-    curve = path_between(tree, begin, target, int(metric.n_steps), frees_angles, bounds, max_iter, float(tol))
-    line = _where_not_found(tree, skeleton, first, last, len(curve.poses), bool(metric.wrap), frees_angles)
+        target = np.where(limited[tree.column], target, wrap_dofs(tree, target, begin))
+    bounds, wrap = _bounds(tree, skeleton, joint_limits), bool(metric.wrap)
+    curve = path_between(tree, begin, target, int(metric.n_steps), wrap, bounds, max_iter, float(tol))
+    line = _where_not_found(tree, skeleton, first, last, len(curve.poses), wrap, limited)
     path = from_tree_order(tree, curve.poses, line)
     path[0] = first
     return GeodesicResult(
@@ -273,11 +281,12 @@ def shortest_path(
         n_iter=curve.n_iter,
         converged=curve.converged,
         _skeleton=skeleton,
+        _limited=limited if joint_limits == "enforce" else None,
     )
 
 
 def _where_not_found(
-    tree: Tree, skeleton: Skeleton, first: np.ndarray, last: np.ndarray, n_poses: int, wrap: bool, frees_angles: bool
+    tree: Tree, skeleton: Skeleton, first: np.ndarray, last: np.ndarray, n_poses: int, wrap: bool, limited: np.ndarray
 ) -> np.ndarray:
     """Return the straight line between two poses in the columns of the bones that the tree has left out.
 
@@ -289,11 +298,12 @@ def _where_not_found(
     if len(missing) == 0:
         return line
     bones, columns = [skeleton.bones[i] for i in missing], np.isin(bone_of, missing)
-    if frees_angles:  # whose numbers must not jump at the end either
+    if wrap:  # numbers must not jump at the end either
         ends, steps = np.stack([first[columns], last[columns]]), np.linspace(0.0, 1.0, n_poses)
-        line[:, columns] = remove_jumps(bones, interpolate_poses(bones, ends, steps))
+        between = interpolate_poses(bones, ends, steps, limited[columns])
+        line[:, columns] = remove_jumps(bones, between, limited[columns])
     else:
-        line[:, columns] = straight_line(bones, first[columns], last[columns], n_poses, TWO_PI if wrap else 0.0)
+        line[:, columns] = straight_line(bones, first[columns], last[columns], n_poses)
     return line
 
 
@@ -312,14 +322,13 @@ def _reason(found: GeodesicResult, n_steps: int, max_iter: int, tol: float) -> s
     return f"After {found.n_iter} iterations of all refinements, max_iter={max_iter} each, {left}; raise max_iter"
 
 
-def _bounds(tree: Tree, skeleton: Skeleton, begin: np.ndarray, target: np.ndarray, joint_limits: str) -> Bounds:
-    """Return the least and the largest value of each dof between two poses, all in the tree's order."""
-    free = np.full(len(begin), np.inf)
+def _bounds(tree: Tree, skeleton: Skeleton, joint_limits: str) -> Bounds:
+    """Return the least and the largest value of each dof, in the tree's order."""
+    free = np.full(len(tree.column), np.inf)
     bounds = Bounds(-free, free)
     if joint_limits == "ignore":
         return bounds
     angles = tree.angle_dof  # an axis that the tree reverses swaps its limits
     limits = limits_of(skeleton)[tree.column[angles]] * tree.sign[angles, None]
-    bounds.lower[angles] = np.minimum(limits.min(axis=1), np.minimum(begin, target)[angles])
-    bounds.upper[angles] = np.maximum(limits.max(axis=1), np.maximum(begin, target)[angles])
+    bounds.lower[angles], bounds.upper[angles] = limits.min(axis=1), limits.max(axis=1)
     return bounds

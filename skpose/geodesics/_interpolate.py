@@ -11,6 +11,7 @@ from sklearn.exceptions import ConvergenceWarning
 from skpose._compat.sklearn import StrOptions, validate_params
 from skpose._parallel.threads import in_threads
 from skpose._typing import ArrayLike
+from skpose._validation.limits import check_limits
 from skpose._validation.motions import check_frame_rate
 from skpose._validation.numbers import check_numbers
 from skpose._validation.poses import check_poses
@@ -22,13 +23,18 @@ from skpose.geodesics._spline import spline_between
 from skpose.metrics import Geodesic, Metric
 from skpose.metrics._shared import METRIC_CONSTRAINTS, require_geodesic
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import remove_jumps
+from skpose.skeleton._shared import limited_dofs, remove_jumps
 
 ON_KEY = 1e-6  # frames between a frame and a key that are at one time
 
 
 @validate_params(
-    METRIC_CONSTRAINTS | {"method": [StrOptions(["geodesic", "spline"])], "n_jobs": [None, Integral]},
+    METRIC_CONSTRAINTS
+    | {
+        "method": [StrOptions(["geodesic", "spline"])],
+        "joint_limits": [StrOptions(["ignore", "enforce"])],
+        "n_jobs": [None, Integral],
+    },
     prefer_skip_nested_validation=True,
 )
 def interpolate(
@@ -39,6 +45,7 @@ def interpolate(
     frame_rate: float,
     method: str = "spline",
     metric: str | Metric = "geodesic",
+    joint_limits: str = "ignore",
     n_jobs: int | None = None,
 ) -> Motion:
     r"""Return a motion through key poses at given times.
@@ -62,6 +69,9 @@ def interpolate(
         "spline" has continuous velocities of the joints, and may swing out further than the keys.
     metric : str or Metric, default="geodesic"
         The geodesics from key to key: "geodesic", or a ``skpose.metrics.Geodesic`` with its parameters.
+    joint_limits : {"ignore", "enforce"}, default="ignore"
+        "enforce" keeps all frames inside ``skeleton.limits``, as in `geodesic`. The keys must be inside. A dof that
+        the spline would swing out past its limit stops there.
     n_jobs : int, default=None
         Threads, as in scikit-learn.
 
@@ -69,7 +79,8 @@ def interpolate(
     -------
     Motion
         Frames at ``times[0] + i / frame_rate`` up to ``times[-1]``. A key pose that falls on a frame is met exactly.
-        The numbers of the angles do not jump from frame to frame; those of a key may be others of the same rotations.
+        The numbers of the angles do not jump from frame to frame; those of a key may be others of the same rotations,
+        but for dofs whose limits are enforced.
         The root has the axes, the axis that points up and the name of that of a Motion; axes that cannot describe a
         rotation between two keys are replaced by "xyz".
 
@@ -78,7 +89,8 @@ def interpolate(
     ValueError
         For fewer than two poses, poses of the wrong width, out of order by name or not finite; for times of the wrong
         shape, not finite or not increasing; for a frame rate that is not positive; for arrays without times or
-        skeleton, and a Motion with another skeleton than the one given.
+        skeleton, and a Motion with another skeleton than the one given; for limits to be enforced on a skeleton that
+        has none, or on poses outside of them: the message names the dof, its angle and its limits.
 
     Warns
     -----
@@ -108,6 +120,9 @@ def interpolate(
     *Twists.* What no joint shows turns as on the line to the next key, by slerp for joints with three dofs, and its
     speed may change at keys; so do joints without weight. Where a limb is nearly straight, small movements may need
     large turns: geodesics take them, and the spline adds little to these.
+
+    *Limits.* Under "enforce" the geodesics keep the limits, and each angle of a pose of the spline is clipped to its
+    own. The velocity of that dof is then zero at once, as at the stop of a hinge; the other dofs follow the spline.
 
     *Velocities.* They are those of the positions. A geodesic is made of n_steps slerps, between which velocities
     change a little; less with more of them.
@@ -150,20 +165,25 @@ def interpolate(
     if len(X) < 2:
         raise ValueError(f"poses must be at least two key poses, got {len(X)}: one pose is no motion")
     warn_of_degrees(poses=X)
+    limited = None
+    if joint_limits == "enforce":
+        X = check_limits(X, skeleton, "poses" if keys is None else "poses.angles")
+        limited = limited_dofs(skeleton.bones)
     frame_rate = check_frame_rate(frame_rate)
     at = _check_times(times, len(X), frame_rate)
     n_threads = effective_n_jobs(n_jobs)
-    geodesics = _geodesics(X, skeleton, require_geodesic(metric, skeleton, "interpolate"), n_threads)
+    chosen = require_geodesic(metric, skeleton, "interpolate")
+    geodesics = _geodesics(X, skeleton, chosen, joint_limits, n_threads)
     segment, shares = _locate_frames(at, frame_rate)
     in_segments = [shares[segment == i] for i in range(len(geodesics))]
     if method == "spline":
-        between = spline_between(geodesics, np.diff(at), in_segments, skeleton, n_threads)
+        between = spline_between(geodesics, np.diff(at), in_segments, skeleton, joint_limits, n_threads)
     else:
         between = [path._at(share) for path, share in zip(geodesics, in_segments, strict=True)]
     frames = np.concatenate(between)
     on_key = np.isin(shares, [0.0, 1.0])
     frames[on_key] = X[(segment + shares.astype(int))[on_key]]
-    motion = Motion(skeleton, remove_jumps(skeleton.bones, frames), frame_rate)
+    motion = Motion(skeleton, remove_jumps(skeleton.bones, frames, limited), frame_rate)
     if keys is None:
         return motion
     positions, angles, axes = root_between(keys, at, at[segment] + shares * np.diff(at)[segment], method)
@@ -218,12 +238,14 @@ def _check_times(times: ArrayLike, n_poses: int, frame_rate: float) -> np.ndarra
     return at
 
 
-def _geodesics(X: np.ndarray, skeleton: Skeleton, metric: Geodesic, n_jobs: int) -> list[GeodesicResult]:
+def _geodesics(
+    X: np.ndarray, skeleton: Skeleton, metric: Geodesic, joint_limits: str, n_jobs: int
+) -> list[GeodesicResult]:
     """Return the geodesics from each key to the next; one warning for all that did not converge."""
     found: dict[int, GeodesicResult] = {}
 
     def find(i: int) -> None:
-        found[i] = shortest_path(X[i], X[i + 1], skeleton, metric)
+        found[i] = shortest_path(X[i], X[i + 1], skeleton, metric, joint_limits)
 
     in_threads((partial(find, i) for i in range(len(X) - 1)), n_jobs)
     n_unconverged = sum(not path.converged for path in found.values())

@@ -22,6 +22,7 @@ import numpy as np
 from skpose._compiled.path.exponential import tangent_space
 from skpose._compiled.pose.tree import Tree
 from skpose._parallel.threads import in_threads
+from skpose._validation.skeletons import limits_of
 from skpose.geodesics._geodesic import GeodesicResult
 from skpose.kinematics._shared import from_tree_order, jacobian_at, retract, to_tree_order, tree_of, weighted_positions
 from skpose.skeleton import Skeleton
@@ -45,11 +46,17 @@ class Segment(NamedTuple):
 
 
 def spline_between(
-    geodesics: list[GeodesicResult], spans: np.ndarray, shares: list[np.ndarray], skeleton: Skeleton, n_jobs: int
+    geodesics: list[GeodesicResult],
+    spans: np.ndarray,
+    shares: list[np.ndarray],
+    skeleton: Skeleton,
+    joint_limits: str,
+    n_jobs: int,
 ) -> list[np.ndarray]:
     """Return poses between keys.
 
-    `spans` are the times between the keys; `shares` are the poses of each segment, as s from 0 to 1.
+    `spans` are the times between the keys; `shares` are the poses of each segment, as s from 0 to 1. Limits that are
+    enforced clip the angles.
     """
     segments: list[Segment | None] = [None] * len(geodesics)
 
@@ -65,7 +72,8 @@ def spline_between(
         segment, h = known[i], spans[i]
         start = h * slopes[i] - segment.leaving
         end = h * slopes[i + 1] - segment.arriving
-        poses[i] = _draw(segment, start, end, shares[i], skeleton)
+        drawn = _draw(segment, start, end, shares[i], skeleton)
+        poses[i] = np.clip(drawn, *limits_of(skeleton).T) if joint_limits == "enforce" else drawn
 
     in_threads((partial(draw, i) for i in range(len(known))), n_jobs)
     return poses

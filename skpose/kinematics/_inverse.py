@@ -70,7 +70,8 @@ def inverse_kinematics(
     lengths : array-like of shape (n_sequences,), default=None
         Number of frames of each sequence, one after the other in `positions`; None is one sequence.
     joint_limits : {"ignore", "enforce"}, default="ignore"
-        "enforce" keeps angles inside ``skeleton.limits``.
+        "enforce" keeps angles inside ``skeleton.limits``. The search then starts from the initial pose clipped to
+        them. Joints with three angles and limits do not turn freely.
     regularization : float, default=0.0
         The factor ρ, m/rad: a joint that is turned by 1 rad from the initial pose costs as much as a joint that is ρ
         off. For noisy positions some 0.01 to 0.03 keeps angles that the positions barely show, such as twists of

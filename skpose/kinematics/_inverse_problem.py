@@ -156,7 +156,6 @@ def problem_of(
     scales[scales == 0.0] = 1.0
     dofs = to_tree_order(tree, np.concatenate([np.zeros((len(start), N_ROOT)), start], axis=1))
     rules = Rules(
-        frees_angles=joint_limits == "ignore",
         is_sequence=len(start) == 1,
         warm_iter=WARM_ITER,
         max_iter=MAX_ITER,

@@ -34,7 +34,8 @@ class PoseFromPositions(EstimatorMixin, TransformerMixin, BaseEstimator):
     skeleton : Skeleton, default=None
         The skeleton of all poses, such as that of `fit_skeleton`. It is needed: None fails in `fit`.
     joint_limits : {"ignore", "enforce"}, default="ignore"
-        "enforce" keeps angles inside ``skeleton.limits``.
+        "enforce" keeps angles inside ``skeleton.limits``. Those of float32 are rounded inwards; a range in which
+        float32 has no number gives the next one below.
     regularization : float, default=0.0
         Stiffness of the joints towards the rest pose, m/rad, see `inverse_kinematics`: some 0.01 to 0.03 for noisy
         positions.
@@ -164,7 +165,8 @@ class PoseFromPositions(EstimatorMixin, TransformerMixin, BaseEstimator):
             n_jobs=self.n_jobs,
             verbose=self.verbose,
         )
-        return fitted.poses.astype(positions.dtype, copy=False)
+        poses = fitted.poses.astype(positions.dtype, copy=False)
+        return _clip_rounded(poses, self.skeleton_.limits) if self.joint_limits == "enforce" else poses
 
     def inverse_transform(self, X):
         """Return the positions of the joints of poses, relative to the root and in its axes.
@@ -236,6 +238,14 @@ class PoseFromPositions(EstimatorMixin, TransformerMixin, BaseEstimator):
         tags.input_tags.allow_nan = True
         tags.transformer_tags.preserves_dtype = ["float64", "float32"]
         return tags
+
+
+def _clip_rounded(poses, limits):
+    """Clip poses to limits rounded inwards, to numbers of their own type."""
+    lower, upper = limits.astype(poses.dtype).T
+    lower = np.where(lower < limits[:, 0], np.nextafter(lower, np.inf, dtype=lower.dtype), lower)
+    upper = np.where(upper > limits[:, 1], np.nextafter(upper, -np.inf, dtype=upper.dtype), upper)
+    return np.clip(poses, lower, upper)
 
 
 def _check_is_positions(X):

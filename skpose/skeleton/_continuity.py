@@ -27,18 +27,22 @@ def continuous_columns(bone: Bone, rotations: Rotation) -> np.ndarray:
     return continuous_angles(columns)
 
 
-def remove_jumps(bones: Sequence[Bone], poses: np.ndarray) -> np.ndarray:
-    """Return poses (n_frames, n_dofs) of joints whose rotations stay and whose numbers do not jump."""
+def remove_jumps(bones: Sequence[Bone], poses: np.ndarray, literal: np.ndarray | None = None) -> np.ndarray:
+    """Return poses (n_frames, n_dofs) of joints whose rotations stay and whose numbers do not jump.
+
+    Columns that are `literal`, (n_dofs,) of bool, stay as they are.
+    """
+    kept = np.zeros(poses.shape[1], bool) if literal is None else literal
     poses, first = poses.copy(), 0
     for bone in bones:
         columns = slice(first, first + bone.n_dofs)
         first += bone.n_dofs
         if bone.is_ball:
             poses[:, columns] = continuous_vectors(poses[:, columns])
-        elif bone.n_dofs == 3:
+        elif bone.n_dofs == 3 and not kept[columns].any():
             poses[:, columns] = continuous_angles(poses[:, columns])
         else:
-            poses[:, columns] = np.unwrap(poses[:, columns], axis=0)
+            poses[:, columns] = np.where(kept[columns], poses[:, columns], np.unwrap(poses[:, columns], axis=0))
     return poses
 
 

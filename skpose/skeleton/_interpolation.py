@@ -8,20 +8,30 @@ from skpose.skeleton._bone import Bone
 from skpose.skeleton._rotations import TWO_PI, columns_of, rotations_of
 
 
-def interpolate_poses(bones: Sequence[Bone], poses: np.ndarray, at: np.ndarray) -> np.ndarray:
+def interpolate_poses(
+    bones: Sequence[Bone], poses: np.ndarray, at: np.ndarray, literal: np.ndarray | None = None
+) -> np.ndarray:
     """Return poses (n, n_dofs) at rows of others, (n_poses, n_dofs), which need not be whole; whole rows are kept.
 
     The rotation of a ball joint, or of one with three Euler angles, is the slerp between two rows, as numbers near the
     row before. Other angles change linearly along their difference wrapped to [−π, π].
+
+    Some numbers may be `literal`, an array (n_dofs,) or (n_poses, n_dofs) of bool: two such numbers change linearly,
+    and what is between them never leaves their range, not by rounding either. A joint that has any does not slerp.
     """
     start, end, part = _rows_around(poses, at)
     between = interpolate_values(start, end, part, TWO_PI)
+    if literal is not None:
+        literal = np.broadcast_to(literal, poses.shape)
+        before, after, _ = _rows_around(literal, at)
+        # Parts are less than one: then the product rounds to less than the difference, and the sum not past the end.
+        between = np.where(before & after, interpolate_values(start, end, part, 0.0), between)
     moved = (part[:, 0] > 0.0) & (start != end).any(axis=1)
     first = 0
     for bone in bones:
         columns = slice(first, first + bone.n_dofs)
         first += bone.n_dofs
-        if bone.n_dofs < 3 or not moved.any():
+        if bone.n_dofs < 3 or not moved.any() or (literal is not None and literal[:, columns].any()):
             continue
         p, q = rotations_of(bone, start[moved, columns]), rotations_of(bone, end[moved, columns])
         turned = p * type(p).from_rotvec(part[moved] * (p.inv() * q).as_rotvec())

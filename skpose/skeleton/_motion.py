@@ -20,6 +20,7 @@ from skpose.skeleton._continuity import remove_jumps
 from skpose.skeleton._conversions import convert
 from skpose.skeleton._cycle import Frames, close_cycle, describe_opening, repeat_cycle
 from skpose.skeleton._interpolation import interpolate_linearly, interpolate_poses
+from skpose.skeleton._limits import kept_inside
 from skpose.skeleton._mirror import mirror_poses
 from skpose.skeleton._root import (
     continuous_root_angles,
@@ -276,7 +277,9 @@ class Motion:
 
         Between two frames a joint with three dofs, and a root with three axes, rotates by the smallest angle (slerp).
         Other angles change linearly along their difference wrapped to [−π, π], so that a file's jump by 360° is no
-        rotation. Where the new times coincide with frames, as from 120 to 12 Hz, these are taken as they are. Where
+        rotation. A joint with one or two dofs whose limits leave out a part of the circle has no way through that part:
+        between two frames inside its limits it takes the angles between theirs, as a robot's hinge does from −170° to
+        160°. Where the new times coincide with frames, as from 120 to 12 Hz, these are taken as they are. Where
         frames are missing none are made up: new times between a frame and one that does not directly follow it are
         missing too. There is no low-pass filter: a lower rate aliases movements that are faster than it, as in the
         paper.
@@ -295,7 +298,9 @@ class Motion:
         rows, numbers = resample_frames(self.frame_numbers, self.frame_rate, frame_rate)
         return replace(
             self,
-            angles=interpolate_poses(self.skeleton.bones, self.angles, rows),
+            angles=interpolate_poses(
+                self.skeleton.bones, self.angles, rows, kept_inside(self.skeleton.bones, self.angles)
+            ),
             frame_rate=frame_rate,
             root_positions=interpolate_linearly(self.root_positions, rows),
             root_angles=interpolate_poses((self._root,), self.root_angles, rows),
@@ -453,6 +458,8 @@ class Motion:
         Such jumps are those by 360°, those between the two triples of three Euler angles that are one rotation,
         (a, b, c) and (a + π, π − b, c + π), and those by whole turns of rotation vectors; the root's angles too. Of the
         numbers that are one rotation, each frame has those nearest to the frame before; the first frame stays as it is.
+        An angle of a joint with one or two dofs stays as it is if it is inside its limits in all frames, and these
+        leave out a part of the circle: it then cannot jump.
 
         The poses stay the same, and so do distances between them, except "angle", which takes angles literally.
         Filters, derivatives and plots of the angles need continuous ones.
@@ -462,7 +469,8 @@ class Motion:
         Motion
             Of the same skeleton; angles may leave [−π, π].
         """
-        angles = remove_jumps(self.skeleton.bones, self.angles)
+        kept = np.asarray(kept_inside(self.skeleton.bones, self.angles).all(axis=0))
+        angles = remove_jumps(self.skeleton.bones, self.angles, kept)
         return replace(self, angles=angles, root_angles=remove_jumps((self._root,), self.root_angles))
 
     def to_rotvec(self) -> "Motion":

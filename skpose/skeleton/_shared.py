@@ -6,6 +6,7 @@ from skpose.skeleton._comparison import LARGEST_DIFFERENCE, check_comparable, ch
 from skpose.skeleton._continuity import continuous_columns, continuous_triples, remove_jumps
 from skpose.skeleton._html import foldable_table
 from skpose.skeleton._interpolation import interpolate_poses, straight_line
+from skpose.skeleton._limits import limited_dofs
 from skpose.skeleton._proportions import MEAN_HEIGHT, PROPORTIONS
 from skpose.skeleton._rest import NO_DIRECTION, axes_at_zero, directions_at_zero, positions_at_zero, size_of
 from skpose.skeleton._root import (
@@ -55,6 +56,7 @@ __all__ = [
     "interpolate_poses",
     "is_axes",
     "join_seen",
+    "limited_dofs",
     "mean_of_joints",
     "mismatch",
     "move",

@@ -40,7 +40,8 @@ def case(request):
     """A workspace whose state is a random pose, and a target far from it, some joints without weight."""
     tree = tree_of_all_joints(with_root_joint(SKELETONS[request.param]))
     rng, n, n_frames = np.random.default_rng(0), len(tree.column), len(tree.frame_parent)
-    work = workspace_of(tree, True)
+    bounds = np.full(n, np.inf)
+    work = workspace_of(tree, -bounds, bounds)
     prior = np.tile([1.0, 0.0, 0.0, 0.0], (n_frames, 1)), np.zeros(n)
     set_pose(tree, rng.normal(0, 0.3, n), *prior)
     now = np.tile([1.0, 0.0, 0.0, 0.0], (n_frames, 1)), np.zeros(n)
@@ -48,7 +49,6 @@ def case(request):
     start_at(work.tree, work.here, *now)
     weights = rng.uniform(0.5, 2.0, len(tree.offset))
     weights[:2] = weights[-1] = 0.0
-    bounds = np.full(n, np.inf)
     return work, Target(rng.normal(size=(len(weights), 3)), weights, *prior, 0.3, -bounds, bounds)
 
 

@@ -204,15 +204,6 @@ def test_limits_make_the_path_longer():
     assert limited.energy <= reference.path_energy(naive, arm) * (1 + 1e-6)
 
 
-def test_limits_are_widened_to_the_two_poses():
-    arm = Skeleton([Bone("upper", None, (1, 0, 0), "zy", None, ((-0.5, 0.5), (-0.1, 0.1)))])
-    found = geodesic([0.7, 0.6], [-0.2, 0.6], arm, joint_limits="enforce")
-    np.testing.assert_array_equal(found.path[[0, -1]], [[0.7, 0.6], [-0.2, 0.6]])
-    assert found.path[:, 0].max() <= 0.7
-    assert found.path[:, 1].max() <= 0.6
-    assert found.path[:, 1].min() >= -0.1
-
-
 def test_limits_of_axes_that_are_reversed():
     """In a left-handed order of axes the library reverses one axis; its limits must be reversed too."""
     for dofs in ("zyx", "xzy", "YXZ", "xyz"):

@@ -130,6 +130,26 @@ def test_parameters_are_those_of_inverse_kinematics(X):
     np.testing.assert_allclose(limited.transform(bent), [[1.0]], atol=1e-6)
 
 
+@pytest.mark.parametrize("limit", [1.1, 1.2, 1.3, np.nextafter(1.0, 0), 1.0])
+def test_float32_poses_stay_inside_limits_too(limit):
+    elbow = Skeleton(
+        [
+            Bone("shoulder", None, (0, 0, 0)),
+            Bone("elbow", "shoulder", (0.3, 0, 0)),
+            Bone("wrist", "elbow", (0.25, 0, 0), "z", limits=[(-limit, limit)]),
+        ]
+    )
+    bent = np.array([[0, 0, 0, 0.3, 0, 0, 0.3, side * 0.25, 0] for side in (1, -1)], np.float32)
+    found = PoseFromPositions(elbow, joint_limits="enforce").fit(bent).transform(bent)
+    assert found.dtype == np.float32
+    assert (np.abs(found.astype(np.float64)) <= limit).all()  # as numbers of float64: float32 would round the limit
+    np.testing.assert_allclose(np.abs(found), limit, rtol=2e-7)
+    fixed = Skeleton([*elbow.bones[:2], elbow.bones[2]._replace(limits=[(limit, limit)])])
+    found = PoseFromPositions(fixed, joint_limits="enforce").fit(bent).transform(bent)
+    np.testing.assert_allclose(found, limit, rtol=2e-7)
+    assert (found.astype(np.float64) <= limit).all()
+
+
 def test_float32_stays_float32(fitted, X, poses):
     found = fitted.transform(X.astype(np.float32))
     assert found.dtype == fitted.inverse_transform(found).dtype == np.float32

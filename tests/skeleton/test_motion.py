@@ -13,6 +13,7 @@ from skpose import (
     SpatialMDS,
 )
 from skpose.kinematics import retarget
+from skpose.skeleton._interpolation import interpolate_poses
 
 ARM = Skeleton.chain(2)
 
@@ -106,6 +107,56 @@ def test_resampling_wraps_differences():
     degrees = np.array([[179.0, 0], [-179, 0], [-177, 0]])
     between = np.degrees(Motion(ARM, np.radians(degrees), 10).resample(20).angles[:, 0])
     np.testing.assert_allclose(between, [179, 180, -179, -178, -177])
+
+
+def hinges_of(limits):
+    """One hinge with limits, and one without."""
+    return Skeleton([Bone("a", None, (1, 0, 0), "z", limits=(limits,)), Bone("b", "a", (1, 0, 0), "z")])
+
+
+def test_resampling_keeps_hinges_out_of_the_gap_of_their_limits():
+    """From −170° to 160° the wrapped difference is −30°, which is closed to the first hinge; it rotates by 330°."""
+    start, end = np.radians([-170.0, 160.0])
+    motion = Motion(hinges_of((-3.0, 2.8)), [[start, start], [end, end]], 1).resample(10)
+    np.testing.assert_allclose(motion.angles[:, 0], np.linspace(start, end, 11), atol=1e-12)
+    np.testing.assert_allclose(motion.angles[:10, 1], np.linspace(start, end - 2 * np.pi, 11)[:10], atol=1e-12)
+    assert motion.angles[-1, 1] == end
+
+
+@pytest.mark.parametrize("limits", [(-np.pi, np.pi), (-7, 7), (-np.inf, 3.0), (-2.9, 3.0), (-3.0, 2.7)])
+def test_resampling_wraps_hinges_without_a_gap_and_those_that_break_their_limits(limits):
+    start, end = np.radians([-170.0, 160.0])
+    motion = Motion(hinges_of(limits), [[start, start], [end, end]], 1).resample(10)
+    np.testing.assert_array_equal(motion.angles[:, 0], motion.angles[:, 1])
+
+
+def test_joints_with_three_angles_rotate_by_slerp_with_any_limits():
+    angles, limits = [[-2.9, 0.3, 0.5], [2.7, -0.4, 0.2]], ((-3.0, 2.8),) * 3
+    limited, free = (
+        Motion(Skeleton([Bone("a", None, (1, 0, 0), "xyz", None, pairs)]), angles, 1) for pairs in (limits, None)
+    )
+    np.testing.assert_array_equal(limited.resample(7).angles, free.resample(7).angles)
+    np.testing.assert_array_equal(limited.unwrap().angles, free.unwrap().angles)
+
+
+def test_unwrapping_leaves_hinges_that_stay_inside_limits_with_a_gap():
+    jump = np.array([-2.9, 2.7, 2.5])
+    for limits, kept in (((-3.0, 2.8), True), ((-2.8, 2.8), False), ((-np.pi, np.pi), False)):
+        found = Motion(hinges_of(limits), np.stack([jump, jump], axis=1), 1).unwrap().angles
+        np.testing.assert_array_equal(found[:, 0], jump if kept else np.unwrap(jump))
+        np.testing.assert_array_equal(found[:, 1], np.unwrap(jump))
+
+
+def test_what_is_between_literal_numbers_is_so_after_rounding():
+    ends = np.random.default_rng(0).uniform(-3, 3, (1000, 2)) * [1.0, 1e-3]
+    bones, literal = [Bone(str(i), None, (1, 0, 0), "z") for i in range(1000)], np.ones(1000, bool)
+    for part in (np.nextafter(1.0, 0.0), np.nextafter(0.0, 1.0), 1 / 3):
+        between = interpolate_poses(bones, ends.T, np.array([part]), literal)[0]
+        assert (between >= ends.min(axis=1)).all()
+        assert (between <= ends.max(axis=1)).all()
+    rounded = ends[:, 0] + (ends[:, 1] - ends[:, 0])  # a part of one would pass the end, and is taken as it is
+    assert ((rounded > ends.max(axis=1)) | (rounded < ends.min(axis=1))).any()
+    np.testing.assert_array_equal(interpolate_poses(bones, ends.T, np.array([1.0]), literal)[0], ends[:, 1])
 
 
 def test_resampling_short_motions():

@@ -14,7 +14,7 @@ import numpy as np
 from numba import types
 
 from skpose._compiled.inverse.tree_cholesky import EQUATIONS, N_ORIGIN, Equations, equations_of
-from skpose._compiled.pose.chart import free_tree, rotation_of
+from skpose._compiled.pose.chart import free_tree, keep_bounded, rotation_of
 from skpose._compiled.pose.forward import workspace_rows
 from skpose._compiled.pose.rotation import inverse, product, sign_towards, vector_of
 from skpose._compiled.pose.screws import place_with_screws
@@ -79,10 +79,12 @@ def _empty_state(tree):
 
 
 @internal
-def workspace_of(tree, frees_angles):
-    """Return arrays for the search for poses of a tree."""
+def workspace_of(tree, lower, upper):
+    """Return arrays for the search for poses of a tree, whose joints of three angles turn freely without bounds."""
+    free = free_tree(tree, True)
+    keep_bounded(tree, free, lower, upper)
     return Workspace(
-        free_tree(tree, frees_angles),
+        free,
         _empty_state(tree),
         _empty_state(tree),
         _empty_state(tree),

@@ -32,7 +32,6 @@ class Observed(NamedTuple):
 class Rules(NamedTuple):
     """Settings for all frames."""
 
-    frees_angles: bool  # joints of three angles are rotations, without limits
     is_sequence: bool  # each frame starts from the one before, or else from a pose of its own
     warm_iter: int  # iterations from the frame before
     max_iter: int  # iterations from a first pose
@@ -123,7 +122,7 @@ def fit_frames(tree, observed, initials, rules, warm_up, found):
 
     Of a sequence, a frame in which nothing is seen has the pose of the frame before.
     """
-    work = workspace_of(tree, rules.frees_angles)
+    work = workspace_of(tree, rules.lower, rules.upper)
     rotations, angles = np.zeros(work.here.rotations.shape), np.zeros(initials.shape[1])
     rotations[:, 0] = 1.0
     prior, prior_dofs = rotations.copy(), angles.copy()

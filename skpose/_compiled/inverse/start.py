@@ -13,6 +13,7 @@ from skpose._compiled.inverse.eigenvector import greatest_eigenvector
 from skpose._compiled.inverse.energy import TARGET, WORKSPACE, copy_state, place_state, start_at
 from skpose._compiled.inverse.step import FIRST_DAMPING, FIT, Fit, minimise_pose
 from skpose._compiled.pose.rotation import product, quaternion_of
+from skpose._compiled.pose.tree import TWO_PI
 from skpose._compiled.simd.copying import copy_to
 from skpose._compiled.simd.jit import by_address, internal
 from skpose._compiled.simd.signatures import INTEGER, MATRIX, VECTOR
@@ -142,6 +143,24 @@ def _point_bones(work, target, ancestor):
 
 
 @internal
+def _inside(angle, lower, upper):
+    """Return an angle inside bounds: that of the same rotation where there is one, else the bound that is nearer."""
+    if lower <= angle <= upper:
+        return angle
+    if angle > upper:
+        below = angle - TWO_PI * math.ceil((angle - upper) / TWO_PI)
+        above = below + TWO_PI
+    else:
+        above = angle + TWO_PI * math.ceil((lower - angle) / TWO_PI)
+        below = above - TWO_PI
+    if angle > upper and below >= lower:
+        return min(below, upper)
+    if angle < lower and above <= upper:
+        return max(above, lower)
+    return lower if lower - below < above - upper else upper
+
+
+@internal
 def _turn_hinge(state, target, d, S):
     """Turn a hinge so that Σ b·R a is largest, given S = Σ a bᵀ; return whether that depends on its angle."""
     cos, sin, size = S[0, 0] + S[1, 1] + S[2, 2], 0.0, np.abs(S).sum()
@@ -152,8 +171,7 @@ def _turn_hinge(state, target, d, S):
             cos -= axis * S[i, k] * state.screws[d, k]
     if abs(cos) + abs(sin) <= NO_LEVER * size:
         return False
-    angle = state.dofs[d] + math.atan2(sin, cos)
-    state.dofs[d] = min(max(angle, target.lower[d]), target.upper[d])
+    state.dofs[d] = _inside(state.dofs[d] + math.atan2(sin, cos), target.lower[d], target.upper[d])
     return True
 
 
@@ -198,7 +216,7 @@ def _bend_back(work, target, f):
     axis = state.screws[d, :3].copy()
     upper = P[pivot : pivot + 3] - P[before : before + 3]
     angle = state.dofs[d] + (math.pi if is_twist else 2.0 * _angle_about(axis, bone, upper))
-    state.dofs[d] = min(max(angle, target.lower[d]), target.upper[d])
+    state.dofs[d] = _inside(angle, target.lower[d], target.upper[d])
     place_state(work, state)
     if not is_twist:
         upper /= math.sqrt(np.dot(upper, upper))

@@ -30,7 +30,15 @@ from skpose._compiled.path.minimiser import (
     no_bounds,
     rounding_length,
 )
-from skpose._compiled.pose.chart import coordinates_of, differs, dofs_of, free_tree, line_of_angles, set_references
+from skpose._compiled.pose.chart import (
+    coordinates_of,
+    differs,
+    dofs_of,
+    free_tree,
+    keep_bounded,
+    line_of_angles,
+    set_references,
+)
 from skpose._compiled.pose.encode import n_line_codes
 from skpose._compiled.pose.forward import SQRT2
 from skpose._compiled.pose.measure import measure_line, turns_off
@@ -162,9 +170,16 @@ def shorter_line(tree, free, start, end, n_steps):
 
 @jit
 def path_between(tree, start, end, n_steps, frees_angles, bounds, max_iter, tol):
-    """Find the geodesic between two poses, the difference of angles wrapped already; return it as poses."""
+    """Find the geodesic between two poses, the difference of angles wrapped already; return it as poses.
+
+    Joints of three angles turn freely if so asked, but those with bounds.
+    """
     free = free_tree(tree, frees_angles)
+    keep_bounded(tree, free, bounds.lower, bounds.upper)
     line, _ = shorter_line(tree, free, start, end, n_steps)
+    for d in range(end.shape[0]):
+        if bounds.lower[d] > -math.inf or bounds.upper[d] < math.inf:
+            line[n_steps, d] = end[d]  # without the rounding error of the line, which may be outside
     curve = find_geodesic(free, line, bounds, stop_at(max_iter, tol))
     poses, last = np.empty(curve.poses.shape), curve.poses.shape[0] - 1
     copy_to(poses[0], start)

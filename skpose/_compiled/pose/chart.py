@@ -75,6 +75,15 @@ def free_tree(tree, frees_angles):
 
 
 @internal
+def keep_bounded(tree, free, lower, upper):
+    """Let frames of a free tree be no ball joints if they have three angles, and one of these has a bound."""
+    for f in range(1, tree.ball.shape[0]):
+        for d in range(tree.first_dof[f], tree.end_dof[f]):
+            if tree.ball[f] < 0 and (lower[d] > -math.inf or upper[d] < math.inf):
+                free.ball[f] = -1
+
+
+@internal
 def rotation_of(tree, dofs, f):
     """Return the rotation of a frame with three dofs, as a canonical quaternion."""
     if tree.ball[f] >= 0:
