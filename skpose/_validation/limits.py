@@ -4,7 +4,7 @@ import numpy as np
 
 from skpose._validation.skeletons import SkeletonLike, limits_of
 
-ROUNDING = 1e-6  # rad by which a pose is outside of limits that it was meant to be at: numbers of float32, degrees
+ROUNDING = 1e-6  # rad or m by which a pose is outside of limits that it was meant to be at: of float32, of degrees
 
 
 def check_limits(poses: np.ndarray, skeleton: SkeletonLike, name: str) -> np.ndarray:
@@ -20,14 +20,20 @@ def check_limits(poses: np.ndarray, skeleton: SkeletonLike, name: str) -> np.nda
         angle, low, high = float(rows[row, dof]), float(lower[dof]), float(upper[dof])
         count = int((excess > ROUNDING).sum())
         place = f"{name}[{row}]" if poses.ndim == 2 else name
+        is_slide = [bone.is_slide for bone in skeleton.bones for _ in range(bone.n_dofs)][dof]
+        shown = _metres if is_slide else _degrees
         raise ValueError(
             f'joint_limits="enforce" needs poses inside the limits of the skeleton, but in {place} '
-            f"{skeleton.dof_names[dof]} is {_degrees(angle)}, its limits {_degrees(low)} and {_degrees(high)}"
-            f"{_inside(angle, low, high)}"
-            f"{f'; {count} angles are outside in all' if count > 1 else ''}. Take the nearest pose inside, "
+            f"{skeleton.dof_names[dof]} is {shown(angle)}, its limits {shown(low)} and {shown(high)}"
+            f"{'' if is_slide else _inside(angle, low, high)}"
+            f"{f'; {count} numbers are outside in all' if count > 1 else ''}. Take the nearest pose inside, "
             f'np.clip({name}, *skeleton.limits.T), give the bone wider limits, or use joint_limits="ignore"'
         )
     return np.clip(poses, lower, upper)
+
+
+def _metres(displacement: float) -> str:
+    return f"{displacement:.7g} m"
 
 
 def _degrees(angle: float) -> str:

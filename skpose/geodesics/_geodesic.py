@@ -328,7 +328,7 @@ def _bounds(tree: Tree, skeleton: Skeleton, joint_limits: str) -> Bounds:
     bounds = Bounds(-free, free)
     if joint_limits == "ignore":
         return bounds
-    angles = tree.angle_dof  # an axis that the tree reverses swaps its limits
-    limits = limits_of(skeleton)[tree.column[angles]] * tree.sign[angles, None]
-    bounds.lower[angles], bounds.upper[angles] = limits.min(axis=1), limits.max(axis=1)
+    limited = np.append(tree.angle_dof, tree.slide_dof)
+    limits = limits_of(skeleton)[tree.column[limited]] * tree.sign[limited, None]  # a reversed axis swaps its limits
+    bounds.lower[limited], bounds.upper[limited] = limits.min(axis=1), limits.max(axis=1)
     return bounds

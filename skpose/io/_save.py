@@ -84,7 +84,9 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0, up: Literal[
     motion, turn = _stand(motion, up)
     skeleton = motion.skeleton
     if slides := [bone.name for bone in skeleton.bones if bone.is_slide]:
-        raise ValueError(f"joint {slides[0]!r} slides, BVH files have rotations alone: save_npz and save_csv keep it")
+        raise ValueError(
+            f"joint {slides[0]!r} slides, and BVH files have rotations alone: save_npz and save_csv keep it"
+        )
     for name in (motion.root_name, *skeleton.joint_names):
         if name != name.strip() or set(name) & set("{}\r\n"):
             raise ValueError(f"joint {name!r} cannot be written: BVH has names of one line, without braces")

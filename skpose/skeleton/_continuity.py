@@ -6,7 +6,7 @@ from itertools import accumulate
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose.skeleton._bone import Bone
+from skpose.skeleton._bone import Bone, are_slides
 from skpose.skeleton._rotations import LOCKED, NO_TURN, TWO_PI, columns_of, resolve_gimbal_lock, squared_gap, twin
 
 
@@ -32,7 +32,7 @@ def remove_jumps(bones: Sequence[Bone], poses: np.ndarray, literal: np.ndarray |
 
     Columns that are `literal`, (n_dofs,) of bool, stay as they are.
     """
-    kept = np.zeros(poses.shape[1], bool) if literal is None else literal
+    kept = are_slides(bones) if literal is None else are_slides(bones) | literal
     poses, first = poses.copy(), 0
     for bone in bones:
         columns = slice(first, first + bone.n_dofs)

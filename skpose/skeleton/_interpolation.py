@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from skpose.skeleton._bone import Bone
+from skpose.skeleton._bone import Bone, are_slides
 from skpose.skeleton._rotations import TWO_PI, columns_of, rotations_of
 
 
@@ -14,13 +14,16 @@ def interpolate_poses(
     """Return poses (n, n_dofs) at rows of others, (n_poses, n_dofs), which need not be whole; whole rows are kept.
 
     The rotation of a ball joint, or of one with three Euler angles, is the slerp between two rows, as numbers near the
-    row before. Other angles change linearly along their difference wrapped to [−π, π].
+    row before. Other angles change linearly along their difference wrapped to [−π, π], and slides as they are.
 
     Some numbers may be `literal`, an array (n_dofs,) or (n_poses, n_dofs) of bool: two such numbers change linearly,
     and what is between them never leaves their range, not by rounding either. A joint that has any does not slerp.
     """
     start, end, part = _rows_around(poses, at)
     between = interpolate_values(start, end, part, TWO_PI)
+    slides = are_slides(bones)
+    if slides.any():
+        literal = slides if literal is None else slides | literal
     if literal is not None:
         literal = np.broadcast_to(literal, poses.shape)
         before, after, _ = _rows_around(literal, at)
@@ -57,6 +60,7 @@ def straight_line(
     """Return poses on the line of "spatial": slerp of ball joints, angles linearly, wrapped where there is a period."""
     parts = np.linspace(0.0, 1.0, n_poses)
     line = interpolate_values(start, end, parts[:, None], period) if period else np.linspace(start, end, n_poses)
+    line[:, are_slides(bones)] = np.linspace(start, end, n_poses)[:, are_slides(bones)]
     turned = interpolate_poses(bones, np.stack([start, end]), parts)
     is_ball = np.repeat([bone.is_ball for bone in bones], [bone.n_dofs for bone in bones])
     line[:, is_ball] = turned[:, is_ball]

@@ -160,7 +160,7 @@ def test_the_refusal_names_the_worst_and_a_remedy_by_whole_turns():
     with pytest.raises(ValueError, match=r"elbow_ry is -662\.\d*°, .* \(57.2957\d°, the same rotation, is inside\)"):
         enforced(turned, np.zeros(4), ELBOW)
     keys = np.array([[0, 0, 0, 2.1], [0, 0, 0, 1], [0, 0, 0, -1.0]])
-    with pytest.raises(ValueError, match=r"in poses\[2\] .*; 2 angles are outside in all\."):
+    with pytest.raises(ValueError, match=r"in poses\[2\] .*; 2 numbers are outside in all\."):
         interpolate(keys, [0, 1, 2], ELBOW, frame_rate=10, joint_limits="enforce")
     half = Skeleton([hinge((0.5, np.inf))])
     with pytest.raises(ValueError, match=r"arm_rz is 0°, its limits 28.6\S* and inf° \(360°, the same rotation, is"):

@@ -9,6 +9,7 @@ from sklearn.neighbors import NearestNeighbors
 
 from skpose import (
     Bone,
+    Motion,
     Skeleton,
     forward_kinematics,
     geodesic,
@@ -17,6 +18,8 @@ from skpose import (
     pose_distances,
     position_jacobian,
 )
+from skpose.geodesics import frechet_mean, interpolate
+from skpose.io import load_motion, save_bvh, save_npz
 from skpose.kinematics._tree import tree_of
 from skpose.metrics import Spatial
 from skpose.neighbors import PoseKNeighborsTransformer
@@ -158,6 +161,11 @@ def test_slides_keep_their_limits():
     assert fitted.poses[0, 0] == 0.4
     free = inverse_kinematics(positions, base)
     assert free.poses[0, 0] == pytest.approx(0.9, abs=1e-6)
+    path = geodesic([0.0, 0.0], [0.4, 2.0], base, joint_limits="enforce").path
+    assert path[:, 0].min() >= 0.0
+    assert path[:, 0].max() <= 0.4
+    with pytest.raises(ValueError, match=r"in end lift_slide is 0\.5 m, its limits 0 m and 0\.4 m\. Take"):
+        geodesic([0.0, 0.0], [0.5, 2.0], base, joint_limits="enforce")
 
 
 @pytest.mark.parametrize("axis", "xyz")
@@ -203,3 +211,79 @@ def test_parallel_axes_and_right_angles_need_no_frames_of_their_own():
         Bone("knee", "yaw", (0, 0, -0.3), "hinge", tilt.T, axis=(0, 1, 0)),
     ]
     assert len(tree_of(Skeleton(leg, "parent")).frame_parent) == 5
+
+
+LIFT = Skeleton(
+    [
+        Bone("left_lift", None, (0, 1, 0), "slide", axis=(1, 2, 2)),
+        Bone("left_arm", "left_lift", (0, 0.5, 0), "hinge", axis=(0, 1, 1)),
+        Bone("right_lift", None, (0, -1, 0), "slide", axis=(1, -2, 2)),
+        Bone("right_arm", "right_lift", (0, -0.5, 0), "hinge", axis=(0, 1, -1)),
+    ],
+    "parent",
+)
+
+
+def moved(poses):
+    return Motion(LIFT, poses, 10.0, up="z")
+
+
+def test_slides_between_frames_are_not_wrapped():
+    between = moved([[0.0, 0, 0, 0], [8.0, 0, 0, 0]]).resample(20.0)
+    assert between.angles[1, 0] == pytest.approx(4.0)
+    assert moved([[0.0, 0, 0, 0], [8.0, 7, 0, 0]]).unwrap().angles[1] == pytest.approx([8.0, 7 - 2 * np.pi, 0, 0])
+    keys = interpolate(
+        np.array([[0.0, 0, 0, 0], [8.0, 0.3, 0, 0], [1.0, 0, 0, 0]]), skeleton=LIFT, times=[0, 1, 2], frame_rate=4
+    )
+    assert keys.angles[:, 0].max() > 7.0
+    mean = frechet_mean(np.array([[0.0, 0, 0, 0], [8.0, 0.2, 0, 0]]), LIFT, metric="position")
+    assert mean.pose[0] == pytest.approx(4.0, abs=1e-3)
+
+
+def test_mirrored_slides_are_mirror_images():
+    poses = np.random.default_rng(0).uniform(-1, 1, size=(5, 4))
+    mirrored = moved(poses).mirrored(axis="y")
+    expected = reference.forward_kinematics(poses, LIFT)[:, [2, 3, 0, 1]] * [1, -1, 1]
+    np.testing.assert_allclose(reference.forward_kinematics(mirrored.angles, LIFT), expected, atol=1e-12)
+    again = mirrored.mirrored(axis="y")
+    np.testing.assert_allclose(again.angles, poses, atol=1e-12)
+
+
+def test_files_keep_hinges_and_slides(tmp_path):
+    motion = moved(np.random.default_rng(0).uniform(-1, 1, size=(5, 4)))
+    save_npz(tmp_path / "lift.npz", motion)
+    again = load_motion(tmp_path / "lift.npz")
+    assert again.skeleton == LIFT
+    np.testing.assert_array_equal(again.angles, motion.angles)
+    with pytest.raises(ValueError, match="joint 'left_lift' slides, and BVH files have rotations alone"):
+        save_bvh(tmp_path / "lift.bvh", motion)
+    hinges = Skeleton([Bone("a", None, (0, 1, 0), "hinge", axis=(1, 2, 2)), Bone("b", "a", (0, 1, 0))], "parent")
+    save_bvh(tmp_path / "hinge.bvh", Motion(hinges, [[0.3], [0.9]], 10.0, up="y"))
+    read = load_motion(tmp_path / "hinge.bvh", up="y")
+    np.testing.assert_allclose(
+        reference.forward_kinematics(read.angles, read.skeleton)[:, -1],
+        reference.forward_kinematics([[0.3], [0.9]], hinges)[:, -1],
+        atol=1e-6,
+    )
+
+
+@pytest.mark.parametrize(
+    ("bone", "message"),
+    [
+        (Bone("a", None, (0, 1, 0), "hinge"), r"bone 'a': axis must be three finite numbers, not all zero"),
+        (Bone("a", None, (0, 1, 0), "hinge", axis=(0, 0, 0)), "not all zero"),
+        (Bone("a", None, (0, 1, 0), "xyz", axis=(0, 0, 1)), 'it belongs to dofs="hinge" and "slide"'),
+        (Bone("a", None, (0, 1, 0), "hinge", axis=(0, 0, 1), dof_name=""), "dof_name must be a non-empty string"),
+        (Bone("a", None, (0, 1, 0), "z", dof_name="elbow"), "dof_name must be None"),
+        (Bone("a", None, (0, 1, 0), "slide", axis=(0, 0, 1), limits=((1.0, 0.0),)), "pair in m for each of its 1 dofs"),
+    ],
+)
+def test_wrong_hinges_and_slides_are_refused(bone, message):
+    with pytest.raises(ValueError, match=message):
+        Skeleton([bone])
+
+
+def test_two_dofs_of_one_name_are_refused():
+    hinge = Bone("a", None, (0, 1, 0), "hinge", axis=(0, 0, 1), dof_name="elbow")
+    with pytest.raises(ValueError, match="two dofs have the name 'elbow'"):
+        Skeleton([hinge, hinge._replace(name="b", parent="a")])
