@@ -97,14 +97,13 @@ def hold_foot(
     contacts: list[Contact],
     times: np.ndarray,
     leg: float,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the positions of the ankle (n_frames, 3) and the axes of the foot with the foot held while it stands.
 
     Frames (n_frames, 3, 3) have the axes forward, left and up in their columns; tip and heel (3,) are the ends of the
-    sole from the ankle in these. The floor is at zero. The third array (n_frames,) is how much the foot is held flat.
+    sole from the ankle in these. The floor is at zero.
     """
     n = len(ankles)
-    flat = np.zeros(n)
     yaws = np.unwrap(np.arctan2(frames[:, 1, 0], frames[:, 0, 0]))
     turns, phases = [], []
     for contact in contacts:
@@ -114,8 +113,8 @@ def hold_foot(
         phases.append((part.start, part.stop))
         kept = np.full(part.stop - part.start, np.median(yaws[part]))
         turns.append((kept if np.ptp(yaws[part]) < PIVOT else yaws[part]) - yaws[part])
-    flat = _blend(phases, [np.ones(end - first) for first, end in phases], times, n)
-    yaws = yaws + _blend(phases, turns, times, n)
+    flat = blend_between(phases, [np.ones(end - first) for first, end in phases], times)
+    yaws = yaws + blend_between(phases, turns, times)
     level = np.zeros((n, 3, 3))
     level[:, 0, 0], level[:, 1, 0], level[:, 2, 2] = np.cos(yaws), np.sin(yaws), 1.0
     level[:, 0, 1], level[:, 1, 1] = -level[:, 1, 0], level[:, 0, 0]
@@ -130,11 +129,11 @@ def hold_foot(
         if abs(place[2]) < LEVEL * leg:
             place[2] = 0.0
         moves.append(place - tips[part])
-    moved = _blend([(contact.first, contact.end) for contact in contacts], moves, times, n, 3)
+    moved = blend_between([(contact.first, contact.end) for contact in contacts], moves, times, 3)
     ankles = ankles + moved
     lowest = np.minimum((ankles + frames @ tip)[:, 2], (ankles + frames @ heel)[:, 2])
     ankles[:, 2] += np.maximum(-lowest, 0.0)
-    return ankles, frames, flat
+    return ankles, frames
 
 
 def _orthonormal(frames: np.ndarray) -> np.ndarray:
@@ -145,10 +144,11 @@ def _orthonormal(frames: np.ndarray) -> np.ndarray:
     return np.stack([x, np.cross(z, x), z], axis=2)
 
 
-def _blend(
-    phases: list[tuple[int, int]], values: list[np.ndarray], times: np.ndarray, n: int, width: int = 0
+def blend_between(
+    phases: list[tuple[int, int]], values: list[np.ndarray], times: np.ndarray, width: int = 0
 ) -> np.ndarray:
     """Return values (n, ...) that are given in some phases, and go to zero, or to those of the next phase, between."""
+    n = len(times)
     out = np.zeros((n, width) if width else n)
     for i, ((first, end), here) in enumerate(zip(phases, values, strict=True)):
         out[first:end] = here

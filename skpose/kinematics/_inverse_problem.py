@@ -89,16 +89,20 @@ class Problem:
         chosen = [np.arange(max(end - WARM_UP, task.start), end) for end in ends.tolist()]
         return np.unique(np.concatenate(chosen))
 
-    def collect(self, found: Found) -> FittedPoses:
+    def unseen(self) -> np.ndarray:
+        """Return in which frames (n_frames,) nothing is seen."""
+        return np.asarray(~(self.weights > 0.0).any(axis=1))
+
+    def fit(self, found: Found) -> FittedPoses:
         """Return what has been found, in the order of the skeleton."""
         n = len(self.weights)
         columns = from_tree_order(self.tree, found.dofs, np.zeros((n, N_ROOT + self.skeleton.n_dofs)))
-        unseen = np.asarray(~(self.weights > 0.0).any(axis=1))
+        unseen = self.unseen()
         held = self.last_seen(unseen) if self.rules.is_sequence else np.arange(n)
         columns = columns[held]
         residuals = np.full((n, self.skeleton.n_joints + 2), np.nan)
         residuals[:, self.tree.code_joint] = np.where(self.weights > 0.0, found.residuals, np.nan)
-        fitted = FittedPoses(
+        return FittedPoses(
             skeleton=self.skeleton,
             poses=columns[:, N_ROOT:],
             residuals=residuals[:, 2:],
@@ -109,6 +113,10 @@ class Problem:
             frame_rate=self.frame_rate,
             up=self.up,
         )
+
+    def collect(self, found: Found) -> FittedPoses:
+        """Return what has been found, in the order of the skeleton; warn of frames that did not converge."""
+        fitted, unseen, n = self.fit(found), self.unseen(), len(self.weights)
         if unseen.any():
             kept = "that of the frame before" if self.rules.is_sequence else "the initial one"
             warn(

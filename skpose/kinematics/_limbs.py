@@ -3,32 +3,37 @@
 Three steps, each for all frames of a motion. The pelvis and the chest of the target are put where the person's are, in
 the size of its legs, as near as its trunk can. From its own hips and shoulders the ends of its limbs are where the
 person's are, in the size of each limb; feet that stand are held still; knees and elbows bend to the side to which the
-person's do. Inverse kinematics finds the pose that is nearest to all of these, within the limits, frame after frame.
+person's do. Inverse kinematics finds the poses that are nearest to all of these, within the limits.
 """
 
-from collections.abc import Mapping
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose.kinematics._contacts import Contact, find_contacts, find_floor, hold_foot
+from skpose.kinematics._contacts import Contact, blend_between, find_contacts, find_floor, hold_foot
 from skpose.kinematics._forward import forward_kinematics
-from skpose.kinematics._inverse_problem import Task, problem_of
-from skpose.kinematics._landmarks import SIDES
+from skpose.kinematics._landmarks import SIDES, path_up
+from skpose.kinematics._limb_solver import Solution, Targets, hold_at_rest, rest_within_limits, solve
 from skpose.kinematics._lines import ROOT, unit
-from skpose.kinematics._places import ARM, LEG, Place, Stance, sole_of, with_places
+from skpose.kinematics._places import ARM, LEG, Place, Stance, rolls_of, sole_of, with_places
 from skpose.kinematics._rigs import ANKLE, BALL, ELBOW, HAND, HIP, KNEE, SHOULDER, TOE, WRIST
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import root_orientations
+from skpose.skeleton._shared import continuous_root_angles, positions_at_zero, root_orientations
 
-LEVER = 0.2  # m, of the points that show the orientation of a pelvis or a chest
-POLE = 0.05  # of a limb's length, by which knees bend forward and elbows backward where the person's are straight
-STIFFNESS = 0.01  # m/rad, of a joint towards its rest pose
+POLE = 0.05  # of a limb, by which knees bend forward and elbows backward where the person's are straight
+STRETCH = 0.97, 0.999  # of a limb, from which on it stretches ever less, and which it never reaches
+STIFFNESS = 0.01  # m/rad, of all joints towards their rest pose
+TRUNK_STIFFNESS = 1e-3
+# Of the squared distances of places: four on the pelvis, four on the chest, three on the sole of each foot.
+WEIGHTS = {"pelvis": 1.0, "chest": 0.5, "knee": 0.5, "foot": 20.0, "elbow": 0.5, "wrist": 2.0, "hand": 1.0}
+WHEELS = 50.0  # of a robot without legs, on the floor
+AT_LIMIT = 1e-9  # rad
 
 
 class Limb(NamedTuple):
-    """The positions (n_frames, 3) of a limb's joints in the world, m."""
+    """The positions (n_frames, 3) of a limb's joints, m."""
 
     start: np.ndarray
     middle: np.ndarray
@@ -36,14 +41,35 @@ class Limb(NamedTuple):
 
 
 class Person(NamedTuple):
-    """What is taken of a motion, in the world with the vertical as its last axis; axes have forward, left, up."""
+    """What is taken of a motion; the vertical is the last axis, and axes have forward, left and up in their columns."""
 
     limbs: dict[str, Limb]  # "left_hip", "left_shoulder", …
     hands: dict[str, np.ndarray]  # by side, directions (n_frames, 3)
-    toes: dict[str, np.ndarray]  # by side, positions (n_frames, 3)
+    toes: dict[str, np.ndarray]  # by side, positions (n_frames, 3); of the ankle if there is no other point of the foot
     feet: dict[str, np.ndarray]  # by side, axes (n_frames, 3, 3)
     pelvis: np.ndarray  # (n_frames, 3, 3) axes
     chest: np.ndarray
+
+
+class Leg(NamedTuple):
+    """How a leg of the target shall stand in each frame."""
+
+    end: np.ndarray  # (n_frames, 3) the ankle
+    foot: np.ndarray  # (n_frames, 3, 3) axes
+    stands: np.ndarray  # (n_frames,) how much it is held, from 0 to 1
+    contacts: list[Contact]
+
+
+class Fitted(NamedTuple):
+    """A motion on the target, and how near it came."""
+
+    motion: Motion
+    feet: np.ndarray  # distances of places on the feet from where they shall be, m
+    hands: np.ndarray  # those of wrists and hands
+    slides: np.ndarray  # (n_contacts,) by how much the toes move at most while they stand, m
+    at_limits: int  # angles that are at a limit in some frame
+    n_left: int  # frames that did not converge
+    moving: list[int]  # joints
 
 
 def to_vertical(up: str) -> np.ndarray:
@@ -52,15 +78,46 @@ def to_vertical(up: str) -> np.ndarray:
     return np.eye(3)[[(i + 1) % 3, (i + 2) % 3, i]]
 
 
-def _frame_places(joint: int, origin: np.ndarray, axes: np.ndarray, lever: float = 1.0) -> list[Place]:
-    """Return three places on a link: a point, and those ahead of it and to the left."""
-    return [Place(joint, origin + lever * axis) for axis in (np.zeros(3), axes[:, 0], axes[:, 1])]
+def by_limbs(
+    motion: Motion, skeleton: Skeleton, theirs: Stance, ours: Stance, factor: float | None, joint_limits: str
+) -> Fitted:
+    """Return a motion on a skeleton; a factor is that of positions in the world, None the ratio of the legs."""
+    person = person_of(motion, theirs)
+    rest = rest_within_limits(skeleton, joint_limits)
+    held = hold_at_rest(skeleton, rolls_of(skeleton, ours), rest, joint_limits)
+    trunk, on_legs = Targets(ours.axes), ours.has(LEG)
+    scale = size_of_legs(theirs, ours) if factor is None else factor
+    if on_legs:
+        contacts, floor = find_ground(person, theirs, motion.times)
+        _put_trunk(trunk, skeleton, person, ours, scale, scale * floor)
+    else:
+        _put_on_wheels(trunk, person, ours, scale, lowest_ankle(person, theirs))
+    first = solve(held, trunk, rest, TRUNK_STIFFNESS)
+    starts, pelvis, chest = _read_trunk(first, held, ours)
+    targets = Targets(ours.axes)
+    legs: dict[str, Leg] = {}
+    if on_legs:
+        legs = {side: _stand(person, theirs, ours, side, starts, contacts[side], motion.times) for side in SIDES}
+        shift = _shift_within_reach(legs, starts, ours)
+        starts = {mark: start + shift for mark, start in starts.items()}
+        middle = (starts[f"left_{HIP}"] + starts[f"right_{HIP}"]) / 2.0
+        targets.add_link(ours.pelvis, _middle(ours, HIP), middle, pelvis, WEIGHTS["pelvis"])
+        for side, leg in legs.items():
+            _put_leg(targets, person, ours, side, starts[f"{side}_{HIP}"], leg)
+    else:
+        for place, at in zip(trunk.places[:4], trunk.positions[:4], strict=True):
+            targets.add(place, at, WHEELS, "links")
+    if ours.has(ARM):
+        middle = (starts[f"left_{SHOULDER}"] + starts[f"right_{SHOULDER}"]) / 2.0
+        if ours.chest != ours.pelvis or not on_legs:
+            targets.add_link(ours.chest, _middle(ours, SHOULDER), middle, chest, WEIGHTS["chest"])
+        for side in SIDES:
+            _put_arm(targets, person, theirs, ours, side, starts[f"{side}_{SHOULDER}"], chest)
+    final = solve(held, targets, rest, STIFFNESS)
+    return _collect(motion, skeleton, final, targets, legs, rest, joint_limits)
 
 
-def _axes_from(points: np.ndarray) -> np.ndarray:
-    """Return axes (n, 3, 3) from the positions (n, 3, 3) of the places of `_frame_places`."""
-    x, y = points[:, 1] - points[:, 0], points[:, 2] - points[:, 0]
-    return np.stack([x, y, np.cross(x, y)], axis=2)
+# --- the person -------------------------------------------------------------------------------------------------------
 
 
 def person_of(motion: Motion, stance: Stance) -> Person:
@@ -69,14 +126,16 @@ def person_of(motion: Motion, stance: Stance) -> Person:
     links = {"pelvis": (stance.pelvis, stance.axes), "chest": (stance.chest, stance.axes)} | stance.feet
     places = [place for _, place in named]
     for joint, axes in links.values():
-        places += _frame_places(joint, np.zeros(3), axes)
+        places += _show_axes(joint, axes)
     skeleton = with_places(motion.skeleton, places)
     columns = [motion.skeleton.dof_names.index(name) for name in skeleton.dof_names]
     points = forward_kinematics(motion.angles[:, columns], skeleton)[:, -len(places) :]
-    turn = to_vertical(motion.up) @ root_orientations(motion.root_angles, motion.root_axes).as_matrix()
-    points = points @ turn.transpose(0, 2, 1) + (motion.root_positions @ to_vertical(motion.up).T)[:, None]
+    vertical = to_vertical(motion.up)
+    turn = vertical @ root_orientations(motion.root_angles, motion.root_axes).as_matrix()
+    points = points @ turn.transpose(0, 2, 1) + (motion.root_positions @ vertical.T)[:, None]
     at = {mark: points[:, i] for i, (mark, _) in enumerate(named)}
-    axes = {link: _axes_from(points[:, i : i + 3]) for link, i in zip(links, range(len(named), len(places), 3), strict=True)}
+    firsts = range(len(named), len(places), 3)
+    shown = {link: _axes_from(points[:, i : i + 3]) for link, i in zip(links, firsts, strict=True)}
     limbs = {
         f"{side}_{limb[0]}": Limb(*(at[f"{side}_{mark}"] for mark in limb))
         for side in SIDES
@@ -84,186 +143,249 @@ def person_of(motion: Motion, stance: Stance) -> Person:
         if stance.has(limb)
     }
     hands = {side: unit(at[f"{side}_{HAND}"] - at[f"{side}_{WRIST}"]) for side in SIDES if f"{side}_{HAND}" in at}
-    toes = {side: at[f"{side}_{mark}"] for side in SIDES for mark in (TOE, BALL) if f"{side}_{mark}" in at}
-    feet = {side: axes[side] for side in stance.feet}
-    return Person(limbs, hands, toes, feet, axes["pelvis"], axes["chest"])
+    toes, feet = {}, {}
+    for side in stance.feet:
+        mark = toe_of(stance, side)
+        toes[side] = at[mark]
+        feet[side] = _level(shown["pelvis"]) if mark == f"{side}_{ANKLE}" else shown[side]
+    return Person(limbs, hands, toes, feet, shown["pelvis"], shown["chest"])
 
 
-class Targets:
-    """Places on the links of the target, their positions in each frame and weights."""
-
-    def __init__(self, stance: Stance):
-        self.stance = stance
-        self.places: list[Place] = []
-        self.positions: list[np.ndarray] = []
-        self.weights: list[float] = []
-
-    def add(self, place: Place, position: np.ndarray, weight: float) -> int:
-        """Add a place with its positions (n_frames, 3); return its number."""
-        self.places.append(place)
-        self.positions.append(position)
-        self.weights.append(weight)
-        return len(self.places) - 1
-
-    def add_frame(self, joint: int, origin: np.ndarray, at: np.ndarray, axes: np.ndarray, weight: float) -> None:
-        """Add four places that show the position and the orientation of a link."""
-        for corner in ((1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)):
-            arm = LEVER * np.array(corner)
-            self.add(Place(joint, origin + self.stance.axes @ arm), at + axes @ arm, weight)
+def toe_of(stance: Stance, side: str) -> str:
+    """Return the landmark at the toes on which a foot stands; the ankle if it has none."""
+    return next(mark for mark in (f"{side}_{name}" for name in (BALL, TOE, ANKLE)) if mark in stance.places)
 
 
-class Solution(NamedTuple):
-    """Poses of the target's joints that carry places."""
-
-    skeleton: Skeleton
-    poses: np.ndarray
-    roots: np.ndarray  # (n, 3, 3) orientations
-    origins: np.ndarray  # (n, 3)
-    residuals: np.ndarray  # (n, n_places) m
-    n_iter: np.ndarray
+def _show_axes(joint: int, axes: np.ndarray) -> list[Place]:
+    """Return three places on a link that show its axes."""
+    return [Place(joint, np.zeros(3)), Place(joint, axes[:, 0]), Place(joint, axes[:, 1])]
 
 
-def solve(skeleton: Skeleton, targets: Targets, rest: np.ndarray, joint_limits: str, stiffness: float) -> Solution:
-    """Find the poses whose places are nearest to the positions of the targets, each frame from the one before."""
-    part = with_places(skeleton, targets.places)
-    n, first = len(targets.positions[0]), part.n_joints - len(targets.places)
-    wished = np.full((n, part.n_joints, 3), np.nan)
-    wished[:, first:] = np.stack(targets.positions, axis=1)
-    weights = np.concatenate([np.zeros(first), targets.weights])
-    columns = [skeleton.dof_names.index(name) for name in part.dof_names]
-    limits = joint_limits if part.limits is not None else "ignore"
-    problem = problem_of(wished, part, weights, rest[columns], None, limits, stiffness)
-    found = problem.collect(problem.solve(Task(0, n, 0, n)))  # in one task, so that nothing depends on where it ends
-    roots = Rotation.from_rotvec(found.root_rotations).as_matrix()
-    return Solution(part, found.poses, roots, found.root_positions, found.residuals[:, first:], found.n_iter)
+def _axes_from(points: np.ndarray) -> np.ndarray:
+    """Return axes (n, 3, 3) from the positions (n, 3, 3) of the places of `_show_axes`."""
+    x, y = points[:, 1] - points[:, 0], points[:, 2] - points[:, 0]
+    return np.stack([x, y, np.cross(x, y)], axis=2)
 
 
-class Weights(NamedTuple):
-    """Weights of the squared distances of places from where they shall be."""
-
-    pelvis: float = 1.0  # of each of four points
-    chest: float = 0.5
-    feet: float = 20.0
-    knees: float = 0.5
-    hands: float = 2.0
-    elbows: float = 0.5
-    base: float = 50.0  # of a robot on wheels
+def _level(axes: np.ndarray) -> np.ndarray:
+    """Return axes (n, 3, 3) that are level and face where others do."""
+    ahead = axes[:, :, 0] + np.cross(axes[:, :, 1], [0.0, 0.0, 1.0])  # of one that lies on its back, where its head is
+    ahead[:, 2] = 0.0
+    x, z = unit(ahead), np.broadcast_to([0.0, 0.0, 1.0], ahead.shape)
+    return np.stack([x, np.cross(z, x), z], axis=2)
 
 
-def _place(stance: Stance, side: str, mark: str) -> Place:
-    return stance.places[f"{side}_{mark}"]
+def size_of_legs(theirs: Stance, ours: Stance) -> float:
+    """Return how many times as long legs are in the target; without legs, how many times as high its shoulders."""
+    leg = theirs.length(HIP, KNEE) + theirs.length(KNEE, ANKLE)
+    if ours.has(LEG):
+        return (ours.length(HIP, KNEE) + ours.length(KNEE, ANKLE)) / leg
+    trunk = float((_middle(theirs, SHOULDER) - _middle(theirs, HIP)) @ theirs.axes[:, 2])
+    return float(_middle(ours, SHOULDER) @ ours.axes[:, 2]) / (leg + trunk)
+
+
+def lowest_ankle(person: Person, theirs: Stance) -> float:
+    """Return the height of the ankles of somebody who stands, or the lowest there is."""
+    return float(np.percentile([person.limbs[f"{side}_{HIP}"].end[:, 2] for side in SIDES], 5))
+
+
+def find_ground(
+    person: Person, theirs: Stance, times: np.ndarray
+) -> tuple[dict[str, list[Contact]], float]:
+    """Return when each foot stands, and the height of the ankle over which a foot that stands flat has it."""
+    leg = theirs.length(HIP, KNEE) + theirs.length(KNEE, ANKLE)
+    contacts, heights, lowest = {}, [], np.inf
+    for side in SIDES:
+        toes, ankles = person.toes[side], person.limbs[f"{side}_{HIP}"].end
+        contacts[side] = find_contacts(toes, ankles, times, leg)
+        axes, zero = theirs.feet[side][1], [theirs.places[mark].at_zero for mark in (f"{side}_{ANKLE}", toe_of(theirs, side))]
+        above = float((zero[0] - zero[1]) @ axes[:, 2])
+        heights += [float(np.median(toes[c.first : c.end, 2])) + above for c in contacts[side]]
+        lowest = min(lowest, float(toes[:, 2].min()) + above)
+    return contacts, find_floor(np.array(heights)) if heights else lowest
+
+
+# --- where the target shall be ----------------------------------------------------------------------------------------
 
 
 def _middle(stance: Stance, mark: str) -> np.ndarray:
     """Return the middle (3,) between two places at angle zero."""
-    return np.mean([_place(stance, side, mark).at_zero for side in SIDES], axis=0)
+    return np.asarray(np.mean([stance.places[f"{side}_{mark}"].at_zero for side in SIDES], axis=0))
 
 
-def _bend(start: np.ndarray, end: np.ndarray, toward: np.ndarray, lengths: tuple[float, float]) -> np.ndarray:
-    """Return where a limb's middle joint is (n, 3) that bends toward a direction, its ends being where they are.
+def _pivot(skeleton: Skeleton, stance: Stance) -> np.ndarray:
+    """Return the point (3,) at angle zero about which the chest moves first, or the middle between the hips."""
+    path = [joint for joint in path_up(skeleton, stance.chest) if joint not in path_up(skeleton, stance.pelvis)]
+    moving = [joint for joint in path if skeleton.bones[joint].dofs]
+    return positions_at_zero(skeleton)[moving[-1]] if moving else _middle(stance, HIP)
 
-    Ends that are too far apart, or too near, leave it on their line.
+
+def _put_trunk(targets: Targets, skeleton: Skeleton, person: Person, ours: Stance, scale: float, ankle: float) -> None:
+    """Put pelvis and chest where the person's are in another size, with ankles of this height on the floor."""
+    soles = np.mean([sole_of(ours, side)[1][2] for side in SIDES])
+    hips = (person.limbs[f"left_{HIP}"].start + person.limbs[f"right_{HIP}"].start) / 2.0
+    at = scale * hips - [0.0, 0.0, ankle + soles]
+    middle = _middle(ours, HIP)
+    targets.add_link(ours.pelvis, middle, at, person.pelvis, WEIGHTS["pelvis"])
+    if ours.has(ARM):
+        pivot = _pivot(skeleton, ours)
+        chest = at + person.pelvis @ (ours.axes.T @ (pivot - middle))
+        targets.add_link(ours.chest, pivot, chest, person.chest, WEIGHTS["chest"])
+
+
+def _put_on_wheels(targets: Targets, person: Person, ours: Stance, scale: float, floor: float) -> None:
+    """Put a root without legs on the floor below the person's hips, and the chest in the height of the person's."""
+    hips, shoulders = (
+        (person.limbs[f"left_{mark}"].start + person.limbs[f"right_{mark}"].start) / 2.0 for mark in (HIP, SHOULDER)
+    )
+    targets.add_link(ROOT, np.zeros(3), scale * hips * [1.0, 1.0, 0.0], _level(person.pelvis), WHEELS)
+    at = scale * (shoulders - [0.0, 0.0, floor])
+    targets.add_link(ours.chest, _middle(ours, SHOULDER), at, person.chest, WEIGHTS["chest"])
+
+
+def _read_trunk(found: Solution, skeleton: Skeleton, ours: Stance) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]:
+    """Return where hips and shoulders of the target came, and the axes of its pelvis and chest."""
+    links = [(HIP, ours.pelvis)] * ours.has(LEG) + [(SHOULDER, ours.chest)] * ours.has(ARM)
+    marks = [(f"{side}_{mark}", link) for mark, link in links for side in SIDES]
+    places = [Place(link, ours.places[mark].at_zero) for mark, link in marks]
+    points = found.positions(skeleton, places + _show_axes(ours.pelvis, ours.axes) + _show_axes(ours.chest, ours.axes))
+    starts = {mark: points[:, i] for i, (mark, _) in enumerate(marks)}
+    return starts, _axes_from(points[:, -6:-3]), _axes_from(points[:, -3:])
+
+
+def _stand(
+    person: Person,
+    theirs: Stance,
+    ours: Stance,
+    side: str,
+    starts: dict[str, np.ndarray],
+    contacts: list[Contact],
+    times: np.ndarray,
+) -> Leg:
+    """Return where a leg of the target ends, from its own hip, with the foot held while it stands."""
+    limb, (heel, tip, _) = person.limbs[f"{side}_{HIP}"], sole_of(ours, side)
+    length = ours.length(HIP, KNEE) + ours.length(KNEE, ANKLE)
+    size = length / (theirs.length(HIP, KNEE) + theirs.length(KNEE, ANKLE))
+    end = starts[f"{side}_{HIP}"] + size * (limb.end - limb.start)
+    end, foot = hold_foot(end, person.feet[side], tip, heel, contacts, times, length)
+    phases = [(contact.first, contact.end) for contact in contacts]
+    stands = blend_between(phases, [np.ones(end - first) for first, end in phases], times)
+    return Leg(end, foot, stands, contacts)
+
+
+def _stretch(distances: np.ndarray, length: float) -> np.ndarray:
+    """Return how far a limb reaches that shall reach some distances: ever less as it stretches."""
+    start, most = (share * length for share in STRETCH)
+    beyond = np.maximum(distances - start, 0.0)
+    return np.where(beyond > 0.0, most - (most - start) * np.exp(-beyond / (most - start)), distances)
+
+
+def _shift_within_reach(legs: dict[str, Leg], starts: dict[str, np.ndarray], ours: Stance) -> np.ndarray:
+    """Return by how much (n_frames, 3) hips move so that legs reach feet that stand."""
+    length = ours.length(HIP, KNEE) + ours.length(KNEE, ANKLE)
+    shift = np.zeros_like(starts[f"left_{HIP}"])
+    for _ in range(3):  # each leg moves the hip of the other one
+        for side, leg in legs.items():
+            reach = leg.end - starts[f"{side}_{HIP}"] - shift
+            distance = np.linalg.norm(reach, axis=1)
+            shift += (leg.stands * (distance - _stretch(distance, length)))[:, None] * unit(reach)
+    return shift
+
+
+def _bend(start: np.ndarray, end: np.ndarray, toward: np.ndarray, lengths: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
+    """Return where the middle joint of a limb and its end are (n_frames, 3) that bends toward a direction.
+
+    An end that is too far away is not reached.
     """
-    reach = end - start
-    distance = np.linalg.norm(reach, axis=1)
-    along = unit(reach)
     a, b = lengths
-    d = np.clip(distance, abs(a - b) + 1e-9, a + b)
+    reach, along = np.linalg.norm(end - start, axis=1), unit(end - start)
+    d = np.maximum(_stretch(reach, a + b), abs(a - b) + 1e-6)
     share = (a * a - b * b + d * d) / (2.0 * d)
     height = np.sqrt(np.maximum(a * a - share * share, 0.0))
     across = toward - (toward * along).sum(axis=1, keepdims=True) * along
-    return start + share[:, None] * along + height[:, None] * unit(across)
+    return start + share[:, None] * along + height[:, None] * unit(across), start + d[:, None] * along
 
 
-def by_limbs(
+def _put_leg(targets: Targets, person: Person, ours: Stance, side: str, start: np.ndarray, leg: Leg) -> None:
+    """Add the places of a leg: the knee, and the corners of the sole."""
+    limb, lengths = person.limbs[f"{side}_{HIP}"], (ours.length(HIP, KNEE), ours.length(KNEE, ANKLE))
+    thigh = limb.middle - limb.start
+    pole = thigh + POLE * np.linalg.norm(thigh, axis=1, keepdims=True) * leg.foot[:, :, 0]
+    knee, end = _bend(start, leg.end, pole, lengths)
+    end = end + leg.stands[:, None] * (leg.end - end)
+    targets.add(ours.places[f"{side}_{KNEE}"], knee, WEIGHTS["knee"], "knees")
+    (joint, axes), (heel, tip, half) = ours.feet[side], sole_of(ours, side)
+    ankle = ours.places[f"{side}_{ANKLE}"].at_zero
+    for x, y in ((tip[0], half), (tip[0], -half), (heel[0], 0.0)):
+        corner = np.array([x, y, tip[2]])
+        targets.add(Place(joint, ankle + axes @ corner), end + leg.foot @ corner, WEIGHTS["foot"], f"{side} foot")
+
+
+def _put_arm(
+    targets: Targets, person: Person, theirs: Stance, ours: Stance, side: str, start: np.ndarray, chest: np.ndarray
+) -> None:
+    """Add the places of an arm: elbow, wrist and hand."""
+    limb, lengths = person.limbs[f"{side}_{SHOULDER}"], (ours.length(SHOULDER, ELBOW), ours.length(ELBOW, WRIST))
+    size = sum(lengths) / (theirs.length(SHOULDER, ELBOW) + theirs.length(ELBOW, WRIST))
+    upper = limb.middle - limb.start
+    pole = upper - POLE * np.linalg.norm(upper, axis=1, keepdims=True) * chest[:, :, 0]
+    elbow, end = _bend(start, start + size * (limb.end - limb.start), pole, lengths)
+    wrist = ours.places[f"{side}_{WRIST}"]
+    targets.add(ours.places[f"{side}_{ELBOW}"], elbow, WEIGHTS["elbow"], "elbows")
+    targets.add(wrist, end, WEIGHTS["wrist"], "hands")
+    hand = ours.places.get(f"{side}_{HAND}")
+    if hand is not None and side in person.hands:
+        length = float(np.linalg.norm(hand.at_zero - wrist.at_zero))
+        targets.add(hand, end + length * person.hands[side], WEIGHTS["hand"], "hands")
+
+
+# --- what came of it --------------------------------------------------------------------------------------------------
+
+
+def _collect(
     motion: Motion,
     skeleton: Skeleton,
-    theirs: Stance,
-    ours: Stance,
-    factor: float | None,
+    final: Solution,
+    targets: Targets,
+    legs: dict[str, Leg],
+    rest: np.ndarray,
     joint_limits: str,
-    weights: Weights = Weights(),
-    stiffness: float = STIFFNESS,
-    hold: bool = True,
-):
-    person = person_of(motion, theirs)
-    up = to_vertical(motion.up)
-    times = motion.times
-    n = len(motion)
-    rest = np.zeros(skeleton.n_dofs)
-    has_legs, has_arms = (theirs.has(limb) and ours.has(limb) for limb in (LEG, ARM))
-    contacts: dict[str, list[Contact]] = {}
-    floor = 0.0
-    trunk = Targets(ours)
-    if has_legs:
-        leg = theirs.length(HIP, KNEE) + theirs.length(KNEE, ANKLE)
-        size = (ours.length(HIP, KNEE) + ours.length(KNEE, ANKLE)) / leg
-        scale = size if factor is None else factor
-        heights = []
-        for side in SIDES:
-            contacts[side] = find_contacts(person.toes[side], person.limbs[f"{side}_{HIP}"].end, times, leg) if side in person.toes else []
-            zero = theirs.feet[side][1].T @ (theirs.places.get(f"{side}_{TOE}", theirs.places.get(f"{side}_{BALL}")).at_zero - _place(theirs, side, ANKLE).at_zero)
-            heights += [np.median(person.toes[side][c.first:c.end, 2]) - zero[2] for c in contacts[side]]
-        floor = find_floor(np.array(heights)) if heights else 0.0 # TODO
-        soles = {side: sole_of(ours, side) for side in SIDES}
-        ankle = -float(np.mean([soles[side][1][2] for side in SIDES]))
-        lift = np.array([0.0, 0.0, ankle - scale * floor])
-        middle = (person.limbs[f"left_{HIP}"].start + person.limbs[f"right_{HIP}"].start) / 2.0
-        trunk.add_frame(ours.pelvis, _middle(ours, HIP), scale * middle + lift, person.pelvis, 1.0)
-    if has_legs:
-        # chest about the pivot: the shoulders' middle, from the hips
-        c0 = _middle(ours, HIP) 
-        # position of chest link's own joint
-        from skpose.skeleton._shared import positions_at_zero
-        c0 = positions_at_zero(skeleton)[ours.chest] if ours.chest >= 0 else _middle(ours, HIP)
-        rel = ours.axes.T @ (c0 - _middle(ours, HIP))
-        trunk.add_frame(ours.chest, c0, scale * middle + lift + person.pelvis @ rel, person.chest, 0.5)
-    found = solve(skeleton, trunk, rest, joint_limits, 1e-3)
-    marks = [(side, mark) for side in SIDES for mark in ((HIP,) if has_legs else ()) + ((SHOULDER,) if has_arms else ())]
-    places = [Place(ours.pelvis if mark == HIP else ours.chest, _place(ours, side, mark).at_zero) for side, mark in marks]
-    places += _frame_places(ours.pelvis, np.zeros(3), ours.axes) + _frame_places(ours.chest, np.zeros(3), ours.axes)
-    part = with_places(skeleton, places)
-    cols = [found.skeleton.dof_names.index(name) for name in part.dof_names]
-    at = forward_kinematics(found.poses[:, cols], part)[:, -len(places):] @ found.roots.transpose(0, 2, 1) + found.origins[:, None]
-    pelvis, chest = _axes_from(at[:, len(marks):len(marks) + 3]), _axes_from(at[:, len(marks) + 3:])
-    origin = dict(zip(marks, at.swapaxes(0, 1), strict=False))
-    targets = Targets(ours)
-    hm = (origin["left", HIP] + origin["right", HIP]) / 2
-    targets.add_frame(ours.pelvis, _middle(ours, HIP), hm, pelvis, weights.pelvis)
-    if ours.chest != ours.pelvis:
-        targets.add_frame(ours.chest, c0, hm + pelvis @ rel, chest, weights.chest)
-    info = {}
-    for side in SIDES:
-        if has_legs:
-            limb = person.limbs[f"{side}_{HIP}"]
-            start = origin[side, HIP]
-            heel, tip, half = soles[side]
-            end = start + size * (limb.end - limb.start)
-            frames = person.feet[side]
-            if hold:
-                end, frames, flat = hold_foot(end, frames, tip, heel, contacts[side], times, leg * scale)
-            lengths = ours.length(HIP, KNEE), ours.length(KNEE, ANKLE)
-            pole = size * (limb.middle - limb.start) + POLE * leg * size * frames[:, :, 0]
-            knee = _bend(start, end, pole, lengths)
-            targets.add(_place(ours, side, KNEE), knee, weights.knees)
-            joint, axes = ours.feet[side]
-            a0 = _place(ours, side, ANKLE).at_zero
-            for x, y in ((heel[0], 0.0), (tip[0], half), (tip[0], -half)):
-                corner = np.array([x, y, tip[2]])
-                i = targets.add(Place(joint, a0 + axes @ corner), end + frames @ corner, weights.feet)
-                info.setdefault(side, []).append(i)
-        if has_arms:
-            limb = person.limbs[f"{side}_{SHOULDER}"]
-            start = origin[side, SHOULDER]
-            lengths = ours.length(SHOULDER, ELBOW), ours.length(ELBOW, WRIST)
-            s = sum(lengths) / (theirs.length(SHOULDER, ELBOW) + theirs.length(ELBOW, WRIST))
-            end = start + s * (limb.end - limb.start)
-            pole = s * (limb.middle - limb.start) - POLE * sum(lengths) * chest[:, :, 0]
-            elbow = _bend(start, end, pole, lengths)
-            targets.add(_place(ours, side, ELBOW), elbow, weights.elbows)
-            info["hand" + side] = targets.add(_place(ours, side, WRIST), end, weights.hands)
-            if side in person.hands and f"{side}_{HAND}" in ours.places:
-                h = float(np.linalg.norm(_place(ours, side, HAND).at_zero - _place(ours, side, WRIST).at_zero))
-                targets.add(_place(ours, side, HAND), end + h * person.hands[side], weights.hands / 2)
-    final = solve(skeleton, targets, rest, joint_limits, stiffness)
-    return person, contacts, found, targets, final, info
+) -> Fitted:
+    """Return the motion of the whole skeleton in the world, and how near it came."""
+    angles = np.tile(rest, (len(motion), 1))
+    names = final.skeleton.dof_names
+    columns = [skeleton.dof_names.index(name) for name in names]
+    angles[:, columns] = final.poses
+    vertical = to_vertical(motion.up)
+    root_angles, axes = continuous_root_angles(Rotation.from_matrix(vertical.T @ final.roots), "xyz")
+    result = replace(
+        motion,
+        skeleton=skeleton,
+        angles=angles,
+        root_positions=final.origins @ vertical,
+        root_angles=root_angles,
+        root_axes=axes,
+        seen=None,
+    )
+    feet = [i for side in SIDES for i in targets.groups.get(f"{side} foot", [])]
+    slides = []
+    for side, leg in legs.items():
+        places = [targets.places[i] for i in targets.groups[f"{side} foot"][:2]]  # the corners at the toes
+        tips = final.positions(skeleton, places).mean(axis=1)
+        for contact in leg.contacts:
+            stood = tips[contact.first : contact.end]
+            slides.append(np.linalg.norm(stood - np.median(stood, axis=0), axis=1).max())
+    at_limits = 0
+    if joint_limits == "enforce" and skeleton.limits is not None:
+        lower, upper = np.array(skeleton.limits)[columns].T
+        at_limits = int(((final.poses <= lower + AT_LIMIT) | (final.poses >= upper - AT_LIMIT)).any(axis=0).sum())
+    moving = [j for j, bone in enumerate(skeleton.bones) if bone.dofs and set(bone.dof_names) <= set(names)]
+    return Fitted(
+        result,
+        final.residuals[:, feet],
+        final.residuals[:, targets.groups.get("hands", [])],
+        np.array(slides),
+        at_limits,
+        int((~final.converged).sum()),
+        moving,
+    )

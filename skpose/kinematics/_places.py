@@ -14,10 +14,11 @@ from skpose.kinematics._lines import ROOT, find_carriers, find_movers, unit
 from skpose.kinematics._rigs import ANKLE, BALL, ELBOW, HAND, HIP, KNEE, SHOULDER, TOE, WRIST
 from skpose.kinematics._robots import HEEL, ROBOTS, TIP, Robot, places_of
 from skpose.skeleton import Bone, Skeleton
-from skpose.skeleton._shared import axes_at_zero, positions_at_zero
+from skpose.skeleton._shared import axes_at_zero, axes_of, positions_at_zero
 
 NEAR = 0.8  # cosine of the angle to an axis of the root up to which a skeleton stands along it, or faces it
 UPRIGHT = np.cos(np.radians(10.0))  # of a shank at angle zero, below which the foot is as tilted as that
+ROLL = np.cos(np.radians(20.0))  # of the angle between the axis of a forearm's roll and the forearm
 SOLE = 0.25  # shanks, half the width of a sole and its length behind the ankle, where a table has none
 LEG, ARM = (HIP, KNEE, ANKLE), (SHOULDER, ELBOW, WRIST)
 
@@ -148,6 +149,28 @@ def sole_of(stance: Stance, side: str) -> tuple[np.ndarray, np.ndarray, float]:
     low = min((end[2] for end in ends), default=0.0)
     front = max((end[0] for end in ends), default=2.0 * size)
     return np.array([-size, 0.0, low]), np.array([front, 0.0, low]), size / 2.0
+
+
+def rolls_of(skeleton: Skeleton, stance: Stance) -> list[int]:
+    """Return the hinges beyond the elbows about the line from elbow to wrist: rolls of forearms.
+
+    What a person has there differs from rig to rig, and the direction of a hand does not show it.
+    """
+    found = []
+    axes = axes_at_zero(skeleton)
+    for side in SIDES:
+        if not stance.has(ARM):
+            break
+        elbow, wrist = (stance.places[f"{side}_{mark}"] for mark in (ELBOW, WRIST))
+        hand = stance.places.get(f"{side}_{HAND}", wrist)
+        along = unit(wrist.at_zero - elbow.at_zero)
+        for joint in path_up(skeleton, hand.joint):
+            if joint == elbow.joint:
+                break
+            bone = skeleton.bones[joint]
+            if bone.n_dofs == 1 and abs(axes[joint] @ axes_of(bone)[0] @ along) > ROLL:
+                found.append(joint)
+    return found
 
 
 def with_places(skeleton: Skeleton, places: Sequence[Place]) -> Skeleton:
