@@ -97,11 +97,12 @@ def hold_foot(
     contacts: list[Contact],
     times: np.ndarray,
     leg: float,
-) -> tuple[np.ndarray, np.ndarray]:
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the positions of the ankle (n_frames, 3) and the axes of the foot with the foot held while it stands.
 
     Frames (n_frames, 3, 3) have the axes forward, left and up in their columns; tip and heel (3,) are the ends of the
-    sole from the ankle in these. The floor is at zero.
+    sole from the ankle in these. The floor is at zero. The third array (n_frames,) is how much the foot is held, from 0
+    to 1.
     """
     n = len(ankles)
     yaws = np.unwrap(np.arctan2(frames[:, 1, 0], frames[:, 0, 0]))
@@ -119,6 +120,10 @@ def hold_foot(
     level[:, 0, 0], level[:, 1, 0], level[:, 2, 2] = np.cos(yaws), np.sin(yaws), 1.0
     level[:, 0, 1], level[:, 1, 1] = -level[:, 1, 0], level[:, 0, 0]
     frames = _orthonormal((1.0 - flat)[:, None, None] * frames + flat[:, None, None] * level)
+    standing = [(contact.first, contact.end) for contact in contacts]
+    stands = blend_between(standing, [np.ones(end - first) for first, end in standing], times)
+    frames[:, 2, 0] -= stands * np.maximum(frames[:, 2, 0], 0.0)  # on its toes a foot has the heel up, not below the floor
+    frames = _orthonormal(frames)
     tips = ankles + frames @ tip
     moves = []
     for contact in contacts:
@@ -129,11 +134,11 @@ def hold_foot(
         if abs(place[2]) < LEVEL * leg:
             place[2] = 0.0
         moves.append(place - tips[part])
-    moved = blend_between([(contact.first, contact.end) for contact in contacts], moves, times, 3)
+    moved = blend_between(standing, moves, times, 3)
     ankles = ankles + moved
     lowest = np.minimum((ankles + frames @ tip)[:, 2], (ankles + frames @ heel)[:, 2])
     ankles[:, 2] += np.maximum(-lowest, 0.0)
-    return ankles, frames
+    return ankles, frames, stands
 
 
 def _orthonormal(frames: np.ndarray) -> np.ndarray:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose.kinematics._contacts import Contact, blend_between, find_contacts, find_floor, hold_foot
+from skpose.kinematics._contacts import Contact, find_contacts, find_floor, hold_foot
 from skpose.kinematics._forward import forward_kinematics
 from skpose.kinematics._landmarks import SIDES, path_up
 from skpose.kinematics._limb_solver import Solution, Targets, hold_at_rest, rest_within_limits, solve
@@ -22,12 +22,13 @@ from skpose.kinematics._rigs import ANKLE, BALL, ELBOW, HAND, HIP, KNEE, SHOULDE
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._shared import continuous_root_angles, positions_at_zero, root_orientations
 
-POLE = 0.05  # of a limb, by which knees bend forward and elbows backward where the person's are straight
+POLE = 0.15  # of the first bone of a limb, by which knees bend forward and elbows backward where the person's are straight
+BENT = 0.3  # of it, by which a joint is off the line of the limb's ends where only the person's bend counts
 STRETCH = 0.97, 0.999  # of a limb, from which on it stretches ever less, and which it never reaches
 STIFFNESS = 0.01  # m/rad, of all joints towards their rest pose
 TRUNK_STIFFNESS = 1e-3
 # Of the squared distances of places: four on the pelvis, four on the chest, three on the sole of each foot.
-WEIGHTS = {"pelvis": 1.0, "chest": 0.5, "knee": 0.5, "foot": 20.0, "elbow": 0.5, "wrist": 2.0, "hand": 1.0}
+WEIGHTS = {"pelvis": 1.0, "chest": 0.5, "knee": 0.5, "foot": 40.0, "elbow": 0.5, "wrist": 2.0, "hand": 1.0}
 WHEELS = 50.0  # of a robot without legs, on the floor
 AT_LIMIT = 1e-9  # rad
 
@@ -267,9 +268,7 @@ def _stand(
     length = ours.length(HIP, KNEE) + ours.length(KNEE, ANKLE)
     size = length / (theirs.length(HIP, KNEE) + theirs.length(KNEE, ANKLE))
     end = starts[f"{side}_{HIP}"] + size * (limb.end - limb.start)
-    end, foot = hold_foot(end, person.feet[side], tip, heel, contacts, times, length)
-    phases = [(contact.first, contact.end) for contact in contacts]
-    stands = blend_between(phases, [np.ones(end - first) for first, end in phases], times)
+    end, foot, stands = hold_foot(end, person.feet[side], tip, heel, contacts, times, length)
     return Leg(end, foot, stands, contacts)
 
 
@@ -306,12 +305,23 @@ def _bend(start: np.ndarray, end: np.ndarray, toward: np.ndarray, lengths: tuple
     return start + share[:, None] * along + height[:, None] * unit(across), start + d[:, None] * along
 
 
+def _find_pole(limb: Limb, left: np.ndarray, sign: float) -> np.ndarray:
+    """Return the direction (n_frames, 3) to which a limb bends: to that of the person, or as a straight one would.
+
+    Left (n_frames, 3) is the axis of the joint: about it a knee bends forward, with the sign −1, and an elbow backward
+    where the arm hangs, down where it points forward.
+    """
+    first, along = limb.middle - limb.start, unit(limb.end - limb.start)
+    across = first - (first * along).sum(axis=1, keepdims=True) * along
+    size = np.linalg.norm(first, axis=1, keepdims=True)
+    straight = np.maximum(1.0 - np.linalg.norm(across, axis=1, keepdims=True) / (BENT * size), 0.0) ** 2
+    return np.asarray(across + sign * POLE * size * straight * np.cross(left, along))
+
+
 def _put_leg(targets: Targets, person: Person, ours: Stance, side: str, start: np.ndarray, leg: Leg) -> None:
     """Add the places of a leg: the knee, and the corners of the sole."""
     limb, lengths = person.limbs[f"{side}_{HIP}"], (ours.length(HIP, KNEE), ours.length(KNEE, ANKLE))
-    thigh = limb.middle - limb.start
-    pole = thigh + POLE * np.linalg.norm(thigh, axis=1, keepdims=True) * leg.foot[:, :, 0]
-    knee, end = _bend(start, leg.end, pole, lengths)
+    knee, end = _bend(start, leg.end, _find_pole(limb, leg.foot[:, :, 1], -1.0), lengths)
     end = end + leg.stands[:, None] * (leg.end - end)
     targets.add(ours.places[f"{side}_{KNEE}"], knee, WEIGHTS["knee"], "knees")
     (joint, axes), (heel, tip, half) = ours.feet[side], sole_of(ours, side)
@@ -327,8 +337,7 @@ def _put_arm(
     """Add the places of an arm: elbow, wrist and hand."""
     limb, lengths = person.limbs[f"{side}_{SHOULDER}"], (ours.length(SHOULDER, ELBOW), ours.length(ELBOW, WRIST))
     size = sum(lengths) / (theirs.length(SHOULDER, ELBOW) + theirs.length(ELBOW, WRIST))
-    upper = limb.middle - limb.start
-    pole = upper - POLE * np.linalg.norm(upper, axis=1, keepdims=True) * chest[:, :, 0]
+    pole = _find_pole(limb, chest[:, :, 1], 1.0)
     elbow, end = _bend(start, start + size * (limb.end - limb.start), pole, lengths)
     wrist = ours.places[f"{side}_{WRIST}"]
     targets.add(ours.places[f"{side}_{ELBOW}"], elbow, WEIGHTS["elbow"], "elbows")
