@@ -49,6 +49,7 @@ class Problem:
     weights: np.ndarray  # (n_frames, n_joints + 2); the largest of a frame is 1
     stiffness: np.ndarray  # (n_frames,) ρ² of these weights, m²/rad²
     initial: np.ndarray  # (n_frames or 1, n_dofs + 3)
+    changes: np.ndarray  # (n_frames,) rad, see `Observed`
     ends: np.ndarray  # (n_sequences,) number of the frame after the last of each sequence
     rules: Rules
     frame_rate: float | None  # of keypoints
@@ -72,7 +73,7 @@ class Problem:
         warm_up = self.warm_up(task) if self.rules.is_sequence else np.array([], np.int64)
         frames, found = np.concatenate([warm_up, np.arange(task.first, task.last)]), self.empty(task.last - task.first)
         ever = np.asarray((self.weights[task.start : task.end] > 0.0).any(axis=0))
-        observed = Observed(self.positions[frames], self.weights[frames], self.stiffness[frames], ever)
+        observed = Observed(self.positions[frames], self.weights[frames], self.stiffness[frames], ever, self.changes[frames])
         initial = self.initial if self.rules.is_sequence else self.initial[frames]
         fit_frames(self.tree, observed, initial, self.rules, len(warm_up), found)
         return found
@@ -178,6 +179,7 @@ def problem_of(
         weights=padded_weights[:, order] / scales[:, None],
         stiffness=regularization**2 / scales,
         initial=np.clip(dofs, lower, upper),
+        changes=np.full(n, np.inf),
         ends=_ends(lengths, n),
         rules=rules,
         frame_rate=positions.frame_rate if isinstance(positions, Keypoints) else None,

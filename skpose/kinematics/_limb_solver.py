@@ -59,11 +59,13 @@ class Solution(NamedTuple):
         return np.asarray(points @ self.roots.transpose(0, 2, 1) + self.origins[:, None])
 
 
-def solve(skeleton: Skeleton, targets: Targets, rest: np.ndarray, stiffness: float) -> Solution:
+def solve(
+    skeleton: Skeleton, targets: Targets, rest: np.ndarray, stiffness: float, times: np.ndarray, fastest: float
+) -> Solution:
     """Find the poses of a motion whose places are nearest to where they shall be, each frame from the one before.
 
     Within the limits of the skeleton, if it has any. Stiffness is in m/rad, as the regularization of
-    `inverse_kinematics`.
+    `inverse_kinematics`, and fastest is the most that an angle changes, rad/s.
     """
     part = with_places(skeleton, targets.places)
     n, first = len(targets.positions[0]), part.n_joints - len(targets.places)
@@ -73,6 +75,7 @@ def solve(skeleton: Skeleton, targets: Targets, rest: np.ndarray, stiffness: flo
     columns = [skeleton.dof_names.index(name) for name in part.dof_names]
     limits = "ignore" if part.limits is None else "enforce"
     problem = problem_of(wished, part, weights, rest[columns], None, limits, stiffness)
+    problem = replace(problem, changes=fastest * np.diff(times, prepend=-np.inf))
     found = problem.fit(problem.solve(Task(0, n, 0, n)))  # as one task: no frame depends on where a task ends
     roots = Rotation.from_rotvec(found.root_rotations).as_matrix()
     residuals = found.residuals[:, first:]

@@ -30,6 +30,7 @@ TRUNK_STIFFNESS = 1e-3
 # Of the squared distances of places: four on the pelvis, four on the chest, three on the sole of each foot.
 WEIGHTS = {"pelvis": 1.0, "chest": 0.5, "knee": 0.5, "foot": 40.0, "elbow": 0.5, "wrist": 2.0, "hand": 1.0}
 WHEELS = 50.0  # of a robot without legs, on the floor
+FASTEST = 20.0  # rad/s, of a joint; those of a G1 reach 20 to 37
 AT_LIMIT = 1e-9  # rad
 
 
@@ -93,7 +94,7 @@ def by_limbs(
         _put_trunk(trunk, skeleton, person, ours, scale, scale * floor)
     else:
         _put_on_wheels(trunk, person, ours, scale, lowest_ankle(person, theirs))
-    first = solve(held, trunk, rest, TRUNK_STIFFNESS)
+    first = solve(held, trunk, rest, TRUNK_STIFFNESS, motion.times, FASTEST)
     starts, pelvis, chest = _read_trunk(first, held, ours)
     targets = Targets(ours.axes)
     legs: dict[str, Leg] = {}
@@ -114,7 +115,7 @@ def by_limbs(
             targets.add_link(ours.chest, _middle(ours, SHOULDER), middle, chest, WEIGHTS["chest"])
         for side in SIDES:
             _put_arm(targets, person, theirs, ours, side, starts[f"{side}_{SHOULDER}"], chest)
-    final = solve(held, targets, rest, STIFFNESS)
+    final = solve(held, targets, rest, STIFFNESS, motion.times, FASTEST)
     return _collect(motion, skeleton, final, targets, legs, rest, joint_limits)
 
 
