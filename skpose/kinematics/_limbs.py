@@ -25,7 +25,7 @@ from skpose.skeleton._shared import continuous_root_angles, positions_at_zero, r
 POLE = 0.15  # of the first bone of a limb, by which knees bend forward and elbows backward where the person's are straight
 BENT = 0.3  # of it, by which a joint is off the line of the limb's ends where only the person's bend counts
 STRETCH = 0.97, 0.999  # of a limb, from which on it stretches ever less, and which it never reaches
-STIFFNESS = 0.01  # m/rad, of all joints towards their rest pose
+STIFFNESS = 0.005  # m/rad, of all joints towards their rest pose
 TRUNK_STIFFNESS = 1e-3
 # Of the squared distances of places: four on the pelvis, four on the chest, three on the sole of each foot.
 WEIGHTS = {"pelvis": 1.0, "chest": 0.5, "knee": 0.5, "foot": 40.0, "elbow": 0.5, "wrist": 2.0, "hand": 1.0}

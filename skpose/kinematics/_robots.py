@@ -34,7 +34,7 @@ G1 = Robot(
     "corners of each foot, the hinges of the hips, the shoulders and the wrists do not meet by up to 5 cm",
     {HIP: ("left_hip_pitch_link", (0.0, 0.052, 0.0)), KNEE: "left_knee_link", ANKLE: "left_ankle_pitch_link"}
     | {HEEL: ("left_ankle_roll_link", (-0.05, 0.0, -0.035)), TIP: ("left_ankle_roll_link", (0.12, 0.0, -0.035))}
-    | {SHOULDER: "left_shoulder_roll_link", ELBOW: "left_elbow_link", WRIST: "left_wrist_pitch_link"}
+    | {SHOULDER: ("left_shoulder_pitch_link", (0.0, 0.0466, 0.0135)), ELBOW: "left_elbow_link", WRIST: "left_wrist_pitch_link"}
     | {HAND: ("left_wrist_yaw_link", (0.05, 0.0, 0.0))},
     (("left", "right"),),
     0.03,
