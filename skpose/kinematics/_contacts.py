@@ -43,7 +43,11 @@ def find_contacts(toes: np.ndarray, ankles: np.ndarray, times: np.ndarray, leg: 
             start, stop = first + start, first + stop
             if times[stop - 1] - times[start] < SHORT:
                 continue
-            flat = max(_phases(slow_ankle[start:stop], times[start:stop]), key=lambda phase: phase[1] - phase[0], default=(0, 0))
+            flat = max(
+                _phases(slow_ankle[start:stop], times[start:stop]),
+                key=lambda phase: phase[1] - phase[0],
+                default=(0, 0),
+            )
             found.append(Contact(start, stop, start + flat[0], start + flat[1]))
     return found
 
@@ -122,7 +126,9 @@ def hold_foot(
     frames = _orthonormal((1.0 - flat)[:, None, None] * frames + flat[:, None, None] * level)
     standing = [(contact.first, contact.end) for contact in contacts]
     stands = blend_between(standing, [np.ones(end - first) for first, end in standing], times)
-    frames[:, 2, 0] -= stands * np.maximum(frames[:, 2, 0], 0.0)  # on its toes a foot has the heel up, not below the floor
+    frames[:, 2, 0] -= stands * np.maximum(
+        frames[:, 2, 0], 0.0
+    )  # on its toes a foot has the heel up, not below the floor
     frames = _orthonormal(frames)
     tips = ankles + frames @ tip
     moves = []

@@ -73,7 +73,9 @@ class Problem:
         warm_up = self.warm_up(task) if self.rules.is_sequence else np.array([], np.int64)
         frames, found = np.concatenate([warm_up, np.arange(task.first, task.last)]), self.empty(task.last - task.first)
         ever = np.asarray((self.weights[task.start : task.end] > 0.0).any(axis=0))
-        observed = Observed(self.positions[frames], self.weights[frames], self.stiffness[frames], ever, self.changes[frames])
+        observed = Observed(
+            self.positions[frames], self.weights[frames], self.stiffness[frames], ever, self.changes[frames]
+        )
         initial = self.initial if self.rules.is_sequence else self.initial[frames]
         fit_frames(self.tree, observed, initial, self.rules, len(warm_up), found)
         return found

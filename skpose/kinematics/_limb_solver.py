@@ -98,4 +98,4 @@ def hold_at_rest(skeleton: Skeleton, joints: Iterable[int], rest: np.ndarray, jo
     for joint in joints:
         angles = rest[first[joint] : first[joint + 1]]
         bones[joint] = bones[joint]._replace(limits=[(angle, angle) for angle in angles])
-    return replace(skeleton, bones=bones)
+    return Skeleton(bones, skeleton.offset_frame)

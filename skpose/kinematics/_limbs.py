@@ -22,7 +22,9 @@ from skpose.kinematics._rigs import ANKLE, BALL, ELBOW, HAND, HIP, KNEE, SHOULDE
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._shared import continuous_root_angles, positions_at_zero, root_orientations
 
-POLE = 0.15  # of the first bone of a limb, by which knees bend forward and elbows backward where the person's are straight
+POLE = (
+    0.15  # of the first bone of a limb, by which knees bend forward and elbows backward where the person's are straight
+)
 BENT = 0.3  # of it, by which a joint is off the line of the limb's ends where only the person's bend counts
 STRETCH = 0.97, 0.999  # of a limb, from which on it stretches ever less, and which it never reaches
 STIFFNESS = 0.005  # m/rad, of all joints towards their rest pose
@@ -73,6 +75,30 @@ class Fitted(NamedTuple):
     n_left: int  # frames that did not converge
     moving: list[int]  # joints
 
+    def in_words(self) -> str:
+        """Return in words how near the motion came."""
+        parts = [
+            f"{name} {_millimetres(off)}" for name, off in (("soles", self.feet), ("hands", self.hands)) if off.size
+        ]
+        if len(self.slides):
+            parts.append(f"feet stand {len(self.slides)} times and slide by {_round(self.slides.max())} mm at most")
+        elif self.feet.size:
+            parts.append("feet stand nowhere")
+        if self.at_limits:
+            parts.append(f"{self.at_limits} angles reach their limits")
+        if self.n_left:
+            parts.append(f"{self.n_left} of {len(self.motion)} frames did not converge")
+        return "".join(f", {part}" for part in parts)
+
+
+def _round(metres: float) -> str:
+    return f"{float(f'{1e3 * metres:.2g}'):g}"
+
+
+def _millimetres(distances: np.ndarray) -> str:
+    """Return in words how far off places are."""
+    return f"{_round(distances.mean())} mm off (95 %: {_round(float(np.percentile(distances, 95)))})"
+
 
 def to_vertical(up: str) -> np.ndarray:
     """Return the matrix (3, 3) that takes the world to one whose last axis is the vertical, by a cycle of its axes."""
@@ -86,7 +112,8 @@ def by_limbs(
     """Return a motion on a skeleton; a factor is that of positions in the world, None the ratio of the legs."""
     person = person_of(motion, theirs)
     rest = rest_within_limits(skeleton, joint_limits)
-    held = hold_at_rest(skeleton, rolls_of(skeleton, ours), rest, joint_limits)
+    rolls = rolls_of(skeleton, ours)
+    held = hold_at_rest(skeleton, rolls, rest, joint_limits)
     trunk, on_legs = Targets(ours.axes), ours.has(LEG)
     scale = size_of_legs(theirs, ours) if factor is None else factor
     if on_legs:
@@ -116,7 +143,7 @@ def by_limbs(
         for side in SIDES:
             _put_arm(targets, person, theirs, ours, side, starts[f"{side}_{SHOULDER}"], chest)
     final = solve(held, targets, rest, STIFFNESS, motion.times, FASTEST)
-    return _collect(motion, skeleton, final, targets, legs, rest, joint_limits)
+    return _collect(motion, skeleton, final, targets, legs, rest, rolls, joint_limits)
 
 
 # --- the person -------------------------------------------------------------------------------------------------------
@@ -183,7 +210,7 @@ def size_of_legs(theirs: Stance, ours: Stance) -> float:
     if ours.has(LEG):
         return (ours.length(HIP, KNEE) + ours.length(KNEE, ANKLE)) / leg
     trunk = float((_middle(theirs, SHOULDER) - _middle(theirs, HIP)) @ theirs.axes[:, 2])
-    return float(_middle(ours, SHOULDER) @ ours.axes[:, 2]) / (leg + trunk)
+    return STRETCH[0] * float(_middle(ours, SHOULDER) @ ours.axes[:, 2]) / (leg + trunk)
 
 
 def lowest_ankle(person: Person, theirs: Stance) -> float:
@@ -191,16 +218,17 @@ def lowest_ankle(person: Person, theirs: Stance) -> float:
     return float(np.percentile([person.limbs[f"{side}_{HIP}"].end[:, 2] for side in SIDES], 5))
 
 
-def find_ground(
-    person: Person, theirs: Stance, times: np.ndarray
-) -> tuple[dict[str, list[Contact]], float]:
+def find_ground(person: Person, theirs: Stance, times: np.ndarray) -> tuple[dict[str, list[Contact]], float]:
     """Return when each foot stands, and the height of the ankle over which a foot that stands flat has it."""
     leg = theirs.length(HIP, KNEE) + theirs.length(KNEE, ANKLE)
     contacts, heights, lowest = {}, [], np.inf
     for side in SIDES:
         toes, ankles = person.toes[side], person.limbs[f"{side}_{HIP}"].end
         contacts[side] = find_contacts(toes, ankles, times, leg)
-        axes, zero = theirs.feet[side][1], [theirs.places[mark].at_zero for mark in (f"{side}_{ANKLE}", toe_of(theirs, side))]
+        axes, zero = (
+            theirs.feet[side][1],
+            [theirs.places[mark].at_zero for mark in (f"{side}_{ANKLE}", toe_of(theirs, side))],
+        )
         above = float((zero[0] - zero[1]) @ axes[:, 2])
         heights += [float(np.median(toes[c.first : c.end, 2])) + above for c in contacts[side]]
         lowest = min(lowest, float(toes[:, 2].min()) + above)
@@ -245,7 +273,9 @@ def _put_on_wheels(targets: Targets, person: Person, ours: Stance, scale: float,
     targets.add_link(ours.chest, _middle(ours, SHOULDER), at, person.chest, WEIGHTS["chest"])
 
 
-def _read_trunk(found: Solution, skeleton: Skeleton, ours: Stance) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]:
+def _read_trunk(
+    found: Solution, skeleton: Skeleton, ours: Stance
+) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]:
     """Return where hips and shoulders of the target came, and the axes of its pelvis and chest."""
     links = [(HIP, ours.pelvis)] * ours.has(LEG) + [(SHOULDER, ours.chest)] * ours.has(ARM)
     marks = [(f"{side}_{mark}", link) for mark, link in links for side in SIDES]
@@ -292,7 +322,9 @@ def _shift_within_reach(legs: dict[str, Leg], starts: dict[str, np.ndarray], our
     return shift
 
 
-def _bend(start: np.ndarray, end: np.ndarray, toward: np.ndarray, lengths: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
+def _bend(
+    start: np.ndarray, end: np.ndarray, toward: np.ndarray, lengths: tuple[float, float]
+) -> tuple[np.ndarray, np.ndarray]:
     """Return where the middle joint of a limb and its end are (n_frames, 3) that bends toward a direction.
 
     An end that is too far away is not reached.
@@ -359,6 +391,7 @@ def _collect(
     targets: Targets,
     legs: dict[str, Leg],
     rest: np.ndarray,
+    rolls: list[int],
     joint_limits: str,
 ) -> Fitted:
     """Return the motion of the whole skeleton in the world, and how near it came."""
@@ -385,11 +418,12 @@ def _collect(
         for contact in leg.contacts:
             stood = tips[contact.first : contact.end]
             slides.append(np.linalg.norm(stood - np.median(stood, axis=0), axis=1).max())
+    rolled = {name for joint in rolls for name in skeleton.bones[joint].dof_names}
     at_limits = 0
     if joint_limits == "enforce" and skeleton.limits is not None:
         lower, upper = np.array(skeleton.limits)[columns].T
         at_limits = int(((final.poses <= lower + AT_LIMIT) | (final.poses >= upper - AT_LIMIT)).any(axis=0).sum())
-    moving = [j for j, bone in enumerate(skeleton.bones) if bone.dofs and set(bone.dof_names) <= set(names)]
+    moving = [j for j, bone in enumerate(skeleton.bones) if bone.dofs and set(bone.dof_names) <= set(names) - rolled]
     return Fitted(
         result,
         final.residuals[:, feet],

@@ -45,6 +45,10 @@ class Stance(NamedTuple):
         """Return whether both sides have all landmarks of a limb."""
         return all(f"{side}_{mark}" in self.places for side in SIDES for mark in limb)
 
+    def in_words(self) -> str:
+        """Return in words what is known of the skeleton."""
+        return f"{self.name + ', ' if self.name else ''}{len(self.places)} places"
+
     def length(self, start: str, end: str) -> float:
         """Return the distance between two landmarks at angle zero, m, the mean of both sides."""
         ends = [(self.places[f"{side}_{start}"].at_zero, self.places[f"{side}_{end}"].at_zero) for side in SIDES]
@@ -77,11 +81,11 @@ def find_stance(skeleton: Skeleton, places: dict[str, Place], robot: Robot | Non
     movers = [*find_movers(skeleton), ROOT]  # the last is that of the root
     hips, shoulders = ([places.get(f"{side}_{mark}") for side in SIDES] for mark in (HIP, SHOULDER))
     pelvis, chest = (_link_of(skeleton, pair, movers) for pair in (hips, shoulders))
-    across = shoulders if None not in shoulders else hips
-    left = across[0].at_zero - across[1].at_zero
-    ends = [np.mean([place.at_zero for place in pair], axis=0) if None not in pair else None for pair in (hips, shoulders)]
-    up = _upward(ends, places)
-    up = _snap(up)
+    ends = [_ends(pair) for pair in (hips, shoulders)]
+    across = ends[1] if ends[1] is not None else ends[0]
+    assert across is not None  # as one limb is known
+    left = across[0] - across[1]
+    up = _snap(_upward([None if pair is None else pair.mean(axis=0) for pair in ends], places))
     left = _snap(unit(left - (left @ up) * up))
     axes = np.stack([np.cross(left, up), left, up], axis=1)
     feet = {}
@@ -89,6 +93,12 @@ def find_stance(skeleton: Skeleton, places: dict[str, Place], robot: Robot | Non
         if f"{side}_{ANKLE}" in places:
             feet[side] = _foot(skeleton, places, side, axes, movers)
     return Stance(places, axes, pelvis, chest, feet, robot.name if robot else "", robot.sole if robot else 0.0)
+
+
+def _ends(pair: list[Place | None]) -> np.ndarray | None:
+    """Return the positions (2, 3) of a place on both sides at angle zero, if both are known."""
+    left, right = pair
+    return None if left is None or right is None else np.stack([left.at_zero, right.at_zero])
 
 
 def _upward(ends: list[np.ndarray | None], places: dict[str, Place]) -> np.ndarray:

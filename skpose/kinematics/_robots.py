@@ -4,13 +4,13 @@ A table states for each landmark of a person the link that has it and, where tha
 from it: in m at angle zero, in the axes of the root, of which x points forward, y to the left and z up. It has the left
 side; the right one is its mirror image. Names are those of the bodies in MJCF and of the links in URDF.
 
-A hip is where the axis of the hinge that swings the leg forward meets the plane of the leg, a shoulder likewise, so that
-both move with the trunk. An ankle is at the hinge that the shank carries. Heels and toes are the ends of the sole,
+A hip is where the axis of the hinge that swings the leg forward meets the plane of the leg, a shoulder likewise, so
+that both move with the trunk. An ankle is at the hinge that the shank carries. Heels and toes are the ends of the sole,
 below the middle of the foot.
 """
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from skpose.kinematics._rigs import ANKLE, ELBOW, HAND, HIP, KNEE, SHOULDER, WRIST
 
@@ -23,7 +23,7 @@ class Robot(NamedTuple):
 
     name: str
     source: str
-    left: Mapping[str, str | tuple[str, Vector]]
+    left: Mapping[str, Any]  # a link, or a link and how far from its origin
     right: tuple[tuple[str, str], ...]  # parts of the names of the left side, and those of the right
     sole: float = 0.0  # half its width, m
 
@@ -34,7 +34,11 @@ G1 = Robot(
     "corners of each foot, the hinges of the hips, the shoulders and the wrists do not meet by up to 5 cm",
     {HIP: ("left_hip_pitch_link", (0.0, 0.052, 0.0)), KNEE: "left_knee_link", ANKLE: "left_ankle_pitch_link"}
     | {HEEL: ("left_ankle_roll_link", (-0.05, 0.0, -0.035)), TIP: ("left_ankle_roll_link", (0.12, 0.0, -0.035))}
-    | {SHOULDER: ("left_shoulder_pitch_link", (0.0, 0.0466, 0.0135)), ELBOW: "left_elbow_link", WRIST: "left_wrist_pitch_link"}
+    | {
+        SHOULDER: ("left_shoulder_pitch_link", (0.0, 0.0466, 0.0135)),
+        ELBOW: "left_elbow_link",
+        WRIST: "left_wrist_pitch_link",
+    }
     | {HAND: ("left_wrist_yaw_link", (0.05, 0.0, 0.0))},
     (("left", "right"),),
     0.03,
