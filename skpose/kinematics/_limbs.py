@@ -30,7 +30,7 @@ STRETCH = 0.97, 0.999  # of a limb, from which on it stretches ever less, and wh
 STIFFNESS = 0.005  # m/rad, of all joints towards their rest pose
 TRUNK_STIFFNESS = 1e-3
 # Of the squared distances of places: four on the pelvis, four on the chest, three on the sole of each foot.
-WEIGHTS = {"pelvis": 1.0, "chest": 0.5, "knee": 0.5, "foot": 40.0, "elbow": 0.5, "wrist": 2.0, "hand": 1.0}
+WEIGHTS = {"pelvis": 0.3, "chest": 0.2, "knee": 0.3, "foot": 40.0, "elbow": 0.3, "wrist": 1.0, "hand": 0.5}
 WHEELS = 50.0  # of a robot without legs, on the floor
 FASTEST = 20.0  # rad/s, of a joint; those of a G1 reach 20 to 37
 AT_LIMIT = 1e-9  # rad
@@ -106,21 +106,41 @@ def to_vertical(up: str) -> np.ndarray:
     return np.eye(3)[[(i + 1) % 3, (i + 2) % 3, i]]
 
 
+class Aim(NamedTuple):
+    """What the poses of the target shall be near to."""
+
+    skeleton: Skeleton  # the target with the limits that are enforced
+    rest: np.ndarray  # (n_dofs,) its pose at rest
+    rolls: list[int]  # its joints that stay there, though they carry places
+    targets: Targets
+    legs: dict[str, Leg]
+
+
 def by_limbs(
     motion: Motion, skeleton: Skeleton, theirs: Stance, ours: Stance, factor: float | None, joint_limits: str
 ) -> Fitted:
     """Return a motion on a skeleton; a factor is that of positions in the world, None the ratio of the legs."""
+    aim = aim_at(motion, skeleton, theirs, ours, factor, joint_limits)
+    final = solve(aim.skeleton, aim.targets, aim.rest, STIFFNESS, motion.times, FASTEST)
+    return _collect(motion, skeleton, final, aim)
+
+
+def aim_at(
+    motion: Motion, skeleton: Skeleton, theirs: Stance, ours: Stance, factor: float | None, joint_limits: str
+) -> Aim:
+    """Return where places on the target shall be."""
     person = person_of(motion, theirs)
     rest = rest_within_limits(skeleton, joint_limits)
     rolls = rolls_of(skeleton, ours)
     held = hold_at_rest(skeleton, rolls, rest, joint_limits)
     trunk, on_legs = Targets(ours.axes), ours.has(LEG)
     scale = size_of_legs(theirs, ours) if factor is None else factor
+    contacts: dict[str, list[Contact]] = {}
     if on_legs:
         contacts, floor = find_ground(person, theirs, motion.times)
         _put_trunk(trunk, skeleton, person, ours, scale, scale * floor)
     else:
-        _put_on_wheels(trunk, person, ours, scale, lowest_ankle(person, theirs))
+        _put_on_wheels(trunk, person, ours, scale, lowest_ankle(person))
     first = solve(held, trunk, rest, TRUNK_STIFFNESS, motion.times, FASTEST)
     starts, pelvis, chest = _read_trunk(first, held, ours)
     targets = Targets(ours.axes)
@@ -142,8 +162,7 @@ def by_limbs(
             targets.add_link(ours.chest, _middle(ours, SHOULDER), middle, chest, WEIGHTS["chest"])
         for side in SIDES:
             _put_arm(targets, person, theirs, ours, side, starts[f"{side}_{SHOULDER}"], chest)
-    final = solve(held, targets, rest, STIFFNESS, motion.times, FASTEST)
-    return _collect(motion, skeleton, final, targets, legs, rest, rolls, joint_limits)
+    return Aim(held, rest, rolls, targets, legs)
 
 
 # --- the person -------------------------------------------------------------------------------------------------------
@@ -213,7 +232,7 @@ def size_of_legs(theirs: Stance, ours: Stance) -> float:
     return STRETCH[0] * float(_middle(ours, SHOULDER) @ ours.axes[:, 2]) / (leg + trunk)
 
 
-def lowest_ankle(person: Person, theirs: Stance) -> float:
+def lowest_ankle(person: Person) -> float:
     """Return the height of the ankles of somebody who stands, or the lowest there is."""
     return float(np.percentile([person.limbs[f"{side}_{HIP}"].end[:, 2] for side in SIDES], 5))
 
@@ -384,18 +403,9 @@ def _put_arm(
 # --- what came of it --------------------------------------------------------------------------------------------------
 
 
-def _collect(
-    motion: Motion,
-    skeleton: Skeleton,
-    final: Solution,
-    targets: Targets,
-    legs: dict[str, Leg],
-    rest: np.ndarray,
-    rolls: list[int],
-    joint_limits: str,
-) -> Fitted:
+def _collect(motion: Motion, skeleton: Skeleton, final: Solution, aim: Aim) -> Fitted:
     """Return the motion of the whole skeleton in the world, and how near it came."""
-    angles = np.tile(rest, (len(motion), 1))
+    angles = np.tile(aim.rest, (len(motion), 1))
     names = final.skeleton.dof_names
     columns = [skeleton.dof_names.index(name) for name in names]
     angles[:, columns] = final.poses
@@ -410,24 +420,25 @@ def _collect(
         root_axes=axes,
         seen=None,
     )
-    feet = [i for side in SIDES for i in targets.groups.get(f"{side} foot", [])]
+    feet = [i for side in SIDES for i in aim.targets.groups.get(f"{side} foot", [])]
     slides = []
-    for side, leg in legs.items():
-        places = [targets.places[i] for i in targets.groups[f"{side} foot"][:2]]  # the corners at the toes
+    for side, leg in aim.legs.items():
+        places = [targets.places[i] for i in aim.targets.groups[f"{side} foot"][:2]]  # the corners at the toes
         tips = final.positions(skeleton, places).mean(axis=1)
         for contact in leg.contacts:
             stood = tips[contact.first : contact.end]
             slides.append(np.linalg.norm(stood - np.median(stood, axis=0), axis=1).max())
-    rolled = {name for joint in rolls for name in skeleton.bones[joint].dof_names}
+    rolled = {name for joint in aim.rolls for name in skeleton.bones[joint].dof_names}
     at_limits = 0
-    if joint_limits == "enforce" and skeleton.limits is not None:
-        lower, upper = np.array(skeleton.limits)[columns].T
-        at_limits = int(((final.poses <= lower + AT_LIMIT) | (final.poses >= upper - AT_LIMIT)).any(axis=0).sum())
+    if aim.skeleton.limits is not None:
+        lower, upper = np.array(aim.skeleton.limits)[columns].T
+        reach = ((final.poses <= lower + AT_LIMIT) | (final.poses >= upper - AT_LIMIT)) & (lower < upper)
+        at_limits = int(reach.any(axis=0).sum())
     moving = [j for j, bone in enumerate(skeleton.bones) if bone.dofs and set(bone.dof_names) <= set(names) - rolled]
     return Fitted(
         result,
         final.residuals[:, feet],
-        final.residuals[:, targets.groups.get("hands", [])],
+        final.residuals[:, aim.targets.groups.get("hands", [])],
         np.array(slides),
         at_limits,
         int((~final.converged).sum()),

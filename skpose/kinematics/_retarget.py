@@ -82,7 +82,7 @@ def retarget(
     joint_limits : {"ignore", "enforce"}, default=None
         Whether angles are kept inside ``skeleton.limits``. By "positions" and "limbs" poses are found within them;
         "numbers" and "orientations" have no choice, and refuse a motion that leaves them. None enforces them by
-        "limbs", if there are any, and ignores them by the others: people leave the limits of their files in many frames.
+        "limbs", if there are any, and ignores them by the others: people leave the limits of their files often.
     n_jobs : int, default=None
         For "positions", see `inverse_kinematics`; "limbs" follows a motion from frame to frame, on one thread.
     verbose : int, default=0
