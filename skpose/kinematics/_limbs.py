@@ -12,15 +12,25 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose.kinematics._contacts import Contact, find_contacts, find_floor, hold_foot
-from skpose.kinematics._forward import forward_kinematics
+from skpose.kinematics._contacts import Contact, hold_foot
 from skpose.kinematics._landmarks import SIDES, path_up
 from skpose.kinematics._limb_solver import Solution, Targets, hold_at_rest, rest_within_limits, solve
+from skpose.kinematics._limbs_of_person import (
+    Limb,
+    Person,
+    axes_from,
+    find_ground,
+    level,
+    lowest_ankle,
+    person_of,
+    show_axes,
+    to_vertical,
+)
 from skpose.kinematics._lines import ROOT, unit
-from skpose.kinematics._places import ARM, LEG, Place, Stance, rolls_of, sole_of, with_places
-from skpose.kinematics._rigs import ANKLE, BALL, ELBOW, HAND, HIP, KNEE, SHOULDER, TOE, WRIST
+from skpose.kinematics._places import ARM, LEG, Place, Stance, rolls_of, sole_of
+from skpose.kinematics._rigs import ANKLE, ELBOW, HAND, HIP, KNEE, SHOULDER, WRIST
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import continuous_root_angles, positions_at_zero, root_orientations
+from skpose.skeleton._shared import continuous_root_angles, positions_at_zero
 
 POLE = (
     0.15  # of the first bone of a limb, by which knees bend forward and elbows backward where the person's are straight
@@ -34,25 +44,6 @@ WEIGHTS = {"pelvis": 0.3, "chest": 0.2, "knee": 0.3, "foot": 40.0, "elbow": 0.3,
 WHEELS = 50.0  # of a robot without legs, on the floor
 FASTEST = 20.0  # rad/s, of a joint; those of a G1 reach 20 to 37
 AT_LIMIT = 1e-9  # rad
-
-
-class Limb(NamedTuple):
-    """The positions (n_frames, 3) of a limb's joints, m."""
-
-    start: np.ndarray
-    middle: np.ndarray
-    end: np.ndarray
-
-
-class Person(NamedTuple):
-    """What is taken of a motion; the vertical is the last axis, and axes have forward, left and up in their columns."""
-
-    limbs: dict[str, Limb]  # "left_hip", "left_shoulder", …
-    hands: dict[str, np.ndarray]  # by side, directions (n_frames, 3)
-    toes: dict[str, np.ndarray]  # by side, positions (n_frames, 3); of the ankle if there is no other point of the foot
-    feet: dict[str, np.ndarray]  # by side, axes (n_frames, 3, 3)
-    pelvis: np.ndarray  # (n_frames, 3, 3) axes
-    chest: np.ndarray
 
 
 class Leg(NamedTuple):
@@ -100,12 +91,6 @@ def _millimetres(distances: np.ndarray) -> str:
     return f"{_round(distances.mean())} mm off (95 %: {_round(float(np.percentile(distances, 95)))})"
 
 
-def to_vertical(up: str) -> np.ndarray:
-    """Return the matrix (3, 3) that takes the world to one whose last axis is the vertical, by a cycle of its axes."""
-    i = "xyz".index(up)
-    return np.eye(3)[[(i + 1) % 3, (i + 2) % 3, i]]
-
-
 class Aim(NamedTuple):
     """What the poses of the target shall be near to."""
 
@@ -134,7 +119,7 @@ def aim_at(
     rolls = rolls_of(skeleton, ours)
     held = hold_at_rest(skeleton, rolls, rest, joint_limits)
     trunk, on_legs = Targets(ours.axes), ours.has(LEG)
-    scale = size_of_legs(theirs, ours) if factor is None else factor
+    scale = _size_of_legs(theirs, ours) if factor is None else factor
     contacts: dict[str, list[Contact]] = {}
     if on_legs:
         contacts, floor = find_ground(person, theirs, motion.times)
@@ -165,96 +150,16 @@ def aim_at(
     return Aim(held, rest, rolls, targets, legs)
 
 
-# --- the person -------------------------------------------------------------------------------------------------------
+# --- where the target shall be ----------------------------------------------------------------------------------------
 
 
-def person_of(motion: Motion, stance: Stance) -> Person:
-    """Return what is taken of a motion."""
-    named = list(stance.places.items())
-    links = {"pelvis": (stance.pelvis, stance.axes), "chest": (stance.chest, stance.axes)} | stance.feet
-    places = [place for _, place in named]
-    for joint, axes in links.values():
-        places += _show_axes(joint, axes)
-    skeleton = with_places(motion.skeleton, places)
-    columns = [motion.skeleton.dof_names.index(name) for name in skeleton.dof_names]
-    points = forward_kinematics(motion.angles[:, columns], skeleton)[:, -len(places) :]
-    vertical = to_vertical(motion.up)
-    turn = vertical @ root_orientations(motion.root_angles, motion.root_axes).as_matrix()
-    points = points @ turn.transpose(0, 2, 1) + (motion.root_positions @ vertical.T)[:, None]
-    at = {mark: points[:, i] for i, (mark, _) in enumerate(named)}
-    firsts = range(len(named), len(places), 3)
-    shown = {link: _axes_from(points[:, i : i + 3]) for link, i in zip(links, firsts, strict=True)}
-    limbs = {
-        f"{side}_{limb[0]}": Limb(*(at[f"{side}_{mark}"] for mark in limb))
-        for side in SIDES
-        for limb in (LEG, ARM)
-        if stance.has(limb)
-    }
-    hands = {side: unit(at[f"{side}_{HAND}"] - at[f"{side}_{WRIST}"]) for side in SIDES if f"{side}_{HAND}" in at}
-    toes, feet = {}, {}
-    for side in stance.feet:
-        mark = toe_of(stance, side)
-        toes[side] = at[mark]
-        feet[side] = _level(shown["pelvis"]) if mark == f"{side}_{ANKLE}" else shown[side]
-    return Person(limbs, hands, toes, feet, shown["pelvis"], shown["chest"])
-
-
-def toe_of(stance: Stance, side: str) -> str:
-    """Return the landmark at the toes on which a foot stands; the ankle if it has none."""
-    return next(mark for mark in (f"{side}_{name}" for name in (BALL, TOE, ANKLE)) if mark in stance.places)
-
-
-def _show_axes(joint: int, axes: np.ndarray) -> list[Place]:
-    """Return three places on a link that show its axes."""
-    return [Place(joint, np.zeros(3)), Place(joint, axes[:, 0]), Place(joint, axes[:, 1])]
-
-
-def _axes_from(points: np.ndarray) -> np.ndarray:
-    """Return axes (n, 3, 3) from the positions (n, 3, 3) of the places of `_show_axes`."""
-    x, y = points[:, 1] - points[:, 0], points[:, 2] - points[:, 0]
-    return np.stack([x, y, np.cross(x, y)], axis=2)
-
-
-def _level(axes: np.ndarray) -> np.ndarray:
-    """Return axes (n, 3, 3) that are level and face where others do."""
-    ahead = axes[:, :, 0] + np.cross(axes[:, :, 1], [0.0, 0.0, 1.0])  # of one that lies on its back, where its head is
-    ahead[:, 2] = 0.0
-    x, z = unit(ahead), np.broadcast_to([0.0, 0.0, 1.0], ahead.shape)
-    return np.stack([x, np.cross(z, x), z], axis=2)
-
-
-def size_of_legs(theirs: Stance, ours: Stance) -> float:
+def _size_of_legs(theirs: Stance, ours: Stance) -> float:
     """Return how many times as long legs are in the target; without legs, how many times as high its shoulders."""
     leg = theirs.length(HIP, KNEE) + theirs.length(KNEE, ANKLE)
     if ours.has(LEG):
         return (ours.length(HIP, KNEE) + ours.length(KNEE, ANKLE)) / leg
     trunk = float((_middle(theirs, SHOULDER) - _middle(theirs, HIP)) @ theirs.axes[:, 2])
     return STRETCH[0] * float(_middle(ours, SHOULDER) @ ours.axes[:, 2]) / (leg + trunk)
-
-
-def lowest_ankle(person: Person) -> float:
-    """Return the height of the ankles of somebody who stands, or the lowest there is."""
-    return float(np.percentile([person.limbs[f"{side}_{HIP}"].end[:, 2] for side in SIDES], 5))
-
-
-def find_ground(person: Person, theirs: Stance, times: np.ndarray) -> tuple[dict[str, list[Contact]], float]:
-    """Return when each foot stands, and the height of the ankle over which a foot that stands flat has it."""
-    leg = theirs.length(HIP, KNEE) + theirs.length(KNEE, ANKLE)
-    contacts, heights, lowest = {}, [], np.inf
-    for side in SIDES:
-        toes, ankles = person.toes[side], person.limbs[f"{side}_{HIP}"].end
-        contacts[side] = find_contacts(toes, ankles, times, leg)
-        axes, zero = (
-            theirs.feet[side][1],
-            [theirs.places[mark].at_zero for mark in (f"{side}_{ANKLE}", toe_of(theirs, side))],
-        )
-        above = float((zero[0] - zero[1]) @ axes[:, 2])
-        heights += [float(np.median(toes[c.first : c.end, 2])) + above for c in contacts[side]]
-        lowest = min(lowest, float(toes[:, 2].min()) + above)
-    return contacts, find_floor(np.array(heights)) if heights else lowest
-
-
-# --- where the target shall be ----------------------------------------------------------------------------------------
 
 
 def _middle(stance: Stance, mark: str) -> np.ndarray:
@@ -287,7 +192,7 @@ def _put_on_wheels(targets: Targets, person: Person, ours: Stance, scale: float,
     hips, shoulders = (
         (person.limbs[f"left_{mark}"].start + person.limbs[f"right_{mark}"].start) / 2.0 for mark in (HIP, SHOULDER)
     )
-    targets.add_link(ROOT, np.zeros(3), scale * hips * [1.0, 1.0, 0.0], _level(person.pelvis), WHEELS)
+    targets.add_link(ROOT, np.zeros(3), scale * hips * [1.0, 1.0, 0.0], level(person.pelvis), WHEELS)
     at = scale * (shoulders - [0.0, 0.0, floor])
     targets.add_link(ours.chest, _middle(ours, SHOULDER), at, person.chest, WEIGHTS["chest"])
 
@@ -299,9 +204,9 @@ def _read_trunk(
     links = [(HIP, ours.pelvis)] * ours.has(LEG) + [(SHOULDER, ours.chest)] * ours.has(ARM)
     marks = [(f"{side}_{mark}", link) for mark, link in links for side in SIDES]
     places = [Place(link, ours.places[mark].at_zero) for mark, link in marks]
-    points = found.positions(skeleton, places + _show_axes(ours.pelvis, ours.axes) + _show_axes(ours.chest, ours.axes))
+    points = found.positions(skeleton, places + show_axes(ours.pelvis, ours.axes) + show_axes(ours.chest, ours.axes))
     starts = {mark: points[:, i] for i, (mark, _) in enumerate(marks)}
-    return starts, _axes_from(points[:, -6:-3]), _axes_from(points[:, -3:])
+    return starts, axes_from(points[:, -6:-3]), axes_from(points[:, -3:])
 
 
 def _stand(
@@ -423,7 +328,7 @@ def _collect(motion: Motion, skeleton: Skeleton, final: Solution, aim: Aim) -> F
     feet = [i for side in SIDES for i in aim.targets.groups.get(f"{side} foot", [])]
     slides = []
     for side, leg in aim.legs.items():
-        places = [targets.places[i] for i in aim.targets.groups[f"{side} foot"][:2]]  # the corners at the toes
+        places = [aim.targets.places[i] for i in aim.targets.groups[f"{side} foot"][:2]]  # the corners at the toes
         tips = final.positions(skeleton, places).mean(axis=1)
         for contact in leg.contacts:
             stood = tips[contact.first : contact.end]

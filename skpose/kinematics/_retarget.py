@@ -277,8 +277,8 @@ def check_within_limits(motion: Motion, method: str) -> None:
     if beyond.size and beyond.max() > 0.0:
         frame, dof = np.unravel_index(beyond.argmax(), beyond.shape)
         raise ValueError(
-            f'by method="{method}" {int((beyond > 0.0).any(axis=0).sum())} angles leave the limits of the skeleton, most '
-            f"{motion.skeleton.dof_names[dof]!r} by {np.degrees(beyond.max()):.3g}° in frame {frame}: "
+            f'by method="{method}" {int((beyond > 0.0).any(axis=0).sum())} angles leave the limits of the skeleton, '
+            f"most {motion.skeleton.dof_names[dof]!r} by {np.degrees(beyond.max()):.3g}° in frame {frame}: "
             'method="limbs" and "positions" find poses within limits'
         )
 
