@@ -1,4 +1,4 @@
-"""What retargeting by limbs takes of a person's motion: limbs, hands, feet, how pelvis and chest stand, and the floor."""
+"""What retargeting by limbs takes of a person: limbs, hands, feet, how pelvis and chest stand, and the floor."""
 
 from typing import NamedTuple
 
