@@ -203,7 +203,11 @@ def violations(motion):
     beyond = np.maximum(limits[:, 0] - motion.angles, motion.angles - limits[:, 1])
     steps = np.diff(motion.angles, axis=0)[:, np.isfinite(limits).all(axis=1)]
     fastest = np.abs(steps).max(initial=0.0) * motion.frame_rate
-    return {"outside": int((beyond > 0.0).sum()), "beyond": np.degrees(max(beyond.max(), 0.0)), "fastest": fastest}
+    return {
+        "outside": int((beyond > 0.0).sum()),
+        "beyond": float(np.degrees(max(beyond.max(), 0.0))),
+        "fastest": round(float(fastest), 6),
+    }
 
 
 def in_words(results):
@@ -349,7 +353,7 @@ def race(robot, motions, names, repeats):
     frames = sum(len(case.motion) for case in cases)
     ours = [retarget(case.motion, robot.skeleton, method="limbs") for case in cases]
     costs = []
-    for case, mink, motion in zip(cases, minks, ours, strict=True):
+    for mink, motion in zip(minks, ours, strict=True):
         configuration, cost = mink.mink.Configuration(mink.model), []
         for i, q in enumerate(configurations(mink.model, motion)):
             configuration.update(q)
@@ -423,9 +427,10 @@ def controls(robot, motion, bend, names):
     largest = np.degrees((steps[1:] * steps[:-1].inv()).magnitude().max())
     wished = Rotation.from_euler("xyz", around.root_angles)
     largest_wished = np.degrees((wished[1:] * wished[:-1].inv()).magnitude().max())
+    jump = np.degrees(np.abs(np.diff(result.root_angles, axis=0)).max())
     print(
         f"  turning by 360°: {violations(result)}; the root turns by {largest:.2f}° a frame at most, the person's "
-        f"{largest_wished:.2f}°; numbers jump by {np.degrees(np.abs(np.diff(result.root_angles, axis=0)).max()):.2f}°"
+        f"{largest_wished:.2f}°; its angles change by {jump:.2f}° at most"
     )
     for label, one in (("walk", motion), ("bending", bend)):
         free = violations(retarget(one, robot.skeleton, method="limbs", joint_limits="ignore"))

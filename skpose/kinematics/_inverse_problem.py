@@ -1,5 +1,6 @@
 """The arguments of inverse kinematics, checked, as arrays in the order of compiled code; parts of the work."""
 
+import functools
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
@@ -156,8 +157,7 @@ def problem_of(
     seen = confidences * _weights(weights, confidences.shape)
     seen[np.isnan(given).any(axis=2)] = 0.0
     _warn_of_units(given, skeleton)
-    with_root = with_root_joint(skeleton)
-    tree = tree_of_all_joints(with_root)
+    tree = _tree_with_root(skeleton)
     order = tree.code_joint  # 0 is the root, 1 the joint that is added to turn it
     padded, padded_weights = np.zeros((n, len(order), 3)), np.zeros((n, len(order)))
     padded[:, 2:], padded_weights[:, 2:] = np.where(seen[:, :, None] > 0.0, given, 0.0), seen
@@ -187,6 +187,12 @@ def problem_of(
         frame_rate=positions.frame_rate if isinstance(positions, Keypoints) else None,
         up=positions.up if isinstance(positions, Keypoints) else None,
     )
+
+
+@functools.lru_cache(maxsize=64)
+def _tree_with_root(skeleton: Skeleton) -> Tree:
+    """Return a skeleton with a joint that turns its root as flat arrays."""
+    return tree_of_all_joints(with_root_joint(skeleton))
 
 
 def _match(positions: ArrayLike | Keypoints, skeleton: Skeleton) -> tuple[np.ndarray, np.ndarray]:

@@ -1,6 +1,7 @@
 """Poses whose places on links are nearest to where they shall be, and what of a skeleton has a part in it."""
 
-from collections.abc import Iterable, Sequence
+import functools
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -91,8 +92,10 @@ def rest_within_limits(skeleton: Skeleton, joint_limits: str) -> np.ndarray:
     return np.clip(rest, limits[:, 0], limits[:, 1])
 
 
-def hold_at_rest(skeleton: Skeleton, joints: Iterable[int], rest: np.ndarray, joint_limits: str) -> Skeleton:
+@functools.lru_cache(maxsize=16)
+def hold_at_rest(skeleton: Skeleton, joints: tuple[int, ...], joint_limits: str) -> Skeleton:
     """Return a skeleton whose limits are those that are enforced, and whose given joints stay at rest."""
+    rest = rest_within_limits(skeleton, joint_limits)
     bones = [bone._replace(limits=None) if joint_limits == "ignore" else bone for bone in skeleton.bones]
     first = np.cumsum([0, *(bone.n_dofs for bone in bones)])
     for joint in joints:

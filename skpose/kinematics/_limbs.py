@@ -43,6 +43,8 @@ TRUNK_STIFFNESS = 1e-3
 WEIGHTS = {"pelvis": 0.3, "chest": 0.2, "knee": 0.3, "foot": 40.0, "elbow": 0.3, "wrist": 1.0, "hand": 0.5}
 WHEELS = 50.0  # of a robot without legs, on the floor
 FASTEST = 20.0  # rad/s, of a joint; those of a G1 reach 20 to 37
+# Heading first, so that no heading is near to where Euler angles jump for a root whose z axis is up.
+ROOT_AXES = {"x": "XZY", "y": "YZX", "z": "ZYX"}
 AT_LIMIT = 1e-9  # rad
 
 
@@ -117,7 +119,7 @@ def aim_at(
     person = person_of(motion, theirs)
     rest = rest_within_limits(skeleton, joint_limits)
     rolls = rolls_of(skeleton, ours)
-    held = hold_at_rest(skeleton, rolls, rest, joint_limits)
+    held = hold_at_rest(skeleton, tuple(rolls), joint_limits)
     trunk, on_legs = Targets(ours.axes), ours.has(LEG)
     scale = _size_of_legs(theirs, ours) if factor is None else factor
     contacts: dict[str, list[Contact]] = {}
@@ -146,7 +148,7 @@ def aim_at(
         if ours.chest != ours.pelvis or not on_legs:
             targets.add_link(ours.chest, _middle(ours, SHOULDER), middle, chest, WEIGHTS["chest"])
         for side in SIDES:
-            _put_arm(targets, person, theirs, ours, side, starts[f"{side}_{SHOULDER}"], chest)
+            _put_arm(targets, person, ours, side, starts[f"{side}_{SHOULDER}"], chest)
     return Aim(held, rest, rolls, targets, legs)
 
 
@@ -288,14 +290,11 @@ def _put_leg(targets: Targets, person: Person, ours: Stance, side: str, start: n
         targets.add(Place(joint, ankle + axes @ corner), end + leg.foot @ corner, WEIGHTS["foot"], f"{side} foot")
 
 
-def _put_arm(
-    targets: Targets, person: Person, theirs: Stance, ours: Stance, side: str, start: np.ndarray, chest: np.ndarray
-) -> None:
+def _put_arm(targets: Targets, person: Person, ours: Stance, side: str, start: np.ndarray, chest: np.ndarray) -> None:
     """Add the places of an arm: elbow, wrist and hand."""
     limb, lengths = person.limbs[f"{side}_{SHOULDER}"], (ours.length(SHOULDER, ELBOW), ours.length(ELBOW, WRIST))
-    size = sum(lengths) / (theirs.length(SHOULDER, ELBOW) + theirs.length(ELBOW, WRIST))
-    pole = _find_pole(limb, chest[:, :, 1], 1.0)
-    elbow, end = _bend(start, start + size * (limb.end - limb.start), pole, lengths)
+    wished = start + lengths[0] * unit(limb.middle - limb.start) + lengths[1] * unit(limb.end - limb.middle)
+    elbow, end = _bend(start, wished, _find_pole(limb, chest[:, :, 1], 1.0), lengths)
     wrist = ours.places[f"{side}_{WRIST}"]
     targets.add(ours.places[f"{side}_{ELBOW}"], elbow, WEIGHTS["elbow"], "elbows")
     targets.add(wrist, end, WEIGHTS["wrist"], "hands")
@@ -315,7 +314,7 @@ def _collect(motion: Motion, skeleton: Skeleton, final: Solution, aim: Aim) -> F
     columns = [skeleton.dof_names.index(name) for name in names]
     angles[:, columns] = final.poses
     vertical = to_vertical(motion.up)
-    root_angles, axes = continuous_root_angles(Rotation.from_matrix(vertical.T @ final.roots), "xyz")
+    root_angles, axes = continuous_root_angles(Rotation.from_matrix(vertical.T @ final.roots), ROOT_AXES[motion.up])
     result = replace(
         motion,
         skeleton=skeleton,

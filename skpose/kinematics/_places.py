@@ -4,6 +4,7 @@ A place is a point that is fixed to a joint's axes. A copy of the skeleton with 
 positions as those of joints: so orientations are found, and reached, by points.
 """
 
+import functools
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -185,10 +186,16 @@ def rolls_of(skeleton: Skeleton, stance: Stance) -> list[int]:
 
 def with_places(skeleton: Skeleton, places: Sequence[Place]) -> Skeleton:
     """Return the joints of a skeleton that carry places, with one rigid bone to each place, "place 0" and so on."""
+    return _with_points(skeleton, tuple((joint, *at_zero.tolist()) for joint, at_zero in places))
+
+
+@functools.lru_cache(maxsize=64)  # as the motions of a dataset ask for the same ones
+def _with_points(skeleton: Skeleton, points: tuple[tuple[int, float, float, float], ...]) -> Skeleton:
+    """Return the joints of a skeleton that carry points, the joint and the position of each at angle zero."""
     zero, axes = positions_at_zero(skeleton), [*axes_at_zero(skeleton), np.eye(3)]
-    needed = {joint for place in places for joint in path_up(skeleton, place.joint)}
+    needed = {joint for point in points for joint in path_up(skeleton, point[0])}
     bones = [bone for j, bone in enumerate(skeleton.bones) if j in needed]
-    for i, (joint, at_zero) in enumerate(places):
-        offset = axes[joint].T @ (at_zero - zero[joint])
+    for i, (joint, *at_zero) in enumerate(points):
+        offset = axes[joint].T @ (np.array(at_zero) - zero[joint])
         bones.append(Bone(f"place {i}", skeleton.joint_names[joint] if joint >= 0 else None, offset))
     return Skeleton(bones, skeleton.offset_frame)

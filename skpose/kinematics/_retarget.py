@@ -137,8 +137,9 @@ def retarget(
     By limbs, both need hips, knees and ankles, or shoulders, elbows and wrists: of known rigs, of the robots Unitree
     G1, Booster T1, EngineAI PM01 and Galaxea R1 Pro, or by `joints`. The pelvis is where the person's is, in the size
     of the legs, above a floor at zero on which the person's feet stand; pelvis and chest are rotated as the person's,
-    as near as the trunk can. From the hips and shoulders of `skeleton`, ankles and wrists are where the person's are,
-    in the size of each limb, and knees and elbows bend to the side to which the person's do. A foot stands while its
+    as near as the trunk can. From its own hips, ankles are where the person's are, in the size of the legs, and knees
+    bend to the side to which the person's do; from its own shoulders, upper arms, forearms and hands point as the
+    person's. A foot stands while its
     ball is slower than 0.35 legs a second, near the floor and within 5 % of a leg of one place; it is flat while the
     ankle is as slow. There it is held, level where the person's tilt is below 24°, and blended in and out over 0.15 s.
     Heights of standing feet within 6 % of a leg are one floor. Where a leg cannot reach a foot that stands, the pelvis

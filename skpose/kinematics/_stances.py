@@ -1,5 +1,6 @@
 """The landmarks of a person and of a robot that are counterparts, and how both stand at angle zero."""
 
+import functools
 from collections.abc import Mapping
 
 from skpose.kinematics._counterparts import check_joints
@@ -13,12 +14,20 @@ LIMBS = {LEG: "legs", ARM: "arms"}
 
 def stances_of(source: Skeleton, target: Skeleton, joints: Mapping[str, str] | None) -> tuple[Stance, Stance]:
     """Return how the skeletons of a motion and of a robot stand, with landmarks by their names or by counterparts."""
+    if joints is not None:
+        check_joints(source, target, joints)
+    return _stances(source, target, None if joints is None else tuple(joints.items()))
+
+
+@functools.lru_cache(maxsize=16)
+def _stances(source: Skeleton, target: Skeleton, pairs: tuple[tuple[str, str], ...] | None) -> tuple[Stance, Stance]:
+    """Return how both skeletons stand, given pairs of joints of target and source, or None."""
+    joints = None if pairs is None else dict(pairs)
     robot = find_robot(target)
     known = robot_places(target, robot) if robot else {}
     there = find_landmarks(source, any_proportions=joints is not None)
     theirs, ours = joint_places(source, there.joints), known
     if joints is not None:
-        check_joints(source, target, joints)
         theirs, ours = _by_counterparts(source, target, joints, there.joints, known)
     elif not known:
         ours = joint_places(target, find_landmarks(target).joints)
