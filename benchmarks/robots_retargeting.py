@@ -375,7 +375,7 @@ def race(robot, motions, names, repeats):
         start = time.process_time()
         for case in cases:
             aim = case.aim
-            solve(aim.skeleton, aim.targets, aim.rest, _limbs.STIFFNESS, case.motion.times, _limbs.FASTEST)
+            solve(aim.skeleton, aim.targets, aim.bent, _limbs.STIFFNESS, case.motion.times, _limbs.FASTEST)
         seconds["skpose, its solver"].append(time.process_time() - start)
         for name, (n_iter, as_near) in settings.items():
             spent = 0.0

@@ -8,10 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-SLOW = 0.35  # legs a second, below which a point stands; those of a swing move at 2 and more
+# Legs a second, below which toes and the ankle stand. Toes of a swing move at 2 and more, those of a runner's foot that
+# stands at 0.1 in the middle of a tenth of a second.
+SLOW, SLOW_ANKLE = 0.6, 0.35
 WINDOW = 0.025  # s before and after a frame over which speed is measured
 NEAR = 0.35  # legs above the lowest place where a foot stands; steps of stairs are lower
-SHORT, GAP = 0.08, 0.05  # s; a shorter contact is none, and a shorter gap neither
+SHORT, GAP = 0.05, 0.05  # s; a shorter contact is none, and a shorter gap neither
 STAYS = 0.05  # legs, by which a point may move away from its mean while it stands; a slow slide goes on
 BLEND = 0.15  # s before and after a contact in which a foot goes over to where it is held
 FLAT = 0.4  # sine of the tilt up to which a foot that stands is laid flat
@@ -33,7 +35,8 @@ def find_contacts(toes: np.ndarray, ankles: np.ndarray, times: np.ndarray, leg: 
 
     Times (n_frames,) are in s; a leg's length makes speeds of small people those of large ones.
     """
-    slow_toes, slow_ankle = (_speeds(points, times) < SLOW * leg for points in (toes, ankles))
+    slow_toes = _speeds(toes, times) < SLOW * leg
+    slow_ankle = _speeds(ankles, times) < SLOW_ANKLE * leg
     heights = toes[:, 2]
     if slow_toes.any():
         slow_toes &= heights < np.percentile(heights[slow_toes], 5) + NEAR * leg

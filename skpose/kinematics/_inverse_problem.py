@@ -171,6 +171,7 @@ def problem_of(
         is_sequence=len(start) == 1,
         warm_iter=WARM_ITER,
         max_iter=MAX_ITER,
+        tries_first=False,
         lower=lower,
         upper=upper,
     )

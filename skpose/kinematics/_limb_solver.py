@@ -76,7 +76,8 @@ def solve(
     columns = [skeleton.dof_names.index(name) for name in part.dof_names]
     limits = "ignore" if part.limits is None else "enforce"
     problem = problem_of(wished, part, weights, rest[columns], None, limits, stiffness)
-    problem = replace(problem, changes=fastest * np.diff(times, prepend=-np.inf))
+    changes = fastest * np.diff(times, prepend=-np.inf)
+    problem = replace(problem, changes=changes, rules=problem.rules._replace(tries_first=True))
     found = problem.fit(problem.solve(Task(0, n, 0, n)))  # as one task: no frame depends on where a task ends
     roots = Rotation.from_rotvec(found.root_rotations).as_matrix()
     residuals = found.residuals[:, first:]

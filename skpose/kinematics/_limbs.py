@@ -36,7 +36,8 @@ POLE = (
     0.15  # of the first bone of a limb, by which knees bend forward and elbows backward where the person's are straight
 )
 BENT = 0.3  # of it, by which a joint is off the line of the limb's ends where only the person's bend counts
-STRETCH = 0.97, 0.999  # of a limb, from which on it stretches ever less, and which it never reaches
+BENDS = 0.5  # rad
+STRETCH = 0.985, 0.9995  # of a limb, from which on it stretches ever less, and which it never reaches
 STIFFNESS = 0.005  # m/rad, of all joints towards their rest pose
 TRUNK_STIFFNESS = 1e-3
 # Of the squared distances of places: four on the pelvis, four on the chest, three on the sole of each foot.
@@ -98,6 +99,7 @@ class Aim(NamedTuple):
 
     skeleton: Skeleton  # the target with the limits that are enforced
     rest: np.ndarray  # (n_dofs,) its pose at rest
+    bent: np.ndarray  # (n_dofs,) that with knees and elbows bent, from which the poses are searched
     rolls: list[int]  # its joints that stay there, though they carry places
     targets: Targets
     legs: dict[str, Leg]
@@ -108,7 +110,7 @@ def by_limbs(
 ) -> Fitted:
     """Return a motion on a skeleton; a factor is that of positions in the world, None the ratio of the legs."""
     aim = aim_at(motion, skeleton, theirs, ours, factor, joint_limits)
-    final = solve(aim.skeleton, aim.targets, aim.rest, STIFFNESS, motion.times, FASTEST)
+    final = solve(aim.skeleton, aim.targets, aim.bent, STIFFNESS, motion.times, FASTEST)
     return _collect(motion, skeleton, final, aim)
 
 
@@ -149,7 +151,7 @@ def aim_at(
             targets.add_link(ours.chest, _middle(ours, SHOULDER), middle, chest, WEIGHTS["chest"])
         for side in SIDES:
             _put_arm(targets, person, ours, side, starts[f"{side}_{SHOULDER}"], chest)
-    return Aim(held, rest, rolls, targets, legs)
+    return Aim(held, rest, _bend_limbs(held, ours, rest), rolls, targets, legs)
 
 
 # --- where the target shall be ----------------------------------------------------------------------------------------
@@ -262,6 +264,20 @@ def _bend(
     height = np.sqrt(np.maximum(a * a - share * share, 0.0))
     across = toward - (toward * along).sum(axis=1, keepdims=True) * along
     return start + share[:, None] * along + height[:, None] * unit(across), start + d[:, None] * along
+
+
+def _bend_limbs(skeleton: Skeleton, stance: Stance, rest: np.ndarray) -> np.ndarray:
+    """Return a pose with the hinges of knees and elbows away from zero, on the side where they have more room.
+
+    A limb that is straight at a limit does not bend by small steps: its ends come nearer by the square of the angle.
+    """
+    pose, first = rest.copy(), np.cumsum([0, *(bone.n_dofs for bone in skeleton.bones)])
+    for mark in (f"{side}_{name}" for side in SIDES for name in (KNEE, ELBOW)):
+        bone = skeleton.bones[stance.places[mark].joint] if mark in stance.places else None
+        if bone is not None and bone.n_dofs == 1 and bone.limits is not None:
+            lower, upper = bone.limits[0]
+            pose[first[stance.places[mark].joint]] = min(upper, BENDS) if upper > -lower else max(lower, -BENDS)
+    return pose
 
 
 def _find_pole(limb: Limb, left: np.ndarray, sign: float) -> np.ndarray:

@@ -139,9 +139,9 @@ def retarget(
     of the legs, above a floor at zero on which the person's feet stand; pelvis and chest are rotated as the person's,
     as near as the trunk can. From its own hips, ankles are where the person's are, in the size of the legs, and knees
     bend to the side to which the person's do; from its own shoulders, upper arms, forearms and hands point as the
-    person's. A foot stands while its
-    ball is slower than 0.35 legs a second, near the floor and within 5 % of a leg of one place; it is flat while the
-    ankle is as slow. There it is held, level where the person's tilt is below 24°, and blended in and out over 0.15 s.
+    person's. A foot stands while its ball is slower than 0.6 legs a second, near the floor and within 5 % of a leg of
+    one place; it is flat while the ankle is below 0.35. There it is held, level where the person's tilt is below 24°,
+    and blended in and out over 0.15 s.
     Heights of standing feet within 6 % of a leg are one floor. Where a leg cannot reach a foot that stands, the pelvis
     comes nearer. Then inverse kinematics finds the poses nearest to the pelvis, the chest, knees, soles, elbows, wrists
     and hands, of which soles count most: within the limits, from frame to frame, no angle faster than 20 rad/s. Rolls

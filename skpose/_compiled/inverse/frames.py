@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._compiled.inverse.energy import Target, copy_state, place_state, set_pose, start_at, workspace_of
-from skpose._compiled.inverse.start import fit_afresh
+from skpose._compiled.inverse.start import fit_afresh, fit_from
 from skpose._compiled.inverse.step import LEAST_DAMPING, Fit, minimise_pose
 from skpose._compiled.pose.chart import dofs_of
 from skpose._compiled.pose.tree import TWO_PI
@@ -37,6 +37,7 @@ class Rules(NamedTuple):
     is_sequence: bool  # each frame starts from the one before, or else from a pose of its own
     warm_iter: int  # iterations from the frame before
     max_iter: int  # iterations from a first pose
+    tries_first: bool  # whether a sequence also starts from its first pose as it is, and takes the better one
     lower: np.ndarray  # (n_dofs,) rad
     upper: np.ndarray  # (n_dofs,) rad
 
@@ -173,6 +174,13 @@ def fit_frames(tree, observed, initials, rules, warm_up, found):
                 else:
                     fit = again
                 fit = Fit(fit.half, n_iter, fit.converged)
+            if rules.tries_first and not started:
+                copy_state(work.here, work.kept)
+                again = fit_from(work, target, prior, prior_dofs, rules.max_iter)
+                if again.half < fit.half:
+                    fit = Fit(again.half, fit.n_iter + again.n_iter, again.converged)
+                else:
+                    copy_state(work.kept, work.here)
             fit = _remove_turns(work, target, fit, rules.max_iter)
             distance = _distance(fit, target.weights)
             started, last = True, min(distance, WORSE * last + MORE)
