@@ -1,11 +1,9 @@
 """A humanoid robot of hinges, its root with x forward, y to the left and z up, in the proportions of nobody."""
 
-from dataclasses import replace
-
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose import Bone, Skeleton, forward_kinematics, inverse_kinematics
+from skpose import Bone, Motion, Skeleton, forward_kinematics
 from skpose.datasets import humanoid
 
 LEG = (("pelvis", "thigh"), ("thigh", "shank"))
@@ -83,40 +81,26 @@ def counterparts(skeleton):
 def walk(n_steps=4, step=0.4, stance=0.6, frame_rate=60.0):
     """Return a walk of the humanoid along z, y up, on a floor at zero, and in which frames (2, n) each foot stands.
 
-    Its feet are still while they stand, to the precision of inverse kinematics, as those of no recording are.
+    Its feet are flat, and still while they stand, as those of no recording are.
     """
     person = humanoid()
-    n = round(n_steps * stance * frame_rate)
-    times = np.arange(n) / frame_rate
+    names = {name: i for i, name in enumerate(person.dof_names)}
     zero = dict(zip(person.joint_names, forward_kinematics(np.zeros((1, person.n_dofs)), person)[0], strict=True))
-    height = -zero["left_shank"][1] + 0.08 - 0.06  # the ankle above the floor, and the knees a little bent
-    wished = np.full((n, person.n_joints, 3), np.nan)
-    speed = step / stance
-    stands = np.zeros((2, n), bool)
-    root = np.stack([0.0 * times, height + 0.01 * np.cos(2.0 * np.pi * times / stance), speed * times], axis=1)
-    for name in person.joint_names:
-        if not any(part in name for part in ("thigh", "shank", "foot", "toes")):
-            wished[:, person.joint_names.index(name)] = root + zero[name]
+    thigh, shank = (np.linalg.norm(zero[f"left_{end}"] - zero[f"left_{start}"]) for start, end in LEG)
+    times = np.arange(round(n_steps * stance * frame_rate)) / frame_rate
+    height = 0.92 * (thigh + shank) + 0.08 + 0.01 * np.cos(2.0 * np.pi * times / stance)
+    root = np.stack([0.0 * times, height, step / stance * times], axis=1)
+    angles, stands = np.zeros((len(times), person.n_dofs)), np.zeros((2, len(times)), bool)
     for k, side in enumerate(("left", "right")):
-        phase = times / (2.0 * stance) + 0.5 * k  # a cycle is two steps
-        done, share = np.divmod(phase, 1.0)
+        done, share = np.divmod(times / (2.0 * stance) + 0.5 * k, 1.0)  # a cycle is two steps
         stands[k] = share < 0.6
         swing = np.clip((share - 0.6) / 0.4, 0.0, 1.0)
-        ahead = 2.0 * step * (done + swing * swing * (3.0 - 2.0 * swing) - 0.5 * k) + 0.6 * step
-        up = 0.1 * np.sin(np.pi * swing) ** 2
-        foot = np.stack([0.0 * times, up, ahead], axis=1)
-        sideways = np.array([zero[f"{side}_pelvis"][0], 0.0, 0.0])
-        ankle, hip = foot + sideways + [0.0, 0.08, 0.0], root + sideways
-        a, b = (np.linalg.norm(zero[f"{side}_{end}"] - zero[f"{side}_{start}"]) for start, end in LEG)
-        reach = ankle - hip
-        distance = np.linalg.norm(reach, axis=1, keepdims=True)
-        share = (a * a - b * b + distance**2) / (2.0 * distance)  # a knee that bends forward in the plane of the leg
-        forward = np.cross([-1.0, 0.0, 0.0], reach / distance)
-        knee = hip + share * reach / distance + np.sqrt(a * a - share**2) * forward
-        forefoot = {name: zero[f"{side}_{name}"] - zero[f"{side}_shank"] for name in ("foot", "toes")}
-        for name, place in {"thigh": knee, "shank": ankle}.items():
-            wished[:, person.joint_names.index(f"{side}_{name}")] = place
-        for name, offset in forefoot.items():
-            wished[:, person.joint_names.index(f"{side}_{name}")] = ankle + offset
-    motion = inverse_kinematics(wished, person, regularization=0.003).to_motion(frame_rate, "y")
-    return replace(motion, seen=None), stands
+        ahead = 2.0 * step * (done + swing * swing * (3.0 - 2.0 * swing) - 0.5 * k) + 0.6 * step - root[:, 2]
+        below = height - 0.08 - 0.1 * np.sin(np.pi * swing) ** 2
+        reach = np.hypot(ahead, below)
+        at_hip = np.arccos((thigh**2 + reach**2 - shank**2) / (2.0 * thigh * reach))
+        knee = np.pi - np.arccos((thigh**2 + shank**2 - reach**2) / (2.0 * thigh * shank))
+        lift = np.arctan2(ahead, below) + at_hip  # of the thigh, forward
+        for bone, angle in (("thigh", -lift), ("shank", knee), ("foot", lift - knee)):
+            angles[:, names[f"{side}_{bone}_rx"]] = angle
+    return Motion(person, angles, frame_rate, root), stands
