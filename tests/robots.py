@@ -24,7 +24,7 @@ LIMITS = {
 }
 
 
-def robot(*, legs=True, size=1.0, tilt=0.0, seed=None, thigh=0.3, shank=0.3):
+def robot(*, legs=True, arms=True, size=1.0, tilt=0.0, seed=None, thigh=0.3, shank=0.3):
     """Return the robot.
 
     Hips and shoulders have first axes tilted by `tilt`, rad, as some robots'. With a seed links have axes turned at
@@ -45,18 +45,20 @@ def robot(*, legs=True, size=1.0, tilt=0.0, seed=None, thigh=0.3, shank=0.3):
         bones.append(bone)
 
     x, y, z = np.eye(3)
-    add("waist_1", None, (0, 0, 0.05), z)
-    add("waist_2", "waist_1", (0, 0, 0.05), y)
-    add("head", "waist_2", (0, 0, 0.45), z)
-    add("camera", "head", (0.05, 0, 0.5))
+    if arms:
+        add("waist_1", None, (0, 0, 0.05), z)
+        add("waist_2", "waist_1", (0, 0, 0.05), y)
+        add("head", "waist_2", (0, 0, 0.45), z)
+        add("camera", "head", (0.05, 0, 0.5))
     for side, sign in (("left", 1.0), ("right", -1.0)):
         leaning = Rotation.from_rotvec(sign * tilt * x)
-        arm = [(0, sign * 0.15, 0.35), (0, sign * 0.15, 0.15), (0, sign * 0.15, -0.05)]
-        add(f"{side}_shoulder_1", "waist_2", arm[0], leaning.apply(y))
-        add(f"{side}_shoulder_2", f"{side}_shoulder_1", arm[0], x)
-        add(f"{side}_shoulder_3", f"{side}_shoulder_2", arm[0], z)
-        add(f"{side}_elbow", f"{side}_shoulder_3", arm[1], y)
-        add(f"{side}_hand", f"{side}_elbow", arm[2])
+        if arms:
+            arm = [(0, sign * 0.15, 0.35), (0, sign * 0.15, 0.15), (0, sign * 0.15, -0.05)]
+            add(f"{side}_shoulder_1", "waist_2", arm[0], leaning.apply(y))
+            add(f"{side}_shoulder_2", f"{side}_shoulder_1", arm[0], x)
+            add(f"{side}_shoulder_3", f"{side}_shoulder_2", arm[0], z)
+            add(f"{side}_elbow", f"{side}_shoulder_3", arm[1], y)
+            add(f"{side}_hand", f"{side}_elbow", arm[2])
         if not legs:
             continue
         leg = [(0, sign * 0.1, -0.1), (0, sign * 0.1, -0.1 - thigh), (0, sign * 0.1, -0.1 - thigh - shank)]

@@ -55,8 +55,11 @@ class Solution(NamedTuple):
     def positions(self, skeleton: Skeleton, places: Sequence[Place]) -> np.ndarray:
         """Return the positions (n_frames, n_places, 3) of other places, on joints that these poses have."""
         part = with_places(skeleton, places)
-        columns = [self.skeleton.dof_names.index(name) for name in part.dof_names]
-        points = forward_kinematics(self.poses[:, columns], part)[:, -len(places) :]
+        poses = np.zeros((len(self.poses), part.n_dofs))
+        for column, name in enumerate(part.dof_names):
+            if name in self.skeleton.dof_names:  # others move no place
+                poses[:, column] = self.poses[:, self.skeleton.dof_names.index(name)]
+        points = forward_kinematics(poses, part)[:, -len(places) :]
         return np.asarray(points @ self.roots.transpose(0, 2, 1) + self.origins[:, None])
 
 

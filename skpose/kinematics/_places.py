@@ -194,6 +194,8 @@ def _with_points(skeleton: Skeleton, points: tuple[tuple[int, float, float, floa
     """Return the joints of a skeleton that carry points, the joint and the position of each at angle zero."""
     zero, axes = positions_at_zero(skeleton), [*axes_at_zero(skeleton), np.eye(3)]
     needed = {joint for point in points for joint in path_up(skeleton, point[0])}
+    if not any(skeleton.bones[joint].dofs for joint in needed):  # as a skeleton has some
+        needed.update(path_up(skeleton, next(j for j, bone in enumerate(skeleton.bones) if bone.dofs)))
     bones = [bone for j, bone in enumerate(skeleton.bones) if j in needed]
     for i, (joint, *at_zero) in enumerate(points):
         offset = axes[joint].T @ (np.array(at_zero) - zero[joint])

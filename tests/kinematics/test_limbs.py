@@ -47,7 +47,7 @@ MOTIONS = {"walk": walk()[0], "run": make_gait(1, 1, random_state=0)[1], "noise"
 
 
 @pytest.mark.parametrize("name", MOTIONS)
-@pytest.mark.parametrize("options", [{}, {"legs": False}, {"tilt": 0.3, "seed": 1}])
+@pytest.mark.parametrize("options", [{}, {"legs": False}, {"arms": False}, {"tilt": 0.3, "seed": 1}])
 def test_angles_stay_in_their_limits_and_do_not_jump(name, options):
     skeleton = robot(**options)
     result = to_robot(MOTIONS[name], skeleton)
@@ -64,7 +64,9 @@ def test_limits_that_are_ignored_are_left():
     assert ((result.angles < lower) | (result.angles > upper)).any()
 
 
-@pytest.mark.parametrize("options", [{}, {"tilt": 0.3, "seed": 1}, {"size": 1.5}, {"thigh": 0.25, "shank": 0.36}])
+@pytest.mark.parametrize(
+    "options", [{}, {"tilt": 0.3, "seed": 1}, {"size": 1.5}, {"thigh": 0.25, "shank": 0.36}, {"arms": False}]
+)
 def test_feet_that_stand_are_still_flat_and_on_the_floor(options):
     motion, stands = walk()
     result = to_robot(motion, robot(**options))
