@@ -50,7 +50,7 @@ AT_LIMIT = 1e-9  # rad
 
 
 class Leg(NamedTuple):
-    """How a leg of the target shall stand in each frame."""
+    """A leg of the target, as it shall stand in each frame."""
 
     end: np.ndarray  # (n_frames, 3) the ankle
     foot: np.ndarray  # (n_frames, 3, 3) axes
@@ -95,7 +95,7 @@ def _millimetres(distances: np.ndarray) -> str:
 
 
 class Aim(NamedTuple):
-    """What the poses of the target shall be near to."""
+    """The positions of places to which the poses of the target shall be near."""
 
     skeleton: Skeleton  # the target with the limits that are enforced
     rest: np.ndarray  # (n_dofs,) its pose at rest

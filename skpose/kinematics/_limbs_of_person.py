@@ -1,4 +1,4 @@
-"""What retargeting by limbs takes of a person: limbs, hands, feet, how pelvis and chest stand, and the floor."""
+"""The limbs, hands and feet of a person in a motion, how pelvis and chest stand, and the floor."""
 
 from typing import NamedTuple
 
@@ -23,7 +23,7 @@ class Limb(NamedTuple):
 
 
 class Person(NamedTuple):
-    """What is taken of a motion; the vertical is the last axis, and axes have forward, left and up in their columns."""
+    """The parts of a person that are retargeted; the vertical is the last axis, columns are forward, left and up."""
 
     limbs: dict[str, Limb]  # "left_hip", "left_shoulder", …
     hands: dict[str, np.ndarray]  # by side, directions (n_frames, 3)

@@ -32,7 +32,7 @@ class Place(NamedTuple):
 
 
 class Stance(NamedTuple):
-    """How a skeleton stands at angle zero; axes have forward, left and up in their columns."""
+    """Landmarks of a skeleton as it stands at angle zero; axes have forward, left and up in their columns."""
 
     places: dict[str, Place]  # of landmarks
     axes: np.ndarray  # (3, 3) of the trunk, in those of the root
