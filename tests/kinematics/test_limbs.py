@@ -1,5 +1,6 @@
 """Retargeting by limbs: from people to robots of hinges with limits."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -78,6 +79,18 @@ def test_feet_that_stand_are_still_flat_and_on_the_floor(options):
         flat = flat[stands[k][flat - 4] & stands[k][np.minimum(flat + 4, len(motion) - 1)]]
         assert np.abs(toe[flat, 1]).max() < 5e-4
         assert np.allclose(ankle[flat, 1] - toe[flat, 1], 0.05 * options.get("size", 1.0), atol=5e-4)
+
+
+def test_the_pelvis_comes_nearer_to_feet_that_it_cannot_reach():
+    """So chest and arms, which count less than feet, are where they shall be."""
+    motion, _ = walk()
+    up = 0.05 * np.sin(np.arange(len(motion)) / 7.0)
+    motion = replace(motion, root_positions=motion.root_positions + np.outer(up, [0.0, 1.0, 0.0]))
+    skeleton = robot()
+    report = MotionDataset([motion]).retarget(skeleton, method="limbs", joints=counterparts(skeleton)).retargeting[0]
+    hands, slide = re.search(r"hands .*?\(95 %: (.*?)\).* slide by (.*?) mm", report).groups()
+    assert float(hands) < 1.0  # mm
+    assert float(slide) < 1.0
 
 
 def test_feet_that_are_not_still_are_held():
