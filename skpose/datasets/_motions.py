@@ -250,7 +250,8 @@ class MotionDataset:
         *,
         method: Method = "numbers",
         joints: Mapping[str, str] | Sequence[Mapping[str, str] | None] | None = None,
-        scale: float | Literal["lengths"] = 1.0,
+        scale: float | Literal["lengths"] | None = None,
+        joint_limits: Literal["ignore", "enforce"] | None = None,
         n_jobs: int | None = None,
         verbose: int = 0,
     ) -> "MotionDataset":
@@ -262,13 +263,15 @@ class MotionDataset:
         ----------
         skeleton : Skeleton
             The skeleton that all poses shall have.
-        method : {"numbers", "orientations", "positions", "auto", "unchecked"}, default="numbers"
+        method : {"numbers", "orientations", "positions", "limbs", "auto", "unchecked"}, default="numbers"
             How poses are converted, see `skpose.kinematics.retarget`.
         joints : mapping of str to str, or sequence of such, default=None
             The counterpart of each joint, names of `skeleton` to names of the motion's. A sequence is one mapping for
             each motion, or None for those that `skpose.kinematics.find_counterparts` finds.
-        scale : float or "lengths", default=1.0
-            Factor of positions in the world.
+        scale : float or "lengths", default=None
+            Factor of positions in the world; None is 1, and "lengths" by "limbs".
+        joint_limits : {"ignore", "enforce"}, default=None
+            Whether angles are kept inside ``skeleton.limits``; None does so by "limbs" only.
         n_jobs : int, default=None
             Threads of "positions"; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors.
         verbose : int, default=0
@@ -297,7 +300,9 @@ class MotionDataset:
         motions, reports = [], []
         for i, (motion, counterparts) in enumerate(zip(self.motions, joints, strict=True)):
             try:
-                result = retarget_and_report(motion, skeleton, method, counterparts, scale, n_jobs, verbose)
+                result = retarget_and_report(
+                    motion, skeleton, method, counterparts, scale, joint_limits, n_jobs, verbose
+                )
             except ValueError as error:
                 raise ValueError(f"motions[{i}]: {error}") from None
             motions.append(result[0])

@@ -200,7 +200,7 @@ def _by_names(source: Skeleton, target: Skeleton, joints: Mapping[str, str] | No
                 f"joints of the given skeleton ({_list_some(target.joint_names)}) to the motion's "
                 f"({_list_some(source.joint_names)}){_list_rigs(people)}"
             )
-    _check(source, target, joints)
+    check_joints(source, target, joints)
     index = {name: i for i, name in enumerate(source.joint_names)}
     return np.array([index[joints[name]] if name in joints else -1 for name in target.joint_names], dtype=np.intp)
 
@@ -287,7 +287,7 @@ def _list_rigs(people: People) -> str:
     return "; " + ", ".join(words)
 
 
-def _check(source: Skeleton, target: Skeleton, joints: Any) -> None:
+def check_joints(source: Skeleton, target: Skeleton, joints: Any) -> None:
     """Refuse a mapping with unknown names, or with two joints that have one counterpart."""
     if not isinstance(joints, Mapping):
         raise TypeError(

@@ -1,5 +1,6 @@
 """The arguments of inverse kinematics, checked, as arrays in the order of compiled code; parts of the work."""
 
+import functools
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
@@ -49,6 +50,7 @@ class Problem:
     weights: np.ndarray  # (n_frames, n_joints + 2); the largest of a frame is 1
     stiffness: np.ndarray  # (n_frames,) ρ² of these weights, m²/rad²
     initial: np.ndarray  # (n_frames or 1, n_dofs + 3)
+    changes: np.ndarray  # (n_frames,) rad, see `Observed`
     ends: np.ndarray  # (n_sequences,) number of the frame after the last of each sequence
     rules: Rules
     frame_rate: float | None  # of keypoints
@@ -72,7 +74,9 @@ class Problem:
         warm_up = self.warm_up(task) if self.rules.is_sequence else np.array([], np.int64)
         frames, found = np.concatenate([warm_up, np.arange(task.first, task.last)]), self.empty(task.last - task.first)
         ever = np.asarray((self.weights[task.start : task.end] > 0.0).any(axis=0))
-        observed = Observed(self.positions[frames], self.weights[frames], self.stiffness[frames], ever)
+        observed = Observed(
+            self.positions[frames], self.weights[frames], self.stiffness[frames], ever, self.changes[frames]
+        )
         initial = self.initial if self.rules.is_sequence else self.initial[frames]
         fit_frames(self.tree, observed, initial, self.rules, len(warm_up), found)
         return found
@@ -89,16 +93,20 @@ class Problem:
         chosen = [np.arange(max(end - WARM_UP, task.start), end) for end in ends.tolist()]
         return np.unique(np.concatenate(chosen))
 
-    def collect(self, found: Found) -> FittedPoses:
+    def unseen(self) -> np.ndarray:
+        """Return in which frames (n_frames,) nothing is seen."""
+        return np.asarray(~(self.weights > 0.0).any(axis=1))
+
+    def fit(self, found: Found) -> FittedPoses:
         """Return what has been found, in the order of the skeleton."""
         n = len(self.weights)
         columns = from_tree_order(self.tree, found.dofs, np.zeros((n, N_ROOT + self.skeleton.n_dofs)))
-        unseen = np.asarray(~(self.weights > 0.0).any(axis=1))
+        unseen = self.unseen()
         held = self.last_seen(unseen) if self.rules.is_sequence else np.arange(n)
         columns = columns[held]
         residuals = np.full((n, self.skeleton.n_joints + 2), np.nan)
         residuals[:, self.tree.code_joint] = np.where(self.weights > 0.0, found.residuals, np.nan)
-        fitted = FittedPoses(
+        return FittedPoses(
             skeleton=self.skeleton,
             poses=columns[:, N_ROOT:],
             residuals=residuals[:, 2:],
@@ -109,6 +117,10 @@ class Problem:
             frame_rate=self.frame_rate,
             up=self.up,
         )
+
+    def collect(self, found: Found) -> FittedPoses:
+        """Return what has been found, in the order of the skeleton; warn of frames that did not converge."""
+        fitted, unseen, n = self.fit(found), self.unseen(), len(self.weights)
         if unseen.any():
             kept = "that of the frame before" if self.rules.is_sequence else "the initial one"
             warn(
@@ -145,8 +157,7 @@ def problem_of(
     seen = confidences * _weights(weights, confidences.shape)
     seen[np.isnan(given).any(axis=2)] = 0.0
     _warn_of_units(given, skeleton)
-    with_root = with_root_joint(skeleton)
-    tree = tree_of_all_joints(with_root)
+    tree = _tree_with_root(skeleton)
     order = tree.code_joint  # 0 is the root, 1 the joint that is added to turn it
     padded, padded_weights = np.zeros((n, len(order), 3)), np.zeros((n, len(order)))
     padded[:, 2:], padded_weights[:, 2:] = np.where(seen[:, :, None] > 0.0, given, 0.0), seen
@@ -159,6 +170,7 @@ def problem_of(
         is_sequence=len(start) == 1,
         warm_iter=WARM_ITER,
         max_iter=MAX_ITER,
+        tries_first=False,
         lower=lower,
         upper=upper,
     )
@@ -169,11 +181,18 @@ def problem_of(
         weights=padded_weights[:, order] / scales[:, None],
         stiffness=regularization**2 / scales,
         initial=np.clip(dofs, lower, upper),
+        changes=np.full(n, np.inf),
         ends=_ends(lengths, n),
         rules=rules,
         frame_rate=positions.frame_rate if isinstance(positions, Keypoints) else None,
         up=positions.up if isinstance(positions, Keypoints) else None,
     )
+
+
+@functools.lru_cache(maxsize=64)
+def _tree_with_root(skeleton: Skeleton) -> Tree:
+    """Return a skeleton with a joint that turns its root as flat arrays."""
+    return tree_of_all_joints(with_root_joint(skeleton))
 
 
 def _match(positions: ArrayLike | Keypoints, skeleton: Skeleton) -> tuple[np.ndarray, np.ndarray]:

@@ -303,7 +303,7 @@ def test_arguments_that_are_refused():
         retarget(motion, rig("own"), method="orientations", joints=["l_knee"])
     with pytest.raises(ValueError, match=r'method="numbers" matches dofs by name, and joints= is for other methods'):
         retarget(motion, rig(), joints={"l_knee": "l_knee"})
-    for scale in (0, -1.0, np.inf, np.nan, "size", None):
+    for scale in (0, -1.0, np.inf, np.nan, "size", True):
         with pytest.raises(ValueError, match='scale must be a positive number, or "lengths", got'):
             retarget(motion, rig(), scale=scale)
     with pytest.raises(TypeError, match=r"motion must be a skpose\.Motion, got ndarray"):

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._compiled.inverse.energy import Target, copy_state, place_state, set_pose, start_at, workspace_of
-from skpose._compiled.inverse.start import fit_afresh
+from skpose._compiled.inverse.start import fit_afresh, fit_from
 from skpose._compiled.inverse.step import LEAST_DAMPING, Fit, minimise_pose
 from skpose._compiled.pose.chart import dofs_of
 from skpose._compiled.pose.tree import TWO_PI
@@ -27,6 +27,7 @@ class Observed(NamedTuple):
     weights: np.ndarray  # (n_frames, n_joints + 1) zero where not seen; the largest of a frame is 1
     stiffness: np.ndarray  # (n_frames,) ρ² of these weights, m²/rad²
     ever: np.ndarray  # (n_joints + 1,) bool: seen in some frame
+    changes: np.ndarray  # (n_frames,) by how much an angle may change at most since the frame before, rad; or infinite
 
 
 class Rules(NamedTuple):
@@ -35,6 +36,7 @@ class Rules(NamedTuple):
     is_sequence: bool  # each frame starts from the one before, or else from a pose of its own
     warm_iter: int  # iterations from the frame before
     max_iter: int  # iterations from a first pose
+    tries_first: bool  # whether a sequence also starts from its first pose as it is, and takes the better one
     lower: np.ndarray  # (n_dofs,) rad
     upper: np.ndarray  # (n_dofs,) rad
 
@@ -116,6 +118,15 @@ def _distance(fit, weights):
     return math.sqrt(2.0 * fit.half / total)
 
 
+@internal
+def _bound_changes(state, change, rules, lower, upper):
+    """Let each angle be within its limits and near to that of the frame before; return whether that bounds any."""
+    for d in range(lower.shape[0]):
+        lower[d] = max(rules.lower[d], state.dofs[d] - change)
+        upper[d] = min(rules.upper[d], state.dofs[d] + change)
+    return change < math.inf
+
+
 @jit
 def fit_frames(tree, observed, initials, rules, warm_up, found):
     """Find the poses of a sequence, or of frames that each have a first pose; nothing is written of the first ones.
@@ -126,6 +137,7 @@ def fit_frames(tree, observed, initials, rules, warm_up, found):
     rotations, angles = np.zeros(work.here.rotations.shape), np.zeros(initials.shape[1])
     rotations[:, 0] = 1.0
     prior, prior_dofs = rotations.copy(), angles.copy()
+    lower, upper = rules.lower.copy(), rules.upper.copy()
     started, last = False, math.inf
     for i in range(observed.positions.shape[0]):
         initial = initials[0 if rules.is_sequence else i]
@@ -136,14 +148,15 @@ def fit_frames(tree, observed, initials, rules, warm_up, found):
             copy_to(prior, rotations)
             copy_to(prior_dofs, angles)
             started = False
+        is_bound = _bound_changes(work.here, observed.changes[i] if started else math.inf, rules, lower, upper)
         target = Target(
             observed.positions[i],
             observed.weights[i],
             prior,
             prior_dofs,
             observed.stiffness[i],
-            rules.lower,
-            rules.upper,
+            lower,
+            upper,
         )
         fit = Fit(0.0, 0, False)
         if target.weights.any():
@@ -151,7 +164,7 @@ def fit_frames(tree, observed, initials, rules, warm_up, found):
                 _settle(tree, observed, i, rotations, angles, work.here, target)
                 fit = minimise_pose(work, target, LEAST_DAMPING, rules.warm_iter)
             distance = _distance(fit, target.weights)
-            if not started or not fit.converged or distance > WORSE * last + MORE:
+            if not is_bound and (not started or not fit.converged or distance > WORSE * last + MORE):
                 copy_state(work.here, work.kept)
                 again = fit_afresh(work, target, prior, prior_dofs, rules.max_iter)
                 n_iter = fit.n_iter + again.n_iter
@@ -160,6 +173,13 @@ def fit_frames(tree, observed, initials, rules, warm_up, found):
                 else:
                     fit = again
                 fit = Fit(fit.half, n_iter, fit.converged)
+            if rules.tries_first and not started:
+                copy_state(work.here, work.kept)
+                again = fit_from(work, target, prior, prior_dofs, rules.max_iter)
+                if again.half < fit.half:
+                    fit = Fit(again.half, fit.n_iter + again.n_iter, again.converged)
+                else:
+                    copy_state(work.kept, work.here)
             fit = _remove_turns(work, target, fit, rules.max_iter)
             distance = _distance(fit, target.weights)
             started, last = True, min(distance, WORSE * last + MORE)

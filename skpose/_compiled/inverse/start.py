@@ -296,3 +296,14 @@ def fit_afresh(work, target, rotations, angles, max_iter):
     _align_root(work, target)
     _point_bones(work, target, ROOT)
     return _try_hinges(work, target, minimise_pose(work, target, FIRST_DAMPING, max_iter), max_iter)
+
+
+@by_address(lambda: FIT(WORKSPACE, TARGET, MATRIX, VECTOR, INTEGER))
+def fit_from(work, target, rotations, angles, max_iter):
+    """Find the pose from a first one on, with the root by the best fit of all joints, and the pose as it is.
+
+    Where limits matter a joint that is turned to where its bone shall end may be at a limit that it does not leave.
+    """
+    start_at(work.tree, work.here, rotations, angles)
+    _align_root(work, target)
+    return minimise_pose(work, target, FIRST_DAMPING, max_iter)

@@ -1,0 +1,116 @@
+"""The limbs, hands and feet of a person in a motion, how pelvis and chest stand, and the floor."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from skpose.kinematics._contacts import Contact, find_contacts, find_floor
+from skpose.kinematics._forward import forward_kinematics
+from skpose.kinematics._landmarks import SIDES
+from skpose.kinematics._lines import unit
+from skpose.kinematics._places import ARM, LEG, Place, Stance, with_places
+from skpose.kinematics._rigs import ANKLE, BALL, HAND, HIP, KNEE, TOE, WRIST
+from skpose.skeleton import Motion
+from skpose.skeleton._shared import root_orientations
+
+
+class Limb(NamedTuple):
+    """The positions (n_frames, 3) of a limb's joints, m."""
+
+    start: np.ndarray
+    middle: np.ndarray
+    end: np.ndarray
+
+
+class Person(NamedTuple):
+    """The parts of a person that are retargeted; the vertical is the last axis, columns are forward, left and up."""
+
+    limbs: dict[str, Limb]  # "left_hip", "left_shoulder", …
+    hands: dict[str, np.ndarray]  # by side, directions (n_frames, 3)
+    toes: dict[str, np.ndarray]  # by side, positions (n_frames, 3); of the ankle if there is no other point of the foot
+    feet: dict[str, np.ndarray]  # by side, axes (n_frames, 3, 3)
+    pelvis: np.ndarray  # (n_frames, 3, 3) axes
+    chest: np.ndarray
+
+
+def to_vertical(up: str) -> np.ndarray:
+    """Return the matrix (3, 3) that takes the world to one whose last axis is the vertical, by a cycle of its axes."""
+    i = "xyz".index(up)
+    return np.eye(3)[[(i + 1) % 3, (i + 2) % 3, i]]
+
+
+def person_of(motion: Motion, stance: Stance) -> Person:
+    """Return what is taken of a motion."""
+    named = list(stance.places.items())
+    links = {"pelvis": (stance.pelvis, stance.axes), "chest": (stance.chest, stance.axes)} | stance.feet
+    places = [place for _, place in named]
+    for joint, axes in links.values():
+        places += show_axes(joint, axes)
+    skeleton = with_places(motion.skeleton, places)
+    columns = [motion.skeleton.dof_names.index(name) for name in skeleton.dof_names]
+    points = forward_kinematics(motion.angles[:, columns], skeleton)[:, -len(places) :]
+    vertical = to_vertical(motion.up)
+    turn = vertical @ root_orientations(motion.root_angles, motion.root_axes).as_matrix()
+    points = points @ turn.transpose(0, 2, 1) + (motion.root_positions @ vertical.T)[:, None]
+    at = {mark: points[:, i] for i, (mark, _) in enumerate(named)}
+    firsts = range(len(named), len(places), 3)
+    shown = {link: axes_from(points[:, i : i + 3]) for link, i in zip(links, firsts, strict=True)}
+    limbs = {
+        f"{side}_{limb[0]}": Limb(*(at[f"{side}_{mark}"] for mark in limb))
+        for side in SIDES
+        for limb in (LEG, ARM)
+        if stance.has(limb)
+    }
+    hands = {side: unit(at[f"{side}_{HAND}"] - at[f"{side}_{WRIST}"]) for side in SIDES if f"{side}_{HAND}" in at}
+    toes, feet = {}, {}
+    for side in stance.feet:
+        mark = toe_of(stance, side)
+        toes[side] = at[mark]
+        feet[side] = level(shown["pelvis"]) if mark == f"{side}_{ANKLE}" else shown[side]
+    return Person(limbs, hands, toes, feet, shown["pelvis"], shown["chest"])
+
+
+def toe_of(stance: Stance, side: str) -> str:
+    """Return the landmark at the toes on which a foot stands; the ankle if it has none."""
+    return next(mark for mark in (f"{side}_{name}" for name in (BALL, TOE, ANKLE)) if mark in stance.places)
+
+
+def show_axes(joint: int, axes: np.ndarray) -> list[Place]:
+    """Return three places on a link that show its axes."""
+    return [Place(joint, np.zeros(3)), Place(joint, axes[:, 0]), Place(joint, axes[:, 1])]
+
+
+def axes_from(points: np.ndarray) -> np.ndarray:
+    """Return axes (n, 3, 3) from the positions (n, 3, 3) of the places of `show_axes`."""
+    x, y = points[:, 1] - points[:, 0], points[:, 2] - points[:, 0]
+    return np.stack([x, y, np.cross(x, y)], axis=2)
+
+
+def level(axes: np.ndarray) -> np.ndarray:
+    """Return axes (n, 3, 3) that are level and face where others do."""
+    ahead = axes[:, :, 0] + np.cross(axes[:, :, 1], [0.0, 0.0, 1.0])  # of one that lies on its back, where its head is
+    ahead[:, 2] = 0.0
+    x, z = unit(ahead), np.broadcast_to([0.0, 0.0, 1.0], ahead.shape)
+    return np.stack([x, np.cross(z, x), z], axis=2)
+
+
+def lowest_ankle(person: Person) -> float:
+    """Return the height of the ankles of somebody who stands, or the lowest there is."""
+    return float(np.percentile([person.limbs[f"{side}_{HIP}"].end[:, 2] for side in SIDES], 5))
+
+
+def find_ground(person: Person, theirs: Stance, times: np.ndarray) -> tuple[dict[str, list[Contact]], float]:
+    """Return when each foot stands, and the height of the ankle over which a foot that stands flat has it."""
+    leg = theirs.length(HIP, KNEE) + theirs.length(KNEE, ANKLE)
+    contacts, heights, lowest = {}, [], np.inf
+    for side in SIDES:
+        toes, ankles = person.toes[side], person.limbs[f"{side}_{HIP}"].end
+        contacts[side] = find_contacts(toes, ankles, times, leg)
+        axes, zero = (
+            theirs.feet[side][1],
+            [theirs.places[mark].at_zero for mark in (f"{side}_{ANKLE}", toe_of(theirs, side))],
+        )
+        above = float((zero[0] - zero[1]) @ axes[:, 2])
+        heights += [float(np.median(toes[c.first : c.end, 2])) + above for c in contacts[side]]
+        lowest = min(lowest, float(toes[:, 2].min()) + above)
+    return contacts, find_floor(np.array(heights)) if heights else lowest

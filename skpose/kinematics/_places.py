@@ -1,0 +1,203 @@
+"""Places on the links of a skeleton, and how its pelvis, chest and feet stand at angle zero.
+
+A place is a point that is fixed to a joint's axes. A copy of the skeleton with one rigid bone to each place has their
+positions as those of joints: so orientations are found, and reached, by points.
+"""
+
+import functools
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from skpose.kinematics._landmarks import SIDES, common_parent, path_up
+from skpose.kinematics._lines import ROOT, find_carriers, find_movers, unit
+from skpose.kinematics._rigs import ANKLE, BALL, ELBOW, HAND, HIP, KNEE, SHOULDER, TOE, WRIST
+from skpose.kinematics._robots import HEEL, ROBOTS, TIP, Robot, places_of
+from skpose.skeleton import Bone, Skeleton
+from skpose.skeleton._shared import axes_at_zero, axes_of, positions_at_zero
+
+NEAR = 0.8  # cosine of the angle to an axis of the root up to which a skeleton stands along it, or faces it
+UPRIGHT = np.cos(np.radians(10.0))  # of a shank at angle zero, below which the foot is as tilted as that
+ROLL = np.cos(np.radians(20.0))  # of the angle between the axis of a forearm's roll and the forearm
+SOLE = 0.25  # shanks, half the width of a sole and its length behind the ankle, where a table has none
+LEG, ARM = (HIP, KNEE, ANKLE), (SHOULDER, ELBOW, WRIST)
+
+
+class Place(NamedTuple):
+    """A point fixed to the axes of a joint; -1 is the root."""
+
+    joint: int
+    at_zero: np.ndarray  # (3,) at angle zero, m, in the axes of the root
+
+
+class Stance(NamedTuple):
+    """Landmarks of a skeleton as it stands at angle zero; axes have forward, left and up in their columns."""
+
+    places: dict[str, Place]  # of landmarks
+    axes: np.ndarray  # (3, 3) of the trunk, in those of the root
+    pelvis: int  # the joint with which the pelvis moves
+    chest: int
+    feet: dict[str, tuple[int, np.ndarray]]  # by side, the joint with which the foot moves and its axes
+    name: str  # of the robot
+    sole: float  # half the width of a sole, m
+
+    def has(self, limb: Sequence[str]) -> bool:
+        """Return whether both sides have all landmarks of a limb."""
+        return all(f"{side}_{mark}" in self.places for side in SIDES for mark in limb)
+
+    def in_words(self) -> str:
+        """Return in words what is known of the skeleton."""
+        return f"{self.name + ', ' if self.name else ''}{len(self.places)} places"
+
+    def length(self, start: str, end: str) -> float:
+        """Return the distance between two landmarks at angle zero, m, the mean of both sides."""
+        ends = [(self.places[f"{side}_{start}"].at_zero, self.places[f"{side}_{end}"].at_zero) for side in SIDES]
+        return float(np.mean([np.linalg.norm(b - a) for a, b in ends]))
+
+
+def find_robot(skeleton: Skeleton) -> Robot | None:
+    """Return the robot whose links a skeleton has, all that its table names."""
+    names = set(skeleton.joint_names)
+    return next((robot for robot in ROBOTS if {link for link, _ in places_of(robot).values()} <= names), None)
+
+
+def robot_places(skeleton: Skeleton, robot: Robot) -> dict[str, Place]:
+    """Return the places of a robot's landmarks."""
+    zero, index = positions_at_zero(skeleton), {name: j for j, name in enumerate(skeleton.joint_names)}
+    return {
+        mark: Place(index[link], zero[index[link]] + np.array(offset))
+        for mark, (link, offset) in places_of(robot).items()
+    }
+
+
+def joint_places(skeleton: Skeleton, joints: dict[str, int]) -> dict[str, Place]:
+    """Return the places of landmarks that are joints."""
+    zero = positions_at_zero(skeleton)
+    return {mark: Place(joint, zero[joint]) for mark, joint in joints.items()}
+
+
+def find_stance(skeleton: Skeleton, places: dict[str, Place], robot: Robot | None = None) -> Stance:
+    """Return how a skeleton with these places stands at angle zero."""
+    movers = [*find_movers(skeleton), ROOT]  # the last is that of the root
+    hips, shoulders = ([places.get(f"{side}_{mark}") for side in SIDES] for mark in (HIP, SHOULDER))
+    pelvis, chest = (_link_of(skeleton, pair, movers) for pair in (hips, shoulders))
+    ends = [_ends(pair) for pair in (hips, shoulders)]
+    across = ends[1] if ends[1] is not None else ends[0]
+    assert across is not None  # as one limb is known
+    left = across[0] - across[1]
+    up = _snap(_upward([None if pair is None else pair.mean(axis=0) for pair in ends], places))
+    left = _snap(unit(left - (left @ up) * up))
+    axes = np.stack([np.cross(left, up), left, up], axis=1)
+    feet = {}
+    for side in SIDES:
+        if f"{side}_{ANKLE}" in places:
+            feet[side] = _foot(skeleton, places, side, axes, movers)
+    return Stance(places, axes, pelvis, chest, feet, robot.name if robot else "", robot.sole if robot else 0.0)
+
+
+def _ends(pair: list[Place | None]) -> np.ndarray | None:
+    """Return the positions (2, 3) of a place on both sides at angle zero, if both are known."""
+    left, right = pair
+    return None if left is None or right is None else np.stack([left.at_zero, right.at_zero])
+
+
+def _upward(ends: list[np.ndarray | None], places: dict[str, Place]) -> np.ndarray:
+    """Return the direction in which the trunk stands at angle zero; without shoulders, or hips, from what is known."""
+    hips, shoulders = ends
+    if hips is None or shoulders is None:
+        low = [places[f"{side}_{ANKLE}"].at_zero for side in SIDES if f"{side}_{ANKLE}" in places]
+        hips = hips if hips is not None else np.zeros(3)
+        if shoulders is None:
+            return unit(hips - np.mean(low, axis=0))
+    return unit(shoulders - hips)
+
+
+def _snap(direction: np.ndarray) -> np.ndarray:
+    """Return the axis of the root that a direction is near to, or the direction itself."""
+    axis = int(np.abs(direction).argmax())
+    return np.eye(3)[axis] * np.sign(direction[axis]) if abs(direction[axis]) > NEAR else direction
+
+
+def _link_of(skeleton: Skeleton, pair: list[Place | None], movers: list[int]) -> int:
+    """Return the joint with which what carries both places moves; the root without both."""
+    if pair[0] is None or pair[1] is None:
+        return ROOT
+    return movers[common_parent(skeleton, pair[0].joint, pair[1].joint)]
+
+
+def _foot(
+    skeleton: Skeleton, places: dict[str, Place], side: str, axes: np.ndarray, movers: list[int]
+) -> tuple[int, np.ndarray]:
+    """Return the joint with which a foot moves, and the axes of the foot at angle zero, where it is flat.
+
+    A leg that is spread at angle zero has a foot that is tilted with it.
+    """
+    ankle = places[f"{side}_{ANKLE}"]
+    end = next((places[f"{side}_{mark}"] for mark in (TIP, BALL, TOE) if f"{side}_{mark}" in places), None)
+    shank = unit(places[f"{side}_{KNEE}"].at_zero - ankle.at_zero)
+    up = axes[:, 2] if shank @ axes[:, 2] > UPRIGHT else shank
+    forward = axes[:, 0] if end is None or f"{side}_{TIP}" in places else end.at_zero - ankle.at_zero
+    forward = unit(forward - (forward @ up) * up)
+    joint = ankle.joint
+    if end is not None:
+        joint = end.joint if f"{side}_{TIP}" in places else find_carriers(skeleton)[end.joint]
+    return movers[joint], np.stack([forward, np.cross(up, forward), up], axis=1)
+
+
+def sole_of(stance: Stance, side: str) -> tuple[np.ndarray, np.ndarray, float]:
+    """Return the ends of a sole, heel and tip (3,) from the ankle in the axes of the foot, and half its width, m.
+
+    Where no table has them the floor is below the lowest joint of the foot.
+    """
+    places, (_, axes) = stance.places, stance.feet[side]
+    ankle = places[f"{side}_{ANKLE}"].at_zero
+    if f"{side}_{TIP}" in places:
+        heel, tip = ((places[f"{side}_{mark}"].at_zero - ankle) @ axes for mark in (HEEL, TIP))
+        return heel, tip, stance.sole
+    size = SOLE * float(np.linalg.norm(places[f"{side}_{KNEE}"].at_zero - ankle))
+    ends = [(places[f"{side}_{mark}"].at_zero - ankle) @ axes for mark in (BALL, TOE) if f"{side}_{mark}" in places]
+    low = min((end[2] for end in ends), default=0.0)
+    front = max((end[0] for end in ends), default=2.0 * size)
+    return np.array([-size, 0.0, low]), np.array([front, 0.0, low]), size / 2.0
+
+
+def rolls_of(skeleton: Skeleton, stance: Stance) -> list[int]:
+    """Return the hinges beyond the elbows about the line from elbow to wrist: rolls of forearms.
+
+    What a person has there differs from rig to rig, and the direction of a hand does not show it.
+    """
+    found = []
+    axes = axes_at_zero(skeleton)
+    for side in SIDES:
+        if not stance.has(ARM):
+            break
+        elbow, wrist = (stance.places[f"{side}_{mark}"] for mark in (ELBOW, WRIST))
+        hand = stance.places.get(f"{side}_{HAND}", wrist)
+        along = unit(wrist.at_zero - elbow.at_zero)
+        for joint in path_up(skeleton, hand.joint):
+            if joint == elbow.joint:
+                break
+            bone = skeleton.bones[joint]
+            if bone.n_dofs == 1 and not bone.is_slide and abs(axes[joint] @ axes_of(bone)[0] @ along) > ROLL:
+                found.append(joint)
+    return found
+
+
+def with_places(skeleton: Skeleton, places: Sequence[Place]) -> Skeleton:
+    """Return the joints of a skeleton that carry places, with one rigid bone to each place, "place 0" and so on."""
+    return _with_points(skeleton, tuple((joint, *at_zero.tolist()) for joint, at_zero in places))
+
+
+@functools.lru_cache(maxsize=64)  # as the motions of a dataset ask for the same ones
+def _with_points(skeleton: Skeleton, points: tuple[tuple[int, float, float, float], ...]) -> Skeleton:
+    """Return the joints of a skeleton that carry points, the joint and the position of each at angle zero."""
+    zero, axes = positions_at_zero(skeleton), [*axes_at_zero(skeleton), np.eye(3)]
+    needed = {joint for point in points for joint in path_up(skeleton, point[0])}
+    if not any(skeleton.bones[joint].dofs for joint in needed):  # as a skeleton has some
+        needed.update(path_up(skeleton, next(j for j, bone in enumerate(skeleton.bones) if bone.dofs)))
+    bones = [bone for j, bone in enumerate(skeleton.bones) if j in needed]
+    for i, (joint, *at_zero) in enumerate(points):
+        offset = axes[joint].T @ (np.array(at_zero) - zero[joint])
+        bones.append(Bone(f"place {i}", skeleton.joint_names[joint] if joint >= 0 else None, offset))
+    return Skeleton(bones, skeleton.offset_frame)

@@ -1,0 +1,311 @@
+"""Retargeting by limbs: from people to robots of hinges with limits."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import reference
+from robots import counterparts, robot, walk
+from scipy.spatial.transform import Rotation
+
+from skpose import Bone, Motion, Skeleton
+from skpose.datasets import MotionDataset, humanoid, make_gait
+from skpose.kinematics import retarget
+from skpose.kinematics._contacts import find_contacts
+from skpose.kinematics._places import find_robot
+from skpose.kinematics._robots import ROBOTS, places_of
+
+FASTEST = 20.0  # rad/s
+
+
+def to_robot(motion, skeleton, **options):
+    return retarget(motion, skeleton, method="limbs", joints=counterparts(skeleton), **options)
+
+
+def in_world(motion):
+    """Positions (n_frames, n_joints, 3) of joints by the definition."""
+    root = Rotation.from_euler(motion.root_axes, motion.root_angles)
+    here = reference.forward_kinematics(motion.angles, motion.skeleton)
+    return (
+        np.stack([turn.apply(points) for turn, points in zip(root, here, strict=True)]) + motion.root_positions[:, None]
+    )
+
+
+def at(motion, *names):
+    """Positions (n_frames, n_names, 3) of joints by name."""
+    return in_world(motion)[:, [motion.skeleton.joint_names.index(name) for name in names]]
+
+
+def noise(size=0.6, n=90, seed=0):
+    rng = np.random.default_rng(seed)
+    person = humanoid()
+    root = rng.normal((0.0, 0.9, 0.0), 0.3, (n, 3))
+    return Motion(person, rng.normal(scale=size, size=(n, person.n_dofs)), 30, root, rng.normal(size=(n, 3)))
+
+
+MOTIONS = {"walk": walk()[0], "run": make_gait(1, 1, random_state=0)[1], "noise": noise()}
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+@pytest.mark.parametrize("options", [{}, {"legs": False}, {"arms": False}, {"tilt": 0.3, "seed": 1}])
+def test_angles_stay_in_their_limits_and_do_not_jump(name, options):
+    skeleton = robot(**options)
+    result = to_robot(MOTIONS[name], skeleton)
+    lower, upper = np.array(skeleton.limits).T
+    assert ((result.angles >= lower) & (result.angles <= upper)).all()
+    steps = np.abs(np.diff(result.angles, axis=0)) * result.frame_rate
+    assert steps.max() <= FASTEST * (1.0 + 1e-9)
+
+
+def test_limits_that_are_ignored_are_left():
+    skeleton = robot()
+    result = to_robot(MOTIONS["noise"], skeleton, joint_limits="ignore")
+    lower, upper = np.array(skeleton.limits).T
+    assert ((result.angles < lower) | (result.angles > upper)).any()
+
+
+@pytest.mark.parametrize(
+    "options", [{}, {"tilt": 0.3, "seed": 1}, {"size": 1.5}, {"thigh": 0.25, "shank": 0.36}, {"arms": False}]
+)
+def test_feet_that_stand_are_still_flat_and_on_the_floor(options):
+    motion, stands = walk()
+    result = to_robot(motion, robot(**options))
+    for k, side in enumerate(("left", "right")):
+        ankle, toe = at(result, f"{side}_ankle_2", f"{side}_toe").swapaxes(0, 1)
+        still = stands[k][1:] & stands[k][:-1]
+        assert np.linalg.norm(np.diff(toe, axis=0), axis=1)[still].max() < 2e-4
+        flat = np.flatnonzero(stands[k])[5:-5]  # frames from the edges of a contact are within the time of blending
+        flat = flat[stands[k][flat - 4] & stands[k][np.minimum(flat + 4, len(motion) - 1)]]
+        assert np.abs(toe[flat, 1]).max() < 5e-4
+        assert np.allclose(ankle[flat, 1] - toe[flat, 1], 0.05 * options.get("size", 1.0), atol=5e-4)
+
+
+def test_the_pelvis_comes_nearer_to_feet_that_it_cannot_reach():
+    """So chest and arms, which count less than feet, are where they shall be."""
+    motion, _ = walk()
+    up = 0.05 * np.sin(np.arange(len(motion)) / 7.0)
+    motion = replace(motion, root_positions=motion.root_positions + np.outer(up, [0.0, 1.0, 0.0]))
+    skeleton = robot()
+    report = MotionDataset([motion]).retarget(skeleton, method="limbs", joints=counterparts(skeleton)).retargeting[0]
+    hands, slide = re.search(r"hands .*?\(95 %: (.*?)\).* slide by (.*?) mm", report).groups()
+    assert float(hands) < 1.0  # mm
+    assert float(slide) < 1.0
+
+
+def test_feet_that_are_not_still_are_held():
+    """The person's feet slide by a part of each step, as noise makes them; the robot's do not."""
+    motion, stands = walk()
+    shaking = 0.01 * np.sin(np.arange(len(motion)))
+    motion = replace(motion, root_positions=motion.root_positions + np.outer(shaking, [1.0, 0.3, 0.5]))
+    result = to_robot(motion, robot())
+    moved = {}
+    for one, names in ((motion, ("left_foot", "right_foot")), (result, ("left_toe", "right_toe"))):
+        steps = np.linalg.norm(np.diff(at(one, *names), axis=0), axis=2).T
+        inner = stands[:, 1:] & stands[:, :-1] & np.roll(stands, 6, axis=1)[:, 1:] & np.roll(stands, -6, axis=1)[:, 1:]
+        moved[names[0]] = steps[inner].max()
+    assert moved["left_foot"] > 0.01
+    assert moved["left_toe"] < 5e-4
+
+
+@pytest.mark.parametrize("options", [{}, {"tilt": 0.3, "seed": 1}])
+def test_arms_and_legs_point_as_those_of_the_person(options):
+    motion = MOTIONS["walk"]
+    rng = np.random.default_rng(0)
+    angles = motion.angles.copy()
+    waves = np.sin(np.arange(len(motion))[:, None] / 9.0 + rng.uniform(0.0, 6.0, 4))
+    for wave, name in zip(
+        waves.T, ("left_upper_arm_rx", "right_upper_arm_rx", "left_forearm_rx", "right_forearm_rx"), strict=True
+    ):
+        angles[:, motion.skeleton.dof_names.index(name)] = 0.5 * wave - 0.8 * ("forearm" in name)
+    motion = replace(motion, angles=angles)
+    result = to_robot(motion, robot(**options))
+    bones = {("thigh", "shank"): ("knee", "ankle_1"), ("pelvis", "thigh"): ("hip_1", "knee")}
+    bones |= {("clavicle", "upper_arm"): ("shoulder_1", "elbow"), ("upper_arm", "forearm"): ("elbow", "hand")}
+    for side in ("left", "right"):
+        for theirs, ours in bones.items():
+            a, b = (at(one, *(f"{side}_{end}" for end in ends)) for one, ends in ((motion, theirs), (result, ours)))
+            a, b = ((x[:, 1] - x[:, 0]) / np.linalg.norm(x[:, 1] - x[:, 0], axis=1, keepdims=True) for x in (a, b))
+            apart = np.degrees(np.arccos(np.clip((a * b).sum(axis=1), -1.0, 1.0)))
+            assert apart.max() < 3.0, (side, ours)
+
+
+def test_it_walks_as_far_as_its_legs_are_long():
+    motion, _ = walk()
+    person = humanoid()
+    zero = reference.forward_kinematics(np.zeros((1, person.n_dofs)), person)[0]
+    knee, ankle, hip = (zero[person.joint_names.index(f"left_{name}")] for name in ("thigh", "shank", "pelvis"))
+    leg = np.linalg.norm(knee - hip) + np.linalg.norm(ankle - knee)
+    walked = np.ptp(motion.root_positions[:, 2])
+    for size in (1.0, 2.0):
+        result = to_robot(motion, robot(size=size))
+        assert np.ptp(result.root_positions[:, 2]) == pytest.approx(size * 0.6 / leg * walked, rel=1e-2)
+
+
+def test_angles_do_not_depend_on_the_world():
+    motion, _ = walk()
+    expected = to_robot(motion, robot())
+    turn = Rotation.from_rotvec([0.0, 2.0, 0.0])
+    root = Rotation.from_euler(motion.root_axes, motion.root_angles)
+    turned = replace(
+        motion,
+        root_positions=turn.apply(motion.root_positions) + np.array([3.0, 0.4, 1.0]),
+        root_angles=(turn * root).as_euler("xyz"),
+    )
+    for cycle, up, one in ((np.eye(3), "y", turned), (np.eye(3)[[2, 0, 1]], "z", motion)):
+        rotation = Rotation.from_matrix(cycle)
+        there = Rotation.from_euler(one.root_axes, one.root_angles)
+        moved = replace(
+            one,
+            root_positions=one.root_positions @ cycle.T,
+            root_angles=(rotation * there).as_euler("xyz"),
+            up=up,
+        )
+        result = to_robot(moved, robot())
+        assert result.up == up
+        assert np.abs(result.angles - expected.angles).max() < 2e-3
+        assert np.ptp(result.root_positions[:, "xyz".index(up)]) == pytest.approx(
+            np.ptp(expected.root_positions[:, 1]), abs=1e-3
+        )
+
+
+def test_a_person_who_turns_around():
+    motion, _ = walk()
+    heading = np.linspace(0.0, 2.0 * np.pi, len(motion))
+    turned = replace(motion, root_angles=np.stack([heading, 0 * heading, 0 * heading], axis=1), root_axes="YXZ")
+    result = to_robot(turned, robot())
+    assert np.abs(np.diff(result.root_angles, axis=0)).max() < 0.3
+    assert result.root_angles[-1, 0] - result.root_angles[0, 0] == pytest.approx(2.0 * np.pi, abs=0.2)
+
+
+def test_a_robot_without_legs_stands_on_the_floor():
+    motion, _ = walk()
+    result = to_robot(motion, robot(legs=False))
+    up = Rotation.from_euler(result.root_axes, result.root_angles).apply([0.0, 0.0, 1.0])
+    assert np.allclose(up, [0.0, 1.0, 0.0], atol=1e-3)
+    assert np.abs(result.root_positions[:, 1]).max() < 1e-3
+
+
+def test_joints_without_counterpart_stay_at_rest():
+    skeleton = robot()
+    bones = [bone._replace(limits=[(0.1, 0.5)]) if bone.name == "head" else bone for bone in skeleton.bones]
+    for one, angle in ((skeleton, 0.0), (Skeleton(bones, "parent"), 0.1)):
+        result = to_robot(MOTIONS["walk"], one)
+        assert (result.angles[:, skeleton.dof_names.index("head_joint")] == angle).all()
+
+
+def test_auto_takes_limbs_for_a_robot_and_reports():
+    skeleton = robot()
+    dataset = MotionDataset([MOTIONS["walk"]]).retarget(skeleton, method="auto", joints=counterparts(skeleton))
+    report = dataset.retargeting[0]
+    assert report.startswith("limbs, 14 places, soles ")
+    assert report.endswith("; at rest: head")
+    assert "feet stand 5 times and slide by 0.0" in report
+    again = dataset.retarget(skeleton, method="auto")
+    assert again.retargeting == dataset.retargeting  # the same numbers
+    treadmill = MotionDataset(make_gait(1, 1, random_state=0).motions[:1])
+    assert (
+        "feet stand nowhere"
+        in treadmill.retarget(skeleton, method="limbs", joints=counterparts(skeleton)).retargeting[0]
+    )
+
+
+def test_what_cannot_be_reached_is_reported():
+    motion, _ = walk()
+    bones = [b._replace(limits=[(0.0, 0.05)]) if b.name.endswith("ankle_1") else b for b in robot().bones]
+    stiff = Skeleton(bones, "parent")  # on which a foot is flat only where the shank is upright
+    report = MotionDataset([motion]).retarget(stiff, method="limbs", joints=counterparts(stiff)).retargeting[0]
+    assert "angles reach their limits" in report
+    assert float(report.split("soles ")[1].split()[0]) > 1.0  # mm
+
+
+def test_no_frames():
+    skeleton = robot()
+    assert to_robot(walk()[0][:0], skeleton).angles.shape == (0, skeleton.n_dofs)
+    assert len(to_robot(walk()[0][:1], skeleton)) == 1
+
+
+def test_robots_are_known_by_their_links():
+    for known in ROBOTS:
+        places = places_of(known)
+        links = {link for link, _ in places.values()}
+        bones = [Bone(link, None, (0.1, 0.0, 0.0), "x") for link in sorted(links)]
+        assert find_robot(Skeleton(bones)) == known
+        for mark, (link, offset) in places.items():
+            side, _, name = mark.partition("_")
+            other, mirrored = places[f"{'right' if side == 'left' else 'left'}_{name}"]
+            assert link != other
+            assert mirrored == (offset[0], -offset[1], offset[2])
+    assert find_robot(humanoid()) is None
+
+
+def test_refused():
+    motion, skeleton = walk()[0], robot()
+    with pytest.raises(ValueError, match="has the names of no person or robot that is known: pass joints="):
+        retarget(motion, skeleton, method="limbs")
+    with pytest.raises(ValueError, match="but the given skeleton has only left_knee"):
+        retarget(motion, skeleton, method="limbs", joints={"left_knee": "left_thigh"})
+    arms = counterparts(robot(legs=False))
+    with pytest.raises(ValueError, match="needs the legs of the motion"):
+        retarget(motion.select(drop=["left_pelvis", "right_pelvis"]), robot(legs=False), method="limbs", joints=arms)
+    with pytest.raises(ValueError, match='joint_limits must be "ignore", "enforce" or None'):
+        to_robot(motion, skeleton, joint_limits="hard")
+    free = Skeleton([bone._replace(limits=None) for bone in skeleton.bones], "parent")
+    with pytest.raises(ValueError, match="needs a skeleton with limits"):
+        to_robot(motion, free, joint_limits="enforce")
+    assert np.isfinite(to_robot(motion, free).angles).all()
+
+
+def test_other_methods_refuse_or_enforce_limits():
+    motion = walk()[0]
+    bones = [bone._replace(limits=[(0.0, 0.3)]) if bone.name == "left_shank" else bone for bone in humanoid().bones]
+    narrow = Skeleton(bones, humanoid().offset_frame)
+    column = narrow.dof_names.index("left_shank_rx")
+    assert retarget(motion, narrow).angles[:, column].max() > 0.3  # as files are
+    for method in ("numbers", "orientations"):
+        with pytest.raises(ValueError, match="1 angles leave the limits of the skeleton, most 'left_shank_rx' by"):
+            retarget(motion, narrow, method=method, joint_limits="enforce")
+    within = retarget(motion, narrow, method="positions", joint_limits="enforce")
+    assert within.angles[:, column].max() <= 0.3
+    report = MotionDataset([motion]).retarget(narrow, method="auto", joint_limits="enforce").retargeting[0]
+    assert report.startswith("positions")
+
+
+# --- when feet stand --------------------------------------------------------------------------------------------------
+
+
+def path(pieces, rate=100.0):
+    """Positions of a point that is still, or moves at a speed, for some seconds each."""
+    steps = np.concatenate([np.full(round(seconds * rate), speed / rate) for seconds, speed in pieces])
+    points = np.zeros((len(steps), 3))
+    points[:, 0] = np.cumsum(steps)
+    return points, np.arange(len(steps)) / rate
+
+
+def test_contacts_are_the_times_when_a_foot_is_still():
+    toes, times = path([(0.5, 0.0), (0.4, 3.0), (0.6, 0.0), (0.4, 3.0)])
+    found = find_contacts(toes, toes, times, 1.0)
+    assert np.abs(np.array([(c.first, c.end) for c in found]) - [(0, 50), (90, 150)]).max() <= 4
+    assert all(c.flat_first - c.first <= 1 and c.end - c.flat_end <= 1 for c in found)
+
+
+def test_toes_stand_while_the_heel_rises():
+    toes, times = path([(1.0, 0.0)])
+    ankles, _ = path([(0.5, 0.0), (0.5, 1.0)])
+    (contact,) = find_contacts(toes, ankles, times, 1.0)
+    assert (contact.first, contact.end) == (0, 100)
+    assert contact.flat_end == pytest.approx(50, abs=4)
+
+
+def test_a_foot_that_slides_slowly_is_not_held_in_one_place():
+    toes, times = path([(3.0, 0.2)])
+    found = find_contacts(toes, toes, times, 1.0)
+    assert len(found) > 3
+    for contact in found:
+        assert np.ptp(toes[contact.first : contact.end, 0]) < 0.15
+
+
+def test_a_foot_in_the_air_does_not_stand():
+    low, times = path([(0.5, 0.0), (0.3, 3.0), (0.5, 0.0)])
+    high = low + np.outer(np.arange(len(low)) > 65, [0.0, 0.0, 0.6])
+    assert len(find_contacts(high, high, times, 1.0)) == 1
