@@ -296,7 +296,7 @@ def _left_out(model: Any, bodies: Sequence[str], joints: Sequence[Joint], top: i
         which = "bodies that a program moves (mocap)" if top == WORLD else f"bodies that {bodies[top]!r} does not carry"
         notes.append(f"{which} are left out: {list_names(bodies[i] for i in others)}")
     if above:
-        notes.append(f"joints that carry {bodies[top]!r} are left out: {list_names(above)}")
+        notes.append(f"joints that carry {bodies[top]!r} move the root and are no columns: {list_names(above)}")
     return notes
 
 

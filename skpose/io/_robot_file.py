@@ -94,7 +94,7 @@ def read_robot(path: Any, caller: str) -> RobotFile:
                 spec = mujoco.MjSpec.from_file(os.fspath(path))  # which finds what the file includes
             else:
                 spec = mujoco.MjSpec.from_string(text)
-            notes = _notes_of_spec(spec, is_urdf)
+            notes = tuple(_notes_of_spec(spec, is_urdf))
             model = _compile_bodies(spec)
         except (ValueError, RuntimeError, mujoco.FatalError) as error:
             message = " ".join(str(error).split()).removeprefix("Error: ")
