@@ -17,7 +17,9 @@ from threadpoolctl import threadpool_limits
 INCH = 0.0254
 
 
-def joint_rotation(dofs, columns):
+def joint_rotation(dofs, columns, axis=None):
+    if dofs == "hinge":
+        return Rotation.from_rotvec(columns * np.array(axis))
     return Rotation.from_rotvec(columns) if dofs == "rotvec" else Rotation.from_euler(dofs, columns)
 
 
@@ -31,7 +33,7 @@ def orientations_and_positions(angles, skeleton):
         k = n_dofs(bone)
         local = Rotation.from_matrix(np.eye(3) if bone.rest_rotation is None else np.array(bone.rest_rotation))
         if k:
-            local = local * joint_rotation(bone.dofs, angles[:, column : column + k])
+            local = local * joint_rotation(bone.dofs, angles[:, column : column + k], bone.axis)
         column += k
         orientation[bone.name] = orientation[bone.parent] * local
         frame = bone.name if skeleton.offset_frame == "own" else bone.parent
@@ -108,7 +110,7 @@ def path_energy(path, skeleton):
 
 
 def n_dofs(bone):
-    return 3 if bone.dofs == "rotvec" else len(bone.dofs)
+    return {"rotvec": 3, "hinge": 1}.get(bone.dofs, len(bone.dofs))
 
 
 def between(path, skeleton, parts):

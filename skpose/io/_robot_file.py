@@ -191,8 +191,9 @@ def _notes_of_model(model: Any, mujoco: Any) -> list[str]:
         if not model.eq_active0[i]:
             continue
         kind = mujoco.mjtEq(int(model.eq_type[i])).name.removeprefix("mjEQ_").lower()
+        of = {"joint": mujoco.mjtObj.mjOBJ_JOINT, "tendon": mujoco.mjtObj.mjOBJ_TENDON}.get(kind, model.eq_objtype[i])
         one, two = (
-            (mujoco.mj_id2name(model, int(model.eq_objtype[i]), int(number)) or "") if number >= 0 else ""
+            (mujoco.mj_id2name(model, int(of), int(number)) or "") if number >= 0 else ""
             for number in (model.eq_obj1id[i], model.eq_obj2id[i])
         )
         couplings.append(_coupling(model.equality(i).name, kind, one, two))
@@ -205,7 +206,7 @@ def _notes(couplings: list[str], mimics: list[str], tendons: list[str]) -> Itera
     if mimics:
         yield f"mimic joints have columns of their own, and poses may break their laws: {_shorten(mimics)}"
     if tendons:
-        yield f"tendons are not kept: {_shorten([name or 'one without a name' for name in tendons])}"
+        yield f"tendons are not kept: {_shorten([repr(name) if name else 'one without a name' for name in tendons])}"
 
 
 def _shorten(texts: list[str]) -> str:
@@ -215,6 +216,7 @@ def _shorten(texts: list[str]) -> str:
 
 def _coupling(name: str, kind: str, one: str, two: str) -> str:
     """Return an equality constraint in words."""
+    two = two or "world" * (kind in ("connect", "weld"))
     between = " and ".join(part for part in (one, two) if part)
     return f"{name} ({kind} of {between})" if name else f"{kind} of {between}"
 

@@ -1,0 +1,806 @@
+"""Robots against MuJoCo's own kinematics: positions and orientations of all bodies, derivatives, names, limits."""
+
+import io
+import re
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+import reference
+from numpy.testing import assert_allclose, assert_array_equal
+from scipy.spatial.transform import Rotation
+
+from skpose import Motion, forward_kinematics, position_jacobian
+from skpose._cli.main import main
+from skpose.io import (
+    MocapFormatError,
+    file_format,
+    load_bvh,
+    load_motion,
+    load_robot,
+    motion_from_qpos,
+    qpos_from_motion,
+    save_csv,
+    save_npz,
+)
+
+mujoco = pytest.importorskip("mujoco")
+
+FREE, BALL, SLIDE, HINGE = range(4)
+TIGHT = 1e-13  # m, and of entries of matrices
+EVERYTHING_LEFT = "ignore:.*(constraints|mimic|tendons|limits).*:UserWarning"
+
+
+def mjcf(bodies, before="", after=""):
+    return f'<mujoco model="robot">{before}<worldbody>{bodies}</worldbody>{after}</mujoco>'
+
+
+def link(name, parent, kind, *, inside="", origin='<origin xyz="0.1 0.2 0.3" rpy="0.3 -0.2 0.5"/>', joint=""):
+    """Return a link of a URDF file, and the joint that carries it."""
+    return (
+        f'<link name="{name}">{inside}</link><joint name="{joint or name + "_joint"}" type="{kind}">'
+        f'<parent link="{parent}"/><child link="{name}"/>{origin}<axis xyz="0 0.6 -0.8"/>'
+        '<limit lower="-1" upper="2" effort="1" velocity="1"/></joint>'
+    )
+
+
+def urdf(*links, base="base"):
+    return f'<?xml version="1.0"?><!-- a <comment> --><robot name="r"><link name="{base}"/>{"".join(links)}</robot>'
+
+
+# Of each robot the text, and what `held` is.
+ROBOTS = {
+    "free root": (
+        mjcf(
+            '<body name="pelvis" pos="0 0 0.8" quat="1 2 3 4"><freejoint/>'
+            '<body name="thigh" pos="0.1 0 -0.2" quat="1 0.1 0.2 0.3"><joint name="hip" axis="0 -3 0"/>'
+            '<body name="shank" pos="0 0.1 -0.4"><joint name="knee" axis="1 1 1"/></body></body></body>'
+        ),
+        {},
+    ),
+    "several joints in a body": (
+        mjcf(
+            '<body name="arm" pos="0.1 0.2 0.3"><joint name="a" axis="1 0 0"/><joint name="b" axis="0 1 0"/>'
+            '<joint name="c" axis="0.3 -2 0.1"/><body name="hand" pos="0.3 0 0"><joint name="d"/></body></body>'
+        ),
+        {},
+    ),
+    "points of joints": (
+        mjcf(
+            '<body name="arm" pos="0.1 0.2 0.3" axisangle="1 2 3 40"><joint name="a" pos="0.1 0 0" axis="1 0 0"/>'
+            '<joint name="b" pos="0.1 0 0" axis="0 1 0"/><joint name="c" pos="0 -0.2 0.3" axis="0 1 1"/>'
+            '<body name="hand" pos="0.3 0 0"><joint name="d" pos="-0.1 0 0.05"/><body name="tip" pos="0.1 0 0"/>'
+            "</body></body>"
+        ),
+        {},
+    ),
+    "references, degrees, orders of Euler angles": (
+        mjcf(
+            '<body name="a" euler="10 20 30"><joint name="j" ref="30" range="-20 40" axis="1 2 0"/>'
+            '<body name="b" pos="1 0 0" euler="90 0 -90"><joint name="k" ref="-10" pos="0 0.1 0"/>'
+            '<joint name="l" ref="5" pos="0 0.2 0" axis="1 0 0"/></body></body>',
+            '<compiler eulerseq="ZYx"/>',
+        ),
+        {},
+    ),
+    "radians": (
+        mjcf(
+            '<body name="a" euler="1 2 3"><joint name="j" ref="0.3" range="-1 1"/><body name="b" pos="1 0 0"/></body>',
+            '<compiler angle="radian"/>',
+        ),
+        {},
+    ),
+    "ball joints": (
+        mjcf(
+            '<body name="a" pos="0 0 1" xyaxes="0 1 0 -1 0 1"><joint name="s" type="ball"/>'
+            '<body name="b" pos="1 0 0"><joint name="t" type="ball" pos="0.1 0.2 0.3"/>'
+            '<body name="c" zaxis="1 1 1" pos="0 1 0"><joint name="h" axis="0 1 0"/><body name="d" pos="0 0 1"/>'
+            "</body></body></body>"
+        ),
+        {},
+    ),
+    "classes": (
+        mjcf(
+            '<body name="a" childclass="v"><joint name="i"/><body name="b" pos="0 0 1" childclass="w">'
+            '<joint name="k"/><joint name="l" class="v"/><body name="c" pos="1 0 0"/></body></body>',
+            '<default><joint pos="0.1 0 0"/><default class="v"><joint axis="1 0 0" range="-10 10"/>'
+            '<default class="w"><joint axis="0 2 0"/></default></default></default>',
+        ),
+        {},
+    ),
+    "frames and copies": (
+        mjcf(
+            '<frame euler="10 20 30" pos="1 2 3"><body name="a" euler="10 0 90"><joint name="j"/>'
+            '<replicate count="3" euler="0 0 90" offset="0 0.1 0"><frame pos="0 0 0.1" quat="1 1 0 0">'
+            '<body name="f" pos="1 0 0"><joint name="q" axis="0 1 0"/><body name="g" pos="0 1 0"/></body></frame>'
+            "</replicate></body></frame>"
+        ),
+        {},
+    ),
+    "rigid bodies": (
+        mjcf(
+            '<body name="a" pos="1 0 0"><body name="b" euler="30 0 0" pos="0 1 0"><body name="c" pos="0 0 1">'
+            '<joint name="j"/><body name="d" quat="0 1 0 0"><body name="e" pos="0 0 1"/></body></body></body>'
+            '<body name="f" pos="0 2 0"><joint name="k" axis="1 0 0"/></body></body>',
+            '<compiler fusestatic="true"/>',
+        ),
+        {},
+    ),
+    "held": (
+        mjcf(
+            '<body name="base"><joint name="x" type="slide" axis="1 0 0" ref="0.1"/>'
+            '<joint name="y" type="slide" axis="0 2 1"/><joint name="yaw" ref="10"/>'
+            '<body name="arm" pos="0 0 1"><joint name="s" type="ball" pos="0.1 0 0"/>'
+            '<body name="hand" pos="1 0 0"><joint name="w" axis="0 1 0" pos="0 0 0.2" range="-90 90" ref="20"/>'
+            '<joint name="v" axis="1 0 0"/>'
+            '<body name="finger" pos="0 0 0.1"><joint name="grip" type="slide" pos="1 1 1"/>'
+            '<joint name="bend" axis="1 1 0" pos="0 1 0"/></body></body></body></body>'
+        ),
+        {"x": 0.7, "y": -0.2, "w": 0.4, "s": [0.1, 0.5, -0.7], "grip": 0.03},
+    ),
+    "URDF": (
+        urdf(
+            link("thigh", "base", "revolute"),
+            link("shank", "thigh", "continuous"),
+            link("sole", "shank", "fixed", origin='<origin xyz="0 0 -0.1" rpy="0 1.5707963 0"/>'),
+            link("toe", "sole", "revolute"),
+            link("arm", "base", "revolute", origin=""),
+        ),
+        {},
+    ),
+    "URDF with a link world": (
+        urdf(link("base", "world", "fixed"), link("arm", "base", "revolute"), base="world"),
+        {},
+    ),
+    "URDF that floats": (
+        urdf(link("base", "world", "floating"), link("arm", "base", "revolute"), base="world"),
+        {},
+    ),
+    "URDF on a plane": (
+        urdf(link("arm", "base", "planar"), link("hand", "arm", "prismatic"), link("finger", "hand", "continuous")),
+        {"arm_joint_TX": 0.3, "arm_joint_TY": -2.0, "hand_joint": 0.5},
+    ),
+}
+
+
+def random_robot(seed):
+    """Return the text of a robot of random bodies and joints, and the joints that are held."""
+    rng = np.random.default_rng(seed)
+    texts, held, parents = [], {}, []
+    for i in range(9):
+        joints, kind = "", rng.integers(5)
+        kinds = [[], ["hinge"], ["hinge"] * 3, ["ball"], ["slide", "hinge", "slide"]][kind]
+        for k, of in enumerate(kinds):
+            name = f"j{i}{k}"
+            pos = rng.normal(size=3) * rng.integers(2)
+            ref = float(rng.normal() * rng.integers(2)) if of != "ball" else 0.0
+            joints += f'<joint name="{name}" type="{of}" pos="{numbers(pos)}" axis="{numbers(rng.normal(size=3))}"'
+            joints += f' ref="{ref!r}"/>' if ref else "/>"
+            if of == "slide" or (rng.random() < 0.2 and i):
+                held[name] = rng.normal(size=3) if of == "ball" else float(rng.normal())
+        place = f'pos="{numbers(rng.normal(size=3))}"' + f' quat="{numbers(rng.normal(size=4))}"' * rng.integers(2)
+        texts.append(f'<body name="b{i}" {place}>{joints}{{{i}}}</body>')
+        parents.append(int(rng.integers(-1, i)))
+    texts.append('<body name="last" pos="1 0 0"><joint name="last"/></body>')
+    parents.append(0)
+    inside = dict.fromkeys(range(-1, 10), "")
+    for i in reversed(range(10)):
+        inside[parents[i]] = texts[i].replace(f"{{{i}}}", inside[i]) + inside[parents[i]]
+    return mjcf(inside[-1], '<compiler angle="radian"/>'), held
+
+
+def numbers(values):
+    return " ".join(repr(float(value)) for value in values)
+
+
+ROBOTS |= {f"random {seed}": random_robot(seed) for seed in range(12)}
+
+
+def compiled(text):
+    """Compile a robot with all its bodies, without geometry, each with a mass."""
+    spec = mujoco.MjSpec.from_string(re.sub(r"<geom[^>]*/>", "", text))
+    spec.compiler.fusestatic = False
+    for body in spec.bodies[1:]:
+        body.explicitinertial, body.mass, body.inertia = True, 1.0, np.ones(3)
+    return spec.compile()
+
+
+def random_qpos(model, held, rng):
+    """Return random numbers of all joints, with unit quaternions."""
+    qpos = rng.normal(size=model.nq)
+    for i in range(model.njnt):
+        at, name = model.jnt_qposadr[i], model.joint(i).name
+        if model.jnt_type[i] in (FREE, BALL):
+            at += 3 * (model.jnt_type[i] == FREE)
+            qpos[at : at + 4] /= np.linalg.norm(qpos[at : at + 4])
+        if name in held:
+            ball = model.jnt_type[i] == BALL
+            value = Rotation.from_rotvec(held[name]).as_quat()[[3, 0, 1, 2]] if ball else held[name]
+            qpos[at : at + (4 if ball else 1)] = value
+    return qpos
+
+
+def root_of(model, skeleton):
+    """Return the last body that is no joint of the skeleton: the root, as the robots here have nothing next to it."""
+    return max(b for b in range(model.nbody) if model.body(b).name not in skeleton.joint_names)
+
+
+def right_jacobian(vector):
+    """Return the angular velocity in the rotated axes per change of a rotation vector."""
+    angle = np.linalg.norm(vector)
+    x, y, z = vector
+    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) - (1 - np.cos(angle)) / angle**2 * K + (angle - np.sin(angle)) / angle**3 * K @ K
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_bodies_are_where_mujoco_has_them(name):
+    text, held = ROBOTS[name]
+    robot, model = load_robot(io.StringIO(text), held=held), compiled(text)
+    data, rng = mujoco.MjData(model), np.random.default_rng(0)
+    root = root_of(model, robot)
+    for _ in range(20):
+        qpos = random_qpos(model, held, rng)
+        data.qpos[:] = qpos
+        mujoco.mj_kinematics(model, data)
+        motion = motion_from_qpos([qpos], io.StringIO(text), 30, held=held)
+        assert motion.skeleton == robot
+        to_root = data.xmat[root].reshape(3, 3)
+        (positions,) = forward_kinematics(motion.angles, robot)
+        orientations, slow = reference.orientations_and_positions(motion.angles, robot)
+        assert_allclose(positions, slow[0], rtol=0, atol=TIGHT)
+        bodies = [b for b in range(model.nbody) if b != root and model.body(b).name in robot.joint_names]
+        assert len(bodies) == model.nbody - root - 1
+        for body in bodies:
+            at = robot.joint_names.index(model.body(body).name)
+            expected = to_root.T @ (data.xpos[body] - data.xpos[root])
+            assert_allclose(positions[at], expected, rtol=0, atol=TIGHT)
+            turned = to_root.T @ data.xmat[body].reshape(3, 3)
+            assert_allclose(orientations[at].as_matrix()[0], turned, rtol=0, atol=TIGHT)
+        # And back, to the same numbers, quaternions but for the sign.
+        assert_allclose(data.qpos, qpos)
+        again = qpos_from_motion(motion, io.StringIO(text), held=held)[0]
+        data.qpos[:] = again
+        before = data.xpos.copy(), data.xmat.copy()
+        mujoco.mj_kinematics(model, data)
+        assert_allclose(data.xpos, before[0], rtol=0, atol=TIGHT * 10)
+        assert_allclose(data.xmat, before[1], rtol=0, atol=TIGHT * 10)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_jacobians_are_those_of_mujoco(name):
+    text, held = ROBOTS[name]
+    robot, model = load_robot(io.StringIO(text), held=held), compiled(text)
+    data, rng = mujoco.MjData(model), np.random.default_rng(1)
+    root = root_of(model, robot)
+    data.qpos[:] = random_qpos(model, held, rng)
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    motion = motion_from_qpos([data.qpos], io.StringIO(text), 30, held=held)
+    J = position_jacobian(motion.angles, robot)[0].reshape(robot.n_joints, 3, robot.n_dofs)
+    to_root = data.xmat[root].reshape(3, 3).T
+    for body in range(root + 1, model.nbody):
+        jacobian = np.zeros((3, model.nv))
+        mujoco.mj_jacBody(model, data, jacobian, None, body)
+        expected, column = [], 0
+        for i in range(model.njnt):
+            if model.jnt_type[i] == FREE or model.joint(i).name in held:
+                continue
+            at = model.jnt_dofadr[i]
+            if model.jnt_type[i] == BALL:
+                vector = motion.angles[0, column : column + 3]
+                expected.append(to_root @ jacobian[:, at : at + 3] @ right_jacobian(vector))
+                column += 3
+            else:
+                expected.append(to_root @ jacobian[:, [at]])
+                column += 1
+        at = robot.joint_names.index(model.body(body).name)
+        assert_allclose(J[at], np.concatenate(expected, axis=1), rtol=0, atol=TIGHT * 10)
+
+
+def test_columns_are_the_joints_in_the_order_of_qpos():
+    text, held = ROBOTS["several joints in a body"]
+    robot = load_robot(io.StringIO(text), held=held)
+    assert robot.dof_names == ("a", "b", "c", "d")
+    assert robot.joint_names == ("a_anchor", "b_anchor", "arm", "hand")
+    assert robot.offset_frame == "parent"
+    assert_array_equal(robot.offsets, [[0.1, 0.2, 0.3], [0, 0, 0], [0, 0, 0], [0.3, 0, 0]])
+    assert_array_equal(robot.weights, [1, 0, 0, 1])  # joints in one place count once
+
+
+def test_a_joint_at_another_point_has_a_bone_to_it_and_back():
+    robot = load_robot(
+        io.StringIO(mjcf('<body name="a" pos="0 0 1"><joint name="j" pos="0 0 0.2" axis="0 1 0"/></body>'))
+    )
+    assert robot.joint_names == ("j_anchor", "a")
+    assert_array_equal(robot.offsets, [[0, 0, 1.2], [0, 0, -0.2]])
+    assert robot["j_anchor"].dof_name == "j"
+    assert robot["a"].dofs == ""
+
+
+def test_limits_are_those_of_joints_that_have_any():
+    robot = load_robot(
+        io.StringIO(
+            mjcf(
+                '<body name="a"><joint name="i" range="-90 45" ref="30"/><joint name="j" axis="1 0 0"/>'
+                '<joint name="k" range="-10 10" limited="false" axis="0 1 0"/></body>'
+            )
+        )
+    )
+    assert_allclose(robot.limits, [[-np.pi / 2, np.pi / 4], [-np.inf, np.inf], [-np.inf, np.inf]])
+    explicit = mjcf(
+        '<body name="a"><joint name="i" range="-1 2" limited="true"/><joint name="j" axis="1 0 0"/></body>',
+        '<compiler autolimits="false" angle="radian"/>',
+    )
+    assert_allclose(load_robot(io.StringIO(explicit)).limits, [[-1, 2], [-np.inf, np.inf]])
+    continuous = urdf(link("a", "base", "continuous"), link("b", "a", "revolute"))
+    assert_allclose(load_robot(io.StringIO(continuous)).limits, [[-np.inf, np.inf], [-1, 2]])
+    assert load_robot(io.StringIO(mjcf('<body name="a"><joint name="i"/></body>'))).limits is None
+
+
+def test_limits_that_are_none_are_a_warning():
+    text = urdf(link("a", "base", "revolute").replace('lower="-1"', 'lower="3"'))
+    with pytest.warns(UserWarning, match=r"limits in the wrong order are none: 'a_joint' from 3 to 2"):
+        assert load_robot(io.StringIO(text)).limits is None
+    text = urdf(link("a", "base", "revolute").replace('lower="-1"', 'lower="2"'))
+    with pytest.warns(UserWarning, match="'a_joint' has equal lower and upper limits, limit ignored"):
+        assert load_robot(io.StringIO(text)).limits is None
+    text = mjcf('<body name="a"><joint name="s" type="ball" range="0 40"/><body name="b" pos="1 0 0"/></body>')
+    with pytest.warns(UserWarning, match="limits of ball joints are not kept: 's'"):
+        assert load_robot(io.StringIO(text)).limits is None
+
+
+def test_ball_joints_have_the_columns_of_bones():
+    text = mjcf('<body name="a"><joint name="s" type="ball"/><body name="b" pos="1 0 0"/></body>')
+    robot = load_robot(io.StringIO(text))
+    assert robot.dof_names == ("a_rotvec_x", "a_rotvec_y", "a_rotvec_z")
+
+
+def test_what_has_no_name_gets_one():
+    text = mjcf(
+        '<body><joint/><joint axis="0 1 0"/><body name="body_3"><joint axis="1 0 0"/><body pos="1 0 0"/></body></body>'
+    )
+    robot = load_robot(io.StringIO(text))
+    assert robot.dof_names == ("body_1_joint", "body_1_joint_", "body_3_joint")
+    assert robot.joint_names == ("body_1_joint_anchor", "body_1", "body_3", "body_3_")
+
+
+def test_quarter_turns_are_exact():
+    text = mjcf('<body name="a" euler="90 0 0"><joint name="i"/><body name="b" quat="0.707107 0 0.707107 0"/></body>')
+    robot = load_robot(io.StringIO(text))
+    assert_array_equal(robot.rest_rotations[0], [[1, 0, 0], [0, 0, -1], [0, 1, 0]])
+    assert_array_equal(robot.rest_rotations[1], [[0, 0, 1], [0, 1, 0], [-1, 0, 0]])
+
+
+SCENE = mjcf(
+    '<body name="table" pos="1 0 0"><body name="drawer"><joint name="pull" type="slide"/></body></body>'
+    '<body name="pelvis"><freejoint name="floating"/><body name="torso" pos="0 0 1"><joint name="waist"/>'
+    '<body name="arm" pos="0 1 0"><joint name="shoulder" axis="1 0 0"/></body></body>'
+    '<body name="leg" pos="0 0 -1"><joint name="hip" axis="1 0 0"/></body></body>'
+    '<body name="target" mocap="true" pos="0 0 1"/>'
+)
+
+
+def test_the_root_is_the_body_with_the_free_joint():
+    with pytest.warns(
+        UserWarning, match="bodies that 'pelvis' does not carry are left out: 'table', 'drawer', 'target'"
+    ):
+        robot = load_robot(io.StringIO(SCENE))
+    assert robot.joint_names == ("torso", "arm", "leg")
+    assert robot.dof_names == ("waist", "shoulder", "hip")
+
+
+def test_another_root():
+    with pytest.warns(UserWarning, match="left out: 'table', .*; joints that carry 'torso' move the root .*: 'waist'"):
+        robot = load_robot(io.StringIO(SCENE), root="torso")
+    assert robot.joint_names == ("arm",)
+    with pytest.raises(MocapFormatError, match="root='tors' is no body of this file: did you mean 'torso'"):
+        load_robot(io.StringIO(SCENE), root="tors")
+    with pytest.raises(MocapFormatError, match=r"root='world' carries 'pelvis', which moves freely.*root='pelvis'"):
+        load_robot(io.StringIO(SCENE), root="world", held={"pull": 0.1})
+
+
+def test_two_free_bodies_need_a_root():
+    text = mjcf(
+        '<body name="robot"><freejoint/><body name="arm" pos="1 0 0"><joint name="i"/></body></body>'
+        '<body name="box"><freejoint name="floats"/></body>'
+    )
+    with pytest.raises(MocapFormatError, match=r"2 bodies move freely, 'robot', 'box', .*: choose it, root='robot'"):
+        load_robot(io.StringIO(text))
+    with pytest.warns(UserWarning, match="'robot' does not carry are left out: 'box'"):
+        robot = load_robot(io.StringIO(text), root="robot")
+    motion = Motion(robot, [[0.5]], 30, up="z")
+    with pytest.raises(MocapFormatError, match=r"qpos has numbers of 'floats'.* give their values, held="):
+        qpos_from_motion(motion, io.StringIO(text), root="robot")
+    box = [1, 2, 3, 1, 0, 0, 0]
+    qpos = qpos_from_motion(motion, io.StringIO(text), root="robot", held={"floats": box})
+    assert_array_equal(qpos, [[0, 0, 0, 1, 0, 0, 0, 0.5, *box]])
+
+
+def test_without_a_free_joint_the_root_is_the_world_and_that_of_urdf_its_first_link():
+    robot = load_robot(io.StringIO(mjcf('<body name="a" pos="0 0 1"><joint name="i"/></body>')))
+    assert robot.joint_names == ("a",)
+    assert_array_equal(robot.offsets, [[0, 0, 1]])
+    assert load_robot(io.StringIO(ROBOTS["URDF"][0])).joint_names == ("thigh", "shank", "sole", "toe", "arm")
+    assert load_robot(io.StringIO(ROBOTS["URDF with a link world"][0])).joint_names == ("base", "arm")
+    assert load_robot(io.StringIO(ROBOTS["URDF that floats"][0])).joint_names == ("arm",)
+
+
+def test_slides_are_refused_with_the_remedy():
+    text, held = ROBOTS["held"]
+    with pytest.raises(MocapFormatError, match=r"joints 'x', 'y', 'grip' slide, in metres.*held={'x': 0.1, 'y': 0, "):
+        load_robot(io.StringIO(text))
+    with pytest.raises(MocapFormatError, match=r"joint 'grip' slides, .* hold it at a value, m, held={'grip': 0}$"):
+        load_robot(io.StringIO(text), held={"x": 0, "y": 1})
+    with pytest.raises(MocapFormatError, match=r"or let them move the root, root='base'$"):
+        load_robot(io.StringIO(text), held={"grip": 0})
+    assert load_robot(io.StringIO(text), held=held).dof_names == ("yaw", "v", "bend")
+    with pytest.warns(UserWarning, match="joints that carry 'base' move the root and are no columns: 'x', 'y', 'yaw'"):
+        assert load_robot(io.StringIO(text), root="base", held={"grip": 0}).dof_names[0] == "s_anchor_rotvec_x"
+
+
+@pytest.mark.parametrize(
+    ("held", "message"),
+    [
+        ({"arms": 0}, r"held\['arms'\] is no joint of this file: "),
+        ({"w": [1, 2]}, r"held\['w'\] must be a number, rad, got \[1, 2\]"),
+        ({"w": "1.5 rad"}, r"held\['w'\] must be a number, rad, got '1.5 rad'"),
+        ({"w": np.nan}, r"held\['w'\] must be a number, rad, got nan"),
+        ({"w": 45}, r"held\['w'\] must be a number, rad, within its limits, -1.5708 to 1.5708, got 45"),
+        ({"x": [1]}, r"held\['x'\] must be a number, m, got \[1\]"),
+        ({"s": 1.0}, r"held\['s'\] must be a rotation vector, rad, got 1.0"),
+    ],
+)
+def test_errors_of_held(held, message):
+    text, whole = ROBOTS["held"]
+    with pytest.raises(MocapFormatError, match=message):
+        load_robot(io.StringIO(text), held={**whole, **held})
+
+
+def test_held_is_a_mapping():
+    with pytest.raises(TypeError, match="held must be a mapping of joints to values, got list"):
+        load_robot(io.StringIO(ROBOTS["held"][0]), held=["x"])
+
+
+def test_files_that_are_missing_are_no_error(tmp_path):
+    text = mjcf(
+        '<body name="a"><freejoint/><geom type="mesh" mesh="m" material="k"/><geom class="v" mesh="n"/>'
+        '<body name="b" pos="1 0 0"><joint name="i"/><geom type="hfield" hfield="h"/></body></body>',
+        '<compiler meshdir="assets" texturedir="assets"/><default><default class="v"><geom type="mesh"/></default>'
+        '</default><asset><mesh name="m" file="none.stl"/><mesh name="n" file="none.obj" scale="1 1 1"/>'
+        '<texture name="t" type="2d" file="none.png"/><material name="k" texture="t"/>'
+        '<hfield name="h" file="none.png" size="1 1 1 1"/></asset>',
+        '<deformable><skin name="s" file="none.skn"/></deformable>',
+    )
+    (tmp_path / "robot.xml").write_text(text)
+    assert load_robot(tmp_path / "robot.xml").dof_names == ("i",)
+    mesh = '<visual><geometry><mesh filename="package://robot_description/meshes/a.dae"/></geometry></visual>'
+    mesh += (
+        '<collision><geometry><mesh filename="file:///none/a.stl" scale="0.001 0.001 0.001"/></geometry></collision>'
+    )
+    assert load_robot(io.StringIO(urdf(link("a", "base", "revolute", inside=mesh)))).joint_names == ("a",)
+
+
+def test_masses_and_motors_play_no_part():
+    text = mjcf(
+        '<body name="a"><inertial pos="0 0 1" mass="1" fullinertia="1 1 9 0 0 0"/><joint name="i"/><site name="s"/>'
+        '<body name="b" pos="1 0 0"><joint name="j"/><camera/><light/></body></body>',
+        '<compiler settotalmass="10" balanceinertia="false" boundmass="0"/>',
+        '<actuator><motor joint="i"/></actuator><sensor><jointpos joint="i"/><framepos objtype="site" objname="s"/>'
+        '</sensor><keyframe><key qpos="0 1" ctrl="1"/></keyframe><contact><exclude body1="a" body2="b"/></contact>'
+        '<custom><numeric name="n" data="1"/><text name="t" data="x"/><tuple name="u"><element objtype="site" '
+        'objname="s"/></tuple></custom>',
+    )
+    with pytest.raises(ValueError, match="inertia"):
+        mujoco.MjModel.from_xml_string(text)
+    assert load_robot(io.StringIO(text)).dof_names == ("i", "j")
+    heavy = '<inertial><mass value="-1"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/></inertial>'
+    assert load_robot(io.StringIO(urdf(link("a", "base", "revolute", inside=heavy)))).joint_names == ("a",)
+
+
+def test_constraints_and_tendons_are_named():
+    text = mjcf(
+        '<body name="a"><joint name="i"/><site name="s"/><body name="b" pos="1 0 0"><site name="t"/><joint name="j"/>'
+        "</body></body>",
+        "",
+        '<tendon><fixed name="pull"><joint joint="i" coef="1"/></fixed><spatial><site site="s"/><site site="t"/>'
+        '</spatial></tendon><equality><connect body1="a" body2="b" anchor="0 0 0"/><weld name="w" body1="a"/>'
+        '<joint joint1="i" joint2="j"/><joint joint1="i" active="false"/></equality>'
+        '<actuator><position tendon="pull"/></actuator>',
+    )
+    expected = (
+        "equality constraints are not kept, and poses may break them: connect of a and b, w (weld of a and world), "
+        "joint of i and j; tendons are not kept: 'pull', one without a name"
+    )
+    with pytest.warns(UserWarning, match=re.escape(expected)) as caught:
+        load_robot(io.StringIO(text))
+    assert len(caught) == 1
+    assert caught[0].filename == __file__
+    with pytest.warns(UserWarning, match=f"the model: {re.escape(expected)}"):
+        load_robot(compiled(text))
+
+
+def test_mimic_joints_have_columns_and_a_warning():
+    mimic = '<mimic joint="left_joint" multiplier="-2" offset="0.1"/></joint>'
+    text = urdf(link("left", "base", "revolute"), link("right", "base", "revolute").replace("</joint>", mimic))
+    with pytest.warns(UserWarning, match=r"columns of their own.*: right_joint = -2 left_joint \+ 0.1$"):
+        assert load_robot(io.StringIO(text)).dof_names == ("left_joint", "right_joint")
+
+
+def test_includes_are_read(tmp_path):
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "arm.xml").write_text(
+        '<mujocoinclude><body name="a"><joint name="i"/></body></mujocoinclude>'
+    )
+    (tmp_path / "robot.xml").write_text(mjcf('<include file="parts/arm.xml"/>'))
+    assert load_robot(str(tmp_path / "robot.xml")).dof_names == ("i",)
+    with pytest.raises(
+        MocapFormatError, match=r"^arm\.xml: this is a part of a robot \(MJCF\) that another file includes"
+    ):
+        load_robot(tmp_path / "parts" / "arm.xml")
+    (tmp_path / "parts" / "arm.xml").unlink()
+    with pytest.raises(MocapFormatError, match=r"^robot\.xml: MuJoCo cannot read this file: .*parts/arm.xml") as caught:
+        load_robot(tmp_path / "robot.xml")
+    assert caught.value.filename == str(tmp_path / "robot.xml")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("<mujoco><worldbody><body></worldbody></mujoco>", "MuJoCo cannot read this file: .*MISMATCHED"),
+        (mjcf('<body name="a" foo="1"/>'), "MuJoCo cannot read this file: .*unrecognized attribute: 'foo'"),
+        (mjcf('<body name="a"><joint name="i" axis="0 0 0"/></body>'), "axis too small"),
+        (mjcf('<body name="a"><joint name="i"/></body>' * 2), "repeated name"),
+        (mjcf('<body name="a"/>'), "at least one degree of freedom"),
+        (mjcf('<body name="a"><freejoint/></body>'), "at least one degree of freedom"),
+        (
+            mjcf('<body name="a" pos="nan 0 0"><joint name="i"/></body>'),
+            "bone 'a': offset must be three finite numbers",
+        ),
+        (urdf(link("a", "nothing", "revolute")), "MuJoCo cannot read this file"),
+        (urdf('<xacro:include filename="a"/>'), "a template of a URDF .xacro.: expand it first, with xacro FILE"),
+        ('<sdf version="1.6"/>', "a file of Gazebo"),
+        ("<OpenSimDocument/>", "a model of OpenSim, .*load_trc"),
+        (
+            "<html><body/></html>",
+            "expected a robot, <mujoco> .MJCF. or <robot> .URDF. as the first element, found <html>",
+        ),
+        ("HIERARCHY\nROOT a", "expected a robot, .* found 'HIERARCHY ROOT a'"),
+        ("version https://git-lfs.github.com/spec/v1\n", "Git LFS"),
+        ("", "expected a robot, .* found ''"),
+        ("<!-- a -->" * 5000, "expected a robot"),
+    ],
+)
+def test_errors(text, message, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(MocapFormatError, match=message):
+        load_robot(io.StringIO(text))
+    Path("robot.xml").write_text(text)
+    with pytest.raises(MocapFormatError, match=rf"^robot\.xml: .*{message}"):
+        load_robot("robot.xml")
+    assert [path.name for path in tmp_path.iterdir()] == ["robot.xml"]  # MuJoCo writes no log
+
+
+def test_errors_of_paths(tmp_path):
+    with pytest.raises(FileNotFoundError):
+        load_robot(tmp_path / "none.xml")
+    with pytest.raises(TypeError, match=r"expected a path, an open file or a mujoco.MjModel, got int"):
+        load_robot(3)
+    with pytest.raises(MocapFormatError, match="decompress it first"):
+        load_robot(io.BytesIO(b"\x1f\x8b\x08"))
+
+
+def test_mujoco_prints_and_writes_nothing(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    before = mujoco.get_mju_user_warning()
+    text = urdf(link("a", "base", "revolute").replace('lower="-1"', 'lower="2"'))
+    with pytest.warns(UserWarning, match="equal lower and upper"):
+        load_robot(io.StringIO(text))
+    assert capfd.readouterr() == ("", "")
+    assert not list(tmp_path.iterdir())
+    assert mujoco.get_mju_user_warning() is before
+
+
+def test_the_package_is_named_where_it_is_missing(monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "mujoco", None)
+    with pytest.raises(ImportError, match=r"load_robot needs MuJoCo: pip install 'skpose\[robot\]'"):
+        load_robot("robot.xml")
+    motion = Motion(load_bvh(io.StringIO(BVH)).skeleton, [[0.0]], 30)
+    with pytest.raises(ImportError, match="qpos_from_motion needs MuJoCo"):
+        qpos_from_motion(motion, "robot.xml")
+
+
+BVH = """HIERARCHY\nROOT a\n{\nOFFSET 0 0 0\nCHANNELS 3 Xposition Yposition Zposition\nJOINT b\n{\nOFFSET 0 1 0
+CHANNELS 1 Xrotation\nEnd Site\n{\nOFFSET 0 1 0\n}\n}\n}\nMOTION\nFrames: 1\nFrame Time: 0.1\n0 0 0 0\n"""
+
+
+def test_a_compiled_model_is_a_robot():
+    for name in ("free root", "points of joints", "random 3"):
+        text, held = ROBOTS[name]
+        assert load_robot(compiled(text), held=held) == load_robot(io.StringIO(text), held=held)
+
+
+@pytest.mark.parametrize("read", [load_motion, load_bvh, file_format])
+def test_readers_of_motions_name_the_reader_of_robots(read, tmp_path):
+    for name, kind in (("free root", "MJCF"), ("URDF", "URDF")):
+        (tmp_path / "robot").write_text(ROBOTS[name][0])
+        with pytest.raises(MocapFormatError, match=rf"this is a robot \({kind}\), which load_robot reads, not a"):
+            read(tmp_path / "robot")
+
+
+def test_info_prints_a_robot(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    Path("robot.xml").write_text(ROBOTS["free root"][0])
+    assert main(["info", "robot.xml"]) == 0
+    assert capsys.readouterr().out.splitlines() == [
+        "2 joints besides the root, 2 degrees of freedom",
+        "",
+        "joint   parent   bone, m  rotates about",
+        "thigh   root       0.224  hinge (0, -1, 0) hip",
+        "shank   thigh      0.412  hinge (0.577, 0.577, 0.577) knee",
+    ]
+    Path("held.xml").write_text(ROBOTS["held"][0])
+    assert main(["info", "held.xml"]) == 1
+    assert "joints 'x', 'y', 'grip' slide" in capsys.readouterr().err
+
+
+def moving(text, held=None, n=50, seed=0, **root):
+    """Return a smooth motion of a robot."""
+    robot = load_robot(io.StringIO(text), held=held)
+    rng = np.random.default_rng(seed)
+    t = np.linspace(0, 1, n)[:, None]
+    angles = np.sin(t * rng.uniform(1, 4, robot.n_dofs)) * rng.normal(size=robot.n_dofs)
+    return Motion(robot, angles, 50, **root)
+
+
+def test_quaternions_are_continuous():
+    t = np.linspace(0, 4 * np.pi, 200)
+    turning = np.stack([0.2 * np.sin(t), 0.1 * t, t], axis=1)
+    text = ROBOTS["free root"][0]
+    motion = moving(text, n=200, root_positions=turning, root_angles=turning, up="z")
+    qpos = qpos_from_motion(motion, io.StringIO(text))
+    assert qpos.shape == (200, 9)
+    assert np.abs(np.diff(qpos, axis=0)).max() < 0.1
+    assert qpos[0, 3] >= 0
+    expected = Rotation.from_euler("xyz", turning).as_matrix()
+    assert_allclose(Rotation.from_quat(qpos[:, [4, 5, 6, 3]]).as_matrix(), expected, atol=1e-12)
+    text = mjcf('<body name="a"><joint name="s" type="ball"/><body name="b" pos="1 0 0"/></body>')
+    robot = load_robot(io.StringIO(text))
+    vectors = t[:, None] * [0.6, 0, 0.8]
+    qpos = qpos_from_motion(Motion(robot, vectors, 50, up="z"), io.StringIO(text))
+    assert np.abs(np.diff(qpos, axis=0)).max() < 0.1
+    assert_allclose(motion_from_qpos(-qpos, io.StringIO(text), 50).angles, vectors, atol=1e-12)
+
+
+def test_motions_come_back_from_qpos():
+    text = ROBOTS["free root"][0]
+    motion = moving(text, root_positions=np.random.default_rng(1).normal(size=(50, 3)), up="z")
+    again = motion_from_qpos(qpos_from_motion(motion, io.StringIO(text)), io.StringIO(text), 50)
+    assert again.skeleton == motion.skeleton
+    assert_array_equal(again.angles, motion.angles)
+    assert_array_equal(again.root_positions, motion.root_positions)
+    assert (again.up, again.root_name, again.frame_rate) == ("z", "pelvis", 50)
+    none = motion_from_qpos(np.zeros((0, 9)), io.StringIO(text), 50)
+    assert len(none) == 0
+    assert qpos_from_motion(none, io.StringIO(text)).shape == (0, 9)
+
+
+def test_the_root_is_where_the_body_is_in_the_world():
+    """Also of a body that joints carry, which are no columns."""
+    model = compiled(SCENE)
+    data = mujoco.MjData(model)
+    rng = np.random.default_rng(3)
+    qpos = np.stack([random_qpos(model, {}, rng) for _ in range(5)])
+    with pytest.raises(MocapFormatError, match=r"joint 'waist' is held at 0.5, and in qpos it is at .* at frame \d"):
+        motion_from_qpos(qpos, io.StringIO(SCENE), 30, held={"waist": 0.5})
+    motion = motion_from_qpos(qpos, io.StringIO(SCENE), 30, root="torso")
+    orientations = Rotation.from_euler(motion.root_axes, motion.root_angles).as_matrix()
+    for i, row in enumerate(qpos):
+        data.qpos[:] = row
+        mujoco.mj_kinematics(model, data)
+        assert_allclose(motion.root_positions[i], data.body("torso").xpos, atol=1e-14)
+        assert_allclose(orientations[i], data.body("torso").xmat.reshape(3, 3), atol=1e-14)
+    with pytest.raises(MocapFormatError, match="qpos has numbers of 'pull', 'floating', 'waist', 'hip', which 'torso'"):
+        qpos_from_motion(motion, io.StringIO(SCENE), root="torso")
+
+
+def test_worlds_with_another_axis_up_are_turned():
+    text = ROBOTS["free root"][0]
+    stands = Rotation.from_euler("x", [-90], degrees=True) * Rotation.from_euler("z", [40], degrees=True)
+    angles = stands.as_euler("xyz").reshape(1, 3)
+    motion = Motion(load_robot(io.StringIO(text)), [[0.1, 0.2]], 30, [[1, 2, 3]], angles, up="y")
+    (qpos,) = qpos_from_motion(motion, io.StringIO(text))
+    assert_allclose(qpos[:3], [1, -3, 2])
+    assert_allclose(qpos[3:7], Rotation.from_euler("z", 40, degrees=True).as_quat()[[3, 0, 1, 2]], atol=1e-15)
+    lying = Motion(motion.skeleton, motion.angles, 30)  # the default of up is y
+    with pytest.warns(UserWarning, match=r'y is the axis that points up.* use dataclasses.replace\(motion, up="z"\)'):
+        qpos_from_motion(lying, io.StringIO(text))
+    sideways = Motion(motion.skeleton, motion.angles, 30, [[1, 2, 3]], [[0, np.pi / 2, 0]], up="x")
+    (qpos,) = qpos_from_motion(sideways, io.StringIO(text))
+    assert_allclose(qpos[:7], [-3, 2, 1, 1, 0, 0, 0], atol=1e-15)
+
+
+def test_errors_of_qpos_from_motion():
+    text, held = ROBOTS["held"]
+    motion = moving(text, held)
+    given = {"held": held}
+    with pytest.raises(TypeError, match=r"motion must be a skpose.Motion, got ndarray: Motion\(skeleton, poses"):
+        qpos_from_motion(motion.angles, io.StringIO(text))
+    with pytest.raises(MocapFormatError, match="'x', 'y', 'grip' slide"):
+        qpos_from_motion(motion, io.StringIO(text))
+    less = {name: value for name, value in held.items() if name != "w"}
+    with pytest.raises(MocapFormatError, match=r"the motion has no columns 'w': .* held at a value, held="):
+        qpos_from_motion(motion, io.StringIO(text), held=less)
+    with pytest.raises(MocapFormatError, match=r"the motion's bone '.*' is none of this robot: .* root= and held="):
+        qpos_from_motion(motion, io.StringIO(text), held=held | {"y": 0.1})
+    with pytest.raises(MocapFormatError, match="the motion has columns 'yaw', which are no columns of this robot"):
+        qpos_from_motion(motion, io.StringIO(text), held=held | {"yaw": 0.1})
+    with pytest.raises(MocapFormatError, match=r"columns 'root_rotvec_x'.*: motion.without_root"):
+        qpos_from_motion(motion.with_root("whole"), io.StringIO(text), **given)
+    away = moving(text, held, root_positions=np.linspace(0, [1, 0, 0], 50))
+    with pytest.raises(MocapFormatError, match="'world' has no free joint, and the root of the motion moves, by 1 m"):
+        qpos_from_motion(away, io.StringIO(text), **given)
+    with pytest.raises(MocapFormatError, match="the motion has columns"):
+        qpos_from_motion(motion, io.StringIO(ROBOTS["free root"][0]))
+
+
+def test_errors_of_motion_from_qpos():
+    text, held = ROBOTS["held"]
+    with pytest.raises(
+        ValueError, match=r"qpos must have shape \(n_frames, 11\), 4 for a ball joint × 1 \+ 7 joints, "
+    ):
+        motion_from_qpos(np.zeros((3, 10)), io.StringIO(text), 30, held=held)
+    free = ROBOTS["free root"][0]
+    with pytest.raises(ValueError, match="at frame 0 must be a quaternion of length one, got"):
+        motion_from_qpos(np.zeros((3, 9)), io.StringIO(free), 30)
+    with pytest.raises(ValueError, match="qpos holds nan at frame 0, column 0"):
+        motion_from_qpos(np.full((3, 9), np.nan), io.StringIO(free), 30)
+    with pytest.raises(ValueError, match="frame_rate"):
+        motion_from_qpos(np.zeros((3, 9)), io.StringIO(free), 0)
+
+
+def test_files_of_motions_keep_the_names(tmp_path):
+    pandas = pytest.importorskip("pandas")
+    text, held = ROBOTS["held"]
+    motion = moving(text, held, up="z")
+    save_npz(tmp_path / "a.npz", motion)
+    again = load_motion(tmp_path / "a.npz")
+    assert again.skeleton == motion.skeleton
+    assert_array_equal(again.angles, motion.angles)
+    assert_array_equal(
+        qpos_from_motion(again, io.StringIO(text), held=held), qpos_from_motion(motion, io.StringIO(text), held=held)
+    )
+    save_csv(tmp_path / "a.csv", motion)
+    table = pandas.read_csv(tmp_path / "a.csv")
+    assert list(table.columns[-3:]) == ["yaw", "v", "bend"]
+    assert_array_equal(table[list(motion.skeleton.dof_names)], motion.angles)
+
+
+@pytest.mark.parametrize("robot", ["unitree_g1", "booster_t1", "engineai_pm01", "galaxea_r1pro"])
+def test_robots_of_the_folder(robots_folder, robot):
+    path = robots_folder / f"{robot}.xml"
+    model = mujoco.MjModel.from_xml_path(str(path))
+    slides = [model.joint(i).name for i in range(model.njnt) if model.jnt_type[i] == SLIDE]
+    held = dict.fromkeys(slides, 0.25)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        skeleton = load_robot(path, held=held)
+    data, rng = mujoco.MjData(model), np.random.default_rng(0)
+    root = root_of(model, skeleton) if slides else 1
+    limited = [model.joint(name) for name in skeleton.dof_names]
+    limits = np.array([model.jnt_range[j.id] if model.jnt_limited[j.id] else (-np.inf, np.inf) for j in limited])
+    assert_array_equal(skeleton.limits, limits)
+    qpos = np.stack([random_qpos(model, held, rng) for _ in range(50)])
+    motion = motion_from_qpos(qpos, path, 30, held=held)
+    positions = forward_kinematics(motion.angles, skeleton)
+    bodies = [model.body(name).id for name in skeleton.joint_names]
+    assert bodies == list(range(root + 1, model.nbody))
+    for row, found in zip(qpos, positions, strict=True):
+        data.qpos[:] = row
+        mujoco.mj_kinematics(model, data)
+        expected = (data.xpos[bodies] - data.xpos[root]) @ data.xmat[root].reshape(3, 3)
+        assert_allclose(found, expected, rtol=0, atol=TIGHT)
+    again = qpos_from_motion(motion, path, held=held)
+    again[:, 3:7] *= np.sign((again[:, 3:7] * qpos[:, 3:7]).sum(axis=1, keepdims=True)) if not slides else 1.0
+    assert_allclose(again, qpos, rtol=0, atol=1e-12)
