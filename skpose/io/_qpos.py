@@ -253,10 +253,17 @@ def _check_given(file: RobotFile, robot: Robot) -> None:
     given = {joint.address for _, joint in robot.columns} | ({robot.free.address} if robot.free else set())
     missing = [joint for joint in robot.joints if joint.held is None and joint.address not in given]
     if missing:
+        values = ", ".join(f"{joint.name!r}: {_initial_value(file, joint)}" for joint in missing)
         raise file.error(
             f"qpos has numbers of {list_names(joint.name for joint in missing)}, which {robot.root_name!r} does not "
-            "carry, so that the motion has none: give their values, held="
+            f"carry, so that the motion has none: give their values, such as held={{{values}}}"
         )
+
+
+def _initial_value(file: RobotFile, joint: Joint) -> str:
+    """Return in words the value of a joint at which its body is as the file has it."""
+    numbers = [float(f"{x:.6g}") for x in file.model.qpos0[joint.address : joint.address + IN_QPOS[joint.kind]]]
+    return str([0.0, 0.0, 0.0] if joint.kind == SPHERICAL else numbers if joint.kind == FREE else numbers[0])
 
 
 def _numbers_of_held(joint: Joint) -> np.ndarray:

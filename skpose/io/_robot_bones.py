@@ -74,7 +74,7 @@ def build_robot(file: RobotFile, root: str | None, held: Held | None) -> Robot:
     for joint in joints:
         of_body.setdefault(joint.body, []).append(joint)
     top = _choose_root(file, bodies, joints, root)
-    inside = _below(model, top)
+    inside = _without_objects(model, _below(model, top), joints)
     moving = [joint for joint in joints if joint.body in inside]
     _refuse_slides(file, bodies, top, moving)
     if free := [joint for joint in moving if joint.kind == FREE]:
@@ -92,6 +92,9 @@ def build_robot(file: RobotFile, root: str | None, held: Held | None) -> Robot:
         chain, found = _bones_of_body(bodies[body], parent, place, of_body.get(body, []), taken)
         bones += chain
         columns += found
+    if not columns:
+        held_too = " and is not held" if held else ""
+        raise file.error(f"{bodies[top]!r} carries no joint that rotates{held_too}, and a skeleton needs one")
     try:
         skeleton = Skeleton(bones, "parent")
     except ValueError as error:
@@ -169,21 +172,22 @@ def _check_held(file: RobotFile, joint: Joint, value: Any) -> np.ndarray:
 
 
 def _choose_root(file: RobotFile, bodies: Sequence[str], joints: Sequence[Joint], root: str | None) -> int:
-    """Return the body of this name, or, without a name, that of the free joint, or the world."""
+    """Return the body of this name, or, without a name, the one with joints that moves freely, or the world."""
     if root is not None:
         if root not in bodies:
             other = f"its bodies are {list_names(bodies)}"
             raise file.error(f"root={root!r} is no body of this file: {near_names(bodies, str(root), other)}")
         return bodies.index(root)
-    free = [joint.body for joint in joints if joint.kind == FREE]
+    model = file.model
+    carriers = {joint.body for joint in joints if joint.kind != FREE}
+    free = [joint.body for joint in joints if joint.kind == FREE and carriers & set(_below(model, joint.body))]
     if len(free) > 1:
         raise file.error(
-            f"{len(free)} bodies move freely, {list_names([bodies[body] for body in free])}, and a skeleton has one "
-            f"root: choose it, root={bodies[free[0]]!r}"
+            f"{len(free)} bodies with joints move freely, {list_names(bodies[body] for body in free)}, and a skeleton "
+            f"has one root: choose it, root={bodies[free[0]]!r}"
         )
     if free:
         return free[0]
-    model = file.model
     first = np.flatnonzero(model.body_parentid[1:] == WORLD) + 1
     if file.is_urdf and len(first) == 1 and not model.body_jntnum[first[0]] and not _is_moved(model, first[0]):
         return int(first[0])  # the first link, which stands in the world's axes
@@ -196,12 +200,22 @@ def _is_moved(model: Any, body: int) -> bool:
 
 
 def _below(model: Any, top: int) -> list[int]:
-    """Return the bodies that a body carries, but for those that a program moves (mocap), in MuJoCo's order."""
+    """Return the bodies that a body carries, in MuJoCo's order, but for those that a program moves (mocap)."""
     inside = {top}
     for body in range(1, model.nbody):  # one that carries another comes before it
         if int(model.body_parentid[body]) in inside and body != top and model.body_mocapid[body] < 0:
             inside.add(body)
     return sorted(inside - {top})
+
+
+def _without_objects(model: Any, inside: Sequence[int], joints: Sequence[Joint]) -> list[int]:
+    """Return bodies without those that move freely and carry no joints: they are objects next to the robot."""
+    jointed = {joint.body for joint in joints if joint.kind != FREE}
+    left: set[int] = set()
+    for joint in joints:
+        if joint.kind == FREE and not jointed & {*(carried := _below(model, joint.body))}:
+            left |= {joint.body, *carried}
+    return [body for body in inside if body not in left]
 
 
 def _refuse_slides(file: RobotFile, bodies: Sequence[str], top: int, joints: Sequence[Joint]) -> None:
@@ -210,7 +224,7 @@ def _refuse_slides(file: RobotFile, bodies: Sequence[str], top: int, joints: Seq
     if not slides:
         return
     verb, them = ("joint {} slides", "it") if len(slides) == 1 else ("joints {} slide", "them")
-    remedy = ", ".join(f"{joint.name!r}: {joint.reference:g}" for joint in slides)
+    remedy = ", ".join(f"{joint.name!r}: {_in_limits(joint):.6g}" for joint in slides)
     body, *others = {joint.body for joint in slides}
     carries_all = not others and file.model.body_parentid[body] == top and _below(file.model, top)[0] == body
     carries_all = carries_all and len(_below(file.model, body)) + 1 == len(_below(file.model, top))
@@ -220,6 +234,12 @@ def _refuse_slides(file: RobotFile, bodies: Sequence[str], top: int, joints: Seq
         + f", or let {them} move the root, root={bodies[body]!r}"
         * bool(carries_all)
     )
+
+
+def _in_limits(joint: Joint) -> float:
+    """Return the number of a joint at which its body is as the file has it, or the nearest within its limits."""
+    lower, upper = joint.limits or (-np.inf, np.inf)
+    return min(max(joint.reference, lower), upper)
 
 
 def _bones_of_body(
@@ -293,8 +313,8 @@ def _left_out(model: Any, bodies: Sequence[str], joints: Sequence[Joint], top: i
     above = [joint.name for joint in joints if joint.body in chain and joint.kind != FREE and joint.held is None]
     notes = []
     if others:
-        which = "bodies that a program moves (mocap)" if top == WORLD else f"bodies that {bodies[top]!r} does not carry"
-        notes.append(f"{which} are left out: {list_names(bodies[i] for i in others)}")
+        which = "are no part of it (objects, mocap)" if top == WORLD else f"{bodies[top]!r} does not carry"
+        notes.append(f"bodies that {which} are left out: {list_names(bodies[i] for i in others)}")
     if above:
         notes.append(f"joints that carry {bodies[top]!r} move the root and are no columns: {list_names(above)}")
     return notes

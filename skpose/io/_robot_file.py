@@ -43,6 +43,8 @@ OTHERS = (
     "texts",
     "plugins",
 )
+# Versions of MuJoCo: the oldest, and the first that reads mimic joints of URDF files and says which limits it ignores.
+OLDEST, READS_URDF = (3, 10), (4, 0)
 COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 OTHER_KINDS = {
     "mujocoinclude": "a part of a robot (MJCF) that another file includes: read that file",
@@ -80,14 +82,13 @@ def list_names(names: Iterable[str]) -> str:
 
 def read_robot(path: Any, caller: str) -> RobotFile:
     """Return the compiled model of a file, an open file, or of a model of MuJoCo that is compiled already."""
-    try:
-        import mujoco
-    except ImportError:
-        raise ImportError(f"{caller} needs MuJoCo: pip install 'skpose[robot]'") from None
+    mujoco = _import_mujoco(caller)
     if isinstance(path, mujoco.MjModel):
         return RobotFile("the model", path, False, tuple(_notes_of_model(path, mujoco)))
     name, text = _read_text(path)
     is_urdf = _check_kind(name, text) == "URDF"
+    if is_urdf:
+        _check_version(mujoco, READS_URDF, f"{caller} of a URDF file")
     with _collect_warnings(mujoco) as said:
         try:
             if isinstance(path, str | os.PathLike):
@@ -99,7 +100,27 @@ def read_robot(path: Any, caller: str) -> RobotFile:
         except (ValueError, RuntimeError, mujoco.FatalError) as error:
             message = " ".join(str(error).split()).removeprefix("Error: ")
             raise MocapFormatError(name, None, f"MuJoCo cannot read this file: {message}") from None
-    return RobotFile(name, model, is_urdf, (*notes, *dict.fromkeys(said)))
+    said = [*dict.fromkeys(said)]
+    more = [f"and {len(said) - MOST_NAMES} more warnings of MuJoCo"] if len(said) > MOST_NAMES else []
+    return RobotFile(name, model, is_urdf, (*notes, *said[:MOST_NAMES], *more))
+
+
+def _import_mujoco(caller: str) -> Any:
+    try:
+        import mujoco
+    except ImportError:
+        raise ImportError(f"{caller} needs MuJoCo: pip install 'skpose[robot]'") from None
+    _check_version(mujoco, OLDEST, caller)
+    return mujoco
+
+
+def _check_version(mujoco: Any, oldest: tuple[int, int], caller: str) -> None:
+    version = tuple(int(number) for number in re.findall(r"\d+", mujoco.__version__)[:2])
+    if version < oldest:
+        raise ImportError(
+            f"{caller} needs MuJoCo {oldest[0]}.{oldest[1]} or later, and {mujoco.__version__} is installed: pip "
+            "install --upgrade mujoco"
+        )
 
 
 def _read_text(path: Readable) -> tuple[str, str]:
@@ -161,7 +182,7 @@ def _compile_bodies(spec: Any) -> Any:
             spec.delete(one)
     compiler = spec.compiler
     compiler.fusestatic, compiler.alignfree, compiler.settotalmass = False, False, -1.0
-    compiler.inertiafromgeom = 0
+    compiler.inertiafromgeom, spec.memory = 0, -1  # which makes room for all
     for body in spec.bodies[1:]:
         body.explicitinertial, body.mass, body.inertia = True, 1.0, np.ones(3)
         body.fullinertia, body.ipos = np.full(6, np.nan), np.zeros(3)
