@@ -24,7 +24,10 @@ def load_any(file: Path | BytesIO, **options: Any) -> Content:
     points = {name: options.pop(name, None) for name in ("layout", "names", "zeros")}
     shared = {name: options[name] for name in ("scale", "up") if options[name] is not None}
     if is_robot(_rewind(file)):
-        return load_robot(_rewind(file), root=options["root"])  # in metres: a scale is for the other files
+        try:
+            return load_robot(_rewind(file), root=options["root"])  # in metres: a scale is for the other files
+        except ImportError as error:
+            raise ValueError(str(error)) from None
     if has_keypoints(_rewind(file)):
         return load_keypoints(
             _rewind(file), points["layout"], names=points["names"], frame_rate=options["frame_rate"], **shared

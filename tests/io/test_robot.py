@@ -2,6 +2,7 @@
 
 import io
 import re
+import sys
 import warnings
 from pathlib import Path
 
@@ -9,7 +10,6 @@ import numpy as np
 import pytest
 import reference
 from numpy.testing import assert_allclose, assert_array_equal
-from scipy.spatial.transform import Rotation
 
 from skpose import Motion, forward_kinematics, position_jacobian
 from skpose._cli.main import main
@@ -21,218 +21,13 @@ from skpose.io import (
     load_robot,
     motion_from_qpos,
     qpos_from_motion,
-    save_csv,
-    save_npz,
 )
 
 mujoco = pytest.importorskip("mujoco")
 
-FREE, BALL, SLIDE, HINGE = range(4)
+from robots import BALL, FREE, ROBOTS, SCENE, SLIDE, TWO_FREE, compiled, link, mjcf, opened, random_qpos, root_of, urdf  # noqa: E402
+
 TIGHT = 1e-13  # m, and of entries of matrices
-
-
-OLD = tuple(map(int, mujoco.__version__.split(".")[:2])) < (4, 0)
-
-
-def opened(text):
-    """Return a file of this text; skip the test of a URDF file where MuJoCo is too old for it."""
-    if OLD and "<robot" in text:
-        pytest.skip("MuJoCo 4.0 reads URDF files")
-    return io.StringIO(text)
-
-
-def mjcf(bodies, before="", after=""):
-    return f'<mujoco model="robot">{before}<worldbody>{bodies}</worldbody>{after}</mujoco>'
-
-
-def link(name, parent, kind, *, inside="", origin='<origin xyz="0.1 0.2 0.3" rpy="0.3 -0.2 0.5"/>', joint=""):
-    """Return a link of a URDF file, and the joint that carries it."""
-    return (
-        f'<link name="{name}">{inside}</link><joint name="{joint or name + "_joint"}" type="{kind}">'
-        f'<parent link="{parent}"/><child link="{name}"/>{origin}<axis xyz="0 0.6 -0.8"/>'
-        '<limit lower="-1" upper="2" effort="1" velocity="1"/></joint>'
-    )
-
-
-def urdf(*links, base="base"):
-    return f'<?xml version="1.0"?><!-- a <comment> --><robot name="r"><link name="{base}"/>{"".join(links)}</robot>'
-
-
-# Of each robot the text, and what `held` is.
-ROBOTS = {
-    "free root": (
-        mjcf(
-            '<body name="pelvis" pos="0 0 0.8" quat="1 2 3 4"><freejoint/>'
-            '<body name="thigh" pos="0.1 0 -0.2" quat="1 0.1 0.2 0.3"><joint name="hip" axis="0 -3 0"/>'
-            '<body name="shank" pos="0 0.1 -0.4"><joint name="knee" axis="1 1 1"/></body></body></body>'
-        ),
-        {},
-    ),
-    "several joints in a body": (
-        mjcf(
-            '<body name="arm" pos="0.1 0.2 0.3"><joint name="a" axis="1 0 0"/><joint name="b" axis="0 1 0"/>'
-            '<joint name="c" axis="0.3 -2 0.1"/><body name="hand" pos="0.3 0 0"><joint name="d"/></body></body>'
-        ),
-        {},
-    ),
-    "points of joints": (
-        mjcf(
-            '<body name="arm" pos="0.1 0.2 0.3" axisangle="1 2 3 40"><joint name="a" pos="0.1 0 0" axis="1 0 0"/>'
-            '<joint name="b" pos="0.1 0 0" axis="0 1 0"/><joint name="c" pos="0 -0.2 0.3" axis="0 1 1"/>'
-            '<body name="hand" pos="0.3 0 0"><joint name="d" pos="-0.1 0 0.05"/><body name="tip" pos="0.1 0 0"/>'
-            "</body></body>"
-        ),
-        {},
-    ),
-    "references, degrees, orders of Euler angles": (
-        mjcf(
-            '<body name="a" euler="10 20 30"><joint name="j" ref="30" range="-20 40" axis="1 2 0"/>'
-            '<body name="b" pos="1 0 0" euler="90 0 -90"><joint name="k" ref="-10" pos="0 0.1 0"/>'
-            '<joint name="l" ref="5" pos="0 0.2 0" axis="1 0 0"/></body></body>',
-            '<compiler eulerseq="ZYx"/>',
-        ),
-        {},
-    ),
-    "radians": (
-        mjcf(
-            '<body name="a" euler="1 2 3"><joint name="j" ref="0.3" range="-1 1"/><body name="b" pos="1 0 0"/></body>',
-            '<compiler angle="radian"/>',
-        ),
-        {},
-    ),
-    "ball joints": (
-        mjcf(
-            '<body name="a" pos="0 0 1" xyaxes="0 1 0 -1 0 1"><joint name="s" type="ball"/>'
-            '<body name="b" pos="1 0 0"><joint name="t" type="ball" pos="0.1 0.2 0.3"/>'
-            '<body name="c" zaxis="1 1 1" pos="0 1 0"><joint name="h" axis="0 1 0"/><body name="d" pos="0 0 1"/>'
-            "</body></body></body>"
-        ),
-        {},
-    ),
-    "classes": (
-        mjcf(
-            '<body name="a" childclass="v"><joint name="i"/><body name="b" pos="0 0 1" childclass="w">'
-            '<joint name="k"/><joint name="l" class="v"/><body name="c" pos="1 0 0"/></body></body>',
-            '<default><joint pos="0.1 0 0"/><default class="v"><joint axis="1 0 0" range="-10 10"/>'
-            '<default class="w"><joint axis="0 2 0"/></default></default></default>',
-        ),
-        {},
-    ),
-    "frames and copies": (
-        mjcf(
-            '<frame euler="10 20 30" pos="1 2 3"><body name="a" euler="10 0 90"><joint name="j"/>'
-            '<replicate count="3" euler="0 0 90" offset="0 0.1 0"><frame pos="0 0 0.1" quat="1 1 0 0">'
-            '<body name="f" pos="1 0 0"><joint name="q" axis="0 1 0"/><body name="g" pos="0 1 0"/></body></frame>'
-            "</replicate></body></frame>"
-        ),
-        {},
-    ),
-    "rigid bodies": (
-        mjcf(
-            '<body name="a" pos="1 0 0"><body name="b" euler="30 0 0" pos="0 1 0"><body name="c" pos="0 0 1">'
-            '<joint name="j"/><body name="d" quat="0 1 0 0"><body name="e" pos="0 0 1"/></body></body></body>'
-            '<body name="f" pos="0 2 0"><joint name="k" axis="1 0 0"/></body></body>',
-            '<compiler fusestatic="true"/>',
-        ),
-        {},
-    ),
-    "held": (
-        mjcf(
-            '<body name="base"><joint name="x" type="slide" axis="1 0 0" ref="0.1"/>'
-            '<joint name="y" type="slide" axis="0 2 1"/><joint name="yaw" ref="10"/>'
-            '<body name="arm" pos="0 0 1"><joint name="s" type="ball" pos="0.1 0 0"/>'
-            '<body name="hand" pos="1 0 0"><joint name="w" axis="0 1 0" pos="0 0 0.2" range="-90 90" ref="20"/>'
-            '<joint name="v" axis="1 0 0"/>'
-            '<body name="finger" pos="0 0 0.1"><joint name="grip" type="slide" pos="1 1 1"/>'
-            '<joint name="bend" axis="1 1 0" pos="0 1 0"/></body></body></body></body>'
-        ),
-        {"x": 0.7, "y": -0.2, "w": 0.4, "s": [0.1, 0.5, -0.7], "grip": 0.03},
-    ),
-    "URDF": (
-        urdf(
-            link("thigh", "base", "revolute"),
-            link("shank", "thigh", "continuous"),
-            link("sole", "shank", "fixed", origin='<origin xyz="0 0 -0.1" rpy="0 1.5707963 0"/>'),
-            link("toe", "sole", "revolute"),
-            link("arm", "base", "revolute", origin=""),
-        ),
-        {},
-    ),
-    "URDF with a link world": (
-        urdf(link("base", "world", "fixed"), link("arm", "base", "revolute"), base="world"),
-        {},
-    ),
-    "URDF that floats": (
-        urdf(link("base", "world", "floating"), link("arm", "base", "revolute"), base="world"),
-        {},
-    ),
-    "URDF on a plane": (
-        urdf(link("arm", "base", "planar"), link("hand", "arm", "prismatic"), link("finger", "hand", "continuous")),
-        {"arm_joint_TX": 0.3, "arm_joint_TY": -2.0, "hand_joint": 0.5},
-    ),
-}
-
-
-def random_robot(seed):
-    """Return the text of a robot of random bodies and joints, and the joints that are held."""
-    rng = np.random.default_rng(seed)
-    texts, held, parents = [], {}, []
-    for i in range(9):
-        joints, kind = "", rng.integers(5)
-        kinds = [[], ["hinge"], ["hinge"] * 3, ["ball"], ["slide", "hinge", "slide"]][kind]
-        for k, of in enumerate(kinds):
-            name = f"j{i}{k}"
-            pos = rng.normal(size=3) * rng.integers(2)
-            ref = float(rng.normal() * rng.integers(2)) if of != "ball" else 0.0
-            joints += f'<joint name="{name}" type="{of}" pos="{numbers(pos)}" axis="{numbers(rng.normal(size=3))}"'
-            joints += f' ref="{ref!r}"/>' if ref else "/>"
-            if of == "slide" or (rng.random() < 0.2 and i):
-                held[name] = rng.normal(size=3) if of == "ball" else float(rng.normal())
-        place = f'pos="{numbers(rng.normal(size=3))}"' + f' quat="{numbers(rng.normal(size=4))}"' * rng.integers(2)
-        texts.append(f'<body name="b{i}" {place}>{joints}{{{i}}}</body>')
-        parents.append(int(rng.integers(-1, i)))
-    texts.append('<body name="last" pos="1 0 0"><joint name="last"/></body>')
-    parents.append(0)
-    inside = dict.fromkeys(range(-1, 10), "")
-    for i in reversed(range(10)):
-        inside[parents[i]] = texts[i].replace(f"{{{i}}}", inside[i]) + inside[parents[i]]
-    return mjcf(inside[-1], '<compiler angle="radian"/>'), held
-
-
-def numbers(values):
-    return " ".join(repr(float(value)) for value in values)
-
-
-ROBOTS |= {f"random {seed}": random_robot(seed) for seed in range(12)}
-
-
-def compiled(text):
-    """Compile a robot with all its bodies, without geometry, each with a mass."""
-    spec = mujoco.MjSpec.from_string(re.sub(r"<geom[^>]*/>", "", text))
-    spec.compiler.fusestatic = False
-    for body in spec.bodies[1:]:
-        body.explicitinertial, body.mass, body.inertia = True, 1.0, np.ones(3)
-    return spec.compile()
-
-
-def random_qpos(model, held, rng):
-    """Return random numbers of all joints, with unit quaternions."""
-    qpos = rng.normal(size=model.nq)
-    for i in range(model.njnt):
-        at, name = model.jnt_qposadr[i], model.joint(i).name
-        if model.jnt_type[i] in (FREE, BALL):
-            at += 3 * (model.jnt_type[i] == FREE)
-            qpos[at : at + 4] /= np.linalg.norm(qpos[at : at + 4])
-        if name in held:
-            ball = model.jnt_type[i] == BALL
-            value = Rotation.from_rotvec(held[name]).as_quat()[[3, 0, 1, 2]] if ball else held[name]
-            qpos[at : at + (4 if ball else 1)] = value
-    return qpos
-
-
-def root_of(model, skeleton):
-    """Return the last body that is no joint of the skeleton: the root, as the robots here have nothing next to it."""
-    return max(b for b in range(model.nbody) if model.body(b).name not in skeleton.joint_names)
 
 
 def right_jacobian(vector):
@@ -382,15 +177,6 @@ def test_quarter_turns_are_exact():
     assert_array_equal(robot.rest_rotations[1], [[0, 0, 1], [0, 1, 0], [-1, 0, 0]])
 
 
-SCENE = mjcf(
-    '<body name="table" pos="1 0 0"><body name="drawer"><joint name="pull" type="slide"/></body></body>'
-    '<body name="pelvis"><freejoint name="floating"/><body name="torso" pos="0 0 1"><joint name="waist"/>'
-    '<body name="arm" pos="0 1 0"><joint name="shoulder" axis="1 0 0"/></body></body>'
-    '<body name="leg" pos="0 0 -1"><joint name="hip" axis="1 0 0"/></body></body>'
-    '<body name="target" mocap="true" pos="0 0 1"/>'
-)
-
-
 def test_the_root_is_the_body_with_the_free_joint():
     with pytest.warns(
         UserWarning, match="bodies that 'pelvis' does not carry are left out: 'table', 'drawer', 'target'"
@@ -408,12 +194,6 @@ def test_another_root():
         load_robot(io.StringIO(SCENE), root="tors")
     with pytest.raises(MocapFormatError, match=r"root='world' carries 'pelvis', which moves freely.*root='pelvis'"):
         load_robot(io.StringIO(SCENE), root="world", held={"pull": 0.1})
-
-
-TWO_FREE = mjcf(
-    '<body name="a"><freejoint/><body name="arm" pos="1 0 0"><joint name="i"/></body></body>'
-    '<body name="b"><freejoint name="floats"/><body name="leg" pos="1 0 0"><joint name="j"/></body></body>'
-)
 
 
 def test_two_free_robots_need_a_root():
@@ -638,10 +418,10 @@ def test_mujoco_prints_and_writes_nothing(tmp_path, monkeypatch, capfd):
 
 
 def test_the_package_is_named_where_it_is_missing(monkeypatch):
-    monkeypatch.setitem(__import__("sys").modules, "mujoco", None)
+    monkeypatch.setitem(sys.modules, "mujoco", None)
     with pytest.raises(ImportError, match=r"load_robot needs MuJoCo: pip install 'skpose\[robot\]'"):
         load_robot("robot.xml")
-    motion = Motion(load_bvh(io.StringIO(BVH)).skeleton, [[0.0]], 30)
+    motion = load_bvh(io.StringIO(BVH))
     with pytest.raises(ImportError, match="qpos_from_motion needs MuJoCo"):
         qpos_from_motion(motion, "robot.xml")
 
@@ -690,138 +470,9 @@ def test_info_prints_a_robot(tmp_path, monkeypatch, capsys):
     Path("held.xml").write_text(ROBOTS["held"][0])
     assert main(["info", "held.xml"]) == 1
     assert "joints 'x', 'y', 'grip' slide" in capsys.readouterr().err
-
-
-def moving(text, held=None, n=50, seed=0, **root):
-    """Return a smooth motion of a robot."""
-    robot = load_robot(opened(text), held=held)
-    rng = np.random.default_rng(seed)
-    t = np.linspace(0, 1, n)[:, None]
-    angles = np.sin(t * rng.uniform(1, 4, robot.n_dofs)) * rng.normal(size=robot.n_dofs)
-    return Motion(robot, angles, 50, **root)
-
-
-def test_quaternions_are_continuous():
-    t = np.linspace(0, 4 * np.pi, 200)
-    turning = np.stack([0.2 * np.sin(t), 0.1 * t, t], axis=1)
-    text = ROBOTS["free root"][0]
-    motion = moving(text, n=200, root_positions=turning, root_angles=turning, up="z")
-    qpos = qpos_from_motion(motion, opened(text))
-    assert qpos.shape == (200, 9)
-    assert np.abs(np.diff(qpos, axis=0)).max() < 0.1
-    assert qpos[0, 3] >= 0
-    expected = Rotation.from_euler("xyz", turning).as_matrix()
-    assert_allclose(Rotation.from_quat(qpos[:, [4, 5, 6, 3]]).as_matrix(), expected, atol=1e-12)
-    text = mjcf('<body name="a"><joint name="s" type="ball"/><body name="b" pos="1 0 0"/></body>')
-    robot = load_robot(opened(text))
-    vectors = t[:, None] * [0.6, 0, 0.8]
-    qpos = qpos_from_motion(Motion(robot, vectors, 50, up="z"), opened(text))
-    assert np.abs(np.diff(qpos, axis=0)).max() < 0.1
-    assert_allclose(motion_from_qpos(-qpos, opened(text), 50).angles, vectors, atol=1e-12)
-
-
-def test_motions_come_back_from_qpos():
-    text = ROBOTS["free root"][0]
-    motion = moving(text, root_positions=np.random.default_rng(1).normal(size=(50, 3)), up="z")
-    again = motion_from_qpos(qpos_from_motion(motion, opened(text)), opened(text), 50)
-    assert again.skeleton == motion.skeleton
-    assert_array_equal(again.angles, motion.angles)
-    assert_array_equal(again.root_positions, motion.root_positions)
-    assert (again.up, again.root_name, again.frame_rate) == ("z", "pelvis", 50)
-    none = motion_from_qpos(np.zeros((0, 9)), opened(text), 50)
-    assert len(none) == 0
-    assert qpos_from_motion(none, opened(text)).shape == (0, 9)
-
-
-def test_the_root_is_where_the_body_is_in_the_world():
-    """Also of a body that joints carry, which are no columns."""
-    model = compiled(SCENE)
-    data = mujoco.MjData(model)
-    rng = np.random.default_rng(3)
-    qpos = np.stack([random_qpos(model, {}, rng) for _ in range(5)])
-    with pytest.raises(MocapFormatError, match=r"joint 'waist' is held at 0.5, and in qpos it is at .* at frame \d"):
-        motion_from_qpos(qpos, io.StringIO(SCENE), 30, held={"waist": 0.5})
-    motion = motion_from_qpos(qpos, io.StringIO(SCENE), 30, root="torso")
-    orientations = Rotation.from_euler(motion.root_axes, motion.root_angles).as_matrix()
-    for i, row in enumerate(qpos):
-        data.qpos[:] = row
-        mujoco.mj_kinematics(model, data)
-        assert_allclose(motion.root_positions[i], data.body("torso").xpos, atol=1e-14)
-        assert_allclose(orientations[i], data.body("torso").xmat.reshape(3, 3), atol=1e-14)
-    with pytest.raises(MocapFormatError, match="qpos has numbers of 'pull', 'floating', 'waist', 'hip', which 'torso'"):
-        qpos_from_motion(motion, io.StringIO(SCENE), root="torso")
-
-
-def test_worlds_with_another_axis_up_are_turned():
-    text = ROBOTS["free root"][0]
-    stands = Rotation.from_euler("x", [-90], degrees=True) * Rotation.from_euler("z", [40], degrees=True)
-    angles = stands.as_euler("xyz").reshape(1, 3)
-    motion = Motion(load_robot(opened(text)), [[0.1, 0.2]], 30, [[1, 2, 3]], angles, up="y")
-    (qpos,) = qpos_from_motion(motion, opened(text))
-    assert_allclose(qpos[:3], [1, -3, 2])
-    assert_allclose(qpos[3:7], Rotation.from_euler("z", 40, degrees=True).as_quat()[[3, 0, 1, 2]], atol=1e-15)
-    lying = Motion(motion.skeleton, motion.angles, 30)  # the default of up is y
-    with pytest.warns(UserWarning, match=r'y is the axis that points up.* use dataclasses.replace\(motion, up="z"\)'):
-        qpos_from_motion(lying, opened(text))
-    sideways = Motion(motion.skeleton, motion.angles, 30, [[1, 2, 3]], [[0, np.pi / 2, 0]], up="x")
-    (qpos,) = qpos_from_motion(sideways, opened(text))
-    assert_allclose(qpos[:7], [-3, 2, 1, 1, 0, 0, 0], atol=1e-15)
-
-
-def test_errors_of_qpos_from_motion():
-    text, held = ROBOTS["held"]
-    motion = moving(text, held)
-    given = {"held": held}
-    with pytest.raises(TypeError, match=r"motion must be a skpose.Motion, got ndarray: Motion\(skeleton, poses"):
-        qpos_from_motion(motion.angles, opened(text))
-    with pytest.raises(MocapFormatError, match="'x', 'y', 'grip' slide"):
-        qpos_from_motion(motion, opened(text))
-    less = {name: value for name, value in held.items() if name != "w"}
-    with pytest.raises(MocapFormatError, match=r"the motion has no columns 'w': .* held at a value, held="):
-        qpos_from_motion(motion, opened(text), held=less)
-    with pytest.raises(MocapFormatError, match=r"the motion's bone '.*' is none of this robot: .* root= and held="):
-        qpos_from_motion(motion, opened(text), held=held | {"y": 0.1})
-    with pytest.raises(MocapFormatError, match="the motion has columns 'yaw', which are no columns of this robot"):
-        qpos_from_motion(motion, opened(text), held=held | {"yaw": 0.1})
-    with pytest.raises(MocapFormatError, match=r"columns 'root_rotvec_x'.*: motion.without_root"):
-        qpos_from_motion(motion.with_root("whole"), opened(text), **given)
-    away = moving(text, held, root_positions=np.linspace(0, [1, 0, 0], 50))
-    with pytest.raises(MocapFormatError, match="'world' has no free joint, and the root of the motion moves, by 1 m"):
-        qpos_from_motion(away, opened(text), **given)
-    with pytest.raises(MocapFormatError, match="the motion has columns"):
-        qpos_from_motion(motion, opened(ROBOTS["free root"][0]))
-
-
-def test_errors_of_motion_from_qpos():
-    text, held = ROBOTS["held"]
-    with pytest.raises(
-        ValueError, match=r"qpos must have shape \(n_frames, 11\), 4 for a ball joint × 1 \+ 7 joints, "
-    ):
-        motion_from_qpos(np.zeros((3, 10)), opened(text), 30, held=held)
-    free = ROBOTS["free root"][0]
-    with pytest.raises(ValueError, match="at frame 0 must be a quaternion of length one, got"):
-        motion_from_qpos(np.zeros((3, 9)), io.StringIO(free), 30)
-    with pytest.raises(ValueError, match="qpos holds nan at frame 0, column 0"):
-        motion_from_qpos(np.full((3, 9), np.nan), io.StringIO(free), 30)
-    with pytest.raises(ValueError, match="frame_rate"):
-        motion_from_qpos(np.zeros((3, 9)), io.StringIO(free), 0)
-
-
-def test_files_of_motions_keep_the_names(tmp_path):
-    pandas = pytest.importorskip("pandas")
-    text, held = ROBOTS["held"]
-    motion = moving(text, held, up="z")
-    save_npz(tmp_path / "a.npz", motion)
-    again = load_motion(tmp_path / "a.npz")
-    assert again.skeleton == motion.skeleton
-    assert_array_equal(again.angles, motion.angles)
-    assert_array_equal(
-        qpos_from_motion(again, opened(text), held=held), qpos_from_motion(motion, opened(text), held=held)
-    )
-    save_csv(tmp_path / "a.csv", motion)
-    table = pandas.read_csv(tmp_path / "a.csv")
-    assert list(table.columns[-3:]) == ["yaw", "v", "bend"]
-    assert_array_equal(table[list(motion.skeleton.dof_names)], motion.angles)
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    assert main(["info", "robot.xml"]) == 1
+    assert capsys.readouterr().err == "skpose: robot.xml: load_robot needs MuJoCo: pip install 'skpose[robot]'\n"
 
 
 @pytest.mark.parametrize("robot", ["unitree_g1", "booster_t1", "engineai_pm01", "galaxea_r1pro"])
