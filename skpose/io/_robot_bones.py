@@ -226,13 +226,14 @@ def _refuse_slides(file: RobotFile, bodies: Sequence[str], top: int, joints: Seq
     verb, them = ("joint {} slides", "it") if len(slides) == 1 else ("joints {} slide", "them")
     remedy = ", ".join(f"{joint.name!r}: {_in_limits(joint):.6g}" for joint in slides)
     body, *others = {joint.body for joint in slides}
-    carries_all = not others and file.model.body_parentid[body] == top and _below(file.model, top)[0] == body
-    carries_all = carries_all and len(_below(file.model, body)) + 1 == len(_below(file.model, top))
+    below = _below(file.model, body)
+    carries_all = not others and [body, *below] == _below(file.model, top)
+    turns = any(joint.body in below and joint.kind in (HINGE, SPHERICAL) for joint in joints)
     raise file.error(
         f"{verb.format(', '.join(repr(joint.name) for joint in slides))}, in metres, and every column of a pose is an "
         f"angle: hold {them} at a value, m, held={{{remedy}}}"
         + f", or let {them} move the root, root={bodies[body]!r}"
-        * bool(carries_all)
+        * (carries_all and turns)
     )
 
 
@@ -267,7 +268,6 @@ def _bones_of_body(
         columns.append(Column(anchor, joint))
         parent, offset, rest = anchor, -joint.point, np.eye(3)
     if bones and not offset.any() and _exact(rest) is None:
-        taken.discard(bones[-1].name)
         bones[-1], columns[-1] = bones[-1]._replace(name=name), columns[-1]._replace(bone=name)
     else:
         bones.append(Bone(name, parent, offset + 0.0, "", _exact(rest)))

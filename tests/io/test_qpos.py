@@ -91,6 +91,15 @@ def test_worlds_with_another_axis_up_are_turned():
     assert_allclose(qpos[:7], [-3, 2, 1, 1, 0, 0, 0], atol=1e-15)
 
 
+def test_held_quaternions_have_either_sign():
+    text, held = ROBOTS["held"]
+    motion = moving(text, held)
+    qpos = qpos_from_motion(motion, opened(text), held=held)
+    at = compiled(text).joint("s").qposadr[0]
+    qpos[::2, at : at + 4] *= -1
+    assert_array_equal(motion_from_qpos(qpos, opened(text), 50, held=held).angles, motion.angles)
+
+
 def test_errors_of_qpos_from_motion():
     text, held = ROBOTS["held"]
     motion = moving(text, held)

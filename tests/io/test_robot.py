@@ -242,6 +242,19 @@ def test_without_a_free_joint_the_root_is_the_world_and_that_of_urdf_its_first_l
     assert load_robot(opened(ROBOTS["URDF that floats"][0])).joint_names == ("arm",)
 
 
+def test_bodies_that_a_program_moves_are_no_part_of_a_robot():
+    target = '<body name="target" mocap="true" pos="0 0 1"><body name="flag" pos="0 0 1"/></body>'
+    text = mjcf('<body name="arm" pos="0 0 1"><joint name="i"/></body>' + target)
+    with pytest.warns(UserWarning, match="are left out: 'target', 'flag'"):
+        assert load_robot(opened(text)).joint_names == ("arm",)
+
+
+def test_the_remedy_for_slides_is_within_their_limits():
+    text = mjcf('<body name="a"><joint name="s" type="slide" range="0.1 0.5"/><joint name="i"/></body>')
+    with pytest.raises(MocapFormatError, match=r"held={'s': 0.1}$"):
+        load_robot(opened(text))
+
+
 def test_slides_are_refused_with_the_remedy():
     text, held = ROBOTS["held"]
     with pytest.raises(MocapFormatError, match=r"joints 'x', 'y', 'grip' slide, in metres.*held={'x': 0.1, 'y': 0, "):
@@ -301,7 +314,7 @@ def test_masses_and_motors_play_no_part():
     text = mjcf(
         '<body name="a"><inertial pos="0 0 1" mass="1" fullinertia="1 1 9 0 0 0"/><joint name="i"/><site name="s"/>'
         '<body name="b" pos="1 0 0"><joint name="j"/><camera/><light/></body></body>',
-        '<compiler settotalmass="10" balanceinertia="false" boundmass="0"/>',
+        '<compiler settotalmass="10" balanceinertia="false" boundmass="0" inertiafromgeom="true"/><size memory="1K"/>',
         '<actuator><motor joint="i"/></actuator><sensor><jointpos joint="i"/><framepos objtype="site" objname="s"/>'
         '</sensor><keyframe><key qpos="0 1" ctrl="1"/></keyframe><contact><exclude body1="a" body2="b"/></contact>'
         '<custom><numeric name="n" data="1"/><text name="t" data="x"/><tuple name="u"><element objtype="site" '
@@ -334,6 +347,11 @@ def test_constraints_and_tendons_are_named():
     assert caught[0].filename == __file__
     with pytest.warns(UserWarning, match=f"the model: {re.escape(expected)}"):
         load_robot(compiled(text))
+
+
+def test_a_comment_about_a_template_is_none():
+    text = urdf("<!-- <xacro:include filename='a'/> made this -->", link("a", "base", "revolute"))
+    assert load_robot(opened(text)).joint_names == ("a",)
 
 
 def test_mimic_joints_have_columns_and_a_warning():
