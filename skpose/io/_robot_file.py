@@ -180,9 +180,8 @@ def _compile_bodies(spec: Any) -> Any:
     for kind in OTHERS:
         for one in list(getattr(spec, kind, ())):
             spec.delete(one)
-    compiler = spec.compiler
-    compiler.fusestatic, compiler.settotalmass = False, -1.0
-    compiler.inertiafromgeom, spec.memory = 0, -1  # which makes room for all
+    spec.compiler.fusestatic = False
+    spec.memory = -1  # which makes room for all
     for body in spec.bodies[1:]:
         body.explicitinertial, body.mass, body.inertia = True, 1.0, np.ones(3)
         body.fullinertia, body.ipos = np.full(6, np.nan), np.zeros(3)

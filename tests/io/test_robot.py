@@ -314,7 +314,7 @@ def test_masses_and_motors_play_no_part():
     text = mjcf(
         '<body name="a"><inertial pos="0 0 1" mass="1" fullinertia="1 1 9 0 0 0"/><joint name="i"/><site name="s"/>'
         '<body name="b" pos="1 0 0"><joint name="j"/><camera/><light/></body></body>',
-        '<compiler settotalmass="10" balanceinertia="false" boundmass="0" inertiafromgeom="true"/><size memory="1K"/>',
+        '<compiler settotalmass="10" balanceinertia="false" boundmass="0" inertiafromgeom="true"/><size memory="100"/>',
         '<actuator><motor joint="i"/></actuator><sensor><jointpos joint="i"/><framepos objtype="site" objname="s"/>'
         '</sensor><keyframe><key qpos="0 1" ctrl="1"/></keyframe><contact><exclude body1="a" body2="b"/></contact>'
         '<custom><numeric name="n" data="1"/><text name="t" data="x"/><tuple name="u"><element objtype="site" '
