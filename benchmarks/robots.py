@@ -124,7 +124,7 @@ def main():
     n = 100 if options.quick else N_CONFIGURATIONS
     found = robots(options.robots)
     print(f"\nMuJoCo {mujoco.__version__}, {n:,} random configurations of each robot, largest differences:\n")
-    print("| robot | bodies | columns | positions, m | Jacobian, m/rad |\n|---|---|---|---|---|")
+    print("| robot | links | columns | positions, m | Jacobian, m/rad |\n|---|---|---|---|---|")
     for name, (skeleton, model) in found.items():
         positions, jacobians = differences(skeleton, model, n)
         print(f"| {name} | {model.nbody - 1} | {skeleton.n_dofs} | {positions:.1e} | {jacobians:.1e} |", flush=True)

@@ -51,7 +51,7 @@ ROBOTS = {
         ),
         {},
     ),
-    "several joints in a body": (
+    "several joints in a link": (
         mjcf(
             '<body name="arm" pos="0.1 0.2 0.3"><joint name="a" axis="1 0 0"/><joint name="b" axis="0 1 0"/>'
             '<joint name="c" axis="0.3 -2 0.1"/><body name="hand" pos="0.3 0 0"><joint name="d"/></body></body>'

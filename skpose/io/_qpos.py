@@ -1,7 +1,7 @@
 """Motions of robots as MuJoCo's ``qpos``, and back."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -11,16 +11,22 @@ from skpose._validation.motions import check_frame_rate
 from skpose._validation.options import check_kind
 from skpose._warnings import warn
 from skpose.io._arguments import Readable
-from skpose.io._robot_bones import FREE, IN_QPOS, SPHERICAL, WORLD, Joint, Robot, build_robot
-from skpose.io._robot_file import RobotFile, list_names, read_robot
+from skpose.io._qpos_checks import (
+    STAYS,
+    check_given,
+    check_held_in,
+    check_skeleton_of,
+    columns_in_words,
+    numbers_of_held,
+)
+from skpose.io._robot_bones import IN_QPOS, SPHERICAL, WORLD, Joint, Robot, build_robot
+from skpose.io._robot_file import RobotFile, read_robot
 from skpose.skeleton import Bone, Motion
 from skpose.skeleton._shared import FORMS, continuous_columns, continuous_root_angles, root_orientations, rotations_of
 
 if TYPE_CHECKING:
     import mujoco
 
-SAME = 1e-9  # m, and of entries of rotation matrices: bones that differ by less are the robot's
-STAYS = 1e-6  # m or rad, by which a joint that is held, or the root of a robot that is fixed, may move: float32
 UPRIGHT, NEARLY_ALL = 0.8, 0.9  # cosine above which an axis points up; share of the frames
 # Quarter turns of the world after which z points up.
 TO_Z_UP = {"x": Rotation.from_rotvec([0, -np.pi / 2, 0]), "y": Rotation.from_rotvec([np.pi / 2, 0, 0])}
@@ -99,12 +105,12 @@ def qpos_from_motion(
     check_kind(motion, Motion, "motion", "Motion(skeleton, poses, frame_rate, up='z') makes one of poses")
     file = read_robot(path, "qpos_from_motion")
     robot = build_robot(file, root, held)
-    _check_skeleton(file, robot, motion)
-    _check_given(file, robot)
+    check_skeleton_of(file, robot, motion)
+    check_given(file, robot)
     qpos = np.zeros((len(motion), file.model.nq))
     for joint in robot.joints:
         if joint.held is not None:
-            qpos[:, joint.address : joint.address + IN_QPOS[joint.kind]] = _numbers_of_held(joint)
+            qpos[:, joint.address : joint.address + IN_QPOS[joint.kind]] = numbers_of_held(joint)
     first = {}
     column = 0
     for bone in motion.skeleton.bones:
@@ -146,7 +152,7 @@ def motion_from_qpos(
     Returns
     -------
     Motion
-        On the skeleton that `load_robot` reads, with z up. The root is at the place that the body has in MuJoCo's
+        On the skeleton that `load_robot` reads, with z up. The root is at the place that the link has in MuJoCo's
         world; angles and rotation vectors are continuous.
 
     Raises
@@ -188,12 +194,12 @@ def motion_from_qpos(
     array = np.asarray(qpos, dtype=np.float64)
     if array.ndim != 2 or array.shape[1] != file.model.nq:
         raise ValueError(
-            f"qpos must have shape (n_frames, {file.model.nq}), {_columns_in_words(robot)}, got {array.shape}"
+            f"qpos must have shape (n_frames, {file.model.nq}), {columns_in_words(robot)}, got {array.shape}"
         )
     if not np.isfinite(array).all():
         frame, column = np.argwhere(~np.isfinite(array))[0]
         raise ValueError(f"qpos holds {array[frame, column]} at frame {frame}, column {column}")
-    _check_held_in(file, robot, array)
+    check_held_in(file, robot, array)
     columns = []
     for name, joint in robot.columns:
         numbers = array[:, joint.address : joint.address + IN_QPOS[joint.kind]]
@@ -214,65 +220,6 @@ def motion_from_qpos(
         up="z",
         root_name=robot.root_name,
     )
-
-
-def _check_skeleton(file: RobotFile, robot: Robot, motion: Motion) -> None:
-    """Refuse a motion that is not on the robot's skeleton; the order of bones, limits and weights play no part."""
-    ours, theirs = robot.skeleton, motion.skeleton
-    remedy = "the motion must be on the skeleton of load_robot with the same root= and held="
-    if unknown := [name for name in theirs.dof_names if name not in ours.dof_names]:
-        root = (
-            ": motion.without_root() gives the orientation back to the root" if unknown[0].startswith("root_") else ""
-        )
-        raise file.error(
-            f"the motion has columns {list_names(unknown)}, which are no columns of this robot{root or f': {remedy}'}"
-        )
-    if missing := [name for name in ours.dof_names if name not in theirs.dof_names]:
-        raise file.error(
-            f"the motion has no columns {list_names(missing)}: {remedy}; joints that have no column are held at a "
-            "value, held="
-        )
-    for bone in theirs.bones:
-        if bone.name not in ours or not _is_same(bone, ours[bone.name]):
-            raise file.error(f"the motion's bone {bone.name!r} is none of this robot: {remedy}")
-
-
-def _is_same(bone: Bone, other: Bone) -> bool:
-    """Return whether two bones of one name are at the same place, and rotate likewise."""
-
-    def numbers(one: Bone) -> np.ndarray:
-        rest = np.eye(3) if one.rest_rotation is None else np.asarray(one.rest_rotation)
-        return np.concatenate([np.ravel(one.offset), np.ravel(rest), np.ravel(one.axis or ())])
-
-    same = (bone.parent, bone.dofs) == (other.parent, other.dofs)
-    return same and bool(np.abs(numbers(bone) - numbers(other)).max() <= SAME)
-
-
-def _check_given(file: RobotFile, robot: Robot) -> None:
-    """Refuse joints of the model that have neither columns nor a value."""
-    given = {joint.address for _, joint in robot.columns} | ({robot.free.address} if robot.free else set())
-    missing = [joint for joint in robot.joints if joint.held is None and joint.address not in given]
-    if missing:
-        values = ", ".join(f"{joint.name!r}: {_initial_value(file, joint)}" for joint in missing)
-        raise file.error(
-            f"qpos has numbers of {list_names(joint.name for joint in missing)}, which {robot.root_name!r} does not "
-            f"carry, so that the motion has none: give their values, such as held={{{values}}}"
-        )
-
-
-def _initial_value(file: RobotFile, joint: Joint) -> str:
-    """Return in words the value of a joint at which its body is as the file has it."""
-    numbers = [float(f"{x:.6g}") for x in file.model.qpos0[joint.address : joint.address + IN_QPOS[joint.kind]]]
-    return str([0.0, 0.0, 0.0] if joint.kind == SPHERICAL else numbers if joint.kind == FREE else numbers[0])
-
-
-def _numbers_of_held(joint: Joint) -> np.ndarray:
-    """Return the value of a joint that is held, as in qpos."""
-    value: Any = joint.held
-    if joint.kind != SPHERICAL:
-        return np.asarray(value)
-    quaternion: np.ndarray = Rotation.from_rotvec(value).as_quat()[[3, 0, 1, 2]]
-    return quaternion
 
 
 def _place_root(file: RobotFile, robot: Robot, motion: Motion, qpos: np.ndarray) -> None:
@@ -323,28 +270,8 @@ def _vectors(bone: Bone, rotations: Rotation) -> np.ndarray:
     return continuous_columns(bone, rotations) if len(rotations) else np.zeros((0, 3))
 
 
-def _check_held_in(file: RobotFile, robot: Robot, qpos: np.ndarray) -> None:
-    """Refuse numbers of joints that are held and are elsewhere."""
-    for joint in robot.joints:
-        if joint.held is None or not len(qpos):
-            continue
-        numbers = qpos[:, joint.address : joint.address + IN_QPOS[joint.kind]]
-        expected = _numbers_of_held(joint)
-        if joint.kind in (FREE, SPHERICAL):
-            signs = np.sign((numbers[:, -4:] * expected[-4:]).sum(axis=1))
-            numbers = np.concatenate([numbers[:, :-4], numbers[:, -4:] * signs[:, None]], axis=1)
-        away = np.abs(numbers - expected).reshape(len(qpos), -1).max(axis=1)
-        if away.max() > STAYS:
-            frame = int(away.argmax())
-            found = ", ".join(f"{x:.6g}" for x in numbers[frame])
-            raise file.error(
-                f"joint {joint.name!r} is held at {np.array2string(expected, precision=6)}, and in qpos it is at "
-                f"{found} at frame {frame}: a joint that moves needs its column"
-            )
-
-
 def _root_in(file: RobotFile, robot: Robot, qpos: np.ndarray) -> tuple[np.ndarray, Rotation]:
-    """Return positions (n, 3) and orientations (n,) of the root's body in the world."""
+    """Return positions (n, 3) and orientations (n,) of the root in the world."""
     if robot.free is not None:
         at = robot.free.address
         return qpos[:, at : at + 3], _rotations(qpos[:, at + 3 : at + 7], robot.free)
@@ -358,11 +285,3 @@ def _root_in(file: RobotFile, robot: Robot, qpos: np.ndarray) -> tuple[np.ndarra
             mujoco.mj_kinematics(file.model, data)
             positions[i], quaternions[i] = data.xpos[robot.root], data.xquat[robot.root]
     return positions, Rotation.from_quat(quaternions[:, [1, 2, 3, 0]])
-
-
-def _columns_in_words(robot: Robot) -> str:
-    """Return what the columns of qpos are."""
-    counts = {kind: sum(joint.kind == kind for joint in robot.joints) for kind in IN_QPOS}
-    parts = [f"7 for a free joint × {counts[FREE]}" * bool(counts[FREE])]
-    parts.append(f"4 for a ball joint × {counts[SPHERICAL]}" * bool(counts[SPHERICAL]))
-    return " + ".join([*filter(None, parts), f"{len(robot.joints) - counts[FREE] - counts[SPHERICAL]} joints"])

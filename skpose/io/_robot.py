@@ -21,16 +21,16 @@ def load_robot(
 ) -> Skeleton:
     """Read the skeleton of a robot from an MJCF or URDF file, as MuJoCo reads it.
 
-    The joints of the skeleton are the robot's bodies, by their names, in MuJoCo's order. The columns of its poses are
-    the robot's joints, by theirs, in the order of ``qpos`` and with its numbers.
+    The joints of the skeleton are the robot's links (MuJoCo's bodies), by their names, in MuJoCo's order. The columns
+    of its poses are the robot's joints, by theirs, in the order of ``qpos`` and with its numbers.
 
     Parameters
     ----------
     path : str, path-like, file or mujoco.MjModel
         The file, an open one that includes no others, or a model that MuJoCo has compiled.
     root : str, default=None
-        The body that is the root of the skeleton; what it does not carry is left out. None is the body with the free
-        joint. Where no body moves freely it is the first link of a URDF file, and "world" otherwise.
+        The link that is the root of the skeleton; what it does not carry is left out. None is the link with the free
+        joint. Where no link with joints moves freely it is the first link of a URDF file, and "world" otherwise.
     held : mapping of str to float or array-like, default=None
         Joints that stay at a value, and are no columns: rad for a hinge, m for a slide, a rotation vector (3,) in rad
         for a ball joint.
@@ -46,9 +46,9 @@ def load_robot(
     ImportError
         If MuJoCo is not installed.
     MocapFormatError
-        If MuJoCo cannot read the file, in its words; if several bodies move freely and no `root` is chosen; if a joint
-        slides and is not held, as every column of a pose is an angle; for a name in `root` or `held` that is not in the
-        file, and a value beyond the joint's limits.
+        If MuJoCo cannot read the file, in its words; if several links with joints move freely and no `root` is
+        chosen; if a joint slides and is not held, as every column of a pose is an angle; for a name in `root` or `held`
+        that is not in the file, and a value beyond the joint's limits.
     OSError
         If the file cannot be read.
 
@@ -56,7 +56,8 @@ def load_robot(
     -----
     UserWarning
         For what poses of the skeleton do not keep, with the names: equality constraints, mimic joints of URDF files
-        (each has a column of its own), tendons, limits of ball joints; for bodies and joints that a `root` leaves out.
+        (each has a column of its own), tendons, limits of ball joints; for links and joints that are left out,
+        by a `root`, or as objects next to the robot.
 
     See Also
     --------
@@ -66,14 +67,14 @@ def load_robot(
     Notes
     -----
     Geometry, masses, motors and sensors are left out before MuJoCo compiles the model: missing meshes and textures,
-    such as those at ``package://``, are no error, nor are bodies without a mass. No body is fused with another one.
+    such as those at ``package://``, are no error, nor are links without a mass. No link is fused with another one.
 
-    A body without a name is "body_3", by its number in MuJoCo; a joint without a name is that of its body and "_joint".
-    A body with several joints has bones of length zero for all but the last, and a joint at another point than the
-    origin of its body one bone to this point and a rigid one back: these bones are called by the joint and "_anchor".
-    Positions and orientations of the bodies are those of MuJoCo, relative to the root, to the last digits.
+    A link without a name is "body_3", by its number in MuJoCo; a joint without a name is that of its link and "_joint".
+    A link with several joints has bones of length zero for all but the last, and a joint at another point than the
+    origin of its link one bone to this point and a rigid one back: these bones are called by the joint and "_anchor".
+    Positions and orientations of the links are those of MuJoCo, relative to the root, to the last digits.
 
-    Where anchors are at other points than bodies, distances count them as points of the robot too;
+    Where anchors are at other points than links, distances count them as points of the robot too;
     `Skeleton.with_weights` with zeros leaves them out.
 
     Examples

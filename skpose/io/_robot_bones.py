@@ -1,8 +1,8 @@
-"""The bones of a robot: its bodies, with the dofs of the joints between them, from MuJoCo's model.
+"""The bones of a robot: its links, with the dofs of the joints between them, from MuJoCo's model.
 
-MuJoCo places a body by its position and orientation in the axes of the body that carries it, and then applies the
-body's joints one after another, each about an axis through a point of the body. Each step is a bone whose dofs come
-last, of length zero where nothing is between two joints.
+MuJoCo places a link, its `body`, by its position and orientation in the axes of the link that carries it,
+and then applies its joints one after another, each about an axis through a point of the link. Each step is a bone whose
+dofs come last, of length zero where nothing is between two joints.
 """
 
 from collections.abc import Mapping, Sequence
@@ -39,9 +39,9 @@ class Joint(NamedTuple):
     kind: int
     body: int
     address: int  # in qpos
-    point: np.ndarray  # through which the axis passes, in the axes of the body
+    point: np.ndarray  # through which the axis passes, in the axes of the link
     axis: np.ndarray
-    reference: float  # the number in qpos at which the body is as the file has it
+    reference: float  # the number in qpos at which the link is as the file has it
     limits: tuple[float, float] | None
     held: np.ndarray | None  # the value at which it stays
 
@@ -57,7 +57,7 @@ class Robot(NamedTuple):
     """The skeleton of a robot, and where the numbers of its joints are in qpos."""
 
     skeleton: Skeleton
-    root: int  # number of the body that is the root
+    root: int  # number of the link that is the root
     root_name: str
     joints: tuple[Joint, ...]  # of the whole model
     columns: tuple[Column, ...]  # in the order of the skeleton's columns
@@ -105,7 +105,7 @@ def build_robot(file: RobotFile, root: str | None, held: Held | None) -> Robot:
 
 
 def _body_names(model: Any) -> list[str]:
-    """Return the names of the bodies; one without a name has its number in MuJoCo."""
+    """Return the names of the links; one without a name has its number in MuJoCo."""
     given = [model.body(i).name for i in range(model.nbody)]
     taken = set(given)
     return [name or _new_name(f"body_{i}", taken) for i, name in enumerate(given)]
@@ -120,7 +120,7 @@ def _new_name(name: str, taken: set[str]) -> str:
 
 
 def _joints_of(file: RobotFile, bodies: Sequence[str], held: Held) -> list[Joint]:
-    """Return all joints of the model; one without a name has that of its body and "_joint"."""
+    """Return all joints of the model; one without a name has that of its link and "_joint"."""
     model = file.model
     given = [model.joint(i).name for i in range(model.njnt)]
     taken = set(given)
@@ -172,18 +172,18 @@ def _check_held(file: RobotFile, joint: Joint, value: Any) -> np.ndarray:
 
 
 def _choose_root(file: RobotFile, bodies: Sequence[str], joints: Sequence[Joint], root: str | None) -> int:
-    """Return the body of this name, or, without a name, the one with joints that moves freely, or the world."""
+    """Return the link of this name, or, without a name, the one with joints that moves freely, or the world."""
     if root is not None:
         if root not in bodies:
-            other = f"its bodies are {list_names(bodies)}"
-            raise file.error(f"root={root!r} is no body of this file: {near_names(bodies, str(root), other)}")
+            other = f"its links are {list_names(bodies)}"
+            raise file.error(f"root={root!r} is no link of this file: {near_names(bodies, str(root), other)}")
         return bodies.index(root)
     model = file.model
     carriers = {joint.body for joint in joints if joint.kind != FREE}
     free = [joint.body for joint in joints if joint.kind == FREE and carriers & set(_below(model, joint.body))]
     if len(free) > 1:
         raise file.error(
-            f"{len(free)} bodies with joints move freely, {list_names(bodies[body] for body in free)}, and a skeleton "
+            f"{len(free)} links with joints move freely, {list_names(bodies[body] for body in free)}, and a skeleton "
             f"has one root: choose it, root={bodies[free[0]]!r}"
         )
     if free:
@@ -195,12 +195,12 @@ def _choose_root(file: RobotFile, bodies: Sequence[str], joints: Sequence[Joint]
 
 
 def _is_moved(model: Any, body: int) -> bool:
-    """Return whether a body stands elsewhere than the one that carries it."""
+    """Return whether a link stands elsewhere than the one that carries it."""
     return bool(model.body_pos[body].any()) or _matrix(model.body_quat[body]) is not None
 
 
 def _below(model: Any, top: int) -> list[int]:
-    """Return the bodies that a body carries, in MuJoCo's order, but for those that a program moves (mocap)."""
+    """Return the links that a link carries, in MuJoCo's order, but for those that a program moves (mocap)."""
     inside = {top}
     for body in range(1, model.nbody):  # one that carries another comes before it
         if int(model.body_parentid[body]) in inside and body != top and model.body_mocapid[body] < 0:
@@ -209,7 +209,7 @@ def _below(model: Any, top: int) -> list[int]:
 
 
 def _without_objects(model: Any, inside: Sequence[int], joints: Sequence[Joint]) -> list[int]:
-    """Return bodies without those that move freely and carry no joints: they are objects next to the robot."""
+    """Return links without those that move freely and carry no joints: they are objects next to the robot."""
     jointed = {joint.body for joint in joints if joint.kind != FREE}
     left: set[int] = set()
     for joint in joints:
@@ -238,7 +238,7 @@ def _refuse_slides(file: RobotFile, bodies: Sequence[str], top: int, joints: Seq
 
 
 def _in_limits(joint: Joint) -> float:
-    """Return the number of a joint at which its body is as the file has it, or the nearest within its limits."""
+    """Return the number of a joint at which its link is as the file has it, or the nearest within its limits."""
     lower, upper = joint.limits or (-np.inf, np.inf)
     return min(max(joint.reference, lower), upper)
 
@@ -246,7 +246,7 @@ def _in_limits(joint: Joint) -> float:
 def _bones_of_body(
     name: str, parent: str | None, place: tuple[np.ndarray, np.ndarray | None], joints: Sequence[Joint], taken: set[str]
 ) -> tuple[list[Bone], list[Column]]:
-    """Return the bones from one body to the next: one for each joint, and a rigid one where the body is elsewhere."""
+    """Return the bones from one link to the next: one for each joint, and a rigid one where the link is elsewhere."""
     offset, rest = place[0], np.eye(3) if place[1] is None else place[1]
     bones: list[Bone] = []
     columns = []
@@ -275,7 +275,7 @@ def _bones_of_body(
 
 
 def _held_movement(joint: Joint) -> tuple[np.ndarray, np.ndarray]:
-    """Return the shift and the rotation of a joint at the value at which it is held, in the axes of its body."""
+    """Return the shift and the rotation of a joint at the value at which it is held, in the axes of its link."""
     value: Any = joint.held
     if joint.kind == SLIDE:
         return joint.axis * (value - joint.reference), np.eye(3)
@@ -305,7 +305,7 @@ def _exact(matrix: np.ndarray) -> np.ndarray | None:
 
 
 def _left_out(model: Any, bodies: Sequence[str], joints: Sequence[Joint], top: int, inside: Sequence[int]) -> list[str]:
-    """Return what the skeleton leaves out: bodies elsewhere, and joints above the root that are not held."""
+    """Return what the skeleton leaves out: links elsewhere, and joints above the root that are not held."""
     chain = [top]
     while chain[-1] != WORLD:
         chain.append(int(model.body_parentid[chain[-1]]))
@@ -314,7 +314,7 @@ def _left_out(model: Any, bodies: Sequence[str], joints: Sequence[Joint], top: i
     notes = []
     if others:
         which = "are no part of it (objects, mocap)" if top == WORLD else f"{bodies[top]!r} does not carry"
-        notes.append(f"bodies that {which} are left out: {list_names(bodies[i] for i in others)}")
+        notes.append(f"links that {which} are left out: {list_names(bodies[i] for i in others)}")
     if above:
         notes.append(f"joints that carry {bodies[top]!r} move the root and are no columns: {list_names(above)}")
     return notes

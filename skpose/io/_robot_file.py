@@ -1,6 +1,6 @@
-"""Files of robots, MJCF and URDF, as MuJoCo's compiled model: bodies and joints alone, without what needs other files.
+"""Files of robots, MJCF and URDF, as MuJoCo's compiled model: links and joints alone, without what needs other files.
 
-Geometry, masses, motors and sensors move no body. They are taken out before the model is compiled, so that missing
+Geometry, masses, motors and sensors move no link. They are taken out before the model is compiled, so that missing
 meshes and masses are no error; constraints and tendons are noted, as poses without them may be none of the robot.
 """
 
@@ -176,7 +176,7 @@ def _collect_warnings(mujoco: Any) -> Iterator[list[str]]:
 
 
 def _compile_bodies(spec: Any) -> Any:
-    """Return the model of bodies and joints alone; no body is fused with the one that carries it."""
+    """Return the model of links and joints alone; no link is fused with the one that carries it."""
     for kind in OTHERS:
         for one in list(getattr(spec, kind, ())):
             spec.delete(one)

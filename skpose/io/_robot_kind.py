@@ -7,7 +7,7 @@ from typing import Literal
 from skpose.io._arguments import Readable
 from skpose.io._opening import open_file
 
-# Blanks, declarations and comments before the first element, none of which is tried in another way, and its name.
+# Blanks, declarations and comments before the first element, none of which is tried twice, and its name.
 FIRST_ELEMENT = re.compile(
     r"(?:\s|(?><\?.*?\?>)|(?><!--.*?-->)|(?><!DOCTYPE[^>\[]*(?:\[.*?\])?[^>]*>))*+<([\w:.-]+)", re.DOTALL
 )

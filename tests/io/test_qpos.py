@@ -57,7 +57,7 @@ def test_motions_come_back_from_qpos():
 
 
 def test_the_root_is_where_the_body_is_in_the_world():
-    """Also of a body that joints carry, which are no columns."""
+    """Also of a link that joints carry, which are no columns."""
     model = compiled(SCENE)
     data = mujoco.MjData(model)
     rng = np.random.default_rng(3)

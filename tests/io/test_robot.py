@@ -104,7 +104,7 @@ def test_jacobians_are_those_of_mujoco(name):
 
 
 def test_columns_are_the_joints_in_the_order_of_qpos():
-    text, held = ROBOTS["several joints in a body"]
+    text, held = ROBOTS["several joints in a link"]
     robot = load_robot(opened(text), held=held)
     assert robot.dof_names == ("a", "b", "c", "d")
     assert robot.joint_names == ("a_anchor", "b_anchor", "arm", "hand")
@@ -179,7 +179,7 @@ def test_quarter_turns_are_exact():
 
 def test_the_root_is_the_body_with_the_free_joint():
     with pytest.warns(
-        UserWarning, match="bodies that 'pelvis' does not carry are left out: 'table', 'drawer', 'target'"
+        UserWarning, match="links that 'pelvis' does not carry are left out: 'table', 'drawer', 'target'"
     ):
         robot = load_robot(io.StringIO(SCENE))
     assert robot.joint_names == ("torso", "arm", "leg")
@@ -190,14 +190,14 @@ def test_another_root():
     with pytest.warns(UserWarning, match="left out: 'table', .*; joints that carry 'torso' move the root .*: 'waist'"):
         robot = load_robot(io.StringIO(SCENE), root="torso")
     assert robot.joint_names == ("arm",)
-    with pytest.raises(MocapFormatError, match="root='tors' is no body of this file: did you mean 'torso'"):
+    with pytest.raises(MocapFormatError, match="root='tors' is no link of this file: did you mean 'torso'"):
         load_robot(io.StringIO(SCENE), root="tors")
     with pytest.raises(MocapFormatError, match=r"root='world' carries 'pelvis', which moves freely.*root='pelvis'"):
         load_robot(io.StringIO(SCENE), root="world", held={"pull": 0.1})
 
 
 def test_two_free_robots_need_a_root():
-    with pytest.raises(MocapFormatError, match=r"2 bodies with joints move freely, 'a', 'b', .*: choose it, root='a'"):
+    with pytest.raises(MocapFormatError, match=r"2 links with joints move freely, 'a', 'b', .*: choose it, root='a'"):
         load_robot(io.StringIO(TWO_FREE))
     with pytest.warns(UserWarning, match="'b' does not carry are left out: 'a', 'arm'"):
         robot = load_robot(io.StringIO(TWO_FREE), root="b")
@@ -224,7 +224,7 @@ def test_objects_next_to_a_robot_are_no_part_of_it():
     text = mjcf('<body name="arm" pos="0 0 1"><joint name="i"/></body>' + box)
     for root in (None, "world"):
         with pytest.warns(
-            UserWarning, match=r"bodies that are no part of it \(objects, mocap\) are left out: 'box', 'lid'"
+            UserWarning, match=r"links that are no part of it \(objects, mocap\) are left out: 'box', 'lid'"
         ):
             robot = load_robot(opened(text), root=root)
         assert robot.joint_names == ("arm",)
