@@ -69,6 +69,7 @@ def build_robot(file: RobotFile, root: str | None, held: Held | None) -> Robot:
     """Return the skeleton of a robot below a root, with some joints held, and what is not kept."""
     model = file.model
     bodies = _body_names(model)
+    _check_finite(file, bodies)
     joints = _joints_of(file, bodies, held or {})
     of_body: dict[int, list[Joint]] = {}
     for joint in joints:
@@ -109,6 +110,19 @@ def _body_names(model: Any) -> list[str]:
     given = [model.body(i).name for i in range(model.nbody)]
     taken = set(given)
     return [name or _new_name(f"body_{i}", taken) for i, name in enumerate(given)]
+
+
+def _check_finite(file: RobotFile, bodies: Sequence[str]) -> None:
+    """Refuse links and joints whose place is no number."""
+    model = file.model
+    for what, owners, arrays in (
+        ("its place", range(model.nbody), (model.body_pos, model.body_quat)),
+        ("a joint", model.jnt_bodyid.tolist(), (model.jnt_pos, model.jnt_axis, model.qpos0[model.jnt_qposadr, None])),
+    ):
+        bad = ~np.all([np.isfinite(array).all(axis=1) for array in arrays], axis=0)
+        if bad.any():
+            name = bodies[owners[int(np.argmax(bad))]]
+            raise file.error(f"link {name!r}: {what} has numbers that are not finite; expected finite ones (m, rad)")
 
 
 def _new_name(name: str, taken: set[str]) -> str:

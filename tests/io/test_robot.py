@@ -389,8 +389,9 @@ def test_includes_are_read(tmp_path):
         (mjcf('<body name="a"><freejoint/></body>'), "'world' carries no joint that rotates, and a skeleton needs one"),
         (
             mjcf('<body name="a" pos="nan 0 0"><joint name="i"/></body>'),
-            "bone 'a': offset must be three finite numbers",
+            "link 'a': its place has numbers that are not fin",
         ),
+        (mjcf('<body name="a"><joint name="i" pos="nan 0 0"/></body>'), "link 'a': a joint has numbers that are not"),
         (urdf(link("a", "nothing", "revolute")), "MuJoCo cannot read this file"),
         (urdf('<xacro:include filename="a"/>'), "a template of a URDF .xacro.: expand it first, with xacro FILE"),
         ('<sdf version="1.6"/>', "a file of Gazebo"),
