@@ -1,7 +1,7 @@
-"""Readers of motion-capture files; writers of BVH, .npz and CSV.
+"""Readers of motion-capture files and of robots; writers of BVH, .npz and CSV.
 
 Acclaim ASF/AMC, Biovision BVH and AMASS are motions; TRC, C3D and keypoints, as JSON, CSV or arrays, are positions
-without a skeleton.
+without a skeleton; URDF and MJCF are robots, skeletons without a motion.
 Angles are in radians, lengths in metres. A file that does not follow its format raises `MocapFormatError` with the line
 and the column, or with the key.
 """
