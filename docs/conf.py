@@ -67,7 +67,7 @@ sphinx_gallery_conf = {
     "abort_on_example_error": True,
 }
 
-for name in ("SKPOSE_CMU", "SKPOSE_HDM05"):
+for name in ("SKPOSE_CMU", "SKPOSE_HDM05", "SKPOSE_ROBOTS"):
     os.environ.pop(name, None)  # the same figures for everyone, from generated motions
 
 # Warnings of packages; a warning of an example is an error in the tests.

@@ -1,4 +1,4 @@
-"""Skeletons of all kinds, and the CMU files if SKPOSE_CMU names their folder."""
+"""Skeletons of all kinds, and real files where variables such as SKPOSE_CMU name their folders."""
 
 import os
 import sys
@@ -69,6 +69,16 @@ def cmu_folder():
 @pytest.fixture(scope="session")
 def cmu(cmu_folder):
     return load_cmu(cmu_folder)
+
+
+@pytest.fixture(scope="session")
+def robots_folder():
+    """The folder of robots (MJCF) named by SKPOSE_ROBOTS; a wrong folder is a failure, and without one: skipped."""
+    folder = os.environ.get("SKPOSE_ROBOTS")
+    if folder is None:
+        pytest.skip("SKPOSE_ROBOTS does not name a folder of robots")
+    assert list(Path(folder).glob("*.xml")), f"SKPOSE_ROBOTS={folder} has no files named *.xml"
+    return Path(folder).resolve()
 
 
 @pytest.fixture(scope="session")

@@ -1,108 +1,231 @@
-"""A humanoid robot of hinges, its root with x forward, y to the left and z up, in the proportions of nobody."""
+"""Small robots as texts of MJCF and URDF files, each with features of its own, and random ones; their models in MuJoCo.
 
+Import it after ``pytest.importorskip("mujoco")``.
+"""
+
+import io
+import re
+
+import mujoco
 import numpy as np
+import pytest
 from scipy.spatial.transform import Rotation
 
-from skpose import Bone, Motion, Skeleton, forward_kinematics
-from skpose.datasets import humanoid
+FREE, BALL, SLIDE, HINGE = range(4)
 
-LEG = (("pelvis", "thigh"), ("thigh", "shank"))
-LIMITS = {
-    "hip_1": (-2.2, 1.2),
-    "hip_2": (-0.6, 0.6),
-    "hip_3": (-0.8, 0.8),
-    "knee": (0.0, 2.4),
-    "ankle_1": (-0.9, 0.6),
-    "ankle_2": (-0.3, 0.3),
-    "shoulder_1": (-3.0, 2.0),
-    "shoulder_2": (-1.8, 1.8),
-    "shoulder_3": (-1.6, 1.6),
-    "elbow": (-2.4, 0.0),
-    "waist_1": (-1.5, 1.5),
-    "waist_2": (-0.4, 0.6),
-    "head": (-0.5, 0.5),
+
+OLD = tuple(map(int, mujoco.__version__.split(".")[:2])) < (4, 0)
+
+
+def opened(text):
+    """Return a file of this text; skip the test of a URDF file where MuJoCo is too old for it."""
+    if OLD and "<robot" in text:
+        pytest.skip("MuJoCo 4.0 reads URDF files")
+    return io.StringIO(text)
+
+
+def mjcf(bodies, before="", after=""):
+    return f'<mujoco model="robot">{before}<worldbody>{bodies}</worldbody>{after}</mujoco>'
+
+
+def link(name, parent, kind, *, inside="", origin='<origin xyz="0.1 0.2 0.3" rpy="0.3 -0.2 0.5"/>', joint=""):
+    """Return a link of a URDF file, and the joint that carries it."""
+    return (
+        f'<link name="{name}">{inside}</link><joint name="{joint or name + "_joint"}" type="{kind}">'
+        f'<parent link="{parent}"/><child link="{name}"/>{origin}<axis xyz="0 0.6 -0.8"/>'
+        '<limit lower="-1" upper="2" effort="1" velocity="1"/></joint>'
+    )
+
+
+def urdf(*links, base="base"):
+    return f'<?xml version="1.0"?><!-- a <comment> --><robot name="r"><link name="{base}"/>{"".join(links)}</robot>'
+
+
+# Of each robot the text, and what `held` is.
+ROBOTS = {
+    "free root": (
+        mjcf(
+            '<body name="pelvis" pos="0 0 0.8" quat="1 2 3 4"><freejoint/>'
+            '<body name="thigh" pos="0.1 0 -0.2" quat="1 0.1 0.2 0.3"><joint name="hip" axis="0 -3 0"/>'
+            '<body name="shank" pos="0 0.1 -0.4"><joint name="knee" axis="1 1 1"/></body></body></body>'
+        ),
+        {},
+    ),
+    "several joints in a link": (
+        mjcf(
+            '<body name="arm" pos="0.1 0.2 0.3"><joint name="a" axis="1 0 0"/><joint name="b" axis="0 1 0"/>'
+            '<joint name="c" axis="0.3 -2 0.1"/><body name="hand" pos="0.3 0 0"><joint name="d"/></body></body>'
+        ),
+        {},
+    ),
+    "points of joints": (
+        mjcf(
+            '<body name="arm" pos="0.1 0.2 0.3" axisangle="1 2 3 40"><joint name="a" pos="0.1 0 0" axis="1 0 0"/>'
+            '<joint name="b" pos="0.1 0 0" axis="0 1 0"/><joint name="c" pos="0 -0.2 0.3" axis="0 1 1"/>'
+            '<body name="hand" pos="0.3 0 0"><joint name="d" pos="-0.1 0 0.05"/><body name="tip" pos="0.1 0 0"/>'
+            "</body></body>"
+        ),
+        {},
+    ),
+    "references, degrees, orders of Euler angles": (
+        mjcf(
+            '<body name="a" euler="10 20 30"><joint name="j" ref="30" range="-20 40" axis="1 2 0"/>'
+            '<body name="b" pos="1 0 0" euler="90 0 -90"><joint name="k" ref="-10" pos="0 0.1 0"/>'
+            '<joint name="l" ref="5" pos="0 0.2 0" axis="1 0 0"/></body></body>',
+            '<compiler eulerseq="ZYx"/>',
+        ),
+        {},
+    ),
+    "radians": (
+        mjcf(
+            '<body name="a" euler="1 2 3"><joint name="j" ref="0.3" range="-1 1"/><body name="b" pos="1 0 0"/></body>',
+            '<compiler angle="radian"/>',
+        ),
+        {},
+    ),
+    "ball joints": (
+        mjcf(
+            '<body name="a" pos="0 0 1" xyaxes="0 1 0 -1 0 1"><joint name="s" type="ball"/>'
+            '<body name="b" pos="1 0 0"><joint name="t" type="ball" pos="0.1 0.2 0.3"/>'
+            '<body name="c" zaxis="1 1 1" pos="0 1 0"><joint name="h" axis="0 1 0"/><body name="d" pos="0 0 1"/>'
+            "</body></body></body>"
+        ),
+        {},
+    ),
+    "classes": (
+        mjcf(
+            '<body name="a" childclass="v"><joint name="i"/><body name="b" pos="0 0 1" childclass="w">'
+            '<joint name="k"/><joint name="l" class="v"/><body name="c" pos="1 0 0"/></body></body>',
+            '<default><joint pos="0.1 0 0"/><default class="v"><joint axis="1 0 0" range="-10 10"/>'
+            '<default class="w"><joint axis="0 2 0"/></default></default></default>',
+        ),
+        {},
+    ),
+    "frames and copies": (
+        mjcf(
+            '<frame euler="10 20 30" pos="1 2 3"><body name="a" euler="10 0 90"><joint name="j"/>'
+            '<replicate count="3" euler="0 0 90" offset="0 0.1 0"><frame pos="0 0 0.1" quat="1 1 0 0">'
+            '<body name="f" pos="1 0 0"><joint name="q" axis="0 1 0"/><body name="g" pos="0 1 0"/></body></frame>'
+            "</replicate></body></frame>"
+        ),
+        {},
+    ),
+    "rigid bodies": (
+        mjcf(
+            '<body name="a" pos="1 0 0"><body name="b" euler="30 0 0" pos="0 1 0"><body name="c" pos="0 0 1">'
+            '<joint name="j"/><body name="d" quat="0 1 0 0"><body name="e" pos="0 0 1"/></body></body></body>'
+            '<body name="f" pos="0 2 0"><joint name="k" axis="1 0 0"/></body></body>',
+            '<compiler fusestatic="true"/>',
+        ),
+        {},
+    ),
+    "held": (
+        mjcf(
+            '<body name="base"><joint name="x" type="slide" axis="1 0 0" ref="0.1"/>'
+            '<joint name="y" type="slide" axis="0 2 1"/><joint name="yaw" ref="10"/>'
+            '<body name="arm" pos="0 0 1"><joint name="s" type="ball" pos="0.1 0 0"/>'
+            '<body name="hand" pos="1 0 0"><joint name="w" axis="0 1 0" pos="0 0 0.2" range="-90 90" ref="20"/>'
+            '<joint name="v" axis="1 0 0"/>'
+            '<body name="finger" pos="0 0 0.1"><joint name="grip" type="slide" pos="1 1 1"/>'
+            '<joint name="bend" axis="1 1 0" pos="0 1 0"/></body></body></body></body>'
+        ),
+        {"x": 0.7, "y": -0.2, "w": 0.4, "s": [0.1, 0.5, -0.7], "grip": 0.03},
+    ),
+    "URDF": (
+        urdf(
+            link("thigh", "base", "revolute"),
+            link("shank", "thigh", "continuous"),
+            link("sole", "shank", "fixed", origin='<origin xyz="0 0 -0.1" rpy="0 1.5707963 0"/>'),
+            link("toe", "sole", "revolute"),
+            link("arm", "base", "revolute", origin=""),
+        ),
+        {},
+    ),
+    "URDF with a link world": (
+        urdf(link("base", "world", "fixed"), link("arm", "base", "revolute"), base="world"),
+        {},
+    ),
+    "URDF that floats": (
+        urdf(link("base", "world", "floating"), link("arm", "base", "revolute"), base="world"),
+        {},
+    ),
+    "URDF on a plane": (
+        urdf(link("arm", "base", "planar"), link("hand", "arm", "prismatic"), link("finger", "hand", "continuous")),
+        {"arm_joint_TX": 0.3, "arm_joint_TY": -2.0, "hand_joint": 0.5},
+    ),
 }
 
 
-def robot(*, legs=True, arms=True, size=1.0, tilt=0.0, seed=None, thigh=0.3, shank=0.3):
-    """Return the robot.
-
-    Hips and shoulders have first axes tilted by `tilt`, rad, as some robots'. With a seed links have axes turned at
-    random, which changes no movement.
-    """
+def random_robot(seed):
+    """Return the text of a robot of random bodies and joints, and the joints that are held."""
     rng = np.random.default_rng(seed)
-    oriented, where, bones = {None: Rotation.identity()}, {None: np.zeros(3)}, []
-
-    def add(name, parent, position, axis=None, fixed=False):
-        turn = Rotation.identity() if seed is None else Rotation.random(random_state=rng)
-        oriented[name], where[name] = turn, size * np.array(position)
-        offset = oriented[parent].inv().apply(where[name] - where[parent])
-        bone = Bone(name, parent, offset, rest_rotation=(oriented[parent].inv() * turn).as_matrix())
-        if axis is not None:
-            kind = name.removeprefix("left_").removeprefix("right_")
-            axis = turn.inv().apply(axis)
-            bone = bone._replace(dofs="hinge", axis=axis, dof_name=f"{name}_joint", limits=[LIMITS[kind]])
-        bones.append(bone)
-
-    x, y, z = np.eye(3)
-    if arms:
-        add("waist_1", None, (0, 0, 0.05), z)
-        add("waist_2", "waist_1", (0, 0, 0.05), y)
-        add("head", "waist_2", (0, 0, 0.45), z)
-        add("camera", "head", (0.05, 0, 0.5))
-    for side, sign in (("left", 1.0), ("right", -1.0)):
-        leaning = Rotation.from_rotvec(sign * tilt * x)
-        if arms:
-            arm = [(0, sign * 0.15, 0.35), (0, sign * 0.15, 0.15), (0, sign * 0.15, -0.05)]
-            add(f"{side}_shoulder_1", "waist_2", arm[0], leaning.apply(y))
-            add(f"{side}_shoulder_2", f"{side}_shoulder_1", arm[0], x)
-            add(f"{side}_shoulder_3", f"{side}_shoulder_2", arm[0], z)
-            add(f"{side}_elbow", f"{side}_shoulder_3", arm[1], y)
-            add(f"{side}_hand", f"{side}_elbow", arm[2])
-        if not legs:
-            continue
-        leg = [(0, sign * 0.1, -0.1), (0, sign * 0.1, -0.1 - thigh), (0, sign * 0.1, -0.1 - thigh - shank)]
-        add(f"{side}_hip_1", None, leg[0], leaning.apply(y))
-        add(f"{side}_hip_2", f"{side}_hip_1", leg[0], x)
-        add(f"{side}_hip_3", f"{side}_hip_2", leg[0], z)
-        add(f"{side}_knee", f"{side}_hip_3", leg[1], y)
-        add(f"{side}_ankle_1", f"{side}_knee", leg[2], y)
-        add(f"{side}_ankle_2", f"{side}_ankle_1", leg[2], x)
-        add(f"{side}_toe", f"{side}_ankle_2", np.add(leg[2], (0.12, 0, -0.05)))
-    return Skeleton(bones, "parent")
+    texts, held, parents = [], {}, []
+    for i in range(9):
+        joints, kind = "", rng.integers(5)
+        kinds = [[], ["hinge"], ["hinge"] * 3, ["ball"], ["slide", "hinge", "slide"]][kind]
+        for k, of in enumerate(kinds):
+            name = f"j{i}{k}"
+            pos = rng.normal(size=3) * rng.integers(2)
+            ref = float(rng.normal() * rng.integers(2)) if of != "ball" else 0.0
+            joints += f'<joint name="{name}" type="{of}" pos="{numbers(pos)}" axis="{numbers(rng.normal(size=3))}"'
+            joints += f' ref="{ref!r}"/>' if ref else "/>"
+            if of == "slide" or (rng.random() < 0.2 and i):
+                held[name] = rng.normal(size=3) if of == "ball" else float(rng.normal())
+        place = f'pos="{numbers(rng.normal(size=3))}"' + f' quat="{numbers(rng.normal(size=4))}"' * rng.integers(2)
+        texts.append(f'<body name="b{i}" {place}>{joints}{{{i}}}</body>')
+        parents.append(int(rng.integers(-1, i)))
+    texts.append('<body name="last" pos="1 0 0"><joint name="last"/></body>')
+    parents.append(0)
+    inside = dict.fromkeys(range(-1, 10), "")
+    for i in reversed(range(10)):
+        inside[parents[i]] = texts[i].replace(f"{{{i}}}", inside[i]) + inside[parents[i]]
+    return mjcf(inside[-1], '<compiler angle="radian"/>'), held
 
 
-def counterparts(skeleton):
-    """Return the joints of `skpose.datasets.humanoid` that the robot's links are."""
-    names = {"hip_1": "pelvis", "knee": "thigh", "ankle_1": "shank", "toe": "foot"}
-    names |= {"shoulder_1": "clavicle", "elbow": "upper_arm", "hand": "forearm"}
-    pairs = {f"{side}_{link}": f"{side}_{bone}" for side in ("left", "right") for link, bone in names.items()}
-    return {link: bone for link, bone in pairs.items() if link in skeleton}
+def numbers(values):
+    return " ".join(repr(float(value)) for value in values)
 
 
-def walk(n_steps=4, step=0.4, stance=0.6, frame_rate=60.0):
-    """Return a walk of the humanoid along z, y up, on a floor at zero, and in which frames (2, n) each foot stands.
+ROBOTS |= {f"random {seed}": random_robot(seed) for seed in range(12)}
 
-    Its feet are flat, and still while they stand, as those of no recording are.
-    """
-    person = humanoid()
-    names = {name: i for i, name in enumerate(person.dof_names)}
-    zero = dict(zip(person.joint_names, forward_kinematics(np.zeros((1, person.n_dofs)), person)[0], strict=True))
-    thigh, shank = (np.linalg.norm(zero[f"left_{end}"] - zero[f"left_{start}"]) for start, end in LEG)
-    times = np.arange(round(n_steps * stance * frame_rate)) / frame_rate
-    height = 0.92 * (thigh + shank) + 0.08 + 0.01 * np.cos(2.0 * np.pi * times / stance)
-    root = np.stack([0.0 * times, height, step / stance * times], axis=1)
-    angles, stands = np.zeros((len(times), person.n_dofs)), np.zeros((2, len(times)), bool)
-    for k, side in enumerate(("left", "right")):
-        done, share = np.divmod(times / (2.0 * stance) + 0.5 * k, 1.0)  # a cycle is two steps
-        stands[k] = share < 0.6
-        swing = np.clip((share - 0.6) / 0.4, 0.0, 1.0)
-        ahead = 2.0 * step * (done + swing * swing * (3.0 - 2.0 * swing) - 0.5 * k) + 0.6 * step - root[:, 2]
-        below = height - 0.08 - 0.1 * np.sin(np.pi * swing) ** 2
-        reach = np.hypot(ahead, below)
-        at_hip = np.arccos((thigh**2 + reach**2 - shank**2) / (2.0 * thigh * reach))
-        knee = np.pi - np.arccos((thigh**2 + shank**2 - reach**2) / (2.0 * thigh * shank))
-        lift = np.arctan2(ahead, below) + at_hip  # of the thigh, forward
-        for bone, angle in (("thigh", -lift), ("shank", knee), ("foot", lift - knee)):
-            angles[:, names[f"{side}_{bone}_rx"]] = angle
-    return Motion(person, angles, frame_rate, root), stands
+
+def compiled(text):
+    """Compile a robot with all its bodies, without geometry, each with a mass."""
+    spec = mujoco.MjSpec.from_string(re.sub(r"<geom[^>]*/>", "", text))
+    spec.compiler.fusestatic = False
+    for body in spec.bodies[1:]:
+        body.explicitinertial, body.mass, body.inertia = True, 1.0, np.ones(3)
+    return spec.compile()
+
+
+def random_qpos(model, held, rng):
+    """Return random numbers of all joints, with unit quaternions."""
+    qpos = rng.normal(size=model.nq)
+    for i in range(model.njnt):
+        at, name = model.jnt_qposadr[i], model.joint(i).name
+        if model.jnt_type[i] in (FREE, BALL):
+            at += 3 * (model.jnt_type[i] == FREE)
+            qpos[at : at + 4] /= np.linalg.norm(qpos[at : at + 4])
+        if name in held:
+            ball = model.jnt_type[i] == BALL
+            value = Rotation.from_rotvec(held[name]).as_quat()[[3, 0, 1, 2]] if ball else held[name]
+            qpos[at : at + (4 if ball else 1)] = value
+    return qpos
+
+
+def root_of(model, skeleton):
+    """Return the last body that is no joint of the skeleton: the root, as the robots here have nothing next to it."""
+    return max(b for b in range(model.nbody) if model.body(b).name not in skeleton.joint_names)
+
+
+SCENE = mjcf(
+    '<body name="table" pos="1 0 0"><body name="drawer"><joint name="pull" type="slide"/></body></body>'
+    '<body name="pelvis"><freejoint name="floating"/><body name="torso" pos="0 0 1"><joint name="waist"/>'
+    '<body name="arm" pos="0 1 0"><joint name="shoulder" axis="1 0 0"/></body></body>'
+    '<body name="leg" pos="0 0 -1"><joint name="hip" axis="1 0 0"/></body></body>'
+    '<body name="target" mocap="true" pos="0 0 1"/>'
+)
+TWO_FREE = mjcf(
+    '<body name="a"><freejoint/><body name="arm" pos="1 0 0"><joint name="i"/></body></body>'
+    '<body name="b"><freejoint name="floats"/><body name="leg" pos="1 0 0"><joint name="j"/></body></body>'
+)

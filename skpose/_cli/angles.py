@@ -31,7 +31,9 @@ def angles(path: Path, zero: Path | int | None, reader: Reader, out: Path, layou
     names = [name_of(file) for file in files]
     for name, content in zip(names, contents, strict=True):
         if isinstance(content, Skeleton):
-            raise ValueError(f"{name} is a skeleton (ASF), which has no motion: pass its AMC file")
+            raise ValueError(
+                f"{name} is a skeleton (ASF or a robot), which has no motion: pass a motion, such as its AMC file"
+            )
     motions = _fit(contents, names, layout)
     standing = motions[1] if isinstance(zero, Path) else zero
     found = cast(JointAngles, joint_angles(motions[0], zero=standing))  # scikit-learn's configuration is the default

@@ -10,10 +10,10 @@ import numpy as np
 from skpose._cli.inputs import motion_files
 from skpose._cli.reader import Rate, Reader, name_of
 from skpose._cli.stored import describe_stored
-from skpose.io import file_format, load_asf, load_c3d, load_keypoints, load_motion, load_trc
-from skpose.io._shared import Stored, has_keypoints, read_stored
+from skpose.io import file_format, load_asf, load_c3d, load_keypoints, load_motion, load_robot, load_trc
+from skpose.io._shared import Stored, has_keypoints, is_robot, read_stored
 from skpose.keypoints import Keypoints
-from skpose.skeleton import Motion, Skeleton
+from skpose.skeleton import Bone, Motion, Skeleton
 
 Content = Motion | Skeleton | Keypoints
 SUFFIXES = ".bvh", ".amc", ".asf", ".trc", ".c3d"  # of the files that stand for a folder
@@ -23,6 +23,11 @@ def load_any(file: Path | BytesIO, **options: Any) -> Content:
     """Return the content of a file of any format."""
     points = {name: options.pop(name, None) for name in ("layout", "names", "zeros")}
     shared = {name: options[name] for name in ("scale", "up") if options[name] is not None}
+    if is_robot(_rewind(file)):
+        try:
+            return load_robot(_rewind(file), root=options["root"])  # in metres: a scale is for the other files
+        except ImportError as error:
+            raise ValueError(str(error)) from None
     if has_keypoints(_rewind(file)):
         return load_keypoints(
             _rewind(file), points["layout"], names=points["names"], frame_rate=options["frame_rate"], **shared
@@ -61,7 +66,8 @@ def info(files: Sequence[Path], reader: Reader) -> None:
 
 def _load(file: Path | BytesIO, **options: Any) -> Content | Stored:
     """Return the content of a file; of keypoints what is stored, unless names or a layout are given."""
-    if options["layout"] is None and options["names"] is None and has_keypoints(_rewind(file)):
+    is_points = not is_robot(_rewind(file)) and has_keypoints(_rewind(file))
+    if options["layout"] is None and options["names"] is None and is_points:
         return read_stored(_rewind(file))
     return load_any(_rewind(file), **options)
 
@@ -77,7 +83,14 @@ def _describe(content: Motion | Skeleton, rate: Rate | None) -> None:
     print(f"{'joint':<{width}}  {'parent':<{width}}  {'bone, m':>8}  rotates about")
     for bone in skeleton.bones:
         length = np.linalg.norm(bone.offset)
-        print(f"{bone.name:<{width}}  {bone.parent or root:<{width}}  {length:>8.3f}  {bone.dofs or '-'}")
+        print(f"{bone.name:<{width}}  {bone.parent or root:<{width}}  {length:>8.3f}  {_describe_dofs(bone)}")
+
+
+def _describe_dofs(bone: Bone) -> str:
+    """Return the axes about which a joint rotates; of a hinge about any axis this axis, and the name of its column."""
+    if bone.axis is None:
+        return bone.dofs or "-"
+    return f"{bone.dofs} ({', '.join(f'{x:.3g}' for x in bone.axis)}) {bone.dof_name}"
 
 
 def _describe_points(points: Keypoints) -> None:

@@ -125,7 +125,9 @@ def read_moving(
 def _load_moving(load: Callable[..., Any], file: Path | BytesIO, **options: Any) -> Motion | Keypoints:
     content = load(file, **options)
     if isinstance(content, Skeleton):
-        raise ValueError("this is a skeleton (ASF), which has no motion: choose its AMC file")
+        raise ValueError(
+            "this is a skeleton (ASF or a robot), which has no motion: choose a motion, such as its AMC file"
+        )
     return content
 
 

@@ -265,7 +265,9 @@ def _prepare(
 ) -> Motion | Keypoints:
     """Return a motion as the options have it, or keypoints; refuse skeletons."""
     if isinstance(content, Skeleton):
-        raise ValueError(f"{name} is a skeleton (ASF), which has no motion: pass its AMC file")
+        raise ValueError(
+            f"{name} is a skeleton (ASF or a robot), which has no motion: pass a motion, such as its AMC file"
+        )
     if isinstance(content, Keypoints):
         for option, value in (("--frame-rate", frame_rate), ("--rotations", rotations)):
             if value is not None:

@@ -235,7 +235,8 @@ def add_reading(parser: CommandParser) -> None:
     group.add_argument(
         "--root",
         metavar="NAME",
-        help="joint of a BVH file that is the root; default: the first, or its moving child if it stands still",
+        help="joint of a BVH file that is the root, or link of a robot; default: the first, or its moving child if it "
+        "stands still; of a robot the link that moves freely",
     )
 
 

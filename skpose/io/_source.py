@@ -17,6 +17,7 @@ from skpose._warnings import warn
 from skpose.io._arguments import Readable
 from skpose.io._error import MocapFormatError
 from skpose.io._opening import Unpacked, open_file
+from skpose.io._robot_kind import robot_kind
 from skpose.io._words import NUMBER, Token, complaint
 from skpose.skeleton import Skeleton
 from skpose.skeleton._shared import size_of
@@ -246,7 +247,8 @@ def _other_kind(head: bytes) -> str | None:
     if b"\0" in head:
         return "this is a binary file,"
     if head.lstrip().startswith(b"<"):
-        return "this is a web page or XML,"
+        kind = robot_kind(head.decode("utf-8", errors="replace"))
+        return f"this is a robot ({kind}), which load_robot reads," if kind else "this is a web page or XML,"
     return None
 
 

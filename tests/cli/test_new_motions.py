@@ -408,7 +408,11 @@ def test_convert_standard_input(monkeypatch, capsys):
     [
         (["none.bvh", "--out", "m.npz"], 1, "none.bvh"),
         ([".", "--out", "m.npz"], 1, "FILE must be one file, and . is a folder: choose a file in it"),
-        ([str(DATA / "arm.asf"), "--out", "m.npz"], 1, "is a skeleton (ASF), which has no motion: pass its AMC file"),
+        (
+            [str(DATA / "arm.asf"), "--out", "m.npz"],
+            1,
+            "is a skeleton (ASF or a robot), which has no motion: pass a motion, such as its AMC file",
+        ),
         (["walk.trc", "--out", "m.bvh"], 1, "m.bvh: these are positions of points without a skeleton"),
         (["walk.trc", "--frame-rate", "9", "--out", "m.npz"], 1, "--frame-rate is for motions, and walk.trc has pos"),
         (["walk.trc", "--rotations", "rotvec", "--out", "m.csv"], 1, "--rotations is for motions, and walk.trc has p"),

@@ -208,4 +208,4 @@ def test_what_is_refused_of_points(capsys):
     np.savez("squat.npz", positions=squatting().positions[:, :17], frame_rate=30.0)
     assert "squat.npz does not name its points: pass --layout" in refusal(["squat.npz"], capsys)
     Path("arm.asf").write_text((Path(__file__).parents[1] / "data" / "arm.asf").read_text())
-    assert "this is a skeleton (ASF), which has no motion" in refusal(["arm.asf"], capsys)
+    assert "this is a skeleton (ASF or a robot), which has no motion" in refusal(["arm.asf"], capsys)

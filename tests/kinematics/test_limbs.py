@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import reference
-from robots import counterparts, robot, walk
+from robot_of_hinges import counterparts, robot, walk
 from scipy.spatial.transform import Rotation
 
 from skpose import Bone, Motion, Skeleton
