@@ -15,11 +15,13 @@ from scipy.spatial.transform import Rotation
 from skpose import Skeleton, pose_distances
 from skpose.datasets import load_cmu
 from skpose.io import load_robot
+from skpose.metrics import Spatial
 from skpose.skeleton import Bone
 
 N, N_QUICK = 1000, 60
 N_OTHERS = 6  # configurations of which all pairs are computed by the others
 N_STEPS = 10
+LINE = Spatial(N_STEPS, wrap=False)  # a robot with limits cannot take the short way past π
 
 
 def on_turned_frames(robot):
@@ -110,29 +112,29 @@ def main():
     low, high = np.clip(robot.limits if robot.limits is not None else np.full((robot.n_dofs, 2), [-3, 3]), -3, 3).T
     X = rng.uniform(low, high, size=(2 * n, robot.n_dofs))
     contestants = {
-        "skpose": lambda: pose_distances(X[:n], X[n:], skeleton=robot, metric="spatial", n_jobs=1),
+        "skpose": lambda: pose_distances(X[:n], X[n:], skeleton=robot, metric=LINE, n_jobs=1),
         "skpose, frames of a prototype": lambda: pose_distances(
-            X[:n], X[n:], skeleton=prototype, metric="spatial", n_jobs=1
+            X[:n], X[n:], skeleton=prototype, metric=LINE, n_jobs=1
         ),
-        "skpose, two threads": lambda: pose_distances(X[:n], X[n:], skeleton=robot, metric="spatial", n_jobs=2),
+        "skpose, two threads": lambda: pose_distances(X[:n], X[n:], skeleton=robot, metric=LINE, n_jobs=2),
     }
     pairs = dict.fromkeys(contestants, n * n)
     if options.folder:
         people = load_cmu(options.folder)
-        person, poses = people.skeleton, people.poses(12.0)
+        person, poses = people.skeleton, people.poses(12.0)[0]
         Y = poses[rng.permutation(len(poses))[: 2 * n]]
         half = len(Y) // 2
         name = f"skpose, a person of {person.n_dofs} dofs"
-        contestants[name] = lambda: pose_distances(Y[:half], Y[half:], skeleton=person, metric="spatial", n_jobs=1)
+        contestants[name] = lambda: pose_distances(Y[:half], Y[half:], skeleton=person, metric=LINE, n_jobs=1)
         pairs[name] = half * (len(Y) - half)
     few = X[:N_OTHERS]
-    exact = pose_distances(few, skeleton=robot, metric="spatial")  # all angles are limited to less than a turn
+    exact = pose_distances(few, skeleton=robot, metric=LINE)
     others = {"numpy and MuJoCo": positions_by_mujoco(options.robot, robot), "pinocchio": positions_by_pinocchio(robot)}
     for name, place in others.items():
         contestants[name] = lambda place=place: lengths(few, place, robot.weights)
         pairs[name] = N_OTHERS * (N_OTHERS - 1) // 2
-    expected = pose_distances(X[:n], X[n:], skeleton=robot, metric="spatial")
-    again = pose_distances(X[:n], X[n:], skeleton=prototype, metric="spatial")
+    expected = pose_distances(X[:n], X[n:], skeleton=robot, metric=LINE)
+    again = pose_distances(X[:n], X[n:], skeleton=prototype, metric=LINE)
     differences = {"skpose, frames of a prototype": np.abs(again - expected).max() / expected.max()}
     for name, place in others.items():
         differences[name] = np.abs(lengths(few, place, robot.weights) - exact).max() / exact.max()

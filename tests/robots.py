@@ -131,6 +131,17 @@ ROBOTS = {
         ),
         {"x": 0.7, "y": -0.2, "w": 0.4, "s": [0.1, 0.5, -0.7], "grip": 0.03},
     ),
+    "slides": (
+        mjcf(
+            '<body name="base"><joint name="x" type="slide" axis="1 0 0" ref="0.1"/>'
+            '<joint name="y" type="slide" axis="0 2 1"/><joint name="yaw" ref="10"/>'
+            '<body name="lift" pos="0 0 1" quat="1 1 0 0"><joint name="lift" type="slide" pos="1 1 1" ref="-0.3"/>'
+            '<body name="arm" pos="0 0 1"><joint name="s" type="ball" pos="0.1 0 0"/>'
+            '<body name="finger" pos="0 0 0.1"><joint name="grip" type="slide" pos="1 1 1" range="0 0.04"/>'
+            '<joint name="bend" axis="1 1 0" pos="0 1 0"/></body></body></body></body>'
+        ),
+        {},
+    ),
     "URDF": (
         urdf(
             link("thigh", "base", "revolute"),
@@ -151,7 +162,7 @@ ROBOTS = {
     ),
     "URDF on a plane": (
         urdf(link("arm", "base", "planar"), link("hand", "arm", "prismatic"), link("finger", "hand", "continuous")),
-        {"arm_joint_TX": 0.3, "arm_joint_TY": -2.0, "hand_joint": 0.5},
+        {"arm_joint_TX": 0.3, "arm_joint_TY": -2.0},
     ),
 }
 
@@ -169,7 +180,7 @@ def random_robot(seed):
             ref = float(rng.normal() * rng.integers(2)) if of != "ball" else 0.0
             joints += f'<joint name="{name}" type="{of}" pos="{numbers(pos)}" axis="{numbers(rng.normal(size=3))}"'
             joints += f' ref="{ref!r}"/>' if ref else "/>"
-            if of == "slide" or (rng.random() < 0.2 and i):
+            if rng.random() < 0.2 and i:
                 held[name] = rng.normal(size=3) if of == "ball" else float(rng.normal())
         place = f'pos="{numbers(rng.normal(size=3))}"' + f' quat="{numbers(rng.normal(size=4))}"' * rng.integers(2)
         texts.append(f'<body name="b{i}" {place}>{joints}{{{i}}}</body>')

@@ -38,8 +38,8 @@ def load_robot(
     Returns
     -------
     Skeleton
-        With ``offset_frame="parent"``. A hinge is a column with the name of the joint; a ball joint has three, the
-        rotation vector that `Bone` describes. Limits are those of the joints that have any.
+        With ``offset_frame="parent"``. A hinge or a slide is a column with the name of the joint, in rad or m; a ball
+        joint has three, the rotation vector that `Bone` describes. Limits are those of the joints that have any.
 
     Raises
     ------
@@ -47,8 +47,7 @@ def load_robot(
         If MuJoCo is not installed.
     MocapFormatError
         If MuJoCo cannot read the file, in its words; if several links with joints move freely and no `root` is
-        chosen; if a joint slides and is not held, as every column of a pose is an angle; for a name in `root` or `held`
-        that is not in the file, and a value beyond the joint's limits.
+        chosen; for a name in `root` or `held` that is not in the file, and a value beyond the joint's limits.
     OSError
         If the file cannot be read.
 

@@ -14,20 +14,21 @@ from scipy.spatial.transform import Rotation
 from skpose._validation.names import near_names
 from skpose.io._robot_file import RobotFile, list_names
 from skpose.skeleton import Bone, Skeleton
-from skpose.skeleton._shared import BALL
+from skpose.skeleton._shared import BALL, HINGE, SLIDE
 
-FREE, SPHERICAL, SLIDE, HINGE = range(4)  # mujoco.mjtJoint
+FREE, SPHERICAL, SLIDE_JOINT, HINGE_JOINT = range(4)  # mujoco.mjtJoint
+DOFS = {SPHERICAL: BALL, SLIDE_JOINT: SLIDE, HINGE_JOINT: HINGE}  # of a bone
 WORLD = 0  # MuJoCo's number of the world's body
-IN_QPOS = {FREE: 7, SPHERICAL: 4, SLIDE: 1, HINGE: 1}  # numbers of a joint in qpos
+IN_QPOS = {FREE: 7, SPHERICAL: 4, SLIDE_JOINT: 1, HINGE_JOINT: 1}  # numbers of a joint in qpos
 EXACT = 1e-15  # entries of rotation matrices that differ by less from 0, 1 and −1 are these: quarter turns are exact
 WITHIN = 1e-6  # rad or m, by which a held value may exceed the limits: the digits of a file
 EXPECTED = {
     FREE: "seven numbers, the position, m, and the quaternion (w, x, y, z)",
     SPHERICAL: "a rotation vector, rad",
-    SLIDE: "a number, m",
-    HINGE: "a number, rad",
+    SLIDE_JOINT: "a number, m",
+    HINGE_JOINT: "a number, rad",
 }
-SHAPES: dict[int, tuple[int, ...]] = {FREE: (7,), SPHERICAL: (3,), SLIDE: (), HINGE: ()}
+SHAPES: dict[int, tuple[int, ...]] = {FREE: (7,), SPHERICAL: (3,), SLIDE_JOINT: (), HINGE_JOINT: ()}
 
 Held = Mapping[str, Any]
 
@@ -77,7 +78,6 @@ def build_robot(file: RobotFile, root: str | None, held: Held | None) -> Robot:
     top = _choose_root(file, bodies, joints, root)
     inside = _without_objects(model, _below(model, top), joints)
     moving = [joint for joint in joints if joint.body in inside]
-    _refuse_slides(file, bodies, top, moving)
     if free := [joint for joint in moving if joint.kind == FREE]:
         raise file.error(
             f"root={bodies[top]!r} carries {bodies[free[0].body]!r}, which moves freely, and only the root of a "
@@ -95,7 +95,7 @@ def build_robot(file: RobotFile, root: str | None, held: Held | None) -> Robot:
         columns += found
     if not columns:
         held_too = " and is not held" if held else ""
-        raise file.error(f"{bodies[top]!r} carries no joint that rotates{held_too}, and a skeleton needs one")
+        raise file.error(f"{bodies[top]!r} carries no joint that moves{held_too}, and a skeleton needs one")
     try:
         skeleton = Skeleton(bones, "parent")
     except ValueError as error:
@@ -178,7 +178,7 @@ def _check_held(file: RobotFile, joint: Joint, value: Any) -> np.ndarray:
         refuse(EXPECTED[joint.kind])
     if array.shape != SHAPES[joint.kind] or not np.isfinite(array).all():
         refuse(EXPECTED[joint.kind])
-    if joint.kind in (SLIDE, HINGE) and joint.limits is not None:
+    if joint.kind in (SLIDE_JOINT, HINGE_JOINT) and joint.limits is not None:
         lower, upper = joint.limits
         if not lower - WITHIN <= array <= upper + WITHIN:
             refuse(f"{EXPECTED[joint.kind]}, within its limits, {lower:.6g} to {upper:.6g}")
@@ -232,31 +232,6 @@ def _without_objects(model: Any, inside: Sequence[int], joints: Sequence[Joint])
     return [body for body in inside if body not in left]
 
 
-def _refuse_slides(file: RobotFile, bodies: Sequence[str], top: int, joints: Sequence[Joint]) -> None:
-    """Refuse joints that slide and are not held; those that carry the whole robot may be a movement of its root."""
-    slides = [joint for joint in joints if joint.kind == SLIDE and joint.held is None]
-    if not slides:
-        return
-    verb, them = ("joint {} slides", "it") if len(slides) == 1 else ("joints {} slide", "them")
-    remedy = ", ".join(f"{joint.name!r}: {_in_limits(joint):.6g}" for joint in slides)
-    body, *others = {joint.body for joint in slides}
-    below = _below(file.model, body)
-    carries_all = not others and [body, *below] == _below(file.model, top)
-    turns = any(joint.body in below and joint.kind in (HINGE, SPHERICAL) for joint in joints)
-    raise file.error(
-        f"{verb.format(', '.join(repr(joint.name) for joint in slides))}, in metres, and every column of a pose is an "
-        f"angle: hold {them} at a value, m, held={{{remedy}}}"
-        + f", or let {them} move the root, root={bodies[body]!r}"
-        * (carries_all and turns)
-    )
-
-
-def _in_limits(joint: Joint) -> float:
-    """Return the number of a joint at which its link is as the file has it, or the nearest within its limits."""
-    lower, upper = joint.limits or (-np.inf, np.inf)
-    return min(max(joint.reference, lower), upper)
-
-
 def _bones_of_body(
     name: str, parent: str | None, place: tuple[np.ndarray, np.ndarray | None], joints: Sequence[Joint], taken: set[str]
 ) -> tuple[list[Bone], list[Column]]:
@@ -269,18 +244,20 @@ def _bones_of_body(
             shift, turn = _held_movement(joint)
             offset, rest = offset + rest @ shift, rest @ turn
             continue
-        offset = offset + rest @ joint.point
-        is_ball = joint.kind == SPHERICAL
-        if joint.reference and not is_ball:
+        point = np.zeros(3) if joint.kind == SLIDE_JOINT else joint.point
+        offset = offset + rest @ point
+        if joint.kind == SLIDE_JOINT:
+            offset = offset - joint.reference * (rest @ joint.axis)
+        elif joint.kind == HINGE_JOINT and joint.reference:
             rest = rest @ _about(joint.axis, -joint.reference)
         anchor = _new_name(f"{joint.name}_anchor", taken)
-        bone = Bone(anchor, parent, offset + 0.0, BALL if is_ball else "hinge", _exact(rest))
-        if not is_ball:
+        bone = Bone(anchor, parent, offset + 0.0, DOFS[joint.kind], _exact(rest))
+        if joint.kind != SPHERICAL:
             limits = None if joint.limits is None else (joint.limits,)
             bone = bone._replace(limits=limits, axis=joint.axis, dof_name=joint.name)
         bones.append(bone)
         columns.append(Column(anchor, joint))
-        parent, offset, rest = anchor, -joint.point, np.eye(3)
+        parent, offset, rest = anchor, -point, np.eye(3)
     if bones and not offset.any() and _exact(rest) is None:
         bones[-1], columns[-1] = bones[-1]._replace(name=name), columns[-1]._replace(bone=name)
     else:
@@ -291,9 +268,9 @@ def _bones_of_body(
 def _held_movement(joint: Joint) -> tuple[np.ndarray, np.ndarray]:
     """Return the shift and the rotation of a joint at the value at which it is held, in the axes of its link."""
     value: Any = joint.held
-    if joint.kind == SLIDE:
+    if joint.kind == SLIDE_JOINT:
         return joint.axis * (value - joint.reference), np.eye(3)
-    if joint.kind == HINGE:
+    if joint.kind == HINGE_JOINT:
         turn = _about(joint.axis, value - joint.reference)
     else:
         turn = Rotation.from_rotvec(value).as_matrix()

@@ -106,7 +106,7 @@ def test_errors_of_qpos_from_motion():
     given = {"held": held}
     with pytest.raises(TypeError, match=r"motion must be a skpose.Motion, got ndarray: Motion\(skeleton, poses"):
         qpos_from_motion(motion.angles, opened(text))
-    with pytest.raises(MocapFormatError, match="'x', 'y', 'grip' slide"):
+    with pytest.raises(MocapFormatError, match="the motion has no columns 'x', 'y', 's_anchor_rotvec_x'"):
         qpos_from_motion(motion, opened(text))
     less = {name: value for name, value in held.items() if name != "w"}
     with pytest.raises(MocapFormatError, match=r"the motion has no columns 'w': .* held at a value, held="):

@@ -11,7 +11,7 @@ import pytest
 import reference
 from numpy.testing import assert_allclose, assert_array_equal
 
-from skpose import Motion, forward_kinematics, position_jacobian
+from skpose import Motion, forward_kinematics, pose_distances, position_jacobian
 from skpose._cli.main import main
 from skpose.io import (
     MocapFormatError,
@@ -25,7 +25,7 @@ from skpose.io import (
 
 mujoco = pytest.importorskip("mujoco")
 
-from robots import BALL, FREE, ROBOTS, SCENE, SLIDE, TWO_FREE, compiled, link, mjcf, opened, random_qpos, root_of, urdf  # noqa: E402
+from robots import BALL, FREE, ROBOTS, SCENE, TWO_FREE, compiled, link, mjcf, opened, random_qpos, root_of, urdf  # noqa: E402
 
 TIGHT = 1e-13  # m, and of entries of matrices
 
@@ -193,7 +193,7 @@ def test_another_root():
     with pytest.raises(MocapFormatError, match="root='tors' is no link of this file: did you mean 'torso'"):
         load_robot(io.StringIO(SCENE), root="tors")
     with pytest.raises(MocapFormatError, match=r"root='world' carries 'pelvis', which moves freely.*root='pelvis'"):
-        load_robot(io.StringIO(SCENE), root="world", held={"pull": 0.1})
+        load_robot(io.StringIO(SCENE), root="world")
 
 
 def test_two_free_robots_need_a_root():
@@ -249,20 +249,18 @@ def test_bodies_that_a_program_moves_are_no_part_of_a_robot():
         assert load_robot(opened(text)).joint_names == ("arm",)
 
 
-def test_the_remedy_for_slides_is_within_their_limits():
-    text = mjcf('<body name="a"><joint name="s" type="slide" range="0.1 0.5"/><joint name="i"/></body>')
-    with pytest.raises(MocapFormatError, match=r"held={'s': 0.1}$"):
-        load_robot(opened(text))
+def test_slides_are_columns():
+    robot = load_robot(opened(ROBOTS["slides"][0]))
+    assert robot.dof_names[:4] == ("x", "y", "yaw", "lift")
+    assert robot.dof_names[-2:] == ("grip", "bend")
+    assert robot["grip_anchor"].is_slide
+    assert_array_equal(robot["grip_anchor"].limits, [[0.0, 0.04]])  # m
+    with pytest.raises(ValueError, match="adds the squares of all columns, which are rad, but x, y, lift in m"):
+        pose_distances(np.zeros((2, robot.n_dofs)), skeleton=robot, metric="angle")
 
 
-def test_slides_are_refused_with_the_remedy():
+def test_joints_that_carry_the_root_move_it():
     text, held = ROBOTS["held"]
-    with pytest.raises(MocapFormatError, match=r"joints 'x', 'y', 'grip' slide, in metres.*held={'x': 0.1, 'y': 0, "):
-        load_robot(opened(text))
-    with pytest.raises(MocapFormatError, match=r"joint 'grip' slides, .* hold it at a value, m, held={'grip': 0}$"):
-        load_robot(opened(text), held={"x": 0, "y": 1})
-    with pytest.raises(MocapFormatError, match=r"or let them move the root, root='base'$"):
-        load_robot(opened(text), held={"grip": 0})
     assert load_robot(opened(text), held=held).dof_names == ("yaw", "v", "bend")
     with pytest.warns(UserWarning, match="joints that carry 'base' move the root and are no columns: 'x', 'y', 'yaw'"):
         assert load_robot(opened(text), root="base", held={"grip": 0}).dof_names[0] == "s_anchor_rotvec_x"
@@ -385,8 +383,8 @@ def test_includes_are_read(tmp_path):
         (mjcf('<body name="a" foo="1"/>'), "MuJoCo cannot read this file: .*unrecognized attribute: 'foo'"),
         (mjcf('<body name="a"><joint name="i" axis="0 0 0"/></body>'), "axis too small"),
         (mjcf('<body name="a"><joint name="i"/></body>' * 2), "repeated name"),
-        (mjcf('<body name="a"/>'), "'world' carries no joint that rotates, and a skeleton needs one"),
-        (mjcf('<body name="a"><freejoint/></body>'), "'world' carries no joint that rotates, and a skeleton needs one"),
+        (mjcf('<body name="a"/>'), "'world' carries no joint that moves, and a skeleton needs one"),
+        (mjcf('<body name="a"><freejoint/></body>'), "'world' carries no joint that moves, and a skeleton needs one"),
         (
             mjcf('<body name="a" pos="nan 0 0"><joint name="i"/></body>'),
             "link 'a': its place has numbers that are not fin",
@@ -486,9 +484,9 @@ def test_info_prints_a_robot(tmp_path, monkeypatch, capsys):
         "thigh   root       0.224  hinge (0, -1, 0) hip",
         "shank   thigh      0.412  hinge (0.577, 0.577, 0.577) knee",
     ]
-    Path("held.xml").write_text(ROBOTS["held"][0])
-    assert main(["info", "held.xml"]) == 1
-    assert "joints 'x', 'y', 'grip' slide" in capsys.readouterr().err
+    Path("lift.xml").write_text(ROBOTS["slides"][0])
+    assert main(["info", "lift.xml"]) == 0
+    assert "slide (0, 0.894, 0.447) y" in capsys.readouterr().out
     monkeypatch.setitem(sys.modules, "mujoco", None)
     assert main(["info", "robot.xml"]) == 1
     assert capsys.readouterr().err == "skpose: robot.xml: load_robot needs MuJoCo: pip install 'skpose[robot]'\n"
@@ -498,26 +496,26 @@ def test_info_prints_a_robot(tmp_path, monkeypatch, capsys):
 def test_robots_of_the_folder(robots_folder, robot):
     path = robots_folder / f"{robot}.xml"
     model = mujoco.MjModel.from_xml_path(str(path))
-    slides = [model.joint(i).name for i in range(model.njnt) if model.jnt_type[i] == SLIDE]
-    held = dict.fromkeys(slides, 0.25)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        skeleton = load_robot(path, held=held)
+        skeleton = load_robot(path)
     data, rng = mujoco.MjData(model), np.random.default_rng(0)
-    root = root_of(model, skeleton) if slides else 1
+    is_free = model.jnt_type[0] == FREE
+    root = 1 if is_free else root_of(model, skeleton)
     limited = [model.joint(name) for name in skeleton.dof_names]
     limits = np.array([model.jnt_range[j.id] if model.jnt_limited[j.id] else (-np.inf, np.inf) for j in limited])
     assert_array_equal(skeleton.limits, limits)
-    qpos = np.stack([random_qpos(model, held, rng) for _ in range(50)])
-    motion = motion_from_qpos(qpos, path, 30, held=held)
+    qpos = np.stack([random_qpos(model, {}, rng) for _ in range(50)])
+    motion = motion_from_qpos(qpos, path, 30)
     positions = forward_kinematics(motion.angles, skeleton)
-    bodies = [model.body(name).id for name in skeleton.joint_names]
+    names = [name for name in skeleton.joint_names if not name.endswith("_anchor")]
+    bodies = [model.body(name).id for name in names]
     assert bodies == list(range(root + 1, model.nbody))
     for row, found in zip(qpos, positions, strict=True):
         data.qpos[:] = row
         mujoco.mj_kinematics(model, data)
         expected = (data.xpos[bodies] - data.xpos[root]) @ data.xmat[root].reshape(3, 3)
-        assert_allclose(found, expected, rtol=0, atol=TIGHT)
-    again = qpos_from_motion(motion, path, held=held)
-    again[:, 3:7] *= np.sign((again[:, 3:7] * qpos[:, 3:7]).sum(axis=1, keepdims=True)) if not slides else 1.0
+        assert_allclose(found[[skeleton.joint_names.index(name) for name in names]], expected, rtol=0, atol=TIGHT)
+    again = qpos_from_motion(motion, path)
+    again[:, 3:7] *= np.sign((again[:, 3:7] * qpos[:, 3:7]).sum(axis=1, keepdims=True)) if is_free else 1.0
     assert_allclose(again, qpos, rtol=0, atol=1e-12)
