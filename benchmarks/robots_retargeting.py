@@ -33,9 +33,9 @@ from scipy.spatial.transform import Rotation
 from skpose import Bone, Skeleton, forward_kinematics
 from skpose.datasets import load_cmu, make_gait
 from skpose.kinematics import _limbs, retarget
-from skpose.kinematics._limb_solver import LEVER, solve
-from skpose.kinematics._limbs_of_person import to_vertical
-from skpose.kinematics._stances import stances_of
+from skpose.kinematics._by_limbs._person import to_vertical
+from skpose.kinematics._by_limbs._solver import LEVER, solve
+from skpose.kinematics._by_limbs._stances import stances_of
 
 ROBOTS = ("unitree_g1", "booster_t1", "engineai_pm01", "galaxea_r1pro")
 SIDES = ("left", "right")

@@ -9,15 +9,15 @@ import numpy as np
 
 from skpose._validation.skeletons import check_skeleton, limits_of
 from skpose.kinematics._at_rest import in_words, joints_at_rest, movers_of, warn_of_ends
+from skpose.kinematics._by_limbs._stances import stances_of
+from skpose.kinematics._by_limbs._targets import by_limbs
 from skpose.kinematics._counterparts import Counterparts, counterparts
 from skpose.kinematics._forward import forward_kinematics
 from skpose.kinematics._inverse import inverse_kinematics
 from skpose.kinematics._lengths import ratio_of_lengths
-from skpose.kinematics._limbs import by_limbs
 from skpose.kinematics._lines import find_lines, pair_of
 from skpose.kinematics._orientations import by_orientations
 from skpose.kinematics._rigs import HIP
-from skpose.kinematics._stances import stances_of
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._shared import check_rest_poses, mismatch, root_orientations, seen_of
 

@@ -12,9 +12,9 @@ from scipy.spatial.transform import Rotation
 from skpose import Bone, Motion, Skeleton
 from skpose.datasets import MotionDataset, humanoid, make_gait
 from skpose.kinematics import retarget
-from skpose.kinematics._contacts import find_contacts
-from skpose.kinematics._places import find_robot
-from skpose.kinematics._robots import ROBOTS, places_of
+from skpose.kinematics._by_limbs._contacts import find_contacts
+from skpose.kinematics._by_limbs._places import find_robot
+from skpose.kinematics._by_limbs._robots import ROBOTS, places_of
 
 FASTEST = 20.0  # rad/s
 

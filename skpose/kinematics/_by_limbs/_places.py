@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from skpose.kinematics._by_limbs._robots import HEEL, ROBOTS, TIP, Robot, places_of
 from skpose.kinematics._landmarks import SIDES, common_parent, path_up
 from skpose.kinematics._lines import ROOT, find_carriers, find_movers, unit
 from skpose.kinematics._rigs import ANKLE, BALL, ELBOW, HAND, HIP, KNEE, SHOULDER, TOE, WRIST
-from skpose.kinematics._robots import HEEL, ROBOTS, TIP, Robot, places_of
 from skpose.skeleton import Bone, Skeleton
 from skpose.skeleton._shared import axes_at_zero, axes_of, positions_at_zero
 

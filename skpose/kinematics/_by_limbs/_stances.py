@@ -3,9 +3,18 @@
 import functools
 from collections.abc import Mapping
 
+from skpose.kinematics._by_limbs._places import (
+    ARM,
+    LEG,
+    Place,
+    Stance,
+    find_robot,
+    find_stance,
+    joint_places,
+    robot_places,
+)
 from skpose.kinematics._counterparts import check_joints
 from skpose.kinematics._landmarks import SIDES, find_landmarks
-from skpose.kinematics._places import ARM, LEG, Place, Stance, find_robot, find_stance, joint_places, robot_places
 from skpose.skeleton import Skeleton
 
 EXAMPLE = '{"left_knee_link": "LeftLeg"}'

@@ -12,10 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose.kinematics._contacts import Contact, hold_foot
-from skpose.kinematics._landmarks import SIDES, path_up
-from skpose.kinematics._limb_solver import Solution, Targets, hold_at_rest, rest_within_limits, solve
-from skpose.kinematics._limbs_of_person import (
+from skpose.kinematics._by_limbs._contacts import Contact, hold_foot
+from skpose.kinematics._by_limbs._person import (
     Limb,
     Person,
     axes_from,
@@ -26,8 +24,10 @@ from skpose.kinematics._limbs_of_person import (
     show_axes,
     to_vertical,
 )
+from skpose.kinematics._by_limbs._places import ARM, LEG, Place, Stance, rolls_of, sole_of
+from skpose.kinematics._by_limbs._solver import Solution, Targets, hold_at_rest, rest_within_limits, solve
+from skpose.kinematics._landmarks import SIDES, path_up
 from skpose.kinematics._lines import ROOT, unit
-from skpose.kinematics._places import ARM, LEG, Place, Stance, rolls_of, sole_of
 from skpose.kinematics._rigs import ANKLE, ELBOW, HAND, HIP, KNEE, SHOULDER, WRIST
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._shared import continuous_root_angles, positions_at_zero

@@ -4,11 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose.kinematics._contacts import Contact, find_contacts, find_floor
+from skpose.kinematics._by_limbs._contacts import Contact, find_contacts, find_floor
+from skpose.kinematics._by_limbs._places import ARM, LEG, Place, Stance, with_places
 from skpose.kinematics._forward import forward_kinematics
 from skpose.kinematics._landmarks import SIDES
 from skpose.kinematics._lines import unit
-from skpose.kinematics._places import ARM, LEG, Place, Stance, with_places
 from skpose.kinematics._rigs import ANKLE, BALL, HAND, HIP, KNEE, TOE, WRIST
 from skpose.skeleton import Motion
 from skpose.skeleton._shared import root_orientations

@@ -9,9 +9,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from skpose._validation.skeletons import limits_of
+from skpose.kinematics._by_limbs._places import Place, with_places
 from skpose.kinematics._forward import forward_kinematics
 from skpose.kinematics._inverse_problem import Task, problem_of
-from skpose.kinematics._places import Place, with_places
 from skpose.skeleton import Skeleton
 
 LEVER = 0.2  # m, from a point on a pelvis or a chest to those that show its orientation
