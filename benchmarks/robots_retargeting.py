@@ -30,9 +30,11 @@ import common
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose import Bone, Skeleton, forward_kinematics
+from skpose import forward_kinematics
 from skpose.datasets import load_cmu, make_gait
-from skpose.kinematics import _limbs, retarget
+from skpose.io import load_robot
+from skpose.kinematics import retarget
+from skpose.kinematics._by_limbs import _targets
 from skpose.kinematics._by_limbs._person import to_vertical
 from skpose.kinematics._by_limbs._solver import LEVER, solve
 from skpose.kinematics._by_limbs._stances import stances_of
@@ -57,27 +59,9 @@ class Robot:
 
         self.mujoco, self.path = mujoco, str(path)
         self.model = mujoco.MjModel.from_xml_path(self.path)
-        self.skeleton = self._skeleton()
-
-    def _skeleton(self):
-        """Return the bodies below the first one as a skeleton; its own joints are the root."""
-        model, bones = self.model, []
-        for b in range(2, model.nbody):
-            parent, matrix = model.body_parentid[b], np.zeros(9)
-            self.mujoco.mju_quat2Mat(matrix, model.body_quat[b])
-            bone = Bone(
-                model.body(b).name,
-                None if parent == 1 else model.body(parent).name,
-                model.body_pos[b],
-                rest_rotation=matrix.reshape(3, 3),
-            )
-            if model.body_jntnum[b]:
-                j = model.body_jntadr[b]
-                limits = (model.jnt_range[j],) if model.jnt_limited[j] else None
-                axis, name = model.jnt_axis[j], model.joint(j).name
-                bone = bone._replace(dofs="hinge", axis=axis, dof_name=name, limits=limits)
-            bones.append(bone)
-        return Skeleton(bones, "parent")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # of a mobile base, which moves the root
+            self.skeleton = load_robot(path, root=self.model.body(1).name)
 
     def with_sites(self, places, axes):
         """Return a model whose root is free, with sites at places, and the name of each site's frame."""
@@ -156,7 +140,7 @@ class Case:
     def __init__(self, robot, motion, names):
         theirs, ours = stances_of(motion.skeleton, robot.skeleton, None)
         self.robot, self.motion, self.ours = robot, motion, ours
-        self.aim = _limbs.aim_at(motion, robot.skeleton, theirs, ours, None, "enforce")
+        self.aim = _targets.aim_at(motion, robot.skeleton, theirs, ours, None, "enforce")
         self.bones = [pair for pair in BONES if f"left_{pair[0]}" in ours.places]
         self.marks = [(side, mark) for side in SIDES for mark in {m: 0 for pair in self.bones for m in pair}]
         named = [ours.places[f"{side}_{mark}"] for side, mark in self.marks]
@@ -299,7 +283,7 @@ class Mink:
             mink.FrameTask(f"place {i}", "site", np.sqrt(p), np.sqrt(o), lm_damping=LM_DAMPING)
             for i, (_, _, p, o) in enumerate(self.frames)
         ]
-        self.posture = mink.PostureTask(self.model, cost=_limbs.STIFFNESS)
+        self.posture = mink.PostureTask(self.model, cost=_targets.STIFFNESS)
         self.limits = [mink.ConfigurationLimit(self.model, gain=GAIN)]
 
     def _add(self, sites, axes, place, own, at, x, y, position_cost, orientation_cost):
@@ -375,7 +359,7 @@ def race(robot, motions, names, repeats):
         start = time.process_time()
         for case in cases:
             aim = case.aim
-            solve(aim.skeleton, aim.targets, aim.bent, _limbs.STIFFNESS, case.motion.times, _limbs.FASTEST)
+            solve(aim.skeleton, aim.targets, aim.bent, _targets.STIFFNESS, case.motion.times, _targets.FASTEST)
         seconds["skpose, its solver"].append(time.process_time() - start)
         for name, (n_iter, as_near) in settings.items():
             spent = 0.0
@@ -438,12 +422,13 @@ def controls(robot, motion, bend, names):
     if "left_hip" in stances_of(motion.skeleton, robot.skeleton, None)[1].places:
         case = Case(robot, motion, names)
         held = case.measure(retarget(motion, robot.skeleton, method="limbs"))["slides"]
-        hold = _limbs.hold_foot
-        _limbs.hold_foot = lambda end, foot, *rest: (end, foot, np.zeros(len(end)))
+        hold = _targets.hold_foot
+        _targets.hold_foot = lambda end, foot, *rest: (end, foot, np.zeros(len(end)))
         try:
             loose = case.measure(retarget(motion, robot.skeleton, method="limbs"))["slides"]
         finally:
-            _limbs.hold_foot = hold
+            _targets.hold_foot = hold
+        if held.size:  # on a treadmill feet stand nowhere
         print(f"  feet held: slide {1e3 * held.max():.2f} mm at most; not held: {1e3 * loose.max():.1f} mm")
 
 
