@@ -429,7 +429,7 @@ def controls(robot, motion, bend, names):
         finally:
             _targets.hold_foot = hold
         if held.size:  # on a treadmill feet stand nowhere
-        print(f"  feet held: slide {1e3 * held.max():.2f} mm at most; not held: {1e3 * loose.max():.1f} mm")
+            print(f"  feet held: slide {1e3 * held.max():.2f} mm at most; not held: {1e3 * loose.max():.1f} mm")
 
 
 def main():
