@@ -217,7 +217,7 @@ def retarget(
     *,
     method: Any,
     joints: Mapping[str, str] | None,
-    factor: float | Literal["lengths"],
+    factor: float | Literal["lengths"] | None,
     n_jobs: int,
 ) -> None:
     """Print how each motion comes onto a skeleton, and write the only one if there is a target."""
@@ -228,7 +228,7 @@ def retarget(
             )
         (report,) = there.retargeting
         print(f"{name}: by {report}")
-        if report != UNCHANGED:
+        if report != UNCHANGED and not report.startswith("limbs"):  # which says what stays at rest
             have = find_counterparts(motion.skeleton, skeleton) if joints is None else joints
             alone = [joint for joint in skeleton.joint_names if joint not in have]
             if alone:

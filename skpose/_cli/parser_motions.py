@@ -103,16 +103,21 @@ def add_between(between: CommandParser) -> None:
 def add_retarget(retarget: CommandParser) -> None:
     retarget.add_argument("files", nargs="+", type=Path, metavar="FILE", help=f"{ONE}. Several are only reported on")
     retarget.group("input").add_argument(
-        "--onto", type=Path, required=True, metavar="OTHER", help="file whose skeleton it is: as FILE, or an ASF file"
+        "--onto",
+        type=Path,
+        required=True,
+        metavar="OTHER",
+        help="file whose skeleton it is: as FILE, an ASF file, or a robot (MJCF, URDF)",
     )
     add_new_motion(retarget, "the motion on the skeleton of OTHER; default: print the report alone", required=False)
     group = retarget.group("result")
     group.add_argument(
         "--method",
-        choices=["auto", "numbers", "orientations", "positions", "unchecked"],
+        choices=["auto", "numbers", "orientations", "positions", "limbs", "unchecked"],
         default="auto",
         help="by the numbers of the angles, by the directions of the bones in the world, by the positions of the "
-        "joints, by the first of these that can (auto), or by the numbers as they are, unchecked; default: auto",
+        "joints, by limbs within the limits of a robot, by the first of these that can (auto), or by the numbers as "
+        "they are, unchecked; default: auto",
     )
     group.add_argument(
         "--joints",
@@ -125,10 +130,9 @@ def add_retarget(retarget: CommandParser) -> None:
     group.add_argument(
         "--factor",
         type=_factor,
-        default=1.0,
         metavar="F",
         help="factor of positions in the world; lengths: the ratio of the lengths of the bones, as a person of the "
-        "size of OTHER would move; default: 1",
+        "size of OTHER would move; default: 1, and the ratio of the legs by limbs",
     )
     add_frame_rate(retarget)
     add_skip_errors(retarget)

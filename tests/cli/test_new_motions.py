@@ -11,6 +11,7 @@ import damaged
 import numpy as np
 import pandas
 import pytest
+import robot_of_hinges
 from conftest import DATA, in_space
 
 from skpose import Bone, Motion, Skeleton
@@ -305,6 +306,19 @@ def test_files_of_retarget(capsys):
     amc, asf = str(DATA / "arm.amc"), str(DATA / "arm.asf")
     assert main(["retarget", amc, "--onto", asf, "--amc-frame-rate", "60"]) == 0
     assert capsys.readouterr().out == f"{amc}: by same numbers\n"
+
+
+def test_retarget_onto_a_robot(capsys):
+    skeleton, (motion, _) = robot_of_hinges.robot(), robot_of_hinges.walk()
+    save_npz("walk.npz", motion)
+    save_npz("robot.npz", Motion(skeleton, np.zeros((1, skeleton.n_dofs)), 30.0, up="z"))
+    joints = robot_of_hinges.counterparts(skeleton)
+    pairs = [f"{ours}={theirs}" for ours, theirs in joints.items()]
+    command = ["retarget", "walk.npz", "--onto", "robot.npz", "--method", "limbs", "--joints", *pairs]
+    assert main([*command, "--out", "there.npz"]) == 0
+    line, _ = capsys.readouterr().out.splitlines()
+    assert line.startswith("walk.npz: by limbs, ")
+    assert_close(load_motion("there.npz"), retarget(motion, skeleton, method="limbs", joints=joints))
 
 
 # --- skpose convert --------------------------------------------------------------------------------------------------
