@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import reference
+from conftest import in_space
 from robot_of_hinges import counterparts, robot, walk
 from scipy.spatial.transform import Rotation
 
@@ -309,3 +310,22 @@ def test_a_foot_in_the_air_does_not_stand():
     low, times = path([(0.5, 0.0), (0.3, 3.0), (0.5, 0.0)])
     high = low + np.outer(np.arange(len(low)) > 65, [0.0, 0.0, 0.6])
     assert len(find_contacts(high, high, times, 1.0)) == 1
+
+
+def test_a_mobile_base_moves_by_its_own_joints():
+    arms = robot(legs=False)
+    base = [
+        Bone("base_x", None, (0, 0, 0), "slide", axis=(1, 0, 0)),
+        Bone("base_y", "base_x", (0, 0, 0), "slide", axis=(0, 1, 0)),
+        Bone("base", "base_y", (0, 0, 0), "hinge", axis=(0, 0, 1)),
+    ]
+    on_base = [bone._replace(parent="base") if bone.parent is None else bone for bone in arms.bones]
+    motion, _ = walk()
+    there = retarget(motion, arms, method="limbs", joints=counterparts(arms))
+    mobile = retarget(motion, Skeleton([*base, *on_base], "parent"), method="limbs", joints=counterparts(arms))
+    assert not np.ptp(mobile.root_positions, axis=0).any()
+    assert not np.ptp(mobile.root_angles, axis=0).any()
+    assert mobile.angles[-1, :2] - mobile.angles[0, :2] == pytest.approx(
+        there.root_positions[-1, [2, 0]] - there.root_positions[0, [2, 0]], abs=1e-4
+    )
+    np.testing.assert_allclose(in_space(mobile)[:, 3:], in_space(there), atol=2e-3)

@@ -35,10 +35,12 @@ class Targets:
         self.positions.append(position)
         self.weights.append(weight)
 
-    def add_link(self, joint: int, origin: np.ndarray, at: np.ndarray, axes: np.ndarray, weight: float) -> None:
+    def add_link(
+        self, joint: int, origin: np.ndarray, at: np.ndarray, axes: np.ndarray, weight: float, group: str = "links"
+    ) -> None:
         """Add places on a link around a point that show its position (n_frames, 3) and its axes (n_frames, 3, 3)."""
         for corner in CORNERS:
-            self.add(Place(joint, origin + self.axes @ corner), at + axes @ corner, weight, "links")
+            self.add(Place(joint, origin + self.axes @ corner), at + axes @ corner, weight, group)
 
 
 class Solution(NamedTuple):

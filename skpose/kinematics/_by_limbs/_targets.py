@@ -103,6 +103,7 @@ class Aim(NamedTuple):
     rolls: list[int]  # its joints that stay there, though they carry places
     targets: Targets
     legs: dict[str, Leg]
+    is_on_base: bool  # whether its own joints move it over the floor, and its root stays where it is
 
 
 def by_limbs(
@@ -129,7 +130,7 @@ def aim_at(
         contacts, floor = find_ground(person, theirs, motion.times)
         _put_trunk(trunk, skeleton, person, ours, scale, scale * floor)
     else:
-        _put_on_wheels(trunk, person, ours, scale, lowest_ankle(person))
+        _put_on_wheels(trunk, person, ours, _base_of(skeleton, ours.chest), scale, lowest_ankle(person))
     first = solve(held, trunk, rest, TRUNK_STIFFNESS, motion.times, FASTEST)
     starts, pelvis, chest = _read_trunk(first, held, ours)
     targets = Targets(ours.axes)
@@ -143,15 +144,16 @@ def aim_at(
         for side, leg in legs.items():
             _put_leg(targets, person, ours, side, starts[f"{side}_{HIP}"], leg)
     else:
-        for place, at in zip(trunk.places[:4], trunk.positions[:4], strict=True):
-            targets.add(place, at, WHEELS, "links")
+        for i in trunk.groups["wheels"]:
+            targets.add(trunk.places[i], trunk.positions[i], WHEELS, "links")
     if ours.has(ARM):
         middle = (starts[f"left_{SHOULDER}"] + starts[f"right_{SHOULDER}"]) / 2.0
         if ours.chest != ours.pelvis or not on_legs:
             targets.add_link(ours.chest, _middle(ours, SHOULDER), middle, chest, WEIGHTS["chest"])
         for side in SIDES:
             _put_arm(targets, person, ours, side, starts[f"{side}_{SHOULDER}"], chest)
-    return Aim(held, rest, _bend_limbs(held, ours, rest), rolls, targets, legs)
+    is_on_base = not on_legs and _base_of(skeleton, ours.chest) != ROOT
+    return Aim(held, rest, _bend_limbs(held, ours, rest), rolls, targets, legs, is_on_base)
 
 
 # --- where the target shall be ----------------------------------------------------------------------------------------
@@ -191,12 +193,32 @@ def _put_trunk(targets: Targets, skeleton: Skeleton, person: Person, ours: Stanc
         targets.add_link(ours.chest, pivot, chest, person.chest, WEIGHTS["chest"])
 
 
-def _put_on_wheels(targets: Targets, person: Person, ours: Stance, scale: float, floor: float) -> None:
-    """Put a root without legs on the floor below the person's hips, and the chest in the height of the person's."""
+def _base_of(skeleton: Skeleton, chest: int) -> int:
+    """Return the link of a mobile base, which joints move over the floor, and the root where none do.
+
+    These are slides, and hinges at the same point, before all others.
+    """
+    base = ROOT
+    for joint in reversed(path_up(skeleton, chest)):
+        bone = skeleton.bones[joint]
+        if any(bone.offset) or not (bone.is_slide or (bone.is_hinge and base != ROOT)):
+            break
+        base = joint
+    return base
+
+
+def _put_on_wheels(targets: Targets, person: Person, ours: Stance, base: int, scale: float, floor: float) -> None:
+    """Put a base without legs on the floor below the person's hips, and the chest in the height of the person's.
+
+    Where joints move the base the root stays where it is.
+    """
     hips, shoulders = (
         (person.limbs[f"left_{mark}"].start + person.limbs[f"right_{mark}"].start) / 2.0 for mark in (HIP, SHOULDER)
     )
-    targets.add_link(ROOT, np.zeros(3), scale * hips * [1.0, 1.0, 0.0], level(person.pelvis), WHEELS)
+    targets.add_link(base, np.zeros(3), scale * hips * [1.0, 1.0, 0.0], level(person.pelvis), WHEELS, "wheels")
+    if base != ROOT:
+        still = np.broadcast_to(ours.axes, person.pelvis.shape)
+        targets.add_link(ROOT, np.zeros(3), np.zeros_like(hips), still, WHEELS, "wheels")
     at = scale * (shoulders - [0.0, 0.0, floor])
     targets.add_link(ours.chest, _middle(ours, SHOULDER), at, person.chest, WEIGHTS["chest"])
 
@@ -330,12 +352,15 @@ def _collect(motion: Motion, skeleton: Skeleton, final: Solution, aim: Aim) -> F
     columns = [skeleton.dof_names.index(name) for name in names]
     angles[:, columns] = final.poses
     vertical = to_vertical(motion.up)
-    root_angles, axes = continuous_root_angles(Rotation.from_matrix(vertical.T @ final.roots), ROOT_AXES[motion.up])
+    roots, origins = final.roots, final.origins
+    if aim.is_on_base:  # exactly
+        roots, origins = np.broadcast_to(np.eye(3), roots.shape), np.zeros_like(origins)
+    root_angles, axes = continuous_root_angles(Rotation.from_matrix(vertical.T @ roots), ROOT_AXES[motion.up])
     result = replace(
         motion,
         skeleton=skeleton,
         angles=angles,
-        root_positions=final.origins @ vertical,
+        root_positions=origins @ vertical,
         root_angles=root_angles,
         root_axes=axes,
         seen=None,
