@@ -116,7 +116,7 @@ class PoseEstimatorMixin(EstimatorMixin):
         X = validate_data(self, X, dtype=[np.float64, np.float32], reset=reset, **options)
         if self.skeleton_ is not None:
             check_width(X, self.skeleton_, "X")
-            warn_of_degrees(X=X, in_estimator=True)
+            warn_of_degrees(None, self.skeleton_, X=X, in_estimator=True)
         elif reset:
             warn_of_no_skeleton(self.metric, self.skeleton)
         if self.metric_ is None:

@@ -80,7 +80,8 @@ def _describe(content: Motion | Skeleton, rate: Rate | None) -> None:
         print(f"{len(content)} frames at {content.frame_rate:g} Hz{by}, {seconds:.2f} s, {content.up} up")
     print(f"{skeleton.n_joints} joints besides the root, {skeleton.n_dofs} degrees of freedom\n")
     width = max(len(name) for name in ("joint", "parent", root, *skeleton.joint_names))
-    print(f"{'joint':<{width}}  {'parent':<{width}}  {'bone, m':>8}  rotates about")
+    moves = "rotates about, or slides along" if any(bone.is_slide for bone in skeleton.bones) else "rotates about"
+    print(f"{'joint':<{width}}  {'parent':<{width}}  {'bone, m':>8}  {moves}")
     for bone in skeleton.bones:
         length = np.linalg.norm(bone.offset)
         print(f"{bone.name:<{width}}  {bone.parent or root:<{width}}  {length:>8.3f}  {_describe_dofs(bone)}")

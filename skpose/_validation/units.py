@@ -12,6 +12,7 @@ author chose, and may be a robot's arm: it is not watched.
 
 import numpy as np
 
+from skpose._validation.skeletons import SkeletonLike
 from skpose._warnings import is_called_by_user, warn
 
 TWO_PI = 2.0 * np.pi
@@ -23,15 +24,30 @@ HUMAN = 1.7  # m, to choose among units
 UNITS = {"metres": 1.0, "centimetres": 0.01, "millimetres": 0.001, "inches": 0.0254, "units of CMU": 0.0254 / 0.45}
 
 
-def warn_of_degrees(remedy: str | None = None, /, *, in_estimator: bool = False, **arrays: np.ndarray | None) -> None:
+def warn_of_degrees(
+    remedy: str | None = None,
+    skeleton: SkeletonLike | None = None,
+    /,
+    *,
+    in_estimator: bool = False,
+    **arrays: np.ndarray | None,
+) -> None:
     """Warn if one of the arrays of angles looks like degrees: once for a call by the user.
+
+    The columns of a skeleton's slides are in m, and not looked at.
 
     Calls of the library's functions by the library are silent, as what the user called has looked at the same numbers.
     The remedy is `np.radians` of the array, or what is to be passed instead.
     """
+    bones = () if skeleton is None else skeleton.bones
+    slides = np.repeat([bone.is_slide for bone in bones], [bone.n_dofs for bone in bones]).astype(bool)
     for name, X in arrays.items():
         if X is None or X.size == 0:
             continue
+        if slides.any() and X.shape[1] == len(slides):
+            X = X[:, ~slides]
+            if X.size == 0:
+                continue
         X = X[:: -(-len(X) // LOOKED_AT)]
         farthest = max(float(X.max()), -float(X.min()))
         if not FAR < farthest < np.inf:

@@ -237,7 +237,7 @@ def geodesic(
     array([[8.02]])
     """
     first, last = check_pose(start, skeleton, "start"), check_pose(end, skeleton, "end")
-    warn_of_degrees(start=first[None], end=last[None])
+    warn_of_degrees(None, skeleton, start=first[None], end=last[None])
     chosen = require_geodesic(metric, skeleton, "geodesic")
     if joint_limits == "enforce":
         first, last = check_limits(first, skeleton, "start"), check_limits(last, skeleton, "end")

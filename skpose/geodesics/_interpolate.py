@@ -164,7 +164,7 @@ def interpolate(
     X = check_poses(poses if keys is None else keys.angles, skeleton, "poses").astype(np.float64)
     if len(X) < 2:
         raise ValueError(f"poses must be at least two key poses, got {len(X)}: one pose is no motion")
-    warn_of_degrees(poses=X)
+    warn_of_degrees(None, skeleton, poses=X)
     limited = None
     if joint_limits == "enforce":
         X = check_limits(X, skeleton, "poses" if keys is None else "poses.angles")

@@ -123,7 +123,7 @@ def log_map(
     """
     first = check_pose(base, skeleton, "base")
     X = check_poses(poses, skeleton, "poses").astype(np.float64)
-    warn_of_degrees(base=first[None], poses=X)
+    warn_of_degrees(None, skeleton, base=first[None], poses=X)
     n_steps = require_logarithms(metric, skeleton, "log_map").n_steps
     space = TangentSpace(skeleton, first, n_steps, effective_n_jobs(n_jobs))
     found = space.logarithms(X)
@@ -213,7 +213,7 @@ def exp_map(
     array([[1., 0.]])
     """
     first = check_pose(base, skeleton, "base")
-    warn_of_degrees(base=first[None])
+    warn_of_degrees(None, skeleton, base=first[None])
     check_is_array(velocities, "velocities")
     given = check_numbers(velocities, "velocities")
     expected = (skeleton.n_joints, 3)

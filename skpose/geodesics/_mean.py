@@ -178,7 +178,7 @@ def frechet_mean(
     0.34
     """
     X = check_poses(X, skeleton, "X").astype(np.float64)
-    warn_of_degrees(X=X)
+    warn_of_degrees(None, skeleton, X=X)
     weighted, chosen = WeightedPoses.of(X, skeleton, sample_weight), resolve(metric, skeleton, auto="position")
     require_means(chosen, "frechet_mean")
     direct = chosen.direct_means(weighted.X, skeleton)

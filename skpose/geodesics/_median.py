@@ -144,7 +144,7 @@ def geometric_median(
     (0.03, 0.41)
     """
     X = check_poses(X, skeleton, "X").astype(np.float64)
-    warn_of_degrees(X=X)
+    warn_of_degrees(None, skeleton, X=X)
     weighted, chosen = WeightedPoses.of(X, skeleton, sample_weight), resolve(metric, skeleton, auto="position")
     require_means(chosen, "geometric_median")
     sample = weighted.sample(chosen, n_jobs)

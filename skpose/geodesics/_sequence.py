@@ -111,7 +111,7 @@ def geodesic_distances(
     True
     """
     X, Y = (check_poses(given, skeleton, name).astype(np.float64) for name, given in (("X", X), ("Y", Y)))
-    warn_of_degrees(X=X, Y=Y)
+    warn_of_degrees(None, skeleton, X=X, Y=Y)
     tree = tree_of(skeleton)
     positions = weighted_positions(X, skeleton)
     frames, ends = to_tree_order(tree, X), to_tree_order(tree, Y)

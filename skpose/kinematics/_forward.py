@@ -82,7 +82,7 @@ def _check_angles(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
     check_is_array(angles, "angles")
     check_skeleton(skeleton)
     angles = check_poses(angles, skeleton, "angles")
-    warn_of_degrees(angles=angles)
+    warn_of_degrees(None, skeleton, angles=angles)
     return angles
 
 

@@ -52,6 +52,12 @@ def by_orientations(
     There is the index of each joint's counterpart in the motion's skeleton, -1 where it has none, and lines are those
     that shall be parallel.
     """
+    for skeleton in (motion.skeleton, target):
+        if slides := [bone.name for bone in skeleton.bones if bone.is_slide]:
+            raise ValueError(
+                f"the directions of bones do not show how far the joint {slides[0]!r} slides: "
+                'method="positions" finds it, and method="numbers" keeps it between skeletons with the same joints'
+            )
     seen = None if motion.seen is None else motion.seen[:, there] & (there >= 0)
     if not len(motion):
         nothing = replace(motion, skeleton=target, angles=np.zeros((0, target.n_dofs)), seen=seen)
@@ -275,7 +281,8 @@ def _angles(
 def _columns_of_counterpart(motion: Motion, bone: Bone, counterpart: int, same_frame: bool) -> np.ndarray | None:
     """Return the columns of the joint's counterpart if they have the same meaning."""
     skeleton = motion.skeleton
-    if counterpart < 0 or not same_frame or skeleton.bones[counterpart].dofs != bone.dofs:
+    other = skeleton.bones[counterpart]
+    if counterpart < 0 or not same_frame or (other.dofs, other.axis) != (bone.dofs, bone.axis):
         return None
     end = sum(b.n_dofs for b in skeleton.bones[: counterpart + 1])
     return motion.angles[:, end - bone.n_dofs : end]
@@ -288,8 +295,6 @@ def _numbers(bone: Bone, rotations: Rotation, near: np.ndarray | None) -> np.nda
     """
     if bone.n_dofs == 3:
         return continuous_columns(bone, rotations) if near is None else columns_of(bone, rotations, near)
-    if bone.is_slide:
-        return np.zeros((len(rotations), 1)) if near is None else near
     if bone.n_dofs == 1:
         quaternions = rotations.as_quat()
         angles = 2.0 * np.arctan2(quaternions[:, :3] @ axes_of(bone)[0], quaternions[:, 3])[:, None]

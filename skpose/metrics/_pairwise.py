@@ -295,7 +295,7 @@ def _check(X: ArrayLike, Y: ArrayLike | None, skeleton: Skeleton | None) -> tupl
         Y = check_poses(Y, skeleton, "Y")
         check_same_width(X, Y)
     if skeleton is not None:
-        warn_of_degrees(X=X, Y=Y)
+        warn_of_degrees(None, skeleton, X=X, Y=Y)
     return X, Y
 
 

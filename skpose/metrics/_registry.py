@@ -89,10 +89,11 @@ def _refuse_slides(skeleton: Skeleton) -> None:
     """Refuse a skeleton whose columns are not all angles, for a metric that adds them up."""
     slides = [name for bone in skeleton.bones if bone.is_slide for name in bone.dof_names]
     if slides:
+        more = f" and {len(slides) - 3} more" if len(slides) > 3 else ""
         raise ValueError(
-            f'the metric "angle" adds the squares of all columns, which are rad, but {", ".join(slides[:3])} in m: '
-            "multiply slides by what 1 m shall count in rad and pass no skeleton, or use a metric in m, such as "
-            '"position" or "spatial"'
+            f'the metric "angle" adds the squares of all columns, in rad, but {", ".join(slides[:3])}{more} are in m: '
+            'use a metric in m, such as "position" or "spatial", or multiply slides by what 1 m shall count in rad and '
+            "pass the array alone, without a skeleton"
         )
 
 

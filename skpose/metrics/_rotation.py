@@ -16,7 +16,8 @@ class Rotation(Metric):
     r"""Distance between the world orientations of all bones, :math:`\sqrt{\sum_b \ell_b^2 \varphi_b^2}`, m.
 
     φ is the angle between the orientations of bone b in the two poses, at most π, and ℓ the length of the bone, so that
-    each term is the arc of the bone's end about its start (sec. 1.1 of [1]_). Whole turns do not change it.
+    each term is the arc of the bone's end about its start (sec. 1.1 of [1]_). Whole turns do not change it, nor do
+    slides, which rotate nothing: in a mean they have the arithmetic mean.
 
     See Also
     --------
@@ -57,6 +58,14 @@ class _RotationSample(JointSample):
     def __init__(self, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton):
         super().__init__(X, weights, skeleton)
         self.orientations = self._orientations(X)
+
+    def start(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the extrinsic mean, with the arithmetic mean of slides, which rotate nothing and stay there."""
+        dofs, pose = super().start()
+        slides = self.tree.slide_dof
+        dofs[slides] = self.weights @ self.dofs[:, slides]
+        pose[self.tree.column[slides]] = dofs[slides]
+        return dofs, pose
 
     def linearize(self, pose: np.ndarray, slope: float) -> Linearization:
         """Return distances, and gradients by the angular velocities of the bones, exact to some 1e-10."""

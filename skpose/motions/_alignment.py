@@ -341,7 +341,7 @@ def align_motions(
     check_alignment(alignment, window, chosen)
     poses_a, poses_b = first.sequences.poses, second.sequences.poses
     if skeleton is not None:
-        warn_of_degrees(a=poses_a, b=poses_b)
+        warn_of_degrees(None, skeleton, a=poses_a, b=poses_b)
     warn_of_no_skeleton(metric, skeleton)
     dtype = np.result_type(poses_a, poses_b)
     rows, columns = poses_a, poses_b

@@ -160,7 +160,7 @@ def motion_distances(
     chosen = resolve(metric, skeleton, of_motions=True)
     if skeleton is not None:
         poses = {argument: one.sequences.poses for argument, one in zip(given, checked, strict=True)}
-        warn_of_degrees(in_estimator=False, **poses)
+        warn_of_degrees(None, skeleton, in_estimator=False, **poses)
     sequences = [one.rows(chosen, argument) for argument, one in zip(given, checked, strict=True)]
     check_alignment(alignment, window, chosen, **dict(zip(given, sequences, strict=True)))
     matrix = MotionMatrix(

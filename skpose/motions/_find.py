@@ -99,7 +99,7 @@ class MotionIndex:
         chosen = resolve(metric, checked.skeleton, of_motions=True)
         check_of_windows(chosen)
         if checked.skeleton is not None:
-            warn_of_degrees(motions=checked.sequences.poses)
+            warn_of_degrees(None, checked.skeleton, motions=checked.sequences.poses)
         warn_of_no_skeleton(metric, checked.skeleton)
         self.skeleton, self.frame_rate = checked.skeleton, checked.frame_rate
         self._n_dofs = checked.sequences.poses.shape[1]
@@ -228,7 +228,7 @@ shape (n_motions, n_frames, n_dofs)
                 raise ValueError(f"{name} is that of the MotionIndex, got {name}={value!r}: pass it to MotionIndex")
     checked = check_motion(query, index.skeleton, "query")
     if index.skeleton is not None:
-        warn_of_degrees(query=checked.sequences.poses)
+        warn_of_degrees(None, index.skeleton, query=checked.sequences.poses)
     here, there = checked.frame_rate, index.frame_rate
     if here is not None and there is not None and rates_differ(here, there):
         raise ValueError(

@@ -147,7 +147,7 @@ def _on_one_skeleton(
         _check_same_width(arrays)
         sequences = Sequences.of(list(arrays.values()))
         if rows and skeleton is not None:
-            warn_of_degrees(in_estimator=True, **{argument: sequences.poses})
+            warn_of_degrees(None, skeleton, in_estimator=True, **{argument: sequences.poses})
         times = [motion.times for motion in named.values()] if found else None
         checked.append(CheckedMotions(sequences, skeleton, frame_rate, times))
     widths = [one.sequences.poses.shape[1] for one in checked]

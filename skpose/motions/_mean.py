@@ -266,7 +266,7 @@ def mean_motion(
     given = list(motions) if frame_rate is not None else []  # arrays have no root
     check_roots(given)
     sequences = checked.sequences.in_float64()
-    warn_of_degrees(motions=sequences.poses)
+    warn_of_degrees(None, skeleton, motions=sequences.poses)
     mean = sequences.motion(_medoid(sequences, skeleton, window, n_jobs))
     if n_frames is not None and n_frames != len(mean):
         if frame_rate is not None and n_frames > 1 and len(mean) > 1:

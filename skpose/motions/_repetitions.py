@@ -440,7 +440,7 @@ def segment_repetitions(
     warn_of_no_skeleton(metric, checked.skeleton)
     poses = checked.sequences.poses
     if checked.skeleton is not None:
-        warn_of_degrees(motion=poses)
+        warn_of_degrees(None, checked.skeleton, motion=poses)
     limits, n_threads = Limits(min_frames or 1, max_frames or np.inf), effective_n_jobs(n_jobs)
     frames = Frames(*_turn_euler(poses, chosen, checked.skeleton), n_jobs)
     best, fitness, pvalue, found = explain(frames, limits, n_threads), 0.0, 1.0, nothing(frames)

@@ -288,7 +288,7 @@ class MotionStream:
                 'the frames after it are not known yet: take "position" or another distance between poses'
             )
         if checked.skeleton is not None:
-            warn_of_degrees(templates=checked.sequences.poses)
+            warn_of_degrees(None, checked.skeleton, templates=checked.sequences.poses)
         warn_of_no_skeleton(metric, checked.skeleton)
         self.skeleton, self.frame_rate = checked.skeleton, checked.frame_rate
         self._templates = checked.sequences.in_float64()
@@ -347,7 +347,7 @@ class MotionStream:
         """
         poses = self._check_frames(pose)
         if self.skeleton is not None:
-            warn_of_degrees(pose=poses)
+            warn_of_degrees(None, self.skeleton, pose=poses)
         self._rows.forget_counts()
         matches: list[StreamMatch] = []
         for code in self._rows.encode(poses):

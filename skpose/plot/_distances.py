@@ -117,7 +117,7 @@ class DistanceMatrixDisplay:
         """
         X = check_poses(X, skeleton, "X")
         if skeleton is not None:
-            warn_of_degrees(X=X)
+            warn_of_degrees(None, skeleton, X=X)
         distances = pose_distances(X, skeleton=skeleton, metric=metric, n_jobs=n_jobs)
         unit = resolve(metric, skeleton).unit
         return cls.from_distances(distances, sequence=sequence, names=names, unit=unit, ax=ax, **style)

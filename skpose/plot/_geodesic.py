@@ -149,7 +149,7 @@ class GeodesicDisplay:
             The display.
         """
         first, last = check_pose(start, skeleton, "start"), check_pose(end, skeleton, "end")
-        warn_of_degrees(start=first[None], end=last[None])
+        warn_of_degrees(None, skeleton, start=first[None], end=last[None])
         found = geodesic(first, last, skeleton, metric=metric)
         return cls.from_geodesic(found, skeleton, ax=ax, resolution=resolution)
 

@@ -165,7 +165,7 @@ class PoseDisplay:
             The display.
         """
         pose = check_pose(pose, skeleton, "pose")
-        warn_of_degrees(pose=pose[None])
+        warn_of_degrees(None, skeleton, pose=pose[None])
         return cls.from_positions(
             forward_kinematics(pose[None], skeleton)[0], skeleton, ax=ax, projection=projection, **style
         )
@@ -304,7 +304,7 @@ class PoseStripDisplay:
         check_is_array(X, "X")
         check_skeleton(skeleton)
         X = check_poses(X, skeleton, "X")
-        warn_of_degrees(X=X)
+        warn_of_degrees(None, skeleton, X=X)
         labels = [str(i) for i in range(len(X))] if labels is None else list(labels)
         if len(labels) != len(X):
             raise ValueError(f"labels must be one for each of the {len(X)} poses, got {len(labels)}")

@@ -142,9 +142,12 @@ def _check_axis(bone: Bone) -> tuple[float, ...] | None:
         _refuse(bone, "dof_name", "a non-empty string, or None")
     expected = "three finite numbers, not all zero: the direction of the axis"
     axis = _numbers(bone, "axis", (3,), expected)
-    length = np.linalg.norm(axis)
-    if not 0.0 < length < np.inf:
+    size = np.abs(axis).max()
+    if not 0.0 < size < np.inf:
         _refuse(bone, "axis", expected)
+    length = np.linalg.norm(axis)
+    if not 1e-100 < size < 1e100:  # whose squares are no numbers
+        axis, length = axis / size, np.linalg.norm(axis / size)
     if abs(length - 1.0) > UNIT_TOLERANCE:
         axis = axis / length
     return tuple(axis.tolist())

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose.skeleton._bone import BALL, Bone
+from skpose.skeleton._bone import BALL, Bone, are_slides
 from skpose.skeleton._chart import displace, steps_between
 from skpose.skeleton._joint_positions import joint_positions
 from skpose.skeleton._root import heading
@@ -124,9 +124,15 @@ def describe_opening(frames: Frames) -> str:
     """Return by how much the last frame is off the first, in words; empty where it is the first, moved along."""
     gap = np.abs(steps_between(frames.bones, frames.poses[-1:], frames.rotate(frames.turns[-1]).poses[:1]))[0]
     steps = np.abs(steps_between(frames.bones, frames.poses[:-1], frames.poses[1:]))
-    if gap.max() > SEAM * steps.max() + ROUNDING:
-        names = [*frames.skeleton.dof_names, *["the root"] * 3]
-        return f"{names[gap.argmax()]} rotates by {np.degrees(gap.max()):.2g}°"
+    names, slides = np.array([*frames.skeleton.dof_names, *["the root"] * 3]), are_slides(frames.bones)
+    for these in (~slides, slides):  # rad and m
+        if these.any() and gap[these].max() > SEAM * steps[:, these].max() + ROUNDING:
+            name, most = names[these][gap[these].argmax()], gap[these].max()
+            return (
+                f"{name} slides by {most:.2g} m"
+                if slides[these].any()
+                else f"{name} rotates by {np.degrees(most):.2g}°"
+            )
     rise = abs(frames.heights[-1] - frames.heights[0])
     if rise > SEAM * np.abs(np.diff(frames.heights)).max() + ROUNDING:
         return f"the height of the root changes by {rise:.2g} m"

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from skpose._validation.skeletons import SkeletonLike
+from skpose.skeleton._bone import Bone
 
 MOST_ROWS = 50
 
@@ -30,6 +31,11 @@ def _row(tag: str, cells: Sequence[object]) -> str:
     return f"<tr>{''.join(f'<{tag}{style}>{html.escape(str(cell))}</{tag}>' for cell in cells)}</tr>"
 
 
+def _range(bone: Bone, low: float, high: float) -> str:
+    """Return in words a range of a joint's dof."""
+    return f"{low:.3g} to {high:.3g} m" if bone.is_slide else f"{np.degrees(low):.0f} to {np.degrees(high):.0f}°"
+
+
 def columns_of_bones(skeleton: SkeletonLike) -> dict[str, list[str]]:
     """Return the bones of a skeleton as columns of a table; limits and weights where there are any."""
     bones = skeleton.bones
@@ -40,9 +46,7 @@ def columns_of_bones(skeleton: SkeletonLike) -> dict[str, list[str]]:
         "length, m": [f"{length:.3g}" for length in np.linalg.norm(skeleton.offsets, axis=1)],
     }
     if skeleton.limits is not None:
-        columns["limits, °"] = [
-            ", ".join(f"{low:.0f} to {high:.0f}" for low, high in np.degrees(bone.limits or ())) for bone in bones
-        ]
+        columns["limits"] = [", ".join(_range(bone, *pair) for pair in bone.limits or ()) for bone in bones]
     if (skeleton.weights != 1.0).any():
         columns["weight"] = [f"{weight:.3g}" for weight in skeleton.weights]
     return columns

@@ -180,7 +180,7 @@ class Motion:
             raise ValueError(f"frame_numbers must increase, got {numbers[frame]} and then {numbers[frame + 1]}")
         object.__setattr__(self, "frame_numbers", numbers)
         object.__setattr__(self, "seen", check_seen(self.seen, (n_frames, self.skeleton.n_joints)))
-        warn_of_degrees(angles=self.angles)
+        warn_of_degrees(None, self.skeleton, angles=self.angles)
 
     @property
     def times(self) -> np.ndarray:

@@ -265,7 +265,7 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
         y = y.reshape(len(y), -1)
         if self.skeleton_ is not None:
             check_width(y, self.skeleton_, "y")
-            warn_of_degrees(y=y, in_estimator=True)
+            warn_of_degrees(None, self.skeleton_, y=y, in_estimator=True)
         return y
 
     def _means_of(self, poses):

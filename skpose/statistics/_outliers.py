@@ -172,7 +172,7 @@ def outlier_test(
         )
     skeleton = units.skeleton
     if skeleton is not None:
-        warn_of_degrees(X=units.of_x, Y=units.of_y)
+        warn_of_degrees(None, skeleton, X=units.of_x, Y=units.of_y)
     chosen = resolve(metric, skeleton, of_motions=True)
     tested, others = units.encode(chosen)
     warn_of_no_skeleton(metric, skeleton)

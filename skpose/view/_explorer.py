@@ -15,7 +15,7 @@ from skpose.skeleton._shared import root_orientations
 from skpose.view._pack import TURN, pack, unpack
 from skpose.view._page import Page, page_of
 from skpose.view._scene import AXES
-from skpose.view._skeleton import NUMBERS, skeleton_data
+from skpose.view._skeleton import NUMBERS, refuse_slides, skeleton_data
 
 ALL = 2_000  # poses; of more, some are scaled and the others placed by their distances to these
 LANDMARKS = 1_000
@@ -117,6 +117,7 @@ def explorer(
         )
     names = _check_labels(labels, dataset)
     skeleton, motions = _prepare_motions(dataset, frame_rate)
+    refuse_slides(skeleton)
     chosen = _check_metrics(metrics, skeleton)
     X = np.concatenate([motion.angles for motion in motions])
     packed = pack(X, STEP)

@@ -62,7 +62,7 @@ def geodesic_player(start: ArrayLike, end: ArrayLike, skeleton: Skeleton, *, ove
     'shortest path, 7.17 m and straight line, 8.03 m'
     """
     first, last = check_pose(start, skeleton, "start"), check_pose(end, skeleton, "end")
-    warn_of_degrees(start=first[None], end=last[None])
+    warn_of_degrees(None, skeleton, start=first[None], end=last[None])
     found = geodesic(first, last, skeleton)
     n = int(DURATION * FRAME_RATE) + 1
     line, length = _at_constant_speed(straight_line(skeleton.bones, first, last, FINE + 1, TWO_PI), skeleton, n)

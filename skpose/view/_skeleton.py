@@ -42,11 +42,7 @@ def skeleton_data(skeleton: Skeleton) -> dict[str, Any]:
     >>> data["parents"], data["dofs"], data["angles"]
     ([-1, 0], ['rotvec', 'z'], [False, False, False, True])
     """
-    if slides := [bone.name for bone in skeleton.bones if bone.is_slide]:
-        raise ValueError(
-            f"joint {slides[0]!r} slides, and this page computes poses by rotations alone: skpose.view.player shows "
-            "motions with slides"
-        )
+    refuse_slides(skeleton)
     return {
         "names": list(skeleton.joint_names),
         "parents": skeleton.parents.tolist(),
@@ -61,6 +57,15 @@ def skeleton_data(skeleton: Skeleton) -> dict[str, Any]:
         "angles": [not bone.is_ball for bone in skeleton.bones for _ in range(bone.n_dofs)],
         "offsetFrame": skeleton.offset_frame,
     }
+
+
+def refuse_slides(skeleton: Skeleton) -> None:
+    """Refuse a skeleton with joints that slide, which pages do not compute."""
+    if slides := [bone.name for bone in skeleton.bones if bone.is_slide]:
+        raise ValueError(
+            f"joint {slides[0]!r} slides, and this page computes poses by rotations alone: skpose.view.player shows "
+            "motions with slides"
+        )
 
 
 def _rest(bone: Bone) -> list[float] | None:

@@ -255,7 +255,7 @@ def test_slides_are_columns():
     assert robot.dof_names[-2:] == ("grip", "bend")
     assert robot["grip_anchor"].is_slide
     assert_array_equal(robot["grip_anchor"].limits, [[0.0, 0.04]])  # m
-    with pytest.raises(ValueError, match="adds the squares of all columns, which are rad, but x, y, lift in m"):
+    with pytest.raises(ValueError, match="all columns, in rad, but x, y, lift and 1 more are in m"):
         pose_distances(np.zeros((2, robot.n_dofs)), skeleton=robot, metric="angle")
 
 

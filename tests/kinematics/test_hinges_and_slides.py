@@ -1,5 +1,7 @@
 """Joints of robots: hinges about any axis, and slides, in what is computed of poses."""
 
+import warnings
+
 import numpy as np
 import pytest
 import reference
@@ -20,9 +22,12 @@ from skpose import (
 )
 from skpose.geodesics import frechet_mean, interpolate
 from skpose.io import load_motion, save_bvh, save_npz
+from skpose.kinematics import retarget
 from skpose.kinematics._tree import tree_of
 from skpose.metrics import Spatial
 from skpose.neighbors import PoseKNeighborsTransformer
+from skpose.skeleton._shared import straight_line
+from skpose.statistics import PoseTangentPCA
 
 KINDS = ("hinge", "slide", "rotvec", "hinge", "", "slide", "zy", "hinge", "ZXY", "slide", "x", "hinge")
 TREES = {
@@ -105,7 +110,7 @@ def test_differences_of_slides_are_not_wrapped():
 def test_angle_refuses_columns_of_two_units():
     with pytest.raises(
         ValueError,
-        match=r'"angle" adds the squares of all columns, which are rad, but b0_slide, b1_slide, b2_slide in m',
+        match=r'"angle" adds the squares of all columns, in rad, but b0_slide, b1_slide, b2_slide and 9 more are in m',
     ):
         pose_distances(np.zeros((2, 12)), skeleton=TREES["slides"], metric="angle")
 
@@ -287,3 +292,48 @@ def test_two_dofs_of_one_name_are_refused():
     hinge = Bone("a", None, (0, 1, 0), "hinge", axis=(0, 0, 1), dof_name="elbow")
     with pytest.raises(ValueError, match="two dofs have the name 'elbow'"):
         Skeleton([hinge, hinge._replace(name="b", parent="a")])
+
+
+def test_directions_do_not_show_slides():
+    lift = Skeleton(
+        [Bone("lift", None, (0, 0, 1), "slide", axis=(0, 0, 1)), Bone("arm", "lift", (0, 0, 0.2), "rotvec")]
+    )
+    down = Skeleton([lift["lift"]._replace(axis=(0, 0, -1)), lift["arm"]])
+    motion = Motion(lift, [[0.5, 0, 0, 0]], 30.0, up="z")
+    for target in (down, Skeleton([lift["lift"]._replace(dofs="", axis=None, dof_name=None), lift["arm"]])):
+        with pytest.raises(ValueError, match="joint 'lift' slides: method=\"positions\" finds it"):
+            retarget(motion, target, method="orientations")
+    found = retarget(motion, lift, method="numbers")
+    np.testing.assert_array_equal(found.angles, motion.angles)
+
+
+def test_steps_of_slides_are_not_wrapped():
+    poses = np.array([[0.0, 0.1, 0, 0], [9.0, 0.2, 0, 0], [-9.0, 0.3, 0, 0]])
+    spread = PoseTangentPCA(LIFT).fit(poses)
+    assert spread.explained_variance_[0] == pytest.approx(2 * np.var([0.0, 9.0, -9.0], ddof=1))  # of two joints
+    np.testing.assert_allclose(spread.inverse_transform(spread.transform(poses))[:, 0], poses[:, 0], atol=1e-6)
+    line = straight_line(LIFT.bones, poses[0], poses[1], 3, 2 * np.pi)
+    assert line[1, 0] == pytest.approx(4.5)
+
+
+def test_the_mean_of_what_rotation_ignores_is_that_of_the_numbers():
+    poses = np.random.default_rng(0).uniform(0, 2, size=(7, 4))
+    found = frechet_mean(poses, LIFT, metric="rotation")
+    np.testing.assert_allclose(found.pose[[0, 2]], poses[:, [0, 2]].mean(axis=0), atol=1e-9)
+
+
+def test_metres_are_no_degrees():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        pose_distances([[30.0, 0, 50.0, 0]], skeleton=LIFT, metric="position")
+    with pytest.warns(UserWarning, match="beyond 18.8 in 1 of 2 columns"):
+        pose_distances([[30.0, 90, 50.0, 0]], skeleton=LIFT, metric="position")
+
+
+def test_words_of_slides_are_metres():
+    lift = Bone("lift", None, (0, 0, 1), "slide", axis=(0, 0, 1), limits=((0.0, 0.04),))
+    table = Skeleton([lift, Bone("arm", "lift", (1, 0, 0), "z", limits=((0.0, 1.0),))])._repr_html_()
+    assert "0 to 0.04 m" in table
+    assert "0 to 57°" in table
+    with pytest.raises(ValueError, match=r"left_lift_slide slides by 0\.5 m"):
+        moved(np.linspace([0.0, 0, 0, 0], [0.5, 0, 0, 0], 9)).repeat(2)

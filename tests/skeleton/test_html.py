@@ -30,9 +30,9 @@ def cells_of(text):
 def test_a_skeleton_is_a_table_of_its_bones():
     summary, headings, rows = cells_of(ARM._repr_html_())
     assert summary == repr(ARM)
-    assert headings == ["joint", "parent", "dofs", "length, m", "limits, °", "weight"]
+    assert headings == ["joint", "parent", "dofs", "length, m", "limits", "weight"]
     assert rows == [
-        ['<b>&"elbow', "the root", "xyz", "0.3", "-57 to 57, 0 to 115, 0 to 29", "2"],
+        ['<b>&"elbow', "the root", "xyz", "0.3", "-57 to 57°, 0 to 115°, 0 to 29°", "2"],
         ["wrist", '<b>&"elbow', "rigid", "0.25", "", "1"],
     ]
 
