@@ -117,6 +117,7 @@ def explorer(
         )
     names = _check_labels(labels, dataset)
     skeleton, motions = _prepare_motions(dataset, frame_rate)
+    numbers = skeleton_data(skeleton)  # which refuses slides, whatever the metrics
     chosen = _check_metrics(metrics, skeleton)
     X = np.concatenate([motion.angles for motion in motions])
     packed = pack(X, STEP)
@@ -131,7 +132,7 @@ def explorer(
         "metrics": [{"name": name, "unit": metric.unit} for name, metric in METRICS.items()],
         "steps": Spatial().n_steps,
         "poses": packed,
-        "skeleton": skeleton_data(skeleton),
+        "skeleton": numbers,
         "size": _size(X, skeleton),
         "up": _up(motions),
         **_motions_data(dataset, motions, names),
