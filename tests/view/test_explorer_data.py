@@ -239,5 +239,7 @@ def test_slides_are_refused_whatever_the_metrics():
     lift = Skeleton([Bone("lift", None, (0, 0, 0.2), "slide", axis=(0, 0, 1)), Bone("hand", "lift", (0.3, 0, 0), "z")])
     dataset = MotionDataset([some_poses(4, lift)])
     for metrics in ({}, {"metrics": ["spatial"]}):
-        with pytest.raises(ValueError, match=r"joint 'lift' slides, .*: skpose\.view\.player shows motions with slides"):
+        with pytest.raises(
+            ValueError, match=r"joint 'lift' slides, .*: skpose\.view\.player shows motions with slides"
+        ):
             explorer(dataset, **metrics)
