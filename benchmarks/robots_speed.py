@@ -21,7 +21,7 @@ from skpose.skeleton import Bone
 N, N_QUICK = 1000, 60
 N_OTHERS = 6  # configurations of which all pairs are computed by the others
 N_STEPS = 10
-LINE = Spatial(N_STEPS, wrap=False)  # a robot with limits cannot take the short way past π
+LINE = Spatial(N_STEPS, wrap=False)  # a robot with limits cannot take the shortcut past π
 
 
 def on_turned_frames(robot):

@@ -117,7 +117,7 @@ def explorer(
         )
     names = _check_labels(labels, dataset)
     skeleton, motions = _prepare_motions(dataset, frame_rate)
-    numbers = skeleton_data(skeleton)  # which refuses slides, whatever the metrics
+    numbers = skeleton_data(skeleton)  # which refuses slides
     chosen = _check_metrics(metrics, skeleton)
     X = np.concatenate([motion.angles for motion in motions])
     packed = pack(X, STEP)

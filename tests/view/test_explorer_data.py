@@ -235,7 +235,7 @@ def test_nothing_in_a_page_comes_from_the_network(page):
     assert "https:" not in page.html
 
 
-def test_slides_are_refused_whatever_the_metrics():
+def test_slides_are_refused_under_any_metrics():
     lift = Skeleton([Bone("lift", None, (0, 0, 0.2), "slide", axis=(0, 0, 1)), Bone("hand", "lift", (0.3, 0, 0), "z")])
     dataset = MotionDataset([some_poses(4, lift)])
     for metrics in ({}, {"metrics": ["spatial"]}):
