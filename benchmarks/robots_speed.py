@@ -101,7 +101,7 @@ def lengths(X, place, weights):
 
 def main():
     arguments = parser(__doc__)
-    arguments.add_argument("--robot", help="an MJCF file with hinges alone")
+    arguments.add_argument("--robot", help="an MJCF file")
     options = arguments.parse_args()
     if not options.robot:
         sys.exit("pass --robot FILE, an MJCF file, such as the Unitree G1's of mujoco_menagerie")

@@ -311,8 +311,10 @@ class Skeleton:
             For a name that no joint has, a weight that is negative or not finite, weights that are all zero; for
             "mass", if a segment of the person is not found by the names of the joints.
 
-        Notes ----- Without weights every joint counts 1, but joints that always stand in one place count once: one of
-        them has weight 1 and the others 0.
+        Notes
+        -----
+        Without weights every joint counts 1, but joints that always stand in one place count once: one of them has
+        weight 1 and the others 0.
 
         "mass" finds thighs, shanks, feet, upper arms, forearms, hands and the head by name. The trunk, without the
         pelvis, is spread evenly over the length of the spine. What belongs to the root is left out, as the root does

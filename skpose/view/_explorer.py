@@ -15,7 +15,7 @@ from skpose.skeleton._shared import root_orientations
 from skpose.view._pack import TURN, pack, unpack
 from skpose.view._page import Page, page_of
 from skpose.view._scene import AXES
-from skpose.view._skeleton import NUMBERS, refuse_slides, skeleton_data
+from skpose.view._skeleton import NUMBERS, skeleton_data
 
 ALL = 2_000  # poses; of more, some are scaled and the others placed by their distances to these
 LANDMARKS = 1_000
@@ -117,7 +117,7 @@ def explorer(
         )
     names = _check_labels(labels, dataset)
     skeleton, motions = _prepare_motions(dataset, frame_rate)
-    refuse_slides(skeleton)
+    numbers = skeleton_data(skeleton)  # which refuses slides
     chosen = _check_metrics(metrics, skeleton)
     X = np.concatenate([motion.angles for motion in motions])
     packed = pack(X, STEP)
@@ -132,7 +132,7 @@ def explorer(
         "metrics": [{"name": name, "unit": metric.unit} for name, metric in METRICS.items()],
         "steps": Spatial().n_steps,
         "poses": packed,
-        "skeleton": skeleton_data(skeleton),
+        "skeleton": numbers,
         "size": _size(X, skeleton),
         "up": _up(motions),
         **_motions_data(dataset, motions, names),

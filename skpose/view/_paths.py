@@ -1,5 +1,7 @@
 """The player of two paths between two poses: the shortest one, and the straight line."""
 
+from typing import Literal
+
 import numpy as np
 
 from skpose._typing import ArrayLike
@@ -8,7 +10,7 @@ from skpose._validation.units import warn_of_degrees
 from skpose.geodesics import geodesic
 from skpose.kinematics import forward_kinematics
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import TWO_PI, interpolate_poses, straight_line
+from skpose.skeleton._shared import TWO_PI, interpolate_poses, limited_dofs, straight_line
 from skpose.view._page import Page
 from skpose.view._player import page, pairs_data
 from skpose.view._scene import motion_data
@@ -17,7 +19,15 @@ DURATION, FRAME_RATE = 2.0, 30.0  # s, Hz
 FINE = 640  # chords by which the straight line is measured
 
 
-def geodesic_player(start: ArrayLike, end: ArrayLike, skeleton: Skeleton, *, overlay: bool = False) -> Page:
+def geodesic_player(
+    start: ArrayLike,
+    end: ArrayLike,
+    skeleton: Skeleton,
+    *,
+    joint_limits: str = "ignore",
+    overlay: bool = False,
+    up: Literal["x", "y", "z"] = "y",
+) -> Page:
     """Return a page that plays the shortest path from one pose to another together with the straight line.
 
     Both take two seconds, at constant speed of all joints together. Colours show how far each joint is from where it is
@@ -29,8 +39,13 @@ def geodesic_player(start: ArrayLike, end: ArrayLike, skeleton: Skeleton, *, ove
         The two poses: joint angles, rad.
     skeleton : Skeleton
         Their skeleton.
+    joint_limits : {"ignore", "enforce"}, default="ignore"
+        "enforce" keeps both paths inside ``skeleton.limits``, as `skpose.geodesic` does: no dof with limits goes over
+        from π to −π.
     overlay : bool, default=False
         Whether the two start in one picture instead of side by side.
+    up : {"x", "y", "z"}, default="y"
+        Which axis of the root points up: "z" for robots.
 
     Returns
     -------
@@ -40,7 +55,7 @@ def geodesic_player(start: ArrayLike, end: ArrayLike, skeleton: Skeleton, *, ove
     Raises
     ------
     ValueError
-        For poses of the wrong length, or not finite.
+        For poses of the wrong length, or not finite; for poses outside of limits that are enforced.
 
     Warns
     -----
@@ -63,12 +78,16 @@ def geodesic_player(start: ArrayLike, end: ArrayLike, skeleton: Skeleton, *, ove
     """
     first, last = check_pose(start, skeleton, "start"), check_pose(end, skeleton, "end")
     warn_of_degrees(None, skeleton, start=first[None], end=last[None])
-    found = geodesic(first, last, skeleton)
+    found = geodesic(first, last, skeleton, joint_limits=joint_limits)
     n = int(DURATION * FRAME_RATE) + 1
-    line, length = _at_constant_speed(straight_line(skeleton.bones, first, last, FINE + 1, TWO_PI), skeleton, n)
+    straight = straight_line(skeleton.bones, first, last, FINE + 1, TWO_PI)
+    if joint_limits == "enforce":
+        limited = limited_dofs(skeleton.bones)
+        straight[:, limited] = np.linspace(first[limited], last[limited], FINE + 1)
+    line, length = _at_constant_speed(straight, skeleton, n)
     paths = {
-        f"shortest path, {found.curve_length:.3g} m": Motion(skeleton, found.resample(n), FRAME_RATE),
-        f"straight line, {length:.3g} m": Motion(skeleton, line, FRAME_RATE),
+        f"shortest path, {found.curve_length:.3g} m": Motion(skeleton, found.resample(n), FRAME_RATE, up=up),
+        f"straight line, {length:.3g} m": Motion(skeleton, line, FRAME_RATE, up=up),
     }
     F, G = (forward_kinematics(motion.angles, skeleton) for motion in paths.values())
     same = np.repeat(np.arange(n)[:, None], 2, axis=1)

@@ -42,7 +42,11 @@ def skeleton_data(skeleton: Skeleton) -> dict[str, Any]:
     >>> data["parents"], data["dofs"], data["angles"]
     ([-1, 0], ['rotvec', 'z'], [False, False, False, True])
     """
-    refuse_slides(skeleton)
+    if slides := [bone.name for bone in skeleton.bones if bone.is_slide]:
+        raise ValueError(
+            f"joint {slides[0]!r} slides, and this page computes poses by rotations alone: skpose.view.player shows "
+            "motions with slides"
+        )
     return {
         "names": list(skeleton.joint_names),
         "parents": skeleton.parents.tolist(),
@@ -57,15 +61,6 @@ def skeleton_data(skeleton: Skeleton) -> dict[str, Any]:
         "angles": [not bone.is_ball for bone in skeleton.bones for _ in range(bone.n_dofs)],
         "offsetFrame": skeleton.offset_frame,
     }
-
-
-def refuse_slides(skeleton: Skeleton) -> None:
-    """Refuse a skeleton with joints that slide, which pages do not compute."""
-    if slides := [bone.name for bone in skeleton.bones if bone.is_slide]:
-        raise ValueError(
-            f"joint {slides[0]!r} slides, and this page computes poses by rotations alone: skpose.view.player shows "
-            "motions with slides"
-        )
 
 
 def _rest(bone: Bone) -> list[float] | None:

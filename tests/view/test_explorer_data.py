@@ -233,3 +233,13 @@ def test_motions_that_are_not_comparable_are_refused_as_by_poses():
 def test_nothing_in_a_page_comes_from_the_network(page):
     assert "http:" not in page.html.replace("http-equiv", "")
     assert "https:" not in page.html
+
+
+def test_slides_are_refused_under_any_metrics():
+    lift = Skeleton([Bone("lift", None, (0, 0, 0.2), "slide", axis=(0, 0, 1)), Bone("hand", "lift", (0.3, 0, 0), "z")])
+    dataset = MotionDataset([some_poses(4, lift)])
+    for metrics in ({}, {"metrics": ["spatial"]}):
+        with pytest.raises(
+            ValueError, match=r"joint 'lift' slides, .*: skpose\.view\.player shows motions with slides"
+        ):
+            explorer(dataset, **metrics)

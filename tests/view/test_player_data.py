@@ -207,6 +207,23 @@ def test_paths_between_equal_poses():
     assert page.title == "shortest path, 0 m and straight line, 0 m"
 
 
+def test_paths_within_limits_do_not_pass_half_a_turn():
+    bones = [Bone("a", None, (0, 0.1, 0.3), "z", limits=[(-3.0, 3.0)]), Bone("b", "a", (0.2, 0, 0), "y")]
+    arm, start, end = Skeleton(bones), np.array([2.8, 0.1]), np.array([-2.8, 0.4])
+    lengths = {}
+    for joint_limits in ("ignore", "enforce"):
+        page = geodesic_player(start, end, arm, joint_limits=joint_limits, up="z")
+        first, second = data_of(page)["motions"]
+        assert first["axes"] == second["axes"] == "yzx"
+        lengths[joint_limits] = [float(motion["label"].split()[-2]) for motion in (first, second)]
+    line = pose_distances([start], [end], skeleton=arm, metric=Spatial(2000, wrap=False))[0, 0]
+    shortest = geodesic(start, end, arm, joint_limits="enforce").curve_length
+    assert lengths["enforce"] == [float(f"{length:.3g}") for length in (shortest, line)]
+    assert max(lengths["ignore"]) < 0.2 * min(lengths["enforce"])
+    with pytest.raises(ValueError, match="limits"):
+        geodesic_player([3.1, 0.0], end, arm, joint_limits="enforce")
+
+
 # --- what is refused --------------------------------------------------------------------------------------------------
 
 ARM = Motion(Skeleton.chain(2), np.zeros((3, 2)), 30)

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 from browser import changed, pixels_near
-from player_page import projected, state_of
+from player_page import LEFT, projected, state_of
 
 from skpose import Bone, Motion, Skeleton, forward_kinematics
 from skpose.datasets import humanoid, make_gait
@@ -343,6 +343,20 @@ def test_unusual_motions(browser, motion):
     assert browser.js("skpose.stage.size > 0 && skpose.stage.camera.distance > 0")
     assert len(np.unique(browser.picture().reshape(-1, 3), axis=0)) > 5
     assert browser.problems() == []
+
+
+def test_short_bones_are_not_thinner_than_those_on_both_sides(browser):
+    lengths = {"left_a": 0.5, "left_b": 0.0, "left_short": 0.05, "left_c": 0.0, "left_d": 0.5, "left_end": 0.05}
+    names = list(lengths)
+    bones = [Bone(n, p, (0, lengths[n], 0), "z") for n, p in zip(names, [None, *names], strict=False)]
+    browser.open(player(Motion(Skeleton(bones), np.zeros((1, 6)), 30)), density=2)
+    (points,) = state_of(browser)["views"][0]["points"]
+    middles = [(np.array(points[i]) + points[i + 1]) / 2 for i in range(6)]
+    picture = browser.picture()
+    rows = (2 * projected(state_of(browser), middles)[:, 1]).round().astype(int)
+    first, _, short, _, last, end = (pixels_near(picture[[row]], LEFT) for row in rows)
+    assert short >= 0.9 * min(first, last) > 10
+    assert end < 0.9 * last  # which joins nothing
 
 
 def test_browsers_that_are_too_old_say_so(browser):

@@ -135,6 +135,28 @@ function drawAxes(context, view, names) {
 }
 
 /**
+ * How thick bones are, m, by their lengths. A short one that joins others, such as the links of a robot's hip, is not
+ * thinner than those on both sides; one of no length, but for rounding, is as the one before it.
+ */
+function widthsOf(lengths, parents, size) {
+  const [thickest, shortest] = [0.022 * size, 1e-3 * size];
+  const own = lengths.map((length) => (length > shortest ? Math.min(thickest, 0.22 * length + 0.004 * size) : 0));
+  /** The bone before one, without those of no length; -1 at the root. */
+  const beforeOf = (joint) => {
+    do joint = parents[joint]; while (joint >= 0 && !own[joint]);
+    return joint;
+  };
+  const after = new Map(); // the thickest of those that begin at its end
+  own.forEach((width, joint) => {
+    if (width) after.set(beforeOf(joint), Math.max(width, after.get(beforeOf(joint)) ?? 0));
+  });
+  return own.map((width, joint) => {
+    const before = own[beforeOf(joint)] ?? after.get(-1) ?? thickest;
+    return width ? Math.max(width, Math.min(before, after.get(joint) ?? 0)) : before;
+  });
+}
+
+/**
  * Draw a skeleton, far parts first; return its points as projected, null where they are not drawn.
  *
  * `points` are root and joints; `parents` the index of each joint's parent among the joints, -1 for the root;
@@ -144,11 +166,14 @@ function drawAxes(context, view, names) {
 function drawFigure(context, view, points, parents, options) {
   const { size, colourOf, rootColour, widthOf = () => 1, shadow, shows = () => true } = options;
   const flat = points.map(view.project);
-  const bones = parents.map((parent, joint) => {
+  const lengths = parents.map((parent, joint) => {
     const [a, b] = [points[parent + 1], points[joint + 1]];
-    const length = Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
-    const [from, to] = [flat[parent + 1], flat[joint + 1]];
-    const thick = Math.min(0.022 * size, 0.22 * length + 0.004 * size) * ((from.scale + to.scale) / 2);
+    return Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+  });
+  const widths = widthsOf(lengths, parents, size);
+  const bones = parents.map((parent, joint) => {
+    const [from, to, length] = [flat[parent + 1], flat[joint + 1], lengths[joint]];
+    const thick = widths[joint] * ((from.scale + to.scale) / 2);
     return { joint, from, to, length, away: (from.away + to.away) / 2, width: Math.max(thick, 1.5) * widthOf(joint) };
   });
   const drawn = bones.filter(({ joint, length, from, to }) => length > 0 && Math.min(from.away, to.away) > view.near
@@ -168,7 +193,7 @@ function drawFigure(context, view, points, parents, options) {
     context.stroke();
   }
   const dots = flat.map((at, i) => {
-    const thick = (bones[i - 1]?.length ? bones[i - 1] : bones.find((bone) => bone.length > 0))?.width ?? 8;
+    const thick = (bones[i - 1] ?? bones.find((bone) => bone.length > 0))?.width ?? 8;
     const radius = Math.max(Math.min(0.55 * thick, 0.02 * size * at.scale), 1.6);
     return { at, radius, away: at.away - 0.03 * size, colour: i ? colourOf(i - 1) : rootColour };
   }).filter((dot, i) => dot.away > view.near && shows(i));
