@@ -29,7 +29,7 @@ def forward_kinematics(angles: ArrayLike, skeleton: Skeleton, *, n_jobs: int | N
     Parameters
     ----------
     angles : array-like of shape (n_poses, n_dofs)
-        Joint angles, rad, one column per name in ``skeleton.dof_names``.
+        Joint angles, rad, or m where a joint slides, one column per name in ``skeleton.dof_names``.
     skeleton : Skeleton
         The skeleton to pose.
     n_jobs : int, default=None
@@ -117,8 +117,8 @@ def position_jacobian(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
     Returns
     -------
     ndarray of shape (n_poses, 3 * n_joints, n_dofs)
-        Jacobians, m/rad. Row 3j + i is component i of joint j, as in ``forward_kinematics(angles, skeleton)`` with its
-        last two axes made one.
+        Jacobians, m/rad, of slides m/m. Row 3j + i is component i of joint j, as in ``forward_kinematics(angles,
+        skeleton)`` with its last two axes made one.
 
     Raises
     ------

@@ -58,8 +58,8 @@ class Motion:
     skeleton : Skeleton
         The skeleton of all poses.
     angles : array-like of shape (n_frames, n_dofs)
-        Joint angles, rad, one column per name in ``skeleton.dof_names``; the columns of a data frame must have these
-        names.
+        Joint angles, rad, or m where a joint slides, one column per name in ``skeleton.dof_names``; the columns of
+        a data frame must have these names.
     frame_rate : float
         Frames per second, Hz.
     root_positions : array-like of shape (n_frames, 3), default=None

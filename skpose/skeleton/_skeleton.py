@@ -39,7 +39,7 @@ class Skeleton:
     joint_names : tuple of str
         Names of the joints, without the root.
     dof_names : tuple of str
-        One name for each column of an array of poses, such as "lfemur_rx".
+        One name for each column of an array of poses, such as "lfemur_rx"; columns are in rad, those of slides in m.
     parents : ndarray of shape (n_joints,)
         Index of each joint's parent, -1 for the root; a parent comes before its children.
     offsets : ndarray of shape (n_joints, 3)
@@ -47,7 +47,7 @@ class Skeleton:
     rest_rotations : ndarray of shape (n_joints, 3, 3)
         The joints' constant rotations.
     limits : ndarray of shape (n_dofs, 2) or None
-        Range of each dof, rad, infinite where a bone has none; None where no bone has any.
+        Range of each dof, rad or m, infinite where a bone has none; None where no bone has any.
     weights : ndarray of shape (n_joints,)
         How much each joint counts in distances, see `with_weights`.
     n_joints, n_dofs : int
