@@ -5,13 +5,15 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose.kinematics._by_limbs._contacts import Contact, find_contacts, find_floor
-from skpose.kinematics._by_limbs._places import ARM, LEG, Place, Stance, with_places
+from skpose.kinematics._by_limbs._places import ARM, LEG, Place, Stance, length_of_leg, toe_of, with_places
 from skpose.kinematics._forward import forward_kinematics
 from skpose.kinematics._landmarks import SIDES
 from skpose.kinematics._lines import unit
-from skpose.kinematics._rigs import ANKLE, BALL, HAND, HIP, KNEE, TOE, WRIST
+from skpose.kinematics._rigs import ANKLE, HAND, HIP, WRIST
 from skpose.skeleton import Motion
 from skpose.skeleton._shared import root_orientations
+
+SLOPE = np.radians(30.0)  # of the line from ankle to toes above the floor, where no foot stands flat
 
 
 class Limb(NamedTuple):
@@ -31,6 +33,7 @@ class Person(NamedTuple):
     feet: dict[str, np.ndarray]  # by side, axes (n_frames, 3, 3)
     pelvis: np.ndarray  # (n_frames, 3, 3) axes
     chest: np.ndarray
+    seen: dict[str, np.ndarray]  # by side, whether toes and ankle were seen (n_frames,)
 
 
 def to_vertical(up: str) -> np.ndarray:
@@ -62,17 +65,43 @@ def person_of(motion: Motion, stance: Stance) -> Person:
         if stance.has(limb)
     }
     hands = {side: unit(at[f"{side}_{HAND}"] - at[f"{side}_{WRIST}"]) for side in SIDES if f"{side}_{HAND}" in at}
-    toes, feet = {}, {}
+    toes, feet, seen = {}, {}, {}
     for side in stance.feet:
         mark = toe_of(stance, side)
         toes[side] = at[mark]
         feet[side] = level(shown["pelvis"]) if mark == f"{side}_{ANKLE}" else shown[side]
-    return Person(limbs, hands, toes, feet, shown["pelvis"], shown["chest"])
+        joints = [stance.places[name].joint for name in {mark, f"{side}_{ANKLE}"}]
+        seen[side] = np.ones(len(motion), bool) if motion.seen is None else motion.seen[:, joints].all(axis=1)
+    return Person(limbs, hands, toes, feet, shown["pelvis"], shown["chest"], seen)
 
 
-def toe_of(stance: Stance, side: str) -> str:
-    """Return the landmark at the toes on which a foot stands; the ankle if it has none."""
-    return next(mark for mark in (f"{side}_{name}" for name in (BALL, TOE, ANKLE)) if mark in stance.places)
+def lay_pointed_feet(person: Person, theirs: Stance, times: np.ndarray) -> tuple[Person, Stance]:
+    """Return a person, and a stance, whose feet that point along the shank at angle zero are flat where they stand.
+
+    Such a zero pose does not show how the foot stands: the line from ankle to toes has the slope that it has where the
+    foot stands.
+    """
+    if not theirs.pointed:
+        return person, theirs
+    lines = {side: person.toes[side] - person.limbs[f"{side}_{HIP}"].end for side in theirs.pointed}
+    slopes = []
+    for side, line in lines.items():
+        down = np.arcsin(np.clip(-line[:, 2] / np.linalg.norm(line, axis=1), -1.0, 1.0))
+        contacts = _contacts_of(person, theirs, side, times)
+        slopes += [down[contact.flat_first : contact.flat_end] for contact in contacts]
+    flat = np.concatenate([np.zeros(0), *slopes])
+    slope = float(np.median(flat)) if len(flat) else SLOPE
+    c, s = np.cos(slope), np.sin(slope)
+    turn = np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])  # about the axis to the left
+    feet = {side: person.feet[side] @ turn for side in theirs.pointed}
+    zero = {side: (theirs.feet[side][0], theirs.feet[side][1] @ turn) for side in theirs.pointed}
+    return person._replace(feet=person.feet | feet), theirs._replace(feet=theirs.feet | zero)
+
+
+def _contacts_of(person: Person, theirs: Stance, side: str, times: np.ndarray) -> list[Contact]:
+    """Return when a foot stands."""
+    ankles = person.limbs[f"{side}_{HIP}"].end
+    return find_contacts(person.toes[side], ankles, times, length_of_leg(theirs), person.seen[side])
 
 
 def show_axes(joint: int, axes: np.ndarray) -> list[Place]:
@@ -101,11 +130,9 @@ def lowest_ankle(person: Person) -> float:
 
 def find_ground(person: Person, theirs: Stance, times: np.ndarray) -> tuple[dict[str, list[Contact]], float]:
     """Return when each foot stands, and the height of the ankle over which a foot that stands flat has it."""
-    leg = theirs.length(HIP, KNEE) + theirs.length(KNEE, ANKLE)
     contacts, heights, lowest = {}, [], np.inf
     for side in SIDES:
-        toes, ankles = person.toes[side], person.limbs[f"{side}_{HIP}"].end
-        contacts[side] = find_contacts(toes, ankles, times, leg)
+        toes, contacts[side] = person.toes[side], _contacts_of(person, theirs, side, times)
         axes, zero = (
             theirs.feet[side][1],
             [theirs.places[mark].at_zero for mark in (f"{side}_{ANKLE}", toe_of(theirs, side))],
@@ -113,4 +140,4 @@ def find_ground(person: Person, theirs: Stance, times: np.ndarray) -> tuple[dict
         above = float((zero[0] - zero[1]) @ axes[:, 2])
         heights += [float(np.median(toes[c.first : c.end, 2])) + above for c in contacts[side]]
         lowest = min(lowest, float(toes[:, 2].min()) + above)
-    return contacts, find_floor(np.array(heights)) if heights else lowest
+    return contacts, find_floor(np.array(heights), length_of_leg(theirs)) if heights else lowest

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from skpose.kinematics._by_limbs._contacts import Sole
 from skpose.kinematics._by_limbs._robots import HEEL, ROBOTS, TIP, Robot, places_of
 from skpose.kinematics._landmarks import SIDES, common_parent, path_up
 from skpose.kinematics._lines import ROOT, find_carriers, find_movers, unit
@@ -18,7 +19,10 @@ from skpose.skeleton import Bone, Skeleton
 from skpose.skeleton._shared import axes_at_zero, axes_of, positions_at_zero
 
 NEAR = 0.8  # cosine of the angle to an axis of the root up to which a skeleton stands along it, or faces it
+POINTED = np.cos(np.radians(15.0))  # of the angle between foot and shank, up to which the foot has no direction forward
+EXACT = 1e-3  # rad, of the axes of a robot from those of the root, up to which they are these
 UPRIGHT = np.cos(np.radians(10.0))  # of a shank at angle zero, below which the foot is as tilted as that
+NO_LENGTH = 0.02  # of the bone before, up to which one has no direction
 ROLL = np.cos(np.radians(20.0))  # of the angle between the axis of a forearm's roll and the forearm
 SOLE = 0.25  # shanks, half the width of a sole and its length behind the ankle, where a table has none
 LEG, ARM = (HIP, KNEE, ANKLE), (SHOULDER, ELBOW, WRIST)
@@ -41,6 +45,8 @@ class Stance(NamedTuple):
     feet: dict[str, tuple[int, np.ndarray]]  # by side, the joint with which the foot moves and its axes
     name: str  # of the robot
     sole: float  # half the width of a sole, m
+    pointed: tuple[str, ...] = ()  # sides whose foot points along the shank; its axes are the line of the foot and across
+    front: str = ""  # the joint that was taken for the end of the soles where none was named
 
     def has(self, limb: Sequence[str]) -> bool:
         """Return whether both sides have all landmarks of a limb."""
@@ -48,7 +54,8 @@ class Stance(NamedTuple):
 
     def in_words(self) -> str:
         """Return in words what is known of the skeleton."""
-        return f"{self.name + ', ' if self.name else ''}{len(self.places)} places"
+        sole = f", soles as low as {self.front!r}" if self.front else ""
+        return f"{self.name + ', ' if self.name else ''}{len(self.places)} places{sole}"
 
     def length(self, start: str, end: str) -> float:
         """Return the distance between two landmarks at angle zero, m, the mean of both sides."""
@@ -65,10 +72,28 @@ def find_robot(skeleton: Skeleton) -> Robot | None:
 def robot_places(skeleton: Skeleton, robot: Robot) -> dict[str, Place]:
     """Return the places of a robot's landmarks."""
     zero, index = positions_at_zero(skeleton), {name: j for j, name in enumerate(skeleton.joint_names)}
+    axes = robot_axes(skeleton, robot)
     return {
-        mark: Place(index[link], zero[index[link]] + np.array(offset))
+        mark: Place(index[link], zero[index[link]] + axes @ np.array(offset))
         for mark, (link, offset) in places_of(robot).items()
     }
+
+
+def robot_axes(skeleton: Skeleton, robot: Robot) -> np.ndarray:
+    """Return the axes (3, 3) of a robot in those of the root at angle zero, forward, left and up in their columns.
+
+    By the origins of its links, as the root of another file may be turned.
+    """
+    zero, index = positions_at_zero(skeleton), {name: j for j, name in enumerate(skeleton.joint_names)}
+    at = {mark: zero[index[link]] for mark, (link, _) in places_of(robot).items()}
+    low = HIP if f"left_{HIP}" in at else WRIST
+    trunk = np.mean([at[f"{side}_{SHOULDER}"] - at[f"{side}_{low}"] for side in SIDES], axis=0)
+    left = unit(at[f"left_{SHOULDER}"] - at[f"right_{SHOULDER}"])
+    forward = unit(np.cross(left, trunk))
+    here = np.stack([forward, left, np.cross(forward, left)], axis=1)
+    x, z = unit(np.array(robot.trunk))  # how that of its file leans
+    axes = here @ np.array([[z, 0.0, -x], [0.0, 1.0, 0.0], [x, 0.0, z]])
+    return np.eye(3) if np.abs(axes - np.eye(3)).max() < EXACT else axes
 
 
 def joint_places(skeleton: Skeleton, joints: dict[str, int]) -> dict[str, Place]:
@@ -80,20 +105,42 @@ def joint_places(skeleton: Skeleton, joints: dict[str, int]) -> dict[str, Place]
 def find_stance(skeleton: Skeleton, places: dict[str, Place], robot: Robot | None = None) -> Stance:
     """Return how a skeleton with these places stands at angle zero."""
     movers = [*find_movers(skeleton), ROOT]  # the last is that of the root
+    places = _with_length(places)
     hips, shoulders = ([places.get(f"{side}_{mark}") for side in SIDES] for mark in (HIP, SHOULDER))
     pelvis, chest = (_link_of(skeleton, pair, movers) for pair in (hips, shoulders))
+    axes = robot_axes(skeleton, robot) if robot else _trunk_axes(hips, shoulders, places)
+    feet, pointed = {}, []
+    for side in SIDES:
+        if f"{side}_{ANKLE}" in places:
+            joint, frame, is_pointed = _foot(skeleton, places, side, axes, movers)
+            feet[side] = joint, frame
+            pointed += [side] * is_pointed
+    name, sole = (robot.name, robot.sole) if robot else ("", 0.0)
+    return Stance(places, axes, pelvis, chest, feet, name, sole, tuple(pointed))
+
+
+def _with_length(places: dict[str, Place]) -> dict[str, Place]:
+    """Return places without hands, balls and toes that are at the joint before: these show no direction."""
+    kept = dict(places)
+    for side in SIDES:
+        for start, end, middle in ((WRIST, HAND, ELBOW), (ANKLE, BALL, KNEE), (ANKLE, TOE, KNEE)):
+            marks = [f"{side}_{mark}" for mark in (start, end, middle)]
+            if all(mark in places for mark in marks):
+                origin, tip, before = (places[mark].at_zero for mark in marks)
+                if np.linalg.norm(tip - origin) <= NO_LENGTH * np.linalg.norm(before - origin):
+                    kept.pop(marks[1])
+    return kept
+
+
+def _trunk_axes(hips: list[Place | None], shoulders: list[Place | None], places: dict[str, Place]) -> np.ndarray:
+    """Return the axes (3, 3) of the trunk at angle zero by what is known of hips and shoulders."""
     ends = [_ends(pair) for pair in (hips, shoulders)]
     across = ends[1] if ends[1] is not None else ends[0]
     assert across is not None  # as one limb is known
     left = across[0] - across[1]
     up = _snap(_upward([None if pair is None else pair.mean(axis=0) for pair in ends], places))
     left = _snap(unit(left - (left @ up) * up))
-    axes = np.stack([np.cross(left, up), left, up], axis=1)
-    feet = {}
-    for side in SIDES:
-        if f"{side}_{ANKLE}" in places:
-            feet[side] = _foot(skeleton, places, side, axes, movers)
-    return Stance(places, axes, pelvis, chest, feet, robot.name if robot else "", robot.sole if robot else 0.0)
+    return np.stack([np.cross(left, up), left, up], axis=1)
 
 
 def _ends(pair: list[Place | None]) -> np.ndarray | None:
@@ -128,38 +175,55 @@ def _link_of(skeleton: Skeleton, pair: list[Place | None], movers: list[int]) ->
 
 def _foot(
     skeleton: Skeleton, places: dict[str, Place], side: str, axes: np.ndarray, movers: list[int]
-) -> tuple[int, np.ndarray]:
-    """Return the joint with which a foot moves, and the axes of the foot at angle zero, where it is flat.
+) -> tuple[int, np.ndarray, bool]:
+    """Return the joint with which a foot moves, the axes of the foot at angle zero, and whether it is pointed.
 
-    A leg that is spread at angle zero has a foot that is tilted with it.
+    It is flat there, and a leg that is spread has a foot that is tilted with it. A foot that points along the shank
+    has as its axes the line of the foot, the axis to the left and that of the instep.
     """
     ankle = places[f"{side}_{ANKLE}"]
+    is_table = f"{side}_{TIP}" in places
     end = next((places[f"{side}_{mark}"] for mark in (TIP, BALL, TOE) if f"{side}_{mark}" in places), None)
     shank = unit(places[f"{side}_{KNEE}"].at_zero - ankle.at_zero)
-    up = axes[:, 2] if shank @ axes[:, 2] > UPRIGHT else shank
-    forward = axes[:, 0] if end is None or f"{side}_{TIP}" in places else end.at_zero - ankle.at_zero
-    forward = unit(forward - (forward @ up) * up)
+    up = axes[:, 2] if shank @ axes[:, 2] > UPRIGHT or is_table else shank
+    forward = axes[:, 0] if end is None or is_table else end.at_zero - ankle.at_zero
+    is_pointed = bool(unit(forward) @ -up > POINTED)
     joint = ankle.joint
     if end is not None:
-        joint = end.joint if f"{side}_{TIP}" in places else find_carriers(skeleton)[end.joint]
-    return movers[joint], np.stack([forward, np.cross(up, forward), up], axis=1)
+        joint = end.joint if is_table else find_carriers(skeleton)[end.joint]
+    if is_pointed:
+        line = unit(forward)
+        left = unit(axes[:, 1] - (axes[:, 1] @ line) * line)
+        return movers[joint], np.stack([line, left, np.cross(line, left)], axis=1), True
+    forward = unit(forward - (forward @ up) * up)
+    return movers[joint], np.stack([forward, np.cross(up, forward), up], axis=1), False
 
 
-def sole_of(stance: Stance, side: str) -> tuple[np.ndarray, np.ndarray, float]:
-    """Return the ends of a sole, heel and tip (3,) from the ankle in the axes of the foot, and half its width, m.
+def toe_of(stance: Stance, side: str) -> str:
+    """Return the landmark at the toes on which a foot stands; the ankle if it has none."""
+    return next(mark for mark in (f"{side}_{name}" for name in (BALL, TOE, ANKLE)) if mark in stance.places)
 
-    Where no table has them the floor is below the lowest joint of the foot.
+
+def length_of_leg(stance: Stance) -> float:
+    """Return the length of the legs, m."""
+    return stance.length(HIP, KNEE) + stance.length(KNEE, ANKLE)
+
+
+def sole_of(stance: Stance, side: str) -> Sole:
+    """Return the sole of a foot.
+
+    Where no table has it the floor is below the lowest joint of the foot that is named.
     """
     places, (_, axes) = stance.places, stance.feet[side]
     ankle = places[f"{side}_{ANKLE}"].at_zero
     if f"{side}_{TIP}" in places:
         heel, tip = ((places[f"{side}_{mark}"].at_zero - ankle) @ axes for mark in (HEEL, TIP))
-        return heel, tip, stance.sole
+        return Sole(heel, tip, stance.sole)
     size = SOLE * float(np.linalg.norm(places[f"{side}_{KNEE}"].at_zero - ankle))
     ends = [(places[f"{side}_{mark}"].at_zero - ankle) @ axes for mark in (BALL, TOE) if f"{side}_{mark}" in places]
     low = min((end[2] for end in ends), default=0.0)
     front = max((end[0] for end in ends), default=2.0 * size)
-    return np.array([-size, 0.0, low]), np.array([front, 0.0, low]), size / 2.0
+    return Sole(np.array([-size, 0.0, low]), np.array([front, 0.0, low]), size / 2.0)
 
 
 def rolls_of(skeleton: Skeleton, stance: Stance) -> list[int]:

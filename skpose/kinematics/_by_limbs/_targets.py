@@ -12,19 +12,20 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose.kinematics._by_limbs._contacts import Contact, hold_foot
+from skpose.kinematics._by_limbs._contacts import Contact, Held, hold_foot
 from skpose.kinematics._by_limbs._person import (
     Limb,
     Person,
     axes_from,
     find_ground,
+    lay_pointed_feet,
     level,
     lowest_ankle,
     person_of,
     show_axes,
     to_vertical,
 )
-from skpose.kinematics._by_limbs._places import ARM, LEG, Place, Stance, rolls_of, sole_of
+from skpose.kinematics._by_limbs._places import ARM, LEG, Place, Stance, length_of_leg, rolls_of, sole_of
 from skpose.kinematics._by_limbs._solver import Solution, Targets, hold_at_rest, rest_within_limits, solve
 from skpose.kinematics._landmarks import SIDES, path_up
 from skpose.kinematics._lines import ROOT, unit
@@ -47,15 +48,6 @@ FASTEST = 20.0  # rad/s, of a joint; those of a G1 reach 20 to 37
 # Heading first, so that no heading is near to where Euler angles jump for a root whose z axis is up.
 ROOT_AXES = {"x": "XZY", "y": "YZX", "z": "ZYX"}
 AT_LIMIT = 1e-9  # rad
-
-
-class Leg(NamedTuple):
-    """A leg of the target, as it shall stand in each frame."""
-
-    end: np.ndarray  # (n_frames, 3) the ankle
-    foot: np.ndarray  # (n_frames, 3, 3) axes
-    stands: np.ndarray  # (n_frames,) how much it is held, from 0 to 1
-    contacts: list[Contact]
 
 
 class Fitted(NamedTuple):
@@ -102,7 +94,7 @@ class Aim(NamedTuple):
     bent: np.ndarray  # (n_dofs,) that with knees and elbows bent, from which the poses are searched
     rolls: list[int]  # its joints that stay there, though they carry places
     targets: Targets
-    legs: dict[str, Leg]
+    legs: dict[str, Held]
     is_on_base: bool  # whether its own joints move it over the floor, and its root stays where it is
 
 
@@ -119,22 +111,23 @@ def aim_at(
     motion: Motion, skeleton: Skeleton, theirs: Stance, ours: Stance, factor: float | None, joint_limits: str
 ) -> Aim:
     """Return where places on the target shall be."""
-    person = person_of(motion, theirs)
+    person, theirs = lay_pointed_feet(person_of(motion, theirs), theirs, motion.times)
     rest = rest_within_limits(skeleton, joint_limits)
     rolls = rolls_of(skeleton, ours)
     held = hold_at_rest(skeleton, tuple(rolls), joint_limits)
     trunk, on_legs = Targets(ours.axes), ours.has(LEG)
-    scale = _size_of_legs(theirs, ours) if factor is None else factor
+    size = _size_of_legs(theirs, ours)
+    scale = size * np.ones(3) if factor is None else np.array([factor, factor, size])  # heights are those of the legs
     contacts: dict[str, list[Contact]] = {}
     if on_legs:
         contacts, floor = find_ground(person, theirs, motion.times)
-        _put_trunk(trunk, skeleton, person, ours, scale, scale * floor)
+        _put_trunk(trunk, skeleton, person, ours, scale, floor)
     else:
         _put_on_wheels(trunk, person, ours, _base_of(skeleton, ours.chest), scale, lowest_ankle(person))
     first = solve(held, trunk, rest, TRUNK_STIFFNESS, motion.times, FASTEST)
     starts, pelvis, chest = _read_trunk(first, held, ours)
     targets = Targets(ours.axes)
-    legs: dict[str, Leg] = {}
+    legs: dict[str, Held] = {}
     if on_legs:
         legs = {side: _stand(person, theirs, ours, side, starts, contacts[side], motion.times) for side in SIDES}
         shift = _shift_within_reach(legs, starts, ours)
@@ -161,9 +154,9 @@ def aim_at(
 
 def _size_of_legs(theirs: Stance, ours: Stance) -> float:
     """Return how many times as long legs are in the target; without legs, how many times as high its shoulders."""
-    leg = theirs.length(HIP, KNEE) + theirs.length(KNEE, ANKLE)
+    leg = length_of_leg(theirs)
     if ours.has(LEG):
-        return (ours.length(HIP, KNEE) + ours.length(KNEE, ANKLE)) / leg
+        return length_of_leg(ours) / leg
     trunk = float((_middle(theirs, SHOULDER) - _middle(theirs, HIP)) @ theirs.axes[:, 2])
     return STRETCH[0] * float(_middle(ours, SHOULDER) @ ours.axes[:, 2]) / (leg + trunk)
 
@@ -180,11 +173,16 @@ def _pivot(skeleton: Skeleton, stance: Stance) -> np.ndarray:
     return positions_at_zero(skeleton)[moving[-1]] if moving else _middle(stance, HIP)
 
 
-def _put_trunk(targets: Targets, skeleton: Skeleton, person: Person, ours: Stance, scale: float, ankle: float) -> None:
-    """Put pelvis and chest where the person's are in another size, with ankles of this height on the floor."""
-    soles = np.mean([sole_of(ours, side)[1][2] for side in SIDES])
+def _put_trunk(
+    targets: Targets, skeleton: Skeleton, person: Person, ours: Stance, scale: np.ndarray, ankle: float
+) -> None:
+    """Put pelvis and chest where the person's are, along the axes of the world in another size (3,).
+
+    The person's ankles have the given height where feet stand on the floor.
+    """
+    soles = np.mean([sole_of(ours, side).tip[2] for side in SIDES])
     hips = (person.limbs[f"left_{HIP}"].start + person.limbs[f"right_{HIP}"].start) / 2.0
-    at = scale * hips - [0.0, 0.0, ankle + soles]
+    at = scale * (hips - [0.0, 0.0, ankle]) - [0.0, 0.0, soles]
     middle = _middle(ours, HIP)
     targets.add_link(ours.pelvis, middle, at, person.pelvis, WEIGHTS["pelvis"])
     if ours.has(ARM):
@@ -207,7 +205,9 @@ def _base_of(skeleton: Skeleton, chest: int) -> int:
     return base
 
 
-def _put_on_wheels(targets: Targets, person: Person, ours: Stance, base: int, scale: float, floor: float) -> None:
+def _put_on_wheels(
+    targets: Targets, person: Person, ours: Stance, base: int, scale: np.ndarray, floor: float
+) -> None:
     """Put a base without legs on the floor below the person's hips, and the chest in the height of the person's.
 
     Where joints move the base the root stays where it is.
@@ -219,7 +219,7 @@ def _put_on_wheels(targets: Targets, person: Person, ours: Stance, base: int, sc
     if base != ROOT:
         still = np.broadcast_to(ours.axes, person.pelvis.shape)
         targets.add_link(ROOT, np.zeros(3), np.zeros_like(hips), still, WHEELS, "wheels")
-    at = scale * (shoulders - [0.0, 0.0, floor])
+    at = scale * (hips - [0.0, 0.0, floor]) + scale[2] * (shoulders - hips)
     targets.add_link(ours.chest, _middle(ours, SHOULDER), at, person.chest, WEIGHTS["chest"])
 
 
@@ -243,14 +243,11 @@ def _stand(
     starts: dict[str, np.ndarray],
     contacts: list[Contact],
     times: np.ndarray,
-) -> Leg:
+) -> Held:
     """Return where a leg of the target ends, from its own hip, with the foot held while it stands."""
-    limb, (heel, tip, _) = person.limbs[f"{side}_{HIP}"], sole_of(ours, side)
-    length = ours.length(HIP, KNEE) + ours.length(KNEE, ANKLE)
-    size = length / (theirs.length(HIP, KNEE) + theirs.length(KNEE, ANKLE))
-    end = starts[f"{side}_{HIP}"] + size * (limb.end - limb.start)
-    end, foot, stands = hold_foot(end, person.feet[side], tip, heel, contacts, times, length)
-    return Leg(end, foot, stands, contacts)
+    limb, length = person.limbs[f"{side}_{HIP}"], length_of_leg(ours)
+    end = starts[f"{side}_{HIP}"] + _size_of_legs(theirs, ours) * (limb.end - limb.start)
+    return hold_foot(end, person.feet[side], sole_of(ours, side), contacts, times, length)
 
 
 def _stretch(distances: np.ndarray, length: float) -> np.ndarray:
@@ -260,13 +257,13 @@ def _stretch(distances: np.ndarray, length: float) -> np.ndarray:
     return np.where(beyond > 0.0, most - (most - start) * np.exp(-beyond / (most - start)), distances)
 
 
-def _shift_within_reach(legs: dict[str, Leg], starts: dict[str, np.ndarray], ours: Stance) -> np.ndarray:
+def _shift_within_reach(legs: dict[str, Held], starts: dict[str, np.ndarray], ours: Stance) -> np.ndarray:
     """Return by how much (n_frames, 3) hips move so that legs reach feet that stand."""
-    length = ours.length(HIP, KNEE) + ours.length(KNEE, ANKLE)
+    length = length_of_leg(ours)
     shift = np.zeros_like(starts[f"left_{HIP}"])
     for _ in range(3):  # each leg moves the hip of the other one
         for side, leg in legs.items():
-            reach = leg.end - starts[f"{side}_{HIP}"] - shift
+            reach = leg.ankles - starts[f"{side}_{HIP}"] - shift
             distance = np.linalg.norm(reach, axis=1)
             shift += (leg.stands * (distance - _stretch(distance, length)))[:, None] * unit(reach)
     return shift
@@ -315,17 +312,17 @@ def _find_pole(limb: Limb, left: np.ndarray, sign: float) -> np.ndarray:
     return np.asarray(across + sign * POLE * size * straight * np.cross(left, along))
 
 
-def _put_leg(targets: Targets, person: Person, ours: Stance, side: str, start: np.ndarray, leg: Leg) -> None:
+def _put_leg(targets: Targets, person: Person, ours: Stance, side: str, start: np.ndarray, leg: Held) -> None:
     """Add the places of a leg: the knee, and the corners of the sole."""
     limb, lengths = person.limbs[f"{side}_{HIP}"], (ours.length(HIP, KNEE), ours.length(KNEE, ANKLE))
-    knee, end = _bend(start, leg.end, _find_pole(limb, leg.foot[:, :, 1], -1.0), lengths)
-    end = end + leg.stands[:, None] * (leg.end - end)
+    knee, end = _bend(start, leg.ankles, _find_pole(limb, leg.frames[:, :, 1], -1.0), lengths)
+    end = end + leg.stands[:, None] * (leg.ankles - end)
     targets.add(ours.places[f"{side}_{KNEE}"], knee, WEIGHTS["knee"], "knees")
     (joint, axes), (heel, tip, half) = ours.feet[side], sole_of(ours, side)
     ankle = ours.places[f"{side}_{ANKLE}"].at_zero
     for x, y in ((tip[0], half), (tip[0], -half), (heel[0], 0.0)):
         corner = np.array([x, y, tip[2]])
-        targets.add(Place(joint, ankle + axes @ corner), end + leg.foot @ corner, WEIGHTS["foot"], f"{side} foot")
+        targets.add(Place(joint, ankle + axes @ corner), end + leg.frames @ corner, WEIGHTS["foot"], f"{side} foot")
 
 
 def _put_arm(targets: Targets, person: Person, ours: Stance, side: str, start: np.ndarray, chest: np.ndarray) -> None:
