@@ -9,7 +9,7 @@ import numpy as np
 
 from skpose._validation.skeletons import check_skeleton, limits_of
 from skpose.kinematics._at_rest import in_words, joints_at_rest, movers_of, warn_of_ends
-from skpose.kinematics._by_limbs._stances import stances_of
+from skpose.kinematics._by_limbs._stances import stances_of, warn_of_sizes
 from skpose.kinematics._by_limbs._targets import by_limbs
 from skpose.kinematics._counterparts import Counterparts, counterparts
 from skpose.kinematics._forward import forward_kinematics
@@ -225,6 +225,7 @@ def _by_limbs(
 ) -> tuple[Motion, str]:
     """Return the motion on a skeleton of hinges, and how near it came."""
     theirs, ours = stances_of(motion.skeleton, skeleton, joints)
+    warn_of_sizes(theirs, ours)
     if joint_limits == "enforce":
         limits_of(skeleton)
     if not len(motion):

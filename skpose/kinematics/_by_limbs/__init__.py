@@ -6,7 +6,7 @@ What uses what::
        |
        +---- _person                             the limbs, feet, pelvis and floor of the person
        |        |
-       +---- _contacts                           when feet stand, and how they are held
+       +---- _contacts                           when feet stand, and how they are held, by their soles
        |
        +---- _solver                             the poses whose places are nearest to where they shall be
        |        |

@@ -185,7 +185,10 @@ def hold_foot(
 def _lay_flat(frames: np.ndarray, contacts: list[Contact], times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the axes of a foot that is flat where it stands flat, and how much it is held, from 0 to 1."""
     n = len(frames)
-    yaws = np.unwrap(np.arctan2(frames[:, 1, 0], frames[:, 0, 0]))
+    ahead = frames[:, :, 0] + np.cross(
+        frames[:, :, 1], [0.0, 0.0, 1.0]
+    )  # of a foot that points down, where its instep is
+    yaws = np.unwrap(np.arctan2(ahead[:, 1], ahead[:, 0]))
     turns, phases = [], []
     for contact in contacts:
         part = slice(contact.flat_first, contact.flat_end)
@@ -239,11 +242,11 @@ def _leave_time(
 
 
 def _orthonormal(frames: np.ndarray) -> np.ndarray:
-    """Return the axes (n, 3, 3) that are nearly these and at right angles, the first one kept."""
-    x = frames[:, :, 0] / np.linalg.norm(frames[:, :, 0], axis=1, keepdims=True)
-    z = np.cross(x, frames[:, :, 1])
+    """Return the axes (n, 3, 3) that are nearly these and at right angles, the one to the left kept."""
+    y = frames[:, :, 1] / np.linalg.norm(frames[:, :, 1], axis=1, keepdims=True)
+    z = np.cross(frames[:, :, 0], y)
     z /= np.linalg.norm(z, axis=1, keepdims=True)
-    return np.stack([x, np.cross(z, x), z], axis=2)
+    return np.stack([np.cross(y, z), y, z], axis=2)
 
 
 def blend_between(

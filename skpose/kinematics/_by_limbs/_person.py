@@ -70,8 +70,9 @@ def person_of(motion: Motion, stance: Stance) -> Person:
         mark = toe_of(stance, side)
         toes[side] = at[mark]
         feet[side] = level(shown["pelvis"]) if mark == f"{side}_{ANKLE}" else shown[side]
-        joints = [stance.places[name].joint for name in {mark, f"{side}_{ANKLE}"}]
-        seen[side] = np.ones(len(motion), bool) if motion.seen is None else motion.seen[:, joints].all(axis=1)
+        joints = [stance.places[name].joint for name in (mark, f"{side}_{ANKLE}")]
+        all_seen = np.ones(len(motion), bool) if motion.seen is None else motion.seen[:, joints].all(axis=1)
+        seen[side] = np.asarray(all_seen)
     return Person(limbs, hands, toes, feet, shown["pelvis"], shown["chest"], seen)
 
 

@@ -5,7 +5,8 @@ positions as those of joints: so orientations are found, and reached, by points.
 """
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -35,6 +36,14 @@ class Place(NamedTuple):
     at_zero: np.ndarray  # (3,) at angle zero, m, in the axes of the root
 
 
+class Lowest(NamedTuple):
+    """The lowest joint that an ankle carries, or the ankle, and how far the foot reaches, from the ankle, m."""
+
+    joint: str
+    height: float
+    ahead: float
+
+
 class Stance(NamedTuple):
     """Landmarks of a skeleton as it stands at angle zero; axes have forward, left and up in their columns."""
 
@@ -45,8 +54,8 @@ class Stance(NamedTuple):
     feet: dict[str, tuple[int, np.ndarray]]  # by side, the joint with which the foot moves and its axes
     name: str  # of the robot
     sole: float  # half the width of a sole, m
-    pointed: tuple[str, ...] = ()  # sides whose foot points along the shank; its axes are the line of the foot and across
-    front: str = ""  # the joint that was taken for the end of the soles where none was named
+    pointed: tuple[str, ...] = ()  # sides whose foot points along the shank: its first axis is its line
+    lowest: Mapping[str, Lowest] = MappingProxyType({})  # by side, of feet of which only the ankle is named
 
     def has(self, limb: Sequence[str]) -> bool:
         """Return whether both sides have all landmarks of a limb."""
@@ -54,7 +63,8 @@ class Stance(NamedTuple):
 
     def in_words(self) -> str:
         """Return in words what is known of the skeleton."""
-        sole = f", soles as low as {self.front!r}" if self.front else ""
+        low = " and ".join(repr(lowest.joint) for lowest in self.lowest.values())
+        sole = f", soles as low as {low}" if low else ""
         return f"{self.name + ', ' if self.name else ''}{len(self.places)} places{sole}"
 
     def length(self, start: str, end: str) -> float:
@@ -67,6 +77,14 @@ def find_robot(skeleton: Skeleton) -> Robot | None:
     """Return the robot whose links a skeleton has, all that its table names."""
     names = set(skeleton.joint_names)
     return next((robot for robot in ROBOTS if {link for link, _ in places_of(robot).values()} <= names), None)
+
+
+def missing_links(skeleton: Skeleton) -> tuple[Robot | None, list[str]]:
+    """Return the robot that a skeleton nearly is, with more than half of its links, and the links that it lacks."""
+    names = set(skeleton.joint_names)
+    links = [{link for link, _ in places_of(robot).values()} for robot in ROBOTS]
+    robot, needed = max(zip(ROBOTS, links, strict=True), key=lambda pair: len(pair[1] & names) / len(pair[1]))
+    return (robot, sorted(needed - names)) if 2 * len(needed & names) > len(needed) else (None, [])
 
 
 def robot_places(skeleton: Skeleton, robot: Robot) -> dict[str, Place]:
@@ -116,7 +134,18 @@ def find_stance(skeleton: Skeleton, places: dict[str, Place], robot: Robot | Non
             feet[side] = joint, frame
             pointed += [side] * is_pointed
     name, sole = (robot.name, robot.sole) if robot else ("", 0.0)
-    return Stance(places, axes, pelvis, chest, feet, name, sole, tuple(pointed))
+    stance = Stance(places, axes, pelvis, chest, feet, name, sole, tuple(pointed))
+    unnamed = [side for side in feet if toe_of(stance, side) == f"{side}_{ANKLE}" and f"{side}_{TIP}" not in places]
+    return stance._replace(lowest={side: _lowest_of(skeleton, stance, side) for side in unnamed})
+
+
+def _lowest_of(skeleton: Skeleton, stance: Stance, side: str) -> Lowest:
+    """Return the lowest joint of a foot of which only the ankle is named, and how far the foot reaches."""
+    ankle, zero = stance.places[f"{side}_{ANKLE}"], positions_at_zero(skeleton)
+    carried = [joint for joint in range(skeleton.n_joints) if ankle.joint in path_up(skeleton, joint)]
+    ends = np.array([(zero[joint] - ankle.at_zero) @ stance.feet[side][1] for joint in carried])
+    i = int(ends[:, 2].argmin())
+    return Lowest(skeleton.joint_names[carried[i]], float(ends[i, 2]), float(ends[:, 0].max()))
 
 
 def _with_length(places: dict[str, Place]) -> dict[str, Place]:
@@ -212,7 +241,7 @@ def length_of_leg(stance: Stance) -> float:
 def sole_of(stance: Stance, side: str) -> Sole:
     """Return the sole of a foot.
 
-    Where no table has it the floor is below the lowest joint of the foot that is named.
+    Where no table has it the floor is below the lowest joint of the foot that is named, or of all that it has.
     """
     places, (_, axes) = stance.places, stance.feet[side]
     ankle = places[f"{side}_{ANKLE}"].at_zero
@@ -221,8 +250,10 @@ def sole_of(stance: Stance, side: str) -> Sole:
         return Sole(heel, tip, stance.sole)
     size = SOLE * float(np.linalg.norm(places[f"{side}_{KNEE}"].at_zero - ankle))
     ends = [(places[f"{side}_{mark}"].at_zero - ankle) @ axes for mark in (BALL, TOE) if f"{side}_{mark}" in places]
-    low = min((end[2] for end in ends), default=0.0)
-    front = max((end[0] for end in ends), default=2.0 * size)
+    if side in stance.lowest:
+        low, front = stance.lowest[side].height, max(2.0 * size, stance.lowest[side].ahead)
+    else:
+        low, front = min(end[2] for end in ends), max(end[0] for end in ends)
     return Sole(np.array([-size, 0.0, low]), np.array([front, 0.0, low]), size / 2.0)
 
 

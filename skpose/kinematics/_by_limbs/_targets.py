@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 from scipy.spatial.transform import Rotation
 
 from skpose.kinematics._by_limbs._contacts import Contact, Held, hold_foot
@@ -48,6 +49,9 @@ FASTEST = 20.0  # rad/s, of a joint; those of a G1 reach 20 to 37
 # Heading first, so that no heading is near to where Euler angles jump for a root whose z axis is up.
 ROOT_AXES = {"x": "XZY", "y": "YZX", "z": "ZYX"}
 AT_LIMIT = 1e-9  # rad
+NEARBY = 0.025  # s before and after, within which the person is as fast
+FASTER = 1.0  # m/s more than the person's, from which a report names it; feet that go to where they are held have less
+BELOW = 1e-3  # m, from which a report names soles below the floor
 
 
 class Fitted(NamedTuple):
@@ -57,6 +61,9 @@ class Fitted(NamedTuple):
     feet: np.ndarray  # distances of places on the feet from where they shall be, m
     hands: np.ndarray  # those of wrists and hands
     slides: np.ndarray  # (n_contacts,) by how much the toes move at most while they stand, m
+    below: float  # by how much a corner of a sole is below the floor at most, m
+    feet_faster: float  # by how much toes, and the pelvis, are faster than the person's at most, m/s
+    pelvis_faster: float
     at_limits: int  # angles that are at a limit in some frame
     n_left: int  # frames that did not converge
     moving: list[int]  # joints
@@ -70,6 +77,12 @@ class Fitted(NamedTuple):
             parts.append(f"feet stand {len(self.slides)} times and slide by {_round(self.slides.max())} mm at most")
         elif self.feet.size:
             parts.append("feet stand nowhere")
+        if self.below >= BELOW:
+            parts.append(f"soles are {_round(self.below)} mm below the floor at most")
+        faster = (("toes", self.feet_faster), ("the pelvis", self.pelvis_faster))
+        named = [f"{name} by up to {speed:.2g} m/s" for name, speed in faster if speed >= FASTER]
+        if named:
+            parts.append(f"faster than the person's: {' and '.join(named)}")
         if self.at_limits:
             parts.append(f"{self.at_limits} angles reach their limits")
         if self.n_left:
@@ -95,6 +108,7 @@ class Aim(NamedTuple):
     rolls: list[int]  # its joints that stay there, though they carry places
     targets: Targets
     legs: dict[str, Held]
+    ways: dict[str, np.ndarray]  # (n_frames, 3) of the person's toes, by side, and hips, in the size of the target
     is_on_base: bool  # whether its own joints move it over the floor, and its root stays where it is
 
 
@@ -104,7 +118,7 @@ def by_limbs(
     """Return a motion on a skeleton; a factor is that of positions in the world, None the ratio of the legs."""
     aim = aim_at(motion, skeleton, theirs, ours, factor, joint_limits)
     final = solve(aim.skeleton, aim.targets, aim.bent, STIFFNESS, motion.times, FASTEST)
-    return _collect(motion, skeleton, final, aim)
+    return _collect(motion, skeleton, theirs, ours, final, aim)
 
 
 def aim_at(
@@ -146,7 +160,10 @@ def aim_at(
         for side in SIDES:
             _put_arm(targets, person, ours, side, starts[f"{side}_{SHOULDER}"], chest)
     is_on_base = not on_legs and _base_of(skeleton, ours.chest) != ROOT
-    return Aim(held, rest, _bend_limbs(held, ours, rest), rolls, targets, legs, is_on_base)
+    ways = {side: scale * person.toes[side] for side in legs}
+    if on_legs:
+        ways["pelvis"] = scale * (person.limbs[f"left_{HIP}"].start + person.limbs[f"right_{HIP}"].start) / 2.0
+    return Aim(held, rest, _bend_limbs(held, ours, rest), rolls, targets, legs, ways, is_on_base)
 
 
 # --- where the target shall be ----------------------------------------------------------------------------------------
@@ -205,9 +222,7 @@ def _base_of(skeleton: Skeleton, chest: int) -> int:
     return base
 
 
-def _put_on_wheels(
-    targets: Targets, person: Person, ours: Stance, base: int, scale: np.ndarray, floor: float
-) -> None:
+def _put_on_wheels(targets: Targets, person: Person, ours: Stance, base: int, scale: np.ndarray, floor: float) -> None:
     """Put a base without legs on the floor below the person's hips, and the chest in the height of the person's.
 
     Where joints move the base the root stays where it is.
@@ -342,7 +357,7 @@ def _put_arm(targets: Targets, person: Person, ours: Stance, side: str, start: n
 # --- what came of it --------------------------------------------------------------------------------------------------
 
 
-def _collect(motion: Motion, skeleton: Skeleton, final: Solution, aim: Aim) -> Fitted:
+def _collect(motion: Motion, skeleton: Skeleton, theirs: Stance, ours: Stance, final: Solution, aim: Aim) -> Fitted:
     """Return the motion of the whole skeleton in the world, and how near it came."""
     angles = np.tile(aim.rest, (len(motion), 1))
     names = final.skeleton.dof_names
@@ -360,16 +375,22 @@ def _collect(motion: Motion, skeleton: Skeleton, final: Solution, aim: Aim) -> F
         root_positions=origins @ vertical,
         root_angles=root_angles,
         root_axes=axes,
-        seen=None,
+        seen=_seen_of(motion, skeleton, theirs, ours),
     )
     feet = [i for side in SIDES for i in aim.targets.groups.get(f"{side} foot", [])]
-    slides = []
-    for side, leg in aim.legs.items():
-        places = [aim.targets.places[i] for i in aim.targets.groups[f"{side} foot"][:2]]  # the corners at the toes
-        tips = final.positions(skeleton, places).mean(axis=1)
+    slides, below, feet_faster, pelvis_faster = [], 0.0, 0.0, 0.0
+    for foot, leg in aim.legs.items():
+        (joint, axes), ankle = ours.feet[foot], ours.places[f"{foot}_{ANKLE}"].at_zero
+        corners = final.positions(skeleton, [Place(joint, ankle + axes @ x) for x in sole_of(ours, foot).corners()])
+        below = max(below, -float(corners[:, :, 2].min()))
+        tips = corners[:, 2:].mean(axis=1)
+        feet_faster = max(feet_faster, _faster(tips, aim.ways[foot], motion.times))
         for contact in leg.contacts:
             stood = tips[contact.first : contact.end]
-            slides.append(np.linalg.norm(stood - np.median(stood, axis=0), axis=1).max())
+            slides.append(np.linalg.norm(stood - stood.mean(axis=0), axis=1).max())
+    if aim.legs:
+        pelvis = final.positions(skeleton, [Place(ours.pelvis, _middle(ours, HIP))])[:, 0]
+        pelvis_faster = _faster(pelvis, aim.ways["pelvis"], motion.times)
     rolled = {name for joint in aim.rolls for name in skeleton.bones[joint].dof_names}
     at_limits = 0
     if aim.skeleton.limits is not None:
@@ -382,7 +403,46 @@ def _collect(motion: Motion, skeleton: Skeleton, final: Solution, aim: Aim) -> F
         final.residuals[:, feet],
         final.residuals[:, aim.targets.groups.get("hands", [])],
         np.array(slides),
+        below,
+        feet_faster,
+        pelvis_faster,
         at_limits,
         int((~final.converged).sum()),
         moving,
     )
+
+
+def _faster(ours: np.ndarray, theirs: np.ndarray, times: np.ndarray) -> float:
+    """Return by how much a way (n_frames, 3) is faster than another is shortly before or after, m/s, at most."""
+    if len(times) < 2:
+        return 0.0
+    steps = np.diff(times)
+    speeds, known = (np.linalg.norm(np.diff(way, axis=0), axis=1) / steps for way in (ours, theirs))
+    around = 2 * int(np.ceil(NEARBY / float(np.median(steps)))) + 1
+    return float((speeds - maximum_filter1d(known, around, mode="nearest")).max())
+
+
+def _seen_of(motion: Motion, skeleton: Skeleton, theirs: Stance, ours: Stance) -> np.ndarray | None:
+    """Return in which frames each joint of a skeleton was seen: where those landmarks were between which it is."""
+    if motion.seen is None:
+        return None
+    marks: dict[int, set[int]] = {}  # joints of the person that are counterparts of those at a joint of the target
+    for mark, place in ours.places.items():
+        if mark in theirs.places:
+            marks.setdefault(place.joint, set()).add(theirs.places[mark].joint)
+    needed: list[set[int]] = [set() for _ in range(skeleton.n_joints)]
+    for joint, here in marks.items():
+        needed[joint] |= here
+        between: list[int] = []
+        for above in path_up(skeleton, joint)[1:]:
+            if above in marks:
+                for j in between:
+                    needed[j] |= marks[above]
+                break
+            between.append(above)
+            needed[above] |= here
+    seen = np.zeros((len(motion), skeleton.n_joints), bool)
+    for j, joints in enumerate(needed):
+        if joints:
+            seen[:, j] = motion.seen[:, sorted(joints)].all(axis=1)
+    return seen
