@@ -45,7 +45,8 @@ def to_vertical(up: str) -> np.ndarray:
 def person_of(motion: Motion, stance: Stance) -> Person:
     """Return what is taken of a motion."""
     named = list(stance.places.items())
-    links = {"pelvis": (stance.pelvis, stance.axes), "chest": (stance.chest, stance.axes)} | stance.feet
+    trunk = {"pelvis": stance.pelvis, "chest": stance.chest}
+    links = {link: (joint, stance.links.get(link, stance.axes)) for link, joint in trunk.items()} | stance.feet
     places = [place for _, place in named]
     for joint, axes in links.values():
         places += show_axes(joint, axes)
@@ -76,27 +77,33 @@ def person_of(motion: Motion, stance: Stance) -> Person:
     return Person(limbs, hands, toes, feet, shown["pelvis"], shown["chest"], seen)
 
 
-def lay_pointed_feet(person: Person, theirs: Stance, times: np.ndarray) -> tuple[Person, Stance]:
-    """Return a person, and a stance, whose feet that point along the shank at angle zero are flat where they stand.
+def lay_unsure_feet(person: Person, theirs: Stance, times: np.ndarray) -> tuple[Person, Stance]:
+    """Return a person, and a stance, with axes of feet that do not show at angle zero how they stand.
 
-    Such a zero pose does not show how the foot stands: the line from ankle to toes has the slope that it has where the
-    foot stands.
+    Such feet are level where they stand flat in the motion. Where none does, one that points along the shank at angle
+    zero stands with a slope of `SLOPE`.
     """
-    if not theirs.pointed:
-        return person, theirs
-    lines = {side: person.toes[side] - person.limbs[f"{side}_{HIP}"].end for side in theirs.pointed}
-    slopes = []
-    for side, line in lines.items():
-        down = np.arcsin(np.clip(-line[:, 2] / np.linalg.norm(line, axis=1), -1.0, 1.0))
-        contacts = _contacts_of(person, theirs, side, times)
-        slopes += [down[contact.flat_first : contact.flat_end] for contact in contacts]
-    flat = np.concatenate([np.zeros(0), *slopes])
-    slope = float(np.median(flat)) if len(flat) else SLOPE
-    c, s = np.cos(slope), np.sin(slope)
-    turn = np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])  # about the axis to the left
-    feet = {side: person.feet[side] @ turn for side in theirs.pointed}
-    zero = {side: (theirs.feet[side][0], theirs.feet[side][1] @ turn) for side in theirs.pointed}
-    return person._replace(feet=person.feet | feet), theirs._replace(feet=theirs.feet | zero)
+    feet, zero = dict(person.feet), dict(theirs.feet)
+    for side in theirs.unsure:
+        joint, axes = theirs.feet[side]
+        ends = [theirs.places[mark].at_zero for mark in (f"{side}_{ANKLE}", toe_of(theirs, side))]
+        line = unit(axes.T @ (ends[1] - ends[0]))
+        flat = [slice(contact.flat_first, contact.flat_end) for contact in _contacts_of(person, theirs, side, times)]
+        ups = np.concatenate([np.zeros((0, 3)), *(person.feet[side][part, 2] for part in flat)])
+        if len(ups):
+            up = ups.mean(axis=0)
+        elif theirs.stands:
+            up = np.array([-np.sin(SLOPE), 0.0, np.cos(SLOPE)])
+        else:
+            raise ValueError(
+                'method="limbs" cannot tell how the feet of the motion stand: its skeleton does not stand at angle zero, '
+                f"and the {side} foot never stands flat in the motion. Use a motion in which it does, or convert it to "
+                'a skeleton that stands at angle zero by method="orientations"'
+            )
+        forward = unit(line - (line @ unit(up)) * unit(up))
+        turn = np.stack([forward, np.cross(unit(up), forward), unit(up)], axis=1)
+        feet[side], zero[side] = person.feet[side] @ turn, (joint, axes @ turn)
+    return person._replace(feet=feet), theirs._replace(feet=zero)
 
 
 def _contacts_of(person: Person, theirs: Stance, side: str, times: np.ndarray) -> list[Contact]:

@@ -15,11 +15,13 @@ from skpose.kinematics._by_limbs._contacts import Sole
 from skpose.kinematics._by_limbs._robots import HEEL, ROBOTS, TIP, Robot, places_of
 from skpose.kinematics._landmarks import SIDES, common_parent, path_up
 from skpose.kinematics._lines import ROOT, find_carriers, find_movers, unit
-from skpose.kinematics._rigs import ANKLE, BALL, ELBOW, HAND, HIP, KNEE, SHOULDER, TOE, WRIST
+from skpose.kinematics._rigs import ANKLE, BALL, COLLAR, ELBOW, HAND, HIP, KNEE, SHOULDER, TOE, WRIST
 from skpose.skeleton import Bone, Skeleton
 from skpose.skeleton._shared import axes_at_zero, axes_of, positions_at_zero
 
 NEAR = 0.8  # cosine of the angle to an axis of the root up to which a skeleton stands along it, or faces it
+FACING = np.cos(np.radians(45.0))  # of the angle between hips and shoulders in a pose of somebody who stands
+HANGING = np.cos(np.radians(60.0))  # of that between a leg and the direction down there
 POINTED = np.cos(np.radians(15.0))  # of the angle between foot and shank, up to which the foot has no direction forward
 EXACT = 1e-3  # rad, of the axes of a robot from those of the root, up to which they are these
 UPRIGHT = np.cos(np.radians(10.0))  # of a shank at angle zero, below which the foot is as tilted as that
@@ -54,7 +56,11 @@ class Stance(NamedTuple):
     feet: dict[str, tuple[int, np.ndarray]]  # by side, the joint with which the foot moves and its axes
     name: str  # of the robot
     sole: float  # half the width of a sole, m
-    pointed: tuple[str, ...] = ()  # sides whose foot points along the shank: its first axis is its line
+    unsure: tuple[str, ...] = ()  # sides whose foot does not show at angle zero how it stands
+    stands: bool = True  # whether that of angle zero is a pose of a person who stands
+    links: Mapping[str, np.ndarray] = MappingProxyType(
+        {}
+    )  # axes of pelvis and chest where they are not those of the trunk
     lowest: Mapping[str, Lowest] = MappingProxyType({})  # by side, of feet of which only the ankle is named
 
     def has(self, limb: Sequence[str]) -> bool:
@@ -127,14 +133,15 @@ def find_stance(skeleton: Skeleton, places: dict[str, Place], robot: Robot | Non
     hips, shoulders = ([places.get(f"{side}_{mark}") for side in SIDES] for mark in (HIP, SHOULDER))
     pelvis, chest = (_link_of(skeleton, pair, movers) for pair in (hips, shoulders))
     axes = robot_axes(skeleton, robot) if robot else _trunk_axes(hips, shoulders, places)
-    feet, pointed = {}, []
+    links = {} if _is_standing(hips, shoulders, places, axes) else _link_axes(skeleton, places, pelvis, chest)
+    feet, unsure = {}, []
     for side in SIDES:
         if f"{side}_{ANKLE}" in places:
-            joint, frame, is_pointed = _foot(skeleton, places, side, axes, movers)
+            joint, frame, is_sure = _foot(skeleton, places, side, axes, movers)
             feet[side] = joint, frame
-            pointed += [side] * is_pointed
+            unsure += [side] * (bool(links) or not is_sure)
     name, sole = (robot.name, robot.sole) if robot else ("", 0.0)
-    stance = Stance(places, axes, pelvis, chest, feet, name, sole, tuple(pointed))
+    stance = Stance(places, axes, pelvis, chest, feet, name, sole, tuple(unsure), not links, links)
     unnamed = [side for side in feet if toe_of(stance, side) == f"{side}_{ANKLE}" and f"{side}_{TIP}" not in places]
     return stance._replace(lowest={side: _lowest_of(skeleton, stance, side) for side in unnamed})
 
@@ -172,6 +179,43 @@ def _trunk_axes(hips: list[Place | None], shoulders: list[Place | None], places:
     return np.stack([np.cross(left, up), left, up], axis=1)
 
 
+def _is_standing(
+    hips: list[Place | None], shoulders: list[Place | None], places: dict[str, Place], axes: np.ndarray
+) -> bool:
+    """Return whether the pose of angle zero is one in which legs hang and hips face forward as shoulders do."""
+    ends = [_ends(pair) for pair in (hips, shoulders)]
+    if ends[0] is not None and ends[1] is not None:
+        lines = [unit(pair[0] - pair[1]) for pair in ends if pair is not None]
+        if lines[0] @ lines[1] < FACING:
+            return False
+    legs = [tuple(f"{side}_{mark}" for mark in (HIP, ANKLE)) for side in SIDES]
+    known = [leg for leg in legs if all(mark in places for mark in leg)]
+    return all(unit(places[hip].at_zero - places[ankle].at_zero) @ axes[:, 2] > HANGING for hip, ankle in known)
+
+
+def _link_axes(skeleton: Skeleton, places: dict[str, Place], pelvis: int, chest: int) -> dict[str, np.ndarray]:
+    """Return the axes (3, 3) of pelvis and chest by what each of them carries at angle zero, in any pose.
+
+    The pelvis carries both hips and the spine, the chest both collarbones or shoulders, and ends below them.
+    """
+    zero = np.vstack([positions_at_zero(skeleton), np.zeros(3)])  # the last is the root
+    spine = [joint for joint in path_up(skeleton, chest) if joint not in path_up(skeleton, pelvis)]
+    mark = COLLAR if all(f"{side}_{COLLAR}" in places for side in SIDES) else SHOULDER
+    found = {}
+    for link, end in (("pelvis", HIP), ("chest", mark)):
+        pair = _ends([places.get(f"{side}_{end}") for side in SIDES])
+        if pair is None or not spine:
+            continue
+        middle = pair.mean(axis=0)
+        up = zero[spine[-1]] - middle if link == "pelvis" else middle - zero[chest]
+        left = unit(pair[0] - pair[1])
+        up = up - (up @ left) * left
+        if np.linalg.norm(up) > NO_LENGTH * np.linalg.norm(pair[0] - pair[1]):
+            up = unit(up)
+            found[link] = np.stack([np.cross(left, up), left, up], axis=1)
+    return found
+
+
 def _ends(pair: list[Place | None]) -> np.ndarray | None:
     """Return the positions (2, 3) of a place on both sides at angle zero, if both are known."""
     left, right = pair
@@ -205,10 +249,9 @@ def _link_of(skeleton: Skeleton, pair: list[Place | None], movers: list[int]) ->
 def _foot(
     skeleton: Skeleton, places: dict[str, Place], side: str, axes: np.ndarray, movers: list[int]
 ) -> tuple[int, np.ndarray, bool]:
-    """Return the joint with which a foot moves, the axes of the foot at angle zero, and whether it is pointed.
+    """Return the joint with which a foot moves, its axes at angle zero, and whether it is flat there.
 
-    It is flat there, and a leg that is spread has a foot that is tilted with it. A foot that points along the shank
-    has as its axes the line of the foot, the axis to the left and that of the instep.
+    A leg that is spread at angle zero has a foot that is tilted with it. One that points along the shank is not flat.
     """
     ankle = places[f"{side}_{ANKLE}"]
     is_table = f"{side}_{TIP}" in places
@@ -221,11 +264,9 @@ def _foot(
     if end is not None:
         joint = end.joint if is_table else find_carriers(skeleton)[end.joint]
     if is_pointed:
-        line = unit(forward)
-        left = unit(axes[:, 1] - (axes[:, 1] @ line) * line)
-        return movers[joint], np.stack([line, left, np.cross(line, left)], axis=1), True
+        up = axes[:, 0]  # the instep
     forward = unit(forward - (forward @ up) * up)
-    return movers[joint], np.stack([forward, np.cross(up, forward), up], axis=1), False
+    return movers[joint], np.stack([forward, np.cross(up, forward), up], axis=1), not is_pointed
 
 
 def toe_of(stance: Stance, side: str) -> str:

@@ -144,7 +144,7 @@ def _check_sides(target: Skeleton, ours: Stance) -> None:
         for mark in (f"{side}_{BALL}", f"{side}_{TOE}", f"{side}_{TIP}")
         if mark in ours.places and f"{side}_{ANKLE}" in ours.places
     ]
-    if fronts and max(float(line @ ours.axes[:, 0]) for line in fronts) < 0.0 and not ours.pointed:
+    if fronts and max(float(line @ ours.axes[:, 0]) for line in fronts) < 0.0:
         raise ValueError(
             "the feet of the given skeleton point backward at angle zero: joints= exchanges left and right, or the "
             "front of the soles with their back"

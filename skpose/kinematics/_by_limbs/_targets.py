@@ -19,7 +19,7 @@ from skpose.kinematics._by_limbs._person import (
     Person,
     axes_from,
     find_ground,
-    lay_pointed_feet,
+    lay_unsure_feet,
     level,
     lowest_ankle,
     person_of,
@@ -125,7 +125,7 @@ def aim_at(
     motion: Motion, skeleton: Skeleton, theirs: Stance, ours: Stance, factor: float | None, joint_limits: str
 ) -> Aim:
     """Return where places on the target shall be."""
-    person, theirs = lay_pointed_feet(person_of(motion, theirs), theirs, motion.times)
+    person, theirs = lay_unsure_feet(person_of(motion, theirs), theirs, motion.times)
     rest = rest_within_limits(skeleton, joint_limits)
     rolls = rolls_of(skeleton, ours)
     held = hold_at_rest(skeleton, tuple(rolls), joint_limits)
@@ -367,14 +367,14 @@ def _collect(motion: Motion, skeleton: Skeleton, theirs: Stance, ours: Stance, f
     roots, origins = final.roots, final.origins
     if aim.is_on_base:  # exactly
         roots, origins = np.broadcast_to(np.eye(3), roots.shape), np.zeros_like(origins)
-    root_angles, axes = continuous_root_angles(Rotation.from_matrix(vertical.T @ roots), ROOT_AXES[motion.up])
+    root_angles, root_axes = continuous_root_angles(Rotation.from_matrix(vertical.T @ roots), ROOT_AXES[motion.up])
     result = replace(
         motion,
         skeleton=skeleton,
         angles=angles,
         root_positions=origins @ vertical,
         root_angles=root_angles,
-        root_axes=axes,
+        root_axes=root_axes,
         seen=_seen_of(motion, skeleton, theirs, ours),
     )
     feet = [i for side in SIDES for i in aim.targets.groups.get(f"{side} foot", [])]
