@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from skpose._warnings import warn
 from skpose.kinematics._by_limbs._contacts import Contact, find_contacts, find_floor
 from skpose.kinematics._by_limbs._places import ARM, LEG, Place, Stance, length_of_leg, toe_of, with_places
 from skpose.kinematics._forward import forward_kinematics
@@ -13,6 +14,7 @@ from skpose.kinematics._rigs import ANKLE, HAND, HIP, WRIST
 from skpose.skeleton import Motion
 from skpose.skeleton._shared import root_orientations
 
+FLIP, FASTEST = np.radians(60.0), 100.0  # and rad/s, more than which a foot does not turn from one frame to the next
 SLOPE = np.radians(30.0)  # of the line from ankle to toes above the floor, where no foot stands flat
 
 
@@ -96,14 +98,32 @@ def lay_unsure_feet(person: Person, theirs: Stance, times: np.ndarray) -> tuple[
             up = np.array([-np.sin(SLOPE), 0.0, np.cos(SLOPE)])
         else:
             raise ValueError(
-                'method="limbs" cannot tell how the feet of the motion stand: its skeleton does not stand at angle zero, '
-                f"and the {side} foot never stands flat in the motion. Use a motion in which it does, or convert it to "
-                'a skeleton that stands at angle zero by method="orientations"'
+                'method="limbs" cannot tell how the feet of the motion stand: its skeleton does not stand at angle '
+                f"zero, and the {side} foot never stands flat in the motion. Use a motion in which it does, or convert it "
+                'to a skeleton that stands at angle zero by method="orientations"'
             )
         forward = unit(line - (line @ unit(up)) * unit(up))
         turn = np.stack([forward, np.cross(unit(up), forward), unit(up)], axis=1)
         feet[side], zero[side] = person.feet[side] @ turn, (joint, axes @ turn)
     return person._replace(feet=feet), theirs._replace(feet=zero)
+
+
+def warn_of_flips(person: Person, times: np.ndarray) -> None:
+    """Warn if a foot turns from one frame to the next as no foot does, which is an error of the recording."""
+    if len(times) < 2:
+        return
+    for side, axes in person.feet.items():
+        cosines = (np.einsum("nij,nij->n", axes[1:], axes[:-1]) - 1.0) / 2.0
+        turns = np.arccos(np.clip(cosines, -1.0, 1.0))
+        flips = np.flatnonzero((turns > FLIP) & (turns / np.diff(times) > FASTEST))
+        if len(flips):
+            i = int(flips[turns[flips].argmax()])
+            warn(
+                f"the {side} foot of the motion turns by {np.degrees(turns[i]):.0f}° from frame {i} to {i + 1}"
+                f"{f', and in {len(flips) - 1} others likewise' if len(flips) > 1 else ''}: that is an error of the "
+                "recording, and the given skeleton is thrown about there. Correct the angles of the ankle, or leave "
+                "out those frames"
+            )
 
 
 def _contacts_of(person: Person, theirs: Stance, side: str, times: np.ndarray) -> list[Contact]:

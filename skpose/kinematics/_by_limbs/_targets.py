@@ -25,6 +25,7 @@ from skpose.kinematics._by_limbs._person import (
     person_of,
     show_axes,
     to_vertical,
+    warn_of_flips,
 )
 from skpose.kinematics._by_limbs._places import ARM, LEG, Place, Stance, length_of_leg, rolls_of, sole_of
 from skpose.kinematics._by_limbs._solver import Solution, Targets, hold_at_rest, rest_within_limits, solve
@@ -126,6 +127,7 @@ def aim_at(
 ) -> Aim:
     """Return where places on the target shall be."""
     person, theirs = lay_unsure_feet(person_of(motion, theirs), theirs, motion.times)
+    warn_of_flips(person, motion.times)
     rest = rest_within_limits(skeleton, joint_limits)
     rolls = rolls_of(skeleton, ours)
     held = hold_at_rest(skeleton, tuple(rolls), joint_limits)
