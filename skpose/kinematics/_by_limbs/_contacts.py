@@ -96,6 +96,8 @@ def _stays(
     found = []
     for start, stop in _phases(still[first:end], times[first:end]):
         part = slice(first + start, first + stop)
+        if times[part.stop - 1] - times[part.start] < 2.0 * STILL_WINDOW:
+            continue
         if _is_near(points[part], away):
             found.append((part.start, part.stop))
             continue

@@ -99,8 +99,8 @@ def lay_unsure_feet(person: Person, theirs: Stance, times: np.ndarray) -> tuple[
         else:
             raise ValueError(
                 'method="limbs" cannot tell how the feet of the motion stand: its skeleton does not stand at angle '
-                f"zero, and the {side} foot never stands flat in the motion. Use a motion in which it does, or convert it "
-                'to a skeleton that stands at angle zero by method="orientations"'
+                f"zero, and the {side} foot never stands flat in the motion. Use a motion in which it does, or convert "
+                'it to a skeleton that stands at angle zero by method="orientations"'
             )
         forward = unit(line - (line @ unit(up)) * unit(up))
         turn = np.stack([forward, np.cross(unit(up), forward), unit(up)], axis=1)
@@ -120,7 +120,7 @@ def warn_of_flips(person: Person, times: np.ndarray) -> None:
             i = int(flips[turns[flips].argmax()])
             warn(
                 f"the {side} foot of the motion turns by {np.degrees(turns[i]):.0f}° from frame {i} to {i + 1}"
-                f"{f', and in {len(flips) - 1} others likewise' if len(flips) > 1 else ''}: that is an error of the "
+                f"{f' ({len(flips)} such frames)' if len(flips) > 1 else ''}: that is an error of the "
                 "recording, and the given skeleton is thrown about there. Correct the angles of the ankle, or leave "
                 "out those frames"
             )

@@ -27,7 +27,8 @@ from skpose.kinematics._by_limbs._person import (
     to_vertical,
     warn_of_flips,
 )
-from skpose.kinematics._by_limbs._places import ARM, LEG, Place, Stance, length_of_leg, rolls_of, sole_of
+from skpose.kinematics._by_limbs._places import ARM, LEG, Place, Stance, length_of_leg, rolls_of, sole_of, toe_of
+from skpose.kinematics._by_limbs._robots import HEEL, TIP
 from skpose.kinematics._by_limbs._solver import Solution, Targets, hold_at_rest, rest_within_limits, solve
 from skpose.kinematics._landmarks import SIDES, path_up
 from skpose.kinematics._lines import ROOT, unit
@@ -430,8 +431,10 @@ def _seen_of(motion: Motion, skeleton: Skeleton, theirs: Stance, ours: Stance) -
         return None
     marks: dict[int, set[int]] = {}  # joints of the person that are counterparts of those at a joint of the target
     for mark, place in ours.places.items():
-        if mark in theirs.places:
-            marks.setdefault(place.joint, set()).add(theirs.places[mark].joint)
+        side, _, name = mark.partition("_")
+        counterpart = toe_of(theirs, side) if name in (HEEL, TIP) else mark
+        if counterpart in theirs.places:
+            marks.setdefault(place.joint, set()).add(theirs.places[counterpart].joint)
     needed: list[set[int]] = [set() for _ in range(skeleton.n_joints)]
     for joint, here in marks.items():
         needed[joint] |= here
