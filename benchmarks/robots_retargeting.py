@@ -203,9 +203,9 @@ class Case:
             "lowest": np.array(lowest),
         } | {name: np.array(values) for name, values in jumps.items()}
 
-    def _beyond(self, way, name):
-        """Return the largest step of a way beyond those of the person's around it, m."""
-        steps, theirs = (np.linalg.norm(np.diff(one, axis=0), axis=1) for one in (way, self.aim.ways[name]))
+    def _beyond(self, path, name):
+        """Return the largest step of a path beyond those of the person's around it, m."""
+        steps, theirs = (np.linalg.norm(np.diff(one, axis=0), axis=1) for one in (path, self.aim.paths[name]))
         around = 2 * int(np.ceil(0.025 * self.motion.frame_rate)) + 1
         return (steps - maximum_filter1d(theirs, around, mode="nearest")).max()
 

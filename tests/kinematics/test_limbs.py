@@ -390,7 +390,7 @@ def test_a_mobile_base_moves_by_its_own_joints():
 
 
 def with_legs_turned(motion, joint, angle):
-    """The same motion on a skeleton whose leg, from a joint on, is turned about x at angle zero."""
+    """The same motion on a skeleton whose leg, from a joint on, is rotated about x at angle zero."""
     turn, bones = Rotation.from_rotvec([angle, 0.0, 0.0]), []
     chain = ["thigh", "shank", "foot", "toes"]
     names = [f"{side}_{name}" for side in ("left", "right") for name in chain[chain.index(joint) :]]

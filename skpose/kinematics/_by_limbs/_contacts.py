@@ -18,7 +18,7 @@ STAYS = 0.05  # legs, by which a point may move away from its mean while it stan
 # Legs a second over a window in s, below which toes stand that slide in between; and s that they stay where even these
 # slide on. A slide at this speed stays for less.
 STILL, STILL_WINDOW, DRIFT = 0.15, 0.1, 1.0
-RATE, SHARE = 0.5, 0.5  # legs a second, and of the way of the toes, by which a foot goes from one place to the next
+RATE, SHARE = 0.5, 0.5  # legs a second, and of the path of the toes, by which a foot goes from one place to the next
 BLEND = 0.15  # s before and after a contact in which a foot goes over to where it is held
 FLAT = 0.4  # sine of the tilt up to which a foot that stands is laid flat
 PIVOT = 0.3  # rad, by which a foot may turn on the floor before that is taken for a pivot
@@ -142,7 +142,7 @@ class Sole(NamedTuple):
 
 
 class Held(NamedTuple):
-    """How a foot is held while it stands."""
+    """The ankle and the axes of a foot that is held while it stands."""
 
     ankles: np.ndarray  # (n_frames, 3)
     frames: np.ndarray  # (n_frames, 3, 3) axes of the foot: forward, left and up
@@ -221,13 +221,13 @@ def _leave_time(
     Moves are by how much a foot is held away from where its tips (n_frames, 3) are without.
     """
     parts = [[contact.first, contact.end] for contact in contacts]
-    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(tips, axis=0), axis=1))])
+    path = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(tips, axis=0), axis=1))])
     for i in range(1, len(contacts)):
         before, after = parts[i - 1], parts[i]
         while before[1] - before[0] > 1 and after[1] - after[0] > 1:
             last, first = before[1] - 1, after[0]
             one, other = moves[i - 1][last - contacts[i - 1].first], moves[i][first - contacts[i].first]
-            most = max(RATE * leg * (times[first] - times[last]), SHARE * (way[first] - way[last]))
+            most = max(RATE * leg * (times[first] - times[last]), SHARE * (path[first] - path[last]))
             if np.linalg.norm(other - one) <= most:
                 break
             if np.linalg.norm(one) > np.linalg.norm(other):

@@ -279,6 +279,11 @@ def length_of_leg(stance: Stance) -> float:
     return stance.length(HIP, KNEE) + stance.length(KNEE, ANKLE)
 
 
+def middle_of(stance: Stance, mark: str) -> np.ndarray:
+    """Return the middle (3,) between two places at angle zero."""
+    return np.asarray(np.mean([stance.places[f"{side}_{mark}"].at_zero for side in SIDES], axis=0))
+
+
 def sole_of(stance: Stance, side: str) -> Sole:
     """Return the sole of a foot.
 

@@ -6,12 +6,7 @@ person's are, in the size of each limb; feet that stand are held still; knees an
 person's do. Inverse kinematics finds the poses that are nearest to all of these, within the limits.
 """
 
-from dataclasses import replace
-from typing import NamedTuple
-
 import numpy as np
-from scipy.ndimage import maximum_filter1d
-from scipy.spatial.transform import Rotation
 
 from skpose.kinematics._by_limbs._contacts import Contact, Held, hold_foot
 from skpose.kinematics._by_limbs._person import (
@@ -24,17 +19,16 @@ from skpose.kinematics._by_limbs._person import (
     lowest_ankle,
     person_of,
     show_axes,
-    to_vertical,
     warn_of_flips,
 )
-from skpose.kinematics._by_limbs._places import ARM, LEG, Place, Stance, length_of_leg, rolls_of, sole_of, toe_of
-from skpose.kinematics._by_limbs._robots import HEEL, TIP
+from skpose.kinematics._by_limbs._places import ARM, LEG, Place, Stance, length_of_leg, middle_of, rolls_of, sole_of
+from skpose.kinematics._by_limbs._results import Aim, Fitted, collect
 from skpose.kinematics._by_limbs._solver import Solution, Targets, hold_at_rest, rest_within_limits, solve
 from skpose.kinematics._landmarks import SIDES, path_up
 from skpose.kinematics._lines import ROOT, unit
 from skpose.kinematics._rigs import ANKLE, ELBOW, HAND, HIP, KNEE, SHOULDER, WRIST
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import continuous_root_angles, positions_at_zero
+from skpose.skeleton._shared import positions_at_zero
 
 POLE = (
     0.15  # of the first bone of a limb, by which knees bend forward and elbows backward where the person's are straight
@@ -48,70 +42,6 @@ TRUNK_STIFFNESS = 1e-3
 WEIGHTS = {"pelvis": 0.3, "chest": 0.2, "knee": 0.3, "foot": 40.0, "elbow": 0.3, "wrist": 1.0, "hand": 0.5}
 WHEELS = 50.0  # of a robot without legs, on the floor
 FASTEST = 20.0  # rad/s, of a joint; those of a G1 reach 20 to 37
-# Heading first, so that no heading is near to where Euler angles jump for a root whose z axis is up.
-ROOT_AXES = {"x": "XZY", "y": "YZX", "z": "ZYX"}
-AT_LIMIT = 1e-9  # rad
-NEARBY = 0.025  # s before and after, within which the person is as fast
-FASTER = 1.0  # m/s more than the person's, from which a report names it; feet that go to where they are held have less
-BELOW = 1e-3  # m, from which a report names soles below the floor
-
-
-class Fitted(NamedTuple):
-    """A motion on the target, and how near it came."""
-
-    motion: Motion
-    feet: np.ndarray  # distances of places on the feet from where they shall be, m
-    hands: np.ndarray  # those of wrists and hands
-    slides: np.ndarray  # (n_contacts,) by how much the toes move at most while they stand, m
-    below: float  # by how much a corner of a sole is below the floor at most, m
-    feet_faster: float  # by how much toes, and the pelvis, are faster than the person's at most, m/s
-    pelvis_faster: float
-    at_limits: int  # angles that are at a limit in some frame
-    n_left: int  # frames that did not converge
-    moving: list[int]  # joints
-
-    def in_words(self) -> str:
-        """Return in words how near the motion came."""
-        parts = [
-            f"{name} {_millimetres(off)}" for name, off in (("soles", self.feet), ("hands", self.hands)) if off.size
-        ]
-        if len(self.slides):
-            parts.append(f"feet stand {len(self.slides)} times and slide by {_round(self.slides.max())} mm at most")
-        elif self.feet.size:
-            parts.append("feet stand nowhere")
-        if self.below >= BELOW:
-            parts.append(f"soles are {_round(self.below)} mm below the floor at most")
-        faster = (("toes", self.feet_faster), ("the pelvis", self.pelvis_faster))
-        named = [f"{name} by up to {speed:.2g} m/s" for name, speed in faster if speed >= FASTER]
-        if named:
-            parts.append(f"faster than the person's: {' and '.join(named)}")
-        if self.at_limits:
-            parts.append(f"{self.at_limits} angles reach their limits")
-        if self.n_left:
-            parts.append(f"{self.n_left} of {len(self.motion)} frames did not converge")
-        return "".join(f", {part}" for part in parts)
-
-
-def _round(metres: float) -> str:
-    return f"{float(f'{1e3 * metres:.2g}'):g}"
-
-
-def _millimetres(distances: np.ndarray) -> str:
-    """Return in words how far off places are."""
-    return f"{_round(distances.mean())} mm off (95 %: {_round(float(np.percentile(distances, 95)))})"
-
-
-class Aim(NamedTuple):
-    """The positions of places to which the poses of the target shall be near."""
-
-    skeleton: Skeleton  # the target with the limits that are enforced
-    rest: np.ndarray  # (n_dofs,) its pose at rest
-    bent: np.ndarray  # (n_dofs,) that with knees and elbows bent, from which the poses are searched
-    rolls: list[int]  # its joints that stay there, though they carry places
-    targets: Targets
-    legs: dict[str, Held]
-    ways: dict[str, np.ndarray]  # (n_frames, 3) of the person's toes, by side, and hips, in the size of the target
-    is_on_base: bool  # whether its own joints move it over the floor, and its root stays where it is
 
 
 def by_limbs(
@@ -120,7 +50,7 @@ def by_limbs(
     """Return a motion on a skeleton; a factor is that of positions in the world, None the ratio of the legs."""
     aim = aim_at(motion, skeleton, theirs, ours, factor, joint_limits)
     final = solve(aim.skeleton, aim.targets, aim.bent, STIFFNESS, motion.times, FASTEST)
-    return _collect(motion, skeleton, theirs, ours, final, aim)
+    return collect(motion, skeleton, theirs, ours, final, aim)
 
 
 def aim_at(
@@ -150,7 +80,7 @@ def aim_at(
         shift = _shift_within_reach(legs, starts, ours)
         starts = {mark: start + shift for mark, start in starts.items()}
         middle = (starts[f"left_{HIP}"] + starts[f"right_{HIP}"]) / 2.0
-        targets.add_link(ours.pelvis, _middle(ours, HIP), middle, pelvis, WEIGHTS["pelvis"])
+        targets.add_link(ours.pelvis, middle_of(ours, HIP), middle, pelvis, WEIGHTS["pelvis"])
         for side, leg in legs.items():
             _put_leg(targets, person, ours, side, starts[f"{side}_{HIP}"], leg)
     else:
@@ -159,14 +89,14 @@ def aim_at(
     if ours.has(ARM):
         middle = (starts[f"left_{SHOULDER}"] + starts[f"right_{SHOULDER}"]) / 2.0
         if ours.chest != ours.pelvis or not on_legs:
-            targets.add_link(ours.chest, _middle(ours, SHOULDER), middle, chest, WEIGHTS["chest"])
+            targets.add_link(ours.chest, middle_of(ours, SHOULDER), middle, chest, WEIGHTS["chest"])
         for side in SIDES:
             _put_arm(targets, person, ours, side, starts[f"{side}_{SHOULDER}"], chest)
     is_on_base = not on_legs and _base_of(skeleton, ours.chest) != ROOT
-    ways = {side: scale * person.toes[side] for side in legs}
+    paths = {side: scale * person.toes[side] for side in legs}
     if on_legs:
-        ways["pelvis"] = scale * (person.limbs[f"left_{HIP}"].start + person.limbs[f"right_{HIP}"].start) / 2.0
-    return Aim(held, rest, _bend_limbs(held, ours, rest), rolls, targets, legs, ways, is_on_base)
+        paths["pelvis"] = scale * (person.limbs[f"left_{HIP}"].start + person.limbs[f"right_{HIP}"].start) / 2.0
+    return Aim(held, rest, _bend_limbs(held, ours, rest), rolls, targets, legs, paths, is_on_base)
 
 
 # --- where the target shall be ----------------------------------------------------------------------------------------
@@ -177,20 +107,15 @@ def _size_of_legs(theirs: Stance, ours: Stance) -> float:
     leg = length_of_leg(theirs)
     if ours.has(LEG):
         return length_of_leg(ours) / leg
-    trunk = float((_middle(theirs, SHOULDER) - _middle(theirs, HIP)) @ theirs.axes[:, 2])
-    return STRETCH[0] * float(_middle(ours, SHOULDER) @ ours.axes[:, 2]) / (leg + trunk)
-
-
-def _middle(stance: Stance, mark: str) -> np.ndarray:
-    """Return the middle (3,) between two places at angle zero."""
-    return np.asarray(np.mean([stance.places[f"{side}_{mark}"].at_zero for side in SIDES], axis=0))
+    trunk = float((middle_of(theirs, SHOULDER) - middle_of(theirs, HIP)) @ theirs.axes[:, 2])
+    return STRETCH[0] * float(middle_of(ours, SHOULDER) @ ours.axes[:, 2]) / (leg + trunk)
 
 
 def _pivot(skeleton: Skeleton, stance: Stance) -> np.ndarray:
     """Return the point (3,) at angle zero about which the chest moves first, or the middle between the hips."""
     path = [joint for joint in path_up(skeleton, stance.chest) if joint not in path_up(skeleton, stance.pelvis)]
     moving = [joint for joint in path if skeleton.bones[joint].dofs]
-    return positions_at_zero(skeleton)[moving[-1]] if moving else _middle(stance, HIP)
+    return positions_at_zero(skeleton)[moving[-1]] if moving else middle_of(stance, HIP)
 
 
 def _put_trunk(
@@ -203,7 +128,7 @@ def _put_trunk(
     soles = np.mean([sole_of(ours, side).tip[2] for side in SIDES])
     hips = (person.limbs[f"left_{HIP}"].start + person.limbs[f"right_{HIP}"].start) / 2.0
     at = scale * (hips - [0.0, 0.0, ankle]) - [0.0, 0.0, soles]
-    middle = _middle(ours, HIP)
+    middle = middle_of(ours, HIP)
     targets.add_link(ours.pelvis, middle, at, person.pelvis, WEIGHTS["pelvis"])
     if ours.has(ARM):
         pivot = _pivot(skeleton, ours)
@@ -238,7 +163,7 @@ def _put_on_wheels(targets: Targets, person: Person, ours: Stance, base: int, sc
         still = np.broadcast_to(ours.axes, person.pelvis.shape)
         targets.add_link(ROOT, np.zeros(3), np.zeros_like(hips), still, WHEELS, "wheels")
     at = scale * (hips - [0.0, 0.0, floor]) + scale[2] * (shoulders - hips)
-    targets.add_link(ours.chest, _middle(ours, SHOULDER), at, person.chest, WEIGHTS["chest"])
+    targets.add_link(ours.chest, middle_of(ours, SHOULDER), at, person.chest, WEIGHTS["chest"])
 
 
 def _read_trunk(
@@ -355,99 +280,3 @@ def _put_arm(targets: Targets, person: Person, ours: Stance, side: str, start: n
     if hand is not None and side in person.hands:
         length = float(np.linalg.norm(hand.at_zero - wrist.at_zero))
         targets.add(hand, end + length * person.hands[side], WEIGHTS["hand"], "hands")
-
-
-# --- what came of it --------------------------------------------------------------------------------------------------
-
-
-def _collect(motion: Motion, skeleton: Skeleton, theirs: Stance, ours: Stance, final: Solution, aim: Aim) -> Fitted:
-    """Return the motion of the whole skeleton in the world, and how near it came."""
-    angles = np.tile(aim.rest, (len(motion), 1))
-    names = final.skeleton.dof_names
-    columns = [skeleton.dof_names.index(name) for name in names]
-    angles[:, columns] = final.poses
-    vertical = to_vertical(motion.up)
-    roots, origins = final.roots, final.origins
-    if aim.is_on_base:  # exactly
-        roots, origins = np.broadcast_to(np.eye(3), roots.shape), np.zeros_like(origins)
-    root_angles, root_axes = continuous_root_angles(Rotation.from_matrix(vertical.T @ roots), ROOT_AXES[motion.up])
-    result = replace(
-        motion,
-        skeleton=skeleton,
-        angles=angles,
-        root_positions=origins @ vertical,
-        root_angles=root_angles,
-        root_axes=root_axes,
-        seen=_seen_of(motion, skeleton, theirs, ours),
-    )
-    feet = [i for side in SIDES for i in aim.targets.groups.get(f"{side} foot", [])]
-    slides, below, feet_faster, pelvis_faster = [], 0.0, 0.0, 0.0
-    for foot, leg in aim.legs.items():
-        (joint, axes), ankle = ours.feet[foot], ours.places[f"{foot}_{ANKLE}"].at_zero
-        corners = final.positions(skeleton, [Place(joint, ankle + axes @ x) for x in sole_of(ours, foot).corners()])
-        below = max(below, -float(corners[:, :, 2].min()))
-        tips = corners[:, 2:].mean(axis=1)
-        feet_faster = max(feet_faster, _faster(tips, aim.ways[foot], motion.times))
-        for contact in leg.contacts:
-            stood = tips[contact.first : contact.end]
-            slides.append(np.linalg.norm(stood - stood.mean(axis=0), axis=1).max())
-    if aim.legs:
-        pelvis = final.positions(skeleton, [Place(ours.pelvis, _middle(ours, HIP))])[:, 0]
-        pelvis_faster = _faster(pelvis, aim.ways["pelvis"], motion.times)
-    rolled = {name for joint in aim.rolls for name in skeleton.bones[joint].dof_names}
-    at_limits = 0
-    if aim.skeleton.limits is not None:
-        lower, upper = np.array(aim.skeleton.limits)[columns].T
-        reach = ((final.poses <= lower + AT_LIMIT) | (final.poses >= upper - AT_LIMIT)) & (lower < upper)
-        at_limits = int(reach.any(axis=0).sum())
-    moving = [j for j, bone in enumerate(skeleton.bones) if bone.dofs and set(bone.dof_names) <= set(names) - rolled]
-    return Fitted(
-        result,
-        final.residuals[:, feet],
-        final.residuals[:, aim.targets.groups.get("hands", [])],
-        np.array(slides),
-        below,
-        feet_faster,
-        pelvis_faster,
-        at_limits,
-        int((~final.converged).sum()),
-        moving,
-    )
-
-
-def _faster(ours: np.ndarray, theirs: np.ndarray, times: np.ndarray) -> float:
-    """Return by how much a way (n_frames, 3) is faster than another is shortly before or after, m/s, at most."""
-    if len(times) < 2:
-        return 0.0
-    steps = np.diff(times)
-    speeds, known = (np.linalg.norm(np.diff(way, axis=0), axis=1) / steps for way in (ours, theirs))
-    around = 2 * int(np.ceil(NEARBY / float(np.median(steps)))) + 1
-    return float((speeds - maximum_filter1d(known, around, mode="nearest")).max())
-
-
-def _seen_of(motion: Motion, skeleton: Skeleton, theirs: Stance, ours: Stance) -> np.ndarray | None:
-    """Return in which frames each joint of a skeleton was seen: where those landmarks were between which it is."""
-    if motion.seen is None:
-        return None
-    marks: dict[int, set[int]] = {}  # joints of the person that are counterparts of those at a joint of the target
-    for mark, place in ours.places.items():
-        side, _, name = mark.partition("_")
-        counterpart = toe_of(theirs, side) if name in (HEEL, TIP) else mark
-        if counterpart in theirs.places:
-            marks.setdefault(place.joint, set()).add(theirs.places[counterpart].joint)
-    needed: list[set[int]] = [set() for _ in range(skeleton.n_joints)]
-    for joint, here in marks.items():
-        needed[joint] |= here
-        between: list[int] = []
-        for above in path_up(skeleton, joint)[1:]:
-            if above in marks:
-                for j in between:
-                    needed[j] |= marks[above]
-                break
-            between.append(above)
-            needed[above] |= here
-    seen = np.zeros((len(motion), skeleton.n_joints), bool)
-    for j, joints in enumerate(needed):
-        if joints:
-            seen[:, j] = motion.seen[:, sorted(joints)].all(axis=1)
-    return seen
