@@ -415,6 +415,21 @@ def test_a_zero_pose_with_other_legs_changes_nothing(joint, angle):
     assert apart.max() < 1e-2
 
 
+def test_a_foot_whose_toes_point_up_does_not_stand():
+    """Somebody who lies on the back has feet near the floor that are still."""
+    motion, _ = walk()
+    back = Rotation.from_rotvec([-np.pi / 2.0, 0.0, 0.0])
+    lying = replace(
+        motion[:60],
+        angles=np.tile(motion.angles[18], (60, 1)),
+        root_positions=np.tile([0.0, 0.1, 0.0], (60, 1)),
+        root_angles=np.tile(back.as_euler("xyz"), (60, 1)),
+        root_axes="xyz",
+    )
+    report = MotionDataset([lying]).retarget(robot(), method="limbs", joints=counterparts(robot())).retargeting[0]
+    assert "feet stand nowhere" in report
+
+
 def test_a_zero_pose_that_does_not_stand_needs_feet_that_stand():
     motion = with_legs_turned(MOTIONS["run"], "thigh", np.pi)
     treadmill = replace(motion, root_positions=motion.root_positions * [0.0, 1.0, 0.0])

@@ -35,17 +35,17 @@ class Contact(NamedTuple):
 
 
 def find_contacts(
-    toes: np.ndarray, ankles: np.ndarray, times: np.ndarray, leg: float, seen: np.ndarray | None = None
+    toes: np.ndarray, ankles: np.ndarray, times: np.ndarray, leg: float, may: np.ndarray | None = None
 ) -> list[Contact]:
     """Return when a foot stands, from the positions (n_frames, 3) of a point at the toes and of the ankle, m.
 
-    Times (n_frames,) are in s; a leg's length makes speeds of small people those of large ones. A foot does not stand
-    in frames in which it was not seen (n_frames,).
+    Times (n_frames,) are in s; a leg's length makes speeds of small people those of large ones. A foot stands only in
+    frames in which it may (n_frames,).
     """
     slow_toes = _speeds(toes, times, WINDOW) < SLOW * leg
     slow_ankle = _speeds(ankles, times, WINDOW) < SLOW_ANKLE * leg
-    if seen is not None:
-        slow_toes &= seen
+    if may is not None:
+        slow_toes &= may
     heights = toes[:, 2]
     if slow_toes.any():
         slow_toes &= heights < np.percentile(heights[slow_toes], 5) + NEAR * leg
@@ -208,7 +208,7 @@ def _lay_flat(frames: np.ndarray, contacts: list[Contact], times: np.ndarray) ->
     standing = [(contact.first, contact.end) for contact in contacts]
     stands = blend_between(standing, [np.ones(end - first) for first, end in standing], times)
     # On its toes a foot has the heel up, not below the floor, and both corners of the sole down.
-    laid[:, 2, 0] -= stands * np.maximum(laid[:, 2, 0], 0.0)
+    laid[:, 2, 0] -= stands * np.clip(laid[:, 2, 0], 0.0, FLAT)
     laid[:, 2, 1] -= stands * np.clip(laid[:, 2, 1], -FLAT, FLAT)
     return _orthonormal(laid), stands
 

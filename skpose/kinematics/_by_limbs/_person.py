@@ -15,6 +15,7 @@ from skpose.skeleton import Motion
 from skpose.skeleton._shared import root_orientations
 
 FLIP, FASTEST = np.radians(60.0), 100.0  # and rad/s, more than which a foot does not turn from one frame to the next
+UP = 0.7  # sine of the angle above the level up to which a foot stands
 SLOPE = np.radians(30.0)  # of the line from ankle to toes above the floor, where no foot stands flat
 
 
@@ -105,7 +106,7 @@ def lay_unsure_feet(person: Person, theirs: Stance, times: np.ndarray) -> tuple[
         forward = unit(line - (line @ unit(up)) * unit(up))
         turn = np.stack([forward, np.cross(unit(up), forward), unit(up)], axis=1)
         feet[side], zero[side] = person.feet[side] @ turn, (joint, axes @ turn)
-    return person._replace(feet=feet), theirs._replace(feet=zero)
+    return person._replace(feet=feet), theirs._replace(feet=zero, unsure=())
 
 
 def warn_of_flips(person: Person, times: np.ndarray) -> None:
@@ -127,9 +128,11 @@ def warn_of_flips(person: Person, times: np.ndarray) -> None:
 
 
 def _contacts_of(person: Person, theirs: Stance, side: str, times: np.ndarray) -> list[Contact]:
-    """Return when a foot stands."""
-    ankles = person.limbs[f"{side}_{HIP}"].end
-    return find_contacts(person.toes[side], ankles, times, length_of_leg(theirs), person.seen[side])
+    """Return when a foot stands: where it was seen, and its toes do not point up."""
+    ankles, may = person.limbs[f"{side}_{HIP}"].end, person.seen[side]
+    if side not in theirs.unsure:
+        may = may & (person.feet[side][:, 2, 0] < UP)
+    return find_contacts(person.toes[side], ankles, times, length_of_leg(theirs), may)
 
 
 def show_axes(joint: int, axes: np.ndarray) -> list[Place]:
